@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/cuda_backend.h"
+
+namespace drape {
+
+std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel>) {
+  throw NotCompiled("cuda");
+}
+
+}  // namespace drape

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/assembly.h"
+
+namespace drape {
+namespace {
+
+using Matrix6 = double[6][6];
+using Columns = DeformationGradient<double>;
+
+double Component(const Columns& c, int i) { return (&c.u.x)[i]; }
+
+Columns UnitColumns(int i) {
+  Columns c{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+  (&c.u.x)[i] = 1.0;
+  return c;
+}
+
+DeformationGradient<Dual<6>> Seed(const Columns& F) {
+  return {{{F.u.x, 0}, {F.u.y, 1}, {F.u.z, 2}}, {{F.v.x, 3}, {F.v.y, 4}, {F.v.z, 5}}};
+}
+
+void AddGravityAndHandles(const ClothModel& model, double density, const Eigen::VectorXd& x,
+                          Eigen::VectorXd& force) {
+  if (model.scene.gravity)
+    for (int i = 0; i < model.mesh.num_vertices(); ++i)
+      force.segment<3>(3 * i) += density * model.vertex_area[i] * *model.scene.gravity;
+  for (int i : model.held)
+    force.segment<3>(3 * i) -= model.scene.handles->stiffness *
+                               (x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i));
+}
+
+void AddStretchForce(const Face& face, const Columns& by_area, double* force) {
+  const ShapeGradient s = GradientOf(face);
+  for (int a = 0; a < 3; ++a)
+    AddTo(force, face.vertex[a], (face.area * s.u[a]) * by_area.u + (face.area * s.v[a]) * by_area.v);
+}
+
+// Adds scale·[Du Dv]ᵀ·Q·[Du Dv] to the nine blocks of a face.
+void AddFaceBlocks(const Face& face, const Matrix6& Q, double scale, const int* blocks, BlockMatrix& A) {
+  const ShapeGradient s = GradientOf(face);
+  for (int b = 0; b < 3; ++b) {
+    double right[6][3];
+    for (int i = 0; i < 6; ++i)
+      for (int k = 0; k < 3; ++k) right[i][k] = scale * (Q[i][k] * s.u[b] + Q[i][3 + k] * s.v[b]);
+    for (int a = 0; a < 3; ++a) {
+      double* out = A.block(blocks[3 * a + b]);
+      for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k)
+          out[3 * i + k] += s.u[a] * right[i][k] + s.v[a] * right[3 + i][k];
+    }
+  }
+}
+
+void AddHingeBlocks(const double (&Q)[12][12], const int* blocks, BlockMatrix& A) {
+  for (int a = 0; a < 4; ++a)
+    for (int b = 0; b < 4; ++b) {
+      double* out = A.block(blocks[4 * a + b]);
+      for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) out[3 * i + k] += Q[3 * a + i][3 * b + k];
+    }
+}
+
+// Stretch and bend of a step; A may be absent (forces only).
+template <class Law>
+void AddStretchStep(const Law& law, const ClothModel& model, const MaterialField& material,
+                    const double* x, double h, double* force, BlockMatrix* A) {
+  for (int f = 0; f < model.mesh.num_faces(); ++f) {
+    const Face& face = model.mesh.faces[f];
+    const Columns F = GatherColumns(face, x);
+    const StretchCoefficients<double> k = EvaluateStretch(law, F, material.stretch_of(f));
+    AddStretchForce(face, StretchForce(k, F), force);
+    if (A == nullptr) continue;
+    Matrix6 H;  // symmetric: column j is H·e_j
+    for (int j = 0; j < 6; ++j) {
+      const Columns column = StretchStiffnessTimes(k, F, UnitColumns(j));
+      for (int i = 0; i < 6; ++i) H[i][j] = Component(column, i);
+    }
+    AddFaceBlocks(face, H, h * h * face.area, &model.pattern.face_block[9 * f], *A);
+  }
+}
+
+template <class Law>
+void AddBendStep(const Law& law, const ClothModel& model, const MaterialField& material,
+                 const double* x, double h, double* force, BlockMatrix* A) {
+  for (int e = 0; e < model.mesh.num_hinges(); ++e) {
+    const Hinge& hinge = model.mesh.hinges[e];
+    const HingeCorners corners = GatherCorners(hinge, x);
+    const double theta = DihedralAngle(corners);
+    const HingeGradient d = AngleGradient(corners);
+    const double kappa = HingeStiffness(law, hinge, material.bend_of(e), theta);
+    for (int a = 0; a < 4; ++a) AddTo(force, hinge.vertex[a], (-kappa * theta) * d.d[a]);
+    if (A == nullptr) continue;
+    const double* g = &d.d[0].x;
+    double H[12][12];
+    for (int i = 0; i < 12; ++i)
+      for (int j = 0; j < 12; ++j) H[i][j] = h * h * kappa * g[i] * g[j];
+    AddHingeBlocks(H, &model.pattern.hinge_block[16 * e], *A);
+  }
+}
+
+void AddElements(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
+                 double h, Eigen::VectorXd& force, BlockMatrix* A) {
+  if (model.scene.stretch)
+    std::visit([&](const auto& law) {
+      AddStretchStep(law, model, material, x.data(), h, force.data(), A);
+    }, model.law.stretch);
+  if (model.scene.bend)
+    std::visit([&](const auto& law) {
+      AddBendStep(law, model, material, x.data(), h, force.data(), A);
+    }, model.law.bend);
+}
+
+template <class Law>
+void AddStretchDerivative(const Law& law, const ClothModel& model, const MaterialField& material,
+                          const double* x, const double* w, double h, BlockMatrix& out) {
+  for (int f = 0; f < model.mesh.num_faces(); ++f) {
+    const Face& face = model.mesh.faces[f];
+    const DeformationGradient<Dual<6>> F = Seed(GatherColumns(face, x));
+    const auto k = EvaluateStretch(law, F, material.stretch_of(f));
+    const DeformationGradient<Dual<6>> g = StretchStepForce(k, F, GatherColumns(face, w), h);
+    const Dual<6>* rows = &g.u.x;
+    Matrix6 Q;
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j < 6; ++j) Q[i][j] = rows[i].v[j];
+    AddFaceBlocks(face, Q, face.area, &model.pattern.face_block[9 * f], out);
+  }
+}
+
+template <class Law>
+void AddBendDerivative(const Law& law, const ClothModel& model, const MaterialField& material,
+                       const double* x, const double* w, double h, BlockMatrix& out) {
+  for (int e = 0; e < model.mesh.num_hinges(); ++e) {
+    const Hinge& hinge = model.mesh.hinges[e];
+    double Q[12][12];
+    BendStepDerivative(law, hinge, material.bend_of(e), GatherCorners(hinge, x),
+                       GatherCorners(hinge, w), h, Q);
+    AddHingeBlocks(Q, &model.pattern.hinge_block[16 * e], out);
+  }
+}
+
+}  // namespace
+
+void AssembleForce(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
+                   Eigen::VectorXd& force) {
+  force.setZero(x.size());
+  AddGravityAndHandles(model, material.density, x, force);
+  AddElements(model, material, x, 0.0, force, nullptr);
+}
+
+void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
+                  double h, Eigen::VectorXd& force, BlockMatrix& A) {
+  force.setZero(x.size());
+  A.SetZero();
+  AddGravityAndHandles(model, material.density, x, force);
+  AddElements(model, material, x, h, force, &A);
+  for (int i = 0; i < model.mesh.num_vertices(); ++i)
+    A.AddScaledIdentity(model.pattern.diagonal[i], material.density * model.vertex_area[i]);
+  for (int i : model.held)
+    A.AddScaledIdentity(model.pattern.diagonal[i], h * h * model.scene.handles->stiffness);
+}
+
+void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
+                            const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
+                            BlockMatrix& derivative) {
+  derivative.SetZero();
+  if (model.scene.stretch)
+    std::visit([&](const auto& law) {
+      AddStretchDerivative(law, model, material, x.data(), w.data(), h, derivative);
+    }, model.law.stretch);
+  if (model.scene.bend)
+    std::visit([&](const auto& law) {
+      AddBendDerivative(law, model, material, x.data(), w.data(), h, derivative);
+    }, model.law.bend);
+  for (int i : model.held)
+    derivative.AddScaledIdentity(model.pattern.diagonal[i], -h * model.scene.handles->stiffness);
+}
+
+double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x) {
+  double energy = 0.0;
+  if (model.scene.gravity)
+    for (int i = 0; i < model.mesh.num_vertices(); ++i)
+      energy -= material.density * model.vertex_area[i] * model.scene.gravity->dot(x.segment<3>(3 * i));
+  for (int i : model.held)
+    energy += 0.5 * model.scene.handles->stiffness *
+              (x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i)).squaredNorm();
+  if (model.scene.stretch)
+    std::visit([&](const auto& law) {
+      for (int f = 0; f < model.mesh.num_faces(); ++f) {
+        const Face& face = model.mesh.faces[f];
+        energy += face.area * StretchEnergy(EvaluateStretch(law, GatherColumns(face, x.data()),
+                                                            material.stretch_of(f)));
+      }
+    }, model.law.stretch);
+  if (model.scene.bend)
+    std::visit([&](const auto& law) {
+      for (int e = 0; e < model.mesh.num_hinges(); ++e) {
+        const Hinge& hinge = model.mesh.hinges[e];
+        energy += BendEnergy(law, hinge, material.bend_of(e),
+                             DihedralAngle(GatherCorners(hinge, x.data())));
+      }
+    }, model.law.bend);
+  return energy;
+}
+
+}  // namespace drape

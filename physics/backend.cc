@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/backend.h"
+
+#include <glog/logging.h>
+#include <omp.h>
+
+#include <utility>
+
+namespace drape {
+namespace {
+
+class CpuBackend final : public Backend {
+ public:
+  CpuBackend(std::shared_ptr<const ClothModel> model, int threads) : model_(std::move(model)) {
+    CHECK_GE(threads, 1);
+    solvers_.emplace_back(model_);
+    while (static_cast<int>(solvers_.size()) < threads) solvers_.push_back(solvers_.front().Clone());
+  }
+
+  std::string name() const override { return "cpu"; }
+  const ClothModel& model() const override { return *model_; }
+
+  std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
+                                      const RolloutOptions& options,
+                                      std::vector<Recording>* recordings) override {
+    if (recordings != nullptr) recordings->resize(batch.size());
+    return ForEach<RolloutResult>(batch.size(), [&](StepSolver& solver, int i) {
+      return Rollout(solver, *batch[i].material, *batch[i].start, options,
+                     recordings == nullptr ? nullptr : &(*recordings)[i]);
+    });
+  }
+
+  std::vector<TangentResult> Tangents(std::span<const RolloutInput> batch,
+                                      std::span<const MaterialField* const> weights,
+                                      const RolloutOptions& options) override {
+    CHECK_EQ(weights.size(), batch.size());
+    return ForEach<TangentResult>(batch.size(), [&](StepSolver& solver, int i) {
+      return RolloutTangent(solver, *batch[i].material, *weights[i], *batch[i].start, options);
+    });
+  }
+
+  std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
+                                      std::span<const Recording> recordings,
+                                      std::span<const RowMatrix> seeds,
+                                      const RolloutOptions& options) override {
+    CHECK_EQ(recordings.size(), batch.size());
+    CHECK_EQ(seeds.size(), batch.size());
+    return ForEach<AdjointResult>(batch.size(), [&](StepSolver& solver, int i) {
+      return RolloutAdjoint(solver, *batch[i].material, options, recordings[i], seeds[i]);
+    });
+  }
+
+ private:
+  // Calls work(solver of this thread, item) for each item of a batch.
+  template <class Result, class Work>
+  std::vector<Result> ForEach(std::size_t count, const Work& work) {
+    std::vector<Result> results(count);
+#pragma omp parallel for schedule(dynamic, 1) num_threads(static_cast<int>(solvers_.size()))
+    for (int i = 0; i < static_cast<int>(count); ++i)
+      results[i] = work(solvers_[omp_get_thread_num()], i);
+    return results;
+  }
+
+  std::shared_ptr<const ClothModel> model_;
+  std::vector<StepSolver> solvers_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> MakeCpuBackend(std::shared_ptr<const ClothModel> model, int threads) {
+  return std::make_unique<CpuBackend>(std::move(model), threads);
+}
+
+}  // namespace drape

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/rollout.h"
+
+namespace drape {
+
+// One rollout of a batch. The pointed-to objects outlive the call.
+struct RolloutInput {
+  const MaterialField* material = nullptr;
+  const State* start = nullptr;
+};
+
+// Runs batches of rollouts of one model: different materials and starts, one mesh, scene and law.
+// Results come in the order of the inputs; one rollout's failure never touches its neighbours.
+class Backend {
+ public:
+  virtual ~Backend() = default;
+  virtual std::string name() const = 0;
+  virtual const ClothModel& model() const = 0;
+
+  // recordings: nullptr, or resized to the batch and filled for Adjoints.
+  virtual std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
+                                              const RolloutOptions& options,
+                                              std::vector<Recording>* recordings) = 0;
+  // weights[i]: weight of each table entry in the 39 columns of rollout i (AddMaterialColumns).
+  virtual std::vector<TangentResult> Tangents(std::span<const RolloutInput> batch,
+                                              std::span<const MaterialField* const> weights,
+                                              const RolloutOptions& options) = 0;
+  // seeds[i]: ∂L/∂x_end of rollout i, shape [3V, m_i].
+  virtual std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
+                                              std::span<const Recording> recordings,
+                                              std::span<const RowMatrix> seeds,
+                                              const RolloutOptions& options) = 0;
+};
+
+// The sequential truth: one rollout a thread. threads ≥ 1.
+std::unique_ptr<Backend> MakeCpuBackend(std::shared_ptr<const ClothModel> model, int threads);
+
+}  // namespace drape

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "physics/hinge_geometry.h"
+#include "physics/material.h"
+
+namespace drape {
+
+// One hinge (SPEC section 3, fact 7): moment −κ(θ)·θ with κ = B(θ)·l²/(4(A0+A1)) [N·m/rad].
+DRAPE_HD inline double HingeFactor(const Hinge& hinge) {
+  return hinge.rest_length * hinge.rest_length / (4.0 * hinge.rest_area);
+}
+
+// The two table rows that bracket the edge direction, and their weights.
+struct BendRows {
+  int first;
+  double weight[2];
+};
+DRAPE_HD inline BendRows RowsOf(const Hinge& hinge) {
+  const int first = hinge.direction < 1.0 ? 0 : 1;
+  const double t = hinge.direction - first;
+  return {first, {1.0 - t, t}};
+}
+
+template <class Law, class T>
+DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& table, const T& theta) {
+  T w[kBendCols];
+  law.ColumnWeights(hinge, theta, w);
+  const BendRows rows = RowsOf(hinge);
+  T B(0.0);
+  for (int c = 0; c < kBendCols; ++c)
+    B += w[c] * (rows.weight[0] * table.b[rows.first][c] + rows.weight[1] * table.b[rows.first + 1][c]);
+  return law.Active(Value(B)) ? B * HingeFactor(hinge) : T(0.0);
+}
+
+// ∂κ/∂(table entry), shape [3, 5] [rad⁻¹]; zero where the law's clamp holds κ at zero.
+template <class Law>
+DRAPE_HD void HingeStiffnessByTable(const Law& law, const Hinge& hinge, const BendTable& table,
+                                    double theta, double by_entry[kBendRows][kBendCols]) {
+  double w[kBendCols];
+  law.ColumnWeights(hinge, theta, w);
+  const BendRows rows = RowsOf(hinge);
+  for (int r = 0; r < kBendRows; ++r)
+    for (int c = 0; c < kBendCols; ++c) by_entry[r][c] = 0.0;
+  double B = 0.0;
+  for (int k = 0; k < 2; ++k)
+    for (int c = 0; c < kBendCols; ++c) {
+      by_entry[rows.first + k][c] = rows.weight[k] * w[c] * HingeFactor(hinge);
+      B += rows.weight[k] * w[c] * table.b[rows.first + k][c];
+    }
+  if (law.Active(B)) return;
+  for (int k = 0; k < 2; ++k)
+    for (int c = 0; c < kBendCols; ++c) by_entry[rows.first + k][c] = 0.0;
+}
+
+// g = h·f − h²·H·w of a hinge is −s·∂θ/∂x with s = κ·(h·θ + h²·q), q = ∂θ/∂x·w: this is s.
+DRAPE_HD inline double StepMoment(double kappa, double theta, double q, double h) {
+  return kappa * (h * theta + h * h * q);
+}
+
+// ∂g/∂x, shape [12, 12], w held: −∂θ ⊗ ∇s − s·∂²θ.
+template <class Law>
+DRAPE_HD void BendStepDerivative(const Law& law, const Hinge& hinge, const BendTable& table,
+                                 const HingeCorners& x, const HingeCorners& w, double h,
+                                 double out[12][12]) {
+  const double theta = DihedralAngle(x);
+  const HingeGradient d = AngleGradient(x);
+  const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
+  AngleHessian(x, out);
+  const double* grad = &d.d[0].x;
+  const double* direction = &w.x[0].x;
+  const double q = Dot(d, w), s = StepMoment(kappa.a, theta, q, h);
+  const double s_by_theta = kappa.v[0] * (h * theta + h * h * q) + kappa.a * h;
+  double grad_s[12];
+  for (int j = 0; j < 12; ++j) {
+    double hw = 0.0;  // (∂²θ·w)_j
+    for (int i = 0; i < 12; ++i) hw += out[i][j] * direction[i];
+    grad_s[j] = s_by_theta * grad[j] + h * h * kappa.a * hw;
+  }
+  for (int i = 0; i < 12; ++i)
+    for (int j = 0; j < 12; ++j) out[i][j] = -grad[i] * grad_s[j] - s * out[i][j];
+}
+
+// W(θ) = ∫₀^θ κ(t)·t dt [J], by Gauss–Legendre on each smooth piece (3 points are exact for the
+// reference law's cubic, 5 leave 1e-13 for the smooth one).
+template <class Law>
+DRAPE_HD double BendEnergy(const Law& law, const Hinge& hinge, const BendTable& table, double theta) {
+  constexpr double kNode[5] = {-0.9061798459386640, -0.5384693101056831, 0.0, 0.5384693101056831,
+                               0.9061798459386640};
+  constexpr double kWeight[5] = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
+                                 0.4786286704993665, 0.2369268850561891};
+  const double sign = theta < 0.0 ? -1.0 : 1.0;
+  double energy = 0.0, from = 0.0;
+  for (int knot = 0; knot <= kBendCols && from < sign * theta; ++knot) {
+    const double end = knot < kBendCols ? law.KnotAngle(hinge, knot) : M_PI;
+    const double to = end < sign * theta ? end : sign * theta, half = 0.5 * (to - from);
+    for (int i = 0; i < 5; ++i) {
+      const double t = sign * (from + half * (1.0 + kNode[i]));
+      energy += half * kWeight[i] * sign * t * HingeStiffness(law, hinge, table, t);
+    }
+    from = to;
+  }
+  return energy;
+}
+
+}  // namespace drape

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "physics/block_matrix.h"
+#include "physics/law.h"
+#include "physics/material.h"
+#include "physics/mesh.h"
+#include "physics/scene.h"
+#include "physics/state.h"
+
+namespace drape {
+
+// All that the rollouts of one mesh, scene and law share: immutable, safe to read from all threads.
+struct ClothModel {
+  Mesh mesh;
+  Scene scene;
+  Law law;
+  BlockPattern pattern;
+  Eigen::VectorXd vertex_area;  // a third of the adjacent face areas [m²], shape [V]
+  std::vector<int> held;        // vertices with a handle
+
+  ClothModel(Mesh mesh, Scene scene, Law law);
+
+  int num_dofs() const { return static_cast<int>(mesh.rest_x.size()); }
+  State RestState() const;
+  // Lumped mass of each degree of freedom [kg], shape [3V].
+  Eigen::VectorXd LumpedMass(double density) const;
+};
+
+}  // namespace drape

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/material_sensitivity.h"
+
+#include <glog/logging.h>
+
+namespace drape {
+namespace {
+
+using Columns = DeformationGradient<double>;
+
+// g of a face is linear in its four stiffnesses: their bases by area, and how they follow the table.
+struct FaceSensitivity {
+  Columns basis[kStretchCols];
+  double by_entry[kStretchRows][kStretchCols];
+};
+template <class Law>
+FaceSensitivity EvaluateSensitivity(const Law& law, const Face& face, const StretchTable& table,
+                                    const double* x, const double* w, double h) {
+  FaceSensitivity s;
+  const Columns F = GatherColumns(face, x), wF = GatherColumns(face, w);
+  const StretchCoefficients<double> k = EvaluateStretch(law, F, table);
+  for (int m = 0; m < kStretchCols; ++m) {
+    const Columns g = StretchStepForce(UnitStiffness(k, m), F, wF, h);
+    s.basis[m] = {face.area * g.u, face.area * g.v};
+  }
+  law.StiffnessByTable(k.G, table, s.by_entry);
+  return s;
+}
+
+// ∂g/∂entry of a hinge = −by_entry·basis: the step moment of unit κ along ∂θ/∂x.
+struct HingeSensitivity {
+  HingeGradient basis;
+  double by_entry[kBendRows][kBendCols];
+};
+template <class Law>
+HingeSensitivity EvaluateSensitivity(const Law& law, const Hinge& hinge, const BendTable& table,
+                                     const double* x, const double* w, double h) {
+  HingeSensitivity s;
+  const HingeCorners corners = GatherCorners(hinge, x);
+  const double theta = DihedralAngle(corners);
+  s.basis = AngleGradient(corners);
+  const double moment = StepMoment(1.0, theta, Dot(s.basis, GatherCorners(hinge, w)), h);
+  for (Vec3<double>& d : s.basis.d) d = -moment * d;
+  HingeStiffnessByTable(law, hinge, table, theta, s.by_entry);
+  return s;
+}
+
+template <class Law>
+void AddStretchColumns(const Law& law, const ClothModel& model, const MaterialField& material,
+                       const MaterialField& weight, const double* x, const double* w, double h,
+                       RowMatrix& columns) {
+  for (int f = 0; f < model.mesh.num_faces(); ++f) {
+    const Face& face = model.mesh.faces[f];
+    const FaceSensitivity s = EvaluateSensitivity(law, face, material.stretch_of(f), x, w, h);
+    const StretchTable& scale = weight.stretch_of(f);
+    const ShapeGradient shape = GradientOf(face);
+    for (int a = 0; a < 3; ++a)
+      for (int i = 0; i < 3; ++i) {
+        double* row = &columns(3 * face.vertex[a] + i, 0);
+        double b[kStretchCols];
+        for (int m = 0; m < kStretchCols; ++m)
+          b[m] = shape.u[a] * (&s.basis[m].u.x)[i] + shape.v[a] * (&s.basis[m].v.x)[i];
+        for (int r = 0; r < kStretchRows; ++r)
+          for (int m = 0; m < kStretchCols; ++m)
+            row[kStretchCols * r + m] += s.by_entry[r][m] * scale.c[r][m] * b[m];
+      }
+  }
+}
+
+template <class Law>
+void AddBendColumns(const Law& law, const ClothModel& model, const MaterialField& material,
+                    const MaterialField& weight, const double* x, const double* w, double h,
+                    RowMatrix& columns) {
+  for (int e = 0; e < model.mesh.num_hinges(); ++e) {
+    const Hinge& hinge = model.mesh.hinges[e];
+    const HingeSensitivity s = EvaluateSensitivity(law, hinge, material.bend_of(e), x, w, h);
+    const double* by_entry = &s.by_entry[0][0];
+    const double* scale = &weight.bend_of(e).b[0][0];
+    const double* basis = &s.basis.d[0].x;
+    for (int a = 0; a < 4; ++a)
+      for (int i = 0; i < 3; ++i) {
+        double* row = &columns(3 * hinge.vertex[a] + i, kStretchEntries);
+        for (int k = 0; k < kBendEntries; ++k) row[k] += by_entry[k] * scale[k] * basis[3 * a + i];
+      }
+  }
+}
+
+template <class Law>
+void AddStretchGradient(const Law& law, const ClothModel& model, const MaterialField& material,
+                        const double* x, const double* w, double h, const RowMatrix& lambda,
+                        RowMatrix& gradient) {
+  Eigen::RowVectorXd u(lambda.cols());
+  for (int f = 0; f < model.mesh.num_faces(); ++f) {
+    const Face& face = model.mesh.faces[f];
+    const FaceSensitivity s = EvaluateSensitivity(law, face, material.stretch_of(f), x, w, h);
+    const ShapeGradient shape = GradientOf(face);
+    const int first = material.stretch.size() == 1 ? 0 : kStretchEntries * f;
+    for (int m = 0; m < kStretchCols; ++m) {
+      u.setZero();
+      for (int a = 0; a < 3; ++a)
+        for (int i = 0; i < 3; ++i)
+          u += (shape.u[a] * (&s.basis[m].u.x)[i] + shape.v[a] * (&s.basis[m].v.x)[i]) *
+               lambda.row(3 * face.vertex[a] + i);
+      for (int r = 0; r < kStretchRows; ++r)
+        if (s.by_entry[r][m] != 0.0) gradient.row(first + kStretchCols * r + m) += s.by_entry[r][m] * u;
+    }
+  }
+}
+
+template <class Law>
+void AddBendGradient(const Law& law, const ClothModel& model, const MaterialField& material,
+                     const double* x, const double* w, double h, const RowMatrix& lambda,
+                     RowMatrix& gradient) {
+  Eigen::RowVectorXd u(lambda.cols());
+  for (int e = 0; e < model.mesh.num_hinges(); ++e) {
+    const Hinge& hinge = model.mesh.hinges[e];
+    const HingeSensitivity s = EvaluateSensitivity(law, hinge, material.bend_of(e), x, w, h);
+    const double* by_entry = &s.by_entry[0][0];
+    const int first = material.bend.size() == 1 ? 0 : kBendEntries * e;
+    u.setZero();
+    for (int i = 0; i < 12; ++i)
+      u += (&s.basis.d[0].x)[i] * lambda.row(3 * hinge.vertex[i / 3] + i % 3);
+    for (int k = 0; k < kBendEntries; ++k)
+      if (by_entry[k] != 0.0) gradient.row(first + k) += by_entry[k] * u;
+  }
+}
+
+RowMatrix ContractEntries(const RowMatrix& gradient, int entries, const auto& weight_of) {
+  RowMatrix sum = RowMatrix::Zero(entries, gradient.cols());
+  for (int row = 0; row < gradient.rows(); ++row)
+    sum.row(row % entries) += weight_of(row / entries, row % entries) * gradient.row(row);
+  return sum;
+}
+
+}  // namespace
+
+void AddMaterialColumns(const ClothModel& model, const MaterialField& material,
+                        const MaterialField& weight, const Eigen::VectorXd& x,
+                        const Eigen::VectorXd& w, double h, RowMatrix& columns) {
+  CHECK_EQ(columns.cols(), kMaterialEntries);
+  if (model.scene.stretch)
+    std::visit([&](const auto& law) {
+      AddStretchColumns(law, model, material, weight, x.data(), w.data(), h, columns);
+    }, model.law.stretch);
+  if (model.scene.bend)
+    std::visit([&](const auto& law) {
+      AddBendColumns(law, model, material, weight, x.data(), w.data(), h, columns);
+    }, model.law.bend);
+}
+
+MaterialGradient MaterialGradient::Zero(const MaterialField& like, int m) {
+  return {RowMatrix::Zero(kStretchEntries * like.stretch.size(), m),
+          RowMatrix::Zero(kBendEntries * like.bend.size(), m)};
+}
+
+RowMatrix MaterialGradient::Contract(const MaterialField& weight) const {
+  RowMatrix all(kMaterialEntries, stretch.cols());
+  all << ContractEntries(stretch, kStretchEntries,
+                         [&](int f, int k) { return (&weight.stretch_of(f).c[0][0])[k]; }),
+      ContractEntries(bend, kBendEntries,
+                      [&](int e, int k) { return (&weight.bend_of(e).b[0][0])[k]; });
+  return all;
+}
+
+void AddMaterialGradient(const ClothModel& model, const MaterialField& material,
+                         const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
+                         const RowMatrix& lambda, MaterialGradient& gradient) {
+  if (model.scene.stretch)
+    std::visit([&](const auto& law) {
+      AddStretchGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.stretch);
+    }, model.law.stretch);
+  if (model.scene.bend)
+    std::visit([&](const auto& law) {
+      AddBendGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.bend);
+    }, model.law.bend);
+}
+
+}  // namespace drape

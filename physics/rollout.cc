@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/rollout.h"
+
+#include <glog/logging.h>
+
+#include <utility>
+
+#include "physics/assembly.h"
+
+namespace drape {
+namespace {
+
+// Keeps the factors of the last steps: the way back needs them first.
+bool KeepsFactor(const RolloutOptions& options, std::size_t factor_bytes, int step) {
+  const std::size_t fitting = options.factor_memory / factor_bytes;
+  return static_cast<std::size_t>(options.steps - step) <= fitting;
+}
+
+// Replaces state.v by v' at state.x; the factor stays in the solver, the positions as they are.
+RolloutStatus SolveVelocity(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& mass,
+                   double h, State& state) {
+  if (!solver.Factor(material, state.x, h)) return RolloutStatus::kNotPositiveDefinite;
+  state.v = mass.cwiseProduct(state.v) + h * solver.force();
+  solver.linear().Solve(state.v);
+  return state.v.allFinite() ? RolloutStatus::kOk : RolloutStatus::kNotFinite;
+}
+
+bool Cancelled(const RolloutOptions& options) {
+  return options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed);
+}
+
+}  // namespace
+
+void RolloutOptions::Check() const {
+  CHECK_GT(h, 0.0) << "RolloutOptions::h";
+  CHECK_GE(steps, 0) << "RolloutOptions::steps";
+}
+
+const char* ToString(RolloutStatus status) {
+  switch (status) {
+    case RolloutStatus::kOk: return "ok";
+    case RolloutStatus::kNotPositiveDefinite: return "step matrix not positive definite";
+    case RolloutStatus::kNotFinite: return "positions not finite";
+    case RolloutStatus::kCancelled: return "cancelled";
+  }
+  return "unknown";
+}
+
+StepSolver::StepSolver(std::shared_ptr<const ClothModel> model)
+    : StepSolver(model, MakeCholmodSolver(model->pattern)) {}
+
+StepSolver::StepSolver(std::shared_ptr<const ClothModel> model, std::unique_ptr<LinearSolver> linear)
+    : model_(std::move(model)),
+      linear_(std::move(linear)),
+      matrix_(model_->pattern),
+      derivative_(model_->pattern) {}
+
+bool StepSolver::Factor(const MaterialField& material, const Eigen::VectorXd& x, double h) {
+  AssembleStep(*model_, material, x, h, force_, matrix_);
+  return linear_->Factor(matrix_);
+}
+
+const BlockMatrix& StepSolver::StepDerivative(const MaterialField& material, const Eigen::VectorXd& x,
+                                              const Eigen::VectorXd& w, double h) {
+  AssembleStepDerivative(*model_, material, x, w, h, derivative_);
+  return derivative_;
+}
+
+RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const State& start,
+                      const RolloutOptions& options, Recording* recording) {
+  options.Check();
+  const Eigen::VectorXd mass = solver.model().LumpedMass(material.density);
+  RolloutResult result{RolloutStatus::kOk, start, 0};
+  if (recording != nullptr) *recording = Recording{{start.x}, {start.v}, {}};
+  for (; result.steps < options.steps; ++result.steps) {
+    result.status = Cancelled(options) ? RolloutStatus::kCancelled
+                                       : SolveVelocity(solver, material, mass, options.h, result.end);
+    if (result.status != RolloutStatus::kOk) return result;
+    result.end.x += options.h * result.end.v;
+    if (recording == nullptr) continue;
+    recording->x.push_back(result.end.x);
+    recording->v.push_back(result.end.v);
+    const bool keep = KeepsFactor(options, solver.linear().factor_bytes(), result.steps);
+    recording->factor.push_back(keep ? solver.linear().SaveFactor() : std::vector<double>());
+  }
+  return result;
+}
+
+TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
+                             const MaterialField& weight, const State& start,
+                             const RolloutOptions& options) {
+  options.Check();
+  const ClothModel& model = solver.model();
+  const Eigen::VectorXd mass = model.LumpedMass(material.density);
+  TangentResult result{{RolloutStatus::kOk, start, 0},
+                       RowMatrix::Zero(model.num_dofs(), kMaterialEntries),
+                       RowMatrix::Zero(model.num_dofs(), kMaterialEntries)};
+  RolloutResult& rollout = result.rollout;
+  for (; rollout.steps < options.steps; ++rollout.steps) {
+    const Eigen::VectorXd& x = rollout.end.x;
+    rollout.status = Cancelled(options) ? RolloutStatus::kCancelled
+                                        : SolveVelocity(solver, material, mass, options.h, rollout.end);
+    if (rollout.status != RolloutStatus::kOk) return result;
+    const Eigen::VectorXd& w = rollout.end.v;
+    result.dv = mass.asDiagonal() * result.dv;
+    AddMultiply(model.pattern, solver.StepDerivative(material, x, w, options.h), result.dx, result.dv);
+    AddMaterialColumns(model, material, weight, x, w, options.h, result.dv);
+    solver.linear().Solve(result.dv);
+    result.dx += options.h * result.dv;
+    rollout.end.x += options.h * w;
+  }
+  return result;
+}
+
+AdjointResult RolloutAdjoint(StepSolver& solver, const MaterialField& material,
+                             const RolloutOptions& options, const Recording& recording,
+                             const RowMatrix& seeds) {
+  options.Check();
+  const ClothModel& model = solver.model();
+  const int m = static_cast<int>(seeds.cols()), steps = static_cast<int>(recording.factor.size());
+  CHECK_EQ(seeds.rows(), model.num_dofs());
+  const Eigen::VectorXd mass = model.LumpedMass(material.density);
+  AdjointResult result{RolloutStatus::kOk, MaterialGradient::Zero(material, m), seeds,
+                       RowMatrix::Zero(seeds.rows(), m)};
+  RowMatrix lambda(seeds.rows(), m);
+  for (int k = steps - 1; k >= 0; --k) {
+    const Eigen::VectorXd &x = recording.x[k], &w = recording.v[k + 1];
+    if (!recording.factor[k].empty()) {
+      solver.linear().LoadFactor(recording.factor[k]);
+    } else if (!solver.Factor(material, x, options.h)) {
+      result.status = RolloutStatus::kNotPositiveDefinite;
+      return result;
+    }
+    if (Cancelled(options)) return {RolloutStatus::kCancelled, {}, {}, {}};
+    lambda = result.v0 + options.h * result.x0;
+    solver.linear().Solve(lambda);
+    AddTransposeMultiply(model.pattern, solver.StepDerivative(material, x, w, options.h), lambda,
+                         result.x0);
+    AddMaterialGradient(model, material, x, w, options.h, lambda, result.material);
+    result.v0 = mass.asDiagonal() * lambda;
+  }
+  return result;
+}
+
+}  // namespace drape
