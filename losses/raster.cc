@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/raster.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace drape {
+namespace {
+
+// Pixels lo … hi of [0, size) whose centres lie in [min, max]; empty when lo > hi.
+struct PixelRange {
+  PixelRange(double min, double max, int size)
+      : lo(static_cast<int>(std::ceil(std::clamp(min, 0.0, double(size))))),
+        hi(static_cast<int>(std::floor(std::clamp(max, -1.0, size - 1.0)))) {}
+  int lo, hi;
+};
+
+void CoverTriangle(const Eigen::Matrix2Xd& points, const Face& face, int width, int height,
+                   uint8_t* covered) {
+  const auto a = points.col(face.vertex[0]), b = points.col(face.vertex[1]),
+             c = points.col(face.vertex[2]);
+  const Eigen::Vector2d min = a.cwiseMin(b).cwiseMin(c), max = a.cwiseMax(b).cwiseMax(c);
+  const PixelRange columns(min.x(), max.x(), width), rows(min.y(), max.y(), height);
+  for (int row = rows.lo; row <= rows.hi; ++row) {
+    for (int col = columns.lo; col <= columns.hi; ++col) {
+      uint8_t& pixel = covered[size_t(row) * width + col];
+      if (!pixel && Covers(points, face, col, row)) pixel = 1;
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<uint8_t> CoveredPixels(const Mesh& mesh, const Eigen::Matrix2Xd& image_points,
+                                   int width, int height) {
+  std::vector<uint8_t> covered(size_t(width) * height, 0);
+  for (const Face& face : mesh.faces) {
+    CoverTriangle(image_points, face, width, height, covered.data());
+  }
+  return covered;
+}
+
+GrayImage Rasterize(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
+                    int supersample) {
+  CHECK_GE(supersample, 1);
+  const int n = supersample, fine_width = n * camera.width;
+  Eigen::Matrix2Xd points;
+  CHECK(ProjectVertices(x, camera, &points)) << "positions not finite or behind the camera";
+  points = ((points.array() + 0.5) * n - 0.5).matrix();
+  const auto covered = CoveredPixels(mesh, points, fine_width, n * camera.height);
+  GrayImage image(camera.width, camera.height);
+  for (size_t i = 0; i < covered.size(); ++i) {
+    image.at(i % fine_width / n, i / fine_width / n) += covered[i];
+  }
+  for (float& c : image.coverage) c /= static_cast<float>(n * n);
+  return image;
+}
+
+}  // namespace drape
