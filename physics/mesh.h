@@ -17,18 +17,18 @@ struct Face {
 
 // One interior edge with its two triangles. n0→n1 runs as face 0 traverses it.
 struct Hinge {
-  int vertex[4];        // n0, n1, vertex opposite in face 0, vertex opposite in face 1
+  int vertex[4];  // n0, n1, vertex opposite in face 0, vertex opposite in face 1
   int face[2];
-  double rest_length;   // l [m]
-  double rest_area;     // A0 + A1 [m²]
-  double direction;     // edge direction to weft, 0 = 0°, 1 = 45°, 2 = 90°, folded at 90°
+  double rest_length;  // l [m]
+  double rest_area;    // A0 + A1 [m²]
+  double direction;    // edge direction to weft, 0 = 0°, 1 = 45°, 2 = 90°, folded at 90°
 };
 
 // Triangle mesh of a cloth that is flat in its rest state. Vectors are node-major: x0 y0 z0 x1 …
 // Immutable after BuildMesh.
 struct Mesh {
-  Eigen::VectorXd rest_x;   // rest positions in the world [m], shape [3V]
-  Eigen::Matrix2Xd uv;      // material coordinates (weft, warp) [m], shape [2, V]
+  Eigen::VectorXd rest_x;  // rest positions in the world [m], shape [3V]
+  Eigen::Matrix2Xd uv;     // material coordinates (weft, warp) [m], shape [2, V]
   std::vector<Face> faces;
   std::vector<Hinge> hinges;
   std::vector<std::vector<int>> boundary_loops;  // vertex indices, cloth on the left; longest first
@@ -41,8 +41,8 @@ struct Mesh {
 // Builds faces, hinges and boundary from triangles. `triangles` index uv columns.
 // Throws InputError (prefix `where`, then "face K", K from 1)
 // for: index out of range, a repeated corner, zero or negative UV area, duplicate faces,
-// non-manifold edges, an edge that its two faces traverse in the same direction, a non-manifold boundary,
-// a vertex without a face, non-finite coordinates.
+// non-manifold edges, an edge that its two faces traverse in the same direction, a non-manifold
+// boundary, a vertex without a face, non-finite coordinates.
 Mesh BuildMesh(const Eigen::VectorXd& rest_x, const Eigen::Matrix2Xd& uv,
                const std::vector<std::array<int, 3>>& triangles, const std::string& where);
 
