@@ -11,13 +11,13 @@
 #include "physics/errors.h"
 
 // `statement` throws an InputError whose one-line message contains `text`.
-#define EXPECT_INPUT_ERROR(statement, text)                                          \
-  try {                                                                              \
-    statement;                                                                       \
-    ADD_FAILURE() << "no InputError, expected: " << (text);                          \
-  } catch (const ::drape::InputError& error) {                                       \
-    EXPECT_THAT(error.what(), ::testing::HasSubstr(text));                           \
-    EXPECT_THAT(error.what(), ::testing::Not(::testing::HasSubstr("\n")));           \
+#define EXPECT_INPUT_ERROR(statement, text)                                \
+  try {                                                                    \
+    statement;                                                             \
+    ADD_FAILURE() << "no InputError, expected: " << (text);                \
+  } catch (const ::drape::InputError& error) {                             \
+    EXPECT_THAT(error.what(), ::testing::HasSubstr(text));                 \
+    EXPECT_THAT(error.what(), ::testing::Not(::testing::HasSubstr("\n"))); \
   }
 
 namespace drape {

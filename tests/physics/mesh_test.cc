@@ -94,8 +94,8 @@ TEST(BuildMesh, PutsTheLongestBoundaryFirst) {  // a square with a square hole
   Eigen::Matrix2Xd uv(2, 8);
   uv << 1, 2, 2, 1, 0, 3, 3, 0,  //
       1, 1, 2, 2, 0, 0, 3, 3;
-  const Mesh mesh = Build({{4, 5, 0}, {5, 1, 0}, {5, 6, 1}, {6, 2, 1}, {6, 7, 2}, {7, 3, 2},
-                           {7, 4, 3}, {4, 0, 3}}, uv);
+  const Mesh mesh = Build(
+      {{4, 5, 0}, {5, 1, 0}, {5, 6, 1}, {6, 2, 1}, {6, 7, 2}, {7, 3, 2}, {7, 4, 3}, {4, 0, 3}}, uv);
   ASSERT_EQ(mesh.boundary_loops.size(), 2u);
   EXPECT_THAT(mesh.boundary_loops[0], ElementsAre(4, 5, 6, 7));
   EXPECT_THAT(mesh.boundary_loops[1], ElementsAre(0, 3, 2, 1));
