@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "losses/hausdorff.h"
 
-// clang-format off: distance.h of CGAL 5.5 does not compile before the kernel.
+// distance.h of CGAL 5.5 does not compile before the kernel.
+// clang-format off
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/distance.h>
 #include <CGAL/Surface_mesh.h>
+#include <CGAL/Polygon_mesh_processing/distance.h>
 // clang-format on
 #include <glog/logging.h>
 
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "physics/errors.h"
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <jpeglib.h>
-
+// jpeglib.h needs size_t and FILE, and jerror.h needs jpeglib.h.
+// clang-format off
 #include <csetjmp>
 #include <cstdio>
-// jerror.h must follow jpeglib.h.
+#include <jpeglib.h>
 #include <jerror.h>
+// clang-format on
 
 #include "losses/image_codec.h"
 #include "physics/errors.h"

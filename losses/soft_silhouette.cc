@@ -3,6 +3,7 @@
 
 #include <glog/logging.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/hausdorff.h"
+
+#include <gtest/gtest.h>
+
+#include "disc.h"
+#include "losses/shape_features.h"
+#include "physics/errors.h"
+
+namespace drape {
+namespace {
+
+Eigen::Matrix2Xd Circle(int n, double radius, double shift = 0) {
+  Eigen::Matrix2Xd points = ProfilePolygon(Eigen::VectorXd::Constant(n, radius));
+  points.row(0).array() += shift;
+  return points;
+}
+
+TEST(HausdorffOfPolygons, OfCircles) {
+  EXPECT_NEAR(HausdorffOfPolygons(Circle(720, 0.10), Circle(720, 0.13)), 0.03, 2e-6);
+  EXPECT_NEAR(HausdorffOfPolygons(Circle(720, 0.10), Circle(720, 0.10, 0.02)), 0.02, 2e-6);
+  EXPECT_NEAR(HausdorffOfPolygons(Circle(720, 0.10), Circle(720, 0.12, 0.01)), 0.03, 2e-6);
+}
+
+TEST(HausdorffOfPolygons, IsZeroForTheSameCurveInOtherVertices) {
+  const Eigen::Matrix2Xd circle = Circle(36, 0.1);
+  Eigen::Matrix2Xd finer(2, 72);
+  for (int i = 0; i < 36; ++i) {
+    finer.col(2 * i) = circle.col(i);
+    finer.col(2 * i + 1) = 0.5 * (circle.col(i) + circle.col((i + 1) % 36));
+  }
+  EXPECT_LT(HausdorffOfPolygons(circle, finer), 1e-12);
+}
+
+// The farthest point lies inside of an edge: between the teeth of the other curve, not at a vertex.
+TEST(HausdorffOfPolygons, CountsThePointsBetweenVertices) {
+  Eigen::Matrix2Xd flat(2, 4), notched(2, 5);
+  flat << 0, 4, 4, 0,  //
+      0, 0, -1, -1;
+  notched << 0, 2, 4, 4, 0,  //
+      0, 1, 0, -1, -1;
+  // (2, 0) of the flat edge is 2/√5 away from both slopes; (2, 1) is 1 away from the flat edge.
+  EXPECT_NEAR(HausdorffOfPolygons(flat, notched), 1, 1e-7);
+  // Notched down to almost the other side: now the farthest point is the middle of the flat edge.
+  Eigen::Matrix2Xd deep = notched;
+  deep.col(1) << 2, -0.999;
+  EXPECT_NEAR(HausdorffOfPolygons(flat, deep), 2 * 0.999 / std::hypot(2, 0.999), 1e-6);
+}
+
+TEST(HausdorffOfMeshes, OfAShiftedAndAnEqualDisc) {
+  const Mesh disc = MakeDisc(4, 24, 0.15);
+  Eigen::VectorXd raised = disc.rest_x;
+  for (int i = 0; i < disc.num_vertices(); ++i) raised[3 * i + 2] += 0.02;
+  EXPECT_NEAR(HausdorffOfMeshes(disc, disc.rest_x, disc, raised, "mesh"), 0.02, 2e-4);
+  EXPECT_NEAR(HausdorffOfMeshes(disc, disc.rest_x, disc, disc.rest_x, "mesh"), 0, 2e-4);
+}
+
+TEST(HausdorffOfMeshes, OfConcentricDiscsOfOtherTopology) {
+  const Mesh a = MakeDisc(4, 90, 0.15), b = MakeDisc(3, 80, 0.10);
+  EXPECT_NEAR(HausdorffOfMeshes(a, a.rest_x, b, b.rest_x, "mesh"), 0.05, 3e-4);
+}
+
+TEST(HausdorffOfMeshes, RejectsNonFinitePositions) {
+  const Mesh disc = MakeDisc(2, 12, 0.15);
+  Eigen::VectorXd x = disc.rest_x;
+  x[7] = std::nan("");
+  EXPECT_THROW(HausdorffOfMeshes(disc, x, disc, disc.rest_x, "mesh"), InputError);
+}
+
+}  // namespace
+}  // namespace drape
