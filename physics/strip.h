@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "physics/mesh.h"
+
+namespace drape {
+
+// A flat rectangular strip, u in [0, length], v in [−width/2, width/2] [m], z = 0, uv = xy, for
+// cantilever, hanging and uniaxial tests. Rows of vertices run along u, each second row shifted by
+// half a spacing (half triangles at both ends), so that no diagonal is preferred. With
+// n_across ≈ 1.155·n_along·width/length the triangles are equilateral: the one pattern on which the
+// hinge formula is isotropic and B = 4·D holds exactly inside the strip.
+// The free long edges bear no hinges: the strip is softer by about 1/(9·n_across) of D.
+// CHECKs that all arguments are positive.
+Mesh MakeStrip(double length, double width, int n_along, int n_across);
+
+}  // namespace drape

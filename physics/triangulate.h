@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <utility>
+#include <vector>
+
+namespace drape {
+
+// Constrained Delaunay triangulation of the convex hull of points, shape [2, V]: counter-clockwise
+// triangles, ordered by their vertices. `edges` become mesh edges; they must not cross.
+std::vector<std::array<int, 3>> Triangulate(const Eigen::Matrix2Xd& points,
+                                            const std::vector<std::pair<int, int>>& edges);
+
+// An order of the points along a space-filling curve: order[k] = index of the k-th point.
+std::vector<int> SpatialOrder(const Eigen::Matrix2Xd& points);
+
+}  // namespace drape
