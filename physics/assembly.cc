@@ -15,10 +15,6 @@ Columns UnitColumns(int i) {
   return c;
 }
 
-DeformationGradient<Dual<6>> Seed(const Columns& F) {
-  return {{{F.u.x, 0}, {F.u.y, 1}, {F.u.z, 2}}, {{F.v.x, 3}, {F.v.y, 4}, {F.v.z, 5}}};
-}
-
 void AddGravityAndHandles(const ClothModel& model, double density, const Eigen::VectorXd& x,
                           Eigen::VectorXd& force) {
   if (model.scene.gravity)
@@ -35,18 +31,27 @@ void AddStretchForce(const Face& face, const Columns& by_area, double* force) {
     AddTo(force, face.vertex[a], (face.area * s.u[a]) * by_area.u + (face.area * s.v[a]) * by_area.v);
 }
 
+// Contiguous, and from a local array that aliases nothing: two or three vector instructions.
+void AddBlock(const double (&block)[9], double* out) {
+  for (int i = 0; i < 9; ++i) out[i] += block[i];
+}
+
 // Adds scale·[Du Dv]ᵀ·Q·[Du Dv] to the nine blocks of a face.
 void AddFaceBlocks(const Face& face, const Matrix6& Q, double scale, const int* blocks, BlockMatrix& A) {
   const ShapeGradient s = GradientOf(face);
-  for (int b = 0; b < 3; ++b) {
-    double right[6][3];
-    for (int i = 0; i < 6; ++i)
-      for (int k = 0; k < 3; ++k) right[i][k] = scale * (Q[i][k] * s.u[b] + Q[i][3 + k] * s.v[b]);
-    for (int a = 0; a < 3; ++a) {
-      double* out = A.block(blocks[3 * a + b]);
-      for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k)
-          out[3 * i + k] += s.u[a] * right[i][k] + s.v[a] * right[3 + i][k];
+  double part[2][2][9];  // Q's blocks uu uv, vu vv
+  for (int i = 0; i < 6; ++i)
+    for (int k = 0; k < 6; ++k) part[i / 3][k / 3][3 * (i % 3) + k % 3] = scale * Q[i][k];
+  for (int a = 0; a < 3; ++a) {
+    double row_u[9], row_v[9];
+    for (int i = 0; i < 9; ++i) {
+      row_u[i] = s.u[a] * part[0][0][i] + s.v[a] * part[1][0][i];
+      row_v[i] = s.u[a] * part[0][1][i] + s.v[a] * part[1][1][i];
+    }
+    for (int b = 0; b < 3; ++b) {
+      double block[9];
+      for (int i = 0; i < 9; ++i) block[i] = s.u[b] * row_u[i] + s.v[b] * row_v[i];
+      AddBlock(block, A.block(blocks[3 * a + b]));
     }
   }
 }
@@ -54,10 +59,24 @@ void AddFaceBlocks(const Face& face, const Matrix6& Q, double scale, const int* 
 void AddHingeBlocks(const double (&Q)[12][12], const int* blocks, BlockMatrix& A) {
   for (int a = 0; a < 4; ++a)
     for (int b = 0; b < 4; ++b) {
-      double* out = A.block(blocks[4 * a + b]);
+      double block[9];
       for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) out[3 * i + k] += Q[3 * a + i][3 * b + k];
+        for (int k = 0; k < 3; ++k) block[3 * i + k] = Q[3 * a + i][3 * b + k];
+      AddBlock(block, A.block(blocks[4 * a + b]));
     }
+}
+
+// Adds scale·d·dᵀ to the sixteen blocks of a hinge.
+void AddHingeBlocks(const HingeGradient& gradient, double scale, const int* blocks, BlockMatrix& A) {
+  for (int a = 0; a < 4; ++a) {
+    const Vec3<double> row = scale * gradient.d[a];
+    for (int b = 0; b < 4; ++b) {
+      const Vec3<double>& d = gradient.d[b];
+      AddBlock({row.x * d.x, row.x * d.y, row.x * d.z, row.y * d.x, row.y * d.y, row.y * d.z,
+                row.z * d.x, row.z * d.y, row.z * d.z},
+               A.block(blocks[4 * a + b]));
+    }
+  }
 }
 
 // Stretch and bend of a step; A may be absent (forces only).
@@ -67,7 +86,7 @@ void AddStretchStep(const Law& law, const ClothModel& model, const MaterialField
   for (int f = 0; f < model.mesh.num_faces(); ++f) {
     const Face& face = model.mesh.faces[f];
     const Columns F = GatherColumns(face, x);
-    const StretchCoefficients<double> k = EvaluateStretch(law, F, material.stretch_of(f));
+    const StretchCoefficients<double> k = EvaluateStretch(law, Green(F), material.stretch_of(f));
     AddStretchForce(face, StretchForce(k, F), force);
     if (A == nullptr) continue;
     Matrix6 H;  // symmetric: column j is H·e_j
@@ -86,15 +105,10 @@ void AddBendStep(const Law& law, const ClothModel& model, const MaterialField& m
     const Hinge& hinge = model.mesh.hinges[e];
     const HingeCorners corners = GatherCorners(hinge, x);
     const double theta = DihedralAngle(corners);
-    const HingeGradient d = AngleGradient(corners);
+    const HingeGradient d = AngleGradient(EvaluateWings(corners));
     const double kappa = HingeStiffness(law, hinge, material.bend_of(e), theta);
     for (int a = 0; a < 4; ++a) AddTo(force, hinge.vertex[a], (-kappa * theta) * d.d[a]);
-    if (A == nullptr) continue;
-    const double* g = &d.d[0].x;
-    double H[12][12];
-    for (int i = 0; i < 12; ++i)
-      for (int j = 0; j < 12; ++j) H[i][j] = h * h * kappa * g[i] * g[j];
-    AddHingeBlocks(H, &model.pattern.hinge_block[16 * e], *A);
+    if (A != nullptr) AddHingeBlocks(d, h * h * kappa, &model.pattern.hinge_block[16 * e], *A);
   }
 }
 
@@ -115,13 +129,9 @@ void AddStretchDerivative(const Law& law, const ClothModel& model, const Materia
                           const double* x, const double* w, double h, BlockMatrix& out) {
   for (int f = 0; f < model.mesh.num_faces(); ++f) {
     const Face& face = model.mesh.faces[f];
-    const DeformationGradient<Dual<6>> F = Seed(GatherColumns(face, x));
-    const auto k = EvaluateStretch(law, F, material.stretch_of(f));
-    const DeformationGradient<Dual<6>> g = StretchStepForce(k, F, GatherColumns(face, w), h);
-    const Dual<6>* rows = &g.u.x;
     Matrix6 Q;
-    for (int i = 0; i < 6; ++i)
-      for (int j = 0; j < 6; ++j) Q[i][j] = rows[i].v[j];
+    StretchStepDerivative(law, GatherColumns(face, x), material.stretch_of(f),
+                          GatherColumns(face, w), h, Q);
     AddFaceBlocks(face, Q, face.area, &model.pattern.face_block[9 * f], out);
   }
 }
@@ -187,8 +197,8 @@ double Energy(const ClothModel& model, const MaterialField& material, const Eige
     std::visit([&](const auto& law) {
       for (int f = 0; f < model.mesh.num_faces(); ++f) {
         const Face& face = model.mesh.faces[f];
-        energy += face.area * StretchEnergy(EvaluateStretch(law, GatherColumns(face, x.data()),
-                                                            material.stretch_of(f)));
+        energy += face.area * StretchEnergy(EvaluateStretch(
+                                   law, Green(GatherColumns(face, x.data())), material.stretch_of(f)));
       }
     }, model.law.stretch);
   if (model.scene.bend)

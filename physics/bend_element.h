@@ -22,14 +22,23 @@ DRAPE_HD inline BendRows RowsOf(const Hinge& hinge) {
   return {first, {1.0 - t, t}};
 }
 
+// Weights of the N table columns around a curvature; the same column may be named twice.
+template <class T, int N>
+struct ColumnWeights {
+  int column[N];
+  T weight[N];
+};
+
 template <class Law, class T>
 DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& table, const T& theta) {
-  T w[kBendCols];
-  law.ColumnWeights(hinge, theta, w);
+  const auto columns = law.Columns(hinge, theta);
   const BendRows rows = RowsOf(hinge);
+  const double *low = table.b[rows.first], *high = table.b[rows.first + 1];
   T B(0.0);
-  for (int c = 0; c < kBendCols; ++c)
-    B += w[c] * (rows.weight[0] * table.b[rows.first][c] + rows.weight[1] * table.b[rows.first + 1][c]);
+  for (int i = 0; i < Law::kColumns; ++i) {
+    const int c = columns.column[i];
+    B += columns.weight[i] * (rows.weight[0] * low[c] + rows.weight[1] * high[c]);
+  }
   return law.Active(Value(B)) ? B * HingeFactor(hinge) : T(0.0);
 }
 
@@ -37,20 +46,15 @@ DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& t
 template <class Law>
 DRAPE_HD void HingeStiffnessByTable(const Law& law, const Hinge& hinge, const BendTable& table,
                                     double theta, double by_entry[kBendRows][kBendCols]) {
-  double w[kBendCols];
-  law.ColumnWeights(hinge, theta, w);
-  const BendRows rows = RowsOf(hinge);
   for (int r = 0; r < kBendRows; ++r)
     for (int c = 0; c < kBendCols; ++c) by_entry[r][c] = 0.0;
-  double B = 0.0;
+  if (!law.Active(HingeStiffness(law, hinge, table, theta))) return;
+  const auto columns = law.Columns(hinge, theta);
+  const BendRows rows = RowsOf(hinge);
   for (int k = 0; k < 2; ++k)
-    for (int c = 0; c < kBendCols; ++c) {
-      by_entry[rows.first + k][c] = rows.weight[k] * w[c] * HingeFactor(hinge);
-      B += rows.weight[k] * w[c] * table.b[rows.first + k][c];
-    }
-  if (law.Active(B)) return;
-  for (int k = 0; k < 2; ++k)
-    for (int c = 0; c < kBendCols; ++c) by_entry[rows.first + k][c] = 0.0;
+    for (int i = 0; i < Law::kColumns; ++i)
+      by_entry[rows.first + k][columns.column[i]] +=
+          rows.weight[k] * columns.weight[i] * HingeFactor(hinge);
 }
 
 // g = h·f − h²·H·w of a hinge is −s·∂θ/∂x with s = κ·(h·θ + h²·q), q = ∂θ/∂x·w: this is s.
@@ -64,19 +68,18 @@ DRAPE_HD void BendStepDerivative(const Law& law, const Hinge& hinge, const BendT
                                  const HingeCorners& x, const HingeCorners& w, double h,
                                  double out[12][12]) {
   const double theta = DihedralAngle(x);
-  const HingeGradient d = AngleGradient(x);
+  const HingeWings wings = EvaluateWings(x);
+  const HingeGradient d = AngleGradient(wings);
   const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
-  AngleHessian(x, out);
+  AngleHessian(wings, out);
   const double* grad = &d.d[0].x;
   const double* direction = &w.x[0].x;
   const double q = Dot(d, w), s = StepMoment(kappa.a, theta, q, h);
   const double s_by_theta = kappa.v[0] * (h * theta + h * h * q) + kappa.a * h;
   double grad_s[12];
-  for (int j = 0; j < 12; ++j) {
-    double hw = 0.0;  // (∂²θ·w)_j
-    for (int i = 0; i < 12; ++i) hw += out[i][j] * direction[i];
-    grad_s[j] = s_by_theta * grad[j] + h * h * kappa.a * hw;
-  }
+  for (int j = 0; j < 12; ++j) grad_s[j] = s_by_theta * grad[j];
+  for (int i = 0; i < 12; ++i)  // + h²κ·∂²θ·w
+    for (int j = 0; j < 12; ++j) grad_s[j] += h * h * kappa.a * direction[i] * out[i][j];
   for (int i = 0; i < 12; ++i)
     for (int j = 0; j < 12; ++j) out[i][j] = -grad[i] * grad_s[j] - s * out[i][j];
 }

@@ -3,35 +3,53 @@
 #include <glog/logging.h>
 #include <omp.h>
 
+#include <algorithm>
 #include <cstring>
+#include <numeric>
+#include <utility>
 
 #include "physics/blas.h"
 #include "physics/linear_solver.h"
+#include "physics/supernodal_factor.h"
 
 namespace drape {
 namespace {
 
-// Lower triangle in compressed columns: where each stored number comes from in the block matrix.
+// Lower triangle of the permuted matrix in compressed columns: where each stored number comes from
+// in the block matrix. Permuted here once, CHOLMOD does not do it again in each factorisation.
 struct LowerTriangle {
   std::vector<int> column_start, row, source;
 };
 
-LowerTriangle MakeLowerTriangle(const BlockPattern& p) {
+// order[k]: the unknown that is eliminated as number k.
+LowerTriangle MakeLowerTriangle(const BlockPattern& p, const std::vector<int>& order) {
+  std::vector<int> position(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) position[order[k]] = static_cast<int>(k);
   LowerTriangle lower;
   lower.column_start.push_back(0);
-  for (int j = 0; j < 3 * p.num_vertices(); ++j) {
+  std::vector<std::pair<int, int>> column;  // row, source
+  for (int k = 0; k < static_cast<int>(order.size()); ++k) {
+    const int j = order[k];
+    column.clear();
     // Row j/3 of the symmetric pattern lists the row blocks of column j.
     for (int b = p.row_start[j / 3]; b < p.row_start[j / 3 + 1]; ++b)
-      for (int k = 0; k < 3; ++k) {
-        const int i = 3 * p.column[b] + k;
-        if (i < j) continue;
-        lower.row.push_back(i);
-        lower.source.push_back(9 * b + 3 * (j % 3) + k);
-      }
+      for (int i = 0; i < 3; ++i)
+        if (const int row = position[3 * p.column[b] + i]; row >= k)
+          column.emplace_back(row, 9 * b + 3 * (j % 3) + i);
+    std::sort(column.begin(), column.end());
+    for (const auto& [row, source] : column) {
+      lower.row.push_back(row);
+      lower.source.push_back(source);
+    }
     lower.column_start.push_back(static_cast<int>(lower.row.size()));
   }
   return lower;
 }
+
+struct Analysis {
+  std::vector<int> order;
+  LowerTriangle lower;
+};
 
 // CHOLMOD opens parallel regions of four threads for each small supernode, whatever the machine
 // (measured: half of the time in the kernel's scheduler). Within this scope they run on one thread.
@@ -50,13 +68,18 @@ class SerialScope {
 
 class CholmodSolver final : public LinearSolver {
  public:
-  explicit CholmodSolver(const BlockPattern& pattern)
-      : lower_(std::make_shared<LowerTriangle>(MakeLowerTriangle(pattern))) {
-    Start(3 * pattern.num_vertices());
-    Analyze(pattern);
+  explicit CholmodSolver(const BlockPattern& pattern) {
+    Start();
+    auto analysis = std::make_shared<Analysis>();
+    analysis->order = EliminationOrder(pattern);
+    analysis->lower = MakeLowerTriangle(pattern, analysis->order);
+    analysis_ = std::move(analysis);
+    MakeMatrix();
+    factor_ = Analyze(matrix_, CHOLMOD_NATURAL, nullptr);
   }
-  CholmodSolver(const CholmodSolver& other) : lower_(other.lower_) {
-    Start(static_cast<int>(other.matrix_->nrow));
+  CholmodSolver(const CholmodSolver& other) : analysis_(other.analysis_) {
+    Start();
+    MakeMatrix();
     factor_ = cholmod_copy_factor(other.factor_, &common_);
     CHECK(factor_ != nullptr);
   }
@@ -77,17 +100,31 @@ class CholmodSolver final : public LinearSolver {
   bool Factor(const BlockMatrix& A) override {
     const SerialScope serial;
     double* value = static_cast<double*>(matrix_->x);
-    for (std::size_t k = 0; k < lower_->source.size(); ++k) value[k] = A.value[lower_->source[k]];
+    const std::vector<int>& source = analysis_->lower.source;
+    for (std::size_t k = 0; k < source.size(); ++k) value[k] = A.value[source[k]];
     cholmod_factorize(matrix_, factor_, &common_);
     return common_.status == CHOLMOD_OK && factor_->minor == factor_->n;
   }
 
-  void Solve(Eigen::VectorXd& b) override { SolveColumns(b.data(), 1, b.data()); }
+  void Solve(Eigen::VectorXd& b) override {
+    const SerialScope serial;
+    permuted_.resize(b.size(), 1);
+    Permute(b, permuted_);
+    cholmod_dense rhs{};
+    rhs.nrow = rhs.d = rhs.nzmax = matrix_->nrow;
+    rhs.ncol = 1;
+    rhs.x = permuted_.data();
+    rhs.xtype = CHOLMOD_REAL;
+    rhs.dtype = CHOLMOD_DOUBLE;
+    CHECK(cholmod_solve2(CHOLMOD_A, factor_, &rhs, nullptr, &x_, nullptr, &y_, &e_, &common_));
+    Unpermute(Eigen::Map<const Eigen::VectorXd>(static_cast<const double*>(x_->x), b.size()), b);
+  }
 
   void Solve(RowMatrix& b) override {
-    columns_ = b;
-    SolveColumns(columns_.data(), static_cast<int>(b.cols()), columns_.data());
-    b = columns_;
+    permuted_.resize(b.rows(), b.cols());
+    Permute(b, permuted_);
+    SolveRows(View(), permuted_, workspace_);
+    Unpermute(permuted_, b);
   }
 
   std::vector<double> SaveFactor() const override {
@@ -101,17 +138,23 @@ class CholmodSolver final : public LinearSolver {
   std::size_t factor_bytes() const override { return factor_->xsize * sizeof(double); }
 
  private:
-  void Start(int n) {
+  void Start() {
     UseOneBlasThread();
     CHECK(cholmod_start(&common_));
     common_.supernodal = CHOLMOD_SUPERNODAL;
     common_.quick_return_if_not_posdef = 1;
     common_.print = 0;  // "not positive definite" is a returned status
-    const int nnz = static_cast<int>(lower_->row.size());
-    matrix_ = cholmod_allocate_sparse(n, n, nnz, 1, 1, -1, CHOLMOD_REAL, &common_);
-    CHECK(matrix_ != nullptr);
-    std::memcpy(matrix_->p, lower_->column_start.data(), (n + 1) * sizeof(int));
-    std::memcpy(matrix_->i, lower_->row.data(), nnz * sizeof(int));
+  }
+
+  void MakeMatrix() { matrix_ = MakeSparse(analysis_->lower, CHOLMOD_REAL); }
+
+  cholmod_sparse* MakeSparse(const LowerTriangle& lower, int xtype) {
+    const std::size_t n = lower.column_start.size() - 1, nnz = lower.row.size();
+    cholmod_sparse* matrix = cholmod_allocate_sparse(n, n, nnz, 1, 1, -1, xtype, &common_);
+    CHECK(matrix != nullptr) << "CHOLMOD: out of memory";
+    std::memcpy(matrix->p, lower.column_start.data(), (n + 1) * sizeof(int));
+    std::memcpy(matrix->i, lower.row.data(), nnz * sizeof(int));
+    return matrix;
   }
 
   // METIS on the vertices, not on the three times larger scalar graph: the three unknowns of a
@@ -135,37 +178,53 @@ class CholmodSolver final : public LinearSolver {
     return order;
   }
 
-  void Analyze(const BlockPattern& pattern) {
-    std::vector<int> order;
+  cholmod_factor* Analyze(cholmod_sparse* matrix, int ordering, int* order) {
+    common_.nmethods = 1;
+    common_.method[0].ordering = ordering;
+    common_.postorder = ordering != CHOLMOD_NATURAL;
+    cholmod_factor* factor = cholmod_analyze_p(matrix, order, nullptr, 0, &common_);
+    CHECK(factor != nullptr) << "CHOLMOD: out of memory in the symbolic analysis";
+    return factor;
+  }
+
+  // Nested dissection of the vertices, then CHOLMOD's postorder of the elimination tree.
+  std::vector<int> EliminationOrder(const BlockPattern& pattern) {
+    std::vector<int> order, as_is(3 * pattern.num_vertices());
     for (int i : VertexOrdering(pattern))
       for (int k = 0; k < 3; ++k) order.push_back(3 * i + k);
-    common_.nmethods = 1;
-    common_.method[0].ordering = CHOLMOD_GIVEN;
-    factor_ = cholmod_analyze_p(matrix_, order.data(), nullptr, 0, &common_);
-    CHECK(factor_ != nullptr) << "CHOLMOD: out of memory in the symbolic analysis";
+    std::iota(as_is.begin(), as_is.end(), 0);
+    cholmod_sparse* matrix = MakeSparse(MakeLowerTriangle(pattern, as_is), CHOLMOD_PATTERN);
+    cholmod_factor* factor = Analyze(matrix, CHOLMOD_GIVEN, order.data());
+    std::copy_n(static_cast<const int*>(factor->Perm), order.size(), order.begin());
+    cholmod_free_factor(&factor, &common_);
+    cholmod_free_sparse(&matrix, &common_);
+    return order;
   }
 
-  void SolveColumns(double* b, int count, double* x) {
-    const SerialScope serial;
-    cholmod_dense rhs{};
-    rhs.nrow = rhs.d = matrix_->nrow;
-    rhs.ncol = count;
-    rhs.nzmax = rhs.nrow * count;
-    rhs.x = b;
-    rhs.xtype = CHOLMOD_REAL;
-    rhs.dtype = CHOLMOD_DOUBLE;
-    CHECK(cholmod_solve2(CHOLMOD_A, factor_, &rhs, nullptr, &x_, nullptr, &y_, &e_, &common_));
-    std::memcpy(x, x_->x, rhs.nzmax * sizeof(double));
+  void Permute(const auto& b, RowMatrix& permuted) const {
+    for (Eigen::Index k = 0; k < b.rows(); ++k) permuted.row(k) = b.row(analysis_->order[k]);
+  }
+  void Unpermute(const auto& permuted, auto& b) const {
+    for (Eigen::Index k = 0; k < b.rows(); ++k) b.row(analysis_->order[k]) = permuted.row(k);
   }
 
-  std::shared_ptr<const LowerTriangle> lower_;
+  SupernodalFactor View() const {
+    const auto ints = [](const void* p, std::size_t n) {
+      return std::span(static_cast<const int*>(p), n);
+    };
+    return {ints(factor_->super, factor_->nsuper + 1), ints(factor_->pi, factor_->nsuper + 1),
+            ints(factor_->px, factor_->nsuper + 1), ints(factor_->s, factor_->ssize),
+            static_cast<const double*>(factor_->x)};
+  }
+
+  std::shared_ptr<const Analysis> analysis_;
   cholmod_common common_{};
   cholmod_sparse* matrix_ = nullptr;
   cholmod_factor* factor_ = nullptr;
   cholmod_dense* x_ = nullptr;  // reused by the solves
   cholmod_dense* y_ = nullptr;
   cholmod_dense* e_ = nullptr;
-  Eigen::MatrixXd columns_;
+  RowMatrix permuted_, workspace_;
 };
 
 }  // namespace

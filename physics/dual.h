@@ -13,73 +13,82 @@ struct Dual {
   double a = 0.0;
   double v[N] = {};
 
-  DRAPE_HD Dual() = default;
-  DRAPE_HD Dual(double value) : a(value) {}  // NOLINT(google-explicit-constructor): a constant
-  DRAPE_HD Dual(double value, int seed) : a(value) { v[seed] = 1.0; }
+  Dual() = default;
+  DRAPE_INLINE Dual(double value) : a(value) {}  // NOLINT(google-explicit-constructor): a constant
+  DRAPE_INLINE Dual(double value, int seed) : a(value) { v[seed] = 1.0; }
 
-  DRAPE_HD Dual& operator+=(const Dual& o) { return *this = *this + o; }
-  DRAPE_HD Dual operator-() const { return Chain(*this, -a, -1.0); }
+  DRAPE_INLINE Dual& operator+=(const Dual& o) { return *this = *this + o; }
+  DRAPE_INLINE Dual operator-() const { return Chain(*this, -a, -1.0); }
 
   // f(x) given its value and derivative at x.a.
-  DRAPE_HD static Dual Chain(const Dual& x, double value, double derivative) {
+  DRAPE_INLINE static Dual Chain(const Dual& x, double value, double derivative) {
     Dual r(value);
     for (int i = 0; i < N; ++i) r.v[i] = derivative * x.v[i];
     return r;
   }
   // f(x, y) given its value and its two partial derivatives.
-  DRAPE_HD static Dual Chain(const Dual& x, double dx, const Dual& y, double dy, double value) {
+  DRAPE_INLINE static Dual Chain(const Dual& x, double dx, const Dual& y, double dy, double value) {
     Dual r(value);
     for (int i = 0; i < N; ++i) r.v[i] = dx * x.v[i] + dy * y.v[i];
     return r;
   }
 
-  friend DRAPE_HD Dual operator+(const Dual& x, const Dual& y) {
+  friend DRAPE_INLINE Dual operator+(const Dual& x, const Dual& y) {
     return Chain(x, 1.0, y, 1.0, x.a + y.a);
   }
-  friend DRAPE_HD Dual operator-(const Dual& x, const Dual& y) {
+  friend DRAPE_INLINE Dual operator-(const Dual& x, const Dual& y) {
     return Chain(x, 1.0, y, -1.0, x.a - y.a);
   }
-  friend DRAPE_HD Dual operator*(const Dual& x, const Dual& y) {
+  friend DRAPE_INLINE Dual operator*(const Dual& x, const Dual& y) {
     return Chain(x, y.a, y, x.a, x.a * y.a);
   }
-  friend DRAPE_HD Dual operator/(const Dual& x, const Dual& y) {
+  friend DRAPE_INLINE Dual operator/(const Dual& x, const Dual& y) {
     const double inverse = 1.0 / y.a, value = x.a * inverse;
     return Chain(x, inverse, y, -value * inverse, value);
   }
-  friend DRAPE_HD Dual operator+(const Dual& x, double s) { return Chain(x, x.a + s, 1.0); }
-  friend DRAPE_HD Dual operator+(double s, const Dual& x) { return x + s; }
-  friend DRAPE_HD Dual operator-(const Dual& x, double s) { return x + (-s); }
-  friend DRAPE_HD Dual operator-(double s, const Dual& x) { return Chain(x, s - x.a, -1.0); }
-  friend DRAPE_HD Dual operator*(const Dual& x, double s) { return Chain(x, x.a * s, s); }
-  friend DRAPE_HD Dual operator*(double s, const Dual& x) { return x * s; }
-  friend DRAPE_HD Dual operator/(const Dual& x, double s) { return x * (1.0 / s); }
-  friend DRAPE_HD Dual operator/(double s, const Dual& x) { return Dual(s) / x; }
+  friend DRAPE_INLINE Dual operator+(const Dual& x, double s) { return Chain(x, x.a + s, 1.0); }
+  friend DRAPE_INLINE Dual operator+(double s, const Dual& x) { return x + s; }
+  friend DRAPE_INLINE Dual operator-(const Dual& x, double s) { return x + (-s); }
+  friend DRAPE_INLINE Dual operator-(double s, const Dual& x) { return Chain(x, s - x.a, -1.0); }
+  friend DRAPE_INLINE Dual operator*(const Dual& x, double s) { return Chain(x, x.a * s, s); }
+  friend DRAPE_INLINE Dual operator*(double s, const Dual& x) { return x * s; }
+  friend DRAPE_INLINE Dual operator/(const Dual& x, double s) { return x * (1.0 / s); }
+  friend DRAPE_INLINE Dual operator/(double s, const Dual& x) { return Dual(s) / x; }
 };
 
 template <int N>
-DRAPE_HD Dual<N> sqrt(const Dual<N>& x) {
+DRAPE_INLINE Dual<N> sqrt(const Dual<N>& x) {
   const double root = ::sqrt(x.a);
   return Dual<N>::Chain(x, root, 0.5 / root);
 }
 template <int N>
-DRAPE_HD Dual<N> sin(const Dual<N>& x) {
+DRAPE_INLINE Dual<N> sin(const Dual<N>& x) {
   return Dual<N>::Chain(x, ::sin(x.a), ::cos(x.a));
 }
 template <int N>
-DRAPE_HD Dual<N> atan2(const Dual<N>& y, const Dual<N>& x) {
+DRAPE_INLINE Dual<N> atan2(const Dual<N>& y, const Dual<N>& x) {
   const double inverse = 1.0 / (x.a * x.a + y.a * y.a);
   return Dual<N>::Chain(y, x.a * inverse, x, -y.a * inverse, ::atan2(y.a, x.a));
 }
 
-// The plain value of a scalar, for branches.
-DRAPE_HD inline double Value(double x) { return x; }
-DRAPE_HD inline double Value(float x) { return x; }
+// f(x, y, z) given as a dual over its three arguments.
 template <int N>
-DRAPE_HD double Value(const Dual<N>& x) {
+DRAPE_INLINE Dual<N> Compose(const Dual<3>& f, const Dual<N>& x, const Dual<N>& y,
+                             const Dual<N>& z) {
+  Dual<N> r(f.a);
+  for (int i = 0; i < N; ++i) r.v[i] = f.v[0] * x.v[i] + f.v[1] * y.v[i] + f.v[2] * z.v[i];
+  return r;
+}
+
+// The plain value of a scalar, for branches.
+DRAPE_INLINE double Value(double x) { return x; }
+DRAPE_INLINE double Value(float x) { return x; }
+template <int N>
+DRAPE_INLINE double Value(const Dual<N>& x) {
   return x.a;
 }
 template <class T>
-DRAPE_HD T Abs(const T& x) {
+DRAPE_INLINE T Abs(const T& x) {
   return Value(x) < 0.0 ? -x : x;
 }
 

@@ -20,8 +20,8 @@ DRAPE_HD inline HingeCorners GatherCorners(const Hinge& hinge, const double* nod
            LoadVec3(nodes, hinge.vertex[2]), LoadVec3(nodes, hinge.vertex[3])}};
 }
 
-// One wing: m = N/h [1/m] (normal over height squared, times height) and t, the foot of its
-// height along the edge. `side` is +1 for face 0, −1 for face 1, which traverses the edge backwards.
+// One wing: m = N̂/h [1/m] (unit normal over height) and t, the foot of its height along the edge.
+// `side` is +1 for face 0, −1 for face 1, which traverses the edge backwards.
 template <class T>
 struct Wing {
   Vec3<T> m;
@@ -42,14 +42,22 @@ DRAPE_HD inline double DihedralAngle(const HingeCorners& c) {
   return std::atan2(-Dot(e, Cross(N0, N1)) / std::sqrt(Dot(e, e)), Dot(N0, N1));
 }
 
+// Both wings of a hinge, shared by the gradient and the Hessian of θ.
+struct HingeWings {
+  Vec3<double> edge, apex[2];  // relative to n0
+  Wing<double> wing[2];
+};
+DRAPE_HD inline HingeWings EvaluateWings(const HingeCorners& c) {
+  const Vec3<double> e = c.x[1] - c.x[0], a0 = c.x[2] - c.x[0], a1 = c.x[3] - c.x[0];
+  return {e, {a0, a1}, {EvaluateWing(e, a0, 1.0), EvaluateWing(e, a1, -1.0)}};
+}
+
 // ∂θ/∂x = [(t0−1)m0 + (t1−1)m1, −t0·m0 − t1·m1, m0, m1] [rad/m].
 struct HingeGradient {
   Vec3<double> d[4];
 };
-DRAPE_HD inline HingeGradient AngleGradient(const HingeCorners& c) {
-  const Vec3<double> e = c.x[1] - c.x[0];
-  const Wing<double> w0 = EvaluateWing(e, c.x[2] - c.x[0], 1.0);
-  const Wing<double> w1 = EvaluateWing(e, c.x[3] - c.x[0], -1.0);
+DRAPE_HD inline HingeGradient AngleGradient(const HingeWings& hinge) {
+  const Wing<double>&w0 = hinge.wing[0], &w1 = hinge.wing[1];
   return {{(w0.t - 1.0) * w0.m + (w1.t - 1.0) * w1.m, -w0.t * w0.m - w1.t * w1.m, w0.m, w1.m}};
 }
 
@@ -57,32 +65,41 @@ DRAPE_HD inline double Dot(const HingeGradient& g, const HingeCorners& w) {
   return Dot(g.d[0], w.x[0]) + Dot(g.d[1], w.x[1]) + Dot(g.d[2], w.x[2]) + Dot(g.d[3], w.x[3]);
 }
 
-// Adds one wing's part of ∂²θ/∂x² to H [12][12]; corner 3 or 2 is its apex.
-DRAPE_HD inline void AddWingHessian(const HingeCorners& c, int apex, double H[12][12]) {
-  using D = Dual<6>;
-  const Vec3<double> e = c.x[1] - c.x[0], a = c.x[apex] - c.x[0];
-  const Wing<D> w = EvaluateWing<D>({D(e.x, 0), D(e.y, 1), D(e.z, 2)},
-                                    {D(a.x, 3), D(a.y, 4), D(a.z, 5)}, apex == 2 ? 1.0 : -1.0);
-  const Vec3<D> at_n0 = (w.t - 1.0) * w.m, at_n1 = -w.t * w.m;
-  const D* rows[9] = {&at_n0.x, &at_n0.y, &at_n0.z, &at_n1.x, &at_n1.y,
-                      &at_n1.z, &w.m.x,   &w.m.y,   &w.m.z};
-  for (int r = 0; r < 9; ++r) {
-    double* out = H[r < 6 ? r : 3 * apex + r - 6];
+// Adds one wing's part of ∂²θ/∂x² to H [12][12]; `apex` is corner 2 or 3. From the derivatives of
+// m and t by the apex a and the edge e, p = a − t·e the height, |p| = h:
+//   ∂m/∂a = S = −(p mᵀ + m pᵀ)/h²,  ∂m/∂e = −t·S − e mᵀ/|e|²,
+//   ∂t/∂a = e/|e|²,                 ∂t/∂e = (p − t·e)/|e|².
+// Rows and columns of n0 follow because they sum to zero.
+DRAPE_HD inline void AddWingHessian(const Vec3<double>& edge, const Vec3<double>& apex_at,
+                                    const Wing<double>& wing, int apex, double H[12][12]) {
+  const double t = wing.t, inverse_h2 = Dot(wing.m, wing.m), inverse_ee = 1.0 / Dot(edge, edge);
+  const Vec3<double> height = apex_at - t * edge, t_by_e = inverse_ee * (height - t * edge);
+  const Vec3<double> t_by_a = inverse_ee * edge;
+  const double *m = &wing.m.x, *p = &height.x, *ta = &t_by_a.x, *te = &t_by_e.x;
+  for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) {
-      const double by_edge = rows[r]->v[k], by_apex = rows[r]->v[3 + k];
-      out[k] -= by_edge + by_apex;
-      out[3 + k] += by_edge;
-      out[3 * apex + k] += by_apex;
+      const double m_by_a = -inverse_h2 * (p[i] * m[k] + m[i] * p[k]);
+      const double m_by_e = -t * m_by_a - ta[i] * m[k];
+      const double n1_by_a = -m[i] * ta[k] - t * m_by_a, n1_by_e = -m[i] * te[k] - t * m_by_e;
+      double *row0 = H[i], *row1 = H[3 + i], *row = H[3 * apex + i];
+      row[3 * apex + k] += m_by_a;
+      row[3 + k] += m_by_e;
+      row[k] -= m_by_a + m_by_e;
+      row1[3 * apex + k] += n1_by_a;
+      row1[3 + k] += n1_by_e;
+      row1[k] -= n1_by_a + n1_by_e;
+      row0[3 * apex + k] -= m_by_a + n1_by_a;
+      row0[3 + k] -= m_by_e + n1_by_e;
+      row0[k] += m_by_a + m_by_e + n1_by_a + n1_by_e;
     }
-  }
 }
 
-// ∂²θ/∂x² [rad/m²], shape [12, 12].
-DRAPE_HD inline void AngleHessian(const HingeCorners& c, double H[12][12]) {
+// ∂²θ/∂x² [rad/m²], shape [12, 12], symmetric.
+DRAPE_HD inline void AngleHessian(const HingeWings& hinge, double H[12][12]) {
   for (int i = 0; i < 12; ++i)
     for (int j = 0; j < 12; ++j) H[i][j] = 0.0;
-  AddWingHessian(c, 2, H);
-  AddWingHessian(c, 3, H);
+  AddWingHessian(hinge.edge, hinge.apex[0], hinge.wing[0], 2, H);
+  AddWingHessian(hinge.edge, hinge.apex[1], hinge.wing[1], 3, H);
 }
 
 }  // namespace drape

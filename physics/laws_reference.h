@@ -107,20 +107,16 @@ class ReferenceStretch {
 
 // Fact 7: linear in the signed curvature, so every ridge sits in column 0.
 struct ReferenceBend {
+  static constexpr int kColumns = 2;
   template <class T>
-  DRAPE_HD static void ColumnWeights(const Hinge& hinge, const T& theta, T w[kBendCols]) {
-    for (int c = 0; c < kBendCols; ++c) w[c] = T(0.0);
+  DRAPE_HD static ColumnWeights<T, kColumns> Columns(const Hinge& hinge, const T& theta) {
     const T column = theta * (0.1 * hinge.rest_length / hinge.rest_area);
     const double value = Value(column);
-    if (!(value > 0.0)) {
-      w[0] = T(1.0);
-    } else if (value >= kBendCols - 1) {
-      w[kBendCols - 1] = T(1.0);
-    } else {
-      const int c = static_cast<int>(value);
-      w[c + 1] = column - static_cast<double>(c);
-      w[c] = 1.0 - w[c + 1];
-    }
+    if (!(value > 0.0)) return {{0, 1}, {T(1.0), T(0.0)}};
+    if (value >= kBendCols - 1) return {{kBendCols - 2, kBendCols - 1}, {T(0.0), T(1.0)}};
+    const int c = static_cast<int>(value);
+    const T t = column - static_cast<double>(c);
+    return {{c, c + 1}, {1.0 - t, t}};
   }
   // The clamp of the interpolated entry at zero.
   DRAPE_HD static bool Active(double B) { return B > 0.0; }

@@ -14,18 +14,13 @@ namespace drape {
 // Quadratic B-spline weights of five columns at q ≥ 0: even about column 0; past column 4 even about
 // it too (`mirror_at_end`, where column 4 is 90°) or constant.
 template <class T>
-DRAPE_HD void SplineWeights(const T& q, bool mirror_at_end, T w[5]) {
-  for (int c = 0; c < 5; ++c) w[c] = T(0.0);
-  if (Value(q) >= 4.5) {
-    w[4] = T(1.0);
-    return;
-  }
+DRAPE_HD ColumnWeights<T, 3> SplineWeights(const T& q, bool mirror_at_end) {
+  if (Value(q) >= 4.5) return {{4, 4, 4}, {T(0.0), T(1.0), T(0.0)}};
   const int c = static_cast<int>(Value(q) + 0.5);
   const T t = q - static_cast<double>(c);
   const T below = 0.5 * (0.5 - t) * (0.5 - t), above = 0.5 * (0.5 + t) * (0.5 + t);
-  w[c] += 1.0 - below - above;
-  w[c == 0 ? 1 : c - 1] += below;
-  w[c == 4 ? (mirror_at_end ? 3 : 4) : c + 1] += above;
+  return {{c == 0 ? 1 : c - 1, c, c < 4 ? c + 1 : mirror_at_end ? 3 : 4},
+          {below, 1.0 - below - above, above}};
 }
 
 struct SmoothStretch {
@@ -99,18 +94,20 @@ struct SmoothStretch {
       return;
     }
     const T column = atan2(Abs(shear), difference) * (4.0 / M_PI);
-    SplineWeights(column, true, w);
     const T known = squared / (squared + direction_width * direction_width);
-    for (int i = 0; i < 5; ++i) w[i] = known * w[i] + (1.0 - known) * kMean[i];
+    for (int i = 0; i < 5; ++i) w[i] = (1.0 - known) * kMean[i];
+    const ColumnWeights<T, 3> spline = SplineWeights(column, true);
+    for (int i = 0; i < 3; ++i) w[spline.column[i]] += known * spline.weight[i];
   }
 };
 
 // Column 0.4·|α|, α = sin(θ/2)/(h0+h1) (paper eq. 12, 14): the reference's scale at small angles.
 struct SmoothBend {
+  static constexpr int kColumns = 3;
   template <class T>
-  DRAPE_HD static void ColumnWeights(const Hinge& hinge, const T& theta, T w[kBendCols]) {
+  DRAPE_HD static ColumnWeights<T, kColumns> Columns(const Hinge& hinge, const T& theta) {
     using std::sin;
-    SplineWeights(T(Abs(sin(0.5 * theta)) * ColumnPerSine(hinge)), false, w);
+    return SplineWeights(T(Abs(sin(0.5 * theta)) * ColumnPerSine(hinge)), false);
   }
   // Negative entries are rejected when the table is read: no clamp.
   DRAPE_HD static bool Active(double) { return true; }

@@ -3,6 +3,9 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
+#include <vector>
+
 namespace drape {
 namespace {
 
@@ -18,7 +21,7 @@ FaceSensitivity EvaluateSensitivity(const Law& law, const Face& face, const Stre
                                     const double* x, const double* w, double h) {
   FaceSensitivity s;
   const Columns F = GatherColumns(face, x), wF = GatherColumns(face, w);
-  const StretchCoefficients<double> k = EvaluateStretch(law, F, table);
+  const StretchCoefficients<double> k = EvaluateStretch(law, Green(F), table);
   for (int m = 0; m < kStretchCols; ++m) {
     const Columns g = StretchStepForce(UnitStiffness(k, m), F, wF, h);
     s.basis[m] = {face.area * g.u, face.area * g.v};
@@ -38,7 +41,7 @@ HingeSensitivity EvaluateSensitivity(const Law& law, const Hinge& hinge, const B
   HingeSensitivity s;
   const HingeCorners corners = GatherCorners(hinge, x);
   const double theta = DihedralAngle(corners);
-  s.basis = AngleGradient(corners);
+  s.basis = AngleGradient(EvaluateWings(corners));
   const double moment = StepMoment(1.0, theta, Dot(s.basis, GatherCorners(hinge, w)), h);
   for (Vec3<double>& d : s.basis.d) d = -moment * d;
   HingeStiffnessByTable(law, hinge, table, theta, s.by_entry);
@@ -53,17 +56,16 @@ void AddStretchColumns(const Law& law, const ClothModel& model, const MaterialFi
     const Face& face = model.mesh.faces[f];
     const FaceSensitivity s = EvaluateSensitivity(law, face, material.stretch_of(f), x, w, h);
     const StretchTable& scale = weight.stretch_of(f);
+    double factor[kStretchEntries];
+    for (int k = 0; k < kStretchEntries; ++k) factor[k] = (&s.by_entry[0][0])[k] * (&scale.c[0][0])[k];
     const ShapeGradient shape = GradientOf(face);
-    for (int a = 0; a < 3; ++a)
-      for (int i = 0; i < 3; ++i) {
-        double* row = &columns(3 * face.vertex[a] + i, 0);
-        double b[kStretchCols];
-        for (int m = 0; m < kStretchCols; ++m)
-          b[m] = shape.u[a] * (&s.basis[m].u.x)[i] + shape.v[a] * (&s.basis[m].v.x)[i];
-        for (int r = 0; r < kStretchRows; ++r)
-          for (int m = 0; m < kStretchCols; ++m)
-            row[kStretchCols * r + m] += s.by_entry[r][m] * scale.c[r][m] * b[m];
-      }
+    for (int i = 0; i < 9; ++i) {
+      const double u = shape.u[i / 3], v = shape.v[i / 3];
+      double b[kStretchCols], *row = &columns(3 * face.vertex[i / 3] + i % 3, 0);
+      for (int m = 0; m < kStretchCols; ++m)
+        b[m] = u * (&s.basis[m].u.x)[i % 3] + v * (&s.basis[m].v.x)[i % 3];
+      for (int k = 0; k < kStretchEntries; ++k) row[k] += factor[k] * b[k % kStretchCols];
+    }
   }
 }
 
@@ -74,55 +76,88 @@ void AddBendColumns(const Law& law, const ClothModel& model, const MaterialField
   for (int e = 0; e < model.mesh.num_hinges(); ++e) {
     const Hinge& hinge = model.mesh.hinges[e];
     const HingeSensitivity s = EvaluateSensitivity(law, hinge, material.bend_of(e), x, w, h);
-    const double* by_entry = &s.by_entry[0][0];
-    const double* scale = &weight.bend_of(e).b[0][0];
-    const double* basis = &s.basis.d[0].x;
-    for (int a = 0; a < 4; ++a)
-      for (int i = 0; i < 3; ++i) {
-        double* row = &columns(3 * hinge.vertex[a] + i, kStretchEntries);
-        for (int k = 0; k < kBendEntries; ++k) row[k] += by_entry[k] * scale[k] * basis[3 * a + i];
-      }
+    const BendTable& scale = weight.bend_of(e);
+    double factor[kBendEntries];
+    for (int k = 0; k < kBendEntries; ++k) factor[k] = (&s.by_entry[0][0])[k] * (&scale.b[0][0])[k];
+    for (int i = 0; i < 12; ++i) {
+      double* row = &columns(3 * hinge.vertex[i / 3] + i % 3, kStretchEntries);
+      const double basis = (&s.basis.d[0].x)[i];
+      for (int k = 0; k < kBendEntries; ++k) row[k] += factor[k] * basis;
+    }
   }
 }
 
-template <class Law>
+// Rows of `lambda` and of a gradient, M columns; M = 0 takes their number at run time. One gradient
+// is by far the most frequent case, and its loops vanish.
+template <int M>
+struct Rows {
+  double* data;
+  int run_time_columns;
+
+  int columns() const { return M > 0 ? M : run_time_columns; }
+  double* row(int i) const { return data + static_cast<std::ptrdiff_t>(i) * columns(); }
+};
+
+template <int M>
+void AddScaledRow(double scale, const double* from, const Rows<M>& like, double* to) {
+  for (int j = 0; j < like.columns(); ++j) to[j] += scale * from[j];
+}
+
+template <int M, class Law>
 void AddStretchGradient(const Law& law, const ClothModel& model, const MaterialField& material,
-                        const double* x, const double* w, double h, const RowMatrix& lambda,
-                        RowMatrix& gradient) {
-  Eigen::RowVectorXd u(lambda.cols());
+                        const double* x, const double* w, double h, Rows<M> lambda,
+                        Rows<M> gradient) {
+  std::vector<double> along_basis(lambda.columns());
+  double* u = along_basis.data();
   for (int f = 0; f < model.mesh.num_faces(); ++f) {
     const Face& face = model.mesh.faces[f];
     const FaceSensitivity s = EvaluateSensitivity(law, face, material.stretch_of(f), x, w, h);
     const ShapeGradient shape = GradientOf(face);
     const int first = material.stretch.size() == 1 ? 0 : kStretchEntries * f;
     for (int m = 0; m < kStretchCols; ++m) {
-      u.setZero();
-      for (int a = 0; a < 3; ++a)
-        for (int i = 0; i < 3; ++i)
-          u += (shape.u[a] * (&s.basis[m].u.x)[i] + shape.v[a] * (&s.basis[m].v.x)[i]) *
-               lambda.row(3 * face.vertex[a] + i);
+      std::fill_n(u, lambda.columns(), 0.0);
+      for (int i = 0; i < 9; ++i)
+        AddScaledRow(shape.u[i / 3] * (&s.basis[m].u.x)[i % 3] + shape.v[i / 3] * (&s.basis[m].v.x)[i % 3],
+                     lambda.row(3 * face.vertex[i / 3] + i % 3), lambda, u);
       for (int r = 0; r < kStretchRows; ++r)
-        if (s.by_entry[r][m] != 0.0) gradient.row(first + kStretchCols * r + m) += s.by_entry[r][m] * u;
+        if (s.by_entry[r][m] != 0.0)
+          AddScaledRow(s.by_entry[r][m], u, lambda, gradient.row(first + kStretchCols * r + m));
     }
   }
 }
 
-template <class Law>
+template <int M, class Law>
 void AddBendGradient(const Law& law, const ClothModel& model, const MaterialField& material,
-                     const double* x, const double* w, double h, const RowMatrix& lambda,
-                     RowMatrix& gradient) {
-  Eigen::RowVectorXd u(lambda.cols());
+                     const double* x, const double* w, double h, Rows<M> lambda, Rows<M> gradient) {
+  std::vector<double> along_basis(lambda.columns());
+  double* u = along_basis.data();
   for (int e = 0; e < model.mesh.num_hinges(); ++e) {
     const Hinge& hinge = model.mesh.hinges[e];
     const HingeSensitivity s = EvaluateSensitivity(law, hinge, material.bend_of(e), x, w, h);
-    const double* by_entry = &s.by_entry[0][0];
     const int first = material.bend.size() == 1 ? 0 : kBendEntries * e;
-    u.setZero();
+    std::fill_n(u, lambda.columns(), 0.0);
     for (int i = 0; i < 12; ++i)
-      u += (&s.basis.d[0].x)[i] * lambda.row(3 * hinge.vertex[i / 3] + i % 3);
+      AddScaledRow((&s.basis.d[0].x)[i], lambda.row(3 * hinge.vertex[i / 3] + i % 3), lambda, u);
     for (int k = 0; k < kBendEntries; ++k)
-      if (by_entry[k] != 0.0) gradient.row(first + k) += by_entry[k] * u;
+      if (const double by_entry = (&s.by_entry[0][0])[k]; by_entry != 0.0)
+        AddScaledRow(by_entry, u, lambda, gradient.row(first + k));
   }
+}
+
+template <int M>
+void AddGradients(const ClothModel& model, const MaterialField& material, const double* x,
+                  const double* w, double h, const RowMatrix& lambda, MaterialGradient& gradient) {
+  const int m = static_cast<int>(lambda.cols());
+  // Read only; one type of view serves both.
+  const Rows<M> from{const_cast<double*>(lambda.data()), m};
+  if (model.scene.stretch)
+    std::visit([&](const auto& law) {
+      AddStretchGradient(law, model, material, x, w, h, from, Rows<M>{gradient.stretch.data(), m});
+    }, model.law.stretch);
+  if (model.scene.bend)
+    std::visit([&](const auto& law) {
+      AddBendGradient(law, model, material, x, w, h, from, Rows<M>{gradient.bend.data(), m});
+    }, model.law.bend);
 }
 
 RowMatrix ContractEntries(const RowMatrix& gradient, int entries, const auto& weight_of) {
@@ -165,14 +200,13 @@ RowMatrix MaterialGradient::Contract(const MaterialField& weight) const {
 void AddMaterialGradient(const ClothModel& model, const MaterialField& material,
                          const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
                          const RowMatrix& lambda, MaterialGradient& gradient) {
-  if (model.scene.stretch)
-    std::visit([&](const auto& law) {
-      AddStretchGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.stretch);
-    }, model.law.stretch);
-  if (model.scene.bend)
-    std::visit([&](const auto& law) {
-      AddBendGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.bend);
-    }, model.law.bend);
+  CHECK_EQ(lambda.rows(), model.num_dofs());
+  CHECK_EQ(gradient.stretch.cols(), lambda.cols());
+  if (lambda.cols() == 1) {
+    AddGradients<1>(model, material, x.data(), w.data(), h, lambda, gradient);
+  } else {
+    AddGradients<0>(model, material, x.data(), w.data(), h, lambda, gradient);
+  }
 }
 
 }  // namespace drape

@@ -35,48 +35,99 @@ struct StretchCoefficients {
 };
 
 template <class Law, class T>
-DRAPE_HD StretchCoefficients<T> EvaluateStretch(const Law& law, const DeformationGradient<T>& F,
+DRAPE_HD StretchCoefficients<T> EvaluateStretch(const Law& law, const GreenStrain<T>& G,
                                                 const StretchTable& table) {
-  StretchCoefficients<T> k;
-  k.G = Green(F);
   T c[kStretchCols];
-  law.Stiffness(k.G, table, c);
-  k.c11 = c[0];
-  k.c12 = c[1];
-  k.c22 = c[2];
-  k.c33 = c[3];
-  k.ramp_uu = law.Ramp(k.G.uu);
-  k.ramp_vv = law.Ramp(k.G.vv);
-  return k;
+  law.Stiffness(G, table, c);
+  return {c[0], c[1], c[2], c[3], G, law.Ramp(G.uu), law.Ramp(G.vv)};
 }
 
-// Force by rest area, as the two columns that Du, Dv carry to the vertices (fact 4) [N/m].
+// The same as functions of F: the law is differentiated by the three strains, then chained.
+template <class Law>
+DRAPE_HD StretchCoefficients<Dual<6>> EvaluateStretchDual(const Law& law,
+                                                          const DeformationGradient<Dual<6>>& F,
+                                                          const StretchTable& table) {
+  const GreenStrain<Dual<6>> G = Green(F);
+  const auto k = EvaluateStretch(
+      law, GreenStrain<Dual<3>>{{G.uu.a, 0}, {G.vv.a, 1}, {G.uv.a, 2}}, table);
+  const auto chain = [&](const Dual<3>& c) { return Compose(c, G.uu, G.vv, G.uv); };
+  return {chain(k.c11), chain(k.c12), chain(k.c22),    chain(k.c33),
+          G,            chain(k.ramp_uu), chain(k.ramp_vv)};
+}
+
+// Stress of a strain at given stiffnesses, symmetric [N/m].
+template <class T>
+struct StretchStress {
+  T uu, vv, uv;
+};
+template <class T>
+DRAPE_HD StretchStress<T> Stress(const StretchCoefficients<T>& k, const GreenStrain<T>& G) {
+  return {k.c11 * G.uu + k.c12 * G.vv, k.c22 * G.vv + k.c12 * G.uu, k.c33 * G.uv};
+}
+// F·S, the columns that Du, Dv carry to the vertices.
+template <class T>
+DRAPE_HD DeformationGradient<T> operator*(const DeformationGradient<T>& F,
+                                          const StretchStress<T>& S) {
+  return {S.uu * F.u + S.uv * F.v, S.vv * F.v + S.uv * F.u};
+}
+
+// Force by rest area (fact 4) [N/m]: −F·S(G).
 template <class T>
 DRAPE_HD DeformationGradient<T> StretchForce(const StretchCoefficients<T>& k,
                                              const DeformationGradient<T>& F) {
-  const T su = -(k.c11 * k.G.uu + k.c12 * k.G.vv), sv = -(k.c22 * k.G.vv + k.c12 * k.G.uu);
-  const T suv = -(k.c33 * k.G.uv);
-  return {su * F.u + suv * F.v, sv * F.v + suv * F.u};
+  const StretchStress<T> S = Stress(k, k.G);
+  return F * StretchStress<T>{-S.uu, -S.vv, -S.uv};
 }
 
-// H·w by rest area, H = the positive approximation of −∂f/∂x (fact 5), w as columns like F.
+// Change of the Green strain along w, given as columns like F.
+template <class T, class W>
+DRAPE_HD GreenStrain<T> StrainRate(const DeformationGradient<T>& F,
+                                   const DeformationGradient<W>& w) {
+  return {Dot(F.u, w.u), Dot(F.v, w.v), 0.5 * (Dot(F.v, w.u) + Dot(F.u, w.v))};
+}
+// What ⟨G⟩ adds to the step matrix: factors of w.u and w.v.
+template <class T>
+DRAPE_HD StretchStress<T> RampStress(const StretchCoefficients<T>& k) {
+  return Stress(k, GreenStrain<T>{k.ramp_uu, k.ramp_vv, T(0.0)});
+}
+
+// H·w by rest area, H = the positive approximation of −∂f/∂x (fact 5): F·S(Ġ) + w·S⟨G⟩.
 template <class T, class W>
 DRAPE_HD DeformationGradient<T> StretchStiffnessTimes(const StretchCoefficients<T>& k,
                                                       const DeformationGradient<T>& F,
                                                       const DeformationGradient<W>& w) {
-  const T du = Dot(F.u, w.u), dv = Dot(F.v, w.v), duv = Dot(F.v, w.u) + Dot(F.u, w.v);
-  const T su = k.c11 * du + k.c12 * dv, sv = k.c22 * dv + k.c12 * du, suv = 0.5 * k.c33 * duv;
-  const T ru = k.c11 * k.ramp_uu + k.c12 * k.ramp_vv, rv = k.c22 * k.ramp_vv + k.c12 * k.ramp_uu;
-  return {su * F.u + suv * F.v + Scale(ru, w.u), sv * F.v + suv * F.u + Scale(rv, w.v)};
+  const DeformationGradient<T> FS = F * Stress(k, StrainRate(F, w));
+  const StretchStress<T> ramp = RampStress(k);
+  return {FS.u + Scale(ramp.uu, w.u), FS.v + Scale(ramp.vv, w.v)};
 }
 
-// g = h·f − h²·H·w by rest area (SPEC section 4): everything about a step derives from it.
+// g = h·f − h²·H·w by rest area (SPEC section 4): everything about a step derives from it. The
+// stress is linear in the strain, so one product with F serves f and H·w.
 template <class T>
 DRAPE_HD DeformationGradient<T> StretchStepForce(const StretchCoefficients<T>& k,
                                                  const DeformationGradient<T>& F,
                                                  const DeformationGradient<double>& w, double h) {
-  const DeformationGradient<T> f = StretchForce(k, F), Hw = StretchStiffnessTimes(k, F, w);
-  return {h * f.u - h * h * Hw.u, h * f.v - h * h * Hw.v};
+  const GreenStrain<T> rate = StrainRate(F, w);
+  const double a = -h, b = -h * h;
+  const GreenStrain<T> strain{a * k.G.uu + b * rate.uu, a * k.G.vv + b * rate.vv,
+                              a * k.G.uv + b * rate.uv};
+  const DeformationGradient<T> FS = F * Stress(k, strain);
+  const StretchStress<T> ramp = RampStress(k);
+  return {FS.u + Scale(T(b * ramp.uu), w.u), FS.v + Scale(T(b * ramp.vv), w.v)};
+}
+
+// ∂g/∂F by rest area, w held; shape [6, 6] in the order u.x u.y u.z v.x v.y v.z [N·s/m].
+template <class Law>
+DRAPE_HD void StretchStepDerivative(const Law& law, const DeformationGradient<double>& F,
+                                    const StretchTable& table,
+                                    const DeformationGradient<double>& w, double h,
+                                    double out[6][6]) {
+  const DeformationGradient<Dual<6>> seeded = {{{F.u.x, 0}, {F.u.y, 1}, {F.u.z, 2}},
+                                               {{F.v.x, 3}, {F.v.y, 4}, {F.v.z, 5}}};
+  const auto g = StretchStepForce(EvaluateStretchDual(law, seeded, table), seeded, w, h);
+  const Dual<6>* rows = &g.u.x;
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) out[i][j] = rows[i].v[j];
 }
 
 // The coefficients of a unit stiffness in column m of the table: force and matrix are linear in them.

@@ -38,7 +38,7 @@ class GoldenTest : public testing::Test {
   void SetUp() override {
     if (!std::ifstream(kShared + "/golden/materials.json"))
       GTEST_SKIP() << "no golden data in " << kShared;
-    material_ = ReadMaterial(kShared + "/golden/materials.json#cotton_blue", NegativeEntries::kWarn).field;
+    material_ = ReadMaterial(kShared + "/golden/materials.json#cotton_blue", {NegativeEntries::kWarn}).field;
   }
   std::shared_ptr<const ClothModel> Model(const std::string& circle) {
     ObjOptions options;
@@ -84,7 +84,7 @@ void ExpectSameTrajectory(const Json& golden, StepSolver& solver, const Material
     state = result.end;
     done = step;
     const double error =
-        (state.x - ToVector(golden["x" + std::to_string(step)])).cwiseAbs().maxCoeff();
+        (state.x - ToVector(golden[std::string("x").append(std::to_string(step))])).cwiseAbs().maxCoeff();
     std::printf("step %3d: largest position error %.2e m\n", step, error);
     // Rounding is amplified up to 1e6 times until step 50 and damped again after it.
     EXPECT_LT(error, step == 20 || step == 50 ? 1e-6 : 1e-9) << "step " << step;
@@ -112,7 +112,7 @@ TEST_F(GoldenTest, GradientsAfter10And100Steps) {
     const State start = solver.model().RestState();
     const RolloutResult result = Rollout(solver, material_, start, options, &recording);
     const AdjointResult adjoint = RolloutAdjoint(solver, material_, options, recording, weights);
-    const std::string K = "_" + std::to_string(steps);
+    const std::string K = std::string("_").append(std::to_string(steps));
     EXPECT_NEAR(weights.col(0).dot(result.end.x), golden["L" + K].get<double>(), 1e-10);
 
     Eigen::VectorXd stretch(kStretchEntries), bend(kBendEntries);

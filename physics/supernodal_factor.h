@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/block_matrix.h"
+
+namespace drape {
+
+// The numbers and the layout of a supernodal factor L as CHOLMOD stores it: supernode s holds the
+// columns first_column[s] … first_column[s + 1] as a dense column-major panel whose rows are
+// row[first_row[s] … first_row[s + 1]], the first ones being its own columns.
+struct SupernodalFactor {
+  std::span<const int> first_column;  // [S + 1]
+  std::span<const int> first_row;     // [S + 1]
+  std::span<const int> first_number;  // [S]
+  std::span<const int> row;
+  const double* number = nullptr;
+};
+
+// In place, b ← L⁻ᵀ·L⁻¹·b, shape [n, m]. For several right-hand sides CHOLMOD's own solve gathers and
+// scatters columns n apart; rows are contiguous here (measured with 39: 15 → 9 ms on 2,699 vertices).
+// `workspace` is kept between calls.
+void SolveRows(const SupernodalFactor& factor, RowMatrix& b, RowMatrix& workspace);
+
+}  // namespace drape
