@@ -12,8 +12,8 @@ namespace drape {
 
 // Replaces the file at `path` in one step: the content goes to a temporary file in the same folder,
 // which is then renamed. A reader sees the old or the new file, never a part; on any failure the
-// old file survives and the temporary file is removed. Throws InputError (folder missing or not
-// writable, disk full, path is a folder).
+// old file survives and the temporary file is removed.
+// Throws InputError (folder missing or not writable, disk full, path is a folder).
 void WriteFileAtomically(const std::string& path, std::string_view content);
 
 // The same with a writer for the content; what it throws is passed on, and the old file survives.

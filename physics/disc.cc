@@ -4,10 +4,10 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
-#include <random>
 #include <string>
 
 #include "physics/errors.h"
+#include "physics/random.h"
 #include "physics/triangulate.h"
 
 namespace drape {
@@ -56,9 +56,6 @@ void CheckOptions(const DiscOptions& o) {
   }
 }
 
-// In [0, 1); the same on each platform, which std::uniform_real_distribution does not promise.
-double Uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
-
 void AddRing(Eigen::Matrix2Xd& points, int first, int count, double radius) {
   for (int i = 0; i < count; ++i) {
     const double angle = 2 * pi * i / count;
@@ -78,10 +75,10 @@ void AddScattered(Eigen::Matrix2Xd& points, int first, int count, double r0, dou
   };
   for (int row = 0; row < rows; ++row) {
     const long begin = share(row), end = share(row + 1);
-    const double phase = Uniform(random);
+    const double phase = DrawUniform(random);
     for (long i = begin; i < end; ++i) {
-      const double angle = 2 * pi * (i - begin + phase + 0.5 * Uniform(random)) / (end - begin);
-      const double r = radius(row + 0.25 + 0.5 * Uniform(random));
+      const double angle = 2 * pi * (i - begin + phase + 0.5 * DrawUniform(random)) / (end - begin);
+      const double r = radius(row + 0.25 + 0.5 * DrawUniform(random));
       points.col(first + i) << r * std::cos(angle), r * std::sin(angle);
     }
   }

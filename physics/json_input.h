@@ -22,6 +22,8 @@ class JsonInput {
   JsonInput(const nlohmann::json& value, std::string where, std::string key = "")
       : value_(value), where_(std::move(where)), key_(std::move(key)) {}
 
+  JsonInput(nlohmann::json&& temporary, std::string where, std::string key = "") = delete;
+
   const nlohmann::json& value() const { return value_; }
   std::string Name() const { return where_ + ": key '" + key_ + "'"; }
   bool Has(const std::string& key) const { return value_.is_object() && value_.contains(key); }

@@ -11,10 +11,10 @@
 namespace drape {
 
 struct ObjOptions {
-  bool round_to_float =
-      false;  // round v and vt to float32, then widen, as the reference law does (SPEC fact 1)
-  bool first_vt_is_dummy =
-      false;  // the file's first vt line is a filler, so vt index k means line k+1
+  // Round v and vt to float32, then widen, as the reference law does (SPEC section 3, fact 1).
+  bool round_to_float = false;
+  // The file's first vt line is a filler: vt index k means line k + 1 (published drape meshes).
+  bool first_vt_is_dummy = false;
 };
 
 // Vertices and triangles of an OBJ file, without a material space: what a target mesh has.
@@ -30,10 +30,9 @@ struct ObjSurface {
 ObjSurface ReadObjSurface(const std::string& path, const ObjOptions& options = {});
 
 // Reads a cloth. Material coordinates [m] are the vt when each vertex has exactly one vt value,
-// else xy when all z are equal. A mesh that is clockwise throughout in them is turned over. Throws
-// as ReadObjSurface and BuildMesh do, and when there are no material coordinates, the faces are
-// partly clockwise, or the vt are not in metres (mean edge length over twice or under half that of
-// v).
+// else xy when all z are equal. A mesh that is clockwise throughout in them is turned over.
+// Throws as ReadObjSurface and BuildMesh do, and when there are no material coordinates, the faces
+// are partly clockwise, or the vt are not in metres (mean edge over twice or under half that of v).
 Mesh ReadObj(const std::string& path, const ObjOptions& options = {});
 
 // Writes positions x [m], shape [3V], with the mesh's faces and with vt = uv; atomic. Numbers read

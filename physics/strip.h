@@ -10,7 +10,9 @@ namespace drape {
 // half a spacing (half triangles at both ends), so that no diagonal is preferred. With
 // n_across ≈ 1.155·n_along·width/length the triangles are equilateral: the one pattern on which the
 // hinge formula is isotropic and B = 4·D holds exactly inside the strip.
-// The free long edges bear no hinges: the strip is softer by about 1/(9·n_across) of D.
+// The free edges bear no hinges: a strip bent along u has D·(1 − 1/(9·n_across) − 0.648/n_along)
+// a width (mesh_rigidity_test). A narrow strip is free to curl across, so it has D·(1 − ν²) with
+// the Poisson ratio ν = −1/3 of the hinge formula.
 // CHECKs that all arguments are positive.
 Mesh MakeStrip(double length, double width, int n_along, int n_across);
 
