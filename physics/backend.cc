@@ -50,6 +50,25 @@ class CpuBackend final : public Backend {
     });
   }
 
+  std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
+                                            const EquilibriumOptions& options) override {
+    return ForEach<EquilibriumResult>(batch.size(), [&](StepSolver& solver, int i) {
+      return SolveEquilibrium(solver, *batch[i].material, batch[i].start->x, options);
+    });
+  }
+
+  std::vector<RowMatrix> EquilibriumTangents(
+      std::span<const RolloutInput> batch,
+      std::span<const MaterialField* const> weights) override {
+    CHECK_EQ(weights.size(), batch.size());
+    return ForEach<RowMatrix>(batch.size(), [&](StepSolver& solver, int i) {
+      RowMatrix dx;
+      const bool ok =
+          EquilibriumTangent(solver, *batch[i].material, *weights[i], batch[i].start->x, &dx);
+      return ok ? dx : RowMatrix();
+    });
+  }
+
  private:
   // Calls work(solver of this thread, item) for each item of a batch.
   template <class Result, class Work>

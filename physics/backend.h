@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/rollout.h"
+#include "physics/statics.h"
 
 namespace drape {
 
@@ -37,6 +37,14 @@ class Backend {
                                               std::span<const Recording> recordings,
                                               std::span<const RowMatrix> seeds,
                                               const RolloutOptions& options) = 0;
+
+  // Drapes at rest near the starts (their velocities do not count).
+  virtual std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
+                                                    const EquilibriumOptions& options) = 0;
+  // ∂x/∂p of equilibria that are given as the starts, shape [3V, 39] each; empty where K is not
+  // positive definite.
+  virtual std::vector<RowMatrix> EquilibriumTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) = 0;
 };
 
 // The sequential truth: one rollout a thread. threads ≥ 1.

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "solver/parametrisation.h"
+#include "solver/rollout_batch.h"
+#include "solver/target.h"
+
+namespace drape {
+
+// One iteration of the trust region, for logs and reports.
+struct FitIteration {
+  int iteration = 0;
+  double cost = 0.0;          // ½ Σ residual², prior included
+  double step_norm = 0.0;     // in log units
+  double trust_radius = 0.0;  // 1/damping of Levenberg–Marquardt
+  bool accepted = false;
+  double seconds = 0.0;       // since the start of the stage
+};
+
+struct FitOptions {
+  double prior_sigma = 1.0;         // of each log factor about its start
+  int max_iterations = 30;
+  double max_damping = 1e3;         // stop when the damping passes it
+  double initial_damping = 1e-2;    // relative to the squared column norms
+  double cost_tolerance = 1e-4;     // stop when |Δcost|/cost is below
+  int threads = 1;
+  const std::atomic<bool>* cancel = nullptr;  // stop after the present iteration when it turns true
+  std::function<void(const FitIteration&)> progress;
+
+  void Check() const;  // programmer errors
+};
+
+enum class FitTermination {
+  kConverged,
+  kIterationLimit,
+  kDampingLimit,   // no smaller step lowers the cost
+  kCancelled,
+  kFailed          // not even the start could be evaluated
+};
+const char* ToString(FitTermination termination);
+
+struct FitSummary {
+  FitTermination termination = FitTermination::kFailed;
+  std::string message;              // one sentence
+  Eigen::VectorXd theta;            // best point
+  double initial_cost = 0.0;
+  double final_cost = 0.0;
+  std::vector<FitIteration> iterations;
+  BatchCounts counts;
+  Eigen::MatrixXd jacobian;         // of all targets at the best point, shape [ΣK, P]
+  double seconds = 0.0;
+};
+
+// Fits θ to all targets by Ceres's trust region (Levenberg–Marquardt). Starts at `theta`; on return
+// the targets' start shapes are the accepted drapes when the batch restarts warmly.
+FitSummary Fit(RolloutBatch& batch, const FitOptions& options);
+
+}  // namespace drape

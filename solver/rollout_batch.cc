@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/rollout_batch.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "physics/errors.h"
+
+namespace drape {
+
+Integrator ParseIntegrator(const std::string& text) {
+  if (text == "dynamic") return Integrator::kDynamic;
+  if (text == "static") return Integrator::kStatic;
+  throw InputError("integrator", "unknown name '" + text + "', expected dynamic or static");
+}
+
+RolloutBatch::RolloutBatch(Backend* backend, const MaterialParametrisation* parametrisation,
+                           std::vector<Target>* targets, const Camera& camera,
+                           const BatchOptions& options)
+    : backend_(backend),
+      parametrisation_(parametrisation),
+      targets_(targets),
+      camera_(camera),
+      options_(options),
+      theta_(Eigen::VectorXd::Zero(parametrisation->size())),
+      evaluations_(targets->size()) {
+  CHECK(!targets->empty());
+  for (const Target& target : *targets) CHECK_EQ(target.radius.size(), num_angles());
+}
+
+void RolloutBatch::PrepareForEvaluation(bool with_jacobians, bool) {
+  // Ceres differentiates only where it has settled: the point of its last accepted trial.
+  if (with_jacobians) {
+    if (options_.warm_restart && EvaluatedHere()) RestartFromLastShapes();
+    Evaluate(true);
+    Accept();
+  } else if (!EvaluatedHere()) {
+    Evaluate(false);
+  }
+}
+
+bool RolloutBatch::EvaluatedHere() const {
+  return evaluated_theta_.size() == theta_.size() && evaluated_theta_ == theta_;
+}
+
+void RolloutBatch::RestartFromLastShapes() {
+  for (int i = 0; i < num_targets(); ++i)
+    if (evaluations_[i].valid)
+      (*targets_)[i].start = {evaluations_[i].x, Eigen::VectorXd::Zero(evaluations_[i].x.size())};
+}
+
+void RolloutBatch::Evaluate(bool with_jacobians) {
+  const MaterialField material = parametrisation_->Material(theta_);
+  evaluated_theta_ = theta_;
+  evaluations_.assign(num_targets(), Evaluation());
+  if (options_.integrator == Integrator::kDynamic) {
+    RunDynamic(material, with_jacobians);
+  } else {
+    RunStatic(material, with_jacobians);
+  }
+  counts_.rollouts += num_targets();
+  if (with_jacobians) counts_.tangents += num_targets();
+  for (int i = 0; i < num_targets(); ++i) {
+    if (!evaluations_[i].valid) {
+      ++counts_.failed;
+    } else if (!with_jacobians && LeftBranch(i, evaluations_[i].x)) {
+      evaluations_[i].valid = false;
+      ++counts_.jumps;
+    } else {
+      FillResidual(i, with_jacobians);
+    }
+  }
+}
+
+void RolloutBatch::RunDynamic(const MaterialField& material, bool with_jacobians) {
+  std::vector<RolloutInput> inputs;
+  for (const Target& target : *targets_) inputs.push_back({&material, &target.start});
+  if (with_jacobians) {
+    const std::vector<const MaterialField*> weights(inputs.size(), &material);
+    std::vector<TangentResult> results = backend_->Tangents(inputs, weights, options_.rollout);
+    for (int i = 0; i < num_targets(); ++i)
+      evaluations_[i] = {results[i].rollout.status == RolloutStatus::kOk,
+                         std::move(results[i].rollout.end.x), std::move(results[i].dx), {}, {}};
+  } else {
+    std::vector<RolloutResult> results = backend_->Rollouts(inputs, options_.rollout, nullptr);
+    for (int i = 0; i < num_targets(); ++i)
+      evaluations_[i] = {results[i].status == RolloutStatus::kOk, std::move(results[i].end.x), {}, {}, {}};
+  }
+}
+
+void RolloutBatch::RunStatic(const MaterialField& material, bool with_jacobians) {
+  std::vector<State> starts(num_targets());
+  std::vector<RolloutInput> inputs;
+  for (int i = 0; i < num_targets(); ++i) {
+    starts[i].x = with_jacobians ? (*targets_)[i].start.x : PredictedShape(i);
+    inputs.push_back({&material, &starts[i]});
+  }
+  std::vector<EquilibriumResult> results = backend_->Equilibria(inputs, options_.equilibrium);
+  for (int i = 0; i < num_targets(); ++i) {
+    evaluations_[i].valid = results[i].status == EquilibriumStatus::kStable;
+    evaluations_[i].x = starts[i].x = std::move(results[i].x);
+  }
+  if (!with_jacobians) return;
+  const std::vector<const MaterialField*> weights(inputs.size(), &material);
+  std::vector<RowMatrix> tangents = backend_->EquilibriumTangents(inputs, weights);
+  for (int i = 0; i < num_targets(); ++i) {
+    evaluations_[i].valid &= tangents[i].size() > 0;
+    evaluations_[i].x_by_log_entry = std::move(tangents[i]);
+  }
+}
+
+// The linear prediction from the accepted drape, or the start before there is one.
+Eigen::VectorXd RolloutBatch::PredictedShape(int i) const {
+  if (accepted_x_.empty()) return (*targets_)[i].start.x;
+  return accepted_x_[i] + shape_by_theta_[i] * (theta_ - accepted_theta_);
+}
+
+bool RolloutBatch::LeftBranch(int i, const Eigen::VectorXd& x) const {
+  return !accepted_x_.empty() && (x - PredictedShape(i)).cwiseAbs().maxCoeff() > options_.max_jump;
+}
+
+void RolloutBatch::FillResidual(int i, bool with_jacobian) {
+  Evaluation& evaluation = evaluations_[i];
+  Outline outline;
+  evaluation.valid =
+      OutlineFromMesh(backend_->model().mesh, evaluation.x, camera_, num_angles(), &outline);
+  if (!evaluation.valid) {
+    ++counts_.failed;
+    return;
+  }
+  evaluation.residual = (outline.radius - (*targets_)[i].radius) / options_.sigma_px;
+  if (with_jacobian)
+    evaluation.jacobian =
+        OutlineJacobianTimes(outline, evaluation.x_by_log_entry) *
+        parametrisation_->log_entries_by_theta() / options_.sigma_px;
+}
+
+void RolloutBatch::Accept() {
+  for (const Evaluation& evaluation : evaluations_)
+    if (!evaluation.valid) return;
+  accepted_theta_ = theta_;
+  accepted_x_.resize(num_targets());
+  shape_by_theta_.resize(num_targets());
+  accepted_jacobian_.resize(num_targets() * num_angles(), num_parameters());
+  for (int i = 0; i < num_targets(); ++i) {
+    const Evaluation& evaluation = evaluations_[i];
+    accepted_x_[i] = evaluation.x;
+    shape_by_theta_[i] = evaluation.x_by_log_entry * parametrisation_->log_entries_by_theta();
+    accepted_jacobian_.middleRows(i * num_angles(), num_angles()) = evaluation.jacobian;
+  }
+}
+
+bool RolloutBatch::Copy(int i, double* residuals, double* jacobian) const {
+  const Evaluation& evaluation = evaluations_[i];
+  if (!evaluation.valid) return false;
+  std::copy_n(evaluation.residual.data(), evaluation.residual.size(), residuals);
+  if (jacobian != nullptr) std::copy_n(evaluation.jacobian.data(), evaluation.jacobian.size(), jacobian);
+  return true;
+}
+
+}  // namespace drape

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <ceres/evaluation_callback.h>
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "losses/camera.h"
+#include "losses/outline.h"
+#include "physics/backend.h"
+#include "solver/parametrisation.h"
+#include "solver/target.h"
+
+namespace drape {
+
+enum class Integrator {
+  kDynamic,  // the shape after the steps of `rollout`
+  kStatic    // the equilibrium near the start
+};
+// "dynamic" or "static". Throws InputError for any other.
+Integrator ParseIntegrator(const std::string& text);
+
+struct BatchOptions {
+  Integrator integrator = Integrator::kStatic;
+  RolloutOptions rollout;          // dynamic only
+  EquilibriumOptions equilibrium;  // static only
+  double sigma_px = 1.0;     // standard deviation of r(θ): residual = (r_fit − r_image)/sigma
+  // After each accepted step the next rollouts start from the accepted drapes, so that the fit
+  // converges to an equilibrium on one branch instead of chasing a transient (SPEC section 5).
+  bool warm_restart = true;
+  double max_jump = 3e-3;    // a trial shape further than this from its linear prediction is another
+                             // branch and is refused [m]
+};
+
+struct BatchCounts {
+  int rollouts = 0;
+  int tangents = 0;  // of them, with derivatives
+  int failed = 0;    // numerical failures
+  int jumps = 0;     // refused: branch jumps
+};
+
+// All rollouts of one evaluation of the optimiser, run as one batch before the cost functions ask:
+// one material, one rollout a target.
+class RolloutBatch : public ceres::EvaluationCallback {
+ public:
+  // Pointers outlive the object.
+  RolloutBatch(Backend* backend, const MaterialParametrisation* parametrisation,
+               std::vector<Target>* targets, const Camera& camera, const BatchOptions& options);
+
+  // The parameter block that the optimiser changes in place, shape [P].
+  double* theta() { return theta_.data(); }
+  int num_parameters() const { return static_cast<int>(theta_.size()); }
+  int num_targets() const { return static_cast<int>(targets_->size()); }
+  int num_angles() const { return static_cast<int>(targets_->front().radius.size()); }
+  const BatchCounts& counts() const { return counts_; }
+  void set_max_jump(double metres) { options_.max_jump = metres; }
+
+  void PrepareForEvaluation(bool with_jacobians, bool new_point) override;
+
+  // Slice of target i: residuals [K] and, if not null, their row-major Jacobian [K, P]. False when
+  // its rollout failed or left its branch.
+  bool Copy(int i, double* residuals, double* jacobian) const;
+
+  // The Jacobians of the last evaluation that asked for them, stacked: shape [targets·K, P].
+  const Eigen::MatrixXd& accepted_jacobian() const { return accepted_jacobian_; }
+
+ private:
+  struct Evaluation {
+    bool valid = false;
+    Eigen::VectorXd x;          // shape at the end
+    RowMatrix x_by_log_entry;   // its derivative, where asked for
+    Eigen::VectorXd residual;
+    RowMatrix jacobian;
+  };
+  void Evaluate(bool with_jacobians);
+  void RunDynamic(const MaterialField& material, bool with_jacobians);
+  void RunStatic(const MaterialField& material, bool with_jacobians);
+  void FillResidual(int i, bool with_jacobian);
+  bool LeftBranch(int i, const Eigen::VectorXd& x) const;
+  Eigen::VectorXd PredictedShape(int i) const;
+  void RestartFromLastShapes();
+  void Accept();
+  bool EvaluatedHere() const;
+
+  Backend* backend_;
+  const MaterialParametrisation* parametrisation_;
+  std::vector<Target>* targets_;
+  Camera camera_;
+  BatchOptions options_;
+  Eigen::VectorXd theta_, evaluated_theta_, accepted_theta_;
+  std::vector<Evaluation> evaluations_;
+  std::vector<Eigen::VectorXd> accepted_x_;
+  std::vector<RowMatrix> shape_by_theta_;  // ∂x_end/∂θ at the accepted point
+  Eigen::MatrixXd accepted_jacobian_;
+  BatchCounts counts_;
+};
+
+}  // namespace drape

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "losses/image.h"
+#include "physics/state.h"
+
+namespace drape {
+
+// One silhouette to be fitted, and the shape from which its drape starts: many drapes are stable,
+// so the start says which of them is meant (SPEC section 4, branches).
+struct Target {
+  std::string name;        // file name without folder and extension
+  std::string file;
+  GrayImage image;
+  Eigen::VectorXd radius;  // r(θ) of the image [px], shape [K]
+  State start;
+};
+
+}  // namespace drape
