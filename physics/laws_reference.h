@@ -88,7 +88,7 @@ class ReferenceStretch {
     if (value >= kStrainNodes - 1) return {kStrainNodes - 2, {T(0.0), T(1.0)}};
     const int cell = static_cast<int>(value);
     const T t = coordinate - static_cast<double>(cell);
-    return {cell, {1.0 - t, t}};
+    return {cell, {T(1.0 - t), t}};
   }
   template <class T, class Visit>
   DRAPE_HD void ForEachNode(const GreenStrain<T>& G, Visit visit) const {
@@ -116,7 +116,7 @@ struct ReferenceBend {
     if (value >= kBendCols - 1) return {{kBendCols - 2, kBendCols - 1}, {T(0.0), T(1.0)}};
     const int c = static_cast<int>(value);
     const T t = column - static_cast<double>(c);
-    return {{c, c + 1}, {1.0 - t, t}};
+    return {{c, c + 1}, {T(1.0 - t), t}};
   }
   // The clamp of the interpolated entry at zero.
   DRAPE_HD static bool Active(double B) { return B > 0.0; }

@@ -20,7 +20,7 @@ DRAPE_HD ColumnWeights<T, 3> SplineWeights(const T& q, bool mirror_at_end) {
   const T t = q - static_cast<double>(c);
   const T below = 0.5 * (0.5 - t) * (0.5 - t), above = 0.5 * (0.5 + t) * (0.5 + t);
   return {{c == 0 ? 1 : c - 1, c, c < 4 ? c + 1 : mirror_at_end ? 3 : 4},
-          {below, 1.0 - below - above, above}};
+          {below, T(1.0 - below - above), above}};
 }
 
 struct SmoothStretch {

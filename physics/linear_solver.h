@@ -19,8 +19,8 @@ class LinearSolver {
   // A copy with its own numbers, for another thread.
   virtual std::unique_ptr<LinearSolver> Clone() const = 0;
 
-  // A = L·Lᵀ. False when A is not positive definite; the factor is then unusable. Only the lower
-  // triangle is read.
+  // A = L·Lᵀ, A symmetric (one entry of each pair is read). False when A is not positive definite;
+  // the factor is then unusable.
   [[nodiscard]] virtual bool Factor(const BlockMatrix& A) = 0;
 
   // In place, b ← A⁻¹·b; shapes [3V] and [3V, m].

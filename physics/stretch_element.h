@@ -23,7 +23,7 @@ struct GreenStrain {
 
 template <class T>
 DRAPE_HD GreenStrain<T> Green(const DeformationGradient<T>& F) {
-  return {0.5 * (Dot(F.u, F.u) - 1.0), 0.5 * (Dot(F.v, F.v) - 1.0), 0.5 * Dot(F.u, F.v)};
+  return {T(0.5 * (Dot(F.u, F.u) - 1.0)), T(0.5 * (Dot(F.v, F.v) - 1.0)), T(0.5 * Dot(F.u, F.v))};
 }
 
 // The four stiffnesses at a strain [N/m] and the ramped strains ⟨G⟩ that the step matrix uses.
