@@ -5,6 +5,7 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Spatial_sort_traits_adapter_2.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
+#include <CGAL/hilbert_sort.h>
 #include <CGAL/property_map.h>
 #include <CGAL/spatial_sort.h>
 
@@ -20,22 +21,24 @@ using Structure = CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>;
 using Delaunay = CGAL::Constrained_Delaunay_triangulation_2<Kernel, Structure>;
 using IndexedPoint = std::pair<Kernel::Point_2, int>;
 
-std::vector<IndexedPoint> SortedPoints(const Eigen::Matrix2Xd& points) {
-  std::vector<IndexedPoint> sorted;
+using SortTraits =
+    CGAL::Spatial_sort_traits_adapter_2<Kernel, CGAL::First_of_pair_property_map<IndexedPoint>>;
+
+std::vector<IndexedPoint> IndexedPoints(const Eigen::Matrix2Xd& points) {
+  std::vector<IndexedPoint> indexed;
   for (int i = 0; i < points.cols(); ++i) {
-    sorted.emplace_back(Kernel::Point_2(points(0, i), points(1, i)), i);
+    indexed.emplace_back(Kernel::Point_2(points(0, i), points(1, i)), i);
   }
-  using Traits =
-      CGAL::Spatial_sort_traits_adapter_2<Kernel, CGAL::First_of_pair_property_map<IndexedPoint>>;
-  CGAL::spatial_sort(sorted.begin(), sorted.end(), Traits());
-  return sorted;
+  return indexed;
 }
 
 }  // namespace
 
 std::vector<int> SpatialOrder(const Eigen::Matrix2Xd& points) {
+  std::vector<IndexedPoint> sorted = IndexedPoints(points);
+  CGAL::hilbert_sort(sorted.begin(), sorted.end(), SortTraits());
   std::vector<int> order;
-  for (const auto& [point, index] : SortedPoints(points)) order.push_back(index);
+  for (const auto& [point, index] : sorted) order.push_back(index);
   return order;
 }
 
@@ -44,7 +47,9 @@ std::vector<std::array<int, 3>> Triangulate(const Eigen::Matrix2Xd& points,
   Delaunay delaunay;
   std::vector<Delaunay::Vertex_handle> handles(points.cols());
   Delaunay::Face_handle near;
-  for (const auto& [point, index] : SortedPoints(points)) {
+  std::vector<IndexedPoint> sorted = IndexedPoints(points);
+  CGAL::spatial_sort(sorted.begin(), sorted.end(), SortTraits());
+  for (const auto& [point, index] : sorted) {
     handles[index] = delaunay.insert(point, near);
     handles[index]->info() = index;
     near = handles[index]->face();
