@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cost of a step and of its derivatives on one core. Machines and their neighbours differ, so the
+// bounds of the project are ratios: each is measured within one benchmark, its parts in turn.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "physics/assembly.h"
+#include "physics/blas.h"
+#include "physics/disc.h"
+#include "physics/rollout.h"
+
+namespace drape {
+namespace {
+
+constexpr int kSteps = 10;
+const char* const kLaws[] = {"reference", "smooth"};
+
+MaterialField Cotton() {
+  MaterialField material;
+  material.density = 0.19;
+  material.stretch.resize(1);
+  material.bend.resize(1);
+  for (int r = 0; r < kStretchRows; ++r) {
+    const double bias = r == 0 ? 1.0 : 0.6 + 0.4 * std::cos((r - 1) * M_PI / 2);
+    const double row[] = {180.0 * bias, 4.0, 180.0 * bias, 25.0};
+    std::copy(row, row + kStretchCols, material.stretch[0].c[r]);
+  }
+  for (auto& row : material.bend[0].b)
+    for (int c = 0; c < kBendCols; ++c) row[c] = 3e-5 * (1 + c);
+  return material;
+}
+
+// A disc that has fallen for two seconds: folds, and strains of a drape.
+struct Drape {
+  Drape(int vertices, const std::string& law) : solver(MakeModel(vertices, law)), material(Cotton()) {
+    RolloutOptions options;
+    options.h = 0.1;
+    options.steps = 20;
+    state = Rollout(solver, material, model().RestState(), options).end;
+  }
+  static std::shared_ptr<const ClothModel> MakeModel(int vertices, const std::string& law) {
+    DiscOptions options;
+    options.target_vertices = vertices;
+    return std::make_shared<const ClothModel>(MakeDisc(options), CusickScene(), MakeLaw(law));
+  }
+  const ClothModel& model() const { return solver.model(); }
+
+  StepSolver solver;
+  MaterialField material;
+  State state;
+};
+
+// CPU seconds of work(): other programs on the machine do not count.
+template <class Work>
+double Seconds(const Work& work) {
+  const auto now = [] {
+    timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return t.tv_sec + 1e-9 * t.tv_nsec;
+  };
+  const double start = now();
+  work();
+  return now() - start;
+}
+double Median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+void BM_Parts(benchmark::State& bench) {
+  Drape drape(static_cast<int>(bench.range(0)), kLaws[bench.range(1)]);
+  const ClothModel& model = drape.model();
+  const Eigen::VectorXd &x = drape.state.x, &w = drape.state.v;
+  Eigen::VectorXd force;
+  BlockMatrix A(model.pattern), derivative(model.pattern);
+  RowMatrix columns = RowMatrix::Zero(model.num_dofs(), kMaterialEntries), image = columns;
+  const RowMatrix lambda = w;
+  MaterialGradient gradient = MaterialGradient::Zero(drape.material, 1);
+  struct Part {
+    const char* name;
+    std::function<void()> work;
+    std::vector<double> seconds;
+  };
+  std::vector<Part> parts = {
+      {"assemble", [&] { AssembleStep(model, drape.material, x, 0.05, force, A); }, {}},
+      {"factor", [&] { benchmark::DoNotOptimize(drape.solver.linear().Factor(A)); }, {}},
+      {"solve", [&] { drape.solver.linear().Solve(force); }, {}},
+      {"solve39", [&] { drape.solver.linear().Solve(columns); }, {}},
+      {"derivative",
+       [&] { AssembleStepDerivative(model, drape.material, x, w, 0.05, derivative); }, {}},
+      {"multiply39", [&] { AddMultiply(model.pattern, derivative, columns, image); }, {}},
+      {"columns39",
+       [&] { AddMaterialColumns(model, drape.material, drape.material, x, w, 0.05, columns); }, {}},
+      {"gradient1",
+       [&] { AddMaterialGradient(model, drape.material, x, w, 0.05, lambda, gradient); }, {}}};
+  for (auto _ : bench)
+    for (Part& part : parts) part.seconds.push_back(Seconds(part.work));
+  for (Part& part : parts) bench.counters[part.name] = 1e3 * Median(part.seconds);
+}
+
+// Ratios of the bounds: step ≤ 1.25 × CHOLMOD's factor + solve; the 39 tangents add ≤ 1 × the
+// forward time; one gradient adds ≤ .5 × with all factors kept, ≤ 1.3 × with none.
+void BM_Ratios(benchmark::State& bench) {
+  Drape drape(static_cast<int>(bench.range(0)), kLaws[bench.range(1)]);
+  StepSolver& solver = drape.solver;
+  const ClothModel& model = drape.model();
+  RolloutOptions options;
+  options.steps = kSteps;
+  const auto record = [&](std::size_t factor_memory, Recording* recording) {
+    options.factor_memory = factor_memory;
+    benchmark::DoNotOptimize(Rollout(solver, drape.material, drape.state, options, recording));
+  };
+  BlockMatrix A(model.pattern);
+  Eigen::VectorXd force;
+  AssembleStep(model, drape.material, drape.state.x, options.h, force, A);
+  const RowMatrix seed = RowMatrix::Ones(model.num_dofs(), 1);
+  Recording kept, states;
+  std::vector<double> linear, forward, tangent, recorded, back_kept, back_recomputed;
+  for (auto _ : bench) {
+    linear.push_back(kSteps * Seconds([&] {
+      benchmark::DoNotOptimize(solver.linear().Factor(A));
+      solver.linear().Solve(force);
+    }));
+    forward.push_back(Seconds([&] { record(0, nullptr); }));
+    tangent.push_back(Seconds([&] {
+      benchmark::DoNotOptimize(
+          RolloutTangent(solver, drape.material, drape.material, drape.state, options));
+    }));
+    recorded.push_back(Seconds([&] { record(std::size_t{1} << 40, &kept); }));
+    const auto back = [&](const Recording& recording) {
+      return Seconds([&] {
+        benchmark::DoNotOptimize(RolloutAdjoint(solver, drape.material, options, recording, seed));
+      });
+    };
+    back_kept.push_back(back(kept));
+    record(0, &states);
+    back_recomputed.push_back(back(states));
+  }
+  const double one = Median(forward);
+  bench.counters["step_ms"] = 1e3 * one / kSteps;
+  bench.counters["step/linear"] = one / Median(linear);
+  bench.counters["tangents_add"] = Median(tangent) / one - 1.0;
+  bench.counters["adjoint_kept_adds"] = (Median(recorded) + Median(back_kept)) / one - 1.0;
+  bench.counters["adjoint_recomputed_adds"] = Median(back_recomputed) / one;
+}
+
+void Sizes(benchmark::internal::Benchmark* bench) {
+  bench->ArgNames({"vertices", "law"})->Unit(benchmark::kMillisecond);
+  for (const int vertices : {300, 1200, 2700})
+    for (const int law : {0, 1}) bench->Args({vertices, law});
+}
+BENCHMARK(BM_Parts)->Apply(Sizes);
+BENCHMARK(BM_Ratios)->Apply(Sizes)->Iterations(7);
+
+}  // namespace
+}  // namespace drape
+
+int main(int argc, char** argv) {
+  drape::EnsureFastBlas(argv);
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
