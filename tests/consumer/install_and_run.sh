@@ -1,0 +1,20 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# Installs the package to a scratch prefix and moves it; there builds and runs the consumer.
+# usage: install_and_run.sh <build folder> <consumer source> <cmake> <generator> <C++ compiler>
+set -eu
+build=$1 source=$2 cmake=$3 generator=$4 compiler=$5
+
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+
+"$cmake" --install "$build" --component devel --prefix "$scratch/first" >"$scratch/log" ||
+  { cat "$scratch/log"; exit 1; }
+mv "$scratch/first" "$scratch/prefix"
+"$cmake" -S "$source" -B "$scratch/build" -G "$generator" -DCMAKE_BUILD_TYPE=Release \
+  -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_PREFIX_PATH="$scratch/prefix"
+"$cmake" --build "$scratch/build"
+
+fabrics=$(find "$scratch/prefix" -type d -name fabrics)
+"$scratch/build/consumer" "$fabrics/synthetic_wool.json" | tee "$scratch/out"
+grep -Eq '^synthetic_wool: drape coefficient 0\.[0-9]+, [0-9]+ folds$' "$scratch/out"
