@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "losses/atomic_file.h"
 #include "losses/image_codec.h"
+#include "physics/atomic_file.h"
 #include "physics/errors.h"
 
 namespace drape {
@@ -31,7 +31,7 @@ void WriteBytes(const uint8_t* pixels, int width, int height, png_uint_32 format
   handle.png.height = height;
   handle.png.format = format;
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(handle.png);
-  std::vector<uint8_t> bytes(size);
+  std::string bytes(size, '\0');
   const bool encoded =
       png_image_write_to_memory(&handle.png, bytes.data(), &size, 0, pixels, 0, nullptr);
   CHECK(encoded) << handle.png.message;

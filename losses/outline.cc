@@ -174,8 +174,8 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> OutlineJacobian(const Outline& outl
   return jacobian;
 }
 
-RowMatrixXd OutlineJacobianTimes(const Outline& outline, const RowMatrixXd& dx_dp) {
-  RowMatrixXd dr_dp = RowMatrixXd::Zero(outline.num_angles(), dx_dp.cols());
+RowMatrix OutlineJacobianTimes(const Outline& outline, const RowMatrix& dx_dp) {
+  RowMatrix dr_dp = RowMatrix::Zero(outline.num_angles(), dx_dp.cols());
   ForEachEntry(outline, [&](int k, int i, double value) { dr_dp.row(k) += value * dx_dp.row(i); });
   return dr_dp;
 }

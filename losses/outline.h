@@ -7,11 +7,10 @@
 
 #include "losses/camera.h"
 #include "losses/image.h"
+#include "physics/block_matrix.h"
 #include "physics/mesh.h"
 
 namespace drape {
-
-using RowMatrixXd = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Where the ray of one angle leaves the hem: on the projected segment of two vertices.
 struct OutlineHit {
@@ -46,7 +45,7 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> OutlineJacobian(const Outline& outl
                                                              int num_vertices);
 
 // J · dx_dp: shape [3V, P] → [K, P].
-RowMatrixXd OutlineJacobianTimes(const Outline& outline, const RowMatrixXd& dx_dp);
+RowMatrix OutlineJacobianTimes(const Outline& outline, const RowMatrix& dx_dp);
 
 // Jᵀ as right-hand sides of an adjoint solve, shape [3V, K].
 Eigen::MatrixXd OutlineSeeds(const Outline& outline, int num_vertices);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/atomic_file.h"
 
+#include <fcntl.h>
 #include <glog/logging.h>
 #include <unistd.h>
 
@@ -38,7 +39,7 @@ class TemporaryFile {
   void Rename() {
     errno = 0;
     out_.close();  // flushes; fails when the disk is full
-    if (!out_) Fail("cannot write the whole file");
+    if (!out_ || !FlushToDisk()) Fail("cannot write the whole file");
     std::error_code error;
     std::filesystem::rename(temporary_, path_, error);
     if (error) throw InputError(path_, "cannot replace the file: " + error.message());
@@ -49,6 +50,14 @@ class TemporaryFile {
   static std::string UniqueName(const std::string& path) {
     static std::atomic<int> counter = 0;
     return path + ".tmp." + std::to_string(getpid()) + "." + std::to_string(counter++);
+  }
+
+  // Without it a crash of the machine may keep the new name and lose the content.
+  bool FlushToDisk() const {
+    const int file = open(temporary_.c_str(), O_WRONLY | O_CLOEXEC);
+    const bool flushed = file >= 0 && fsync(file) == 0;
+    if (file >= 0) close(file);
+    return flushed;
   }
 
   [[noreturn]] void Fail(const std::string& problem) const {

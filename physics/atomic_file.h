@@ -11,8 +11,8 @@ namespace drape {
 // Whole files in, whole files out.
 
 // Replaces the file at `path` in one step: the content goes to a temporary file in the same folder,
-// which is then renamed. A reader sees the old or the new file, never a part; on any failure the
-// old file survives and the temporary file is removed.
+// which is then flushed to the disk and renamed. A reader sees the old or the new file, never a
+// part; on any failure the old file survives and the temporary file is removed.
 // Throws InputError (folder missing or not writable, disk full, path is a folder).
 void WriteFileAtomically(const std::string& path, std::string_view content);
 

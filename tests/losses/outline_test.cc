@@ -78,7 +78,7 @@ TEST_P(OutlineOfMesh, AllFormsOfTheJacobianAgree) {
   const int n = mesh_.num_vertices();
   const Eigen::MatrixXd jacobian = OutlineJacobian(outline, n);
   EXPECT_EQ(jacobian.transpose(), OutlineSeeds(outline, n));
-  RowMatrixXd dx_dp(3 * n, 4);
+  RowMatrix dx_dp(3 * n, 4);
   for (int p = 0; p < 4; ++p) dx_dp.col(p) = RandomVector(3 * n, p);
   EXPECT_LT((OutlineJacobianTimes(outline, dx_dp) - jacobian * dx_dp).norm(), 1e-9);
   const Eigen::VectorXd adjoint = RandomVector(90, 9);
@@ -154,7 +154,7 @@ TEST(OutlineFromMesh, ReportsRaysWithoutCloth) {
   EXPECT_EQ(std::count(outline.missing.begin(), outline.missing.end(), 0), 0);
   EXPECT_EQ(std::count(outline.missing.begin(), outline.missing.end(), 18), 1);
   EXPECT_EQ(outline.hits[18].vertex[0], -1);
-  EXPECT_EQ(OutlineJacobianTimes(outline, RowMatrixXd::Ones(x.size(), 1)).row(18).norm(), 0);
+  EXPECT_EQ(OutlineJacobianTimes(outline, RowMatrix::Ones(x.size(), 1)).row(18).norm(), 0);
 }
 
 TEST(OutlineFromMesh, ReportsNonFinitePositions) {
