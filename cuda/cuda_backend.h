@@ -9,14 +9,15 @@
 
 namespace drape {
 
-// A feature that this build was made without. The tools print what() and exit with 2.
+// A feature that is not in this build; `why` says how that can be changed. The tools print what()
+// and exit with 2.
 class NotCompiled : public std::runtime_error {
  public:
-  explicit NotCompiled(const std::string& feature)
-      : std::runtime_error("this build has no " + feature + " support") {}
+  NotCompiled(const std::string& feature, const std::string& why)
+      : std::runtime_error("no " + feature + " support: " + why) {}
 };
 
-// The batch of rollouts on a CUDA device. Throws NotCompiled in a build without it.
+// The batch of rollouts on a CUDA device. Not in this version: throws NotCompiled.
 std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel> model);
 
 // name: cpu or cuda. Throws InputError for any other.

@@ -4,7 +4,7 @@
 namespace drape {
 
 std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel>) {
-  throw NotCompiled("cuda");
+  throw NotCompiled("cuda", "the CUDA backend is not in this version, use the cpu backend");
 }
 
 }  // namespace drape
