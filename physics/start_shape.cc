@@ -36,6 +36,26 @@ double HemHeight(const StartShape& shape, double theta) {
   return z;
 }
 
+double HemBeyondSupport(const Mesh& mesh, double support_radius) {
+  const double hem = HemRadius(mesh);
+  if (!(hem > support_radius)) {
+    throw InputError("start shape", "the mesh reaches to " + std::to_string(hem) +
+                                        " m, expected beyond the support radius of " +
+                                        std::to_string(support_radius) + " m");
+  }
+  return hem;
+}
+
+// Linear between the samples of a profile around the circle.
+double ProfileAt(const Eigen::VectorXd& profile, double theta) {
+  const auto n = profile.size();
+  double at = theta / (2 * pi) * static_cast<double>(n);
+  if (at < 0) at += static_cast<double>(n);
+  const auto before = static_cast<Eigen::Index>(at);
+  const double share = at - static_cast<double>(before);
+  return (1 - share) * profile[before % n] + share * profile[(before + 1) % n];
+}
+
 void CheckRange(const ModeRange& range, double hem_rms) {
   CHECK(range.first >= 1 && range.last >= range.first);
   CHECK_GE(hem_rms, 0);
@@ -44,12 +64,7 @@ void CheckRange(const ModeRange& range, double hem_rms) {
 }  // namespace
 
 Eigen::VectorXd ApplyStartShape(const Mesh& mesh, double support_radius, const StartShape& shape) {
-  const double hem = HemRadius(mesh);
-  if (!(hem > support_radius)) {
-    throw InputError("start shape", "the mesh reaches to " + std::to_string(hem) +
-                                        " m, expected beyond the support radius of " +
-                                        std::to_string(support_radius) + " m");
-  }
+  const double hem = HemBeyondSupport(mesh, support_radius);
   Eigen::VectorXd x = mesh.rest_x;
   for (int i = 0; i < mesh.num_vertices(); ++i) {
     const Eigen::Vector2d p = mesh.rest_x.segment<2>(3 * i);
@@ -103,6 +118,24 @@ StartShape RandomStartShape(uint64_t seed, double hem_rms, const ModeRange& rang
     shape.modes.push_back(ModeOf(k, a, b));
   }
   return shape;
+}
+
+Eigen::VectorXd FlapsFromOutline(const Mesh& mesh, double support_radius,
+                                 const Eigen::VectorXd& outline, double lift) {
+  CHECK_GE(outline.size(), 3);
+  CHECK(lift > 0 && lift <= 1) << lift;
+  const double length = HemBeyondSupport(mesh, support_radius) - support_radius;
+  Eigen::VectorXd x = mesh.rest_x;
+  for (int i = 0; i < mesh.num_vertices(); ++i) {
+    const Eigen::Vector2d p = mesh.rest_x.segment<2>(3 * i);
+    const double flap = p.norm() - support_radius;
+    if (flap <= 0) continue;
+    const double reach = (ProfileAt(outline, std::atan2(p.y(), p.x())) - support_radius) / length;
+    const double angle = lift * std::acos(std::clamp(reach, -1.0, 1.0));
+    x.segment<2>(3 * i) = p.normalized() * (support_radius + flap * std::cos(angle));
+    x[3 * i + 2] -= flap * std::sin(angle);
+  }
+  return x;
 }
 
 }  // namespace drape

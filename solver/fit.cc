@@ -90,6 +90,7 @@ const char* ToString(FitTermination termination) {
     case FitTermination::kConverged: return "converged";
     case FitTermination::kIterationLimit: return "iteration limit";
     case FitTermination::kDampingLimit: return "no smaller step lowers the cost";
+    case FitTermination::kStalled: return "stalled at an unstable drape";
     case FitTermination::kCancelled: return "cancelled";
     case FitTermination::kFailed: return "failed";
   }
@@ -114,12 +115,17 @@ FitSummary Fit(RolloutBatch& batch, const FitOptions& options) {
   ceres::Solve(CeresOptions(options, &monitor), &problem, &ceres_summary);
   if (!monitor.stopped()) summary.termination = FromCeres(ceres_summary);
   summary.message = ceres_summary.message;
-  summary.theta = Eigen::Map<const Eigen::VectorXd>(batch.theta(), size);
-  summary.initial_cost = ceres_summary.initial_cost;
-  summary.final_cost = ceres_summary.final_cost;
   summary.counts = batch.counts();
-  summary.jacobian = batch.accepted_jacobian();
   summary.seconds = ceres_summary.total_time_in_seconds;
+  // Ceres fails where the Jacobian of an accepted step cannot be had: the point before still stands.
+  if (!batch.has_accepted()) return summary;
+  if (summary.termination == FitTermination::kFailed) summary.termination = FitTermination::kStalled;
+  batch.StartFromAccepted();
+  summary.theta = batch.accepted_theta();
+  summary.initial_cost = ceres_summary.initial_cost;
+  summary.final_cost = 0.5 * (batch.accepted_residual().squaredNorm() +
+                              summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma));
+  summary.jacobian = batch.accepted_jacobian();
   return summary;
 }
 

@@ -40,6 +40,7 @@ enum class FitTermination {
   kConverged,
   kIterationLimit,
   kDampingLimit,   // no smaller step lowers the cost
+  kStalled,        // no derivatives at the last step (an unstable drape): the point before is given
   kCancelled,
   kFailed          // not even the start could be evaluated
 };
@@ -57,8 +58,8 @@ struct FitSummary {
   double seconds = 0.0;
 };
 
-// Fits θ to all targets by Ceres's trust region (Levenberg–Marquardt). Starts at `theta`; on return
-// the targets' start shapes are the accepted drapes when the batch restarts warmly.
+// Fits θ to all targets by Ceres's trust region (Levenberg–Marquardt) from batch.theta(). On return
+// the targets' starts are the drapes of the best point.
 FitSummary Fit(RolloutBatch& batch, const FitOptions& options);
 
 }  // namespace drape

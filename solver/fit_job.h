@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -30,27 +31,38 @@ struct FitJob {
   std::string camera = "orthographic";
   std::string centre = "outline";
   std::string backend = "cpu";
-  std::string out;                  // folder, made when missing
-  bool resume = false;              // go on from the checkpoint in `out`
+  std::string out;                  // existing folder of the results
+  std::string checkpoint;           // file while it runs; removed at the end
+  std::string log;                  // text file, one line a branch
+  bool resume = false;              // go on from the checkpoint
   int threads = 1;
+  double floor = 0.1;               // start entries under this share of their column's largest are
+                                    // raised to it: a log scale cannot move what is not positive
+  std::map<std::string, std::string> versions;  // for the summary
   int evaluation_steps = 300;       // of h = fit.settle_h: how far the fitted drape still moves
-  StagedFitOptions fit;             // its `cancel` is set by RunFitJob
+  StagedFitOptions fit;
+};
+
+// Work done, for a progress line.
+struct FitProgress {
+  std::string stage;
+  double fraction = 0.0;     // of all work, estimated
+  double profile_rms = 0.0;  // best so far [px]; 0 when not known
 };
 
 struct FitJobCallbacks {
   const std::atomic<bool>* cancel = nullptr;
-  std::function<void(const StageProgress&)> progress;
+  std::function<void(const FitProgress&)> progress;
 };
 
 struct FitJobResult {
   bool cancelled = false;  // the files hold the best so far
-  bool converged = false;  // false: the fit ended by failure, no fit was written
+  bool fitted = false;     // false: no branch could be fitted, summary.json says why
   std::string table;       // for a person: one line an image, then the material
 };
 
 // Reads and checks all input before it computes; writes to job.out: summary.json, material.json, for
-// each image fit_<name>.png, drape_<name>.obj and start_<name>.json, checkpoint.json while it runs,
-// and fit.log. Throws InputError; then what lay in the folder is as it was.
+// each image fit_<name>.png, drape_<name>.obj and start_<name>.json. Throws InputError.
 FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks);
 
 // Image files of a comma-separated list of files, folders (all .jpg, .jpeg, .png in it) and glob

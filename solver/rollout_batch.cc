@@ -17,12 +17,10 @@ Integrator ParseIntegrator(const std::string& text) {
 }
 
 RolloutBatch::RolloutBatch(Backend* backend, const MaterialParametrisation* parametrisation,
-                           std::vector<Target>* targets, const Camera& camera,
-                           const BatchOptions& options)
+                           std::vector<Target>* targets, const BatchOptions& options)
     : backend_(backend),
       parametrisation_(parametrisation),
       targets_(targets),
-      camera_(camera),
       options_(options),
       theta_(Eigen::VectorXd::Zero(parametrisation->size())),
       evaluations_(targets->size()) {
@@ -125,7 +123,8 @@ void RolloutBatch::FillResidual(int i, bool with_jacobian) {
   Evaluation& evaluation = evaluations_[i];
   Outline outline;
   evaluation.valid =
-      OutlineFromMesh(backend_->model().mesh, evaluation.x, camera_, num_angles(), &outline);
+      OutlineFromMesh(backend_->model().mesh, evaluation.x, (*targets_)[i].camera, num_angles(),
+                      &outline);
   if (!evaluation.valid) {
     ++counts_.failed;
     return;
@@ -143,13 +142,20 @@ void RolloutBatch::Accept() {
   accepted_theta_ = theta_;
   accepted_x_.resize(num_targets());
   shape_by_theta_.resize(num_targets());
+  accepted_residual_.resize(num_targets() * num_angles());
   accepted_jacobian_.resize(num_targets() * num_angles(), num_parameters());
   for (int i = 0; i < num_targets(); ++i) {
     const Evaluation& evaluation = evaluations_[i];
     accepted_x_[i] = evaluation.x;
     shape_by_theta_[i] = evaluation.x_by_log_entry * parametrisation_->log_entries_by_theta();
+    accepted_residual_.segment(i * num_angles(), num_angles()) = evaluation.residual;
     accepted_jacobian_.middleRows(i * num_angles(), num_angles()) = evaluation.jacobian;
   }
+}
+
+void RolloutBatch::StartFromAccepted() {
+  for (int i = 0; has_accepted() && i < num_targets(); ++i)
+    (*targets_)[i].start = {accepted_x_[i], Eigen::VectorXd::Zero(accepted_x_[i].size())};
 }
 
 bool RolloutBatch::Copy(int i, double* residuals, double* jacobian) const {

@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "losses/camera.h"
 #include "losses/outline.h"
 #include "physics/backend.h"
 #include "solver/parametrisation.h"
@@ -47,7 +46,7 @@ class RolloutBatch : public ceres::EvaluationCallback {
  public:
   // Pointers outlive the object.
   RolloutBatch(Backend* backend, const MaterialParametrisation* parametrisation,
-               std::vector<Target>* targets, const Camera& camera, const BatchOptions& options);
+               std::vector<Target>* targets, const BatchOptions& options);
 
   // The parameter block that the optimiser changes in place, shape [P].
   double* theta() { return theta_.data(); }
@@ -63,8 +62,13 @@ class RolloutBatch : public ceres::EvaluationCallback {
   // its rollout failed or left its branch.
   bool Copy(int i, double* residuals, double* jacobian) const;
 
-  // The Jacobians of the last evaluation that asked for them, stacked: shape [targets·K, P].
-  const Eigen::MatrixXd& accepted_jacobian() const { return accepted_jacobian_; }
+  // The last point at which shapes and Jacobians were found; none before has_accepted().
+  bool has_accepted() const { return !accepted_x_.empty(); }
+  const Eigen::VectorXd& accepted_theta() const { return accepted_theta_; }
+  const Eigen::VectorXd& accepted_residual() const { return accepted_residual_; }  // [targets·K]
+  const Eigen::MatrixXd& accepted_jacobian() const { return accepted_jacobian_; }  // [targets·K, P]
+  // Makes the drapes of that point the targets' starts.
+  void StartFromAccepted();
 
  private:
   struct Evaluation {
@@ -87,12 +91,12 @@ class RolloutBatch : public ceres::EvaluationCallback {
   Backend* backend_;
   const MaterialParametrisation* parametrisation_;
   std::vector<Target>* targets_;
-  Camera camera_;
   BatchOptions options_;
   Eigen::VectorXd theta_, evaluated_theta_, accepted_theta_;
   std::vector<Evaluation> evaluations_;
   std::vector<Eigen::VectorXd> accepted_x_;
   std::vector<RowMatrix> shape_by_theta_;  // ∂x_end/∂θ at the accepted point
+  Eigen::VectorXd accepted_residual_;
   Eigen::MatrixXd accepted_jacobian_;
   BatchCounts counts_;
 };

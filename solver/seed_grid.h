@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <functional>
 #include <vector>
 
@@ -15,8 +16,10 @@ struct SeedGridOptions {
   std::vector<double> stretch = {1.0, 4.0, 16.0};  // factors on all stretch entries
   std::vector<double> bend = {0.06, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0};  // on all bend entries
   std::vector<double> lifts = {0.3, 0.6, 0.8, 1.0};  // of FlapsFromOutline
-  double h = 0.1;                                  // time step [s]
-  int steps = 60;                                  // of each trial
+  double h = 0.1;                                    // time step [s]
+  int steps = 60;                                    // of each trial
+
+  void Check() const;  // programmer errors
 };
 
 // A material scale and a seed for each target, and how near its coarse drapes come.
@@ -26,3 +29,20 @@ struct SeedCandidate {
   std::vector<double> lifts;  // shape [targets]
   double profile_rms = 0.0;   // root mean square over the targets [px]
 };
+
+// The seed of a target on a mesh: flaps under its outline, at rest.
+State SeedState(const ClothModel& model, const Target& target, double lift);
+
+// `material` with all stretch entries times stretch, all bend entries times bend.
+MaterialField Scaled(MaterialField material, double stretch, double bend);
+
+// All scales × lifts, best first; trials that fail numerically are left out. For each scale the
+// j-th candidate takes each target's j-th best lift. Fewer, or none, once *cancel is true.
+// progress: share of the trials done.
+std::vector<SeedCandidate> RankSeeds(Backend& coarse, const MaterialField& material,
+                                     const std::vector<Target>& targets,
+                                     const SeedGridOptions& options,
+                                     const std::atomic<bool>* cancel,
+                                     const std::function<void(double)>& progress);
+
+}  // namespace drape

@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <atomic>
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,31 +15,78 @@
 namespace drape {
 
 // The protocol of SPEC section 5 for one material and its images. Many drapes are stable and the
-// trust region stays in its basin, so: (1) a grid of stretch × bend factors × seed shapes on a
-// coarse cloth, ranked by outline; (2) the best few settled on the fine cloth and fitted by Ceres,
-// each on its own branch; (3) the winner's drape seeded anew with the fitted material, kept where
-// it is better; (4) the last fit from there.
+// trust region stays in its basin, so a grid of stretch × bend factors × seed shapes on a coarse
+// cloth is ranked by outline, and the best seeds are settled on the fine cloth and fitted by Ceres
+// in rounds: each round keeps the best branches of the one before, seeds their drapes anew with the
+// material fitted so far where that comes nearer to the image, and spends more iterations.
 struct StagedFitOptions {
   SeedGridOptions grid;
-  int candidates = 4;            // of the grid, fitted each
-  int candidate_iterations = 12;
-  int reseed_rounds = 1;         // stages 3 and 4 again
-  int final_iterations = 20;
+  std::vector<int> keep = {6, 2, 1};         // branches fitted in each round
+  std::vector<int> iterations = {5, 10, 20}; // of Ceres for each of them
   Tying parameters = Tying::kEntries;
-  double prior_sigma = 1.0;      // of each log factor about the winner's start
-  double sigma_px = 0.5;         // standard deviation of r(θ) [px]
-  int angles = 90;               // K of r(θ)
-  double settle_h = 0.1;         // steps that calm a seed before Newton [s]
+  double prior_sigma = 1.0;                  // of each log factor about the branch's grid point
+  double sigma_px = 0.5;                     // standard deviation of r(θ) [px]
+  int angles = 90;                           // K of r(θ)
+  double settle_h = 0.1;                     // steps that calm a seed before Newton [s]
   int settle_steps = 40;
   Integrator integrator = Integrator::kStatic;
-  const std::atomic<bool>* cancel = nullptr;
 
   void Check() const;  // programmer errors
 };
 
-// Work done, for a progress line: a stage's name and the share of all work.
-struct StageProgress {
-  std::string stage;
-  double fraction = 0.0;
-  double profile_rms = 0.0;  // best so far [px]; 0 when not known
+// What is fitted. Backends outlive the call; `coarse` has the scene and law of `fine`.
+struct FitProblem {
+  Backend* fine = nullptr;
+  Backend* coarse = nullptr;
+  MaterialField material;       // start tables
+  std::vector<Target> targets;  // their `start` is not used
 };
+
+// One material with its drapes, on its own branch.
+struct BranchFit {
+  SeedCandidate seed;
+  Eigen::VectorXd theta;               // log factors on the seed's tables, shape [P]
+  std::vector<Eigen::VectorXd> shapes; // the fitted drape of each target [m], shape [3V]
+  double cost = 0.0;                   // ½ Σ residual², prior included
+  double profile_rms = 0.0;            // over all targets [px]
+  FitTermination termination = FitTermination::kFailed;
+  int iterations = 0;
+  bool valid() const { return !shapes.empty(); }
+};
+
+// A staged fit between two units of work; saved and read back, the fit goes on to the same answer.
+struct StagedFitState {
+  bool grid_done = false;
+  std::vector<BranchFit> branches;  // of this round
+  int round = 0;
+  int branch = 0;                   // the next one of this round
+  int iterations = 0;
+  BatchCounts counts;
+  double grid_seconds = 0.0;
+  double fit_seconds = 0.0;
+};
+
+struct StagedFitCallbacks {
+  const std::atomic<bool>* cancel = nullptr;
+  std::function<void(const StagedFitState&)> save;          // after each unit
+  std::function<void(const std::string& stage, double fraction, double profile_rms)> progress;
+  std::function<void(const std::string&)> log;              // one line
+};
+
+// Runs from `state` to the end or to a cancel and returns the state then. Its best branch (Best) is
+// the fit; on a cancel that is the best so far.
+StagedFitState RunStagedFit(const FitProblem& problem, const StagedFitOptions& options,
+                            StagedFitState state, const StagedFitCallbacks& callbacks);
+
+// The valid branch of least cost, or nullptr.
+const BranchFit* Best(const StagedFitState& state);
+
+// The tables of a branch.
+MaterialField FittedMaterial(const FitProblem& problem, const StagedFitOptions& options,
+                             const BranchFit& branch);
+
+// ∂residual/∂θ of all targets at a branch, shape [ΣK, P]; empty when its drapes are not stable.
+Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,
+                            const BranchFit& branch);
+
+}  // namespace drape

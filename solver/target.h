@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <string>
 
+#include "losses/camera.h"
 #include "losses/image.h"
 #include "physics/state.h"
 
@@ -15,6 +16,7 @@ struct Target {
   std::string name;        // file name without folder and extension
   std::string file;
   GrayImage image;
+  Camera camera;           // its centre is the support's centre in this image
   Eigen::VectorXd radius;  // r(θ) of the image [px], shape [K]
   State start;
 };

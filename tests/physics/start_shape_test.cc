@@ -192,5 +192,32 @@ TEST(StartShapeDeathTest, RefusesImpossibleArguments) {
   EXPECT_DEATH(SeedFromOutline(outline, 1e-3), "not finite");
 }
 
+TEST_F(StartShapes, FlapsHangAtTheOutlineAndKeepTheirLength) {
+  const int n = 720;
+  const Eigen::VectorXd outline = Eigen::VectorXd::NullaryExpr(
+      n, [](Eigen::Index i) { return .12 + .01 * std::cos(6 * 2 * pi * double(i) / n); });
+  const Eigen::VectorXd hanging = FlapsFromOutline(mesh_, .09, outline, 1.0);
+  const Eigen::VectorXd lifted = FlapsFromOutline(mesh_, .09, outline, 0.5);
+  for (int i = 0; i < mesh_.num_vertices(); ++i) {
+    const Eigen::Vector3d rest = mesh_.rest_x.segment<3>(3 * i), p = hanging.segment<3>(3 * i);
+    const double r = rest.norm(), theta = std::atan2(rest.y(), rest.x());
+    if (r <= .09) {
+      EXPECT_EQ(p, rest);
+      continue;
+    }
+    const Eigen::Vector3d foot = .09 * rest.normalized();
+    EXPECT_NEAR((p - foot).norm(), r - .09, 1e-15);
+    if (r > .15 - 1e-9) {
+      EXPECT_NEAR(p.head<2>().norm(), .12 + .01 * std::cos(6 * theta), 1e-5);
+    }
+    EXPECT_LT(p.z(), lifted[3 * i + 2]);
+  }
+}
+
+TEST_F(StartShapes, AFlapCannotReachBeyondItsLength) {
+  const Eigen::VectorXd x = FlapsFromOutline(mesh_, .09, Eigen::VectorXd::Constant(90, .2), 1.0);
+  EXPECT_LT((x - mesh_.rest_x).cwiseAbs().maxCoeff(), 1e-12);
+}
+
 }  // namespace
 }  // namespace drape

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit_checkpoint.h"
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "physics/atomic_file.h"
+#include "physics/errors.h"
+#include "physics/json_input.h"
+
+namespace drape {
+namespace {
+
+using nlohmann::json;
+
+json ToJson(const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
+
+std::vector<double> Numbers(const JsonInput& input) {
+  std::vector<double> values;
+  input.ExpectArray();
+  for (int i = 0; i < input.Size(); ++i) values.push_back(input.At(i).Number());
+  return values;
+}
+Eigen::VectorXd Vector(const JsonInput& input) {
+  const std::vector<double> values = Numbers(input);
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+json ToJson(const BranchFit& branch) {
+  json shapes = json::array();
+  for (const Eigen::VectorXd& x : branch.shapes) shapes.push_back(ToJson(x));
+  return {{"stretch", branch.seed.stretch},
+          {"bend", branch.seed.bend},
+          {"lifts", branch.seed.lifts},
+          {"seed_rms", branch.seed.profile_rms},
+          {"theta", ToJson(branch.theta)},
+          {"shapes", shapes},
+          {"cost", branch.cost},
+          {"profile_rms", branch.profile_rms},
+          {"termination", static_cast<int>(branch.termination)},
+          {"iterations", branch.iterations}};
+}
+
+BranchFit BranchOf(const JsonInput& input) {
+  BranchFit branch;
+  branch.seed = {input.At("stretch").Number(), input.At("bend").Number(), Numbers(input.At("lifts")),
+                 input.At("seed_rms").Number()};
+  branch.theta = Vector(input.At("theta"));
+  const JsonInput shapes = input.At("shapes");
+  for (int i = 0; i < shapes.ExpectArray().Size(); ++i) branch.shapes.push_back(Vector(shapes.At(i)));
+  branch.cost = input.At("cost").Number();
+  branch.profile_rms = input.At("profile_rms").Number();
+  branch.termination = static_cast<FitTermination>(input.At("termination").Integer());
+  branch.iterations = input.At("iterations").Integer();
+  return branch;
+}
+
+}  // namespace
+
+void WriteCheckpoint(const std::string& path, const std::string& job, const StagedFitState& state) {
+  json branches = json::array();
+  for (const BranchFit& branch : state.branches) branches.push_back(ToJson(branch));
+  const json document = {
+      {"format", "drapefit-checkpoint"},
+      {"job", job},
+      {"grid_done", state.grid_done},
+      {"round", state.round},
+      {"branch", state.branch},
+      {"iterations", state.iterations},
+      {"counts", {state.counts.rollouts, state.counts.tangents, state.counts.failed, state.counts.jumps}},
+      {"seconds", {state.grid_seconds, state.fit_seconds}},
+      {"branches", branches}};
+  WriteFileAtomically(path, document.dump() + "\n");
+}
+
+std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std::string& job) {
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  const json document = ReadJsonFile(path);
+  const JsonInput input(document, path);
+  if (input.At("job").String() != job)
+    input.At("job").Fail("the present images and settings: run without --resume, or undo the change");
+  StagedFitState state;
+  state.grid_done = input.At("grid_done").value().get<bool>();
+  state.round = input.At("round").Integer();
+  state.branch = input.At("branch").Integer();
+  state.iterations = input.At("iterations").Integer();
+  const JsonInput counts = input.At("counts");
+  state.counts = {counts.At(0).Integer(), counts.At(1).Integer(), counts.At(2).Integer(),
+                  counts.At(3).Integer()};
+  state.grid_seconds = input.At("seconds").At(0).Number();
+  state.fit_seconds = input.At("seconds").At(1).Number();
+  const JsonInput branches = input.At("branches");
+  for (int i = 0; i < branches.ExpectArray().Size(); ++i)
+    state.branches.push_back(BranchOf(branches.At(i)));
+  return state;
+}
+
+}  // namespace drape

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit_job.h"
+
+#include <glob.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "cuda/cuda_backend.h"
+#include "losses/outline.h"
+#include "physics/errors.h"
+#include "physics/material_io.h"
+#include "physics/mesh_spec.h"
+#include "solver/centre.h"
+#include "solver/fit_checkpoint.h"
+#include "solver/fit_report.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The inputs of a job, read and checked, with the backends that the problem points to.
+struct LoadedJob {
+  std::unique_ptr<Backend> fine, coarse;
+  FitProblem problem;
+  std::unique_ptr<MaterialField> truth;
+  std::vector<std::string> notes;
+};
+
+NegativeEntries PolicyOf(const FitJob& job) {
+  return job.law == "reference" || job.floor > 0.0 ? NegativeEntries::kWarn
+                                                   : NegativeEntries::kReject;
+}
+
+// Raises the entries of a column (stride between them) to share · the largest; returns how many.
+int RaiseToFloor(double* entries, int count, int stride, double share) {
+  double largest = 0.0;
+  for (int i = 0; i < count; ++i) largest = std::max(largest, entries[i * stride]);
+  int raised = 0;
+  for (int i = 0; i < count; ++i) {
+    double& entry = entries[i * stride];
+    if (entry >= share * largest) continue;
+    entry = share * largest;
+    ++raised;
+  }
+  return raised;
+}
+
+int RaiseToFloor(MaterialField& field, double share) {
+  int raised = 0;
+  for (int c = 0; c < kStretchCols; ++c)
+    raised += RaiseToFloor(&field.stretch[0].c[0][c], kStretchRows, kStretchCols, share);
+  for (auto& row : field.bend[0].b) raised += RaiseToFloor(row, kBendCols, 1, share);
+  return raised;
+}
+
+Target LoadTarget(const FitJob& job, const std::string& file) {
+  Target target;
+  target.file = file;
+  target.name = fs::path(file).stem().string();
+  target.image = ReadSilhouette(file);
+  target.camera.kind = ParseCameraKind(job.camera);
+  // The published images are 256 px wide; others are taken to show as much.
+  const Camera nominal;
+  const double zoom = double(target.image.width) / nominal.width;
+  target.camera.width = target.image.width;
+  target.camera.height = target.image.height;
+  target.camera.cx = 0.5 * (target.image.width - 1);
+  target.camera.cy = 0.5 * (target.image.height - 1);
+  target.camera.scale *= zoom;
+  Outline outline;
+  const bool measured = (ParseCentreMode(job.centre) == CentreMode::kNominal ||
+                         CentreOnOutline(target.image, &target.camera)) &&
+                        OutlineFromImage(target.image, target.camera, job.fit.angles, &outline);
+  if (!measured)
+    throw InputError(file, "no closed outline around the support's centre, expected the silhouette "
+                           "of a drape");
+  target.radius = outline.radius;
+  return target;
+}
+
+void RequireDistinctNames(const std::vector<Target>& targets) {
+  std::set<std::string> names;
+  for (const Target& target : targets)
+    if (!names.insert(target.name).second)
+      throw InputError(target.file, "a second image of the name '" + target.name +
+                                        "', expected distinct names: they name the output files");
+}
+
+LoadedJob Load(const FitJob& job) {
+  if (job.model != "homo") throw InputError("model", "'" + job.model + "', expected homo");
+  if (job.images.empty()) throw InputError("images", "none, expected at least one silhouette");
+  LoadedJob loaded;
+  for (const std::string& image : job.images)
+    loaded.problem.targets.push_back(LoadTarget(job, image));
+  RequireDistinctNames(loaded.problem.targets);
+  const Material start = ReadMaterial(job.material, {PolicyOf(job)});
+  loaded.problem.material = start.field;
+  const int raised = RaiseToFloor(loaded.problem.material, job.floor);
+  if (raised > 0) {
+    std::ostringstream note;
+    note << raised << " start entries of " << job.material << " were raised to " << job.floor
+         << " of their column's largest";
+    loaded.notes.push_back(note.str());
+  }
+  if (!job.truth.empty())
+    loaded.truth = std::make_unique<MaterialField>(
+        ReadMaterial(job.truth, {NegativeEntries::kWarn}).field);
+  const auto backend = [&](const std::string& mesh) {
+    return MakeBackend(job.backend,
+                       std::make_shared<ClothModel>(ParseMeshSpec(mesh), CusickScene(), MakeLaw(job.law)),
+                       job.threads);
+  };
+  loaded.fine = backend(job.mesh);
+  loaded.coarse = backend(job.coarse_mesh);
+  loaded.problem.fine = loaded.fine.get();
+  loaded.problem.coarse = loaded.coarse.get();
+  return loaded;
+}
+
+// What must be the same for a checkpoint to be continued.
+std::string Identity(const FitJob& job, const FitProblem& problem) {
+  nlohmann::json id = {{"model", job.model},     {"mesh", job.mesh},
+                       {"coarse_mesh", job.coarse_mesh}, {"material", job.material},
+                       {"law", job.law},         {"camera", job.camera},
+                       {"centre", job.centre},   {"floor", job.floor},
+                       {"stretch", job.fit.grid.stretch}, {"bend", job.fit.grid.bend},
+                       {"lifts", job.fit.grid.lifts},     {"grid_h", job.fit.grid.h},
+                       {"grid_steps", job.fit.grid.steps}, {"keep", job.fit.keep},
+                       {"iterations", job.fit.iterations},
+                       {"parameters", static_cast<int>(job.fit.parameters)},
+                       {"prior_sigma", job.fit.prior_sigma}, {"sigma_px", job.fit.sigma_px},
+                       {"angles", job.fit.angles},           {"settle_h", job.fit.settle_h},
+                       {"settle_steps", job.fit.settle_steps}};
+  for (const Target& target : problem.targets)
+    id["images"].push_back({target.name, target.radius.mean()});
+  return id.dump();
+}
+
+FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFitState& state) {
+  const auto start = std::chrono::steady_clock::now();
+  FitReport report;
+  report.notes = loaded.notes;
+  const BranchFit* best = Best(state);
+  if (best == nullptr) {
+    report.notes.push_back("no branch could be fitted");
+    return report;
+  }
+  const FitProblem& problem = loaded.problem;
+  report.material = FittedMaterial(problem, job.fit, *best);
+  const Eigen::MatrixXd jacobian = FitJacobian(problem, job.fit, *best);
+  if (jacobian.size() > 0) report.spectrum = SpectrumOf(jacobian, job.fit.prior_sigma);
+  RolloutOptions settle;
+  settle.h = job.fit.settle_h;
+  settle.steps = job.evaluation_steps;
+  report.drapes.resize(problem.targets.size());
+  for (std::size_t i = 0; i < problem.targets.size(); ++i)
+    if (!ReportDrape(*problem.fine, report.material, problem.targets[i], best->shapes[i], settle,
+                     &report.drapes[i]))
+      report.notes.push_back(problem.targets[i].name + ": the settled drape has no outline");
+  report.report_seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+}  // namespace
+
+CentreMode ParseCentreMode(const std::string& text) {
+  if (text == "nominal") return CentreMode::kNominal;
+  if (text == "outline") return CentreMode::kOutline;
+  throw InputError("centre", "unknown name '" + text + "', expected nominal or outline");
+}
+
+FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
+  const LoadedJob loaded = Load(job);
+  const std::string identity = Identity(job, loaded.problem);
+  StagedFitState state;
+  if (job.resume) state = ReadCheckpoint(job.checkpoint, identity).value_or(StagedFitState());
+  std::ofstream log(job.log, job.resume ? std::ios::app : std::ios::trunc);
+  for (const std::string& note : loaded.notes) log << note << std::endl;
+  StagedFitCallbacks staged;
+  staged.cancel = callbacks.cancel;
+  staged.save = [&](const StagedFitState& s) { WriteCheckpoint(job.checkpoint, identity, s); };
+  staged.log = [&](const std::string& line) { log << line << std::endl; };
+  staged.progress = [&](const std::string& stage, double fraction, double rms) {
+    if (callbacks.progress) callbacks.progress({stage, fraction, rms});
+  };
+  state = RunStagedFit(loaded.problem, job.fit, std::move(state), staged);
+  FitReport report = MakeReport(job, loaded, state);
+  report.cancelled = callbacks.cancel != nullptr && callbacks.cancel->load();
+  WriteFitReport(job, loaded.problem, state, report);
+  FitJobResult result;
+  result.cancelled = report.cancelled;
+  result.fitted = !report.drapes.empty();
+  if (result.fitted) result.table = FitTable(loaded.problem, report, loaded.truth.get());
+  if (!result.cancelled) fs::remove(job.checkpoint);
+  return result;
+}
+
+std::vector<std::string> ExpandImages(const std::string& text) {
+  std::vector<std::string> files;
+  std::istringstream items(text);
+  for (std::string item; std::getline(items, item, ',');) {
+    std::vector<std::string> found;
+    if (fs::is_directory(item)) {
+      const std::set<std::string> extensions = {".jpg", ".jpeg", ".png", ".JPG", ".JPEG", ".PNG"};
+      for (const fs::directory_entry& entry : fs::directory_iterator(item))
+        if (extensions.contains(entry.path().extension())) found.push_back(entry.path());
+      std::sort(found.begin(), found.end());
+    } else {
+      glob_t matches = {};
+      if (glob(item.c_str(), 0, nullptr, &matches) == 0)
+        found.assign(matches.gl_pathv, matches.gl_pathv + matches.gl_pathc);
+      globfree(&matches);
+    }
+    if (found.empty())
+      throw InputError("images", "'" + item + "' matches nothing, expected an image, a folder with "
+                                 ".jpg or .png files, or a pattern");
+    files.insert(files.end(), found.begin(), found.end());
+  }
+  return files;
+}
+
+}  // namespace drape

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit_report.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "losses/outline.h"
+#include "losses/overlay.h"
+#include "physics/atomic_file.h"
+#include "physics/material_io.h"
+#include "physics/obj_io.h"
+#include "physics/state_io.h"
+
+namespace drape {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kMillimetre = 1e-3;
+
+std::string Format(const char* format, auto... values) {
+  char text[512];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+ordered_json MetricsJson(const SilhouetteMetrics& metrics) {
+  return {{"mse", metrics.mse},
+          {"iou", metrics.iou},
+          {"profile_rms_px", metrics.profile_rms},
+          {"outline_hausdorff_m", metrics.hausdorff},
+          {"dc_image", metrics.image.drape_coefficient},
+          {"dc_fit", metrics.fitted.drape_coefficient},
+          {"folds_image", metrics.image.folds},
+          {"folds_fit", metrics.fitted.folds}};
+}
+
+ordered_json CameraJson(const Camera& camera) {
+  ordered_json json = {{"kind", CameraKindName(camera.kind)},
+                       {"width", camera.width},
+                       {"height", camera.height},
+                       {"cx", camera.cx},
+                       {"cy", camera.cy}};
+  if (camera.kind == CameraKind::kOrthographic) {
+    json["scale_px_per_m"] = camera.scale;
+  } else {
+    json["eye_height_m"] = camera.eye_height;
+    json["field_of_view_rad"] = camera.field_of_view;
+  }
+  return json;
+}
+
+ordered_json ImageJson(const Target& target, const DrapeReport& drape, double lift) {
+  return {{"file", target.file},
+          {"name", target.name},
+          {"metrics", MetricsJson(drape.metrics)},
+          {"settled", {{"metrics", MetricsJson(drape.settled)},
+                       {"status", ToString(drape.status)},
+                       {"moved_m", drape.moved},
+                       {"force_residual", drape.settled_force_residual}}},
+          {"force_residual", drape.force_residual},
+          {"camera", CameraJson(target.camera)},
+          {"seed_lift", lift}};
+}
+
+// Means over the images of each number that ImageJson gives for one.
+ordered_json MeanOf(const ordered_json& images, const ordered_json::json_pointer& where) {
+  ordered_json mean = ordered_json::object();
+  for (const auto& image : images)
+    for (const auto& [key, value] : image.at(where).items())
+      mean[key] = mean.value(key, 0.0) + value.get<double>() / static_cast<double>(images.size());
+  return mean;
+}
+
+ordered_json FitJson(const StagedFitState& state, const BranchFit& best) {
+  return {{"termination", ToString(best.termination)},
+          {"cost", best.cost},
+          {"iterations", state.iterations},
+          {"rollouts", state.counts.rollouts},
+          {"tangents", state.counts.tangents},
+          {"failed_rollouts", state.counts.failed},
+          {"branch_jumps", state.counts.jumps}};
+}
+
+ordered_json SpectrumJson(const Spectrum& spectrum) {
+  return {{"singular_values", std::vector<double>(spectrum.values.begin(), spectrum.values.end())},
+          {"determined_directions", spectrum.determined}};
+}
+
+ordered_json Summary(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
+                     const FitReport& report) {
+  ordered_json json = {{"tool", "drape_fit"},
+                       {"model", job.model},
+                       {"status", report.cancelled ? "cancelled" : "done"},
+                       {"law", job.law},
+                       {"camera", job.camera},
+                       {"centre", job.centre},
+                       {"mesh", job.mesh},
+                       {"coarse_mesh", job.coarse_mesh},
+                       {"start_material", job.material},
+                       {"backend", job.backend},
+                       {"versions", job.versions},
+                       {"notes", report.notes}};
+  const BranchFit* best = Best(state);
+  if (best == nullptr) return json;
+  json.update(FitJson(state, *best));
+  json["seconds"] = {{"grid", state.grid_seconds},
+                     {"fit", state.fit_seconds},
+                     {"report", report.report_seconds}};
+  json["seeds"] = {{"stretch", best->seed.stretch},
+                   {"bend", best->seed.bend},
+                   {"lifts", best->seed.lifts},
+                   {"coarse_profile_rms_px", best->seed.profile_rms}};
+  json["parameters"] = {{"count", best->theta.size()},
+                        {"log_factors", std::vector<double>(best->theta.begin(), best->theta.end())},
+                        {"prior_sigma", job.fit.prior_sigma},
+                        {"sigma_px", job.fit.sigma_px}};
+  json["spectrum"] = SpectrumJson(report.spectrum);
+  json["images"] = ordered_json::array();
+  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+    json["images"].push_back(ImageJson(problem.targets[i], report.drapes[i], best->seed.lifts[i]));
+  json["mean"] = MeanOf(json["images"], ordered_json::json_pointer("/metrics"));
+  json["mean_settled"] = MeanOf(json["images"], ordered_json::json_pointer("/settled/metrics"));
+  return json;
+}
+
+// The drape moved so that the nominal camera, centred in the image, sees it where the image has it.
+Eigen::VectorXd SeenFromNominalCamera(const Eigen::VectorXd& x, const Camera& camera) {
+  const Camera nominal;
+  Eigen::VectorXd moved = x;
+  for (Eigen::Index i = 0; i < x.size(); i += 3) {
+    moved[i] += (camera.cx - nominal.cx) / camera.pixels_per_metre();
+    moved[i + 1] -= (camera.cy - nominal.cy) / camera.pixels_per_metre();
+  }
+  return moved;
+}
+
+void WriteDrape(const std::string& folder, const Mesh& mesh, const Target& target,
+                const DrapeReport& drape) {
+  Outline image, fitted;
+  if (OutlineFromImage(target.image, target.camera, kReportAngles, &image) &&
+      OutlineFromMesh(mesh, drape.x, target.camera, kReportAngles, &fitted)) {
+    WritePng(DrawOverlay(target.image, image.radius, fitted.radius, target.camera),
+             folder + "/fit_" + target.name + ".png");
+  }
+  WriteObj(folder + "/drape_" + target.name + ".obj", mesh,
+           SeenFromNominalCamera(drape.x, target.camera));
+  WriteState(folder + "/start_" + target.name + ".json",
+             {drape.x, Eigen::VectorXd::Zero(drape.x.size())});
+}
+
+double MeanOfEntries(const double* entries, int rows, int cols, int col) {
+  double sum = 0.0;
+  for (int r = 0; r < rows; ++r) sum += entries[r * cols + col];
+  return sum / rows;
+}
+
+// "c11  fitted  [truth]": the mean of a column, in mechanical units.
+std::string MaterialLine(const char* name, double fitted, const double* truth, const char* unit) {
+  std::string line = Format("  %-22s %10.4g", name, fitted);
+  if (truth != nullptr) line += Format(" %10.4g %6.2f", *truth, fitted / *truth);
+  return line + "  " + unit + "\n";
+}
+
+std::string MaterialTable(const MaterialField& fitted, const MaterialField* truth) {
+  std::string table = Format("  %-22s %10s%s\n", "mean of the table", "fitted",
+                             truth == nullptr ? "" : "      truth  ratio");
+  const char* const columns[] = {"c11", "c12", "c22", "c33"};
+  for (int c = 0; c < kStretchCols; ++c) {
+    const auto mean = [&](const MaterialField& field) {
+      return kMembranePerEntry *
+             MeanOfEntries(&field.stretch[0].c[0][0], kStretchRows, kStretchCols, c);
+    };
+    const double exact = truth == nullptr ? 0.0 : mean(*truth);
+    table += MaterialLine(columns[c], mean(fitted), truth == nullptr ? nullptr : &exact, "N/m");
+  }
+  const char* const rows[] = {"bend along weft", "bend at 45 degrees", "bend along warp"};
+  for (int r = 0; r < kBendRows; ++r) {
+    const auto mean = [&](const MaterialField& field) {
+      return MeanOfEntries(field.bend[0].b[r], kBendCols, 1, 0) / kBendPerRigidity;
+    };
+    const double exact = truth == nullptr ? 0.0 : mean(*truth);
+    table += MaterialLine(rows[r], mean(fitted), truth == nullptr ? nullptr : &exact, "N m");
+  }
+  return table;
+}
+
+}  // namespace
+
+void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
+                    const FitReport& report) {
+  const BranchFit* best = Best(state);
+  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+    WriteDrape(job.out, problem.fine->model().mesh, problem.targets[i], report.drapes[i]);
+  if (best != nullptr) {
+    WriteMaterial(job.out + "/material.json",
+                  {.name = "fit",
+                   .field = report.material,
+                   .source_convention = "mechanical",
+                   .source = "drape_fit, model " + job.model + ", " + job.law + " law, start " +
+                             job.material,
+                   .warnings = {}});
+  }
+  WriteFileAtomically(job.out + "/summary.json", Summary(job, problem, state, report).dump(2) + "\n");
+}
+
+std::string FitTable(const FitProblem& problem, const FitReport& report,
+                     const MaterialField* truth) {
+  std::string table =
+      Format("%-28s %8s %7s %6s %8s %8s %7s %10s %9s\n", "image", "rms [px]", "mse", "iou",
+             "dc image", "dc fit", "folds", "settled px", "moved mm");
+  for (std::size_t i = 0; i < report.drapes.size(); ++i) {
+    const DrapeReport& drape = report.drapes[i];
+    const SilhouetteMetrics& m = drape.metrics;
+    table += Format("%-28.28s %8.2f %7.4f %6.3f %8.3f %8.3f %3d/%-3d %10.2f %9.2g\n",
+                    problem.targets[i].name.c_str(), m.profile_rms, m.mse, m.iou,
+                    m.image.drape_coefficient, m.fitted.drape_coefficient, m.image.folds,
+                    m.fitted.folds, drape.settled.profile_rms, drape.moved / kMillimetre);
+  }
+  return table + MaterialTable(report.material, truth) +
+         Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,
+                static_cast<int>(report.spectrum.values.size()));
+}
+
+}  // namespace drape

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solver/drape_report.h"
+#include "solver/fit_job.h"
+#include "solver/spectrum.h"
+#include "solver/staged_fit.h"
+
+namespace drape {
+
+// All that is known at the end of a job, before it becomes files.
+struct FitReport {
+  std::vector<DrapeReport> drapes;   // of the targets
+  MaterialField material;
+  Spectrum spectrum;                 // empty when the drapes are not stable
+  std::vector<std::string> notes;    // what a reader of the figures must know
+  double report_seconds = 0.0;
+  bool cancelled = false;
+};
+
+// Writes summary.json, material.json and for each target fit_<name>.png, drape_<name>.obj and
+// start_<name>.json, each atomically. Throws InputError when it cannot.
+void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
+                    const FitReport& report);
+
+// For a person: one line an image, the means, and the material beside `truth` when given.
+std::string FitTable(const FitProblem& problem, const FitReport& report,
+                     const MaterialField* truth);
+
+}  // namespace drape

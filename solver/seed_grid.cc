@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/seed_grid.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "losses/metrics.h"
+#include "losses/outline.h"
+#include "losses/shape_features.h"
+#include "physics/start_shape.h"
+
+namespace drape {
+namespace {
+
+struct Trial {
+  double lift = 0.0;
+  double profile_rms = 0.0;  // [px]
+};
+
+// The trials of one target under one material that ended well, best first.
+std::vector<Trial> RankLifts(Backend& coarse, const MaterialField& material, const Target& target,
+                             const std::vector<State>& seeds, const SeedGridOptions& options,
+                             const std::atomic<bool>* cancel) {
+  std::vector<RolloutInput> inputs;
+  for (const State& seed : seeds) inputs.push_back({&material, &seed});
+  RolloutOptions rollout;
+  rollout.h = options.h;
+  rollout.steps = options.steps;
+  rollout.cancel = cancel;
+  const std::vector<RolloutResult> results = coarse.Rollouts(inputs, rollout, nullptr);
+  std::vector<Trial> trials;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    Outline outline;
+    if (results[i].status != RolloutStatus::kOk ||
+        !OutlineFromMesh(coarse.model().mesh, results[i].end.x, target.camera,
+                         static_cast<int>(target.radius.size()), &outline)) {
+      continue;
+    }
+    trials.push_back({options.lifts[i], ProfileRms(outline.radius, target.radius)});
+  }
+  std::stable_sort(trials.begin(), trials.end(),
+                   [](const Trial& a, const Trial& b) { return a.profile_rms < b.profile_rms; });
+  return trials;
+}
+
+// The j-th best lift of each target together, while each target has one.
+std::vector<SeedCandidate> Combine(double stretch, double bend,
+                                   const std::vector<std::vector<Trial>>& by_target) {
+  std::size_t count = by_target.front().size();
+  for (const auto& trials : by_target) count = std::min(count, trials.size());
+  std::vector<SeedCandidate> candidates;
+  for (std::size_t j = 0; j < count; ++j) {
+    SeedCandidate candidate{stretch, bend, {}, 0.0};
+    double sum = 0.0;
+    for (const auto& trials : by_target) {
+      candidate.lifts.push_back(trials[j].lift);
+      sum += trials[j].profile_rms * trials[j].profile_rms;
+    }
+    candidate.profile_rms = std::sqrt(sum / static_cast<double>(by_target.size()));
+    candidates.push_back(candidate);
+  }
+  return candidates;
+}
+
+}  // namespace
+
+void SeedGridOptions::Check() const {
+  CHECK(!stretch.empty() && !bend.empty() && !lifts.empty());
+  for (const double factor : stretch) CHECK_GT(factor, 0.0);
+  for (const double factor : bend) CHECK_GT(factor, 0.0);
+  for (const double lift : lifts) CHECK(lift > 0.0 && lift <= 1.0) << lift;
+}
+
+State SeedState(const ClothModel& model, const Target& target, double lift) {
+  CHECK(model.scene.handles.has_value()) << "a drape needs a support";
+  return {FlapsFromOutline(model.mesh, model.scene.handles->radius,
+                           MetresFromPixels(target.radius, target.camera), lift),
+          Eigen::VectorXd::Zero(model.num_dofs())};
+}
+
+MaterialField Scaled(MaterialField material, double stretch, double bend) {
+  for (StretchTable& table : material.stretch)
+    for (auto& row : table.c)
+      for (double& entry : row) entry *= stretch;
+  for (BendTable& table : material.bend)
+    for (auto& row : table.b)
+      for (double& entry : row) entry *= bend;
+  return material;
+}
+
+std::vector<SeedCandidate> RankSeeds(Backend& coarse, const MaterialField& material,
+                                     const std::vector<Target>& targets,
+                                     const SeedGridOptions& options,
+                                     const std::atomic<bool>* cancel,
+                                     const std::function<void(double)>& progress) {
+  options.Check();
+  std::vector<std::vector<State>> seeds;
+  for (const Target& target : targets) {
+    seeds.emplace_back();
+    for (const double lift : options.lifts)
+      seeds.back().push_back(SeedState(coarse.model(), target, lift));
+  }
+  std::vector<SeedCandidate> ranked;
+  int done = 0;
+  for (const double stretch : options.stretch) {
+    for (const double bend : options.bend) {
+      if (cancel != nullptr && cancel->load()) break;
+      const MaterialField scaled = Scaled(material, stretch, bend);
+      std::vector<std::vector<Trial>> by_target;
+      for (std::size_t i = 0; i < targets.size(); ++i)
+        by_target.push_back(RankLifts(coarse, scaled, targets[i], seeds[i], options, cancel));
+      for (SeedCandidate& candidate : Combine(stretch, bend, by_target))
+        ranked.push_back(std::move(candidate));
+      if (progress) progress(++done / double(options.stretch.size() * options.bend.size()));
+    }
+  }
+  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) {
+    return a.profile_rms < b.profile_rms;
+  });
+  return ranked;
+}
+
+}  // namespace drape

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/staged_fit.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "losses/metrics.h"
+#include "losses/outline.h"
+
+namespace drape {
+namespace {
+
+// A seed replaces a fitted drape when it comes this much nearer.
+constexpr double kReseedGain = 0.97;
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::string Line(const char* format, auto... values) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+class StagedFitter {
+ public:
+  StagedFitter(const FitProblem& problem, const StagedFitOptions& options,
+               const StagedFitCallbacks& callbacks)
+      : problem_(problem), options_(options), callbacks_(callbacks) {}
+
+  StagedFitState Run(StagedFitState state) const {
+    while (!Finished(state) && !Cancelled()) {
+      const auto start = std::chrono::steady_clock::now();
+      if (!state.grid_done) {
+        RunGrid(state);
+        state.grid_seconds += SecondsSince(start);
+      } else {
+        if (state.branch == 0) StartRound(state);
+        if (!state.branches.empty()) RunBranch(state);
+        state.fit_seconds += SecondsSince(start);
+      }
+      if (!Cancelled() && callbacks_.save) callbacks_.save(state);
+    }
+    return state;
+  }
+
+ private:
+  bool Cancelled() const { return callbacks_.cancel != nullptr && callbacks_.cancel->load(); }
+  int rounds() const { return static_cast<int>(options_.keep.size()); }
+  bool Finished(const StagedFitState& state) const {
+    return state.grid_done && (state.round == rounds() || state.branches.empty());
+  }
+  void Log(const std::string& line) const {
+    if (callbacks_.log) callbacks_.log(line);
+  }
+
+  void RunGrid(StagedFitState& state) const {
+    const auto progress = [&](double share) { Report("seed grid", kGridShare * share, 0.0); };
+    std::vector<SeedCandidate> seeds =
+        RankSeeds(*problem_.coarse, problem_.material, problem_.targets, options_.grid,
+                  callbacks_.cancel, progress);
+    if (Cancelled()) return;
+    state.counts.rollouts += static_cast<int>(seeds.size() * problem_.targets.size());
+    for (std::size_t i = 0; i < seeds.size() && i < std::size_t(options_.keep.front()); ++i)
+      state.branches.emplace_back().seed = seeds[i];
+    state.grid_done = true;
+  }
+
+  // The best branches of the round before.
+  void StartRound(StagedFitState& state) const {
+    if (state.round == 0) return;
+    std::erase_if(state.branches, [](const BranchFit& branch) { return !branch.valid(); });
+    std::stable_sort(state.branches.begin(), state.branches.end(),
+                     [](const BranchFit& a, const BranchFit& b) { return a.cost < b.cost; });
+    if (int(state.branches.size()) > options_.keep[state.round])
+      state.branches.resize(options_.keep[state.round]);
+  }
+
+  void RunBranch(StagedFitState& state) const {
+    BranchFit& branch = state.branches[state.branch];
+    if (state.round == 0) {
+      Seed(branch, state);
+    } else {
+      Reseed(branch, state);
+    }
+    if (branch.valid() && !Cancelled()) FitBranch(branch, state);
+    if (Cancelled()) return;
+    if (++state.branch == int(state.branches.size())) {
+      state.branch = 0;
+      ++state.round;
+    }
+  }
+
+  // The drape of target i that grows from its seed under a material; empty when it is not stable.
+  Eigen::VectorXd SettledSeed(const MaterialField& material, int i, double lift,
+                              StagedFitState& state) const {
+    State drape = SeedState(problem_.fine->model(), problem_.targets[i], lift);
+    const RolloutInput input{&material, &drape};
+    RolloutOptions rollout;
+    rollout.h = options_.settle_h;
+    rollout.steps = options_.settle_steps;
+    rollout.cancel = callbacks_.cancel;
+    ++state.counts.rollouts;
+    const RolloutResult fallen = problem_.fine->Rollouts({&input, 1}, rollout, nullptr).front();
+    if (fallen.status != RolloutStatus::kOk) return {};
+    drape.x = fallen.end.x;
+    EquilibriumOptions equilibrium;
+    equilibrium.cancel = callbacks_.cancel;
+    const EquilibriumResult rest = problem_.fine->Equilibria({&input, 1}, equilibrium).front();
+    return rest.status == EquilibriumStatus::kStable ? rest.x : Eigen::VectorXd();
+  }
+
+  // Root mean square distance of a drape from its outline [px]; negative when it has none.
+  double ProfileRmsOf(int i, const Eigen::VectorXd& x) const {
+    const Target& target = problem_.targets[i];
+    Outline outline;
+    if (x.size() == 0 || !OutlineFromMesh(problem_.fine->model().mesh, x, target.camera,
+                                          options_.angles, &outline)) {
+      return -1.0;
+    }
+    return ProfileRms(outline.radius, target.radius);
+  }
+
+  void Seed(BranchFit& branch, StagedFitState& state) const {
+    branch.theta = Eigen::VectorXd::Zero(Parametrisation(branch).size());
+    const MaterialField material = Scaled(problem_.material, branch.seed.stretch, branch.seed.bend);
+    std::vector<Eigen::VectorXd> shapes;
+    for (int i = 0; i < int(problem_.targets.size()); ++i) {
+      shapes.push_back(SettledSeed(material, i, branch.seed.lifts[i], state));
+      if (ProfileRmsOf(i, shapes.back()) < 0.0) {
+        Log(Line("round 1, branch %d: the drape of image %d is not stable", state.branch + 1, i + 1));
+        return;
+      }
+    }
+    branch.shapes = std::move(shapes);
+  }
+
+  void Reseed(BranchFit& branch, StagedFitState& state) const {
+    const MaterialField material = FittedMaterial(problem_, options_, branch);
+    for (int i = 0; i < int(problem_.targets.size()); ++i) {
+      double best = ProfileRmsOf(i, branch.shapes[i]);
+      for (const double lift : options_.grid.lifts) {
+        if (Cancelled()) return;
+        Eigen::VectorXd x = SettledSeed(material, i, lift, state);
+        const double rms = ProfileRmsOf(i, x);
+        if (rms < 0.0 || rms > kReseedGain * best) continue;
+        Log(Line("round %d, branch %d: image %d seeded anew, lift %g: %.2f -> %.2f px",
+                 state.round + 1, state.branch + 1, i + 1, lift, best, rms));
+        best = rms;
+        branch.shapes[i] = std::move(x);
+      }
+    }
+  }
+
+  MaterialParametrisation Parametrisation(const BranchFit& branch) const {
+    return {Scaled(problem_.material, branch.seed.stretch, branch.seed.bend), options_.parameters};
+  }
+
+  void FitBranch(BranchFit& branch, StagedFitState& state) const {
+    const MaterialParametrisation parametrisation = Parametrisation(branch);
+    std::vector<Target> targets = WithStarts(branch);
+    RolloutBatch batch(problem_.fine, &parametrisation, &targets, BatchOptionsOf());
+    Eigen::Map<Eigen::VectorXd>(batch.theta(), branch.theta.size()) = branch.theta;
+    FitOptions fit_options;
+    fit_options.prior_sigma = options_.prior_sigma;
+    fit_options.max_iterations = options_.iterations[state.round];
+    fit_options.initial_damping = kInitialDamping;
+    fit_options.cost_tolerance = kCostTolerance;
+    fit_options.cancel = callbacks_.cancel;
+    fit_options.progress = [&](const FitIteration& iteration) {
+      ReportBranch(state, iteration.iteration / std::max(1.0, double(fit_options.max_iterations)));
+    };
+    const FitSummary summary = Fit(batch, fit_options);
+    Count(summary, state);
+    if (summary.termination == FitTermination::kFailed) {
+      branch.shapes.clear();
+      Log(Line("round %d, branch %d: failed, %s", state.round + 1, state.branch + 1,
+               summary.message.c_str()));
+      return;
+    }
+    branch.theta = summary.theta;
+    branch.cost = summary.final_cost;
+    branch.termination = summary.termination;
+    branch.iterations += static_cast<int>(summary.iterations.size()) - 1;
+    double sum = 0.0;
+    for (int i = 0; i < int(targets.size()); ++i) {
+      branch.shapes[i] = targets[i].start.x;
+      sum += std::pow(ProfileRmsOf(i, branch.shapes[i]), 2);
+    }
+    branch.profile_rms = std::sqrt(sum / double(targets.size()));
+    Log(Line("round %d, branch %d: stretch %g, bend %g, lift %g, cost %.1f -> %.1f, %.2f px, %s, "
+             "%d branch jumps, %d failed",
+             state.round + 1, state.branch + 1, branch.seed.stretch, branch.seed.bend,
+             branch.seed.lifts.front(), summary.initial_cost, summary.final_cost,
+             branch.profile_rms, ToString(summary.termination), summary.counts.jumps,
+             summary.counts.failed));
+  }
+
+  std::vector<Target> WithStarts(const BranchFit& branch) const {
+    std::vector<Target> targets = problem_.targets;
+    for (std::size_t i = 0; i < targets.size(); ++i)
+      targets[i].start = {branch.shapes[i], Eigen::VectorXd::Zero(branch.shapes[i].size())};
+    return targets;
+  }
+
+  BatchOptions BatchOptionsOf() const {
+    BatchOptions batch;
+    batch.integrator = options_.integrator;
+    batch.equilibrium.max_iterations = kTrialNewtonIterations;
+    batch.equilibrium.cancel = callbacks_.cancel;
+    batch.rollout.h = options_.settle_h;
+    batch.rollout.steps = options_.settle_steps;
+    batch.rollout.cancel = callbacks_.cancel;
+    batch.sigma_px = options_.sigma_px;
+    batch.max_jump = kMaxJump;
+    return batch;
+  }
+
+  static void Count(const FitSummary& summary, StagedFitState& state) {
+    state.iterations += static_cast<int>(summary.iterations.size()) - 1;
+    state.counts.rollouts += summary.counts.rollouts;
+    state.counts.tangents += summary.counts.tangents;
+    state.counts.failed += summary.counts.failed;
+    state.counts.jumps += summary.counts.jumps;
+  }
+
+  void Report(const std::string& stage, double fraction, double rms) const {
+    if (callbacks_.progress) callbacks_.progress(stage, fraction, rms);
+  }
+  void ReportBranch(const StagedFitState& state, double share_of_branch) const {
+    double total = 0.0, done = 0.0;
+    for (int round = 0; round < rounds(); ++round) {
+      const double each = kBranchOverhead + options_.iterations[round];
+      total += options_.keep[round] * each;
+      if (round < state.round) done += options_.keep[round] * each;
+      if (round == state.round) done += (state.branch + share_of_branch) * each;
+    }
+    const BranchFit* best = Best(state);
+    Report("round " + std::to_string(state.round + 1), kGridShare + (1.0 - kGridShare) * done / total,
+           best == nullptr ? 0.0 : best->profile_rms);
+  }
+
+  friend Eigen::MatrixXd drape::FitJacobian(const FitProblem&, const StagedFitOptions&,
+                                            const BranchFit&);
+
+  static constexpr double kGridShare = 0.25;     // of the time, for the progress line
+  static constexpr double kBranchOverhead = 5.0; // of a branch's seeds, in iterations
+  static constexpr double kInitialDamping = 1.0;
+  static constexpr double kCostTolerance = 1e-3;
+  static constexpr int kTrialNewtonIterations = 60;
+  static constexpr double kMaxJump = 0.03;       // [m]
+
+  const FitProblem& problem_;
+  const StagedFitOptions& options_;
+  const StagedFitCallbacks& callbacks_;
+};
+
+}  // namespace
+
+void StagedFitOptions::Check() const {
+  grid.Check();
+  CHECK(!keep.empty() && keep.size() == iterations.size());
+  for (const int count : keep) CHECK_GT(count, 0);
+  for (const int count : iterations) CHECK_GE(count, 0);
+  CHECK_GT(prior_sigma, 0.0);
+  CHECK_GT(sigma_px, 0.0);
+  CHECK_GT(angles, 2);
+}
+
+StagedFitState RunStagedFit(const FitProblem& problem, const StagedFitOptions& options,
+                            StagedFitState state, const StagedFitCallbacks& callbacks) {
+  options.Check();
+  CHECK(!problem.targets.empty());
+  return StagedFitter(problem, options, callbacks).Run(std::move(state));
+}
+
+const BranchFit* Best(const StagedFitState& state) {
+  const BranchFit* best = nullptr;
+  for (const BranchFit& branch : state.branches)
+    if (branch.valid() && branch.iterations > 0 && (best == nullptr || branch.cost < best->cost))
+      best = &branch;
+  return best;
+}
+
+MaterialField FittedMaterial(const FitProblem& problem, const StagedFitOptions& options,
+                             const BranchFit& branch) {
+  return MaterialParametrisation(Scaled(problem.material, branch.seed.stretch, branch.seed.bend),
+                                 options.parameters)
+      .Material(branch.theta);
+}
+
+Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,
+                            const BranchFit& branch) {
+  const StagedFitCallbacks none;
+  const StagedFitter fitter(problem, options, none);
+  const MaterialParametrisation parametrisation = fitter.Parametrisation(branch);
+  std::vector<Target> targets = fitter.WithStarts(branch);
+  RolloutBatch batch(problem.fine, &parametrisation, &targets, fitter.BatchOptionsOf());
+  Eigen::Map<Eigen::VectorXd>(batch.theta(), branch.theta.size()) = branch.theta;
+  batch.PrepareForEvaluation(true, true);
+  return batch.accepted_jacobian();
+}
+
+}  // namespace drape
