@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include "tools/progress.h"
+#include "tools/run_tool.h"
+#include "tools/simulate.h"
+#include "tools/tool_options.h"
+
+int main(int argc, char** argv) {
+  drape::SimulateOptions options;
+  const auto body = [&](const std::atomic<bool>& cancel) {
+    drape::Progress progress("drape");
+    const auto report = [&](double fraction, const std::string& note) {
+      progress.Update(fraction, note);
+    };
+    const drape::SimulateResult result = drape::Simulate(options, {&cancel, report});
+    std::printf("%s\n", result.line.c_str());
+    if (result.outcome == drape::SimulateOutcome::kCancelled) return drape::kExitCancelled;
+    if (result.outcome == drape::SimulateOutcome::kDone) return drape::kExitOk;
+    std::fprintf(stderr, "drape_simulate: failed: %s\n", result.status.c_str());
+    return drape::kExitNumerical;
+  };
+  return drape::RunTool(argc, argv, drape::SimulateTable(options), body);
+}

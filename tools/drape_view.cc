@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/drape_view.h"
+
+#include <cmath>
+
+#include "losses/outline.h"
+#include "losses/raster.h"
+
+namespace drape {
+namespace {
+
+constexpr int kAngles = 360, kSupersample = 4;
+
+}  // namespace
+
+Camera MakeCamera(const CameraInput& input) {
+  Camera camera;
+  camera.kind = ParseCameraKind(input.kind);
+  camera.width = input.width;
+  camera.height = input.height;
+  camera.cx = std::isnan(input.cx) ? 0.5 * (input.width - 1) : input.cx;
+  camera.cy = std::isnan(input.cy) ? 0.5 * (input.height - 1) : input.cy;
+  camera.scale = input.scale;
+  camera.Check("camera");
+  return camera;
+}
+
+std::optional<DrapeView> ViewDrape(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
+                                   const GrayImage* image) {
+  Eigen::Matrix2Xd image_points;
+  if (!ProjectVertices(x, camera, &image_points)) return {};
+  DrapeView view;
+  view.silhouette = Rasterize(mesh, x, camera, kSupersample);
+  view.drape_coefficient = DrapeCoefficient(CoverageArea(view.silhouette, camera));
+  Outline fitted, measured;
+  if (!OutlineFromMesh(mesh, x, camera, kAngles, &fitted)) return view;
+  view.folds = CountFolds(MetresFromPixels(fitted.radius, camera));
+  if (image != nullptr && OutlineFromImage(*image, camera, kAngles, &measured)) {
+    view.metrics =
+        CompareSilhouettes(*image, measured.radius, view.silhouette, fitted.radius, camera);
+  }
+  return view;
+}
+
+}  // namespace drape

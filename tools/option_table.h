@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace drape {
+
+// One option of a tool. The field that `value` points to holds the default before Parse and the
+// user's choice after it, so a default stands in one place: the options struct.
+struct Option {
+  using Value = std::variant<std::string*, int*, double*, bool*, std::vector<int>*,
+                             std::vector<double>*, std::vector<std::string>*>;
+
+  std::string key;
+  Value value;
+  std::string doc;   // one line
+  std::string unit = {};  // empty: none
+  double least = -std::numeric_limits<double>::infinity();  // of a number or of each in a list
+  double most = std::numeric_limits<double>::infinity();
+  bool above_least = false;          // the least itself is excluded
+  std::vector<std::string> choices = {};  // of a text; empty: any text
+  // A text is a path: relative to the folder of the config file that holds it, or, on the command
+  // line, to the working directory.
+  bool is_path = false;
+  std::vector<std::string> words = {};  // texts that are no paths: "flat", or, with a colon, a prefix
+  bool required = false;           // no default: the user must give it
+};
+
+// What a user can set in one tool: the command line, the config file and --help follow from it.
+struct OptionTable {
+  std::string tool;     // "drape_simulate"
+  std::string summary;  // one line: what the tool does
+  std::string example;  // a command line
+  std::string notes;    // exit codes and files, for --help
+  std::vector<Option> options;
+
+  // The names, types, defaults, ranges, units and docs of all options.
+  std::string Help() const;
+
+  // Sets an option from text, as on a command line: "--key=text". Throws InputError that starts
+  // with `where`, names the key and the text, and says what was expected.
+  void Set(const std::string& key, const std::string& text, const std::string& where) const;
+
+  // Sets what a config file gives: a flat JSON object whose keys are those of the table; // comments
+  // are allowed. Throws InputError naming the file and the key; an unknown key lists the allowed.
+  void ReadConfig(const std::string& path) const;
+
+  // InputError unless each required option has a value.
+  void CheckRequired() const;
+};
+
+enum class ParseOutcome { kRun, kHelpShown };
+
+// Reads the command line into the table's fields: --config=FILE first, then the flags on top of it
+// (--key=value, --key value, --switch, --noswitch). --help prints and asks to end; --version too.
+// glog's own flags (--v, --logtostderr, …) are passed on. Throws InputError for an unknown flag (it
+// suggests the nearest), a missing value, and whatever Set, ReadConfig and CheckRequired throw.
+ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv);
+
+}  // namespace drape

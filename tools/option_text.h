@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/option_table.h"
+
+namespace drape {
+
+// "a|b|c".
+std::string JoinChoices(const std::vector<std::string>& choices, const char* separator);
+
+// The range of an option for a person: "0 … 5", "> 0", "≥ 1", or nothing.
+std::string RangeText(const Option& option);
+
+}  // namespace drape

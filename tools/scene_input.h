@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "physics/cloth_model.h"
+#include "physics/material_io.h"
+#include "physics/state.h"
+
+namespace drape {
+
+// What a drape starts from, as a user names it.
+struct SceneInput {
+  std::string mesh = "disc:1200";  // ParseMeshSpec
+  std::string material;            // "FILE" or "FILE#name"
+  std::string law = "smooth";      // MakeLaw
+  std::string start = "flat";      // "flat", or a start shape or state file (ReadStart)
+};
+
+struct LoadedScene {
+  std::shared_ptr<const ClothModel> model;  // of CusickScene
+  Material material;
+  State start;
+};
+
+// Reads and checks all of it; warnings about the material go to the log. The reference law takes
+// float32 coordinates and negative entries, as the reference simulator does. Throws InputError.
+LoadedScene LoadScene(const SceneInput& input);
+
+}  // namespace drape

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/simulate.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "physics/errors.h"
+#include "physics/obj_io.h"
+#include "physics/state_io.h"
+#include "physics/statics.h"
+#include "tools/material_gradient.h"
+#include "tools/output_folder.h"
+#include "tools/simulate_summary.h"
+
+namespace drape {
+namespace {
+
+// The input, read and checked.
+struct Input {
+  explicit Input(const SimulateOptions& options)
+      : camera(MakeCamera(options.camera)), scene(LoadScene(options.scene)) {
+    if (!options.image.empty()) ReadImage(options);
+    if (!options.gradient_weights.empty()) {
+      weights = ReadLossWeights(options.gradient_weights, scene.model->num_dofs());
+    }
+  }
+
+  void ReadImage(const SimulateOptions& options) {
+    image = ReadSilhouette(options.image);
+    if (image->width != camera.width || image->height != camera.height) {
+      const auto size = [](int w, int h) { return std::to_string(w) + "×" + std::to_string(h); };
+      throw InputError(options.image, "found " + size(image->width, image->height) +
+                                          " pixels, expected those of the camera, " +
+                                          size(camera.width, camera.height));
+    }
+    LOG_IF(WARNING, camera.kind == CameraKind::kPinhole)
+        << "the published images were not taken by this pinhole camera: through it a perfect drape "
+           "is 4-8 % too small";
+  }
+
+  Camera camera;
+  LoadedScene scene;
+  std::optional<GrayImage> image;
+  std::optional<Eigen::VectorXd> weights;
+};
+
+void CheckOptions(const SimulateOptions& options) {
+  for (const int step : options.dump_steps) {
+    if (step <= options.steps) continue;
+    throw InputError("option 'dump_steps'", "found " + std::to_string(step) +
+                                                ", expected at most steps = " +
+                                                std::to_string(options.steps));
+  }
+  const bool is_dynamic = options.integrator == "dynamic";
+  if (!is_dynamic && !options.gradient_weights.empty()) {
+    throw InputError("option 'gradient_weights'", "needs integrator = dynamic");
+  }
+  if (options.integrator == "static" && options.scene.start == "flat") {
+    throw InputError("option 'integrator'",
+                     "static needs a start near the drape (a state or a start shape), not flat");
+  }
+}
+
+class Simulation {
+ public:
+  Simulation(const SimulateOptions& options, const SimulateCallbacks& callbacks)
+      : options_(options), callbacks_(callbacks), input_(options), out_(options.out),
+        solver_(input_.scene.model), state_(input_.scene.start) {
+    step_.h = options.h;
+    step_.cancel = callbacks.cancel;
+    summary_.seconds.emplace_back("setup", Lap());
+  }
+
+  SimulateResult Run() {
+    RunSteps();
+    if (options_.integrator != "dynamic" && summary_.outcome == SimulateOutcome::kDone) RunNewton();
+    if (input_.weights && summary_.outcome == SimulateOutcome::kDone) RunGradient();
+    WriteDrape();
+    out_.Publish();
+    return {summary_.outcome, summary_.status, SummaryLine(summary_)};
+  }
+
+ private:
+  double Lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - lap_).count();
+    lap_ = now;
+    return seconds;
+  }
+
+  const MaterialField& material() const { return input_.scene.material.field; }
+
+  void Stop(bool cancelled, const std::string& status) {
+    summary_.outcome = cancelled ? SimulateOutcome::kCancelled : SimulateOutcome::kFailed;
+    summary_.status = status;
+  }
+
+  void WriteStateOfStep() {
+    WriteState(out_.Staged("state_" + std::to_string(summary_.steps) + ".json"), state_);
+  }
+
+  void DumpState() {
+    const auto& steps = options_.dump_steps;
+    if (std::find(steps.begin(), steps.end(), summary_.steps) != steps.end()) WriteStateOfStep();
+  }
+
+  // One rollout a step: the last good state is at hand when one fails or the user cancels.
+  void RunSteps() {
+    const int steps = options_.integrator == "static" ? 0 : options_.steps;
+    RolloutOptions one = step_;
+    one.steps = 1;
+    DumpState();
+    while (summary_.steps < steps) {
+      RolloutResult next = Rollout(solver_, material(), state_, one);
+      if (next.status != RolloutStatus::kOk) {
+        Stop(next.status == RolloutStatus::kCancelled, ToString(next.status));
+        WriteStateOfStep();
+        break;
+      }
+      state_ = std::move(next.end);
+      ++summary_.steps;
+      DumpState();
+      Report(steps);
+    }
+    summary_.seconds.emplace_back("steps", Lap());
+  }
+
+  void Report(int steps) const {
+    if (!callbacks_.progress) return;
+    // A gradient costs about as much as two more rollouts.
+    const double share = input_.weights ? 1.0 / 3.0 : 1.0;
+    callbacks_.progress(share * summary_.steps / steps, "step " + std::to_string(summary_.steps) +
+                                                            " of " + std::to_string(steps));
+  }
+
+  void RunNewton() {
+    EquilibriumOptions newton;
+    newton.cancel = callbacks_.cancel;
+    const EquilibriumResult rest = SolveEquilibrium(solver_, material(), state_.x, newton);
+    summary_.newton_iterations = rest.iterations;
+    summary_.status = ToString(rest.status);
+    state_ = {rest.x, Eigen::VectorXd::Zero(rest.x.size())};
+    const bool cancelled = rest.status == EquilibriumStatus::kCancelled;
+    if (cancelled || rest.status == EquilibriumStatus::kNotConverged) Stop(cancelled, summary_.status);
+    if (state_.x.allFinite()) WriteState(out_.Staged("state_rest.json"), state_);
+    summary_.seconds.emplace_back("newton", Lap());
+  }
+
+  void RunGradient() {
+    RolloutOptions all = step_;
+    all.steps = options_.steps;
+    const LossGradient gradient =
+        DifferentiateRollout(solver_, material(), input_.scene.start, all, *input_.weights);
+    if (gradient.status == RolloutStatus::kOk) {
+      WriteLossGradient(out_.Staged("gradient.json"), gradient);
+      summary_.gradient_disagreement = gradient.Disagreement();
+    } else {
+      Stop(gradient.status == RolloutStatus::kCancelled,
+           std::string("gradient: ") + ToString(gradient.status));
+    }
+    summary_.seconds.emplace_back("gradient", Lap());
+  }
+
+  void WriteDrape() {
+    const Mesh& mesh = input_.scene.model->mesh;
+    const GrayImage* image = input_.image ? &*input_.image : nullptr;
+    summary_.force_residual = ForceResidual(*input_.scene.model, material(), state_.x);
+    if (state_.x.allFinite()) {
+      WriteObj(out_.Staged("drape.obj"), mesh, state_.x);
+      summary_.view = ViewDrape(mesh, state_.x, input_.camera, image);
+    }
+    if (summary_.view) WritePng(summary_.view->silhouette, out_.Staged("silhouette.png"));
+    summary_.seconds.emplace_back("output", Lap());
+    WriteSummary(out_.Staged("summary.json"), options_, input_.scene, input_.camera, summary_);
+  }
+
+  const SimulateOptions& options_;
+  const SimulateCallbacks& callbacks_;
+  std::chrono::steady_clock::time_point lap_ = std::chrono::steady_clock::now();
+  Input input_;
+  OutputFolder out_;
+  StepSolver solver_;
+  State state_;
+  RolloutOptions step_;
+  SimulateSummary summary_;
+};
+
+}  // namespace
+
+SimulateResult Simulate(const SimulateOptions& options, const SimulateCallbacks& callbacks) {
+  CheckOptions(options);
+  return Simulation(options, callbacks).Run();
+}
+
+}  // namespace drape

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tools/drape_view.h"
+#include "tools/scene_input.h"
+
+namespace drape {
+
+// One drape from files to files: what drape_simulate does.
+struct SimulateOptions {
+  SceneInput scene;
+  std::string integrator = "dynamic";  // "hybrid": steps, then Newton; "static": Newton alone
+  double h = 0.05;                     // time step [s]
+  int steps = 100;
+  CameraInput camera;
+  std::string image;             // silhouette to be compared with; empty: none
+  std::vector<int> dump_steps;   // states to be written, 0 … steps
+  std::string gradient_weights;  // {"w": [3V]}; empty: no gradient
+  std::string out;               // folder, made when missing
+};
+
+struct SimulateCallbacks {
+  const std::atomic<bool>* cancel = nullptr;
+  std::function<void(double fraction, const std::string& note)> progress;
+};
+
+enum class SimulateOutcome { kDone, kFailed, kCancelled };
+
+struct SimulateResult {
+  SimulateOutcome outcome = SimulateOutcome::kDone;
+  std::string status = "ok";  // of the physics: why it failed
+  std::string line;           // the drape in one line, for a person
+};
+
+// Reads and checks all input before it computes. Writes to options.out summary.json and, of the last
+// good shape, drape.obj, silhouette.png and the states asked for; a failed or cancelled run
+// writes its last good state too. Throws InputError; then what lay in the folder is as it was.
+SimulateResult Simulate(const SimulateOptions& options, const SimulateCallbacks& callbacks);
+
+}  // namespace drape

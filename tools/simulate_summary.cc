@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/simulate_summary.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "physics/atomic_file.h"
+#include "tools/versions.h"
+
+namespace drape {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const char* OutcomeName(SimulateOutcome outcome) {
+  switch (outcome) {
+    case SimulateOutcome::kDone: return "done";
+    case SimulateOutcome::kFailed: return "failed";
+    case SimulateOutcome::kCancelled: return "cancelled";
+  }
+  return "unknown";
+}
+
+template <class T>
+Json OrNull(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json MeshJson(const std::string& name, const Mesh& mesh) {
+  return {{"name", name},
+          {"vertices", mesh.num_vertices()},
+          {"faces", mesh.num_faces()},
+          {"hinges", mesh.num_hinges()}};
+}
+
+Json CameraJson(const Camera& camera) {
+  return {{"kind", CameraKindName(camera.kind)}, {"width", camera.width}, {"height", camera.height},
+          {"cx", camera.cx},                     {"cy", camera.cy},
+          {"px_per_m", camera.pixels_per_metre()}};
+}
+
+Json MetricsJson(const std::string& file, const SilhouetteMetrics& metrics) {
+  return {{"file", file},
+          {"mse", metrics.mse},
+          {"iou", metrics.iou},
+          {"profile_rms_px", metrics.profile_rms},
+          {"hausdorff_m", metrics.hausdorff},
+          {"dc_image", metrics.image_area_dc},
+          {"dc_drape", metrics.fitted_area_dc},
+          {"folds_image", metrics.image.folds},
+          {"folds_drape", metrics.fitted.folds}};
+}
+
+Json SecondsJson(const SimulateSummary& summary) {
+  Json seconds;
+  double total = 0.0;
+  for (const auto& [phase, value] : summary.seconds) {
+    seconds[phase] = value;
+    total += value;
+  }
+  seconds["total"] = total;
+  return seconds;
+}
+
+Json VersionsJson() {
+  Json json;
+  for (const auto& [name, version] : Versions()) json[name] = version;
+  return json;
+}
+
+}  // namespace
+
+void WriteSummary(const std::string& path, const SimulateOptions& options, const LoadedScene& scene,
+                  const Camera& camera, const SimulateSummary& summary) {
+  const auto& view = summary.view;
+  Json json = {{"outcome", OutcomeName(summary.outcome)},
+               {"status", summary.status},
+               {"dc", view ? Json(view->drape_coefficient) : Json(nullptr)},
+               {"folds", view ? OrNull(view->folds) : Json(nullptr)},
+               {"force_residual", summary.force_residual},
+               {"steps", summary.steps},
+               {"steps_wanted", options.steps},
+               {"h", options.h},
+               {"integrator", options.integrator},
+               {"newton_iterations", OrNull(summary.newton_iterations)},
+               {"law", options.scene.law},
+               {"start", options.scene.start},
+               {"material", scene.material.name},
+               {"density", scene.material.field.density},
+               {"mesh", MeshJson(options.scene.mesh, scene.model->mesh)},
+               {"camera", CameraJson(camera)}};
+  if (view && view->metrics) json["image"] = MetricsJson(options.image, *view->metrics);
+  if (summary.gradient_disagreement) json["gradient_disagreement"] = *summary.gradient_disagreement;
+  json["seconds"] = SecondsJson(summary);
+  json["versions"] = VersionsJson();
+  WriteFileAtomically(path, json.dump(2) + "\n");
+}
+
+std::string SummaryLine(const SimulateSummary& summary) {
+  char residual[32], dc[32] = "";
+  std::snprintf(residual, sizeof residual, "%.2g", summary.force_residual);
+  std::string line = summary.status + " after " + std::to_string(summary.steps) + " steps: ";
+  if (summary.view) {
+    std::snprintf(dc, sizeof dc, "DC %.3f, ", summary.view->drape_coefficient);
+    line += dc;
+    if (summary.view->folds) line += std::to_string(*summary.view->folds) + " folds, ";
+  }
+  return line + "force residual " + residual + " of the weight";
+}
+
+}  // namespace drape

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/tool_options.h"
+
+namespace drape {
+namespace {
+
+std::vector<Option> SceneOptions(SceneInput& scene) {
+  return {
+      {.key = "mesh", .value = &scene.mesh,
+       .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
+       .is_path = true, .words = {"disc:"}},
+      {.key = "material", .value = &scene.material,
+       .doc = "a material file; FILE#name picks one of several in it",
+       .is_path = true, .required = true},
+      {.key = "law", .value = &scene.law,
+       .doc = "how stiffness follows from strain and curvature", .choices = {"reference", "smooth"}},
+      {.key = "start", .value = &scene.start,
+       .doc = "first shape: flat, or a start shape or state file",
+       .is_path = true, .words = {"flat"}},
+  };
+}
+
+std::vector<Option> CameraOptions(CameraInput& camera) {
+  return {
+      {.key = "camera", .value = &camera.kind,
+       .doc = "orthographic is what the published images obey",
+       .choices = {"orthographic", "pinhole"}},
+      {.key = "camera_width", .value = &camera.width, .doc = "width of the silhouette",
+       .unit = "px", .least = 16, .most = 8192},
+      {.key = "camera_height", .value = &camera.height, .doc = "height of the silhouette",
+       .unit = "px", .least = 16, .most = 8192},
+      {.key = "camera_cx", .value = &camera.cx,
+       .doc = "column of the support's centre; none: the image's centre", .unit = "px"},
+      {.key = "camera_cy", .value = &camera.cy,
+       .doc = "row of the support's centre; none: the image's centre", .unit = "px"},
+      {.key = "camera_scale", .value = &camera.scale, .doc = "magnification, orthographic only",
+       .unit = "px/m", .least = 0, .above_least = true},
+  };
+}
+
+template <class... Lists>
+std::vector<Option> Concatenate(Lists... lists) {
+  std::vector<Option> all;
+  (all.insert(all.end(), lists.begin(), lists.end()), ...);
+  return all;
+}
+
+}  // namespace
+
+OptionTable SimulateTable(SimulateOptions& options) {
+  const std::vector<Option> steps = {
+      {.key = "integrator", .value = &options.integrator,
+       .doc = "steps in time, steps and then Newton to rest, or Newton from --start",
+       .choices = {"dynamic", "hybrid", "static"}},
+      {.key = "h", .value = &options.h, .doc = "time step", .unit = "s", .least = 0, .most = 10,
+       .above_least = true},
+      {.key = "steps", .value = &options.steps, .doc = "number of time steps", .least = 0,
+       .most = 1000000},
+  };
+  const std::vector<Option> files = {
+      {.key = "image", .value = &options.image,
+       .doc = "silhouette (JPEG or PNG) to compare the drape with", .is_path = true},
+      {.key = "dump_steps", .value = &options.dump_steps,
+       .doc = "write state_<step>.json after these steps; 0 is the start", .least = 0},
+      {.key = "gradient_weights", .value = &options.gradient_weights,
+       .doc = "file {\"w\": [3 a vertex]}: writes gradient.json of L = sum of w*x at the end",
+       .is_path = true},
+      {.key = "out", .value = &options.out, .doc = "output folder, made when missing",
+       .is_path = true, .required = true},
+  };
+  return {
+      .tool = "drape_simulate",
+      .summary = "one drape of a fabric over the support of the Cusick test",
+      .example = "drape_simulate --mesh=disc:1200 --material=configs/fabrics/cotton_blue.json "
+                 "--steps=100 --dump_steps=10,100 --out=out/drape",
+      .notes = "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
+               "drape.obj, silhouette.png,\n  state_<step>.json, state_rest.json (hybrid, static), "
+               "gradient.json; they replace those of an earlier run together, at the end\n"
+               "exit code 3: the computation failed (see outcome and status in summary.json); what "
+               "is written is the last good shape\n",
+      .options = Concatenate(SceneOptions(options.scene), steps, CameraOptions(options.camera), files)};
+}
+
+}  // namespace drape

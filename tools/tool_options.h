@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tools/option_table.h"
+#include "tools/simulate.h"
+
+namespace drape {
+
+// The options of each tool. A table points into `options`, which outlives it.
+OptionTable SimulateTable(SimulateOptions& options);
+
+}  // namespace drape

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace drape {
+
+std::string DrapefitVersion();
+
+// Name and version of what a result rests on: drapefit, the compiler, Eigen, CHOLMOD, the BLAS
+// kernels in use.
+std::vector<std::pair<std::string, std::string>> Versions();
+
+}  // namespace drape
