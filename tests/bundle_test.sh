@@ -1,0 +1,32 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# A bundle that was moved drapes a fabric in an empty environment, with the libraries that it brought.
+# usage: bundle_test.sh <source folder> <build folder>
+set -eu
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+fail() { echo "$*"; exit 1; }
+
+"$1/tools/bundle" --all "$2" "$scratch/first"
+mv "$scratch/first" "$scratch/moved place"
+cd "$scratch/moved place"
+
+for program in bin/*; do
+  for library in lib/*; do
+    name=$(basename "$library")
+    if env -i /usr/bin/ldd "$program" | grep -F "$name =>" | grep -vqF "/moved place/bin/../lib/$name"; then
+      fail "$program does not take $name from the bundle"
+    fi
+  done
+done
+
+cd /
+env -i "$scratch/moved place/bin/drape_simulate" --mesh=disc:100 --steps=2 \
+  --material="$scratch/moved place/configs/fabrics/synthetic_wool.json" --out="$scratch/out"
+[ -s "$scratch/out/summary.json" ] || fail "no summary.json"
+
+mkdir "$scratch/occupied"
+echo precious >"$scratch/occupied/file"
+if "$1/tools/bundle" "$2" "$scratch/occupied" 2>"$scratch/log"; then fail "overwrote a folder"; fi
+grep -q 'no earlier bundle' "$scratch/log"
+[ -s "$scratch/occupied/file" ] || fail "emptied a folder"
