@@ -25,12 +25,6 @@ void AddGravityAndHandles(const ClothModel& model, double density, const Eigen::
                                (x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i));
 }
 
-void AddStretchForce(const Face& face, const Columns& by_area, double* force) {
-  const ShapeGradient s = GradientOf(face);
-  for (int a = 0; a < 3; ++a)
-    AddTo(force, face.vertex[a], (face.area * s.u[a]) * by_area.u + (face.area * s.v[a]) * by_area.v);
-}
-
 // Contiguous, and from a local array that aliases nothing: two or three vector instructions.
 void AddBlock(const double (&block)[9], double* out) {
   for (int i = 0; i < 9; ++i) out[i] += block[i];
@@ -87,7 +81,7 @@ void AddStretchStep(const Law& law, const ClothModel& model, const MaterialField
     const Face& face = model.mesh.faces[f];
     const Columns F = GatherColumns(face, x);
     const StretchCoefficients<double> k = EvaluateStretch(law, Green(F), material.stretch_of(f));
-    AddStretchForce(face, StretchForce(k, F), force);
+    ScatterColumns(face, StretchForce(k, F), force);
     if (A == nullptr) continue;
     Matrix6 H;  // symmetric: column j is H·e_j
     for (int j = 0; j < 6; ++j) {

@@ -29,17 +29,21 @@ struct ColumnWeights {
   T weight[N];
 };
 
-template <class Law, class T>
-DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& table, const T& theta) {
-  const auto columns = law.Columns(hinge, theta);
+template <class Law, class T, int N>
+DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& table,
+                          const ColumnWeights<T, N>& columns) {
   const BendRows rows = RowsOf(hinge);
   const double *low = table.b[rows.first], *high = table.b[rows.first + 1];
   T B(0.0);
-  for (int i = 0; i < Law::kColumns; ++i) {
+  for (int i = 0; i < N; ++i) {
     const int c = columns.column[i];
     B += columns.weight[i] * (rows.weight[0] * low[c] + rows.weight[1] * high[c]);
   }
   return law.Active(Value(B)) ? B * HingeFactor(hinge) : T(0.0);
+}
+template <class Law, class T>
+DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& table, const T& theta) {
+  return HingeStiffness(law, hinge, table, law.Columns(hinge, theta));
 }
 
 // ∂κ/∂(table entry), shape [3, 5] [rad⁻¹]; zero where the law's clamp holds κ at zero.
@@ -48,8 +52,8 @@ DRAPE_HD void HingeStiffnessByTable(const Law& law, const Hinge& hinge, const Be
                                     double theta, double by_entry[kBendRows][kBendCols]) {
   for (int r = 0; r < kBendRows; ++r)
     for (int c = 0; c < kBendCols; ++c) by_entry[r][c] = 0.0;
-  if (!law.Active(HingeStiffness(law, hinge, table, theta))) return;
   const auto columns = law.Columns(hinge, theta);
+  if (!law.Active(HingeStiffness(law, hinge, table, columns))) return;
   const BendRows rows = RowsOf(hinge);
   for (int k = 0; k < 2; ++k)
     for (int i = 0; i < Law::kColumns; ++i)
@@ -60,6 +64,10 @@ DRAPE_HD void HingeStiffnessByTable(const Law& law, const Hinge& hinge, const Be
 // g = h·f − h²·H·w of a hinge is −s·∂θ/∂x with s = κ·(h·θ + h²·q), q = ∂θ/∂x·w: this is s.
 DRAPE_HD inline double StepMoment(double kappa, double theta, double q, double h) {
   return kappa * (h * theta + h * h * q);
+}
+// ∂s/∂θ at a fixed q.
+DRAPE_HD inline double StepMomentByTheta(const Dual<1>& kappa, double theta, double q, double h) {
+  return StepMoment(kappa.v[0], theta, q, h) + kappa.a * h;
 }
 
 // ∂g/∂x, shape [12, 12], w held: −∂θ ⊗ ∇s − s·∂²θ.
@@ -75,13 +83,38 @@ DRAPE_HD void BendStepDerivative(const Law& law, const Hinge& hinge, const BendT
   const double* grad = &d.d[0].x;
   const double* direction = &w.x[0].x;
   const double q = Dot(d, w), s = StepMoment(kappa.a, theta, q, h);
-  const double s_by_theta = kappa.v[0] * (h * theta + h * h * q) + kappa.a * h;
+  const double s_by_theta = StepMomentByTheta(kappa, theta, q, h);
   double grad_s[12];
   for (int j = 0; j < 12; ++j) grad_s[j] = s_by_theta * grad[j];
   for (int i = 0; i < 12; ++i)  // + h²κ·∂²θ·w
     for (int j = 0; j < 12; ++j) grad_s[j] += h * h * kappa.a * direction[i] * out[i][j];
   for (int i = 0; i < 12; ++i)
     for (int j = 0; j < 12; ++j) out[i][j] = -grad[i] * grad_s[j] - s * out[i][j];
+}
+
+// Adjoint of one hinge's step force: adj_x = (∂g/∂x)ᵀ·λ, shape [12], and ∂(g·λ)/∂κ.
+struct BendAdjoint {
+  double adj_x[12];
+  double adj_kappa;
+};
+template <class Law>
+DRAPE_HD BendAdjoint AdjBendStep(const Law& law, const Hinge& hinge, const BendTable& table,
+                                 const HingeCorners& x, const HingeCorners& w, double h,
+                                 const HingeCorners& lambda, double theta) {
+  const AngleGradientOf<Dual<2>> gradient = AngleGradientRates(x, {w, lambda});
+  const Dual<2>* d = &gradient.d[0].x;
+  const double *w_at = &w.x[0].x, *lambda_at = &lambda.x[0].x;
+  double q = 0.0, l = 0.0;
+  for (int i = 0; i < 12; ++i) q += d[i].a * w_at[i], l += d[i].a * lambda_at[i];
+  const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
+  const double s = StepMoment(kappa.a, theta, q, h);
+  const double along_d = -l * StepMomentByTheta(kappa, theta, q, h);
+  const double along_w = -l * h * h * kappa.a;
+  BendAdjoint result;
+  for (int i = 0; i < 12; ++i)
+    result.adj_x[i] = along_d * d[i].a + along_w * d[i].v[0] - s * d[i].v[1];
+  result.adj_kappa = -l * StepMoment(1.0, theta, q, h);
+  return result;
 }
 
 // W(θ) = ∫₀^θ κ(t)·t dt [J], by Gauss–Legendre on each smooth piece (3 points are exact for the

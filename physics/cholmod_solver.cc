@@ -120,20 +120,15 @@ class CholmodSolver final : public LinearSolver {
     Unpermute(Eigen::Map<const Eigen::VectorXd>(static_cast<const double*>(x_->x), b.size()), b);
   }
 
-  void Solve(RowMatrix& b) override {
-    permuted_.resize(b.rows(), b.cols());
-    Permute(b, permuted_);
-    SolveRows(View(), permuted_, workspace_);
-    Unpermute(permuted_, b);
-  }
+  void Solve(RowMatrix& b) override { SolveWith(static_cast<const double*>(factor_->x), b); }
 
-  std::vector<double> SaveFactor() const override {
+  void SaveFactor(std::vector<double>& saved) const override {
     const double* x = static_cast<const double*>(factor_->x);
-    return std::vector<double>(x, x + factor_->xsize);
+    saved.assign(x, x + factor_->xsize);
   }
-  void LoadFactor(const std::vector<double>& saved) override {
+  void SolveSaved(const std::vector<double>& saved, RowMatrix& b) override {
     CHECK_EQ(saved.size(), factor_->xsize);
-    std::memcpy(factor_->x, saved.data(), factor_bytes());
+    SolveWith(saved.data(), b);
   }
   std::size_t factor_bytes() const override { return factor_->xsize * sizeof(double); }
 
@@ -201,6 +196,17 @@ class CholmodSolver final : public LinearSolver {
     return order;
   }
 
+  void SolveWith(const double* factor, RowMatrix& b) {
+    const Eigen::Index m = b.cols(), padded = (m + 3) / 4 * 4;
+    permuted_.resize(b.rows(), padded);
+    for (Eigen::Index k = 0; k < b.rows(); ++k) {
+      permuted_.row(k).head(m) = b.row(analysis_->order[k]);
+      permuted_.row(k).tail(padded - m).setZero();
+    }
+    SolveRows(View(factor), permuted_);
+    for (Eigen::Index k = 0; k < b.rows(); ++k) b.row(analysis_->order[k]) = permuted_.row(k).head(m);
+  }
+
   void Permute(const auto& b, RowMatrix& permuted) const {
     for (Eigen::Index k = 0; k < b.rows(); ++k) permuted.row(k) = b.row(analysis_->order[k]);
   }
@@ -208,13 +214,13 @@ class CholmodSolver final : public LinearSolver {
     for (Eigen::Index k = 0; k < b.rows(); ++k) b.row(analysis_->order[k]) = permuted.row(k);
   }
 
-  SupernodalFactor View() const {
+  SupernodalFactor View(const double* numbers) const {
     const auto ints = [](const void* p, std::size_t n) {
       return std::span(static_cast<const int*>(p), n);
     };
     return {ints(factor_->super, factor_->nsuper + 1), ints(factor_->pi, factor_->nsuper + 1),
             ints(factor_->px, factor_->nsuper + 1), ints(factor_->s, factor_->ssize),
-            static_cast<const double*>(factor_->x)};
+            numbers};
   }
 
   std::shared_ptr<const Analysis> analysis_;
@@ -224,7 +230,7 @@ class CholmodSolver final : public LinearSolver {
   cholmod_dense* x_ = nullptr;  // reused by the solves
   cholmod_dense* y_ = nullptr;
   cholmod_dense* e_ = nullptr;
-  RowMatrix permuted_, workspace_;
+  RowMatrix permuted_;
 };
 
 }  // namespace

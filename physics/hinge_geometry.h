@@ -43,21 +43,28 @@ DRAPE_HD inline double DihedralAngle(const HingeCorners& c) {
 }
 
 // Both wings of a hinge, shared by the gradient and the Hessian of θ.
-struct HingeWings {
-  Vec3<double> edge, apex[2];  // relative to n0
-  Wing<double> wing[2];
+template <class T>
+struct WingPair {
+  Vec3<T> edge, apex[2];  // relative to n0
+  Wing<T> wing[2];
 };
-DRAPE_HD inline HingeWings EvaluateWings(const HingeCorners& c) {
-  const Vec3<double> e = c.x[1] - c.x[0], a0 = c.x[2] - c.x[0], a1 = c.x[3] - c.x[0];
+using HingeWings = WingPair<double>;
+template <class T>
+DRAPE_HD WingPair<T> EvaluateWings(const Vec3<T> (&x)[4]) {
+  const Vec3<T> e = x[1] - x[0], a0 = x[2] - x[0], a1 = x[3] - x[0];
   return {e, {a0, a1}, {EvaluateWing(e, a0, 1.0), EvaluateWing(e, a1, -1.0)}};
 }
+DRAPE_HD inline HingeWings EvaluateWings(const HingeCorners& c) { return EvaluateWings(c.x); }
 
 // ∂θ/∂x = [(t0−1)m0 + (t1−1)m1, −t0·m0 − t1·m1, m0, m1] [rad/m].
-struct HingeGradient {
-  Vec3<double> d[4];
+template <class T>
+struct AngleGradientOf {
+  Vec3<T> d[4];
 };
-DRAPE_HD inline HingeGradient AngleGradient(const HingeWings& hinge) {
-  const Wing<double>&w0 = hinge.wing[0], &w1 = hinge.wing[1];
+using HingeGradient = AngleGradientOf<double>;
+template <class T>
+DRAPE_HD AngleGradientOf<T> AngleGradient(const WingPair<T>& hinge) {
+  const Wing<T>&w0 = hinge.wing[0], &w1 = hinge.wing[1];
   return {{(w0.t - 1.0) * w0.m + (w1.t - 1.0) * w1.m, -w0.t * w0.m - w1.t * w1.m, w0.m, w1.m}};
 }
 
@@ -100,6 +107,18 @@ DRAPE_HD inline void AngleHessian(const HingeWings& hinge, double H[12][12]) {
     for (int j = 0; j < 12; ++j) H[i][j] = 0.0;
   AddWingHessian(hinge.edge, hinge.apex[0], hinge.wing[0], 2, H);
   AddWingHessian(hinge.edge, hinge.apex[1], hinge.wing[1], 3, H);
+}
+
+// The same for two directions only: ∂θ/∂x with its rates ∂²θ/∂x²·v along v = `along[0]`, `along[1]`.
+DRAPE_HD inline AngleGradientOf<Dual<2>> AngleGradientRates(const HingeCorners& c,
+                                                            const HingeCorners (&along)[2]) {
+  Vec3<Dual<2>> x[4];
+  for (int i = 0; i < 12; ++i) {
+    Dual<2>& entry = (&x[i / 3].x)[i % 3];
+    entry.a = (&c.x[i / 3].x)[i % 3];
+    for (int k = 0; k < 2; ++k) entry.v[k] = (&along[k].x[i / 3].x)[i % 3];
+  }
+  return AngleGradient(EvaluateWings(x));
 }
 
 }  // namespace drape

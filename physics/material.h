@@ -15,6 +15,9 @@ inline constexpr int kStretchEntries = kStretchRows * kStretchCols;
 inline constexpr int kBendEntries = kBendRows * kBendCols;
 inline constexpr int kMaterialEntries = kStretchEntries + kBendEntries;  // the "39 numbers"
 
+// Columns of a matrix of 39 tangents, rounded up to whole vector registers.
+inline constexpr int kPaddedEntries = (kMaterialEntries + 3) / 4 * 4;
+
 // Membrane stiffness in N/m = kMembranePerEntry × stretch entry (SPEC section 3, fact 2).
 inline constexpr double kMembranePerEntry = 2.0;
 // Bend entry B = kBendPerRigidity × plate rigidity D in N·m (B_ARCSim = 4·D).

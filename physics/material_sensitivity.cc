@@ -87,27 +87,16 @@ void AddBendColumns(const Law& law, const ClothModel& model, const MaterialField
   }
 }
 
-// Rows of `lambda` and of a gradient, M columns; M = 0 takes their number at run time. One gradient
-// is by far the most frequent case, and its loops vanish.
-template <int M>
-struct Rows {
-  double* data;
-  int run_time_columns;
-
-  int columns() const { return M > 0 ? M : run_time_columns; }
-  double* row(int i) const { return data + static_cast<std::ptrdiff_t>(i) * columns(); }
-};
-
-template <int M>
-void AddScaledRow(double scale, const double* from, const Rows<M>& like, double* to) {
-  for (int j = 0; j < like.columns(); ++j) to[j] += scale * from[j];
+void AddScaledRow(double scale, const double* from, int columns, double* to) {
+  for (int j = 0; j < columns; ++j) to[j] += scale * from[j];
 }
 
-template <int M, class Law>
+template <class Law>
 void AddStretchGradient(const Law& law, const ClothModel& model, const MaterialField& material,
-                        const double* x, const double* w, double h, Rows<M> lambda,
-                        Rows<M> gradient) {
-  std::vector<double> along_basis(lambda.columns());
+                        const double* x, const double* w, double h, const RowMatrix& lambda,
+                        RowMatrix& gradient) {
+  const int columns = static_cast<int>(lambda.cols());
+  std::vector<double> along_basis(columns);
   double* u = along_basis.data();
   for (int f = 0; f < model.mesh.num_faces(); ++f) {
     const Face& face = model.mesh.faces[f];
@@ -115,49 +104,35 @@ void AddStretchGradient(const Law& law, const ClothModel& model, const MaterialF
     const ShapeGradient shape = GradientOf(face);
     const int first = material.stretch.size() == 1 ? 0 : kStretchEntries * f;
     for (int m = 0; m < kStretchCols; ++m) {
-      std::fill_n(u, lambda.columns(), 0.0);
+      std::fill_n(u, columns, 0.0);
       for (int i = 0; i < 9; ++i)
         AddScaledRow(shape.u[i / 3] * (&s.basis[m].u.x)[i % 3] + shape.v[i / 3] * (&s.basis[m].v.x)[i % 3],
-                     lambda.row(3 * face.vertex[i / 3] + i % 3), lambda, u);
+                     &lambda(3 * face.vertex[i / 3] + i % 3, 0), columns, u);
       for (int r = 0; r < kStretchRows; ++r)
         if (s.by_entry[r][m] != 0.0)
-          AddScaledRow(s.by_entry[r][m], u, lambda, gradient.row(first + kStretchCols * r + m));
+          AddScaledRow(s.by_entry[r][m], u, columns, &gradient(first + kStretchCols * r + m, 0));
     }
   }
 }
 
-template <int M, class Law>
+template <class Law>
 void AddBendGradient(const Law& law, const ClothModel& model, const MaterialField& material,
-                     const double* x, const double* w, double h, Rows<M> lambda, Rows<M> gradient) {
-  std::vector<double> along_basis(lambda.columns());
+                     const double* x, const double* w, double h, const RowMatrix& lambda,
+                     RowMatrix& gradient) {
+  const int columns = static_cast<int>(lambda.cols());
+  std::vector<double> along_basis(columns);
   double* u = along_basis.data();
   for (int e = 0; e < model.mesh.num_hinges(); ++e) {
     const Hinge& hinge = model.mesh.hinges[e];
     const HingeSensitivity s = EvaluateSensitivity(law, hinge, material.bend_of(e), x, w, h);
     const int first = material.bend.size() == 1 ? 0 : kBendEntries * e;
-    std::fill_n(u, lambda.columns(), 0.0);
+    std::fill_n(u, columns, 0.0);
     for (int i = 0; i < 12; ++i)
-      AddScaledRow((&s.basis.d[0].x)[i], lambda.row(3 * hinge.vertex[i / 3] + i % 3), lambda, u);
+      AddScaledRow((&s.basis.d[0].x)[i], &lambda(3 * hinge.vertex[i / 3] + i % 3, 0), columns, u);
     for (int k = 0; k < kBendEntries; ++k)
       if (const double by_entry = (&s.by_entry[0][0])[k]; by_entry != 0.0)
-        AddScaledRow(by_entry, u, lambda, gradient.row(first + k));
+        AddScaledRow(by_entry, u, columns, &gradient(first + k, 0));
   }
-}
-
-template <int M>
-void AddGradients(const ClothModel& model, const MaterialField& material, const double* x,
-                  const double* w, double h, const RowMatrix& lambda, MaterialGradient& gradient) {
-  const int m = static_cast<int>(lambda.cols());
-  // Read only; one type of view serves both.
-  const Rows<M> from{const_cast<double*>(lambda.data()), m};
-  if (model.scene.stretch)
-    std::visit([&](const auto& law) {
-      AddStretchGradient(law, model, material, x, w, h, from, Rows<M>{gradient.stretch.data(), m});
-    }, model.law.stretch);
-  if (model.scene.bend)
-    std::visit([&](const auto& law) {
-      AddBendGradient(law, model, material, x, w, h, from, Rows<M>{gradient.bend.data(), m});
-    }, model.law.bend);
 }
 
 RowMatrix ContractEntries(const RowMatrix& gradient, int entries, const auto& weight_of) {
@@ -172,7 +147,7 @@ RowMatrix ContractEntries(const RowMatrix& gradient, int entries, const auto& we
 void AddMaterialColumns(const ClothModel& model, const MaterialField& material,
                         const MaterialField& weight, const Eigen::VectorXd& x,
                         const Eigen::VectorXd& w, double h, RowMatrix& columns) {
-  CHECK_EQ(columns.cols(), kMaterialEntries);
+  CHECK_GE(columns.cols(), kMaterialEntries);
   if (model.scene.stretch)
     std::visit([&](const auto& law) {
       AddStretchColumns(law, model, material, weight, x.data(), w.data(), h, columns);
@@ -202,11 +177,14 @@ void AddMaterialGradient(const ClothModel& model, const MaterialField& material,
                          const RowMatrix& lambda, MaterialGradient& gradient) {
   CHECK_EQ(lambda.rows(), model.num_dofs());
   CHECK_EQ(gradient.stretch.cols(), lambda.cols());
-  if (lambda.cols() == 1) {
-    AddGradients<1>(model, material, x.data(), w.data(), h, lambda, gradient);
-  } else {
-    AddGradients<0>(model, material, x.data(), w.data(), h, lambda, gradient);
-  }
+  if (model.scene.stretch)
+    std::visit([&](const auto& law) {
+      AddStretchGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.stretch);
+    }, model.law.stretch);
+  if (model.scene.bend)
+    std::visit([&](const auto& law) {
+      AddBendGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.bend);
+    }, model.law.bend);
 }
 
 }  // namespace drape

@@ -10,8 +10,8 @@ namespace drape {
 
 // How the step force g(x; w) = h·f(x) − h²·H(x)·w of assembly.h follows the material tables.
 
-// columns += ∂g/∂entry · weight for the 39 table entries of all elements at once, shape [3V, 39]
-// (24 stretch entries row-major, then 15 bend entries). `weight` holds a number for each entry: ones
+// columns += ∂g/∂entry · weight for the 39 table entries of all elements at once, shape [3V, 39] or
+// wider, the other columns untouched (24 stretch entries row-major, then 15 bend entries). `weight` holds a number for each entry: ones
 // for the entry itself, the material for its logarithm, any field for a directional derivative.
 void AddMaterialColumns(const ClothModel& model, const MaterialField& material,
                         const MaterialField& weight, const Eigen::VectorXd& x,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "physics/assembly.h"
+#include "physics/step_adjoint.h"
 
 namespace drape {
 namespace {
@@ -23,6 +24,18 @@ RolloutStatus SolveVelocity(StepSolver& solver, const MaterialField& material, c
   state.v = mass.cwiseProduct(state.v) + h * solver.force();
   solver.linear().Solve(state.v);
   return state.v.allFinite() ? RolloutStatus::kOk : RolloutStatus::kNotFinite;
+}
+
+// Appends step result.steps. The memory of an earlier recording's factors is used again.
+void Record(const LinearSolver& linear, const RolloutOptions& options, const RolloutResult& result,
+            Recording& recording) {
+  recording.x.push_back(result.end.x);
+  recording.v.push_back(result.end.v);
+  if (KeepsFactor(options, linear.factor_bytes(), result.steps)) {
+    linear.SaveFactor(recording.factor[result.steps]);
+  } else {
+    recording.factor[result.steps] = {};
+  }
 }
 
 bool Cancelled(const RolloutOptions& options) {
@@ -71,18 +84,19 @@ RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const S
   options.Check();
   const Eigen::VectorXd mass = solver.model().LumpedMass(material.density);
   RolloutResult result{RolloutStatus::kOk, start, 0};
-  if (recording != nullptr) *recording = Recording{{start.x}, {start.v}, {}};
+  if (recording != nullptr) {
+    recording->x.assign(1, start.x);
+    recording->v.assign(1, start.v);
+    recording->factor.resize(options.steps);
+  }
   for (; result.steps < options.steps; ++result.steps) {
     result.status = Cancelled(options) ? RolloutStatus::kCancelled
                                        : SolveVelocity(solver, material, mass, options.h, result.end);
-    if (result.status != RolloutStatus::kOk) return result;
+    if (result.status != RolloutStatus::kOk) break;
     result.end.x += options.h * result.end.v;
-    if (recording == nullptr) continue;
-    recording->x.push_back(result.end.x);
-    recording->v.push_back(result.end.v);
-    const bool keep = KeepsFactor(options, solver.linear().factor_bytes(), result.steps);
-    recording->factor.push_back(keep ? solver.linear().SaveFactor() : std::vector<double>());
+    if (recording != nullptr) Record(solver.linear(), options, result, *recording);
   }
+  if (recording != nullptr) recording->factor.resize(result.steps);
   return result;
 }
 
@@ -92,25 +106,41 @@ TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
   options.Check();
   const ClothModel& model = solver.model();
   const Eigen::VectorXd mass = model.LumpedMass(material.density);
-  TangentResult result{{RolloutStatus::kOk, start, 0},
-                       RowMatrix::Zero(model.num_dofs(), kMaterialEntries),
-                       RowMatrix::Zero(model.num_dofs(), kMaterialEntries)};
-  RolloutResult& rollout = result.rollout;
+  // One column more than entries: rows of whole vector registers.
+  RowMatrix dx = RowMatrix::Zero(model.num_dofs(), kPaddedEntries), dv = dx;
+  RolloutResult rollout{RolloutStatus::kOk, start, 0};
   for (; rollout.steps < options.steps; ++rollout.steps) {
     const Eigen::VectorXd& x = rollout.end.x;
     rollout.status = Cancelled(options) ? RolloutStatus::kCancelled
                                         : SolveVelocity(solver, material, mass, options.h, rollout.end);
-    if (rollout.status != RolloutStatus::kOk) return result;
+    if (rollout.status != RolloutStatus::kOk) break;
     const Eigen::VectorXd& w = rollout.end.v;
-    result.dv = mass.asDiagonal() * result.dv;
-    AddMultiply(model.pattern, solver.StepDerivative(material, x, w, options.h), result.dx, result.dv);
-    AddMaterialColumns(model, material, weight, x, w, options.h, result.dv);
-    solver.linear().Solve(result.dv);
-    result.dx += options.h * result.dv;
+    dv = mass.asDiagonal() * dv;
+    AddMultiply(model.pattern, solver.StepDerivative(material, x, w, options.h), dx, dv);
+    AddMaterialColumns(model, material, weight, x, w, options.h, dv);
+    solver.linear().Solve(dv);
+    dx += options.h * dv;
     rollout.end.x += options.h * w;
   }
-  return result;
+  return {std::move(rollout), dx.leftCols(kMaterialEntries), dv.leftCols(kMaterialEntries)};
 }
+
+namespace {
+
+// x0 += (∂g/∂x)ᵀ·λ and material += (∂g/∂p)ᵀ·λ of the step at x.
+void AddStepAdjoint(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& x,
+                    const Eigen::VectorXd& w, double h, const RowMatrix& lambda,
+                    AdjointResult& result) {
+  const ClothModel& model = solver.model();
+  if (lambda.cols() == 1) {
+    AdjStep(model, material, x, w, h, lambda, result.x0, result.material);
+  } else {
+    AddTransposeMultiply(model.pattern, solver.StepDerivative(material, x, w, h), lambda, result.x0);
+    AddMaterialGradient(model, material, x, w, h, lambda, result.material);
+  }
+}
+
+}  // namespace
 
 AdjointResult RolloutAdjoint(StepSolver& solver, const MaterialField& material,
                              const RolloutOptions& options, const Recording& recording,
@@ -125,18 +155,17 @@ AdjointResult RolloutAdjoint(StepSolver& solver, const MaterialField& material,
   RowMatrix lambda(seeds.rows(), m);
   for (int k = steps - 1; k >= 0; --k) {
     const Eigen::VectorXd &x = recording.x[k], &w = recording.v[k + 1];
+    if (Cancelled(options)) return {RolloutStatus::kCancelled, {}, {}, {}};
+    lambda = result.v0 + options.h * result.x0;
     if (!recording.factor[k].empty()) {
-      solver.linear().LoadFactor(recording.factor[k]);
-    } else if (!solver.Factor(material, x, options.h)) {
+      solver.linear().SolveSaved(recording.factor[k], lambda);
+    } else if (solver.Factor(material, x, options.h)) {
+      solver.linear().Solve(lambda);
+    } else {
       result.status = RolloutStatus::kNotPositiveDefinite;
       return result;
     }
-    if (Cancelled(options)) return {RolloutStatus::kCancelled, {}, {}, {}};
-    lambda = result.v0 + options.h * result.x0;
-    solver.linear().Solve(lambda);
-    AddTransposeMultiply(model.pattern, solver.StepDerivative(material, x, w, options.h), lambda,
-                         result.x0);
-    AddMaterialGradient(model, material, x, w, options.h, lambda, result.material);
+    AddStepAdjoint(solver, material, x, w, options.h, lambda, result);
     result.v0 = mass.asDiagonal() * lambda;
   }
   return result;

@@ -55,6 +55,11 @@ DRAPE_HD StretchCoefficients<Dual<6>> EvaluateStretchDual(const Law& law,
           G,            chain(k.ramp_uu), chain(k.ramp_vv)};
 }
 
+template <int N>
+DRAPE_HD StretchCoefficients<double> Values(const StretchCoefficients<Dual<N>>& k) {
+  return {k.c11.a, k.c12.a, k.c22.a, k.c33.a, {k.G.uu.a, k.G.vv.a, k.G.uv.a}, k.ramp_uu.a, k.ramp_vv.a};
+}
+
 // Stress of a strain at given stiffnesses, symmetric [N/m].
 template <class T>
 struct StretchStress {
@@ -101,19 +106,30 @@ DRAPE_HD DeformationGradient<T> StretchStiffnessTimes(const StretchCoefficients<
   return {FS.u + Scale(ramp.uu, w.u), FS.v + Scale(ramp.vv, w.v)};
 }
 
-// g = h·f − h²·H·w by rest area (SPEC section 4): everything about a step derives from it. The
-// stress is linear in the strain, so one product with F serves f and H·w.
+// The stresses of a step: g = h·f − h²·H·w = F·on_F + w·on_w by rest area (SPEC section 4). The
+// stress is linear in the strain, so one product with F serves f and H·w. rate: of w.
+template <class T>
+struct StepStresses {
+  StretchStress<T> on_F, on_w;
+};
+template <class T, class R>
+DRAPE_HD StepStresses<T> StretchStepStresses(const StretchCoefficients<T>& k,
+                                             const GreenStrain<R>& rate, double h) {
+  const double a = -h, b = -h * h;
+  const GreenStrain<T> strain{a * k.G.uu + b * rate.uu, a * k.G.vv + b * rate.vv,
+                              a * k.G.uv + b * rate.uv};
+  const StretchStress<T> ramp = RampStress(k);
+  return {Stress(k, strain), {b * ramp.uu, b * ramp.vv, T(0.0)}};
+}
+
+// g by rest area: everything about a step derives from it.
 template <class T>
 DRAPE_HD DeformationGradient<T> StretchStepForce(const StretchCoefficients<T>& k,
                                                  const DeformationGradient<T>& F,
                                                  const DeformationGradient<double>& w, double h) {
-  const GreenStrain<T> rate = StrainRate(F, w);
-  const double a = -h, b = -h * h;
-  const GreenStrain<T> strain{a * k.G.uu + b * rate.uu, a * k.G.vv + b * rate.vv,
-                              a * k.G.uv + b * rate.uv};
-  const DeformationGradient<T> FS = F * Stress(k, strain);
-  const StretchStress<T> ramp = RampStress(k);
-  return {FS.u + Scale(T(b * ramp.uu), w.u), FS.v + Scale(T(b * ramp.vv), w.v)};
+  const StepStresses<T> S = StretchStepStresses(k, StrainRate(F, w), h);
+  const DeformationGradient<T> FS = F * S.on_F;
+  return {FS.u + Scale(S.on_w.uu, w.u), FS.v + Scale(S.on_w.vv, w.v)};
 }
 
 // ∂g/∂F by rest area, w held; shape [6, 6] in the order u.x u.y u.z v.x v.y v.z [N·s/m].
@@ -139,6 +155,47 @@ DRAPE_HD inline StretchCoefficients<double> UnitStiffness(StretchCoefficients<do
   return k;
 }
 
+// Adjoint of one face's step force by rest area, λ given as columns like F: ∂(g·λ)/∂F and, for the
+// table entries, ∂(g·λ)/∂(c11, c12, c22, c33).
+struct StretchAdjoint {
+  DeformationGradient<double> adj_F;
+  double adj_stiffness[kStretchCols];
+  GreenStrain<double> G;
+};
+
+// g·λ from the strain rates of w and λ and from w·λ of the two columns.
+template <class T>
+DRAPE_HD T StretchStepWork(const StretchCoefficients<T>& k, const GreenStrain<double>& w_rate,
+                           const GreenStrain<double>& lambda_rate, double w_lambda_u,
+                           double w_lambda_v, double h) {
+  const StepStresses<T> S = StretchStepStresses(k, w_rate, h);
+  return S.on_F.uu * lambda_rate.uu + S.on_F.vv * lambda_rate.vv +
+         S.on_F.uv * (2.0 * lambda_rate.uv) + S.on_w.uu * w_lambda_u + S.on_w.vv * w_lambda_v;
+}
+
+// g·λ depends on F through G and through the two strain rates; it is symmetric in these two, and
+// ∂(rate of w)/∂F is w itself.
+template <class Law>
+DRAPE_HD StretchAdjoint AdjStretchStep(const Law& law, const DeformationGradient<double>& F,
+                                       const StretchTable& table,
+                                       const DeformationGradient<double>& w, double h,
+                                       const DeformationGradient<double>& lambda) {
+  const GreenStrain<double> G = Green(F), w_rate = StrainRate(F, w);
+  const GreenStrain<double> lambda_rate = StrainRate(F, lambda);
+  const double u = Dot(w.u, lambda.u), v = Dot(w.v, lambda.v);
+  const auto by_G = EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}}, table);
+  const Dual<3> work = StretchStepWork(by_G, w_rate, lambda_rate, u, v, h);
+  const StretchCoefficients<double> k = Values(by_G);
+  StretchStress<double> by_w_rate = Stress(k, lambda_rate);
+  by_w_rate = {-h * h * by_w_rate.uu, -h * h * by_w_rate.vv, -h * h * by_w_rate.uv};
+  const auto by_strain = F * StretchStress<double>{work.v[0], work.v[1], 0.5 * work.v[2]};
+  const auto by_w = w * by_w_rate, by_lambda = lambda * StretchStepStresses(k, w_rate, h).on_F;
+  StretchAdjoint result{{by_strain.u + by_w.u + by_lambda.u, by_strain.v + by_w.v + by_lambda.v}, {}, G};
+  for (int m = 0; m < kStretchCols; ++m)
+    result.adj_stiffness[m] = StretchStepWork(UnitStiffness(k, m), w_rate, lambda_rate, u, v, h);
+  return result;
+}
+
 // Rows of Du and Dv: how vertex `corner` moves the columns of F [1/m].
 struct ShapeGradient {
   double u[3], v[3];
@@ -154,6 +211,14 @@ DRAPE_HD inline DeformationGradient<double> GatherColumns(const Face& f, const d
   const Vec3<double> t = LoadVec3(nodes, f.vertex[2]) - origin;
   const double* d = f.inverse_rest;
   return {d[0] * s + d[2] * t, d[1] * s + d[3] * t};
+}
+
+// Adds the forces by rest area to the nodes: the transpose of GatherColumns, times the area.
+DRAPE_HD inline void ScatterColumns(const Face& f, const DeformationGradient<double>& by_area,
+                                    double* nodes) {
+  const ShapeGradient s = GradientOf(f);
+  for (int a = 0; a < 3; ++a)
+    AddTo(nodes, f.vertex[a], (f.area * s.u[a]) * by_area.u + (f.area * s.v[a]) * by_area.v);
 }
 
 // Strain energy by rest area [N/m] with the stiffnesses held at this strain: a true energy for

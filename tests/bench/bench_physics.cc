@@ -15,6 +15,7 @@
 #include "physics/blas.h"
 #include "physics/disc.h"
 #include "physics/rollout.h"
+#include "physics/step_adjoint.h"
 
 namespace drape {
 namespace {
@@ -80,9 +81,10 @@ void BM_Parts(benchmark::State& bench) {
   const Eigen::VectorXd &x = drape.state.x, &w = drape.state.v;
   Eigen::VectorXd force;
   BlockMatrix A(model.pattern), derivative(model.pattern);
-  RowMatrix columns = RowMatrix::Zero(model.num_dofs(), kMaterialEntries), image = columns;
-  const RowMatrix lambda = w;
+  RowMatrix columns = RowMatrix::Zero(model.num_dofs(), kPaddedEntries), image = columns;
   MaterialGradient gradient = MaterialGradient::Zero(drape.material, 1);
+  const RowMatrix lambda = w;
+  RowMatrix adj_x = lambda;
   struct Part {
     const char* name;
     std::function<void()> work;
@@ -98,8 +100,7 @@ void BM_Parts(benchmark::State& bench) {
       {"multiply39", [&] { AddMultiply(model.pattern, derivative, columns, image); }, {}},
       {"columns39",
        [&] { AddMaterialColumns(model, drape.material, drape.material, x, w, 0.05, columns); }, {}},
-      {"gradient1",
-       [&] { AddMaterialGradient(model, drape.material, x, w, 0.05, lambda, gradient); }, {}}};
+      {"adjoint1", [&] { AdjStep(model, drape.material, x, w, 0.05, lambda, adj_x, gradient); }, {}}};
   for (auto _ : bench)
     for (Part& part : parts) part.seconds.push_back(Seconds(part.work));
   for (Part& part : parts) bench.counters[part.name] = 1e3 * Median(part.seconds);

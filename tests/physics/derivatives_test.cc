@@ -64,6 +64,8 @@ TEST_P(AdjointTest, AgreesWithTangentTo1em10) {
   const AdjointResult first = RolloutAdjoint(s.solver, s.material, options, recording, u.leftCols(1));
   EXPECT_LT((first.material.Contract(s.material) - by_adjoint.leftCols(1)).norm(),
             1e-12 * by_adjoint.norm());
+  EXPECT_LT((first.x0 - adjoint.x0.leftCols(1)).norm(), 1e-12 * adjoint.x0.norm());
+  EXPECT_LT((first.v0 - adjoint.v0.leftCols(1)).norm(), 1e-12 * adjoint.v0.norm());
 }
 
 INSTANTIATE_TEST_SUITE_P(Product, AdjointTest,

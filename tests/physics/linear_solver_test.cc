@@ -68,18 +68,22 @@ TEST_F(LinearSolverTest, CloneHasItsOwnNumbers) {
   EXPECT_LT(Residual(B, y, b), 1e-11);
 }
 
-TEST_F(LinearSolverTest, SavedFactorComesBackBitForBit) {
+TEST_F(LinearSolverTest, SavedFactorSolvesBitForBit) {
   const BlockMatrix A = StepMatrix(1.0), B = StepMatrix(3.0);
   ASSERT_TRUE(solver_->Factor(A));
   const RowMatrix b = test::RandomMatrix(model_->num_dofs(), 3, random_);
   RowMatrix before = b, after = b;
   solver_->Solve(before);
-  const std::vector<double> saved = solver_->SaveFactor();
+  std::vector<double> saved;
+  solver_->SaveFactor(saved);
   EXPECT_EQ(saved.size() * sizeof(double), solver_->factor_bytes());
   ASSERT_TRUE(solver_->Factor(B));
-  solver_->LoadFactor(saved);
-  solver_->Solve(after);
+  solver_->SolveSaved(saved, after);
   EXPECT_EQ(before, after);
+  // The present factor stays.
+  RowMatrix x = b;
+  solver_->Solve(x);
+  EXPECT_LT(Residual(B, x, b), 1e-11);
 }
 
 TEST_F(LinearSolverTest, TransposedProductIsTheAdjoint) {

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstring>
+
+namespace drape {
+
+// Four doubles that the compiler maps to the machine's vector registers (GCC and Clang extension).
+using Vec4 = double __attribute__((vector_size(32)));
+
+// A register of T = Vec4 or double at an address of any alignment.
+template <class T>
+inline __attribute__((always_inline)) T LoadAs(const double* from) {
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  return value;
+}
+template <class T>
+inline __attribute__((always_inline)) void Store(const T& value, double* to) {
+  std::memcpy(to, &value, sizeof value);
+}
+
+// Calls visit.template operator()<V>(first) for chunks of V registers, V ≤ Max, that cover `count`
+// registers: as many of the longest as fit, then one shorter.
+template <int Max, class Visit>
+inline void ForEachChunk(int count, Visit visit) {
+  int first = 0;
+  for (; first + Max <= count; first += Max) visit.template operator()<Max>(first);
+  if constexpr (Max > 1) {
+    const int rest = count - first;
+    ForEachChunk<Max - 1>(rest, [&]<int V>(int at) { visit.template operator()<V>(first + at); });
+  }
+}
+
+}  // namespace drape
