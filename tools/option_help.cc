@@ -28,12 +28,16 @@ std::string Join(const Range& range, const char* separator, Append append) {
 
 std::string NumberText(double value) {
   std::string text;
+  constexpr double kReadable = 1e9;  // whole numbers up to it without an exponent
+  if (std::fabs(value) <= kReadable && value == std::trunc(value)) {
+    return std::to_string(static_cast<long>(value));
+  }
   if (std::isfinite(value)) AppendNumber(text, value);
   return text;
 }
 
 std::string DefaultText(const Option& option) {
-  const auto append_number = [](std::string& text, auto value) { AppendNumber(text, value); };
+  const auto append_number = [](std::string& text, auto value) { text += NumberText(value); };
   const auto append_text = [](std::string& text, const std::string& value) { text += value; };
   return std::visit(
       Overloaded{[](const std::string* v) { return *v; },

@@ -81,4 +81,24 @@ OptionTable SimulateTable(SimulateOptions& options) {
       .options = Concatenate(SceneOptions(options.scene), steps, CameraOptions(options.camera), files)};
 }
 
+OptionTable CheckTable(CheckToolOptions& options) {
+  const std::vector<Option> checks = {
+      {.key = "h", .value = &options.check.h, .doc = "time step of the rollouts", .unit = "s",
+       .least = 0, .most = 10, .above_least = true},
+      {.key = "steps", .value = &options.check.steps, .doc = "time steps of the rollouts",
+       .least = 1, .most = 1000},
+      {.key = "seed", .value = &options.check.seed, .doc = "of the directions and of the noise",
+       .least = 0},
+      {.key = "noise", .value = &options.check.noise,
+       .doc = "random offset of the start, which breaks symmetry", .unit = "mean edge lengths",
+       .least = 0, .most = 1},
+  };
+  return {
+      .tool = "drape_check",
+      .summary = "checks forces, energies and derivatives of a scene and prints a table",
+      .example = "drape_check --config=configs/check.json --law=reference",
+      .notes = "exit code 1: a check failed\n",
+      .options = Concatenate(SceneOptions(options.scene), checks)};
+}
+
 }  // namespace drape

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "tools/check_report.h"
 #include "tools/option_table.h"
 #include "tools/simulate.h"
 
@@ -8,5 +9,6 @@ namespace drape {
 
 // The options of each tool. A table points into `options`, which outlives it.
 OptionTable SimulateTable(SimulateOptions& options);
+OptionTable CheckTable(CheckToolOptions& options);
 
 }  // namespace drape
