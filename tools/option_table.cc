@@ -104,6 +104,7 @@ struct AssignParts {
   void operator()(std::vector<Item>* value) const {
     std::vector<Item> items;
     for (const std::string& part : parts) items.push_back(ParseItem<Item>(given, part));
+    if (items.empty() && !value->empty()) given.Fail("at least one value");
     *value = std::move(items);
   }
 };

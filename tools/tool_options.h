@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tools/check_report.h"
+#include "tools/fit_tool.h"
 #include "tools/option_table.h"
 #include "tools/simulate.h"
 
@@ -10,5 +11,6 @@ namespace drape {
 // The options of each tool. A table points into `options`, which outlives it.
 OptionTable SimulateTable(SimulateOptions& options);
 OptionTable CheckTable(CheckToolOptions& options);
+OptionTable FitTable(FitToolOptions& options);
 
 }  // namespace drape

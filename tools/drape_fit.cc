@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include "tools/fit_tool.h"
+#include "tools/progress.h"
+#include "tools/run_tool.h"
+#include "tools/tool_options.h"
+
+int main(int argc, char** argv) {
+  drape::FitToolOptions options;
+  const auto body = [&](const std::atomic<bool>& cancel) {
+    drape::Progress progress("fit");
+    const auto report = [&](const drape::FitProgress& done) {
+      progress.Update(done.fraction, drape::ProgressNote(done));
+    };
+    const drape::FitJobResult result = drape::RunFitTool(options, {&cancel, report});
+    std::printf("%s", result.table.c_str());
+    if (result.cancelled) return drape::kExitCancelled;
+    if (result.fitted) return drape::kExitOk;
+    std::fprintf(stderr, "drape_fit: failed: no branch could be fitted, see summary.json\n");
+    return drape::kExitNumerical;
+  };
+  return drape::RunTool(argc, argv, drape::FitTable(options), body);
+}

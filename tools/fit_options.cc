@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/tool_options.h"
+
+namespace drape {
+namespace {
+
+std::vector<Option> InputOptions(FitToolOptions& options) {
+  FitJob& job = options.job;
+  return {
+      {.key = "images", .value = &options.images,
+       .doc = "silhouettes of one fabric (JPEG or PNG), fitted jointly: files, folders, patterns",
+       .is_path = true, .required = true},
+      {.key = "material", .value = &job.material,
+       .doc = "start tables: a material file; FILE#name picks one of several in it",
+       .is_path = true, .required = true},
+      {.key = "truth", .value = &job.truth,
+       .doc = "tables that the images were made with, to be compared with the result",
+       .is_path = true},
+      {.key = "model", .value = &job.model, .doc = "homo: one table for the whole cloth",
+       .choices = {"homo"}},
+      {.key = "mesh", .value = &job.mesh,
+       .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
+       .is_path = true, .words = {"disc:"}},
+      {.key = "coarse_mesh", .value = &job.coarse_mesh, .doc = "cloth of the seed grid",
+       .is_path = true, .words = {"disc:"}},
+      {.key = "law", .value = &job.law,
+       .doc = "how stiffness follows from strain and curvature", .choices = {"reference", "smooth"}},
+      {.key = "camera", .value = &job.camera,
+       .doc = "orthographic is what the published images obey",
+       .choices = {"orthographic", "pinhole"}},
+      {.key = "centre", .value = &job.centre,
+       .doc = "where the support's centre is: in the image's centre, or found from the outline",
+       .choices = {"nominal", "outline"}},
+      {.key = "out", .value = &options.out, .doc = "output folder, made when missing",
+       .is_path = true, .required = true},
+      {.key = "resume", .value = &job.resume,
+       .doc = "go on from out/checkpoint.json to the same answer"},
+  };
+}
+
+std::vector<Option> GridOptions(SeedGridOptions& grid) {
+  return {
+      {.key = "grid_stretch", .value = &grid.stretch,
+       .doc = "seed grid: factors on all stretch entries", .least = 0, .above_least = true},
+      {.key = "grid_bend", .value = &grid.bend, .doc = "seed grid: factors on all bend entries",
+       .least = 0, .above_least = true},
+      {.key = "grid_lifts", .value = &grid.lifts,
+       .doc = "seed grid: how high the flaps of the seed shapes stand", .least = 0, .most = 1,
+       .above_least = true},
+      {.key = "grid_h", .value = &grid.h, .doc = "seed grid: time step", .unit = "s", .least = 0,
+       .most = 10, .above_least = true},
+      {.key = "grid_steps", .value = &grid.steps, .doc = "seed grid: time steps of each trial",
+       .least = 1, .most = 100000},
+  };
+}
+
+std::vector<Option> FitStageOptions(FitToolOptions& options) {
+  StagedFitOptions& fit = options.job.fit;
+  return {
+      {.key = "keep", .value = &fit.keep, .doc = "branches fitted in each round", .least = 1,
+       .most = 1000},
+      {.key = "iterations", .value = &fit.iterations,
+       .doc = "iterations of Ceres for each branch of a round", .least = 1, .most = 10000},
+      {.key = "parameters", .value = &options.parameters,
+       .doc = "free numbers: 2 scales, 7 column scales, or all 39 entries",
+       .choices = {"2", "7", "39"}},
+      {.key = "prior_sigma", .value = &fit.prior_sigma,
+       .doc = "standard deviation of each log factor about its seed", .least = 0,
+       .above_least = true},
+      {.key = "sigma_px", .value = &fit.sigma_px, .doc = "standard deviation of the outline",
+       .unit = "px", .least = 0, .above_least = true},
+      {.key = "angles", .value = &fit.angles, .doc = "rays at which the outline is compared",
+       .least = 31, .most = 3600},
+      {.key = "integrator", .value = &options.integrator,
+       .doc = "fit the drape at rest, or the shape after the steps",
+       .choices = {"static", "dynamic"}},
+      {.key = "settle_h", .value = &fit.settle_h, .doc = "time step that calms a seed", .unit = "s",
+       .least = 0, .most = 10, .above_least = true},
+      {.key = "settle_steps", .value = &fit.settle_steps, .doc = "time steps that calm a seed",
+       .least = 0, .most = 100000},
+      {.key = "evaluation_steps", .value = &options.job.evaluation_steps,
+       .doc = "time steps of settle_h after which the fitted drape is judged again", .least = 0,
+       .most = 100000},
+      {.key = "floor", .value = &options.job.floor,
+       .doc = "start entries under this share of their column's largest are raised to it",
+       .least = 0, .most = 1},
+      {.key = "backend", .value = &options.job.backend, .doc = "where the rollouts run",
+       .choices = {"cpu", "cuda"}},
+      {.key = "threads", .value = &options.job.threads, .doc = "rollouts at a time; 0: all cores",
+       .least = 0, .most = 1024},
+  };
+}
+
+}  // namespace
+
+OptionTable FitTable(FitToolOptions& options) {
+  std::vector<Option> all = InputOptions(options);
+  for (const Option& option : FitStageOptions(options)) all.push_back(option);
+  for (const Option& option : GridOptions(options.job.fit.grid)) all.push_back(option);
+  return {
+      .tool = "drape_fit",
+      .summary = "finds the stretch and bend stiffness of a fabric from silhouettes of its drapes",
+      .example = "drape_fit --config=configs/fit.json --images=drape.jpg --out=out/fit",
+      .notes = "files: summary.json, material.json and, of each image, fit_<image>.png, "
+               "drape_<image>.obj, start_<image>.json;\n  they replace those of an earlier run "
+               "together, at the end; checkpoint.json and fit.log while it runs\n"
+               "exit code 3: no branch could be fitted (see summary.json)\n"
+               "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",
+      .options = std::move(all)};
+}
+
+}  // namespace drape

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/fit_tool.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+#include "physics/errors.h"
+#include "tools/output_folder.h"
+#include "tools/versions.h"
+
+namespace drape {
+namespace {
+
+FitJob JobOf(const FitToolOptions& options) {
+  FitJob job = options.job;
+  for (const std::string& image : options.images) {
+    const auto files = ExpandImages(image);
+    job.images.insert(job.images.end(), files.begin(), files.end());
+  }
+  if (job.fit.keep.size() != job.fit.iterations.size()) {
+    throw InputError("option 'iterations'",
+                     "found " + std::to_string(job.fit.iterations.size()) + " values, expected " +
+                         std::to_string(job.fit.keep.size()) + ", as many rounds as 'keep' has");
+  }
+  job.fit.parameters = ParseTying(options.parameters);
+  job.fit.integrator = ParseIntegrator(options.integrator);
+  if (job.threads == 0) job.threads = std::max(1u, std::thread::hardware_concurrency());
+  for (const auto& [name, version] : Versions()) job.versions[name] = version;
+  return job;
+}
+
+}  // namespace
+
+FitJobResult RunFitTool(const FitToolOptions& options, const FitJobCallbacks& callbacks) {
+  FitJob job = JobOf(options);
+  const OutputFolder out(options.out);
+  job.out = out.Staged("");
+  job.checkpoint = options.out + "/checkpoint.json";
+  job.log = options.out + "/fit.log";
+  const FitJobResult result = RunFitJob(job, callbacks);
+  out.Publish();
+  return result;
+}
+
+std::string ProgressNote(const FitProgress& progress) {
+  if (progress.profile_rms <= 0) return progress.stage;
+  char best[48];
+  std::snprintf(best, sizeof best, ", best %.2f px", progress.profile_rms);
+  return progress.stage + best;
+}
+
+}  // namespace drape

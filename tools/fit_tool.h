@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solver/fit_job.h"
+
+namespace drape {
+
+// What a user of drape_fit sets: the job, and what it holds as names.
+struct FitToolOptions {
+  FitJob job;
+  std::vector<std::string> images;  // files, folders, patterns (ExpandImages)
+  std::string parameters = "39";    // ParseTying
+  std::string integrator = "static";  // ParseIntegrator
+  std::string out;                  // folder, made when missing
+};
+
+// Runs the job. The results appear in `out` together at the end; checkpoint.json and fit.log are
+// there while it runs. Throws InputError; then earlier results are as they were.
+FitJobResult RunFitTool(const FitToolOptions& options, const FitJobCallbacks& callbacks);
+
+// "seed grid, best 1.23 px".
+std::string ProgressNote(const FitProgress& progress);
+
+}  // namespace drape
