@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "physics/simd.h"
+
 namespace drape {
 namespace {
 
@@ -61,10 +63,13 @@ void AddStretchColumns(const Law& law, const ClothModel& model, const MaterialFi
     const ShapeGradient shape = GradientOf(face);
     for (int i = 0; i < 9; ++i) {
       const double u = shape.u[i / 3], v = shape.v[i / 3];
-      double b[kStretchCols], *row = &columns(3 * face.vertex[i / 3] + i % 3, 0);
+      double* row = &columns(3 * face.vertex[i / 3] + i % 3, 0);
+      Vec4 b;  // along c11 c12 c22 c33, as in each row of a table
+      static_assert(kStretchCols == 4);
       for (int m = 0; m < kStretchCols; ++m)
         b[m] = u * (&s.basis[m].u.x)[i % 3] + v * (&s.basis[m].v.x)[i % 3];
-      for (int k = 0; k < kStretchEntries; ++k) row[k] += factor[k] * b[k % kStretchCols];
+      for (int k = 0; k < kStretchEntries; k += kStretchCols)
+        Store(LoadAs<Vec4>(row + k) + LoadAs<Vec4>(factor + k) * b, row + k);
     }
   }
 }
