@@ -7,7 +7,7 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 fail() { echo "$*"; exit 1; }
 
-"$1/tools/bundle" --all "$2" "$scratch/first"
+"$1/tools/bundle" "$2" "$scratch/first"
 mv "$scratch/first" "$scratch/moved place"
 cd "$scratch/moved place"
 
