@@ -2,6 +2,7 @@
 // Cost of a step and of its derivatives on one core. Machines and their neighbours differ, so the
 // bounds of the project are ratios: each is measured within one benchmark, its parts in turn.
 #include <benchmark/benchmark.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
@@ -152,12 +153,31 @@ void BM_Ratios(benchmark::State& bench) {
   bench.counters["adjoint_recomputed_adds"] = Median(back_recomputed) / one;
 }
 
+// Largest memory of the process so far [MB]: run it alone (--benchmark_filter=BM_GradientMemory).
+// One gradient of 100 steps from rest with the default RolloutOptions. Bound: 300 MB.
+void BM_GradientMemory(benchmark::State& bench) {
+  StepSolver solver(Drape::MakeModel(2700, "smooth"));
+  const MaterialField material = Cotton();
+  const RolloutOptions options;
+  const RowMatrix seed = RowMatrix::Ones(solver.model().num_dofs(), 1);
+  for (auto _ : bench) {
+    Recording recording;
+    benchmark::DoNotOptimize(
+        Rollout(solver, material, solver.model().RestState(), options, &recording));
+    benchmark::DoNotOptimize(RolloutAdjoint(solver, material, options, recording, seed));
+  }
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  bench.counters["peak_MB"] = usage.ru_maxrss * 1024e-6;
+}
+
 void Sizes(benchmark::internal::Benchmark* bench) {
   bench->ArgNames({"vertices", "law"})->Unit(benchmark::kMillisecond);
   for (const int vertices : {300, 1200, 2700})
     for (const int law : {0, 1}) bench->Args({vertices, law});
 }
 BENCHMARK(BM_Parts)->Apply(Sizes);
+BENCHMARK(BM_GradientMemory)->Iterations(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(BM_Ratios)->Apply(Sizes)->Iterations(7);
 
 }  // namespace

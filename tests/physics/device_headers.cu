@@ -31,6 +31,9 @@ __global__ void StretchKernel(Law law, const Face* faces, const StretchTable* ta
   law.StiffnessByTable(k.G, *table, by_entry);
   AddTo(out, face.vertex[0], shape.u[0] * force.u + shape.v[0] * Hw.v + unit.u);
   out[f] += Q[1][2] + by_entry[1][2] + StretchEnergy(k);
+  const StretchAdjoint adjoint = AdjStretchStep(law, F, *table, wF, h, wF);
+  ScatterColumns(face, adjoint.adj_F, out);
+  out[f] += adjoint.adj_stiffness[0];
   Coefficients(law, face, *table, x, out_float);
   Coefficients(law, face, *table, x, out_dual);
 }
@@ -49,6 +52,8 @@ __global__ void BendKernel(Law law, const Hinge* hinges, const BendTable* table,
   HingeStiffnessByTable(law, hinge, *table, theta, by_entry);
   AddTo(out, hinge.vertex[0], StepMoment(kappa, theta, Dot(d, velocity), h) * d.d[0]);
   out[e] += Q[3][4] + by_entry[1][1] + BendEnergy(law, hinge, *table, theta);
+  const BendAdjoint adjoint = AdjBendStep(law, hinge, *table, corners, velocity, h, velocity, theta);
+  out[e] += adjoint.adj_x[0] + adjoint.adj_kappa;
   out_float[e] = HingeStiffness(law, hinge, *table, static_cast<float>(theta));
 }
 
