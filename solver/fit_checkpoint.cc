@@ -32,7 +32,8 @@ json ToJson(const BranchFit& branch) {
   return {{"stretch", branch.seed.stretch},
           {"bend", branch.seed.bend},
           {"lifts", branch.seed.lifts},
-          {"seed_rms", branch.seed.profile_rms},
+          {"coarse_rms", branch.seed.profile_rms},
+          {"seed_rms", branch.seed_rms},
           {"theta", ToJson(branch.theta)},
           {"shapes", shapes},
           {"cost", branch.cost},
@@ -44,7 +45,8 @@ json ToJson(const BranchFit& branch) {
 BranchFit BranchOf(const JsonInput& input) {
   BranchFit branch;
   branch.seed = {input.At("stretch").Number(), input.At("bend").Number(), Numbers(input.At("lifts")),
-                 input.At("seed_rms").Number()};
+                 input.At("coarse_rms").Number()};
+  branch.seed_rms = input.At("seed_rms").Number();
   branch.theta = Vector(input.At("theta"));
   const JsonInput shapes = input.At("shapes");
   for (int i = 0; i < shapes.ExpectArray().Size(); ++i) branch.shapes.push_back(Vector(shapes.At(i)));

@@ -66,7 +66,7 @@ class StagedFitter {
                   callbacks_.cancel, progress);
     if (Cancelled()) return;
     state.counts.rollouts += static_cast<int>(seeds.size() * problem_.targets.size());
-    for (std::size_t i = 0; i < seeds.size() && i < std::size_t(options_.keep.front()); ++i)
+    for (std::size_t i = 0; i < seeds.size() && i < kSpareSeeds * options_.keep.front(); ++i)
       state.branches.emplace_back().seed = seeds[i];
     state.grid_done = true;
   }
@@ -81,6 +81,13 @@ class StagedFitter {
       state.branches.resize(options_.keep[state.round]);
   }
 
+  bool FirstRoundIsFull(const StagedFitState& state) const {
+    return state.round == 0 && std::count_if(state.branches.begin(), state.branches.end(),
+                                             [](const BranchFit& branch) {
+                                               return branch.valid();
+                                             }) == options_.keep.front();
+  }
+
   void RunBranch(StagedFitState& state) const {
     BranchFit& branch = state.branches[state.branch];
     if (state.round == 0) {
@@ -90,7 +97,7 @@ class StagedFitter {
     }
     if (branch.valid() && !Cancelled()) FitBranch(branch, state);
     if (Cancelled()) return;
-    if (++state.branch == int(state.branches.size())) {
+    if (++state.branch == int(state.branches.size()) || FirstRoundIsFull(state)) {
       state.branch = 0;
       ++state.round;
     }
@@ -109,10 +116,18 @@ class StagedFitter {
     const RolloutResult fallen = problem_.fine->Rollouts({&input, 1}, rollout, nullptr).front();
     if (fallen.status != RolloutStatus::kOk) return {};
     drape.x = fallen.end.x;
+    return options_.integrator == Integrator::kStatic ? RestShape(input, state) : drape.x;
+  }
+
+  Eigen::VectorXd RestShape(const RolloutInput& input, const StagedFitState& state) const {
     EquilibriumOptions equilibrium;
     equilibrium.cancel = callbacks_.cancel;
     const EquilibriumResult rest = problem_.fine->Equilibria({&input, 1}, equilibrium).front();
-    return rest.status == EquilibriumStatus::kStable ? rest.x : Eigen::VectorXd();
+    if (rest.status == EquilibriumStatus::kStable) return rest.x;
+    Log(Line("round %d, branch %d: a seed's drape is %s after %d Newton iterations (residual %.1e)",
+             state.round + 1, state.branch + 1, ToString(rest.status), rest.iterations,
+             rest.residual));
+    return {};
   }
 
   // Root mean square distance of a drape from its outline [px]; negative when it has none.
@@ -130,14 +145,25 @@ class StagedFitter {
     branch.theta = Eigen::VectorXd::Zero(Parametrisation(branch).size());
     const MaterialField material = Scaled(problem_.material, branch.seed.stretch, branch.seed.bend);
     std::vector<Eigen::VectorXd> shapes;
+    double sum = 0.0;
     for (int i = 0; i < int(problem_.targets.size()); ++i) {
       shapes.push_back(SettledSeed(material, i, branch.seed.lifts[i], state));
-      if (ProfileRmsOf(i, shapes.back()) < 0.0) {
-        Log(Line("round 1, branch %d: the drape of image %d is not stable", state.branch + 1, i + 1));
-        return;
-      }
+      const double rms = ProfileRmsOf(i, shapes.back());
+      if (rms < 0.0) return;
+      sum += rms * rms;
     }
-    branch.shapes = std::move(shapes);
+    branch.seed_rms = std::sqrt(sum / double(shapes.size()));
+    if (!SameDrapeBefore(branch, state)) branch.shapes = std::move(shapes);
+  }
+
+  // Seeds of one material with different lifts often fall into one drape.
+  static bool SameDrapeBefore(const BranchFit& branch, const StagedFitState& state) {
+    return std::any_of(state.branches.begin(), state.branches.begin() + state.branch,
+                       [&](const BranchFit& before) {
+                         return before.seed.stretch == branch.seed.stretch &&
+                                before.seed.bend == branch.seed.bend &&
+                                std::abs(before.seed_rms - branch.seed_rms) < kSameRms;
+                       });
   }
 
   void Reseed(BranchFit& branch, StagedFitState& state) const {
@@ -252,7 +278,9 @@ class StagedFitter {
   static constexpr double kBranchOverhead = 5.0; // of a branch's seeds, in iterations
   static constexpr double kInitialDamping = 1.0;
   static constexpr double kCostTolerance = 1e-3;
-  static constexpr int kTrialNewtonIterations = 60;
+  static constexpr std::size_t kSpareSeeds = 4;
+  static constexpr double kSameRms = 1e-4;       // [px]
+  static constexpr int kTrialNewtonIterations = 40;
   static constexpr double kMaxJump = 0.03;       // [m]
 
   const FitProblem& problem_;

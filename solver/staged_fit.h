@@ -21,8 +21,8 @@ namespace drape {
 // material fitted so far where that comes nearer to the image, and spends more iterations.
 struct StagedFitOptions {
   SeedGridOptions grid;
-  std::vector<int> keep = {6, 2, 1};         // branches fitted in each round
-  std::vector<int> iterations = {5, 10, 20}; // of Ceres for each of them
+  std::vector<int> keep = {5, 2, 1};         // branches fitted in each round
+  std::vector<int> iterations = {5, 8, 15}; // of Ceres for each of them
   Tying parameters = Tying::kEntries;
   double prior_sigma = 1.0;                  // of each log factor about the branch's grid point
   double sigma_px = 0.5;                     // standard deviation of r(θ) [px]
@@ -45,6 +45,7 @@ struct FitProblem {
 // One material with its drapes, on its own branch.
 struct BranchFit {
   SeedCandidate seed;
+  double seed_rms = 0.0;               // of the seeds' settled drapes on the fine cloth [px]
   Eigen::VectorXd theta;               // log factors on the seed's tables, shape [P]
   std::vector<Eigen::VectorXd> shapes; // the fitted drape of each target [m], shape [3V]
   double cost = 0.0;                   // ½ Σ residual², prior included
@@ -57,7 +58,8 @@ struct BranchFit {
 // A staged fit between two units of work; saved and read back, the fit goes on to the same answer.
 struct StagedFitState {
   bool grid_done = false;
-  std::vector<BranchFit> branches;  // of this round
+  std::vector<BranchFit> branches;  // of this round; in the first more than are wanted, since some
+                                    // seeds have no stable drape or one that another has
   int round = 0;
   int branch = 0;                   // the next one of this round
   int iterations = 0;
