@@ -10,6 +10,7 @@ namespace drape {
 namespace {
 
 constexpr int kAngles = 360, kSupersample = 4;
+constexpr double kFarthest = 1e6;  // [px] from the corner: what has flown off is no drape
 
 }  // namespace
 
@@ -29,6 +30,7 @@ std::optional<DrapeView> ViewDrape(const Mesh& mesh, const Eigen::VectorXd& x, c
                                    const GrayImage* image) {
   Eigen::Matrix2Xd image_points;
   if (!ProjectVertices(x, camera, &image_points)) return {};
+  if (image_points.cwiseAbs().maxCoeff() > kFarthest) return {};
   DrapeView view;
   view.silhouette = Rasterize(mesh, x, camera, kSupersample);
   view.drape_coefficient = DrapeCoefficient(CoverageArea(view.silhouette, camera));

@@ -35,7 +35,7 @@ struct DrapeView {
 };
 
 // x: positions [m], shape [3V]; image: of the camera's size, or nullptr. None when the cloth is not
-// in front of the camera.
+// in front of the camera or a million pixels away.
 std::optional<DrapeView> ViewDrape(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                                    const GrayImage* image);
 

@@ -44,9 +44,9 @@ Json MetricsJson(const std::string& file, const SilhouetteMetrics& metrics) {
           {"mse", metrics.mse},
           {"iou", metrics.iou},
           {"profile_rms_px", metrics.profile_rms},
-          {"hausdorff_m", metrics.hausdorff},
-          {"dc_image", metrics.image_area_dc},
-          {"dc_drape", metrics.fitted_area_dc},
+          {"outline_hausdorff_m", metrics.hausdorff},
+          {"dc_image", metrics.image.drape_coefficient},
+          {"dc_drape", metrics.fitted.drape_coefficient},
           {"folds_image", metrics.image.folds},
           {"folds_drape", metrics.fitted.folds}};
 }

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/tools/run_process.h"
+
+#include <glog/logging.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+namespace drape::test {
+namespace {
+
+// An unnamed file that collects an output stream.
+class Capture {
+ public:
+  Capture() : file_(std::tmpfile()) { CHECK(file_ != nullptr); }
+  ~Capture() { std::fclose(file_); }
+  int descriptor() const { return fileno(file_); }
+  std::string Text() const {
+    std::rewind(file_);
+    std::string text;
+    for (int c; (c = std::fgetc(file_)) != EOF;) text += static_cast<char>(c);
+    return text;
+  }
+
+ private:
+  std::FILE* file_;
+};
+
+[[noreturn]] void Execute(const std::vector<std::string>& command, const ProcessLimits& limits,
+                          const Capture& out, const Capture& err) {
+  if (limits.file_bytes > 0) {
+    const rlimit limit = {static_cast<rlim_t>(limits.file_bytes), RLIM_INFINITY};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  dup2(out.descriptor(), STDOUT_FILENO);
+  dup2(err.descriptor(), STDERR_FILENO);
+  std::vector<char*> arguments;
+  for (const std::string& part : command) arguments.push_back(const_cast<char*>(part.c_str()));
+  arguments.push_back(nullptr);
+  execv(arguments[0], arguments.data());
+  _exit(127);
+}
+
+int WaitFor(pid_t child) {
+  int status = 0;
+  CHECK_EQ(waitpid(child, &status, 0), child);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+void InterruptWhen(const ProcessLimits& limits, pid_t child) {
+  using std::chrono::duration;
+  constexpr int kMostTries = 3000;
+  for (int i = 0; i < kMostTries && !std::filesystem::exists(limits.interrupt_when); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  std::this_thread::sleep_for(duration<double>(limits.interrupt_after));
+  kill(child, SIGINT);
+}
+
+}  // namespace
+
+ProcessResult RunProcess(const std::vector<std::string>& command, const ProcessLimits& limits) {
+  const Capture out, err;
+  const pid_t child = fork();
+  CHECK_GE(child, 0);
+  if (child == 0) Execute(command, limits, out, err);
+  if (!limits.interrupt_when.empty()) InterruptWhen(limits, child);
+  return {WaitFor(child), out.Text(), err.Text()};
+}
+
+}  // namespace drape::test

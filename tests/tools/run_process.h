@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace drape::test {
+
+struct ProcessResult {
+  int exit_code = -1;  // 128 + the signal that ended it
+  std::string out, err;
+};
+
+struct ProcessLimits {
+  long file_bytes = 0;           // largest file that it may write (RLIMIT_FSIZE); 0: any
+  std::string interrupt_when = {};  // sends SIGINT once this path exists; empty: never
+  double interrupt_after = 0.0;  // and this much later [s]
+};
+
+// Runs a program to its end and returns what it printed.
+ProcessResult RunProcess(const std::vector<std::string>& command, const ProcessLimits& limits = {});
+
+}  // namespace drape::test

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/physics/file_fixture.h"
+#include "tests/tools/run_process.h"
+
+namespace drape::test {
+
+inline const std::string kSimulate = std::string(DRAPE_BIN_DIR) + "/drape_simulate";
+inline const std::string kCheck = std::string(DRAPE_BIN_DIR) + "/drape_check";
+inline const std::string kFit = std::string(DRAPE_BIN_DIR) + "/drape_fit";
+inline const std::string kFabric =
+    std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/cotton_blue.json";
+
+// Exactly one line on stderr that holds `text`, and exit code 2.
+inline void ExpectOneLineError(const ProcessResult& result, const std::string& text) {
+  EXPECT_EQ(result.exit_code, 2) << result.err;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  EXPECT_THAT(result.err, testing::HasSubstr(": error: "));
+  EXPECT_THAT(result.err, testing::HasSubstr(text));
+}
+
+// Runs the real programs in a folder of the test's own.
+class ToolFixture : public FileFixture {
+ protected:
+  using Json = nlohmann::json;
+
+  Json ReadJson(const std::string& path) const { return Json::parse(Read(path)); }
+
+  // A small drape of a few steps; `more` come last and win.
+  std::vector<std::string> SimulateCommand(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> command = {kSimulate, "--mesh=disc:120", "--steps=3",
+                                        "--material=" + kFabric, "--out=" + Path("out")};
+    command.insert(command.end(), more.begin(), more.end());
+    return command;
+  }
+  ProcessResult Simulate(const std::vector<std::string>& more = {},
+                         const ProcessLimits& limits = {}) const {
+    return RunProcess(SimulateCommand(more), limits);
+  }
+
+  // Name → content of all files below a folder.
+  std::map<std::string, std::string> Snapshot(const std::string& folder) const {
+    std::map<std::string, std::string> files;
+    if (!std::filesystem::exists(folder)) return files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+      files[entry.path().string()] = entry.is_regular_file() ? Read(entry.path()) : "folder";
+    return files;
+  }
+};
+
+}  // namespace drape::test
