@@ -59,13 +59,14 @@ class SceneChecks {
     using Group = void (SceneChecks::*)();
     for (const Group group : {&SceneChecks::CheckForces, &SceneChecks::CheckEnergy,
                               &SceneChecks::CheckStiffness, &SceneChecks::CheckRollout}) {
-      const bool cancelled = options_.cancel != nullptr && options_.cancel->load();
-      if (ran && !cancelled) (this->*group)();
+      if (ran && !Cancelled()) (this->*group)();
     }
     return std::move(rows_);
   }
 
  private:
+  bool Cancelled() const { return options_.cancel != nullptr && options_.cancel->load(); }
+
   // Normal numbers, the largest 1 in size.
   Vector Direction(Eigen::Index size) {
     Vector direction(size);
@@ -81,6 +82,7 @@ class SceneChecks {
   // at(s): the function at s along a direction; derivative: ∂at/∂s at s = 0. unit: of the steps.
   void AddSweep(const std::string& group, const std::string& name, double unit,
                 const Vector& derivative, double bound, const std::function<Vector(double)>& at) {
+    if (Cancelled()) return;
     double best = std::numeric_limits<double>::infinity();
     for (int exponent = 3; exponent <= 8; ++exponent) {
       const double step = unit * std::pow(10.0, -exponent);
@@ -89,6 +91,8 @@ class SceneChecks {
       best = std::min(best, error);
     }
     Add(group, name + ", best step", best, bound);
+    constexpr double kSweeps = 5;
+    if (options_.progress) options_.progress(++sweeps_done_ / kSweeps, group);
   }
 
   Vector Force(const ClothModel& model, const Vector& x) const {
@@ -217,6 +221,7 @@ class SceneChecks {
   RolloutOptions rollout_;
   Vector x_;  // end of the rollout: where forces are checked
   std::vector<CheckRow> rows_;
+  int sweeps_done_ = 0;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -30,7 +31,8 @@ struct CheckOptions {
   int steps = 10;         // of the rollouts, ≥ 1
   int seed = 1;           // of the directions and of the noise
   double noise = 0.02;    // of each coordinate of the start, in mean edge lengths: breaks symmetry
-  const std::atomic<bool>* cancel = nullptr;  // stops before the next group
+  const std::atomic<bool>* cancel = nullptr;  // stops before the next sweep
+  std::function<void(double fraction, const std::string& group)> progress;  // after each sweep
 };
 
 // All checks, in the order of a table:

@@ -6,14 +6,22 @@
 #include "tools/run_tool.h"
 #include "tools/tool_options.h"
 
+namespace {
+
+drape::FitJobResult Run(const drape::FitToolOptions& options, const std::atomic<bool>& cancel) {
+  drape::Progress progress("fit");
+  const auto report = [&](const drape::FitProgress& done) {
+    progress.Update(done.fraction, drape::ProgressNote(done));
+  };
+  return drape::RunFitTool(options, {&cancel, report});
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   drape::FitToolOptions options;
   const auto body = [&](const std::atomic<bool>& cancel) {
-    drape::Progress progress("fit");
-    const auto report = [&](const drape::FitProgress& done) {
-      progress.Update(done.fraction, drape::ProgressNote(done));
-    };
-    const drape::FitJobResult result = drape::RunFitTool(options, {&cancel, report});
+    const drape::FitJobResult result = Run(options, cancel);
     std::printf("%s", result.table.c_str());
     if (result.cancelled) return drape::kExitCancelled;
     if (result.fitted) return drape::kExitOk;

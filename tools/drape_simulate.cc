@@ -6,14 +6,22 @@
 #include "tools/simulate.h"
 #include "tools/tool_options.h"
 
+namespace {
+
+drape::SimulateResult Run(const drape::SimulateOptions& options, const std::atomic<bool>& cancel) {
+  drape::Progress progress("drape");
+  const auto report = [&](double fraction, const std::string& note) {
+    progress.Update(fraction, note);
+  };
+  return drape::Simulate(options, {&cancel, report});
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   drape::SimulateOptions options;
   const auto body = [&](const std::atomic<bool>& cancel) {
-    drape::Progress progress("drape");
-    const auto report = [&](double fraction, const std::string& note) {
-      progress.Update(fraction, note);
-    };
-    const drape::SimulateResult result = drape::Simulate(options, {&cancel, report});
+    const drape::SimulateResult result = Run(options, cancel);
     std::printf("%s\n", result.line.c_str());
     if (result.outcome == drape::SimulateOutcome::kCancelled) return drape::kExitCancelled;
     if (result.outcome == drape::SimulateOutcome::kDone) return drape::kExitOk;
