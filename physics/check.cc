@@ -44,8 +44,13 @@ class SceneChecks {
  public:
   SceneChecks(std::shared_ptr<const ClothModel> model, const MaterialField& material,
               const State& start, const CheckOptions& options)
-      : model_(std::move(model)), material_(material), start_(start), options_(options),
-        random_(options.seed), solver_(model_), edge_(MeanEdge(model_->mesh)) {
+      : model_(std::move(model)),
+        material_(material),
+        start_(start),
+        options_(options),
+        random_(options.seed),
+        solver_(model_),
+        edge_(MeanEdge(model_->mesh)) {
     start_.x += options.noise * edge_ * Direction(start_.x.size());
   }
 
@@ -115,21 +120,20 @@ class SceneChecks {
     const double lever = x.colwise().norm().dot(f.colwise().norm());
     Add("forces", "internal forces sum to zero", f.rowwise().sum().norm() / size, kRounding);
     Add("forces", "internal torques sum to zero", torque.norm() / lever, kRounding);
-    const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.0, Eigen::Vector3d(1, 2, 3).normalized()) *
-                                 Eigen::Matrix3d::Identity();
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(1.0, Eigen::Vector3d(1, 2, 3).normalized()) * Eigen::Matrix3d::Identity();
     const Eigen::Matrix3Xd moved = (turn * x).colwise() + Eigen::Vector3d(0.1, -0.2, 0.3);
     const Eigen::Matrix3Xd turned = turn * f;
     Add("forces", "a rigid motion turns the forces",
         RelativeError(Force(cloth, moved.reshaped()), turned.reshaped()), kRigid);
-    Add("forces", "the flat rest bears none",
-        Force(cloth, cloth.mesh.rest_x).norm() / force.norm(), kRounding);
+    Add("forces", "the flat rest bears none", Force(cloth, cloth.mesh.rest_x).norm() / force.norm(),
+        kRounding);
   }
 
   void AddEnergySweep(const std::string& name, const ClothModel& cloth, double bound) {
     const Vector direction = Direction(x_.size());
-    AddSweep("energy", name, edge_, Scalar(-Force(cloth, x_).dot(direction)), bound, [&](double s) {
-      return Scalar(Energy(cloth, material_, x_ + s * direction));
-    });
+    AddSweep("energy", name, edge_, Scalar(-Force(cloth, x_).dot(direction)), bound,
+             [&](double s) { return Scalar(Energy(cloth, material_, x_ + s * direction)); });
   }
 
   void CheckEnergy() {
@@ -138,7 +142,8 @@ class SceneChecks {
     AddEnergySweep("bend, gravity, handles: force = -gradient",
                    ClothModel(model_->mesh, bend, model_->law), kDifferences);
     if (!model_->scene.stretch) return;
-    const bool has_energy = std::all_of(material_.stretch.begin(), material_.stretch.end(), HasEqualRows);
+    const bool has_energy =
+        std::all_of(material_.stretch.begin(), material_.stretch.end(), HasEqualRows);
     AddEnergySweep(has_energy ? "all with stretch: force = -gradient"
                               : "all with stretch (a table is no gradient)",
                    *model_, has_energy ? kDifferences : CheckRow::kNoBound);

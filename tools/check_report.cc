@@ -16,7 +16,8 @@ void PrintCheckTable(const std::vector<CheckRow>& rows) {
       std::printf("%9s\n", "-");
     }
   }
-  const auto bounded = std::count_if(rows.begin(), rows.end(), [](auto& row) { return row.has_bound(); });
+  const auto bounded =
+      std::count_if(rows.begin(), rows.end(), [](auto& row) { return row.has_bound(); });
   const auto failed = std::count_if(rows.begin(), rows.end(), [](auto& row) { return !row.ok(); });
   std::printf("%td of %td checks failed\n", failed, bounded);
 }

@@ -16,8 +16,8 @@
 namespace drape {
 namespace {
 
-constexpr std::array kGlogFlags = {"v",         "vmodule", "logtostderr",     "alsologtostderr",
-                                   "log_dir",   "minloglevel", "stderrthreshold", "colorlogtostderr"};
+constexpr std::array kGlogFlags = {"v",       "vmodule",     "logtostderr",     "alsologtostderr",
+                                   "log_dir", "minloglevel", "stderrthreshold", "colorlogtostderr"};
 constexpr char kWhere[] = "command line";
 
 // One argument "--key=text", "--key text", "--switch" or "--noswitch".

@@ -6,7 +6,8 @@
 
 namespace {
 
-std::vector<drape::CheckRow> Run(drape::CheckToolOptions& options, const std::atomic<bool>& cancel) {
+std::vector<drape::CheckRow> Run(drape::CheckToolOptions& options,
+                                 const std::atomic<bool>& cancel) {
   const drape::LoadedScene scene = drape::LoadScene(options.scene);
   drape::Progress progress("check");
   options.check.cancel = &cancel;

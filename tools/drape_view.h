@@ -18,19 +18,19 @@ struct CameraInput {
   static constexpr double kImageCentre = std::numeric_limits<double>::quiet_NaN();
 
   std::string kind = "orthographic";
-  int width = 256, height = 256;   // [px]
-  double cx = kImageCentre;        // column and row of the support's centre [px]
+  int width = 256, height = 256;  // [px]
+  double cx = kImageCentre;       // column and row of the support's centre [px]
   double cy = kImageCentre;
-  double scale = Camera().scale;   // orthographic only [px/m]
+  double scale = Camera().scale;  // orthographic only [px/m]
 };
 // Throws InputError.
 Camera MakeCamera(const CameraInput& input);
 
 // A drape as the camera sees it.
 struct DrapeView {
-  GrayImage silhouette;      // coverage by 4×4 samples a pixel
-  double drape_coefficient;  // by the area of the coverage
-  std::optional<int> folds;  // none where the outline has gaps
+  GrayImage silhouette;                      // coverage by 4×4 samples a pixel
+  double drape_coefficient;                  // by the area of the coverage
+  std::optional<int> folds;                  // none where the outline has gaps
   std::optional<SilhouetteMetrics> metrics;  // against an image, where one is given
 };
 

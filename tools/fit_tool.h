@@ -11,10 +11,10 @@ namespace drape {
 // What a user of drape_fit sets: the job, and what it holds as names.
 struct FitToolOptions {
   FitJob job;
-  std::vector<std::string> images;  // files, folders, patterns (ExpandImages)
-  std::string parameters = "39";    // ParseTying
+  std::vector<std::string> images;    // files, folders, patterns (ExpandImages)
+  std::string parameters = "39";      // ParseTying
   std::string integrator = "static";  // ParseIntegrator
-  std::string out;                  // folder, made when missing
+  std::string out;                    // folder, made when missing
 };
 
 // Runs the job. The results appear in `out` together at the end; checkpoint.json and fit.log are

@@ -26,8 +26,7 @@ Json Tables(const Eigen::VectorXd& entries) {
   for (int c = 0; c < kStretchCols; ++c)
     for (int r = 0; r < kStretchRows; ++r) stretch[c][r] = entries[r * kStretchCols + c];
   for (int r = 0; r < kBendRows; ++r)
-    for (int c = 0; c < kBendCols; ++c)
-      bend[r][c] = entries[kStretchEntries + r * kBendCols + c];
+    for (int c = 0; c < kBendCols; ++c) bend[r][c] = entries[kStretchEntries + r * kBendCols + c];
   return {{"stretch", stretch}, {"bend", bend}};
 }
 

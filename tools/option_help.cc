@@ -99,14 +99,14 @@ std::string OptionTable::Help() const {
   std::string usage = "usage: " + tool + " [--config=FILE]";
   for (const Option& option : options)
     if (option.required) usage += " --" + option.key + "=…";
-  std::string text = tool + " " + DrapefitVersion() + ": " + summary + "\n\n" + usage +
-                     " [--key=value …]\nexample: " + example + "\n\n" +
-                     "  --config  <path>, default: none\n"
-                     "      JSON file with any of the keys below (// comments allowed); its paths are "
-                     "relative to its folder; the command line wins\n";
+  std::string text =
+      tool + " " + DrapefitVersion() + ": " + summary + "\n\n" + usage +
+      " [--key=value …]\nexample: " + example + "\n\n" +
+      "  --config  <path>, default: none\n"
+      "      JSON file with any of the keys below (// comments allowed); its paths are "
+      "relative to its folder; the command line wins\n";
   for (const Option& option : options) text += Describe(option);
-  return text +
-         "  --help, --version\n\n" + notes +
+  return text + "  --help, --version\n\n" + notes +
          "exit codes: 0 done, 2 bad input (one line on stderr, earlier results untouched), 130 "
          "cancelled by Ctrl-C\nglog's --v, --vmodule, --logtostderr, --minloglevel, --log_dir work "
          "too\n";

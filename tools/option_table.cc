@@ -58,7 +58,8 @@ std::string ParseText(const Given& given, const std::string& text) {
   if (!choices.empty() && std::find(choices.begin(), choices.end(), text) == choices.end()) {
     given.Fail("one of " + JoinChoices(choices, ", "));
   }
-  if (!option.is_path || text.empty() || given.folder.empty() || IsNoPath(option, text)) return text;
+  if (!option.is_path || text.empty() || given.folder.empty() || IsNoPath(option, text))
+    return text;
   return (std::filesystem::path(given.folder) / text).string();
 }
 
@@ -185,8 +186,8 @@ void OptionTable::ReadConfig(const std::string& path) const {
 void OptionTable::CheckRequired() const {
   for (const Option& option : options) {
     if (!option.required || !IsUnset(option)) continue;
-    throw InputError("option '" + option.key + "'", "is missing, expected " + option.doc +
-                                                        " (see --help)");
+    throw InputError("option '" + option.key + "'",
+                     "is missing, expected " + option.doc + " (see --help)");
   }
 }
 

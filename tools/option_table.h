@@ -17,17 +17,18 @@ struct Option {
 
   std::string key;
   Value value;
-  std::string doc;   // one line
-  std::string unit = {};  // empty: none
+  std::string doc;                                          // one line
+  std::string unit = {};                                    // empty: none
   double least = -std::numeric_limits<double>::infinity();  // of a number or of each in a list
   double most = std::numeric_limits<double>::infinity();
-  bool above_least = false;          // the least itself is excluded
+  bool above_least = false;               // the least itself is excluded
   std::vector<std::string> choices = {};  // of a text; empty: any text
   // A text is a path: relative to the folder of the config file that holds it, or, on the command
   // line, to the working directory.
   bool is_path = false;
-  std::vector<std::string> words = {};  // texts that are no paths: "flat", or, with a colon, a prefix
-  bool required = false;           // no default: the user must give it
+  std::vector<std::string> words =
+      {};                 // texts that are no paths: "flat", or, with a colon, a prefix
+  bool required = false;  // no default: the user must give it
 };
 
 // What a user can set in one tool: the command line, the config file and --help follow from it.
@@ -45,8 +46,9 @@ struct OptionTable {
   // with `where`, names the key and the text, and says what was expected.
   void Set(const std::string& key, const std::string& text, const std::string& where) const;
 
-  // Sets what a config file gives: a flat JSON object whose keys are those of the table; // comments
-  // are allowed. Throws InputError naming the file and the key; an unknown key lists the allowed.
+  // Sets what a config file gives: a flat JSON object whose keys are those of the table; //
+  // comments are allowed. Throws InputError naming the file and the key; an unknown key lists the
+  // allowed.
   void ReadConfig(const std::string& path) const;
 
   // InputError unless each required option has a value.

@@ -36,7 +36,10 @@ std::string ProgressText(const std::string& what, double fraction, double second
 Progress::Progress(std::string what) : Progress(std::move(what), stderr, isatty(STDERR_FILENO)) {}
 
 Progress::Progress(std::string what, std::FILE* out, bool is_terminal)
-    : what_(std::move(what)), out_(out), is_terminal_(is_terminal), start_(Clock::now()),
+    : what_(std::move(what)),
+      out_(out),
+      is_terminal_(is_terminal),
+      start_(Clock::now()),
       last_(start_) {}
 
 Progress::~Progress() {
@@ -48,7 +51,8 @@ void Progress::Update(double fraction, const std::string& note) {
   if (Seconds(now - last_) < (is_terminal_ ? kTerminalInterval : kPlainInterval)) return;
   last_ = now;
   const std::string text = ProgressText(what_, fraction, Seconds(now - start_), note);
-  std::fprintf(out_, is_terminal_ ? "%s%s" : "%s%s\n", is_terminal_ ? kClearLine : "", text.c_str());
+  std::fprintf(out_, is_terminal_ ? "%s%s" : "%s%s\n", is_terminal_ ? kClearLine : "",
+               text.c_str());
   std::fflush(out_);
   on_screen_ = is_terminal_;
 }

@@ -51,9 +51,9 @@ struct Input {
 void CheckOptions(const SimulateOptions& options) {
   for (const int step : options.dump_steps) {
     if (step <= options.steps) continue;
-    throw InputError("option 'dump_steps'", "found " + std::to_string(step) +
-                                                ", expected at most steps = " +
-                                                std::to_string(options.steps));
+    throw InputError("option 'dump_steps'",
+                     "found " + std::to_string(step) +
+                         ", expected at most steps = " + std::to_string(options.steps));
   }
   const bool is_dynamic = options.integrator == "dynamic";
   if (!is_dynamic && !options.gradient_weights.empty()) {
@@ -68,8 +68,12 @@ void CheckOptions(const SimulateOptions& options) {
 class Simulation {
  public:
   Simulation(const SimulateOptions& options, const SimulateCallbacks& callbacks)
-      : options_(options), callbacks_(callbacks), input_(options), out_(options.out),
-        solver_(input_.scene.model), state_(input_.scene.start) {
+      : options_(options),
+        callbacks_(callbacks),
+        input_(options),
+        out_(options.out),
+        solver_(input_.scene.model),
+        state_(input_.scene.start) {
     step_.h = options.h;
     step_.cancel = callbacks.cancel;
     summary_.seconds.emplace_back("setup", Lap());
@@ -133,8 +137,8 @@ class Simulation {
     if (!callbacks_.progress) return;
     // A gradient costs about as much as two more rollouts.
     const double share = input_.weights ? 1.0 / 3.0 : 1.0;
-    callbacks_.progress(share * summary_.steps / steps, "step " + std::to_string(summary_.steps) +
-                                                            " of " + std::to_string(steps));
+    callbacks_.progress(share * summary_.steps / steps,
+                        "step " + std::to_string(summary_.steps) + " of " + std::to_string(steps));
   }
 
   void RunNewton() {
@@ -145,7 +149,8 @@ class Simulation {
     summary_.status = ToString(rest.status);
     state_ = {rest.x, Eigen::VectorXd::Zero(rest.x.size())};
     const bool cancelled = rest.status == EquilibriumStatus::kCancelled;
-    if (cancelled || rest.status == EquilibriumStatus::kNotConverged) Stop(cancelled, summary_.status);
+    if (cancelled || rest.status == EquilibriumStatus::kNotConverged)
+      Stop(cancelled, summary_.status);
     if (state_.x.allFinite()) WriteState(out_.Staged("state_rest.json"), state_);
     summary_.seconds.emplace_back("newton", Lap());
   }

@@ -37,8 +37,8 @@ struct SimulateResult {
   std::string line;           // the drape in one line, for a person
 };
 
-// Reads and checks all input before it computes. Writes to options.out summary.json and, of the last
-// good shape, drape.obj, silhouette.png and the states asked for; a failed or cancelled run
+// Reads and checks all input before it computes. Writes to options.out summary.json and, of the
+// last good shape, drape.obj, silhouette.png and the states asked for; a failed or cancelled run
 // writes its last good state too. Throws InputError; then what lay in the folder is as it was.
 SimulateResult Simulate(const SimulateOptions& options, const SimulateCallbacks& callbacks);
 

@@ -14,9 +14,12 @@ using Json = nlohmann::ordered_json;
 
 const char* OutcomeName(SimulateOutcome outcome) {
   switch (outcome) {
-    case SimulateOutcome::kDone: return "done";
-    case SimulateOutcome::kFailed: return "failed";
-    case SimulateOutcome::kCancelled: return "cancelled";
+    case SimulateOutcome::kDone:
+      return "done";
+    case SimulateOutcome::kFailed:
+      return "failed";
+    case SimulateOutcome::kCancelled:
+      return "cancelled";
   }
   return "unknown";
 }
@@ -34,8 +37,11 @@ Json MeshJson(const std::string& name, const Mesh& mesh) {
 }
 
 Json CameraJson(const Camera& camera) {
-  return {{"kind", CameraKindName(camera.kind)}, {"width", camera.width}, {"height", camera.height},
-          {"cx", camera.cx},                     {"cy", camera.cy},
+  return {{"kind", CameraKindName(camera.kind)},
+          {"width", camera.width},
+          {"height", camera.height},
+          {"cx", camera.cx},
+          {"cy", camera.cy},
           {"px_per_m", camera.pixels_per_metre()}};
 }
 

@@ -14,11 +14,11 @@ namespace drape {
 struct SimulateSummary {
   SimulateOutcome outcome = SimulateOutcome::kDone;
   std::string status = "ok";
-  int steps = 0;                           // done
+  int steps = 0;  // done
   std::optional<int> newton_iterations;
-  double force_residual = 0.0;             // ‖f‖ / weight of the last shape
-  std::optional<DrapeView> view;           // of the last shape
-  std::optional<double> gradient_disagreement;  // of adjoint and tangent, relative
+  double force_residual = 0.0;                          // ‖f‖ / weight of the last shape
+  std::optional<DrapeView> view;                        // of the last shape
+  std::optional<double> gradient_disagreement;          // of adjoint and tangent, relative
   std::vector<std::pair<std::string, double>> seconds;  // by phase [s]
 };
 

@@ -64,7 +64,8 @@ TEST_P(CheckTest, ListsASweepOfSixStepsAndItsBest) {
 TEST_P(CheckTest, JudgesTheStretchEnergyOnlyWhereThereIsOne) {
   const auto varied = Run(test::TestMaterial());
   EXPECT_EQ(FindRow(varied, "all with stretch: force = -gradient", ""), nullptr);
-  const CheckRow* informs = FindRow(varied, "all with stretch (a table is no gradient)", "best step");
+  const CheckRow* informs =
+      FindRow(varied, "all with stretch (a table is no gradient)", "best step");
   ASSERT_NE(informs, nullptr);
   EXPECT_FALSE(informs->has_bound());
   EXPECT_GT(informs->value, 1e-5);

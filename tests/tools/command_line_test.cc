@@ -45,7 +45,8 @@ TEST_F(CommandLine, MistakesAreOneLine) {
   ExpectOneLineError(Simulate({"--undefok=steps"}), "unknown option '--undefok'");
   ExpectOneLineError(Simulate({"here"}), "found 'here', expected --key=value");
   ExpectOneLineError(Simulate({"--h"}), "option '--h' has no value");
-  ExpectOneLineError(Simulate({"--steps=3.5"}), "option 'steps': found '3.5', expected a whole number");
+  ExpectOneLineError(Simulate({"--steps=3.5"}),
+                     "option 'steps': found '3.5', expected a whole number");
   ExpectOneLineError(Simulate({"--steps=99999999999"}), "expected a whole number, 0 … 1000000");
   ExpectOneLineError(Simulate({"--h=nan"}), "found 'nan', expected a number, > 0");
   ExpectOneLineError(Simulate({"--h=-0.1"}), "found '-0.1'");
@@ -75,8 +76,8 @@ TEST_F(CommandLine, CheckPrintsATableAndItsVerdict) {
   EXPECT_THAT(result.out, testing::HasSubstr("0 of 10 checks failed"));
   EXPECT_THAT(result.out, testing::HasSubstr("tangent by the material, step 1e-8"));
   // The reference law has kinks, and a start at 100 % noise is full of them.
-  const ProcessResult kinks = RunProcess(
-      {kCheck, "--config=" + config, "--law=reference", "--noise=1", "--steps=200"});
+  const ProcessResult kinks = RunProcess({kCheck, "--config=" + config, "--law=reference",
+                                          "--mesh=disc:120", "--noise=1", "--steps=100"});
   EXPECT_EQ(kinks.exit_code, 1) << kinks.out;
   EXPECT_THAT(kinks.out, testing::HasSubstr("FAIL"));
 }

@@ -12,15 +12,30 @@ class FitTool : public ToolFixture {
  protected:
   // The silhouette of a drape of the start material, so a fit is at home near its seed.
   void SetUp() override {
-    ASSERT_EQ(Simulate({"--mesh=disc:150", "--steps=60", "--h=0.1", "--out=" + Path("truth")}).exit_code, 0);
+    ASSERT_EQ(
+        Simulate({"--mesh=disc:150", "--steps=60", "--h=0.1", "--out=" + Path("truth")}).exit_code,
+        0);
     std::filesystem::copy(Path("truth/silhouette.png"), Path("drape.png"));
   }
 
-  std::vector<std::string> FitCommand(const std::string& out, const std::string& more = "--noresume") const {
-    return {kFit, "--images=" + Path("drape.png"), "--material=" + kFabric, "--mesh=disc:150",
-            "--coarse_mesh=disc:100", "--grid_stretch=1", "--grid_bend=0.5,1", "--grid_lifts=0.5,1",
-            "--keep=3,2,1", "--iterations=4,4,6", "--parameters=2", "--evaluation_steps=10",
-            "--centre=nominal", "--threads=1", "--out=" + out, more};
+  std::vector<std::string> FitCommand(const std::string& out,
+                                      const std::string& more = "--noresume") const {
+    return {kFit,
+            "--images=" + Path("drape.png"),
+            "--material=" + kFabric,
+            "--mesh=disc:150",
+            "--coarse_mesh=disc:100",
+            "--grid_stretch=1",
+            "--grid_bend=0.5,1",
+            "--grid_lifts=0.5,1",
+            "--keep=3,2,1",
+            "--iterations=4,4,6",
+            "--parameters=2",
+            "--evaluation_steps=10",
+            "--centre=nominal",
+            "--threads=1",
+            "--out=" + out,
+            more};
   }
 };
 
@@ -33,7 +48,8 @@ TEST_F(FitTool, WritesItsResult) {
   EXPECT_EQ(summary.at("status"), "done");
   EXPECT_EQ(summary.at("versions").at("drapefit"), DRAPE_VERSION);
   const Json& metrics = summary.at("images").at(0).at("metrics");
-  for (const char* key : {"mse", "iou", "profile_rms_px", "dc_image", "dc_fit", "folds_image", "folds_fit"})
+  for (const char* key :
+       {"mse", "iou", "profile_rms_px", "dc_image", "dc_fit", "folds_image", "folds_fit"})
     EXPECT_TRUE(metrics.contains(key)) << key;
   EXPECT_GT(metrics.at("iou"), 0.8);
   EXPECT_EQ(ReadMaterial(Path("fit/material.json")).source_convention, "mechanical");
@@ -47,24 +63,29 @@ TEST_F(FitTool, AReplayFindsTheFittedDrape) {
   ASSERT_EQ(RunProcess(FitCommand(Path("fit"))).exit_code, 0);
   ASSERT_EQ(Simulate({"--mesh=disc:150", "--material=" + Path("fit/material.json"),
                       "--start=" + Path("fit/start_drape.json"), "--integrator=static",
-                      "--image=" + Path("drape.png")}).exit_code, 0);
+                      "--image=" + Path("drape.png")})
+                .exit_code,
+            0);
   const Json fit = ReadJson(Path("fit/summary.json")).at("images").at(0).at("metrics");
   const Json replay = ReadJson(Path("out/summary.json")).at("image");
-  EXPECT_NEAR(replay.at("profile_rms_px").get<double>(), fit.at("profile_rms_px").get<double>(), 1e-6);
+  EXPECT_NEAR(replay.at("profile_rms_px").get<double>(), fit.at("profile_rms_px").get<double>(),
+              1e-6);
   EXPECT_NEAR(replay.at("mse").get<double>(), fit.at("mse").get<double>(), 1e-9);
 }
 
 TEST_F(FitTool, CtrlCLeavesAResultAndResumeTheSameAnswer) {
   ASSERT_EQ(RunProcess(FitCommand(Path("whole"))).exit_code, 0);
-  const ProcessResult stopped = RunProcess(
-      FitCommand(Path("parts")), {.interrupt_when = Path("parts/checkpoint.json"), .interrupt_after = 0.05});
+  const ProcessResult stopped =
+      RunProcess(FitCommand(Path("parts")),
+                 {.interrupt_when = Path("parts/checkpoint.json"), .interrupt_after = 0.05});
   ASSERT_EQ(stopped.exit_code, 130) << stopped.out << stopped.err;
   EXPECT_EQ(ReadJson(Path("parts/summary.json")).at("status"), "cancelled");
   EXPECT_TRUE(std::filesystem::exists(Path("parts/checkpoint.json")));
   const ProcessResult resumed = RunProcess(FitCommand(Path("parts"), "--resume"));
   ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
   for (const char* file : {"material.json", "drape_drape.obj", "start_drape.json", "fit_drape.png"})
-    EXPECT_EQ(Read(Path(std::string("parts/") + file)), Read(Path(std::string("whole/") + file))) << file;
+    EXPECT_EQ(Read(Path(std::string("parts/") + file)), Read(Path(std::string("whole/") + file)))
+        << file;
   EXPECT_EQ(ReadJson(Path("parts/summary.json")).at("status"), "done");
 }
 

@@ -22,13 +22,14 @@ class OptionTables : public FileFixture {
       .summary = "s",
       .example = "e",
       .notes = "n",
-      .options = {{.key = "path", .value = &path_, .doc = "d", .is_path = true},
-                  {.key = "mesh", .value = &mesh_, .doc = "d", .is_path = true, .words = {"disc:"}},
-                  {.key = "count", .value = &count_, .doc = "d", .least = 1},
-                  {.key = "share", .value = &share_, .doc = "d", .least = 0, .most = 1},
-                  {.key = "loud", .value = &loud_, .doc = "d"},
-                  {.key = "factors", .value = &factors_, .doc = "d", .least = 0, .above_least = true},
-                  {.key = "files", .value = &files_, .doc = "d", .is_path = true, .required = true}}};
+      .options = {
+          {.key = "path", .value = &path_, .doc = "d", .is_path = true},
+          {.key = "mesh", .value = &mesh_, .doc = "d", .is_path = true, .words = {"disc:"}},
+          {.key = "count", .value = &count_, .doc = "d", .least = 1},
+          {.key = "share", .value = &share_, .doc = "d", .least = 0, .most = 1},
+          {.key = "loud", .value = &loud_, .doc = "d"},
+          {.key = "factors", .value = &factors_, .doc = "d", .least = 0, .above_least = true},
+          {.key = "files", .value = &files_, .doc = "d", .is_path = true, .required = true}}};
 };
 
 TEST_F(OptionTables, ReadEachTypeFromAConfig) {
@@ -59,7 +60,8 @@ TEST_F(OptionTables, ReadEachTypeFromText) {
 }
 
 TEST_F(OptionTables, KeepARefusedValueOut) {
-  EXPECT_INPUT_ERROR(table_.Set("count", "0", "w"), "w: option 'count': found '0', expected a whole number, ≥ 1");
+  EXPECT_INPUT_ERROR(table_.Set("count", "0", "w"),
+                     "w: option 'count': found '0', expected a whole number, ≥ 1");
   EXPECT_INPUT_ERROR(table_.Set("share", "1.01", "w"), "expected a number, 0 … 1");
   EXPECT_INPUT_ERROR(table_.Set("share", "1x", "w"), "found '1x'");
   EXPECT_INPUT_ERROR(table_.Set("loud", "yes", "w"), "expected true or false");

@@ -12,9 +12,9 @@ struct ProcessResult {
 };
 
 struct ProcessLimits {
-  long file_bytes = 0;           // largest file that it may write (RLIMIT_FSIZE); 0: any
+  long file_bytes = 0;              // largest file that it may write (RLIMIT_FSIZE); 0: any
   std::string interrupt_when = {};  // sends SIGINT once this path exists; empty: never
-  double interrupt_after = 0.0;  // and this much later [s]
+  double interrupt_after = 0.0;     // and this much later [s]
 };
 
 // Runs a program to its end and returns what it printed.

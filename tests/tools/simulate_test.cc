@@ -3,9 +3,9 @@
 #include "losses/image.h"
 #include "losses/metrics.h"
 #include "physics/disc.h"
+#include "physics/material_io.h"
 #include "physics/obj_io.h"
 #include "physics/rollout.h"
-#include "physics/material_io.h"
 #include "physics/state_io.h"
 #include "tests/tools/tool_fixture.h"
 
@@ -33,8 +33,7 @@ TEST_F(SimulateTool, WritesTheDrapeBitForBit) {
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(result.out, testing::HasSubstr("ok after 3 steps"));
   for (const int step : {2, 3}) {
-    const State state =
-        ReadState(Path("out/state_" + std::to_string(step) + ".json"), kVertices);
+    const State state = ReadState(Path("out/state_" + std::to_string(step) + ".json"), kVertices);
     const State expected = ByTheLibrary(step);
     EXPECT_EQ(state.x, expected.x) << step;
     EXPECT_EQ(state.v, expected.v) << step;
@@ -74,8 +73,10 @@ TEST_F(SimulateTool, DifferentiatesByBothModes) {
   for (int i = 0; i < 3 * kVertices; ++i) loss += std::sin(1.0 + i) * end.x[i];
   EXPECT_NEAR(gradient.at("L").get<double>(), loss, 1e-14);
   EXPECT_EQ(gradient.at("v0").size(), 3u * kVertices);
-  for (const auto& [table, rows, columns] : {std::tuple("stretch", 4, 6), std::tuple("bend", 3, 5)}) {
-    const Json &adjoint = gradient.at("adjoint").at(table), &tangent = gradient.at("tangent").at(table);
+  for (const auto& [table, rows, columns] :
+       {std::tuple("stretch", 4, 6), std::tuple("bend", 3, 5)}) {
+    const Json &adjoint = gradient.at("adjoint").at(table),
+               &tangent = gradient.at("tangent").at(table);
     ASSERT_EQ(adjoint.size(), static_cast<size_t>(rows));
     for (int r = 0; r < rows; ++r) {
       ASSERT_EQ(adjoint[r].size(), static_cast<size_t>(columns));
@@ -112,7 +113,8 @@ TEST_F(SimulateTool, ComparesWithAnImage) {
   EXPECT_GT(same.at("iou"), 0.995);  // grey levels of a PNG are whole numbers
   EXPECT_LT(same.at("mse"), 1e-5);
   EXPECT_LT(same.at("profile_rms_px"), 0.5);
-  ASSERT_EQ(Simulate({"--steps=20", "--image=" + Path("image.png"), "--camera_cx=130.5"}).exit_code, 0);
+  ASSERT_EQ(Simulate({"--steps=20", "--image=" + Path("image.png"), "--camera_cx=130.5"}).exit_code,
+            0);
   const Json moved = ReadJson(Path("out/summary.json")).at("image");
   EXPECT_LT(moved.at("iou"), 0.985);
   EXPECT_GT(moved.at("profile_rms_px"), 1.0);
