@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "losses/outline.h"
+#include "losses/raster.h"
+#include "losses/shape_features.h"
+#include "physics/backend.h"
+#include "physics/start_shape.h"
+#include "solver/target.h"
+#include "tests/physics/cloth_fixture.h"
+
+// Synthetic silhouettes with a known truth.
+namespace drape::test {
+
+inline std::unique_ptr<Backend> SmoothDisc(int vertices) {
+  return MakeCpuBackend(SmallDisc("smooth", vertices), 1);
+}
+
+inline State RandomStart(const ClothModel& model, uint64_t seed, double hem_rms = 5e-3) {
+  return {ApplyStartShape(model.mesh, kSupportRadius, RandomStartShape(seed, hem_rms)),
+          Eigen::VectorXd::Zero(model.num_dofs())};
+}
+
+// The stable drape at rest that a start falls into.
+inline State Settled(Backend& backend, const MaterialField& material, State start, int steps = 100) {
+  RolloutOptions options;
+  options.h = 0.1;
+  options.steps = steps;
+  const RolloutInput input{&material, &start};
+  const RolloutResult fallen = backend.Rollouts({&input, 1}, options, nullptr).front();
+  EXPECT_EQ(fallen.status, RolloutStatus::kOk);
+  start.x = fallen.end.x;
+  EquilibriumResult rest = backend.Equilibria({&input, 1}, {}).front();
+  EXPECT_EQ(rest.status, EquilibriumStatus::kStable) << rest.residual;
+  return {std::move(rest.x), Eigen::VectorXd::Zero(start.x.size())};
+}
+
+// The silhouette of a drape as a target; its start is the drape itself.
+inline Target TargetOf(const Mesh& mesh, const State& drape, int angles, const std::string& name) {
+  constexpr int kSupersample = 4;
+  Target target;
+  target.name = name;
+  target.file = name + ".png";
+  target.image = Rasterize(mesh, drape.x, target.camera, kSupersample);
+  Outline outline;
+  EXPECT_TRUE(OutlineFromImage(target.image, target.camera, angles, &outline));
+  target.radius = outline.radius;
+  target.start = drape;
+  return target;
+}
+
+inline double DrapeCoefficientOf(const Mesh& mesh, const Eigen::VectorXd& x) {
+  constexpr int kAngles = 360;
+  Outline outline;
+  EXPECT_TRUE(OutlineFromMesh(mesh, x, Camera(), kAngles, &outline));
+  return DrapeCoefficient(ProfileArea(MetresFromPixels(outline.radius, Camera())));
+}
+
+}  // namespace drape::test
