@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/fit_checkpoint.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "physics/atomic_file.h"
@@ -24,6 +26,17 @@ std::vector<double> Numbers(const JsonInput& input) {
 Eigen::VectorXd Vector(const JsonInput& input) {
   const std::vector<double> values = Numbers(input);
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+bool Boolean(const JsonInput& input) {
+  if (!input.value().is_boolean()) input.Fail("true or false");
+  return input.value().get<bool>();
+}
+
+int IntegerUpTo(const JsonInput& input, int last) {
+  const int value = input.Integer();
+  if (value < 0 || value > last) input.Fail("a number from 0 to " + std::to_string(last));
+  return value;
 }
 
 json ToJson(const BranchFit& branch) {
@@ -52,7 +65,8 @@ BranchFit BranchOf(const JsonInput& input) {
   for (int i = 0; i < shapes.ExpectArray().Size(); ++i) branch.shapes.push_back(Vector(shapes.At(i)));
   branch.cost = input.At("cost").Number();
   branch.profile_rms = input.At("profile_rms").Number();
-  branch.termination = static_cast<FitTermination>(input.At("termination").Integer());
+  branch.termination = static_cast<FitTermination>(
+      IntegerUpTo(input.At("termination"), static_cast<int>(FitTermination::kFailed)));
   branch.iterations = input.At("iterations").Integer();
   return branch;
 }
@@ -82,9 +96,8 @@ std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std:
   if (input.At("job").String() != job)
     input.At("job").Fail("the present images and settings: run without --resume, or undo the change");
   StagedFitState state;
-  state.grid_done = input.At("grid_done").value().get<bool>();
-  state.round = input.At("round").Integer();
-  state.branch = input.At("branch").Integer();
+  state.grid_done = Boolean(input.At("grid_done"));
+  state.round = IntegerUpTo(input.At("round"), std::numeric_limits<int>::max());
   state.iterations = input.At("iterations").Integer();
   const JsonInput counts = input.At("counts");
   state.counts = {counts.At(0).Integer(), counts.At(1).Integer(), counts.At(2).Integer(),
@@ -92,6 +105,7 @@ std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std:
   state.grid_seconds = input.At("seconds").At(0).Number();
   state.fit_seconds = input.At("seconds").At(1).Number();
   const JsonInput branches = input.At("branches");
+  state.branch = IntegerUpTo(input.At("branch"), std::max(0, branches.ExpectArray().Size() - 1));
   for (int i = 0; i < branches.ExpectArray().Size(); ++i)
     state.branches.push_back(BranchOf(branches.At(i)));
   return state;
