@@ -32,12 +32,12 @@ class FakeBackend final : public Backend {
   // s and b of a material.
   static Eigen::Vector2d Logs(const MaterialField& material) {
     const MaterialField base = TestMaterial();
-    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    double stretch = 0.0, bend = 0.0;
     for (int i = 0; i < kStretchEntries; ++i)
-      mean[0] += std::log((&material.stretch[0].c[0][0])[i] / (&base.stretch[0].c[0][0])[i]);
+      stretch += std::log((&material.stretch[0].c[0][0])[i] / (&base.stretch[0].c[0][0])[i]);
     for (int i = 0; i < kBendEntries; ++i)
-      mean[1] += std::log((&material.bend[0].b[0][0])[i] / (&base.bend[0].b[0][0])[i]);
-    return mean.cwiseQuotient(Eigen::Vector2d(kStretchEntries, kBendEntries));
+      bend += std::log((&material.bend[0].b[0][0])[i] / (&base.bend[0].b[0][0])[i]);
+    return {stretch / kStretchEntries, bend / kBendEntries};
   }
 
   Eigen::VectorXd Shape(const MaterialField& material) const {

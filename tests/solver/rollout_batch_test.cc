@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// ∂residual/∂θ of the whole chain θ → tables → drape → outline against central differences.
+#include "solver/rollout_batch.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/errors.h"
+#include "tests/solver/fake_backend.h"
+#include "tests/solver/solver_fixture.h"
+
+namespace drape {
+namespace {
+
+constexpr int kAngles = 72;
+
+struct Case {
+  Integrator integrator;
+  Tying tying;
+  std::string name;
+};
+
+class BatchJacobianTest : public testing::TestWithParam<Case> {
+ protected:
+  static void SetUpTestSuite() {
+    backend_ = test::SmoothDisc(120);
+    targets_ = new std::vector<Target>;
+    for (const uint64_t seed : {1, 2}) {
+      const State start = test::RandomStart(backend_->model(), seed);
+      const State drape = test::Settled(*backend_, test::TestMaterial(), start);
+      targets_->push_back(test::TargetOf(backend_->model().mesh, drape, kAngles, std::to_string(seed)));
+    }
+  }
+  static void TearDownTestSuite() {
+    delete targets_;
+    backend_.reset();
+  }
+
+  // Residuals of both targets at θ, from the same starts each time.
+  Eigen::VectorXd Residual(const Eigen::VectorXd& theta, RowMatrix* jacobian = nullptr) const {
+    std::vector<Target> targets = *targets_;
+    BatchOptions options;
+    options.integrator = GetParam().integrator;
+    options.rollout.h = 0.1;
+    options.rollout.steps = 5;
+    options.equilibrium.tolerance = 1e-12;
+    options.sigma_px = 0.5;
+    RolloutBatch batch(backend_.get(), &parametrisation_, &targets, options);
+    Eigen::Map<Eigen::VectorXd>(batch.theta(), theta.size()) = theta;
+    batch.PrepareForEvaluation(jacobian != nullptr, true);
+    Eigen::VectorXd residual(2 * kAngles);
+    if (jacobian != nullptr) jacobian->resize(2 * kAngles, theta.size());
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_TRUE(batch.Copy(i, residual.data() + i * kAngles,
+                             jacobian == nullptr ? nullptr : jacobian->row(i * kAngles).data()));
+    }
+    return residual;
+  }
+
+  static std::unique_ptr<Backend> backend_;
+  static std::vector<Target>* targets_;
+  const MaterialParametrisation parametrisation_{test::TestMaterial(), GetParam().tying};
+};
+std::unique_ptr<Backend> BatchJacobianTest::backend_;
+std::vector<Target>* BatchJacobianTest::targets_ = nullptr;
+
+INSTANTIATE_TEST_SUITE_P(
+    Product, BatchJacobianTest,
+    testing::Values(Case{Integrator::kDynamic, Tying::kScales, "Dynamic2"},
+                    Case{Integrator::kDynamic, Tying::kColumns, "Dynamic7"},
+                    Case{Integrator::kDynamic, Tying::kEntries, "Dynamic39"},
+                    Case{Integrator::kStatic, Tying::kScales, "Static2"},
+                    Case{Integrator::kStatic, Tying::kColumns, "Static7"},
+                    Case{Integrator::kStatic, Tying::kEntries, "Static39"}),
+    [](const auto& info) { return info.param.name; });
+
+// The best of a sweep: truncation falls with the step, rounding (and the equilibrium's tolerance)
+// rises as 1/step. A ray that passes a vertex of the hem within the step has a kink there, so the
+// columns are compared where they agree best over 2·72 rays: the median, and all but a few.
+TEST_P(BatchJacobianTest, AgreesWithCentralDifferences) {
+  std::mt19937_64 random(11);
+  const int size = parametrisation_.size();
+  const Eigen::VectorXd theta = 0.02 * test::RandomMatrix(size, 1, random);
+  const Eigen::VectorXd direction = test::RandomMatrix(size, 1, random);
+  RowMatrix jacobian;
+  Residual(theta, &jacobian);
+  const Eigen::VectorXd exact = jacobian * direction;
+  ASSERT_GT(exact.head(kAngles).norm(), 1.0);
+  ASSERT_GT(exact.tail(kAngles).norm(), 1.0);
+  double best = 1.0;
+  for (double step = 1e-2; step > 1e-7; step /= 10) {
+    const Eigen::VectorXd difference =
+        (Residual(theta + step * direction) - Residual(theta - step * direction)) / (2 * step);
+    best = std::min(best, (difference - exact).norm() / exact.norm());
+  }
+  EXPECT_LT(best, 1e-6);
+}
+
+// Without physics: what the batch keeps and refuses.
+class BatchTest : public testing::Test {
+ protected:
+  BatchTest() {
+    for (const double stretch : {0.1, 0.3}) {
+      Target target;
+      Outline outline;
+      const Eigen::VectorXd shape = backend_.Shape(parametrisation_.Material(Eigen::Vector2d(stretch, 0)));
+      EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, shape, target.camera, kAngles, &outline));
+      target.radius = outline.radius;
+      target.start = backend_.model().RestState();
+      targets_.push_back(target);
+    }
+    options_.max_jump = 5e-3;
+  }
+  RolloutBatch Make() { return {&backend_, &parametrisation_, &targets_, options_}; }
+
+  test::FakeBackend backend_;
+  MaterialParametrisation parametrisation_{test::TestMaterial(), Tying::kScales};
+  std::vector<Target> targets_;
+  BatchOptions options_;
+  std::array<double, kAngles> residual_ = {};
+};
+
+TEST_F(BatchTest, SlicesBelongToTheirTargets) {
+  RolloutBatch batch = Make();
+  batch.theta()[0] = 0.3;
+  batch.PrepareForEvaluation(false, true);
+  ASSERT_TRUE(batch.Copy(0, residual_.data(), nullptr));
+  EXPECT_LT(residual_[0], -1.0);  // the first image was made with a softer shrink: it is wider
+  ASSERT_TRUE(batch.Copy(1, residual_.data(), nullptr));
+  EXPECT_NEAR(residual_[0], 0.0, 1e-12);
+}
+
+TEST_F(BatchTest, OnePointIsComputedOnce) {
+  RolloutBatch batch = Make();
+  batch.PrepareForEvaluation(false, true);
+  batch.PrepareForEvaluation(false, false);
+  EXPECT_EQ(backend_.equilibria, 2);
+  EXPECT_EQ(batch.counts().rollouts, 2);
+  EXPECT_EQ(batch.counts().tangents, 0);
+}
+
+TEST_F(BatchTest, AJumpIsMeasuredFromTheLinearPrediction) {
+  RolloutBatch batch = Make();
+  batch.PrepareForEvaluation(true, true);
+  batch.theta()[0] = 0.1;  // moves the hem by 3 mm, as predicted to 0.01 mm
+  batch.PrepareForEvaluation(false, true);
+  EXPECT_TRUE(batch.Copy(0, residual_.data(), nullptr));
+  EXPECT_EQ(batch.counts().jumps, 0);
+  backend_.other_branch = [](double, double) { return true; };
+  batch.theta()[0] = 0.1001;
+  batch.PrepareForEvaluation(false, true);
+  EXPECT_FALSE(batch.Copy(0, residual_.data(), nullptr));
+  EXPECT_EQ(batch.counts().jumps, 2);
+}
+
+TEST_F(BatchTest, TheAcceptedPointOutlivesAFailure) {
+  RolloutBatch batch = Make();
+  EXPECT_FALSE(batch.has_accepted());
+  batch.theta()[0] = 0.05;
+  batch.PrepareForEvaluation(true, true);
+  ASSERT_TRUE(batch.has_accepted());
+  backend_.fails = [](double, double) { return true; };
+  batch.theta()[0] = 0.06;
+  batch.PrepareForEvaluation(true, true);
+  EXPECT_FALSE(batch.Copy(0, residual_.data(), nullptr));
+  EXPECT_EQ(batch.counts().failed, 2);
+  EXPECT_EQ(batch.accepted_theta()[0], 0.05);
+  batch.StartFromAccepted();
+  EXPECT_EQ(targets_[1].start.x,
+            backend_.Shape(parametrisation_.Material(Eigen::Vector2d(0.05, 0.0))));
+}
+
+TEST(ParseIntegrator, KnowsTwoNames) {
+  EXPECT_EQ(ParseIntegrator("dynamic"), Integrator::kDynamic);
+  EXPECT_EQ(ParseIntegrator("static"), Integrator::kStatic);
+  EXPECT_THROW(ParseIntegrator("Static"), InputError);
+}
+
+}  // namespace
+}  // namespace drape
