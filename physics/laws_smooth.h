@@ -12,10 +12,11 @@ namespace drape {
 // strain, direction and curvature, symmetric under turning the cloth over, no silent clamp.
 
 // Quadratic B-spline weights of five columns at q ≥ 0: even about column 0; past column 4 even about
-// it too (`mirror_at_end`, where column 4 is 90°) or constant.
+// it too (`mirror_at_end`, where column 4 is 90°) or constant. NaN, of a diverged shape, stays in
+// range of the table.
 template <class T>
 DRAPE_HD ColumnWeights<T, 3> SplineWeights(const T& q, bool mirror_at_end) {
-  if (Value(q) >= 4.5) return {{4, 4, 4}, {T(0.0), T(1.0), T(0.0)}};
+  if (!(Value(q) < 4.5)) return {{4, 4, 4}, {T(0.0), T(1.0), T(0.0)}};
   const int c = static_cast<int>(Value(q) + 0.5);
   const T t = q - static_cast<double>(c);
   const T below = 0.5 * (0.5 - t) * (0.5 - t), above = 0.5 * (0.5 + t) * (0.5 + t);

@@ -88,23 +88,26 @@ class ShiftedStiffness {
 };
 
 // Backtracks along dx until the energy falls enough or, near the end where the energy no longer
-// resolves the progress, the residual does. Returns the halvings, or −1.
+// resolves the progress, the residual does. `energy` is that of x, before and after. Returns the
+// halvings, or −1.
 int LineSearch(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& force,
-               double residual, const Eigen::VectorXd& dx, Eigen::VectorXd& x) {
+               double residual, const Eigen::VectorXd& dx, Eigen::VectorXd& x, double& energy) {
   constexpr int kMaxHalvings = 20;
   constexpr double kArmijo = 1e-4, kResidualDecrease = 0.9, kResidualRegime = 1e-3;
-  const double energy = Energy(model, material, x), slope = force.dot(dx);
+  const double slope = force.dot(dx);
   Eigen::VectorXd trial, trial_force;
   double step = 1.0;
   for (int halving = 0; halving <= kMaxHalvings; ++halving, step *= 0.5) {
     trial = x + step * dx;
-    bool accept = Energy(model, material, trial) <= energy - kArmijo * step * slope;
+    const double trial_energy = Energy(model, material, trial);
+    bool accept = trial_energy <= energy - kArmijo * step * slope;
     if (!accept && residual < kResidualRegime) {
       AssembleForce(model, material, trial, trial_force);
       accept = trial_force.norm() < kResidualDecrease * force.norm();
     }
     if (!accept) continue;
     x = trial;
+    energy = trial_energy;
     return halving;
   }
   return -1;
@@ -136,7 +139,7 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
   EquilibriumResult result;
   result.x = x;
   Eigen::VectorXd force, dx;
-  double shift = 0.0;
+  double shift = 0.0, energy = Energy(model, material, x);
   for (;; ++result.iterations) {
     AssembleForce(model, material, result.x, force);
     result.residual = force.norm() / weight;
@@ -146,17 +149,21 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
       return result;
     }
     if (result.iterations == options.max_iterations || !(result.residual < 1e6)) return result;
+    const int before = result.factorisations;
     if (!stiffness.Factor(result.x, shift, options, result.factorisations)) return result;
+    const bool raised = result.factorisations > before + 1;
     dx = force;
     solver.linear().Solve(dx);
     const double move = dx.cwiseAbs().maxCoeff();
     if (move > options.max_move) dx *= options.max_move / move;
-    const int halvings = LineSearch(model, material, force, result.residual, dx, result.x);
+    const int halvings = LineSearch(model, material, force, result.residual, dx, result.x, energy);
     if (halvings < 0) {
       shift = std::max(10.0 * shift, options.first_shift);
       if (shift > options.max_shift) return result;
-    } else {
-      shift = halvings > 0 ? std::max(2.0 * shift, options.first_shift) : 0.25 * shift;
+    } else if (halvings > 0) {
+      shift = std::max(2.0 * shift, options.first_shift);
+    } else if (!raised) {
+      shift *= 0.25;
       if (shift < 0.2 * options.first_shift) shift = 0.0;
     }
   }

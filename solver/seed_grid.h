@@ -15,7 +15,7 @@ namespace drape {
 struct SeedGridOptions {
   std::vector<double> stretch = {1.0, 4.0, 16.0};  // factors on all stretch entries
   std::vector<double> bend = {0.06, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0};  // on all bend entries
-  std::vector<double> lifts = {0.3, 0.6, 0.8, 1.0};  // of FlapsFromOutline
+  std::vector<double> lifts = {0.6, 0.8, 1.0};       // of FlapsFromOutline
   double h = 0.1;                                    // time step [s]
   int steps = 60;                                    // of each trial
 

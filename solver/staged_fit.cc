@@ -121,6 +121,7 @@ class StagedFitter {
 
   Eigen::VectorXd RestShape(const RolloutInput& input, const StagedFitState& state) const {
     EquilibriumOptions equilibrium;
+    equilibrium.max_iterations = kSeedNewtonFactor * options_.newton_iterations;
     equilibrium.cancel = callbacks_.cancel;
     const EquilibriumResult rest = problem_.fine->Equilibria({&input, 1}, equilibrium).front();
     if (rest.status == EquilibriumStatus::kStable) return rest.x;
@@ -195,7 +196,7 @@ class StagedFitter {
     FitOptions fit_options;
     fit_options.prior_sigma = options_.prior_sigma;
     fit_options.max_iterations = options_.iterations[state.round];
-    fit_options.initial_damping = kInitialDamping;
+    fit_options.initial_damping = options_.initial_damping;
     fit_options.cost_tolerance = kCostTolerance;
     fit_options.cancel = callbacks_.cancel;
     fit_options.progress = [&](const FitIteration& iteration) {
@@ -237,7 +238,7 @@ class StagedFitter {
   BatchOptions BatchOptionsOf() const {
     BatchOptions batch;
     batch.integrator = options_.integrator;
-    batch.equilibrium.max_iterations = kTrialNewtonIterations;
+    batch.equilibrium.max_iterations = options_.newton_iterations;
     batch.equilibrium.cancel = callbacks_.cancel;
     batch.rollout.h = options_.settle_h;
     batch.rollout.steps = options_.settle_steps;
@@ -276,11 +277,10 @@ class StagedFitter {
 
   static constexpr double kGridShare = 0.25;     // of the time, for the progress line
   static constexpr double kBranchOverhead = 5.0; // of a branch's seeds, in iterations
-  static constexpr double kInitialDamping = 1.0;
   static constexpr double kCostTolerance = 1e-3;
+  static constexpr int kSeedNewtonFactor = 2;    // a seed starts further away than a trial
   static constexpr std::size_t kSpareSeeds = 4;
   static constexpr double kSameRms = 1e-4;       // [px]
-  static constexpr int kTrialNewtonIterations = 40;
   static constexpr double kMaxJump = 0.03;       // [m]
 
   const FitProblem& problem_;
@@ -297,6 +297,8 @@ void StagedFitOptions::Check() const {
   for (const int count : iterations) CHECK_GE(count, 0);
   CHECK_GT(prior_sigma, 0.0);
   CHECK_GT(sigma_px, 0.0);
+  CHECK_GT(initial_damping, 0.0);
+  CHECK_GT(newton_iterations, 0);
   CHECK_GT(angles, 2);
 }
 

@@ -26,6 +26,9 @@ struct StagedFitOptions {
   Tying parameters = Tying::kEntries;
   double prior_sigma = 1.0;                  // of each log factor about the branch's grid point
   double sigma_px = 0.5;                     // standard deviation of r(θ) [px]
+  double initial_damping = 4.0;              // of Levenberg–Marquardt: a bold first step mostly
+                                             // leaves the branch
+  int newton_iterations = 30;                // of a trial: more are spent only near a bifurcation
   int angles = 90;                           // K of r(θ)
   double settle_h = 0.1;                     // steps that calm a seed before Newton [s]
   int settle_steps = 40;
