@@ -138,7 +138,8 @@ std::string Identity(const FitJob& job, const FitProblem& problem) {
                        {"parameters", static_cast<int>(job.fit.parameters)},
                        {"prior_sigma", job.fit.prior_sigma}, {"sigma_px", job.fit.sigma_px},
                        {"angles", job.fit.angles},           {"settle_h", job.fit.settle_h},
-                       {"settle_steps", job.fit.settle_steps}};
+                       {"settle_steps", job.fit.settle_steps},
+                       {"integrator", static_cast<int>(job.fit.integrator)}};
   for (const Target& target : problem.targets)
     id["images"].push_back({target.name, target.radius.mean()});
   return id.dump();

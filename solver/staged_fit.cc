@@ -312,7 +312,8 @@ StagedFitState RunStagedFit(const FitProblem& problem, const StagedFitOptions& o
 const BranchFit* Best(const StagedFitState& state) {
   const BranchFit* best = nullptr;
   for (const BranchFit& branch : state.branches)
-    if (branch.valid() && branch.iterations > 0 && (best == nullptr || branch.cost < best->cost))
+    if (branch.valid() && branch.termination != FitTermination::kFailed &&
+        (best == nullptr || branch.cost < best->cost))
       best = &branch;
   return best;
 }
