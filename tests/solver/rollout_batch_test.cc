@@ -5,7 +5,8 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <cstdio>
 
 #include "physics/errors.h"
 #include "tests/solver/fake_backend.h"
@@ -77,8 +78,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& info) { return info.param.name; });
 
 // The best of a sweep: truncation falls with the step, rounding (and the equilibrium's tolerance)
-// rises as 1/step. A ray that passes a vertex of the hem within the step has a kink there, so the
-// columns are compared where they agree best over 2·72 rays: the median, and all but a few.
+// rises as 1/step. Measured: below 1e-7 at the best step, about 1e-5.
 TEST_P(BatchJacobianTest, AgreesWithCentralDifferences) {
   std::mt19937_64 random(11);
   const int size = parametrisation_.size();
@@ -95,6 +95,7 @@ TEST_P(BatchJacobianTest, AgreesWithCentralDifferences) {
         (Residual(theta + step * direction) - Residual(theta - step * direction)) / (2 * step);
     best = std::min(best, (difference - exact).norm() / exact.norm());
   }
+  std::printf("relative error of the best step: %.1e\n", best);
   EXPECT_LT(best, 1e-6);
 }
 
@@ -105,13 +106,18 @@ class BatchTest : public testing::Test {
     for (const double stretch : {0.1, 0.3}) {
       Target target;
       Outline outline;
-      const Eigen::VectorXd shape = backend_.Shape(parametrisation_.Material(Eigen::Vector2d(stretch, 0)));
-      EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, shape, target.camera, kAngles, &outline));
+      EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, Shape(stretch), target.camera, kAngles,
+                                  &outline));
       target.radius = outline.radius;
       target.start = backend_.model().RestState();
       targets_.push_back(target);
     }
     options_.max_jump = 5e-3;
+  }
+  Eigen::VectorXd Shape(double stretch) const {
+    Eigen::VectorXd theta = Eigen::VectorXd::Zero(2);
+    theta[0] = stretch;
+    return backend_.Shape(parametrisation_.Material(theta));
   }
   RolloutBatch Make() { return {&backend_, &parametrisation_, &targets_, options_}; }
 
@@ -168,8 +174,7 @@ TEST_F(BatchTest, TheAcceptedPointOutlivesAFailure) {
   EXPECT_EQ(batch.counts().failed, 2);
   EXPECT_EQ(batch.accepted_theta()[0], 0.05);
   batch.StartFromAccepted();
-  EXPECT_EQ(targets_[1].start.x,
-            backend_.Shape(parametrisation_.Material(Eigen::Vector2d(0.05, 0.0))));
+  EXPECT_EQ(targets_[1].start.x, Shape(0.05));
 }
 
 TEST(ParseIntegrator, KnowsTwoNames) {

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// From files to files: what a job reads, refuses and writes.
+#include "solver/fit_job.h"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "physics/errors.h"
+#include "physics/json_input.h"
+#include "physics/material_io.h"
+#include "physics/state_io.h"
+#include "solver/seed_grid.h"
+#include "tests/losses/temp_folder.h"
+#include "tests/solver/solver_fixture.h"
+
+namespace drape {
+namespace {
+
+using testing::HasSubstr;
+
+class FitJobTest : public testing::Test {
+ protected:
+  FitJobTest() {
+    WriteStart(test::TestMaterial());
+    job_.material = folder_ / "start.json";
+    job_.mesh = "disc:150";
+    job_.coarse_mesh = "disc:100";
+    job_.out = folder_.path();
+    job_.checkpoint = folder_ / "checkpoint.json";
+    job_.log = folder_ / "fit.log";
+    job_.evaluation_steps = 20;
+    job_.fit.grid.stretch = {1.0};
+    job_.fit.grid.bend = {4.0};
+    job_.fit.grid.lifts = {1.0};
+    job_.fit.keep = {1};
+    job_.fit.iterations = {2};
+    job_.fit.angles = 72;
+    AddImage("a.png", DrapeImage());
+  }
+  void WriteStart(const MaterialField& field) const {
+    WriteMaterial(folder_ / "start.json",
+                  {.name = "start", .field = field, .source_convention = "arcsim", .source = "", .warnings = {}});
+  }
+  static const GrayImage& DrapeImage() {
+    static const GrayImage image = [] {
+      const auto backend = test::SmoothDisc(150);
+      const MaterialField truth = Scaled(test::TestMaterial(), 1.0, 4.0);
+      const State drape = test::Settled(*backend, truth, test::RandomStart(backend->model(), 1));
+      return test::TargetOf(backend->model().mesh, drape, 72, "truth").image;
+    }();
+    return image;
+  }
+  void AddImage(const std::string& name, const GrayImage& image) {
+    std::filesystem::create_directories(std::filesystem::path(folder_ / name).parent_path());
+    WritePng(image, folder_ / name);
+    job_.images.push_back(folder_ / name);
+  }
+  std::string ErrorOf() const {
+    try {
+      RunFitJob(job_, {});
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  nlohmann::json Summary() const { return ReadJsonFile(folder_ / "summary.json"); }
+  bool Exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
+
+  const TempFolder folder_;
+  FitJob job_;
+};
+
+TEST_F(FitJobTest, WritesItsFilesAndRemovesTheCheckpoint) {
+  const FitJobResult result = RunFitJob(job_, {});
+  EXPECT_TRUE(result.fitted);
+  EXPECT_FALSE(result.cancelled);
+  EXPECT_THAT(result.table, HasSubstr("directions are determined"));
+  for (const std::string name : {"fit_a.png", "drape_a.obj", "start_a.json", "material.json"})
+    EXPECT_TRUE(Exists(name)) << name;
+  EXPECT_FALSE(Exists("checkpoint.json"));
+  const nlohmann::json summary = Summary();
+  EXPECT_EQ(summary["status"], "done");
+  EXPECT_EQ(summary["model"], "homo");
+  EXPECT_TRUE(summary["notes"].empty());
+  EXPECT_EQ(summary["spectrum"]["singular_values"].size(), 39);
+  const nlohmann::json& metrics = summary["images"][0]["metrics"];
+  EXPECT_LT(metrics["profile_rms_px"].get<double>(), 2.0);
+  EXPECT_GT(metrics["iou"].get<double>(), 0.95);
+  EXPECT_EQ(summary["mean"]["mse"], metrics["mse"]);
+}
+
+// The stored drape is an equilibrium of the stored material.
+TEST_F(FitJobTest, TheFilesBelongTogether) {
+  RunFitJob(job_, {});
+  const auto backend = test::SmoothDisc(150);
+  const MaterialField material = ReadMaterial(folder_ / "material.json").field;
+  const State start = ReadStart(folder_ / "start_a.json", backend->model().mesh, kSupportRadius);
+  EXPECT_LT(ForceResidual(backend->model(), material, start.x), 1e-8);
+}
+
+TEST_F(FitJobTest, StartEntriesThatALogScaleCannotMoveAreRaisedAndNoted) {
+  MaterialField start = test::TestMaterial();
+  start.stretch[0].c[2][1] = 0.0;
+  start.bend[0].b[1][0] = 0.0;
+  WriteStart(start);
+  job_.fit.prior_sigma = 1e-6;
+  RunFitJob(job_, {});
+  EXPECT_THAT(Summary()["notes"].dump(),
+              HasSubstr("2 start entries of " + job_.material + " were raised to 0.1"));
+  const MaterialField fitted = ReadMaterial(folder_ / "material.json").field;
+  EXPECT_NEAR(fitted.stretch[0].c[2][1], 0.1 * start.stretch[0].c[5][1], 1e-4);
+  EXPECT_NEAR(fitted.bend[0].b[1][0], 4.0 * 0.1 * start.bend[0].b[1][4], 1e-9);
+}
+
+TEST_F(FitJobTest, GoesOnAfterACancelToTheSameFiles) {
+  RunFitJob(job_, {});
+  const auto whole = ReadAll(folder_ / "material.json");
+  std::atomic<bool> cancel = false;
+  const FitJobCallbacks callbacks{&cancel, [&](const FitProgress& p) { cancel = p.stage == "round 1"; }};
+  EXPECT_TRUE(RunFitJob(job_, callbacks).cancelled);
+  EXPECT_TRUE(Exists("checkpoint.json"));
+  EXPECT_EQ(Summary()["status"], "cancelled");
+  job_.resume = true;
+  EXPECT_FALSE(RunFitJob(job_, {}).cancelled);
+  EXPECT_EQ(ReadAll(folder_ / "material.json"), whole);
+}
+
+TEST_F(FitJobTest, AChangedSettingRefusesTheCheckpoint) {
+  std::atomic<bool> cancel = false;
+  RunFitJob(job_, {&cancel, [&](const FitProgress& p) { cancel = p.stage == "round 1"; }});
+  job_.resume = true;
+  job_.fit.sigma_px = 0.7;
+  EXPECT_THAT(ErrorOf(), HasSubstr("run without --resume"));
+}
+
+TEST_F(FitJobTest, TheIntegratorIsPartOfTheJob) {
+  std::atomic<bool> cancel = false;
+  RunFitJob(job_, {&cancel, [&](const FitProgress& p) { cancel = p.stage == "round 1"; }});
+  job_.resume = true;
+  job_.fit.integrator = Integrator::kDynamic;
+  EXPECT_THAT(ErrorOf(), HasSubstr("run without --resume"));
+}
+
+TEST_F(FitJobTest, TwoImagesOfOneNameAreRefused) {
+  AddImage("other/a.png", DrapeImage());
+  EXPECT_THAT(ErrorOf(), testing::AllOf(HasSubstr("other/a.png"), HasSubstr("distinct names")));
+}
+
+TEST_F(FitJobTest, BadImagesAreNamed) {
+  GrayImage border = DrapeImage();
+  for (int row = 100; row < 140; ++row)
+    for (int column = 0; column < 128; ++column) border.at(column, row) = 1.0f;
+  AddImage("one_pixel.png", GrayImage(1, 1, 1.0f));
+  AddImage("white.png", GrayImage(256, 256));
+  AddImage("border.png", border);
+  AddImage("corner.png", [] {
+    GrayImage image(256, 256);
+    for (int i = 5; i < 25; ++i)
+      for (int j = 5; j < 25; ++j) image.at(i, j) = 1.0f;
+    return image;
+  }());
+  WriteAll(folder_ / "empty.png", {});
+  for (const std::string name : {"empty", "one_pixel", "white", "border", "corner", "absent"}) {
+    job_.images = {folder_ / (name + ".png")};
+    EXPECT_THAT(ErrorOf(), HasSubstr(name + ".png")) << name;
+  }
+  EXPECT_FALSE(Exists("summary.json"));
+}
+
+TEST_F(FitJobTest, BadSettingsAreNamed) {
+  FitJob job = job_;
+  job_.images.clear();
+  EXPECT_THAT(ErrorOf(), HasSubstr("images: none"));
+  job_ = job;
+  job_.model = "hetero";
+  EXPECT_THAT(ErrorOf(), HasSubstr("'hetero'"));
+  job_ = job;
+  job_.centre = "middle";
+  EXPECT_THAT(ErrorOf(), HasSubstr("'middle'"));
+  job_ = job;
+  job_.floor = 0.0;
+  MaterialField negative = test::TestMaterial();
+  negative.stretch[0].c[0][1] = -1.0;
+  WriteStart(negative);
+  EXPECT_THAT(ErrorOf(), HasSubstr("start.json"));
+}
+
+TEST(ParseCentreMode, KnowsTwoNames) {
+  EXPECT_EQ(ParseCentreMode("nominal"), CentreMode::kNominal);
+  EXPECT_EQ(ParseCentreMode("outline"), CentreMode::kOutline);
+  EXPECT_THROW(ParseCentreMode("Outline"), InputError);
+}
+
+class ExpandImagesTest : public testing::Test {
+ protected:
+  ExpandImagesTest() {
+    for (const std::string name : {"b.jpg", "a.png", "c.JPEG", "notes.txt"}) WriteAll(folder_ / name, {1});
+  }
+  std::vector<std::string> Paths(const std::vector<std::string>& names) const {
+    std::vector<std::string> paths;
+    for (const std::string& name : names) paths.push_back(folder_ / name);
+    return paths;
+  }
+  const TempFolder folder_;
+};
+
+TEST_F(ExpandImagesTest, Lists) {
+  EXPECT_EQ(ExpandImages((folder_ / "b.jpg") + "," + (folder_ / "a.png")), Paths({"b.jpg", "a.png"}));
+}
+TEST_F(ExpandImagesTest, Folders) {
+  EXPECT_EQ(ExpandImages(folder_.path()), Paths({"a.png", "b.jpg", "c.JPEG"}));
+}
+TEST_F(ExpandImagesTest, Patterns) {
+  EXPECT_EQ(ExpandImages(folder_ / "*.[jp]*g"), Paths({"a.png", "b.jpg"}));
+}
+TEST_F(ExpandImagesTest, NothingIsAnError) {
+  std::filesystem::create_directory(folder_ / "none");
+  for (const std::string& text : {folder_ / "absent.png", folder_ / "*.gif", folder_ / "none",
+                                 (folder_ / "a.png") + "," + (folder_ / "absent.png")}) {
+    EXPECT_THROW(ExpandImages(text), InputError) << text;
+  }
+}
+
+}  // namespace
+}  // namespace drape
