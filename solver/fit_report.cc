@@ -6,6 +6,7 @@
 
 #include "losses/outline.h"
 #include "losses/overlay.h"
+#include "losses/report_json.h"
 #include "physics/atomic_file.h"
 #include "physics/material_io.h"
 #include "physics/obj_io.h"
@@ -22,32 +23,6 @@ std::string Format(const char* format, auto... values) {
   char text[512];
   std::snprintf(text, sizeof text, format, values...);
   return text;
-}
-
-ordered_json MetricsJson(const SilhouetteMetrics& metrics) {
-  return {{"mse", metrics.mse},
-          {"iou", metrics.iou},
-          {"profile_rms_px", metrics.profile_rms},
-          {"outline_hausdorff_m", metrics.hausdorff},
-          {"dc_image", metrics.image.drape_coefficient},
-          {"dc_fit", metrics.fitted.drape_coefficient},
-          {"folds_image", metrics.image.folds},
-          {"folds_fit", metrics.fitted.folds}};
-}
-
-ordered_json CameraJson(const Camera& camera) {
-  ordered_json json = {{"kind", CameraKindName(camera.kind)},
-                       {"width", camera.width},
-                       {"height", camera.height},
-                       {"cx", camera.cx},
-                       {"cy", camera.cy}};
-  if (camera.kind == CameraKind::kOrthographic) {
-    json["scale_px_per_m"] = camera.scale;
-  } else {
-    json["eye_height_m"] = camera.eye_height;
-    json["field_of_view_rad"] = camera.field_of_view;
-  }
-  return json;
 }
 
 ordered_json ImageJson(const Target& target, const DrapeReport& drape, double lift) {

@@ -92,7 +92,7 @@ class StagedFitter {
     BranchFit& branch = state.branches[state.branch];
     if (state.round == 0) {
       Seed(branch, state);
-    } else {
+    } else if (state.round == 1) {
       Reseed(branch, state);
     }
     if (branch.valid() && !Cancelled()) FitBranch(branch, state);

@@ -17,8 +17,9 @@ namespace drape {
 // The protocol of SPEC section 5 for one material and its images. Many drapes are stable and the
 // trust region stays in its basin, so a grid of stretch × bend factors × seed shapes on a coarse
 // cloth is ranked by outline, and the best seeds are settled on the fine cloth and fitted by Ceres
-// in rounds: each round keeps the best branches of the one before, seeds their drapes anew with the
-// material fitted so far where that comes nearer to the image, and spends more iterations.
+// in rounds: each round keeps the best branches of the one before and spends more iterations. The
+// second round begins by seeding the drapes anew with the material fitted so far, where that comes
+// nearer to the image.
 struct StagedFitOptions {
   SeedGridOptions grid;
   std::vector<int> keep = {5, 2, 1};         // branches fitted in each round

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "losses/report_json.h"
 #include "physics/atomic_file.h"
 #include "tools/versions.h"
 
@@ -34,27 +35,6 @@ Json MeshJson(const std::string& name, const Mesh& mesh) {
           {"vertices", mesh.num_vertices()},
           {"faces", mesh.num_faces()},
           {"hinges", mesh.num_hinges()}};
-}
-
-Json CameraJson(const Camera& camera) {
-  return {{"kind", CameraKindName(camera.kind)},
-          {"width", camera.width},
-          {"height", camera.height},
-          {"cx", camera.cx},
-          {"cy", camera.cy},
-          {"px_per_m", camera.pixels_per_metre()}};
-}
-
-Json MetricsJson(const std::string& file, const SilhouetteMetrics& metrics) {
-  return {{"file", file},
-          {"mse", metrics.mse},
-          {"iou", metrics.iou},
-          {"profile_rms_px", metrics.profile_rms},
-          {"outline_hausdorff_m", metrics.hausdorff},
-          {"dc_image", metrics.image.drape_coefficient},
-          {"dc_drape", metrics.fitted.drape_coefficient},
-          {"folds_image", metrics.image.folds},
-          {"folds_drape", metrics.fitted.folds}};
 }
 
 Json SecondsJson(const SimulateSummary& summary) {
@@ -95,7 +75,10 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"density", scene.material.field.density},
                {"mesh", MeshJson(options.scene.mesh, scene.model->mesh)},
                {"camera", CameraJson(camera)}};
-  if (view && view->metrics) json["image"] = MetricsJson(options.image, *view->metrics);
+  if (view && view->metrics) {
+    json["image"] = MetricsJson(*view->metrics);
+    json["image"]["file"] = options.image;
+  }
   if (summary.gradient_disagreement) json["gradient_disagreement"] = *summary.gradient_disagreement;
   json["seconds"] = SecondsJson(summary);
   json["versions"] = VersionsJson();
