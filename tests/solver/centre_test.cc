@@ -18,7 +18,8 @@ GrayImage Star(double column, double row) {
   for (int j = 0; j < image.height; ++j) {
     for (int i = 0; i < image.width; ++i) {
       const double x = i - column, y = row - j, angle = std::atan2(y, x);
-      const double radius = 80.0 + 9.0 * std::cos(7 * angle + 0.4) + 5.0 * std::cos(2 * angle - 1.0);
+      const double radius =
+          80.0 + 9.0 * std::cos(7 * angle + 0.4) + 5.0 * std::cos(2 * angle - 1.0);
       image.at(i, j) = static_cast<float>(std::clamp(radius - std::hypot(x, y) + 0.5, 0.0, 1.0));
     }
   }

@@ -21,10 +21,10 @@ class FakeBackend final : public Backend {
   static constexpr double kShrink = 0.2, kRipple = 0.05;
   using Region = std::function<bool(double s, double b)>;
 
-  Region fails = [](double, double) { return false; };          // the drape cannot be computed
-  Region unstable = [](double, double) { return false; };       // it has no derivatives
-  Region other_branch = [](double, double) { return false; };   // it is turned by kTurn
-  static constexpr double kTurn = 0.1;                          // [rad]
+  Region fails = [](double, double) { return false; };         // the drape cannot be computed
+  Region unstable = [](double, double) { return false; };      // it has no derivatives
+  Region other_branch = [](double, double) { return false; };  // it is turned by kTurn
+  static constexpr double kTurn = 0.1;                         // [rad]
 
   std::string name() const override { return "fake"; }
   const ClothModel& model() const override { return *model_; }
@@ -43,9 +43,12 @@ class FakeBackend final : public Backend {
   Eigen::VectorXd Shape(const MaterialField& material) const {
     const Eigen::Vector2d p = Logs(material);
     const double turn = other_branch(p[0], p[1]) ? kTurn : 0.0;
-    return Radial([&](double angle) {
-      return 1.0 - kShrink * std::tanh(p[0]) + kRipple * std::tanh(p[1]) * std::cos(3 * angle - turn);
-    }, turn);
+    return Radial(
+        [&](double angle) {
+          return 1.0 - kShrink * std::tanh(p[0]) +
+                 kRipple * std::tanh(p[1]) * std::cos(3 * angle - turn);
+        },
+        turn);
   }
 
   // ∂x/∂(log entry), shape [3V, 39].
@@ -66,8 +69,8 @@ class FakeBackend final : public Backend {
     std::vector<RolloutResult> results;
     for (const RolloutInput& input : batch) {
       const Eigen::VectorXd x = Shape(*input.material);
-      results.push_back({Fails(input) ? RolloutStatus::kNotPositiveDefinite : RolloutStatus::kOk,
-                         {x, 0 * x}, 0});
+      results.push_back(
+          {Fails(input) ? RolloutStatus::kNotPositiveDefinite : RolloutStatus::kOk, {x, 0 * x}, 0});
     }
     return results;
   }
@@ -81,8 +84,9 @@ class FakeBackend final : public Backend {
       results[i].dx = ShapeByLogEntries(*batch[i].material);
     return results;
   }
-  std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch, std::span<const Recording>,
-                                      std::span<const RowMatrix>, const RolloutOptions&) override {
+  std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
+                                      std::span<const Recording>, std::span<const RowMatrix>,
+                                      const RolloutOptions&) override {
     return std::vector<AdjointResult>(batch.size());
   }
   std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,

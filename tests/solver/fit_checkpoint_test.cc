@@ -113,7 +113,8 @@ TEST_F(CheckpointTest, ADamagedFileIsRefused) {
   WriteCheckpoint(path_, "job", SomeState());
   const std::string whole = Text();
   for (const double share : {0.0, 0.1, 0.5, 0.99}) {
-    WriteAll(path_, {whole.begin(), whole.begin() + static_cast<int>(share * double(whole.size()))});
+    WriteAll(path_,
+             {whole.begin(), whole.begin() + static_cast<int>(share * double(whole.size()))});
     EXPECT_THAT(ErrorOf(), testing::HasSubstr(path_)) << share;
   }
 }

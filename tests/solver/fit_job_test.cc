@@ -40,8 +40,11 @@ class FitJobTest : public testing::Test {
     AddImage("a.png", DrapeImage());
   }
   void WriteStart(const MaterialField& field) const {
-    WriteMaterial(folder_ / "start.json",
-                  {.name = "start", .field = field, .source_convention = "arcsim", .source = "", .warnings = {}});
+    WriteMaterial(folder_ / "start.json", {.name = "start",
+                                           .field = field,
+                                           .source_convention = "arcsim",
+                                           .source = "",
+                                           .warnings = {}});
   }
   static const GrayImage& DrapeImage() {
     static const GrayImage image = [] {
@@ -118,7 +121,8 @@ TEST_F(FitJobTest, GoesOnAfterACancelToTheSameFiles) {
   RunFitJob(job_, {});
   const auto whole = ReadAll(folder_ / "material.json");
   std::atomic<bool> cancel = false;
-  const FitJobCallbacks callbacks{&cancel, [&](const FitProgress& p) { cancel = p.stage == "round 1"; }};
+  const FitJobCallbacks callbacks{&cancel,
+                                  [&](const FitProgress& p) { cancel = p.stage == "round 1"; }};
   EXPECT_TRUE(RunFitJob(job_, callbacks).cancelled);
   EXPECT_TRUE(Exists("checkpoint.json"));
   EXPECT_EQ(Summary()["status"], "cancelled");
@@ -191,36 +195,6 @@ TEST(ParseCentreMode, KnowsTwoNames) {
   EXPECT_EQ(ParseCentreMode("nominal"), CentreMode::kNominal);
   EXPECT_EQ(ParseCentreMode("outline"), CentreMode::kOutline);
   EXPECT_THROW(ParseCentreMode("Outline"), InputError);
-}
-
-class ExpandImagesTest : public testing::Test {
- protected:
-  ExpandImagesTest() {
-    for (const std::string name : {"b.jpg", "a.png", "c.JPEG", "notes.txt"}) WriteAll(folder_ / name, {1});
-  }
-  std::vector<std::string> Paths(const std::vector<std::string>& names) const {
-    std::vector<std::string> paths;
-    for (const std::string& name : names) paths.push_back(folder_ / name);
-    return paths;
-  }
-  const TempFolder folder_;
-};
-
-TEST_F(ExpandImagesTest, Lists) {
-  EXPECT_EQ(ExpandImages((folder_ / "b.jpg") + "," + (folder_ / "a.png")), Paths({"b.jpg", "a.png"}));
-}
-TEST_F(ExpandImagesTest, Folders) {
-  EXPECT_EQ(ExpandImages(folder_.path()), Paths({"a.png", "b.jpg", "c.JPEG"}));
-}
-TEST_F(ExpandImagesTest, Patterns) {
-  EXPECT_EQ(ExpandImages(folder_ / "*.[jp]*g"), Paths({"a.png", "b.jpg"}));
-}
-TEST_F(ExpandImagesTest, NothingIsAnError) {
-  std::filesystem::create_directory(folder_ / "none");
-  for (const std::string& text : {folder_ / "absent.png", folder_ / "*.gif", folder_ / "none",
-                                 (folder_ / "a.png") + "," + (folder_ / "absent.png")}) {
-    EXPECT_THROW(ExpandImages(text), InputError) << text;
-  }
 }
 
 }  // namespace

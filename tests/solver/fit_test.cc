@@ -24,18 +24,21 @@ class FitTest : public testing::Test {
     fit_options_.cost_tolerance = 1e-12;
     AddTarget(kTruth);
   }
-  MaterialField Material(const Eigen::Vector2d& theta) const { return parametrisation_.Material(theta); }
+  MaterialField Material(const Eigen::Vector2d& theta) const {
+    return parametrisation_.Material(theta);
+  }
   void AddTarget(const Eigen::Vector2d& truth) {
     Target target;
     Outline outline;
-    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, backend_.Shape(Material(truth)), target.camera,
-                                90, &outline));
+    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, backend_.Shape(Material(truth)),
+                                target.camera, 90, &outline));
     target.radius = outline.radius;
     target.start = backend_.model().RestState();
     targets_.push_back(target);
   }
   FitSummary RunFit() {
-    batch_ = std::make_unique<RolloutBatch>(&backend_, &parametrisation_, &targets_, batch_options_);
+    batch_ =
+        std::make_unique<RolloutBatch>(&backend_, &parametrisation_, &targets_, batch_options_);
     return Fit(*batch_, fit_options_);
   }
   // The targets' starts are the drapes of the point that is returned, which is the cheapest seen.
@@ -75,8 +78,8 @@ TEST_F(FitTest, TheDynamicIntegratorFindsTheSame) {
   ExpectConsistent(summary);
 }
 
-// J is linear in tanh θ here, so the ridge solution has a closed form: with r = A(t − t_truth),
-// t = tanh θ, the gradient of ½‖r‖² + ½‖θ/σ‖² vanishes.
+// The drape is linear in tanh θ, the residual in it: at the ridge solution the gradient of
+// ½‖r(θ)‖² + ½‖θ/σ‖² vanishes, which the exact Jacobian tells.
 TEST_F(FitTest, AStrongPriorGivesTheRidgeSolution) {
   fit_options_.prior_sigma = 1e-3;
   const FitSummary summary = RunFit();
@@ -107,14 +110,17 @@ TEST_F(FitTest, TwoTargetsShareOneMaterial) {
 
 // The minimum lies in a region without drapes: the fit comes to its rim.
 TEST_F(FitTest, AFailedTrialShortensTheStep) {
-  backend_.fails = [](double s, double b) { return (Eigen::Vector2d(s, b) - kTruth).norm() < 0.05; };
+  backend_.fails = [](double s, double b) {
+    return (Eigen::Vector2d(s, b) - kTruth).norm() < 0.05;
+  };
   fit_options_.max_iterations = 60;
   const FitSummary summary = RunFit();
   EXPECT_GT(summary.counts.failed, 0);
   EXPECT_GE((summary.theta - kTruth).norm(), 0.05);
   EXPECT_LT(summary.final_cost, 0.1 * summary.initial_cost);
-  const auto failed = std::find_if(summary.iterations.begin() + 1, summary.iterations.end(),
-                                   [](const FitIteration& iteration) { return !iteration.accepted; });
+  const auto failed =
+      std::find_if(summary.iterations.begin() + 1, summary.iterations.end(),
+                   [](const FitIteration& iteration) { return !iteration.accepted; });
   ASSERT_NE(failed, summary.iterations.end());
   EXPECT_LT(failed->trust_radius, (failed - 1)->trust_radius);
   ExpectConsistent(summary);

@@ -56,7 +56,9 @@ TEST_P(ParametrisationTest, MaterialIsBaseTimesExpOfTheta) {
   const MaterialField material = parametrisation_.Material(theta);
   const Eigen::ArrayXd factor = (tie_ * theta).array().exp();
   EXPECT_LT((Entries(material, 0, 0).array() / Entries(base_, 0, 0).array() / factor - 1.0)
-                .abs().maxCoeff(), 1e-14);
+                .abs()
+                .maxCoeff(),
+            1e-14);
   EXPECT_EQ(material.density, base_.density);
   EXPECT_EQ(Entries(parametrisation_.Material(0 * theta), 0, 0), Entries(base_, 0, 0));
 }
@@ -71,7 +73,8 @@ TEST_P(ParametrisationTest, ChainRuleAgreesWithDifferences) {
     plus[j] += kStep;
     minus[j] -= kStep;
     const Eigen::VectorXd difference = (Entries(parametrisation_.Material(plus), 0, 0) -
-                                        Entries(parametrisation_.Material(minus), 0, 0)) / (2 * kStep);
+                                        Entries(parametrisation_.Material(minus), 0, 0)) /
+                                       (2 * kStep);
     const Eigen::ArrayXd error = difference - entries.cwiseProduct(tie_.col(j));
     EXPECT_LT((error / entries.array()).abs().maxCoeff(), 1e-9) << parametrisation_.name(j);
   }

@@ -31,7 +31,8 @@ class BatchJacobianTest : public testing::TestWithParam<Case> {
     for (const uint64_t seed : {1, 2}) {
       const State start = test::RandomStart(backend_->model(), seed);
       const State drape = test::Settled(*backend_, test::TestMaterial(), start);
-      targets_->push_back(test::TargetOf(backend_->model().mesh, drape, kAngles, std::to_string(seed)));
+      targets_->push_back(
+          test::TargetOf(backend_->model().mesh, drape, kAngles, std::to_string(seed)));
     }
   }
   static void TearDownTestSuite() {
@@ -67,15 +68,14 @@ class BatchJacobianTest : public testing::TestWithParam<Case> {
 std::unique_ptr<Backend> BatchJacobianTest::backend_;
 std::vector<Target>* BatchJacobianTest::targets_ = nullptr;
 
-INSTANTIATE_TEST_SUITE_P(
-    Product, BatchJacobianTest,
-    testing::Values(Case{Integrator::kDynamic, Tying::kScales, "Dynamic2"},
-                    Case{Integrator::kDynamic, Tying::kColumns, "Dynamic7"},
-                    Case{Integrator::kDynamic, Tying::kEntries, "Dynamic39"},
-                    Case{Integrator::kStatic, Tying::kScales, "Static2"},
-                    Case{Integrator::kStatic, Tying::kColumns, "Static7"},
-                    Case{Integrator::kStatic, Tying::kEntries, "Static39"}),
-    [](const auto& info) { return info.param.name; });
+INSTANTIATE_TEST_SUITE_P(Product, BatchJacobianTest,
+                         testing::Values(Case{Integrator::kDynamic, Tying::kScales, "Dynamic2"},
+                                         Case{Integrator::kDynamic, Tying::kColumns, "Dynamic7"},
+                                         Case{Integrator::kDynamic, Tying::kEntries, "Dynamic39"},
+                                         Case{Integrator::kStatic, Tying::kScales, "Static2"},
+                                         Case{Integrator::kStatic, Tying::kColumns, "Static7"},
+                                         Case{Integrator::kStatic, Tying::kEntries, "Static39"}),
+                         [](const auto& info) { return info.param.name; });
 
 // The best of a sweep: truncation falls with the step, rounding (and the equilibrium's tolerance)
 // rises as 1/step. Measured: below 1e-7 at the best step, about 1e-5.
@@ -106,8 +106,8 @@ class BatchTest : public testing::Test {
     for (const double stretch : {0.1, 0.3}) {
       Target target;
       Outline outline;
-      EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, Shape(stretch), target.camera, kAngles,
-                                  &outline));
+      EXPECT_TRUE(
+          OutlineFromMesh(backend_.model().mesh, Shape(stretch), target.camera, kAngles, &outline));
       target.radius = outline.radius;
       target.start = backend_.model().RestState();
       targets_.push_back(target);

@@ -117,14 +117,16 @@ TEST_F(RankSeedsTest, SeveralTargetsShareOneScale) {
   EXPECT_EQ(both[0].stretch, 1.0);  // between the two
   ASSERT_EQ(both[0].lifts.size(), 2);
   const auto rms_of = [](const std::vector<SeedCandidate>& ranked, double stretch) {
-    return std::find_if(ranked.begin(), ranked.end(), [&](const SeedCandidate& candidate) {
-             return candidate.stretch == stretch && candidate.bend == 0.5;
-           })->profile_rms;
+    return std::find_if(ranked.begin(), ranked.end(),
+                        [&](const SeedCandidate& candidate) {
+                          return candidate.stretch == stretch && candidate.bend == 0.5;
+                        })
+        ->profile_rms;
   };
   // Root mean square over the two targets.
   const auto other = Rank({b});
-  EXPECT_NEAR(rms_of(both, 1.0), std::hypot(rms_of(alone, 1.0), rms_of(other, 1.0)) / std::sqrt(2.0),
-              1e-12);
+  EXPECT_NEAR(rms_of(both, 1.0),
+              std::hypot(rms_of(alone, 1.0), rms_of(other, 1.0)) / std::sqrt(2.0), 1e-12);
 }
 
 TEST_F(RankSeedsTest, ACancelEndsIt) {

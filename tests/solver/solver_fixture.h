@@ -27,7 +27,8 @@ inline State RandomStart(const ClothModel& model, uint64_t seed, double hem_rms 
 }
 
 // The stable drape at rest that a start falls into.
-inline State Settled(Backend& backend, const MaterialField& material, State start, int steps = 100) {
+inline State Settled(Backend& backend, const MaterialField& material, State start,
+                     int steps = 100) {
   RolloutOptions options;
   options.h = 0.1;
   options.steps = steps;

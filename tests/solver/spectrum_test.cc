@@ -20,8 +20,7 @@ TEST(Spectrum, FindsValuesAndDirectionsOfAKnownJacobian) {
   std::mt19937_64 random(3);
   const Eigen::MatrixXd u = Rotation(6, random), v = Rotation(4, random);
   const Eigen::Vector4d values(20.0, 3.0, 0.8, 0.1);
-  const Spectrum spectrum =
-      SpectrumOf(u.leftCols(4) * values.asDiagonal() * v.transpose(), 1.0);
+  const Spectrum spectrum = SpectrumOf(u.leftCols(4) * values.asDiagonal() * v.transpose(), 1.0);
   EXPECT_LT((spectrum.values - values).norm(), 1e-12);
   EXPECT_EQ(spectrum.determined, 2);
   for (int i = 0; i < 4; ++i)

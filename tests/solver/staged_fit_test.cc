@@ -66,7 +66,8 @@ TEST_F(StagedFitTest, UndoesAScalingOfTheStartWhereTheDataTell) {
   ASSERT_NE(best, nullptr);
   const Eigen::Vector2d error(std::log(best->seed.stretch) + best->theta[0],
                               std::log(best->seed.bend / 4.0) + best->theta[1]);
-  const Spectrum spectrum = SpectrumOf(FitJacobian(problem_, options_, *best), options_.prior_sigma);
+  const Spectrum spectrum =
+      SpectrumOf(FitJacobian(problem_, options_, *best), options_.prior_sigma);
   int determined = 0;
   for (int i = 0; i < 2; ++i) {
     if (spectrum.values[i] < 50.0) continue;
@@ -102,8 +103,9 @@ TEST_F(StagedFitTest, ACancelGivesTheBestSoFar) {
   const BranchFit* best = Best(part);
   ASSERT_NE(best, nullptr);
   EXPECT_LT(best->profile_rms, best->seed_rms);
-  EXPECT_LT(ForceResidual(fine_->model(), FittedMaterial(problem_, options_, *best), best->shapes[0]),
-            1e-8);
+  EXPECT_LT(
+      ForceResidual(fine_->model(), FittedMaterial(problem_, options_, *best), best->shapes[0]),
+      1e-8);
 }
 
 TEST_F(StagedFitTest, ACancelWithinABranchIsNotSaved) {

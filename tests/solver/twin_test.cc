@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Twin experiments: cloth of known tables is draped from a random start, seen as a 256×256 image, and
-// fitted from the tables of another fabric. The density is given: a laboratory weighs it.
+// Twin experiments: cloth of known tables is draped from a random start, seen as a 256×256 image,
+// and fitted from the tables of another fabric. The density is given: a laboratory weighs it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -49,8 +49,8 @@ class TwinTest : public testing::Test {
     ASSERT_NE(Best(state), nullptr);
     best_ = *Best(state);
     fitted_ = FittedMaterial(problem_, options_, best_);
-    std::printf("%.3f px, stretch %g, bend %g, %d rollouts\n", best_.profile_rms, best_.seed.stretch,
-                best_.seed.bend, state.counts.rollouts);
+    std::printf("%.3f px, stretch %g, bend %g, %d rollouts\n", best_.profile_rms,
+                best_.seed.stretch, best_.seed.bend, state.counts.rollouts);
   }
   double DrapeCoefficient(const MaterialField& material, uint64_t seed) {
     const State drape = test::Settled(*fine_, material, test::RandomStart(fine_->model(), seed));
@@ -77,21 +77,23 @@ class TwinTest : public testing::Test {
   BranchFit best_;
 };
 
-// Shirting with an interlining (bend × 12): its few branches are found from the outline. A direction
-// that the data alone determine to 0.1 in log units is recovered within 10 %. The prior is
-// narrower than by default: with a σ of 1 the undetermined directions wander by whole log units, and
-// over such distances the valley of equal drapes bends away from its tangent at the fit (measured
-// at bend × 8: 1.6 along the first direction at an outline error of 0.09 px).
+// Shirting with an interlining (bend × 12): its few branches are found from the outline. A
+// direction that the data alone determine to 0.1 in log units is recovered within 10 %. The prior
+// is narrower than by default: with a σ of 1 the undetermined directions wander by whole log units,
+// and over such distances the valley of equal drapes bends away from its tangent at the fit
+// (measured at bend × 8: 1.6 along the first direction at an outline error of 0.09 px).
 TEST_F(TwinTest, RecoversAStiffFabric) {
   FitTo(Scaled(Fabric("synthetic_shirt"), 1.0, 12.0));
   EXPECT_LT(best_.profile_rms, 0.2);
   EXPECT_LT(std::fabs(CompareUnseen(0.01)), 0.01);
-  const Spectrum spectrum = SpectrumOf(FitJacobian(problem_, options_, best_), options_.prior_sigma);
+  const Spectrum spectrum =
+      SpectrumOf(FitJacobian(problem_, options_, best_), options_.prior_sigma);
   const Eigen::VectorXd error =
       spectrum.directions.transpose() * (LogEntries(fitted_) - LogEntries(truth_));
   int determined = 0;
   for (; determined < kMaterialEntries && spectrum.values[determined] > 10.0; ++determined) {
-    std::printf("determined to %.3f, error %+.4f\n", 1.0 / spectrum.values[determined], error[determined]);
+    std::printf("determined to %.3f, error %+.4f\n", 1.0 / spectrum.values[determined],
+                error[determined]);
     EXPECT_LT(std::fabs(error[determined]), 0.1) << determined;
   }
   EXPECT_GE(determined, 2);
