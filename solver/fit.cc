@@ -83,6 +83,7 @@ void FitOptions::Check() const {
   CHECK_GT(prior_sigma, 0.0) << "FitOptions::prior_sigma";
   CHECK_GE(max_iterations, 0) << "FitOptions::max_iterations";
   CHECK_GT(initial_damping, 0.0) << "FitOptions::initial_damping";
+  CHECK_GT(max_damping, initial_damping) << "FitOptions::max_damping";
 }
 
 const char* ToString(FitTermination termination) {

@@ -29,7 +29,6 @@ struct FitOptions {
   double max_damping = 1e3;         // stop when the damping passes it
   double initial_damping = 1e-2;    // relative to the squared column norms
   double cost_tolerance = 1e-4;     // stop when |Δcost|/cost is below
-  int threads = 1;
   const std::atomic<bool>* cancel = nullptr;  // stop after the present iteration when it turns true
   std::function<void(const FitIteration&)> progress;
 

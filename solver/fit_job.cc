@@ -139,9 +139,15 @@ std::string Identity(const FitJob& job, const FitProblem& problem) {
                        {"prior_sigma", job.fit.prior_sigma}, {"sigma_px", job.fit.sigma_px},
                        {"angles", job.fit.angles},           {"settle_h", job.fit.settle_h},
                        {"settle_steps", job.fit.settle_steps},
-                       {"integrator", static_cast<int>(job.fit.integrator)}};
+                       {"initial_damping", job.fit.initial_damping},
+                       {"newton_iterations", job.fit.newton_iterations},
+                       {"integrator", static_cast<int>(job.fit.integrator)},
+                       {"density", problem.material.density},
+                       {"stretch_table", problem.material.stretch[0].c},
+                       {"bend_table", problem.material.bend[0].b}};
   for (const Target& target : problem.targets)
-    id["images"].push_back({target.name, target.radius.mean()});
+    id["images"].push_back(
+        {target.name, std::vector<double>(target.radius.begin(), target.radius.end())});
   return id.dump();
 }
 

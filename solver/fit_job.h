@@ -36,8 +36,9 @@ struct FitJob {
   std::string log;                  // text file, one line a branch
   bool resume = false;              // go on from the checkpoint
   int threads = 1;
-  double floor = 0.1;               // start entries under this share of their column's largest are
-                                    // raised to it: a log scale cannot move what is not positive
+  double floor = 0.0;               // start entries under this share of their column's largest are
+                                    // raised to it: a log scale cannot move what is not positive.
+                                    // 0: tables as they are, negative entries as the law takes them
   std::map<std::string, std::string> versions;  // for the summary
   int evaluation_steps = 300;       // of h = fit.settle_h: how far the fitted drape still moves
   StagedFitOptions fit;

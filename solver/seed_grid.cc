@@ -67,6 +67,8 @@ std::vector<SeedCandidate> Combine(double stretch, double bend,
 }  // namespace
 
 void SeedGridOptions::Check() const {
+  CHECK_GT(h, 0.0);
+  CHECK_GE(steps, 0);
   CHECK(!stretch.empty() && !bend.empty() && !lifts.empty());
   for (const double factor : stretch) CHECK_GT(factor, 0.0);
   for (const double factor : bend) CHECK_GT(factor, 0.0);

@@ -90,12 +90,16 @@ class StagedFitter {
 
   void RunBranch(StagedFitState& state) const {
     BranchFit& branch = state.branches[state.branch];
+    const BranchFit before = branch;
     if (state.round == 0) {
       Seed(branch, state);
     } else if (state.round == 1) {
       Reseed(branch, state);
     }
     if (branch.valid() && !Cancelled()) FitBranch(branch, state);
+    // What an earlier round had fitted stands where this one fails, or ends before it has fitted.
+    const bool unfitted = !branch.valid() || (Cancelled() && branch.cost == before.cost);
+    if (before.valid() && unfitted) branch = before;
     if (Cancelled()) return;
     if (++state.branch == int(state.branches.size()) || FirstRoundIsFull(state)) {
       state.branch = 0;

@@ -82,7 +82,8 @@ std::vector<Option> FitStageOptions(FitToolOptions& options) {
        .doc = "time steps of settle_h after which the fitted drape is judged again", .least = 0,
        .most = 100000},
       {.key = "floor", .value = &options.job.floor,
-       .doc = "start entries under this share of their column's largest are raised to it",
+       .doc = "start entries under this share of their column's largest are raised to it: a "
+              "negative one is else refused (smooth law), and a zero stays zero",
        .least = 0, .most = 1},
       {.key = "backend", .value = &options.job.backend, .doc = "where the rollouts run",
        .choices = {"cpu", "cuda"}},

@@ -104,6 +104,7 @@ TEST_F(FitJobTest, TheFilesBelongTogether) {
 }
 
 TEST_F(FitJobTest, StartEntriesThatALogScaleCannotMoveAreRaisedAndNoted) {
+  job_.floor = 0.1;
   MaterialField start = test::TestMaterial();
   start.stretch[0].c[2][1] = 0.0;
   start.bend[0].b[1][0] = 0.0;
@@ -184,7 +185,6 @@ TEST_F(FitJobTest, BadSettingsAreNamed) {
   job_.centre = "middle";
   EXPECT_THAT(ErrorOf(), HasSubstr("'middle'"));
   job_ = job;
-  job_.floor = 0.0;
   MaterialField negative = test::TestMaterial();
   negative.stretch[0].c[0][1] = -1.0;
   WriteStart(negative);
