@@ -81,11 +81,11 @@ class StagedFitter {
       state.branches.resize(options_.keep[state.round]);
   }
 
-  bool FirstRoundIsFull(const StagedFitState& state) const {
-    return state.round == 0 && std::count_if(state.branches.begin(), state.branches.end(),
-                                             [](const BranchFit& branch) {
-                                               return branch.valid();
-                                             }) == options_.keep.front();
+  // Branches of this round that are done, failed seeds aside.
+  static int Done(const StagedFitState& state) {
+    return static_cast<int>(std::count_if(state.branches.begin(),
+                                          state.branches.begin() + state.branch,
+                                          [](const BranchFit& branch) { return branch.valid(); }));
   }
 
   void RunBranch(StagedFitState& state) const {
@@ -101,7 +101,8 @@ class StagedFitter {
     const bool unfitted = !branch.valid() || (Cancelled() && branch.cost == before.cost);
     if (before.valid() && unfitted) branch = before;
     if (Cancelled()) return;
-    if (++state.branch == int(state.branches.size()) || FirstRoundIsFull(state)) {
+    ++state.branch;
+    if (state.branch == int(state.branches.size()) || Done(state) == options_.keep[state.round]) {
       state.branch = 0;
       ++state.round;
     }
@@ -269,7 +270,7 @@ class StagedFitter {
       const double each = kBranchOverhead + options_.iterations[round];
       total += options_.keep[round] * each;
       if (round < state.round) done += options_.keep[round] * each;
-      if (round == state.round) done += (state.branch + share_of_branch) * each;
+      if (round == state.round) done += (Done(state) + share_of_branch) * each;
     }
     const BranchFit* best = Best(state);
     Report("round " + std::to_string(state.round + 1), kGridShare + (1.0 - kGridShare) * done / total,
