@@ -36,7 +36,8 @@ Eigen::VectorXd Mirrored(const Eigen::VectorXd& outline) {
 
 double SquaredDistance(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::Index shift) {
   const Eigen::Index rest = a.size() - shift;
-  return (a.tail(rest) - b.head(rest)).squaredNorm() + (a.head(shift) - b.tail(shift)).squaredNorm();
+  return (a.tail(rest) - b.head(rest)).squaredNorm() +
+         (a.head(shift) - b.tail(shift)).squaredNorm();
 }
 
 }  // namespace
@@ -52,7 +53,8 @@ bool DrapeOutline(const Mesh& mesh, const Eigen::VectorXd& x, Eigen::VectorXd* o
 BranchSignature SignatureOf(const Eigen::VectorXd& outline, const SignatureOptions& options) {
   CHECK_GT(outline.size(), 2 * options.range.last);
   CHECK_GE(outline.size(), 180);
-  CHECK(options.modes >= 1 && options.range.first >= 1 && options.range.last >= options.range.first);
+  CHECK(options.modes >= 1 && options.range.first >= 1);
+  CHECK_GE(options.range.last, options.range.first);
   BranchSignature signature;
   signature.folds = CountFolds(outline);
   signature.drape_coefficient = DrapeCoefficient(ProfileArea(outline));

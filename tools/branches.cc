@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/branches.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "losses/metrics.h"
+#include "losses/raster.h"
+#include "losses/shape_features.h"
+#include "physics/assembly.h"
+#include "physics/errors.h"
+#include "physics/start_shape.h"
+
+namespace drape {
+namespace {
+
+constexpr int kSupersample = 4;
+
+std::vector<State> RandomStarts(const ClothModel& model, int first_seed, int count,
+                                double hem_rms) {
+  std::vector<State> starts;
+  for (int i = 0; i < count; ++i) {
+    const StartShape shape = RandomStartShape(static_cast<uint64_t>(first_seed) + i, hem_rms);
+    starts.push_back({ApplyStartShape(model.mesh, kSupportRadius, shape),
+                      Eigen::VectorXd::Zero(model.num_dofs())});
+  }
+  return starts;
+}
+
+void Measure(const ClothModel& model, const MaterialField& material, BranchSample* sample) {
+  sample->energy = Energy(model, material, sample->x);
+  sample->at_rest = DrapeOutline(model.mesh, sample->x, &sample->outline);
+  if (!sample->at_rest) {
+    sample->status = "no outline";
+    return;
+  }
+  sample->signature = SignatureOf(sample->outline);
+  sample->silhouette = Rasterize(model.mesh, sample->x, Camera(), kSupersample);
+}
+
+BranchSample FromEquilibrium(const ClothModel& model, const MaterialField& material,
+                             EquilibriumResult rest) {
+  BranchSample sample;
+  sample.status = ToString(rest.status);
+  sample.stable = rest.status == EquilibriumStatus::kStable;
+  sample.residual = rest.residual;
+  sample.newton_iterations = rest.iterations;
+  sample.x = std::move(rest.x);
+  if (sample.stable || rest.status == EquilibriumStatus::kUnstable) {
+    Measure(model, material, &sample);
+  }
+  return sample;
+}
+
+// Starts to rest, in the order of the starts.
+std::vector<BranchSample> Settle(Backend& backend, const MaterialField& material,
+                                 const std::vector<State>& starts, const SamplingOptions& options,
+                                 const std::atomic<bool>* cancel) {
+  std::vector<RolloutInput> inputs;
+  for (const State& start : starts) inputs.push_back({&material, &start});
+  RolloutOptions steps;
+  steps.h = options.h;
+  steps.steps = options.steps;
+  steps.cancel = cancel;
+  const std::vector<RolloutResult> fallen = backend.Rollouts(inputs, steps, nullptr);
+  std::vector<RolloutInput> calm;
+  for (const RolloutResult& result : fallen) {
+    if (result.status == RolloutStatus::kOk) calm.push_back({&material, &result.end});
+  }
+  EquilibriumOptions newton;
+  newton.cancel = cancel;
+  std::vector<EquilibriumResult> rests = backend.Equilibria(calm, newton);
+  std::vector<BranchSample> samples;
+  auto rest = rests.begin();
+  for (const RolloutResult& result : fallen) {
+    samples.emplace_back();
+    samples.back().status = ToString(result.status);
+    if (result.status == RolloutStatus::kOk)
+      samples.back() = FromEquilibrium(backend.model(), material, std::move(*rest++));
+  }
+  return samples;
+}
+
+Spread SpreadOfValues(const std::vector<double>& values) {
+  Spread spread;
+  if (values.empty()) return spread;
+  for (const double value : values) spread.mean += value / static_cast<double>(values.size());
+  if (values.size() == 1) return spread;
+  double squares = 0.0;
+  for (const double value : values) squares += (value - spread.mean) * (value - spread.mean);
+  spread.sd = std::sqrt(squares / static_cast<double>(values.size() - 1));
+  return spread;
+}
+
+std::vector<int> AtRest(const std::vector<BranchSample>& samples) {
+  std::vector<int> indices;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (samples[i].at_rest) indices.push_back(static_cast<int>(i));
+  }
+  return indices;
+}
+
+BranchCluster MakeCluster(const std::vector<BranchSample>& samples, std::vector<int> members,
+                          size_t at_rest) {
+  BranchCluster cluster;
+  std::stable_sort(members.begin(), members.end(),
+                   [&](int a, int b) { return samples[a].energy < samples[b].energy; });
+  cluster.frequency = static_cast<double>(members.size()) / static_cast<double>(at_rest);
+  for (const int member : members) {
+    cluster.stable = cluster.stable && samples[member].stable;
+    cluster.residual = std::max(cluster.residual, samples[member].residual);
+  }
+  cluster.members = std::move(members);
+  return cluster;
+}
+
+}  // namespace
+
+std::vector<BranchSample> SampleBranches(Backend& backend, const MaterialField& material,
+                                         const SamplingOptions& options,
+                                         const SamplingCallbacks& callbacks) {
+  const auto cancelled = [&] { return callbacks.cancel != nullptr && callbacks.cancel->load(); };
+  std::vector<BranchSample> samples;
+  for (int done = 0; done < options.samples && !cancelled();) {
+    const int count = std::min(options.threads, options.samples - done);
+    const int seed = options.first_seed + done;
+    std::vector<BranchSample> settled =
+        Settle(backend, material, RandomStarts(backend.model(), seed, count, options.hem_rms),
+               options, callbacks.cancel);
+    if (cancelled()) break;  // what was under way is no result
+    for (int i = 0; i < count; ++i) {
+      settled[i].seed = seed + i;
+      samples.push_back(std::move(settled[i]));
+    }
+    done += count;
+    if (callbacks.progress) {
+      callbacks.progress(static_cast<double>(done) / options.samples,
+                         "start " + std::to_string(done) + " of " +
+                             std::to_string(options.samples));
+    }
+  }
+  return samples;
+}
+
+BranchMetric ParseBranchMetric(const std::string& text) {
+  if (text == "vertices") return BranchMetric::kVertices;
+  if (text == "outline") return BranchMetric::kOutline;
+  if (text == "rotated") return BranchMetric::kRotated;
+  if (text == "mirrored") return BranchMetric::kMirrored;
+  throw InputError("distance", "found '" + text +
+                                   "', expected one of vertices, outline, rotated, mirrored");
+}
+
+double BranchDistance(const BranchSample& a, const BranchSample& b, BranchMetric metric) {
+  switch (metric) {
+    case BranchMetric::kVertices:
+      return VertexDistance(a.x, b.x);
+    case BranchMetric::kOutline:
+      return MatchOutlines(a.outline, b.outline).rms;
+    case BranchMetric::kRotated:
+      return MatchOutlines(a.outline, b.outline, OutlineFreedom::kRotation).rms;
+    case BranchMetric::kMirrored:
+      break;
+  }
+  return MatchOutlines(a.outline, b.outline, OutlineFreedom::kRotationAndMirror).rms;
+}
+
+std::vector<BranchCluster> ClusterSamples(const std::vector<BranchSample>& samples,
+                                          BranchMetric metric, double tolerance) {
+  const std::vector<int> at_rest = AtRest(samples);
+  const auto n = static_cast<Eigen::Index>(at_rest.size());
+  Eigen::MatrixXd distance = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) {
+      distance(i, j) = BranchDistance(samples[at_rest[i]], samples[at_rest[j]], metric);
+      distance(j, i) = distance(i, j);
+    }
+  }
+  std::vector<BranchCluster> clusters;
+  for (std::vector<int>& members : ClusterByDistance(distance, tolerance)) {
+    for (int& member : members) member = at_rest[member];
+    clusters.push_back(MakeCluster(samples, std::move(members), at_rest.size()));
+  }
+  std::stable_sort(clusters.begin(), clusters.end(), [&](const auto& a, const auto& b) {
+    if (a.members.size() != b.members.size()) return a.members.size() > b.members.size();
+    return samples[a.members[0]].energy < samples[b.members[0]].energy;
+  });
+  return clusters;
+}
+
+BranchSpread SpreadOf(const std::vector<BranchSample>& samples) {
+  const std::vector<int> at_rest = AtRest(samples);
+  std::vector<double> dc, folds, rms, mse;
+  for (size_t i = 0; i < at_rest.size(); ++i) {
+    const BranchSample& a = samples[at_rest[i]];
+    dc.push_back(a.signature.drape_coefficient);
+    folds.push_back(a.signature.folds);
+    for (size_t j = 0; j < i; ++j) {
+      const BranchSample& b = samples[at_rest[j]];
+      rms.push_back(MatchOutlines(a.outline, b.outline).rms);
+      mse.push_back(MeanSquaredError(a.silhouette, b.silhouette));
+    }
+  }
+  return {static_cast<int>(at_rest.size()), SpreadOfValues(dc), SpreadOfValues(folds),
+          SpreadOfValues(rms), SpreadOfValues(mse)};
+}
+
+}  // namespace drape

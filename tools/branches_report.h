@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "losses/image.h"
+#include "tools/branches_tool.h"
+
+namespace drape {
+
+// A row a cluster, then the spread over the drapes and the starts that found no rest.
+std::string BranchTableText(const BranchSurvey& survey);
+
+// Throws InputError when the file cannot be written.
+void WriteBranchSummary(const std::string& path, const BranchesOptions& options,
+                        const LoadedScene& scene, const BranchSurvey& survey);
+
+// One tile a drape, in the order of the table: silhouette in the colour of its cluster, support as
+// a ring. A bar under the tiles joins those of one cluster.
+RgbImage DrawBranches(const BranchSurvey& survey);
+
+}  // namespace drape

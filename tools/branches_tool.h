@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "tools/branches.h"
+#include "tools/option_table.h"
+#include "tools/scene_input.h"
+
+namespace drape {
+
+// What a user of drape_branches sets.
+struct BranchesOptions {
+  SceneInput scene;  // its start is not used
+  SamplingOptions sampling{.threads = 0};  // 0: all cores
+  std::string distance = "vertices";  // ParseBranchMetric
+  double tolerance = 1e-3;            // of a cluster [m]
+  std::string out;                    // folder, made when missing
+};
+
+// Points into `options`, which outlives it.
+OptionTable BranchesTable(BranchesOptions& options);
+
+// What was found, for the reports.
+struct BranchSurvey {
+  bool cancelled = false;
+  std::vector<BranchSample> samples;
+  std::vector<BranchCluster> clusters;
+  BranchSpread spread;
+  double seconds = 0.0;
+};
+
+// Reads all input before it computes. Writes to options.out summary.json, branches.png and, of each
+// cluster, branch_<i>.json, its drape of least energy as a state to start from (i from 1). A
+// cancelled run writes what it has. Throws InputError; then what lay in the folder is as it was.
+BranchSurvey SurveyBranches(const BranchesOptions& options, const SamplingCallbacks& callbacks);
+
+}  // namespace drape
