@@ -69,6 +69,18 @@ class CpuBackend final : public Backend {
     });
   }
 
+  std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
+      std::span<const RolloutInput> batch, std::span<const RowMatrix> seeds) override {
+    CHECK_EQ(seeds.size(), batch.size());
+    using Gradient = std::optional<MaterialGradient>;
+    return ForEach<Gradient>(batch.size(), [&](StepSolver& solver, int i) {
+      MaterialGradient gradient;
+      const bool ok =
+          EquilibriumAdjoint(solver, *batch[i].material, batch[i].start->x, seeds[i], &gradient);
+      return ok ? Gradient(std::move(gradient)) : std::nullopt;
+    });
+  }
+
  private:
   // Calls work(solver of this thread, item) for each item of a batch.
   template <class Result, class Work>

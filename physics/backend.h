@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -45,6 +46,10 @@ class Backend {
   // positive definite.
   virtual std::vector<RowMatrix> EquilibriumTangents(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) = 0;
+  // Gradients of scalars of equilibria that are given as the starts; seeds[i]: ∂L/∂x, shape
+  // [3V, m_i]. None where K is not positive definite.
+  virtual std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
+      std::span<const RolloutInput> batch, std::span<const RowMatrix> seeds) = 0;
 };
 
 // The sequential truth: one rollout a thread. threads ≥ 1.

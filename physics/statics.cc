@@ -11,8 +11,11 @@ namespace {
 // Above it derivatives would need more rounds than they are worth: 40 rounds reach 1e-10 at 0.56.
 constexpr double kMaxRefinementRate = 0.5;
 
+constexpr double kStandardGravity = 9.8;  // weighs a cloth whose scene has none [m/s²]
+
 double Weight(const ClothModel& model, const MaterialField& material) {
-  return model.scene.gravity->norm() * material.density * model.vertex_area.sum();
+  const double gravity = model.scene.gravity ? model.scene.gravity->norm() : 0.0;
+  return (gravity > 0.0 ? gravity : kStandardGravity) * material.density * model.vertex_area.sum();
 }
 
 // ½(K + Kᵀ) of a stiffness given as −K.
@@ -51,8 +54,30 @@ class ShiftedStiffness {
     }
     return true;
   }
-  // −K at the x of the last Factor.
-  const BlockMatrix& negative() const { return *negative_; }
+  bool FactorUnshifted(const Eigen::VectorXd& x) {
+    EquilibriumOptions unshifted;
+    unshifted.max_shift = 0.0;
+    double none = 0.0;
+    int count = 0;
+    return Factor(x, none, unshifted, count);
+  }
+
+  // K·solution = rhs, or Kᵀ·solution = rhs, to 1e-10: `add_multiply` is the product of −K that goes
+  // with it. False when the refinement does not contract. Needs an unshifted Factor.
+  bool SolveRefined(decltype(AddMultiply)& add_multiply, const RowMatrix& rhs, RowMatrix* solution) {
+    constexpr int kMaxRounds = 40;
+    constexpr double kRefined = 1e-10;
+    RowMatrix defect = rhs;
+    solution->setZero(rhs.rows(), rhs.cols());
+    for (int round = 0; round < kMaxRounds; ++round) {
+      solver_.linear().Solve(defect);
+      *solution += defect;
+      defect = rhs;
+      add_multiply(solver_.model().pattern, *negative_, *solution, defect);
+      if (defect.norm() <= kRefined * rhs.norm()) return true;
+    }
+    return false;
+  }
 
   // Rate at which refinement of the factored symmetric part to K itself converges, estimated by
   // power iteration; ≥ 1 means never. Needs an unshifted Factor.
@@ -140,6 +165,7 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
   result.x = x;
   Eigen::VectorXd force, dx;
   double shift = 0.0, energy = Energy(model, material, x);
+  result.start_energy = energy;
   for (;; ++result.iterations) {
     AssembleForce(model, material, result.x, force);
     result.residual = force.norm() / weight;
@@ -151,12 +177,14 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
     if (result.iterations == options.max_iterations || !(result.residual < 1e6)) return result;
     const int before = result.factorisations;
     if (!stiffness.Factor(result.x, shift, options, result.factorisations)) return result;
+    const double factored = shift;
     const bool raised = result.factorisations > before + 1;
     dx = force;
     solver.linear().Solve(dx);
     const double move = dx.cwiseAbs().maxCoeff();
     if (move > options.max_move) dx *= options.max_move / move;
     const int halvings = LineSearch(model, material, force, result.residual, dx, result.x, energy);
+    result.steps.push_back({result.residual, energy, factored, halvings});
     if (halvings < 0) {
       shift = std::max(10.0 * shift, options.first_shift);
       if (shift > options.max_shift) return result;
@@ -167,10 +195,8 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
       if (shift < 0.2 * options.first_shift) shift = 0.0;
     }
   }
-  double none = 0.0;
-  EquilibriumOptions unshifted = options;
-  unshifted.max_shift = 0.0;
-  const bool stable = stiffness.Factor(result.x, none, unshifted, result.factorisations) &&
+  ++result.factorisations;
+  const bool stable = stiffness.FactorUnshifted(result.x) &&
                       stiffness.RefinementRate() < kMaxRefinementRate;
   result.status = stable ? EquilibriumStatus::kStable : EquilibriumStatus::kUnstable;
   return result;
@@ -178,27 +204,28 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
 
 bool EquilibriumTangent(StepSolver& solver, const MaterialField& material,
                         const MaterialField& weight, const Eigen::VectorXd& x, RowMatrix* dx) {
-  constexpr int kMaxRounds = 40;
-  constexpr double kRefined = 1e-10;
   const ClothModel& model = solver.model();
   ShiftedStiffness stiffness(solver, material);
-  EquilibriumOptions unshifted;
-  unshifted.max_shift = 0.0;
-  double none = 0.0;
-  int count = 0;
-  if (!stiffness.Factor(x, none, unshifted, count)) return false;
+  if (!stiffness.FactorUnshifted(x)) return false;
+  const Eigen::VectorXd no_velocity = Eigen::VectorXd::Zero(x.size());
   RowMatrix by_entry = RowMatrix::Zero(model.num_dofs(), kMaterialEntries);
-  AddMaterialColumns(model, material, weight, x, Eigen::VectorXd::Zero(model.num_dofs()), 1.0, by_entry);
-  RowMatrix defect = by_entry;
-  dx->setZero(model.num_dofs(), kMaterialEntries);
-  for (int round = 0; round < kMaxRounds; ++round) {
-    solver.linear().Solve(defect);
-    *dx += defect;
-    defect = by_entry;
-    AddMultiply(model.pattern, stiffness.negative(), *dx, defect);
-    if (defect.norm() <= kRefined * by_entry.norm()) return true;
+  AddMaterialColumns(model, material, weight, x, no_velocity, 1.0, by_entry);
+  return stiffness.SolveRefined(AddMultiply, by_entry, dx);
+}
+
+bool EquilibriumAdjoint(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& x,
+                        const RowMatrix& seeds, MaterialGradient* gradient) {
+  const ClothModel& model = solver.model();
+  ShiftedStiffness stiffness(solver, material);
+  RowMatrix lambda;
+  if (!stiffness.FactorUnshifted(x) ||
+      !stiffness.SolveRefined(AddTransposeMultiply, seeds, &lambda)) {
+    return false;
   }
-  return false;
+  *gradient = MaterialGradient::Zero(material, static_cast<int>(seeds.cols()));
+  const Eigen::VectorXd no_velocity = Eigen::VectorXd::Zero(x.size());
+  AddMaterialGradient(model, material, x, no_velocity, 1.0, lambda, *gradient);
+  return true;
 }
 
 }  // namespace drape

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "physics/rollout.h"
 
@@ -29,12 +30,22 @@ enum class EquilibriumStatus {
 };
 const char* ToString(EquilibriumStatus status);
 
+// One Newton step.
+struct NewtonStep {
+  double residual;  // ‖f‖ / weight before the step
+  double energy;    // after it [J]
+  double shift;     // μ that was factored [s⁻²]
+  int halvings;     // of the step by the line search; −1: no step was accepted
+};
+
 struct EquilibriumResult {
   EquilibriumStatus status = EquilibriumStatus::kNotConverged;
   Eigen::VectorXd x;
   int iterations = 0;
   int factorisations = 0;
-  double residual = 0.0;  // ‖f‖ / weight
+  double residual = 0.0;  // ‖f‖ / weight; a cloth without gravity is weighed at 9.8 m/s²
+  double start_energy = 0.0;  // [J]
+  std::vector<NewtonStep> steps;
 };
 
 // Newton from x on the symmetrised exact K, shifted by the mass matrix until it is positive
@@ -49,7 +60,13 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
                                       const MaterialField& weight, const Eigen::VectorXd& x,
                                       RowMatrix* dx);
 
-// ‖f(x)‖ / weight: how far from rest a shape is.
+// Gradients of m scalars L of an equilibrium by each entry of the material's tables, with seeds
+// ∂L/∂x, shape [3V, m]: (∂f/∂p)ᵀ·K⁻ᵀ·seeds by one factorisation. False as in EquilibriumTangent.
+[[nodiscard]] bool EquilibriumAdjoint(StepSolver& solver, const MaterialField& material,
+                                      const Eigen::VectorXd& x, const RowMatrix& seeds,
+                                      MaterialGradient* gradient);
+
+// ‖f(x)‖ / weight, as in EquilibriumResult: how far from rest a shape is.
 double ForceResidual(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x);
 
 }  // namespace drape

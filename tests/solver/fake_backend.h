@@ -110,6 +110,11 @@ class FakeBackend final : public Backend {
     return results;
   }
 
+  std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
+      std::span<const RolloutInput> batch, std::span<const RowMatrix>) override {
+    return std::vector<std::optional<MaterialGradient>>(batch.size());
+  }
+
   int equilibria = 0;  // asked for so far
 
  private:
