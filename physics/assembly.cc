@@ -15,7 +15,7 @@ Columns UnitColumns(int i) {
   return c;
 }
 
-void AddGravityAndHandles(const ClothModel& model, double density, const Eigen::VectorXd& x,
+void AddOuterForces(const ClothModel& model, double density, const Eigen::VectorXd& x,
                           Eigen::VectorXd& force) {
   if (model.scene.gravity)
     for (int i = 0; i < model.mesh.num_vertices(); ++i)
@@ -23,6 +23,7 @@ void AddGravityAndHandles(const ClothModel& model, double density, const Eigen::
   for (int i : model.held)
     force.segment<3>(3 * i) -= model.scene.handles->stiffness *
                                (x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i));
+  for (const VertexLoad& load : model.loads) force.segment<3>(3 * load.vertex) += load.force;
 }
 
 // Contiguous, and from a local array that aliases nothing: two or three vector instructions.
@@ -147,7 +148,7 @@ void AddBendDerivative(const Law& law, const ClothModel& model, const MaterialFi
 void AssembleForce(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
                    Eigen::VectorXd& force) {
   force.setZero(x.size());
-  AddGravityAndHandles(model, material.density, x, force);
+  AddOuterForces(model, material.density, x, force);
   AddElements(model, material, x, 0.0, force, nullptr);
 }
 
@@ -155,7 +156,7 @@ void AssembleStep(const ClothModel& model, const MaterialField& material, const 
                   double h, Eigen::VectorXd& force, BlockMatrix& A) {
   force.setZero(x.size());
   A.SetZero();
-  AddGravityAndHandles(model, material.density, x, force);
+  AddOuterForces(model, material.density, x, force);
   AddElements(model, material, x, h, force, &A);
   for (int i = 0; i < model.mesh.num_vertices(); ++i)
     A.AddScaledIdentity(model.pattern.diagonal[i], material.density * model.vertex_area[i]);
@@ -187,6 +188,7 @@ double Energy(const ClothModel& model, const MaterialField& material, const Eige
   for (int i : model.held)
     energy += 0.5 * model.scene.handles->stiffness *
               (x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i)).squaredNorm();
+  for (const VertexLoad& load : model.loads) energy -= load.force.dot(x.segment<3>(3 * load.vertex));
   if (model.scene.stretch)
     std::visit([&](const auto& law) {
       for (int f = 0; f < model.mesh.num_faces(); ++f) {

@@ -24,7 +24,7 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
                             const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
                             BlockMatrix& derivative);
 
-// Energy [J]: exact for gravity, handles and bending; for stretch see StretchEnergy.
+// Energy [J]: exact for gravity, handles, loads and bending; for stretch see StretchEnergy.
 double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x);
 
 }  // namespace drape

@@ -110,6 +110,7 @@ class SceneChecks {
     Scene internal = model_->scene;
     internal.gravity.reset();
     internal.handles.reset();
+    internal.load.reset();
     const ClothModel cloth(model_->mesh, internal, model_->law);
     const Vector force = Force(cloth, x_);
     const Eigen::Map<const Eigen::Matrix3Xd> f(force.data(), 3, force.size() / 3);

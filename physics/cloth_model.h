@@ -13,6 +13,11 @@
 
 namespace drape {
 
+struct VertexLoad {
+  int vertex;
+  Eigen::Vector3d force;  // [N]
+};
+
 // All that the rollouts of one mesh, scene and law share: immutable, safe to read from all threads.
 struct ClothModel {
   Mesh mesh;
@@ -21,7 +26,9 @@ struct ClothModel {
   BlockPattern pattern;
   Eigen::VectorXd vertex_area;  // a third of the adjacent face areas [m²], shape [V]
   std::vector<int> held;        // vertices with a handle
+  std::vector<VertexLoad> loads;
 
+  // CHECKs that a load has edges of the hem to act on.
   ClothModel(Mesh mesh, Scene scene, Law law);
 
   int num_dofs() const { return static_cast<int>(mesh.rest_x.size()); }

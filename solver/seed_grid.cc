@@ -76,8 +76,9 @@ void SeedGridOptions::Check() const {
 }
 
 State SeedState(const ClothModel& model, const Target& target, double lift) {
-  CHECK(model.scene.handles.has_value()) << "a drape needs a support";
-  return {FlapsFromOutline(model.mesh, model.scene.handles->radius,
+  const std::optional<double> support = SupportRadius(model.scene);
+  CHECK(support.has_value()) << "a drape needs a support";
+  return {FlapsFromOutline(model.mesh, *support,
                            MetresFromPixels(target.radius, target.camera), lift),
           Eigen::VectorXd::Zero(model.num_dofs())};
 }

@@ -19,7 +19,7 @@ LoadedScene LoadScene(const SceneInput& input) {
   loaded.model = std::make_shared<ClothModel>(std::move(mesh), CusickScene(), law);
   loaded.start = input.start == "flat"
                      ? loaded.model->RestState()
-                     : ReadStart(input.start, loaded.model->mesh, Handles().radius);
+                     : ReadStart(input.start, loaded.model->mesh, *SupportRadius(loaded.model->scene));
   return loaded;
 }
 
