@@ -25,7 +25,8 @@ std::vector<VertexLoad> LoadedVertices(const Mesh& mesh, const Scene& scene) {
   for (const std::vector<int>& loop : mesh.boundary_loops)
     for (std::size_t k = 0; k < loop.size(); ++k) {
       const int a = loop[k], b = loop[(k + 1) % loop.size()];
-      if (!Contains(scene.load->region, rest(a)) || !Contains(scene.load->region, rest(b))) continue;
+      if (!Contains(scene.load->region, rest(a)) || !Contains(scene.load->region, rest(b)))
+        continue;
       const double half = 0.5 * (rest(a) - rest(b)).norm();
       share[a] += half;
       share[b] += half;

@@ -10,7 +10,7 @@ namespace drape {
 
 enum ExitCode {
   kExitOk = 0,
-  kExitCheckFailed = 1,  // drape_check: a check does not hold
+  kExitCheckFailed = 1,  // drape_check, drape_validate: a check does not hold
   kExitBadInput = 2,     // one line on stderr; what was written before is untouched
   kExitNumerical = 3,    // the computation failed; the summary says how
   kExitCancelled = 130   // by Ctrl-C or SIGTERM; what was reached is on disk

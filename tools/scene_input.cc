@@ -17,9 +17,9 @@ LoadedScene LoadScene(const SceneInput& input) {
   for (const std::string& warning : loaded.material.warnings) LOG(WARNING) << warning;
   Mesh mesh = ParseMeshSpec(input.mesh, {.round_to_float = is_reference});
   loaded.model = std::make_shared<ClothModel>(std::move(mesh), CusickScene(), law);
-  loaded.start = input.start == "flat"
-                     ? loaded.model->RestState()
-                     : ReadStart(input.start, loaded.model->mesh, *SupportRadius(loaded.model->scene));
+  loaded.start = input.start == "flat" ? loaded.model->RestState()
+                                       : ReadStart(input.start, loaded.model->mesh,
+                                                   *SupportRadius(loaded.model->scene));
   return loaded;
 }
 
