@@ -156,6 +156,13 @@ double ForceResidual(const ClothModel& model, const MaterialField& material, con
   return force.norm() / Weight(model, material);
 }
 
+bool FactorStiffness(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& x,
+                     double* shift) {
+  int count = 0;
+  *shift = 0.0;
+  return ShiftedStiffness(solver, material).Factor(x, *shift, {}, count);
+}
+
 EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& material,
                                    const Eigen::VectorXd& x, const EquilibriumOptions& options) {
   const ClothModel& model = solver.model();

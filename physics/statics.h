@@ -66,6 +66,11 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
                                       const Eigen::VectorXd& x, const RowMatrix& seeds,
                                       MaterialGradient* gradient);
 
+// Factors ½(K + Kᵀ) + μM at x in solver.linear(), μ = *shift [s⁻²] the first of EquilibriumOptions'
+// schedule (0 first) that makes it positive definite. False when none does.
+[[nodiscard]] bool FactorStiffness(StepSolver& solver, const MaterialField& material,
+                                   const Eigen::VectorXd& x, double* shift);
+
 // ‖f(x)‖ / weight, as in EquilibriumResult: how far from rest a shape is.
 double ForceResidual(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x);
 

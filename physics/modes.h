@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "physics/rollout.h"
+
+namespace drape {
+
+// The `count` lowest eigenvalues ω² [s⁻²], ascending, of ½(K + Kᵀ)·φ = ω²·M·φ at x, with the exact
+// K = −∂f/∂x and the lumped mass M: squared angular frequencies of small vibrations; the lowest is
+// negative where x is unstable. Empty when they are not found. 1 ≤ count < 3V.
+// Spectra's Lanczos iteration on (K + μM)⁻¹, μ the shift that makes K + μM positive definite.
+Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& material,
+                                  const Eigen::VectorXd& x, int count);
+
+}  // namespace drape

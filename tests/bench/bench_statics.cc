@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cost of drapes at rest and of their derivatives, in ratios to the dynamic step, and how many of
+// 60 drapes come to rest. usage: bench_statics [--benchmark_filter=Ratios|Settle]
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+#include <string>
+
+#include "physics/blas.h"
+#include "physics/disc.h"
+#include "physics/material_io.h"
+#include "physics/start_shape.h"
+#include "physics/statics.h"
+
+namespace drape {
+namespace {
+
+const char* const kFabrics[] = {"cotton_white", "cotton_blue", "viscose_white", "cotton_pink",
+                                "wool_red"};
+constexpr int kSeeds = 4;
+constexpr double kSupport = 0.09;  // [m]
+
+// Negative entries, which published tables have and the smooth law refuses, become a tenth of the
+// largest of their column.
+void Raise(double* table, int rows, int columns) {
+  for (int c = 0; c < columns; ++c) {
+    double largest = 0.0;
+    for (int r = 0; r < rows; ++r) largest = std::max(largest, table[columns * r + c]);
+    for (int r = 0; r < rows; ++r)
+      if (table[columns * r + c] < 0.0) table[columns * r + c] = 0.1 * largest;
+  }
+}
+MaterialField ReadFabric(const std::string& name) {
+  const std::string path = DRAPE_SOURCE_DIR "/configs/fabrics/" + name + ".json";
+  MaterialField field = ReadMaterial(path, {NegativeEntries::kWarn}).field;
+  Raise(&field.stretch[0].c[0][0], kStretchRows, kStretchCols);
+  Raise(&field.bend[0].b[0][0], kBendRows, kBendCols);
+  return field;
+}
+
+std::shared_ptr<const ClothModel> MakeModel(int vertices) {
+  return std::make_shared<const ClothModel>(MakeDisc({.target_vertices = vertices}), CusickScene(),
+                                            MakeLaw("smooth"));
+}
+State Start(const ClothModel& model, int seed) {
+  State start = model.RestState();
+  start.x = ApplyStartShape(model.mesh, kSupport, RandomStartShape(seed, 3e-3));
+  return start;
+}
+
+// CPU seconds of work(): other programs on the machine do not count.
+template <class Work>
+double Seconds(const Work& work) {
+  const auto now = [] {
+    timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return t.tv_sec + 1e-9 * t.tv_nsec;
+  };
+  const double start = now();
+  work();
+  return now() - start;
+}
+
+// 100 steps, with and without their 39 tangents, against Newton to rest from 20 steps (these
+// included) and the 39 implicit tangents there.
+void BM_Ratios(benchmark::State& bench) {
+  StepSolver solver(MakeModel(static_cast<int>(bench.range(0))));
+  const MaterialField material = ReadFabric("wool_red");
+  const State start = Start(solver.model(), 1);
+  const RolloutOptions hundred{.h = 0.05, .steps = 100}, twenty{.h = 0.1, .steps = 20};
+  EquilibriumResult rest;
+  RowMatrix dx;
+  bool derived = false;
+  for (auto _ : bench) {
+    const double steps =
+        Seconds([&] { benchmark::DoNotOptimize(Rollout(solver, material, start, hundred)); });
+    const double tangents = Seconds([&] {
+      benchmark::DoNotOptimize(RolloutTangent(solver, material, material, start, hundred));
+    });
+    const double settle = Seconds([&] {
+      rest = SolveEquilibrium(solver, material, Rollout(solver, material, start, twenty).end.x, {});
+    });
+    const double implicit =
+        Seconds([&] { derived = EquilibriumTangent(solver, material, material, rest.x, &dx); });
+    bench.counters["100_steps_s"] = steps;
+    bench.counters["rest/100_steps"] = settle / steps;
+    bench.counters["100_tangents/implicit"] = (tangents - steps) / implicit;
+    bench.counters["100_with_tangents/implicit"] = tangents / implicit;
+  }
+  bench.counters["newton"] = rest.iterations;
+  bench.SetLabel(std::string(ToString(rest.status)) + (derived ? "" : ", no derivatives"));
+}
+BENCHMARK(BM_Ratios)->Arg(300)->Arg(1200)->Arg(2700)->Iterations(1)->Unit(benchmark::kMillisecond);
+
+// Five fabrics × four seeds a mesh: at rest to 1e-8 × weight within 60 Newton steps?
+void BM_Settle(benchmark::State& bench) {
+  StepSolver solver(MakeModel(static_cast<int>(bench.range(0))));
+  int settled = 0, stable = 0, newton = 0;
+  for (auto _ : bench)
+    for (const char* fabric : kFabrics)
+      for (int seed = 1; seed <= kSeeds; ++seed) {
+        const MaterialField material = ReadFabric(fabric);
+        const State fallen =
+            Rollout(solver, material, Start(solver.model(), seed), {.h = 0.1, .steps = 20}).end;
+        const EquilibriumResult rest =
+            SolveEquilibrium(solver, material, fallen.x, {.tolerance = 1e-8, .max_iterations = 60});
+        const bool converged = rest.residual <= 1e-8;
+        settled += converged;
+        stable += rest.status == EquilibriumStatus::kStable;
+        newton += converged ? rest.iterations : 0;
+        if (converged) continue;
+        std::printf("%d %s seed %d: %s, residual %.1e after %d, last shift %g\n",
+                    static_cast<int>(bench.range(0)), fabric, seed, ToString(rest.status),
+                    rest.residual, rest.iterations,
+                    rest.steps.empty() ? 0.0 : rest.steps.back().shift);
+      }
+  bench.counters["settled"] = settled;
+  bench.counters["stable"] = stable;
+  bench.counters["newton_mean"] = static_cast<double>(newton) / std::max(settled, 1);
+}
+BENCHMARK(BM_Settle)->Arg(300)->Arg(1200)->Arg(2700)->Iterations(1)->Unit(benchmark::kSecond);
+
+}  // namespace
+}  // namespace drape
+
+int main(int argc, char** argv) {
+  drape::EnsureFastBlas(argv);
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
