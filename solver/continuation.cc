@@ -5,9 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
-#include "physics/random.h"
+#include "physics/modes.h"
 
 namespace drape {
 namespace {
@@ -16,43 +15,11 @@ double LargestMove(const Eigen::VectorXd& dx) {
   return dx.reshaped(3, dx.size() / 3).colwise().norm().maxCoeff();
 }
 
-// ½(K + Kᵀ) of a stiffness given as −K.
-BlockMatrix SymmetricPart(const BlockPattern& pattern, const BlockMatrix& negative) {
-  BlockMatrix K(pattern);
-  for (int i = 0; i < pattern.num_vertices(); ++i) {
-    for (int b = pattern.row_start[i]; b < pattern.row_start[i + 1]; ++b) {
-      const int j = pattern.column[b];
-      const auto row = pattern.column.begin() + pattern.row_start[j];
-      const auto end = pattern.column.begin() + pattern.row_start[j + 1];
-      const int mirror = static_cast<int>(std::lower_bound(row, end, i) - pattern.column.begin());
-      for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c)
-          K.block(b)[3 * r + c] =
-              -0.5 * (negative.block(b)[3 * r + c] + negative.block(mirror)[3 * c + r]);
-    }
-  }
-  return K;
-}
-
-// By inverse iteration; 0 where K is not positive definite.
-double LowestQuotient(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& x) {
-  constexpr int kRounds = 12, kSeed = 1;
-  const BlockPattern& pattern = solver.model().pattern;
-  const BlockMatrix& negative =
-      solver.StepDerivative(material, x, Eigen::VectorXd::Zero(x.size()), 1.0);
-  if (!solver.linear().Factor(SymmetricPart(pattern, negative))) return 0.0;
-  const Eigen::VectorXd mass = solver.model().LumpedMass(material.density);
-  std::mt19937_64 random(kSeed);
-  RowMatrix mode(x.size(), 1);
-  for (Eigen::Index i = 0; i < x.size(); ++i) mode(i, 0) = DrawNormal(random);
-  for (int round = 0; round < kRounds; ++round) {
-    mode = mass.asDiagonal() * mode;
-    solver.linear().Solve(mode);
-    mode /= mode.norm();
-  }
-  RowMatrix force = RowMatrix::Zero(x.size(), 1);
-  AddMultiply(pattern, negative, mode, force);
-  return -mode.col(0).dot(force.col(0)) / mode.col(0).dot(mass.asDiagonal() * mode.col(0));
+// NaN where it is not found.
+double LowestStiffness(StepSolver& solver, const MaterialField& material,
+                       const Eigen::VectorXd& x) {
+  const Eigen::VectorXd lowest = LowestEigenvalues(solver, material, x, 1);
+  return lowest.size() == 0 ? std::nan("") : lowest[0];
 }
 
 // Zero of 1/speed² on the line through two points.
@@ -106,7 +73,7 @@ class BranchFollower {
     point.x = rest.x;
     point.prediction_error = error;
     point.newton_iterations = rest.iterations;
-    point.stiffness = LowestQuotient(solver_, MaterialAt(s), rest.x);
+    point.stiffness = LowestStiffness(solver_, MaterialAt(s), rest.x);
     result_.points.push_back(std::move(point));
   }
 

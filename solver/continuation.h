@@ -40,8 +40,7 @@ struct ContinuationPoint {
   double s = 0.0;
   Eigen::VectorXd x;       // [m], shape [3V]
   double speed = 0.0;      // root mean square over the vertices of |∂x/∂s| [m]
-  double stiffness = 0.0;  // lowest Rayleigh quotient of K by mass that was found: an upper bound
-                           // of K's lowest eigenvalue, sharp where that nears 0 [s⁻²]
+  double stiffness = 0.0;  // lowest eigenvalue of K by mass, as in LowestEigenvalues [s⁻²]
   double prediction_error = 0.0;  // largest distance of a vertex to its prediction [m]
   int newton_iterations = 0;
 };

@@ -8,6 +8,7 @@
 #include "physics/state_io.h"
 #include "tools/branches_report.h"
 #include "tools/output_folder.h"
+#include "tools/tool_options.h"
 
 namespace drape {
 namespace {
@@ -18,20 +19,6 @@ void WriteBranchStates(const BranchSurvey& survey, const OutputFolder& out) {
     WriteState(out.Staged("branch_" + std::to_string(i + 1) + ".json"),
                {x, Eigen::VectorXd::Zero(x.size())});
   }
-}
-
-std::vector<Option> ClothOptions(SceneInput& scene) {
-  return {
-      {.key = "mesh", .value = &scene.mesh,
-       .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
-       .is_path = true, .words = {"disc:"}},
-      {.key = "material", .value = &scene.material,
-       .doc = "a material file; FILE#name picks one of several in it",
-       .is_path = true, .required = true},
-      {.key = "law", .value = &scene.law,
-       .doc = "how stiffness follows from strain and curvature",
-       .choices = {"reference", "smooth"}},
-  };
 }
 
 std::vector<Option> SampleOptions(SamplingOptions& sampling) {

@@ -2,9 +2,8 @@
 #include "tools/tool_options.h"
 
 namespace drape {
-namespace {
 
-std::vector<Option> SceneOptions(SceneInput& scene) {
+std::vector<Option> ClothOptions(SceneInput& scene) {
   return {
       {.key = "mesh", .value = &scene.mesh,
        .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
@@ -14,10 +13,17 @@ std::vector<Option> SceneOptions(SceneInput& scene) {
        .is_path = true, .required = true},
       {.key = "law", .value = &scene.law,
        .doc = "how stiffness follows from strain and curvature", .choices = {"reference", "smooth"}},
-      {.key = "start", .value = &scene.start,
-       .doc = "first shape: flat, or a start shape or state file",
-       .is_path = true, .words = {"flat"}},
   };
+}
+
+namespace {
+
+std::vector<Option> SceneOptions(SceneInput& scene) {
+  std::vector<Option> options = ClothOptions(scene);
+  options.push_back({.key = "start", .value = &scene.start,
+                     .doc = "first shape: flat, or a start shape or state file",
+                     .is_path = true, .words = {"flat"}});
+  return options;
 }
 
 std::vector<Option> CameraOptions(CameraInput& camera) {

@@ -13,4 +13,7 @@ OptionTable SimulateTable(SimulateOptions& options);
 OptionTable CheckTable(CheckToolOptions& options);
 OptionTable FitTable(FitToolOptions& options);
 
+// The part of a table that names the cloth: mesh, material, law.
+std::vector<Option> ClothOptions(SceneInput& scene);
+
 }  // namespace drape

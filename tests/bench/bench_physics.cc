@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <memory>
 #include <string>
@@ -17,6 +16,7 @@
 #include "physics/disc.h"
 #include "physics/rollout.h"
 #include "physics/step_adjoint.h"
+#include "tests/bench/cpu_time.h"
 
 namespace drape {
 namespace {
@@ -59,18 +59,6 @@ struct Drape {
   State state;
 };
 
-// CPU seconds of work(): other programs on the machine do not count.
-template <class Work>
-double Seconds(const Work& work) {
-  const auto now = [] {
-    timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return t.tv_sec + 1e-9 * t.tv_nsec;
-  };
-  const double start = now();
-  work();
-  return now() - start;
-}
 double Median(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
   return values[values.size() / 2];

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <memory>
 #include <string>
 
@@ -14,6 +13,7 @@
 #include "physics/material_io.h"
 #include "physics/start_shape.h"
 #include "physics/statics.h"
+#include "tests/bench/cpu_time.h"
 
 namespace drape {
 namespace {
@@ -49,19 +49,6 @@ State Start(const ClothModel& model, int seed) {
   State start = model.RestState();
   start.x = ApplyStartShape(model.mesh, kSupport, RandomStartShape(seed, 3e-3));
   return start;
-}
-
-// CPU seconds of work(): other programs on the machine do not count.
-template <class Work>
-double Seconds(const Work& work) {
-  const auto now = [] {
-    timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return t.tv_sec + 1e-9 * t.tv_nsec;
-  };
-  const double start = now();
-  work();
-  return now() - start;
 }
 
 // 100 steps, with and without their 39 tangents, against Newton to rest from 20 steps (these
