@@ -180,6 +180,47 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
     derivative.AddScaledIdentity(model.pattern.diagonal[i], -h * model.scene.handles->stiffness);
 }
 
+StressField MembraneStress(const ClothModel& model, const MaterialField& material,
+                           const Eigen::VectorXd& x) {
+  if (!model.scene.stretch) return {};
+  StressField stress(model.mesh.num_faces());
+  std::visit([&](const auto& law) {
+    for (int f = 0; f < model.mesh.num_faces(); ++f) {
+      const GreenStrain<double> G = Green(GatherColumns(model.mesh.faces[f], x.data()));
+      stress[f] = Stress(EvaluateStretch(law, G, material.stretch_of(f)), G);
+    }
+  }, model.law.stretch);
+  return stress;
+}
+
+StressField ExtrapolatedMembraneStress(const ClothModel& model, const MaterialField& material,
+                                       const Eigen::VectorXd& x, const Eigen::VectorXd& dx) {
+  if (!model.scene.stretch) return {};
+  StressField stress(model.mesh.num_faces());
+  std::visit([&](const auto& law) {
+    for (int f = 0; f < model.mesh.num_faces(); ++f) {
+      const Face& face = model.mesh.faces[f];
+      const Columns F = GatherColumns(face, x.data());
+      stress[f] = ExtrapolatedStress(law, Green(F), material.stretch_of(f),
+                                     StrainRate(F, GatherColumns(face, dx.data())));
+    }
+  }, model.law.stretch);
+  return stress;
+}
+
+void AddGeometricStiffness(const ClothModel& model, const StressField& stress, BlockMatrix& K) {
+  for (std::size_t f = 0; f < stress.size(); ++f) {
+    const Face& face = model.mesh.faces[f];
+    Matrix6 Q = {};
+    for (int i = 0; i < 3; ++i) {
+      Q[i][i] = stress[f].uu;
+      Q[3 + i][3 + i] = stress[f].vv;
+      Q[i][3 + i] = Q[3 + i][i] = stress[f].uv;
+    }
+    AddFaceBlocks(face, Q, face.area, &model.pattern.face_block[9 * f], K);
+  }
+}
+
 double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x) {
   double energy = 0.0;
   if (model.scene.gravity)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "physics/block_matrix.h"
 #include "physics/cloth_model.h"
@@ -23,6 +24,17 @@ void AssembleStep(const ClothModel& model, const MaterialField& material, const 
 void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
                             const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
                             BlockMatrix& derivative);
+
+// Second Piola–Kirchhoff stress of each face at x [N/m], shape [F]; empty in a scene without stretch.
+using StressField = std::vector<StretchStress<double>>;
+StressField MembraneStress(const ClothModel& model, const MaterialField& material,
+                           const Eigen::VectorXd& x);
+// To first order in dx: S(x) + ∂S/∂x·dx. A rotation along dx does not stretch it, as it does
+// S(x + dx), by ½|dx|².
+StressField ExtrapolatedMembraneStress(const ClothModel& model, const MaterialField& material,
+                                       const Eigen::VectorXd& x, const Eigen::VectorXd& dx);
+// Adds ∫S:∂²G/∂x² [N/m], what the stress S contributes to the stiffness.
+void AddGeometricStiffness(const ClothModel& model, const StressField& stress, BlockMatrix& K);
 
 // Energy [J]: exact for gravity, handles, loads and bending; for stretch see StretchEnergy.
 double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x);

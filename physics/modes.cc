@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "physics/statics.h"
+#include "physics/stiffness.h"
 
 namespace drape {
 namespace {
@@ -42,7 +42,9 @@ Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& mater
   const int n = solver.model().num_dofs();
   CHECK(count >= 1 && count < n) << count;
   double shift = 0.0;
-  if (!FactorStiffness(solver, material, x, &shift)) return {};
+  Stiffness stiffness(solver, material);
+  stiffness.Assemble(x);
+  if (!stiffness.FactorShifted({}, &shift)) return {};
   ShiftInvert inverse(solver.linear(), solver.model().LumpedMass(material.density));
   const int subspace = std::min(n, std::max(2 * count + 1, 20));
   Spectra::SymEigsShiftSolver<ShiftInvert> lanczos(inverse, count, subspace, -shift);

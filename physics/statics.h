@@ -5,19 +5,19 @@
 #include <vector>
 
 #include "physics/rollout.h"
+#include "physics/stiffness.h"
 
 namespace drape {
 
 // Drapes at rest, f(x) = 0, and their derivatives by the implicit function theorem (SPEC section 4,
-// `static`). K = −∂f/∂x is slightly unsymmetric because a stretch table is in general not the
-// gradient of an energy: its symmetric part is factored, solutions are refined to K itself.
+// `static`), with the exact K = −∂f/∂x of Stiffness.
 
 struct EquilibriumOptions {
-  double tolerance = 1e-9;      // ‖f‖ ≤ tolerance × weight
-  int max_iterations = 100;     // Newton steps
-  double first_shift = 25.0;    // μ of K + μM where K is not positive definite [s⁻²]
-  double max_shift = 1e8;       // gives up above
-  double max_move = 0.03;       // longest move of a vertex in one step [m]
+  double tolerance = 1e-9;     // ‖f‖ ≤ tolerance × weight
+  int max_iterations = 100;    // Newton steps
+  StiffnessShift shift = {.length = 0.03};  // where K is not positive definite
+  double first_radius = 3e-3;  // longest move of a vertex in a step, at first and at most [m]
+  double max_radius = 0.02;
   const std::atomic<bool>* cancel = nullptr;
 };
 
@@ -25,7 +25,7 @@ enum class EquilibriumStatus {
   kStable,        // converged, K positive definite
   kUnstable,      // converged, but K has lost definiteness or its unsymmetric part rules: at or past
                   // a fold bifurcation, where derivatives blow up
-  kNotConverged,  // iteration limit, or no step lowers energy or residual
+  kNotConverged,  // iteration limit, or no step lowers energy or residual: x is the best shape
   kCancelled
 };
 const char* ToString(EquilibriumStatus status);
@@ -35,7 +35,7 @@ struct NewtonStep {
   double residual;  // ‖f‖ / weight before the step
   double energy;    // after it [J]
   double shift;     // μ that was factored [s⁻²]
-  int halvings;     // of the step by the line search; −1: no step was accepted
+  bool accepted;    // lowers the energy, or near the end the residual, of all shapes before
 };
 
 struct EquilibriumResult {
@@ -48,9 +48,14 @@ struct EquilibriumResult {
   std::vector<NewtonStep> steps;
 };
 
-// Newton from x on the symmetrised exact K, shifted by the mass matrix until it is positive
-// definite, with a line search on the energy. Start near the drape, never from flat: many drapes
-// are stable and this finds a near one.
+// Newton's method from x. Start near the drape, never from flat: many drapes are stable and this
+// finds a near one.
+// - The geometric stiffness is that of the stress extrapolated along the step before, as in a mixed
+//   method with stresses of their own (Magisano et al. 2017): a finite rotation stretches x + dx by
+//   ½|dx|², and the stress of that would stop the next step. It goes 3–5 times as far in a step.
+// - So a step may raise the energy and the next ones lower it again: steps that do not within eight
+//   are taken back and the radius is shortened (watchdog, Chamberlain et al. 1982).
+// - K is shifted until it is positive definite.
 EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& material,
                                    const Eigen::VectorXd& x, const EquilibriumOptions& options);
 
@@ -65,11 +70,6 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
 [[nodiscard]] bool EquilibriumAdjoint(StepSolver& solver, const MaterialField& material,
                                       const Eigen::VectorXd& x, const RowMatrix& seeds,
                                       MaterialGradient* gradient);
-
-// Factors ½(K + Kᵀ) + μM at x in solver.linear(), μ = *shift [s⁻²] the first of EquilibriumOptions'
-// schedule (0 first) that makes it positive definite. False when none does.
-[[nodiscard]] bool FactorStiffness(StepSolver& solver, const MaterialField& material,
-                                   const Eigen::VectorXd& x, double* shift);
 
 // ‖f(x)‖ / weight, as in EquilibriumResult: how far from rest a shape is.
 double ForceResidual(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x);

@@ -64,6 +64,12 @@ DRAPE_HD StretchCoefficients<double> Values(const StretchCoefficients<Dual<N>>& 
 template <class T>
 struct StretchStress {
   T uu, vv, uv;
+  DRAPE_HD StretchStress& operator-=(const StretchStress& other) {
+    uu -= other.uu;
+    vv -= other.vv;
+    uv -= other.uv;
+    return *this;
+  }
 };
 template <class T>
 DRAPE_HD StretchStress<T> Stress(const StretchCoefficients<T>& k, const GreenStrain<T>& G) {
@@ -82,6 +88,19 @@ DRAPE_HD DeformationGradient<T> StretchForce(const StretchCoefficients<T>& k,
                                              const DeformationGradient<T>& F) {
   const StretchStress<T> S = Stress(k, k.G);
   return F * StretchStress<T>{-S.uu, -S.vv, -S.uv};
+}
+
+// S(G) + ∂S/∂G·rate [N/m]: the stress that a change of strain leads to, to first order.
+template <class Law>
+DRAPE_HD StretchStress<double> ExtrapolatedStress(const Law& law, const GreenStrain<double>& G,
+                                                  const StretchTable& table,
+                                                  const GreenStrain<double>& rate) {
+  const auto k = EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}}, table);
+  const StretchStress<Dual<3>> S = Stress(k, k.G);
+  const auto at_rate = [&](const Dual<3>& s) {
+    return s.a + s.v[0] * rate.uu + s.v[1] * rate.vv + s.v[2] * rate.uv;
+  };
+  return {at_rate(S.uu), at_rate(S.vv), at_rate(S.uv)};
 }
 
 // Change of the Green strain along w, given as columns like F.

@@ -202,7 +202,8 @@ class StagedFitter {
     fit_options.prior_sigma = options_.prior_sigma;
     fit_options.max_iterations = options_.iterations[state.round];
     fit_options.initial_damping = options_.initial_damping;
-    fit_options.cost_tolerance = kCostTolerance;
+    fit_options.cost_tolerance =
+        state.round + 1 == rounds() ? kLastCostTolerance : kCostTolerance;
     fit_options.cancel = callbacks_.cancel;
     fit_options.progress = [&](const FitIteration& iteration) {
       ReportBranch(state, iteration.iteration / std::max(1.0, double(fit_options.max_iterations)));
@@ -282,7 +283,8 @@ class StagedFitter {
 
   static constexpr double kGridShare = 0.25;     // of the time, for the progress line
   static constexpr double kBranchOverhead = 5.0; // of a branch's seeds, in iterations
-  static constexpr double kCostTolerance = 1e-3;
+  // A valley of nearly equal drapes is long: the last round goes to its end.
+  static constexpr double kCostTolerance = 1e-3, kLastCostTolerance = 1e-5;
   static constexpr int kSeedNewtonFactor = 2;    // a seed starts further away than a trial
   static constexpr std::size_t kSpareSeeds = 4;
   static constexpr double kSameRms = 1e-4;       // [px]

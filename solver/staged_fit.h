@@ -23,7 +23,7 @@ namespace drape {
 struct StagedFitOptions {
   SeedGridOptions grid;
   std::vector<int> keep = {5, 2, 1};         // branches fitted in each round
-  std::vector<int> iterations = {5, 8, 15}; // of Ceres for each of them
+  std::vector<int> iterations = {5, 8, 40}; // of Ceres for each of them
   Tying parameters = Tying::kEntries;
   double prior_sigma = 1.0;                  // of each log factor about the branch's grid point
   double sigma_px = 0.5;                     // standard deviation of r(θ) [px]

@@ -91,7 +91,7 @@ void BM_Settle(benchmark::State& bench) {
       for (int seed = 1; seed <= kSeeds; ++seed) {
         const MaterialField material = ReadFabric(fabric);
         const State fallen =
-            Rollout(solver, material, Start(solver.model(), seed), {.h = 0.1, .steps = 20}).end;
+            Rollout(solver, material, Start(solver.model(), seed), {.h = 0.1, .steps = 60}).end;
         const EquilibriumResult rest =
             SolveEquilibrium(solver, material, fallen.x, {.tolerance = 1e-8, .max_iterations = 60});
         const bool converged = rest.residual <= 1e-8;

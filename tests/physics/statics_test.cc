@@ -47,6 +47,7 @@ TEST_P(StaticsTest, EnergyFallsMonotonicallyWithConstantTables) {
   EXPECT_GE(rest.iterations, 4);
   double before = rest.start_energy;
   for (const NewtonStep& step : rest.steps) {
+    if (!step.accepted) continue;
     // Rounding of the sum over all elements, where the energy no longer resolves a step.
     EXPECT_LE(step.energy, before + 1e-14 * std::fabs(before)) << "at residual " << step.residual;
     before = step.energy;
