@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "losses/report_json.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <vector>
+
+#include "physics/modes.h"
 
 namespace drape {
 
@@ -28,6 +32,17 @@ nlohmann::ordered_json MetricsJson(const SilhouetteMetrics& metrics) {
           {"dc_fit", metrics.fitted.drape_coefficient},
           {"folds_image", metrics.image.folds},
           {"folds_fit", metrics.fitted.folds}};
+}
+
+nlohmann::ordered_json StabilityJson(const Eigen::VectorXd& lowest_eigenvalues) {
+  const bool known = lowest_eigenvalues.size() > 0, stable = IsStable(lowest_eigenvalues);
+  nlohmann::ordered_json json = {
+      {"stable", known ? nlohmann::ordered_json(stable) : nullptr},
+      {"lowest_eigenvalues_per_s2",
+       std::vector<double>(lowest_eigenvalues.begin(), lowest_eigenvalues.end())},
+      {"lowest_frequency_hz", nullptr}};
+  if (stable) json["lowest_frequency_hz"] = std::sqrt(lowest_eigenvalues[0]) / (2.0 * M_PI);
+  return json;
 }
 
 }  // namespace drape

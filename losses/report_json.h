@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
 
 #include "losses/camera.h"
@@ -8,8 +9,11 @@
 
 namespace drape {
 
-// How the reports of all programs write a camera and a comparison, keys with units.
+// How the reports of all programs write a camera, a comparison and the stability of a drape, keys
+// with units.
 nlohmann::ordered_json CameraJson(const Camera& camera);
 nlohmann::ordered_json MetricsJson(const SilhouetteMetrics& metrics);
+// lowest_eigenvalues: of LowestEigenvalues [s⁻²]; nulls when they were not found.
+nlohmann::ordered_json StabilityJson(const Eigen::VectorXd& lowest_eigenvalues);
 
 }  // namespace drape

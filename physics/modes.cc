@@ -5,6 +5,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "physics/stiffness.h"
 
@@ -48,9 +49,13 @@ Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& mater
   ShiftInvert inverse(solver.linear(), solver.model().LumpedMass(material.density));
   const int subspace = std::min(n, std::max(2 * count + 1, 20));
   Spectra::SymEigsShiftSolver<ShiftInvert> lanczos(inverse, count, subspace, -shift);
-  lanczos.init();
-  lanczos.compute(Spectra::SortRule::LargestMagn, kMaxRestarts, kTolerance,
-                  Spectra::SortRule::SmallestAlge);
+  try {
+    lanczos.init();
+    lanczos.compute(Spectra::SortRule::LargestMagn, kMaxRestarts, kTolerance,
+                    Spectra::SortRule::SmallestAlge);
+  } catch (const std::runtime_error&) {  // its dense algebra, of numbers that are not finite
+    return {};
+  }
   if (lanczos.info() != Spectra::CompInfo::Successful) return {};
   return lanczos.eigenvalues();
 }

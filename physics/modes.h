@@ -14,4 +14,9 @@ namespace drape {
 Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& material,
                                   const Eigen::VectorXd& x, int count);
 
+// Of these eigenvalues: all are positive, and there are some.
+inline bool IsStable(const Eigen::VectorXd& lowest_eigenvalues) {
+  return lowest_eigenvalues.size() > 0 && lowest_eigenvalues[0] > 0.0;
+}
+
 }  // namespace drape

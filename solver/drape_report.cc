@@ -1,43 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/drape_report.h"
 
+#include <utility>
+
 #include "losses/outline.h"
 #include "losses/raster.h"
+#include "physics/modes.h"
+#include "solver/seed_grid.h"
 
 namespace drape {
 namespace {
 
-bool Measure(const Mesh& mesh, const Target& target, const Eigen::VectorXd& x,
-             SilhouetteMetrics* metrics) {
+constexpr int kReportedModes = 3;
+
+bool Measure(const Mesh& mesh, const Target& target, Eigen::VectorXd x, MeasuredDrape* drape) {
   constexpr int kSupersample = 4;
   Outline image, fitted;
-  if (!OutlineFromImage(target.image, target.camera, kReportAngles, &image) ||
+  if (x.size() == 0 ||
+      !OutlineFromImage(target.image, target.camera, kReportAngles, &image) ||
       !OutlineFromMesh(mesh, x, target.camera, kReportAngles, &fitted)) {
     return false;
   }
-  *metrics = CompareSilhouettes(target.image, image.radius,
-                                Rasterize(mesh, x, target.camera, kSupersample), fitted.radius,
-                                target.camera);
+  drape->metrics = CompareSilhouettes(target.image, image.radius,
+                                      Rasterize(mesh, x, target.camera, kSupersample),
+                                      fitted.radius, target.camera);
+  drape->x = std::move(x);
   return true;
+}
+
+std::optional<MeasuredDrape> Replay(Backend& backend, const MaterialField& material,
+                                    const Target& target, const State& start,
+                                    const SettleOptions& options) {
+  MeasuredDrape drape;
+  if (!Measure(backend.model().mesh, target, Settle(backend, material, start, options).x, &drape))
+    return std::nullopt;
+  return drape;
 }
 
 }  // namespace
 
-bool ReportDrape(Backend& backend, const MaterialField& material, const Target& target,
-                 const Eigen::VectorXd& x, const RolloutOptions& settle, DrapeReport* report) {
+bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& material,
+                 const Target& target, const Eigen::VectorXd& x, const DrapeReportOptions& options,
+                 DrapeReport* report) {
   const ClothModel& model = backend.model();
   const State rest{x, Eigen::VectorXd::Zero(x.size())};
   const RolloutInput input{&material, &rest};
-  const RolloutResult fallen = backend.Rollouts({&input, 1}, settle, nullptr).front();
-  report->x = x;
+  const RolloutResult fallen = backend.Rollouts({&input, 1}, options.settle, nullptr).front();
+  const Eigen::VectorXd& end = fallen.status == RolloutStatus::kOk ? fallen.end.x : x;
   report->status = fallen.status;
-  report->settled_x = fallen.status == RolloutStatus::kOk ? fallen.end.x : x;
-  report->moved =
-      (report->settled_x - x).reshaped(3, x.size() / 3).colwise().norm().maxCoeff();
+  report->moved = (end - x).reshaped(3, x.size() / 3).colwise().norm().maxCoeff();
   report->force_residual = ForceResidual(model, material, x);
-  report->settled_force_residual = ForceResidual(model, material, report->settled_x);
-  return Measure(model.mesh, target, x, &report->metrics) &&
-         Measure(model.mesh, target, report->settled_x, &report->settled);
+  report->settled_force_residual = ForceResidual(model, material, end);
+  report->lowest_eigenvalues = LowestEigenvalues(solver, material, x, kReportedModes);
+  report->from_seed = Replay(backend, material, target,
+                             SeedState(model, target, options.seed_lift), options.replay);
+  report->from_flat = Replay(backend, material, target, model.RestState(), options.replay);
+  return Measure(model.mesh, target, x, &report->fitted) &&
+         Measure(model.mesh, target, end, &report->settled);
 }
 
 }  // namespace drape

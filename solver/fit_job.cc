@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 
 // The inputs of a job, read and checked, with the backends that the problem points to.
 struct LoadedJob {
+  std::shared_ptr<const ClothModel> fine_model;
   std::unique_ptr<Backend> fine, coarse;
   FitProblem problem;
   std::unique_ptr<MaterialField> truth;
@@ -113,13 +114,12 @@ LoadedJob Load(const FitJob& job) {
   if (!job.truth.empty())
     loaded.truth = std::make_unique<MaterialField>(
         ReadMaterial(job.truth, {NegativeEntries::kWarn}).field);
-  const auto backend = [&](const std::string& mesh) {
-    return MakeBackend(job.backend,
-                       std::make_shared<ClothModel>(ParseMeshSpec(mesh), CusickScene(), MakeLaw(job.law)),
-                       job.threads);
+  const auto model = [&](const std::string& mesh) {
+    return std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(), MakeLaw(job.law));
   };
-  loaded.fine = backend(job.mesh);
-  loaded.coarse = backend(job.coarse_mesh);
+  loaded.fine_model = model(job.mesh);
+  loaded.fine = MakeBackend(job.backend, loaded.fine_model, job.threads);
+  loaded.coarse = MakeBackend(job.backend, model(job.coarse_mesh), job.threads);
   loaded.problem.fine = loaded.fine.get();
   loaded.problem.coarse = loaded.coarse.get();
   return loaded;
@@ -164,14 +164,18 @@ FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFit
   report.material = FittedMaterial(problem, job.fit, *best);
   const Eigen::MatrixXd jacobian = FitJacobian(problem, job.fit, *best);
   if (jacobian.size() > 0) report.spectrum = SpectrumOf(jacobian, job.fit.prior_sigma);
-  RolloutOptions settle;
-  settle.h = job.fit.settle_h;
-  settle.steps = job.evaluation_steps;
+  StepSolver solver(loaded.fine_model);
+  DrapeReportOptions options;
+  options.settle.h = job.fit.settle_h;
+  options.settle.steps = job.evaluation_steps;
+  options.replay = SettleOptionsOf(job.fit);
   report.drapes.resize(problem.targets.size());
-  for (std::size_t i = 0; i < problem.targets.size(); ++i)
-    if (!ReportDrape(*problem.fine, report.material, problem.targets[i], best->shapes[i], settle,
-                     &report.drapes[i]))
+  for (std::size_t i = 0; i < problem.targets.size(); ++i) {
+    options.seed_lift = best->seed.lifts[i];
+    if (!ReportDrape(*problem.fine, solver, report.material, problem.targets[i], best->shapes[i],
+                     options, &report.drapes[i]))
       report.notes.push_back(problem.targets[i].name + ": the settled drape has no outline");
+  }
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;

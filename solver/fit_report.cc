@@ -9,6 +9,7 @@
 #include "losses/report_json.h"
 #include "physics/atomic_file.h"
 #include "physics/material_io.h"
+#include "physics/modes.h"
 #include "physics/obj_io.h"
 #include "physics/state_io.h"
 
@@ -25,15 +26,22 @@ std::string Format(const char* format, auto... values) {
   return text;
 }
 
+ordered_json ReplayJson(const std::optional<MeasuredDrape>& drape) {
+  return drape ? MetricsJson(drape->metrics) : ordered_json(nullptr);
+}
+
 ordered_json ImageJson(const Target& target, const DrapeReport& drape, double lift) {
   return {{"file", target.file},
           {"name", target.name},
-          {"metrics", MetricsJson(drape.metrics)},
-          {"settled", {{"metrics", MetricsJson(drape.settled)},
+          {"metrics", MetricsJson(drape.fitted.metrics)},
+          {"settled", {{"metrics", MetricsJson(drape.settled.metrics)},
                        {"status", ToString(drape.status)},
                        {"moved_m", drape.moved},
                        {"force_residual", drape.settled_force_residual}}},
+          {"from_seed", ReplayJson(drape.from_seed)},
+          {"from_flat", ReplayJson(drape.from_flat)},
           {"force_residual", drape.force_residual},
+          {"stability", StabilityJson(drape.lowest_eigenvalues)},
           {"camera", CameraJson(target.camera)},
           {"seed_lift", lift}};
 }
@@ -114,14 +122,14 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Target& targe
                 const DrapeReport& drape) {
   Outline image, fitted;
   if (OutlineFromImage(target.image, target.camera, kReportAngles, &image) &&
-      OutlineFromMesh(mesh, drape.x, target.camera, kReportAngles, &fitted)) {
+      OutlineFromMesh(mesh, drape.fitted.x, target.camera, kReportAngles, &fitted)) {
     WritePng(DrawOverlay(target.image, image.radius, fitted.radius, target.camera),
              folder + "/fit_" + target.name + ".png");
   }
   WriteObj(folder + "/drape_" + target.name + ".obj", mesh,
-           SeenFromNominalCamera(drape.x, target.camera));
+           SeenFromNominalCamera(drape.fitted.x, target.camera));
   WriteState(folder + "/start_" + target.name + ".json",
-             {drape.x, Eigen::VectorXd::Zero(drape.x.size())});
+             {drape.fitted.x, Eigen::VectorXd::Zero(drape.fitted.x.size())});
 }
 
 double MeanOfEntries(const double* entries, int rows, int cols, int col) {
@@ -182,15 +190,16 @@ void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFi
 std::string FitTable(const FitProblem& problem, const FitReport& report,
                      const MaterialField* truth) {
   std::string table =
-      Format("%-28s %8s %7s %6s %8s %8s %7s %10s %9s\n", "image", "rms [px]", "mse", "iou",
-             "dc image", "dc fit", "folds", "settled px", "moved mm");
+      Format("%-28s %8s %7s %6s %8s %8s %7s %10s %9s %8s\n", "image", "rms [px]", "mse", "iou",
+             "dc image", "dc fit", "folds", "settled px", "moved mm", "stable");
   for (std::size_t i = 0; i < report.drapes.size(); ++i) {
     const DrapeReport& drape = report.drapes[i];
-    const SilhouetteMetrics& m = drape.metrics;
-    table += Format("%-28.28s %8.2f %7.4f %6.3f %8.3f %8.3f %3d/%-3d %10.2f %9.2g\n",
+    const SilhouetteMetrics& m = drape.fitted.metrics;
+    table += Format("%-28.28s %8.2f %7.4f %6.3f %8.3f %8.3f %3d/%-3d %10.2f %9.2g %8s\n",
                     problem.targets[i].name.c_str(), m.profile_rms, m.mse, m.iou,
                     m.image.drape_coefficient, m.fitted.drape_coefficient, m.image.folds,
-                    m.fitted.folds, drape.settled.profile_rms, drape.moved / kMillimetre);
+                    m.fitted.folds, drape.settled.metrics.profile_rms, drape.moved / kMillimetre,
+                    IsStable(drape.lowest_eigenvalues) ? "yes" : "no");
   }
   return table + MaterialTable(report.material, truth) +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,

@@ -111,29 +111,17 @@ class StagedFitter {
   // The drape of target i that grows from its seed under a material; empty when it is not stable.
   Eigen::VectorXd SettledSeed(const MaterialField& material, int i, double lift,
                               StagedFitState& state) const {
-    State drape = SeedState(problem_.fine->model(), problem_.targets[i], lift);
-    const RolloutInput input{&material, &drape};
-    RolloutOptions rollout;
-    rollout.h = options_.settle_h;
-    rollout.steps = options_.settle_steps;
-    rollout.cancel = callbacks_.cancel;
+    SettleOptions settle = SettleOptionsOf(options_);
+    settle.steps.cancel = settle.equilibrium.cancel = callbacks_.cancel;
     ++state.counts.rollouts;
-    const RolloutResult fallen = problem_.fine->Rollouts({&input, 1}, rollout, nullptr).front();
-    if (fallen.status != RolloutStatus::kOk) return {};
-    drape.x = fallen.end.x;
-    return options_.integrator == Integrator::kStatic ? RestShape(input, state) : drape.x;
-  }
-
-  Eigen::VectorXd RestShape(const RolloutInput& input, const StagedFitState& state) const {
-    EquilibriumOptions equilibrium;
-    equilibrium.max_iterations = kSeedNewtonFactor * options_.newton_iterations;
-    equilibrium.cancel = callbacks_.cancel;
-    const EquilibriumResult rest = problem_.fine->Equilibria({&input, 1}, equilibrium).front();
-    if (rest.status == EquilibriumStatus::kStable) return rest.x;
-    Log(Line("round %d, branch %d: a seed's drape is %s after %d Newton iterations (residual %.1e)",
-             state.round + 1, state.branch + 1, ToString(rest.status), rest.iterations,
-             rest.residual));
-    return {};
+    SettledDrape drape =
+        Settle(*problem_.fine, material,
+               SeedState(problem_.fine->model(), problem_.targets[i], lift), settle);
+    if (drape.steps == RolloutStatus::kOk && drape.x.size() == 0)
+      Log(Line("round %d, branch %d: a seed's drape is %s after %d Newton iterations (residual %.1e)",
+               state.round + 1, state.branch + 1, ToString(drape.rest.status),
+               drape.rest.iterations, drape.rest.residual));
+    return std::move(drape.x);
   }
 
   // Root mean square distance of a drape from its outline [px]; negative when it has none.
@@ -285,7 +273,6 @@ class StagedFitter {
   static constexpr double kBranchOverhead = 5.0; // of a branch's seeds, in iterations
   // A valley of nearly equal drapes is long: the last round goes to its end.
   static constexpr double kCostTolerance = 1e-3, kLastCostTolerance = 1e-5;
-  static constexpr int kSeedNewtonFactor = 2;    // a seed starts further away than a trial
   static constexpr std::size_t kSpareSeeds = 4;
   static constexpr double kSameRms = 1e-4;       // [px]
   static constexpr double kMaxJump = 0.03;       // [m]
@@ -307,6 +294,16 @@ void StagedFitOptions::Check() const {
   CHECK_GT(initial_damping, 0.0);
   CHECK_GT(newton_iterations, 0);
   CHECK_GT(angles, 2);
+}
+
+SettleOptions SettleOptionsOf(const StagedFitOptions& options) {
+  constexpr int kSeedNewtonFactor = 2;  // a seed starts further away than a trial
+  SettleOptions settle;
+  settle.steps.h = options.settle_h;
+  settle.steps.steps = options.settle_steps;
+  settle.integrator = options.integrator;
+  settle.equilibrium.max_iterations = kSeedNewtonFactor * options.newton_iterations;
+  return settle;
 }
 
 StagedFitState RunStagedFit(const FitProblem& problem, const StagedFitOptions& options,

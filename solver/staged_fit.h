@@ -10,6 +10,7 @@
 #include "physics/backend.h"
 #include "solver/fit.h"
 #include "solver/seed_grid.h"
+#include "solver/settle.h"
 #include "solver/target.h"
 
 namespace drape {
@@ -37,6 +38,9 @@ struct StagedFitOptions {
 
   void Check() const;  // programmer errors
 };
+
+// How a seed becomes a drape.
+SettleOptions SettleOptionsOf(const StagedFitOptions& options);
 
 // What is fitted. Backends outlive the call; `coarse` has the scene and law of `fine`.
 struct FitProblem {

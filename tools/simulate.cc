@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "physics/errors.h"
+#include "physics/modes.h"
 #include "physics/obj_io.h"
 #include "physics/state_io.h"
 #include "physics/statics.h"
@@ -18,6 +19,8 @@
 
 namespace drape {
 namespace {
+
+constexpr int kReportedModes = 3;
 
 // The input, read and checked.
 struct Input {
@@ -175,6 +178,8 @@ class Simulation {
     const GrayImage* image = input_.image ? &*input_.image : nullptr;
     summary_.force_residual = ForceResidual(*input_.scene.model, material(), state_.x);
     if (state_.x.allFinite()) {
+      summary_.lowest_eigenvalues =
+          LowestEigenvalues(solver_, material(), state_.x, kReportedModes);
       WriteObj(out_.Staged("drape.obj"), mesh, state_.x);
       summary_.view = ViewDrape(mesh, state_.x, input_.camera, image);
     }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/simulate_summary.h"
 
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "losses/report_json.h"
 #include "physics/atomic_file.h"
+#include "physics/modes.h"
 #include "tools/versions.h"
 
 namespace drape {
@@ -54,6 +56,15 @@ Json VersionsJson() {
   return json;
 }
 
+std::string StabilityNote(const Eigen::VectorXd& lowest_eigenvalues) {
+  if (lowest_eigenvalues.size() == 0) return "";
+  if (!IsStable(lowest_eigenvalues)) return ", not stable";
+  char note[64];
+  std::snprintf(note, sizeof note, ", stable, lowest frequency %.3g Hz",
+                std::sqrt(lowest_eigenvalues[0]) / (2.0 * M_PI));
+  return note;
+}
+
 }  // namespace
 
 void WriteSummary(const std::string& path, const SimulateOptions& options, const LoadedScene& scene,
@@ -64,6 +75,7 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"dc", view ? Json(view->drape_coefficient) : Json(nullptr)},
                {"folds", view ? OrNull(view->folds) : Json(nullptr)},
                {"force_residual", summary.force_residual},
+               {"stability", StabilityJson(summary.lowest_eigenvalues)},
                {"steps", summary.steps},
                {"steps_wanted", options.steps},
                {"h", options.h},
@@ -94,7 +106,8 @@ std::string SummaryLine(const SimulateSummary& summary) {
     line += dc;
     if (summary.view->folds) line += std::to_string(*summary.view->folds) + " folds, ";
   }
-  return line + "force residual " + residual + " of the weight";
+  return line + "force residual " + residual + " of the weight" +
+         StabilityNote(summary.lowest_eigenvalues);
 }
 
 }  // namespace drape

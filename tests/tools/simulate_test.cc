@@ -101,8 +101,22 @@ TEST_F(SimulateTool, FindsTheRestByNewton) {
   const Json summary = ReadJson(Path("out/summary.json"));
   EXPECT_EQ(summary.at("status"), "stable");
   EXPECT_LT(summary.at("force_residual"), 1e-9);
+  const Json& stability = summary.at("stability");
+  EXPECT_EQ(stability.at("stable"), true);
+  const double lowest = stability.at("lowest_eigenvalues_per_s2").at(0);
+  EXPECT_GT(lowest, 0.0);
+  EXPECT_DOUBLE_EQ(stability.at("lowest_frequency_hz"), std::sqrt(lowest) / (2.0 * M_PI));
   EXPECT_EQ(ReadState(Path("out/state_rest.json"), kVertices).x,
             ReadObjSurface(Path("out/drape.obj")).x);
+}
+
+// Its hem is compressed and has no folds yet.
+TEST_F(SimulateTool, SaysThatAFallingClothIsNotStable) {
+  ASSERT_EQ(Simulate({"--steps=2", "--h=0.1", "--start=flat"}).exit_code, 0);
+  const Json stability = ReadJson(Path("out/summary.json")).at("stability");
+  EXPECT_EQ(stability.at("stable"), false);
+  EXPECT_LT(stability.at("lowest_eigenvalues_per_s2").at(0), 0.0);
+  EXPECT_TRUE(stability.at("lowest_frequency_hz").is_null());
 }
 
 TEST_F(SimulateTool, ComparesWithAnImage) {
