@@ -62,19 +62,25 @@ class ShiftedStiffness {
     return Factor(x, none, unshifted, count);
   }
 
-  // K·solution = rhs, or Kᵀ·solution = rhs, to 1e-10: `add_multiply` is the product of −K that goes
-  // with it. False when the refinement does not contract. Needs an unshifted Factor.
+  // K·solution = rhs, or Kᵀ·solution = rhs, to 1e-10, or to rounding where a slender strip is so much
+  // stiffer in its plane than across it that products with K lose more: `add_multiply` is the
+  // product of −K that goes with it. False when the refinement does not contract. Needs an unshifted
+  // Factor.
   bool SolveRefined(decltype(AddMultiply)& add_multiply, const RowMatrix& rhs, RowMatrix* solution) {
     constexpr int kMaxRounds = 40;
-    constexpr double kRefined = 1e-10;
+    constexpr double kRefined = 1e-10, kRoundingAtMost = 1e-6, kStandsStill = 0.9;
     RowMatrix defect = rhs;
+    double before = rhs.norm();
     solution->setZero(rhs.rows(), rhs.cols());
     for (int round = 0; round < kMaxRounds; ++round) {
       solver_.linear().Solve(defect);
       *solution += defect;
       defect = rhs;
       add_multiply(solver_.model().pattern, *negative_, *solution, defect);
-      if (defect.norm() <= kRefined * rhs.norm()) return true;
+      const double now = defect.norm();
+      if (now <= kRefined * rhs.norm()) return true;
+      if (now <= kRoundingAtMost * rhs.norm() && now > kStandsStill * before) return true;
+      before = now;
     }
     return false;
   }
@@ -116,9 +122,9 @@ class ShiftedStiffness {
 // resolves the progress, the residual does. `energy` is that of x, before and after. Returns the
 // halvings, or −1.
 int LineSearch(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& force,
-               double residual, const Eigen::VectorXd& dx, Eigen::VectorXd& x, double& energy) {
+               bool near_rest, const Eigen::VectorXd& dx, Eigen::VectorXd& x, double& energy) {
   constexpr int kMaxHalvings = 20;
-  constexpr double kArmijo = 1e-4, kResidualDecrease = 0.9, kResidualRegime = 1e-3;
+  constexpr double kArmijo = 1e-4, kResidualDecrease = 0.9;
   const double slope = force.dot(dx);
   Eigen::VectorXd trial, trial_force;
   double step = 1.0;
@@ -126,7 +132,7 @@ int LineSearch(const ClothModel& model, const MaterialField& material, const Eig
     trial = x + step * dx;
     const double trial_energy = Energy(model, material, trial);
     bool accept = trial_energy <= energy - kArmijo * step * slope;
-    if (!accept && residual < kResidualRegime) {
+    if (!accept && near_rest) {
       AssembleForce(model, material, trial, trial_force);
       accept = trial_force.norm() < kResidualDecrease * force.norm();
     }
@@ -190,7 +196,8 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
     solver.linear().Solve(dx);
     const double move = dx.cwiseAbs().maxCoeff();
     if (move > options.max_move) dx *= options.max_move / move;
-    const int halvings = LineSearch(model, material, force, result.residual, dx, result.x, energy);
+    const bool near_rest = result.residual < options.residual_regime;
+    const int halvings = LineSearch(model, material, force, near_rest, dx, result.x, energy);
     result.steps.push_back({result.residual, energy, factored, halvings});
     if (halvings < 0) {
       shift = std::max(10.0 * shift, options.first_shift);

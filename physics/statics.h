@@ -18,6 +18,9 @@ struct EquilibriumOptions {
   double first_shift = 25.0;    // μ of K + μM where K is not positive definite [s⁻²]
   double max_shift = 1e8;       // gives up above
   double max_move = 0.03;       // longest move of a vertex in one step [m]
+  // ‖f‖ / weight below which a step may also lower ‖f‖ instead of the energy. Under a load that
+  // strains a nonlinear table by percents, no energy has its minimum at the equilibrium: infinity.
+  double residual_regime = 1e-3;
   const std::atomic<bool>* cancel = nullptr;
 };
 
