@@ -10,6 +10,7 @@
 #include "solver/parametrisation.h"
 #include "solver/rollout_batch.h"
 #include "solver/target.h"
+#include "solver/test_readings.h"
 
 namespace drape {
 
@@ -53,12 +54,19 @@ struct FitSummary {
   double final_cost = 0.0;
   std::vector<FitIteration> iterations;
   BatchCounts counts;
-  Eigen::MatrixXd jacobian;         // of all targets at the best point, shape [ΣK, P]
+  // Of all targets, then of all points of tests, at the best point, shape [ΣK + N, P].
+  Eigen::MatrixXd jacobian;
   double seconds = 0.0;
 };
 
 // Fits θ to all targets by Ceres's trust region (Levenberg–Marquardt) from batch.theta(). On return
-// the targets' starts are the drapes of the best point.
-FitSummary Fit(RolloutBatch& batch, const FitOptions& options);
+// the targets' starts are the drapes of the best point. `tests`, if not null: mechanical tests of
+// the same cloth, fitted jointly; a strip that cannot be computed refuses a step as a failed rollout
+// does.
+FitSummary Fit(RolloutBatch& batch, const FitOptions& options, TestReadings* tests = nullptr);
+
+// The same for tests alone, from θ = 0.
+FitSummary FitTests(TestReadings& tests, const MaterialParametrisation& parametrisation,
+                    const FitOptions& options);
 
 }  // namespace drape

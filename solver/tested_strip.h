@@ -25,6 +25,8 @@ class TestedStrip {
  public:
   // Point `point` of a test.
   TestedStrip(const MechanicalTest& test, int point, const Law& law);
+  // Goes on from the present shape.
+  TestedStrip Clone() const;
 
   // The reading [°] or [1] for a material, and, if not null, its gradient by the logarithms of the
   // 39 table entries. Starts from the shape of the last success. False when no stable equilibrium
@@ -33,6 +35,7 @@ class TestedStrip {
                              Eigen::VectorXd* by_log_entry);
 
  private:
+  explicit TestedStrip(TestKind kind) : kind_(kind) {}
   struct Lattice {
     StepSolver solver;
     double clamp;            // where the strip begins to bend or stretch, x [m]
@@ -47,6 +50,7 @@ class TestedStrip {
                      Eigen::VectorXd* by_log_entry) const;
 
   TestKind kind_;
+  double tolerance_ = 0.0;     // of an equilibrium, ‖f‖ / weight
   double load_density_ = 0.0;  // of a pulled strip: weighs as much as its load [kg/m²]
   std::vector<Lattice> lattices_;
 };
