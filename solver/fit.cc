@@ -30,8 +30,10 @@ class OutlineCost final : public ceres::CostFunction {
 // The points of all tests. Computed when asked for: strips are small.
 class TestCost final : public ceres::CostFunction {
  public:
-  TestCost(TestReadings* tests, const MaterialParametrisation* parametrisation)
-      : tests_(tests), parametrisation_(parametrisation) {
+  // accepted: where Ceres last had a Jacobian; may be null.
+  TestCost(TestReadings* tests, const MaterialParametrisation* parametrisation,
+           Eigen::VectorXd* accepted)
+      : tests_(tests), parametrisation_(parametrisation), accepted_(accepted) {
     set_num_residuals(tests->num_points());
     mutable_parameter_block_sizes()->push_back(parametrisation->size());
   }
@@ -39,11 +41,10 @@ class TestCost final : public ceres::CostFunction {
     const bool with_jacobian = jacobians != nullptr && jacobians[0] != nullptr;
     Eigen::VectorXd residual;
     RowMatrix jacobian;
-    if (!tests_->Evaluate(*parametrisation_,
-                          Eigen::Map<const Eigen::VectorXd>(theta[0], parametrisation_->size()),
-                          &residual, with_jacobian ? &jacobian : nullptr)) {
+    const Eigen::Map<const Eigen::VectorXd> here(theta[0], parametrisation_->size());
+    if (!tests_->Evaluate(*parametrisation_, here, &residual, with_jacobian ? &jacobian : nullptr))
       return false;
-    }
+    if (with_jacobian && accepted_ != nullptr) *accepted_ = here;
     std::copy_n(residual.data(), residual.size(), residuals);
     if (with_jacobian) std::copy_n(jacobian.data(), jacobian.size(), jacobians[0]);
     return true;
@@ -52,6 +53,7 @@ class TestCost final : public ceres::CostFunction {
  private:
   TestReadings* tests_;
   const MaterialParametrisation* parametrisation_;
+  Eigen::VectorXd* accepted_;
 };
 
 class Monitor final : public ceres::IterationCallback {
@@ -86,6 +88,7 @@ ceres::Solver::Options CeresOptions(const FitOptions& options, Monitor* monitor)
   ceres_options.linear_solver_type = ceres::DENSE_QR;
   ceres_options.max_num_iterations = options.max_iterations;
   ceres_options.initial_trust_region_radius = 1.0 / options.initial_damping;
+  ceres_options.min_lm_diagonal = options.least_scale;
   ceres_options.function_tolerance = options.cost_tolerance;
   ceres_options.gradient_tolerance = 1e-12;
   ceres_options.parameter_tolerance = 1e-10;
@@ -165,7 +168,7 @@ FitSummary Fit(RolloutBatch& batch, const FitOptions& options, TestReadings* tes
     problem.AddResidualBlock(new OutlineCost(&batch, i, batch.num_parameters()), nullptr,
                              batch.theta());
   if (tests != nullptr)
-    problem.AddResidualBlock(new TestCost(tests, &batch.parametrisation()), nullptr, batch.theta());
+    problem.AddResidualBlock(new TestCost(tests, &batch.parametrisation(), nullptr), nullptr, batch.theta());
   AddPrior(problem, batch.theta(), batch.num_parameters(), options);
   Solve(problem, options, &summary);
   summary.counts = batch.counts();
@@ -184,23 +187,22 @@ FitSummary Fit(RolloutBatch& batch, const FitOptions& options, TestReadings* tes
 }
 
 FitSummary FitTests(TestReadings& tests, const MaterialParametrisation& parametrisation,
-                    const FitOptions& options) {
+                    const Eigen::VectorXd& theta, const FitOptions& options) {
   options.Check();
   const int size = parametrisation.size();
   FitSummary summary;
-  summary.theta = Eigen::VectorXd::Zero(size);
-  summary.jacobian.resize(0, size);
+  Eigen::VectorXd block = theta;
   ceres::Problem problem;
-  problem.AddResidualBlock(new TestCost(&tests, &parametrisation), nullptr, summary.theta.data());
-  AddPrior(problem, summary.theta.data(), size, options);
+  problem.AddResidualBlock(new TestCost(&tests, &parametrisation, &summary.theta), nullptr,
+                           block.data());
+  AddPrior(problem, block.data(), size, options);
   Solve(problem, options, &summary);
+  if (summary.theta.size() == 0) return summary;
+  if (summary.termination == FitTermination::kFailed) summary.termination = FitTermination::kStalled;
   summary.final_cost =
       0.5 * summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma);
-  if (!AppendTests(tests, parametrisation, &summary)) {
-    summary.termination = FitTermination::kFailed;
-  } else if (summary.termination == FitTermination::kFailed) {
-    summary.termination = FitTermination::kStalled;
-  }
+  summary.jacobian.resize(0, size);
+  if (!AppendTests(tests, parametrisation, &summary)) summary.termination = FitTermination::kFailed;
   return summary;
 }
 

@@ -29,6 +29,9 @@ struct FitOptions {
   int max_iterations = 30;
   double max_damping = 1e3;         // stop when the damping passes it
   double initial_damping = 1e-2;    // relative to the squared column norms
+  // Squared column norms below this are damped as if they were this large: keeps numbers that the
+  // data hardly feel from running away while the residuals are large.
+  double least_scale = 1e-6;
   double cost_tolerance = 1e-4;     // stop when |Δcost|/cost is below
   const std::atomic<bool>* cancel = nullptr;  // stop after the present iteration when it turns true
   std::function<void(const FitIteration&)> progress;
@@ -65,8 +68,8 @@ struct FitSummary {
 // does.
 FitSummary Fit(RolloutBatch& batch, const FitOptions& options, TestReadings* tests = nullptr);
 
-// The same for tests alone, from θ = 0.
+// The same for tests alone, from `theta`.
 FitSummary FitTests(TestReadings& tests, const MaterialParametrisation& parametrisation,
-                    const FitOptions& options);
+                    const Eigen::VectorXd& theta, const FitOptions& options);
 
 }  // namespace drape

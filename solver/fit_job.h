@@ -29,6 +29,7 @@ struct FitJob {
   std::string coarse_mesh = "disc:300";  // of the seed grid
   std::string material;             // start tables, "FILE" or "FILE#name"
   std::string truth;                // optional: tables that the images were made with, compared
+  double density = 0.0;             // of the fabric [kg/m²]; 0: that of the start tables
   std::string law = "smooth";
   std::string camera = "orthographic";
   std::string centre = "outline";

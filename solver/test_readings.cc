@@ -8,13 +8,16 @@ namespace drape {
 TestReadings::TestReadings(std::vector<MechanicalTest> tests, const Law& law)
     : tests_(std::move(tests)) {
   for (const MechanicalTest& test : tests_)
-    for (int point = 0; point < static_cast<int>(test.points.size()); ++point)
+    for (int point = 0; point < static_cast<int>(test.points.size()); ++point) {
       strips_.emplace_back(test, point, law);
+      first_of_test_.push_back(point == 0);
+    }
 }
 
 TestReadings TestReadings::Clone() const {
   TestReadings clone;
   clone.tests_ = tests_;
+  clone.first_of_test_ = first_of_test_;
   for (const TestedStrip& strip : strips_) clone.strips_.push_back(strip.Clone());
   return clone;
 }
@@ -24,6 +27,7 @@ bool TestReadings::Compute(const MaterialField& material, Eigen::VectorXd* readi
   readings->resize(num_points());
   if (by_log_entry != nullptr) by_log_entry->resize(num_points(), kMaterialEntries);
   for (int i = 0; i < num_points(); ++i) {
+    if (!first_of_test_[i]) strips_[i].StartLike(strips_[i - 1]);
     Eigen::VectorXd gradient;
     if (!strips_[i].Predict(material, &(*readings)[i], by_log_entry == nullptr ? nullptr : &gradient))
       return false;

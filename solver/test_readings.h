@@ -34,6 +34,7 @@ class TestReadings {
 
   std::vector<MechanicalTest> tests_;
   std::vector<TestedStrip> strips_;
+  std::vector<bool> first_of_test_;  // of each strip
 };
 
 }  // namespace drape

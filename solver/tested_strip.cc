@@ -78,6 +78,19 @@ TestedStrip TestedStrip::Clone() const {
   return clone;
 }
 
+void TestedStrip::StartLike(const TestedStrip& neighbour) {
+  for (std::size_t i = 0; i < lattices_.size(); ++i) {
+    Lattice& lattice = lattices_[i];
+    const Lattice& like = neighbour.lattices_[i];
+    if (lattice.x.size() > 0 || like.x.size() == 0) continue;
+    lattice.x = like.x * (RestEnd(lattice) / RestEnd(like));
+  }
+}
+
+double TestedStrip::RestEnd(const Lattice& lattice) {
+  return lattice.solver.model().mesh.rest_x[3 * lattice.end.front()];
+}
+
 void TestedStrip::AddLattice(Mesh mesh, Scene scene, const Law& law, double clamp) {
   const auto model =
       std::make_shared<const ClothModel>(std::move(mesh), std::move(scene), law);
@@ -136,8 +149,7 @@ double TestedStrip::Reading(const Lattice& lattice, Eigen::Vector3d* by_tip) con
   Eigen::Vector3d tip = Eigen::Vector3d::Zero();
   for (const int i : lattice.end) tip += lattice.x.segment<3>(3 * i) / double(lattice.end.size());
   if (kind_ == TestKind::kTensile) {
-    const int any = lattice.end.front();
-    const double length = lattice.solver.model().mesh.rest_x[3 * any];
+    const double length = RestEnd(lattice);
     *by_tip = Eigen::Vector3d::UnitX() / length;
     return tip.x() / length;
   }

@@ -27,6 +27,8 @@ class TestedStrip {
   TestedStrip(const MechanicalTest& test, int point, const Law& law);
   // Goes on from the present shape.
   TestedStrip Clone() const;
+  // Starts the first time from the shape of another point of its test, to scale.
+  void StartLike(const TestedStrip& neighbour);
 
   // The reading [°] or [1] for a material, and, if not null, its gradient by the logarithms of the
   // 39 table entries. Starts from the shape of the last success. False when no stable equilibrium
@@ -43,6 +45,7 @@ class TestedStrip {
     Eigen::VectorXd x;       // last equilibrium [m], shape [3V]
   };
   void AddLattice(Mesh mesh, Scene scene, const Law& law, double clamp);
+  static double RestEnd(const Lattice& lattice);  // x of its end at rest [m]
   bool Settle(Lattice& lattice, const MaterialField& strip) const;
   double Reading(const Lattice& lattice, Eigen::Vector3d* by_tip) const;
   MaterialField OnStrip(const MaterialField& material) const;
