@@ -22,14 +22,14 @@ struct TestPoint {
 
 // One strip, cut at `direction` to the weft.
 struct MechanicalTest {
-  std::string name;        // file name without folder and extension
-  std::string file;
+  std::string name = {};   // file name without folder and extension
+  std::string file = {};
   TestKind kind = TestKind::kCantilever;
   double direction = 0.0;  // [°]: 0 weft, 90 warp, 45 bias
   double length = 0.0;     // at rest between the grips [m]; tensile only
   double width = 0.0;      // [m]; tensile only: of a cantilever it cancels
   double sigma = 1.0;      // standard deviation of a reading [°] or [1]
-  std::vector<TestPoint> points;  // by rising overhang or force
+  std::vector<TestPoint> points = {};  // by rising overhang or force
 };
 
 // A JSON file:

@@ -6,10 +6,9 @@
 #include <limits>
 #include <utility>
 
-#include "physics/statics.h"
+#include "physics/load_path.h"
 #include "physics/strip.h"
 #include "physics/textbook.h"
-#include "solver/seed_grid.h"
 
 namespace drape {
 namespace {
@@ -115,33 +114,23 @@ MaterialField TestedStrip::OnStrip(const MaterialField& material) const {
   return strip;
 }
 
-// Newton from the last shape; where that fails, from rest under a rising share of the load, which
-// is the full load on a strip so much stiffer.
+// Newton from the last shape; where that fails, from rest.
 bool TestedStrip::Settle(Lattice& lattice, const MaterialField& strip) const {
-  constexpr double kFirstShare = 1.0 / 15, kLeastShare = 1e-3;
   EquilibriumOptions options;
   options.max_iterations = 60;
-  if (kind_ == TestKind::kTensile) options.residual_regime = std::numeric_limits<double>::infinity();
-  const auto go_on = [&](Eigen::VectorXd& x, double share) {
-    options.tolerance = tolerance_ / share;  // the forces of a stiffer strip are rounded as much more
-    const EquilibriumResult rest =
-        SolveEquilibrium(lattice.solver, Scaled(strip, 1.0 / share, 1.0 / share), x, options);
-    if (rest.status != EquilibriumStatus::kStable) return false;
-    x = rest.x;
-    return true;
-  };
-  if (lattice.x.size() > 0 && go_on(lattice.x, 1.0)) return true;
-  Eigen::VectorXd x = lattice.solver.model().mesh.rest_x;
-  for (double share = 0.0, step = kFirstShare; share < 1.0;) {
-    const double next = std::min(1.0, share + step);
-    if (go_on(x, next)) {
-      share = next;
-      step *= 2.0;
-    } else if ((step *= 0.25) < kLeastShare) {
-      return false;
+  options.tolerance = tolerance_;
+  if (kind_ == TestKind::kTensile)
+    options.residual_regime = std::numeric_limits<double>::infinity();
+  if (lattice.x.size() > 0) {
+    EquilibriumResult near = SolveEquilibrium(lattice.solver, strip, lattice.x, options);
+    if (near.status == EquilibriumStatus::kStable) {
+      lattice.x = std::move(near.x);
+      return true;
     }
   }
-  lattice.x = std::move(x);
+  EquilibriumResult rest = SolveFromRest(lattice.solver, strip, options);
+  if (rest.status != EquilibriumStatus::kStable) return false;
+  lattice.x = std::move(rest.x);
   return true;
 }
 

@@ -9,6 +9,7 @@
 #include "physics/material_io.h"
 #include "physics/textbook.h"
 #include "solver/fit_job.h"
+#include "solver/test_report.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/solver_fixture.h"
 
