@@ -175,6 +175,17 @@ std::string Identity(const FitJob& job, const LoadedJob& loaded) {
   return id.dump();
 }
 
+// With fewer numbers than the tests ask for, what remains is no noise of σ: the prior is narrowed as
+// if σ were the present misfit. Else numbers that the tests hardly feel (stretch of a cantilever)
+// run away by many log units to explain it.
+FitOptions Tempered(FitOptions options, const MaterialParametrisation& parametrisation,
+                    const Eigen::VectorXd& theta, TestReadings& tests) {
+  Eigen::VectorXd residual;
+  if (tests.Evaluate(parametrisation, theta, &residual, nullptr))
+    options.prior_sigma /= std::max(1.0, std::sqrt(residual.squaredNorm() / residual.size()));
+  return options;
+}
+
 // Fits the tests alone: few numbers first, because single entries are bent into tables that no strip
 // bears while the whole is far off. Each stage's prior is about the start tables.
 FitSummary FitTestsInStages(const MaterialField& start, Tying last, const FitOptions& options,
@@ -188,7 +199,8 @@ FitSummary FitTestsInStages(const MaterialField& start, Tying last, const FitOpt
     const Eigen::VectorXd theta =
         (tie.transpose() * log_entries).cwiseQuotient(tie.colwise().sum().transpose());
     const double seconds = summary.seconds;
-    summary = FitTests(tests, parametrisation, theta, options);
+    summary = FitTests(tests, parametrisation, theta,
+                       tying == last ? options : Tempered(options, parametrisation, theta, tests));
     summary.seconds += seconds;
     if (summary.termination == FitTermination::kFailed) break;
     *fitted = parametrisation.Material(summary.theta);
