@@ -26,6 +26,9 @@ constexpr double kClampOfRowsAlong = 0.8, kClampOfRowsAcross = 0.9;
 constexpr double kClampStiffness = 1e5;
 constexpr double kFallenTolerance = 1e-8;  // ‖f‖ / weight
 
+// A strip's vertices are so light that μM matters to its membrane at this shift only [s⁻²].
+constexpr double kMostShift = 1e12;
+
 // A pulled strip: edges across, and the plate rigidity that keeps it flat [N·m].
 constexpr int kPulledAcross = 8;
 constexpr double kFlat = 1.0;
@@ -119,6 +122,7 @@ bool TestedStrip::Settle(Lattice& lattice, const MaterialField& strip) const {
   EquilibriumOptions options;
   options.max_iterations = 60;
   options.tolerance = tolerance_;
+  options.max_shift = kMostShift;
   if (kind_ == TestKind::kTensile)
     options.residual_regime = std::numeric_limits<double>::infinity();
   if (lattice.x.size() > 0) {

@@ -152,6 +152,8 @@ class Simulation {
     EquilibriumOptions newton;
     newton.cancel = callbacks_.cancel;
     const Scene& scene = input_.scene.model->scene;
+    // The vertices of a fine strip are so light that μM matters to its membrane at this shift only.
+    if (!SupportRadius(scene)) newton.max_shift = 1e12;
     if (!scene.load) return newton;
     // A pulled strip is judged by its load, beside which its weight is nothing.
     constexpr double kStandardGravity = 9.8;  // of EquilibriumResult::residual
