@@ -76,7 +76,7 @@ TEST_P(TestedStripOfLaw, APulledStripOfALinearTableStretchesInClosedForm) {
     }
 }
 
-// An anisotropic bend table: the strip has the rigidity that an unstructured mesh has in its
+// A bend table of ratio 2: the strip has within 4 % the rigidity that an unstructured mesh has in its
 // direction.
 TEST(TestedStrip, BendsAlongItsDirection) {
   MaterialField material = LinearMaterial(200.0, 1.0, 0.2);
@@ -89,7 +89,7 @@ TEST(TestedStrip, BendsAlongItsDirection) {
   for (const double direction : {0.0, 45.0, 90.0, -30.0}) {
     const double angle = Reading(Cantilever(0.06, direction), material);
     const double G = EstimateBending(0.06, angle, 0.2).rigidity;
-    EXPECT_NEAR(G / DirectionalRigidity(material.bend[0], direction * kDegree), 1.0, 0.02)
+    EXPECT_NEAR(G / DirectionalRigidity(material.bend[0], direction * kDegree), 1.0, 0.04)
         << direction;
   }
   // A strip along the weft bends by the hinges across it.
