@@ -156,6 +156,7 @@ class JointFit : public TestFit {
     job_.evaluation_steps = 20;
     job_.fit.grid.lifts = {0.6, 1.0};
     job_.fit.grid.stretch = {1.0};
+    job_.fit.sigma_px = 3.0;  // how near its branch comes (twin_test)
     job_.fit.keep = {2, 1};
     job_.fit.iterations = {3, 5};
     job_.fit.angles = 72;
