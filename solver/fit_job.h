@@ -61,7 +61,7 @@ struct FitJobCallbacks {
 
 struct FitJobResult {
   bool cancelled = false;  // the files hold the best so far
-  bool fitted = false;     // false: no branch could be fitted, summary.json says why
+  bool fitted = false;     // false: nothing could be fitted, summary.json says why
   std::string table;       // for a person: one line an image, one a point of a test, the material
 };
 

@@ -28,7 +28,8 @@ struct FitReport {
 };
 
 // Writes summary.json, material.json and for each target fit_<name>.png, drape_<name>.obj and
-// start_<name>.json, each atomically. Without targets the fit is that of the tests alone. Throws InputError when it cannot.
+// start_<name>.json, each atomically. Without targets the fit is that of the tests alone. Throws
+// InputError when it cannot.
 void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
                     const FitReport& report);
 
