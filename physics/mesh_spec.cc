@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/mesh_spec.h"
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <string_view>
 
 #include "physics/disc.h"
 #include "physics/errors.h"
+#include "physics/strip.h"
 
 namespace drape {
 namespace {
 
-constexpr std::string_view kDiscPrefix = "disc:";
+constexpr double kMostTriangles = 1e6;
+constexpr std::string_view kDiscPrefix = "disc:", kStripPrefix = "strip:";
 
 template <typename T>
 T ParseNumber(std::string_view text, const std::string& spec, const std::string& expected) {
@@ -47,9 +51,33 @@ DiscOptions ParseDisc(const std::string& spec) {
   return options;
 }
 
+Mesh ParseStrip(const std::string& spec) {
+  const std::string expected = "strip:LENGTHxWIDTHxALONG in metres and edges, as in "
+                               "strip:0.2x0.025x80";
+  std::string_view rest = std::string_view(spec).substr(kStripPrefix.size());
+  const auto next_part = [&rest] {
+    const std::string_view part = rest.substr(0, rest.find('x'));
+    rest.remove_prefix(std::min(part.size() + 1, rest.size()));
+    return part;
+  };
+  const double length = ParseNumber<double>(next_part(), spec, expected);
+  const double width = ParseNumber<double>(next_part(), spec, expected);
+  const int along = ParseNumber<int>(rest, spec, expected);
+  const double most = 10.0;  // [m]
+  if (!(length > 0.0 && length < most && width > 0.0 && width < most))
+    throw InputError(spec, "found a length or width out of range, expected more than 0 and less "
+                           "than 10 m");
+  const double across = along * width / length / std::sqrt(0.75);
+  if (along < 1 || !(2.0 * across * along < kMostTriangles))
+    throw InputError(spec, "found " + std::to_string(along) +
+                               " edges along, expected at least 1 and less than a million triangles");
+  return MakeStrip(length, width, along, std::max(1, static_cast<int>(std::lround(across))));
+}
+
 }  // namespace
 
 Mesh ParseMeshSpec(const std::string& spec, const ObjOptions& options) {
+  if (spec.starts_with(kStripPrefix)) return ParseStrip(spec);
   if (spec.starts_with(kDiscPrefix)) return MakeDisc(ParseDisc(spec));
   return ReadObj(spec, options);
 }

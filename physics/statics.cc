@@ -95,7 +95,7 @@ class EquilibriumSearch {
   // present stiffness), the residual counts.
   bool IsBetter() const {
     return here_.energy < best_.energy ||
-           (best_.residual < kResidualRegime && here_.residual < kResidualDecrease * best_.residual);
+           (best_.residual < options_.residual_regime && here_.residual < kResidualDecrease * best_.residual);
   }
 
   void AcceptOrTakeBack(double move) {
@@ -125,7 +125,7 @@ class EquilibriumSearch {
   static constexpr int kLongestExcursion = 8;  // steps above the lowest energy
   static constexpr double kRadiusGrowth = 1.5, kRadiusDecay = 0.35, kLeastRadius = 1e-9;  // [m]
   static constexpr double kShiftDecay = 0.25;
-  static constexpr double kResidualRegime = 1e-3, kResidualDecrease = 0.9;
+  static constexpr double kResidualDecrease = 0.9;
 
   StepSolver& solver_;
   const MaterialField& material_;

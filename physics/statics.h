@@ -18,6 +18,9 @@ struct EquilibriumOptions {
   StiffnessShift shift = {.length = 0.03};  // where K is not positive definite
   double first_radius = 3e-3;  // longest move of a vertex in a step, at first and at most [m]
   double max_radius = 0.02;
+  // ‖f‖ / weight below which a step may also lower ‖f‖ instead of the energy. Under a load that
+  // strains a nonlinear table by percents, no energy has its minimum at the equilibrium: infinity.
+  double residual_regime = 1e-3;
   const std::atomic<bool>* cancel = nullptr;
 };
 

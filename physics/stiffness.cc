@@ -2,6 +2,7 @@
 #include "physics/stiffness.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace drape {
 namespace {
@@ -71,7 +72,8 @@ bool Stiffness::SolveTransposed(const RowMatrix& rhs, RowMatrix* solution) {
 bool Stiffness::SolveWith(decltype(AddMultiply)& multiply, const RowMatrix& rhs,
                           RowMatrix* solution) {
   constexpr int kMaxRounds = 40;
-  constexpr double kTolerance = 1e-10;
+  constexpr double kTolerance = 1e-10, kRoundingAtMost = 1e-6, kStandsStill = 0.9;
+  double size = rhs.norm();
   RowMatrix residual = rhs, step;
   RowMatrix before = RowMatrix::Zero(rhs.rows(), rhs.cols());
   *solution = before;
@@ -89,7 +91,9 @@ bool Stiffness::SolveWith(decltype(AddMultiply)& multiply, const RowMatrix& rhs,
     before.swap(*solution);
     residual = rhs;
     multiply(solver_.model().pattern, *negative_, *solution, residual);
-    if (residual.norm() <= kTolerance * rhs.norm()) return true;
+    const double size_before = std::exchange(size, residual.norm());
+    if (size <= kTolerance * rhs.norm()) return true;
+    if (size <= kRoundingAtMost * rhs.norm() && size > kStandsStill * size_before) return true;
   }
   return false;
 }

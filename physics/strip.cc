@@ -3,7 +3,9 @@
 
 #include <glog/logging.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 
 namespace drape {
 namespace {
@@ -44,6 +46,22 @@ Mesh MakeStrip(double length, double width, int n_along, int n_across) {
   Eigen::VectorXd x = Eigen::VectorXd::Zero(3 * uv.cols());
   for (int i = 0; i < uv.cols(); ++i) uv.col(i) = x.segment<2>(3 * i) = points[i];
   return BuildMesh(x, uv, triangles, "strip");
+}
+
+Mesh Laid(const Mesh& mesh, double place, double direction) {
+  const Eigen::Matrix2d turn_place = Eigen::Rotation2Dd(place).toRotationMatrix();
+  const Eigen::Matrix2d turn_cloth = Eigen::Rotation2Dd(direction).toRotationMatrix();
+  Eigen::VectorXd x = mesh.rest_x;
+  Eigen::Matrix2Xd place_xy = turn_place * Eigen::Map<const Eigen::Matrix3Xd>(
+                                               x.data(), 3, mesh.num_vertices()).topRows<2>();
+  place_xy.row(0).array() -= place_xy.row(0).minCoeff();
+  place_xy.row(1).array() -= 0.5 * (place_xy.row(1).minCoeff() + place_xy.row(1).maxCoeff());
+  for (int i = 0; i < mesh.num_vertices(); ++i) x.segment<2>(3 * i) = place_xy.col(i);
+  const Eigen::Matrix2Xd uv = turn_cloth * place_xy;
+  std::vector<std::array<int, 3>> triangles;
+  for (const Face& face : mesh.faces)
+    triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
+  return BuildMesh(x, uv, triangles, "laid mesh");
 }
 
 }  // namespace drape

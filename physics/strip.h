@@ -16,4 +16,9 @@ namespace drape {
 // CHECKs that all arguments are positive.
 Mesh MakeStrip(double length, double width, int n_along, int n_across);
 
+// The mesh turned by `place` about z, moved to begin at x = 0 and to lie evenly about y = 0, of a
+// cloth whose weft points `direction` clockwise of x, so that a strip along x is cut at `direction`
+// to the weft [rad].
+Mesh Laid(const Mesh& mesh, double place, double direction);
+
 }  // namespace drape

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/textbook.h"
 
+#include <glog/logging.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -11,6 +13,33 @@ namespace {
 
 Eigen::Matrix2d Symmetric(const Eigen::Vector3d& uu_vv_uv) {
   return (Eigen::Matrix2d() << uu_vv_uv[0], uu_vv_uv[2], uu_vv_uv[2], uu_vv_uv[1]).finished();
+}
+
+// An elastica hanging under its weight from its free tip, integrated towards the clamp: τ = Γ^⅓·σ
+// with σ = 1 − s, slope'' = −τ·cos(slope). Stops where the slope is level.
+struct Elastica {
+  double gamma, chord;
+};
+
+Elastica FromTip(double tip_slope) {
+  constexpr double kStep = 2e-3;
+  using Vector = Eigen::Vector4d;  // slope, slope', reach, drop
+  const auto rate = [](double tau, const Vector& y) {
+    return Vector(y[1], -tau * std::cos(y[0]), std::cos(y[0]), std::sin(y[0]));
+  };
+  Vector y(tip_slope, 0.0, 0.0, 0.0);
+  for (double tau = 0.0;; tau += kStep) {
+    const Vector a = rate(tau, y), b = rate(tau + kStep / 2, y + kStep / 2 * a),
+                 c = rate(tau + kStep / 2, y + kStep / 2 * b), d = rate(tau + kStep, y + kStep * c);
+    const Vector next = y + kStep / 6 * (a + 2 * b + 2 * c + d);
+    if (next[0] > 0.0) {
+      y = next;
+      continue;
+    }
+    const double share = y[0] / (y[0] - next[0]);  // of the last step, in which it runs straight
+    const Vector end = y + share * (next - y);
+    return {std::pow(tau + share * kStep, 3), std::atan2(end[3], end[2])};
+  }
 }
 
 }  // namespace
@@ -71,6 +100,31 @@ double BeamRigidity(const Mesh& mesh) {
                            CurvatureRigidity(mesh, Symmetric(a - b)));
     }
   return 1.0 / form.inverse()(0, 0);
+}
+
+double HeavyElasticaGamma(double chord) {
+  CHECK(chord > 0.0 && chord < M_PI / 2) << chord;
+  double low = 0.0, high = M_PI / 2;  // slopes of the tip
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (FromTip(middle).chord < chord ? low : high) = middle;
+  }
+  return FromTip(0.5 * (low + high)).gamma;
+}
+
+double DirectionalRigidity(const BendTable& table, double direction) {
+  constexpr int kDirections = 360;
+  double sum = 0.0, weights = 0.0;
+  for (int i = 0; i < kDirections; ++i) {
+    const double edge = M_PI * i / kDirections;
+    const double row = std::min(edge, M_PI - edge) * 4.0 / M_PI;  // 0 … 2 of the table
+    const int below = std::min(static_cast<int>(row), kBendRows - 2);
+    const double B = table.b[below][0] + (row - below) * (table.b[below + 1][0] - table.b[below][0]);
+    const double weight = std::pow(std::sin(edge - direction), 4);
+    sum += weight * B;
+    weights += weight;
+  }
+  return sum / weights / kBendPerRigidity;
 }
 
 Eigen::Vector3d TipMove(const Mesh& mesh, const Eigen::VectorXd& x) {

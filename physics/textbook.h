@@ -30,6 +30,16 @@ double CurvatureRigidity(const Mesh& mesh, const Eigen::Matrix2d& curvature);
 // The same for curvature 1 along u when the mesh is free to curl across and to twist.
 double BeamRigidity(const Mesh& mesh);
 
+// Γ = ρgL³/EI at which the chord of a heavy cantilever (clamped horizontally, inextensible) falls
+// `chord` below the horizontal [rad], 0 < chord < π/2: 8.0042 at the 41.5° of ASTM D1388, so that
+// the bending length L/Γ^(1/3) is half the overhang there. Peirce's closed formula
+// (cos(θ/2)/(8·tan θ))^(1/3)·L (1930) is 1.9 % larger at 41.5°. CHECKs the range.
+double HeavyElasticaGamma(double chord);
+
+// Plate rigidity D [N·m] that a bend table gives a cloth bent along `direction` to the weft [rad]
+// where it is hardly curved: its hinges lie in all directions φ and bear sin⁴(φ − direction) of it.
+double DirectionalRigidity(const BendTable& table, double direction);
+
 // Mean of x − x_rest over the vertices with the largest u.
 Eigen::Vector3d TipMove(const Mesh& mesh, const Eigen::VectorXd& x);
 

@@ -5,7 +5,8 @@
 #include <ceres/normal_prior.h>
 #include <glog/logging.h>
 
-#include <chrono>
+#include <algorithm>
+#include <utility>
 
 namespace drape {
 namespace {
@@ -24,6 +25,35 @@ class OutlineCost final : public ceres::CostFunction {
  private:
   const RolloutBatch* batch_;
   int target_;
+};
+
+// The points of all tests. Computed when asked for: strips are small.
+class TestCost final : public ceres::CostFunction {
+ public:
+  // accepted: where Ceres last had a Jacobian; may be null.
+  TestCost(TestReadings* tests, const MaterialParametrisation* parametrisation,
+           Eigen::VectorXd* accepted)
+      : tests_(tests), parametrisation_(parametrisation), accepted_(accepted) {
+    set_num_residuals(tests->num_points());
+    mutable_parameter_block_sizes()->push_back(parametrisation->size());
+  }
+  bool Evaluate(double const* const* theta, double* residuals, double** jacobians) const override {
+    const bool with_jacobian = jacobians != nullptr && jacobians[0] != nullptr;
+    Eigen::VectorXd residual;
+    RowMatrix jacobian;
+    const Eigen::Map<const Eigen::VectorXd> here(theta[0], parametrisation_->size());
+    if (!tests_->Evaluate(*parametrisation_, here, &residual, with_jacobian ? &jacobian : nullptr))
+      return false;
+    if (with_jacobian && accepted_ != nullptr) *accepted_ = here;
+    std::copy_n(residual.data(), residual.size(), residuals);
+    if (with_jacobian) std::copy_n(jacobian.data(), jacobian.size(), jacobians[0]);
+    return true;
+  }
+
+ private:
+  TestReadings* tests_;
+  const MaterialParametrisation* parametrisation_;
+  Eigen::VectorXd* accepted_;
 };
 
 class Monitor final : public ceres::IterationCallback {
@@ -58,6 +88,7 @@ ceres::Solver::Options CeresOptions(const FitOptions& options, Monitor* monitor)
   ceres_options.linear_solver_type = ceres::DENSE_QR;
   ceres_options.max_num_iterations = options.max_iterations;
   ceres_options.initial_trust_region_radius = 1.0 / options.initial_damping;
+  ceres_options.min_lm_diagonal = options.least_scale;
   ceres_options.function_tolerance = options.cost_tolerance;
   ceres_options.gradient_tolerance = 1e-12;
   ceres_options.parameter_tolerance = 1e-10;
@@ -75,6 +106,35 @@ FitTermination FromCeres(const ceres::Solver::Summary& summary) {
   if (!summary.IsSolutionUsable()) return FitTermination::kFailed;
   return summary.termination_type == ceres::CONVERGENCE ? FitTermination::kConverged
                                                         : FitTermination::kIterationLimit;
+}
+
+void AddPrior(ceres::Problem& problem, double* theta, int size, const FitOptions& options) {
+  const ceres::Matrix information = ceres::Matrix::Identity(size, size) / options.prior_sigma;
+  problem.AddResidualBlock(new ceres::NormalPrior(information, ceres::Vector::Zero(size)), nullptr,
+                           theta);
+}
+
+void Solve(ceres::Problem& problem, const FitOptions& options, FitSummary* summary) {
+  Monitor monitor(options, summary);
+  ceres::Solver::Summary ceres_summary;
+  ceres::Solve(CeresOptions(options, &monitor), &problem, &ceres_summary);
+  if (!monitor.stopped()) summary->termination = FromCeres(ceres_summary);
+  summary->message = ceres_summary.message;
+  summary->initial_cost = ceres_summary.initial_cost;
+  summary->seconds = ceres_summary.total_time_in_seconds;
+}
+
+// Adds the tests to a summary that holds the best θ. False when they cannot be computed there.
+bool AppendTests(TestReadings& tests, const MaterialParametrisation& parametrisation,
+                 FitSummary* summary) {
+  Eigen::VectorXd residual;
+  RowMatrix jacobian;
+  if (!tests.Evaluate(parametrisation, summary->theta, &residual, &jacobian)) return false;
+  summary->final_cost += 0.5 * residual.squaredNorm();
+  Eigen::MatrixXd both(summary->jacobian.rows() + jacobian.rows(), jacobian.cols());
+  both << summary->jacobian, jacobian;
+  summary->jacobian = std::move(both);
+  return true;
 }
 
 }  // namespace
@@ -98,35 +158,51 @@ const char* ToString(FitTermination termination) {
   return "unknown";
 }
 
-FitSummary Fit(RolloutBatch& batch, const FitOptions& options) {
+FitSummary Fit(RolloutBatch& batch, const FitOptions& options, TestReadings* tests) {
   options.Check();
-  const int size = batch.num_parameters();
   FitSummary summary;
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = &batch;
   ceres::Problem problem(problem_options);
   for (int i = 0; i < batch.num_targets(); ++i)
-    problem.AddResidualBlock(new OutlineCost(&batch, i, size), nullptr, batch.theta());
-  const ceres::Matrix information =
-      ceres::Matrix::Identity(size, size) / options.prior_sigma;
-  problem.AddResidualBlock(new ceres::NormalPrior(information, ceres::Vector::Zero(size)), nullptr,
-                           batch.theta());
-  Monitor monitor(options, &summary);
-  ceres::Solver::Summary ceres_summary;
-  ceres::Solve(CeresOptions(options, &monitor), &problem, &ceres_summary);
-  if (!monitor.stopped()) summary.termination = FromCeres(ceres_summary);
-  summary.message = ceres_summary.message;
+    problem.AddResidualBlock(new OutlineCost(&batch, i, batch.num_parameters()), nullptr,
+                             batch.theta());
+  if (tests != nullptr)
+    problem.AddResidualBlock(new TestCost(tests, &batch.parametrisation(), nullptr), nullptr, batch.theta());
+  AddPrior(problem, batch.theta(), batch.num_parameters(), options);
+  Solve(problem, options, &summary);
   summary.counts = batch.counts();
-  summary.seconds = ceres_summary.total_time_in_seconds;
   // Ceres fails where the Jacobian of an accepted step cannot be had: the point before still stands.
   if (!batch.has_accepted()) return summary;
   if (summary.termination == FitTermination::kFailed) summary.termination = FitTermination::kStalled;
   batch.StartFromAccepted();
   summary.theta = batch.accepted_theta();
-  summary.initial_cost = ceres_summary.initial_cost;
-  summary.final_cost = 0.5 * (batch.accepted_residual().squaredNorm() +
-                              summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma));
+  summary.final_cost =
+      0.5 * (batch.accepted_residual().squaredNorm() +
+             summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma));
   summary.jacobian = batch.accepted_jacobian();
+  if (tests != nullptr && !AppendTests(*tests, batch.parametrisation(), &summary))
+    summary.termination = FitTermination::kFailed;
+  return summary;
+}
+
+FitSummary FitTests(TestReadings& tests, const MaterialParametrisation& parametrisation,
+                    const Eigen::VectorXd& theta, const FitOptions& options) {
+  options.Check();
+  const int size = parametrisation.size();
+  FitSummary summary;
+  Eigen::VectorXd block = theta;
+  ceres::Problem problem;
+  problem.AddResidualBlock(new TestCost(&tests, &parametrisation, &summary.theta), nullptr,
+                           block.data());
+  AddPrior(problem, block.data(), size, options);
+  Solve(problem, options, &summary);
+  if (summary.theta.size() == 0) return summary;
+  if (summary.termination == FitTermination::kFailed) summary.termination = FitTermination::kStalled;
+  summary.final_cost =
+      0.5 * summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma);
+  summary.jacobian.resize(0, size);
+  if (!AppendTests(tests, parametrisation, &summary)) summary.termination = FitTermination::kFailed;
   return summary;
 }
 

@@ -10,6 +10,7 @@
 #include "solver/parametrisation.h"
 #include "solver/rollout_batch.h"
 #include "solver/target.h"
+#include "solver/test_readings.h"
 
 namespace drape {
 
@@ -28,6 +29,9 @@ struct FitOptions {
   int max_iterations = 30;
   double max_damping = 1e3;         // stop when the damping passes it
   double initial_damping = 1e-2;    // relative to the squared column norms
+  // Squared column norms below this are damped as if they were this large: keeps numbers that the
+  // data hardly feel from running away while the residuals are large.
+  double least_scale = 1e-6;
   double cost_tolerance = 1e-4;     // stop when |Δcost|/cost is below
   const std::atomic<bool>* cancel = nullptr;  // stop after the present iteration when it turns true
   std::function<void(const FitIteration&)> progress;
@@ -53,12 +57,19 @@ struct FitSummary {
   double final_cost = 0.0;
   std::vector<FitIteration> iterations;
   BatchCounts counts;
-  Eigen::MatrixXd jacobian;         // of all targets at the best point, shape [ΣK, P]
+  // Of all targets, then of all points of tests, at the best point, shape [ΣK + N, P].
+  Eigen::MatrixXd jacobian;
   double seconds = 0.0;
 };
 
 // Fits θ to all targets by Ceres's trust region (Levenberg–Marquardt) from batch.theta(). On return
-// the targets' starts are the drapes of the best point.
-FitSummary Fit(RolloutBatch& batch, const FitOptions& options);
+// the targets' starts are the drapes of the best point. `tests`, if not null: mechanical tests of
+// the same cloth, fitted jointly; a strip that cannot be computed refuses a step as a failed rollout
+// does.
+FitSummary Fit(RolloutBatch& batch, const FitOptions& options, TestReadings* tests = nullptr);
+
+// The same for tests alone, from `theta`.
+FitSummary FitTests(TestReadings& tests, const MaterialParametrisation& parametrisation,
+                    const Eigen::VectorXd& theta, const FitOptions& options);
 
 }  // namespace drape

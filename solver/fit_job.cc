@@ -26,11 +26,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Of the fit of tests alone: it takes seconds, so it is run to the end.
+constexpr int kTestIterations = 100;
+constexpr double kTestTolerance = 1e-5;
+constexpr double kTestLeastScale = 1e4;  // of a number that its tests determine to 1 %
+
 // The inputs of a job, read and checked, with the backends that the problem points to.
 struct LoadedJob {
   std::shared_ptr<const ClothModel> fine_model;
   std::unique_ptr<Backend> fine, coarse;
   FitProblem problem;
+  StagedFitOptions fit;
+  std::unique_ptr<TestReadings> tests;
+  std::optional<FitSummary> tests_alone;
   std::unique_ptr<MaterialField> truth;
   std::vector<std::string> notes;
 };
@@ -97,13 +105,18 @@ void RequireDistinctNames(const std::vector<Target>& targets) {
 
 LoadedJob Load(const FitJob& job) {
   if (job.model != "homo") throw InputError("model", "'" + job.model + "', expected homo");
-  if (job.images.empty()) throw InputError("images", "none, expected at least one silhouette");
+  if (job.images.empty() && job.tests.empty())
+    throw InputError("images", "none, and no tests, expected at least one silhouette or test");
   LoadedJob loaded;
+  loaded.fit = job.fit;
+  std::vector<MechanicalTest> tests;
+  for (const std::string& file : job.tests) tests.push_back(ReadMechanicalTest(file));
   for (const std::string& image : job.images)
     loaded.problem.targets.push_back(LoadTarget(job, image));
   RequireDistinctNames(loaded.problem.targets);
   const Material start = ReadMaterial(job.material, {PolicyOf(job)});
   loaded.problem.material = start.field;
+  if (job.density > 0.0) loaded.problem.material.density = job.density;
   const int raised = RaiseToFloor(loaded.problem.material, job.floor);
   if (raised > 0) {
     std::ostringstream note;
@@ -114,6 +127,9 @@ LoadedJob Load(const FitJob& job) {
   if (!job.truth.empty())
     loaded.truth = std::make_unique<MaterialField>(
         ReadMaterial(job.truth, {NegativeEntries::kWarn}).field);
+  if (!tests.empty())
+    loaded.tests = std::make_unique<TestReadings>(std::move(tests), MakeLaw(job.law));
+  if (job.images.empty()) return loaded;
   const auto model = [&](const std::string& mesh) {
     return std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(), MakeLaw(job.law));
   };
@@ -126,7 +142,8 @@ LoadedJob Load(const FitJob& job) {
 }
 
 // What must be the same for a checkpoint to be continued.
-std::string Identity(const FitJob& job, const FitProblem& problem) {
+std::string Identity(const FitJob& job, const LoadedJob& loaded) {
+  const FitProblem& problem = loaded.problem;
   nlohmann::json id = {{"model", job.model},     {"mesh", job.mesh},
                        {"coarse_mesh", job.coarse_mesh}, {"material", job.material},
                        {"law", job.law},         {"camera", job.camera},
@@ -148,20 +165,95 @@ std::string Identity(const FitJob& job, const FitProblem& problem) {
   for (const Target& target : problem.targets)
     id["images"].push_back(
         {target.name, std::vector<double>(target.radius.begin(), target.radius.end())});
+  if (!loaded.tests) return id.dump();
+  for (const MechanicalTest& test : loaded.tests->tests()) {
+    nlohmann::json points;
+    for (const TestPoint& point : test.points) points.push_back({point.set, point.reading});
+    id["tests"].push_back({test.name, ToString(test.kind), test.direction, test.length, test.width,
+                           test.sigma, points});
+  }
   return id.dump();
+}
+
+// With fewer numbers than the tests ask for, what remains is no noise of σ: the prior is narrowed as
+// if σ were the present misfit. Else numbers that the tests hardly feel (stretch of a cantilever)
+// run away by many log units to explain it.
+FitOptions Tempered(FitOptions options, const MaterialParametrisation& parametrisation,
+                    const Eigen::VectorXd& theta, TestReadings& tests) {
+  Eigen::VectorXd residual;
+  if (tests.Evaluate(parametrisation, theta, &residual, nullptr))
+    options.prior_sigma /= std::max(1.0, std::sqrt(residual.squaredNorm() / residual.size()));
+  return options;
+}
+
+// Fits the tests alone: few numbers first, because single entries are bent into tables that no strip
+// bears while the whole is far off. Each stage's prior is about the start tables.
+FitSummary FitTestsInStages(const MaterialField& start, Tying last, const FitOptions& options,
+                            TestReadings& tests, MaterialField* fitted) {
+  Eigen::VectorXd log_entries = Eigen::VectorXd::Zero(kMaterialEntries);
+  FitSummary summary;
+  for (const Tying tying : {Tying::kScales, Tying::kColumns, Tying::kEntries}) {
+    const MaterialParametrisation parametrisation(start, tying);
+    const Eigen::MatrixXd& tie = parametrisation.log_entries_by_theta();
+    // A group's mean; the columns of T are ones and zeros.
+    const Eigen::VectorXd theta =
+        (tie.transpose() * log_entries).cwiseQuotient(tie.colwise().sum().transpose());
+    const double seconds = summary.seconds;
+    summary = FitTests(tests, parametrisation, theta,
+                       tying == last ? options : Tempered(options, parametrisation, theta, tests));
+    summary.seconds += seconds;
+    if (summary.termination == FitTermination::kFailed) break;
+    *fitted = parametrisation.Material(summary.theta);
+    if (summary.termination == FitTermination::kCancelled || tying == last) break;
+    log_entries = tie * summary.theta;
+  }
+  return summary;
+}
+
+// The tables of the tests alone become the problem's.
+void StartFromTests(const FitJob& job, const FitJobCallbacks& callbacks, LoadedJob& loaded) {
+  FitOptions options;
+  options.prior_sigma = job.fit.prior_sigma;
+  options.max_iterations = kTestIterations;
+  options.cost_tolerance = kTestTolerance;
+  options.least_scale = kTestLeastScale;
+  options.cancel = callbacks.cancel;
+  options.progress = [&](const FitIteration& iteration) {
+    if (callbacks.progress)
+      callbacks.progress({"tests", double(iteration.iteration) / kTestIterations, 0.0});
+  };
+  const MaterialField start = loaded.problem.material;
+  loaded.tests_alone = FitTestsInStages(start, job.fit.parameters, options, *loaded.tests,
+                                        &loaded.problem.material);
+  if (loaded.tests_alone->termination == FitTermination::kFailed) {
+    loaded.notes.push_back("the strips of the tests cannot be computed with the start tables");
+    return;
+  }
+  loaded.problem.tests = loaded.tests.get();
+  for (const MechanicalTest& test : loaded.tests->tests())
+    (test.kind == TestKind::kTensile ? loaded.fit.grid.stretch : loaded.fit.grid.bend) = {1.0};
 }
 
 FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFitState& state) {
   const auto start = std::chrono::steady_clock::now();
   FitReport report;
   report.notes = loaded.notes;
+  report.tests_alone = loaded.tests_alone;
+  const FitProblem& problem = loaded.problem;
+  if (problem.targets.empty()) {
+    if (problem.tests == nullptr) return report;
+    report.material = problem.material;
+    report.spectrum = SpectrumOf(loaded.tests_alone->jacobian, job.fit.prior_sigma);
+    report.tests = ReportTests(*problem.tests, report.material);
+    return report;
+  }
   const BranchFit* best = Best(state);
   if (best == nullptr) {
     report.notes.push_back("no branch could be fitted");
     return report;
   }
-  const FitProblem& problem = loaded.problem;
   report.material = FittedMaterial(problem, job.fit, *best);
+  if (problem.tests != nullptr) report.tests = ReportTests(*problem.tests, report.material);
   const Eigen::MatrixXd jacobian = FitJacobian(problem, job.fit, *best);
   if (jacobian.size() > 0) report.spectrum = SpectrumOf(jacobian, job.fit.prior_sigma);
   StepSolver solver(loaded.fine_model);
@@ -181,6 +273,30 @@ FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFit
   return report;
 }
 
+std::vector<std::string> Expand(const std::string& text, const std::string& what,
+                                const std::set<std::string>& extensions,
+                                const std::string& expected) {
+  std::vector<std::string> files;
+  std::istringstream items(text);
+  for (std::string item; std::getline(items, item, ',');) {
+    std::vector<std::string> found;
+    if (fs::is_directory(item)) {
+      for (const fs::directory_entry& entry : fs::directory_iterator(item))
+        if (extensions.contains(entry.path().extension())) found.push_back(entry.path());
+      std::sort(found.begin(), found.end());
+    } else {
+      glob_t matches = {};
+      if (glob(item.c_str(), 0, nullptr, &matches) == 0)
+        found.assign(matches.gl_pathv, matches.gl_pathv + matches.gl_pathc);
+      globfree(&matches);
+    }
+    if (found.empty())
+      throw InputError(what, "'" + item + "' matches nothing, expected " + expected);
+    files.insert(files.end(), found.begin(), found.end());
+  }
+  return files;
+}
+
 }  // namespace
 
 CentreMode ParseCentreMode(const std::string& text) {
@@ -190,8 +306,8 @@ CentreMode ParseCentreMode(const std::string& text) {
 }
 
 FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
-  const LoadedJob loaded = Load(job);
-  const std::string identity = Identity(job, loaded.problem);
+  LoadedJob loaded = Load(job);
+  const std::string identity = Identity(job, loaded);
   StagedFitState state;
   if (job.resume) state = ReadCheckpoint(job.checkpoint, identity).value_or(StagedFitState());
   std::ofstream log(job.log, job.resume ? std::ios::app : std::ios::trunc);
@@ -203,40 +319,28 @@ FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
   staged.progress = [&](const std::string& stage, double fraction, double rms) {
     if (callbacks.progress) callbacks.progress({stage, fraction, rms});
   };
-  state = RunStagedFit(loaded.problem, job.fit, std::move(state), staged);
+  if (loaded.tests) StartFromTests(job, callbacks, loaded);
+  const bool ready = !loaded.tests || loaded.problem.tests != nullptr;
+  if (ready && !loaded.problem.targets.empty())
+    state = RunStagedFit(loaded.problem, loaded.fit, std::move(state), staged);
   FitReport report = MakeReport(job, loaded, state);
   report.cancelled = callbacks.cancel != nullptr && callbacks.cancel->load();
   WriteFitReport(job, loaded.problem, state, report);
   FitJobResult result;
   result.cancelled = report.cancelled;
-  result.fitted = !report.drapes.empty();
+  result.fitted = report.fitted();
   if (result.fitted) result.table = FitTable(loaded.problem, report, loaded.truth.get());
   if (!result.cancelled) fs::remove(job.checkpoint);
   return result;
 }
 
 std::vector<std::string> ExpandImages(const std::string& text) {
-  std::vector<std::string> files;
-  std::istringstream items(text);
-  for (std::string item; std::getline(items, item, ',');) {
-    std::vector<std::string> found;
-    if (fs::is_directory(item)) {
-      const std::set<std::string> extensions = {".jpg", ".jpeg", ".png", ".JPG", ".JPEG", ".PNG"};
-      for (const fs::directory_entry& entry : fs::directory_iterator(item))
-        if (extensions.contains(entry.path().extension())) found.push_back(entry.path());
-      std::sort(found.begin(), found.end());
-    } else {
-      glob_t matches = {};
-      if (glob(item.c_str(), 0, nullptr, &matches) == 0)
-        found.assign(matches.gl_pathv, matches.gl_pathv + matches.gl_pathc);
-      globfree(&matches);
-    }
-    if (found.empty())
-      throw InputError("images", "'" + item + "' matches nothing, expected an image, a folder with "
-                                 ".jpg or .png files, or a pattern");
-    files.insert(files.end(), found.begin(), found.end());
-  }
-  return files;
+  return Expand(text, "images", {".jpg", ".jpeg", ".png", ".JPG", ".JPEG", ".PNG"},
+                "an image, a folder with .jpg or .png files, or a pattern");
+}
+
+std::vector<std::string> ExpandTests(const std::string& text) {
+  return Expand(text, "tests", {".json"}, "a test file, a folder with .json files, or a pattern");
 }
 
 }  // namespace drape

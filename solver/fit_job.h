@@ -22,11 +22,14 @@ CentreMode ParseCentreMode(const std::string& text);
 // A fit from files to files: what drape_fit does.
 struct FitJob {
   std::vector<std::string> images;  // JPEG or PNG silhouettes of one fabric, fitted jointly
+  std::vector<std::string> tests;   // mechanical tests of the same fabric (ReadMechanicalTest),
+                                    // fitted alone or jointly with the images
   std::string model = "homo";       // one table for the whole cloth
   std::string mesh = "disc:1200";   // ParseMeshSpec
   std::string coarse_mesh = "disc:300";  // of the seed grid
   std::string material;             // start tables, "FILE" or "FILE#name"
   std::string truth;                // optional: tables that the images were made with, compared
+  double density = 0.0;             // of the fabric [kg/m²]; 0: that of the start tables
   std::string law = "smooth";
   std::string camera = "orthographic";
   std::string centre = "outline";
@@ -58,13 +61,20 @@ struct FitJobCallbacks {
 
 struct FitJobResult {
   bool cancelled = false;  // the files hold the best so far
-  bool fitted = false;     // false: no branch could be fitted, summary.json says why
-  std::string table;       // for a person: one line an image, then the material
+  bool fitted = false;     // false: nothing could be fitted, summary.json says why
+  std::string table;       // for a person: one line an image, one a point of a test, the material
 };
 
+// Tests are first fitted alone from the start tables. With images, the staged fit follows: it starts
+// from the tables of that fit, on which its prior is centred, and each branch has the tests'
+// residuals beside the outlines'; the seed grid leaves alone what tests have measured (bend after a
+// cantilever, stretch after a tensile test).
 // Reads and checks all input before it computes; writes to job.out: summary.json, material.json, for
 // each image fit_<name>.png, drape_<name>.obj and start_<name>.json. Throws InputError.
 FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks);
+
+// JSON files of a list like that of ExpandImages. Throws InputError for one that matches nothing.
+std::vector<std::string> ExpandTests(const std::string& text);
 
 // Image files of a comma-separated list of files, folders (all .jpg, .jpeg, .png in it) and glob
 // patterns, sorted within each. Throws InputError for one that matches nothing.

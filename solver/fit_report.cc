@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/fit_report.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -70,6 +71,24 @@ ordered_json SpectrumJson(const Spectrum& spectrum) {
           {"determined_directions", spectrum.determined}};
 }
 
+ordered_json ParametersJson(const FitJob& job, const Eigen::VectorXd& theta) {
+  return {{"count", theta.size()},
+          {"log_factors", std::vector<double>(theta.begin(), theta.end())},
+          {"prior_sigma", job.fit.prior_sigma}};
+}
+
+// The fit of the mechanical tests alone, about the start tables.
+ordered_json TestFitJson(const FitJob& job, const FitSummary& fit) {
+  ordered_json json = {{"termination", ToString(fit.termination)}};
+  if (fit.termination == FitTermination::kFailed) return json;
+  json.update({{"cost", fit.final_cost},
+               {"iterations", std::max<int>(0, static_cast<int>(fit.iterations.size()) - 1)},
+               {"seconds", {{"fit", fit.seconds}}},
+               {"parameters", ParametersJson(job, fit.theta)},
+               {"spectrum", SpectrumJson(SpectrumOf(fit.jacobian, job.fit.prior_sigma))}});
+  return json;
+}
+
 ordered_json Summary(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
                      const FitReport& report) {
   ordered_json json = {{"tool", "drape_fit"},
@@ -84,6 +103,13 @@ ordered_json Summary(const FitJob& job, const FitProblem& problem, const StagedF
                        {"backend", job.backend},
                        {"versions", job.versions},
                        {"notes", report.notes}};
+  if (!report.tests.empty()) json["tests"] = TestsJson(report.tests);
+  if (problem.targets.empty()) {
+    for (const char* key : {"camera", "centre", "mesh", "coarse_mesh", "backend"}) json.erase(key);
+    if (report.tests_alone) json.update(TestFitJson(job, *report.tests_alone));
+    return json;
+  }
+  if (report.tests_alone) json["tests_alone"] = TestFitJson(job, *report.tests_alone);
   const BranchFit* best = Best(state);
   if (best == nullptr) return json;
   json.update(FitJson(state, *best));
@@ -94,10 +120,8 @@ ordered_json Summary(const FitJob& job, const FitProblem& problem, const StagedF
                    {"bend", best->seed.bend},
                    {"lifts", best->seed.lifts},
                    {"coarse_profile_rms_px", best->seed.profile_rms}};
-  json["parameters"] = {{"count", best->theta.size()},
-                        {"log_factors", std::vector<double>(best->theta.begin(), best->theta.end())},
-                        {"prior_sigma", job.fit.prior_sigma},
-                        {"sigma_px", job.fit.sigma_px}};
+  json["parameters"] = ParametersJson(job, best->theta);
+  json["parameters"]["sigma_px"] = job.fit.sigma_px;
   json["spectrum"] = SpectrumJson(report.spectrum);
   json["images"] = ordered_json::array();
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
@@ -168,14 +192,30 @@ std::string MaterialTable(const MaterialField& fitted, const MaterialField* trut
   return table;
 }
 
+std::string ImageTable(const FitProblem& problem, const FitReport& report) {
+  if (report.drapes.empty()) return "";
+  std::string table =
+      Format("%-28s %8s %7s %6s %8s %8s %7s %10s %9s %8s\n", "image", "rms [px]", "mse", "iou",
+             "dc image", "dc fit", "folds", "settled px", "moved mm", "stable");
+  for (std::size_t i = 0; i < report.drapes.size(); ++i) {
+    const DrapeReport& drape = report.drapes[i];
+    const SilhouetteMetrics& m = drape.fitted.metrics;
+    table += Format("%-28.28s %8.2f %7.4f %6.3f %8.3f %8.3f %3d/%-3d %10.2f %9.2g %8s\n",
+                    problem.targets[i].name.c_str(), m.profile_rms, m.mse, m.iou,
+                    m.image.drape_coefficient, m.fitted.drape_coefficient, m.image.folds,
+                    m.fitted.folds, drape.settled.metrics.profile_rms, drape.moved / kMillimetre,
+                    IsStable(drape.lowest_eigenvalues) ? "yes" : "no");
+  }
+  return table;
+}
+
 }  // namespace
 
 void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
                     const FitReport& report) {
-  const BranchFit* best = Best(state);
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
     WriteDrape(job.out, problem.fine->model().mesh, problem.targets[i], report.drapes[i]);
-  if (best != nullptr) {
+  if (report.fitted()) {
     WriteMaterial(job.out + "/material.json",
                   {.name = "fit",
                    .field = report.material,
@@ -189,19 +229,8 @@ void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFi
 
 std::string FitTable(const FitProblem& problem, const FitReport& report,
                      const MaterialField* truth) {
-  std::string table =
-      Format("%-28s %8s %7s %6s %8s %8s %7s %10s %9s %8s\n", "image", "rms [px]", "mse", "iou",
-             "dc image", "dc fit", "folds", "settled px", "moved mm", "stable");
-  for (std::size_t i = 0; i < report.drapes.size(); ++i) {
-    const DrapeReport& drape = report.drapes[i];
-    const SilhouetteMetrics& m = drape.fitted.metrics;
-    table += Format("%-28.28s %8.2f %7.4f %6.3f %8.3f %8.3f %3d/%-3d %10.2f %9.2g %8s\n",
-                    problem.targets[i].name.c_str(), m.profile_rms, m.mse, m.iou,
-                    m.image.drape_coefficient, m.fitted.drape_coefficient, m.image.folds,
-                    m.fitted.folds, drape.settled.metrics.profile_rms, drape.moved / kMillimetre,
-                    IsStable(drape.lowest_eigenvalues) ? "yes" : "no");
-  }
-  return table + MaterialTable(report.material, truth) +
+  return ImageTable(problem, report) + TestTable(report.tests) +
+         MaterialTable(report.material, truth) +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,
                 static_cast<int>(report.spectrum.values.size()));
 }

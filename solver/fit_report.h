@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,21 +9,27 @@
 #include "solver/fit_job.h"
 #include "solver/spectrum.h"
 #include "solver/staged_fit.h"
+#include "solver/test_report.h"
 
 namespace drape {
 
 // All that is known at the end of a job, before it becomes files.
 struct FitReport {
   std::vector<DrapeReport> drapes;   // of the targets
-  MaterialField material;
+  std::optional<FitSummary> tests_alone;  // where there are mechanical tests
+  std::vector<TestReport> tests;     // with the fitted material
+  MaterialField material;            // no tables when nothing could be fitted
   Spectrum spectrum;                 // empty when the drapes are not stable
   std::vector<std::string> notes;    // what a reader of the figures must know
   double report_seconds = 0.0;
   bool cancelled = false;
+
+  bool fitted() const { return !material.stretch.empty(); }
 };
 
 // Writes summary.json, material.json and for each target fit_<name>.png, drape_<name>.obj and
-// start_<name>.json, each atomically. Throws InputError when it cannot.
+// start_<name>.json, each atomically. Without targets the fit is that of the tests alone. Throws
+// InputError when it cannot.
 void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
                     const FitReport& report);
 

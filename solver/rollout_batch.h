@@ -53,6 +53,7 @@ class RolloutBatch : public ceres::EvaluationCallback {
   int num_parameters() const { return static_cast<int>(theta_.size()); }
   int num_targets() const { return static_cast<int>(targets_->size()); }
   int num_angles() const { return static_cast<int>(targets_->front().radius.size()); }
+  const MaterialParametrisation& parametrisation() const { return *parametrisation_; }
   const BatchCounts& counts() const { return counts_; }
   void set_max_jump(double metres) { options_.max_jump = metres; }
 

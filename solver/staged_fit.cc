@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "losses/metrics.h"
 #include "losses/outline.h"
@@ -196,7 +197,8 @@ class StagedFitter {
     fit_options.progress = [&](const FitIteration& iteration) {
       ReportBranch(state, iteration.iteration / std::max(1.0, double(fit_options.max_iterations)));
     };
-    const FitSummary summary = Fit(batch, fit_options);
+    std::optional<TestReadings> tests = Tests();
+    const FitSummary summary = Fit(batch, fit_options, tests ? &*tests : nullptr);
     Count(summary, state);
     if (summary.termination == FitTermination::kFailed) {
       branch.shapes.clear();
@@ -227,6 +229,10 @@ class StagedFitter {
     for (std::size_t i = 0; i < targets.size(); ++i)
       targets[i].start = {branch.shapes[i], Eigen::VectorXd::Zero(branch.shapes[i].size())};
     return targets;
+  }
+
+  std::optional<TestReadings> Tests() const {
+    return problem_.tests == nullptr ? std::nullopt : std::optional(problem_.tests->Clone());
   }
 
   BatchOptions BatchOptionsOf() const {
@@ -338,7 +344,13 @@ Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& o
   RolloutBatch batch(problem.fine, &parametrisation, &targets, fitter.BatchOptionsOf());
   Eigen::Map<Eigen::VectorXd>(batch.theta(), branch.theta.size()) = branch.theta;
   batch.PrepareForEvaluation(true, true);
-  return batch.accepted_jacobian();
+  if (problem.tests == nullptr || !batch.has_accepted()) return batch.accepted_jacobian();
+  Eigen::VectorXd residual;
+  RowMatrix of_tests;
+  if (!fitter.Tests()->Evaluate(parametrisation, branch.theta, &residual, &of_tests)) return {};
+  Eigen::MatrixXd jacobian(batch.accepted_jacobian().rows() + of_tests.rows(), of_tests.cols());
+  jacobian << batch.accepted_jacobian(), of_tests;
+  return jacobian;
 }
 
 }  // namespace drape

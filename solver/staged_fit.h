@@ -48,6 +48,7 @@ struct FitProblem {
   Backend* coarse = nullptr;
   MaterialField material;       // start tables
   std::vector<Target> targets;  // their `start` is not used
+  const TestReadings* tests = nullptr;  // fitted jointly where given; each branch has a clone
 };
 
 // One material with its drapes, on its own branch.
@@ -95,7 +96,8 @@ const BranchFit* Best(const StagedFitState& state);
 MaterialField FittedMaterial(const FitProblem& problem, const StagedFitOptions& options,
                              const BranchFit& branch);
 
-// ∂residual/∂θ of all targets at a branch, shape [ΣK, P]; empty when its drapes are not stable.
+// ∂residual/∂θ of all targets, then of all points of tests, at a branch, shape [ΣK + N, P]; empty
+// when its drapes or strips are not stable.
 Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,
                             const BranchFit& branch);
 

@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
     std::printf("%s", result.table.c_str());
     if (result.cancelled) return drape::kExitCancelled;
     if (result.fitted) return drape::kExitOk;
-    std::fprintf(stderr, "drape_fit: failed: no branch could be fitted, see summary.json\n");
+    std::fprintf(stderr, "drape_fit: failed: nothing could be fitted, see summary.json\n");
     return drape::kExitNumerical;
   };
   return drape::RunTool(argc, argv, drape::FitTable(options), body);

@@ -9,10 +9,17 @@ std::vector<Option> InputOptions(FitToolOptions& options) {
   return {
       {.key = "images", .value = &options.images,
        .doc = "silhouettes of one fabric (JPEG or PNG), fitted jointly: files, folders, patterns",
-       .is_path = true, .required = true},
+       .is_path = true},
+      {.key = "tests", .value = &options.tests,
+       .doc = "cantilever and tensile tests of the fabric (JSON, configs/README.md), fitted alone or "
+              "jointly with the images: files, folders, patterns",
+       .is_path = true},
       {.key = "material", .value = &job.material,
        .doc = "start tables: a material file; FILE#name picks one of several in it",
        .is_path = true, .required = true},
+      {.key = "density", .value = &job.density,
+       .doc = "areal density of the fabric, as weighed; 0: that of the start tables",
+       .unit = "kg/m2", .least = 0, .most = 10},
       {.key = "truth", .value = &job.truth,
        .doc = "tables that the images were made with, to be compared with the result",
        .is_path = true},
@@ -100,12 +107,13 @@ OptionTable FitTable(FitToolOptions& options) {
   for (const Option& option : GridOptions(options.job.fit.grid)) all.push_back(option);
   return {
       .tool = "drape_fit",
-      .summary = "finds the stretch and bend stiffness of a fabric from silhouettes of its drapes",
+      .summary = "finds the stretch and bend stiffness of a fabric from silhouettes of its drapes, "
+                 "from mechanical tests, or from both",
       .example = "drape_fit --config=configs/fit.json --images=drape.jpg --out=out/fit",
       .notes = "files: summary.json, material.json and, of each image, fit_<image>.png, "
                "drape_<image>.obj, start_<image>.json;\n  they replace those of an earlier run "
                "together, at the end; checkpoint.json and fit.log while it runs\n"
-               "exit code 3: no branch could be fitted (see summary.json)\n"
+               "exit code 3: nothing could be fitted (see summary.json)\n"
                "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",
       .options = std::move(all)};
 }

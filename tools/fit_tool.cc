@@ -18,6 +18,10 @@ FitJob JobOf(const FitToolOptions& options) {
     const auto files = ExpandImages(image);
     job.images.insert(job.images.end(), files.begin(), files.end());
   }
+  for (const std::string& test : options.tests) {
+    const auto files = ExpandTests(test);
+    job.tests.insert(job.tests.end(), files.begin(), files.end());
+  }
   if (job.fit.keep.size() != job.fit.iterations.size()) {
     throw InputError("option 'iterations'",
                      "found " + std::to_string(job.fit.iterations.size()) + " values, expected " +

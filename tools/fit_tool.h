@@ -12,6 +12,7 @@ namespace drape {
 struct FitToolOptions {
   FitJob job;
   std::vector<std::string> images;    // files, folders, patterns (ExpandImages)
+  std::vector<std::string> tests;     // the same (ExpandTests)
   std::string parameters = "39";      // ParseTying
   std::string integrator = "static";  // ParseIntegrator
   std::string out;                    // folder, made when missing

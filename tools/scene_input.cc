@@ -3,10 +3,39 @@
 
 #include <glog/logging.h>
 
+#include <optional>
+#include <vector>
+
+#include "physics/errors.h"
 #include "physics/mesh_spec.h"
+#include "physics/scene_io.h"
 #include "physics/start_shape.h"
+#include "physics/state_io.h"
 
 namespace drape {
+namespace {
+
+void RequireRegions(const SceneInput& input, const Scene& scene, const Mesh& mesh) {
+  const auto in = [&](const Region& region, int i) {
+    return Contains(region, mesh.rest_x.segment<3>(3 * i));
+  };
+  bool held = false, loaded = false;
+  for (int i = 0; scene.handles && i < mesh.num_vertices(); ++i)
+    held |= in(scene.handles->region, i);
+  if (scene.handles && !held)
+    throw InputError(input.scene, "key 'handles.region': found no vertex of " + input.mesh +
+                                      " in it, expected some");
+  if (!scene.load) return;
+  for (const std::vector<int>& loop : mesh.boundary_loops)
+    for (std::size_t k = 0; k < loop.size(); ++k)
+      loaded |= in(scene.load->region, loop[k]) &&
+                in(scene.load->region, loop[(k + 1) % loop.size()]);
+  if (!loaded)
+    throw InputError(input.scene, "key 'load.region': found no edge of the hem of " + input.mesh +
+                                      " in it, expected some");
+}
+
+}  // namespace
 
 LoadedScene LoadScene(const SceneInput& input) {
   const Law law = MakeLaw(input.law);
@@ -16,10 +45,17 @@ LoadedScene LoadScene(const SceneInput& input) {
       input.material, {is_reference ? NegativeEntries::kWarn : NegativeEntries::kReject});
   for (const std::string& warning : loaded.material.warnings) LOG(WARNING) << warning;
   Mesh mesh = ParseMeshSpec(input.mesh, {.round_to_float = is_reference});
-  loaded.model = std::make_shared<ClothModel>(std::move(mesh), CusickScene(), law);
-  loaded.start = input.start == "flat" ? loaded.model->RestState()
-                                       : ReadStart(input.start, loaded.model->mesh,
-                                                   *SupportRadius(loaded.model->scene));
+  const Scene scene = input.scene == "cusick" ? CusickScene() : ReadScene(input.scene);
+  RequireRegions(input, scene, mesh);
+  loaded.model = std::make_shared<ClothModel>(std::move(mesh), scene, law);
+  const std::optional<double> support = SupportRadius(scene);
+  if (input.start == "flat") {
+    loaded.start = loaded.model->RestState();
+  } else if (support) {
+    loaded.start = ReadStart(input.start, loaded.model->mesh, *support);
+  } else {
+    loaded.start = ReadState(input.start, loaded.model->mesh.num_vertices());
+  }
   return loaded;
 }
 

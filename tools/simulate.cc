@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "physics/errors.h"
+#include "physics/load_path.h"
 #include "physics/modes.h"
 #include "physics/obj_io.h"
 #include "physics/state_io.h"
@@ -26,6 +28,15 @@ constexpr int kReportedModes = 3;
 struct Input {
   explicit Input(const SimulateOptions& options)
       : camera(MakeCamera(options.camera)), scene(LoadScene(options.scene)) {
+    const bool on_support = SupportRadius(scene.model->scene).has_value();
+    if (!options.image.empty() && !on_support) {
+      throw InputError("option 'image'", "needs a drape over a support, which the scene " +
+                                             options.scene.scene + " has not");
+    }
+    if (options.integrator == "static" && options.scene.start == "flat" && on_support) {
+      throw InputError("option 'integrator'",
+                       "static needs a start near the drape (a state or a start shape), not flat");
+    }
     if (!options.image.empty()) ReadImage(options);
     if (!options.gradient_weights.empty()) {
       weights = ReadLossWeights(options.gradient_weights, scene.model->num_dofs());
@@ -61,10 +72,6 @@ void CheckOptions(const SimulateOptions& options) {
   const bool is_dynamic = options.integrator == "dynamic";
   if (!is_dynamic && !options.gradient_weights.empty()) {
     throw InputError("option 'gradient_weights'", "needs integrator = dynamic");
-  }
-  if (options.integrator == "static" && options.scene.start == "flat") {
-    throw InputError("option 'integrator'",
-                     "static needs a start near the drape (a state or a start shape), not flat");
   }
 }
 
@@ -144,10 +151,29 @@ class Simulation {
                         "step " + std::to_string(summary_.steps) + " of " + std::to_string(steps));
   }
 
-  void RunNewton() {
+  EquilibriumOptions NewtonOptions() const {
     EquilibriumOptions newton;
     newton.cancel = callbacks_.cancel;
-    const EquilibriumResult rest = SolveEquilibrium(solver_, material(), state_.x, newton);
+    const Scene& scene = input_.scene.model->scene;
+    // The vertices of a fine strip are so light that μM matters to its membrane at this shift only.
+    if (!SupportRadius(scene)) newton.shift.most = 1e12;
+    if (!scene.load) return newton;
+    // A pulled strip is judged by its load, beside which its weight is nothing.
+    constexpr double kStandardGravity = 9.8;  // of EquilibriumResult::residual
+    const double gravity = scene.gravity ? scene.gravity->norm() : 0.0;
+    const double weight = (gravity > 0.0 ? gravity : kStandardGravity) * material().density *
+                          input_.scene.model->vertex_area.sum();
+    newton.tolerance *= std::max(1.0, scene.load->force.norm() / weight);
+    newton.residual_regime = std::numeric_limits<double>::infinity();
+    return newton;
+  }
+
+  void RunNewton() {
+    const bool from_rest =
+        options_.integrator == "static" && options_.scene.start == "flat";
+    const EquilibriumResult rest =
+        from_rest ? SolveFromRest(solver_, material(), NewtonOptions())
+                  : SolveEquilibrium(solver_, material(), state_.x, NewtonOptions());
     summary_.newton_iterations = rest.iterations;
     summary_.status = ToString(rest.status);
     state_ = {rest.x, Eigen::VectorXd::Zero(rest.x.size())};
@@ -181,7 +207,11 @@ class Simulation {
       summary_.lowest_eigenvalues =
           LowestEigenvalues(solver_, material(), state_.x, kReportedModes);
       WriteObj(out_.Staged("drape.obj"), mesh, state_.x);
-      summary_.view = ViewDrape(mesh, state_.x, input_.camera, image);
+      if (SupportRadius(input_.scene.model->scene)) {
+        summary_.view = ViewDrape(mesh, state_.x, input_.camera, image);
+      } else {
+        summary_.bench = ViewBench(*input_.scene.model, state_.x);
+      }
     }
     if (summary_.view) WritePng(summary_.view->silhouette, out_.Staged("silhouette.png"));
     summary_.seconds.emplace_back("output", Lap());

@@ -39,6 +39,30 @@ Json MeshJson(const std::string& name, const Mesh& mesh) {
           {"hinges", mesh.num_hinges()}};
 }
 
+Json BenchJson(const BenchView& bench) {
+  Json json = {{"largest_move_m", bench.largest_move}, {"sag_m", bench.sag}};
+  if (bench.strip)
+    json["strip"] = {{"length_m", bench.strip->length},
+                     {"drop_m", bench.strip->drop},
+                     {"reach_m", bench.strip->reach},
+                     {"chord_deg", bench.strip->chord},
+                     {"end_stretch", bench.strip->stretch}};
+  return json;
+}
+
+std::string BenchLine(const BenchView& bench) {
+  char text[160];
+  if (bench.strip) {
+    std::snprintf(text, sizeof text,
+                  "tip drop %.2f mm, reach %.2f mm, chord %.2f deg, end stretch %.5f, ",
+                  1e3 * bench.strip->drop, 1e3 * bench.strip->reach, bench.strip->chord,
+                  bench.strip->stretch);
+  } else {
+    std::snprintf(text, sizeof text, "sag %.3g mm, ", 1e3 * bench.sag);
+  }
+  return text;
+}
+
 Json SecondsJson(const SimulateSummary& summary) {
   Json seconds;
   double total = 0.0;
@@ -87,6 +111,11 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"density", scene.material.field.density},
                {"mesh", MeshJson(options.scene.mesh, scene.model->mesh)},
                {"camera", CameraJson(camera)}};
+  if (options.scene.scene != "cusick") json["scene"] = options.scene.scene;
+  if (summary.bench) {
+    for (const char* key : {"dc", "folds", "camera"}) json.erase(key);
+    json.update(BenchJson(*summary.bench));
+  }
   if (view && view->metrics) {
     json["image"] = MetricsJson(*view->metrics);
     json["image"]["file"] = options.image;
@@ -106,6 +135,7 @@ std::string SummaryLine(const SimulateSummary& summary) {
     line += dc;
     if (summary.view->folds) line += std::to_string(*summary.view->folds) + " folds, ";
   }
+  if (summary.bench) line += BenchLine(*summary.bench);
   return line + "force residual " + residual + " of the weight" +
          StabilityNote(summary.lowest_eigenvalues);
 }

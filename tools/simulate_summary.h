@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tools/simulate.h"
+#include "tools/strip_view.h"
 
 namespace drape {
 
@@ -18,7 +19,8 @@ struct SimulateSummary {
   std::optional<int> newton_iterations;
   double force_residual = 0.0;                          // ‖f‖ / weight of the last shape
   Eigen::VectorXd lowest_eigenvalues;                   // of K by mass there [s⁻²]; empty: not found
-  std::optional<DrapeView> view;                        // of the last shape
+  std::optional<DrapeView> view;                        // of the last shape on a support
+  std::optional<BenchView> bench;                       // of the last shape without one
   std::optional<double> gradient_disagreement;          // of adjoint and tangent, relative
   std::vector<std::pair<std::string, double>> seconds;  // by phase [s]
 };

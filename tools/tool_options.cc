@@ -6,8 +6,9 @@ namespace drape {
 std::vector<Option> ClothOptions(SceneInput& scene) {
   return {
       {.key = "mesh", .value = &scene.mesh,
-       .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
-       .is_path = true, .words = {"disc:"}},
+       .doc = "cloth: an OBJ file, disc:N for a built-in disc of N vertices, or "
+              "strip:LENGTHxWIDTHxALONG [m, m, edges]",
+       .is_path = true, .words = {"disc:", "strip:"}},
       {.key = "material", .value = &scene.material,
        .doc = "a material file; FILE#name picks one of several in it",
        .is_path = true, .required = true},
@@ -54,6 +55,11 @@ std::vector<Option> Concatenate(Lists... lists) {
 }  // namespace
 
 OptionTable SimulateTable(SimulateOptions& options) {
+  const std::vector<Option> scene = {
+      {.key = "scene", .value = &options.scene.scene,
+       .doc = "what acts and who is held: cusick, or a scene file (configs/scenes)",
+       .is_path = true, .words = {"cusick"}},
+  };
   const std::vector<Option> steps = {
       {.key = "integrator", .value = &options.integrator,
        .doc = "steps in time, steps and then Newton to rest, or Newton from --start",
@@ -76,7 +82,7 @@ OptionTable SimulateTable(SimulateOptions& options) {
   };
   return {
       .tool = "drape_simulate",
-      .summary = "one drape of a fabric over the support of the Cusick test",
+      .summary = "one drape of a fabric over the support of the Cusick test, or on another scene",
       .example = "drape_simulate --mesh=disc:1200 --material=configs/fabrics/cotton_blue.json "
                  "--steps=100 --dump_steps=10,100 --out=out/drape",
       .notes = "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
@@ -84,7 +90,8 @@ OptionTable SimulateTable(SimulateOptions& options) {
                "gradient.json; they replace those of an earlier run together, at the end\n"
                "exit code 3: the computation failed (see outcome and status in summary.json); what "
                "is written is the last good shape\n",
-      .options = Concatenate(SceneOptions(options.scene), steps, CameraOptions(options.camera), files)};
+      .options = Concatenate(SceneOptions(options.scene), scene, steps, CameraOptions(options.camera),
+                             files)};
 }
 
 OptionTable CheckTable(CheckToolOptions& options) {

@@ -77,6 +77,10 @@ TEST_F(MeshSpec, ReadsFiles) {
 }
 
 TEST_F(MeshSpec, NamesThePartThatIsWrong) {
+  EXPECT_INPUT_ERROR(ParseMeshSpec("strip:0.2x0.1"), "expected strip:LENGTHxWIDTHxALONG");
+  EXPECT_INPUT_ERROR(ParseMeshSpec("strip:0.2x-0.1x8"), "length or width out of range");
+  EXPECT_INPUT_ERROR(ParseMeshSpec("strip:0.2x0.1x0"), "found 0 edges along");
+  EXPECT_INPUT_ERROR(ParseMeshSpec("strip:0.2x0.1x99999"), "less than a million triangles");
   EXPECT_INPUT_ERROR(ParseMeshSpec("disc:"),
                      "disc:: found '', expected a whole number of vertices");
   EXPECT_INPUT_ERROR(ParseMeshSpec("disc:1e3"), "disc:1e3: found '1e3', expected a whole number");

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/load_path.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace drape {
+namespace {
+
+MaterialField Stiffened(MaterialField material, double factor) {
+  for (StretchTable& table : material.stretch)
+    for (auto& row : table.c)
+      for (double& entry : row) entry *= factor;
+  for (BendTable& table : material.bend)
+    for (auto& row : table.b)
+      for (double& entry : row) entry *= factor;
+  return material;
+}
+
+}  // namespace
+
+EquilibriumResult SolveFromRest(StepSolver& solver, const MaterialField& material,
+                                const EquilibriumOptions& options) {
+  constexpr double kFirstShare = 1.0 / 15, kLeastStep = 1e-3;
+  EquilibriumResult reached;
+  reached.x = solver.model().mesh.rest_x;
+  for (double share = 0.0, step = kFirstShare; share < 1.0;) {
+    const double next = std::min(1.0, share + step);
+    EquilibriumOptions of_share = options;
+    // The forces of a stiffer cloth are rounded as much more.
+    of_share.tolerance = options.tolerance / next;
+    EquilibriumResult trial =
+        SolveEquilibrium(solver, Stiffened(material, 1.0 / next), reached.x, of_share);
+    trial.iterations += reached.iterations;
+    trial.factorisations += reached.factorisations;
+    if (trial.status == EquilibriumStatus::kCancelled) return trial;
+    if (trial.status == EquilibriumStatus::kStable) {
+      reached = std::move(trial);
+      share = next;
+      step *= 2.0;
+      continue;
+    }
+    reached.iterations = trial.iterations;
+    reached.factorisations = trial.factorisations;
+    step *= 0.25;
+    if (step < kLeastStep) {
+      reached.status = EquilibriumStatus::kNotConverged;
+      break;
+    }
+  }
+  return reached;
+}
+
+}  // namespace drape

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/mechanical_test.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "physics/atomic_file.h"
+#include "physics/json_input.h"
+
+namespace drape {
+namespace {
+
+constexpr double kLongest = 10.0;  // of a strip or its width [m]: what is above is no metres
+
+// The keys of a point and the range of a reading, ends excluded.
+struct Form {
+  const char* set;
+  const char* reading;
+  double most_set, least_reading, most_reading;
+};
+
+Form FormOf(TestKind kind) {
+  if (kind == TestKind::kCantilever) return {"length", "angle", kLongest, 0.0, 90.0};
+  return {"force", "stretch", std::numeric_limits<double>::infinity(), 0.9, 5.0};
+}
+
+double NumberBetween(const JsonInput& input, double least, double most) {
+  const double value = input.Number();
+  if (value > least && value < most) return value;
+  nlohmann::json low = least, high = most;
+  input.Fail("a number > " + low.dump() +
+             (most < std::numeric_limits<double>::infinity() ? " and < " + high.dump() : ""));
+}
+
+TestKind KindOf(const JsonInput& input) {
+  const std::string name = input.String();
+  for (const TestKind kind : {TestKind::kCantilever, TestKind::kTensile})
+    if (name == ToString(kind)) return kind;
+  input.Fail("\"cantilever\" or \"tensile\"");
+}
+
+TestPoint PointOf(const JsonInput& input, const Form& form) {
+  input.ExpectKeys({form.set, form.reading});
+  return {NumberBetween(input.At(form.set), 0.0, form.most_set),
+          NumberBetween(input.At(form.reading), form.least_reading, form.most_reading)};
+}
+
+}  // namespace
+
+const char* ToString(TestKind kind) {
+  return kind == TestKind::kCantilever ? "cantilever" : "tensile";
+}
+
+MechanicalTest ReadMechanicalTest(const std::string& path) {
+  const nlohmann::json document = ReadJsonFile(path);
+  const JsonInput input(document, path);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  MechanicalTest test;
+  test.file = path;
+  test.name = std::filesystem::path(path).stem().string();
+  test.kind = KindOf(input.At("test"));
+  const bool tensile = test.kind == TestKind::kTensile;
+  std::vector<std::string> keys = {"test", "direction", "width", "sigma", "points"};
+  if (tensile) keys.push_back("length");
+  input.ExpectKeys(keys);
+  test.direction = NumberBetween(input.At("direction"), -360.0, 360.0);
+  if (tensile) test.length = NumberBetween(input.At("length"), 0.0, kLongest);
+  if (tensile || input.Has("width"))
+    test.width = NumberBetween(input.At("width"), 0.0, kLongest);
+  test.sigma = NumberBetween(input.At("sigma"), 0.0, kInfinity);
+  const JsonInput points = input.At("points");
+  if (points.ExpectArray().Size() == 0) points.Fail("at least one point");
+  for (int i = 0; i < points.Size(); ++i)
+    test.points.push_back(PointOf(points.At(i), FormOf(test.kind)));
+  std::stable_sort(test.points.begin(), test.points.end(),
+                   [](const TestPoint& a, const TestPoint& b) { return a.set < b.set; });
+  return test;
+}
+
+void WriteMechanicalTest(const std::string& path, const MechanicalTest& test) {
+  nlohmann::ordered_json document = {{"test", ToString(test.kind)}, {"direction", test.direction}};
+  if (test.kind == TestKind::kTensile) document["length"] = test.length;
+  if (test.width > 0.0) document["width"] = test.width;
+  document["sigma"] = test.sigma;
+  document["points"] = nlohmann::ordered_json::array();
+  const Form form = FormOf(test.kind);
+  for (const TestPoint& point : test.points)
+    document["points"].push_back({{form.set, point.set}, {form.reading, point.reading}});
+  WriteFileAtomically(path, document.dump(2) + "\n");
+}
+
+}  // namespace drape
