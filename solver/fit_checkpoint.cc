@@ -83,7 +83,8 @@ void WriteCheckpoint(const std::string& path, const std::string& job, const Stag
       {"round", state.round},
       {"branch", state.branch},
       {"iterations", state.iterations},
-      {"counts", {state.counts.rollouts, state.counts.tangents, state.counts.failed, state.counts.jumps}},
+      {"counts", {state.counts.rollouts, state.counts.tangents, state.counts.failed,
+                  state.counts.jumps, state.counts.capped}},
       {"seconds", {state.grid_seconds, state.fit_seconds}},
       {"branches", branches}};
   WriteFileAtomically(path, document.dump() + "\n");
@@ -101,7 +102,7 @@ std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std:
   state.iterations = input.At("iterations").Integer();
   const JsonInput counts = input.At("counts");
   state.counts = {counts.At(0).Integer(), counts.At(1).Integer(), counts.At(2).Integer(),
-                  counts.At(3).Integer()};
+                  counts.At(3).Integer(), counts.At(4).Integer()};
   state.grid_seconds = input.At("seconds").At(0).Number();
   state.fit_seconds = input.At("seconds").At(1).Number();
   const JsonInput branches = input.At("branches");

@@ -63,7 +63,8 @@ ordered_json FitJson(const StagedFitState& state, const BranchFit& best) {
           {"rollouts", state.counts.rollouts},
           {"tangents", state.counts.tangents},
           {"failed_rollouts", state.counts.failed},
-          {"branch_jumps", state.counts.jumps}};
+          {"branch_jumps", state.counts.jumps},
+          {"capped_steps", state.counts.capped}};
 }
 
 ordered_json SpectrumJson(const Spectrum& spectrum) {

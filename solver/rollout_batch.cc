@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "physics/errors.h"
@@ -34,9 +35,20 @@ void RolloutBatch::PrepareForEvaluation(bool with_jacobians, bool) {
     if (options_.warm_restart && EvaluatedHere()) RestartFromLastShapes();
     Evaluate(true);
     Accept();
+  } else if (IsTooFar()) {
+    evaluated_theta_ = theta_;
+    evaluations_.assign(num_targets(), Evaluation());
+    ++counts_.capped;
   } else if (!EvaluatedHere()) {
     Evaluate(false);
   }
+}
+
+bool RolloutBatch::IsTooFar() const {
+  if (!has_accepted()) return false;
+  const Eigen::VectorXd change = accepted_jacobian_ * (theta_ - accepted_theta_);
+  return options_.sigma_px * change.norm() >
+         options_.max_outline_change * std::sqrt(static_cast<double>(change.size()));
 }
 
 bool RolloutBatch::EvaluatedHere() const {

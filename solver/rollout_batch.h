@@ -4,6 +4,7 @@
 #include <ceres/evaluation_callback.h>
 
 #include <Eigen/Core>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -29,6 +30,9 @@ struct BatchOptions {
   // After each accepted step the next rollouts start from the accepted drapes, so that the fit
   // converges to an equilibrium on one branch instead of chasing a transient (SPEC section 5).
   bool warm_restart = true;
+  // A trial whose predicted outline differs by more than this (root mean square) is refused without
+  // a rollout: so far the prediction is none [px].
+  double max_outline_change = std::numeric_limits<double>::infinity();
   double max_jump = 3e-3;    // a trial shape further than this from its linear prediction is another
                              // branch and is refused [m]
 };
@@ -38,6 +42,7 @@ struct BatchCounts {
   int tangents = 0;  // of them, with derivatives
   int failed = 0;    // numerical failures
   int jumps = 0;     // refused: branch jumps
+  int capped = 0;    // refused before: predicted outlines too far away; not among the rollouts
 };
 
 // All rollouts of one evaluation of the optimiser, run as one batch before the cost functions ask:
@@ -83,6 +88,7 @@ class RolloutBatch : public ceres::EvaluationCallback {
   void RunDynamic(const MaterialField& material, bool with_jacobians);
   void RunStatic(const MaterialField& material, bool with_jacobians);
   void FillResidual(int i, bool with_jacobian);
+  bool IsTooFar() const;
   bool LeftBranch(int i, const Eigen::VectorXd& x) const;
   Eigen::VectorXd PredictedShape(int i) const;
   void RestartFromLastShapes();

@@ -244,7 +244,9 @@ class StagedFitter {
     batch.rollout.steps = options_.settle_steps;
     batch.rollout.cancel = callbacks_.cancel;
     batch.sigma_px = options_.sigma_px;
-    batch.max_jump = kMaxJump;
+    batch.max_outline_change = options_.max_outline_change;
+    batch.max_jump = options_.max_jump;
+    batch.warm_restart = options_.warm_restart;
     return batch;
   }
 
@@ -254,6 +256,7 @@ class StagedFitter {
     state.counts.tangents += summary.counts.tangents;
     state.counts.failed += summary.counts.failed;
     state.counts.jumps += summary.counts.jumps;
+    state.counts.capped += summary.counts.capped;
   }
 
   void Report(const std::string& stage, double fraction, double rms) const {
@@ -281,7 +284,6 @@ class StagedFitter {
   static constexpr double kCostTolerance = 1e-3, kLastCostTolerance = 1e-5;
   static constexpr std::size_t kSpareSeeds = 4;
   static constexpr double kSameRms = 1e-4;       // [px]
-  static constexpr double kMaxJump = 0.03;       // [m]
 
   const FitProblem& problem_;
   const StagedFitOptions& options_;
@@ -298,6 +300,8 @@ void StagedFitOptions::Check() const {
   CHECK_GT(prior_sigma, 0.0);
   CHECK_GT(sigma_px, 0.0);
   CHECK_GT(initial_damping, 0.0);
+  CHECK_GT(max_outline_change, 0.0);
+  CHECK_GT(max_jump, 0.0);
   CHECK_GT(newton_iterations, 0);
   CHECK_GT(angles, 2);
 }

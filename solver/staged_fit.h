@@ -30,6 +30,9 @@ struct StagedFitOptions {
   double sigma_px = 0.5;                     // standard deviation of r(θ) [px]
   double initial_damping = 4.0;              // of Levenberg–Marquardt: a bold first step mostly
                                              // leaves the branch
+  double max_outline_change = 4.0;           // of a trial, predicted; more is refused [px]
+  double max_jump = 0.03;                    // of a trial's shape from its prediction [m]
+  bool warm_restart = true;                  // kDynamic: trials start from the last accepted drape
   int newton_iterations = 30;                // of a trial: more are spent only near a bifurcation
   int angles = 90;                           // K of r(θ)
   double settle_h = 0.1;                     // steps that calm a seed before Newton [s]

@@ -161,6 +161,23 @@ TEST_F(BatchTest, AJumpIsMeasuredFromTheLinearPrediction) {
   EXPECT_EQ(batch.counts().jumps, 2);
 }
 
+TEST_F(BatchTest, AStepThatIsPredictedToGoTooFarIsRefusedWithoutARollout) {
+  options_.max_outline_change = 1.0;
+  RolloutBatch batch = Make();
+  batch.PrepareForEvaluation(true, true);
+  const double px_per_unit = batch.accepted_jacobian().col(0).norm() /
+                             std::sqrt(double(batch.accepted_jacobian().rows()));
+  batch.theta()[0] = 1.01 / px_per_unit;
+  batch.PrepareForEvaluation(false, true);
+  EXPECT_FALSE(batch.Copy(0, residual_.data(), nullptr));
+  EXPECT_EQ(batch.counts().rollouts, 2);
+  EXPECT_EQ(batch.counts().capped, 1);
+  batch.theta()[0] = 0.99 / px_per_unit;
+  batch.PrepareForEvaluation(false, true);
+  EXPECT_TRUE(batch.Copy(0, residual_.data(), nullptr));
+  EXPECT_EQ(batch.counts().rollouts, 4);
+}
+
 TEST_F(BatchTest, TheAcceptedPointOutlivesAFailure) {
   RolloutBatch batch = Make();
   EXPECT_FALSE(batch.has_accepted());
