@@ -32,7 +32,8 @@ void AddBlock(const double (&block)[9], double* out) {
 }
 
 // Adds scale·[Du Dv]ᵀ·Q·[Du Dv] to the nine blocks of a face.
-void AddFaceBlocks(const Face& face, const Matrix6& Q, double scale, const int* blocks, BlockMatrix& A) {
+void AddFaceBlocks(const Face& face, const Matrix6& Q, double scale, const int* blocks,
+                   BlockMatrix& A) {
   const ShapeGradient s = GradientOf(face);
   double part[2][2][9];  // Q's blocks uu uv, vu vv
   for (int i = 0; i < 6; ++i)
@@ -62,7 +63,8 @@ void AddHingeBlocks(const double (&Q)[12][12], const int* blocks, BlockMatrix& A
 }
 
 // Adds scale·d·dᵀ to the sixteen blocks of a hinge.
-void AddHingeBlocks(const HingeGradient& gradient, double scale, const int* blocks, BlockMatrix& A) {
+void AddHingeBlocks(const HingeGradient& gradient, double scale, const int* blocks,
+                    BlockMatrix& A) {
   for (int a = 0; a < 4; ++a) {
     const Vec3<double> row = scale * gradient.d[a];
     for (int b = 0; b < 4; ++b) {
@@ -225,17 +227,20 @@ double Energy(const ClothModel& model, const MaterialField& material, const Eige
   double energy = 0.0;
   if (model.scene.gravity)
     for (int i = 0; i < model.mesh.num_vertices(); ++i)
-      energy -= material.density * model.vertex_area[i] * model.scene.gravity->dot(x.segment<3>(3 * i));
+      energy -=
+          material.density * model.vertex_area[i] * model.scene.gravity->dot(x.segment<3>(3 * i));
   for (int i : model.held)
     energy += 0.5 * model.scene.handles->stiffness *
               (x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i)).squaredNorm();
-  for (const VertexLoad& load : model.loads) energy -= load.force.dot(x.segment<3>(3 * load.vertex));
+  for (const VertexLoad& load : model.loads)
+    energy -= load.force.dot(x.segment<3>(3 * load.vertex));
   if (model.scene.stretch)
     std::visit([&](const auto& law) {
       for (int f = 0; f < model.mesh.num_faces(); ++f) {
         const Face& face = model.mesh.faces[f];
-        energy += face.area * StretchEnergy(EvaluateStretch(
-                                   law, Green(GatherColumns(face, x.data())), material.stretch_of(f)));
+        energy +=
+            face.area * StretchEnergy(EvaluateStretch(law, Green(GatherColumns(face, x.data())),
+                                                      material.stretch_of(f)));
       }
     }, model.law.stretch);
   if (model.scene.bend)

@@ -25,7 +25,8 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
                             const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
                             BlockMatrix& derivative);
 
-// Second Piola–Kirchhoff stress of each face at x [N/m], shape [F]; empty in a scene without stretch.
+// Second Piola–Kirchhoff stress of each face at x [N/m], shape [F]; empty in a scene without
+// stretch.
 using StressField = std::vector<StretchStress<double>>;
 StressField MembraneStress(const ClothModel& model, const MaterialField& material,
                            const Eigen::VectorXd& x);

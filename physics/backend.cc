@@ -14,7 +14,8 @@ class CpuBackend final : public Backend {
   CpuBackend(std::shared_ptr<const ClothModel> model, int threads) : model_(std::move(model)) {
     CHECK_GE(threads, 1);
     solvers_.emplace_back(model_);
-    while (static_cast<int>(solvers_.size()) < threads) solvers_.push_back(solvers_.front().Clone());
+    while (static_cast<int>(solvers_.size()) < threads)
+      solvers_.push_back(solvers_.front().Clone());
   }
 
   std::string name() const override { return "cpu"; }

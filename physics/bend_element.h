@@ -42,7 +42,8 @@ DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& t
   return law.Active(Value(B)) ? B * HingeFactor(hinge) : T(0.0);
 }
 template <class Law, class T>
-DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& table, const T& theta) {
+DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& table,
+                          const T& theta) {
   return HingeStiffness(law, hinge, table, law.Columns(hinge, theta));
 }
 
@@ -120,7 +121,8 @@ DRAPE_HD BendAdjoint AdjBendStep(const Law& law, const Hinge& hinge, const BendT
 // W(θ) = ∫₀^θ κ(t)·t dt [J], by Gauss–Legendre on each smooth piece (3 points are exact for the
 // reference law's cubic, 5 leave 1e-13 for the smooth one).
 template <class Law>
-DRAPE_HD double BendEnergy(const Law& law, const Hinge& hinge, const BendTable& table, double theta) {
+DRAPE_HD double BendEnergy(const Law& law, const Hinge& hinge, const BendTable& table,
+                           double theta) {
   constexpr double kNode[5] = {-0.9061798459386640, -0.5384693101056831, 0.0, 0.5384693101056831,
                                0.9061798459386640};
   constexpr double kWeight[5] = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889,

@@ -53,7 +53,8 @@ void EnsureFastBlas(char** argv) {
 }
 
 void UseOneBlasThread() {
-  if (const auto set_threads = FindBlasFunction<void(int)>("openblas_set_num_threads")) set_threads(1);
+  if (const auto set_threads = FindBlasFunction<void(int)>("openblas_set_num_threads"))
+    set_threads(1);
 }
 
 }  // namespace drape

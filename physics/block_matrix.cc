@@ -29,8 +29,8 @@ void AppendBlocks(const BlockPattern& p, const int (&vertex)[N], std::vector<int
 // The three rows of vertex i of y += A·x, V registers of type T from `column` on: the sums stay in
 // registers over the whole row of A.
 template <class T, int V>
-void AddRowProduct(const BlockPattern& p, const BlockMatrix& A, int i, const RowMatrix& x, int column,
-                   RowMatrix& y) {
+void AddRowProduct(const BlockPattern& p, const BlockMatrix& A, int i, const RowMatrix& x,
+                   int column, RowMatrix& y) {
   constexpr int kWidth = sizeof(T) / sizeof(double);
   T sum[3][V] = {};
   for (int b = p.row_start[i]; b < p.row_start[i + 1]; ++b) {
@@ -74,7 +74,8 @@ BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinge
   return p;
 }
 
-void AddMultiply(const BlockPattern& pattern, const BlockMatrix& A, const RowMatrix& x, RowMatrix& y) {
+void AddMultiply(const BlockPattern& pattern, const BlockMatrix& A, const RowMatrix& x,
+                 RowMatrix& y) {
   const int registers = static_cast<int>(x.cols() / 4), rest = static_cast<int>(x.cols() % 4);
   for (int i = 0; i < pattern.num_vertices(); ++i) {
     ForEachChunk<4>(registers, [&]<int V>(int first) {

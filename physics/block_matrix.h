@@ -41,7 +41,8 @@ struct BlockMatrix {
 };
 
 // y += A·x and y += Aᵀ·x, shapes [3V, m].
-void AddMultiply(const BlockPattern& pattern, const BlockMatrix& A, const RowMatrix& x, RowMatrix& y);
+void AddMultiply(const BlockPattern& pattern, const BlockMatrix& A, const RowMatrix& x,
+                 RowMatrix& y);
 void AddTransposeMultiply(const BlockPattern& pattern, const BlockMatrix& A, const RowMatrix& x,
                           RowMatrix& y);
 

@@ -156,7 +156,8 @@ class CholmodSolver final : public LinearSolver {
   // vertex stay together and the analysis is faster.
   std::vector<int> VertexOrdering(const BlockPattern& p) {
     const int n = p.num_vertices();
-    cholmod_sparse* graph = cholmod_allocate_sparse(n, n, p.num_blocks(), 1, 1, -1, CHOLMOD_PATTERN, &common_);
+    cholmod_sparse* graph =
+        cholmod_allocate_sparse(n, n, p.num_blocks(), 1, 1, -1, CHOLMOD_PATTERN, &common_);
     CHECK(graph != nullptr);
     int* start = static_cast<int*>(graph->p);
     int* row = static_cast<int*>(graph->i);
@@ -204,7 +205,8 @@ class CholmodSolver final : public LinearSolver {
       permuted_.row(k).tail(padded - m).setZero();
     }
     SolveRows(View(factor), permuted_);
-    for (Eigen::Index k = 0; k < b.rows(); ++k) b.row(analysis_->order[k]) = permuted_.row(k).head(m);
+    for (Eigen::Index k = 0; k < b.rows(); ++k)
+      b.row(analysis_->order[k]) = permuted_.row(k).head(m);
   }
 
   void Permute(const auto& b, RowMatrix& permuted) const {

@@ -109,7 +109,8 @@ DRAPE_HD inline void AngleHessian(const HingeWings& hinge, double H[12][12]) {
   AddWingHessian(hinge.edge, hinge.apex[1], hinge.wing[1], 3, H);
 }
 
-// The same for two directions only: ∂θ/∂x with its rates ∂²θ/∂x²·v along v = `along[0]`, `along[1]`.
+// The same for two directions only: ∂θ/∂x with its rates ∂²θ/∂x²·v along v = `along[0]`,
+// `along[1]`.
 DRAPE_HD inline AngleGradientOf<Dual<2>> AngleGradientRates(const HingeCorners& c,
                                                             const HingeCorners (&along)[2]) {
   Vec3<Dual<2>> x[4];

@@ -15,7 +15,8 @@ struct Law {
   std::variant<SmoothBend, ReferenceBend> bend;
 
   bool rejects_negative_entries() const {
-    return std::holds_alternative<SmoothStretch>(stretch) || std::holds_alternative<SmoothBend>(bend);
+    return std::holds_alternative<SmoothStretch>(stretch) ||
+           std::holds_alternative<SmoothBend>(bend);
   }
 };
 

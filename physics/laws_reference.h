@@ -50,7 +50,8 @@ class ReferenceStretch {
 
   // The four stiffnesses at a strain [N/m]: trilinear over clamped nodes (fact 3).
   template <class T>
-  DRAPE_HD void Stiffness(const GreenStrain<T>& G, const StretchTable& table, T c[kStretchCols]) const {
+  DRAPE_HD void Stiffness(const GreenStrain<T>& G, const StretchTable& table,
+                          T c[kStretchCols]) const {
     for (int m = 0; m < kStretchCols; ++m) c[m] = T(0.0);
     ForEachNode(G, [&](const StretchNode& node, const T& weight) {
       for (int m = 0; m < kStretchCols; ++m) {

@@ -11,9 +11,9 @@ namespace drape {
 // The same physics as the reference law without its artefacts (SPEC section 3, `smooth`): C1 in
 // strain, direction and curvature, symmetric under turning the cloth over, no silent clamp.
 
-// Quadratic B-spline weights of five columns at q ≥ 0: even about column 0; past column 4 even about
-// it too (`mirror_at_end`, where column 4 is 90°) or constant. NaN, of a diverged shape, stays in
-// range of the table.
+// Quadratic B-spline weights of five columns at q ≥ 0: even about column 0; past column 4 even
+// about it too (`mirror_at_end`, where column 4 is 90°) or constant. NaN, of a diverged shape,
+// stays in range of the table.
 template <class T>
 DRAPE_HD ColumnWeights<T, 3> SplineWeights(const T& q, bool mirror_at_end) {
   if (!(Value(q) < 4.5)) return {{4, 4, 4}, {T(0.0), T(1.0), T(0.0)}};
@@ -37,7 +37,8 @@ struct SmoothStretch {
   }
 
   template <class T>
-  DRAPE_HD void Stiffness(const GreenStrain<T>& G, const StretchTable& table, T c[kStretchCols]) const {
+  DRAPE_HD void Stiffness(const GreenStrain<T>& G, const StretchTable& table,
+                          T c[kStretchCols]) const {
     T w[kStretchRows];
     RowWeights(G, w);
     for (int m = 0; m < kStretchCols; ++m) {
@@ -61,8 +62,9 @@ struct SmoothStretch {
     using std::sqrt;
     const T difference = 2.0 * (G.uu - G.vv), shear = 4.0 * G.uv;
     const T squared = difference * difference + shear * shear;
-    const T stretch2 = 1.0 + G.uu + G.vv +
-                       0.5 * (sqrt(squared + anisotropy_width * anisotropy_width) - anisotropy_width);
+    const T stretch2 =
+        1.0 + G.uu + G.vv +
+        0.5 * (sqrt(squared + anisotropy_width * anisotropy_width) - anisotropy_width);
     const T blend = Onset(stretch2);
     w[0] = kMembranePerEntry * (1.0 - blend);
     T by_direction[5];
@@ -87,7 +89,8 @@ struct SmoothStretch {
 
   // Over principal directions 0/22.5/45/67.5/90°; the mean of all where no direction is preferred.
   template <class T>
-  DRAPE_HD void DirectionWeights(const T& difference, const T& shear, const T& squared, T w[5]) const {
+  DRAPE_HD void DirectionWeights(const T& difference, const T& shear, const T& squared,
+                                 T w[5]) const {
     using std::atan2;
     constexpr double kMean[5] = {0.125, 0.25, 0.25, 0.25, 0.125};
     if (Value(squared) < 1e-18) {

@@ -27,8 +27,8 @@ class LinearSolver {
   virtual void Solve(Eigen::VectorXd& b) = 0;
   virtual void Solve(RowMatrix& b) = 0;
 
-  // The numbers of the present factor, to be solved with later (adjoint of a rollout). `saved` keeps
-  // its memory when it has the size already.
+  // The numbers of the present factor, to be solved with later (adjoint of a rollout). `saved`
+  // keeps its memory when it has the size already.
   virtual void SaveFactor(std::vector<double>& saved) const = 0;
   virtual void SolveSaved(const std::vector<double>& saved, RowMatrix& b) = 0;
   virtual std::size_t factor_bytes() const = 0;

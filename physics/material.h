@@ -7,7 +7,8 @@ namespace drape {
 
 // The tables of a fabric. Internally entries follow the convention of ARCSim and of the published
 // data, so that they compare digit by digit; files and reports state their convention.
-inline constexpr int kStretchRows = 6;  // row 0: zero strain; 1..5: principal direction 0/22.5/45/67.5/90° at stretch 1/6
+inline constexpr int kStretchRows =
+    6;  // row 0: zero strain; 1..5: principal direction 0/22.5/45/67.5/90° at stretch 1/6
 inline constexpr int kStretchCols = 4;  // c11 c12 c22 c33
 inline constexpr int kBendRows = 3;     // edge direction 0/45/90° to weft
 inline constexpr int kBendCols = 5;     // curvature
@@ -38,7 +39,9 @@ struct MaterialField {
   std::vector<StretchTable> stretch;  // 1 or F tables
   std::vector<BendTable> bend;        // 1 or E tables (E hinges)
 
-  const StretchTable& stretch_of(int face) const { return stretch.size() == 1 ? stretch[0] : stretch[face]; }
+  const StretchTable& stretch_of(int face) const {
+    return stretch.size() == 1 ? stretch[0] : stretch[face];
+  }
   const BendTable& bend_of(int hinge) const { return bend.size() == 1 ? bend[0] : bend[hinge]; }
 };
 

@@ -13,7 +13,8 @@ namespace {
 
 using Columns = DeformationGradient<double>;
 
-// g of a face is linear in its four stiffnesses: their bases by area, and how they follow the table.
+// g of a face is linear in its four stiffnesses: their bases by area, and how they follow the
+// table.
 struct FaceSensitivity {
   Columns basis[kStretchCols];
   double by_entry[kStretchRows][kStretchCols];
@@ -59,7 +60,8 @@ void AddStretchColumns(const Law& law, const ClothModel& model, const MaterialFi
     const FaceSensitivity s = EvaluateSensitivity(law, face, material.stretch_of(f), x, w, h);
     const StretchTable& scale = weight.stretch_of(f);
     double factor[kStretchEntries];
-    for (int k = 0; k < kStretchEntries; ++k) factor[k] = (&s.by_entry[0][0])[k] * (&scale.c[0][0])[k];
+    for (int k = 0; k < kStretchEntries; ++k)
+      factor[k] = (&s.by_entry[0][0])[k] * (&scale.c[0][0])[k];
     const ShapeGradient shape = GradientOf(face);
     for (int i = 0; i < 9; ++i) {
       const double u = shape.u[i / 3], v = shape.v[i / 3];
@@ -111,8 +113,9 @@ void AddStretchGradient(const Law& law, const ClothModel& model, const MaterialF
     for (int m = 0; m < kStretchCols; ++m) {
       std::fill_n(u, columns, 0.0);
       for (int i = 0; i < 9; ++i)
-        AddScaledRow(shape.u[i / 3] * (&s.basis[m].u.x)[i % 3] + shape.v[i / 3] * (&s.basis[m].v.x)[i % 3],
-                     &lambda(3 * face.vertex[i / 3] + i % 3, 0), columns, u);
+        AddScaledRow(
+            shape.u[i / 3] * (&s.basis[m].u.x)[i % 3] + shape.v[i / 3] * (&s.basis[m].v.x)[i % 3],
+            &lambda(3 * face.vertex[i / 3] + i % 3, 0), columns, u);
       for (int r = 0; r < kStretchRows; ++r)
         if (s.by_entry[r][m] != 0.0)
           AddScaledRow(s.by_entry[r][m], u, columns, &gradient(first + kStretchCols * r + m, 0));

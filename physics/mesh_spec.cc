@@ -69,8 +69,9 @@ Mesh ParseStrip(const std::string& spec) {
                            "than 10 m");
   const double across = along * width / length / std::sqrt(0.75);
   if (along < 1 || !(2.0 * across * along < kMostTriangles))
-    throw InputError(spec, "found " + std::to_string(along) +
-                               " edges along, expected at least 1 and less than a million triangles");
+    throw InputError(spec,
+                     "found " + std::to_string(along) +
+                         " edges along, expected at least 1 and less than a million triangles");
   return MakeStrip(length, width, along, std::max(1, static_cast<int>(std::lround(across))));
 }
 

@@ -18,8 +18,8 @@ bool KeepsFactor(const RolloutOptions& options, std::size_t factor_bytes, int st
 }
 
 // Replaces state.v by v' at state.x; the factor stays in the solver, the positions as they are.
-RolloutStatus SolveVelocity(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& mass,
-                   double h, State& state) {
+RolloutStatus SolveVelocity(StepSolver& solver, const MaterialField& material,
+                            const Eigen::VectorXd& mass, double h, State& state) {
   if (!solver.Factor(material, state.x, h)) return RolloutStatus::kNotPositiveDefinite;
   state.v = mass.cwiseProduct(state.v) + h * solver.force();
   solver.linear().Solve(state.v);
@@ -62,7 +62,8 @@ const char* ToString(RolloutStatus status) {
 StepSolver::StepSolver(std::shared_ptr<const ClothModel> model)
     : StepSolver(model, MakeCholmodSolver(model->pattern)) {}
 
-StepSolver::StepSolver(std::shared_ptr<const ClothModel> model, std::unique_ptr<LinearSolver> linear)
+StepSolver::StepSolver(std::shared_ptr<const ClothModel> model,
+                       std::unique_ptr<LinearSolver> linear)
     : model_(std::move(model)),
       linear_(std::move(linear)),
       matrix_(model_->pattern),
@@ -73,8 +74,9 @@ bool StepSolver::Factor(const MaterialField& material, const Eigen::VectorXd& x,
   return linear_->Factor(matrix_);
 }
 
-const BlockMatrix& StepSolver::StepDerivative(const MaterialField& material, const Eigen::VectorXd& x,
-                                              const Eigen::VectorXd& w, double h) {
+const BlockMatrix& StepSolver::StepDerivative(const MaterialField& material,
+                                              const Eigen::VectorXd& x, const Eigen::VectorXd& w,
+                                              double h) {
   AssembleStepDerivative(*model_, material, x, w, h, derivative_);
   return derivative_;
 }
@@ -90,8 +92,9 @@ RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const S
     recording->factor.resize(options.steps);
   }
   for (; result.steps < options.steps; ++result.steps) {
-    result.status = Cancelled(options) ? RolloutStatus::kCancelled
-                                       : SolveVelocity(solver, material, mass, options.h, result.end);
+    result.status = Cancelled(options)
+                        ? RolloutStatus::kCancelled
+                        : SolveVelocity(solver, material, mass, options.h, result.end);
     if (result.status != RolloutStatus::kOk) break;
     result.end.x += options.h * result.end.v;
     if (recording != nullptr) Record(solver.linear(), options, result, *recording);
@@ -111,8 +114,9 @@ TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
   RolloutResult rollout{RolloutStatus::kOk, start, 0};
   for (; rollout.steps < options.steps; ++rollout.steps) {
     const Eigen::VectorXd& x = rollout.end.x;
-    rollout.status = Cancelled(options) ? RolloutStatus::kCancelled
-                                        : SolveVelocity(solver, material, mass, options.h, rollout.end);
+    rollout.status = Cancelled(options)
+                         ? RolloutStatus::kCancelled
+                         : SolveVelocity(solver, material, mass, options.h, rollout.end);
     if (rollout.status != RolloutStatus::kOk) break;
     const Eigen::VectorXd& w = rollout.end.v;
     dv = mass.asDiagonal() * dv;
@@ -135,7 +139,8 @@ void AddStepAdjoint(StepSolver& solver, const MaterialField& material, const Eig
   if (lambda.cols() == 1) {
     AdjStep(model, material, x, w, h, lambda, result.x0, result.material);
   } else {
-    AddTransposeMultiply(model.pattern, solver.StepDerivative(material, x, w, h), lambda, result.x0);
+    AddTransposeMultiply(model.pattern, solver.StepDerivative(material, x, w, h), lambda,
+                         result.x0);
     AddMaterialGradient(model, material, x, w, h, lambda, result.material);
   }
 }

@@ -12,7 +12,8 @@ namespace drape {
 //   {"stretch": false, "bend": false,
 //    "gravity": [0, 0, -9.81],                                    m/s²
 //    "handles": {"region": …, "stiffness": 1000},                 N/m a vertex
-//    "load": {"region": …, "force": [2, 0, 0]}}                   N in total, on that part of the hem
+//    "load": {"region": …, "force": [2, 0, 0]}}                   N in total, on that part of the
+//    hem
 // A region of rest positions [m] is one of
 //   {"disc": {"radius": 0.09}}, {"ring": {"inner": 0.149, "outer": 0.15}},
 //   {"half_plane": {"normal": [1, 0, 0], "offset": 0}}            normal·x ≤ offset

@@ -48,11 +48,11 @@ StartShape SeedFromOutline(const std::vector<double>& outline, double hem_rms,
 // expected mean square. The same seed gives the same shape (see random.h).
 StartShape RandomStartShape(uint64_t seed, double hem_rms, const ModeRange& range = {});
 
-// Straight radial flaps under a hem seen from above at `outline` [m], shape [n] at θ_i = 2π i/n: the
-// cloth beyond the support hangs down by lift · φ(θ), with φ the angle at which a straight flap's
-// hem lies at r(θ). Lift 1 hits the outline where the flap's length allows it; less lift starts
-// higher and leaves room for the cloth to fall into folds of its own. Positions [m], shape [3V].
-// Throws InputError when no vertex lies outside the support. CHECKs n ≥ 3 and lift in (0, 1].
+// Straight radial flaps under a hem seen from above at `outline` [m], shape [n] at θ_i = 2π i/n:
+// the cloth beyond the support hangs down by lift · φ(θ), with φ the angle at which a straight
+// flap's hem lies at r(θ). Lift 1 hits the outline where the flap's length allows it; less lift
+// starts higher and leaves room for the cloth to fall into folds of its own. Positions [m], shape
+// [3V]. Throws InputError when no vertex lies outside the support. CHECKs n ≥ 3 and lift in (0, 1].
 Eigen::VectorXd FlapsFromOutline(const Mesh& mesh, double support_radius,
                                  const Eigen::VectorXd& outline, double lift);
 

@@ -94,8 +94,8 @@ class EquilibriumSearch {
   // Where the energy no longer resolves the progress, or is none (its stretch part is held at the
   // present stiffness), the residual counts.
   bool IsBetter() const {
-    return here_.energy < best_.energy ||
-           (best_.residual < options_.residual_regime && here_.residual < kResidualDecrease * best_.residual);
+    return here_.energy < best_.energy || (best_.residual < options_.residual_regime &&
+                                           here_.residual < kResidualDecrease * best_.residual);
   }
 
   void AcceptOrTakeBack(double move) {
@@ -153,7 +153,8 @@ const char* ToString(EquilibriumStatus status) {
   return "unknown";
 }
 
-double ForceResidual(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x) {
+double ForceResidual(const ClothModel& model, const MaterialField& material,
+                     const Eigen::VectorXd& x) {
   Eigen::VectorXd force;
   AssembleForce(model, material, x, force);
   return force.norm() / Weight(model, material);

@@ -25,9 +25,9 @@ struct EquilibriumOptions {
 };
 
 enum class EquilibriumStatus {
-  kStable,        // converged, K positive definite
-  kUnstable,      // converged, but K has lost definiteness or its unsymmetric part rules: at or past
-                  // a fold bifurcation, where derivatives blow up
+  kStable,    // converged, K positive definite
+  kUnstable,  // converged, but K has lost definiteness or its unsymmetric part rules: at or past
+              // a fold bifurcation, where derivatives blow up
   kNotConverged,  // iteration limit, or no step lowers energy or residual: x is the best shape
   kCancelled
 };
@@ -75,6 +75,7 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
                                       MaterialGradient* gradient);
 
 // ‖f(x)‖ / weight, as in EquilibriumResult: how far from rest a shape is.
-double ForceResidual(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x);
+double ForceResidual(const ClothModel& model, const MaterialField& material,
+                     const Eigen::VectorXd& x);
 
 }  // namespace drape

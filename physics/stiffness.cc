@@ -14,7 +14,8 @@ void Symmetrise(const BlockPattern& pattern, const BlockMatrix& negative, BlockM
       const int j = pattern.column[b];
       const auto begin = pattern.column.begin();
       const int mirror = static_cast<int>(
-          std::lower_bound(begin + pattern.row_start[j], begin + pattern.row_start[j + 1], i) - begin);
+          std::lower_bound(begin + pattern.row_start[j], begin + pattern.row_start[j + 1], i) -
+          begin);
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
           K.block(b)[3 * r + c] =
@@ -82,8 +83,9 @@ bool Stiffness::SolveWith(decltype(AddMultiply)& multiply, const RowMatrix& rhs,
     step = residual;
     solver_.linear().Solve(step);
     square = residual.cwiseProduct(step).colwise().sum();
-    weight = round == 0 ? Eigen::RowVectorXd::Ones(rhs.cols()).eval()
-                        : (1.0 / (1.0 + square.array() / last_square.array() / weight.array())).matrix();
+    weight = round == 0
+                 ? Eigen::RowVectorXd::Ones(rhs.cols()).eval()
+                 : (1.0 / (1.0 + square.array() / last_square.array() / weight.array())).matrix();
     weight = (square.array() > 0.0).select(weight, 1.0);  // columns of zeros
     last_square = square;
     step += *solution - before;

@@ -31,14 +31,14 @@ class Stiffness {
 
   // Factors Ks. False when it is not positive definite.
   [[nodiscard]] bool Factor();
-  // Factors Ks + shift, μ = *mu [s⁻²] or the first larger one that makes it positive definite. False
-  // when none does. `tries`, when given, is raised by each factorisation.
+  // Factors Ks + shift, μ = *mu [s⁻²] or the first larger one that makes it positive definite.
+  // False when none does. `tries`, when given, is raised by each factorisation.
   [[nodiscard]] bool FactorShifted(const StiffnessShift& shift, double* mu, int* tries = nullptr);
 
-  // Solves K·solution = rhs, or Kᵀ·solution = rhs, to 1e-10 of rhs, or to rounding where a slender strip
-  // is so much stiffer in its plane than across it that products with K lose more; shapes [3V, m].
-  // Needs Factor(). False when it does not converge. Concus & Golub 1976, Widlund 1978: K = Ks + skew part, so the conjugate
-  // gradients of Ks⁻¹·K need a recurrence of three terms only.
+  // Solves K·solution = rhs, or Kᵀ·solution = rhs, to 1e-10 of rhs, or to rounding where a slender
+  // strip is so much stiffer in its plane than across it that products with K lose more; shapes
+  // [3V, m]. Needs Factor(). False when it does not converge. Concus & Golub 1976, Widlund 1978: K
+  // = Ks + skew part, so the conjugate gradients of Ks⁻¹·K need a recurrence of three terms only.
   [[nodiscard]] bool Solve(const RowMatrix& rhs, RowMatrix* solution);
   [[nodiscard]] bool SolveTransposed(const RowMatrix& rhs, RowMatrix* solution);
 

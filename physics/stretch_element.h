@@ -57,7 +57,8 @@ DRAPE_HD StretchCoefficients<Dual<6>> EvaluateStretchDual(const Law& law,
 
 template <int N>
 DRAPE_HD StretchCoefficients<double> Values(const StretchCoefficients<Dual<N>>& k) {
-  return {k.c11.a, k.c12.a, k.c22.a, k.c33.a, {k.G.uu.a, k.G.vv.a, k.G.uv.a}, k.ramp_uu.a, k.ramp_vv.a};
+  return {k.c11.a,     k.c12.a,    k.c22.a, k.c33.a, {k.G.uu.a, k.G.vv.a, k.G.uv.a},
+          k.ramp_uu.a, k.ramp_vv.a};
 }
 
 // Stress of a strain at given stiffnesses, symmetric [N/m].
@@ -165,7 +166,8 @@ DRAPE_HD void StretchStepDerivative(const Law& law, const DeformationGradient<do
     for (int j = 0; j < 6; ++j) out[i][j] = rows[i].v[j];
 }
 
-// The coefficients of a unit stiffness in column m of the table: force and matrix are linear in them.
+// The coefficients of a unit stiffness in column m of the table: force and matrix are linear in
+// them.
 DRAPE_HD inline StretchCoefficients<double> UnitStiffness(StretchCoefficients<double> k, int m) {
   k.c11 = m == 0;
   k.c12 = m == 1;
@@ -202,14 +204,16 @@ DRAPE_HD StretchAdjoint AdjStretchStep(const Law& law, const DeformationGradient
   const GreenStrain<double> G = Green(F), w_rate = StrainRate(F, w);
   const GreenStrain<double> lambda_rate = StrainRate(F, lambda);
   const double u = Dot(w.u, lambda.u), v = Dot(w.v, lambda.v);
-  const auto by_G = EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}}, table);
+  const auto by_G =
+      EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}}, table);
   const Dual<3> work = StretchStepWork(by_G, w_rate, lambda_rate, u, v, h);
   const StretchCoefficients<double> k = Values(by_G);
   StretchStress<double> by_w_rate = Stress(k, lambda_rate);
   by_w_rate = {-h * h * by_w_rate.uu, -h * h * by_w_rate.vv, -h * h * by_w_rate.uv};
   const auto by_strain = F * StretchStress<double>{work.v[0], work.v[1], 0.5 * work.v[2]};
   const auto by_w = w * by_w_rate, by_lambda = lambda * StretchStepStresses(k, w_rate, h).on_F;
-  StretchAdjoint result{{by_strain.u + by_w.u + by_lambda.u, by_strain.v + by_w.v + by_lambda.v}, {}, G};
+  StretchAdjoint result{
+      {by_strain.u + by_w.u + by_lambda.u, by_strain.v + by_w.v + by_lambda.v}, {}, G};
   for (int m = 0; m < kStretchCols; ++m)
     result.adj_stiffness[m] = StretchStepWork(UnitStiffness(k, m), w_rate, lambda_rate, u, v, h);
   return result;

@@ -35,7 +35,8 @@ struct Columns {
 // R rows × V registers of b: as many as 16 vector registers hold beside a row and a number of L.
 template <int R, int V>
 struct Tile {
-  Vec4 value[R][V];  // starts with the rows themselves: zeroing it first costs as much as the products
+  Vec4 value[R]
+            [V];  // starts with the rows themselves: zeroing it first costs as much as the products
 
   void Load(int r, const double* b) {
     for (int v = 0; v < V; ++v) value[r][v] = LoadAs<Vec4>(b + 4 * v);

@@ -119,7 +119,8 @@ double DirectionalRigidity(const BendTable& table, double direction) {
     const double edge = M_PI * i / kDirections;
     const double row = std::min(edge, M_PI - edge) * 4.0 / M_PI;  // 0 … 2 of the table
     const int below = std::min(static_cast<int>(row), kBendRows - 2);
-    const double B = table.b[below][0] + (row - below) * (table.b[below + 1][0] - table.b[below][0]);
+    const double B =
+        table.b[below][0] + (row - below) * (table.b[below + 1][0] - table.b[below][0]);
     const double weight = std::pow(std::sin(edge - direction), 4);
     sum += weight * B;
     weights += weight;

@@ -14,7 +14,8 @@ namespace {
 // The slice of one target: the batch has done the work.
 class OutlineCost final : public ceres::CostFunction {
  public:
-  OutlineCost(const RolloutBatch* batch, int target, int parameters) : batch_(batch), target_(target) {
+  OutlineCost(const RolloutBatch* batch, int target, int parameters)
+      : batch_(batch), target_(target) {
     set_num_residuals(batch->num_angles());
     mutable_parameter_block_sizes()->push_back(parameters);
   }
@@ -28,10 +29,10 @@ class OutlineCost final : public ceres::CostFunction {
 };
 
 // The points of all tests. Computed when asked for: strips are small.
-class TestCost final : public ceres::CostFunction {
+class StripCost final : public ceres::CostFunction {
  public:
   // accepted: where Ceres last had a Jacobian; may be null.
-  TestCost(TestReadings* tests, const MaterialParametrisation* parametrisation,
+  StripCost(StripReadings* tests, const MaterialParametrisation* parametrisation,
            Eigen::VectorXd* accepted)
       : tests_(tests), parametrisation_(parametrisation), accepted_(accepted) {
     set_num_residuals(tests->num_points());
@@ -51,7 +52,7 @@ class TestCost final : public ceres::CostFunction {
   }
 
  private:
-  TestReadings* tests_;
+  StripReadings* tests_;
   const MaterialParametrisation* parametrisation_;
   Eigen::VectorXd* accepted_;
 };
@@ -65,8 +66,10 @@ class Monitor final : public ceres::IterationCallback {
                     s.cumulative_time_in_seconds};
     summary_->iterations.push_back(it);
     if (options_.progress) options_.progress(it);
-    if (options_.cancel != nullptr && options_.cancel->load()) return Stop(FitTermination::kCancelled);
-    if (s.trust_region_radius * options_.max_damping < 1.0) return Stop(FitTermination::kDampingLimit);
+    if (options_.cancel != nullptr && options_.cancel->load())
+      return Stop(FitTermination::kCancelled);
+    if (s.trust_region_radius * options_.max_damping < 1.0)
+      return Stop(FitTermination::kDampingLimit);
     return ceres::SOLVER_CONTINUE;
   }
   bool stopped() const { return stopped_; }
@@ -125,7 +128,7 @@ void Solve(ceres::Problem& problem, const FitOptions& options, FitSummary* summa
 }
 
 // Adds the tests to a summary that holds the best θ. False when they cannot be computed there.
-bool AppendTests(TestReadings& tests, const MaterialParametrisation& parametrisation,
+bool AppendTests(StripReadings& tests, const MaterialParametrisation& parametrisation,
                  FitSummary* summary) {
   Eigen::VectorXd residual;
   RowMatrix jacobian;
@@ -158,7 +161,7 @@ const char* ToString(FitTermination termination) {
   return "unknown";
 }
 
-FitSummary Fit(RolloutBatch& batch, const FitOptions& options, TestReadings* tests) {
+FitSummary Fit(RolloutBatch& batch, const FitOptions& options, StripReadings* tests) {
   options.Check();
   FitSummary summary;
   ceres::Problem::Options problem_options;
@@ -168,13 +171,16 @@ FitSummary Fit(RolloutBatch& batch, const FitOptions& options, TestReadings* tes
     problem.AddResidualBlock(new OutlineCost(&batch, i, batch.num_parameters()), nullptr,
                              batch.theta());
   if (tests != nullptr)
-    problem.AddResidualBlock(new TestCost(tests, &batch.parametrisation(), nullptr), nullptr, batch.theta());
+    problem.AddResidualBlock(new StripCost(tests, &batch.parametrisation(), nullptr), nullptr,
+                             batch.theta());
   AddPrior(problem, batch.theta(), batch.num_parameters(), options);
   Solve(problem, options, &summary);
   summary.counts = batch.counts();
-  // Ceres fails where the Jacobian of an accepted step cannot be had: the point before still stands.
+  // Ceres fails where the Jacobian of an accepted step cannot be had: the point before still
+  // stands.
   if (!batch.has_accepted()) return summary;
-  if (summary.termination == FitTermination::kFailed) summary.termination = FitTermination::kStalled;
+  if (summary.termination == FitTermination::kFailed)
+    summary.termination = FitTermination::kStalled;
   batch.StartFromAccepted();
   summary.theta = batch.accepted_theta();
   summary.final_cost =
@@ -186,19 +192,20 @@ FitSummary Fit(RolloutBatch& batch, const FitOptions& options, TestReadings* tes
   return summary;
 }
 
-FitSummary FitTests(TestReadings& tests, const MaterialParametrisation& parametrisation,
+FitSummary FitStrips(StripReadings& tests, const MaterialParametrisation& parametrisation,
                     const Eigen::VectorXd& theta, const FitOptions& options) {
   options.Check();
   const int size = parametrisation.size();
   FitSummary summary;
   Eigen::VectorXd block = theta;
   ceres::Problem problem;
-  problem.AddResidualBlock(new TestCost(&tests, &parametrisation, &summary.theta), nullptr,
+  problem.AddResidualBlock(new StripCost(&tests, &parametrisation, &summary.theta), nullptr,
                            block.data());
   AddPrior(problem, block.data(), size, options);
   Solve(problem, options, &summary);
   if (summary.theta.size() == 0) return summary;
-  if (summary.termination == FitTermination::kFailed) summary.termination = FitTermination::kStalled;
+  if (summary.termination == FitTermination::kFailed)
+    summary.termination = FitTermination::kStalled;
   summary.final_cost =
       0.5 * summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma);
   summary.jacobian.resize(0, size);

@@ -10,7 +10,7 @@
 #include "solver/parametrisation.h"
 #include "solver/rollout_batch.h"
 #include "solver/target.h"
-#include "solver/test_readings.h"
+#include "solver/strip_readings.h"
 
 namespace drape {
 
@@ -64,12 +64,12 @@ struct FitSummary {
 
 // Fits θ to all targets by Ceres's trust region (Levenberg–Marquardt) from batch.theta(). On return
 // the targets' starts are the drapes of the best point. `tests`, if not null: mechanical tests of
-// the same cloth, fitted jointly; a strip that cannot be computed refuses a step as a failed rollout
-// does.
-FitSummary Fit(RolloutBatch& batch, const FitOptions& options, TestReadings* tests = nullptr);
+// the same cloth, fitted jointly; a strip that cannot be computed refuses a step as a failed
+// rollout does.
+FitSummary Fit(RolloutBatch& batch, const FitOptions& options, StripReadings* tests = nullptr);
 
 // The same for tests alone, from `theta`.
-FitSummary FitTests(TestReadings& tests, const MaterialParametrisation& parametrisation,
+FitSummary FitStrips(StripReadings& tests, const MaterialParametrisation& parametrisation,
                     const Eigen::VectorXd& theta, const FitOptions& options);
 
 }  // namespace drape

@@ -57,12 +57,13 @@ json ToJson(const BranchFit& branch) {
 
 BranchFit BranchOf(const JsonInput& input) {
   BranchFit branch;
-  branch.seed = {input.At("stretch").Number(), input.At("bend").Number(), Numbers(input.At("lifts")),
-                 input.At("coarse_rms").Number()};
+  branch.seed = {input.At("stretch").Number(), input.At("bend").Number(),
+                 Numbers(input.At("lifts")), input.At("coarse_rms").Number()};
   branch.seed_rms = input.At("seed_rms").Number();
   branch.theta = Vector(input.At("theta"));
   const JsonInput shapes = input.At("shapes");
-  for (int i = 0; i < shapes.ExpectArray().Size(); ++i) branch.shapes.push_back(Vector(shapes.At(i)));
+  for (int i = 0; i < shapes.ExpectArray().Size(); ++i)
+    branch.shapes.push_back(Vector(shapes.At(i)));
   branch.cost = input.At("cost").Number();
   branch.profile_rms = input.At("profile_rms").Number();
   branch.termination = static_cast<FitTermination>(
@@ -95,7 +96,8 @@ std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std:
   const json document = ReadJsonFile(path);
   const JsonInput input(document, path);
   if (input.At("job").String() != job)
-    input.At("job").Fail("the present images and settings: run without --resume, or undo the change");
+    input.At("job").Fail(
+        "the present images and settings: run without --resume, or undo the change");
   StagedFitState state;
   state.grid_done = Boolean(input.At("grid_done"));
   state.round = IntegerUpTo(input.At("round"), std::numeric_limits<int>::max());

@@ -37,7 +37,7 @@ struct LoadedJob {
   std::unique_ptr<Backend> fine, coarse;
   FitProblem problem;
   StagedFitOptions fit;
-  std::unique_ptr<TestReadings> tests;
+  std::unique_ptr<StripReadings> tests;
   std::optional<FitSummary> tests_alone;
   std::unique_ptr<MaterialField> truth;
   std::vector<std::string> notes;
@@ -128,7 +128,7 @@ LoadedJob Load(const FitJob& job) {
     loaded.truth = std::make_unique<MaterialField>(
         ReadMaterial(job.truth, {NegativeEntries::kWarn}).field);
   if (!tests.empty())
-    loaded.tests = std::make_unique<TestReadings>(std::move(tests), MakeLaw(job.law));
+    loaded.tests = std::make_unique<StripReadings>(std::move(tests), MakeLaw(job.law));
   if (job.images.empty()) return loaded;
   const auto model = [&](const std::string& mesh) {
     return std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(), MakeLaw(job.law));
@@ -178,21 +178,21 @@ std::string Identity(const FitJob& job, const LoadedJob& loaded) {
   return id.dump();
 }
 
-// With fewer numbers than the tests ask for, what remains is no noise of σ: the prior is narrowed as
-// if σ were the present misfit. Else numbers that the tests hardly feel (stretch of a cantilever)
-// run away by many log units to explain it.
+// With fewer numbers than the tests ask for, what remains is no noise of σ: the prior is narrowed
+// as if σ were the present misfit. Else numbers that the tests hardly feel (stretch of a
+// cantilever) run away by many log units to explain it.
 FitOptions Tempered(FitOptions options, const MaterialParametrisation& parametrisation,
-                    const Eigen::VectorXd& theta, TestReadings& tests) {
+                    const Eigen::VectorXd& theta, StripReadings& tests) {
   Eigen::VectorXd residual;
   if (tests.Evaluate(parametrisation, theta, &residual, nullptr))
     options.prior_sigma /= std::max(1.0, std::sqrt(residual.squaredNorm() / residual.size()));
   return options;
 }
 
-// Fits the tests alone: few numbers first, because single entries are bent into tables that no strip
-// bears while the whole is far off. Each stage's prior is about the start tables.
+// Fits the tests alone: few numbers first, because single entries are bent into tables that no
+// strip bears while the whole is far off. Each stage's prior is about the start tables.
 FitSummary FitTestsInStages(const MaterialField& start, Tying last, const FitOptions& options,
-                            TestReadings& tests, MaterialField* fitted) {
+                            StripReadings& tests, MaterialField* fitted) {
   Eigen::VectorXd log_entries = Eigen::VectorXd::Zero(kMaterialEntries);
   FitSummary summary;
   for (const Tying tying : {Tying::kScales, Tying::kColumns, Tying::kEntries}) {
@@ -202,7 +202,7 @@ FitSummary FitTestsInStages(const MaterialField& start, Tying last, const FitOpt
     const Eigen::VectorXd theta =
         (tie.transpose() * log_entries).cwiseQuotient(tie.colwise().sum().transpose());
     const double seconds = summary.seconds;
-    summary = FitTests(tests, parametrisation, theta,
+    summary = FitStrips(tests, parametrisation, theta,
                        tying == last ? options : Tempered(options, parametrisation, theta, tests));
     summary.seconds += seconds;
     if (summary.termination == FitTermination::kFailed) break;
@@ -247,7 +247,7 @@ FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFit
     if (problem.tests == nullptr) return report;
     report.material = problem.material;
     report.spectrum = SpectrumOf(loaded.tests_alone->jacobian, job.fit.prior_sigma);
-    report.tests = ReportTests(*problem.tests, report.material);
+    report.tests = ReportStrips(*problem.tests, report.material);
     return report;
   }
   const BranchFit* best = Best(state);
@@ -256,7 +256,7 @@ FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFit
     return report;
   }
   report.material = FittedMaterial(problem, job.fit, *best);
-  if (problem.tests != nullptr) report.tests = ReportTests(*problem.tests, report.material);
+  if (problem.tests != nullptr) report.tests = ReportStrips(*problem.tests, report.material);
   const Eigen::MatrixXd jacobian = FitJacobian(problem, job.fit, *best);
   if (jacobian.size() > 0) report.spectrum = SpectrumOf(jacobian, job.fit.prior_sigma);
   StepSolver solver(loaded.fine_model);

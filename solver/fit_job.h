@@ -65,12 +65,12 @@ struct FitJobResult {
   std::string table;       // for a person: one line an image, one a point of a test, the material
 };
 
-// Tests are first fitted alone from the start tables. With images, the staged fit follows: it starts
-// from the tables of that fit, on which its prior is centred, and each branch has the tests'
+// Tests are first fitted alone from the start tables. With images, the staged fit follows: it
+// starts from the tables of that fit, on which its prior is centred, and each branch has the tests'
 // residuals beside the outlines'; the seed grid leaves alone what tests have measured (bend after a
 // cantilever, stretch after a tensile test).
-// Reads and checks all input before it computes; writes to job.out: summary.json, material.json, for
-// each image fit_<name>.png, drape_<name>.obj and start_<name>.json. Throws InputError.
+// Reads and checks all input before it computes; writes to job.out: summary.json, material.json,
+// for each image fit_<name>.png, drape_<name>.obj and start_<name>.json. Throws InputError.
 FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks);
 
 // JSON files of a list like that of ExpandImages. Throws InputError for one that matches nothing.

@@ -104,7 +104,7 @@ ordered_json Summary(const FitJob& job, const FitProblem& problem, const StagedF
                        {"backend", job.backend},
                        {"versions", job.versions},
                        {"notes", report.notes}};
-  if (!report.tests.empty()) json["tests"] = TestsJson(report.tests);
+  if (!report.tests.empty()) json["tests"] = StripsJson(report.tests);
   if (problem.targets.empty()) {
     for (const char* key : {"camera", "centre", "mesh", "coarse_mesh", "backend"}) json.erase(key);
     if (report.tests_alone) json.update(TestFitJson(job, *report.tests_alone));
@@ -225,12 +225,13 @@ void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFi
                              job.material,
                    .warnings = {}});
   }
-  WriteFileAtomically(job.out + "/summary.json", Summary(job, problem, state, report).dump(2) + "\n");
+  WriteFileAtomically(job.out + "/summary.json",
+                      Summary(job, problem, state, report).dump(2) + "\n");
 }
 
 std::string FitTable(const FitProblem& problem, const FitReport& report,
                      const MaterialField* truth) {
-  return ImageTable(problem, report) + TestTable(report.tests) +
+  return ImageTable(problem, report) + StripTable(report.tests) +
          MaterialTable(report.material, truth) +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,
                 static_cast<int>(report.spectrum.values.size()));

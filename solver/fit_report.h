@@ -9,7 +9,7 @@
 #include "solver/fit_job.h"
 #include "solver/spectrum.h"
 #include "solver/staged_fit.h"
-#include "solver/test_report.h"
+#include "solver/strip_report.h"
 
 namespace drape {
 
@@ -17,7 +17,7 @@ namespace drape {
 struct FitReport {
   std::vector<DrapeReport> drapes;   // of the targets
   std::optional<FitSummary> tests_alone;  // where there are mechanical tests
-  std::vector<TestReport> tests;     // with the fitted material
+  std::vector<StripReport> tests;     // with the fitted material
   MaterialField material;            // no tables when nothing could be fitted
   Spectrum spectrum;                 // empty when the drapes are not stable
   std::vector<std::string> notes;    // what a reader of the figures must know

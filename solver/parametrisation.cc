@@ -27,7 +27,8 @@ const char* const kColumnNames[kStretchCols] = {"c11", "c12", "c22", "c33"};
 
 std::string EntryName(int entry) {
   if (entry < kStretchEntries)
-    return std::string(kColumnNames[entry % kStretchCols]) + "[" + std::to_string(entry / kStretchCols) + "]";
+    return std::string(kColumnNames[entry % kStretchCols]) + "[" +
+           std::to_string(entry / kStretchCols) + "]";
   const int k = entry - kStretchEntries;
   return "bend[" + std::to_string(k / kBendCols) + "][" + std::to_string(k % kBendCols) + "]";
 }

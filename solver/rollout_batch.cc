@@ -96,7 +96,8 @@ void RolloutBatch::RunDynamic(const MaterialField& material, bool with_jacobians
   } else {
     std::vector<RolloutResult> results = backend_->Rollouts(inputs, options_.rollout, nullptr);
     for (int i = 0; i < num_targets(); ++i)
-      evaluations_[i] = {results[i].status == RolloutStatus::kOk, std::move(results[i].end.x), {}, {}, {}};
+      evaluations_[i] = {
+          results[i].status == RolloutStatus::kOk, std::move(results[i].end.x), {}, {}, {}};
   }
 }
 
@@ -174,7 +175,8 @@ bool RolloutBatch::Copy(int i, double* residuals, double* jacobian) const {
   const Evaluation& evaluation = evaluations_[i];
   if (!evaluation.valid) return false;
   std::copy_n(evaluation.residual.data(), evaluation.residual.size(), residuals);
-  if (jacobian != nullptr) std::copy_n(evaluation.jacobian.data(), evaluation.jacobian.size(), jacobian);
+  if (jacobian != nullptr)
+    std::copy_n(evaluation.jacobian.data(), evaluation.jacobian.size(), jacobian);
   return true;
 }
 

@@ -33,8 +33,8 @@ struct BatchOptions {
   // A trial whose predicted outline differs by more than this (root mean square) is refused without
   // a rollout: so far the prediction is none [px].
   double max_outline_change = std::numeric_limits<double>::infinity();
-  double max_jump = 3e-3;    // a trial shape further than this from its linear prediction is another
-                             // branch and is refused [m]
+  double max_jump = 3e-3;  // a trial shape further than this from its linear prediction is another
+                           // branch and is refused [m]
 };
 
 struct BatchCounts {

@@ -6,8 +6,8 @@
 namespace drape {
 
 // Which combinations of the parameters the data determine: the singular values of the Jacobian of
-// the (whitened) residuals. Along right singular vector i the data alone know θ to 1/value[i]; where
-// that is better than the prior's σ the direction is determined by the data.
+// the (whitened) residuals. Along right singular vector i the data alone know θ to 1/value[i];
+// where that is better than the prior's σ the direction is determined by the data.
 struct Spectrum {
   Eigen::VectorXd values;      // descending, shape [P]; of K < P residuals the last are 0
   Eigen::MatrixXd directions;  // columns, shape [P, P]

@@ -119,9 +119,10 @@ class StagedFitter {
         Settle(*problem_.fine, material,
                SeedState(problem_.fine->model(), problem_.targets[i], lift), settle);
     if (drape.steps == RolloutStatus::kOk && drape.x.size() == 0)
-      Log(Line("round %d, branch %d: a seed's drape is %s after %d Newton iterations (residual %.1e)",
-               state.round + 1, state.branch + 1, ToString(drape.rest.status),
-               drape.rest.iterations, drape.rest.residual));
+      Log(Line(
+          "round %d, branch %d: a seed's drape is %s after %d Newton iterations (residual %.1e)",
+          state.round + 1, state.branch + 1, ToString(drape.rest.status), drape.rest.iterations,
+          drape.rest.residual));
     return std::move(drape.x);
   }
 
@@ -197,7 +198,7 @@ class StagedFitter {
     fit_options.progress = [&](const FitIteration& iteration) {
       ReportBranch(state, iteration.iteration / std::max(1.0, double(fit_options.max_iterations)));
     };
-    std::optional<TestReadings> tests = Tests();
+    std::optional<StripReadings> tests = Tests();
     const FitSummary summary = Fit(batch, fit_options, tests ? &*tests : nullptr);
     Count(summary, state);
     if (summary.termination == FitTermination::kFailed) {
@@ -231,7 +232,7 @@ class StagedFitter {
     return targets;
   }
 
-  std::optional<TestReadings> Tests() const {
+  std::optional<StripReadings> Tests() const {
     return problem_.tests == nullptr ? std::nullopt : std::optional(problem_.tests->Clone());
   }
 
@@ -271,7 +272,8 @@ class StagedFitter {
       if (round == state.round) done += (Done(state) + share_of_branch) * each;
     }
     const BranchFit* best = Best(state);
-    Report("round " + std::to_string(state.round + 1), kGridShare + (1.0 - kGridShare) * done / total,
+    Report("round " + std::to_string(state.round + 1),
+           kGridShare + (1.0 - kGridShare) * done / total,
            best == nullptr ? 0.0 : best->profile_rms);
   }
 

@@ -51,7 +51,7 @@ struct FitProblem {
   Backend* coarse = nullptr;
   MaterialField material;       // start tables
   std::vector<Target> targets;  // their `start` is not used
-  const TestReadings* tests = nullptr;  // fitted jointly where given; each branch has a clone
+  const StripReadings* tests = nullptr;  // fitted jointly where given; each branch has a clone
 };
 
 // One material with its drapes, on its own branch.

@@ -26,8 +26,9 @@ struct LoadedScene {
 };
 
 // Reads and checks all of it; warnings about the material go to the log. The reference law takes
-// float32 coordinates and negative entries, as the reference simulator does. Throws InputError, also
-// where the scene holds no vertex or loads no edge of the mesh, or a start shape has no support.
+// float32 coordinates and negative entries, as the reference simulator does. Throws InputError,
+// also where the scene holds no vertex or loads no edge of the mesh, or a start shape has no
+// support.
 LoadedScene LoadScene(const SceneInput& input);
 
 }  // namespace drape

@@ -18,7 +18,7 @@ struct SimulateSummary {
   int steps = 0;  // done
   std::optional<int> newton_iterations;
   double force_residual = 0.0;                          // ‖f‖ / weight of the last shape
-  Eigen::VectorXd lowest_eigenvalues;                   // of K by mass there [s⁻²]; empty: not found
+  Eigen::VectorXd lowest_eigenvalues;  // of K by mass there [s⁻²]; empty: not found
   std::optional<DrapeView> view;                        // of the last shape on a support
   std::optional<BenchView> bench;                       // of the last shape without one
   std::optional<double> gradient_disagreement;          // of adjoint and tangent, relative

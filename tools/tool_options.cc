@@ -5,15 +5,21 @@ namespace drape {
 
 std::vector<Option> ClothOptions(SceneInput& scene) {
   return {
-      {.key = "mesh", .value = &scene.mesh,
+      {.key = "mesh",
+       .value = &scene.mesh,
        .doc = "cloth: an OBJ file, disc:N for a built-in disc of N vertices, or "
               "strip:LENGTHxWIDTHxALONG [m, m, edges]",
-       .is_path = true, .words = {"disc:", "strip:"}},
-      {.key = "material", .value = &scene.material,
+       .is_path = true,
+       .words = {"disc:", "strip:"}},
+      {.key = "material",
+       .value = &scene.material,
        .doc = "a material file; FILE#name picks one of several in it",
-       .is_path = true, .required = true},
-      {.key = "law", .value = &scene.law,
-       .doc = "how stiffness follows from strain and curvature", .choices = {"reference", "smooth"}},
+       .is_path = true,
+       .required = true},
+      {.key = "law",
+       .value = &scene.law,
+       .doc = "how stiffness follows from strain and curvature",
+       .choices = {"reference", "smooth"}},
   };
 }
 
@@ -83,15 +89,17 @@ OptionTable SimulateTable(SimulateOptions& options) {
   return {
       .tool = "drape_simulate",
       .summary = "one drape of a fabric over the support of the Cusick test, or on another scene",
-      .example = "drape_simulate --mesh=disc:1200 --material=configs/fabrics/cotton_blue.json "
-                 "--steps=100 --dump_steps=10,100 --out=out/drape",
-      .notes = "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
-               "drape.obj, silhouette.png,\n  state_<step>.json, state_rest.json (hybrid, static), "
-               "gradient.json; they replace those of an earlier run together, at the end\n"
-               "exit code 3: the computation failed (see outcome and status in summary.json); what "
-               "is written is the last good shape\n",
-      .options = Concatenate(SceneOptions(options.scene), scene, steps, CameraOptions(options.camera),
-                             files)};
+      .example =
+          "drape_simulate --mesh=disc:1200 --material=configs/fabrics/cotton_blue.json "
+          "--steps=100 --dump_steps=10,100 --out=out/drape",
+      .notes =
+          "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
+          "drape.obj, silhouette.png,\n  state_<step>.json, state_rest.json (hybrid, static), "
+          "gradient.json; they replace those of an earlier run together, at the end\n"
+          "exit code 3: the computation failed (see outcome and status in summary.json); what "
+          "is written is the last good shape\n",
+      .options = Concatenate(SceneOptions(options.scene), scene, steps,
+                             CameraOptions(options.camera), files)};
 }
 
 OptionTable CheckTable(CheckToolOptions& options) {

@@ -41,7 +41,8 @@ MaterialField Cotton() {
 
 // A disc that has fallen for two seconds: folds, and strains of a drape.
 struct Drape {
-  Drape(int vertices, const std::string& law) : solver(MakeModel(vertices, law)), material(Cotton()) {
+  Drape(int vertices, const std::string& law)
+      : solver(MakeModel(vertices, law)), material(Cotton()) {
     RolloutOptions options;
     options.h = 0.1;
     options.steps = 20;
@@ -85,11 +86,15 @@ void BM_Parts(benchmark::State& bench) {
       {"solve", [&] { drape.solver.linear().Solve(force); }, {}},
       {"solve39", [&] { drape.solver.linear().Solve(columns); }, {}},
       {"derivative",
-       [&] { AssembleStepDerivative(model, drape.material, x, w, 0.05, derivative); }, {}},
+       [&] { AssembleStepDerivative(model, drape.material, x, w, 0.05, derivative); },
+       {}},
       {"multiply39", [&] { AddMultiply(model.pattern, derivative, columns, image); }, {}},
       {"columns39",
-       [&] { AddMaterialColumns(model, drape.material, drape.material, x, w, 0.05, columns); }, {}},
-      {"adjoint1", [&] { AdjStep(model, drape.material, x, w, 0.05, lambda, adj_x, gradient); }, {}}};
+       [&] { AddMaterialColumns(model, drape.material, drape.material, x, w, 0.05, columns); },
+       {}},
+      {"adjoint1",
+       [&] { AdjStep(model, drape.material, x, w, 0.05, lambda, adj_x, gradient); },
+       {}}};
   for (auto _ : bench)
     for (Part& part : parts) part.seconds.push_back(Seconds(part.work));
   for (Part& part : parts) bench.counters[part.name] = 1e3 * Median(part.seconds);

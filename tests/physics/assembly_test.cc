@@ -55,7 +55,8 @@ TEST(RigidMotionTest, NoForceAndNoTorque) {
     for (int i = 0; i < x.size(); i += 3) {
       total += turned_force.segment<3>(i);
       torque += turned.segment<3>(i).cross(turned_force.segment<3>(i));
-      EXPECT_LT((turn * force.segment<3>(i) - turned_force.segment<3>(i)).norm(), 1e-10 * force.norm());
+      EXPECT_LT((turn * force.segment<3>(i) - turned_force.segment<3>(i)).norm(),
+                1e-10 * force.norm());
     }
     EXPECT_LT(total.norm(), 1e-10 * force.norm());
     EXPECT_LT(torque.norm(), 1e-10 * force.norm());

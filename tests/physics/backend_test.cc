@@ -15,8 +15,9 @@ class BackendTest : public testing::Test {
   static constexpr int kBatch = 5;
   BackendTest() {
     for (int i = 0; i < kBatch; ++i) {
-      materials_.push_back(i % 2 == 0 ? test::TestMaterial(1.0 + 0.3 * i)
-                                      : test::Scatter(test::TestMaterial(), model_->mesh, 0.3, random_));
+      materials_.push_back(i % 2 == 0
+                               ? test::TestMaterial(1.0 + 0.3 * i)
+                               : test::Scatter(test::TestMaterial(), model_->mesh, 0.3, random_));
       starts_.push_back(test::NoisyStart(*model_, 1e-3, random_));
       seeds_.push_back(test::RandomMatrix(model_->num_dofs(), i % 2 + 1, random_));
     }

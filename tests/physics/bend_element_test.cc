@@ -44,8 +44,10 @@ TEST(HingeGeometryTest, GradientIsThatOfTheAngle) {
     for (double step = 1e-5; step > 1e-9; step /= 10) {
       Eigen::Matrix<double, 12, 1> differences;
       for (int i = 0; i < 12; ++i)
-        differences[i] = std::remainder(DihedralAngle(Moved(c, i, step)) -
-                                            DihedralAngle(Moved(c, i, -step)), 2 * M_PI) / (2 * step);
+        differences[i] =
+            std::remainder(DihedralAngle(Moved(c, i, step)) - DihedralAngle(Moved(c, i, -step)),
+                           2 * M_PI) /
+            (2 * step);
       best = std::min(best, (differences - d).norm() / d.norm());
     }
     EXPECT_LT(best, 1e-7);
@@ -116,7 +118,8 @@ TYPED_TEST(BendTest, AdjointIsTheTransposedDerivative) {
     for (double& value : std::span(&lambda.x[0].x, 12)) value = DrawNormal(random);
     const Eigen::Map<const Eigen::Matrix<double, 12, 1>> along(&lambda.x[0].x);
     Matrix12 Q;
-    BendStepDerivative(law, TestHinge(), table, x, w, 0.05, reinterpret_cast<double(*)[12]>(Q.data()));
+    BendStepDerivative(law, TestHinge(), table, x, w, 0.05,
+                       reinterpret_cast<double(*)[12]>(Q.data()));
     const double theta = DihedralAngle(x);
     const BendAdjoint adjoint = AdjBendStep(law, TestHinge(), table, x, w, 0.05, lambda, theta);
     const Eigen::Map<const Eigen::Matrix<double, 12, 1>> adj_x(adjoint.adj_x);

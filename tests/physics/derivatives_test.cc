@@ -62,7 +62,8 @@ TEST_P(AdjointTest, AgreesWithTangentTo1em10) {
   EXPECT_LT((by_adjoint - by_tangent).norm(), 1e-10 * by_tangent.norm());
   EXPECT_GT(by_tangent.norm(), 0.0);
   // One gradient takes another path through the element loops than several.
-  const AdjointResult first = RolloutAdjoint(s.solver, s.material, options, recording, u.leftCols(1));
+  const AdjointResult first =
+      RolloutAdjoint(s.solver, s.material, options, recording, u.leftCols(1));
   EXPECT_LT((first.material.Contract(s.material) - by_adjoint.leftCols(1)).norm(),
             1e-12 * by_adjoint.norm());
   EXPECT_LT((first.x0 - adjoint.x0.leftCols(1)).norm(), 1e-12 * adjoint.x0.norm());
@@ -75,8 +76,9 @@ INSTANTIATE_TEST_SUITE_P(Product, AdjointTest,
                                          Case{"smooth", false, 10}, Case{"smooth", true, 10},
                                          Case{"smooth", true, 0}, Case{"smooth", false, 4}),
                          [](const auto& info) {
-                           return info.param.law + (info.param.scattered ? "Field" : "Homogeneous") +
-                                  "Kept" + std::to_string(info.param.kept);
+                           return info.param.law +
+                                  (info.param.scattered ? "Field" : "Homogeneous") + "Kept" +
+                                  std::to_string(info.param.kept);
                          });
 
 class RolloutDerivativeTest : public testing::TestWithParam<std::string> {};
@@ -88,7 +90,8 @@ TEST_P(RolloutDerivativeTest, AdjointByTheStart) {
   Experiment s(GetParam(), true);
   const RolloutOptions options = ShortRollout();
   const int n = s.model->num_dofs();
-  const RowMatrix u = test::RandomMatrix(n, 1, s.random), direction = test::RandomMatrix(n, 1, s.random);
+  const RowMatrix u = test::RandomMatrix(n, 1, s.random),
+                  direction = test::RandomMatrix(n, 1, s.random);
   Recording recording;
   (void)Rollout(s.solver, s.material, s.start, options, &recording);
   const AdjointResult adjoint = RolloutAdjoint(s.solver, s.material, options, recording, u);
@@ -108,11 +111,13 @@ TEST_P(RolloutDerivativeTest, AdjointByTheStart) {
 }
 
 // The directional derivative along log-entries by central differences, for a sweep of steps.
-double DifferenceError(Experiment& s, const RowMatrix& exact, const Eigen::VectorXd& direction, double step) {
+double DifferenceError(Experiment& s, const RowMatrix& exact, const Eigen::VectorXd& direction,
+                       double step) {
   const auto end = [&](double sign) {
     MaterialField moved = s.material;
     for (StretchTable& table : moved.stretch)
-      for (int k = 0; k < kStretchEntries; ++k) (&table.c[0][0])[k] *= std::exp(sign * step * direction[k]);
+      for (int k = 0; k < kStretchEntries; ++k)
+        (&table.c[0][0])[k] *= std::exp(sign * step * direction[k]);
     for (BendTable& table : moved.bend)
       for (int k = 0; k < kBendEntries; ++k)
         (&table.b[0][0])[k] *= std::exp(sign * step * direction[kStretchEntries + k]);
@@ -126,7 +131,8 @@ double DifferenceError(Experiment& s, const RowMatrix& exact, const Eigen::Vecto
 TEST_P(RolloutDerivativeTest, TangentAgreesWithFiniteDifferencesOverASweep) {
   for (const bool scattered : {false, true}) {
     Experiment s(GetParam(), scattered);
-    const RowMatrix dx = RolloutTangent(s.solver, s.material, s.material, s.start, ShortRollout()).dx;
+    const RowMatrix dx =
+        RolloutTangent(s.solver, s.material, s.material, s.start, ShortRollout()).dx;
     Eigen::VectorXd direction = test::RandomMatrix(kMaterialEntries, 1, s.random);
     direction /= direction.cwiseAbs().maxCoeff();
     std::printf("%s, %s: relative error of the tangent against central differences\n",
@@ -155,7 +161,8 @@ TEST_P(RolloutDerivativeTest, EachEntryAgreesWithFiniteDifferences) {
     ++reached;
     double best = 1.0;
     for (const double step : {1e-3, 1e-4, 1e-5})
-      best = std::min(best, DifferenceError(s, dx, Eigen::VectorXd::Unit(kMaterialEntries, k), step));
+      best =
+          std::min(best, DifferenceError(s, dx, Eigen::VectorXd::Unit(kMaterialEntries, k), step));
     EXPECT_LT(best, 1e-6) << "entry " << k << ", |dx| " << dx.col(k).norm();
   }
   EXPECT_GE(reached, 24);

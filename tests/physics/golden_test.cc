@@ -38,13 +38,16 @@ class GoldenTest : public testing::Test {
   void SetUp() override {
     if (!std::ifstream(kShared + "/golden/materials.json"))
       GTEST_SKIP() << "no golden data in " << kShared;
-    material_ = ReadMaterial(kShared + "/golden/materials.json#cotton_blue", {NegativeEntries::kWarn}).field;
+    material_ =
+        ReadMaterial(kShared + "/golden/materials.json#cotton_blue", {NegativeEntries::kWarn})
+            .field;
   }
   std::shared_ptr<const ClothModel> Model(const std::string& circle) {
     ObjOptions options;
     options.round_to_float = true;
-    return std::make_shared<ClothModel>(ReadObj(kShared + "/cusick/mesh_in/" + circle + ".obj", options),
-                                        CusickScene(), MakeLaw("reference"));
+    return std::make_shared<ClothModel>(
+        ReadObj(kShared + "/cusick/mesh_in/" + circle + ".obj", options), CusickScene(),
+        MakeLaw("reference"));
   }
   MaterialField material_;
 };
@@ -86,8 +89,9 @@ void ExpectSameTrajectory(const Json& golden, StepSolver& solver, const Material
     ASSERT_EQ(result.status, RolloutStatus::kOk);
     state = result.end;
     done = step;
-    const double error =
-        (state.x - ToVector(golden[std::string("x").append(std::to_string(step))])).cwiseAbs().maxCoeff();
+    const double error = (state.x - ToVector(golden[std::string("x").append(std::to_string(step))]))
+                             .cwiseAbs()
+                             .maxCoeff();
     std::printf("step %3d: largest position error %.2e m\n", step, error);
     // Rounding is amplified up to 1e6 times until step 50 and damped again after it.
     EXPECT_LT(error, step == 20 || step == 50 ? 1e-6 : 1e-9) << "step " << step;

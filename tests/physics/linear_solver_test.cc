@@ -14,8 +14,8 @@ class LinearSolverTest : public testing::Test {
   BlockMatrix StepMatrix(double level) {
     BlockMatrix A(model_->pattern);
     Eigen::VectorXd force;
-    AssembleStep(*model_, test::TestMaterial(level), test::NoisyStart(*model_, 1e-3, random_).x, 0.05,
-                 force, A);
+    AssembleStep(*model_, test::TestMaterial(level), test::NoisyStart(*model_, 1e-3, random_).x,
+                 0.05, force, A);
     return A;
   }
   double Residual(const BlockMatrix& A, const RowMatrix& x, const RowMatrix& b) const {

@@ -91,7 +91,8 @@ TEST(RolloutTest, CancelEndsItAtOnce) {
   RolloutOptions options;
   options.cancel = &cancel;
   const State start = model->RestState();
-  EXPECT_EQ(Rollout(solver, test::TestMaterial(), start, options).status, RolloutStatus::kCancelled);
+  EXPECT_EQ(Rollout(solver, test::TestMaterial(), start, options).status,
+            RolloutStatus::kCancelled);
   EXPECT_EQ(RolloutTangent(solver, test::TestMaterial(), test::TestMaterial(), start, options)
                 .rollout.status,
             RolloutStatus::kCancelled);

@@ -39,7 +39,8 @@ TEST_F(SceneFile, BadValuesAreNamed) {
   expect(R"({"handles": {"region": {}, "stiffness": 1}})", "one of disc, ring, half_plane");
   expect(R"({"handles": {"region": {"disc": {"radius": -1}}, "stiffness": 1}})",
          "key 'handles.region.disc.radius': found -1");
-  expect(R"({"handles": {"region": {"disc": {"radius": 1}}, "stiffness": 0}})", "'handles.stiffness'");
+  expect(R"({"handles": {"region": {"disc": {"radius": 1}}, "stiffness": 0}})",
+         "'handles.stiffness'");
   expect(R"({"load": {"region": {"half_plane": {"offset": 1}}}})", "'load.force' is missing");
 }
 

@@ -70,8 +70,9 @@ TYPED_TEST(StretchTest, DerivativeAgreesWithPlainAutomaticDifferentiation) {
   }
 }
 
-// Central differences: the error falls with the square of the step until rounding (about 1e-16/step)
-// or, for the reference law, a kink within the step takes over; the best of the sweep counts.
+// Central differences: the error falls with the square of the step until rounding (about
+// 1e-16/step) or, for the reference law, a kink within the step takes over; the best of the sweep
+// counts.
 TYPED_TEST(StretchTest, DerivativeAgreesWithFiniteDifferences) {
   std::mt19937_64 random(3);
   const TypeParam law;
@@ -101,7 +102,8 @@ TYPED_TEST(StretchTest, AdjointIsTheTransposedDerivative) {
   const TypeParam law;
   const StretchTable table = test::TestMaterial().stretch[0];
   for (int i = 0; i < 50; ++i) {
-    const Columns F = RandomF(random), w = RandomColumns(1.0, random), lambda = RandomColumns(1.0, random);
+    const Columns F = RandomF(random), w = RandomColumns(1.0, random),
+                  lambda = RandomColumns(1.0, random);
     const Eigen::Map<const Eigen::Matrix<double, 6, 1>> along(&lambda.u.x);
     Matrix6 Q;
     StretchStepDerivative(law, F, table, w, 0.05, reinterpret_cast<double(*)[6]>(Q.data()));

@@ -8,7 +8,7 @@
 
 #include "physics/textbook.h"
 #include "solver/parametrisation.h"
-#include "solver/test_report.h"
+#include "solver/strip_report.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {
@@ -76,8 +76,8 @@ TEST_P(TestedStripOfLaw, APulledStripOfALinearTableStretchesInClosedForm) {
     }
 }
 
-// A bend table of ratio 2: the strip has within 4 % the rigidity that an unstructured mesh has in its
-// direction.
+// A bend table of ratio 2: the strip has within 4 % the rigidity that an unstructured mesh has in
+// its direction.
 TEST(TestedStrip, BendsAlongItsDirection) {
   MaterialField material = LinearMaterial(200.0, 1.0, 0.2);
   const double D = 0.2 * kGravity * std::pow(0.03, 3);

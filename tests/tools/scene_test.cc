@@ -46,7 +46,8 @@ TEST_F(SceneTool, EachShippedSceneRuns) {
 TEST_F(SceneTool, TheCusickSceneIsTheDefaultToTheBit) {
   ASSERT_EQ(Simulate({"--dump_steps=3"}).exit_code, 0);
   const std::string by_default = Read(Path("out/state_3.json"));
-  ASSERT_EQ(Simulate({"--dump_steps=3", "--scene=" + kConfigs + "scenes/cusick.json"}).exit_code, 0);
+  ASSERT_EQ(Simulate({"--dump_steps=3", "--scene=" + kConfigs + "scenes/cusick.json"}).exit_code,
+            0);
   EXPECT_EQ(Read(Path("out/state_3.json")), by_default);
 }
 

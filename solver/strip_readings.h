@@ -11,11 +11,11 @@
 namespace drape {
 
 // All points of the mechanical tests of a fit, test by test: the strips that compute them.
-class TestReadings {
+class StripReadings {
  public:
-  TestReadings(std::vector<MechanicalTest> tests, const Law& law);
+  StripReadings(std::vector<MechanicalTest> tests, const Law& law);
   // Shares meshes; goes on from the present shapes of the strips.
-  TestReadings Clone() const;
+  StripReadings Clone() const;
 
   const std::vector<MechanicalTest>& tests() const { return tests_; }
   int num_points() const { return static_cast<int>(strips_.size()); }
@@ -30,7 +30,7 @@ class TestReadings {
                              RowMatrix* by_log_entry = nullptr);
 
  private:
-  TestReadings() = default;
+  StripReadings() = default;
 
   std::vector<MechanicalTest> tests_;
   std::vector<TestedStrip> strips_;

@@ -9,7 +9,7 @@
 #include "physics/material_io.h"
 #include "physics/textbook.h"
 #include "solver/fit_job.h"
-#include "solver/test_report.h"
+#include "solver/strip_report.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/solver_fixture.h"
 
@@ -43,7 +43,7 @@ class TestFit : public FileFixture {
   // A test of the true cloth, exact to rounding.
   void AddTest(MechanicalTest test) {
     Eigen::VectorXd readings;
-    ASSERT_TRUE(TestReadings({test}, MakeLaw("smooth")).Compute(truth_, &readings));
+    ASSERT_TRUE(StripReadings({test}, MakeLaw("smooth")).Compute(truth_, &readings));
     for (std::size_t i = 0; i < test.points.size(); ++i) test.points[i].reading = readings[i];
     const std::string file =
         Path(std::string(ToString(test.kind)) + std::to_string(int(test.direction)) + ".json");
@@ -63,7 +63,7 @@ class TestFit : public FileFixture {
   // What a strip shows that is not among the data.
   double Reading(const MaterialField& material, MechanicalTest test) const {
     Eigen::VectorXd readings;
-    EXPECT_TRUE(TestReadings({std::move(test)}, MakeLaw("smooth")).Compute(material, &readings));
+    EXPECT_TRUE(StripReadings({std::move(test)}, MakeLaw("smooth")).Compute(material, &readings));
     return readings[0];
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/test_report.h"
+#include "solver/strip_report.h"
 
 #include <cmath>
 #include <cstdio>
@@ -22,11 +22,11 @@ std::string Format(const char* format, auto... values) {
   return text;
 }
 
-double Deviation(const TestReport& report, std::size_t point) {
+double Deviation(const StripReport& report, std::size_t point) {
   return (report.computed[point] - report.test.points[point].reading) / report.test.sigma;
 }
 
-ordered_json PointJson(const TestReport& report, std::size_t i) {
+ordered_json PointJson(const StripReport& report, std::size_t i) {
   const TestPoint& point = report.test.points[i];
   const double computed = report.computed[i];
   if (report.test.kind == TestKind::kTensile)
@@ -46,7 +46,7 @@ ordered_json PointJson(const TestReport& report, std::size_t i) {
           {"flexural_rigidity_computed", fitted.rigidity}};
 }
 
-std::string PointLine(const TestReport& report, std::size_t i) {
+std::string PointLine(const StripReport& report, std::size_t i) {
   const TestPoint& point = report.test.points[i];
   std::string line = Format("%-28.28s %5g deg", report.test.name.c_str(), report.test.direction);
   if (report.test.kind == TestKind::kTensile)
@@ -54,10 +54,10 @@ std::string PointLine(const TestReport& report, std::size_t i) {
                          report.computed[i], Deviation(report, i));
   const BendingEstimate read = EstimateBending(point.set, point.reading, report.density),
                         fitted = EstimateBending(point.set, report.computed[i], report.density);
-  return line + Format("  length %6.4g mm  angle  %9.2f %9.2f %8.2f  c %.3g mm, G %.4g, fitted %.4g N m\n",
-                       point.set / kMillimetre, point.reading, report.computed[i],
-                       Deviation(report, i), read.length / kMillimetre, read.rigidity,
-                       fitted.rigidity);
+  return line +
+         Format("  length %6.4g mm  angle  %9.2f %9.2f %8.2f  c %.3g mm, G %.4g, fitted %.4g N m\n",
+                point.set / kMillimetre, point.reading, report.computed[i], Deviation(report, i),
+                read.length / kMillimetre, read.rigidity, fitted.rigidity);
 }
 
 }  // namespace
@@ -72,10 +72,10 @@ BendingEstimate EstimateBending(double overhang, double angle, double density) {
   return {length, density * kGravity * length * length * length};
 }
 
-std::vector<TestReport> ReportTests(const TestReadings& tests, const MaterialField& material) {
+std::vector<StripReport> ReportStrips(const StripReadings& tests, const MaterialField& material) {
   Eigen::VectorXd readings;
   if (!tests.Clone().Compute(material, &readings)) return {};
-  std::vector<TestReport> reports;
+  std::vector<StripReport> reports;
   int next = 0;
   for (const MechanicalTest& test : tests.tests()) {
     const auto count = static_cast<Eigen::Index>(test.points.size());
@@ -87,9 +87,9 @@ std::vector<TestReport> ReportTests(const TestReadings& tests, const MaterialFie
   return reports;
 }
 
-ordered_json TestsJson(const std::vector<TestReport>& reports) {
+ordered_json StripsJson(const std::vector<StripReport>& reports) {
   ordered_json json = ordered_json::array();
-  for (const TestReport& report : reports) {
+  for (const StripReport& report : reports) {
     ordered_json test = {{"file", report.test.file},
                          {"name", report.test.name},
                          {"test", ToString(report.test.kind)},
@@ -104,11 +104,11 @@ ordered_json TestsJson(const std::vector<TestReport>& reports) {
   return json;
 }
 
-std::string TestTable(const std::vector<TestReport>& reports) {
+std::string StripTable(const std::vector<StripReport>& reports) {
   if (reports.empty()) return "";
   std::string table = Format("%-28s %9s  %-26s %9s %9s %8s\n", "test", "direction", "set, measured",
                              "measured", "fitted", "/ sigma");
-  for (const TestReport& report : reports)
+  for (const StripReport& report : reports)
     for (std::size_t i = 0; i < report.computed.size(); ++i) table += PointLine(report, i);
   return table;
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/test_readings.h"
+#include "solver/strip_readings.h"
 
 #include <utility>
 
 namespace drape {
 
-TestReadings::TestReadings(std::vector<MechanicalTest> tests, const Law& law)
+StripReadings::StripReadings(std::vector<MechanicalTest> tests, const Law& law)
     : tests_(std::move(tests)) {
   for (const MechanicalTest& test : tests_)
     for (int point = 0; point < static_cast<int>(test.points.size()); ++point) {
@@ -14,29 +14,30 @@ TestReadings::TestReadings(std::vector<MechanicalTest> tests, const Law& law)
     }
 }
 
-TestReadings TestReadings::Clone() const {
-  TestReadings clone;
+StripReadings StripReadings::Clone() const {
+  StripReadings clone;
   clone.tests_ = tests_;
   clone.first_of_test_ = first_of_test_;
   for (const TestedStrip& strip : strips_) clone.strips_.push_back(strip.Clone());
   return clone;
 }
 
-bool TestReadings::Compute(const MaterialField& material, Eigen::VectorXd* readings,
+bool StripReadings::Compute(const MaterialField& material, Eigen::VectorXd* readings,
                            RowMatrix* by_log_entry) {
   readings->resize(num_points());
   if (by_log_entry != nullptr) by_log_entry->resize(num_points(), kMaterialEntries);
   for (int i = 0; i < num_points(); ++i) {
     if (!first_of_test_[i]) strips_[i].StartLike(strips_[i - 1]);
     Eigen::VectorXd gradient;
-    if (!strips_[i].Predict(material, &(*readings)[i], by_log_entry == nullptr ? nullptr : &gradient))
+    if (!strips_[i].Predict(material, &(*readings)[i],
+                            by_log_entry == nullptr ? nullptr : &gradient))
       return false;
     if (by_log_entry != nullptr) by_log_entry->row(i) = gradient.transpose();
   }
   return true;
 }
 
-bool TestReadings::Evaluate(const MaterialParametrisation& parametrisation,
+bool StripReadings::Evaluate(const MaterialParametrisation& parametrisation,
                             const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
                             RowMatrix* jacobian) {
   RowMatrix by_log_entry;

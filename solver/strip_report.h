@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "physics/material.h"
-#include "solver/test_readings.h"
+#include "solver/strip_readings.h"
 
 namespace drape {
 
 // A test beside what the fitted material makes of it.
-struct TestReport {
+struct StripReport {
   MechanicalTest test;
   std::vector<double> computed;  // of each point, as TestPoint::reading
   double density = 0.0;          // [kg/m²]
@@ -27,10 +27,10 @@ struct BendingEstimate {
 BendingEstimate EstimateBending(double overhang, double angle, double density);
 
 // None when a strip cannot be computed.
-std::vector<TestReport> ReportTests(const TestReadings& tests, const MaterialField& material);
+std::vector<StripReport> ReportStrips(const StripReadings& tests, const MaterialField& material);
 
-nlohmann::ordered_json TestsJson(const std::vector<TestReport>& reports);
+nlohmann::ordered_json StripsJson(const std::vector<StripReport>& reports);
 // For a person: one line a point.
-std::string TestTable(const std::vector<TestReport>& reports);
+std::string StripTable(const std::vector<StripReport>& reports);
 
 }  // namespace drape
