@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "physics/json_input.h"
 #include "physics/material_io.h"
@@ -141,44 +142,46 @@ TEST_F(TestFit, TheDensityThatWasWeighedCounts) {
               1.0, 0.05);
 }
 
-// Beside an outline of the true cloth; and after an interruption, the same bits.
+// Beside an outline of the true cloth, stiff so that its branch is found; and after an interruption, the same bits.
 class JointFit : public TestFit {
  protected:
   JointFit() {
-    const auto backend = test::SmoothDisc(150);
+    for (BendTable& table : truth_.bend)
+      for (double& entry : std::span(&table.b[0][0], kBendEntries)) entry *= 10.0;
+    const auto backend = test::SmoothDisc(300);
     const State drape =
         test::Settled(*backend, truth_, test::RandomStart(backend->model(), 1));
     const Target target = test::TargetOf(backend->model().mesh, drape, 72, "drape");
     WritePng(target.image, Path("drape.png"));
     job_.images = {Path("drape.png")};
-    job_.mesh = "disc:150";
+    job_.mesh = "disc:300";
     job_.coarse_mesh = "disc:100";
     job_.evaluation_steps = 20;
     job_.fit.grid.lifts = {0.6, 1.0};
-    job_.fit.grid.stretch = {1.0};
-    job_.fit.sigma_px = 3.0;  // how near its branch comes (twin_test)
+    job_.fit.grid.stretch = {1.0, 2.0};
     job_.fit.keep = {2, 1};
-    job_.fit.iterations = {3, 5};
+    job_.fit.iterations = {5, 25};
     job_.fit.angles = 72;
-    AddCantilever(0.0, 0.1);
-    AddCantilever(90.0, 0.1);
+    AddCantilever(0.0, 0.5);
+    AddCantilever(90.0, 0.5);
   }
 };
 
 TEST_F(JointFit, AgreesWithTestsAndOutline) {
   ASSERT_TRUE(RunFitJob(job_, {}).fitted) << Read(Path("fit.log")) << Summary();
   const nlohmann::json summary = Summary();
-  EXPECT_LT(summary["images"][0]["metrics"]["profile_rms_px"].get<double>(), 3.5);
+  EXPECT_LT(summary["images"][0]["metrics"]["profile_rms_px"].get<double>(), 0.3);
   EXPECT_EQ(summary["seeds"]["bend"], 1.0);  // a cantilever has measured it
   ASSERT_EQ(summary["tests"].size(), 2);
   for (const nlohmann::json& test : summary["tests"])
     for (const nlohmann::json& point : test["points"])
-      EXPECT_NEAR(point["angle_computed"].get<double>(), point["angle"].get<double>(), 1.0);
+      EXPECT_LT(std::abs(point["residual"].get<double>()), 3.0) << point;
   EXPECT_GT(summary["spectrum"]["determined_directions"],
             summary["tests_alone"]["spectrum"]["determined_directions"]);
 }
 
 TEST_F(JointFit, GoesOnAfterACancelToTheSameBitsAndKnowsItsTests) {
+  job_.fit.iterations = {2, 2};
   RunFitJob(job_, {});
   const std::string whole = Read(Path("material.json"));
   std::atomic<bool> cancel = false;
