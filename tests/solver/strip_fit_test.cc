@@ -181,6 +181,7 @@ TEST_F(JointFit, AgreesWithTestsAndOutline) {
 }
 
 TEST_F(JointFit, GoesOnAfterACancelToTheSameBitsAndKnowsItsTests) {
+  job_.fit.parameters = Tying::kColumns;
   job_.fit.iterations = {2, 2};
   RunFitJob(job_, {});
   const std::string whole = Read(Path("material.json"));
