@@ -16,8 +16,7 @@ constexpr int kReportedModes = 3;
 bool Measure(const Mesh& mesh, const Target& target, Eigen::VectorXd x, MeasuredDrape* drape) {
   constexpr int kSupersample = 4;
   Outline image, fitted;
-  if (x.size() == 0 ||
-      !OutlineFromImage(target.image, target.camera, kReportAngles, &image) ||
+  if (!OutlineFromImage(target.image, target.camera, kReportAngles, &image) ||
       !OutlineFromMesh(mesh, x, target.camera, kReportAngles, &fitted)) {
     return false;
   }
@@ -31,8 +30,10 @@ bool Measure(const Mesh& mesh, const Target& target, Eigen::VectorXd x, Measured
 std::optional<MeasuredDrape> Replay(Backend& backend, const MaterialField& material,
                                     const Target& target, const State& start,
                                     const SettleOptions& options) {
+  SettledDrape settled = std::move(Settle(backend, material, {&start, 1}, options).front());
   MeasuredDrape drape;
-  if (!Measure(backend.model().mesh, target, Settle(backend, material, start, options).x, &drape))
+  if (!settled.Stands(options.integrator) ||
+      !Measure(backend.model().mesh, target, std::move(settled.rest.x), &drape))
     return std::nullopt;
   return drape;
 }

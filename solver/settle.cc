@@ -5,21 +5,33 @@
 
 namespace drape {
 
-SettledDrape Settle(Backend& backend, const MaterialField& material, const State& start,
-                    const SettleOptions& options) {
-  SettledDrape drape;
-  RolloutInput input{&material, &start};
-  RolloutResult fallen = std::move(backend.Rollouts({&input, 1}, options.steps, nullptr).front());
-  drape.steps = fallen.status;
-  if (fallen.status != RolloutStatus::kOk) return drape;
-  if (options.integrator == Integrator::kDynamic) {
-    drape.x = std::move(fallen.end.x);
-    return drape;
+bool SettledDrape::Stands(Integrator integrator) const {
+  return steps == RolloutStatus::kOk &&
+         (integrator == Integrator::kDynamic || rest.status == EquilibriumStatus::kStable);
+}
+
+std::vector<SettledDrape> Settle(Backend& backend, const MaterialField& material,
+                                 std::span<const State> starts, const SettleOptions& options) {
+  std::vector<RolloutInput> inputs, calm;
+  for (const State& start : starts) inputs.push_back({&material, &start});
+  std::vector<RolloutResult> fallen = backend.Rollouts(inputs, options.steps, nullptr);
+  for (const RolloutResult& result : fallen)
+    if (result.status == RolloutStatus::kOk) calm.push_back({&material, &result.end});
+  std::vector<EquilibriumResult> rests;
+  if (options.integrator == Integrator::kStatic)
+    rests = backend.Equilibria(calm, options.equilibrium);
+  std::vector<SettledDrape> drapes(fallen.size());
+  auto rest = rests.begin();
+  for (std::size_t i = 0; i < drapes.size(); ++i) {
+    drapes[i].steps = fallen[i].status;
+    if (fallen[i].status != RolloutStatus::kOk) continue;
+    if (options.integrator == Integrator::kStatic) {
+      drapes[i].rest = std::move(*rest++);
+    } else {
+      drapes[i].rest.x = std::move(fallen[i].end.x);
+    }
   }
-  input.start = &fallen.end;
-  drape.rest = std::move(backend.Equilibria({&input, 1}, options.equilibrium).front());
-  if (drape.rest.status == EquilibriumStatus::kStable) drape.x = std::move(drape.rest.x);
-  return drape;
+  return drapes;
 }
 
 }  // namespace drape

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
+#include <span>
+#include <vector>
 
 #include "physics/backend.h"
 #include "solver/rollout_batch.h"
@@ -16,12 +17,17 @@ struct SettleOptions {
 };
 
 struct SettledDrape {
-  Eigen::VectorXd x;  // [m], shape [3V]; empty when it failed or, with Newton, is not stable
   RolloutStatus steps = RolloutStatus::kOk;
-  EquilibriumResult rest;  // of Newton, its x moved away
+  // Of Newton, its x the drape; without Newton, or where the steps failed, only x is set: where they
+  // ended, or empty.
+  EquilibriumResult rest;
+
+  // A drape to go on with: at a stable rest, or the end of the steps where there is no Newton.
+  bool Stands(Integrator integrator) const;
 };
 
-SettledDrape Settle(Backend& backend, const MaterialField& material, const State& start,
-                    const SettleOptions& options);
+// In the order of the starts.
+std::vector<SettledDrape> Settle(Backend& backend, const MaterialField& material,
+                                 std::span<const State> starts, const SettleOptions& options);
 
 }  // namespace drape

@@ -115,15 +115,15 @@ class StagedFitter {
     SettleOptions settle = SettleOptionsOf(options_);
     settle.steps.cancel = settle.equilibrium.cancel = callbacks_.cancel;
     ++state.counts.rollouts;
+    const State seed = SeedState(problem_.fine->model(), problem_.targets[i], lift);
     SettledDrape drape =
-        Settle(*problem_.fine, material,
-               SeedState(problem_.fine->model(), problem_.targets[i], lift), settle);
-    if (drape.steps == RolloutStatus::kOk && drape.x.size() == 0)
-      Log(Line(
-          "round %d, branch %d: a seed's drape is %s after %d Newton iterations (residual %.1e)",
-          state.round + 1, state.branch + 1, ToString(drape.rest.status), drape.rest.iterations,
-          drape.rest.residual));
-    return std::move(drape.x);
+        std::move(Settle(*problem_.fine, material, {&seed, 1}, settle).front());
+    if (drape.Stands(options_.integrator)) return std::move(drape.rest.x);
+    if (drape.steps == RolloutStatus::kOk)
+      Log(Line("round %d, branch %d: a seed's drape is %s after %d Newton iterations (residual %.1e)",
+               state.round + 1, state.branch + 1, ToString(drape.rest.status),
+               drape.rest.iterations, drape.rest.residual));
+    return {};
   }
 
   // Root mean square distance of a drape from its outline [px]; negative when it has none.

@@ -10,6 +10,7 @@
 #include "physics/assembly.h"
 #include "physics/errors.h"
 #include "physics/start_shape.h"
+#include "solver/settle.h"
 
 namespace drape {
 namespace {
@@ -52,33 +53,21 @@ BranchSample FromEquilibrium(const ClothModel& model, const MaterialField& mater
   return sample;
 }
 
-// Starts to rest, in the order of the starts.
-std::vector<BranchSample> Settle(Backend& backend, const MaterialField& material,
-                                 const std::vector<State>& starts, const SamplingOptions& options,
-                                 const std::atomic<bool>* cancel) {
-  std::vector<RolloutInput> inputs;
-  for (const State& start : starts) inputs.push_back({&material, &start});
-  RolloutOptions steps;
-  steps.h = options.h;
-  steps.steps = options.steps;
-  steps.cancel = cancel;
-  const std::vector<RolloutResult> fallen = backend.Rollouts(inputs, steps, nullptr);
-  std::vector<RolloutInput> calm;
-  for (const RolloutResult& result : fallen) {
-    if (result.status == RolloutStatus::kOk) calm.push_back({&material, &result.end});
-  }
-  EquilibriumOptions newton;
-  newton.cancel = cancel;
-  std::vector<EquilibriumResult> rests = backend.Equilibria(calm, newton);
-  std::vector<BranchSample> samples;
-  auto rest = rests.begin();
-  for (const RolloutResult& result : fallen) {
-    samples.emplace_back();
-    samples.back().status = ToString(result.status);
-    if (result.status == RolloutStatus::kOk)
-      samples.back() = FromEquilibrium(backend.model(), material, std::move(*rest++));
-  }
-  return samples;
+BranchSample FromSettled(const ClothModel& model, const MaterialField& material,
+                         SettledDrape drape) {
+  if (drape.steps == RolloutStatus::kOk)
+    return FromEquilibrium(model, material, std::move(drape.rest));
+  BranchSample failed;
+  failed.status = ToString(drape.steps);
+  return failed;
+}
+
+SettleOptions SettleOptionsOf(const SamplingOptions& sampling, const std::atomic<bool>* cancel) {
+  SettleOptions options;
+  options.steps.h = sampling.h;
+  options.steps.steps = sampling.steps;
+  options.steps.cancel = options.equilibrium.cancel = cancel;
+  return options;
 }
 
 Spread SpreadOfValues(const std::vector<double>& values) {
@@ -124,13 +113,13 @@ std::vector<BranchSample> SampleBranches(Backend& backend, const MaterialField& 
   for (int done = 0; done < options.samples && !cancelled();) {
     const int count = std::min(options.threads, options.samples - done);
     const int seed = options.first_seed + done;
-    std::vector<BranchSample> settled =
+    std::vector<SettledDrape> settled =
         Settle(backend, material, RandomStarts(backend.model(), seed, count, options.hem_rms),
-               options, callbacks.cancel);
+               SettleOptionsOf(options, callbacks.cancel));
     if (cancelled()) break;  // what was under way is no result
     for (int i = 0; i < count; ++i) {
-      settled[i].seed = seed + i;
-      samples.push_back(std::move(settled[i]));
+      samples.push_back(FromSettled(backend.model(), material, std::move(settled[i])));
+      samples.back().seed = seed + i;
     }
     done += count;
     if (callbacks.progress) {
