@@ -42,7 +42,7 @@ EquilibriumResult SolveFromRest(StepSolver& solver, const MaterialField& materia
     }
     reached.iterations = trial.iterations;
     reached.factorisations = trial.factorisations;
-    step *= 0.25;
+    step = 0.25 * (next - share);
     if (step < kLeastStep) {
       reached.status = EquilibriumStatus::kNotConverged;
       break;

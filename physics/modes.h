@@ -14,9 +14,10 @@ namespace drape {
 Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& material,
                                   const Eigen::VectorXd& x, int count);
 
-// Of these eigenvalues: all are positive, and there are some.
+// Of these eigenvalues: all are positive beyond rounding, and there are some.
 inline bool IsStable(const Eigen::VectorXd& lowest_eigenvalues) {
-  return lowest_eigenvalues.size() > 0 && lowest_eigenvalues[0] > 0.0;
+  constexpr double kRounding = 1e-6;  // [s⁻²]
+  return lowest_eigenvalues.size() > 0 && lowest_eigenvalues[0] > kRounding;
 }
 
 }  // namespace drape

@@ -40,6 +40,7 @@ HalfPlaneRegion HalfPlaneOf(const JsonInput& input) {
   const double length = plane.normal.norm();
   if (length == 0.0) input.At("normal").Fail("a direction");
   plane.normal /= length;
+  plane.offset /= length;
   return plane;
 }
 

@@ -16,8 +16,8 @@ struct EquilibriumOptions {
   double tolerance = 1e-9;     // ‖f‖ ≤ tolerance × weight
   int max_iterations = 100;    // Newton steps
   StiffnessShift shift = {.length = 0.03};  // where K is not positive definite
-  double first_radius = 3e-3;  // longest move of a vertex in a step, at first and at most [m]
-  double max_radius = 0.02;
+  double first_radius = 3e-3;  // largest change of a coordinate in a step, at first [m]
+  double max_radius = 0.02;    // and at most
   // ‖f‖ / weight below which a step may also lower ‖f‖ instead of the energy. Under a load that
   // strains a nonlinear table by percents, no energy has its minimum at the equilibrium: infinity.
   double residual_regime = 1e-3;
@@ -63,7 +63,7 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
                                    const Eigen::VectorXd& x, const EquilibriumOptions& options);
 
 // ∂x/∂p = K⁻¹·∂f/∂p at an equilibrium for the 39 entries, weighted as in AddMaterialColumns; shape
-// [3V, 39]. False when K is not positive definite or the refinement to 1e-10 does not contract.
+// [3V, 39]. False when K is not positive definite or Stiffness::Solve does not converge.
 [[nodiscard]] bool EquilibriumTangent(StepSolver& solver, const MaterialField& material,
                                       const MaterialField& weight, const Eigen::VectorXd& x,
                                       RowMatrix* dx);

@@ -2,7 +2,11 @@
 #include "physics/stiffness.h"
 
 #include <algorithm>
+#include <limits>
+#include <random>
 #include <utility>
+
+#include "physics/random.h"
 
 namespace drape {
 namespace {
@@ -74,7 +78,12 @@ bool Stiffness::SolveWith(decltype(AddMultiply)& multiply, const RowMatrix& rhs,
                           RowMatrix* solution) {
   constexpr int kMaxRounds = 40;
   constexpr double kTolerance = 1e-10, kRoundingAtMost = 1e-6, kStandsStill = 0.9;
-  double size = rhs.norm();
+  constexpr double kSmallest = std::numeric_limits<double>::min();  // columns of zeros
+  const Eigen::RowVectorXd size_of_rhs = rhs.colwise().norm().cwiseMax(kSmallest);
+  const auto relative = [&](const RowMatrix& r) {
+    return r.colwise().norm().cwiseQuotient(size_of_rhs).maxCoeff();
+  };
+  double size = 1.0;
   RowMatrix residual = rhs, step;
   RowMatrix before = RowMatrix::Zero(rhs.rows(), rhs.cols());
   *solution = before;
@@ -93,16 +102,18 @@ bool Stiffness::SolveWith(decltype(AddMultiply)& multiply, const RowMatrix& rhs,
     before.swap(*solution);
     residual = rhs;
     multiply(solver_.model().pattern, *negative_, *solution, residual);
-    const double size_before = std::exchange(size, residual.norm());
-    if (size <= kTolerance * rhs.norm()) return true;
-    if (size <= kRoundingAtMost * rhs.norm() && size > kStandsStill * size_before) return true;
+    const double size_before = std::exchange(size, relative(residual));
+    if (size <= kTolerance || (size <= kRoundingAtMost && size > kStandsStill * size_before))
+      return true;
   }
   return false;
 }
 
 double Stiffness::Asymmetry() {
   constexpr int kRounds = 8;
-  RowMatrix direction = RowMatrix::Ones(solver_.model().num_dofs(), 1), image;
+  std::mt19937_64 random(1);
+  RowMatrix direction(solver_.model().num_dofs(), 1), image;
+  for (Eigen::Index i = 0; i < direction.rows(); ++i) direction(i, 0) = DrawNormal(random);
   double radius = 0.0;
   for (int round = 0; round < kRounds; ++round) {
     image = RowMatrix::Zero(direction.rows(), 1);
@@ -110,6 +121,7 @@ double Stiffness::Asymmetry() {
     solver_.linear().Solve(image);  // −Ks⁻¹·K·d
     image += direction;
     radius = image.norm() / direction.norm();
+    if (!(radius > 0.0)) return 0.0;
     direction = image / image.norm();
   }
   return radius;

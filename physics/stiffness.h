@@ -35,14 +35,16 @@ class Stiffness {
   // False when none does. `tries`, when given, is raised by each factorisation.
   [[nodiscard]] bool FactorShifted(const StiffnessShift& shift, double* mu, int* tries = nullptr);
 
-  // Solves K·solution = rhs, or Kᵀ·solution = rhs, to 1e-10 of rhs, or to rounding where a slender
-  // strip is so much stiffer in its plane than across it that products with K lose more; shapes
-  // [3V, m]. Needs Factor(). False when it does not converge. Concus & Golub 1976, Widlund 1978: K
-  // = Ks + skew part, so the conjugate gradients of Ks⁻¹·K need a recurrence of three terms only.
+  // Solves K·solution = rhs, or Kᵀ·solution = rhs, each column to 1e-10 of its rhs, or to rounding
+  // (at most 1e-6) where a slender strip is so much stiffer in its plane than across it that
+  // products with K lose more; shapes [3V, m]. Needs Factor(). False when it does not converge.
+  // Concus & Golub 1976, Widlund 1978: K = Ks + skew part, so the conjugate gradients of Ks⁻¹·K need
+  // a recurrence of three terms only.
   [[nodiscard]] bool Solve(const RowMatrix& rhs, RowMatrix* solution);
   [[nodiscard]] bool SolveTransposed(const RowMatrix& rhs, RowMatrix* solution);
 
-  // Spectral radius of Ks⁻¹·(K − Ks), estimated: how far from symmetric K is. Needs Factor().
+  // How far from symmetric K is: the growth of a random vector under Ks⁻¹·(K − Ks), about its
+  // spectral radius. Needs Factor().
   double Asymmetry();
 
  private:

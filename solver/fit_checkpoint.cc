@@ -72,6 +72,19 @@ BranchFit BranchOf(const JsonInput& input) {
   return branch;
 }
 
+// The first key in which two jobs differ; empty when they are the same.
+std::string FirstDifference(const std::string& saved, const std::string& present) {
+  if (saved == present) return "";
+  const json a = json::parse(saved, nullptr, false), b = json::parse(present, nullptr, false);
+  if (a.is_object() && b.is_object()) {
+    for (const auto& [key, value] : b.items())
+      if (!a.contains(key) || a[key] != value) return key;
+    for (const auto& [key, value] : a.items())
+      if (!b.contains(key)) return key;
+  }
+  return "job";
+}
+
 }  // namespace
 
 void WriteCheckpoint(const std::string& path, const std::string& job, const StagedFitState& state) {
@@ -95,9 +108,10 @@ std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std:
   if (!std::filesystem::exists(path)) return std::nullopt;
   const json document = ReadJsonFile(path);
   const JsonInput input(document, path);
-  if (input.At("job").String() != job)
-    input.At("job").Fail(
-        "the present images and settings: run without --resume, or undo the change");
+  if (const std::string key = FirstDifference(input.At("job").String(), job); !key.empty())
+    throw InputError(path, "found another '" + key +
+                               "', expected the present one: run without --resume, or undo the "
+                               "change");
   StagedFitState state;
   state.grid_done = Boolean(input.At("grid_done"));
   state.round = IntegerUpTo(input.At("round"), std::numeric_limits<int>::max());

@@ -110,7 +110,13 @@ LoadedJob Load(const FitJob& job) {
   LoadedJob loaded;
   loaded.fit = job.fit;
   std::vector<MechanicalTest> tests;
-  for (const std::string& file : job.tests) tests.push_back(ReadMechanicalTest(file));
+  std::set<std::string> names;
+  for (const std::string& file : job.tests) {
+    tests.push_back(ReadMechanicalTest(file));
+    if (!names.insert(tests.back().name).second)
+      throw InputError(file, "a second test of the name '" + tests.back().name +
+                                 "', expected distinct names");
+  }
   for (const std::string& image : job.images)
     loaded.problem.targets.push_back(LoadTarget(job, image));
   RequireDistinctNames(loaded.problem.targets);
@@ -134,6 +140,9 @@ LoadedJob Load(const FitJob& job) {
     return std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(), MakeLaw(job.law));
   };
   loaded.fine_model = model(job.mesh);
+  if (loaded.fine_model->held.size() == static_cast<size_t>(loaded.fine_model->mesh.num_vertices()))
+    throw InputError(job.mesh, "found all vertices on the support of radius 0.09 m, expected a cloth "
+                               "that hangs over it");
   loaded.fine = MakeBackend(job.backend, loaded.fine_model, job.threads);
   loaded.coarse = MakeBackend(job.backend, model(job.coarse_mesh), job.threads);
   loaded.problem.fine = loaded.fine.get();
@@ -178,39 +187,40 @@ std::string Identity(const FitJob& job, const LoadedJob& loaded) {
   return id.dump();
 }
 
-// With fewer numbers than the tests ask for, what remains is no noise of σ: the prior is narrowed
-// as if σ were the present misfit. Else numbers that the tests hardly feel (stretch of a
-// cantilever) run away by many log units to explain it.
-FitOptions Tempered(FitOptions options, const MaterialParametrisation& parametrisation,
-                    const Eigen::VectorXd& theta, StripReadings& tests) {
-  Eigen::VectorXd residual;
-  if (tests.Evaluate(parametrisation, theta, &residual, nullptr))
-    options.prior_sigma /= std::max(1.0, std::sqrt(residual.squaredNorm() / residual.size()));
-  return options;
-}
-
 // Fits the tests alone: few numbers first, because single entries are bent into tables that no
-// strip bears while the whole is far off. Each stage's prior is about the start tables.
+// strip bears while the whole is far off. First two scales about the start tables; what follows has
+// its prior about the tables so scaled, as after the seed grid of a silhouette. The last stage that
+// succeeds stands; `note` says why a later one did not.
 FitSummary FitTestsInStages(const MaterialField& start, Tying last, const FitOptions& options,
-                            StripReadings& tests, MaterialField* fitted) {
+                            StripReadings& tests, MaterialField* fitted, std::string* note) {
+  FitSummary best;
+  MaterialField base = start;
   Eigen::VectorXd log_entries = Eigen::VectorXd::Zero(kMaterialEntries);
-  FitSummary summary;
+  double seconds = 0.0;
   for (const Tying tying : {Tying::kScales, Tying::kColumns, Tying::kEntries}) {
-    const MaterialParametrisation parametrisation(start, tying);
+    const MaterialParametrisation parametrisation(base, tying);
     const Eigen::MatrixXd& tie = parametrisation.log_entries_by_theta();
     // A group's mean; the columns of T are ones and zeros.
     const Eigen::VectorXd theta =
         (tie.transpose() * log_entries).cwiseQuotient(tie.colwise().sum().transpose());
-    const double seconds = summary.seconds;
-    summary = FitStrips(tests, parametrisation, theta,
-                       tying == last ? options : Tempered(options, parametrisation, theta, tests));
-    summary.seconds += seconds;
-    if (summary.termination == FitTermination::kFailed) break;
-    *fitted = parametrisation.Material(summary.theta);
-    if (summary.termination == FitTermination::kCancelled || tying == last) break;
-    log_entries = tie * summary.theta;
+    FitSummary summary = FitStrips(tests, parametrisation, theta, options);
+    seconds += summary.seconds;
+    if (summary.termination == FitTermination::kFailed) {
+      *note = "the strips of the tests cannot be computed with " +
+              std::to_string(parametrisation.size()) + " free numbers: " + summary.message;
+      break;
+    }
+    best = std::move(summary);
+    *fitted = parametrisation.Material(best.theta);
+    if (best.termination == FitTermination::kCancelled || tying == last) break;
+    if (tying == Tying::kScales) {
+      base = *fitted;
+    } else {
+      log_entries = tie * best.theta;
+    }
   }
-  return summary;
+  best.seconds = seconds;
+  return best;
 }
 
 // The tables of the tests alone become the problem's.
@@ -226,15 +236,29 @@ void StartFromTests(const FitJob& job, const FitJobCallbacks& callbacks, LoadedJ
       callbacks.progress({"tests", double(iteration.iteration) / kTestIterations, 0.0});
   };
   const MaterialField start = loaded.problem.material;
+  std::string note;
   loaded.tests_alone = FitTestsInStages(start, job.fit.parameters, options, *loaded.tests,
-                                        &loaded.problem.material);
-  if (loaded.tests_alone->termination == FitTermination::kFailed) {
-    loaded.notes.push_back("the strips of the tests cannot be computed with the start tables");
-    return;
-  }
+                                        &loaded.problem.material, &note);
+  if (!note.empty()) loaded.notes.push_back(note);
+  if (loaded.tests_alone->termination == FitTermination::kFailed) return;
   loaded.problem.tests = loaded.tests.get();
   for (const MechanicalTest& test : loaded.tests->tests())
     (test.kind == TestKind::kTensile ? loaded.fit.grid.stretch : loaded.fit.grid.bend) = {1.0};
+}
+
+// Readings that the tables do not explain.
+void NoteMisfits(const std::vector<StripReport>& reports, std::vector<std::string>* notes) {
+  constexpr double kFar = 3.0;  // sigma
+  for (const StripReport& report : reports)
+    for (std::size_t i = 0; i < report.computed.size(); ++i) {
+      const double misfit =
+          (report.computed[i] - report.test.points[i].reading) / report.test.sigma;
+      if (std::abs(misfit) <= kFar) continue;
+      std::ostringstream note;
+      note << "test " << report.test.name << ": the reading at " << report.test.points[i].set
+           << " is not met, by " << misfit << " sigma";
+      notes->push_back(note.str());
+    }
 }
 
 FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFitState& state) {
@@ -243,20 +267,19 @@ FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFit
   report.notes = loaded.notes;
   report.tests_alone = loaded.tests_alone;
   const FitProblem& problem = loaded.problem;
-  if (problem.targets.empty()) {
+  const BranchFit* best = Best(state);
+  if (best == nullptr) {
+    if (!problem.targets.empty()) report.notes.push_back("no branch could be fitted");
     if (problem.tests == nullptr) return report;
     report.material = problem.material;
     report.spectrum = SpectrumOf(loaded.tests_alone->jacobian, job.fit.prior_sigma);
     report.tests = ReportStrips(*problem.tests, report.material);
-    return report;
-  }
-  const BranchFit* best = Best(state);
-  if (best == nullptr) {
-    report.notes.push_back("no branch could be fitted");
+    NoteMisfits(report.tests, &report.notes);
     return report;
   }
   report.material = FittedMaterial(problem, job.fit, *best);
   if (problem.tests != nullptr) report.tests = ReportStrips(*problem.tests, report.material);
+  NoteMisfits(report.tests, &report.notes);
   const Eigen::MatrixXd jacobian = FitJacobian(problem, job.fit, *best);
   if (jacobian.size() > 0) report.spectrum = SpectrumOf(jacobian, job.fit.prior_sigma);
   StepSolver solver(loaded.fine_model);
@@ -269,7 +292,7 @@ FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFit
     options.seed_lift = best->seed.lifts[i];
     if (!ReportDrape(*problem.fine, solver, report.material, problem.targets[i], best->shapes[i],
                      options, &report.drapes[i]))
-      report.notes.push_back(problem.targets[i].name + ": the settled drape has no outline");
+      report.notes.push_back(problem.targets[i].name + ": the fitted or the settled drape has no outline");
   }
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -283,7 +306,9 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
   std::istringstream items(text);
   for (std::string item; std::getline(items, item, ',');) {
     std::vector<std::string> found;
-    if (fs::is_directory(item)) {
+    if (fs::is_regular_file(item)) {  // its name may look like a pattern
+      found.push_back(item);
+    } else if (fs::is_directory(item)) {
       for (const fs::directory_entry& entry : fs::directory_iterator(item))
         if (extensions.contains(entry.path().extension())) found.push_back(entry.path());
       std::sort(found.begin(), found.end());
@@ -343,7 +368,7 @@ std::vector<std::string> ExpandImages(const std::string& text) {
 }
 
 std::vector<std::string> ExpandTests(const std::string& text) {
-  return Expand(text, "tests", {".json"}, "a test file, a folder with .json files, or a pattern");
+  return Expand(text, "tests", {".json", ".JSON"}, "a test file, a folder with .json files, or a pattern");
 }
 
 }  // namespace drape

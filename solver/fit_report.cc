@@ -145,6 +145,7 @@ Eigen::VectorXd SeenFromNominalCamera(const Eigen::VectorXd& x, const Camera& ca
 
 void WriteDrape(const std::string& folder, const Mesh& mesh, const Target& target,
                 const DrapeReport& drape) {
+  if (drape.fitted.x.size() == 0) return;  // it has no outline, as a note says
   Outline image, fitted;
   if (OutlineFromImage(target.image, target.camera, kReportAngles, &image) &&
       OutlineFromMesh(mesh, drape.fitted.x, target.camera, kReportAngles, &fitted)) {
@@ -182,7 +183,7 @@ std::string MaterialTable(const MaterialField& fitted, const MaterialField* trut
     const double exact = truth == nullptr ? 0.0 : mean(*truth);
     table += MaterialLine(columns[c], mean(fitted), truth == nullptr ? nullptr : &exact, "N/m");
   }
-  const char* const rows[] = {"bend along weft", "bend at 45 degrees", "bend along warp"};
+  const char* const rows[] = {"bend, edges along weft", "bend, edges at 45 deg", "bend, edges along warp"};
   for (int r = 0; r < kBendRows; ++r) {
     const auto mean = [&](const MaterialField& field) {
       return MeanOfEntries(field.bend[0].b[r], kBendCols, 1, 0) / kBendPerRigidity;

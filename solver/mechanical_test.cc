@@ -12,6 +12,7 @@
 namespace drape {
 namespace {
 
+constexpr double kMostWidths = 40.0;  // of a tensile strip: its mesh has square cells
 constexpr double kLongest = 10.0;  // of a strip or its width [m]: what is above is no metres
 
 // The keys of a point and the range of a reading, ends excluded.
@@ -69,6 +70,9 @@ MechanicalTest ReadMechanicalTest(const std::string& path) {
   if (tensile) test.length = NumberBetween(input.At("length"), 0.0, kLongest);
   if (tensile || input.Has("width"))
     test.width = NumberBetween(input.At("width"), 0.0, kLongest);
+  if (tensile && !(test.length >= test.width && test.length <= kMostWidths * test.width))
+    input.At("length").Fail("between one width and " + std::to_string(int(kMostWidths)) +
+                            " widths of the strip");
   test.sigma = NumberBetween(input.At("sigma"), 0.0, kInfinity);
   const JsonInput points = input.At("points");
   if (points.ExpectArray().Size() == 0) points.Fail("at least one point");

@@ -80,8 +80,7 @@ std::vector<StripReport> ReportStrips(const StripReadings& tests, const Material
   for (const MechanicalTest& test : tests.tests()) {
     const auto count = static_cast<Eigen::Index>(test.points.size());
     const Eigen::VectorXd own = readings.segment(next, count);
-    reports.push_back({test, std::vector<double>(own.begin(), own.end()), material.density,
-                       DirectionalRigidity(material.bend[0], test.direction * kDegree)});
+    reports.push_back({test, std::vector<double>(own.begin(), own.end()), material.density});
     next += static_cast<int>(count);
   }
   return reports;
@@ -95,7 +94,6 @@ ordered_json StripsJson(const std::vector<StripReport>& reports) {
                          {"test", ToString(report.test.kind)},
                          {"direction", report.test.direction},
                          {"sigma", report.test.sigma}};
-    if (report.test.kind == TestKind::kCantilever) test["plate_rigidity"] = report.rigidity;
     test["points"] = ordered_json::array();
     for (std::size_t i = 0; i < report.computed.size(); ++i)
       test["points"].push_back(PointJson(report, i));

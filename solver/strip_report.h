@@ -15,7 +15,6 @@ struct StripReport {
   MechanicalTest test;
   std::vector<double> computed;  // of each point, as TestPoint::reading
   double density = 0.0;          // [kg/m²]
-  double rigidity = 0.0;         // plate rigidity of the fitted tables along the strip [N·m]
 };
 
 // What a laboratory derives from a cantilever by hand (ASTM D1388).

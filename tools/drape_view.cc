@@ -12,6 +12,16 @@ namespace {
 constexpr int kAngles = 360, kSupersample = 4;
 constexpr double kFarthest = 1e6;  // [px] from the corner: what has flown off is no drape
 
+// Those of BS 5058, to 2 %.
+bool HasStandardRadii(const ClothModel& model) {
+  constexpr double kTolerance = 0.02;
+  const double cloth = model.mesh.rest_x.reshaped(3, model.mesh.num_vertices())
+                           .topRows<2>().colwise().norm().maxCoeff();
+  const std::optional<double> support = SupportRadius(model.scene);
+  return support && std::abs(*support / kSupportRadius - 1.0) < kTolerance &&
+         std::abs(cloth / kClothRadius - 1.0) < kTolerance;
+}
+
 }  // namespace
 
 Camera MakeCamera(const CameraInput& input) {
@@ -26,14 +36,16 @@ Camera MakeCamera(const CameraInput& input) {
   return camera;
 }
 
-std::optional<DrapeView> ViewDrape(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
-                                   const GrayImage* image) {
+std::optional<DrapeView> ViewDrape(const ClothModel& model, const Eigen::VectorXd& x,
+                                   const Camera& camera, const GrayImage* image) {
+  const Mesh& mesh = model.mesh;
   Eigen::Matrix2Xd image_points;
   if (!ProjectVertices(x, camera, &image_points)) return {};
   if (image_points.cwiseAbs().maxCoeff() > kFarthest) return {};
   DrapeView view;
   view.silhouette = Rasterize(mesh, x, camera, kSupersample);
-  view.drape_coefficient = DrapeCoefficient(CoverageArea(view.silhouette, camera));
+  if (HasStandardRadii(model))
+    view.drape_coefficient = DrapeCoefficient(CoverageArea(view.silhouette, camera));
   Outline fitted, measured;
   if (!OutlineFromMesh(mesh, x, camera, kAngles, &fitted)) return view;
   view.folds = CountFolds(MetresFromPixels(fitted.radius, camera));

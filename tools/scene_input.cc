@@ -19,12 +19,15 @@ void RequireRegions(const SceneInput& input, const Scene& scene, const Mesh& mes
   const auto in = [&](const Region& region, int i) {
     return Contains(region, mesh.rest_x.segment<3>(3 * i));
   };
-  bool held = false, loaded = false;
+  int held = 0;
+  bool loaded = false;
   for (int i = 0; scene.handles && i < mesh.num_vertices(); ++i)
-    held |= in(scene.handles->region, i);
-  if (scene.handles && !held)
+    held += in(scene.handles->region, i);
+  if (scene.handles && held == 0)
     throw InputError(input.scene, "key 'handles.region': found no vertex of " + input.mesh +
                                       " in it, expected some");
+  if (scene.handles && held == mesh.num_vertices())
+    throw InputError(input.mesh, "found all vertices held, expected a cloth that can move");
   if (!scene.load) return;
   for (const std::vector<int>& loop : mesh.boundary_loops)
     for (std::size_t k = 0; k < loop.size(); ++k)
@@ -54,6 +57,7 @@ LoadedScene LoadScene(const SceneInput& input) {
   } else if (support) {
     loaded.start = ReadStart(input.start, loaded.model->mesh, *support);
   } else {
+    // A start shape is made for a support.
     loaded.start = ReadState(input.start, loaded.model->mesh.num_vertices());
   }
   return loaded;

@@ -33,9 +33,17 @@ struct Input {
       throw InputError("option 'image'", "needs a drape over a support, which the scene " +
                                              options.scene.scene + " has not");
     }
-    if (options.integrator == "static" && options.scene.start == "flat" && on_support) {
+    const bool only_newton = options.integrator == "static" ||
+                             (options.integrator == "hybrid" && options.steps == 0);
+    if (only_newton && options.scene.start == "flat" && on_support) {
       throw InputError("option 'integrator'",
-                       "static needs a start near the drape (a state or a start shape), not flat");
+                       options.integrator + " without steps needs a start near the drape (a state "
+                                            "or a start shape), not flat");
+    }
+    if (options.integrator != "dynamic" && !scene.model->scene.handles) {
+      throw InputError("option 'integrator'", options.integrator +
+                                                  " needs a scene that holds the cloth, which " +
+                                                  options.scene.scene + " does not");
     }
     if (!options.image.empty()) ReadImage(options);
     if (!options.gradient_weights.empty()) {
@@ -63,6 +71,8 @@ struct Input {
 };
 
 void CheckOptions(const SimulateOptions& options) {
+  if (options.integrator == "static" && !options.dump_steps.empty())
+    throw InputError("option 'dump_steps'", "static takes no steps, expected dynamic or hybrid");
   for (const int step : options.dump_steps) {
     if (step <= options.steps) continue;
     throw InputError("option 'dump_steps'",
@@ -208,7 +218,7 @@ class Simulation {
           LowestEigenvalues(solver_, material(), state_.x, kReportedModes);
       WriteObj(out_.Staged("drape.obj"), mesh, state_.x);
       if (SupportRadius(input_.scene.model->scene)) {
-        summary_.view = ViewDrape(mesh, state_.x, input_.camera, image);
+        summary_.view = ViewDrape(*input_.scene.model, state_.x, input_.camera, image);
       } else {
         summary_.bench = ViewBench(*input_.scene.model, state_.x);
       }

@@ -96,7 +96,7 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
   const auto& view = summary.view;
   Json json = {{"outcome", OutcomeName(summary.outcome)},
                {"status", summary.status},
-               {"dc", view ? Json(view->drape_coefficient) : Json(nullptr)},
+               {"dc", view ? OrNull(view->drape_coefficient) : Json(nullptr)},
                {"folds", view ? OrNull(view->folds) : Json(nullptr)},
                {"force_residual", summary.force_residual},
                {"stability", StabilityJson(summary.lowest_eigenvalues)},
@@ -131,7 +131,8 @@ std::string SummaryLine(const SimulateSummary& summary) {
   std::snprintf(residual, sizeof residual, "%.2g", summary.force_residual);
   std::string line = summary.status + " after " + std::to_string(summary.steps) + " steps: ";
   if (summary.view) {
-    std::snprintf(dc, sizeof dc, "DC %.3f, ", summary.view->drape_coefficient);
+    if (summary.view->drape_coefficient)
+      std::snprintf(dc, sizeof dc, "DC %.3f, ", *summary.view->drape_coefficient);
     line += dc;
     if (summary.view->folds) line += std::to_string(*summary.view->folds) + " folds, ";
   }
