@@ -38,8 +38,8 @@ class Stiffness {
   // Solves K·solution = rhs, or Kᵀ·solution = rhs, each column to 1e-10 of its rhs, or to rounding
   // (at most 1e-6) where a slender strip is so much stiffer in its plane than across it that
   // products with K lose more; shapes [3V, m]. Needs Factor(). False when it does not converge.
-  // Concus & Golub 1976, Widlund 1978: K = Ks + skew part, so the conjugate gradients of Ks⁻¹·K need
-  // a recurrence of three terms only.
+  // Concus & Golub 1976, Widlund 1978: K = Ks + skew part, so the conjugate gradients of Ks⁻¹·K
+  // need a recurrence of three terms only.
   [[nodiscard]] bool Solve(const RowMatrix& rhs, RowMatrix* solution);
   [[nodiscard]] bool SolveTransposed(const RowMatrix& rhs, RowMatrix* solution);
 

@@ -141,8 +141,9 @@ LoadedJob Load(const FitJob& job) {
   };
   loaded.fine_model = model(job.mesh);
   if (loaded.fine_model->held.size() == static_cast<size_t>(loaded.fine_model->mesh.num_vertices()))
-    throw InputError(job.mesh, "found all vertices on the support of radius 0.09 m, expected a cloth "
-                               "that hangs over it");
+    throw InputError(job.mesh,
+                     "found all vertices on the support of radius 0.09 m, expected a cloth "
+                     "that hangs over it");
   loaded.fine = MakeBackend(job.backend, loaded.fine_model, job.threads);
   loaded.coarse = MakeBackend(job.backend, model(job.coarse_mesh), job.threads);
   loaded.problem.fine = loaded.fine.get();
@@ -292,7 +293,8 @@ FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFit
     options.seed_lift = best->seed.lifts[i];
     if (!ReportDrape(*problem.fine, solver, report.material, problem.targets[i], best->shapes[i],
                      options, &report.drapes[i]))
-      report.notes.push_back(problem.targets[i].name + ": the fitted or the settled drape has no outline");
+      report.notes.push_back(problem.targets[i].name +
+                             ": the fitted or the settled drape has no outline");
   }
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -368,7 +370,8 @@ std::vector<std::string> ExpandImages(const std::string& text) {
 }
 
 std::vector<std::string> ExpandTests(const std::string& text) {
-  return Expand(text, "tests", {".json", ".JSON"}, "a test file, a folder with .json files, or a pattern");
+  return Expand(text, "tests", {".json", ".JSON"},
+                "a test file, a folder with .json files, or a pattern");
 }
 
 }  // namespace drape

@@ -183,7 +183,8 @@ std::string MaterialTable(const MaterialField& fitted, const MaterialField* trut
     const double exact = truth == nullptr ? 0.0 : mean(*truth);
     table += MaterialLine(columns[c], mean(fitted), truth == nullptr ? nullptr : &exact, "N/m");
   }
-  const char* const rows[] = {"bend, edges along weft", "bend, edges at 45 deg", "bend, edges along warp"};
+  const char* const rows[] = {"bend, edges along weft", "bend, edges at 45 deg",
+                              "bend, edges along warp"};
   for (int r = 0; r < kBendRows; ++r) {
     const auto mean = [&](const MaterialField& field) {
       return MeanOfEntries(field.bend[0].b[r], kBendCols, 1, 0) / kBendPerRigidity;

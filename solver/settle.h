@@ -18,8 +18,8 @@ struct SettleOptions {
 
 struct SettledDrape {
   RolloutStatus steps = RolloutStatus::kOk;
-  // Of Newton, its x the drape; without Newton, or where the steps failed, only x is set: where they
-  // ended, or empty.
+  // Of Newton, its x the drape; without Newton, or where the steps failed, only x is set: where
+  // they ended, or empty.
   EquilibriumResult rest;
 
   // A drape to go on with: at a stable rest, or the end of the steps where there is no Newton.

@@ -120,9 +120,10 @@ class StagedFitter {
         std::move(Settle(*problem_.fine, material, {&seed, 1}, settle).front());
     if (drape.Stands(options_.integrator)) return std::move(drape.rest.x);
     if (drape.steps == RolloutStatus::kOk)
-      Log(Line("round %d, branch %d: a seed's drape is %s after %d Newton iterations (residual %.1e)",
-               state.round + 1, state.branch + 1, ToString(drape.rest.status),
-               drape.rest.iterations, drape.rest.residual));
+      Log(Line(
+          "round %d, branch %d: a seed's drape is %s after %d Newton iterations (residual %.1e)",
+          state.round + 1, state.branch + 1, ToString(drape.rest.status), drape.rest.iterations,
+          drape.rest.residual));
     return {};
   }
 

@@ -26,6 +26,9 @@ TEST_F(SceneFile, ListsOnlyWhatActs) {
   EXPECT_EQ(std::get<RingRegion>(scene.handles->region).inner, 0.1);
   EXPECT_EQ(scene.handles->stiffness, 7.0);
   EXPECT_EQ(std::get<HalfPlaneRegion>(scene.load->region).normal, -Eigen::Vector3d::UnitY());
+  // normal·x ≤ offset, whatever the length of the normal: here y ≥ 0.05.
+  EXPECT_TRUE(Contains(scene.load->region, {0.0, 0.06, 0.0}));
+  EXPECT_FALSE(Contains(scene.load->region, {0.0, 0.04, 0.0}));
   EXPECT_EQ(scene.load->force.y(), 4.0);
 }
 

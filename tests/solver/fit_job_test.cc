@@ -137,7 +137,7 @@ TEST_F(FitJobTest, AChangedSettingRefusesTheCheckpoint) {
   RunFitJob(job_, {&cancel, [&](const FitProgress& p) { cancel = p.stage == "round 1"; }});
   job_.resume = true;
   job_.fit.sigma_px = 0.7;
-  EXPECT_THAT(ErrorOf(), HasSubstr("run without --resume"));
+  EXPECT_THAT(ErrorOf(), HasSubstr("found another 'sigma_px'"));
 }
 
 TEST_F(FitJobTest, TheIntegratorIsPartOfTheJob) {

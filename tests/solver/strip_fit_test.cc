@@ -142,7 +142,27 @@ TEST_F(TestFit, TheDensityThatWasWeighedCounts) {
               1.0, 0.05);
 }
 
-// Beside an outline of the true cloth, stiff so that its branch is found; and after an interruption, the same bits.
+// A cloth far from the start tables, and a reading that contradicts another.
+TEST_F(TestFit, MeetsAFarReadingAndNotesOneThatNothingMeets) {
+  const auto fit = [&](std::vector<TestPoint> points) {
+    WriteMechanicalTest(Path("far.json"), {.kind = TestKind::kTensile, .direction = 90.0,
+                                           .length = 0.2, .width = 0.05, .sigma = 0.002,
+                                           .points = std::move(points)});
+    job_.tests = {Path("far.json")};
+    EXPECT_TRUE(RunFitJob(job_, {}).fitted);
+    return Summary();
+  };
+  const nlohmann::json far = fit({{500.0, 1.02}});
+  EXPECT_LT(std::abs(far["tests"][0]["points"][0]["residual"].get<double>()), 0.5);
+  EXPECT_TRUE(far["notes"].empty());
+  const nlohmann::json torn = fit({{1.0, 1.02}, {1.0, 1.06}});
+  ASSERT_FALSE(torn["notes"].empty());
+  EXPECT_THAT(torn["notes"][0].get<std::string>(),
+              testing::HasSubstr("test far: the reading at 1"));
+}
+
+// Beside an outline of the true cloth, stiff so that its branch is found; and after an
+// interruption, the same bits.
 class JointFit : public TestFit {
  protected:
   JointFit() {

@@ -58,6 +58,11 @@ TEST_F(SceneTool, WhatASceneCannotHaveIsOneLine) {
                      "option 'image': needs a drape over a support");
   ExpectOneLineError(Simulate({"--scene=" + Write("s.json", R"({"wind": 1})")}),
                      "s.json: unknown key 'wind', allowed: stretch bend gravity handles load");
+  const std::string free = Write("free.json", R"({"gravity": [0, 0, -9.81]})");
+  ExpectOneLineError(
+      Simulate({"--scene=" + free, "--mesh=strip:0.1x0.02x10", "--integrator=static"}),
+      "needs a scene that holds the cloth");
+  ExpectOneLineError(Simulate({"--mesh=strip:0.08x0.02x10"}), "found all vertices held");
   ExpectOneLineError(Simulate({"--mesh=strip:0.1"}), "expected strip:LENGTHxWIDTHxALONG");
 }
 
@@ -94,6 +99,11 @@ TEST_F(TestFitTool, BadTestsAreOneLine) {
   ExpectOneLineError(Fit({"--tests=" + Path("*.none")}), "tests: '");
   ExpectOneLineError(Fit({}), "images: none, and no tests");
   EXPECT_FALSE(std::filesystem::exists(Path("fit/summary.json")));
+}
+
+TEST_F(TestFitTool, OneNameCannotStandForTwoTests) {
+  const std::string test = kConfigs + "tests/wool_cantilever_warp.json";
+  ExpectOneLineError(Fit({"--tests=" + test + "," + test}), "a second test of the name");
 }
 
 }  // namespace

@@ -110,6 +110,19 @@ TEST_F(SimulateTool, FindsTheRestByNewton) {
             ReadObjSurface(Path("out/drape.obj")).x);
 }
 
+TEST_F(SimulateTool, TheDrapeCoefficientIsThatOfTheStandardsDisc) {
+  ASSERT_EQ(Simulate({"--steps=2"}).exit_code, 0);
+  EXPECT_TRUE(ReadJson(Path("out/summary.json")).at("dc").is_number());
+  ASSERT_EQ(Simulate({"--steps=2", "--mesh=disc:200,radius=0.12"}).exit_code, 0);
+  EXPECT_TRUE(ReadJson(Path("out/summary.json")).at("dc").is_null());
+}
+
+TEST_F(SimulateTool, NewtonAloneDoesNotStartFromFlat) {
+  for (const char* how : {"static", "hybrid"})
+    ExpectOneLineError(Simulate({"--steps=0", std::string("--integrator=") + how}), "not flat");
+  ExpectOneLineError(Simulate({"--integrator=static", "--dump_steps=0"}), "static takes no steps");
+}
+
 // Its hem is compressed and has no folds yet.
 TEST_F(SimulateTool, SaysThatAFallingClothIsNotStable) {
   ASSERT_EQ(Simulate({"--steps=2", "--h=0.1", "--start=flat"}).exit_code, 0);
