@@ -84,7 +84,7 @@ std::string StabilityNote(const Eigen::VectorXd& lowest_eigenvalues) {
   if (lowest_eigenvalues.size() == 0) return "";
   if (!IsStable(lowest_eigenvalues)) return ", not stable";
   char note[64];
-  std::snprintf(note, sizeof note, ", stable, lowest frequency %.3g Hz",
+  std::snprintf(note, sizeof note, ", lowest frequency %.3g Hz",
                 std::sqrt(lowest_eigenvalues[0]) / (2.0 * M_PI));
   return note;
 }

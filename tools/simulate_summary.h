@@ -29,8 +29,8 @@ struct SimulateSummary {
 void WriteSummary(const std::string& path, const SimulateOptions& options, const LoadedScene& scene,
                   const Camera& camera, const SimulateSummary& summary);
 
-// "ok after 100 steps: DC 0.413, 8 folds, force residual 1.2e-05 of the weight, stable, lowest
-// frequency 0.91 Hz".
+// "ok after 100 steps: DC 0.413, 8 folds, force residual 1.2e-05 of the weight, lowest frequency 0.91
+// Hz", or "not stable" instead of the last.
 std::string SummaryLine(const SimulateSummary& summary);
 
 }  // namespace drape
