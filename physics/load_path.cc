@@ -4,20 +4,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "physics/material_scaling.h"
+
 namespace drape {
-namespace {
-
-MaterialField Stiffened(MaterialField material, double factor) {
-  for (StretchTable& table : material.stretch)
-    for (auto& row : table.c)
-      for (double& entry : row) entry *= factor;
-  for (BendTable& table : material.bend)
-    for (auto& row : table.b)
-      for (double& entry : row) entry *= factor;
-  return material;
-}
-
-}  // namespace
 
 EquilibriumResult SolveFromRest(StepSolver& solver, const MaterialField& material,
                                 const EquilibriumOptions& options) {
@@ -30,7 +19,7 @@ EquilibriumResult SolveFromRest(StepSolver& solver, const MaterialField& materia
     // The forces of a stiffer cloth are rounded as much more.
     of_share.tolerance = options.tolerance / next;
     EquilibriumResult trial =
-        SolveEquilibrium(solver, Stiffened(material, 1.0 / next), reached.x, of_share);
+        SolveEquilibrium(solver, Scaled(material, 1.0 / next, 1.0 / next), reached.x, of_share);
     trial.iterations += reached.iterations;
     trial.factorisations += reached.factorisations;
     if (trial.status == EquilibriumStatus::kCancelled) return trial;

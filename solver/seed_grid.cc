@@ -83,16 +83,6 @@ State SeedState(const ClothModel& model, const Target& target, double lift) {
           Eigen::VectorXd::Zero(model.num_dofs())};
 }
 
-MaterialField Scaled(MaterialField material, double stretch, double bend) {
-  for (StretchTable& table : material.stretch)
-    for (auto& row : table.c)
-      for (double& entry : row) entry *= stretch;
-  for (BendTable& table : material.bend)
-    for (auto& row : table.b)
-      for (double& entry : row) entry *= bend;
-  return material;
-}
-
 std::vector<SeedCandidate> RankSeeds(Backend& coarse, const MaterialField& material,
                                      const std::vector<Target>& targets,
                                      const SeedGridOptions& options,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "physics/backend.h"
+#include "physics/material_scaling.h"
 #include "solver/target.h"
 
 namespace drape {
@@ -32,9 +33,6 @@ struct SeedCandidate {
 
 // The seed of a target on a mesh: flaps under its outline, at rest.
 State SeedState(const ClothModel& model, const Target& target, double lift);
-
-// `material` with all stretch entries times stretch, all bend entries times bend.
-MaterialField Scaled(MaterialField material, double stretch, double bend);
 
 // All scales × lifts, best first; trials that fail numerically are left out. For each scale the
 // j-th candidate takes each target's j-th best lift. Fewer, or none, once *cancel is true.
