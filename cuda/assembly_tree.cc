@@ -35,6 +35,7 @@ void ComputeBorders(const BlockPattern& pattern, Tree& tree) {
     std::sort(reached.begin(), reached.end(),
               [&](int a, int b) { return position[a] < position[b]; });
     node.border = std::move(reached);
+    if (node.border.empty()) node.parent = -1;
     if (node.parent < 0) continue;
     std::vector<int>& up = tree[node.parent].border;
     up.insert(up.end(), node.border.begin(), node.border.end());
@@ -130,10 +131,10 @@ Tree SplitIntoChains(const Tree& tree, int max_vertices, int shared_bytes) {
     first[i] = static_cast<int>(split.size());
     last[i] = first[i] + count - 1;
     for (int j = 0; j < count; ++j)
-      split.push_back({{all.begin() + PieceStart(n, j, count),
-                        all.begin() + PieceStart(n, j + 1, count)},
-                       {},
-                       first[i] + j + 1});
+      split.push_back(
+          {{all.begin() + PieceStart(n, j, count), all.begin() + PieceStart(n, j + 1, count)},
+           {},
+           first[i] + j + 1});
   }
   for (std::size_t i = 0; i < tree.size(); ++i)
     split[last[i]].parent = tree[i].parent < 0 ? -1 : first[tree[i].parent];

@@ -11,7 +11,7 @@ namespace drape {
 struct TreeNode {
   std::vector<int> vertices;  // pivots in elimination order
   std::vector<int> border;    // later vertices that their columns of L reach, in that order
-  int parent = -1;            // index of a later node; −1 at a root
+  int parent = -1;            // index of a later node; −1 at a root, which has no border
 };
 
 // Of the separators: small fronts merged into their parents where that saves time, those over the

@@ -18,9 +18,8 @@ std::vector<int> AlongPrincipalAxis(std::vector<int> vertices, const Eigen::Matr
   place.colwise() -= place.rowwise().mean().eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(place * place.transpose());
   const Eigen::Vector2d axis = axes.eigenvectors().col(1);
-  std::stable_sort(vertices.begin(), vertices.end(), [&](int a, int b) {
-    return axis.dot(uv.col(a)) < axis.dot(uv.col(b));
-  });
+  std::stable_sort(vertices.begin(), vertices.end(),
+                   [&](int a, int b) { return axis.dot(uv.col(a)) < axis.dot(uv.col(b)); });
   return vertices;
 }
 

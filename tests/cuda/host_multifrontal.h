@@ -71,8 +71,7 @@ class HostMultifrontal {
 
   std::span<const int> Level(int level) const {
     return std::span(plan_.level_front)
-        .subspan(plan_.level_start[level],
-                 plan_.level_start[level + 1] - plan_.level_start[level]);
+        .subspan(plan_.level_start[level], plan_.level_start[level + 1] - plan_.level_start[level]);
   }
   Rows PanelOf(const Front& f) {
     return Rows(factor_.data() + f.factor_offset, f.pivots + f.border, f.pivots);
@@ -113,8 +112,7 @@ class HostMultifrontal {
     }
   }
 
-  void AddChild(const FrontChild& child, int p, Rows& panel, RowMatrix& update,
-                RowMatrix& right) {
+  void AddChild(const FrontChild& child, int p, Rows& panel, RowMatrix& update, RowMatrix& right) {
     const Front& f = plan_.fronts[child.front];
     const Rows from = UpdateOf(f);
     const std::int16_t* to = plan_.parent_row.data() + child.row_start;
