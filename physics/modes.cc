@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "physics/stiffness.h"
+#include "physics/stiffness_shift.h"
 
 namespace drape {
 namespace {
@@ -45,7 +46,8 @@ Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& mater
   double shift = 0.0;
   Stiffness stiffness(solver, material);
   stiffness.Assemble(x);
-  if (!stiffness.FactorShifted({}, &shift)) return {};
+  const auto next = [](double failed) { return StiffnessShift{}.After(failed); };
+  if (!stiffness.FactorShifted(0.0, &shift, next)) return {};
   ShiftInvert inverse(solver.linear(), solver.model().LumpedMass(material.density));
   const int subspace = std::min(n, std::max(2 * count + 1, 20));
   Spectra::SymEigsShiftSolver<ShiftInvert> lanczos(inverse, count, subspace, -shift);

@@ -1,23 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/statics.h"
 
-#include <algorithm>
-#include <cmath>
+#include <optional>
+#include <utility>
 
 #include "physics/assembly.h"
+#include "physics/stiffness.h"
 
 namespace drape {
 namespace {
-
-// Of a drape that counts as stable: nearer to a fold bifurcation Ks⁻¹ lets the skew part of K rule.
-constexpr double kMaxAsymmetry = 0.5;
-
-constexpr double kStandardGravity = 9.8;  // weighs a cloth whose scene has none [m/s²]
-
-double Weight(const ClothModel& model, const MaterialField& material) {
-  const double gravity = model.scene.gravity ? model.scene.gravity->norm() : 0.0;
-  return (gravity > 0.0 ? gravity : kStandardGravity) * material.density * model.vertex_area.sum();
-}
 
 // A shape, and what is known of it.
 struct Iterate {
@@ -29,28 +20,21 @@ struct Iterate {
 class EquilibriumSearch {
  public:
   EquilibriumSearch(StepSolver& solver, const MaterialField& material,
-                    const EquilibriumOptions& options)
-      : solver_(solver), material_(material), options_(options), stiffness_(solver, material),
-        weight_(Weight(solver.model(), material)), radius_(options.first_radius) {}
+                    const EquilibriumOptions& options, const Eigen::VectorXd& x)
+      : solver_(solver), material_(material), shift_length_(options.shift.length),
+        stiffness_(solver, material), weight_(CharacteristicForce(solver.model(), material)),
+        here_(At(x)), best_(here_), stress_(here_.stress), start_energy_(here_.energy),
+        control_(options, here_.residual, here_.energy) {}
 
-  EquilibriumResult Run(const Eigen::VectorXd& x) {
-    here_ = best_ = At(x);
-    stress_ = here_.stress;
-    result_.start_energy = here_.energy;
-    while (!(here_.residual <= options_.tolerance)) {
-      if (options_.cancel != nullptr && options_.cancel->load()) {
-        result_.status = EquilibriumStatus::kCancelled;
-        return Finish(best_);
+  EquilibriumResult Run() {
+    for (;;) {
+      switch (control_.Next()) {
+        case NewtonNext::kStep: Step(); break;
+        case NewtonNext::kConverged: return Result(control_.Conclude(AsymmetryHere()), here_);
+        case NewtonNext::kCancelled: return Result(EquilibriumStatus::kCancelled, best_);
+        case NewtonNext::kGiveUp: return Result(EquilibriumStatus::kNotConverged, best_);
       }
-      if (result_.iterations == options_.max_iterations || radius_ < kLeastRadius || !Step())
-        return Finish(best_);
-      ++result_.iterations;
     }
-    stiffness_.Assemble(here_.x);
-    ++result_.factorisations;
-    const bool stable = stiffness_.Factor() && stiffness_.Asymmetry() < kMaxAsymmetry;
-    result_.status = stable ? EquilibriumStatus::kStable : EquilibriumStatus::kUnstable;
-    return Finish(here_);
   }
 
  private:
@@ -63,106 +47,77 @@ class EquilibriumSearch {
     return at;
   }
 
-  // One Newton step from here_. False when no shift makes K positive definite.
-  bool Step() {
+  void Step() {
+    if (!FactorHere()) return;
+    Eigen::VectorXd dx = here_.force;
+    solver_.linear().Solve(dx);
+    dx *= control_.Scale(dx.cwiseAbs().maxCoeff());
+    stress_ = ExtrapolatedMembraneStress(solver_.model(), material_, here_.x, dx);
+    here_ = At(here_.x + dx);
+    switch (control_.Judge(here_.residual, here_.energy)) {
+      case NewtonVerdict::kExcursion: return;
+      case NewtonVerdict::kAccept: best_ = here_; break;
+      case NewtonVerdict::kTakeBack: here_ = best_; break;
+    }
+    stress_ = here_.stress;
+  }
+
+  // K at here_ with the geometric stiffness of stress_, shifted. False when no shift helps.
+  bool FactorHere() {
     stiffness_.Assemble(here_.x);
     StressField change = stress_;
     for (std::size_t f = 0; f < change.size(); ++f) change[f] -= here_.stress[f];
     stiffness_.AddStress(change);
-    const int before = result_.factorisations;
-    if (!stiffness_.FactorShifted(options_.shift, &shift_, &result_.factorisations)) return false;
-    const bool raised = result_.factorisations > before + 1;
-    Eigen::VectorXd dx = here_.force;
-    solver_.linear().Solve(dx);
-    const double move = dx.cwiseAbs().maxCoeff();
-    const bool shortened = move > radius_;
-    if (shortened) dx *= radius_ / move;
-    stress_ = ExtrapolatedMembraneStress(solver_.model(), material_, here_.x, dx);
-    result_.steps.push_back({here_.residual, 0.0, shift_, false});
-    here_ = At(here_.x + dx);
-    was_shortened_ = was_shortened_ || shortened;
-    AcceptOrTakeBack(std::min(move, radius_));
-    if (shortened) {
-      shift_ = std::max(shift_, options_.shift.first);
-    } else if (!raised) {
-      shift_ *= kShiftDecay;
-      if (shift_ < 0.2 * options_.shift.first) shift_ = 0.0;
-    }
-    return true;
+    double mu = control_.FirstShift();
+    return stiffness_.FactorShifted(shift_length_, &mu,
+                                    [this](double) { return control_.NextShift(); });
   }
 
-  // Where the energy no longer resolves the progress, or is none (its stretch part is held at the
-  // present stiffness), the residual counts.
-  bool IsBetter() const {
-    return here_.energy < best_.energy || (best_.residual < options_.residual_regime &&
-                                           here_.residual < kResidualDecrease * best_.residual);
+  std::optional<double> AsymmetryHere() {
+    stiffness_.Assemble(here_.x);
+    if (!stiffness_.Factor()) return std::nullopt;
+    return stiffness_.Asymmetry();
   }
 
-  void AcceptOrTakeBack(double move) {
-    result_.steps.back().energy = here_.energy;
-    if (IsBetter()) {
-      result_.steps.back().accepted = true;
-      if (was_shortened_ && excursion_ <= 1)
-        radius_ = std::min(options_.max_radius, kRadiusGrowth * radius_);
-      best_ = here_;
-    } else if (++excursion_ <= kLongestExcursion && std::isfinite(here_.energy)) {
-      return;
-    } else {
-      here_ = best_;
-      radius_ = kRadiusDecay * move;
-    }
-    stress_ = here_.stress;
-    excursion_ = 0;
-    was_shortened_ = false;
+  EquilibriumResult Result(EquilibriumStatus status, Iterate& at) {
+    return {.status = status,
+            .x = std::move(at.x),
+            .iterations = control_.iterations(),
+            .factorisations = control_.factorisations(),
+            .residual = at.residual,
+            .start_energy = start_energy_,
+            .steps = control_.steps()};
   }
-
-  EquilibriumResult Finish(const Iterate& at) {
-    result_.x = at.x;
-    result_.residual = at.residual;
-    return std::move(result_);
-  }
-
-  static constexpr int kLongestExcursion = 8;  // steps above the lowest energy
-  static constexpr double kRadiusGrowth = 1.5, kRadiusDecay = 0.35, kLeastRadius = 1e-9;  // [m]
-  static constexpr double kShiftDecay = 0.25;
-  static constexpr double kResidualDecrease = 0.9;
 
   StepSolver& solver_;
   const MaterialField& material_;
-  const EquilibriumOptions& options_;
+  double shift_length_;
   Stiffness stiffness_;
   double weight_;
-  double radius_;
-  double shift_ = 0.0;
-  Iterate here_, best_;   // the present shape; the last accepted one
-  StressField stress_;    // of the geometric stiffness at here_
-  int excursion_ = 0;     // steps since best_
-  bool was_shortened_ = false;  // one of these
-  EquilibriumResult result_;
+  Iterate here_, best_;  // the present shape; the last accepted one
+  StressField stress_;   // of the geometric stiffness at here_
+  double start_energy_;
+  NewtonControl control_;
 };
 
 }  // namespace
 
-const char* ToString(EquilibriumStatus status) {
-  switch (status) {
-    case EquilibriumStatus::kStable: return "stable";
-    case EquilibriumStatus::kUnstable: return "unstable";
-    case EquilibriumStatus::kNotConverged: return "not converged";
-    case EquilibriumStatus::kCancelled: return "cancelled";
-  }
-  return "unknown";
+double CharacteristicForce(const ClothModel& model, const MaterialField& material) {
+  constexpr double kStandardGravity = 9.8;  // [m/s²]
+  const double gravity = model.scene.gravity ? model.scene.gravity->norm() : 0.0;
+  return (gravity > 0.0 ? gravity : kStandardGravity) * material.density * model.vertex_area.sum();
 }
 
 double ForceResidual(const ClothModel& model, const MaterialField& material,
                      const Eigen::VectorXd& x) {
   Eigen::VectorXd force;
   AssembleForce(model, material, x, force);
-  return force.norm() / Weight(model, material);
+  return force.norm() / CharacteristicForce(model, material);
 }
 
 EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& material,
                                    const Eigen::VectorXd& x, const EquilibriumOptions& options) {
-  return EquilibriumSearch(solver, material, options).Run(x);
+  return EquilibriumSearch(solver, material, options, x).Run();
 }
 
 bool EquilibriumTangent(StepSolver& solver, const MaterialField& material,

@@ -4,52 +4,27 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "physics/newton_control.h"
 #include "physics/rollout.h"
-#include "physics/stiffness.h"
 
 namespace drape {
 
 // Drapes at rest, f(x) = 0, and their derivatives by the implicit function theorem (SPEC section 4,
 // `static`), with the exact K = −∂f/∂x of Stiffness.
 
-struct EquilibriumOptions {
-  double tolerance = 1e-9;     // ‖f‖ ≤ tolerance × weight
-  int max_iterations = 100;    // Newton steps
-  StiffnessShift shift = {.length = 0.03};  // where K is not positive definite
-  double first_radius = 3e-3;  // largest change of a coordinate in a step, at first [m]
-  double max_radius = 0.02;    // and at most
-  // ‖f‖ / weight below which a step may also lower ‖f‖ instead of the energy. Under a load that
-  // strains a nonlinear table by percents, no energy has its minimum at the equilibrium: infinity.
-  double residual_regime = 1e-3;
-  const std::atomic<bool>* cancel = nullptr;
-};
-
-enum class EquilibriumStatus {
-  kStable,    // converged, K positive definite
-  kUnstable,  // converged, but K has lost definiteness or its unsymmetric part rules: at or past
-              // a fold bifurcation, where derivatives blow up
-  kNotConverged,  // iteration limit, or no step lowers energy or residual: x is the best shape
-  kCancelled
-};
-const char* ToString(EquilibriumStatus status);
-
-// One Newton step.
-struct NewtonStep {
-  double residual;  // ‖f‖ / weight before the step
-  double energy;    // after it [J]
-  double shift;     // μ that was factored [s⁻²]
-  bool accepted;    // lowers the energy, or near the end the residual, of all shapes before
-};
-
 struct EquilibriumResult {
   EquilibriumStatus status = EquilibriumStatus::kNotConverged;
   Eigen::VectorXd x;
   int iterations = 0;
   int factorisations = 0;
-  double residual = 0.0;  // ‖f‖ / weight; a cloth without gravity is weighed at 9.8 m/s²
+  double residual = 0.0;  // ‖f‖ / weight, the latter by CharacteristicForce
   double start_energy = 0.0;  // [J]
   std::vector<NewtonStep> steps;
 };
+
+// The weight of the cloth [N], by which residuals and tolerances are relative; a cloth without
+// gravity is weighed at 9.8 m/s².
+double CharacteristicForce(const ClothModel& model, const MaterialField& material);
 
 // Newton's method from x. Start near the drape, never from flat: many drapes are stable and this
 // finds a near one.

@@ -2,10 +2,13 @@
 #include "physics/stiffness.h"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 #include <random>
+#include <span>
 #include <utility>
+#include <vector>
 
+#include "physics/cgw_recurrence.h"
 #include "physics/random.h"
 
 namespace drape {
@@ -35,6 +38,29 @@ void AddShift(const ClothModel& model, double density, double mu, double length,
   AddGeometricStiffness(model, StressField(model.mesh.num_faces(), {tension, tension, 0.0}), K);
 }
 
+// Dot products of the columns.
+std::vector<double> Dots(const RowMatrix& a, const RowMatrix& b) {
+  std::vector<double> dots(a.cols(), 0.0);
+  for (Eigen::Index i = 0; i < a.rows(); ++i)
+    for (Eigen::Index c = 0; c < a.cols(); ++c) dots[c] += a(i, c) * b(i, c);
+  return dots;
+}
+std::vector<double> Norms(const RowMatrix& a) {
+  std::vector<double> norms = Dots(a, a);
+  for (double& norm : norms) norm = std::sqrt(norm);
+  return norms;
+}
+
+// x, before ← before + weight·(step + x − before), x.
+void Advance(std::span<const double> weight, const RowMatrix& step, RowMatrix& before,
+             RowMatrix& x) {
+  for (Eigen::Index i = 0; i < x.rows(); ++i)
+    for (Eigen::Index c = 0; c < x.cols(); ++c) {
+      const double old = std::exchange(before(i, c), x(i, c));
+      x(i, c) = old + weight[c] * (step(i, c) + x(i, c) - old);
+    }
+}
+
 }  // namespace
 
 Stiffness::Stiffness(StepSolver& solver, const MaterialField& material)
@@ -51,19 +77,19 @@ void Stiffness::AddStress(const StressField& change) {
 
 bool Stiffness::Factor() { return solver_.linear().Factor(symmetric_); }
 
-bool Stiffness::FactorShifted(const StiffnessShift& shift, double* mu, int* tries) {
+bool Stiffness::FactorShifted(double length, double* mu,
+                              const std::function<std::optional<double>(double)>& next) {
   const auto add = [&](double more) {
-    if (more > 0.0) AddShift(solver_.model(), material_.density, more, shift.length, symmetric_);
+    if (more > 0.0) AddShift(solver_.model(), material_.density, more, length, symmetric_);
   };
   add(*mu);
-  for (;;) {
-    if (tries != nullptr) ++*tries;
-    if (Factor()) return true;
-    const double next = std::max(4.0 * *mu, shift.first);
-    if (next > shift.most) return false;
-    add(next - *mu);
-    *mu = next;
+  while (!Factor()) {
+    const std::optional<double> larger = next(*mu);
+    if (!larger) return false;
+    add(*larger - *mu);
+    *mu = *larger;
   }
+  return true;
 }
 
 bool Stiffness::Solve(const RowMatrix& rhs, RowMatrix* solution) {
@@ -76,37 +102,24 @@ bool Stiffness::SolveTransposed(const RowMatrix& rhs, RowMatrix* solution) {
 // multiply: the product of −K that goes with the system.
 bool Stiffness::SolveWith(decltype(AddMultiply)& multiply, const RowMatrix& rhs,
                           RowMatrix* solution) {
-  constexpr int kMaxRounds = 40;
-  constexpr double kTolerance = 1e-10, kRoundingAtMost = 1e-6, kStandsStill = 0.9;
-  constexpr double kSmallest = std::numeric_limits<double>::min();  // columns of zeros
-  const Eigen::RowVectorXd size_of_rhs = rhs.colwise().norm().cwiseMax(kSmallest);
-  const auto relative = [&](const RowMatrix& r) {
-    return r.colwise().norm().cwiseQuotient(size_of_rhs).maxCoeff();
-  };
-  double size = 1.0;
-  RowMatrix residual = rhs, step;
-  RowMatrix before = RowMatrix::Zero(rhs.rows(), rhs.cols());
-  *solution = before;
-  Eigen::RowVectorXd weight, square, last_square;
-  for (int round = 0; round < kMaxRounds; ++round) {
+  CgwRecurrence columns(Norms(rhs));
+  *solution = RowMatrix::Zero(rhs.rows(), rhs.cols());
+  RowMatrix residual = rhs(Eigen::all, columns.active()), step;
+  RowMatrix x = RowMatrix::Zero(residual.rows(), residual.cols()), before = x;
+  while (columns.status() == CgwStatus::kGoOn) {
     step = residual;
     solver_.linear().Solve(step);
-    square = residual.cwiseProduct(step).colwise().sum();
-    weight = round == 0
-                 ? Eigen::RowVectorXd::Ones(rhs.cols()).eval()
-                 : (1.0 / (1.0 + square.array() / last_square.array() / weight.array())).matrix();
-    weight = (square.array() > 0.0).select(weight, 1.0);  // columns of zeros
-    last_square = square;
-    step += *solution - before;
-    before += step * weight.asDiagonal();
-    before.swap(*solution);
-    residual = rhs;
-    multiply(solver_.model().pattern, *negative_, *solution, residual);
-    const double size_before = std::exchange(size, relative(residual));
-    if (size <= kTolerance || (size <= kRoundingAtMost && size > kStandsStill * size_before))
-      return true;
+    Advance(columns.Weights(Dots(residual, step)), step, before, x);
+    residual = rhs(Eigen::all, columns.active());
+    multiply(solver_.model().pattern, *negative_, x, residual);
+    const std::vector<int> column_of_x = columns.active();
+    columns.Judge(Norms(residual));
+    if (columns.kept().size() == column_of_x.size()) continue;
+    (*solution)(Eigen::all, column_of_x) = x;
+    for (RowMatrix* each : {&residual, &before, &x})
+      *each = (*each)(Eigen::all, columns.kept()).eval();
   }
-  return false;
+  return columns.status() == CgwStatus::kSolved;
 }
 
 double Stiffness::Asymmetry() {

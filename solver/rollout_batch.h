@@ -60,7 +60,6 @@ class RolloutBatch : public ceres::EvaluationCallback {
   int num_angles() const { return static_cast<int>(targets_->front().radius.size()); }
   const MaterialParametrisation& parametrisation() const { return *parametrisation_; }
   const BatchCounts& counts() const { return counts_; }
-  void set_max_jump(double metres) { options_.max_jump = metres; }
 
   void PrepareForEvaluation(bool with_jacobians, bool new_point) override;
 

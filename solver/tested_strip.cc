@@ -35,12 +35,6 @@ constexpr double kFlat = 1.0;
 // ‖f‖ / load, but no less than this force [N], to which the springs of the clamp are rounded.
 constexpr double kPulledTolerance = 1e-11, kLeastForce = 5e-11;
 
-// Its weight is that of the load, to which the tolerance of an equilibrium is relative.
-double DensityOfLoad(const MechanicalTest& test, double force) {
-  constexpr double kStandardGravity = 9.8;  // of EquilibriumResult::residual
-  return force / (kStandardGravity * test.length * test.width);
-}
-
 Scene CantileverOf(double clamp) {
   Scene scene = CantileverScene(clamp, kGravity);
   scene.handles->stiffness = kClampStiffness;
@@ -54,7 +48,7 @@ TestedStrip::TestedStrip(const MechanicalTest& test, int point, const Law& law)
   const double set = test.points[point].set, direction = test.direction * kDegree;
   if (kind_ == TestKind::kTensile) {
     const int along = std::max(2, int(std::lround(kPulledAcross * test.length / test.width)));
-    load_density_ = DensityOfLoad(test, set);
+    load_ = set;
     tolerance_ = std::max(kPulledTolerance, kLeastForce / set);
     AddLattice(Laid(MakeStrip(test.length, test.width, along, kPulledAcross), 0.0, direction),
                UniaxialScene(test.length, set), law, 0.0);
@@ -73,7 +67,7 @@ TestedStrip::TestedStrip(const MechanicalTest& test, int point, const Law& law)
 
 TestedStrip TestedStrip::Clone() const {
   TestedStrip clone(kind_);
-  clone.load_density_ = load_density_;
+  clone.load_ = load_;
   clone.tolerance_ = tolerance_;
   for (const Lattice& lattice : lattices_)
     clone.lattices_.push_back({lattice.solver.Clone(), lattice.clamp, lattice.end, lattice.x});
@@ -112,7 +106,9 @@ MaterialField TestedStrip::OnStrip(const MaterialField& material) const {
     strip.density *= 1.0 - kHingePoisson * kHingePoisson;
   } else {
     strip.bend = LinearMaterial(1.0, kFlat, 1.0).bend;
-    strip.density = load_density_;
+    // Weighs as much as its load, to which the tolerance of an equilibrium is relative.
+    strip.density = 1.0;
+    strip.density = load_ / CharacteristicForce(lattices_.front().solver.model(), strip);
   }
   return strip;
 }

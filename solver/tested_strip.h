@@ -53,8 +53,8 @@ class TestedStrip {
                      Eigen::VectorXd* by_log_entry) const;
 
   TestKind kind_;
-  double tolerance_ = 0.0;     // of an equilibrium, ‖f‖ / weight
-  double load_density_ = 0.0;  // of a pulled strip: weighs as much as its load [kg/m²]
+  double tolerance_ = 0.0;  // of an equilibrium, ‖f‖ / weight
+  double load_ = 0.0;       // of a pulled strip [N]
   std::vector<Lattice> lattices_;
 };
 

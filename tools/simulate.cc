@@ -169,10 +169,7 @@ class Simulation {
     if (!SupportRadius(scene)) newton.shift.most = 1e12;
     if (!scene.load) return newton;
     // A pulled strip is judged by its load, beside which its weight is nothing.
-    constexpr double kStandardGravity = 9.8;  // of EquilibriumResult::residual
-    const double gravity = scene.gravity ? scene.gravity->norm() : 0.0;
-    const double weight = (gravity > 0.0 ? gravity : kStandardGravity) * material().density *
-                          input_.scene.model->vertex_area.sum();
+    const double weight = CharacteristicForce(*input_.scene.model, material());
     newton.tolerance *= std::max(1.0, scene.load->force.norm() / weight);
     newton.residual_regime = std::numeric_limits<double>::infinity();
     return newton;
