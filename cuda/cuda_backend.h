@@ -17,11 +17,29 @@ class NotCompiled : public std::runtime_error {
       : std::runtime_error("no " + feature + " support: " + why) {}
 };
 
-// The batch of rollouts on a CUDA device. Not in this version: throws NotCompiled.
-std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel> model);
+// The build has CUDA code, but there is nothing here to run it on.
+class NoDevice : public std::runtime_error {
+ public:
+  explicit NoDevice(const std::string& why)
+      : std::runtime_error("no usable CUDA device: " + why) {}
+};
 
-// name: cpu or cuda. Throws InputError for any other.
+// Batches on all CUDA devices of this machine, the batch split evenly over them. What a device
+// cannot decide, a system that is not positive definite for one, is done on `threads` threads of
+// the host. Throws NotCompiled or NoDevice, later CudaError or DeviceMemoryError (cuda_error.h).
+std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel> model, int threads);
+
+// Where rollouts can run here, in words: the devices, or why there is none.
+struct CudaSurvey {
+  bool usable = false;
+  std::string text;
+};
+CudaSurvey SurveyCuda();
+
+// name: cpu, cuda, or auto (cuda where SurveyCuda says that it is usable). Throws InputError for any
+// other. *choice, when given, says what was chosen and why.
 std::unique_ptr<Backend> MakeBackend(const std::string& name,
-                                     std::shared_ptr<const ClothModel> model, int threads);
+                                     std::shared_ptr<const ClothModel> model, int threads,
+                                     std::string* choice = nullptr);
 
 }  // namespace drape

@@ -2,9 +2,16 @@
 #include "cuda/cuda_backend.h"
 
 namespace drape {
+namespace {
 
-std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel>) {
-  throw NotCompiled("cuda", "the CUDA backend is not in this version, use the cpu backend");
+constexpr char kHow[] = "built without it, configure with the preset cuda (needs nvcc)";
+
+}  // namespace
+
+std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel>, int) {
+  throw NotCompiled("cuda", kHow);
 }
+
+CudaSurvey SurveyCuda() { return {false, kHow}; }
 
 }  // namespace drape

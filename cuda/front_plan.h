@@ -68,7 +68,8 @@ struct FrontPlan {
 struct FrontPlanOptions {
   DissectionOptions dissection;
   int max_pivots = 63;         // unknowns a front; larger separators become chains of fronts
-  int shared_bytes = 232448;   // a front's panel [p + q + 8, p + 4] and 96 more doubles fit in these
+  // A front with sixteen right-hand sides, [p + q + 16, p + 4] and 96 more doubles, fits in these.
+  int shared_bytes = 232448;
 };
 
 // Throws InputError when the panel of one vertex does not fit.

@@ -7,10 +7,18 @@
 namespace drape {
 
 std::unique_ptr<Backend> MakeBackend(const std::string& name,
-                                     std::shared_ptr<const ClothModel> model, int threads) {
-  if (name == "cpu") return MakeCpuBackend(std::move(model), threads);
-  if (name == "cuda") return MakeCudaBackend(std::move(model));
-  throw InputError("backend", "unknown name '" + name + "', expected cpu or cuda");
+                                     std::shared_ptr<const ClothModel> model, int threads,
+                                     std::string* choice) {
+  if (name != "cpu" && name != "cuda" && name != "auto")
+    throw InputError("backend", "unknown name '" + name + "', expected auto, cpu or cuda");
+  const CudaSurvey survey = name == "auto" ? SurveyCuda() : CudaSurvey{};
+  const bool cuda = name == "cuda" || survey.usable;
+  if (choice != nullptr) {
+    *choice = cuda ? "cuda" : "cpu";
+    *choice += name != "auto" ? " (as asked)" : " (auto: " + survey.text + ")";
+  }
+  return cuda ? MakeCudaBackend(std::move(model), threads)
+              : MakeCpuBackend(std::move(model), threads);
 }
 
 }  // namespace drape

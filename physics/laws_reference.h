@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <span>
 
 #include "physics/bend_element.h"
 #include "physics/stretch_element.h"
@@ -42,6 +43,10 @@ class ReferenceStretch {
   // nodes: 1000 nodes, index (i·10 + j)·10 + k; the device passes its own copy.
   DRAPE_HD explicit ReferenceStretch(const StretchNode* nodes) : nodes_(nodes) {}
   ReferenceStretch();  // the host's table
+
+  std::span<const StretchNode> nodes() const {
+    return {nodes_, static_cast<std::size_t>(kStrainNodes * kStrainNodes * kStrainNodes)};
+  }
 
   template <class T>
   DRAPE_HD static T Ramp(const T& g) {

@@ -6,50 +6,11 @@
 #include <algorithm>
 #include <vector>
 
+#include "physics/element_sensitivity.h"
 #include "physics/simd.h"
 
 namespace drape {
 namespace {
-
-using Columns = DeformationGradient<double>;
-
-// g of a face is linear in its four stiffnesses: their bases by area, and how they follow the
-// table.
-struct FaceSensitivity {
-  Columns basis[kStretchCols];
-  double by_entry[kStretchRows][kStretchCols];
-};
-template <class Law>
-FaceSensitivity EvaluateSensitivity(const Law& law, const Face& face, const StretchTable& table,
-                                    const double* x, const double* w, double h) {
-  FaceSensitivity s;
-  const Columns F = GatherColumns(face, x), wF = GatherColumns(face, w);
-  const StretchCoefficients<double> k = EvaluateStretch(law, Green(F), table);
-  for (int m = 0; m < kStretchCols; ++m) {
-    const Columns g = StretchStepForce(UnitStiffness(k, m), F, wF, h);
-    s.basis[m] = {face.area * g.u, face.area * g.v};
-  }
-  law.StiffnessByTable(k.G, table, s.by_entry);
-  return s;
-}
-
-// ∂g/∂entry of a hinge = −by_entry·basis: the step moment of unit κ along ∂θ/∂x.
-struct HingeSensitivity {
-  HingeGradient basis;
-  double by_entry[kBendRows][kBendCols];
-};
-template <class Law>
-HingeSensitivity EvaluateSensitivity(const Law& law, const Hinge& hinge, const BendTable& table,
-                                     const double* x, const double* w, double h) {
-  HingeSensitivity s;
-  const HingeCorners corners = GatherCorners(hinge, x);
-  const double theta = DihedralAngle(corners);
-  s.basis = AngleGradient(EvaluateWings(corners));
-  const double moment = StepMoment(1.0, theta, Dot(s.basis, GatherCorners(hinge, w)), h);
-  for (Vec3<double>& d : s.basis.d) d = -moment * d;
-  HingeStiffnessByTable(law, hinge, table, theta, s.by_entry);
-  return s;
-}
 
 template <class Law>
 void AddStretchColumns(const Law& law, const ClothModel& model, const MaterialField& material,

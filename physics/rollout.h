@@ -36,10 +36,16 @@ enum class RolloutStatus {
 };
 const char* ToString(RolloutStatus status);
 
+// What a backend keeps of a rollout in a place of its own.
+struct BackendRecording {
+  virtual ~BackendRecording() = default;
+};
+
 // States of a rollout, kept for the adjoint: x[k], k = 0..steps, v[k + 1] solved at x[k].
 struct Recording {
   std::vector<Eigen::VectorXd> x, v;
   std::vector<std::vector<double>> factor;  // of step k; empty where it is to be factored again
+  std::shared_ptr<const BackendRecording> backend;  // instead of all these; for that backend only
 };
 
 struct RolloutResult {

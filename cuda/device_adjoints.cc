@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+
+#include "cuda/device_engine.h"
+#include "cuda/sensitivity_kernels.h"
+
+namespace drape {
+
+struct DeviceEngine::AdjointWorkspace {
+  StepWorkspace step;             // x: of the present step; v: its end
+  DerivativeRecords derivatives;
+  double* blocks;                 // [9·num_blocks] a slot
+  double *adj_x, *adj_v, *lambda; // [3V, columns]
+  double* vectors;                // [vector_size, columns]
+
+  static AdjointWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots, int columns) {
+    const std::size_t n = slots;
+    const ClothView& view = cloth.view();
+    AdjointWorkspace w{};
+    w.step = StepWorkspace::Take(arena, cloth, slots);
+    w.derivatives = {arena.Take<FaceDerivative>(n * view.num_faces),
+                     arena.Take<HingeDerivative>(n * view.num_hinges)};
+    w.blocks = arena.Take<double>(n * 9 * view.num_blocks);
+    w.adj_x = arena.Take<double>(n * view.num_dofs() * columns);
+    w.adj_v = arena.Take<double>(n * view.num_dofs() * columns);
+    w.lambda = arena.Take<double>(n * view.num_dofs() * columns);
+    w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * columns);
+    return w;
+  }
+};
+
+namespace {
+
+// Columns that the kernels work on: pairs, but for a single one.
+int PaddedColumns(int m) { return m == 1 ? 1 : (m + 1) / 2 * 2; }
+
+// Sums over elements of each slot, by rows as GradientRows says.
+class GradientSums {
+ public:
+  GradientSums(std::span<const RolloutInput> batch, int faces, int hinges, int columns)
+      : columns_(columns) {
+    std::int64_t stretch = 0, bend = 0;
+    for (const RolloutInput& input : batch) {
+      stretch_start_.push_back(stretch);
+      bend_start_.push_back(bend);
+      const int stretch_stride = input.material->stretch.size() > 1;
+      const int bend_stride = input.material->bend.size() > 1;
+      stretch += static_cast<std::int64_t>(columns) * kStretchEntries *
+                 GradientRows(faces, stretch_stride);
+      bend += static_cast<std::int64_t>(columns) * kBendEntries * GradientRows(hinges, bend_stride);
+    }
+    stretch_start_.push_back(stretch);
+    bend_start_.push_back(bend);
+    stretch_ = DeviceBuffer<double>(stretch);
+    bend_ = DeviceBuffer<double>(bend);
+    starts_[0] = DeviceBuffer<std::int64_t>(stretch_start_);
+    starts_[1] = DeviceBuffer<std::int64_t>(bend_start_);
+  }
+
+  void Clear(cudaStream_t stream) {
+    CUDA_CHECK(cudaMemsetAsync(stretch_.data(), 0, stretch_.bytes(), stream));
+    CUDA_CHECK(cudaMemsetAsync(bend_.data(), 0, bend_.bytes(), stream));
+  }
+  GradientView From(int first) {
+    return {stretch_.data(), bend_.data(), starts_[0].data() + first, starts_[1].data() + first};
+  }
+
+  // Chunks are added in order.
+  void Collect(std::span<const RolloutInput> batch, int m, std::span<AdjointResult> results) const {
+    std::vector<double> stretch(stretch_.size()), bend(bend_.size());
+    CopyToHost<double>(stretch_.data(), stretch);
+    CopyToHost<double>(bend_.data(), bend);
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      results[i].material = MaterialGradient::Zero(*batch[i].material, m);
+      AddRows(std::span(stretch).subspan(stretch_start_[i], stretch_start_[i + 1] - stretch_start_[i]),
+              results[i].material.stretch);
+      AddRows(std::span(bend).subspan(bend_start_[i], bend_start_[i + 1] - bend_start_[i]),
+              results[i].material.bend);
+    }
+  }
+
+ private:
+  void AddRows(std::span<const double> rows, RowMatrix& sum) const {
+    const std::int64_t count = static_cast<std::int64_t>(rows.size()) / columns_;
+    for (std::int64_t r = 0; r < count; ++r)
+      for (Eigen::Index j = 0; j < sum.cols(); ++j)
+        sum(r % sum.rows(), j) += rows[r * columns_ + j];
+  }
+
+  int columns_;
+  std::vector<std::int64_t> stretch_start_, bend_start_;
+  DeviceBuffer<double> stretch_, bend_;
+  DeviceBuffer<std::int64_t> starts_[2];
+};
+
+// Where the states of each slot lie: those of a history on the device, or uploaded from the host.
+class HistoryTable {
+ public:
+  HistoryTable(const DeviceCloth& cloth, std::span<const Recording* const> recordings, int steps) {
+    const int dofs = cloth.view().num_dofs();
+    std::vector<HistorySlot> slots;
+    for (const Recording* recording : recordings) {
+      if (const auto* own = dynamic_cast<const DeviceRecording*>(recording->backend.get())) {
+        const std::int64_t at = static_cast<std::int64_t>(own->slot) * dofs;
+        slots.push_back({own->history->x.data() + at, own->history->v.data() + at,
+                         static_cast<std::int64_t>(own->history->slots) * dofs});
+      } else {
+        slots.push_back(Upload(cloth, *recording, steps));
+      }
+    }
+    slots_ = DeviceBuffer<HistorySlot>(slots);
+  }
+  const HistorySlot* slots() const { return slots_.data(); }
+
+ private:
+  HistorySlot Upload(const DeviceCloth& cloth, const Recording& recording, int steps) {
+    const int dofs = cloth.view().num_dofs();
+    std::vector<double> x(static_cast<std::size_t>(steps) * dofs), v(x.size());
+    for (int k = 0; k < steps; ++k) {
+      cloth.ToEliminationOrder(recording.x[k].data(), 1, 1, x.data() + std::size_t{1} * k * dofs);
+      cloth.ToEliminationOrder(recording.v[k + 1].data(), 1, 1, v.data() + std::size_t{1} * k * dofs);
+    }
+    uploaded_.emplace_back(x);
+    uploaded_.emplace_back(v);
+    return {uploaded_[uploaded_.size() - 2].data(), uploaded_.back().data(), dofs};
+  }
+
+  std::vector<DeviceBuffer<double>> uploaded_;
+  DeviceBuffer<HistorySlot> slots_;
+};
+
+int StepsOf(const Recording& recording) {
+  const auto* own = dynamic_cast<const DeviceRecording*>(recording.backend.get());
+  return own != nullptr ? own->steps : static_cast<int>(recording.factor.size());
+}
+
+}  // namespace
+
+void DeviceEngine::Adjoints(std::span<const RolloutInput> batch,
+                            std::span<const Recording* const> recordings,
+                            std::span<const RowMatrix* const> seeds, const RolloutOptions& options,
+                            std::span<AdjointResult> results, std::span<char> failed) {
+  Bind();
+  const int m = PaddedColumns(static_cast<int>(seeds[0]->cols()));
+  const auto take = [&](Arena& arena, int n) { AdjointWorkspace::Take(arena, *cloth_, n, m); };
+  const ClothView& cloth = cloth_->view();
+  const std::size_t gradient = sizeof(double) * m *
+      (kStretchEntries * std::size_t{1} * cloth.num_faces + kBendEntries * cloth.num_hinges);
+  const std::size_t history = 2 * sizeof(double) * cloth.num_dofs() * StepsOf(*recordings[0]);
+  const int most = SlotsThatFit(static_cast<int>(batch.size()), take, gradient + history);
+  for (std::size_t first = 0; first < batch.size(); first += most) {
+    const std::size_t count = std::min<std::size_t>(most, batch.size() - first);
+    AdjointChunk(batch.subspan(first, count), recordings.subspan(first, count),
+                 seeds.subspan(first, count), options, results.subspan(first, count),
+                 failed.subspan(first, count));
+  }
+}
+
+void DeviceEngine::AdjointChunk(std::span<const RolloutInput> batch,
+                                std::span<const Recording* const> recordings,
+                                std::span<const RowMatrix* const> seeds,
+                                const RolloutOptions& options, std::span<AdjointResult> results,
+                                std::span<char> failed) {
+  const int slots = static_cast<int>(batch.size()), seeded = static_cast<int>(seeds[0]->cols());
+  const int m = PaddedColumns(seeded), steps = StepsOf(*recordings[0]);
+  const ClothView& cloth = cloth_->view();
+  const PlanView& plan = cloth_->multifrontal().view();
+  const std::int64_t dofs = cloth.num_dofs(), columns = dofs * m;
+  AdjointWorkspace w{};
+  const auto take = [&](Arena& arena, int n) { w = AdjointWorkspace::Take(arena, *cloth_, n, m); };
+  Arena arena = MakeRoom(slots, take);
+  take(arena, slots);
+  std::vector<const MaterialField*> fields;
+  for (const RolloutInput& input : batch) fields.push_back(input.material);
+  const DeviceMaterials materials(fields);
+  const HistoryTable history(*cloth_, recordings, steps);
+  GradientSums sums(batch, cloth.num_faces, cloth.num_hinges, m);
+  std::vector<double> host(slots * columns);
+  for (int i = 0; i < slots; ++i)
+    cloth_->ToEliminationOrder(seeds[i]->data(), seeded, m, host.data() + i * columns);
+  CopyToDevice<double>(host, w.adj_x);
+  Clear(w.adj_v, slots * columns * sizeof(double));
+  Clear(w.step.failed, slots * sizeof(int));
+  sums.Clear(streams_->main());
+  const std::vector<int> last_step{steps - 1};
+  CopyToDevice<int>(last_step, w.step.step);
+  const ShapeBatch shapes{slots, nullptr, materials.views(), w.step.x};
+  const double h = options.h;
+  const Graph step(*streams_, [&] {
+    streams_->ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
+      const ShapeBatch group = GroupOf(shapes, first, count, static_cast<int>(dofs));
+      double *adj_x = w.adj_x + first * columns, *adj_v = w.adj_v + first * columns;
+      double *lambda = w.lambda + first * columns, *end_v = w.step.v + first * dofs;
+      double* blocks = w.blocks + first * 9LL * cloth.num_blocks;
+      const DerivativeRecords derivatives{w.derivatives.faces + 1LL * first * cloth.num_faces,
+                                          w.derivatives.hinges + 1LL * first * cloth.num_hinges};
+      LaunchLoadHistory(history.slots() + first, w.step.step, w.step.x + first * dofs, end_v,
+                        static_cast<int>(dofs), count, stream);
+      LaunchAdjointRhs(cloth, adj_x, adj_v, h, lambda, m, count, stream);
+      LaunchFactorStep(w.step, group, first, h, m == 1 ? lambda : nullptr, stream);
+      if (m > 1)
+        cloth_->multifrontal().Solve(w.step.factor + first * plan.factor_size, lambda, lambda,
+                                     w.vectors + 1LL * first * m * plan.vector_size, m, count,
+                                     stream);
+      LaunchDerivativeRecords(cloth, group, cloth_->law(), end_v, h, derivatives, stream);
+      LaunchGatherDerivative(cloth, derivatives, h, blocks, count, stream);
+      LaunchAdjointPosition(cloth, group, blocks, lambda, adj_x, adj_v, m, stream);
+      LaunchAdjointMaterial(cloth, group, cloth_->law(), end_v, h, lambda, sums.From(first), m,
+                            stream);
+    });
+    LaunchCountStep(w.step.step, -1, streams_->main());
+  });
+  const int done = RunSteps(step, steps, options.cancel);
+  streams_->Synchronize();
+  std::vector<int> flags(slots);
+  CopyToHost<int>(w.step.failed, flags);
+  sums.Collect(batch, seeded, results);
+  const auto collect = [&](const double* from, RowMatrix AdjointResult::* part) {
+    CopyToHost<double>(from, host);
+    for (int i = 0; i < slots; ++i) {
+      RowMatrix& to = results[i].*part;
+      to.resize(dofs, seeded);
+      cloth_->ToMeshOrder(host.data() + i * columns, seeded, m, to.data());
+    }
+  };
+  collect(w.adj_x, &AdjointResult::x0);
+  collect(w.adj_v, &AdjointResult::v0);
+  for (int i = 0; i < slots; ++i) {
+    failed[i] = flags[i] != 0;
+    if (done < steps) results[i] = {RolloutStatus::kCancelled, {}, {}, {}};
+  }
+}
+
+}  // namespace drape

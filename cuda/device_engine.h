@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "cuda/arena.h"
+#include "cuda/device.h"
+#include "cuda/device_cloth.h"
+#include "cuda/element_kernels.h"
+#include "physics/backend.h"
+
+namespace drape {
+
+// States of a batch of rollouts on a device, [steps, slots, 3V] in elimination order.
+struct DeviceHistory {
+  int device, slots;
+  DeviceBuffer<double> x, v;
+};
+// One rollout of it.
+struct DeviceRecording final : BackendRecording {
+  std::shared_ptr<const DeviceHistory> history;
+  int slot = 0, steps = 0;
+};
+
+// Workspace of a step by slot.
+struct StepWorkspace {
+  double *x, *v;               // [3V]
+  double *matrix, *factor, *update;
+  double *rhs, *solution;      // [3V]
+  StepRecords records;
+  int* failed;                 // [1]
+  int* step;                   // [1] of all slots
+
+  static StepWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots);
+  StepRecords RecordsFrom(const ClothView& cloth, std::int64_t first) const {
+    return {records.faces + first * cloth.num_faces, records.hinges + first * cloth.num_hinges};
+  }
+};
+
+// Batches on one device. Results that the device could not find (a pivot that is not positive, a
+// number that is not finite) are marked in `failed`, for the host to decide.
+class DeviceEngine {
+ public:
+  DeviceEngine(std::shared_ptr<const ClothModel> model, const FrontPlan& plan,
+               const DeviceInfo& device);
+
+  const DeviceInfo& device() const { return device_; }
+
+  // recordings: empty, or one a rollout.
+  void Rollouts(std::span<const RolloutInput> batch, const RolloutOptions& options,
+                std::span<Recording> recordings, std::span<RolloutResult> results,
+                std::span<char> failed);
+  void Tangents(std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+                const RolloutOptions& options, std::span<TangentResult> results,
+                std::span<char> failed);
+  // All recordings have the same number of steps, all seeds the same number of columns.
+  void Adjoints(std::span<const RolloutInput> batch, std::span<const Recording* const> recordings,
+                std::span<const RowMatrix* const> seeds, const RolloutOptions& options,
+                std::span<AdjointResult> results, std::span<char> failed);
+
+ private:
+  struct TangentWorkspace;
+  struct AdjointWorkspace;
+
+  void RolloutChunk(std::span<const RolloutInput> batch, const RolloutOptions& options,
+                    bool keep_history, std::span<Recording> recordings,
+                    std::span<RolloutResult> results, std::span<char> failed);
+  void TangentChunk(std::span<const RolloutInput> batch,
+                    std::span<const MaterialField* const> weights, const RolloutOptions& options,
+                    std::span<TangentResult> results, std::span<char> failed);
+  void AdjointChunk(std::span<const RolloutInput> batch,
+                    std::span<const Recording* const> recordings,
+                    std::span<const RowMatrix* const> seeds, const RolloutOptions& options,
+                    std::span<AdjointResult> results, std::span<char> failed);
+
+  // Makes this device the calling thread's present one.
+  void Bind() const;
+  // The most slots of at most `wanted` whose workspace fits beside `reserve` bytes a slot. Throws
+  // DeviceMemoryError when not even one does.
+  using TakeWorkspace = std::function<void(Arena&, int slots)>;
+  int SlotsThatFit(int wanted, const TakeWorkspace& take, std::size_t reserve = 0) const;
+  // Memory for a workspace, kept for the next one.
+  Arena MakeRoom(int slots, const TakeWorkspace& take);
+
+  void UploadStarts(std::span<const RolloutInput> batch, double* x, double* v) const;
+  void Clear(void* data, std::size_t bytes) const;
+  // Records, matrix and right-hand side, then v' in workspace.solution, of a group of slots.
+  void LaunchSolveStep(const StepWorkspace& workspace, const ShapeBatch& group, int first, double h,
+                       cudaStream_t stream) const;
+  // Factors A at the group's shapes and solves for rhs in place, unless it is null.
+  void LaunchFactorStep(const StepWorkspace& workspace, const ShapeBatch& group, int first, double h,
+                        double* rhs, cudaStream_t stream) const;
+  double* MatrixFrom(const StepWorkspace& workspace, std::int64_t first) const;
+  FactorView FactorFrom(const StepWorkspace& workspace, std::int64_t first) const;
+  void LaunchAdvanceGroup(const StepWorkspace& workspace, const HistoryView& history, int first,
+                          int slots, double h, cudaStream_t stream) const;
+  // Replays `graph` for each step; the steps that were done before `cancel` turned true.
+  int RunSteps(const Graph& graph, int steps, const std::atomic<bool>* cancel) const;
+  void CollectEnds(const StepWorkspace& workspace, int steps, int wanted_steps,
+                   std::span<RolloutResult* const> results, std::span<char> failed) const;
+
+  DeviceInfo device_;
+  std::unique_ptr<DeviceCloth> cloth_;
+  std::unique_ptr<Streams> streams_;
+  DeviceBuffer<char> memory_;
+};
+
+// The slots [first, first + slots) of a batch whose slots are its rollouts.
+ShapeBatch GroupOf(const ShapeBatch& batch, int first, int slots, int num_dofs);
+
+}  // namespace drape

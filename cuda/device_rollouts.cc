@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <utility>
+
+#include "cuda/device_engine.h"
+
+namespace drape {
+namespace {
+
+std::size_t HistoryBytes(int dofs, int steps) { return 2 * sizeof(double) * dofs * steps; }
+
+// A recording in the host's form, of a history on the device.
+void Download(const DeviceCloth& cloth, const DeviceHistory& history,
+              std::span<const RolloutInput> batch, int steps, std::span<Recording> recordings) {
+  const int dofs = cloth.view().num_dofs();
+  std::vector<double> x(history.x.size()), v(x.size());
+  CopyToHost<double>(history.x.data(), x);
+  CopyToHost<double>(history.v.data(), v);
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    recordings[i].x.assign(steps, Eigen::VectorXd(dofs));
+    recordings[i].v.assign(1, batch[i].start->v);
+    recordings[i].v.resize(steps + 1, Eigen::VectorXd(dofs));
+    recordings[i].factor.assign(steps, {});
+    for (int k = 0; k < steps; ++k) {
+      const std::size_t at = (static_cast<std::size_t>(k) * history.slots + i) * dofs;
+      cloth.ToMeshOrder(x.data() + at, 1, 1, recordings[i].x[k].data());
+      cloth.ToMeshOrder(v.data() + at, 1, 1, recordings[i].v[k + 1].data());
+    }
+  }
+}
+
+}  // namespace
+
+void DeviceEngine::Rollouts(std::span<const RolloutInput> batch, const RolloutOptions& options,
+                            std::span<Recording> recordings, std::span<RolloutResult> results,
+                            std::span<char> failed) {
+  Bind();
+  // Histories stay on the device when those of the whole batch take a part of what is free.
+  constexpr double kHistoryShare = 0.4;
+  const auto take = [&](Arena& arena, int slots) { StepWorkspace::Take(arena, *cloth_, slots); };
+  const std::size_t history =
+      recordings.empty() ? 0 : HistoryBytes(cloth_->view().num_dofs(), options.steps);
+  const bool keep = history * batch.size() <
+                    kHistoryShare * (QueryMemory().free + memory_.bytes());
+  const int most = SlotsThatFit(static_cast<int>(batch.size()), take, history);
+  for (std::size_t first = 0; first < batch.size(); first += most) {
+    const std::size_t count = std::min<std::size_t>(most, batch.size() - first);
+    RolloutChunk(batch.subspan(first, count), options, keep,
+                 recordings.empty() ? recordings : recordings.subspan(first, count),
+                 results.subspan(first, count), failed.subspan(first, count));
+  }
+}
+
+void DeviceEngine::RolloutChunk(std::span<const RolloutInput> batch, const RolloutOptions& options,
+                                bool keep_history, std::span<Recording> recordings,
+                                std::span<RolloutResult> results, std::span<char> failed) {
+  const int slots = static_cast<int>(batch.size()), dofs = cloth_->view().num_dofs();
+  StepWorkspace w{};
+  const auto take = [&](Arena& arena, int n) { w = StepWorkspace::Take(arena, *cloth_, n); };
+  Arena arena = MakeRoom(slots, take);
+  take(arena, slots);
+  auto history = std::make_shared<DeviceHistory>();
+  history->device = device_.index;
+  history->slots = slots;
+  HistoryView kept{nullptr, nullptr, static_cast<std::int64_t>(slots) * dofs, w.step};
+  if (!recordings.empty()) {
+    history->x = DeviceBuffer<double>(static_cast<std::size_t>(options.steps) * slots * dofs);
+    history->v = DeviceBuffer<double>(history->x.size());
+    kept.x = history->x.data();
+    kept.v = history->v.data();
+  }
+  std::vector<const MaterialField*> fields;
+  std::vector<RolloutResult*> ends;
+  for (int i = 0; i < slots; ++i) {
+    fields.push_back(batch[i].material);
+    ends.push_back(&results[i]);
+  }
+  const DeviceMaterials materials(fields);
+  UploadStarts(batch, w.x, w.v);
+  Clear(w.failed, slots * sizeof(int));
+  Clear(w.step, sizeof(int));
+  const ShapeBatch shapes{slots, nullptr, materials.views(), w.x};
+  const Graph step(*streams_, [&] {
+    streams_->ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
+      LaunchSolveStep(w, GroupOf(shapes, first, count, dofs), first, options.h, stream);
+      LaunchAdvanceGroup(w, kept, first, count, options.h, stream);
+    });
+    LaunchCountStep(w.step, 1, streams_->main());
+  });
+  const int done = RunSteps(step, options.steps, options.cancel);
+  CollectEnds(w, done, options.steps, ends, failed);
+  if (recordings.empty()) return;
+  if (!keep_history) return Download(*cloth_, *history, batch, done, recordings);
+  for (int i = 0; i < slots; ++i) {
+    auto recording = std::make_shared<DeviceRecording>();
+    recording->history = history;
+    recording->slot = i;
+    recording->steps = done;
+    recordings[i] = {{}, {}, {}, std::move(recording)};
+  }
+}
+
+}  // namespace drape

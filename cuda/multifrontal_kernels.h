@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstdint>
+
+#include "cuda/front_plan.h"
+
+namespace drape {
+
+// A FrontPlan in device memory.
+struct PlanView {
+  const Front* fronts;
+  const FrontChild* children;
+  const FrontEntry* entries;
+  const int* border_dof;
+  const std::int16_t *parent_row, *child_row;
+  const int* level_front;
+  int num_dofs, num_entries;
+  std::int64_t factor_size, update_size;
+  int vector_size;
+};
+
+// Numbers of a batch of systems on one plan; slot s has its own at s × the size beside it.
+struct FactorView {
+  const double* matrix;  // [9·entries] blocks of the lower triangle, row-major
+  double* factor;        // [factor_size]
+  double* update;        // [update_size]
+  int* failed;           // [1] set where a pivot is not positive
+};
+
+// One level of the elimination tree: fronts plan.level_front[begin, end), `largest` bounds them.
+struct LevelRange {
+  int begin, end;
+  int largest_pivots, largest_border;
+  int shared_panel;   // bytes of the largest panel [p + q + 8, p + 4] and an 8×8 block
+  int shared_solve;   // bytes of the largest solve with one right-hand side
+  int shared_factor;  // bytes of the largest [p + q, p + 4]
+  int tile_begin, tile_end;  // of the 64 × 64 tiles of the level's updates
+};
+
+// A tile of a front's update matrix.
+struct UpdateTile {
+  int front, row, column;  // in tiles of 64
+};
+
+inline constexpr int kUpdateTile = 64;
+
+// Raise the kernels' limits of shared memory on the present device [bytes of a block]. Once before
+// any launch.
+void PrepareFactorKernels(int shared_bytes);
+void PrepareSolveKernels(int shared_bytes);
+void PrepareSolveManyKernels(int shared_bytes);
+
+// Factors a level of `slots` systems; forward-substitutes right-hand side rhs [dofs] into solution
+// [dofs] on the way, unless rhs is null. `tiles`: null, or the updates are computed by blocks of
+// their own (few systems: more parallelism).
+void LaunchFactorLevel(const PlanView& plan, const LevelRange& level, const FactorView& view,
+                       const UpdateTile* tiles, const double* rhs, double* solution, int slots,
+                       int threads, cudaStream_t stream);
+// Solves with stored factors, one right-hand side: forward up the tree, backward down it.
+// vectors: workspace [vector_size].
+void LaunchForwardLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+                        const double* rhs, double* solution, double* vectors, int slots,
+                        cudaStream_t stream);
+void LaunchBackwardLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+                         double* solution, int slots, cudaStream_t stream);
+// The same for `columns` right-hand sides, shape [dofs, columns] a slot; vectors [vector_size,
+// columns]. shared_bytes: of a block, as in PrepareSolveKernels.
+void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+                            const double* rhs, double* solution, double* vectors, int columns,
+                            int slots, int shared_bytes, cudaStream_t stream);
+void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+                             double* solution, int columns, int slots, cudaStream_t stream);
+
+}  // namespace drape

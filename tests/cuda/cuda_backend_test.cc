@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/cuda_backend.h"
+
+#include <tuple>
+
+#include "tests/cuda/gpu_fixture.h"
+#include "tests/physics/cloth_fixture.h"
+
+namespace drape {
+namespace {
+
+using test::RelativeError;
+
+// Batches of a law and a size, with shared tables and tables of each element mixed.
+class CudaBackendTest : public testing::TestWithParam<std::tuple<const char*, int, int>> {
+ protected:
+  void SetUp() override {
+    DRAPE_NEEDS_GPU();
+    device_ = MakeCudaBackend(model_, 1);
+    const int count = std::get<2>(GetParam());
+    for (int i = 0; i < count; ++i) {
+      fields_.push_back(test::TestMaterial(1.0 + 0.3 * i));
+      if (i % 2 == 1)
+        fields_.back() = test::Scatter(fields_.back(), model_->mesh, 0.3, random_);
+      starts_.push_back(test::NoisyStart(*model_, 1e-3, random_));
+      starts_.back().v = 1e-2 * test::RandomMatrix(model_->num_dofs(), 1, random_);
+    }
+    for (int i = 0; i < count; ++i) {
+      inputs_.push_back({&fields_[i], &starts_[i]});
+      weights_.push_back(&fields_[i]);
+    }
+  }
+
+  std::mt19937_64 random_{11};
+  std::shared_ptr<const ClothModel> model_ =
+      test::SmallDisc(std::get<0>(GetParam()), std::get<1>(GetParam()));
+  std::unique_ptr<Backend> device_, host_ = MakeCpuBackend(model_, 2);
+  std::vector<MaterialField> fields_;
+  std::vector<State> starts_;
+  std::vector<RolloutInput> inputs_;
+  std::vector<const MaterialField*> weights_;
+  RolloutOptions options_{.h = 0.05, .steps = 12};
+};
+
+TEST_P(CudaBackendTest, RolloutsAreEquivalentToReference) {
+  const auto found = device_->Rollouts(inputs_, options_, nullptr);
+  const auto expected = host_->Rollouts(inputs_, options_, nullptr);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    EXPECT_EQ(found[i].status, expected[i].status);
+    EXPECT_EQ(found[i].steps, expected[i].steps);
+    EXPECT_LT((found[i].end.x - expected[i].end.x).cwiseAbs().maxCoeff(), 1e-10) << i;
+    EXPECT_LT(RelativeError(found[i].end.v, expected[i].end.v), 1e-8) << i;
+  }
+}
+
+TEST_P(CudaBackendTest, RunsAreBitwiseEqual) {
+  const auto a = device_->Rollouts(inputs_, options_, nullptr);
+  const auto b = device_->Rollouts(inputs_, options_, nullptr);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) EXPECT_EQ(a[i].end.x, b[i].end.x);
+}
+
+TEST_P(CudaBackendTest, TangentsAreEquivalentToReference) {
+  const auto found = device_->Tangents(inputs_, weights_, options_);
+  const auto expected = host_->Tangents(inputs_, weights_, options_);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    EXPECT_LT((found[i].rollout.end.x - expected[i].rollout.end.x).cwiseAbs().maxCoeff(), 1e-10);
+    EXPECT_LT(RelativeError(found[i].dx, expected[i].dx), 1e-8) << i;
+    EXPECT_LT(RelativeError(found[i].dv, expected[i].dv), 1e-8) << i;
+  }
+}
+
+TEST_P(CudaBackendTest, AdjointsAreEquivalentToReference) {
+  for (const int columns : {1, 3, 8}) {
+    std::vector<RowMatrix> seeds;
+    for (std::size_t i = 0; i < inputs_.size(); ++i)
+      seeds.push_back(test::RandomMatrix(model_->num_dofs(), columns, random_));
+    std::vector<Recording> of_device, of_host;
+    (void)device_->Rollouts(inputs_, options_, &of_device);
+    (void)host_->Rollouts(inputs_, options_, &of_host);
+    const auto expected = host_->Adjoints(inputs_, of_host, seeds, options_);
+    // The last of its own recordings is one of the host's.
+    of_device.back() = of_host.back();
+    const auto found = device_->Adjoints(inputs_, of_device, seeds, options_);
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      ASSERT_EQ(found[i].status, RolloutStatus::kOk);
+      EXPECT_LT(RelativeError(found[i].material.stretch, expected[i].material.stretch), 1e-8) << i;
+      EXPECT_LT(RelativeError(found[i].material.bend, expected[i].material.bend), 1e-8) << i;
+      EXPECT_LT(RelativeError(found[i].x0, expected[i].x0), 1e-8) << i;
+      EXPECT_LT(RelativeError(found[i].v0, expected[i].v0), 1e-8) << i;
+    }
+  }
+}
+
+TEST_P(CudaBackendTest, FailureStaysAlone) {
+  const auto good = device_->Rollouts(inputs_, options_, nullptr);
+  starts_[0].x[0] = std::numeric_limits<double>::quiet_NaN();
+  const auto mixed = device_->Rollouts(inputs_, options_, nullptr);
+  EXPECT_NE(mixed[0].status, RolloutStatus::kOk);
+  for (std::size_t i = 1; i < inputs_.size(); ++i) EXPECT_EQ(mixed[i].end.x, good[i].end.x);
+}
+
+INSTANTIATE_TEST_SUITE_P(Batches, CudaBackendTest,
+                         testing::Values(std::tuple("smooth", 150, 1), std::tuple("smooth", 300, 5),
+                                         std::tuple("smooth", 1200, 3),
+                                         std::tuple("smooth", 100, 70),
+                                         std::tuple("reference", 150, 3),
+                                         std::tuple("reference", 300, 1)));
+
+}  // namespace
+}  // namespace drape
