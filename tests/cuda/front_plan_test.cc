@@ -200,7 +200,7 @@ TEST(FrontPlan, SmallFrontsAreMerged) {
   const BlockPattern pattern = MakeBlockPattern(mesh, true, true);
   const FrontPlanOptions options{{4}, 63, 232448};
   const auto separators = NestedDissection(pattern, mesh.uv, options.dissection);
-  EXPECT_LT(MakeFrontPlan(pattern, mesh.uv, options).fronts.size(), separators.size() / 2);
+  EXPECT_LT(MakeFrontPlan(pattern, mesh.uv, options).fronts.size(), 0.75 * separators.size());
 }
 
 TEST(FrontPlan, LargeFrontsComeFirstInALevel) {
