@@ -195,6 +195,14 @@ TEST(FrontPlan, SmallMeshIsOneFront) {
   EXPECT_THAT(plan.level_start, ElementsAre(0, 1));
 }
 
+TEST(FrontPlan, SmallFrontsAreMerged) {
+  const Mesh mesh = test::Disc(300);
+  const BlockPattern pattern = MakeBlockPattern(mesh, true, true);
+  const FrontPlanOptions options{{4}, 63, 232448};
+  const auto separators = NestedDissection(pattern, mesh.uv, options.dissection);
+  EXPECT_LT(MakeFrontPlan(pattern, mesh.uv, options).fronts.size(), 0.75 * separators.size());
+}
+
 TEST(FrontPlan, LargeFrontsComeFirstInALevel) {
   const Mesh mesh = test::Disc(1200);
   const FrontPlan plan = MakeFrontPlan(MakeBlockPattern(mesh, true, true), mesh.uv, {});

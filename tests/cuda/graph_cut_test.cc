@@ -54,18 +54,19 @@ TEST(StraightCut, CutsAGridAcross) {
   EXPECT_EQ(SeparatorSize(cut), kRows);
 }
 
-// Both ends of a double star hang on its two centres: five edges cross the middle of the line.
+// Two stars whose centres lie on opposite sides of the middle of a line.
 TEST(StraightCut, SeparatorIsAMinimalCover) {
-  const Graph star = GraphWhere(12, [](int v, int w) {
+  const Graph stars = GraphWhere(12, [](int v, int w) {
     const auto [a, b] = std::minmax(v, w);
-    return (a == 0 && b <= 6) || (a == 6 && b > 6) || (a == 0 && b > 6 && b < 10);
+    return (a == 0 && b >= 6 && b <= 8) || (a >= 1 && a <= 3 && b == 11);
   });
   Eigen::Matrix2Xd uv = Eigen::Matrix2Xd::Zero(2, 12);
   for (int v = 0; v < 12; ++v) uv(0, v) = v;
-  const Cut cut = StraightCut(star, uv);
-  ExpectSeparates(star, cut);
-  EXPECT_EQ(SeparatorSize(cut), 1);
+  const Cut cut = StraightCut(stars, uv);
+  ExpectSeparates(stars, cut);
+  EXPECT_EQ(SeparatorSize(cut), 2);
   EXPECT_EQ(cut.side[0], Cut::kSeparator);
+  EXPECT_EQ(cut.side[11], Cut::kSeparator);
 }
 
 TEST(StraightCut, NoneWhereAllVerticesLieTogether) {
