@@ -56,6 +56,7 @@ struct HingeRecord {
 // A batch of shapes: slot s works for rollout `rollout[s]`, or s where that is null.
 struct ShapeBatch {
   int slots;
+  int all_slots;                 // with those of the streams beside
   const int* rollout;
   const MaterialView* material;  // by rollout
   const double* x;               // by rollout, [3V]

@@ -185,7 +185,7 @@ void DeviceEngine::AdjointChunk(std::span<const RolloutInput> batch,
   sums.Clear(streams_->main());
   const std::vector<int> last_step{steps - 1};
   CopyToDevice<int>(last_step, w.step.step);
-  const ShapeBatch shapes{slots, nullptr, materials.views(), w.step.x};
+  const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
   const double h = options.h;
   const Graph step(*streams_, [&] {
     streams_->ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {

@@ -42,7 +42,8 @@ std::vector<double> Areas(const ClothModel& model, const std::vector<int>& posit
 
 Law OnDevice(Law law, DeviceBuffer<StretchNode>& nodes) {
   if (const auto* reference = std::get_if<ReferenceStretch>(&law.stretch)) {
-    nodes = DeviceBuffer<StretchNode>(reference->nodes());
+    constexpr int kNodes = kStrainNodes * kStrainNodes * kStrainNodes;
+    nodes = DeviceBuffer<StretchNode>(std::span(reference->nodes(), kNodes));
     law.stretch = ReferenceStretch(nodes.data());
   }
   return law;

@@ -97,7 +97,7 @@ void DeviceEngine::LaunchSolveStep(const StepWorkspace& w, const ShapeBatch& gro
   LaunchGatherStep(cloth_->view(), group, records, w.v + dofs, h, MatrixFrom(w, first),
                    w.rhs + dofs, stream);
   cloth_->multifrontal().FactorAndSolve(FactorFrom(w, first), w.rhs + dofs, w.solution + dofs,
-                                        group.slots, stream);
+                                        group.slots, group.all_slots, stream);
 }
 
 void DeviceEngine::LaunchFactorStep(const StepWorkspace& w, const ShapeBatch& group, int first,
@@ -106,7 +106,7 @@ void DeviceEngine::LaunchFactorStep(const StepWorkspace& w, const ShapeBatch& gr
   LaunchElementRecords(cloth_->view(), group, cloth_->law(), records, stream);
   LaunchGatherStep(cloth_->view(), group, records, nullptr, h, MatrixFrom(w, first), nullptr,
                    stream);
-  cloth_->multifrontal().FactorAndSolve(FactorFrom(w, first), rhs, rhs, group.slots, stream);
+  cloth_->multifrontal().FactorAndSolve(FactorFrom(w, first), rhs, rhs, group.slots, group.all_slots, stream);
 }
 
 double* DeviceEngine::MatrixFrom(const StepWorkspace& w, std::int64_t first) const {

@@ -78,7 +78,7 @@ void DeviceEngine::RolloutChunk(std::span<const RolloutInput> batch, const Rollo
   UploadStarts(batch, w.x, w.v);
   Clear(w.failed, slots * sizeof(int));
   Clear(w.step, sizeof(int));
-  const ShapeBatch shapes{slots, nullptr, materials.views(), w.x};
+  const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.x};
   const Graph step(*streams_, [&] {
     streams_->ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
       LaunchSolveStep(w, GroupOf(shapes, first, count, dofs), first, options.h, stream);

@@ -78,7 +78,7 @@ void DeviceEngine::TangentChunk(std::span<const RolloutInput> batch,
   Clear(w.step.failed, slots * sizeof(int));
   Clear(w.dx, slots * columns * sizeof(double));
   Clear(w.dv, slots * columns * sizeof(double));
-  const ShapeBatch shapes{slots, nullptr, materials.views(), w.step.x};
+  const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
   const HistoryView none{nullptr, nullptr, 0, nullptr};
   const double h = options.h;
   const Graph step(*streams_, [&] {
@@ -97,8 +97,7 @@ void DeviceEngine::TangentChunk(std::span<const RolloutInput> batch,
       LaunchTangentRhs(cloth, group, factors, blocks, dx, dv, stream);
       cloth_->multifrontal().Solve(w.step.factor + first * plan.factor_size, dv, dv,
                                    w.vectors + first * kPaddedEntries * 1LL * plan.vector_size,
-                                   kPaddedEntries, count, stream);
-      LaunchAddScaled(dv, h, dx, columns, count, stream);
+                                   kPaddedEntries, count, stream, {dx, h});
       LaunchAdvanceGroup(w.step, none, first, count, h, stream);
     });
   });

@@ -66,17 +66,18 @@ int Multifrontal::Threads(int slots) const {
 }
 
 void Multifrontal::FactorAndSolve(const FactorView& numbers, const double* rhs, double* solution,
-                                  int slots, cudaStream_t stream) const {
-  const UpdateTile* tiles = SplitsUpdates(slots) ? tiles_.data() : nullptr;
+                                  int slots, int beside, cudaStream_t stream) const {
+  const UpdateTile* tiles = SplitsUpdates(beside) ? tiles_.data() : nullptr;
   for (const LevelRange& level : levels_)
-    LaunchFactorLevel(view_, level, numbers, tiles, rhs, solution, slots, Threads(slots), stream);
+    LaunchFactorLevel(view_, level, numbers, tiles, rhs, solution, slots, Threads(beside), stream);
   if (rhs == nullptr) return;
   for (auto level = levels_.rbegin(); level != levels_.rend(); ++level)
     LaunchBackwardLevel(view_, *level, numbers.factor, solution, slots, stream);
 }
 
 void Multifrontal::Solve(const double* factor, const double* rhs, double* solution,
-                         double* vectors, int columns, int slots, cudaStream_t stream) const {
+                         double* vectors, int columns, int slots, cudaStream_t stream,
+                         const SolutionSum& sum) const {
   for (const LevelRange& level : levels_) {
     if (columns == 1) {
       LaunchForwardLevel(view_, level, factor, rhs, solution, vectors, slots, stream);
@@ -89,7 +90,7 @@ void Multifrontal::Solve(const double* factor, const double* rhs, double* soluti
     if (columns == 1) {
       LaunchBackwardLevel(view_, *level, factor, solution, slots, stream);
     } else {
-      LaunchBackwardManyLevel(view_, *level, factor, solution, columns, slots, stream);
+      LaunchBackwardManyLevel(view_, *level, factor, solution, sum, columns, slots, stream);
     }
   }
 }

@@ -19,13 +19,14 @@ class Multifrontal {
   const PlanView& view() const { return view_; }
 
   // A = L·Lᵀ for `slots` systems; rhs, when not null, is solved with along the way: solution =
-  // A⁻¹·rhs, shapes [dofs] a slot. Pointers may be the same.
+  // A⁻¹·rhs, shapes [dofs] a slot. Pointers may be the same. `beside`: slots of all streams that
+  // work at the same time, these included.
   void FactorAndSolve(const FactorView& numbers, const double* rhs, double* solution, int slots,
-                      cudaStream_t stream) const;
+                      int beside, cudaStream_t stream) const;
   // solution = A⁻¹·rhs for `columns` right-hand sides, shape [dofs, columns] a slot; vectors:
-  // workspace [vector_size, columns] a slot. rhs and solution may be the same.
+  // workspace [vector_size, columns] a slot. rhs and solution may be the same. `sum`: for columns > 1.
   void Solve(const double* factor, const double* rhs, double* solution, double* vectors,
-             int columns, int slots, cudaStream_t stream) const;
+             int columns, int slots, cudaStream_t stream, const SolutionSum& sum = {}) const;
 
  private:
   // Computes updates in blocks of their own where slots are too few to fill the device.

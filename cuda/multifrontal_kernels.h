@@ -71,7 +71,13 @@ void LaunchBackwardLevel(const PlanView& plan, const LevelRange& level, const do
 void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const double* factor,
                             const double* rhs, double* solution, double* vectors, int columns,
                             int slots, int shared_bytes, cudaStream_t stream);
+// What is found is added up on the way: sum += scale·solution, unless sum is null.
+struct SolutionSum {
+  double* sum = nullptr;  // [dofs, columns] a slot
+  double scale = 0.0;
+};
 void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level, const double* factor,
-                             double* solution, int columns, int slots, cudaStream_t stream);
+                             double* solution, const SolutionSum& sum, int columns, int slots,
+                             cudaStream_t stream);
 
 }  // namespace drape

@@ -51,9 +51,6 @@ void LaunchFactorRecords(const ClothView& cloth, const ShapeBatch& batch, const 
 // slot, the padding's columns zero. dx may be null: dv ← ∂g/∂p.
 void LaunchTangentRhs(const ClothView& cloth, const ShapeBatch& batch, const FactorRecords& records,
                       const double* blocks, const double* dx, double* dv, cudaStream_t stream);
-// dx += h·dv, [count] a slot.
-void LaunchAddScaled(const double* dv, double h, double* dx, std::int64_t count, int slots,
-                     cudaStream_t stream);
 
 // Where the states of a slot lie, step by step.
 struct HistorySlot {

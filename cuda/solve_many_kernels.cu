@@ -173,7 +173,8 @@ __global__ void __launch_bounds__(256)
 
 // One tile of sixteen right-hand sides, p = 8·Blocks: sums of all pivots stay in registers.
 template <int Blocks>
-__device__ void BackwardTile(const ManyWork& work, double* solution, int column) {
+__device__ void BackwardTile(const ManyWork& work, double* solution, const SolutionSum& total,
+                             int column) {
   const Lane lane = LaneOfWarp();
   const int pivots = 8 * Blocks, stride = pivots + 4;
   const int* border_dof = work.plan.border_dof + work.front.border_start;
@@ -201,6 +202,14 @@ __device__ void BackwardTile(const ManyWork& work, double* solution, int column)
     const double* W = work.panel + c * stride + 8 * block + lane.g;
     SolveDiagonal(b, sum[block], {W[0], W[stride]}, y);
     pairs.Store(c, y);
+    if (total.sum != nullptr) {
+      const PivotPairs sums(work, total.sum, column);
+      double so_far[4];
+      sums.Load(c, so_far);
+#pragma unroll
+      for (int k = 0; k < 4; ++k) so_far[k] += total.scale * y[k];
+      sums.Store(c, so_far);
+    }
     const double a[4] = {y[0], y[2], y[1], y[3]};
 #pragma unroll
     for (int j = 0; j < block; ++j) {
@@ -213,7 +222,7 @@ __device__ void BackwardTile(const ManyWork& work, double* solution, int column)
 
 __global__ void __launch_bounds__(32 * kMostTiles)
     BackwardManyFronts(PlanView plan, int first, const double* factor, double* solution,
-                       int columns) {
+                       SolutionSum total, int columns) {
   extern __shared__ __align__(16) double shared[];
   const std::int64_t slot = blockIdx.y;
   const Front& front = plan.fronts[plan.level_front[first + blockIdx.x]];
@@ -221,19 +230,20 @@ __global__ void __launch_bounds__(32 * kMostTiles)
   LoadPanel(front, factor + slot * plan.factor_size + front.factor_offset, shared);
   __syncthreads();
   solution += slot * columns * plan.num_dofs;
+  if (total.sum != nullptr) total.sum += slot * columns * plan.num_dofs;
   const int warps = blockDim.x >> 5;
   const int tile = static_cast<int>(blockIdx.z) * warps + (threadIdx.x >> 5);
   if (kColumnTile * tile >= columns) return;
   const int column = kColumnTile * tile + LaneOfWarp().g;
   switch (front.pivots / 8) {
-    case 1: return BackwardTile<1>(work, solution, column);
-    case 2: return BackwardTile<2>(work, solution, column);
-    case 3: return BackwardTile<3>(work, solution, column);
-    case 4: return BackwardTile<4>(work, solution, column);
-    case 5: return BackwardTile<5>(work, solution, column);
-    case 6: return BackwardTile<6>(work, solution, column);
-    case 7: return BackwardTile<7>(work, solution, column);
-    default: return BackwardTile<8>(work, solution, column);
+    case 1: return BackwardTile<1>(work, solution, total, column);
+    case 2: return BackwardTile<2>(work, solution, total, column);
+    case 3: return BackwardTile<3>(work, solution, total, column);
+    case 4: return BackwardTile<4>(work, solution, total, column);
+    case 5: return BackwardTile<5>(work, solution, total, column);
+    case 6: return BackwardTile<6>(work, solution, total, column);
+    case 7: return BackwardTile<7>(work, solution, total, column);
+    default: return BackwardTile<8>(work, solution, total, column);
   }
 }
 
@@ -266,11 +276,12 @@ void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const
 }
 
 void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level, const double* factor,
-                             double* solution, int columns, int slots, cudaStream_t stream) {
+                             double* solution, const SolutionSum& sum, int columns, int slots,
+                             cudaStream_t stream) {
   const int tiles = TilesOfBlock(columns, kMostTiles);
   const dim3 grid(level.end - level.begin, slots, BlocksOf(columns, tiles));
   BackwardManyFronts<<<grid, 32 * tiles, level.shared_factor, stream>>>(plan, level.begin, factor,
-                                                                         solution, columns);
+                                                                         solution, sum, columns);
   CUDA_CHECK(cudaGetLastError());
 }
 

@@ -126,11 +126,6 @@ __global__ void __launch_bounds__(kElementThreads)
   for (int r = 0; r < 3; ++r) Store(dv + rows + r * kPaddedEntries, sum[r]);
 }
 
-__global__ void AddScaled(const double* from, double scale, double* to, std::int64_t count) {
-  const std::int64_t i = static_cast<std::int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (i < count) to[blockIdx.y * count + i] += scale * from[blockIdx.y * count + i];
-}
-
 __global__ void LoadHistory(const HistorySlot* history, const int* step, double* x, double* v,
                             int dofs) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x;
@@ -211,12 +206,6 @@ void LaunchTangentRhs(const ClothView& cloth, const ShapeBatch& batch, const Fac
                       const double* blocks, const double* dx, double* dv, cudaStream_t stream) {
   TangentRhs<<<GridFor<2>(cloth, kPaddedEntries, batch.slots), kElementThreads, 0, stream>>>(
       cloth, batch, records, blocks, dx, dv);
-  CUDA_CHECK(cudaGetLastError());
-}
-
-void LaunchAddScaled(const double* dv, double h, double* dx, std::int64_t count, int slots,
-                     cudaStream_t stream) {
-  AddScaled<<<LinearGrid(count, slots), 256, 0, stream>>>(dv, h, dx, count);
   CUDA_CHECK(cudaGetLastError());
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <span>
 
 #include "physics/bend_element.h"
 #include "physics/stretch_element.h"
@@ -40,13 +39,11 @@ inline StretchNode MakeStretchNode(int i, int j, int k) {
 
 class ReferenceStretch {
  public:
-  // nodes: 1000 nodes, index (i·10 + j)·10 + k; the device passes its own copy.
+  // nodes: [10, 10, 10]; the device passes its own copy.
   DRAPE_HD explicit ReferenceStretch(const StretchNode* nodes) : nodes_(nodes) {}
   ReferenceStretch();  // the host's table
 
-  std::span<const StretchNode> nodes() const {
-    return {nodes_, static_cast<std::size_t>(kStrainNodes * kStrainNodes * kStrainNodes)};
-  }
+  const StretchNode* nodes() const { return nodes_; }
 
   template <class T>
   DRAPE_HD static T Ramp(const T& g) {

@@ -95,11 +95,11 @@ TEST_P(MultifrontalTest, SolvesAreEquivalentToReference) {
             << what << ", slot " << s << ", columns " << columns;
     };
     if (columns == 1) {
-      multifrontal.FactorAndSolve(numbers, b.data(), x.data(), kSlots, streams.main());
+      multifrontal.FactorAndSolve(numbers, b.data(), x.data(), kSlots, kSlots, streams.main());
       check("with the factorisation");
-      multifrontal.FactorAndSolve(numbers, b.data(), x.data(), 1, streams.main());
+      multifrontal.FactorAndSolve(numbers, b.data(), x.data(), 1, 1, streams.main());
     }
-    multifrontal.FactorAndSolve(numbers, nullptr, nullptr, kSlots, streams.main());
+    multifrontal.FactorAndSolve(numbers, nullptr, nullptr, kSlots, kSlots, streams.main());
     multifrontal.Solve(factor.data(), b.data(), x.data(), vectors.data(), columns, kSlots,
                        streams.main());
     check("with the stored factor");
@@ -120,14 +120,14 @@ TEST_P(MultifrontalTest, FlagsTheSlotThatIsNotPositiveDefinite) {
   DeviceBuffer<double> factor(kSlots * plan_.factor_size), update(kSlots * plan_.update_size);
   DeviceBuffer<int> failed(std::vector<int>(kSlots, 0));
   multifrontal.FactorAndSolve({matrix.data(), factor.data(), update.data(), failed.data()}, nullptr,
-                              nullptr, kSlots, streams.main());
+                              nullptr, kSlots, kSlots, streams.main());
   streams.Synchronize();
   std::vector<int> flags(kSlots);
   CopyToHost<int>(failed.data(), flags);
   EXPECT_THAT(flags, testing::ElementsAre(0, 1, 0));
 }
 
-INSTANTIATE_TEST_SUITE_P(Meshes, MultifrontalTest, testing::Values(37, 150, 300, 1200));
+INSTANTIATE_TEST_SUITE_P(Meshes, MultifrontalTest, testing::Values(100, 150, 300, 1200));
 
 }  // namespace
 }  // namespace drape

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// Batches on the CUDA device beside the CPU path of the same machine: seconds of whole calls of the
+// backend, transfers included, and how far the answers differ.
+#include <gflags/gflags.h>
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "cuda/cuda_backend.h"
+#include "physics/blas.h"
+#include "tests/bench/fabrics.h"
+#include "physics/mesh_spec.h"
+#include "physics/start_shape.h"
+
+DEFINE_string(meshes, "disc:297,disc:1205,disc:2699,disc:7496", "mesh specs, by comma");
+DEFINE_string(batches, "1,16,64,256,1024", "rollouts of a batch");
+DEFINE_string(works, "forward,gradient,jacobian", "what to time");
+DEFINE_string(law, "smooth", "smooth or reference");
+DEFINE_int32(steps, 100, "of a rollout");
+DEFINE_double(h, 0.05, "time step [s]");
+DEFINE_int32(repeats, 3, "the fastest counts");
+DEFINE_int32(most, 400000, "skips batches of more vertices");
+DEFINE_string(fabrics, DRAPE_SOURCE_DIR "/configs/fabrics", "folder");
+
+namespace drape {
+namespace {
+
+const char* const kFabrics[] = {"cotton_white", "cotton_pink", "viscose_white", "cotton_blue",
+                                "wool_red"};
+
+std::vector<std::string> Split(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) parts.push_back(part);
+  return parts;
+}
+
+double Fastest(const std::function<void()>& work, int repeats) {
+  double best = 1e300;
+  for (int i = 0; i < repeats; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    work();
+    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin)
+                              .count());
+  }
+  return best;
+}
+
+// A batch over the five published fabrics, each rollout with a start of its own.
+struct Batch {
+  std::vector<MaterialField> fields;
+  std::vector<State> starts;
+  std::vector<RolloutInput> inputs;
+  std::vector<const MaterialField*> weights;
+  std::vector<RowMatrix> seeds;
+
+  Batch(const ClothModel& model, int count) {
+    for (const char* name : kFabrics)
+      fields.push_back(ReadFabric(FLAGS_fabrics + "/" + name + ".json"));
+    for (int i = 0; i < count; ++i) {
+      State start = model.RestState();
+      start.x = ApplyStartShape(model.mesh, 0.09, RandomStartShape(i, 3e-3));
+      starts.push_back(std::move(start));
+    }
+    for (int i = 0; i < count; ++i) {
+      inputs.push_back({&fields[i % std::size(kFabrics)], &starts[i]});
+      weights.push_back(inputs.back().material);
+      seeds.push_back(RowMatrix::Ones(model.num_dofs(), 1));
+    }
+  }
+};
+
+void Run(Backend& backend, const std::string& work, const Batch& batch, int count,
+         const RolloutOptions& options) {
+  const std::span inputs(batch.inputs.data(), count);
+  if (work == "forward") {
+    (void)backend.Rollouts(inputs, options, nullptr);
+  } else if (work == "gradient") {
+    std::vector<Recording> recordings;
+    (void)backend.Rollouts(inputs, options, &recordings);
+    (void)backend.Adjoints(inputs, recordings, std::span(batch.seeds.data(), count), options);
+  } else {
+    (void)backend.Tangents(inputs, std::span(batch.weights.data(), count), options);
+  }
+}
+
+void CompareEnds(Backend& device, Backend& host, const Batch& batch, int count,
+                 const RolloutOptions& options) {
+  const std::span inputs(batch.inputs.data(), count);
+  const auto a = device.Rollouts(inputs, options, nullptr);
+  const auto b = host.Rollouts(inputs, options, nullptr);
+  std::printf("  largest difference of positions after %d steps [m], by fabric:", options.steps);
+  for (int i = 0; i < count; ++i)
+    std::printf(" %.1e", (a[i].end.x - b[i].end.x).cwiseAbs().maxCoeff());
+  std::printf("\n");
+}
+
+void BenchMesh(const std::string& spec) {
+  const auto model =
+      std::make_shared<const ClothModel>(ParseMeshSpec(spec), CusickScene(), MakeLaw(FLAGS_law));
+  const int threads = static_cast<int>(std::thread::hardware_concurrency());
+  const auto device = MakeCudaBackend(model, threads);
+  const auto host = MakeCpuBackend(model, threads);
+  const RolloutOptions options{.h = FLAGS_h, .steps = FLAGS_steps};
+  const std::vector<std::string> counts = Split(FLAGS_batches);
+  int most = 1;
+  for (const std::string& count : counts) most = std::max(most, std::stoi(count));
+  const Batch batch(*model, most);
+  std::printf("%s: %d vertices\n", spec.c_str(), model->mesh.num_vertices());
+  CompareEnds(*device, *host, batch, std::min<int>(most, std::size(kFabrics)), options);
+  for (const std::string& work : Split(FLAGS_works)) {
+    const int on_host = std::min(most, threads);
+    const double host_rate =
+        on_host / Fastest([&] { Run(*host, work, batch, on_host, options); }, 1);
+    for (const std::string& text : counts) {
+      const int count = std::stoi(text);
+      if (count * model->mesh.num_vertices() > FLAGS_most) continue;
+      Run(*device, work, batch, count, options);
+      const double seconds =
+          Fastest([&] { Run(*device, work, batch, count, options); }, FLAGS_repeats);
+      std::printf("  %-8s B %4d: %9.1f a second, %8.2f us a step and rollout, %6.3f ms a step, "
+                  "%6.1f x the %d host threads\n",
+                  work.c_str(), count, count / seconds, 1e6 * seconds / count / FLAGS_steps,
+                  1e3 * seconds / FLAGS_steps, count / seconds / host_rate, threads);
+      std::fflush(stdout);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace drape
+
+int main(int argc, char** argv) {
+  drape::EnsureFastBlas(argv);
+  drape::UseOneBlasThread();
+  google::InitGoogleLogging(argv[0]);
+  gflags::ParseCommandLineFlags(&argc, &argv, true);
+  std::printf("devices: %s; law %s, %d steps of %g s\n", drape::SurveyCuda().text.c_str(),
+              FLAGS_law.c_str(), FLAGS_steps, FLAGS_h);
+  for (const std::string& spec : drape::Split(FLAGS_meshes)) drape::BenchMesh(spec);
+  return 0;
+}
