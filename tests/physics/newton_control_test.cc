@@ -89,7 +89,7 @@ TEST_F(NewtonControlTest, AShortenedStepKeepsAShift) {
 }
 
 TEST_F(NewtonControlTest, StepsAreShortenedToTheRadius) {
-  EXPECT_EQ(control_.Scale(0.5 * kRadius), 1.0);
+  EXPECT_EQ(control_.Scale(0.95 * kRadius), 1.0);
   EXPECT_EQ(control_.Scale(kRadius), 1.0);
   EXPECT_THAT(control_.Scale(4 * kRadius), DoubleEq(0.25));
 }
