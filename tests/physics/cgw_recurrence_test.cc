@@ -40,7 +40,7 @@ TEST(CgwRecurrenceTest, EachColumnIsSolvedByItsOwnRhs) {
 
 TEST(CgwRecurrenceTest, StandingStillIsEnoughBelowRounding) {
   CgwRecurrence columns(std::array{1.0, 1.0});
-  columns.Judge(std::array{2e-6, 1e-3});
+  columns.Judge(std::array{2e-6, 1.9e-6});
   columns.Judge(std::array{2e-6, 1.9e-6});  // above it
   EXPECT_EQ(columns.active().size(), 2u);
   columns.Judge(std::array{9e-7, 9e-7});
