@@ -10,7 +10,7 @@ namespace drape {
 namespace {
 
 constexpr int kMaxRounds = 40;
-constexpr double kTolerance = 1e-10, kRoundingAtMost = 1e-6, kStandsStill = 0.9;
+constexpr double kTolerance = 1e-9, kRoundingAtMost = 1e-6, kStandsStill = 0.9;
 
 template <class T>
 void Compact(const std::vector<int>& positions, std::vector<T>& values) {

@@ -27,7 +27,7 @@ class CgwRecurrence {
   // ω of the active columns.
   std::span<const double> Weights(std::span<const double> square);
 
-  // A column is solved at 1e-10 of its rhs. All are where the worst stands still below 1e-6: a
+  // A column is solved at 1e-9 of its rhs. All are where the worst stands still below 1e-6: a
   // slender strip is so much stiffer in its plane than across it that products with K lose more.
   void Judge(std::span<const double> residual_norm);
 

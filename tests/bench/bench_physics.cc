@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "physics/assembly.h"
-#include "physics/blas.h"
 #include "physics/disc.h"
 #include "physics/rollout.h"
 #include "physics/step_adjoint.h"
@@ -175,11 +174,3 @@ BENCHMARK(BM_Ratios)->Apply(Sizes)->Iterations(7);
 
 }  // namespace
 }  // namespace drape
-
-int main(int argc, char** argv) {
-  drape::EnsureFastBlas(argv);
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  benchmark::RunSpecifiedBenchmarks();
-  return 0;
-}

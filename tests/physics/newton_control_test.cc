@@ -89,7 +89,7 @@ TEST_F(NewtonControlTest, AShortenedStepKeepsAShift) {
 }
 
 TEST_F(NewtonControlTest, StepsAreShortenedToTheRadius) {
-  EXPECT_EQ(control_.Scale(0.5 * kRadius), 1.0);
+  EXPECT_EQ(control_.Scale(0.95 * kRadius), 1.0);
   EXPECT_EQ(control_.Scale(kRadius), 1.0);
   EXPECT_THAT(control_.Scale(4 * kRadius), DoubleEq(0.25));
 }
@@ -99,7 +99,10 @@ TEST_F(NewtonControlTest, TheRadiusGrowsAfterShortenedStepsUpToItsMaximum) {
   EXPECT_THAT(Radius(), DoubleEq(kRadius));
   control_.Judge(0.8, -2.0);
   EXPECT_THAT(Radius(), DoubleEq(1.5 * kRadius));
-  for (int i = 0; i < 10; ++i) Step(1.0, 0.8, -3.0 - i);
+  control_.Judge(0.8, -3.0);
+  Step(0.5 * kRadius, 0.8, -4.0);
+  EXPECT_THAT(Radius(), DoubleEq(1.5 * 1.5 * kRadius));
+  for (int i = 0; i < 10; ++i) Step(1.0, 0.8, -5.0 - i);
   EXPECT_THAT(Radius(), DoubleEq(kOptions.max_radius));
 }
 
