@@ -24,27 +24,25 @@ __global__ void __launch_bounds__(kElementThreads)
     for (int r = 0; r < 6; ++r)
       for (int c = 0; c < 6; ++c) to.Q[r][c] = Q[r][c];
   } else if (const int e = i - cloth.num_faces; e < cloth.num_hinges) {
-    double Q[12][12];
-    BendStepDerivative(bend, cloth.hinges[e], BendOf(material, e),
-                       GatherCorners(cloth.hinges[e], x), GatherCorners(cloth.hinges[e], w), h, Q);
-    HingeDerivative& to = records.hinges[static_cast<std::int64_t>(slot) * cloth.num_hinges + e];
-    for (int r = 0; r < 12; ++r)
-      for (int c = 0; c < 12; ++c) to.block[r / 3][c / 3][3 * (r % 3) + c % 3] = Q[r][c];
+    records.hinges[static_cast<std::int64_t>(slot) * cloth.num_hinges + e] =
+        EvaluateBendStepRates(bend, cloth.hinges[e], BendOf(material, e),
+                              GatherCorners(cloth.hinges[e], x), GatherCorners(cloth.hinges[e], w),
+                              h);
   }
 }
 
 // block += area·[Du Dv]ᵀ·Q·[Du Dv] at corners (a, b).
 __device__ void AddFaceBlock(const Face& face, const FaceDerivative& derivative, int a, int b,
                              double (&block)[9]) {
-  const ShapeGradient shape = GradientOf(face);
-  const double ua = face.area * shape.u[a], va = face.area * shape.v[a];
+  const CornerGradient row = GradientOf(face, a), column = GradientOf(face, b);
+  const double ua = face.area * row.u, va = face.area * row.v;
 #pragma unroll
   for (int i = 0; i < 3; ++i)
 #pragma unroll
     for (int k = 0; k < 3; ++k)
       block[3 * i + k] +=
-          shape.u[b] * (ua * derivative.Q[i][k] + va * derivative.Q[3 + i][k]) +
-          shape.v[b] * (ua * derivative.Q[i][3 + k] + va * derivative.Q[3 + i][3 + k]);
+          column.u * (ua * derivative.Q[i][k] + va * derivative.Q[3 + i][k]) +
+          column.v * (ua * derivative.Q[i][3 + k] + va * derivative.Q[3 + i][3 + k]);
 }
 
 __global__ void __launch_bounds__(kElementThreads)
@@ -52,15 +50,13 @@ __global__ void __launch_bounds__(kElementThreads)
   const int b = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (b >= cloth.num_blocks) return;
   const FaceDerivative* faces = records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
-  const HingeDerivative* hinges =
+  const BendStepRates* hinges =
       records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
   double block[9] = {};
   for (int k = cloth.to_block.start[b]; k < cloth.to_block.start[b + 1]; ++k) {
     const Contribution c = Unpack(cloth.to_block.item[k]);
     if (c.hinge) {
-      const double* from = hinges[c.element].block[c.row][c.column];
-#pragma unroll
-      for (int n = 0; n < 9; ++n) block[n] += from[n];
+      AddBendStepBlock(hinges[c.element], c.row, c.column, block);
     } else {
       AddFaceBlock(cloth.faces[c.element], faces[c.element], c.row, c.column, block);
     }

@@ -34,13 +34,13 @@ __device__ double& Component(Vec3<double>& a, int i) { return i == 0 ? a.x : i =
 // block += area·(∂/∂x_b of H·w at corner a), column by column.
 __device__ void AddFaceBlock(const Face& face, const FaceRecord& record, int a, int b,
                              double scale, double (&block)[9]) {
-  const ShapeGradient shape = GradientOf(face);
-  const double ua = face.area * scale * shape.u[a], va = face.area * scale * shape.v[a];
+  const CornerGradient row = GradientOf(face, a), at_b = GradientOf(face, b);
+  const double ua = face.area * scale * row.u, va = face.area * scale * row.v;
 #pragma unroll
   for (int j = 0; j < 3; ++j) {
     DeformationGradient<double> w{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
-    Component(w.u, j) = shape.u[b];
-    Component(w.v, j) = shape.v[b];
+    Component(w.u, j) = at_b.u;
+    Component(w.v, j) = at_b.v;
     const DeformationGradient<double> column = StretchStiffnessTimes(record.k, record.F, w);
     const Vec3<double> at_a = ua * column.u + va * column.v;
     block[j] += at_a.x;
@@ -93,10 +93,10 @@ __device__ Vec3<double> ForceOnVertex(const ClothView& cloth, const MaterialView
       force += (-hinge.kappa * hinge.theta) * hinge.gradient.d[c.row];
     } else {
       const Face& face = cloth.faces[c.element];
-      const ShapeGradient shape = GradientOf(face);
+      const CornerGradient shape = GradientOf(face, c.row);
       const DeformationGradient<double> by_area =
           StretchForce(faces[c.element].k, faces[c.element].F);
-      force += (face.area * shape.u[c.row]) * by_area.u + (face.area * shape.v[c.row]) * by_area.v;
+      force += (face.area * shape.u) * by_area.u + (face.area * shape.v) * by_area.v;
     }
   }
   return force;

@@ -34,6 +34,17 @@ __device__ __forceinline__ Contribution Unpack(int item) {
   return {item >> 5, (item & 16) != 0, (item >> 2) & 3, item & 3};
 }
 
+// Row of Du and Dv of one corner, picked without an array that a run-time index would put in memory.
+struct CornerGradient {
+  double u, v;
+};
+__device__ __forceinline__ CornerGradient GradientOf(const Face& face, int corner) {
+  const ShapeGradient s = GradientOf(face);
+  return corner == 0 ? CornerGradient{s.u[0], s.v[0]}
+         : corner == 1 ? CornerGradient{s.u[1], s.v[1]}
+                       : CornerGradient{s.u[2], s.v[2]};
+}
+
 __device__ __forceinline__ Vec3<double>& operator+=(Vec3<double>& a, const Vec3<double>& b) {
   a.x += b.x;
   a.y += b.y;

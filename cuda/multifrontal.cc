@@ -11,7 +11,7 @@ constexpr int kThreads = 256, kThreadsOfMany = 128;
 int Bytes(int doubles) { return doubles * static_cast<int>(sizeof(double)); }
 
 LevelRange RangeOf(const FrontPlan& plan, int level, std::vector<UpdateTile>* tiles) {
-  LevelRange range{plan.level_start[level], plan.level_start[level + 1], 0, 0, 0, 0, 0,
+  LevelRange range{plan.level_start[level], plan.level_start[level + 1], 0, 0, 0, 0,
                    static_cast<int>(tiles->size()), 0};
   for (int i = range.begin; i < range.end; ++i) {
     const Front& front = plan.fronts[plan.level_front[i]];
@@ -20,7 +20,6 @@ LevelRange RangeOf(const FrontPlan& plan, int level, std::vector<UpdateTile>* ti
     range.largest_border = std::max(range.largest_border, q);
     range.shared_panel = std::max(range.shared_panel, Bytes((p + q + 8) * (p + 4) + 96));
     range.shared_solve = std::max(range.shared_solve, Bytes(p * (p + 1) + p + q + kThreads));
-    range.shared_factor = std::max(range.shared_factor, Bytes((p + q) * (p + 4)));
     const int rows = q > 0 ? (q + kUpdateTile) / kUpdateTile : 0;  // the right-hand side's included
     for (int row = 0; row < rows; ++row)
       for (int column = 0; column <= row && column * kUpdateTile < q; ++column)
@@ -33,8 +32,7 @@ LevelRange RangeOf(const FrontPlan& plan, int level, std::vector<UpdateTile>* ti
 }  // namespace
 
 Multifrontal::Multifrontal(const FrontPlan& plan, int shared_bytes)
-    : shared_bytes_(shared_bytes),
-      fronts_(plan.fronts),
+    : fronts_(plan.fronts),
       children_(plan.children),
       entries_(plan.entries),
       border_dof_(plan.border_dof),
@@ -55,7 +53,6 @@ Multifrontal::Multifrontal(const FrontPlan& plan, int shared_bytes)
       cudaDeviceGetAttribute(&multiprocessors_, cudaDevAttrMultiProcessorCount, device));
   PrepareFactorKernels(shared_bytes);
   PrepareSolveKernels(shared_bytes);
-  PrepareSolveManyKernels(shared_bytes);
 }
 
 bool Multifrontal::SplitsUpdates(int slots) const { return slots < multiprocessors_ / 4; }
@@ -82,8 +79,7 @@ void Multifrontal::Solve(const double* factor, const double* rhs, double* soluti
     if (columns == 1) {
       LaunchForwardLevel(view_, level, factor, rhs, solution, vectors, slots, stream);
     } else {
-      LaunchForwardManyLevel(view_, level, factor, rhs, solution, vectors, columns, slots,
-                             shared_bytes_, stream);
+      LaunchForwardManyLevel(view_, level, factor, rhs, solution, vectors, columns, slots, stream);
     }
   }
   for (auto level = levels_.rbegin(); level != levels_.rend(); ++level) {

@@ -33,7 +33,6 @@ class Multifrontal {
   bool SplitsUpdates(int slots) const;
   int Threads(int slots) const;
 
-  int shared_bytes_;
   int multiprocessors_ = 0;
   DeviceBuffer<Front> fronts_;
   DeviceBuffer<FrontChild> children_;

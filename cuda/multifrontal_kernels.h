@@ -36,7 +36,6 @@ struct LevelRange {
   int largest_pivots, largest_border;
   int shared_panel;   // bytes of the largest panel [p + q + 8, p + 4] and an 8×8 block
   int shared_solve;   // bytes of the largest solve with one right-hand side
-  int shared_factor;  // bytes of the largest [p + q, p + 4]
   int tile_begin, tile_end;  // of the 64 × 64 tiles of the level's updates
 };
 
@@ -51,7 +50,6 @@ inline constexpr int kUpdateTile = 64;
 // any launch.
 void PrepareFactorKernels(int shared_bytes);
 void PrepareSolveKernels(int shared_bytes);
-void PrepareSolveManyKernels(int shared_bytes);
 
 // Factors a level of `slots` systems; forward-substitutes right-hand side rhs [dofs] into solution
 // [dofs] on the way, unless rhs is null. `tiles`: null, or the updates are computed by blocks of
@@ -67,10 +65,10 @@ void LaunchForwardLevel(const PlanView& plan, const LevelRange& level, const dou
 void LaunchBackwardLevel(const PlanView& plan, const LevelRange& level, const double* factor,
                          double* solution, int slots, cudaStream_t stream);
 // The same for `columns` right-hand sides, shape [dofs, columns] a slot; vectors [vector_size,
-// columns]. shared_bytes: of a block, as in PrepareSolveKernels.
+// columns].
 void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const double* factor,
                             const double* rhs, double* solution, double* vectors, int columns,
-                            int slots, int shared_bytes, cudaStream_t stream);
+                            int slots, cudaStream_t stream);
 // What is found is added up on the way: sum += scale·solution, unless sum is null.
 struct SolutionSum {
   double* sum = nullptr;  // [dofs, columns] a slot

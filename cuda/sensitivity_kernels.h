@@ -4,18 +4,16 @@
 #include <cuda_runtime_api.h>
 
 #include "cuda/cloth_view.h"
+#include "physics/bend_element.h"
 
 namespace drape {
 
 // Derivatives of the step force g(x; w) = h·f(x) − h²·H(x)·w of a batch (physics/assembly.h) by
 // position and by material. w: by slot, [3V].
 
-// Of an element by position, 3×3 blocks of its corners.
+// Of a face by position.
 struct FaceDerivative {
   double Q[6][6];  // ∂g/∂F by rest area
-};
-struct HingeDerivative {
-  double block[4][4][9];
 };
 // Of an element by its table: ∂g/∂entry = factor[entry]·basis[column of the entry].
 struct FaceFactors {
@@ -29,7 +27,7 @@ struct HingeFactors {
 
 struct DerivativeRecords {
   FaceDerivative* faces;    // [F] a slot
-  HingeDerivative* hinges;  // [E] a slot
+  BendStepRates* hinges;   // [E] a slot
 };
 struct FactorRecords {
   FaceFactors* faces;

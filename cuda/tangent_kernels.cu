@@ -75,11 +75,11 @@ __device__ void AddMaterialColumns(const ClothView& cloth, const FaceFactors* fa
     if (at.hinge == stretch) continue;
     if (stretch) {
       const FaceFactors& face = faces[at.element];
-      const ShapeGradient shape = GradientOf(cloth.faces[at.element]);
+      const CornerGradient shape = GradientOf(cloth.faces[at.element], at.row);
 #pragma unroll
       for (int c = 0; c < 2; ++c) {
         const DeformationGradient<double>& basis = face.basis[(j + c) % kStretchCols];
-        const Vec3<double> b = face.factor[j + c] * (shape.u[at.row] * basis.u + shape.v[at.row] * basis.v);
+        const Vec3<double> b = face.factor[j + c] * (shape.u * basis.u + shape.v * basis.v);
         sum[0].v[c] += b.x;
         sum[1].v[c] += b.y;
         sum[2].v[c] += b.z;

@@ -93,6 +93,40 @@ DRAPE_HD void BendStepDerivative(const Law& law, const Hinge& hinge, const BendT
     for (int j = 0; j < 12; ++j) out[i][j] = -grad[i] * grad_s[j] - s * out[i][j];
 }
 
+// The parts of ∂g/∂x for those who want single blocks of it.
+struct BendStepRates {
+  HingeGradient grad, grad_s;
+  double s;
+  WingRates wing[2];
+};
+template <class Law>
+DRAPE_HD BendStepRates EvaluateBendStepRates(const Law& law, const Hinge& hinge,
+                                             const BendTable& table, const HingeCorners& x,
+                                             const HingeCorners& w, double h) {
+  const double theta = DihedralAngle(x);
+  const HingeWings wings = EvaluateWings(x);
+  const AngleGradientOf<Dual<1>> along_w = AngleGradientRates<1>(x, {w});
+  const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
+  BendStepRates rates;
+  rates.grad = AngleGradient(wings);
+  const double q = Dot(rates.grad, w);
+  rates.s = StepMoment(kappa.a, theta, q, h);
+  const double s_by_theta = StepMomentByTheta(kappa, theta, q, h);
+  for (int i = 0; i < 12; ++i)
+    (&rates.grad_s.d[0].x)[i] = s_by_theta * (&rates.grad.d[0].x)[i] +
+                                h * h * kappa.a * (&along_w.d[0].x)[i].v[0];
+  for (int side = 0; side < 2; ++side)
+    rates.wing[side] = RatesOf(wings.edge, wings.apex[side], wings.wing[side]);
+  return rates;
+}
+// Adds block (a, b) of ∂g/∂x to out [3, 3].
+DRAPE_HD inline void AddBendStepBlock(const BendStepRates& rates, int a, int b, double out[9]) {
+  const double *row = &rates.grad.d[a].x, *column = &rates.grad_s.d[b].x;
+  for (int i = 0; i < 9; ++i) out[i] -= row[i / 3] * column[i % 3];
+  for (int side = 0; side < 2; ++side)
+    AddWingHessianBlock(rates.wing[side], 2 + side, a, b, -rates.s, out);
+}
+
 // Adjoint of one hinge's step force: adj_x = (∂g/∂x)ᵀ·λ, shape [12], and ∂(g·λ)/∂κ.
 struct BendAdjoint {
   double adj_x[12];
@@ -102,7 +136,7 @@ template <class Law>
 DRAPE_HD BendAdjoint AdjBendStep(const Law& law, const Hinge& hinge, const BendTable& table,
                                  const HingeCorners& x, const HingeCorners& w, double h,
                                  const HingeCorners& lambda, double theta) {
-  const AngleGradientOf<Dual<2>> gradient = AngleGradientRates(x, {w, lambda});
+  const AngleGradientOf<Dual<2>> gradient = AngleGradientRates<2>(x, {w, lambda});
   const Dual<2>* d = &gradient.d[0].x;
   const double *w_at = &w.x[0].x, *lambda_at = &lambda.x[0].x;
   double q = 0.0, l = 0.0;

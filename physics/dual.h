@@ -71,15 +71,6 @@ DRAPE_INLINE Dual<N> atan2(const Dual<N>& y, const Dual<N>& x) {
   return Dual<N>::Chain(y, x.a * inverse, x, -y.a * inverse, ::atan2(y.a, x.a));
 }
 
-// f(x, y, z) given as a dual over its three arguments.
-template <int N>
-DRAPE_INLINE Dual<N> Compose(const Dual<3>& f, const Dual<N>& x, const Dual<N>& y,
-                             const Dual<N>& z) {
-  Dual<N> r(f.a);
-  for (int i = 0; i < N; ++i) r.v[i] = f.v[0] * x.v[i] + f.v[1] * y.v[i] + f.v[2] * z.v[i];
-  return r;
-}
-
 // The plain value of a scalar, for branches.
 DRAPE_INLINE double Value(double x) { return x; }
 DRAPE_INLINE double Value(float x) { return x; }

@@ -72,32 +72,71 @@ DRAPE_HD inline double Dot(const HingeGradient& g, const HingeCorners& w) {
   return Dot(g.d[0], w.x[0]) + Dot(g.d[1], w.x[1]) + Dot(g.d[2], w.x[2]) + Dot(g.d[3], w.x[3]);
 }
 
-// Adds one wing's part of ∂²θ/∂x² to H [12][12]; `apex` is corner 2 or 3. From the derivatives of
-// m and t by the apex a and the edge e, p = a − t·e the height, |p| = h:
+// What one wing's part of ∂²θ/∂x² is made of. From the derivatives of m and t by the apex a and the
+// edge e, p = a − t·e the height, |p| = h:
 //   ∂m/∂a = S = −(p mᵀ + m pᵀ)/h²,  ∂m/∂e = −t·S − e mᵀ/|e|²,
 //   ∂t/∂a = e/|e|²,                 ∂t/∂e = (p − t·e)/|e|².
-// Rows and columns of n0 follow because they sum to zero.
-DRAPE_HD inline void AddWingHessian(const Vec3<double>& edge, const Vec3<double>& apex_at,
-                                    const Wing<double>& wing, int apex, double H[12][12]) {
-  const double t = wing.t, inverse_h2 = Dot(wing.m, wing.m), inverse_ee = 1.0 / Dot(edge, edge);
-  const Vec3<double> height = apex_at - t * edge, t_by_e = inverse_ee * (height - t * edge);
-  const Vec3<double> t_by_a = inverse_ee * edge;
-  const double *m = &wing.m.x, *p = &height.x, *ta = &t_by_a.x, *te = &t_by_e.x;
+struct WingRates {
+  Vec3<double> m, height, t_by_a, t_by_e;
+  double t, inverse_h2;
+};
+DRAPE_HD inline WingRates RatesOf(const Vec3<double>& edge, const Vec3<double>& apex,
+                                  const Wing<double>& wing) {
+  const double inverse_ee = 1.0 / Dot(edge, edge);
+  const Vec3<double> height = apex - wing.t * edge;
+  return {wing.m,
+          height,
+          inverse_ee * edge,
+          inverse_ee * (height - wing.t * edge),
+          wing.t,
+          Dot(wing.m, wing.m)};
+}
+// Entry (i, k) of the derivatives of ∂θ/∂apex = m and ∂θ/∂n1 = −t·m by apex and edge.
+struct WingEntry {
+  double m_by_a, m_by_e, n1_by_a, n1_by_e;
+};
+DRAPE_INLINE WingEntry EntryOf(const WingRates& r, int i, int k) {
+  const double *m = &r.m.x, *p = &r.height.x, *ta = &r.t_by_a.x, *te = &r.t_by_e.x;
+  WingEntry entry;
+  entry.m_by_a = -r.inverse_h2 * (p[i] * m[k] + m[i] * p[k]);
+  entry.m_by_e = -r.t * entry.m_by_a - ta[i] * m[k];
+  entry.n1_by_a = -m[i] * ta[k] - r.t * entry.m_by_a;
+  entry.n1_by_e = -m[i] * te[k] - r.t * entry.m_by_e;
+  return entry;
+}
+
+// Adds one wing's part of ∂²θ/∂x² to H [12][12]; `apex` is corner 2 or 3. Rows and columns of n0
+// follow because they sum to zero.
+DRAPE_HD inline void AddWingHessian(const WingRates& rates, int apex, double H[12][12]) {
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) {
-      const double m_by_a = -inverse_h2 * (p[i] * m[k] + m[i] * p[k]);
-      const double m_by_e = -t * m_by_a - ta[i] * m[k];
-      const double n1_by_a = -m[i] * ta[k] - t * m_by_a, n1_by_e = -m[i] * te[k] - t * m_by_e;
+      const WingEntry d = EntryOf(rates, i, k);
       double *row0 = H[i], *row1 = H[3 + i], *row = H[3 * apex + i];
-      row[3 * apex + k] += m_by_a;
-      row[3 + k] += m_by_e;
-      row[k] -= m_by_a + m_by_e;
-      row1[3 * apex + k] += n1_by_a;
-      row1[3 + k] += n1_by_e;
-      row1[k] -= n1_by_a + n1_by_e;
-      row0[3 * apex + k] -= m_by_a + n1_by_a;
-      row0[3 + k] -= m_by_e + n1_by_e;
-      row0[k] += m_by_a + m_by_e + n1_by_a + n1_by_e;
+      row[3 * apex + k] += d.m_by_a;
+      row[3 + k] += d.m_by_e;
+      row[k] -= d.m_by_a + d.m_by_e;
+      row1[3 * apex + k] += d.n1_by_a;
+      row1[3 + k] += d.n1_by_e;
+      row1[k] -= d.n1_by_a + d.n1_by_e;
+      row0[3 * apex + k] -= d.m_by_a + d.n1_by_a;
+      row0[3 + k] -= d.m_by_e + d.n1_by_e;
+      row0[k] += d.m_by_a + d.m_by_e + d.n1_by_a + d.n1_by_e;
+    }
+}
+
+// Block (a, b) of the same, times `scale`, added to out [3, 3].
+DRAPE_HD inline void AddWingHessianBlock(const WingRates& rates, int apex, int a, int b,
+                                         double scale, double out[9]) {
+  // How a corner moves with the apex and with n1 relative to n0.
+  const auto by_apex = [&](int corner) { return corner == 0 ? -1.0 : corner == apex ? 1.0 : 0.0; };
+  const auto by_n1 = [](int corner) { return corner == 0 ? -1.0 : corner == 1 ? 1.0 : 0.0; };
+  const double m = scale * by_apex(a), n1 = scale * by_n1(a);
+  const double to_a = by_apex(b), to_e = by_n1(b);
+  if ((m == 0.0 && n1 == 0.0) || (to_a == 0.0 && to_e == 0.0)) return;
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) {
+      const WingEntry d = EntryOf(rates, i, k);
+      out[3 * i + k] += to_a * (m * d.m_by_a + n1 * d.n1_by_a) + to_e * (m * d.m_by_e + n1 * d.n1_by_e);
     }
 }
 
@@ -105,19 +144,19 @@ DRAPE_HD inline void AddWingHessian(const Vec3<double>& edge, const Vec3<double>
 DRAPE_HD inline void AngleHessian(const HingeWings& hinge, double H[12][12]) {
   for (int i = 0; i < 12; ++i)
     for (int j = 0; j < 12; ++j) H[i][j] = 0.0;
-  AddWingHessian(hinge.edge, hinge.apex[0], hinge.wing[0], 2, H);
-  AddWingHessian(hinge.edge, hinge.apex[1], hinge.wing[1], 3, H);
+  for (int side = 0; side < 2; ++side)
+    AddWingHessian(RatesOf(hinge.edge, hinge.apex[side], hinge.wing[side]), 2 + side, H);
 }
 
-// The same for two directions only: ∂θ/∂x with its rates ∂²θ/∂x²·v along v = `along[0]`,
-// `along[1]`.
-DRAPE_HD inline AngleGradientOf<Dual<2>> AngleGradientRates(const HingeCorners& c,
-                                                            const HingeCorners (&along)[2]) {
-  Vec3<Dual<2>> x[4];
+// The same for N directions only: ∂θ/∂x with its rates ∂²θ/∂x²·v along v = along[0] …
+template <int N>
+DRAPE_HD AngleGradientOf<Dual<N>> AngleGradientRates(const HingeCorners& c,
+                                                     const HingeCorners (&along)[N]) {
+  Vec3<Dual<N>> x[4];
   for (int i = 0; i < 12; ++i) {
-    Dual<2>& entry = (&x[i / 3].x)[i % 3];
+    Dual<N>& entry = (&x[i / 3].x)[i % 3];
     entry.a = (&c.x[i / 3].x)[i % 3];
-    for (int k = 0; k < 2; ++k) entry.v[k] = (&along[k].x[i / 3].x)[i % 3];
+    for (int k = 0; k < N; ++k) entry.v[k] = (&along[k].x[i / 3].x)[i % 3];
   }
   return AngleGradient(EvaluateWings(x));
 }

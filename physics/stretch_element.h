@@ -42,19 +42,6 @@ DRAPE_HD StretchCoefficients<T> EvaluateStretch(const Law& law, const GreenStrai
   return {c[0], c[1], c[2], c[3], G, law.Ramp(G.uu), law.Ramp(G.vv)};
 }
 
-// The same as functions of F: the law is differentiated by the three strains, then chained.
-template <class Law>
-DRAPE_HD StretchCoefficients<Dual<6>> EvaluateStretchDual(const Law& law,
-                                                          const DeformationGradient<Dual<6>>& F,
-                                                          const StretchTable& table) {
-  const GreenStrain<Dual<6>> G = Green(F);
-  const auto k = EvaluateStretch(
-      law, GreenStrain<Dual<3>>{{G.uu.a, 0}, {G.vv.a, 1}, {G.uv.a, 2}}, table);
-  const auto chain = [&](const Dual<3>& c) { return Compose(c, G.uu, G.vv, G.uv); };
-  return {chain(k.c11), chain(k.c12), chain(k.c22),    chain(k.c33),
-          G,            chain(k.ramp_uu), chain(k.ramp_vv)};
-}
-
 template <int N>
 DRAPE_HD StretchCoefficients<double> Values(const StretchCoefficients<Dual<N>>& k) {
   return {k.c11.a,     k.c12.a,    k.c22.a, k.c33.a, {k.G.uu.a, k.G.vv.a, k.G.uv.a},
@@ -152,18 +139,37 @@ DRAPE_HD DeformationGradient<T> StretchStepForce(const StretchCoefficients<T>& k
   return {FS.u + Scale(S.on_w.uu, w.u), FS.v + Scale(S.on_w.vv, w.v)};
 }
 
-// ∂g/∂F by rest area, w held; shape [6, 6] in the order u.x u.y u.z v.x v.y v.z [N·s/m].
+// ∂g/∂F by rest area, w held; shape [6, 6] in the order u.x u.y u.z v.x v.y v.z [N·s/m]. Column by
+// column: F changes, and with it the strain and the rate of w; ∂S/∂G comes from the law's duals.
 template <class Law>
 DRAPE_HD void StretchStepDerivative(const Law& law, const DeformationGradient<double>& F,
                                     const StretchTable& table,
                                     const DeformationGradient<double>& w, double h,
                                     double out[6][6]) {
-  const DeformationGradient<Dual<6>> seeded = {{{F.u.x, 0}, {F.u.y, 1}, {F.u.z, 2}},
-                                               {{F.v.x, 3}, {F.v.y, 4}, {F.v.z, 5}}};
-  const auto g = StretchStepForce(EvaluateStretchDual(law, seeded, table), seeded, w, h);
-  const Dual<6>* rows = &g.u.x;
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j) out[i][j] = rows[i].v[j];
+  const GreenStrain<double> G = Green(F);
+  const auto k = EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}}, table);
+  const StretchCoefficients<double> values = Values(k);
+  const StepStresses<Dual<3>> S = StretchStepStresses(k, StrainRate(F, w), h);
+  const StretchStress<double> on_F{S.on_F.uu.a, S.on_F.vv.a, S.on_F.uv.a};
+  for (int j = 0; j < 6; ++j) {
+    DeformationGradient<double> dF{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    (&dF.u.x)[j] = 1.0;
+    const GreenStrain<double> dG = StrainRate(F, dF), d_rate = StrainRate(dF, w);
+    const auto along = [&](const Dual<3>& s) {
+      return s.v[0] * dG.uu + s.v[1] * dG.vv + s.v[2] * dG.uv;
+    };
+    const StretchStress<double> by_rate = Stress(values, d_rate);
+    const StretchStress<double> d_on_F{along(S.on_F.uu) - h * h * by_rate.uu,
+                                       along(S.on_F.vv) - h * h * by_rate.vv,
+                                       along(S.on_F.uv) - h * h * by_rate.uv};
+    const DeformationGradient<double> moved = dF * on_F, strained = F * d_on_F;
+    const Vec3<double> u = moved.u + strained.u + along(S.on_w.uu) * w.u;
+    const Vec3<double> v = moved.v + strained.v + along(S.on_w.vv) * w.v;
+    for (int i = 0; i < 3; ++i) {
+      out[i][j] = (&u.x)[i];
+      out[3 + i][j] = (&v.x)[i];
+    }
+  }
 }
 
 // The coefficients of a unit stiffness in column m of the table: force and matrix are linear in

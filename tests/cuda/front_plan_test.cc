@@ -79,7 +79,7 @@ TEST_P(FrontPlanTest, FrontsKeepToTheLimits) {
     EXPECT_GT(f.true_pivots, 0);
     EXPECT_LE(f.true_pivots, case_.options.max_pivots);
     EXPECT_LE(f.pivots, 64);
-    EXPECT_LE(((f.pivots + f.border + 16) * (f.pivots + 4) + 96) * 8, case_.options.shared_bytes);
+    EXPECT_LE(((f.pivots + f.border + 8) * (f.pivots + 4) + 96) * 8, case_.options.shared_bytes);
   }
 }
 

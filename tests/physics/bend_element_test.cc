@@ -107,6 +107,28 @@ TYPED_TEST(BendTest, DerivativeAgreesWithFiniteDifferences) {
   }
 }
 
+TYPED_TEST(BendTest, BlocksAreThoseOfTheDerivative) {
+  std::mt19937_64 random(16);
+  const TypeParam law;
+  const BendTable table = test::TestMaterial().bend[0];
+  for (int n = 0; n < 50; ++n) {
+    const HingeCorners x = RandomHinge(random);
+    HingeCorners w;
+    for (double& value : std::span(&w.x[0].x, 12)) value = 0.1 * DrawNormal(random);
+    Matrix12 Q, blocks;
+    BendStepDerivative(law, TestHinge(), table, x, w, 0.05,
+                       reinterpret_cast<double(*)[12]>(Q.data()));
+    const BendStepRates rates = EvaluateBendStepRates(law, TestHinge(), table, x, w, 0.05);
+    for (int a = 0; a < 4; ++a)
+      for (int b = 0; b < 4; ++b) {
+        Eigen::Matrix<double, 3, 3, Eigen::RowMajor> block = decltype(block)::Zero();
+        AddBendStepBlock(rates, a, b, block.data());
+        blocks.block<3, 3>(3 * a, 3 * b) = block;
+      }
+    EXPECT_LT((blocks - Q).norm(), 1e-12 * Q.norm());
+  }
+}
+
 TYPED_TEST(BendTest, AdjointIsTheTransposedDerivative) {
   std::mt19937_64 random(15);
   const TypeParam law;
