@@ -80,6 +80,8 @@ TEST(CgwRecurrenceTest, WeightsFollowTheirColumns) {
   columns.Judge(std::array{0.1, 0.1});
   EXPECT_THAT(columns.Weights(std::array{1.0, 0.0}),
               ElementsAre(DoubleEq(1.0 / (1.0 + 0.5 / 0.8)), 1.0));
+  columns.Judge(std::array{0.1, 0.1});
+  EXPECT_EQ(columns.Weights(std::array{1.0, 0.0})[1], 1.0);  // squares that underflow
 }
 
 std::vector<double> Norms(const Eigen::MatrixXd& a) {
