@@ -9,6 +9,7 @@ namespace drape {
 
 struct DeviceEngine::AdjointWorkspace {
   StepWorkspace step;             // x: of the present step; v: its end
+  AdjointRecords single;          // for one column; for more:
   DerivativeRecords derivatives;
   double* blocks;                 // [9·num_blocks] a slot
   double *adj_x, *adj_v, *lambda; // [3V, columns]
@@ -19,13 +20,18 @@ struct DeviceEngine::AdjointWorkspace {
     const ClothView& view = cloth.view();
     AdjointWorkspace w{};
     w.step = StepWorkspace::Take(arena, cloth, slots);
-    w.derivatives = {arena.Take<FaceDerivative>(n * view.num_faces),
-                     arena.Take<BendStepRates>(n * view.num_hinges)};
-    w.blocks = arena.Take<double>(n * 9 * view.num_blocks);
+    if (columns == 1) {
+      w.single = {arena.Take<DeformationGradient<double>>(n * view.num_faces),
+                  arena.Take<BendAdjoint>(n * view.num_hinges)};
+    } else {
+      w.derivatives = {arena.Take<FaceDerivative>(n * view.num_faces),
+                       arena.Take<BendStepRates>(n * view.num_hinges)};
+      w.blocks = arena.Take<double>(n * 9 * view.num_blocks);
+      w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * columns);
+    }
     w.adj_x = arena.Take<double>(n * view.num_dofs() * columns);
     w.adj_v = arena.Take<double>(n * view.num_dofs() * columns);
     w.lambda = arena.Take<double>(n * view.num_dofs() * columns);
-    w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * columns);
     return w;
   }
 };
@@ -192,17 +198,23 @@ void DeviceEngine::AdjointChunk(std::span<const RolloutInput> batch,
       const ShapeBatch group = GroupOf(shapes, first, count, static_cast<int>(dofs));
       double *adj_x = w.adj_x + first * columns, *adj_v = w.adj_v + first * columns;
       double *lambda = w.lambda + first * columns, *end_v = w.step.v + first * dofs;
-      double* blocks = w.blocks + first * 9LL * cloth.num_blocks;
-      const DerivativeRecords derivatives{w.derivatives.faces + 1LL * first * cloth.num_faces,
-                                          w.derivatives.hinges + 1LL * first * cloth.num_hinges};
       LaunchLoadHistory(history.slots() + first, w.step.step, w.step.x + first * dofs, end_v,
                         static_cast<int>(dofs), count, stream);
       LaunchAdjointRhs(cloth, adj_x, adj_v, h, lambda, m, count, stream);
       LaunchFactorStep(w.step, group, first, h, m == 1 ? lambda : nullptr, stream);
-      if (m > 1)
-        cloth_->multifrontal().Solve(w.step.factor + first * plan.factor_size, lambda, lambda,
-                                     w.vectors + 1LL * first * m * plan.vector_size, m, count,
-                                     stream);
+      if (m == 1) {
+        const AdjointRecords records{w.single.faces + 1LL * first * cloth.num_faces,
+                                     w.single.hinges + 1LL * first * cloth.num_hinges};
+        LaunchAdjointRecords(cloth, group, cloth_->law(), end_v, h, lambda, records,
+                             sums.From(first), stream);
+        LaunchGatherAdjoint(cloth, group, records, h, lambda, adj_x, adj_v, stream);
+        return;
+      }
+      double* blocks = w.blocks + first * 9LL * cloth.num_blocks;
+      const DerivativeRecords derivatives{w.derivatives.faces + 1LL * first * cloth.num_faces,
+                                          w.derivatives.hinges + 1LL * first * cloth.num_hinges};
+      cloth_->multifrontal().Solve(w.step.factor + first * plan.factor_size, lambda, lambda,
+                                   w.vectors + 1LL * first * m * plan.vector_size, m, count, stream);
       LaunchDerivativeRecords(cloth, group, cloth_->law(), end_v, h, derivatives, stream);
       LaunchGatherDerivative(cloth, derivatives, h, blocks, count, stream);
       LaunchAdjointPosition(cloth, group, blocks, lambda, adj_x, adj_v, m, stream);

@@ -2,35 +2,12 @@
 // Gradients of m scalars by the material tables: a thread has one element, a block a chunk of them.
 #include "cuda/cuda_error.h"
 #include "cuda/element_kernels.cuh"
+#include "cuda/gradient_sums.cuh"
 #include "cuda/sensitivity_kernels.h"
 #include "physics/element_sensitivity.h"
 
 namespace drape {
 namespace {
-
-static_assert(kGradientChunk == kElementThreads);
-constexpr int kWarps = kGradientChunk / 32;
-
-// Sums of the block's threads, in the first warp's lane 0 of each entry: fixed tree, then in order
-// of the warps.
-template <int N>
-__device__ void ReduceToRow(const double (&value)[N], double (&scratch)[kWarps][N], double* to,
-                            int columns) {
-#pragma unroll
-  for (int k = 0; k < N; ++k) {
-    double sum = value[k];
-    for (int offset = 16; offset > 0; offset >>= 1)
-      sum += __shfl_down_sync(0xffffffffu, sum, offset);
-    if ((threadIdx.x & 31) == 0) scratch[threadIdx.x >> 5][k] = sum;
-  }
-  __syncthreads();
-  if (threadIdx.x < N) {
-    double sum = 0.0;
-    for (int warp = 0; warp < kWarps; ++warp) sum += scratch[warp][threadIdx.x];
-    to[threadIdx.x * static_cast<std::int64_t>(columns)] += sum;
-  }
-  __syncthreads();
-}
 
 // λ·basis of each column of the tables, for right-hand side j.
 __device__ void AlongBasis(const Face& face, const FaceSensitivity& s, const double* lambda,
@@ -52,7 +29,7 @@ template <class Law>
 __device__ void FaceGradient(const ClothView& cloth, const MaterialView& material, const Law& law,
                              const double* x, const double* w, double h, const double* lambda,
                              int columns, int chunk, double* gradient) {
-  __shared__ double scratch[kWarps][kStretchEntries];
+  __shared__ double scratch[kGradientWarps][kStretchEntries];
   const int f = chunk * kGradientChunk + threadIdx.x;
   const bool acts = f < cloth.num_faces;
   const Face& face = cloth.faces[acts ? f : 0];
@@ -66,13 +43,9 @@ __device__ void FaceGradient(const ClothView& cloth, const MaterialView& materia
     for (int k = 0; k < kStretchEntries; ++k)
       by_entry[k] =
           acts ? s.by_entry[k / kStretchCols][k % kStretchCols] * along[k % kStretchCols] : 0.0;
-    double* to = gradient + static_cast<std::int64_t>(row) * kStretchEntries * columns + j;
-    if (material.stretch_stride == 0) {
-      ReduceToRow(by_entry, scratch, to, columns);
-    } else if (acts) {
-#pragma unroll
-      for (int k = 0; k < kStretchEntries; ++k) to[k * static_cast<std::int64_t>(columns)] += by_entry[k];
-    }
+    AddToGradient(by_entry, material.stretch_stride == 0, acts, scratch,
+                  gradient + static_cast<std::int64_t>(row) * kStretchEntries * columns + j,
+                  columns);
   }
 }
 
@@ -80,7 +53,7 @@ template <class Law>
 __device__ void HingeGradientOf(const ClothView& cloth, const MaterialView& material,
                                 const Law& law, const double* x, const double* w, double h,
                                 const double* lambda, int columns, int chunk, double* gradient) {
-  __shared__ double scratch[kWarps][kBendEntries];
+  __shared__ double scratch[kGradientWarps][kBendEntries];
   const int e = chunk * kGradientChunk + threadIdx.x;
   const bool acts = e < cloth.num_hinges;
   const Hinge& hinge = cloth.hinges[acts ? e : 0];
@@ -96,13 +69,8 @@ __device__ void HingeGradientOf(const ClothView& cloth, const MaterialView& mate
 #pragma unroll
     for (int k = 0; k < kBendEntries; ++k)
       by_entry[k] = acts ? s.by_entry[k / kBendCols][k % kBendCols] * along : 0.0;
-    double* to = gradient + static_cast<std::int64_t>(row) * kBendEntries * columns + j;
-    if (material.bend_stride == 0) {
-      ReduceToRow(by_entry, scratch, to, columns);
-    } else if (acts) {
-#pragma unroll
-      for (int k = 0; k < kBendEntries; ++k) to[k * static_cast<std::int64_t>(columns)] += by_entry[k];
-    }
+    AddToGradient(by_entry, material.bend_stride == 0, acts, scratch,
+                  gradient + static_cast<std::int64_t>(row) * kBendEntries * columns + j, columns);
   }
 }
 

@@ -79,6 +79,21 @@ struct GradientView {
   double* bend;     // [15·GradientRows(E), m]
   const std::int64_t *stretch_start, *bend_start;  // [slots]
 };
+// The whole way back for a single column, element by element, without the blocks of ∂g/∂x.
+struct AdjointRecords {
+  DeformationGradient<double>* faces;  // ∂(g·λ)/∂F by rest area, [F] a slot
+  BendAdjoint* hinges;                 // [E] a slot
+};
+// records, and gradient += (∂g/∂entry)ᵀ·lambda.
+void LaunchAdjointRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
+                          const double* w, double h, const double* lambda,
+                          const AdjointRecords& records, const GradientView& gradient,
+                          cudaStream_t stream);
+// adj_x += (∂g/∂x)ᵀ·lambda, adj_v = M·lambda; [3V] a slot.
+void LaunchGatherAdjoint(const ClothView& cloth, const ShapeBatch& batch,
+                         const AdjointRecords& records, double h, const double* lambda,
+                         double* adj_x, double* adj_v, cudaStream_t stream);
+
 // gradient += (∂g/∂entry)ᵀ·lambda.
 void LaunchAdjointMaterial(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
                            const double* w, double h, const double* lambda,

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <sstream>
@@ -26,6 +27,7 @@ DEFINE_string(law, "smooth", "smooth or reference");
 DEFINE_int32(steps, 100, "of a rollout");
 DEFINE_double(h, 0.05, "time step [s]");
 DEFINE_int32(repeats, 3, "the fastest counts");
+DEFINE_bool(host, true, "times the CPU path too");
 DEFINE_int32(most, 400000, "skips batches of more vertices");
 DEFINE_string(fabrics, DRAPE_SOURCE_DIR "/configs/fabrics", "folder");
 
@@ -118,7 +120,7 @@ void BenchMesh(const std::string& spec) {
   for (const std::string& work : Split(FLAGS_works)) {
     const int on_host = std::min(most, threads);
     const double host_rate =
-        on_host / Fastest([&] { Run(*host, work, batch, on_host, options); }, 1);
+        FLAGS_host ? on_host / Fastest([&] { Run(*host, work, batch, on_host, options); }, 1) : NAN;
     for (const std::string& text : counts) {
       const int count = std::stoi(text);
       if (count * model->mesh.num_vertices() > FLAGS_most) continue;
