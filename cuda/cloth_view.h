@@ -30,7 +30,8 @@ struct ClothView {
   double gravity[3];          // [m/s²]
   const FrontEntry* entries;
   const int *row_start, *column, *mirror;  // full pattern; mirror: block (j, i) of block (i, j)
-  GatherView to_entry, to_block, to_vertex;
+  const int* entry_block;      // block of the full pattern of each entry
+  GatherView to_entry, to_vertex;
 
   DRAPE_HD int num_dofs() const { return 3 * num_vertices; }
 };

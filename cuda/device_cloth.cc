@@ -8,17 +8,26 @@
 namespace drape {
 namespace {
 
+int BlockAt(const BlockPattern& pattern, int i, int j) {
+  const auto row = pattern.column.begin() + pattern.row_start[i];
+  const auto end = pattern.column.begin() + pattern.row_start[i + 1];
+  return static_cast<int>(std::lower_bound(row, end, j) - pattern.column.begin());
+}
+
 // Block (j, i) of each block (i, j).
 std::vector<int> MirrorBlocks(const BlockPattern& pattern) {
   std::vector<int> mirror(pattern.num_blocks());
   for (int i = 0; i < pattern.num_vertices(); ++i)
-    for (int b = pattern.row_start[i]; b < pattern.row_start[i + 1]; ++b) {
-      const int j = pattern.column[b];
-      const auto row = pattern.column.begin() + pattern.row_start[j];
-      const auto end = pattern.column.begin() + pattern.row_start[j + 1];
-      mirror[b] = static_cast<int>(std::lower_bound(row, end, i) - pattern.column.begin());
-    }
+    for (int b = pattern.row_start[i]; b < pattern.row_start[i + 1]; ++b)
+      mirror[b] = BlockAt(pattern, pattern.column[b], i);
   return mirror;
+}
+
+std::vector<int> BlocksOfEntries(const BlockPattern& pattern, const FrontPlan& plan) {
+  std::vector<int> blocks;
+  for (const FrontEntry& entry : plan.entries)
+    blocks.push_back(BlockAt(pattern, entry.row, entry.column));
+  return blocks;
 }
 
 std::vector<double> HandleStiffness(const ClothModel& model, const std::vector<int>& position) {
@@ -69,8 +78,8 @@ DeviceCloth::DeviceCloth(std::shared_ptr<const ClothModel> model, const FrontPla
   row_start_ = DeviceBuffer<int>(pattern.row_start);
   column_ = DeviceBuffer<int>(pattern.column);
   mirror_ = DeviceBuffer<int>(MirrorBlocks(pattern));
+  entry_block_ = DeviceBuffer<int>(BlocksOfEntries(pattern, plan));
   to_entry_ = std::make_unique<Gather>(GatherEntries(plan, mesh, scene));
-  to_block_ = std::make_unique<Gather>(GatherBlocks(pattern, mesh, scene));
   to_vertex_ = std::make_unique<Gather>(GatherVertices(mesh, scene));
   view_.num_vertices = mesh.num_vertices();
   view_.num_faces = scene.stretch ? mesh.num_faces() : 0;
@@ -89,7 +98,7 @@ DeviceCloth::DeviceCloth(std::shared_ptr<const ClothModel> model, const FrontPla
   view_.column = column_.data();
   view_.mirror = mirror_.data();
   view_.to_entry = to_entry_->view();
-  view_.to_block = to_block_->view();
+  view_.entry_block = entry_block_.data();
   view_.to_vertex = to_vertex_->view();
 }
 

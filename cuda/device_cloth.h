@@ -35,14 +35,14 @@ class DeviceCloth {
   DeviceBuffer<Face> faces_;
   DeviceBuffer<Hinge> hinges_;
   DeviceBuffer<double> vertex_area_, rest_x_, handle_, load_;
-  DeviceBuffer<int> row_start_, column_, mirror_;
+  DeviceBuffer<int> row_start_, column_, mirror_, entry_block_;
   DeviceBuffer<StretchNode> strain_nodes_;
   struct Gather {
     DeviceBuffer<int> start, item;
     explicit Gather(const GatherList& list) : start(list.start), item(list.item) {}
     GatherView view() const { return {start.data(), item.data()}; }
   };
-  std::unique_ptr<Gather> to_entry_, to_block_, to_vertex_;
+  std::unique_ptr<Gather> to_entry_, to_vertex_;
   Law law_;
   ClothView view_{};
 };

@@ -11,21 +11,26 @@ template <class StretchLaw, class BendLaw>
 __global__ void __launch_bounds__(kElementThreads)
     ElementRecords(ClothView cloth, ShapeBatch batch, StretchLaw stretch, BendLaw bend,
                    StepRecords records) {
-  const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
-  const int rollout = RolloutOf(batch, slot);
+  __shared__ Stage stage;
+  const int slot = blockIdx.y, rollout = RolloutOf(batch, slot);
   const MaterialView& material = batch.material[rollout];
   const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
-  if (i < cloth.num_faces) {
-    const DeformationGradient<double> F = GatherColumns(cloth.faces[i], x);
-    records.faces[static_cast<std::int64_t>(slot) * cloth.num_faces + i] = {
-        F, EvaluateStretch(stretch, Green(F), StretchOf(material, i))};
-  } else if (const int e = i - cloth.num_faces; e < cloth.num_hinges) {
-    const Hinge& hinge = cloth.hinges[e];
-    const HingeCorners corners = GatherCorners(hinge, x);
+  const Chunk chunk = ChunkOf(cloth);
+  const int i = chunk.first + threadIdx.x;
+  if (!chunk.hinges) {
+    const int f = min(i, cloth.num_faces - 1);
+    const DeformationGradient<double> F = GatherColumns(cloth.faces[f], x);
+    const FaceRecord record{F, EvaluateStretch(stretch, Green(F), StretchOf(material, f))};
+    StoreRecord(record, records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces, i,
+                cloth.num_faces, stage);
+  } else {
+    const int e = min(i, cloth.num_hinges - 1);
+    const HingeCorners corners = GatherCorners(cloth.hinges[e], x);
     const double theta = DihedralAngle(corners);
-    records.hinges[static_cast<std::int64_t>(slot) * cloth.num_hinges + e] = {
-        AngleGradient(EvaluateWings(corners)), theta,
-        HingeStiffness(bend, hinge, BendOf(material, e), theta)};
+    const HingeRecord record{AngleGradient(EvaluateWings(corners)), theta,
+                             HingeStiffness(bend, cloth.hinges[e], BendOf(material, e), theta)};
+    StoreRecord(record, records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges, i,
+                cloth.num_hinges, stage);
   }
 }
 
@@ -165,7 +170,8 @@ __global__ void CountStep(int* step, int by) { *step += by; }
 
 void LaunchElementRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
                           const StepRecords& records, cudaStream_t stream) {
-  const dim3 grid(BlocksFor(cloth.num_faces + cloth.num_hinges), batch.slots);
+  const dim3 grid(ChunksFor(cloth), batch.slots);
+  if (grid.x == 0) return;
   std::visit([&](const auto& stretch, const auto& bend) {
     ElementRecords<<<grid, kElementThreads, 0, stream>>>(cloth, batch, stretch, bend, records);
   }, law.stretch, law.bend);

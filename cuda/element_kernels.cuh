@@ -30,6 +30,46 @@ __device__ __forceinline__ const BendTable& BendOf(const MaterialView& material,
   return material.bend[material.bend_stride * hinge];
 }
 
+// Chunks of elements: a block of threads has one, those of faces before those of hinges.
+struct Chunk {
+  bool hinges;
+  int first;  // element
+};
+__device__ __forceinline__ Chunk ChunkOf(const ClothView& cloth) {
+  const int face_chunks = (cloth.num_faces + kElementThreads - 1) / kElementThreads;
+  const int chunk = blockIdx.x;
+  return chunk < face_chunks ? Chunk{false, chunk * kElementThreads}
+                             : Chunk{true, (chunk - face_chunks) * kElementThreads};
+}
+inline int ChunksFor(const ClothView& cloth) {
+  return BlocksFor(cloth.num_faces) + BlocksFor(cloth.num_hinges);
+}
+
+// Writes one record a thread, whole memory transactions at a time: sixteen numbers of each of a
+// warp's records go through shared memory. Called by all threads of a block; `to`: that of element 0.
+constexpr int kStageColumns = 16;
+using Stage = double[kElementThreads][kStageColumns + 1];
+template <class Record>
+__device__ __forceinline__ void StoreRecord(const Record& record, Record* to, int element, int count,
+                                            Stage& stage) {
+  constexpr int kNumbers = sizeof(Record) / sizeof(double);
+  const int lane = threadIdx.x & 31, warp_first = threadIdx.x - lane;
+  const int records = min(32, count - (element - lane));
+  const double* from = reinterpret_cast<const double*>(&record);
+  double* out = reinterpret_cast<double*>(to + (element - lane));
+#pragma unroll
+  for (int k0 = 0; k0 < kNumbers; k0 += kStageColumns) {
+    const int columns = kNumbers - k0 < kStageColumns ? kNumbers - k0 : kStageColumns;
+#pragma unroll
+    for (int k = 0; k < kStageColumns; ++k)
+      if (k < columns) stage[threadIdx.x][k] = from[k0 + k];
+    __syncwarp();
+    for (int i = lane; i < records * columns; i += 32)
+      out[i / columns * kNumbers + k0 + i % columns] = stage[warp_first + i / columns][i % columns];
+    __syncwarp();
+  }
+}
+
 __device__ __forceinline__ Contribution Unpack(int item) {
   return {item >> 5, (item & 16) != 0, (item >> 2) & 3, item & 3};
 }

@@ -61,15 +61,6 @@ GatherList GatherEntries(const FrontPlan& plan, const Mesh& mesh, const Scene& s
   });
 }
 
-GatherList GatherBlocks(const BlockPattern& pattern, const Mesh& mesh, const Scene& scene) {
-  if (scene.stretch) CHECK_EQ(static_cast<int>(pattern.face_block.size()), 9 * mesh.num_faces());
-  if (scene.bend) CHECK_EQ(static_cast<int>(pattern.hinge_block.size()), 16 * mesh.num_hinges());
-  return Gather(mesh, scene, pattern.num_blocks(), [&](const int*, const Contribution& c) {
-    return c.hinge ? pattern.hinge_block[16 * c.element + 4 * c.row + c.column]
-                   : pattern.face_block[9 * c.element + 3 * c.row + c.column];
-  });
-}
-
 GatherList GatherVertices(const Mesh& mesh, const Scene& scene) {
   return Gather(mesh, scene, mesh.num_vertices(), [](const int* vertex, const Contribution& c) {
     return c.row == c.column ? vertex[c.row] : -1;

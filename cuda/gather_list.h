@@ -27,8 +27,6 @@ struct Contribution {
 
 // To each of plan.entries; `scene` says whether faces and hinges act.
 GatherList GatherEntries(const FrontPlan& plan, const Mesh& mesh, const Scene& scene);
-// To each block of a pattern in elimination order.
-GatherList GatherBlocks(const BlockPattern& pattern, const Mesh& mesh, const Scene& scene);
 // To each vertex (column = row).
 GatherList GatherVertices(const Mesh& mesh, const Scene& scene);
 

@@ -53,6 +53,7 @@ Multifrontal::Multifrontal(const FrontPlan& plan, int shared_bytes)
       cudaDeviceGetAttribute(&multiprocessors_, cudaDevAttrMultiProcessorCount, device));
   PrepareFactorKernels(shared_bytes);
   PrepareSolveKernels(shared_bytes);
+  PrepareSolveManyKernels(shared_bytes);
 }
 
 bool Multifrontal::SplitsUpdates(int slots) const { return slots < multiprocessors_ / 4; }

@@ -50,6 +50,7 @@ inline constexpr int kUpdateTile = 64;
 // any launch.
 void PrepareFactorKernels(int shared_bytes);
 void PrepareSolveKernels(int shared_bytes);
+void PrepareSolveManyKernels(int shared_bytes);
 
 // Factors a level of `slots` systems; forward-substitutes right-hand side rhs [dofs] into solution
 // [dofs] on the way, unless rhs is null. `tiles`: null, or the updates are computed by blocks of

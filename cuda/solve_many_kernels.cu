@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kColumnTile = 16;
 constexpr int kMostTiles = 3;
-constexpr int kThreads = 256, kWarps = kThreads / 32;
+constexpr int kThreads = 256, kWarps = kThreads / 32;  // a warp for each eight of 64 pivots
 
 // A front of one slot, and the right-hand sides from `first_column` on.
 struct ManyWork {
@@ -33,16 +33,26 @@ struct ManyWork {
   }
 };
 
-// The children's vectors at row r of the front, for one column.
-__device__ double SumOfChildren(const ManyWork& work, const double* vectors, int r, int column) {
-  double sum = 0.0;
+// Adds the children's vectors at kRows rows of the front, r0, r0 + step …, for the columns of this
+// lane: the loads of all are in flight together.
+template <int kRows, int kColumns>
+__device__ __forceinline__ void AddChildren(const ManyWork& work, const double* vectors, int r0,
+                                            int step, const int (&column)[kColumns],
+                                            double (&sum)[kRows][kColumns]) {
   for (int k = work.front.child_start; k < work.front.child_end; ++k) {
     const FrontChild& child = work.plan.children[k];
-    const int row = work.plan.child_row[child.inverse_start + r];
-    if (row >= 0)
-      sum += vectors[work.At(work.plan.fronts[child.front].vector_offset + row, column)];
+    const double* from =
+        vectors + static_cast<std::int64_t>(work.plan.fronts[child.front].vector_offset) * work.columns;
+    const std::int16_t* child_row = work.plan.child_row + child.inverse_start + r0;
+    int row[kRows];
+#pragma unroll
+    for (int i = 0; i < kRows; ++i) row[i] = child_row[i * step];
+#pragma unroll
+    for (int i = 0; i < kRows; ++i)
+#pragma unroll
+      for (int c = 0; c < kColumns; ++c)
+        if (row[i] >= 0 && work.Has(column[c])) sum[i][c] += from[work.At(row[i], column[c])];
   }
-  return sum;
 }
 
 // Calls visit(pivot row, column) for all of Y; neighbouring threads have neighbouring columns.
@@ -78,6 +88,35 @@ __device__ void ForwardPivots(const ManyWork& work, double* Y) {
   }
 }
 
+// Y ← right-hand sides + children, transposed: a warp has a row, a lane up to two columns, and four
+// rows (a multiple of eight a front) are under way at a time.
+template <int Tiles>
+__device__ void GatherPivots(const ManyWork& work, const double* rhs, const double* vectors,
+                             double* Y) {
+  constexpr int kRows = 4, kColumns = kColumnTile * Tiles > 32 ? 2 : 1;
+  const int lane = threadIdx.x & 31, column[2] = {lane, lane + 32};
+  const Front& front = work.front;
+  for (int r0 = kRows * (threadIdx.x >> 5); r0 < front.pivots; r0 += kRows * kWarps) {
+    double sum[kRows][kColumns];
+    int own[kColumns];
+#pragma unroll
+    for (int c = 0; c < kColumns; ++c) {
+      own[c] = column[c];
+#pragma unroll
+      for (int i = 0; i < kRows; ++i)
+        sum[i][c] = r0 + i < front.true_pivots && work.Has(own[c])
+                        ? rhs[work.At(front.first_dof + r0 + i, own[c])]
+                        : 0.0;
+    }
+    AddChildren(work, vectors, r0, 1, own, sum);
+#pragma unroll
+    for (int c = 0; c < kColumns; ++c)
+#pragma unroll
+      for (int i = 0; i < kRows; ++i)
+        if (own[c] < kColumnTile * Tiles) Y[own[c] * work.stride() + r0 + i] = sum[i][c];
+  }
+}
+
 // Eight border rows: children − L21·Y.
 template <int Tiles>
 __device__ void ForwardBorder(const ManyWork& work, int first, const double* Y, double* vectors) {
@@ -96,15 +135,18 @@ __device__ void ForwardBorder(const ManyWork& work, int first, const double* Y, 
       MultiplyAdd(product[tile], a, b);
     }
   }
+  double value[2][2 * Tiles] = {};
+  int column[2 * Tiles];
 #pragma unroll
-  for (int tile = 0; tile < Tiles; ++tile)
+  for (int c = 0; c < 2 * Tiles; ++c) column[c] = 8 * c + lane.g;
+  AddChildren(work, vectors, pivots + first + 2 * lane.t, 1, column, value);
 #pragma unroll
-    for (int n = 0; n < 4; ++n) {
-      const int r = first + 2 * lane.t + n % 2, column = kColumnTile * tile + lane.g + 8 * (n / 2);
-      if (work.Has(column))
-        vectors[work.At(work.front.vector_offset + r, column)] =
-            SumOfChildren(work, vectors, pivots + r, column) - product[tile][n];
-    }
+  for (int i = 0; i < 2; ++i)
+#pragma unroll
+    for (int c = 0; c < 2 * Tiles; ++c)
+      if (work.Has(column[c]))
+        vectors[work.At(work.front.vector_offset + first + 2 * lane.t + i, column[c])] =
+            value[i][c] - product[c / 2][2 * (c % 2) + i];
 }
 
 // grid: fronts, slots, chunks of Tiles tiles of right-hand sides.
@@ -119,14 +161,7 @@ __global__ void __launch_bounds__(kThreads)
                       kColumnTile * Tiles * static_cast<int>(blockIdx.z)};
   const int stride = work.stride(), warp = threadIdx.x >> 5;
   vectors += slot * columns * plan.vector_size;
-  ForEachPivot<Tiles>(work, [&](int r, int c) {
-    double value = 0.0;
-    if (work.Has(c)) {
-      if (r < front.true_pivots) value = rhs[offset + work.At(front.first_dof + r, c)];
-      value += SumOfChildren(work, vectors, r, c);
-    }
-    Y[c * stride + r] = value;
-  });
+  GatherPivots<Tiles>(work, rhs + offset, vectors, Y);
   __syncthreads();
   if (warp < Tiles) ForwardPivots(work, Y + kColumnTile * warp * stride);
   __syncthreads();
@@ -137,35 +172,67 @@ __global__ void __launch_bounds__(kThreads)
   for (int i = 8 * warp; i < front.border; i += 8 * kWarps) ForwardBorder<Tiles>(work, i, Y, vectors);
 }
 
-// Y[·, block] = L21ᵀ·x of one block of eight pivots, over all border rows.
+// Border rows of the solution at a time in shared memory, rows of kStagedStride: the two halves of a
+// warp meet no bank twice.
+constexpr int kStagedRows = 64;
 template <int Tiles>
-__device__ void BackwardBorder(const ManyWork& work, int block, const double* solution, double* Y) {
-  const Lane lane = LaneOfWarp();
-  const int pivots = work.front.pivots, stride = work.stride();
+constexpr int kStagedStride = kColumnTile * Tiles + 8;
+
+template <int Tiles>
+__device__ void StageBorder(const ManyWork& work, int first, const double* solution, double* staged) {
+  constexpr int kColumns = kColumnTile * Tiles;
   const int* border_dof = work.plan.border_dof + work.front.border_start;
+  const int rows = min(kStagedRows, work.front.border - first);
+#pragma unroll 4
+  for (int i = threadIdx.x; i < rows * kColumns; i += kThreads) {
+    const int r = i / kColumns, c = i % kColumns, dof = border_dof[first + r];
+    staged[r * kStagedStride<Tiles> + c] =
+        dof >= 0 && work.Has(c) ? solution[work.At(dof, c)] : 0.0;
+  }
+}
+
+// sum += L21ᵀ·x of one block of eight pivots, over the staged border rows from `first` on.
+template <int Tiles>
+__device__ void AddBorderRows(const ManyWork& work, int first, int block, const double* staged,
+                              double (&sum)[Tiles][4]) {
+  const Lane lane = LaneOfWarp();
+  constexpr int kStride = kStagedStride<Tiles>;
+  const int pivots = work.front.pivots, rows = min(kStagedRows, work.front.border - first);
   const double* L21 =
-      work.panel + static_cast<std::int64_t>(pivots + lane.t) * pivots + 8 * block + lane.g;
-  double sum[Tiles][4] = {};
-#pragma unroll 2
-  for (int i = 0; i < work.front.border; i += 8) {
-    const int dof0 = border_dof[i + lane.t], dof1 = border_dof[i + lane.t + 4];
+      work.panel + static_cast<std::int64_t>(pivots + first + lane.t) * pivots + 8 * block + lane.g;
+#pragma unroll 4
+  for (int i = 0; i < rows; i += 8) {
     const double b[2] = {L21[i * pivots], L21[(i + 4) * pivots]};
+    const double* x = staged + (i + lane.t) * kStride + lane.g;
 #pragma unroll
     for (int tile = 0; tile < Tiles; ++tile) {
-      const int low = kColumnTile * tile + lane.g, high = low + 8;
-      const double a[4] = {dof0 >= 0 && work.Has(low) ? solution[work.At(dof0, low)] : 0.0,
-                           dof0 >= 0 && work.Has(high) ? solution[work.At(dof0, high)] : 0.0,
-                           dof1 >= 0 && work.Has(low) ? solution[work.At(dof1, low)] : 0.0,
-                           dof1 >= 0 && work.Has(high) ? solution[work.At(dof1, high)] : 0.0};
-      MultiplyAdd(sum[tile], a, b);
+      const double* at = x + kColumnTile * tile;
+      MultiplyAdd(sum[tile], {at[0], at[8], at[4 * kStride], at[4 * kStride + 8]}, b);
     }
   }
+}
+
+// Y = L21ᵀ·x; warp w has the block of pivots w.
+template <int Tiles>
+__device__ void BackwardBorder(const ManyWork& work, const double* solution, double* Y,
+                               double* staged) {
+  const Lane lane = LaneOfWarp();
+  const int block = threadIdx.x >> 5;
+  const bool acts = block < work.front.pivots / 8;
+  double sum[Tiles][4] = {};
+  for (int first = 0; first < work.front.border; first += kStagedRows) {
+    StageBorder<Tiles>(work, first, solution, staged);
+    __syncthreads();
+    if (acts) AddBorderRows<Tiles>(work, first, block, staged, sum);
+    __syncthreads();
+  }
+  if (!acts) return;
 #pragma unroll
   for (int tile = 0; tile < Tiles; ++tile)
 #pragma unroll
     for (int n = 0; n < 4; ++n)
-      Y[(kColumnTile * tile + lane.g + 8 * (n / 2)) * stride + 8 * block + 2 * lane.t + n % 2] =
-          sum[tile][n];
+      Y[(kColumnTile * tile + lane.g + 8 * (n / 2)) * work.stride() + 8 * block + 2 * lane.t +
+        n % 2] = sum[tile][n];
 }
 
 // Y ← L11⁻ᵀ·Y for one tile by one warp, p = 8·Blocks.
@@ -217,8 +284,7 @@ __global__ void __launch_bounds__(kThreads)
                       kColumnTile * Tiles * static_cast<int>(blockIdx.z)};
   const int stride = work.stride(), warp = threadIdx.x >> 5;
   solution += offset;
-  for (int block = warp; block < front.pivots / 8; block += kWarps)
-    BackwardBorder<Tiles>(work, block, solution, Y);
+  BackwardBorder<Tiles>(work, solution, Y, Y + kColumnTile * Tiles * stride);
   __syncthreads();
   ForEachPivot<Tiles>(work, [&](int r, int c) {
     double& y = Y[c * stride + r];
@@ -243,12 +309,13 @@ int TilesOfBlock(int columns) {
   return (tiles + blocks - 1) / blocks;
 }
 
-// launch(tiles as a constant, grid, bytes of Y).
+// launch(tiles as a constant, grid, bytes of Y and of the staged rows).
 template <class Launch>
 void WithTiles(const LevelRange& level, int columns, int slots, const Launch& launch) {
   const int tiles = TilesOfBlock(columns), width = kColumnTile * tiles;
   const dim3 grid(level.end - level.begin, slots, (columns + width - 1) / width);
-  const int bytes = width * (level.largest_pivots + 4) * static_cast<int>(sizeof(double));
+  const int doubles = width * (level.largest_pivots + 4) + kStagedRows * (width + 8);
+  const int bytes = doubles * static_cast<int>(sizeof(double));
   switch (tiles) {
     case 1: launch(std::integral_constant<int, 1>(), grid, bytes); break;
     case 2: launch(std::integral_constant<int, 2>(), grid, bytes); break;
@@ -258,6 +325,15 @@ void WithTiles(const LevelRange& level, int columns, int slots, const Launch& la
 }
 
 }  // namespace
+
+void PrepareSolveManyKernels(int shared_bytes) {
+  AllowSharedMemory(ForwardManyFronts<1>, shared_bytes);
+  AllowSharedMemory(ForwardManyFronts<2>, shared_bytes);
+  AllowSharedMemory(ForwardManyFronts<3>, shared_bytes);
+  AllowSharedMemory(BackwardManyFronts<1>, shared_bytes);
+  AllowSharedMemory(BackwardManyFronts<2>, shared_bytes);
+  AllowSharedMemory(BackwardManyFronts<3>, shared_bytes);
+}
 
 void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const double* factor,
                             const double* rhs, double* solution, double* vectors, int columns,

@@ -119,12 +119,19 @@ DRAPE_HD BendStepRates EvaluateBendStepRates(const Law& law, const Hinge& hinge,
     rates.wing[side] = RatesOf(wings.edge, wings.apex[side], wings.wing[side]);
   return rates;
 }
-// Adds block (a, b) of ∂g/∂x to out [3, 3].
-DRAPE_HD inline void AddBendStepBlock(const BendStepRates& rates, int a, int b, double out[9]) {
-  const double *row = &rates.grad.d[a].x, *column = &rates.grad_s.d[b].x;
-  for (int i = 0; i < 9; ++i) out[i] -= row[i / 3] * column[i % 3];
+// Adds blocks (a, b) and (b, a) of ∂g/∂x, shape [3, 3] each; for a = b the second is not needed.
+DRAPE_HD inline void AddBendStepBlocks(const BendStepRates& rates, int a, int b, double at_ab[9],
+                                       double at_ba[9]) {
+  double hessian[9] = {};
   for (int side = 0; side < 2; ++side)
-    AddWingHessianBlock(rates.wing[side], 2 + side, a, b, -rates.s, out);
+    AddWingHessianBlock(rates.wing[side], 2 + side, a, b, rates.s, hessian);
+  const double *grad_a = &rates.grad.d[a].x, *grad_b = &rates.grad.d[b].x;
+  const double *s_a = &rates.grad_s.d[a].x, *s_b = &rates.grad_s.d[b].x;
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) {
+      at_ab[3 * i + k] -= grad_a[i] * s_b[k] + hessian[3 * i + k];
+      at_ba[3 * i + k] -= grad_b[i] * s_a[k] + hessian[3 * k + i];
+    }
 }
 
 // Adjoint of one hinge's step force: adj_x = (∂g/∂x)ᵀ·λ, shape [12], and ∂(g·λ)/∂κ.

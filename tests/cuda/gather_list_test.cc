@@ -59,13 +59,6 @@ INSTANTIATE_TEST_SUITE_P(StretchAndBend, GatherListTest,
                          testing::Values(std::pair(true, true), std::pair(true, false),
                                          std::pair(false, true), std::pair(false, false)));
 
-TEST_P(GatherListTest, BlocksSumToTheAssembledMatrix) {
-  const GatherList list = GatherBlocks(pattern_, mesh_, scene_);
-  const std::vector<double> expected = AssembledBlocks();
-  ASSERT_EQ(list.start.size(), expected.size() + 1);
-  for (int b = 0; b < pattern_.num_blocks(); ++b) EXPECT_EQ(Sum(list, b), expected[b]);
-}
-
 TEST_P(GatherListTest, EntriesSumToTheAssembledMatrix) {
   const GatherList list = GatherEntries(plan_, mesh_, scene_);
   const std::vector<double> expected = AssembledBlocks();
@@ -91,8 +84,7 @@ TEST_P(GatherListTest, VerticesSumToTheAssembledVector) {
 
 TEST_P(GatherListTest, FacesComeFirstEachKindAscending) {
   for (const GatherList& list :
-       {GatherEntries(plan_, mesh_, scene_), GatherBlocks(pattern_, mesh_, scene_),
-        GatherVertices(mesh_, scene_)})
+       {GatherEntries(plan_, mesh_, scene_), GatherVertices(mesh_, scene_)})
     for (std::size_t target = 0; target + 1 < list.start.size(); ++target)
       for (int k = list.start[target] + 1; k < list.start[target + 1]; ++k) {
         const Contribution a = Unpack(list.item[k - 1]), b = Unpack(list.item[k]);
