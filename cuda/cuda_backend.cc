@@ -94,16 +94,49 @@ class CudaBackend final : public Backend {
 
   std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
                                             const EquilibriumOptions& options) override {
-    return host_->Equilibria(batch, options);
+    std::vector<EquilibriumResult> results(batch.size());
+    OnDevices(batch.size(), [&](const Share& s) {
+      s.engine->Equilibria(batch.subspan(s.first, s.count), options,
+                           std::span(results).subspan(s.first, s.count));
+    });
+    return results;
   }
+
   std::vector<RowMatrix> EquilibriumTangents(
       std::span<const RolloutInput> batch,
       std::span<const MaterialField* const> weights) override {
-    return host_->EquilibriumTangents(batch, weights);
+    CHECK_EQ(weights.size(), batch.size());
+    std::vector<RowMatrix> results(batch.size());
+    OnDevices(batch.size(), [&](const Share& s) {
+      s.engine->EquilibriumTangents(batch.subspan(s.first, s.count),
+                                    weights.subspan(s.first, s.count),
+                                    std::span(results).subspan(s.first, s.count));
+    });
+    return results;
   }
+
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
       std::span<const RolloutInput> batch, std::span<const RowMatrix> seeds) override {
-    return host_->EquilibriumAdjoints(batch, seeds);
+    CHECK_EQ(seeds.size(), batch.size());
+    std::vector<std::optional<MaterialGradient>> results(batch.size());
+    std::map<Eigen::Index, std::vector<std::size_t>> alike;  // by the number of columns
+    for (std::size_t i = 0; i < seeds.size(); ++i) alike[seeds[i].cols()].push_back(i);
+    for (const auto& [columns, members] : alike) {
+      std::vector<RolloutInput> inputs;
+      std::vector<const RowMatrix*> of_inputs;
+      for (const std::size_t i : members) {
+        inputs.push_back(batch[i]);
+        of_inputs.push_back(&seeds[i]);
+      }
+      std::vector<std::optional<MaterialGradient>> found(members.size());
+      OnDevices(members.size(), [&](const Share& s) {
+        s.engine->EquilibriumAdjoints(std::span(inputs).subspan(s.first, s.count),
+                                      std::span(of_inputs).subspan(s.first, s.count),
+                                      std::span(found).subspan(s.first, s.count));
+      });
+      for (std::size_t k = 0; k < members.size(); ++k) results[members[k]] = std::move(found[k]);
+    }
+    return results;
   }
 
  private:

@@ -1,11 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/cuda_error.h"
-#include "cuda/element_kernels.cuh"
-#include "cuda/sensitivity_kernels.h"
+#include "cuda/derivative_blocks.cuh"
 #include "physics/element_sensitivity.h"
 
 namespace drape {
 namespace {
+
+__device__ void StoreBlocks(const BendStepRates& rates, HingeDerivative* records, int element,
+                            int count, Stage& stage) {
+#pragma unroll
+  for (int a = 0; a < 4; ++a)
+#pragma unroll
+    for (int b = 0; b <= a; ++b) {
+      double at_ab[9] = {}, at_ba[9] = {};
+      AddBendStepBlocks(rates, a, b, at_ab, at_ba);
+      StoreNumbers(at_ab, 9 * (4 * a + b), records, element, count, stage);
+      if (a != b) StoreNumbers(at_ba, 9 * (4 * b + a), records, element, count, stage);
+    }
+}
 
 template <class StretchLaw, class BendLaw>
 __global__ void __launch_bounds__(kElementThreads)
@@ -27,42 +39,33 @@ __global__ void __launch_bounds__(kElementThreads)
                 cloth.num_faces, stage);
   } else {
     const int e = min(i, cloth.num_hinges - 1);
-    const BendStepRates record =
-        EvaluateBendStepRates(bend, cloth.hinges[e], BendOf(material, e),
-                              GatherCorners(cloth.hinges[e], x), GatherCorners(cloth.hinges[e], w),
-                              h);
-    StoreRecord(record, records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges, i,
+    StoreBlocks(EvaluateBendStepRates(bend, cloth.hinges[e], BendOf(material, e),
+                                      GatherCorners(cloth.hinges[e], x),
+                                      GatherCorners(cloth.hinges[e], w), h),
+                records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges, i,
                 cloth.num_hinges, stage);
   }
 }
 
-// block += area·[Du Dv]ᵀ·Q·[Du Dv] at corners (a, b).
-__device__ void AddFaceBlock(const Face& face, const FaceDerivative& derivative, int a, int b,
-                             double (&block)[9]) {
-  const CornerGradient row = GradientOf(face, a), column = GradientOf(face, b);
-  const double ua = face.area * row.u, va = face.area * row.v;
-#pragma unroll
-  for (int i = 0; i < 3; ++i)
-#pragma unroll
-    for (int k = 0; k < 3; ++k)
-      block[3 * i + k] +=
-          column.u * (ua * derivative.Q[i][k] + va * derivative.Q[3 + i][k]) +
-          column.v * (ua * derivative.Q[i][3 + k] + va * derivative.Q[3 + i][3 + k]);
-}
-
-// Blocks (i, j) and (j, i) at once: the Hessians of the angles are symmetric.
+// Blocks (i, j) and (j, i) at once.
 __global__ void __launch_bounds__(kElementThreads)
     GatherDerivative(ClothView cloth, DerivativeRecords records, double h, double* all_blocks) {
   const int entry = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (entry >= cloth.num_entries) return;
   const FaceDerivative* faces = records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
-  const BendStepRates* hinges =
+  const HingeDerivative* hinges =
       records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
   double lower[9] = {}, upper[9] = {};
   for (int k = cloth.to_entry.start[entry]; k < cloth.to_entry.start[entry + 1]; ++k) {
     const Contribution c = Unpack(cloth.to_entry.item[k]);
     if (c.hinge) {
-      AddBendStepBlocks(hinges[c.element], c.row, c.column, lower, upper);
+      const double* at_ab = hinges[c.element].block[c.row][c.column];
+      const double* at_ba = hinges[c.element].block[c.column][c.row];
+#pragma unroll
+      for (int n = 0; n < 9; ++n) {
+        lower[n] += at_ab[n];
+        upper[n] += at_ba[n];
+      }
     } else {
       AddFaceBlock(cloth.faces[c.element], faces[c.element], c.row, c.column, lower);
       AddFaceBlock(cloth.faces[c.element], faces[c.element], c.column, c.row, upper);

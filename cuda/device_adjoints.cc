@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "cuda/device_engine.h"
+#include "cuda/device_gradient.h"
 #include "cuda/sensitivity_kernels.h"
 
 namespace drape {
@@ -25,7 +26,7 @@ struct DeviceEngine::AdjointWorkspace {
                   arena.Take<BendAdjoint>(n * view.num_hinges)};
     } else {
       w.derivatives = {arena.Take<FaceDerivative>(n * view.num_faces),
-                       arena.Take<BendStepRates>(n * view.num_hinges)};
+                       arena.Take<HingeDerivative>(n * view.num_hinges)};
       w.blocks = arena.Take<double>(n * 9 * view.num_blocks);
       w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * columns);
     }
@@ -37,68 +38,6 @@ struct DeviceEngine::AdjointWorkspace {
 };
 
 namespace {
-
-// Columns that the kernels work on: pairs, but for a single one.
-int PaddedColumns(int m) { return m == 1 ? 1 : (m + 1) / 2 * 2; }
-
-// Sums over elements of each slot, by rows as GradientRows says.
-class GradientSums {
- public:
-  GradientSums(std::span<const RolloutInput> batch, int faces, int hinges, int columns)
-      : columns_(columns) {
-    std::int64_t stretch = 0, bend = 0;
-    for (const RolloutInput& input : batch) {
-      stretch_start_.push_back(stretch);
-      bend_start_.push_back(bend);
-      const int stretch_stride = input.material->stretch.size() > 1;
-      const int bend_stride = input.material->bend.size() > 1;
-      stretch += static_cast<std::int64_t>(columns) * kStretchEntries *
-                 GradientRows(faces, stretch_stride);
-      bend += static_cast<std::int64_t>(columns) * kBendEntries * GradientRows(hinges, bend_stride);
-    }
-    stretch_start_.push_back(stretch);
-    bend_start_.push_back(bend);
-    stretch_ = DeviceBuffer<double>(stretch);
-    bend_ = DeviceBuffer<double>(bend);
-    starts_[0] = DeviceBuffer<std::int64_t>(stretch_start_);
-    starts_[1] = DeviceBuffer<std::int64_t>(bend_start_);
-  }
-
-  void Clear(cudaStream_t stream) {
-    CUDA_CHECK(cudaMemsetAsync(stretch_.data(), 0, stretch_.bytes(), stream));
-    CUDA_CHECK(cudaMemsetAsync(bend_.data(), 0, bend_.bytes(), stream));
-  }
-  GradientView From(int first) {
-    return {stretch_.data(), bend_.data(), starts_[0].data() + first, starts_[1].data() + first};
-  }
-
-  // Chunks are added in order.
-  void Collect(std::span<const RolloutInput> batch, int m, std::span<AdjointResult> results) const {
-    std::vector<double> stretch(stretch_.size()), bend(bend_.size());
-    CopyToHost<double>(stretch_.data(), stretch);
-    CopyToHost<double>(bend_.data(), bend);
-    for (std::size_t i = 0; i < batch.size(); ++i) {
-      results[i].material = MaterialGradient::Zero(*batch[i].material, m);
-      AddRows(std::span(stretch).subspan(stretch_start_[i], stretch_start_[i + 1] - stretch_start_[i]),
-              results[i].material.stretch);
-      AddRows(std::span(bend).subspan(bend_start_[i], bend_start_[i + 1] - bend_start_[i]),
-              results[i].material.bend);
-    }
-  }
-
- private:
-  void AddRows(std::span<const double> rows, RowMatrix& sum) const {
-    const std::int64_t count = static_cast<std::int64_t>(rows.size()) / columns_;
-    for (std::int64_t r = 0; r < count; ++r)
-      for (Eigen::Index j = 0; j < sum.cols(); ++j)
-        sum(r % sum.rows(), j) += rows[r * columns_ + j];
-  }
-
-  int columns_;
-  std::vector<std::int64_t> stretch_start_, bend_start_;
-  DeviceBuffer<double> stretch_, bend_;
-  DeviceBuffer<std::int64_t> starts_[2];
-};
 
 // Where the states of each slot lie: those of a history on the device, or uploaded from the host.
 class HistoryTable {
@@ -181,14 +120,13 @@ void DeviceEngine::AdjointChunk(std::span<const RolloutInput> batch,
   for (const RolloutInput& input : batch) fields.push_back(input.material);
   const DeviceMaterials materials(fields);
   const HistoryTable history(*cloth_, recordings, steps);
-  GradientSums sums(batch, cloth.num_faces, cloth.num_hinges, m);
+  DeviceGradient sums(batch, cloth.num_faces, cloth.num_hinges, m);
   std::vector<double> host(slots * columns);
   for (int i = 0; i < slots; ++i)
     cloth_->ToEliminationOrder(seeds[i]->data(), seeded, m, host.data() + i * columns);
   CopyToDevice<double>(host, w.adj_x);
   Clear(w.adj_v, slots * columns * sizeof(double));
   Clear(w.step.failed, slots * sizeof(int));
-  sums.Clear(streams_->main());
   const std::vector<int> last_step{steps - 1};
   CopyToDevice<int>(last_step, w.step.step);
   const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
@@ -227,7 +165,7 @@ void DeviceEngine::AdjointChunk(std::span<const RolloutInput> batch,
   streams_->Synchronize();
   std::vector<int> flags(slots);
   CopyToHost<int>(w.step.failed, flags);
-  sums.Collect(batch, seeded, results);
+  for (int i = 0; i < slots; ++i) results[i].material = sums.Collect(batch[i], i, seeded);
   const auto collect = [&](const double* from, RowMatrix AdjointResult::* part) {
     CopyToHost<double>(from, host);
     for (int i = 0; i < slots; ++i) {

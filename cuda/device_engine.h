@@ -61,9 +61,23 @@ class DeviceEngine {
                 std::span<const RowMatrix* const> seeds, const RolloutOptions& options,
                 std::span<AdjointResult> results, std::span<char> failed);
 
+  // All of a batch are treated together; a drape that is at rest leaves it.
+  void Equilibria(std::span<const RolloutInput> batch, const EquilibriumOptions& options,
+                  std::span<EquilibriumResult> results);
+  // As in Backend.
+  void EquilibriumTangents(std::span<const RolloutInput> batch,
+                           std::span<const MaterialField* const> weights,
+                           std::span<RowMatrix> results);
+  // All seeds have the same number of columns.
+  void EquilibriumAdjoints(std::span<const RolloutInput> batch,
+                           std::span<const RowMatrix* const> seeds,
+                           std::span<std::optional<MaterialGradient>> results);
+
  private:
   struct TangentWorkspace;
   struct AdjointWorkspace;
+  struct ImplicitWorkspace;
+  friend class BatchNewton;
 
   void RolloutChunk(std::span<const RolloutInput> batch, const RolloutOptions& options,
                     bool keep_history, std::span<Recording> recordings,
@@ -75,6 +89,18 @@ class DeviceEngine {
                     std::span<const Recording* const> recordings,
                     std::span<const RowMatrix* const> seeds, const RolloutOptions& options,
                     std::span<AdjointResult> results, std::span<char> failed);
+
+  void EquilibriumTangentChunk(std::span<const RolloutInput> batch,
+                               std::span<const MaterialField* const> weights,
+                               std::span<RowMatrix> results);
+  void EquilibriumAdjointChunk(std::span<const RolloutInput> batch,
+                               std::span<const RowMatrix* const> seeds,
+                               std::span<std::optional<MaterialGradient>> results);
+  // Factors Ks of the batch's shapes, without shift; workspace.step.failed says where it could not.
+  void FactorStiffness(const ImplicitWorkspace& workspace, const ShapeBatch& batch) const;
+  // Solves K·X = B or Kᵀ·X = B for workspace.rhs; true where each column is solved.
+  std::vector<char> SolveStiffness(const ImplicitWorkspace& workspace, const ShapeBatch& batch,
+                                   bool transposed, int columns) const;
 
   // Makes this device the calling thread's present one.
   void Bind() const;

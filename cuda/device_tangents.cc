@@ -20,7 +20,7 @@ struct DeviceEngine::TangentWorkspace {
     TangentWorkspace w{};
     w.step = StepWorkspace::Take(arena, cloth, slots);
     w.derivatives = {arena.Take<FaceDerivative>(n * view.num_faces),
-                     arena.Take<BendStepRates>(n * view.num_hinges)};
+                     arena.Take<HingeDerivative>(n * view.num_hinges)};
     w.factors = {arena.Take<FaceFactors>(n * view.num_faces),
                  arena.Take<HingeFactors>(n * view.num_hinges)};
     w.blocks = arena.Take<double>(n * 9 * view.num_blocks);

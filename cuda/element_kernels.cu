@@ -142,7 +142,7 @@ __global__ void __launch_bounds__(kElementThreads)
                     records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces,
                     records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges,
                     NodesOf(batch.x, rollout, cloth.num_dofs()), i);
-  double* to = NodesOf(force, slot, cloth.num_dofs()) + 3 * i;
+  double* to = NodesOf(force, rollout, cloth.num_dofs()) + 3 * i;
   to[0] = sum.x;
   to[1] = sum.y;
   to[2] = sum.z;

@@ -45,29 +45,39 @@ inline int ChunksFor(const ClothView& cloth) {
   return BlocksFor(cloth.num_faces) + BlocksFor(cloth.num_hinges);
 }
 
-// Writes one record a thread, whole memory transactions at a time: sixteen numbers of each of a
-// warp's records go through shared memory. Called by all threads of a block; `to`: that of element 0.
+// Writes numbers [at, at + N) of one record a thread in whole memory transactions: those of a warp's
+// records go through shared memory. Called by all threads of a block, with its element or beyond.
 constexpr int kStageColumns = 16;
 using Stage = double[kElementThreads][kStageColumns + 1];
-template <class Record>
-__device__ __forceinline__ void StoreRecord(const Record& record, Record* to, int element, int count,
-                                            Stage& stage) {
+template <int N, class Record>
+__device__ __forceinline__ void StoreNumbers(const double (&value)[N], int at, Record* records,
+                                             int element, int count, Stage& stage) {
+  static_assert(N <= kStageColumns && sizeof(Record) % sizeof(double) == 0);
   constexpr int kNumbers = sizeof(Record) / sizeof(double);
-  const int lane = threadIdx.x & 31, warp_first = threadIdx.x - lane;
-  const int records = min(32, count - (element - lane));
-  const double* from = reinterpret_cast<const double*>(&record);
-  double* out = reinterpret_cast<double*>(to + (element - lane));
+  const int lane = threadIdx.x & 31, first = element - lane;
+  const int numbers = N * min(32, count - first);
 #pragma unroll
-  for (int k0 = 0; k0 < kNumbers; k0 += kStageColumns) {
-    const int columns = kNumbers - k0 < kStageColumns ? kNumbers - k0 : kStageColumns;
+  for (int k = 0; k < N; ++k) stage[threadIdx.x][k] = value[k];
+  __syncwarp();
+  double* out = reinterpret_cast<double*>(records + first) + at;
+  for (int i = lane; i < numbers; i += 32)
+    out[i / N * kNumbers + i % N] = stage[threadIdx.x - lane + i / N][i % N];
+  __syncwarp();
+}
+
+// All numbers of a record.
+template <class Record, int kFrom = 0>
+__device__ __forceinline__ void StoreRecord(const Record& record, Record* records, int element,
+                                            int count, Stage& stage) {
+  constexpr int kNumbers = sizeof(Record) / sizeof(double);
+  constexpr int kPart = kNumbers - kFrom < kStageColumns ? kNumbers - kFrom : kStageColumns;
+  const double* from = reinterpret_cast<const double*>(&record) + kFrom;
+  double part[kPart];
 #pragma unroll
-    for (int k = 0; k < kStageColumns; ++k)
-      if (k < columns) stage[threadIdx.x][k] = from[k0 + k];
-    __syncwarp();
-    for (int i = lane; i < records * columns; i += 32)
-      out[i / columns * kNumbers + k0 + i % columns] = stage[warp_first + i / columns][i % columns];
-    __syncwarp();
-  }
+  for (int k = 0; k < kPart; ++k) part[k] = from[k];
+  StoreNumbers(part, kFrom, records, element, count, stage);
+  if constexpr (kFrom + kPart < kNumbers)
+    StoreRecord<Record, kFrom + kPart>(record, records, element, count, stage);
 }
 
 __device__ __forceinline__ Contribution Unpack(int item) {

@@ -22,7 +22,7 @@ void LaunchElementRecords(const ClothView& cloth, const ShapeBatch& batch, const
 // matrix = M + h²·H, [9·entries] a slot; rhs = M·v + h·f unless null, [3V] a slot; v by slot.
 void LaunchGatherStep(const ClothView& cloth, const ShapeBatch& batch, const StepRecords& records,
                       const double* v, double h, double* matrix, double* rhs, cudaStream_t stream);
-// force = f [N], [3V] a slot.
+// force = f [N], [3V] by rollout.
 void LaunchGatherForce(const ClothView& cloth, const ShapeBatch& batch, const StepRecords& records,
                        double* force, cudaStream_t stream);
 

@@ -11,9 +11,12 @@ namespace drape {
 // Derivatives of the step force g(x; w) = h·f(x) − h²·H(x)·w of a batch (physics/assembly.h) by
 // position and by material. w: by slot, [3V].
 
-// Of a face by position.
+// Of an element by position.
 struct FaceDerivative {
   double Q[6][6];  // ∂g/∂F by rest area
+};
+struct HingeDerivative {
+  double block[4][4][9];  // of its corners
 };
 // Of an element by its table: ∂g/∂entry = factor[entry]·basis[column of the entry].
 struct FaceFactors {
@@ -27,7 +30,7 @@ struct HingeFactors {
 
 struct DerivativeRecords {
   FaceDerivative* faces;    // [F] a slot
-  BendStepRates* hinges;   // [E] a slot
+  HingeDerivative* hinges;  // [E] a slot
 };
 struct FactorRecords {
   FaceFactors* faces;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Triangular solves with stored factors for many right-hand sides, in tiles of sixteen, products on
 // the tensor cores. A block of threads has one front of one slot and up to three tiles. It reads the
-// front's factor once, straight from device memory, and keeps the pivots' right-hand sides Y
-// [16·tiles, p] in shared memory: with the factor there too, one block would fill a multiprocessor
-// and nothing would hide its latency (measured: twice the time).
+// front's L21 once, straight from device memory, and keeps L11 and the pivots' right-hand sides Y
+// [16·tiles, p] in shared memory: with L21 there too, one block would fill a multiprocessor and
+// nothing would hide its latency (measured: twice the time).
 #include <algorithm>
 
 #include "cuda/cuda_error.h"
@@ -63,8 +63,19 @@ __device__ void ForEachPivot(const ManyWork& work, const Visit& visit) {
     visit(i / kColumns, i % kColumns);
 }
 
+// L11 in shared memory, rows of p + 4.
+__device__ void LoadPivotBlock(const ManyWork& work, double* L11) {
+  const int half = work.front.pivots / 2, stride = work.stride();
+#pragma unroll 4
+  for (int i = threadIdx.x; i < work.front.pivots * half; i += kThreads) {
+    const int r = i / half, c = 2 * (i - r * half);
+    *reinterpret_cast<double2*>(L11 + r * stride + c) =
+        *reinterpret_cast<const double2*>(work.panel + 2 * i);
+  }
+}
+
 // Y ← L11⁻¹·Y for one tile by one warp.
-__device__ void ForwardPivots(const ManyWork& work, double* Y) {
+__device__ void ForwardPivots(const ManyWork& work, const double* L11, double* Y) {
   const Lane lane = LaneOfWarp();
   const int stride = work.stride(), pivots = work.front.pivots;
   for (int first = 0; first < pivots; first += 8) {
@@ -72,13 +83,13 @@ __device__ void ForwardPivots(const ManyWork& work, double* Y) {
     for (int k = 0; k < first; k += 8) {
       double a[4], b[2];
       LoadA(a, Y + k, stride, lane);
-      LoadTransposedB(b, work.panel + first * pivots + k, pivots, lane);
+      LoadTransposedB(b, L11 + first * stride + k, stride, lane);
       MultiplyAdd(sum, a, b);
     }
     const int c = first + 2 * lane.t;
     double *low = Y + lane.g * stride + c, *high = low + 8 * stride;
     const double a[4] = {low[0] - sum[0], high[0] - sum[2], low[1] - sum[1], high[1] - sum[3]};
-    const double* block = work.panel + (first + lane.g) * pivots + c;
+    const double* block = L11 + (first + lane.g) * stride + c;
     MultiplyAdd(y, a, {block[0], block[1]});
     low[0] = y[0];
     low[1] = y[1];
@@ -151,7 +162,7 @@ __device__ void ForwardBorder(const ManyWork& work, int first, const double* Y, 
 
 // grid: fronts, slots, chunks of Tiles tiles of right-hand sides.
 template <int Tiles>
-__global__ void __launch_bounds__(kThreads)
+__global__ void __launch_bounds__(kThreads, 3)
     ForwardManyFronts(PlanView plan, int first, const double* factor, const double* rhs,
                       double* solution, double* vectors, int columns) {
   extern __shared__ __align__(16) double Y[];
@@ -161,9 +172,11 @@ __global__ void __launch_bounds__(kThreads)
                       kColumnTile * Tiles * static_cast<int>(blockIdx.z)};
   const int stride = work.stride(), warp = threadIdx.x >> 5;
   vectors += slot * columns * plan.vector_size;
+  double* L11 = Y + kColumnTile * Tiles * stride;
+  LoadPivotBlock(work, L11);
   GatherPivots<Tiles>(work, rhs + offset, vectors, Y);
   __syncthreads();
-  if (warp < Tiles) ForwardPivots(work, Y + kColumnTile * warp * stride);
+  if (warp < Tiles) ForwardPivots(work, L11, Y + kColumnTile * warp * stride);
   __syncthreads();
   ForEachPivot<Tiles>(work, [&](int r, int c) {
     if (r < front.true_pivots && work.Has(c))
@@ -237,7 +250,7 @@ __device__ void BackwardBorder(const ManyWork& work, const double* solution, dou
 
 // Y ← L11⁻ᵀ·Y for one tile by one warp, p = 8·Blocks.
 template <int Blocks>
-__device__ void BackwardPivots(const ManyWork& work, double* Y) {
+__device__ void BackwardPivots(const double* L11, double* Y) {
   const Lane lane = LaneOfWarp();
   constexpr int kPivots = 8 * Blocks, kStride = kPivots + 4;
   double sum[Blocks][4] = {};
@@ -245,36 +258,36 @@ __device__ void BackwardPivots(const ManyWork& work, double* Y) {
   for (int block = Blocks - 1; block >= 0; --block) {
     const int c = 8 * block + 2 * lane.t;
     double *low = Y + lane.g * kStride + c, *high = low + 8 * kStride;
-    const double* row = work.panel + c * kPivots + lane.g;  // of L, columns of this lane
+    const double* row = L11 + c * kStride + lane.g;  // of L, columns of this lane
     const double b[4] = {low[0] - sum[block][0], high[0] - sum[block][2],
                          low[1] - sum[block][1], high[1] - sum[block][3]};
     double y[4] = {};
-    MultiplyAdd(y, b, {row[8 * block], row[kPivots + 8 * block]});
+    MultiplyAdd(y, b, {row[8 * block], row[kStride + 8 * block]});
     low[0] = y[0];
     low[1] = y[1];
     high[0] = y[2];
     high[1] = y[3];
     const double a[4] = {y[0], y[2], y[1], y[3]};
 #pragma unroll
-    for (int j = 0; j < block; ++j) MultiplyAdd(sum[j], a, {row[8 * j], row[kPivots + 8 * j]});
+    for (int j = 0; j < block; ++j) MultiplyAdd(sum[j], a, {row[8 * j], row[kStride + 8 * j]});
   }
 }
 
-__device__ void BackwardPivots(const ManyWork& work, double* Y) {
+__device__ void BackwardPivots(const ManyWork& work, const double* L11, double* Y) {
   switch (work.front.pivots / 8) {
-    case 1: return BackwardPivots<1>(work, Y);
-    case 2: return BackwardPivots<2>(work, Y);
-    case 3: return BackwardPivots<3>(work, Y);
-    case 4: return BackwardPivots<4>(work, Y);
-    case 5: return BackwardPivots<5>(work, Y);
-    case 6: return BackwardPivots<6>(work, Y);
-    case 7: return BackwardPivots<7>(work, Y);
-    default: return BackwardPivots<8>(work, Y);
+    case 1: return BackwardPivots<1>(L11, Y);
+    case 2: return BackwardPivots<2>(L11, Y);
+    case 3: return BackwardPivots<3>(L11, Y);
+    case 4: return BackwardPivots<4>(L11, Y);
+    case 5: return BackwardPivots<5>(L11, Y);
+    case 6: return BackwardPivots<6>(L11, Y);
+    case 7: return BackwardPivots<7>(L11, Y);
+    default: return BackwardPivots<8>(L11, Y);
   }
 }
 
 template <int Tiles>
-__global__ void __launch_bounds__(kThreads)
+__global__ void __launch_bounds__(kThreads, 3)
     BackwardManyFronts(PlanView plan, int first, const double* factor, double* solution,
                        SolutionSum total, int columns) {
   extern __shared__ __align__(16) double Y[];
@@ -284,7 +297,10 @@ __global__ void __launch_bounds__(kThreads)
                       kColumnTile * Tiles * static_cast<int>(blockIdx.z)};
   const int stride = work.stride(), warp = threadIdx.x >> 5;
   solution += offset;
-  BackwardBorder<Tiles>(work, solution, Y, Y + kColumnTile * Tiles * stride);
+  // The staged rows' place is L11's afterwards.
+  double* L11 = Y + kColumnTile * Tiles * stride;
+  BackwardBorder<Tiles>(work, solution, Y, L11);
+  LoadPivotBlock(work, L11);
   __syncthreads();
   ForEachPivot<Tiles>(work, [&](int r, int c) {
     double& y = Y[c * stride + r];
@@ -292,7 +308,7 @@ __global__ void __launch_bounds__(kThreads)
     y = (there ? solution[work.At(front.first_dof + r, c)] : 0.0) - y;
   });
   __syncthreads();
-  if (warp < Tiles) BackwardPivots(work, Y + kColumnTile * warp * stride);
+  if (warp < Tiles) BackwardPivots(work, L11, Y + kColumnTile * warp * stride);
   __syncthreads();
   ForEachPivot<Tiles>(work, [&](int r, int c) {
     if (r >= front.true_pivots || !work.Has(c)) return;
@@ -309,12 +325,14 @@ int TilesOfBlock(int columns) {
   return (tiles + blocks - 1) / blocks;
 }
 
-// launch(tiles as a constant, grid, bytes of Y and of the staged rows).
+// launch(tiles as a constant, grid, bytes of Y and of L11 or the staged rows).
 template <class Launch>
 void WithTiles(const LevelRange& level, int columns, int slots, const Launch& launch) {
   const int tiles = TilesOfBlock(columns), width = kColumnTile * tiles;
   const dim3 grid(level.end - level.begin, slots, (columns + width - 1) / width);
-  const int doubles = width * (level.largest_pivots + 4) + kStagedRows * (width + 8);
+  const int stride = level.largest_pivots + 4;
+  const int doubles =
+      width * stride + std::max(level.largest_pivots * stride, kStagedRows * (width + 8));
   const int bytes = doubles * static_cast<int>(sizeof(double));
   switch (tiles) {
     case 1: launch(std::integral_constant<int, 1>(), grid, bytes); break;

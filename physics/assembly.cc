@@ -213,13 +213,11 @@ StressField ExtrapolatedMembraneStress(const ClothModel& model, const MaterialFi
 void AddGeometricStiffness(const ClothModel& model, const StressField& stress, BlockMatrix& K) {
   for (std::size_t f = 0; f < stress.size(); ++f) {
     const Face& face = model.mesh.faces[f];
-    Matrix6 Q = {};
-    for (int i = 0; i < 3; ++i) {
-      Q[i][i] = stress[f].uu;
-      Q[3 + i][3 + i] = stress[f].vv;
-      Q[i][3 + i] = Q[3 + i][i] = stress[f].uv;
-    }
-    AddFaceBlocks(face, Q, face.area, &model.pattern.face_block[9 * f], K);
+    const ShapeGradient s = GradientOf(face);
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        K.AddScaledIdentity(model.pattern.face_block[9 * f + 3 * a + b],
+                            face.area * GeometricWeight(stress[f], s.u[a], s.v[a], s.u[b], s.v[b]));
   }
 }
 

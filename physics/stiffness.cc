@@ -122,13 +122,17 @@ bool Stiffness::SolveWith(decltype(AddMultiply)& multiply, const RowMatrix& rhs,
   return columns.status() == CgwStatus::kSolved;
 }
 
-double Stiffness::Asymmetry() {
-  constexpr int kRounds = 8;
+RowMatrix AsymmetryStart(int dofs) {
   std::mt19937_64 random(1);
-  RowMatrix direction(solver_.model().num_dofs(), 1), image;
-  for (Eigen::Index i = 0; i < direction.rows(); ++i) direction(i, 0) = DrawNormal(random);
+  RowMatrix direction(dofs, 1);
+  for (int i = 0; i < dofs; ++i) direction(i, 0) = DrawNormal(random);
+  return direction;
+}
+
+double Stiffness::Asymmetry() {
+  RowMatrix direction = AsymmetryStart(solver_.model().num_dofs()), image;
   double radius = 0.0;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kAsymmetryRounds; ++round) {
     image = RowMatrix::Zero(direction.rows(), 1);
     AddMultiply(solver_.model().pattern, *negative_, direction, image);
     solver_.linear().Solve(image);  // −Ks⁻¹·K·d

@@ -10,6 +10,10 @@
 
 namespace drape {
 
+// The random vector of Stiffness::Asymmetry, shape [dofs, 1], and how often it is multiplied.
+RowMatrix AsymmetryStart(int dofs);
+inline constexpr int kAsymmetryRounds = 8;
+
 // K = −∂f/∂x of a cloth at rest and a factor of its symmetric part Ks. K is slightly unsymmetric
 // because a stretch table is in general not the gradient of an energy.
 class Stiffness {

@@ -234,6 +234,13 @@ DRAPE_HD inline ShapeGradient GradientOf(const Face& f) {
   return {{-d[0] - d[2], d[0], d[2]}, {-d[1] - d[3], d[1], d[3]}};
 }
 
+// What a stress contributes to the stiffness between two corners, by rest area: ∫S:∂²G/∂x_a∂x_b =
+// weight·I [N/m²]. (u, v) are the corners' rows of Du and Dv.
+DRAPE_HD inline double GeometricWeight(const StretchStress<double>& S, double ua, double va,
+                                       double ub, double vb) {
+  return ua * (S.uu * ub + S.uv * vb) + va * (S.uv * ub + S.vv * vb);
+}
+
 DRAPE_HD inline DeformationGradient<double> GatherColumns(const Face& f, const double* nodes) {
   const Vec3<double> origin = LoadVec3(nodes, f.vertex[0]);
   const Vec3<double> s = LoadVec3(nodes, f.vertex[1]) - origin;

@@ -91,6 +91,56 @@ TEST_P(CudaBackendTest, AdjointsAreEquivalentToReference) {
   }
 }
 
+// From shapes that have fallen for a while: the same decisions, the same drape.
+class CudaStaticsTest : public CudaBackendTest {
+ protected:
+  void SetUp() override {
+    CudaBackendTest::SetUp();
+    if (IsSkipped()) return;
+    for (State& start : starts_) start.v.setZero();
+    const auto fallen = host_->Rollouts(inputs_, {.h = 0.1, .steps = 40}, nullptr);
+    for (std::size_t i = 0; i < inputs_.size(); ++i) starts_[i] = fallen[i].end;
+  }
+};
+
+TEST_P(CudaStaticsTest, EquilibriaAndTheirDerivativesAreEquivalentToReference) {
+  const auto found = device_->Equilibria(inputs_, {});
+  const auto expected = host_->Equilibria(inputs_, {});
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    EXPECT_EQ(found[i].status, expected[i].status) << i;
+    EXPECT_EQ(found[i].iterations, expected[i].iterations) << i;
+    EXPECT_EQ(found[i].factorisations, expected[i].factorisations) << i;
+    EXPECT_NEAR(found[i].start_energy, expected[i].start_energy,
+                1e-12 * std::abs(expected[i].start_energy));
+    EXPECT_LT((found[i].x - expected[i].x).cwiseAbs().maxCoeff(), 1e-8) << i;
+    starts_[i].x = expected[i].x;
+  }
+  const auto tangents = device_->EquilibriumTangents(inputs_, weights_);
+  const auto of_host = host_->EquilibriumTangents(inputs_, weights_);
+  std::vector<RowMatrix> seeds;
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    if (of_host[i].size() == 0) {
+      EXPECT_EQ(tangents[i].size(), 0) << i;
+    } else {
+      EXPECT_LT(RelativeError(tangents[i], of_host[i]), 1e-7) << i;
+    }
+    seeds.push_back(test::RandomMatrix(model_->num_dofs(), 3, random_));
+  }
+  const auto adjoints = device_->EquilibriumAdjoints(inputs_, seeds);
+  const auto adjoints_of_host = host_->EquilibriumAdjoints(inputs_, seeds);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    ASSERT_EQ(adjoints[i].has_value(), adjoints_of_host[i].has_value()) << i;
+    if (!adjoints[i]) continue;
+    EXPECT_LT(RelativeError(adjoints[i]->stretch, adjoints_of_host[i]->stretch), 1e-7) << i;
+    EXPECT_LT(RelativeError(adjoints[i]->bend, adjoints_of_host[i]->bend), 1e-7) << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Batches, CudaStaticsTest,
+                         testing::Values(std::tuple("smooth", 150, 1), std::tuple("smooth", 300, 5),
+                                         std::tuple("smooth", 100, 20),
+                                         std::tuple("reference", 150, 3)));
+
 TEST_P(CudaBackendTest, FailureStaysAlone) {
   const auto good = device_->Rollouts(inputs_, options_, nullptr);
   starts_[0].x[0] = std::numeric_limits<double>::quiet_NaN();
