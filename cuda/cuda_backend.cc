@@ -79,6 +79,30 @@ class CudaBackend final : public Backend {
     return results;
   }
 
+  std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
+                                              std::span<const MaterialField* const> weights,
+                                              const RolloutOptions& options,
+                                              const ReadoutOf& readout) override {
+    options.Check();
+    CHECK_EQ(weights.size(), batch.size());
+    std::vector<ReadoutTangent> results(batch.size());
+    std::vector<char> failed(batch.size());
+    OnDevices(batch.size(), [&](const Share& s) {
+      const ReadoutOf of_share = [&](std::size_t i, const Eigen::VectorXd& x) {
+        return readout(s.first + i, x);
+      };
+      s.engine->ReadoutTangents(batch.subspan(s.first, s.count), weights.subspan(s.first, s.count),
+                                options, of_share, std::span(results).subspan(s.first, s.count),
+                                std::span(failed).subspan(s.first, s.count));
+    });
+    for (const std::size_t i : Indices(failed)) {
+      const ReadoutOf of_one = [&](std::size_t, const Eigen::VectorXd& x) { return readout(i, x); };
+      results[i] = std::move(host_->ReadoutTangents(batch.subspan(i, 1), weights.subspan(i, 1),
+                                                    options, of_one)[0]);
+    }
+    return results;
+  }
+
   std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
                                       std::span<const Recording> recordings,
                                       std::span<const RowMatrix> seeds,

@@ -23,6 +23,7 @@ class DeviceCloth {
   const Law& law() const { return law_; }  // its tables lie on the device
   const Multifrontal& multifrontal() const { return multifrontal_; }
 
+  int DofInEliminationOrder(int dof) const { return 3 * position_[dof / 3] + dof % 3; }
   // Rows of `columns` numbers a degree of freedom, from the mesh's order to elimination order and
   // back; on the host. `stride`: numbers a row in elimination order, zeros beyond the columns.
   void ToEliminationOrder(const double* mesh_order, int columns, int stride, double* to) const;

@@ -56,6 +56,10 @@ class DeviceEngine {
   void Tangents(std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
                 const RolloutOptions& options, std::span<TangentResult> results,
                 std::span<char> failed);
+  void ReadoutTangents(std::span<const RolloutInput> batch,
+                       std::span<const MaterialField* const> weights, const RolloutOptions& options,
+                       const ReadoutOf& readout, std::span<ReadoutTangent> results,
+                       std::span<char> failed);
   // All recordings have the same number of steps, all seeds the same number of columns.
   void Adjoints(std::span<const RolloutInput> batch, std::span<const Recording* const> recordings,
                 std::span<const RowMatrix* const> seeds, const RolloutOptions& options,
@@ -82,9 +86,20 @@ class DeviceEngine {
   void RolloutChunk(std::span<const RolloutInput> batch, const RolloutOptions& options,
                     bool keep_history, std::span<Recording> recordings,
                     std::span<RolloutResult> results, std::span<char> failed);
-  void TangentChunk(std::span<const RolloutInput> batch,
-                    std::span<const MaterialField* const> weights, const RolloutOptions& options,
-                    std::span<TangentResult> results, std::span<char> failed);
+  void ForEachTangentChunk(std::size_t count,
+                           const std::function<void(std::size_t first, std::size_t count)>& work);
+  TangentWorkspace TangentChunk(std::span<const RolloutInput> batch,
+                                std::span<const MaterialField* const> weights,
+                                const RolloutOptions& options,
+                                std::span<RolloutResult* const> ends, std::span<char> failed);
+  void LaunchTangentStep(const TangentWorkspace& workspace, const ShapeBatch& group,
+                         const MaterialView* scales, std::int64_t first, double h,
+                         cudaStream_t stream) const;
+  void DownloadTangents(const double* from, std::span<TangentResult> results,
+                        RowMatrix TangentResult::*part) const;
+  // `first`: of the batch that `readout` knows.
+  void ReadTangents(const double* dx, std::size_t first, const ReadoutOf& readout,
+                    std::span<ReadoutTangent> results, std::span<const char> failed);
   void AdjointChunk(std::span<const RolloutInput> batch,
                     std::span<const Recording* const> recordings,
                     std::span<const RowMatrix* const> seeds, const RolloutOptions& options,

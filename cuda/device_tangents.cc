@@ -45,76 +45,140 @@ void DeviceEngine::Tangents(std::span<const RolloutInput> batch,
                             std::span<const MaterialField* const> weights,
                             const RolloutOptions& options, std::span<TangentResult> results,
                             std::span<char> failed) {
-  Bind();
-  const auto take = [&](Arena& arena, int slots) { TangentWorkspace::Take(arena, *cloth_, slots); };
-  const int most = SlotsThatFit(static_cast<int>(batch.size()), take);
-  for (std::size_t first = 0; first < batch.size(); first += most) {
-    const std::size_t count = std::min<std::size_t>(most, batch.size() - first);
-    TangentChunk(batch.subspan(first, count), weights.subspan(first, count), options,
-                 results.subspan(first, count), failed.subspan(first, count));
-  }
+  ForEachTangentChunk(batch.size(), [&](std::size_t first, std::size_t count) {
+    const std::span<TangentResult> of_chunk = results.subspan(first, count);
+    std::vector<RolloutResult*> ends;
+    for (TangentResult& result : of_chunk) ends.push_back(&result.rollout);
+    const TangentWorkspace w =
+        TangentChunk(batch.subspan(first, count), weights.subspan(first, count), options, ends,
+                     failed.subspan(first, count));
+    DownloadTangents(w.dx, of_chunk, &TangentResult::dx);
+    DownloadTangents(w.dv, of_chunk, &TangentResult::dv);
+  });
 }
 
-void DeviceEngine::TangentChunk(std::span<const RolloutInput> batch,
-                                std::span<const MaterialField* const> weights,
-                                const RolloutOptions& options, std::span<TangentResult> results,
-                                std::span<char> failed) {
+void DeviceEngine::ReadoutTangents(std::span<const RolloutInput> batch,
+                                   std::span<const MaterialField* const> weights,
+                                   const RolloutOptions& options, const ReadoutOf& readout,
+                                   std::span<ReadoutTangent> results, std::span<char> failed) {
+  ForEachTangentChunk(batch.size(), [&](std::size_t first, std::size_t count) {
+    const std::span<ReadoutTangent> of_chunk = results.subspan(first, count);
+    std::vector<RolloutResult*> ends;
+    for (ReadoutTangent& result : of_chunk) ends.push_back(&result.rollout);
+    const std::span<char> flags = failed.subspan(first, count);
+    const TangentWorkspace w = TangentChunk(batch.subspan(first, count),
+                                            weights.subspan(first, count), options, ends, flags);
+    ReadTangents(w.dx, first, readout, of_chunk, flags);
+  });
+}
+
+void DeviceEngine::ForEachTangentChunk(
+    std::size_t count, const std::function<void(std::size_t first, std::size_t count)>& work) {
+  Bind();
+  const int most = SlotsThatFit(static_cast<int>(count), [&](Arena& arena, int slots) {
+    TangentWorkspace::Take(arena, *cloth_, slots);
+  });
+  for (std::size_t first = 0; first < count; first += most)
+    work(first, std::min<std::size_t>(most, count - first));
+}
+
+DeviceEngine::TangentWorkspace DeviceEngine::TangentChunk(
+    std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+    const RolloutOptions& options, std::span<RolloutResult* const> ends, std::span<char> failed) {
   const int slots = static_cast<int>(batch.size());
-  const ClothView& cloth = cloth_->view();
-  const PlanView& plan = cloth_->multifrontal().view();
-  const std::int64_t dofs = cloth.num_dofs(), columns = dofs * kPaddedEntries;
+  const std::int64_t columns = std::int64_t{kPaddedEntries} * cloth_->view().num_dofs();
   TangentWorkspace w{};
   const auto take = [&](Arena& arena, int n) { w = TangentWorkspace::Take(arena, *cloth_, n); };
   Arena arena = MakeRoom(slots, take);
   take(arena, slots);
   std::vector<const MaterialField*> fields;
-  std::vector<RolloutResult*> ends;
-  for (int i = 0; i < slots; ++i) {
-    fields.push_back(batch[i].material);
-    ends.push_back(&results[i].rollout);
-  }
+  for (const RolloutInput& input : batch) fields.push_back(input.material);
   const DeviceMaterials materials(fields), scales(weights);
   UploadStarts(batch, w.step.x, w.step.v);
   Clear(w.step.failed, slots * sizeof(int));
   Clear(w.dx, slots * columns * sizeof(double));
   Clear(w.dv, slots * columns * sizeof(double));
   const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
-  const HistoryView none{nullptr, nullptr, 0, nullptr};
-  const double h = options.h;
   const Graph step(*streams_, [&] {
     streams_->ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
-      const ShapeBatch group = GroupOf(shapes, first, count, static_cast<int>(dofs));
-      const double* found = w.step.solution + first * dofs;
-      double *dx = w.dx + first * columns, *dv = w.dv + first * columns;
-      double* blocks = w.blocks + first * 9LL * cloth.num_blocks;
-      LaunchSolveStep(w.step, group, first, h, stream);
-      const DerivativeRecords derivatives = w.DerivativesFrom(cloth, first);
-      const FactorRecords factors = w.FactorsFrom(cloth, first);
-      LaunchDerivativeRecords(cloth, group, cloth_->law(), found, h, derivatives, stream);
-      LaunchFactorRecords(cloth, group, cloth_->law(), scales.views() + first, found, h, factors,
-                          stream);
-      LaunchGatherDerivative(cloth, derivatives, h, blocks, count, stream);
-      LaunchTangentRhs(cloth, group, factors, blocks, dx, dv, stream);
-      cloth_->multifrontal().Solve(w.step.factor + first * plan.factor_size, dv, dv,
-                                   w.vectors + first * kPaddedEntries * 1LL * plan.vector_size,
-                                   kPaddedEntries, count, stream, {dx, h});
-      LaunchAdvanceGroup(w.step, none, first, count, h, stream);
+      LaunchTangentStep(w, GroupOf(shapes, first, count, cloth_->view().num_dofs()),
+                        scales.views() + first, first, options.h, stream);
     });
   });
   const int done = RunSteps(step, options.steps, options.cancel);
   CollectEnds(w.step, done, options.steps, ends, failed);
-  std::vector<double> host(slots * columns);
-  const auto collect = [&](const double* from, RowMatrix TangentResult::* part) {
-    CopyToHost<double>(from, host);
+  return w;
+}
+
+void DeviceEngine::LaunchTangentStep(const TangentWorkspace& w, const ShapeBatch& group,
+                                     const MaterialView* scales, std::int64_t first, double h,
+                                     cudaStream_t stream) const {
+  const ClothView& cloth = cloth_->view();
+  const PlanView& plan = cloth_->multifrontal().view();
+  const std::int64_t dofs = cloth.num_dofs(), columns = dofs * kPaddedEntries;
+  const double* found = w.step.solution + first * dofs;
+  double *dx = w.dx + first * columns, *dv = w.dv + first * columns;
+  double* blocks = w.blocks + first * 9 * cloth.num_blocks;
+  const DerivativeRecords derivatives = w.DerivativesFrom(cloth, first);
+  const FactorRecords factors = w.FactorsFrom(cloth, first);
+  LaunchSolveStep(w.step, group, static_cast<int>(first), h, stream);
+  LaunchDerivativeRecords(cloth, group, cloth_->law(), found, h, derivatives, stream);
+  LaunchFactorRecords(cloth, group, cloth_->law(), scales, found, h, factors, stream);
+  LaunchGatherDerivative(cloth, derivatives, h, blocks, group.slots, stream);
+  LaunchTangentRhs(cloth, group, factors, blocks, dx, dv, stream);
+  cloth_->multifrontal().Solve(w.step.factor + first * plan.factor_size, dv, dv,
+                               w.vectors + first * kPaddedEntries * plan.vector_size,
+                               kPaddedEntries, group.slots, stream, {dx, h});
+  LaunchAdvanceGroup(w.step, {nullptr, nullptr, 0, nullptr}, static_cast<int>(first), group.slots,
+                     h, stream);
+}
+
+void DeviceEngine::DownloadTangents(const double* from, std::span<TangentResult> results,
+                                    RowMatrix TangentResult::*part) const {
+  const std::int64_t dofs = cloth_->view().num_dofs(), columns = dofs * kPaddedEntries;
+  std::vector<double> host(results.size() * columns);
+  CopyToHost<double>(from, host);
 #pragma omp parallel for
-    for (int i = 0; i < slots; ++i) {
-      RowMatrix& to = results[i].*part;
-      to.resize(dofs, kMaterialEntries);
-      cloth_->ToMeshOrder(host.data() + i * columns, kMaterialEntries, kPaddedEntries, to.data());
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    RowMatrix& to = results[i].*part;
+    to.resize(dofs, kMaterialEntries);
+    cloth_->ToMeshOrder(host.data() + i * columns, kMaterialEntries, kPaddedEntries, to.data());
+  }
+}
+
+void DeviceEngine::ReadTangents(const double* dx, std::size_t first, const ReadoutOf& readout,
+                                std::span<ReadoutTangent> results, std::span<const char> failed) {
+  std::vector<Readout> readouts(results.size());
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < results.size(); ++i)
+    if (failed[i] == 0) readouts[i] = readout(first + i, results[i].rollout.end.x);
+  Eigen::Index rows = 0;
+  for (const Readout& each : readouts) rows = std::max(rows, each.rows());
+  std::vector<int> start{0}, dof;
+  std::vector<double> value;
+  for (const Readout& each : readouts)
+    for (Eigen::Index r = 0; r < rows; ++r) {
+      if (r < each.rows())
+        for (Readout::InnerIterator at(each, r); at; ++at) {
+          dof.push_back(cloth_->DofInEliminationOrder(static_cast<int>(at.col())));
+          value.push_back(at.value());
+        }
+      start.push_back(static_cast<int>(dof.size()));
     }
-  };
-  collect(w.dx, &TangentResult::dx);
-  collect(w.dv, &TangentResult::dv);
+  const int slots = static_cast<int>(results.size());
+  const DeviceBuffer<int> starts(start), dofs(dof);
+  const DeviceBuffer<double> values(value);
+  DeviceBuffer<double> out(static_cast<std::size_t>(slots) * rows * kPaddedEntries);
+  LaunchReadRows(cloth_->view(), {starts.data(), dofs.data(), values.data()}, dx, out.data(),
+                 static_cast<int>(rows), slots, streams_->main());
+  streams_->Synchronize();
+  std::vector<double> host(out.size());
+  CopyToHost<double>(out.data(), host);
+  for (int i = 0; i < slots; ++i)
+    if (failed[i] == 0)
+      results[i].dr = Eigen::Map<const RowMatrix>(host.data() + i * rows * kPaddedEntries, rows,
+                                                  kPaddedEntries)
+                          .leftCols(kMaterialEntries);
 }
 
 }  // namespace drape

@@ -53,6 +53,16 @@ void LaunchFactorRecords(const ClothView& cloth, const ShapeBatch& batch, const 
 void LaunchTangentRhs(const ClothView& cloth, const ShapeBatch& batch, const FactorRecords& records,
                       const double* blocks, const double* dx, double* dv, cudaStream_t stream);
 
+// Sparse rows of all slots, one after the other: row r of slot s is start[s·rows + r] ….
+struct SparseRows {
+  const int* start;     // [slots·rows + 1]
+  const int* dof;
+  const double* value;
+};
+// out = rows·dx, shapes [rows, kPaddedEntries] and [3V, kPaddedEntries] a slot.
+void LaunchReadRows(const ClothView& cloth, const SparseRows& sparse, const double* dx, double* out,
+                    int rows, int slots, cudaStream_t stream);
+
 // Where the states of a slot lie, step by step.
 struct HistorySlot {
   const double *x, *v;  // [3V] at x + step·stride

@@ -99,6 +99,19 @@ class CpuBackend final : public Backend {
 
 }  // namespace
 
+std::vector<ReadoutTangent> Backend::ReadoutTangents(
+    std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+    const RolloutOptions& options, const ReadoutOf& readout) {
+  std::vector<TangentResult> tangents = Tangents(batch, weights, options);
+  std::vector<ReadoutTangent> results(batch.size());
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    results[i].rollout = std::move(tangents[i].rollout);
+    if (results[i].rollout.status == RolloutStatus::kOk)
+      results[i].dr = readout(i, results[i].rollout.end.x) * tangents[i].dx;
+  }
+  return results;
+}
+
 std::unique_ptr<Backend> MakeCpuBackend(std::shared_ptr<const ClothModel> model, int threads) {
   return std::make_unique<CpuBackend>(std::move(model), threads);
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/SparseCore>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,6 +17,16 @@ namespace drape {
 struct RolloutInput {
   const MaterialField* material = nullptr;
   const State* start = nullptr;
+};
+
+// What a loss reads of a shape, to first order: ∂r/∂x, shape [K, 3V] with the same K for each rollout
+// of a batch. Asked for the end of rollout i, from several threads at a time.
+using Readout = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+using ReadoutOf = std::function<Readout(std::size_t i, const Eigen::VectorXd& x_end)>;
+
+struct ReadoutTangent {
+  RolloutResult rollout;
+  RowMatrix dr;  // ∂r/∂x_end · ∂x_end/∂p, shape [K, 39]; empty when the rollout failed
 };
 
 // Runs batches of rollouts of one model: different materials and starts, one mesh, scene and law.
@@ -33,6 +45,10 @@ class Backend {
   virtual std::vector<TangentResult> Tangents(std::span<const RolloutInput> batch,
                                               std::span<const MaterialField* const> weights,
                                               const RolloutOptions& options) = 0;
+  // The same where only what `readout` reads is wanted: little comes back from a device.
+  virtual std::vector<ReadoutTangent> ReadoutTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+      const RolloutOptions& options, const ReadoutOf& readout);
   // seeds[i]: ∂L/∂x_end of rollout i, shape [3V, m_i].
   virtual std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
                                               std::span<const Recording> recordings,

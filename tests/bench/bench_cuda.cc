@@ -62,6 +62,7 @@ struct Batch {
   std::vector<RolloutInput> inputs;
   std::vector<const MaterialField*> weights;
   std::vector<RowMatrix> seeds;
+  ReadoutOf readout;  // of 72 rows with two vertices each, as an outline has
 
   Batch(const ClothModel& model, int count) {
     for (const char* name : kFabrics)
@@ -76,6 +77,12 @@ struct Batch {
       weights.push_back(inputs.back().material);
       seeds.push_back(RowMatrix::Ones(model.num_dofs(), 1));
     }
+    const std::vector<int>& hem = model.mesh.boundary_loops[0];
+    Readout rows(72, model.num_dofs());
+    for (int k = 0; k < 72; ++k)
+      for (int i = 0; i < 6; ++i)
+        rows.coeffRef(k, 3 * hem[(k * hem.size() / 72 + i / 3) % hem.size()] + i % 3) = 1.0;
+    readout = [rows](std::size_t, const Eigen::VectorXd&) { return rows; };
   }
 };
 
@@ -89,7 +96,8 @@ void Run(Backend& backend, const std::string& work, const Batch& batch, int coun
     (void)backend.Rollouts(inputs, options, &recordings);
     (void)backend.Adjoints(inputs, recordings, std::span(batch.seeds.data(), count), options);
   } else {
-    (void)backend.Tangents(inputs, std::span(batch.weights.data(), count), options);
+    (void)backend.ReadoutTangents(inputs, std::span(batch.weights.data(), count), options,
+                                  batch.readout);
   }
 }
 

@@ -69,6 +69,25 @@ TEST_P(CudaBackendTest, TangentsAreEquivalentToReference) {
   }
 }
 
+TEST_P(CudaBackendTest, ReadoutsAreEquivalentToReference) {
+  // Rows that depend on the rollout and on where it ends.
+  const auto readout = [&](std::size_t i, const Eigen::VectorXd& x) {
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int r = 0; r < 7; ++r)
+      for (int k = 0; k < 1 + r % 3; ++k) {
+        const int dof = static_cast<int>((31 * r + 17 * k + i) % x.size());
+        entries.emplace_back(r, dof, 1.0 + x[dof] + r);
+      }
+    Readout rows(7, x.size());
+    rows.setFromTriplets(entries.begin(), entries.end());
+    return rows;
+  };
+  const auto found = device_->ReadoutTangents(inputs_, weights_, options_, readout);
+  const auto expected = host_->ReadoutTangents(inputs_, weights_, options_, readout);
+  for (std::size_t i = 0; i < inputs_.size(); ++i)
+    EXPECT_LT(RelativeError(found[i].dr, expected[i].dr), 1e-8) << i;
+}
+
 TEST_P(CudaBackendTest, AdjointsAreEquivalentToReference) {
   for (const int columns : {1, 3, 8}) {
     std::vector<RowMatrix> seeds;
