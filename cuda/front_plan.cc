@@ -109,6 +109,7 @@ class Planner {
 
   void AddChildren(int i, const FrontRows& rows) {
     plan_.fronts[i].child_start = static_cast<int>(plan_.children.size());
+    plan_.fronts[i].source_start = static_cast<int>(plan_.source.size());
     for (const int child : children_[i]) AddChild(plan_.fronts[i], child, rows);
     plan_.fronts[i].child_end = static_cast<int>(plan_.children.size());
   }
@@ -118,6 +119,7 @@ class Planner {
                      static_cast<int>(plan_.child_row.size())};
     plan_.parent_row.resize(child.row_start + plan_.fronts[index].border, -1);
     plan_.child_row.resize(child.inverse_start + parent.pivots + parent.border, -1);
+    plan_.source.resize(plan_.child_row.size(), -1);
     int from = 0;
     for (const int v : tree_[index].border) {
       CHECK_GE(rows.of(v), 0) << "the border of a child is in its parent's front";
@@ -126,6 +128,7 @@ class Planner {
         child.pivot_rows += to < parent.pivots;
         plan_.parent_row[child.row_start + from] = static_cast<std::int16_t>(to);
         plan_.child_row[child.inverse_start + to] = static_cast<std::int16_t>(from);
+        plan_.source[child.inverse_start + to] = plan_.fronts[index].vector_offset + from;
       }
     }
     plan_.children.push_back(child);

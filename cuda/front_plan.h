@@ -24,6 +24,7 @@ struct Front {
   int border_start;              // [border] in FrontPlan::border_dof
   int entry_start, entry_end;    // its blocks of A in FrontPlan::entries
   int child_start, child_end;    // in FrontPlan::children
+  int source_start;              // [children, p + q] in FrontPlan::source
   int vector_offset;             // of its border vector in a solve's workspace [doubles]
   std::int64_t factor_offset;    // of its panel, row-major [p + q, p] [doubles]
   std::int64_t update_offset;    // of its update, row-major [q + 1, q]: row q is the right-hand
@@ -55,6 +56,7 @@ struct FrontPlan {
   std::vector<int> border_dof;          // elimination-order dofs; −1 in the padding
   std::vector<std::int16_t> parent_row; // −1 in the padding
   std::vector<std::int16_t> child_row;  // −1 where the child has none
+  std::vector<int> source;  // the same as places in a solve's workspace, front by front
   std::vector<int> level_start;         // [levels + 1] in level_front
   std::vector<int> level_front;         // fronts by level, leaves first, large ones first in a level
   std::int64_t factor_size = 0, update_size = 0;  // [doubles]

@@ -37,6 +37,7 @@ Multifrontal::Multifrontal(const FrontPlan& plan, int shared_bytes)
       entries_(plan.entries),
       border_dof_(plan.border_dof),
       level_front_(plan.level_front),
+      source_(plan.source),
       parent_row_(plan.parent_row),
       child_row_(plan.child_row) {
   std::vector<UpdateTile> tiles;
@@ -44,7 +45,7 @@ Multifrontal::Multifrontal(const FrontPlan& plan, int shared_bytes)
     levels_.push_back(RangeOf(plan, level, &tiles));
   tiles_ = DeviceBuffer<UpdateTile>(tiles);
   view_ = {fronts_.data(), children_.data(), entries_.data(), border_dof_.data(),
-           parent_row_.data(), child_row_.data(), level_front_.data(),
+           parent_row_.data(), child_row_.data(), source_.data(), level_front_.data(),
            3 * plan.num_vertices(), static_cast<int>(plan.entries.size()), plan.factor_size,
            plan.update_size, plan.vector_size};
   int device = 0;

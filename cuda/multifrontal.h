@@ -37,7 +37,7 @@ class Multifrontal {
   DeviceBuffer<Front> fronts_;
   DeviceBuffer<FrontChild> children_;
   DeviceBuffer<FrontEntry> entries_;
-  DeviceBuffer<int> border_dof_, level_front_;
+  DeviceBuffer<int> border_dof_, level_front_, source_;
   DeviceBuffer<std::int16_t> parent_row_, child_row_;
   DeviceBuffer<UpdateTile> tiles_;
   std::vector<LevelRange> levels_;

@@ -16,6 +16,7 @@ struct PlanView {
   const FrontEntry* entries;
   const int* border_dof;
   const std::int16_t *parent_row, *child_row;
+  const int* source;
   const int* level_front;
   int num_dofs, num_entries;
   std::int64_t factor_size, update_size;

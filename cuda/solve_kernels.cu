@@ -26,11 +26,14 @@ struct SolveWork {
 
 // The sum of the children's vectors at row r of the front.
 __device__ double SumOfChildren(const SolveWork& work, const double* vectors, int r) {
+  const int rows = work.front.pivots + work.front.border;
+  const int children = work.front.child_end - work.front.child_start;
+  const int* source = work.plan.source + work.front.source_start + r;
   double sum = 0.0;
-  for (int k = work.front.child_start; k < work.front.child_end; ++k) {
-    const FrontChild& child = work.plan.children[k];
-    const int row = work.plan.child_row[child.inverse_start + r];
-    if (row >= 0) sum += vectors[work.plan.fronts[child.front].vector_offset + row];
+#pragma unroll 2
+  for (int k = 0; k < children; ++k) {
+    const int from = source[k * rows];
+    if (from >= 0) sum += vectors[from];
   }
   return sum;
 }

@@ -33,25 +33,25 @@ struct ManyWork {
   }
 };
 
-// Adds the children's vectors at kRows rows of the front, r0, r0 + step …, for the columns of this
-// lane: the loads of all are in flight together.
+// Adds the children's vectors at kRows rows of the front from r0 on, for the columns of this lane:
+// the loads of all are in flight together.
 template <int kRows, int kColumns>
 __device__ __forceinline__ void AddChildren(const ManyWork& work, const double* vectors, int r0,
-                                            int step, const int (&column)[kColumns],
+                                            const int (&column)[kColumns],
                                             double (&sum)[kRows][kColumns]) {
-  for (int k = work.front.child_start; k < work.front.child_end; ++k) {
-    const FrontChild& child = work.plan.children[k];
-    const double* from =
-        vectors + static_cast<std::int64_t>(work.plan.fronts[child.front].vector_offset) * work.columns;
-    const std::int16_t* child_row = work.plan.child_row + child.inverse_start + r0;
-    int row[kRows];
+  const int rows = work.front.pivots + work.front.border;
+  const int children = work.front.child_end - work.front.child_start;
+  const int* source = work.plan.source + work.front.source_start + r0;
+#pragma unroll 2
+  for (int k = 0; k < children; ++k) {
+    int from[kRows];
 #pragma unroll
-    for (int i = 0; i < kRows; ++i) row[i] = child_row[i * step];
+    for (int i = 0; i < kRows; ++i) from[i] = source[k * rows + i];
 #pragma unroll
     for (int i = 0; i < kRows; ++i)
 #pragma unroll
       for (int c = 0; c < kColumns; ++c)
-        if (row[i] >= 0 && work.Has(column[c])) sum[i][c] += from[work.At(row[i], column[c])];
+        if (from[i] >= 0 && work.Has(column[c])) sum[i][c] += vectors[work.At(from[i], column[c])];
   }
 }
 
@@ -119,7 +119,7 @@ __device__ void GatherPivots(const ManyWork& work, const double* rhs, const doub
                         ? rhs[work.At(front.first_dof + r0 + i, own[c])]
                         : 0.0;
     }
-    AddChildren(work, vectors, r0, 1, own, sum);
+    AddChildren(work, vectors, r0, own, sum);
 #pragma unroll
     for (int c = 0; c < kColumns; ++c)
 #pragma unroll
@@ -150,7 +150,7 @@ __device__ void ForwardBorder(const ManyWork& work, int first, const double* Y, 
   int column[2 * Tiles];
 #pragma unroll
   for (int c = 0; c < 2 * Tiles; ++c) column[c] = 8 * c + lane.g;
-  AddChildren(work, vectors, pivots + first + 2 * lane.t, 1, column, value);
+  AddChildren(work, vectors, pivots + first + 2 * lane.t, column, value);
 #pragma unroll
   for (int i = 0; i < 2; ++i)
 #pragma unroll
@@ -196,9 +196,11 @@ __device__ void StageBorder(const ManyWork& work, int first, const double* solut
   constexpr int kColumns = kColumnTile * Tiles;
   const int* border_dof = work.plan.border_dof + work.front.border_start;
   const int rows = min(kStagedRows, work.front.border - first);
-#pragma unroll 4
-  for (int i = threadIdx.x; i < rows * kColumns; i += kThreads) {
-    const int r = i / kColumns, c = i % kColumns, dof = border_dof[first + r];
+  // All loads of a thread are in flight together.
+#pragma unroll
+  for (int part = 0; part < kStagedRows * kColumns / kThreads; ++part) {
+    const int i = threadIdx.x + part * kThreads, r = i / kColumns, c = i % kColumns;
+    const int dof = r < rows ? border_dof[first + r] : -1;
     staged[r * kStagedStride<Tiles> + c] =
         dof >= 0 && work.Has(c) ? solution[work.At(dof, c)] : 0.0;
   }

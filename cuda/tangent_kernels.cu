@@ -66,51 +66,67 @@ __device__ __forceinline__ void AddRow(const ClothView& cloth, const double* blo
   }
 }
 
-// sum += ∂g/∂p at vertex i for the entries j, j + 1.
-__device__ void AddMaterialColumns(const ClothView& cloth, const FaceFactors* faces,
-                                   const HingeFactors* hinges, int i, int j, Columns<2> (&sum)[3]) {
-  const bool stretch = j < kStretchEntries;
+// sum += ∂g/∂p at vertex i for the stretch entries j, j + 1.
+__device__ void AddStretchColumns(const ClothView& cloth, const FaceFactors* faces, int i, int j,
+                                  Columns<2> (&sum)[3]) {
   for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
     const Contribution at = Unpack(cloth.to_vertex.item[k]);
-    if (at.hinge == stretch) continue;
-    if (stretch) {
-      const FaceFactors& face = faces[at.element];
-      const CornerGradient shape = GradientOf(cloth.faces[at.element], at.row);
+    if (at.hinge) return;  // faces come first
+    const FaceFactors& face = faces[at.element];
+    const CornerGradient shape = GradientOf(cloth.faces[at.element], at.row);
 #pragma unroll
-      for (int c = 0; c < 2; ++c) {
-        const DeformationGradient<double>& basis = face.basis[(j + c) % kStretchCols];
-        const Vec3<double> b = face.factor[j + c] * (shape.u * basis.u + shape.v * basis.v);
-        sum[0].v[c] += b.x;
-        sum[1].v[c] += b.y;
-        sum[2].v[c] += b.z;
-      }
-    } else {
-      const HingeFactors& hinge = hinges[at.element];
-      const Vec3<double>& d = hinge.basis.d[at.row];
-#pragma unroll
-      for (int c = 0; c < 2; ++c) {
-        const int entry = j - kStretchEntries + c;
-        const double factor = entry < kBendEntries ? hinge.factor[entry] : 0.0;
-        sum[0].v[c] += factor * d.x;
-        sum[1].v[c] += factor * d.y;
-        sum[2].v[c] += factor * d.z;
-      }
+    for (int c = 0; c < 2; ++c) {
+      const DeformationGradient<double>& basis = face.basis[(j + c) % kStretchCols];
+      const Vec3<double> b = face.factor[j + c] * (shape.u * basis.u + shape.v * basis.v);
+      sum[0].v[c] += b.x;
+      sum[1].v[c] += b.y;
+      sum[2].v[c] += b.z;
     }
   }
+}
+// The same for the bend entries j, j + 1, of which the last is padding.
+__device__ void AddBendColumns(const ClothView& cloth, const HingeFactors* hinges, int i, int j,
+                               Columns<2> (&sum)[3]) {
+  for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
+    const Contribution at = Unpack(cloth.to_vertex.item[k]);
+    if (!at.hinge) continue;
+    const HingeFactors& hinge = hinges[at.element];
+    const Vec3<double>& d = hinge.basis.d[at.row];
+#pragma unroll
+    for (int c = 0; c < 2; ++c) {
+      const double factor = j + c < kBendEntries ? hinge.factor[j + c] : 0.0;
+      sum[0].v[c] += factor * d.x;
+      sum[1].v[c] += factor * d.y;
+      sum[2].v[c] += factor * d.z;
+    }
+  }
+}
+
+// Threads for the stretch columns of all vertices, then for the bend columns: the warps are of one
+// kind.
+__device__ __forceinline__ Place TangentPlace(int num_vertices) {
+  constexpr int kStretchPairs = kStretchEntries / 2, kBendPairs = kPaddedEntries / 2 - kStretchPairs;
+  const int index = blockIdx.x * blockDim.x + threadIdx.x, rest = index - num_vertices * kStretchPairs;
+  return rest < 0 ? Place{index / kStretchPairs, 2 * (index % kStretchPairs)}
+                  : Place{rest / kBendPairs, kStretchEntries + 2 * (rest % kBendPairs)};
 }
 
 __global__ void __launch_bounds__(kElementThreads)
     TangentRhs(ClothView cloth, ShapeBatch batch, FactorRecords records, const double* all_blocks,
                const double* dx, double* dv) {
-  const Place at = PlaceOf<2>(kPaddedEntries);
+  const Place at = TangentPlace(cloth.num_vertices);
   if (at.i >= cloth.num_vertices) return;
   const int slot = blockIdx.y;
   const std::int64_t matrix = static_cast<std::int64_t>(slot) * cloth.num_dofs() * kPaddedEntries;
   const std::int64_t rows = matrix + 3LL * at.i * kPaddedEntries + at.j;
   Columns<2> sum[3] = {};
-  AddMaterialColumns(cloth, records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces,
-                     records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges, at.i,
-                     at.j, sum);
+  if (at.j < kStretchEntries) {
+    AddStretchColumns(cloth, records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces,
+                      at.i, at.j, sum);
+  } else {
+    AddBendColumns(cloth, records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges,
+                   at.i, at.j - kStretchEntries, sum);
+  }
   if (dx != nullptr) {
     const double mass = batch.material[RolloutOf(batch, slot)].density * cloth.vertex_area[at.i];
 #pragma unroll
