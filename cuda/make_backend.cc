@@ -11,14 +11,19 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name,
                                      std::string* choice) {
   if (name != "cpu" && name != "cuda" && name != "auto")
     throw InputError("backend", "unknown name '" + name + "', expected auto, cpu or cuda");
-  const CudaSurvey survey = name == "auto" ? SurveyCuda() : CudaSurvey{};
-  const bool cuda = name == "cuda" || survey.usable;
-  if (choice != nullptr) {
-    *choice = cuda ? "cuda" : "cpu";
-    *choice += name != "auto" ? " (as asked)" : " (auto: " + survey.text + ")";
+  const bool automatic = name == "auto";
+  const CudaSurvey survey = automatic ? SurveyCuda() : CudaSurvey{name == "cuda", ""};
+  std::string why = automatic ? "auto: " + survey.text : "as asked";
+  std::unique_ptr<Backend> backend;
+  try {
+    if (survey.usable) backend = MakeCudaBackend(model, threads);
+  } catch (const InputError& error) {  // a mesh that no device can factor
+    if (!automatic) throw;
+    why = std::string("auto: ") + error.what();
   }
-  return cuda ? MakeCudaBackend(std::move(model), threads)
-              : MakeCpuBackend(std::move(model), threads);
+  if (!backend) backend = MakeCpuBackend(std::move(model), threads);
+  if (choice != nullptr) *choice = backend->name() + " (" + why + ")";
+  return backend;
 }
 
 }  // namespace drape

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "physics/statics.h"
+#include "physics/backend.h"
 
 namespace drape {
 
@@ -11,6 +11,8 @@ namespace drape {
 // that of the full load. The last good share's result where no smaller step succeeds, with status
 // kNotConverged; iterations and factorisations are those of all shares.
 EquilibriumResult SolveFromRest(StepSolver& solver, const MaterialField& material,
+                                const EquilibriumOptions& options);
+EquilibriumResult SolveFromRest(Backend& backend, const MaterialField& material,
                                 const EquilibriumOptions& options);
 
 }  // namespace drape

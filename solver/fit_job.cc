@@ -35,6 +35,7 @@ constexpr double kTestLeastScale = 1e4;  // of a number that its tests determine
 struct LoadedJob {
   std::shared_ptr<const ClothModel> fine_model;
   std::unique_ptr<Backend> fine, coarse;
+  std::string backend_choice;  // empty: tests alone, without a backend
   FitProblem problem;
   StagedFitOptions fit;
   std::unique_ptr<StripReadings> tests;
@@ -144,7 +145,7 @@ LoadedJob Load(const FitJob& job) {
     throw InputError(job.mesh,
                      "found all vertices on the support of radius 0.09 m, expected a cloth "
                      "that hangs over it");
-  loaded.fine = MakeBackend(job.backend, loaded.fine_model, job.threads);
+  loaded.fine = MakeBackend(job.backend, loaded.fine_model, job.threads, &loaded.backend_choice);
   loaded.coarse = MakeBackend(job.backend, model(job.coarse_mesh), job.threads);
   loaded.problem.fine = loaded.fine.get();
   loaded.problem.coarse = loaded.coarse.get();
@@ -262,6 +263,13 @@ void NoteMisfits(const std::vector<StripReport>& reports, std::vector<std::strin
     }
 }
 
+void LogBackend(const std::string& choice, const FitJobCallbacks& callbacks, std::ostream& log) {
+  if (choice.empty()) return;
+  const std::string line = "backend: " + choice;
+  log << line << std::endl;
+  if (callbacks.log) callbacks.log(line);
+}
+
 FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFitState& state) {
   const auto start = std::chrono::steady_clock::now();
   FitReport report;
@@ -341,6 +349,7 @@ FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
   StagedFitState state;
   if (job.resume) state = ReadCheckpoint(job.checkpoint, identity).value_or(StagedFitState());
   std::ofstream log(job.log, job.resume ? std::ios::app : std::ios::trunc);
+  LogBackend(loaded.backend_choice, callbacks, log);
   for (const std::string& note : loaded.notes) log << note << std::endl;
   StagedFitCallbacks staged;
   staged.cancel = callbacks.cancel;

@@ -33,7 +33,7 @@ struct FitJob {
   std::string law = "smooth";
   std::string camera = "orthographic";
   std::string centre = "outline";
-  std::string backend = "cpu";
+  std::string backend = "auto";      // MakeBackend
   std::string out;                  // existing folder of the results
   std::string checkpoint;           // file while it runs; removed at the end
   std::string log;                  // text file, one line a branch
@@ -57,6 +57,7 @@ struct FitProgress {
 struct FitJobCallbacks {
   const std::atomic<bool>* cancel = nullptr;
   std::function<void(const FitProgress&)> progress;
+  std::function<void(const std::string& line)> log = {};
 };
 
 struct FitJobResult {

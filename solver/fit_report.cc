@@ -101,15 +101,15 @@ ordered_json Summary(const FitJob& job, const FitProblem& problem, const StagedF
                        {"mesh", job.mesh},
                        {"coarse_mesh", job.coarse_mesh},
                        {"start_material", job.material},
-                       {"backend", job.backend},
                        {"versions", job.versions},
                        {"notes", report.notes}};
   if (!report.tests.empty()) json["tests"] = StripsJson(report.tests);
   if (problem.targets.empty()) {
-    for (const char* key : {"camera", "centre", "mesh", "coarse_mesh", "backend"}) json.erase(key);
+    for (const char* key : {"camera", "centre", "mesh", "coarse_mesh"}) json.erase(key);
     if (report.tests_alone) json.update(TestFitJson(job, *report.tests_alone));
     return json;
   }
+  json["backend"] = problem.fine->name();
   if (report.tests_alone) json["tests_alone"] = TestFitJson(job, *report.tests_alone);
   const BranchFit* best = Best(state);
   if (best == nullptr) return json;

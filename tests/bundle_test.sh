@@ -25,6 +25,18 @@ env -i "$scratch/moved place/bin/drape_simulate" --mesh=disc:100 --steps=2 \
   --material="$scratch/moved place/configs/fabrics/synthetic_wool.json" --out="$scratch/out"
 [ -s "$scratch/out/summary.json" ] || fail "no summary.json"
 
+if "$1/tools/bundle" --test "$2" "$scratch/none" 2>"$scratch/log"; then fail "took --test"; fi
+grep -q 'expected --all or --tests' "$scratch/log"
+if [ -x "$2/bin/cuda_test" ] && [ -x "$2/bin/bench_cuda" ]; then
+  "$1/tools/bundle" --tests "$2" "$scratch/tests"
+  grep -q 'bin/bench_cuda --fabrics=configs/fabrics' "$scratch/tests/BUNDLE.txt"
+  env -i "$scratch/tests/bin/cuda_test" --gtest_list_tests | grep -q Cuda || fail "no test of CUDA"
+else
+  if "$1/tools/bundle" --tests "$2" "$scratch/none" 2>"$scratch/log"; then fail "packed no test"; fi
+  grep -q 'needs a CUDA build' "$scratch/log"
+  [ ! -e "$scratch/none" ] || fail "left a bundle without the tests"
+fi
+
 mkdir "$scratch/occupied"
 echo precious >"$scratch/occupied/file"
 if "$1/tools/bundle" "$2" "$scratch/occupied" 2>"$scratch/log"; then fail "overwrote a folder"; fi

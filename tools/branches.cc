@@ -62,6 +62,12 @@ BranchSample FromSettled(const ClothModel& model, const MaterialField& material,
   return failed;
 }
 
+// Starts at a time: few keep a device waiting for the host.
+int BatchSize(const Backend& backend, int threads) {
+  constexpr int kOnDevices = 64;
+  return backend.name() == "cpu" ? threads : std::max(threads, kOnDevices);
+}
+
 SettleOptions SettleOptionsOf(const SamplingOptions& sampling, const std::atomic<bool>* cancel) {
   SettleOptions options;
   options.steps.h = sampling.h;
@@ -109,9 +115,10 @@ std::vector<BranchSample> SampleBranches(Backend& backend, const MaterialField& 
                                          const SamplingOptions& options,
                                          const SamplingCallbacks& callbacks) {
   const auto cancelled = [&] { return callbacks.cancel != nullptr && callbacks.cancel->load(); };
+  const int batch = BatchSize(backend, options.threads);
   std::vector<BranchSample> samples;
   for (int done = 0; done < options.samples && !cancelled();) {
-    const int count = std::min(options.threads, options.samples - done);
+    const int count = std::min(batch, options.samples - done);
     const int seed = options.first_seed + done;
     std::vector<SettledDrape> settled =
         Settle(backend, material, RandomStarts(backend.model(), seed, count, options.hem_rms),

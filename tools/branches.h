@@ -43,6 +43,7 @@ struct BranchSample {
 struct SamplingCallbacks {
   const std::atomic<bool>* cancel = nullptr;
   std::function<void(double fraction, const std::string& note)> progress;
+  std::function<void(const std::string& line)> log = {};
 };
 
 // In the order of their seeds; fewer when *cancel turns true.

@@ -124,7 +124,8 @@ std::string BranchTableText(const BranchSurvey& survey) {
 void WriteBranchSummary(const std::string& path, const BranchesOptions& options,
                         const LoadedScene& scene, const BranchSurvey& survey) {
   Json json = {{"outcome", survey.cancelled ? "cancelled" : "done"},
-               {"at_rest", survey.spread.drapes}};
+               {"at_rest", survey.spread.drapes},
+               {"backend", survey.backend}};
   json.update(SetUpJson(options, scene));
   json["spread"] = {{"dc", SpreadJson(survey.spread.drape_coefficient)},
                     {"folds", SpreadJson(survey.spread.folds)},

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "physics/state_io.h"
+#include "tools/backend_option.h"
 #include "tools/branches_report.h"
 #include "tools/output_folder.h"
 #include "tools/tool_options.h"
@@ -58,6 +59,7 @@ std::vector<Option> ReportOptions(BranchesOptions& options) {
 OptionTable BranchesTable(BranchesOptions& options) {
   std::vector<Option> all = ClothOptions(options.scene);
   for (const Option& option : SampleOptions(options.sampling)) all.push_back(option);
+  all.push_back(BackendOption(options.backend));
   for (const Option& option : ReportOptions(options)) all.push_back(option);
   return {
       .tool = "drape_branches",
@@ -74,12 +76,14 @@ BranchSurvey SurveyBranches(const BranchesOptions& options, const SamplingCallba
   const auto begin = std::chrono::steady_clock::now();
   const BranchMetric metric = ParseBranchMetric(options.distance);
   const LoadedScene scene = LoadScene(options.scene);
-  const OutputFolder out(options.out);
   SamplingOptions sampling = options.sampling;
   if (sampling.threads == 0)
     sampling.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const auto backend = MakeCpuBackend(scene.model, sampling.threads);
+  const auto backend =
+      MakeLoggedBackend(options.backend, scene.model, sampling.threads, callbacks.log);
+  const OutputFolder out(options.out);
   BranchSurvey survey;
+  survey.backend = backend->name();
   survey.samples = SampleBranches(*backend, scene.material.field, sampling, callbacks);
   survey.cancelled = static_cast<int>(survey.samples.size()) < sampling.samples;
   survey.clusters = ClusterSamples(survey.samples, metric, options.tolerance);

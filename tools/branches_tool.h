@@ -15,6 +15,7 @@ struct BranchesOptions {
   SamplingOptions sampling{.threads = 0};  // 0: all cores
   std::string distance = "vertices";  // ParseBranchMetric
   double tolerance = 1e-3;            // of a cluster [m]
+  std::string backend = "auto";       // MakeBackend
   std::string out;                    // folder, made when missing
 };
 
@@ -24,6 +25,7 @@ OptionTable BranchesTable(BranchesOptions& options);
 // What was found, for the reports.
 struct BranchSurvey {
   bool cancelled = false;
+  std::string backend;  // Backend::name
   std::vector<BranchSample> samples;
   std::vector<BranchCluster> clusters;
   BranchSpread spread;

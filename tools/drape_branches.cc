@@ -12,7 +12,8 @@ drape::BranchSurvey Run(const drape::BranchesOptions& options, const std::atomic
   const auto report = [&](double fraction, const std::string& note) {
     progress.Update(fraction, note);
   };
-  return drape::SurveyBranches(options, {&cancel, report});
+  const auto say = [&](const std::string& line) { progress.Say(line); };
+  return drape::SurveyBranches(options, {&cancel, report, say});
 }
 
 }  // namespace

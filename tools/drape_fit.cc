@@ -13,7 +13,8 @@ drape::FitJobResult Run(const drape::FitToolOptions& options, const std::atomic<
   const auto report = [&](const drape::FitProgress& done) {
     progress.Update(done.fraction, drape::ProgressNote(done));
   };
-  return drape::RunFitTool(options, {&cancel, report});
+  const auto say = [&](const std::string& line) { progress.Say(line); };
+  return drape::RunFitTool(options, {&cancel, report, say});
 }
 
 }  // namespace

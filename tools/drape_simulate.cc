@@ -13,7 +13,8 @@ drape::SimulateResult Run(const drape::SimulateOptions& options, const std::atom
   const auto report = [&](double fraction, const std::string& note) {
     progress.Update(fraction, note);
   };
-  return drape::Simulate(options, {&cancel, report});
+  const auto say = [&](const std::string& line) { progress.Say(line); };
+  return drape::Simulate(options, {&cancel, report, say});
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/backend_option.h"
 #include "tools/tool_options.h"
 
 namespace drape {
@@ -124,8 +125,7 @@ std::vector<Option> FitStageOptions(FitToolOptions& options) {
        .doc = "start entries under this share of their column's largest are raised to it: a "
               "negative one is else refused (smooth law), and a zero stays zero",
        .least = 0, .most = 1},
-      {.key = "backend", .value = &options.job.backend, .doc = "where the rollouts run",
-       .choices = {"cpu", "cuda"}},
+      BackendOption(options.job.backend),
       {.key = "threads", .value = &options.job.threads, .doc = "rollouts at a time; 0: all cores",
        .least = 0, .most = 1024},
   };

@@ -34,22 +34,26 @@ std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin()
 
 }  // namespace
 
-LossGradient DifferentiateRollout(StepSolver& solver, const MaterialField& material,
+LossGradient DifferentiateRollout(Backend& backend, const MaterialField& material,
                                   const State& start, const RolloutOptions& options,
                                   const Eigen::VectorXd& w) {
   LossGradient gradient;
-  Recording recording;
-  const RolloutResult rollout = Rollout(solver, material, start, options, &recording);
+  const RolloutInput input{&material, &start};
+  std::vector<Recording> recordings;
+  const RolloutResult rollout = backend.Rollouts({&input, 1}, options, &recordings)[0];
   gradient.status = rollout.status;
   if (gradient.status != RolloutStatus::kOk) return gradient;
   gradient.loss = w.dot(rollout.end.x);
-  const AdjointResult adjoint = RolloutAdjoint(solver, material, options, recording, w);
+  const RowMatrix seed = w;
+  const AdjointResult adjoint = backend.Adjoints({&input, 1}, recordings, {&seed, 1}, options)[0];
   gradient.status = adjoint.status;
   if (gradient.status != RolloutStatus::kOk) return gradient;
-  gradient.adjoint = adjoint.material.Contract(Ones());
+  const MaterialField ones = Ones();
+  const MaterialField* const weight = &ones;
+  gradient.adjoint = adjoint.material.Contract(ones);
   gradient.x0 = adjoint.x0;
   gradient.v0 = adjoint.v0;
-  const TangentResult tangent = RolloutTangent(solver, material, Ones(), start, options);
+  const TangentResult tangent = backend.Tangents({&input, 1}, {&weight, 1}, options)[0];
   gradient.status = tangent.rollout.status;
   gradient.tangent = tangent.dx.transpose() * w;
   return gradient;

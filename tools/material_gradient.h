@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "physics/rollout.h"
+#include "physics/backend.h"
 
 namespace drape {
 
@@ -19,7 +19,7 @@ struct LossGradient {
 };
 
 // w: shape [3V]; material: one table of each kind.
-LossGradient DifferentiateRollout(StepSolver& solver, const MaterialField& material,
+LossGradient DifferentiateRollout(Backend& backend, const MaterialField& material,
                                   const State& start, const RolloutOptions& options,
                                   const Eigen::VectorXd& w);
 

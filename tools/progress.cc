@@ -51,8 +51,9 @@ void Progress::Update(double fraction, const std::string& note) {
   if (Seconds(now - last_) < (is_terminal_ ? kTerminalInterval : kPlainInterval)) return;
   last_ = now;
   const std::string text = ProgressText(what_, fraction, Seconds(now - start_), note);
-  std::fprintf(out_, is_terminal_ ? "%s%s" : "%s%s\n", is_terminal_ ? kClearLine : "",
-               text.c_str());
+  if (is_terminal_) std::fputs(kClearLine, out_);
+  std::fprintf(out_, is_terminal_ ? "%s%s" : "%s%s\n", unsaid_.c_str(), text.c_str());
+  unsaid_.clear();
   std::fflush(out_);
   on_screen_ = is_terminal_;
 }

@@ -21,13 +21,15 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
   ~Progress();  // clears the line on a terminal
 
+  // A line of its own above the progress; a run that is done sooner than that leaves it out.
+  void Say(const std::string& line) { unsaid_ += line + "\n"; }
   // fraction of all work, 0 … 1.
   void Update(double fraction, const std::string& note);
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  std::string what_;
+  std::string what_, unsaid_;
   std::FILE* out_;
   bool is_terminal_;
   Clock::time_point start_, last_;

@@ -14,7 +14,7 @@
 #include "physics/modes.h"
 #include "physics/obj_io.h"
 #include "physics/state_io.h"
-#include "physics/statics.h"
+#include "tools/backend_option.h"
 #include "tools/material_gradient.h"
 #include "tools/output_folder.h"
 #include "tools/simulate_summary.h"
@@ -23,6 +23,7 @@ namespace drape {
 namespace {
 
 constexpr int kReportedModes = 3;
+constexpr int kLongestPiece = 20;  // steps between two reports of the progress
 
 // The input, read and checked.
 struct Input {
@@ -91,11 +92,12 @@ class Simulation {
       : options_(options),
         callbacks_(callbacks),
         input_(options),
+        backend_(MakeLoggedBackend(options.backend, input_.scene.model, 1, callbacks.log)),
         out_(options.out),
-        solver_(input_.scene.model),
         state_(input_.scene.start) {
     step_.h = options.h;
     step_.cancel = callbacks.cancel;
+    summary_.backend = backend_->name();
     summary_.seconds.emplace_back("setup", Lap());
   }
 
@@ -132,21 +134,41 @@ class Simulation {
     if (std::find(steps.begin(), steps.end(), summary_.steps) != steps.end()) WriteStateOfStep();
   }
 
-  // One rollout a step: the last good state is at hand when one fails or the user cancels.
+  // From here to the next state that is to be written.
+  int NextPiece(int steps) const {
+    int end = std::min(steps, summary_.steps + kLongestPiece);
+    for (const int dump : options_.dump_steps)
+      if (dump > summary_.steps) end = std::min(end, dump);
+    return end - summary_.steps;
+  }
+
+  // On failure as far as it goes.
+  RolloutStatus Advance(int steps) {
+    const RolloutInput input{&material(), &state_};
+    RolloutOptions piece = step_;
+    piece.steps = steps;
+    RolloutResult next = backend_->Rollouts({&input, 1}, piece, nullptr)[0];
+    const RolloutStatus status = next.status;
+    if (status == RolloutStatus::kNotFinite) {  // its end has the velocity of the step that failed
+      piece.steps = next.steps;
+      next = backend_->Rollouts({&input, 1}, piece, nullptr)[0];
+    }
+    state_ = std::move(next.end);
+    summary_.steps += next.steps;
+    return status;
+  }
+
+  // Rollouts one after the other are bitwise one rollout: a state is all that they hand on.
   void RunSteps() {
     const int steps = options_.integrator == "static" ? 0 : options_.steps;
-    RolloutOptions one = step_;
-    one.steps = 1;
     DumpState();
     while (summary_.steps < steps) {
-      RolloutResult next = Rollout(solver_, material(), state_, one);
-      if (next.status != RolloutStatus::kOk) {
-        Stop(next.status == RolloutStatus::kCancelled, ToString(next.status));
+      const RolloutStatus status = Advance(NextPiece(steps));
+      if (status != RolloutStatus::kOk) {
+        Stop(status == RolloutStatus::kCancelled, ToString(status));
         WriteStateOfStep();
         break;
       }
-      state_ = std::move(next.end);
-      ++summary_.steps;
       DumpState();
       Report(steps);
     }
@@ -178,9 +200,10 @@ class Simulation {
   void RunNewton() {
     const bool from_rest =
         options_.integrator == "static" && options_.scene.start == "flat";
+    const RolloutInput input{&material(), &state_};
     const EquilibriumResult rest =
-        from_rest ? SolveFromRest(solver_, material(), NewtonOptions())
-                  : SolveEquilibrium(solver_, material(), state_.x, NewtonOptions());
+        from_rest ? SolveFromRest(*backend_, material(), NewtonOptions())
+                  : backend_->Equilibria({&input, 1}, NewtonOptions())[0];
     summary_.newton_iterations = rest.iterations;
     summary_.status = ToString(rest.status);
     state_ = {rest.x, Eigen::VectorXd::Zero(rest.x.size())};
@@ -195,7 +218,7 @@ class Simulation {
     RolloutOptions all = step_;
     all.steps = options_.steps;
     const LossGradient gradient =
-        DifferentiateRollout(solver_, material(), input_.scene.start, all, *input_.weights);
+        DifferentiateRollout(*backend_, material(), input_.scene.start, all, *input_.weights);
     if (gradient.status == RolloutStatus::kOk) {
       WriteLossGradient(out_.Staged("gradient.json"), gradient);
       summary_.gradient_disagreement = gradient.Disagreement();
@@ -211,8 +234,9 @@ class Simulation {
     const GrayImage* image = input_.image ? &*input_.image : nullptr;
     summary_.force_residual = ForceResidual(*input_.scene.model, material(), state_.x);
     if (state_.x.allFinite()) {
+      StepSolver solver(input_.scene.model);
       summary_.lowest_eigenvalues =
-          LowestEigenvalues(solver_, material(), state_.x, kReportedModes);
+          LowestEigenvalues(solver, material(), state_.x, kReportedModes);
       WriteObj(out_.Staged("drape.obj"), mesh, state_.x);
       if (SupportRadius(input_.scene.model->scene)) {
         summary_.view = ViewDrape(*input_.scene.model, state_.x, input_.camera, image);
@@ -229,8 +253,8 @@ class Simulation {
   const SimulateCallbacks& callbacks_;
   std::chrono::steady_clock::time_point lap_ = std::chrono::steady_clock::now();
   Input input_;
+  std::unique_ptr<Backend> backend_;
   OutputFolder out_;
-  StepSolver solver_;
   State state_;
   RolloutOptions step_;
   SimulateSummary summary_;

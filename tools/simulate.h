@@ -21,12 +21,14 @@ struct SimulateOptions {
   std::string image;             // silhouette to be compared with; empty: none
   std::vector<int> dump_steps;   // states to be written, 0 … steps
   std::string gradient_weights;  // {"w": [3V]}; empty: no gradient
+  std::string backend = "auto";  // MakeBackend
   std::string out;               // folder, made when missing
 };
 
 struct SimulateCallbacks {
   const std::atomic<bool>* cancel = nullptr;
   std::function<void(double fraction, const std::string& note)> progress;
+  std::function<void(const std::string& line)> log = {};
 };
 
 enum class SimulateOutcome { kDone, kFailed, kCancelled };

@@ -104,6 +104,7 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"steps_wanted", options.steps},
                {"h", options.h},
                {"integrator", options.integrator},
+               {"backend", summary.backend},
                {"newton_iterations", OrNull(summary.newton_iterations)},
                {"law", options.scene.law},
                {"start", options.scene.start},

@@ -15,6 +15,7 @@ namespace drape {
 struct SimulateSummary {
   SimulateOutcome outcome = SimulateOutcome::kDone;
   std::string status = "ok";
+  std::string backend;  // Backend::name
   int steps = 0;  // done
   std::optional<int> newton_iterations;
   double force_residual = 0.0;                          // ‖f‖ / weight of the last shape

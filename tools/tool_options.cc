@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/tool_options.h"
 
+#include "tools/backend_option.h"
+
 namespace drape {
 
 std::vector<Option> ClothOptions(SceneInput& scene) {
@@ -74,6 +76,7 @@ OptionTable SimulateTable(SimulateOptions& options) {
        .above_least = true},
       {.key = "steps", .value = &options.steps, .doc = "number of time steps", .least = 0,
        .most = 1000000},
+      BackendOption(options.backend),
   };
   const std::vector<Option> files = {
       {.key = "image", .value = &options.image,

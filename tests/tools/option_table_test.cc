@@ -99,12 +99,13 @@ TEST(ProgressTexts, SayWhatIsLeft) {
   EXPECT_EQ(ProgressText("fit", 1.0, 10, "done"), "fit  100 %  done");
 }
 
-std::string Printed(bool is_terminal, int updates) {
+std::string Printed(bool is_terminal, int updates, const char* line = nullptr) {
   char* text = nullptr;
   size_t size = 0;
   std::FILE* out = open_memstream(&text, &size);
   {
     Progress progress("p", out, is_terminal);
+    if (line != nullptr) progress.Say(line);
     for (int i = 0; i < updates; ++i) {
       progress.Update(0.5, "n");
       timespec pause = {0, 60'000'000};
@@ -123,6 +124,13 @@ TEST(ProgressLines, RewriteOneLineOnATerminalAndKeepQuietInAPipe) {
   EXPECT_TRUE(terminal.ends_with("\r\033[K"));
   EXPECT_THAT(terminal, testing::Not(testing::HasSubstr("\n")));
   EXPECT_EQ(Printed(false, 5), "");
+}
+
+TEST(ProgressLines, ALineIsSaidOnceAboveTheProgress) {
+  const std::string terminal = Printed(true, 5, "said");
+  EXPECT_TRUE(terminal.starts_with("\r\033[Ksaid\np  50 %")) << terminal;
+  EXPECT_EQ(terminal.find("said"), terminal.rfind("said"));
+  EXPECT_EQ(Printed(false, 5, "said"), "");
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ class SimulateTool : public ToolFixture {
 };
 
 TEST_F(SimulateTool, WritesTheDrapeBitForBit) {
-  const ProcessResult result = Simulate({"--dump_steps=0,2,3"});
+  const ProcessResult result = Simulate({"--dump_steps=0,2,3", "--backend=cpu"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err, "");
   EXPECT_THAT(result.out, testing::HasSubstr("ok after 3 steps"));
@@ -66,7 +66,7 @@ TEST_F(SimulateTool, DifferentiatesByBothModes) {
   Json weights;
   for (int i = 0; i < 3 * kVertices; ++i) weights["w"].push_back(std::sin(1.0 + i));
   const std::string file = Write("w.json", weights.dump());
-  ASSERT_EQ(Simulate({"--gradient_weights=" + file}).exit_code, 0);
+  ASSERT_EQ(Simulate({"--gradient_weights=" + file, "--backend=cpu"}).exit_code, 0);
   const Json gradient = ReadJson(Path("out/gradient.json"));
   double loss = 0.0, difference = 0.0, size = 0.0;
   const State end = ByTheLibrary(3);
@@ -151,7 +151,8 @@ TEST_F(SimulateTool, TakesAConfigWithPathsBesideIt) {
   std::filesystem::copy(kFabric, Path("fabric.json"));
   const std::string config = Write("run.json", R"(// a comment
     {"mesh": "disc:120", "material": "fabric.json", "steps": 50, "dump_steps": [1, 2], "out": "there"})");
-  const ProcessResult result = RunProcess({kSimulate, "--config=" + config, "--steps", "2"});
+  const ProcessResult result =
+      RunProcess({kSimulate, "--config=" + config, "--backend=cpu", "--steps", "2"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(ReadJson(Path("there/summary.json")).at("steps"), 2);  // the command line wins
   EXPECT_EQ(ReadState(Path("there/state_2.json"), kVertices).x, ByTheLibrary(2).x);
@@ -172,6 +173,21 @@ TEST_F(SimulateTool, AFailedRolloutDoesNotLookLikeSuccess) {
   EXPECT_EQ(summary.at("outcome"), "failed");
   EXPECT_NE(summary.at("status"), "ok");
   EXPECT_EQ(summary.at("steps"), 0);
+}
+
+// Velocities that overflow at step 36, in the middle of a rollout.
+TEST_F(SimulateTool, AFailedRolloutLeavesItsLastGoodState) {
+  const std::string scene =
+      Write("heavy.json", R"({"stretch": false, "bend": false, "gravity": [0, 0, -1e308]})");
+  EXPECT_EQ(Simulate({"--scene=" + scene, "--steps=50"}).exit_code, 3);
+  EXPECT_EQ(ReadJson(Path("out/summary.json")).at("steps"), 35);
+  const State reached = ReadState(Path("out/state_35.json"), kVertices);
+  EXPECT_NEAR(reached.v[2], -35 * 0.05e308, 1e300);
+  ASSERT_EQ(Simulate({"--scene=" + scene, "--steps=35", "--dump_steps=35",
+                      "--out=" + Path("before")})
+                .exit_code,
+            0);
+  EXPECT_EQ(Read(Path("out/state_35.json")), Read(Path("before/state_35.json")));
 }
 
 TEST_F(SimulateTool, CtrlCLeavesTheStateReached) {
