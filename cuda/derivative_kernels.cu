@@ -6,17 +6,19 @@
 namespace drape {
 namespace {
 
+// Two blocks at a time, which lie together.
 __device__ void StoreBlocks(const BendStepRates& rates, HingeDerivative* records, int element,
                             int count, Stage& stage) {
 #pragma unroll
-  for (int a = 0; a < 4; ++a)
-#pragma unroll
-    for (int b = 0; b <= a; ++b) {
-      double at_ab[9] = {}, at_ba[9] = {};
-      AddBendStepBlocks(rates, a, b, at_ab, at_ba);
-      StoreNumbers(at_ab, 9 * (4 * a + b), records, element, count, stage);
-      if (a != b) StoreNumbers(at_ba, 9 * (4 * b + a), records, element, count, stage);
-    }
+  for (int pair = 0; pair < 8; ++pair) {
+    const int a = pair / 2, b = 2 * (pair % 2);
+    double blocks[18] = {}, transposed[9] = {};
+    double(&left)[9] = *reinterpret_cast<double(*)[9]>(blocks);
+    double(&right)[9] = *reinterpret_cast<double(*)[9]>(blocks + 9);
+    AddBendStepBlocks(rates, a, b, left, transposed);
+    AddBendStepBlocks(rates, a, b + 1, right, transposed);
+    StoreNumbers(blocks, 18 * pair, records, element, count, stage);
+  }
 }
 
 template <class StretchLaw, class BendLaw>

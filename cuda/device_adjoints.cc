@@ -28,8 +28,8 @@ struct DeviceEngine::AdjointWorkspace {
       w.derivatives = {arena.Take<FaceDerivative>(n * view.num_faces),
                        arena.Take<HingeDerivative>(n * view.num_hinges)};
       w.blocks = arena.Take<double>(n * 9 * view.num_blocks);
-      w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * columns);
     }
+    w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * columns);
     w.adj_x = arena.Take<double>(n * view.num_dofs() * columns);
     w.adj_v = arena.Take<double>(n * view.num_dofs() * columns);
     w.lambda = arena.Take<double>(n * view.num_dofs() * columns);
@@ -74,6 +74,22 @@ class HistoryTable {
   std::vector<DeviceBuffer<double>> uploaded_;
   DeviceBuffer<HistorySlot> slots_;
 };
+
+// The factors of the recordings' steps, when they are those of neighbouring slots of one history;
+// base is null otherwise.
+FactorPlace KeptFactors(std::span<const Recording* const> recordings, std::int64_t factor_size,
+                        const int* step) {
+  const auto* first = dynamic_cast<const DeviceRecording*>(recordings[0]->backend.get());
+  if (first == nullptr || first->history->factor.size() == 0) return {nullptr};
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const auto* own = dynamic_cast<const DeviceRecording*>(recordings[i]->backend.get());
+    if (own == nullptr || own->history != first->history ||
+        own->slot != first->slot + static_cast<int>(i))
+      return {nullptr};
+  }
+  double* base = const_cast<double*>(first->history->factor.data());
+  return {base + first->slot * factor_size, step, first->history->slots * factor_size};
+}
 
 int StepsOf(const Recording& recording) {
   const auto* own = dynamic_cast<const DeviceRecording*>(recording.backend.get());
@@ -129,6 +145,8 @@ void DeviceEngine::AdjointChunk(std::span<const RolloutInput> batch,
   Clear(w.step.failed, slots * sizeof(int));
   const std::vector<int> last_step{steps - 1};
   CopyToDevice<int>(last_step, w.step.step);
+  const FactorPlace kept = KeptFactors(recordings, plan.factor_size, w.step.step);
+  if (kept.base != nullptr) w.step.factor = kept;
   const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
   const double h = options.h;
   const Graph step(*streams_, [&] {
@@ -139,7 +157,13 @@ void DeviceEngine::AdjointChunk(std::span<const RolloutInput> batch,
       LaunchLoadHistory(history.slots() + first, w.step.step, w.step.x + first * dofs, end_v,
                         static_cast<int>(dofs), count, stream);
       LaunchAdjointRhs(cloth, adj_x, adj_v, h, lambda, m, count, stream);
-      LaunchFactorStep(w.step, group, first, h, m == 1 ? lambda : nullptr, stream);
+      // A single right-hand side rides along with a new factorisation.
+      if (kept.base == nullptr)
+        LaunchFactorStep(w.step, group, first, h, m == 1 ? lambda : nullptr, stream);
+      if (kept.base != nullptr || m > 1)
+        cloth_->multifrontal().Solve(w.step.factor.From(first, plan.factor_size), lambda, lambda,
+                                     w.vectors + 1LL * first * m * plan.vector_size, m, count,
+                                     stream);
       if (m == 1) {
         const AdjointRecords records{w.single.faces + 1LL * first * cloth.num_faces,
                                      w.single.hinges + 1LL * first * cloth.num_hinges};
@@ -151,8 +175,6 @@ void DeviceEngine::AdjointChunk(std::span<const RolloutInput> batch,
       double* blocks = w.blocks + first * 9LL * cloth.num_blocks;
       const DerivativeRecords derivatives{w.derivatives.faces + 1LL * first * cloth.num_faces,
                                           w.derivatives.hinges + 1LL * first * cloth.num_hinges};
-      cloth_->multifrontal().Solve(w.step.factor + first * plan.factor_size, lambda, lambda,
-                                   w.vectors + 1LL * first * m * plan.vector_size, m, count, stream);
       LaunchDerivativeRecords(cloth, group, cloth_->law(), end_v, h, derivatives, stream);
       LaunchGatherDerivative(cloth, derivatives, h, blocks, count, stream);
       LaunchAdjointPosition(cloth, group, blocks, lambda, adj_x, adj_v, m, stream);

@@ -13,7 +13,7 @@ StepWorkspace StepWorkspace::Take(Arena& arena, const DeviceCloth& cloth, int sl
   w.x = arena.Take<double>(dofs);
   w.v = arena.Take<double>(dofs);
   w.matrix = arena.Take<double>(n * 9 * plan.num_entries);
-  w.factor = arena.Take<double>(n * plan.factor_size);
+  w.factor = {arena.Take<double>(n * plan.factor_size)};
   w.update = arena.Take<double>(n * plan.update_size);
   w.rhs = arena.Take<double>(dofs);
   w.solution = arena.Take<double>(dofs);
@@ -115,7 +115,7 @@ double* DeviceEngine::MatrixFrom(const StepWorkspace& w, std::int64_t first) con
 
 FactorView DeviceEngine::FactorFrom(const StepWorkspace& w, std::int64_t first) const {
   const PlanView& plan = cloth_->multifrontal().view();
-  return {MatrixFrom(w, first), w.factor + first * plan.factor_size,
+  return {MatrixFrom(w, first), w.factor.From(first, plan.factor_size),
           w.update + first * plan.update_size, w.failed + first};
 }
 

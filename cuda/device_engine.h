@@ -14,10 +14,12 @@
 
 namespace drape {
 
-// States of a batch of rollouts on a device, [steps, slots, 3V] in elimination order.
+// States of a batch of rollouts on a device, [steps, slots, 3V] in elimination order, and the factors
+// of all steps where there was room for them.
 struct DeviceHistory {
   int device, slots;
   DeviceBuffer<double> x, v;
+  DeviceBuffer<double> factor;  // [steps, slots, factor_size], or empty
 };
 // One rollout of it.
 struct DeviceRecording final : BackendRecording {
@@ -28,7 +30,8 @@ struct DeviceRecording final : BackendRecording {
 // Workspace of a step by slot.
 struct StepWorkspace {
   double *x, *v;               // [3V]
-  double *matrix, *factor, *update;
+  double *matrix, *update;
+  FactorPlace factor;
   double *rhs, *solution;      // [3V]
   StepRecords records;
   int* failed;                 // [1]
@@ -83,8 +86,14 @@ class DeviceEngine {
   struct ImplicitWorkspace;
   friend class BatchNewton;
 
+  // Where the states of a recorded batch go, and whether its factors are kept too.
+  struct HistoryChoice {
+    bool on_device = false, with_factors = false;
+  };
+  HistoryChoice ChooseHistory(std::size_t rollouts, int steps) const;
+  std::size_t FactorBytes(int steps) const;  // of one rollout
   void RolloutChunk(std::span<const RolloutInput> batch, const RolloutOptions& options,
-                    bool keep_history, std::span<Recording> recordings,
+                    HistoryChoice choice, std::span<Recording> recordings,
                     std::span<RolloutResult> results, std::span<char> failed);
   void ForEachTangentChunk(std::size_t count,
                            const std::function<void(std::size_t first, std::size_t count)>& work);

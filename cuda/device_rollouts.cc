@@ -34,24 +34,37 @@ void DeviceEngine::Rollouts(std::span<const RolloutInput> batch, const RolloutOp
                             std::span<Recording> recordings, std::span<RolloutResult> results,
                             std::span<char> failed) {
   Bind();
-  // Histories stay on the device when those of the whole batch take a part of what is free.
-  constexpr double kHistoryShare = 0.4;
   const auto take = [&](Arena& arena, int slots) { StepWorkspace::Take(arena, *cloth_, slots); };
-  const std::size_t history =
+  const HistoryChoice choice =
+      recordings.empty() ? HistoryChoice() : ChooseHistory(batch.size(), options.steps);
+  std::size_t history =
       recordings.empty() ? 0 : HistoryBytes(cloth_->view().num_dofs(), options.steps);
-  const bool keep = history * batch.size() <
-                    kHistoryShare * (QueryMemory().free + memory_.bytes());
+  if (choice.with_factors) history += FactorBytes(options.steps);
   const int most = SlotsThatFit(static_cast<int>(batch.size()), take, history);
   for (std::size_t first = 0; first < batch.size(); first += most) {
     const std::size_t count = std::min<std::size_t>(most, batch.size() - first);
-    RolloutChunk(batch.subspan(first, count), options, keep,
+    RolloutChunk(batch.subspan(first, count), options, choice,
                  recordings.empty() ? recordings : recordings.subspan(first, count),
                  results.subspan(first, count), failed.subspan(first, count));
   }
 }
 
+std::size_t DeviceEngine::FactorBytes(int steps) const {
+  return sizeof(double) * cloth_->multifrontal().view().factor_size * steps;
+}
+
+// What is kept may take a part of what is free: the way back needs a workspace of its own.
+DeviceEngine::HistoryChoice DeviceEngine::ChooseHistory(std::size_t rollouts, int steps) const {
+  constexpr double kHistoryShare = 0.4;
+  const double room = kHistoryShare * static_cast<double>(QueryMemory().free + memory_.bytes());
+  const double states =
+      static_cast<double>(rollouts) * HistoryBytes(cloth_->view().num_dofs(), steps);
+  const double factors = static_cast<double>(rollouts) * FactorBytes(steps);
+  return {states <= room, states + factors <= room};
+}
+
 void DeviceEngine::RolloutChunk(std::span<const RolloutInput> batch, const RolloutOptions& options,
-                                bool keep_history, std::span<Recording> recordings,
+                                HistoryChoice choice, std::span<Recording> recordings,
                                 std::span<RolloutResult> results, std::span<char> failed) {
   const int slots = static_cast<int>(batch.size()), dofs = cloth_->view().num_dofs();
   StepWorkspace w{};
@@ -65,6 +78,11 @@ void DeviceEngine::RolloutChunk(std::span<const RolloutInput> batch, const Rollo
   if (!recordings.empty()) {
     history->x = DeviceBuffer<double>(static_cast<std::size_t>(options.steps) * slots * dofs);
     history->v = DeviceBuffer<double>(history->x.size());
+    if (choice.with_factors) {
+      const std::int64_t stride = slots * cloth_->multifrontal().view().factor_size;
+      history->factor = DeviceBuffer<double>(static_cast<std::size_t>(options.steps) * stride);
+      w.factor = {history->factor.data(), w.step, stride};
+    }
     kept.x = history->x.data();
     kept.v = history->v.data();
   }
@@ -89,7 +107,7 @@ void DeviceEngine::RolloutChunk(std::span<const RolloutInput> batch, const Rollo
   const int done = RunSteps(step, options.steps, options.cancel);
   CollectEnds(w, done, options.steps, ends, failed);
   if (recordings.empty()) return;
-  if (!keep_history) return Download(*cloth_, *history, batch, done, recordings);
+  if (!choice.on_device) return Download(*cloth_, *history, batch, done, recordings);
   for (int i = 0; i < slots; ++i) {
     auto recording = std::make_shared<DeviceRecording>();
     recording->history = history;

@@ -126,7 +126,7 @@ void DeviceEngine::LaunchTangentStep(const TangentWorkspace& w, const ShapeBatch
   LaunchFactorRecords(cloth, group, cloth_->law(), scales, found, h, factors, stream);
   LaunchGatherDerivative(cloth, derivatives, h, blocks, group.slots, stream);
   LaunchTangentRhs(cloth, group, factors, blocks, dx, dv, stream);
-  cloth_->multifrontal().Solve(w.step.factor + first * plan.factor_size, dv, dv,
+  cloth_->multifrontal().Solve(w.step.factor.From(first, plan.factor_size), dv, dv,
                                w.vectors + first * kPaddedEntries * plan.vector_size,
                                kPaddedEntries, group.slots, stream, {dx, h});
   LaunchAdvanceGroup(w.step, {nullptr, nullptr, 0, nullptr}, static_cast<int>(first), group.slots,

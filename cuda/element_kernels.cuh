@@ -47,7 +47,7 @@ inline int ChunksFor(const ClothView& cloth) {
 
 // Writes numbers [at, at + N) of one record a thread in whole memory transactions: those of a warp's
 // records go through shared memory. Called by all threads of a block, with its element or beyond.
-constexpr int kStageColumns = 16;
+constexpr int kStageColumns = 18;
 using Stage = double[kElementThreads][kStageColumns + 1];
 template <int N, class Record>
 __device__ __forceinline__ void StoreNumbers(const double (&value)[N], int at, Record* records,

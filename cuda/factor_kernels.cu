@@ -279,7 +279,7 @@ __global__ void __launch_bounds__(256, 2)
   const bool positive =
       FactorPanel(panel, front.pivots, rhs != nullptr ? work.rows() + 8 : work.rows(), inverse);
   if (!positive && threadIdx.x == 0) view.failed[slot] = 1;
-  StorePanel(front, panel, view.factor + slot * plan.factor_size + front.factor_offset);
+  StorePanel(front, panel, view.factor.Of(plan, slot) + front.factor_offset);
   if (rhs != nullptr)
     for (int r = threadIdx.x; r < front.true_pivots; r += blockDim.x)
       solution[slot * plan.num_dofs + front.first_dof + r] = rhs_row[r];
@@ -296,7 +296,7 @@ __global__ void __launch_bounds__(256)
   const FrontWork work{plan, front, view.matrix, view.update + slot * plan.update_size,
                        solution != nullptr};
   const int pivots = front.pivots, border = front.border, stride = work.stride(), half = pivots / 2;
-  const double* L21 = view.factor + slot * plan.factor_size + front.factor_offset +
+  const double* L21 = view.factor.Of(plan, slot) + front.factor_offset +
                       static_cast<std::int64_t>(pivots) * pivots;
   const bool diagonal = tile.row == tile.column;
   double *rows = shared, *columns = diagonal ? shared : shared + kUpdateTile * stride;

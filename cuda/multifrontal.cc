@@ -74,7 +74,7 @@ void Multifrontal::FactorAndSolve(const FactorView& numbers, const double* rhs, 
     LaunchBackwardLevel(view_, *level, numbers.factor, solution, slots, stream);
 }
 
-void Multifrontal::Solve(const double* factor, const double* rhs, double* solution,
+void Multifrontal::Solve(const FactorPlace& factor, const double* rhs, double* solution,
                          double* vectors, int columns, int slots, cudaStream_t stream,
                          const SolutionSum& sum) const {
   for (const LevelRange& level : levels_) {

@@ -25,7 +25,7 @@ class Multifrontal {
                       int beside, cudaStream_t stream) const;
   // solution = A⁻¹·rhs for `columns` right-hand sides, shape [dofs, columns] a slot; vectors:
   // workspace [vector_size, columns] a slot. rhs and solution may be the same. `sum`: for columns > 1.
-  void Solve(const double* factor, const double* rhs, double* solution, double* vectors,
+  void Solve(const FactorPlace& factor, const double* rhs, double* solution, double* vectors,
              int columns, int slots, cudaStream_t stream, const SolutionSum& sum = {}) const;
 
  private:

@@ -23,10 +23,26 @@ struct PlanView {
   int vector_size;
 };
 
+// Where the factors of a batch lie, [factor_size] a slot; those of several steps `stride` apart.
+struct FactorPlace {
+  double* base;
+  const int* step = nullptr;  // the present one; null where there is one step only
+  std::int64_t stride = 0;
+
+  FactorPlace From(std::int64_t first, std::int64_t factor_size) const {
+    return {base + first * factor_size, step, stride};
+  }
+#ifdef __CUDACC__
+  __device__ double* Of(const PlanView& plan, std::int64_t slot) const {
+    return base + (step == nullptr ? 0 : *step * stride) + slot * plan.factor_size;
+  }
+#endif
+};
+
 // Numbers of a batch of systems on one plan; slot s has its own at s × the size beside it.
 struct FactorView {
   const double* matrix;  // [9·entries] blocks of the lower triangle, row-major
-  double* factor;        // [factor_size]
+  FactorPlace factor;
   double* update;        // [update_size]
   int* failed;           // [1] set where a pivot is not positive
 };
@@ -61,14 +77,14 @@ void LaunchFactorLevel(const PlanView& plan, const LevelRange& level, const Fact
                        int threads, cudaStream_t stream);
 // Solves with stored factors, one right-hand side: forward up the tree, backward down it.
 // vectors: workspace [vector_size].
-void LaunchForwardLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+void LaunchForwardLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
                         const double* rhs, double* solution, double* vectors, int slots,
                         cudaStream_t stream);
-void LaunchBackwardLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+void LaunchBackwardLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
                          double* solution, int slots, cudaStream_t stream);
 // The same for `columns` right-hand sides, shape [dofs, columns] a slot; vectors [vector_size,
 // columns].
-void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
                             const double* rhs, double* solution, double* vectors, int columns,
                             int slots, cudaStream_t stream);
 // What is found is added up on the way: sum += scale·solution, unless sum is null.
@@ -76,7 +92,7 @@ struct SolutionSum {
   double* sum = nullptr;  // [dofs, columns] a slot
   double scale = 0.0;
 };
-void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
                              double* solution, const SolutionSum& sum, int columns, int slots,
                              cudaStream_t stream);
 

@@ -15,11 +15,10 @@ struct SolveWork {
   const double* panel;  // [p + q, p]
   double* solution;     // the slot's [dofs]
 
-  __device__ SolveWork(const PlanView& plan, int front_index, const double* factor,
+  __device__ SolveWork(const PlanView& plan, int front_index, const FactorPlace& factor,
                        double* solution)
       : plan(plan), front(plan.fronts[front_index]),
-        panel(factor + static_cast<std::int64_t>(blockIdx.y) * plan.factor_size +
-              front.factor_offset),
+        panel(factor.Of(plan, blockIdx.y) + front.factor_offset),
         solution(solution + static_cast<std::int64_t>(blockIdx.y) * plan.num_dofs) {}
   __device__ double* pivots() const { return solution + front.first_dof; }
 };
@@ -92,7 +91,7 @@ __device__ void LoadLower(const SolveWork& work, double* L11) {
   }
 }
 
-__global__ void ForwardFronts(PlanView plan, int first, const double* factor, const double* rhs,
+__global__ void ForwardFronts(PlanView plan, int first, FactorPlace factor, const double* rhs,
                               double* solution, double* all_vectors) {
   extern __shared__ __align__(16) double shared[];
   const SolveWork work(plan, plan.level_front[first + blockIdx.x], factor, solution);
@@ -127,7 +126,7 @@ __global__ void ForwardFronts(PlanView plan, int first, const double* factor, co
   }
 }
 
-__global__ void BackwardFronts(PlanView plan, int first, const double* factor, double* solution) {
+__global__ void BackwardFronts(PlanView plan, int first, FactorPlace factor, double* solution) {
   extern __shared__ __align__(16) double shared[];
   const SolveWork work(plan, plan.level_front[first + blockIdx.x], factor, solution);
   const Front& front = work.front;
@@ -170,7 +169,7 @@ void PrepareSolveKernels(int shared_bytes) {
   AllowSharedMemory(BackwardFronts, shared_bytes);
 }
 
-void LaunchForwardLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+void LaunchForwardLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
                         const double* rhs, double* solution, double* vectors, int slots,
                         cudaStream_t stream) {
   ForwardFronts<<<dim3(level.end - level.begin, slots), 128, level.shared_solve, stream>>>(
@@ -178,7 +177,7 @@ void LaunchForwardLevel(const PlanView& plan, const LevelRange& level, const dou
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchBackwardLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+void LaunchBackwardLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
                          double* solution, int slots, cudaStream_t stream) {
   BackwardFronts<<<dim3(level.end - level.begin, slots), 256, level.shared_solve, stream>>>(
       plan, level.begin, factor, solution);

@@ -163,12 +163,12 @@ __device__ void ForwardBorder(const ManyWork& work, int first, const double* Y, 
 // grid: fronts, slots, chunks of Tiles tiles of right-hand sides.
 template <int Tiles>
 __global__ void __launch_bounds__(kThreads, 3)
-    ForwardManyFronts(PlanView plan, int first, const double* factor, const double* rhs,
+    ForwardManyFronts(PlanView plan, int first, FactorPlace factor, const double* rhs,
                       double* solution, double* vectors, int columns) {
   extern __shared__ __align__(16) double Y[];
   const std::int64_t slot = blockIdx.y, offset = slot * columns * plan.num_dofs;
   const Front& front = plan.fronts[plan.level_front[first + blockIdx.x]];
-  const ManyWork work{plan, front, factor + slot * plan.factor_size + front.factor_offset, columns,
+  const ManyWork work{plan, front, factor.Of(plan, slot) + front.factor_offset, columns,
                       kColumnTile * Tiles * static_cast<int>(blockIdx.z)};
   const int stride = work.stride(), warp = threadIdx.x >> 5;
   vectors += slot * columns * plan.vector_size;
@@ -290,12 +290,12 @@ __device__ void BackwardPivots(const ManyWork& work, const double* L11, double* 
 
 template <int Tiles>
 __global__ void __launch_bounds__(kThreads, 3)
-    BackwardManyFronts(PlanView plan, int first, const double* factor, double* solution,
+    BackwardManyFronts(PlanView plan, int first, FactorPlace factor, double* solution,
                        SolutionSum total, int columns) {
   extern __shared__ __align__(16) double Y[];
   const std::int64_t slot = blockIdx.y, offset = slot * columns * plan.num_dofs;
   const Front& front = plan.fronts[plan.level_front[first + blockIdx.x]];
-  const ManyWork work{plan, front, factor + slot * plan.factor_size + front.factor_offset, columns,
+  const ManyWork work{plan, front, factor.Of(plan, slot) + front.factor_offset, columns,
                       kColumnTile * Tiles * static_cast<int>(blockIdx.z)};
   const int stride = work.stride(), warp = threadIdx.x >> 5;
   solution += offset;
@@ -355,7 +355,7 @@ void PrepareSolveManyKernels(int shared_bytes) {
   AllowSharedMemory(BackwardManyFronts<3>, shared_bytes);
 }
 
-void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
                             const double* rhs, double* solution, double* vectors, int columns,
                             int slots, cudaStream_t stream) {
   WithTiles(level, columns, slots, [&](auto tiles, dim3 grid, int bytes) {
@@ -364,7 +364,7 @@ void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const
   });
 }
 
-void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level, const double* factor,
+void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
                              double* solution, const SolutionSum& sum, int columns, int slots,
                              cudaStream_t stream) {
   WithTiles(level, columns, slots, [&](auto tiles, dim3 grid, int bytes) {

@@ -22,7 +22,8 @@
 
 DEFINE_string(meshes, "disc:297,disc:1205,disc:2699,disc:7496", "mesh specs, by comma");
 DEFINE_string(batches, "1,16,64,256,1024", "rollouts of a batch");
-DEFINE_string(works, "forward,gradient,jacobian", "what to time");
+DEFINE_string(works, "forward,gradient,jacobian,settle",
+              "what to time; settle: 60 steps of 0.1 s, then Newton to rest and 39 derivatives");
 DEFINE_string(law, "smooth", "smooth or reference");
 DEFINE_int32(steps, 100, "of a rollout");
 DEFINE_double(h, 0.05, "time step [s]");
@@ -95,6 +96,15 @@ void Run(Backend& backend, const std::string& work, const Batch& batch, int coun
     std::vector<Recording> recordings;
     (void)backend.Rollouts(inputs, options, &recordings);
     (void)backend.Adjoints(inputs, recordings, std::span(batch.seeds.data(), count), options);
+  } else if (work == "settle") {
+    std::vector<State> fallen;
+    for (const RolloutResult& r : backend.Rollouts(inputs, {.h = 0.1, .steps = 60}, nullptr))
+      fallen.push_back(r.end);
+    std::vector<RolloutInput> calm;
+    for (int i = 0; i < count; ++i) calm.push_back({inputs[i].material, &fallen[i]});
+    const auto rests = backend.Equilibria(calm, {});
+    for (int i = 0; i < count; ++i) fallen[i].x = rests[i].x;
+    (void)backend.EquilibriumTangents(calm, std::span(batch.weights.data(), count));
   } else {
     (void)backend.ReadoutTangents(inputs, std::span(batch.weights.data(), count), options,
                                   batch.readout);
@@ -147,7 +157,7 @@ void BenchMesh(const std::string& spec) {
 }  // namespace
 }  // namespace drape
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   drape::EnsureFastBlas(argv);
   drape::UseOneBlasThread();
   google::InitGoogleLogging(argv[0]);
@@ -156,4 +166,7 @@ int main(int argc, char** argv) {
               FLAGS_law.c_str(), FLAGS_steps, FLAGS_h);
   for (const std::string& spec : drape::Split(FLAGS_meshes)) drape::BenchMesh(spec);
   return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "bench_cuda: %s\n", error.what());
+  return 2;
 }

@@ -84,7 +84,7 @@ TEST_P(MultifrontalTest, SolvesAreEquivalentToReference) {
     }
     DeviceBuffer<double> b(host), x(host.size()), vectors(
         std::size_t{1} * kSlots * plan_.vector_size * columns);
-    const FactorView numbers{matrix.data(), factor.data(), update.data(), failed.data()};
+    const FactorView numbers{matrix.data(), {factor.data()}, update.data(), failed.data()};
     const auto check = [&](const char* what) {
       streams.Synchronize();
       CopyToHost<double>(x.data(), host);
@@ -100,7 +100,7 @@ TEST_P(MultifrontalTest, SolvesAreEquivalentToReference) {
       multifrontal.FactorAndSolve(numbers, b.data(), x.data(), 1, 1, streams.main());
     }
     multifrontal.FactorAndSolve(numbers, nullptr, nullptr, kSlots, kSlots, streams.main());
-    multifrontal.Solve(factor.data(), b.data(), x.data(), vectors.data(), columns, kSlots,
+    multifrontal.Solve({factor.data()}, b.data(), x.data(), vectors.data(), columns, kSlots,
                        streams.main());
     check("with the stored factor");
   }
@@ -119,7 +119,7 @@ TEST_P(MultifrontalTest, FlagsTheSlotThatIsNotPositiveDefinite) {
   const DeviceBuffer<double> matrix(values);
   DeviceBuffer<double> factor(kSlots * plan_.factor_size), update(kSlots * plan_.update_size);
   DeviceBuffer<int> failed(std::vector<int>(kSlots, 0));
-  multifrontal.FactorAndSolve({matrix.data(), factor.data(), update.data(), failed.data()}, nullptr,
+  multifrontal.FactorAndSolve({matrix.data(), {factor.data()}, update.data(), failed.data()}, nullptr,
                               nullptr, kSlots, kSlots, streams.main());
   streams.Synchronize();
   std::vector<int> flags(kSlots);
