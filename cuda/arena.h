@@ -7,8 +7,8 @@
 
 namespace drape {
 
-// Hands out pieces of one block of device memory. A workspace is a struct that takes its arrays from
-// an arena: once from an empty one, to learn how large it is, then from one that holds it.
+// Hands out pieces of one block of device memory. A workspace is a struct that takes its arrays
+// from an arena: once from an empty one, to learn how large it is, then from one that holds it.
 class Arena {
  public:
   Arena() = default;

@@ -20,13 +20,14 @@ class CudaError : public std::runtime_error {
   cudaError_t code_;
 };
 
-// A batch of one does not fit into the device's memory.
+// Something does not fit into the device's memory [bytes].
 class DeviceMemoryError : public std::runtime_error {
  public:
-  DeviceMemoryError(std::size_t needed, std::size_t free, std::size_t total)
-      : std::runtime_error("cuda: one rollout of this mesh needs " + Megabytes(needed) +
+  DeviceMemoryError(const std::string& what, std::size_t needed, std::size_t free,
+                    std::size_t total)
+      : std::runtime_error("cuda: " + what + " needs " + Megabytes(needed) +
                            " of device memory, " + Megabytes(free) + " of " + Megabytes(total) +
-                           " are free: use the cpu backend or a coarser mesh") {}
+                           " are free: use the cpu backend, a smaller batch or a coarser mesh") {}
 
  private:
   static std::string Megabytes(std::size_t bytes) { return std::to_string(bytes >> 20) + " MB"; }

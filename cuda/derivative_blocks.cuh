@@ -7,8 +7,8 @@
 namespace drape {
 
 // block += area·[Du Dv]ᵀ·Q·[Du Dv] at corners (a, b).
-__device__ __forceinline__ void AddFaceBlock(const Face& face, const FaceDerivative& derivative, int a, int b,
-                             double (&block)[9]) {
+__device__ __forceinline__ void AddFaceBlock(const Face& face, const FaceDerivative& derivative,
+                                             int a, int b, double (&block)[9]) {
   const CornerGradient row = GradientOf(face, a), column = GradientOf(face, b);
   const double ua = face.area * row.u, va = face.area * row.v;
 #pragma unroll

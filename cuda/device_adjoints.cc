@@ -64,7 +64,8 @@ class HistoryTable {
     std::vector<double> x(static_cast<std::size_t>(steps) * dofs), v(x.size());
     for (int k = 0; k < steps; ++k) {
       cloth.ToEliminationOrder(recording.x[k].data(), 1, 1, x.data() + std::size_t{1} * k * dofs);
-      cloth.ToEliminationOrder(recording.v[k + 1].data(), 1, 1, v.data() + std::size_t{1} * k * dofs);
+      cloth.ToEliminationOrder(recording.v[k + 1].data(), 1, 1,
+                               v.data() + std::size_t{1} * k * dofs);
     }
     uploaded_.emplace_back(x);
     uploaded_.emplace_back(v);

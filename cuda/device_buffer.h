@@ -12,6 +12,20 @@
 
 namespace drape {
 
+// Throws DeviceMemoryError with the numbers when there is no room.
+inline void* AllocateOnDevice(std::size_t bytes) {
+  void* data = nullptr;
+  const cudaError_t status = cudaMalloc(&data, bytes);
+  if (status != cudaErrorMemoryAllocation) {
+    CheckCuda(status, "cudaMalloc");
+    return data;
+  }
+  (void)cudaGetLastError();  // the error is reported here
+  std::size_t free = 0, total = 0;
+  CUDA_CHECK(cudaMemGetInfo(&free, &total));
+  throw DeviceMemoryError("a batch", bytes, free, total);
+}
+
 // Synchronous copies that all streams see.
 template <class T>
 void CopyToDevice(std::span<const T> from, T* to) {
@@ -31,7 +45,7 @@ class DeviceBuffer {
  public:
   DeviceBuffer() = default;
   explicit DeviceBuffer(std::size_t size) : size_(size) {
-    if (size > 0) CUDA_CHECK(cudaMalloc(reinterpret_cast<void**>(&data_), bytes()));
+    if (size > 0) data_ = static_cast<T*>(AllocateOnDevice(bytes()));
   }
   explicit DeviceBuffer(std::span<const T> host) : DeviceBuffer(host.size()) {
     CopyToDevice(host, data_);

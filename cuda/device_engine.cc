@@ -55,7 +55,7 @@ int DeviceEngine::SlotsThatFit(int wanted, const TakeWorkspace& take, std::size_
     take(measure, slots);
     return measure.used() + slots * reserve;
   };
-  if (needed(1) > usable) throw DeviceMemoryError(needed(1), usable, memory.total);
+  if (needed(1) > usable) throw DeviceMemoryError("one rollout of this mesh", needed(1), usable, memory.total);
   int fits = 1, beyond = wanted + 1;
   while (beyond - fits > 1) {
     const int middle = fits + (beyond - fits) / 2;
@@ -106,7 +106,8 @@ void DeviceEngine::LaunchFactorStep(const StepWorkspace& w, const ShapeBatch& gr
   LaunchElementRecords(cloth_->view(), group, cloth_->law(), records, stream);
   LaunchGatherStep(cloth_->view(), group, records, nullptr, h, MatrixFrom(w, first), nullptr,
                    stream);
-  cloth_->multifrontal().FactorAndSolve(FactorFrom(w, first), rhs, rhs, group.slots, group.all_slots, stream);
+  cloth_->multifrontal().FactorAndSolve(FactorFrom(w, first), rhs, rhs, group.slots,
+                                        group.all_slots, stream);
 }
 
 double* DeviceEngine::MatrixFrom(const StepWorkspace& w, std::int64_t first) const {

@@ -14,8 +14,8 @@
 
 namespace drape {
 
-// States of a batch of rollouts on a device, [steps, slots, 3V] in elimination order, and the factors
-// of all steps where there was room for them.
+// States of a batch of rollouts on a device, [steps, slots, 3V] in elimination order, and the
+// factors of all steps where there was room for them.
 struct DeviceHistory {
   int device, slots;
   DeviceBuffer<double> x, v;
@@ -141,8 +141,8 @@ class DeviceEngine {
   void LaunchSolveStep(const StepWorkspace& workspace, const ShapeBatch& group, int first, double h,
                        cudaStream_t stream) const;
   // Factors A at the group's shapes and solves for rhs in place, unless it is null.
-  void LaunchFactorStep(const StepWorkspace& workspace, const ShapeBatch& group, int first, double h,
-                        double* rhs, cudaStream_t stream) const;
+  void LaunchFactorStep(const StepWorkspace& workspace, const ShapeBatch& group, int first,
+                        double h, double* rhs, cudaStream_t stream) const;
   double* MatrixFrom(const StepWorkspace& workspace, std::int64_t first) const;
   FactorView FactorFrom(const StepWorkspace& workspace, std::int64_t first) const;
   void LaunchAdvanceGroup(const StepWorkspace& workspace, const HistoryView& history, int first,

@@ -28,7 +28,8 @@ class BatchNewton {
     for (const RolloutInput& input : batch)
       weight_.push_back(CharacteristicForce(engine_.cloth_->model(), *input.material));
     const std::vector<Measured> start = Measure(all);
-    for (int r = 0; r < count_; ++r) controls_.emplace_back(options, start[r].residual, start[r].energy);
+    for (int r = 0; r < count_; ++r)
+      controls_.emplace_back(options, start[r].residual, start[r].energy);
     measured_ = best_measured_ = start_ = start;
     Act(all, std::vector<ShapeAction>(count_, ShapeAction::kKeep));
   }
@@ -144,8 +145,8 @@ class BatchNewton {
     Act(stepping, actions);
   }
 
-  // Newton steps of the rollouts in layout_.dx; those whose stiffness no shift made positive definite
-  // are left out.
+  // Newton steps of the rollouts in layout_.dx; those whose stiffness no shift made positive
+  // definite are left out.
   std::vector<int> FindSteps(const std::vector<int>& active) {
     std::vector<int> pending = active, found;
     std::vector<double> mu;
@@ -219,7 +220,8 @@ class BatchNewton {
     std::vector<double> directions(std::size_t{1} * slots * dofs), radius(slots);
     const RowMatrix start = AsymmetryStart(dofs);
     for (int s = 0; s < slots; ++s)
-      engine_.cloth_->ToEliminationOrder(start.data(), 1, 1, directions.data() + std::size_t{1} * s * dofs);
+      engine_.cloth_->ToEliminationOrder(start.data(), 1, 1,
+                                         directions.data() + std::size_t{1} * s * dofs);
     CopyToDevice<double>(directions, w.x);
     engine_.Clear(w.rhs, sizeof(double) * slots * dofs);
     for (int round = 0; round < kAsymmetryRounds; ++round) {

@@ -45,8 +45,9 @@ inline int ChunksFor(const ClothView& cloth) {
   return BlocksFor(cloth.num_faces) + BlocksFor(cloth.num_hinges);
 }
 
-// Writes numbers [at, at + N) of one record a thread in whole memory transactions: those of a warp's
-// records go through shared memory. Called by all threads of a block, with its element or beyond.
+// Writes numbers [at, at + N) of one record a thread in whole memory transactions: those of a
+// warp's records go through shared memory. Called by all threads of a block, with its element or
+// beyond.
 constexpr int kStageColumns = 18;
 using Stage = double[kElementThreads][kStageColumns + 1];
 template <int N, class Record>
@@ -84,7 +85,8 @@ __device__ __forceinline__ Contribution Unpack(int item) {
   return {item >> 5, (item & 16) != 0, (item >> 2) & 3, item & 3};
 }
 
-// Row of Du and Dv of one corner, picked without an array that a run-time index would put in memory.
+// Row of Du and Dv of one corner, picked without an array that a run-time index would put in
+// memory.
 struct CornerGradient {
   double u, v;
 };

@@ -194,8 +194,8 @@ __device__ void GatherChildren(const FrontWork& work, int row0, int column0, Til
 }
 
 // update = children − products, lower triangle and the right-hand side's row.
-__device__ void StoreTile(const FrontWork& work, int row0, int column0, const TileChildren& children,
-                          const TileSums& products) {
+__device__ void StoreTile(const FrontWork& work, int row0, int column0,
+                          const TileChildren& children, const TileSums& products) {
   const Lane lane = LaneOfWarp();
   const int border = work.front.border, rows = border + (work.with_rhs ? 1 : 0);
   double* update = work.update + work.front.update_offset;
@@ -287,8 +287,8 @@ __global__ void __launch_bounds__(256, 2)
 }
 
 // One 64 × 64 tile of an update, its two strips of L21 in shared memory.
-__global__ void __launch_bounds__(256)
-    FormUpdateTiles(PlanView plan, const UpdateTile* tiles, FactorView view, const double* solution) {
+__global__ void __launch_bounds__(256) FormUpdateTiles(PlanView plan, const UpdateTile* tiles,
+                                                       FactorView view, const double* solution) {
   extern __shared__ __align__(16) double shared[];
   const std::int64_t slot = blockIdx.y;
   const UpdateTile tile = tiles[blockIdx.x];
@@ -353,7 +353,8 @@ void LaunchFactorLevel(const PlanView& plan, const LevelRange& level, const Fact
   CUDA_CHECK(cudaGetLastError());
   const int count = level.tile_end - level.tile_begin;
   if (tiles == nullptr || count == 0) return;
-  const int shared = 2 * kUpdateTile * (level.largest_pivots + 4) * static_cast<int>(sizeof(double));
+  const int shared =
+      2 * kUpdateTile * (level.largest_pivots + 4) * static_cast<int>(sizeof(double));
   FormUpdateTiles<<<dim3(count, slots), 256, shared, stream>>>(
       plan, tiles + level.tile_begin, view, rhs == nullptr ? nullptr : solution);
   CUDA_CHECK(cudaGetLastError());

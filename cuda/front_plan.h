@@ -58,7 +58,7 @@ struct FrontPlan {
   std::vector<std::int16_t> child_row;  // −1 where the child has none
   std::vector<int> source;  // the same as places in a solve's workspace, front by front
   std::vector<int> level_start;         // [levels + 1] in level_front
-  std::vector<int> level_front;         // fronts by level, leaves first, large ones first in a level
+  std::vector<int> level_front;  // fronts by level, leaves first, large ones first in a level
   std::int64_t factor_size = 0, update_size = 0;  // [doubles]
   int vector_size = 0;                            // [doubles]
   double flops = 0.0;                             // of a factorisation, padding included
@@ -78,7 +78,8 @@ struct FrontPlanOptions {
 FrontPlan MakeFrontPlan(const BlockPattern& pattern, const Eigen::Matrix2Xd& uv,
                         const FrontPlanOptions& options);
 
-// The mesh with its vertices in elimination order; faces and hinges keep their own order and corners.
+// The mesh with its vertices in elimination order; faces and hinges keep their own order and
+// corners.
 Mesh Renumber(const Mesh& mesh, const FrontPlan& plan);
 
 }  // namespace drape

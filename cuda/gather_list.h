@@ -8,9 +8,9 @@
 
 namespace drape {
 
-// Which elements add to which block of a matrix or to which vertex, in a fixed order: sums by gather
-// need no atomics and are the same in each run. Meshes are numbered in elimination order here
-// (Renumber).
+// Which elements add to which block of a matrix or to which vertex, in a fixed order: sums by
+// gather need no atomics and are the same in each run. Meshes are numbered in elimination order
+// here (Renumber).
 struct GatherList {
   std::vector<int> start;  // [N + 1]
   std::vector<int> item;   // packed Contributions: faces first, each kind by ascending element

@@ -57,7 +57,8 @@ __device__ void HingeGradientOf(const ClothView& cloth, const MaterialView& mate
   const int e = chunk * kGradientChunk + threadIdx.x;
   const bool acts = e < cloth.num_hinges;
   const Hinge& hinge = cloth.hinges[acts ? e : 0];
-  const HingeSensitivity s = EvaluateSensitivity(law, hinge, BendOf(material, acts ? e : 0), x, w, h);
+  const HingeSensitivity s =
+      EvaluateSensitivity(law, hinge, BendOf(material, acts ? e : 0), x, w, h);
   const int row = material.bend_stride != 0 ? e : chunk;
   for (int j = 0; j < columns; ++j) {
     double along = 0.0, by_entry[kBendEntries];

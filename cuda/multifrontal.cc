@@ -11,13 +11,12 @@ constexpr int kThreads = 256, kThreadsOfMany = 128;
 int Bytes(int doubles) { return doubles * static_cast<int>(sizeof(double)); }
 
 LevelRange RangeOf(const FrontPlan& plan, int level, std::vector<UpdateTile>* tiles) {
-  LevelRange range{plan.level_start[level], plan.level_start[level + 1], 0, 0, 0, 0,
+  LevelRange range{plan.level_start[level], plan.level_start[level + 1], 0, 0, 0,
                    static_cast<int>(tiles->size()), 0};
   for (int i = range.begin; i < range.end; ++i) {
     const Front& front = plan.fronts[plan.level_front[i]];
     const int p = front.pivots, q = front.border;
     range.largest_pivots = std::max(range.largest_pivots, p);
-    range.largest_border = std::max(range.largest_border, q);
     range.shared_panel = std::max(range.shared_panel, Bytes((p + q + 8) * (p + 4) + 96));
     range.shared_solve = std::max(range.shared_solve, Bytes(p * (p + 1) + p + q + kThreads));
     const int rows = q > 0 ? (q + kUpdateTile) / kUpdateTile : 0;  // the right-hand side's included

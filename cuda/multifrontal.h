@@ -24,7 +24,8 @@ class Multifrontal {
   void FactorAndSolve(const FactorView& numbers, const double* rhs, double* solution, int slots,
                       int beside, cudaStream_t stream) const;
   // solution = A⁻¹·rhs for `columns` right-hand sides, shape [dofs, columns] a slot; vectors:
-  // workspace [vector_size, columns] a slot. rhs and solution may be the same. `sum`: for columns > 1.
+  // workspace [vector_size, columns] a slot. rhs and solution may be the same. `sum`: for columns >
+  // 1.
   void Solve(const FactorPlace& factor, const double* rhs, double* solution, double* vectors,
              int columns, int slots, cudaStream_t stream, const SolutionSum& sum = {}) const;
 

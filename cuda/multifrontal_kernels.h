@@ -47,10 +47,10 @@ struct FactorView {
   int* failed;           // [1] set where a pivot is not positive
 };
 
-// One level of the elimination tree: fronts plan.level_front[begin, end), `largest` bounds them.
+// One level of the elimination tree: fronts plan.level_front[begin, end).
 struct LevelRange {
   int begin, end;
-  int largest_pivots, largest_border;
+  int largest_pivots;
   int shared_panel;   // bytes of the largest panel [p + q + 8, p + 4] and an 8×8 block
   int shared_solve;   // bytes of the largest solve with one right-hand side
   int tile_begin, tile_end;  // of the 64 × 64 tiles of the level's updates
@@ -84,16 +84,16 @@ void LaunchBackwardLevel(const PlanView& plan, const LevelRange& level, const Fa
                          double* solution, int slots, cudaStream_t stream);
 // The same for `columns` right-hand sides, shape [dofs, columns] a slot; vectors [vector_size,
 // columns].
-void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
-                            const double* rhs, double* solution, double* vectors, int columns,
-                            int slots, cudaStream_t stream);
+void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level,
+                            const FactorPlace& factor, const double* rhs, double* solution,
+                            double* vectors, int columns, int slots, cudaStream_t stream);
 // What is found is added up on the way: sum += scale·solution, unless sum is null.
 struct SolutionSum {
   double* sum = nullptr;  // [dofs, columns] a slot
   double scale = 0.0;
 };
-void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
-                             double* solution, const SolutionSum& sum, int columns, int slots,
-                             cudaStream_t stream);
+void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level,
+                             const FactorPlace& factor, double* solution, const SolutionSum& sum,
+                             int columns, int slots, cudaStream_t stream);
 
 }  // namespace drape

@@ -13,7 +13,8 @@ __device__ __forceinline__ double ReduceBlock(double value, const Combine& combi
   part[threadIdx.x] = value;
   __syncthreads();
   for (int half = kReduceThreads / 2; half > 0; half >>= 1) {
-    if (threadIdx.x < half) part[threadIdx.x] = combine(part[threadIdx.x], part[threadIdx.x + half]);
+    if (threadIdx.x < half)
+      part[threadIdx.x] = combine(part[threadIdx.x], part[threadIdx.x + half]);
     __syncthreads();
   }
   const double result = part[0];

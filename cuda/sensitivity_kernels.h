@@ -48,8 +48,8 @@ void LaunchFactorRecords(const ClothView& cloth, const ShapeBatch& batch, const 
                          const MaterialView* weight, const double* w, double h,
                          const FactorRecords& records, cudaStream_t stream);
 
-// Right-hand sides of a step's tangents: dv ← M·dv + ∂g/∂x·dx + ∂g/∂p; shapes [3V, kPaddedEntries] a
-// slot, the padding's columns zero. dx may be null: dv ← ∂g/∂p.
+// Right-hand sides of a step's tangents: dv ← M·dv + ∂g/∂x·dx + ∂g/∂p; shapes [3V, kPaddedEntries]
+// a slot, the padding's columns zero. dx may be null: dv ← ∂g/∂p.
 void LaunchTangentRhs(const ClothView& cloth, const ShapeBatch& batch, const FactorRecords& records,
                       const double* blocks, const double* dx, double* dv, cudaStream_t stream);
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Triangular solves with stored factors for many right-hand sides, in tiles of sixteen, products on
-// the tensor cores. A block of threads has one front of one slot and up to three tiles. It reads the
-// front's L21 once, straight from device memory, and keeps L11 and the pivots' right-hand sides Y
-// [16·tiles, p] in shared memory: with L21 there too, one block would fill a multiprocessor and
+// the tensor cores. A block of threads has one front of one slot and up to three tiles. It reads
+// the front's L21 once, straight from device memory, and keeps L11 and the pivots' right-hand sides
+// Y [16·tiles, p] in shared memory: with L21 there too, one block would fill a multiprocessor and
 // nothing would hide its latency (measured: twice the time).
 #include <algorithm>
 
@@ -182,17 +182,19 @@ __global__ void __launch_bounds__(kThreads, 3)
     if (r < front.true_pivots && work.Has(c))
       solution[offset + work.At(front.first_dof + r, c)] = Y[c * stride + r];
   });
-  for (int i = 8 * warp; i < front.border; i += 8 * kWarps) ForwardBorder<Tiles>(work, i, Y, vectors);
+  for (int i = 8 * warp; i < front.border; i += 8 * kWarps)
+    ForwardBorder<Tiles>(work, i, Y, vectors);
 }
 
-// Border rows of the solution at a time in shared memory, rows of kStagedStride: the two halves of a
-// warp meet no bank twice.
+// Border rows of the solution at a time in shared memory, rows of kStagedStride: the two halves of
+// a warp meet no bank twice.
 constexpr int kStagedRows = 64;
 template <int Tiles>
 constexpr int kStagedStride = kColumnTile * Tiles + 8;
 
 template <int Tiles>
-__device__ void StageBorder(const ManyWork& work, int first, const double* solution, double* staged) {
+__device__ void StageBorder(const ManyWork& work, int first, const double* solution,
+                            double* staged) {
   constexpr int kColumns = kColumnTile * Tiles;
   const int* border_dof = work.plan.border_dof + work.front.border_start;
   const int rows = min(kStagedRows, work.front.border - first);
@@ -355,18 +357,18 @@ void PrepareSolveManyKernels(int shared_bytes) {
   AllowSharedMemory(BackwardManyFronts<3>, shared_bytes);
 }
 
-void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
-                            const double* rhs, double* solution, double* vectors, int columns,
-                            int slots, cudaStream_t stream) {
+void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level,
+                            const FactorPlace& factor, const double* rhs, double* solution,
+                            double* vectors, int columns, int slots, cudaStream_t stream) {
   WithTiles(level, columns, slots, [&](auto tiles, dim3 grid, int bytes) {
     ForwardManyFronts<decltype(tiles)::value><<<grid, kThreads, bytes, stream>>>(
         plan, level.begin, factor, rhs, solution, vectors, columns);
   });
 }
 
-void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
-                             double* solution, const SolutionSum& sum, int columns, int slots,
-                             cudaStream_t stream) {
+void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level,
+                             const FactorPlace& factor, double* solution, const SolutionSum& sum,
+                             int columns, int slots, cudaStream_t stream) {
   WithTiles(level, columns, slots, [&](auto tiles, dim3 grid, int bytes) {
     BackwardManyFronts<decltype(tiles)::value><<<grid, kThreads, bytes, stream>>>(
         plan, level.begin, factor, solution, sum, columns);

@@ -17,7 +17,8 @@ __global__ void __launch_bounds__(kElementThreads)
   const std::int64_t face0 = static_cast<std::int64_t>(slot) * cloth.num_faces;
   const std::int64_t stress0 = static_cast<std::int64_t>(rollout) * cloth.num_faces;
   const FaceDerivative* faces = records.faces + face0;
-  const HingeDerivative* hinges = records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
+  const HingeDerivative* hinges =
+      records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
   const double shift = terms.mu[slot] * batch.material[rollout].density;
   const double tension = shift * terms.length * terms.length;
   double block[9] = {}, isotropic = 0.0;
@@ -59,8 +60,8 @@ __global__ void __launch_bounds__(kElementThreads)
 }
 
 // Energy of what acts on one vertex.
-__device__ double VertexEnergy(const ClothView& cloth, const MaterialView& material, const double* x,
-                               int i) {
+__device__ double VertexEnergy(const ClothView& cloth, const MaterialView& material,
+                               const double* x, int i) {
   const Vec3<double> at = LoadVec3(x, i), away = at - LoadVec3(cloth.rest_x, i);
   const Vec3<double> gravity{cloth.gravity[0], cloth.gravity[1], cloth.gravity[2]};
   return 0.5 * cloth.handle[i] * Dot(away, away) - Dot(LoadVec3(cloth.load, i), at) -
@@ -192,7 +193,8 @@ void LaunchGatherRows(int dofs, const int* rollout, const double* from, double* 
 
 void LaunchScatterRows(int dofs, const int* rollout, const double* from, double* to, int slots,
                        cudaStream_t stream) {
-  ScatterRows<<<dim3(BlocksFor(dofs), slots), kElementThreads, 0, stream>>>(dofs, rollout, from, to);
+  ScatterRows<<<dim3(BlocksFor(dofs), slots), kElementThreads, 0, stream>>>(dofs, rollout, from,
+                                                                            to);
   CUDA_CHECK(cudaGetLastError());
 }
 

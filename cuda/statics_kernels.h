@@ -26,7 +26,8 @@ void LaunchGatherStiffness(const ClothView& cloth, const ShapeBatch& batch,
                            const DerivativeRecords& records, const StiffnessTerms& terms,
                            double* matrix, cudaStream_t stream);
 
-// Force, stress and energy of the batch's shapes: sums[0] = ‖f‖² [N²], sums[1] = energy [J], by slot.
+// Force, stress and energy of the batch's shapes: sums[0] = ‖f‖² [N²], sums[1] = energy [J], by
+// slot.
 void LaunchMeasure(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
                    const FaceRecord* faces, const HingeRecord* hinges, const Shapes& shapes,
                    double* sums, cudaStream_t stream);

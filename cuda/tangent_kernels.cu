@@ -105,8 +105,10 @@ __device__ void AddBendColumns(const ClothView& cloth, const HingeFactors* hinge
 // Threads for the stretch columns of all vertices, then for the bend columns: the warps are of one
 // kind.
 __device__ __forceinline__ Place TangentPlace(int num_vertices) {
-  constexpr int kStretchPairs = kStretchEntries / 2, kBendPairs = kPaddedEntries / 2 - kStretchPairs;
-  const int index = blockIdx.x * blockDim.x + threadIdx.x, rest = index - num_vertices * kStretchPairs;
+  constexpr int kStretchPairs = kStretchEntries / 2,
+                kBendPairs = kPaddedEntries / 2 - kStretchPairs;
+  const int index = blockIdx.x * blockDim.x + threadIdx.x,
+            rest = index - num_vertices * kStretchPairs;
   return rest < 0 ? Place{index / kStretchPairs, 2 * (index % kStretchPairs)}
                   : Place{rest / kBendPairs, kStretchEntries + 2 * (rest % kBendPairs)};
 }
@@ -213,8 +215,8 @@ __global__ void __launch_bounds__(kElementThreads)
 }
 
 template <int Width>
-void LaunchMultiplyOf(const ClothView& cloth, const double* blocks, bool transposed, const double* x,
-                      double* y, int columns, int slots, cudaStream_t stream) {
+void LaunchMultiplyOf(const ClothView& cloth, const double* blocks, bool transposed,
+                      const double* x, double* y, int columns, int slots, cudaStream_t stream) {
   const dim3 grid = GridFor<Width>(cloth, columns, slots);
   if (transposed) {
     Multiply<Width, true><<<grid, kElementThreads, 0, stream>>>(cloth, blocks, x, y, columns);

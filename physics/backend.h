@@ -19,8 +19,8 @@ struct RolloutInput {
   const State* start = nullptr;
 };
 
-// What a loss reads of a shape, to first order: ∂r/∂x, shape [K, 3V] with the same K for each rollout
-// of a batch. Asked for the end of rollout i, from several threads at a time.
+// What a loss reads of a shape, to first order: ∂r/∂x, shape [K, 3V] with the same K for each
+// rollout of a batch. Asked for the end of rollout i, from several threads at a time.
 using Readout = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 using ReadoutOf = std::function<Readout(std::size_t i, const Eigen::VectorXd& x_end)>;
 

@@ -8,8 +8,8 @@ namespace drape {
 
 // How the step force g(x; w) of one element (assembly.h) follows its table.
 
-// g of a face is linear in its four stiffnesses: their bases, area included, and how they follow the
-// table.
+// g of a face is linear in its four stiffnesses: their bases, area included, and how they follow
+// the table.
 struct FaceSensitivity {
   DeformationGradient<double> basis[kStretchCols];
   double by_entry[kStretchRows][kStretchCols];

@@ -136,7 +136,8 @@ DRAPE_HD inline void AddWingHessianBlock(const WingRates& rates, int apex, int a
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) {
       const WingEntry d = EntryOf(rates, i, k);
-      out[3 * i + k] += to_a * (m * d.m_by_a + n1 * d.n1_by_a) + to_e * (m * d.m_by_e + n1 * d.n1_by_e);
+      out[3 * i + k] +=
+          to_a * (m * d.m_by_a + n1 * d.n1_by_a) + to_e * (m * d.m_by_e + n1 * d.n1_by_e);
     }
 }
 

@@ -119,12 +119,26 @@ TEST_P(MultifrontalTest, FlagsTheSlotThatIsNotPositiveDefinite) {
   const DeviceBuffer<double> matrix(values);
   DeviceBuffer<double> factor(kSlots * plan_.factor_size), update(kSlots * plan_.update_size);
   DeviceBuffer<int> failed(std::vector<int>(kSlots, 0));
-  multifrontal.FactorAndSolve({matrix.data(), {factor.data()}, update.data(), failed.data()}, nullptr,
-                              nullptr, kSlots, kSlots, streams.main());
+  multifrontal.FactorAndSolve({matrix.data(), {factor.data()}, update.data(), failed.data()},
+                              nullptr, nullptr, kSlots, kSlots, streams.main());
   streams.Synchronize();
   std::vector<int> flags(kSlots);
   CopyToHost<int>(failed.data(), flags);
   EXPECT_THAT(flags, testing::ElementsAre(0, 1, 0));
+}
+
+TEST(DeviceBuffer, TooLargeSaysTheNumbers) {
+  DRAPE_NEEDS_GPU();
+  const std::size_t total = QueryMemory().total;
+  try {
+    DeviceBuffer<char> buffer(2 * total);
+    FAIL() << "twice the device's memory was allocated";
+  } catch (const DeviceMemoryError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("needs " + std::to_string(2 * total >> 20) + " MB"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("of " + std::to_string(total >> 20) + " MB are free"));
+  }
+  DeviceBuffer<char> next(1);  // nothing is left of the failure
+  EXPECT_NE(next.data(), nullptr);
 }
 
 INSTANTIATE_TEST_SUITE_P(Meshes, MultifrontalTest, testing::Values(100, 150, 300, 1200));
