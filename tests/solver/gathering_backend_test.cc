@@ -38,10 +38,10 @@ class SumBackend final : public Backend {
                                       const RolloutOptions&) override {
     Keep('t', batch.size());
     std::vector<TangentResult> results;
-    for (std::size_t i = 0; i < batch.size(); ++i)
-      results.push_back({{RolloutStatus::kOk, {Sum(batch[i]), {}}, 0},
-                         RowMatrix::Constant(1, 1, weights[i]->density),
-                         {}});
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      results.emplace_back().rollout.end.x = Sum(batch[i]);
+      results.back().dx = RowMatrix::Constant(1, 1, weights[i]->density);
+    }
     return results;
   }
   std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
