@@ -256,7 +256,8 @@ TEST_F(GatheringTest, InOrderRunsByTaskOnTheCallersThread) {
       });
     }
   });
-  EXPECT_THAT(order, ElementsAre(0, 10, 20, 2, 12, 22, 4, 14, 24, 1, 3, 5, 11, 13, 15, 21, 23, 25));
+  EXPECT_THAT(order,
+              ElementsAre(0, 10, 20, 2, 12, 22, 4, 14, 24, 1, 3, 5, 11, 13, 15, 21, 23, 25));
 }
 
 TEST_F(GatheringTest, AnErrorInOrderReachesItsTask) {
