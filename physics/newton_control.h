@@ -19,6 +19,8 @@ struct EquilibriumOptions {
   // strains a nonlinear table by percents, no energy has its minimum at the equilibrium: infinity.
   double residual_regime = 1e-3;
   const std::atomic<bool>* cancel = nullptr;
+
+  bool operator==(const EquilibriumOptions&) const = default;
 };
 
 enum class EquilibriumStatus {

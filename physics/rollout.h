@@ -25,6 +25,7 @@ struct RolloutOptions {
   std::size_t factor_memory = std::size_t{160} << 20;  // [bytes]
   const std::atomic<bool>* cancel = nullptr;           // ends the rollout early when it turns true
 
+  bool operator==(const RolloutOptions&) const = default;
   void Check() const;  // programmer errors
 };
 

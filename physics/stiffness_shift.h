@@ -14,6 +14,7 @@ struct StiffnessShift {
   double first = 25.0;  // smallest μ > 0; it grows by factors of 4 [s⁻²]
   double most = 1e8;    // gives up above
 
+  bool operator==(const StiffnessShift&) const = default;
   // The μ to try when `mu` did not make the stiffness positive definite.
   std::optional<double> After(double mu) const {
     const double next = std::max(4.0 * mu, first);

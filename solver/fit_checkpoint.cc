@@ -52,7 +52,8 @@ json ToJson(const BranchFit& branch) {
           {"cost", branch.cost},
           {"profile_rms", branch.profile_rms},
           {"termination", static_cast<int>(branch.termination)},
-          {"iterations", branch.iterations}};
+          {"iterations", branch.iterations},
+          {"done", branch.done}};
 }
 
 BranchFit BranchOf(const JsonInput& input) {
@@ -69,6 +70,7 @@ BranchFit BranchOf(const JsonInput& input) {
   branch.termination = static_cast<FitTermination>(
       IntegerUpTo(input.At("termination"), static_cast<int>(FitTermination::kFailed)));
   branch.iterations = input.At("iterations").Integer();
+  branch.done = Boolean(input.At("done"));
   return branch;
 }
 
@@ -95,7 +97,6 @@ void WriteCheckpoint(const std::string& path, const std::string& job, const Stag
       {"job", job},
       {"grid_done", state.grid_done},
       {"round", state.round},
-      {"branch", state.branch},
       {"iterations", state.iterations},
       {"counts", {state.counts.rollouts, state.counts.tangents, state.counts.failed,
                   state.counts.jumps, state.counts.capped}},
@@ -122,7 +123,6 @@ std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std:
   state.grid_seconds = input.At("seconds").At(0).Number();
   state.fit_seconds = input.At("seconds").At(1).Number();
   const JsonInput branches = input.At("branches");
-  state.branch = IntegerUpTo(input.At("branch"), std::max(0, branches.ExpectArray().Size() - 1));
   for (int i = 0; i < branches.ExpectArray().Size(); ++i)
     state.branches.push_back(BranchOf(branches.At(i)));
   return state;

@@ -17,6 +17,15 @@ Integrator ParseIntegrator(const std::string& text) {
   throw InputError("integrator", "unknown name '" + text + "', expected dynamic or static");
 }
 
+BatchCounts& BatchCounts::operator+=(const BatchCounts& other) {
+  rollouts += other.rollouts;
+  tangents += other.tangents;
+  failed += other.failed;
+  jumps += other.jumps;
+  capped += other.capped;
+  return *this;
+}
+
 RolloutBatch::RolloutBatch(Backend* backend, const MaterialParametrisation* parametrisation,
                            std::vector<Target>* targets, const BatchOptions& options)
     : backend_(backend),
@@ -158,9 +167,10 @@ void RolloutBatch::Accept() {
   accepted_residual_.resize(num_targets() * num_angles());
   accepted_jacobian_.resize(num_targets() * num_angles(), num_parameters());
   for (int i = 0; i < num_targets(); ++i) {
-    const Evaluation& evaluation = evaluations_[i];
+    Evaluation& evaluation = evaluations_[i];
     accepted_x_[i] = evaluation.x;
     shape_by_theta_[i] = evaluation.x_by_log_entry * parametrisation_->log_entries_by_theta();
+    evaluation.x_by_log_entry = RowMatrix();  // large, and not needed again
     accepted_residual_.segment(i * num_angles(), num_angles()) = evaluation.residual;
     accepted_jacobian_.middleRows(i * num_angles(), num_angles()) = evaluation.jacobian;
   }

@@ -43,6 +43,8 @@ struct BatchCounts {
   int failed = 0;    // numerical failures
   int jumps = 0;     // refused: branch jumps
   int capped = 0;    // refused before: predicted outlines too far away; not among the rollouts
+
+  BatchCounts& operator+=(const BatchCounts& other);
 };
 
 // All rollouts of one evaluation of the optimiser, run as one batch before the cost functions ask:

@@ -10,9 +10,13 @@
 #include "losses/outline.h"
 #include "losses/shape_features.h"
 #include "physics/start_shape.h"
+#include "solver/gathering_backend.h"
 
 namespace drape {
 namespace {
+
+// In one batch, with all lifts: many for a GPU's sake, few for the progress line's.
+constexpr int kMaterialsAtATime = 16;
 
 struct Trial {
   double lift = 0.0;
@@ -64,7 +68,23 @@ std::vector<SeedCandidate> Combine(double stretch, double bend,
   return candidates;
 }
 
+std::vector<double> WithMeans(const std::vector<double>& factors) {
+  std::vector<double> finer = {factors.front()};
+  for (std::size_t i = 1; i < factors.size(); ++i) {
+    finer.push_back(std::sqrt(factors[i - 1] * factors[i]));
+    finer.push_back(factors[i]);
+  }
+  return finer;
+}
+
 }  // namespace
+
+SeedGridOptions Refined(SeedGridOptions grid, int materials) {
+  std::vector<double>& factors = grid.bend.size() > 1 ? grid.bend : grid.stretch;
+  while (factors.size() > 1 && int(grid.stretch.size() * grid.bend.size()) < materials)
+    factors = WithMeans(factors);
+  return grid;
+}
 
 void SeedGridOptions::Check() const {
   CHECK_GT(h, 0.0);
@@ -95,20 +115,23 @@ std::vector<SeedCandidate> RankSeeds(Backend& coarse, const MaterialField& mater
     for (const double lift : options.lifts)
       seeds.back().push_back(SeedState(coarse.model(), target, lift));
   }
-  std::vector<SeedCandidate> ranked;
+  const int count = static_cast<int>(options.stretch.size() * options.bend.size());
+  std::vector<std::vector<SeedCandidate>> found(count);
   int done = 0;
-  for (const double stretch : options.stretch) {
-    for (const double bend : options.bend) {
-      if (cancel != nullptr && cancel->load()) break;
-      const MaterialField scaled = Scaled(material, stretch, bend);
-      std::vector<std::vector<Trial>> by_target;
-      for (std::size_t i = 0; i < targets.size(); ++i)
-        by_target.push_back(RankLifts(coarse, scaled, targets[i], seeds[i], options, cancel));
-      for (SeedCandidate& candidate : Combine(stretch, bend, by_target))
-        ranked.push_back(std::move(candidate));
-      if (progress) progress(++done / double(options.stretch.size() * options.bend.size()));
-    }
-  }
+  RunGathered(coarse, count, kMaterialsAtATime, [&](GatheredTask& task) {
+    if (cancel != nullptr && cancel->load()) return;
+    const double stretch = options.stretch[task.index() / options.bend.size()];
+    const double bend = options.bend[task.index() % options.bend.size()];
+    const MaterialField scaled = Scaled(material, stretch, bend);
+    std::vector<std::vector<Trial>> by_target;
+    for (std::size_t i = 0; i < targets.size(); ++i)
+      by_target.push_back(RankLifts(task, scaled, targets[i], seeds[i], options, cancel));
+    found[task.index()] = Combine(stretch, bend, by_target);
+    if (progress) task.InOrder([&] { progress(++done / double(count)); });
+  });
+  std::vector<SeedCandidate> ranked;
+  for (const auto& candidates : found)
+    ranked.insert(ranked.end(), candidates.begin(), candidates.end());
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& a, const auto& b) {
     return a.profile_rms < b.profile_rms;
   });

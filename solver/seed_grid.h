@@ -23,6 +23,11 @@ struct SeedGridOptions {
   void Check() const;  // programmer errors
 };
 
+// At least `materials` pairs of stretch × bend factors: geometric means between neighbouring bend
+// factors are added until there are so many (between stretch factors where bend has but one). A
+// single pair cannot be refined.
+SeedGridOptions Refined(SeedGridOptions grid, int materials);
+
 // A material scale and a seed for each target, and how near its coarse drapes come.
 struct SeedCandidate {
   double stretch = 1.0;

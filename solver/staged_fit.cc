@@ -6,27 +6,18 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <optional>
+#include <numeric>
+#include <utility>
 
-#include "losses/metrics.h"
-#include "losses/outline.h"
+#include "solver/branch_fit.h"
+#include "solver/gathering_backend.h"
 
 namespace drape {
 namespace {
 
-// A seed replaces a fitted drape when it comes this much nearer.
-constexpr double kReseedGain = 0.97;
-
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-std::string Line(const char* format, auto... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
+// Branches in work at a time: enough for batches that fill a GPU. Each holds derivatives of its
+// drapes: 1.1 MB an image at 1,200 vertices, twice that while it evaluates.
+constexpr int kSideBySide = 64;
 
 class StagedFitter {
  public:
@@ -34,18 +25,17 @@ class StagedFitter {
                const StagedFitCallbacks& callbacks)
       : problem_(problem), options_(options), callbacks_(callbacks) {}
 
-  StagedFitState Run(StagedFitState state) const {
+  StagedFitState Run(StagedFitState state) {
     while (!Finished(state) && !Cancelled()) {
-      const auto start = std::chrono::steady_clock::now();
+      lap_ = std::chrono::steady_clock::now();
       if (!state.grid_done) {
         RunGrid(state);
-        state.grid_seconds += SecondsSince(start);
+        state.grid_seconds += Lap();
+        Save(state);
       } else {
-        if (state.branch == 0) StartRound(state);
-        if (!state.branches.empty()) RunBranch(state);
-        state.fit_seconds += SecondsSince(start);
+        if (DoneBranches(state) == 0) StartRound(state);
+        RunBranches(state);
       }
-      if (!Cancelled() && callbacks_.save) callbacks_.save(state);
     }
     return state;
   }
@@ -56,15 +46,20 @@ class StagedFitter {
   bool Finished(const StagedFitState& state) const {
     return state.grid_done && (state.round == rounds() || state.branches.empty());
   }
-  void Log(const std::string& line) const {
-    if (callbacks_.log) callbacks_.log(line);
+  void Save(const StagedFitState& state) const {
+    if (!Cancelled() && callbacks_.save) callbacks_.save(state);
+  }
+  // Seconds since the last one.
+  double Lap() {
+    const auto before = std::exchange(lap_, std::chrono::steady_clock::now());
+    return std::chrono::duration<double>(lap_ - before).count();
   }
 
   void RunGrid(StagedFitState& state) const {
     const auto progress = [&](double share) { Report("seed grid", kGridShare * share, 0.0); };
-    std::vector<SeedCandidate> seeds =
-        RankSeeds(*problem_.coarse, problem_.material, problem_.targets, options_.grid,
-                  callbacks_.cancel, progress);
+    const std::vector<SeedCandidate> seeds =
+        RankSeeds(*problem_.coarse, problem_.material, problem_.targets,
+                  Refined(options_.grid, options_.keep.front()), callbacks_.cancel, progress);
     if (Cancelled()) return;
     state.counts.rollouts += static_cast<int>(seeds.size() * problem_.targets.size());
     for (std::size_t i = 0; i < seeds.size() && i < kSpareSeeds * options_.keep.front(); ++i)
@@ -83,194 +78,132 @@ class StagedFitter {
   }
 
   // Branches of this round that are done, failed seeds aside.
-  static int Done(const StagedFitState& state) {
-    return static_cast<int>(std::count_if(state.branches.begin(),
-                                          state.branches.begin() + state.branch,
-                                          [](const BranchFit& branch) { return branch.valid(); }));
+  static int Succeeded(const StagedFitState& state) {
+    return static_cast<int>(
+        std::count_if(state.branches.begin(), state.branches.end(),
+                      [](const BranchFit& branch) { return branch.done && branch.valid(); }));
   }
 
-  void RunBranch(StagedFitState& state) const {
-    BranchFit& branch = state.branches[state.branch];
-    const BranchFit before = branch;
-    if (state.round == 0) {
-      Seed(branch, state);
-    } else if (state.round == 1) {
-      Reseed(branch, state);
-    }
-    if (branch.valid() && !Cancelled()) FitBranch(branch, state);
-    // What an earlier round had fitted stands where this one fails, or ends before it has fitted.
-    const bool unfitted = !branch.valid() || (Cancelled() && branch.cost == before.cost);
-    if (before.valid() && unfitted) branch = before;
-    if (Cancelled()) return;
-    ++state.branch;
-    if (state.branch == int(state.branches.size()) || Done(state) == options_.keep[state.round]) {
-      state.branch = 0;
-      ++state.round;
-    }
+  // Up to `count` branches that are not done, from `first` on.
+  static std::vector<BranchWork> Open(const StagedFitState& state, int first, int count) {
+    std::vector<BranchWork> open;
+    for (int i = first; i < int(state.branches.size()) && int(open.size()) < count; ++i)
+      if (!state.branches[i].done) open.push_back({i, state.branches[i], 0, {}, {}});
+    return open;
   }
 
-  // The drape of target i that grows from its seed under a material; empty when it is not stable.
-  Eigen::VectorXd SettledSeed(const MaterialField& material, int i, double lift,
-                              StagedFitState& state) const {
-    SettleOptions settle = SettleOptionsOf(options_);
-    settle.steps.cancel = settle.equilibrium.cancel = callbacks_.cancel;
-    ++state.counts.rollouts;
-    const State seed = SeedState(problem_.fine->model(), problem_.targets[i], lift);
-    SettledDrape drape =
-        std::move(Settle(*problem_.fine, material, {&seed, 1}, settle).front());
-    if (drape.Stands(options_.integrator)) return std::move(drape.rest.x);
-    if (drape.steps == RolloutStatus::kOk)
-      Log(Line(
-          "round %d, branch %d: a seed's drape is %s after %d Newton iterations (residual %.1e)",
-          state.round + 1, state.branch + 1, ToString(drape.rest.status), drape.rest.iterations,
-          drape.rest.residual));
-    return {};
+  // The branches of this round that are not done; in the first round, as many as it still wants.
+  void RunBranches(StagedFitState& state) {
+    std::vector<BranchWork> work =
+        state.round == 0 ? Seeded(state) : Open(state, 0, int(state.branches.size()));
+    const int round = state.round;
+    shares_.assign(work.size(), 0.0);
+    Gather(work, round, [&](const BranchFitter& fitter, BranchWork& mine, GatheredTask& task) {
+      FitBranch(fitter, round, mine, [&](double share) {
+        task.InOrder([&] {
+          shares_[task.index()] = share;
+          ReportBranches(state);
+        });
+      });
+      task.InOrder([&] {
+        shares_[task.index()] = 0.0;
+        Finish(state, mine);
+      });
+    });
   }
 
-  // Root mean square distance of a drape from its outline [px]; negative when it has none.
-  double ProfileRmsOf(int i, const Eigen::VectorXd& x) const {
-    const Target& target = problem_.targets[i];
-    Outline outline;
-    if (x.size() == 0 || !OutlineFromMesh(problem_.fine->model().mesh, x, target.camera,
-                                          options_.angles, &outline)) {
-      return -1.0;
+  // Next branches with drapes of their own, so that all that succeed fill the first round: no
+  // seed is settled that one branch after the other would not have come to.
+  std::vector<BranchWork> Seeded(StagedFitState& state) {
+    std::vector<BranchWork> seeded;
+    for (int next = 0; !Cancelled();) {
+      const int wanted = options_.keep.front() - Succeeded(state) - int(seeded.size());
+      std::vector<BranchWork> work = Open(state, next, wanted);
+      if (work.empty()) break;
+      next = work.back().index + 1;
+      Gather(work, 0, [](const BranchFitter& fitter, BranchWork& mine, GatheredTask&) {
+        fitter.Seed(mine);
+      });
+      for (BranchWork& mine : work) {
+        state.branches[mine.index].seed_rms = mine.branch.seed_rms;
+        if (SameDrapeBefore(mine, state)) mine.branch.shapes.clear();
+        if (mine.branch.valid()) {
+          seeded.push_back(std::move(mine));
+        } else {
+          Finish(state, mine);
+        }
+      }
     }
-    return ProfileRms(outline.radius, target.radius);
-  }
-
-  void Seed(BranchFit& branch, StagedFitState& state) const {
-    branch.theta = Eigen::VectorXd::Zero(Parametrisation(branch).size());
-    const MaterialField material = Scaled(problem_.material, branch.seed.stretch, branch.seed.bend);
-    std::vector<Eigen::VectorXd> shapes;
-    double sum = 0.0;
-    for (int i = 0; i < int(problem_.targets.size()); ++i) {
-      shapes.push_back(SettledSeed(material, i, branch.seed.lifts[i], state));
-      const double rms = ProfileRmsOf(i, shapes.back());
-      if (rms < 0.0) return;
-      sum += rms * rms;
-    }
-    branch.seed_rms = std::sqrt(sum / double(shapes.size()));
-    if (!SameDrapeBefore(branch, state)) branch.shapes = std::move(shapes);
+    return seeded;
   }
 
   // Seeds of one material with different lifts often fall into one drape.
-  static bool SameDrapeBefore(const BranchFit& branch, const StagedFitState& state) {
-    return std::any_of(state.branches.begin(), state.branches.begin() + state.branch,
+  static bool SameDrapeBefore(const BranchWork& work, const StagedFitState& state) {
+    return std::any_of(state.branches.begin(), state.branches.begin() + work.index,
                        [&](const BranchFit& before) {
-                         return before.seed.stretch == branch.seed.stretch &&
-                                before.seed.bend == branch.seed.bend &&
-                                std::abs(before.seed_rms - branch.seed_rms) < kSameRms;
+                         return before.seed.stretch == work.branch.seed.stretch &&
+                                before.seed.bend == work.branch.seed.bend &&
+                                std::abs(before.seed_rms - work.branch.seed_rms) < kSameRms;
                        });
   }
 
-  void Reseed(BranchFit& branch, StagedFitState& state) const {
-    const MaterialField material = FittedMaterial(problem_, options_, branch);
-    for (int i = 0; i < int(problem_.targets.size()); ++i) {
-      double best = ProfileRmsOf(i, branch.shapes[i]);
-      for (const double lift : options_.grid.lifts) {
-        if (Cancelled()) return;
-        Eigen::VectorXd x = SettledSeed(material, i, lift, state);
-        const double rms = ProfileRmsOf(i, x);
-        if (rms < 0.0 || rms > kReseedGain * best) continue;
-        Log(Line("round %d, branch %d: image %d seeded anew, lift %g: %.2f -> %.2f px",
-                 state.round + 1, state.branch + 1, i + 1, lift, best, rms));
-        best = rms;
-        branch.shapes[i] = std::move(x);
-      }
+  void Gather(std::vector<BranchWork>& work, int round,
+              const std::function<void(const BranchFitter&, BranchWork&, GatheredTask&)>& act) {
+    RunGathered(*problem_.fine, int(work.size()), kSideBySide, [&](GatheredTask& task) {
+      const BranchFitter fitter(problem_, options_, task, callbacks_.cancel, round);
+      act(fitter, work[task.index()], task);
+    });
+  }
+
+  void FitBranch(const BranchFitter& fitter, int round, BranchWork& work,
+                 const std::function<void(double)>& progress) const {
+    BranchFit& branch = work.branch;
+    const BranchFit before = branch;
+    if (round == 1) fitter.Reseed(work);
+    if (!Cancelled()) fitter.Fit(work, progress);
+    // What an earlier round had fitted stands where this one fails, or ends before it has fitted.
+    const bool unfitted = !branch.valid() || (Cancelled() && branch.cost == before.cost);
+    if (round > 0 && unfitted) branch = before;
+  }
+
+  // The state gets a branch; a cancelled one is not done.
+  void Finish(StagedFitState& state, const BranchWork& work) {
+    BranchFit& branch = state.branches[work.index];
+    branch = work.branch;
+    branch.done = !Cancelled();
+    state.iterations += work.iterations;
+    state.counts += work.counts;
+    for (const std::string& line : work.log) Log(line);
+    const int done = DoneBranches(state), succeeded = Succeeded(state);
+    if (done == int(state.branches.size()) || succeeded == options_.keep[state.round]) {
+      if (state.round == 0) LogStarts(succeeded);
+      for (BranchFit& each : state.branches) each.done = false;
+      ++state.round;
     }
+    state.fit_seconds += Lap();
+    Save(state);
   }
 
-  MaterialParametrisation Parametrisation(const BranchFit& branch) const {
-    return {Scaled(problem_.material, branch.seed.stretch, branch.seed.bend), options_.parameters};
+  void Log(const std::string& line) const {
+    if (callbacks_.log) callbacks_.log(line);
   }
-
-  void FitBranch(BranchFit& branch, StagedFitState& state) const {
-    const MaterialParametrisation parametrisation = Parametrisation(branch);
-    std::vector<Target> targets = WithStarts(branch);
-    RolloutBatch batch(problem_.fine, &parametrisation, &targets, BatchOptionsOf());
-    Eigen::Map<Eigen::VectorXd>(batch.theta(), branch.theta.size()) = branch.theta;
-    FitOptions fit_options;
-    fit_options.prior_sigma = options_.prior_sigma;
-    fit_options.max_iterations = options_.iterations[state.round];
-    fit_options.initial_damping = options_.initial_damping;
-    fit_options.cost_tolerance =
-        state.round + 1 == rounds() ? kLastCostTolerance : kCostTolerance;
-    fit_options.cancel = callbacks_.cancel;
-    fit_options.progress = [&](const FitIteration& iteration) {
-      ReportBranch(state, iteration.iteration / std::max(1.0, double(fit_options.max_iterations)));
-    };
-    std::optional<StripReadings> tests = Tests();
-    const FitSummary summary = Fit(batch, fit_options, tests ? &*tests : nullptr);
-    Count(summary, state);
-    if (summary.termination == FitTermination::kFailed) {
-      branch.shapes.clear();
-      Log(Line("round %d, branch %d: failed, %s", state.round + 1, state.branch + 1,
-               summary.message.c_str()));
-      return;
-    }
-    branch.theta = summary.theta;
-    branch.cost = summary.final_cost;
-    branch.termination = summary.termination;
-    branch.iterations += static_cast<int>(summary.iterations.size()) - 1;
-    double sum = 0.0;
-    for (int i = 0; i < int(targets.size()); ++i) {
-      branch.shapes[i] = targets[i].start.x;
-      sum += std::pow(ProfileRmsOf(i, branch.shapes[i]), 2);
-    }
-    branch.profile_rms = std::sqrt(sum / double(targets.size()));
-    Log(Line("round %d, branch %d: stretch %g, bend %g, lift %g, cost %.1f -> %.1f, %.2f px, %s, "
-             "%d branch jumps, %d failed",
-             state.round + 1, state.branch + 1, branch.seed.stretch, branch.seed.bend,
-             branch.seed.lifts.front(), summary.initial_cost, summary.final_cost,
-             branch.profile_rms, ToString(summary.termination), summary.counts.jumps,
-             summary.counts.failed));
-  }
-
-  std::vector<Target> WithStarts(const BranchFit& branch) const {
-    std::vector<Target> targets = problem_.targets;
-    for (std::size_t i = 0; i < targets.size(); ++i)
-      targets[i].start = {branch.shapes[i], Eigen::VectorXd::Zero(branch.shapes[i].size())};
-    return targets;
-  }
-
-  std::optional<StripReadings> Tests() const {
-    return problem_.tests == nullptr ? std::nullopt : std::optional(problem_.tests->Clone());
-  }
-
-  BatchOptions BatchOptionsOf() const {
-    BatchOptions batch;
-    batch.integrator = options_.integrator;
-    batch.equilibrium.max_iterations = options_.newton_iterations;
-    batch.equilibrium.cancel = callbacks_.cancel;
-    batch.rollout.h = options_.settle_h;
-    batch.rollout.steps = options_.settle_steps;
-    batch.rollout.cancel = callbacks_.cancel;
-    batch.sigma_px = options_.sigma_px;
-    batch.max_outline_change = options_.max_outline_change;
-    batch.max_jump = options_.max_jump;
-    batch.warm_restart = options_.warm_restart;
-    return batch;
-  }
-
-  static void Count(const FitSummary& summary, StagedFitState& state) {
-    state.iterations += static_cast<int>(summary.iterations.size()) - 1;
-    state.counts.rollouts += summary.counts.rollouts;
-    state.counts.tangents += summary.counts.tangents;
-    state.counts.failed += summary.counts.failed;
-    state.counts.jumps += summary.counts.jumps;
-    state.counts.capped += summary.counts.capped;
+  void LogStarts(int count) const {
+    if (count < options_.keep.front())
+      Log("round 1: " + std::to_string(count) + " starts of " +
+          std::to_string(options_.keep.front()) + ": the grid has no more drapes of their own");
   }
 
   void Report(const std::string& stage, double fraction, double rms) const {
     if (callbacks_.progress) callbacks_.progress(stage, fraction, rms);
   }
-  void ReportBranch(const StagedFitState& state, double share_of_branch) const {
+  void ReportBranches(const StagedFitState& state) const {
     double total = 0.0, done = 0.0;
     for (int round = 0; round < rounds(); ++round) {
       const double each = kBranchOverhead + options_.iterations[round];
       total += options_.keep[round] * each;
       if (round < state.round) done += options_.keep[round] * each;
-      if (round == state.round) done += (Done(state) + share_of_branch) * each;
+      if (round == state.round)
+        done += (Succeeded(state) + std::accumulate(shares_.begin(), shares_.end(), 0.0)) * each;
     }
     const BranchFit* best = Best(state);
     Report("round " + std::to_string(state.round + 1),
@@ -278,19 +211,16 @@ class StagedFitter {
            best == nullptr ? 0.0 : best->profile_rms);
   }
 
-  friend Eigen::MatrixXd drape::FitJacobian(const FitProblem&, const StagedFitOptions&,
-                                            const BranchFit&);
-
-  static constexpr double kGridShare = 0.25;     // of the time, for the progress line
-  static constexpr double kBranchOverhead = 5.0; // of a branch's seeds, in iterations
-  // A valley of nearly equal drapes is long: the last round goes to its end.
-  static constexpr double kCostTolerance = 1e-3, kLastCostTolerance = 1e-5;
+  static constexpr double kGridShare = 0.25;      // of the time, for the progress line
+  static constexpr double kBranchOverhead = 5.0;  // of a branch's seeds, in iterations
   static constexpr std::size_t kSpareSeeds = 4;
-  static constexpr double kSameRms = 1e-4;       // [px]
+  static constexpr double kSameRms = 1e-4;  // [px]
 
   const FitProblem& problem_;
   const StagedFitOptions& options_;
   const StagedFitCallbacks& callbacks_;
+  std::chrono::steady_clock::time_point lap_;
+  std::vector<double> shares_;  // of the iterations of each branch in work
 };
 
 }  // namespace
@@ -326,6 +256,11 @@ StagedFitState RunStagedFit(const FitProblem& problem, const StagedFitOptions& o
   return StagedFitter(problem, options, callbacks).Run(std::move(state));
 }
 
+int DoneBranches(const StagedFitState& state) {
+  return static_cast<int>(std::count_if(state.branches.begin(), state.branches.end(),
+                                        [](const BranchFit& branch) { return branch.done; }));
+}
+
 const BranchFit* Best(const StagedFitState& state) {
   const BranchFit* best = nullptr;
   for (const BranchFit& branch : state.branches)
@@ -344,20 +279,7 @@ MaterialField FittedMaterial(const FitProblem& problem, const StagedFitOptions& 
 
 Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,
                             const BranchFit& branch) {
-  const StagedFitCallbacks none;
-  const StagedFitter fitter(problem, options, none);
-  const MaterialParametrisation parametrisation = fitter.Parametrisation(branch);
-  std::vector<Target> targets = fitter.WithStarts(branch);
-  RolloutBatch batch(problem.fine, &parametrisation, &targets, fitter.BatchOptionsOf());
-  Eigen::Map<Eigen::VectorXd>(batch.theta(), branch.theta.size()) = branch.theta;
-  batch.PrepareForEvaluation(true, true);
-  if (problem.tests == nullptr || !batch.has_accepted()) return batch.accepted_jacobian();
-  Eigen::VectorXd residual;
-  RowMatrix of_tests;
-  if (!fitter.Tests()->Evaluate(parametrisation, branch.theta, &residual, &of_tests)) return {};
-  Eigen::MatrixXd jacobian(batch.accepted_jacobian().rows() + of_tests.rows(), of_tests.cols());
-  jacobian << batch.accepted_jacobian(), of_tests;
-  return jacobian;
+  return BranchFitter(problem, options, *problem.fine, nullptr, 0).Jacobian(branch);
 }
 
 }  // namespace drape

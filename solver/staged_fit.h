@@ -20,10 +20,13 @@ namespace drape {
 // cloth is ranked by outline, and the best seeds are settled on the fine cloth and fitted by Ceres
 // in rounds: each round keeps the best branches of the one before and spends more iterations. The
 // second round begins by seeding the drapes anew with the material fitted so far, where that comes
-// nearer to the image.
+// nearer to the image. The branches of a round are fitted side by side, so that their rollouts make
+// batches (RunGathered); results and the order of all callbacks do not depend on that.
 struct StagedFitOptions {
   SeedGridOptions grid;
-  std::vector<int> keep = {5, 2, 1};         // branches fitted in each round
+  // Branches fitted in each round. A first number above the grid's count of stretch × bend factors
+  // refines the grid (Refined): branches of one material and other lifts often are the same.
+  std::vector<int> keep = {5, 2, 1};
   std::vector<int> iterations = {5, 8, 40}; // of Ceres for each of them
   Tying parameters = Tying::kEntries;
   double prior_sigma = 1.0;                  // of each log factor about the branch's grid point
@@ -64,6 +67,7 @@ struct BranchFit {
   double profile_rms = 0.0;            // over all targets [px]
   FitTermination termination = FitTermination::kFailed;
   int iterations = 0;
+  bool done = false;                   // in this round
   bool valid() const { return !shapes.empty(); }
 };
 
@@ -73,13 +77,13 @@ struct StagedFitState {
   std::vector<BranchFit> branches;  // of this round; in the first more than are wanted, since some
                                     // seeds have no stable drape or one that another has
   int round = 0;
-  int branch = 0;                   // the next one of this round
   int iterations = 0;
   BatchCounts counts;
   double grid_seconds = 0.0;
   double fit_seconds = 0.0;
 };
 
+// All are called on the thread of RunStagedFit, in an order that does not depend on timing.
 struct StagedFitCallbacks {
   const std::atomic<bool>* cancel = nullptr;
   std::function<void(const StagedFitState&)> save;          // after each unit
@@ -91,6 +95,9 @@ struct StagedFitCallbacks {
 // the fit; on a cancel that is the best so far.
 StagedFitState RunStagedFit(const FitProblem& problem, const StagedFitOptions& options,
                             StagedFitState state, const StagedFitCallbacks& callbacks);
+
+// Branches of the present round that are done.
+int DoneBranches(const StagedFitState& state);
 
 // The valid branch of least cost, or nullptr.
 const BranchFit* Best(const StagedFitState& state);

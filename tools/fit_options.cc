@@ -89,8 +89,10 @@ std::vector<Option> GridOptions(SeedGridOptions& grid) {
 std::vector<Option> FitStageOptions(FitToolOptions& options) {
   StagedFitOptions& fit = options.job.fit;
   return {
-      {.key = "keep", .value = &fit.keep, .doc = "branches fitted in each round", .least = 1,
-       .most = 1000},
+      {.key = "keep", .value = &fit.keep,
+       .doc = "branches fitted in each round, side by side; a first number above the count of "
+              "grid_stretch x grid_bend adds factors between those of the grid",
+       .least = 1, .most = 1000},
       {.key = "iterations", .value = &fit.iterations,
        .doc = "iterations of Ceres for each branch of a round", .least = 1, .most = 10000},
       {.key = "parameters", .value = &options.parameters,

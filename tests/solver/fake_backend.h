@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -92,6 +93,7 @@ class FakeBackend final : public Backend {
   std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
                                             const EquilibriumOptions&) override {
     std::vector<EquilibriumResult> results;
+    largest_batch = std::max(largest_batch, batch.size());
     for (const RolloutInput& input : batch) {
       ++equilibria;
       results.emplace_back().x = Shape(*input.material);
@@ -115,7 +117,8 @@ class FakeBackend final : public Backend {
     return std::vector<std::optional<MaterialGradient>>(batch.size());
   }
 
-  int equilibria = 0;  // asked for so far
+  int equilibria = 0;             // asked for so far
+  std::size_t largest_batch = 0;  // of them
 
  private:
   bool Fails(const RolloutInput& input) const {

@@ -19,7 +19,6 @@ StagedFitState SomeState() {
   StagedFitState state;
   state.grid_done = true;
   state.round = 1;
-  state.branch = 1;
   state.iterations = 23;
   state.counts = {101, 57, 13, 7};
   state.grid_seconds = 1.0 / 3.0;
@@ -34,6 +33,7 @@ StagedFitState SomeState() {
     branch.profile_rms = std::sqrt(2.0 + i);
     branch.termination = FitTermination::kStalled;
     branch.iterations = 4 + i;
+    branch.done = i == 1;
   }
   state.branches[1].shapes.clear();  // a branch without a drape
   state.branches[0].shapes[0][3] = -0.0;
@@ -53,6 +53,7 @@ void ExpectSame(const BranchFit& a, const BranchFit& b) {
   EXPECT_EQ(a.profile_rms, b.profile_rms);
   EXPECT_EQ(a.termination, b.termination);
   EXPECT_EQ(a.iterations, b.iterations);
+  EXPECT_EQ(a.done, b.done);
 }
 
 class CheckpointTest : public testing::Test {
@@ -87,7 +88,6 @@ TEST_F(CheckpointTest, ReadsBackBitForBit) {
   ASSERT_TRUE(read.has_value());
   EXPECT_EQ(read->grid_done, state.grid_done);
   EXPECT_EQ(read->round, state.round);
-  EXPECT_EQ(read->branch, state.branch);
   EXPECT_EQ(read->iterations, state.iterations);
   EXPECT_EQ(read->counts.rollouts, state.counts.rollouts);
   EXPECT_EQ(read->counts.tangents, state.counts.tangents);
@@ -124,7 +124,7 @@ TEST_F(CheckpointTest, AWrongValueIsNamed) {
       {"\"grid_done\":true", "\"grid_done\":1"},
       {"\"round\":1", "\"round\":\"one\""},
       {"\"round\":1", "\"round\":-1"},
-      {"\"branch\":1", "\"branch\":7"},
+      {"\"done\":true", "\"done\":2"},
       {"\"termination\":3", "\"termination\":77"}};
   for (const auto& [from, to] : changes) {
     WriteCheckpoint(path_, "job", SomeState());

@@ -4,9 +4,13 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
+#include "losses/outline.h"
 #include "solver/spectrum.h"
+#include "tests/solver/fake_backend.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {
@@ -97,7 +101,7 @@ TEST_F(StagedFitTest, GoesOnFromEachSavedStateToTheSameAnswer) {
 TEST_F(StagedFitTest, ACancelGivesTheBestSoFar) {
   std::atomic<bool> cancel = false;
   callbacks_.cancel = &cancel;
-  callbacks_.save = [&](const StagedFitState& state) { cancel = state.branch == 1; };
+  callbacks_.save = [&](const StagedFitState& state) { cancel = Best(state) != nullptr; };
   const StagedFitState part = Run();
   EXPECT_EQ(part.round, 0);
   const BranchFit* best = Best(part);
@@ -117,7 +121,7 @@ TEST_F(StagedFitTest, ACancelWithinABranchIsNotSaved) {
   const StagedFitState part = Run();
   ASSERT_FALSE(saved_.empty());
   EXPECT_EQ(saved_.back().round, 1);
-  EXPECT_EQ(saved_.back().branch, 0);
+  EXPECT_EQ(DoneBranches(saved_.back()), 0);
   EXPECT_NE(Best(part), nullptr);
   EXPECT_LE(Best(part)->cost, Best(saved_.back())->cost);
 }
@@ -127,6 +131,122 @@ TEST_F(StagedFitTest, ACancelBeforeTheGridHasNoAnswer) {
   callbacks_.cancel = &cancel;
   EXPECT_EQ(Best(Run()), nullptr);
   EXPECT_TRUE(saved_.empty());
+}
+
+// Without physics, so that many branches cost little.
+class ManyBranchesTest : public testing::Test {
+ protected:
+  ManyBranchesTest() {
+    problem_.fine = &backend_;
+    problem_.coarse = &coarse_;
+    problem_.material = test::TestMaterial();
+    Target target;
+    Outline outline;
+    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh,
+                                backend_.Shape(Scaled(test::TestMaterial(), 3.0, 1.5)),
+                                target.camera, options_.angles, &outline));
+    target.radius = outline.radius;
+    problem_.targets = {target};
+    options_.keep = {8, 3, 1};
+    options_.iterations = {2, 3, 6};
+    callbacks_.save = [this](const StagedFitState& state) { saved_.push_back(state); };
+    callbacks_.log = [this](const std::string& line) { said_ += line + "\n"; };
+    callbacks_.progress = [this](const std::string& stage, double share, double rms) {
+      said_ += stage + " " + std::to_string(share) + " " + std::to_string(rms) + "\n";
+    };
+  }
+  StagedFitState Run(const StagedFitState& from = {}) {
+    saved_.clear();
+    said_.clear();
+    return RunStagedFit(problem_, options_, from, callbacks_);
+  }
+  static void ExpectSame(const StagedFitState& a, const StagedFitState& b) {
+    EXPECT_EQ(a.round, b.round);
+    EXPECT_EQ(a.iterations, b.iterations);
+    EXPECT_EQ(a.counts.rollouts, b.counts.rollouts);
+    EXPECT_EQ(a.counts.failed, b.counts.failed);
+    ASSERT_EQ(a.branches.size(), b.branches.size());
+    for (std::size_t i = 0; i < a.branches.size(); ++i) {
+      EXPECT_EQ(a.branches[i].theta, b.branches[i].theta) << i;
+      EXPECT_EQ(a.branches[i].shapes, b.branches[i].shapes) << i;
+      EXPECT_EQ(a.branches[i].cost, b.branches[i].cost) << i;
+      EXPECT_EQ(a.branches[i].done, b.branches[i].done) << i;
+    }
+  }
+  test::FakeBackend backend_, coarse_;
+  FitProblem problem_;
+  StagedFitOptions options_;
+  StagedFitCallbacks callbacks_;
+  std::vector<StagedFitState> saved_;
+  std::string said_;
+};
+
+TEST_F(ManyBranchesTest, BranchesOfARoundShareTheirBatches) {
+  options_.keep = {64};
+  options_.iterations = {20};
+  const StagedFitState state = Run();
+  EXPECT_EQ(backend_.largest_batch, 64);
+  EXPECT_EQ(std::count_if(state.branches.begin(), state.branches.end(),
+                          [](const BranchFit& branch) { return branch.valid(); }),
+            64);
+  EXPECT_LT(Best(state)->profile_rms, 0.01);
+  EXPECT_THAT(said_, testing::Not(testing::HasSubstr("starts of")));
+}
+
+TEST_F(ManyBranchesTest, FewerStartsThanAskedForAreSaid) {
+  options_.keep = {64};
+  options_.iterations = {1};
+  options_.grid.stretch = {1.0};
+  options_.grid.bend = {2.0};
+  Run();
+  EXPECT_THAT(said_, testing::HasSubstr("round 1: 1 starts of 64"));
+}
+
+TEST_F(ManyBranchesTest, WhatIsSaidAndSavedDoesNotDependOnTiming) {
+  const StagedFitState once = Run();
+  const std::vector<StagedFitState> saved = saved_;
+  const std::string said = said_;
+  EXPECT_GT(saved.size(), 12);
+  for (int again = 0; again < 3; ++again) {
+    ExpectSame(Run(), once);
+    EXPECT_EQ(said_, said);
+    ASSERT_EQ(saved_.size(), saved.size());
+    for (std::size_t i = 0; i < saved.size(); ++i) ExpectSame(saved_[i], saved[i]);
+  }
+}
+
+// A branch's fit is that of the branch alone.
+TEST_F(ManyBranchesTest, ABranchDoesNotFeelItsNeighbours) {
+  options_.keep = {8};
+  options_.iterations = {4};
+  const StagedFitState all = Run();
+  StagedFitState one = saved_.front();
+  std::size_t last = all.branches.size() - 1;
+  while (!all.branches[last].valid()) --last;
+  ASSERT_GE(last, 7);
+  for (std::size_t i = 0; i < one.branches.size(); ++i) one.branches[i].done = i != last;
+  const StagedFitState alone = Run(one);
+  EXPECT_EQ(alone.branches[last].theta, all.branches[last].theta);
+  EXPECT_EQ(alone.branches[last].shapes, all.branches[last].shapes);
+}
+
+// Seeds without drapes, seeds that fall into the same drape, branches that end apart.
+TEST_F(ManyBranchesTest, GoesOnFromEachSavedStateToTheSameAnswer) {
+  backend_.fails = [](double s, double b) { return b > 0.5 && b < 1.0 && s < 1.0; };
+  const StagedFitState whole = Run();
+  const std::vector<StagedFitState> saved = saved_;
+  EXPECT_TRUE(std::any_of(saved.begin(), saved.end(), [](const StagedFitState& state) {
+    return !std::is_partitioned(state.branches.begin(), state.branches.end(),
+                                [](const BranchFit& branch) { return branch.done; });
+  }));
+  for (const StagedFitState& state : saved) ExpectSame(Run(state), whole);
+}
+
+TEST_F(ManyBranchesTest, AnErrorOfTheSaverEndsTheFit) {
+  callbacks_.save = [](const StagedFitState& state) {
+    if (DoneBranches(state) == 2) throw std::runtime_error("full disk");
+  };
+  EXPECT_THROW(Run(), std::runtime_error);
 }
 
 }  // namespace
