@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <functional>
 #include <map>
 #include <thread>
 #include <utility>
@@ -111,8 +112,19 @@ class CudaBackend final : public Backend {
     CHECK_EQ(recordings.size(), batch.size());
     CHECK_EQ(seeds.size(), batch.size());
     std::vector<AdjointResult> results(batch.size());
-    for (const auto& [key, members] : AlikeAdjoints(recordings, seeds))
-      AdjointsOf(*key.engine, members, batch, recordings, seeds, options, results);
+    std::vector<char> failed(batch.size());
+    std::map<DeviceEngine*, std::vector<std::vector<std::size_t>>> of_engine;
+    for (auto& [key, members] : AlikeAdjoints(recordings, seeds))
+      of_engine[key.engine].push_back(members);
+    std::vector<std::function<void()>> work;
+    for (const auto& [engine, groups] : of_engine)
+      work.push_back([&, engine = engine, &groups = groups] {
+        for (const std::vector<std::size_t>& members : groups)
+          AdjointsOf(*engine, members, batch, recordings, seeds, options, results, failed);
+      });
+    RunSideBySide(work);
+    for (const std::size_t i : Indices(failed))
+      results[i] = AdjointOnHost(batch[i], seeds[i], options);
     return results;
   }
 
@@ -171,29 +183,33 @@ class CudaBackend final : public Backend {
     return set;
   }
 
-  // Splits a batch evenly over the devices, one thread each, and waits. Rethrows what one threw.
-  template <class Work>
-  void OnDevices(std::size_t count, const Work& work) {
-    std::vector<Share> shares;
-    const std::size_t devices = std::min(engines_.size(), count);
-    for (std::size_t d = 0; d < devices; ++d) {
-      const std::size_t first = count * d / devices, last = count * (d + 1) / devices;
-      shares.push_back({engines_[d].get(), first, last - first});
-    }
-    if (shares.size() == 1) return work(shares[0]);
-    std::vector<std::exception_ptr> errors(shares.size());
+  // A thread each; waits for all and rethrows what one threw.
+  static void RunSideBySide(const std::vector<std::function<void()>>& work) {
+    if (work.size() == 1) return work[0]();
+    std::vector<std::exception_ptr> errors(work.size());
     std::vector<std::thread> threads;
-    for (std::size_t d = 0; d < shares.size(); ++d)
-      threads.emplace_back([&, d] {
+    for (std::size_t i = 0; i < work.size(); ++i)
+      threads.emplace_back([&, i] {
         try {
-          work(shares[d]);
+          work[i]();
         } catch (...) {
-          errors[d] = std::current_exception();
+          errors[i] = std::current_exception();
         }
       });
     for (std::thread& thread : threads) thread.join();
     for (const std::exception_ptr& error : errors)
       if (error) std::rethrow_exception(error);
+  }
+
+  // Splits a batch evenly over the devices.
+  void OnDevices(std::size_t count, const std::function<void(const Share&)>& work) {
+    std::vector<std::function<void()>> shares;
+    const std::size_t devices = std::min(engines_.size(), count);
+    for (std::size_t d = 0; d < devices; ++d) {
+      const std::size_t first = count * d / devices, last = count * (d + 1) / devices;
+      shares.push_back([&, d, first, last] { work({engines_[d].get(), first, last - first}); });
+    }
+    RunSideBySide(shares);
   }
 
   // Adjoints that run as one batch: on the device that has the recording, as many columns.
@@ -222,7 +238,7 @@ class CudaBackend final : public Backend {
   void AdjointsOf(DeviceEngine& engine, const std::vector<std::size_t>& members,
                   std::span<const RolloutInput> batch, std::span<const Recording> recordings,
                   std::span<const RowMatrix> seeds, const RolloutOptions& options,
-                  std::vector<AdjointResult>& results) {
+                  std::vector<AdjointResult>& results, std::vector<char>& failed) {
     std::vector<RolloutInput> inputs;
     std::vector<const Recording*> kept;
     std::vector<const RowMatrix*> columns;
@@ -232,11 +248,12 @@ class CudaBackend final : public Backend {
       columns.push_back(&seeds[i]);
     }
     std::vector<AdjointResult> found(members.size());
-    std::vector<char> failed(members.size());
-    engine.Adjoints(inputs, kept, columns, options, found, failed);
-    for (std::size_t k = 0; k < members.size(); ++k)
-      results[members[k]] = failed[k] != 0 ? AdjointOnHost(inputs[k], *columns[k], options)
-                                           : std::move(found[k]);
+    std::vector<char> flags(members.size());
+    engine.Adjoints(inputs, kept, columns, options, found, flags);
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      results[members[k]] = std::move(found[k]);
+      failed[members[k]] = flags[k];
+    }
   }
 
   AdjointResult AdjointOnHost(const RolloutInput& input, const RowMatrix& seed,
