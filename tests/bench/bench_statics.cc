@@ -10,10 +10,10 @@
 #include <string>
 
 #include "physics/disc.h"
-#include "physics/material_io.h"
 #include "physics/start_shape.h"
 #include "physics/statics.h"
 #include "tests/bench/cpu_time.h"
+#include "tests/bench/fabrics.h"
 
 namespace drape {
 namespace {
@@ -24,22 +24,8 @@ constexpr int kCottonBlue = 1, kWoolRed = 4;
 constexpr int kSeeds = 4;
 constexpr double kSupport = 0.09;  // [m]
 
-// Negative entries, which published tables have and the smooth law refuses, become a tenth of the
-// largest of their column.
-void Raise(double* table, int rows, int columns) {
-  for (int c = 0; c < columns; ++c) {
-    double largest = 0.0;
-    for (int r = 0; r < rows; ++r) largest = std::max(largest, table[columns * r + c]);
-    for (int r = 0; r < rows; ++r)
-      if (table[columns * r + c] < 0.0) table[columns * r + c] = 0.1 * largest;
-  }
-}
-MaterialField ReadFabric(const std::string& name) {
-  const std::string path = DRAPE_SOURCE_DIR "/configs/fabrics/" + name + ".json";
-  MaterialField field = ReadMaterial(path, {NegativeEntries::kWarn}).field;
-  Raise(&field.stretch[0].c[0][0], kStretchRows, kStretchCols);
-  Raise(&field.bend[0].b[0][0], kBendRows, kBendCols);
-  return field;
+MaterialField PublishedFabric(const std::string& name) {
+  return ReadFabric(DRAPE_SOURCE_DIR "/configs/fabrics/" + name + ".json");
 }
 
 std::shared_ptr<const ClothModel> MakeModel(int vertices) {
@@ -59,7 +45,7 @@ const RolloutOptions kFall{.h = 0.1, .steps = 60};
 // not) and the 39 implicit tangents there. Bound: 100_tangents/implicit ≥ 15.
 void BM_Ratios(benchmark::State& bench) {
   StepSolver solver(MakeModel(static_cast<int>(bench.range(0))));
-  const MaterialField material = ReadFabric(kFabrics[bench.range(1)]);
+  const MaterialField material = PublishedFabric(kFabrics[bench.range(1)]);
   const State start = Start(solver.model(), 1);
   const RolloutOptions hundred{.h = 0.05, .steps = 100};
   EquilibriumResult rest;
@@ -102,7 +88,7 @@ void BM_Settle(benchmark::State& bench) {
   for (auto _ : bench)
     for (const char* fabric : kFabrics)
       for (int seed = 1; seed <= kSeeds; ++seed) {
-        const MaterialField material = ReadFabric(fabric);
+        const MaterialField material = PublishedFabric(fabric);
         const State fallen = Rollout(solver, material, Start(solver.model(), seed), kFall).end;
         const EquilibriumResult rest =
             SolveEquilibrium(solver, material, fallen.x, {.tolerance = 1e-8, .max_iterations = 60});

@@ -2,23 +2,26 @@
 #pragma once
 
 #include <algorithm>
-#include <span>
 #include <string>
 
 #include "physics/material_io.h"
 
 namespace drape {
 
-// The tables of the published start materials that the smooth law refuses have negative entries:
-// raised to a hundredth of the largest.
-inline void RaiseEntries(std::span<double> entries) {
-  const double least = 0.01 * *std::max_element(entries.begin(), entries.end());
-  for (double& entry : entries) entry = std::max(entry, least);
+// Negative entries, which published tables have and the smooth law refuses, become a tenth of the
+// largest of their column.
+inline void RaiseNegativeEntries(double* table, int rows, int columns) {
+  for (int c = 0; c < columns; ++c) {
+    double largest = 0.0;
+    for (int r = 0; r < rows; ++r) largest = std::max(largest, table[columns * r + c]);
+    for (int r = 0; r < rows; ++r)
+      if (table[columns * r + c] < 0.0) table[columns * r + c] = 0.1 * largest;
+  }
 }
 inline MaterialField ReadFabric(const std::string& path) {
   MaterialField field = ReadMaterial(path, {NegativeEntries::kWarn}).field;
-  RaiseEntries({&field.stretch[0].c[0][0], kStretchEntries});
-  RaiseEntries({&field.bend[0].b[0][0], kBendEntries});
+  RaiseNegativeEntries(&field.stretch[0].c[0][0], kStretchRows, kStretchCols);
+  RaiseNegativeEntries(&field.bend[0].b[0][0], kBendRows, kBendCols);
   return field;
 }
 
