@@ -16,7 +16,7 @@ class BatchNewton {
  public:
   BatchNewton(DeviceEngine& engine, std::span<const RolloutInput> batch,
               const EquilibriumOptions& options)
-      : engine_(engine), cloth_(engine.cloth_->view()), batch_(batch), options_(options),
+      : engine_(engine), cloth_(engine.cloth_->view()), options_(options),
         count_(static_cast<int>(batch.size())), stream_(engine.streams_->main()),
         materials_(Fields(batch)) {
     const auto take = [&](Arena& arena, int n) { Take(arena, n); };
@@ -263,7 +263,6 @@ class BatchNewton {
 
   DeviceEngine& engine_;
   const ClothView& cloth_;
-  std::span<const RolloutInput> batch_;
   const EquilibriumOptions& options_;
   int count_;
   cudaStream_t stream_;

@@ -148,12 +148,16 @@ void DeviceEngine::DownloadTangents(const double* from, std::span<TangentResult>
 
 void DeviceEngine::ReadTangents(const double* dx, std::size_t first, const ReadoutOf& readout,
                                 std::span<ReadoutTangent> results, std::span<const char> failed) {
+  const auto ended = [&](std::size_t i) {
+    return failed[i] == 0 && results[i].rollout.status == RolloutStatus::kOk;
+  };
   std::vector<Readout> readouts(results.size());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < results.size(); ++i)
-    if (failed[i] == 0) readouts[i] = readout(first + i, results[i].rollout.end.x);
+    if (ended(i)) readouts[i] = readout(first + i, results[i].rollout.end.x);
   Eigen::Index rows = 0;
   for (const Readout& each : readouts) rows = std::max(rows, each.rows());
+  if (rows == 0) return;
   std::vector<int> start{0}, dof;
   std::vector<double> value;
   for (const Readout& each : readouts)
@@ -175,7 +179,7 @@ void DeviceEngine::ReadTangents(const double* dx, std::size_t first, const Reado
   std::vector<double> host(out.size());
   CopyToHost<double>(out.data(), host);
   for (int i = 0; i < slots; ++i)
-    if (failed[i] == 0)
+    if (ended(i))
       results[i].dr = Eigen::Map<const RowMatrix>(host.data() + i * rows * kPaddedEntries, rows,
                                                   kPaddedEntries)
                           .leftCols(kMaterialEntries);

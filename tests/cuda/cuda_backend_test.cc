@@ -173,6 +173,15 @@ TEST_P(CudaBackendTest, FailureStaysAlone) {
   for (std::size_t i = 1; i < inputs_.size(); ++i) EXPECT_EQ(mixed[i].end.x, good[i].end.x);
 }
 
+TEST_P(CudaBackendTest, NothingIsReadWhereAllFail) {
+  for (State& start : starts_) start.x[0] = std::numeric_limits<double>::quiet_NaN();
+  const auto readout = [](std::size_t, const Eigen::VectorXd& x) { return Readout(2, x.size()); };
+  for (const auto& result : device_->ReadoutTangents(inputs_, weights_, options_, readout)) {
+    EXPECT_NE(result.rollout.status, RolloutStatus::kOk);
+    EXPECT_EQ(result.dr.size(), 0);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Batches, CudaBackendTest,
                          testing::Values(std::tuple("smooth", 150, 1), std::tuple("smooth", 300, 5),
                                          std::tuple("smooth", 1200, 3),
