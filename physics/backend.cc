@@ -70,6 +70,18 @@ class CpuBackend final : public Backend {
     });
   }
 
+  std::vector<Eigen::VectorXd> EquilibriumDirections(
+      std::span<const RolloutInput> batch,
+      std::span<const MaterialField* const> changes) override {
+    CHECK_EQ(changes.size(), batch.size());
+    return ForEach<Eigen::VectorXd>(batch.size(), [&](StepSolver& solver, int i) {
+      Eigen::VectorXd dx;
+      const bool ok =
+          EquilibriumDirection(solver, *batch[i].material, *changes[i], batch[i].start->x, &dx);
+      return ok ? dx : Eigen::VectorXd();
+    });
+  }
+
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
       std::span<const RolloutInput> batch, std::span<const RowMatrix> seeds) override {
     CHECK_EQ(seeds.size(), batch.size());
@@ -110,6 +122,14 @@ std::vector<ReadoutTangent> Backend::ReadoutTangents(
       results[i].dr = readout(i, results[i].rollout.end.x) * tangents[i].dx;
   }
   return results;
+}
+
+std::vector<Eigen::VectorXd> Backend::EquilibriumDirections(
+    std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes) {
+  std::vector<Eigen::VectorXd> directions;
+  for (const RowMatrix& tangent : EquilibriumTangents(batch, changes))
+    directions.push_back(tangent.rowwise().sum());
+  return directions;
 }
 
 std::unique_ptr<Backend> MakeCpuBackend(std::shared_ptr<const ClothModel> model, int threads) {

@@ -64,6 +64,10 @@ class Backend {
   // positive definite.
   virtual std::vector<RowMatrix> EquilibriumTangents(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) = 0;
+  // How these equilibria move, to first order in changes[i] of each table entry; shape [3V] each,
+  // empty as above.
+  virtual std::vector<Eigen::VectorXd> EquilibriumDirections(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes);
   // Gradients of scalars of equilibria that are given as the starts; seeds[i]: ∂L/∂x, shape
   // [3V, m_i]. None where K is not positive definite.
   virtual std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(

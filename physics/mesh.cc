@@ -207,4 +207,22 @@ Mesh BuildMesh(const Eigen::VectorXd& rest_x, const Eigen::Matrix2Xd& uv,
   return mesh;
 }
 
+Eigen::Matrix2Xd FaceCentres(const Mesh& mesh) {
+  Eigen::Matrix2Xd centres(2, mesh.num_faces());
+  for (int f = 0; f < mesh.num_faces(); ++f) {
+    const int* v = mesh.faces[f].vertex;
+    centres.col(f) = (mesh.uv.col(v[0]) + mesh.uv.col(v[1]) + mesh.uv.col(v[2])) / 3;
+  }
+  return centres;
+}
+
+Eigen::Matrix2Xd HingeCentres(const Mesh& mesh) {
+  Eigen::Matrix2Xd centres(2, mesh.num_hinges());
+  for (int e = 0; e < mesh.num_hinges(); ++e) {
+    const int* v = mesh.hinges[e].vertex;
+    centres.col(e) = (mesh.uv.col(v[0]) + mesh.uv.col(v[1])) / 2;
+  }
+  return centres;
+}
+
 }  // namespace drape

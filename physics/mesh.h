@@ -46,4 +46,9 @@ struct Mesh {
 Mesh BuildMesh(const Eigen::VectorXd& rest_x, const Eigen::Matrix2Xd& uv,
                const std::vector<std::array<int, 3>>& triangles, const std::string& where);
 
+// Where elements are in material space (uv) [m]: centroids, shape [2, F]; middles of the edges,
+// shape [2, E].
+Eigen::Matrix2Xd FaceCentres(const Mesh& mesh);
+Eigen::Matrix2Xd HingeCentres(const Mesh& mesh);
+
 }  // namespace drape

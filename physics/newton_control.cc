@@ -13,7 +13,7 @@ constexpr double kShiftDecay = 0.25, kLeastShift = 0.2;  // the latter of Stiffn
 constexpr double kResidualDecrease = 0.9;
 
 // Of a drape that counts as stable: nearer to a fold bifurcation Ks⁻¹ lets the skew part of K rule.
-constexpr double kMaxAsymmetry = 0.5;
+constexpr double kMaxAsymmetry = 1.0;
 
 }  // namespace
 

@@ -100,6 +100,15 @@ class EquilibriumSearch {
   NewtonControl control_;
 };
 
+// ∂f/∂entry · weight, shape [3V, 39].
+RowMatrix ForceByEntry(const ClothModel& model, const MaterialField& material,
+                       const MaterialField& weight, const Eigen::VectorXd& x) {
+  const Eigen::VectorXd no_velocity = Eigen::VectorXd::Zero(x.size());
+  RowMatrix by_entry = RowMatrix::Zero(model.num_dofs(), kMaterialEntries);
+  AddMaterialColumns(model, material, weight, x, no_velocity, 1.0, by_entry);
+  return by_entry;
+}
+
 }  // namespace
 
 double CharacteristicForce(const ClothModel& model, const MaterialField& material) {
@@ -122,14 +131,23 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
 
 bool EquilibriumTangent(StepSolver& solver, const MaterialField& material,
                         const MaterialField& weight, const Eigen::VectorXd& x, RowMatrix* dx) {
-  const ClothModel& model = solver.model();
   Stiffness stiffness(solver, material);
   stiffness.Assemble(x);
-  if (!stiffness.Factor()) return false;
-  const Eigen::VectorXd no_velocity = Eigen::VectorXd::Zero(x.size());
-  RowMatrix by_entry = RowMatrix::Zero(model.num_dofs(), kMaterialEntries);
-  AddMaterialColumns(model, material, weight, x, no_velocity, 1.0, by_entry);
-  return stiffness.Solve(by_entry, dx);
+  return stiffness.Factor() &&
+         stiffness.Solve(ForceByEntry(solver.model(), material, weight, x), dx);
+}
+
+bool EquilibriumDirection(StepSolver& solver, const MaterialField& material,
+                          const MaterialField& change, const Eigen::VectorXd& x,
+                          Eigen::VectorXd* dx) {
+  Stiffness stiffness(solver, material);
+  stiffness.Assemble(x);
+  RowMatrix column;
+  if (!stiffness.Factor() ||
+      !stiffness.Solve(ForceByEntry(solver.model(), material, change, x).rowwise().sum(), &column))
+    return false;
+  *dx = column;
+  return true;
 }
 
 bool EquilibriumAdjoint(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& x,

@@ -43,6 +43,12 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
                                       const MaterialField& weight, const Eigen::VectorXd& x,
                                       RowMatrix* dx);
 
+// dx = K⁻¹·∂f/∂p·change: how an equilibrium moves with the tables, to first order in a change of
+// each entry. One column of EquilibriumTangent's kind; false as there.
+[[nodiscard]] bool EquilibriumDirection(StepSolver& solver, const MaterialField& material,
+                                        const MaterialField& change, const Eigen::VectorXd& x,
+                                        Eigen::VectorXd* dx);
+
 // Gradients of m scalars L of an equilibrium by each entry of the material's tables, with seeds
 // ∂L/∂x, shape [3V, m]: (∂f/∂p)ᵀ·K⁻ᵀ·seeds by one factorisation. False as in EquilibriumTangent.
 [[nodiscard]] bool EquilibriumAdjoint(StepSolver& solver, const MaterialField& material,

@@ -87,7 +87,7 @@ void BranchFitter::Reseed(BranchWork& work) const {
 }
 
 void BranchFitter::Fit(BranchWork& work, const std::function<void(double)>& progress) const {
-  const MaterialParametrisation parametrisation = Parametrisation(work.branch);
+  const TableParametrisation parametrisation = Parametrisation(work.branch);
   std::vector<Target> targets = WithStarts(work.branch);
   RolloutBatch batch(&fine_, &parametrisation, &targets, BatchOptionsOf());
   const Eigen::VectorXd& theta = work.branch.theta;
@@ -129,7 +129,7 @@ void BranchFitter::Keep(const FitSummary& summary, const std::vector<Target>& ta
 }
 
 Eigen::MatrixXd BranchFitter::Jacobian(const BranchFit& branch) const {
-  const MaterialParametrisation parametrisation = Parametrisation(branch);
+  const TableParametrisation parametrisation = Parametrisation(branch);
   std::vector<Target> targets = WithStarts(branch);
   RolloutBatch batch(&fine_, &parametrisation, &targets, BatchOptionsOf());
   Eigen::Map<Eigen::VectorXd>(batch.theta(), branch.theta.size()) = branch.theta;
@@ -143,7 +143,7 @@ Eigen::MatrixXd BranchFitter::Jacobian(const BranchFit& branch) const {
   return jacobian;
 }
 
-MaterialParametrisation BranchFitter::Parametrisation(const BranchFit& branch) const {
+TableParametrisation BranchFitter::Parametrisation(const BranchFit& branch) const {
   return {Scaled(problem_.material, branch.seed.stretch, branch.seed.bend), options_.parameters};
 }
 

@@ -34,6 +34,9 @@ class BranchFitter {
   // Without shapes afterwards when not even the start could be evaluated.
   // progress: share of the iterations.
   void Fit(BranchWork& work, const std::function<void(double share)>& progress) const;
+  // The targets with the branch's drapes as their starts.
+  std::vector<Target> WithStarts(const BranchFit& branch) const;
+  BatchOptions BatchOptionsOf() const;
   // As FitJacobian.
   Eigen::MatrixXd Jacobian(const BranchFit& branch) const;
 
@@ -43,10 +46,8 @@ class BranchFitter {
   Eigen::VectorXd SettledSeed(const MaterialField& material, int i, double lift,
                               BranchWork& work) const;
   double ProfileRmsOf(int i, const Eigen::VectorXd& x) const;
-  MaterialParametrisation Parametrisation(const BranchFit& branch) const;
-  std::vector<Target> WithStarts(const BranchFit& branch) const;
+  TableParametrisation Parametrisation(const BranchFit& branch) const;
   std::optional<StripReadings> Tests() const;
-  BatchOptions BatchOptionsOf() const;
   FitOptions FitOptionsOf() const;
   void Keep(const FitSummary& summary, const std::vector<Target>& targets,
             BranchWork& work) const;

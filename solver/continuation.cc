@@ -81,9 +81,8 @@ class BranchFollower {
   bool FindTangent() {
     ContinuationPoint& point = result_.points.back();
     const MaterialField material = MaterialAt(point.s);
-    RowMatrix by_log_entry;
-    if (!EquilibriumTangent(solver_, material, material, point.x, &by_log_entry)) return false;
-    tangent_ = by_log_entry * (parametrisation_.log_entries_by_theta() * direction_);
+    const MaterialField change = parametrisation_.Direction(material, direction_);
+    if (!EquilibriumDirection(solver_, material, change, point.x, &tangent_)) return false;
     point.speed = tangent_.norm() / std::sqrt(static_cast<double>(tangent_.size()) / 3.0);
     return true;
   }

@@ -11,16 +11,38 @@
 namespace drape {
 namespace {
 
+// θ as parameter blocks of Ceres: one, or many where conjugate gradients are to be used, since the
+// prior of a block is a dense matrix.
+struct ParameterBlocks {
+  explicit ParameterBlocks(double* theta, int size) {
+    constexpr int kLargest = 64;
+    const int most = size > kMostDenseParameters ? kLargest : size;
+    for (int first = 0; first < size; first += most) {
+      starts.push_back(theta + first);
+      sizes.push_back(std::min(most, size - first));
+    }
+  }
+  std::vector<double*> starts;
+  std::vector<int> sizes;
+};
+
 // The slice of one target: the batch has done the work.
 class OutlineCost final : public ceres::CostFunction {
  public:
-  OutlineCost(const RolloutBatch* batch, int target, int parameters)
+  OutlineCost(const RolloutBatch* batch, int target, const ParameterBlocks& blocks)
       : batch_(batch), target_(target) {
     set_num_residuals(batch->num_angles());
-    mutable_parameter_block_sizes()->push_back(parameters);
+    *mutable_parameter_block_sizes() = blocks.sizes;
   }
   bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
-    return batch_->Copy(target_, residuals, jacobians == nullptr ? nullptr : jacobians[0]);
+    if (!batch_->Copy(target_, residuals)) return false;
+    int first = 0;
+    for (std::size_t b = 0; jacobians != nullptr && b < parameter_block_sizes().size(); ++b) {
+      const int size = parameter_block_sizes()[b];
+      if (jacobians[b] != nullptr) batch_->CopyJacobian(target_, first, size, jacobians[b]);
+      first += size;
+    }
+    return true;
   }
 
  private:
@@ -86,12 +108,21 @@ class Monitor final : public ceres::IterationCallback {
   bool stopped_ = false;
 };
 
-ceres::Solver::Options CeresOptions(const FitOptions& options, Monitor* monitor) {
+void UseConjugateGradients(ceres::Solver::Options* options) {
+  options->linear_solver_type = ceres::CGNR;
+  options->preconditioner_type = ceres::IDENTITY;
+  options->max_linear_solver_iterations = 1000;
+  options->eta = 1e-6;
+}
+
+ceres::Solver::Options CeresOptions(int parameters, const FitOptions& options, Monitor* monitor) {
   ceres::Solver::Options ceres_options;
   ceres_options.linear_solver_type = ceres::DENSE_QR;
+  if (parameters > kMostDenseParameters) UseConjugateGradients(&ceres_options);
   ceres_options.max_num_iterations = options.max_iterations;
   ceres_options.initial_trust_region_radius = 1.0 / options.initial_damping;
-  ceres_options.min_lm_diagonal = options.least_scale;
+  ceres_options.min_lm_diagonal = options.unit_damping ? 1.0 : options.least_scale;
+  if (options.unit_damping) ceres_options.max_lm_diagonal = 1.0;
   ceres_options.function_tolerance = options.cost_tolerance;
   ceres_options.gradient_tolerance = 1e-12;
   ceres_options.parameter_tolerance = 1e-10;
@@ -111,16 +142,19 @@ FitTermination FromCeres(const ceres::Solver::Summary& summary) {
                                                         : FitTermination::kIterationLimit;
 }
 
-void AddPrior(ceres::Problem& problem, double* theta, int size, const FitOptions& options) {
-  const ceres::Matrix information = ceres::Matrix::Identity(size, size) / options.prior_sigma;
-  problem.AddResidualBlock(new ceres::NormalPrior(information, ceres::Vector::Zero(size)), nullptr,
-                           theta);
+void AddPrior(ceres::Problem& problem, const ParameterBlocks& blocks, const FitOptions& options) {
+  for (std::size_t b = 0; b < blocks.sizes.size(); ++b) {
+    const int size = blocks.sizes[b];
+    const ceres::Matrix information = ceres::Matrix::Identity(size, size) / options.prior_sigma;
+    problem.AddResidualBlock(new ceres::NormalPrior(information, ceres::Vector::Zero(size)),
+                             nullptr, blocks.starts[b]);
+  }
 }
 
 void Solve(ceres::Problem& problem, const FitOptions& options, FitSummary* summary) {
   Monitor monitor(options, summary);
   ceres::Solver::Summary ceres_summary;
-  ceres::Solve(CeresOptions(options, &monitor), &problem, &ceres_summary);
+  ceres::Solve(CeresOptions(problem.NumParameters(), options, &monitor), &problem, &ceres_summary);
   if (!monitor.stopped()) summary->termination = FromCeres(ceres_summary);
   summary->message = ceres_summary.message;
   summary->initial_cost = ceres_summary.initial_cost;
@@ -167,13 +201,13 @@ FitSummary Fit(RolloutBatch& batch, const FitOptions& options, StripReadings* te
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = &batch;
   ceres::Problem problem(problem_options);
+  const ParameterBlocks blocks(batch.theta(), batch.num_parameters());
   for (int i = 0; i < batch.num_targets(); ++i)
-    problem.AddResidualBlock(new OutlineCost(&batch, i, batch.num_parameters()), nullptr,
-                             batch.theta());
+    problem.AddResidualBlock(new OutlineCost(&batch, i, blocks), nullptr, blocks.starts);
   if (tests != nullptr)
     problem.AddResidualBlock(new StripCost(tests, &batch.parametrisation(), nullptr), nullptr,
                              batch.theta());
-  AddPrior(problem, batch.theta(), batch.num_parameters(), options);
+  AddPrior(problem, blocks, options);
   Solve(problem, options, &summary);
   summary.counts = batch.counts();
   // Ceres fails where the Jacobian of an accepted step cannot be had: the point before still
@@ -201,7 +235,7 @@ FitSummary FitStrips(StripReadings& tests, const MaterialParametrisation& parame
   ceres::Problem problem;
   problem.AddResidualBlock(new StripCost(&tests, &parametrisation, &summary.theta), nullptr,
                            block.data());
-  AddPrior(problem, block.data(), size, options);
+  AddPrior(problem, ParameterBlocks(block.data(), size), options);
   Solve(problem, options, &summary);
   if (summary.theta.size() == 0) return summary;
   if (summary.termination == FitTermination::kFailed)

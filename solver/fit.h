@@ -32,6 +32,9 @@ struct FitOptions {
   // Squared column norms below this are damped as if they were this large: keeps numbers that the
   // data hardly feel from running away while the residuals are large.
   double least_scale = 1e-6;
+  // All numbers are damped alike, in units of their prior, instead of by their columns' norms: for
+  // fields, whose numbers are of one kind.
+  bool unit_damping = false;
   double cost_tolerance = 1e-4;     // stop when |Δcost|/cost is below
   const std::atomic<bool>* cancel = nullptr;  // stop after the present iteration when it turns true
   std::function<void(const FitIteration&)> progress;
@@ -61,6 +64,12 @@ struct FitSummary {
   Eigen::MatrixXd jacobian;
   double seconds = 0.0;
 };
+
+// Up to this many parameters the steps are Ceres's DENSE_QR. Beyond, CGNR: JᵀJ of m residuals with
+// a prior and damping of one size is a matrix of rank m plus a multiple of 1, so that conjugate
+// gradients end within m + 1 rounds at the solution of the dual system, (J·Jᵀ + c)·y = −r, without
+// a matrix of [P, P].
+inline constexpr int kMostDenseParameters = 1000;
 
 // Fits θ to all targets by Ceres's trust region (Levenberg–Marquardt) from batch.theta(). On return
 // the targets' starts are the drapes of the best point. `tests`, if not null: mechanical tests of

@@ -29,6 +29,7 @@ namespace fs = std::filesystem;
 // Of the fit of tests alone: it takes seconds, so it is run to the end.
 constexpr int kTestIterations = 100;
 constexpr double kTestTolerance = 1e-5;
+constexpr double kTableShare = 0.7;      // of the time of model heter that its one table takes
 constexpr double kTestLeastScale = 1e4;  // of a number that its tests determine to 1 %
 
 // The inputs of a job, read and checked, with the backends that the problem points to.
@@ -105,9 +106,14 @@ void RequireDistinctNames(const std::vector<Target>& targets) {
 }
 
 LoadedJob Load(const FitJob& job) {
-  if (job.model != "homo") throw InputError("model", "'" + job.model + "', expected homo");
+  if (job.model != "homo" && job.model != "heter")
+    throw InputError("model", "'" + job.model + "', expected homo or heter");
   if (job.images.empty() && job.tests.empty())
     throw InputError("images", "none, and no tests, expected at least one silhouette or test");
+  if (job.model == "heter" && job.images.empty())
+    throw InputError("model", "heter without images, expected some: tests know one table only");
+  if (job.model == "heter" && job.fit.integrator != Integrator::kStatic)
+    throw InputError("integrator", "dynamic with model heter, expected static");
   LoadedJob loaded;
   loaded.fit = job.fit;
   std::vector<MechanicalTest> tests;
@@ -200,8 +206,8 @@ FitSummary FitTestsInStages(const MaterialField& start, Tying last, const FitOpt
   Eigen::VectorXd log_entries = Eigen::VectorXd::Zero(kMaterialEntries);
   double seconds = 0.0;
   for (const Tying tying : {Tying::kScales, Tying::kColumns, Tying::kEntries}) {
-    const MaterialParametrisation parametrisation(base, tying);
-    const Eigen::MatrixXd& tie = parametrisation.log_entries_by_theta();
+    const TableParametrisation parametrisation(base, tying);
+    const Eigen::MatrixXd& tie = *parametrisation.log_entries_by_theta();
     // A group's mean; the columns of T are ones and zeros.
     const Eigen::VectorXd theta =
         (tie.transpose() * log_entries).cwiseQuotient(tie.colwise().sum().transpose());
@@ -270,10 +276,12 @@ void LogBackend(const std::string& choice, const FitJobCallbacks& callbacks, std
   if (callbacks.log) callbacks.log(line);
 }
 
-FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFitState& state) {
+FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFitState& state,
+                     std::optional<FieldFit> fields) {
   const auto start = std::chrono::steady_clock::now();
   FitReport report;
   report.notes = loaded.notes;
+  report.fields = std::move(fields);
   report.tests_alone = loaded.tests_alone;
   const FitProblem& problem = loaded.problem;
   const BranchFit* best = Best(state);
@@ -286,7 +294,7 @@ FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFit
     NoteMisfits(report.tests, &report.notes);
     return report;
   }
-  report.material = FittedMaterial(problem, job.fit, *best);
+  report.material = report.fields ? report.fields->material : FittedMaterial(problem, job.fit, *best);
   if (problem.tests != nullptr) report.tests = ReportStrips(*problem.tests, report.material);
   NoteMisfits(report.tests, &report.notes);
   const Eigen::MatrixXd jacobian = FitJacobian(problem, job.fit, *best);
@@ -299,14 +307,32 @@ FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFit
   report.drapes.resize(problem.targets.size());
   for (std::size_t i = 0; i < problem.targets.size(); ++i) {
     options.seed_lift = best->seed.lifts[i];
-    if (!ReportDrape(*problem.fine, solver, report.material, problem.targets[i], best->shapes[i],
-                     options, &report.drapes[i]))
+    const Eigen::VectorXd& shape = report.fields ? report.fields->shapes[i] : best->shapes[i];
+    if (!ReportDrape(*problem.fine, solver, report.material, problem.targets[i], shape, options,
+                     &report.drapes[i]))
       report.notes.push_back(problem.targets[i].name +
                              ": the fitted or the settled drape has no outline");
   }
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;
+}
+
+// The fields of model heter; none where the fit before them or their own failed.
+std::optional<FieldFit> FitFieldsOf(const FitJob& job, const LoadedJob& loaded,
+                                    const StagedFitState& state,
+                                    const StagedFitCallbacks& callbacks) {
+  const BranchFit* best = Best(state);
+  const bool cancelled = callbacks.cancel != nullptr && callbacks.cancel->load();
+  if (job.model != "heter" || best == nullptr || cancelled) return std::nullopt;
+  FieldFit fit = FitFields(loaded.problem, job.fit, job.fields, *best, callbacks);
+  std::ostringstream line;
+  line << "fields: " << fit.summary.theta.size() << " numbers, cost " << fit.summary.initial_cost
+       << " -> " << fit.summary.final_cost << ", " << ToString(fit.summary.termination) << ", "
+       << fit.summary.counts.jumps << " branch jumps, " << fit.summary.counts.failed << " failed";
+  callbacks.log(line.str());
+  if (!fit.valid()) return std::nullopt;
+  return fit;
 }
 
 std::vector<std::string> Expand(const std::string& text, const std::string& what,
@@ -356,13 +382,17 @@ FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
   staged.save = [&](const StagedFitState& s) { WriteCheckpoint(job.checkpoint, identity, s); };
   staged.log = [&](const std::string& line) { log << line << std::endl; };
   staged.progress = [&](const std::string& stage, double fraction, double rms) {
-    if (callbacks.progress) callbacks.progress({stage, fraction, rms});
+    if (!callbacks.progress) return;
+    if (job.model == "heter")
+      fraction = stage == "fields" ? kTableShare + (1 - kTableShare) * fraction
+                                   : kTableShare * fraction;
+    callbacks.progress({stage, fraction, rms});
   };
   if (loaded.tests) StartFromTests(job, callbacks, loaded);
   const bool ready = !loaded.tests || loaded.problem.tests != nullptr;
   if (ready && !loaded.problem.targets.empty())
     state = RunStagedFit(loaded.problem, loaded.fit, std::move(state), staged);
-  FitReport report = MakeReport(job, loaded, state);
+  FitReport report = MakeReport(job, loaded, state, FitFieldsOf(job, loaded, state, staged));
   report.cancelled = callbacks.cancel != nullptr && callbacks.cancel->load();
   WriteFitReport(job, loaded.problem, state, report);
   FitJobResult result;

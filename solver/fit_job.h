@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "solver/field_fit.h"
 #include "solver/staged_fit.h"
 
 namespace drape {
@@ -24,7 +25,8 @@ struct FitJob {
   std::vector<std::string> images;  // JPEG or PNG silhouettes of one fabric, fitted jointly
   std::vector<std::string> tests;   // mechanical tests of the same fabric (ReadMechanicalTest),
                                     // fitted alone or jointly with the images
-  std::string model = "homo";       // one table for the whole cloth
+  std::string model = "homo";       // one table for the whole cloth; "heter": then one for each
+                                    // element (FitFields)
   std::string mesh = "disc:1200";   // ParseMeshSpec
   std::string coarse_mesh = "disc:300";  // of the seed grid
   std::string material;             // start tables, "FILE" or "FILE#name"
@@ -45,6 +47,7 @@ struct FitJob {
   std::map<std::string, std::string> versions;  // for the summary
   int evaluation_steps = 300;       // of h = fit.settle_h: how far the fitted drape still moves
   StagedFitOptions fit;
+  FieldOptions fields;              // of model heter
 };
 
 // Work done, for a progress line.
@@ -71,7 +74,8 @@ struct FitJobResult {
 // residuals beside the outlines'; the seed grid leaves alone what tests have measured (bend after a
 // cantilever, stretch after a tensile test).
 // Reads and checks all input before it computes; writes to job.out: summary.json, material.json,
-// for each image fit_<name>.png, drape_<name>.obj and start_<name>.json. Throws InputError.
+// for each image fit_<name>.png, drape_<name>.obj and start_<name>.json; model heter also
+// material_homo.json and maps of the fields (WriteFields). Throws InputError.
 FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks);
 
 // JSON files of a list like that of ExpandImages. Throws InputError for one that matches nothing.

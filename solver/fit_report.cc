@@ -13,6 +13,7 @@
 #include "physics/modes.h"
 #include "physics/obj_io.h"
 #include "physics/state_io.h"
+#include "solver/field_report.h"
 
 namespace drape {
 namespace {
@@ -124,6 +125,7 @@ ordered_json Summary(const FitJob& job, const FitProblem& problem, const StagedF
   json["parameters"] = ParametersJson(job, best->theta);
   json["parameters"]["sigma_px"] = job.fit.sigma_px;
   json["spectrum"] = SpectrumJson(report.spectrum);
+  if (report.fields) json["fields"] = FieldJson(*report.fields, job.fields);
   json["images"] = ordered_json::array();
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
     json["images"].push_back(ImageJson(problem.targets[i], report.drapes[i], best->seed.lifts[i]));
@@ -215,17 +217,25 @@ std::string ImageTable(const FitProblem& problem, const FitReport& report) {
 }  // namespace
 
 void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
-                    const FitReport& report) {
+                    FitReport& report) {
+  const Mesh* mesh = problem.fine == nullptr ? nullptr : &problem.fine->model().mesh;
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
-    WriteDrape(job.out, problem.fine->model().mesh, problem.targets[i], report.drapes[i]);
-  if (report.fitted()) {
-    WriteMaterial(job.out + "/material.json",
-                  {.name = "fit",
-                   .field = report.material,
-                   .source_convention = "mechanical",
-                   .source = "drape_fit, model " + job.model + ", " + job.law + " law, start " +
-                             job.material,
-                   .warnings = {}});
+    WriteDrape(job.out, *mesh, problem.targets[i], report.drapes[i]);
+  const std::string source = ", " + job.law + " law, start " + job.material;
+  const auto write_table = [&](const std::string& name, const MaterialField& table) {
+    WriteMaterial(job.out + "/" + name, {.name = "fit",
+                                         .field = table,
+                                         .source_convention = "mechanical",
+                                         .source = "drape_fit, model homo" + source,
+                                         .warnings = {}});
+  };
+  if (report.fields) {
+    write_table("material_homo.json", FittedMaterial(problem, job.fit, *Best(state)));
+    const std::string missing =
+        WriteFields(job.out, *mesh, *report.fields, "drape_fit, model heter" + source);
+    if (!missing.empty()) report.notes.push_back(missing);
+  } else if (report.fitted()) {
+    write_table("material.json", report.material);
   }
   WriteFileAtomically(job.out + "/summary.json",
                       Summary(job, problem, state, report).dump(2) + "\n");
@@ -234,7 +244,8 @@ void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFi
 std::string FitTable(const FitProblem& problem, const FitReport& report,
                      const MaterialField* truth) {
   return ImageTable(problem, report) + StripTable(report.tests) +
-         MaterialTable(report.material, truth) +
+         MaterialTable(report.fields ? MeanTables(report.material) : report.material, truth) +
+         (report.fields ? FieldTable(*report.fields) : "") +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,
                 static_cast<int>(report.spectrum.values.size()));
 }

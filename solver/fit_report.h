@@ -18,7 +18,9 @@ struct FitReport {
   std::vector<DrapeReport> drapes;   // of the targets
   std::optional<FitSummary> tests_alone;  // where there are mechanical tests
   std::vector<StripReport> tests;     // with the fitted material
-  MaterialField material;            // no tables when nothing could be fitted
+  MaterialField material;            // no tables when nothing could be fitted; of model heter
+                                     // that of the fields where they could be
+  std::optional<FieldFit> fields;    // model heter
   Spectrum spectrum;                 // empty when the drapes are not stable
   std::vector<std::string> notes;    // what a reader of the figures must know
   double report_seconds = 0.0;
@@ -29,9 +31,10 @@ struct FitReport {
 
 // Writes summary.json, material.json and for each target fit_<name>.png, drape_<name>.obj and
 // start_<name>.json, each atomically. Without targets the fit is that of the tests alone. Throws
-// InputError when it cannot.
+// InputError when it cannot. Model heter: also what WriteFields writes, and material_homo.json; a
+// reason for missing maps becomes a note.
 void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
-                    const FitReport& report);
+                    FitReport& report);
 
 // For a person: one line an image, the means, and the material beside `truth` when given.
 std::string FitTable(const FitProblem& problem, const FitReport& report,

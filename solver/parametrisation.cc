@@ -33,6 +33,14 @@ std::string EntryName(int entry) {
   return "bend[" + std::to_string(k / kBendCols) + "][" + std::to_string(k % kBendCols) + "]";
 }
 
+// Multiplies entry k of all tables by factor[k], shape [39].
+void ScaleEntries(const Eigen::VectorXd& factor, MaterialField* field) {
+  for (StretchTable& table : field->stretch)
+    for (int k = 0; k < kStretchEntries; ++k) (&table.c[0][0])[k] *= factor[k];
+  for (BendTable& table : field->bend)
+    for (int k = 0; k < kBendEntries; ++k) (&table.b[0][0])[k] *= factor[kStretchEntries + k];
+}
+
 }  // namespace
 
 Tying ParseTying(const std::string& text) {
@@ -42,27 +50,48 @@ Tying ParseTying(const std::string& text) {
   throw InputError("parameters", "'" + text + "', expected 2, 7 or 39");
 }
 
-MaterialParametrisation::MaterialParametrisation(MaterialField base, Tying tying)
-    : base_(std::move(base)),
-      tie_(Eigen::MatrixXd::Zero(kMaterialEntries, GroupOf(kMaterialEntries - 1, tying) + 1)) {
-  for (int entry = 0; entry < kMaterialEntries; ++entry) tie_(entry, GroupOf(entry, tying)) = 1.0;
+Eigen::MatrixXd TieOf(Tying tying) {
+  Eigen::MatrixXd tie =
+      Eigen::MatrixXd::Zero(kMaterialEntries, GroupOf(kMaterialEntries - 1, tying) + 1);
+  for (int entry = 0; entry < kMaterialEntries; ++entry) tie(entry, GroupOf(entry, tying)) = 1.0;
+  return tie;
 }
 
-MaterialField MaterialParametrisation::Material(const Eigen::VectorXd& theta) const {
+TableParametrisation::TableParametrisation(MaterialField base, Tying tying)
+    : TableParametrisation(std::move(base), TieOf(tying)) {}
+
+TableParametrisation::TableParametrisation(MaterialField base, Eigen::MatrixXd tie)
+    : base_(std::move(base)), tie_(std::move(tie)) {
+  CHECK_EQ(tie_.rows(), kMaterialEntries);
+}
+
+MaterialField TableParametrisation::Material(const Eigen::VectorXd& theta) const {
   CHECK_EQ(theta.size(), size());
-  const Eigen::VectorXd factor = (tie_ * theta).array().exp();
   MaterialField field = base_;
-  for (StretchTable& table : field.stretch)
-    for (int k = 0; k < kStretchEntries; ++k) (&table.c[0][0])[k] *= factor[k];
-  for (BendTable& table : field.bend)
-    for (int k = 0; k < kBendEntries; ++k) (&table.b[0][0])[k] *= factor[kStretchEntries + k];
+  ScaleEntries((tie_ * theta).array().exp(), &field);
   return field;
 }
 
-std::string MaterialParametrisation::name(int i) const {
-  if (size() == kMaterialEntries) return EntryName(i);
-  if (size() == 2) return i == 0 ? "stretch" : "bend";
-  return i < kStretchCols ? kColumnNames[i] : "bend[" + std::to_string(i - kStretchCols) + "]";
+RowMatrix TableParametrisation::PullBack(const MaterialField& material,
+                                         const MaterialGradient& gradient) const {
+  return tie_.transpose() * gradient.Contract(material);
+}
+
+MaterialField TableParametrisation::Direction(const MaterialField& material,
+                                              const Eigen::VectorXd& change) const {
+  MaterialField direction = material;
+  ScaleEntries(tie_ * change, &direction);
+  return direction;
+}
+
+std::string NameOf(Tying tying, int i) {
+  switch (tying) {
+    case Tying::kScales: return i == 0 ? "stretch" : "bend";
+    case Tying::kColumns:
+      return i < kStretchCols ? kColumnNames[i] : "bend[" + std::to_string(i - kStretchCols) + "]";
+    case Tying::kEntries: return EntryName(i);
+  }
+  LOG(FATAL) << "unknown tying";
 }
 
 }  // namespace drape

@@ -4,9 +4,29 @@
 #include <Eigen/Core>
 #include <string>
 
-#include "physics/material.h"
+#include "physics/material_sensitivity.h"
 
 namespace drape {
+
+// A map from optimisation variables θ, shape [P], to the tables of a cloth, on a log scale: an
+// entry is its base value times the exponential of a linear function of θ, so signs are kept and no
+// bound is needed.
+class MaterialParametrisation {
+ public:
+  virtual ~MaterialParametrisation() = default;
+
+  virtual int size() const = 0;
+  virtual MaterialField Material(const Eigen::VectorXd& theta) const = 0;
+  // T = ∂(log entries)/∂θ, shape [39, P], where one table serves all elements; else nullptr.
+  virtual const Eigen::MatrixXd* log_entries_by_theta() const { return nullptr; }
+  // ∂L/∂θ of m scalars, shape [P, m], from their gradients by each entry of `material`, which is
+  // Material(θ).
+  virtual RowMatrix PullBack(const MaterialField& material,
+                             const MaterialGradient& gradient) const = 0;
+  // The change of each entry of `material`, which is Material(θ), to first order in a change of θ.
+  virtual MaterialField Direction(const MaterialField& material,
+                                  const Eigen::VectorXd& change) const = 0;
+};
 
 // How many numbers of a fabric are free (SPEC section 1: HOMO).
 enum class Tying {
@@ -16,19 +36,28 @@ enum class Tying {
 };
 // "2", "7" or "39". Throws InputError for any other.
 Tying ParseTying(const std::string& text);
+// The T of a tying: ones and zeros, shape [39, P].
+Eigen::MatrixXd TieOf(Tying tying);
 
-// The map from optimisation variables θ to material tables, on a log scale: an entry is its base
-// value times exp((T·θ)_entry), so signs are kept and no bound is needed.
-class MaterialParametrisation {
+// Of number i of a tying: "stretch", "c11", "bend[2]", "c33[5]", "bend[2][4]".
+std::string NameOf(Tying tying, int i);
+
+// One table for the whole cloth: an entry is its base value times exp((T·θ)_entry).
+class TableParametrisation final : public MaterialParametrisation {
  public:
-  MaterialParametrisation(MaterialField base, Tying tying);
+  TableParametrisation(MaterialField base, Tying tying);
+  // tie: T, shape [39, P].
+  TableParametrisation(MaterialField base, Eigen::MatrixXd tie);
 
-  int size() const { return static_cast<int>(tie_.cols()); }
+  int size() const override { return static_cast<int>(tie_.cols()); }
+  MaterialField Material(const Eigen::VectorXd& theta) const override;
+  const Eigen::MatrixXd* log_entries_by_theta() const override { return &tie_; }
+  RowMatrix PullBack(const MaterialField& material,
+                     const MaterialGradient& gradient) const override;
+  MaterialField Direction(const MaterialField& material,
+                          const Eigen::VectorXd& change) const override;
+
   const MaterialField& base() const { return base_; }
-  MaterialField Material(const Eigen::VectorXd& theta) const;
-  // T = ∂(log entries)/∂θ, shape [39, size()].
-  const Eigen::MatrixXd& log_entries_by_theta() const { return tie_; }
-  std::string name(int i) const;
 
  private:
   MaterialField base_;

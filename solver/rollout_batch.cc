@@ -35,7 +35,14 @@ RolloutBatch::RolloutBatch(Backend* backend, const MaterialParametrisation* para
       theta_(Eigen::VectorXd::Zero(parametrisation->size())),
       evaluations_(targets->size()) {
   CHECK(!targets->empty());
+  CHECK(by_tangents() || options.integrator == Integrator::kStatic);
   for (const Target& target : *targets) CHECK_EQ(target.radius.size(), num_angles());
+}
+
+void RolloutBatch::Move(Backend* backend, std::vector<Target>* targets) {
+  CHECK_EQ(targets->size(), targets_->size());
+  backend_ = backend;
+  targets_ = targets;
 }
 
 void RolloutBatch::PrepareForEvaluation(bool with_jacobians, bool) {
@@ -74,6 +81,7 @@ void RolloutBatch::Evaluate(bool with_jacobians) {
   const MaterialField material = parametrisation_->Material(theta_);
   evaluated_theta_ = theta_;
   evaluations_.assign(num_targets(), Evaluation());
+  if (!with_jacobians) PredictShapes();
   if (options_.integrator == Integrator::kDynamic) {
     RunDynamic(material, with_jacobians);
   } else {
@@ -84,7 +92,7 @@ void RolloutBatch::Evaluate(bool with_jacobians) {
   for (int i = 0; i < num_targets(); ++i) {
     if (!evaluations_[i].valid) {
       ++counts_.failed;
-    } else if (!with_jacobians && LeftBranch(i, evaluations_[i].x)) {
+    } else if (!with_jacobians && LeftBranch(i)) {
       evaluations_[i].valid = false;
       ++counts_.jumps;
     } else {
@@ -112,50 +120,96 @@ void RolloutBatch::RunDynamic(const MaterialField& material, bool with_jacobians
 
 void RolloutBatch::RunStatic(const MaterialField& material, bool with_jacobians) {
   std::vector<State> starts(num_targets());
-  std::vector<RolloutInput> inputs;
-  for (int i = 0; i < num_targets(); ++i) {
-    starts[i].x = with_jacobians ? (*targets_)[i].start.x : PredictedShape(i);
-    inputs.push_back({&material, &starts[i]});
-  }
-  std::vector<EquilibriumResult> results = backend_->Equilibria(inputs, options_.equilibrium);
+  for (int i = 0; i < num_targets(); ++i)
+    starts[i].x =
+        with_jacobians || !has_accepted() ? (*targets_)[i].start.x : predicted_x_[i];
+  std::vector<EquilibriumResult> results =
+      backend_->Equilibria(InputsOf(material, starts), options_.equilibrium);
   for (int i = 0; i < num_targets(); ++i) {
     evaluations_[i].valid = results[i].status == EquilibriumStatus::kStable;
     evaluations_[i].x = starts[i].x = std::move(results[i].x);
   }
   if (!with_jacobians) return;
-  const std::vector<const MaterialField*> weights(inputs.size(), &material);
-  std::vector<RowMatrix> tangents = backend_->EquilibriumTangents(inputs, weights);
+  if (by_tangents()) {
+    FindTangents(material, starts);
+  } else {
+    FindAdjoints(material, starts);
+  }
+}
+
+void RolloutBatch::FindTangents(const MaterialField& material, const std::vector<State>& drapes) {
+  const std::vector<const MaterialField*> weights(drapes.size(), &material);
+  std::vector<RowMatrix> tangents =
+      backend_->EquilibriumTangents(InputsOf(material, drapes), weights);
   for (int i = 0; i < num_targets(); ++i) {
     evaluations_[i].valid &= tangents[i].size() > 0;
     evaluations_[i].x_by_log_entry = std::move(tangents[i]);
   }
 }
 
-// The linear prediction from the accepted drape, or the start before there is one.
-Eigen::VectorXd RolloutBatch::PredictedShape(int i) const {
-  if (accepted_x_.empty()) return (*targets_)[i].start.x;
-  return accepted_x_[i] + shape_by_theta_[i] * (theta_ - accepted_theta_);
+void RolloutBatch::FindAdjoints(const MaterialField& material, const std::vector<State>& drapes) {
+  std::vector<RowMatrix> seeds(drapes.size());
+  for (int i = 0; i < num_targets(); ++i) {
+    Outline outline;
+    evaluations_[i].valid &= ReadOutline(i, &outline);
+    seeds[i] = OutlineSeeds(outline, backend_->model().mesh.num_vertices());
+  }
+  const auto gradients = backend_->EquilibriumAdjoints(InputsOf(material, drapes), seeds);
+  for (int i = 0; i < num_targets(); ++i) {
+    evaluations_[i].valid &= gradients[i].has_value();
+    if (evaluations_[i].valid)
+      evaluations_[i].jacobian =
+          parametrisation_->PullBack(material, *gradients[i]).transpose() / options_.sigma_px;
+  }
 }
 
-bool RolloutBatch::LeftBranch(int i, const Eigen::VectorXd& x) const {
-  return !accepted_x_.empty() && (x - PredictedShape(i)).cwiseAbs().maxCoeff() > options_.max_jump;
+std::vector<RolloutInput> RolloutBatch::InputsOf(const MaterialField& material,
+                                                 const std::vector<State>& starts) const {
+  std::vector<RolloutInput> inputs;
+  for (const State& start : starts) inputs.push_back({&material, &start});
+  return inputs;
+}
+
+void RolloutBatch::PredictShapes() {
+  predicted_x_ = accepted_x_;
+  if (!has_accepted()) return;
+  const Eigen::VectorXd change = theta_ - accepted_theta_;
+  if (by_tangents()) {
+    for (int i = 0; i < num_targets(); ++i) predicted_x_[i] += shape_by_theta_[i] * change;
+    return;
+  }
+  const MaterialField material = parametrisation_->Material(accepted_theta_);
+  const MaterialField direction = parametrisation_->Direction(material, change);
+  std::vector<State> drapes(num_targets());
+  for (int i = 0; i < num_targets(); ++i) drapes[i].x = accepted_x_[i];
+  const std::vector<const MaterialField*> changes(drapes.size(), &direction);
+  const auto moves = backend_->EquilibriumDirections(InputsOf(material, drapes), changes);
+  for (int i = 0; i < num_targets(); ++i)
+    if (moves[i].size() > 0) predicted_x_[i] += moves[i];
+}
+
+bool RolloutBatch::LeftBranch(int i) const {
+  return has_accepted() &&
+         (evaluations_[i].x - predicted_x_[i]).cwiseAbs().maxCoeff() > options_.max_jump;
+}
+
+bool RolloutBatch::ReadOutline(int i, Outline* outline) const {
+  return OutlineFromMesh(backend_->model().mesh, evaluations_[i].x, (*targets_)[i].camera,
+                         num_angles(), outline);
 }
 
 void RolloutBatch::FillResidual(int i, bool with_jacobian) {
   Evaluation& evaluation = evaluations_[i];
   Outline outline;
-  evaluation.valid =
-      OutlineFromMesh(backend_->model().mesh, evaluation.x, (*targets_)[i].camera, num_angles(),
-                      &outline);
+  evaluation.valid = ReadOutline(i, &outline);
   if (!evaluation.valid) {
     ++counts_.failed;
     return;
   }
   evaluation.residual = (outline.radius - (*targets_)[i].radius) / options_.sigma_px;
-  if (with_jacobian)
-    evaluation.jacobian =
-        OutlineJacobianTimes(outline, evaluation.x_by_log_entry) *
-        parametrisation_->log_entries_by_theta() / options_.sigma_px;
+  if (with_jacobian && by_tangents())
+    evaluation.jacobian = OutlineJacobianTimes(outline, evaluation.x_by_log_entry) *
+                          *parametrisation_->log_entries_by_theta() / options_.sigma_px;
 }
 
 void RolloutBatch::Accept() {
@@ -169,7 +223,8 @@ void RolloutBatch::Accept() {
   for (int i = 0; i < num_targets(); ++i) {
     Evaluation& evaluation = evaluations_[i];
     accepted_x_[i] = evaluation.x;
-    shape_by_theta_[i] = evaluation.x_by_log_entry * parametrisation_->log_entries_by_theta();
+    if (by_tangents())
+      shape_by_theta_[i] = evaluation.x_by_log_entry * *parametrisation_->log_entries_by_theta();
     evaluation.x_by_log_entry = RowMatrix();  // large, and not needed again
     accepted_residual_.segment(i * num_angles(), num_angles()) = evaluation.residual;
     accepted_jacobian_.middleRows(i * num_angles(), num_angles()) = evaluation.jacobian;
@@ -181,13 +236,16 @@ void RolloutBatch::StartFromAccepted() {
     (*targets_)[i].start = {accepted_x_[i], Eigen::VectorXd::Zero(accepted_x_[i].size())};
 }
 
-bool RolloutBatch::Copy(int i, double* residuals, double* jacobian) const {
+bool RolloutBatch::Copy(int i, double* residuals) const {
   const Evaluation& evaluation = evaluations_[i];
   if (!evaluation.valid) return false;
   std::copy_n(evaluation.residual.data(), evaluation.residual.size(), residuals);
-  if (jacobian != nullptr)
-    std::copy_n(evaluation.jacobian.data(), evaluation.jacobian.size(), jacobian);
   return true;
+}
+
+void RolloutBatch::CopyJacobian(int i, int first, int count, double* jacobian) const {
+  Eigen::Map<RowMatrix>(jacobian, num_angles(), count) =
+      evaluations_[i].jacobian.middleCols(first, count);
 }
 
 }  // namespace drape

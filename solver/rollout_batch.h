@@ -48,12 +48,16 @@ struct BatchCounts {
 };
 
 // All rollouts of one evaluation of the optimiser, run as one batch before the cost functions ask:
-// one material, one rollout a target.
+// one material, one rollout a target. Jacobians are by tangents where the parametrisation has one
+// table, else by adjoints of the K radii (Integrator::kStatic only).
 class RolloutBatch : public ceres::EvaluationCallback {
  public:
   // Pointers outlive the object.
   RolloutBatch(Backend* backend, const MaterialParametrisation* parametrisation,
                std::vector<Target>* targets, const BatchOptions& options);
+
+  // The same with other objects, which outlive it: what is known of the drapes stays.
+  void Move(Backend* backend, std::vector<Target>* targets);
 
   // The parameter block that the optimiser changes in place, shape [P].
   double* theta() { return theta_.data(); }
@@ -65,9 +69,13 @@ class RolloutBatch : public ceres::EvaluationCallback {
 
   void PrepareForEvaluation(bool with_jacobians, bool new_point) override;
 
-  // Slice of target i: residuals [K] and, if not null, their row-major Jacobian [K, P]. False when
-  // its rollout failed or left its branch.
-  bool Copy(int i, double* residuals, double* jacobian) const;
+  // Residuals of target i, shape [K]. False when its rollout failed or left its branch.
+  bool Copy(int i, double* residuals) const;
+  // Their derivatives by `count` parameters from `first` on, row-major, shape [K, count].
+  void CopyJacobian(int i, int first, int count, double* jacobian) const;
+
+  // The drape of target i at the last evaluation, whether or not it stands [m], shape [3V].
+  const Eigen::VectorXd& shape(int i) const { return evaluations_[i].x; }
 
   // The last point at which shapes and Jacobians were found; none before has_accepted().
   bool has_accepted() const { return !accepted_x_.empty(); }
@@ -80,18 +88,25 @@ class RolloutBatch : public ceres::EvaluationCallback {
  private:
   struct Evaluation {
     bool valid = false;
-    Eigen::VectorXd x;          // shape at the end
-    RowMatrix x_by_log_entry;   // its derivative, where asked for
+    Eigen::VectorXd x;         // shape at the end
+    RowMatrix x_by_log_entry;  // its derivative, where asked for and found by tangents
     Eigen::VectorXd residual;
     RowMatrix jacobian;
   };
+  bool by_tangents() const { return parametrisation_->log_entries_by_theta() != nullptr; }
   void Evaluate(bool with_jacobians);
   void RunDynamic(const MaterialField& material, bool with_jacobians);
   void RunStatic(const MaterialField& material, bool with_jacobians);
+  // Of drapes at rest, which are given as states.
+  void FindTangents(const MaterialField& material, const std::vector<State>& drapes);
+  void FindAdjoints(const MaterialField& material, const std::vector<State>& drapes);
   void FillResidual(int i, bool with_jacobian);
+  bool ReadOutline(int i, Outline* outline) const;
   bool IsTooFar() const;
-  bool LeftBranch(int i, const Eigen::VectorXd& x) const;
-  Eigen::VectorXd PredictedShape(int i) const;
+  bool LeftBranch(int i) const;
+  void PredictShapes();
+  std::vector<RolloutInput> InputsOf(const MaterialField& material,
+                                     const std::vector<State>& starts) const;
   void RestartFromLastShapes();
   void Accept();
   bool EvaluatedHere() const;
@@ -103,7 +118,8 @@ class RolloutBatch : public ceres::EvaluationCallback {
   Eigen::VectorXd theta_, evaluated_theta_, accepted_theta_;
   std::vector<Evaluation> evaluations_;
   std::vector<Eigen::VectorXd> accepted_x_;
-  std::vector<RowMatrix> shape_by_theta_;  // ∂x_end/∂θ at the accepted point
+  std::vector<RowMatrix> shape_by_theta_;  // ∂x_end/∂θ at the accepted point, by tangents
+  std::vector<Eigen::VectorXd> predicted_x_;  // shapes at θ, linearised at the accepted point
   Eigen::VectorXd accepted_residual_;
   Eigen::MatrixXd accepted_jacobian_;
   BatchCounts counts_;

@@ -272,7 +272,7 @@ const BranchFit* Best(const StagedFitState& state) {
 
 MaterialField FittedMaterial(const FitProblem& problem, const StagedFitOptions& options,
                              const BranchFit& branch) {
-  return MaterialParametrisation(Scaled(problem.material, branch.seed.stretch, branch.seed.bend),
+  return TableParametrisation(Scaled(problem.material, branch.seed.stretch, branch.seed.bend),
                                  options.parameters)
       .Material(branch.theta);
 }

@@ -45,7 +45,7 @@ bool StripReadings::Evaluate(const MaterialParametrisation& parametrisation,
                jacobian == nullptr ? nullptr : &by_log_entry)) {
     return false;
   }
-  if (jacobian != nullptr) *jacobian = by_log_entry * parametrisation.log_entries_by_theta();
+  if (jacobian != nullptr) *jacobian = by_log_entry * *parametrisation.log_entries_by_theta();
   int row = 0;
   for (const MechanicalTest& test : tests_)
     for (const TestPoint& point : test.points) {

@@ -21,7 +21,8 @@ class StripReadings {
   int num_points() const { return static_cast<int>(strips_.size()); }
 
   // (computed − read)/σ of each point, shape [N], and, if not null, its derivative by θ, shape
-  // [N, P]. False where a strip has no stable equilibrium.
+  // [N, P]. The parametrisation is one of a single table. False where a strip has no stable
+  // equilibrium.
   [[nodiscard]] bool Evaluate(const MaterialParametrisation& parametrisation,
                               const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
                               RowMatrix* jacobian);

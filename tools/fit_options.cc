@@ -35,8 +35,8 @@ std::vector<Option> InputOptions(FitToolOptions& options) {
        .is_path = true},
       {.key = "model",
        .value = &job.model,
-       .doc = "homo: one table for the whole cloth",
-       .choices = {"homo"}},
+       .doc = "homo: one table for the whole cloth; heter: then tables that vary over it",
+       .choices = {"homo", "heter"}},
       {.key = "mesh",
        .value = &job.mesh,
        .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
@@ -67,6 +67,33 @@ std::vector<Option> InputOptions(FitToolOptions& options) {
       {.key = "resume",
        .value = &job.resume,
        .doc = "go on from out/checkpoint.json to the same answer"},
+  };
+}
+
+std::vector<Option> FieldOptionsOf(FitToolOptions& options) {
+  FieldOptions& fields = options.job.fields;
+  return {
+      {.key = "field_basis", .value = &options.field_basis,
+       .doc = "model heter: each face and hinge on its own, or smooth random fields",
+       .choices = {"elements", "modes"}},
+      {.key = "field_groups", .value = &options.field_groups,
+       .doc = "model heter, what varies: a factor on all stretch entries and one on all bend "
+              "entries, one of the two only, or each entry on its own",
+       .choices = {"scales", "stretch", "bend", "entries"}},
+      {.key = "field_sigma", .value = &fields.sigma,
+       .doc = "model heter: standard deviation of a log factor over the cloth, in the prior",
+       .least = 0, .above_least = true},
+      {.key = "field_length", .value = &fields.length,
+       .doc = "field_basis modes: correlation length", .unit = "m", .least = 0,
+       .above_least = true},
+      {.key = "field_modes", .value = &fields.modes, .doc = "field_basis modes: how many",
+       .least = 1, .most = 1000},
+      {.key = "field_iterations", .value = &fields.iterations,
+       .doc = "model heter: iterations of Ceres for the fields, in each attempt", .least = 0,
+       .most = 10000},
+      {.key = "field_hops", .value = &fields.hops,
+       .doc = "model heter: attempts after the first, each from a neighbouring branch of the best",
+       .least = 0, .most = 1000},
   };
 }
 
@@ -138,6 +165,7 @@ std::vector<Option> FitStageOptions(FitToolOptions& options) {
 OptionTable FitTable(FitToolOptions& options) {
   std::vector<Option> all = InputOptions(options);
   for (const Option& option : FitStageOptions(options)) all.push_back(option);
+  for (const Option& option : FieldOptionsOf(options)) all.push_back(option);
   for (const Option& option : GridOptions(options.job.fit.grid)) all.push_back(option);
   return {
       .tool = "drape_fit",
@@ -145,7 +173,7 @@ OptionTable FitTable(FitToolOptions& options) {
                  "from mechanical tests, or from both",
       .example = "drape_fit --config=configs/fit.json --images=drape.jpg --out=out/fit",
       .notes = "files: summary.json, material.json and, of each image, fit_<image>.png, "
-               "drape_<image>.obj, start_<image>.json;\n  they replace those of an earlier run "
+               "drape_<image>.obj, start_<image>.json;\n  model heter also material_homo.json, field_<kind>.png, known_<kind>.png; they replace those of an earlier run "
                "together, at the end; checkpoint.json and fit.log while it runs\n"
                "exit code 3: nothing could be fitted (see summary.json)\n"
                "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",

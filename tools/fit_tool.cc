@@ -29,6 +29,8 @@ FitJob JobOf(const FitToolOptions& options) {
   }
   job.fit.parameters = ParseTying(options.parameters);
   job.fit.integrator = ParseIntegrator(options.integrator);
+  job.fields.basis = ParseFieldBasis(options.field_basis);
+  job.fields.groups = ParseFieldGroups(options.field_groups);
   if (job.threads == 0) job.threads = std::max(1u, std::thread::hardware_concurrency());
   for (const auto& [name, version] : Versions()) job.versions[name] = version;
   return job;

@@ -15,6 +15,8 @@ struct FitToolOptions {
   std::vector<std::string> tests;     // the same (ExpandTests)
   std::string parameters = "39";      // ParseTying
   std::string integrator = "static";  // ParseIntegrator
+  std::string field_basis = "elements";  // ParseFieldBasis
+  std::string field_groups = "scales";   // ParseFieldGroups
   std::string out;                    // folder, made when missing
 };
 

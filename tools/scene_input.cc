@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "physics/errors.h"
+#include "physics/material_field_io.h"
 #include "physics/mesh_spec.h"
 #include "physics/scene_io.h"
 #include "physics/start_shape.h"
@@ -44,10 +45,10 @@ LoadedScene LoadScene(const SceneInput& input) {
   const Law law = MakeLaw(input.law);
   const bool is_reference = !law.rejects_negative_entries();
   LoadedScene loaded;
-  loaded.material = ReadMaterial(
-      input.material, {is_reference ? NegativeEntries::kWarn : NegativeEntries::kReject});
-  for (const std::string& warning : loaded.material.warnings) LOG(WARNING) << warning;
   Mesh mesh = ParseMeshSpec(input.mesh, {.round_to_float = is_reference});
+  loaded.material = ReadMaterialFor(
+      mesh, input.material, {is_reference ? NegativeEntries::kWarn : NegativeEntries::kReject});
+  for (const std::string& warning : loaded.material.warnings) LOG(WARNING) << warning;
   const Scene scene = input.scene == "cusick" ? CusickScene() : ReadScene(input.scene);
   RequireRegions(input, scene, mesh);
   loaded.model = std::make_shared<ClothModel>(std::move(mesh), scene, law);

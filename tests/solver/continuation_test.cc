@@ -37,7 +37,7 @@ class FollowDrape : public testing::Test {
   }
 
   const std::shared_ptr<const ClothModel> model_ = SmallDisc("smooth", 200);
-  const MaterialParametrisation parametrisation_{TestMaterial(), Tying::kScales};
+  const TableParametrisation parametrisation_{TestMaterial(), Tying::kScales};
   StepSolver solver_{model_};
   Eigen::VectorXd fallen_;
 };
@@ -140,7 +140,7 @@ TEST(FollowStrip, FindsTheBucklingLoadOfAStandingStrip) {
   options.first_step = 0.1;
   options.corrector.tolerance = 1e-7;  // the stiff clamp rounds the force
   const ContinuationResult path =
-      FollowBranch(solver, MaterialParametrisation(material, Tying::kScales), kBend,
+      FollowBranch(solver, TableParametrisation(material, Tying::kScales), kBend,
                    model->mesh.rest_x, options);
   ASSERT_EQ(path.status, ContinuationStatus::kFold);
   // Between a narrow strip's D·(1 − ν²), free to curl across, and the plate's D.

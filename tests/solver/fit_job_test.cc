@@ -9,8 +9,10 @@
 
 #include "physics/errors.h"
 #include "physics/json_input.h"
+#include "physics/material_field_io.h"
 #include "physics/material_io.h"
 #include "physics/state_io.h"
+#include "physics/statics.h"
 #include "solver/seed_grid.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/solver/solver_fixture.h"
@@ -92,6 +94,39 @@ TEST_F(FitJobTest, WritesItsFilesAndRemovesTheCheckpoint) {
   EXPECT_LT(metrics["profile_rms_px"].get<double>(), 2.0);
   EXPECT_GT(metrics["iou"].get<double>(), 0.95);
   EXPECT_EQ(summary["mean"]["mse"], metrics["mse"]);
+}
+
+TEST_F(FitJobTest, HeterWritesFieldsThatBelongToTheDrape) {
+  job_.model = "heter";
+  job_.fields.iterations = 3;
+  job_.fields.hops = 0;
+  const FitJobResult result = RunFitJob(job_, {});
+  EXPECT_THAT(result.table, HasSubstr("over the cloth"));
+  for (const std::string name : {"material_homo.json", "field_stretch.png", "field_bend.png",
+                                 "known_stretch.png", "known_bend.png"})
+    EXPECT_TRUE(Exists(name)) << name;
+  const auto backend = test::SmoothDisc(150);
+  const ClothModel& model = backend->model();
+  const Material material = ReadMaterialFor(model.mesh, folder_ / "material.json");
+  EXPECT_EQ(material.field.bend.size(), static_cast<size_t>(model.mesh.num_hinges()));
+  const State start = ReadState(folder_ / "start_a.json", model.mesh.num_vertices());
+  EXPECT_LT(ForceResidual(model, material.field, start.x), 1e-8);
+  const nlohmann::json summary = Summary();
+  EXPECT_EQ(summary["model"], "heter");
+  EXPECT_EQ(summary["fields"]["parameters"],
+            39 + model.mesh.num_faces() + model.mesh.num_hinges());
+  EXPECT_LE(summary["fields"]["cost"], summary["fields"]["start_cost"]);
+  EXPECT_LE(summary["fields"]["bend_known"]["mean_of_posterior_over_prior_sd"], 1.0);
+}
+
+TEST_F(FitJobTest, HeterNeedsImagesAndRest) {
+  job_.model = "heter";
+  job_.fit.integrator = Integrator::kDynamic;
+  EXPECT_THAT(ErrorOf(), HasSubstr("dynamic"));
+  job_.fit.integrator = Integrator::kStatic;
+  job_.images.clear();
+  job_.tests = {"some.json"};
+  EXPECT_THAT(ErrorOf(), HasSubstr("heter without images"));
 }
 
 // The stored drape is an equilibrium of the stored material.

@@ -52,7 +52,7 @@ class FitTest : public testing::Test {
   }
 
   test::FakeBackend backend_;
-  MaterialParametrisation parametrisation_{test::TestMaterial(), Tying::kScales};
+  TableParametrisation parametrisation_{test::TestMaterial(), Tying::kScales};
   std::vector<Target> targets_;
   BatchOptions batch_options_;
   FitOptions fit_options_;

@@ -106,7 +106,7 @@ TEST(TestedStrip, PullsAlongItsDirection) {
 // By five-point differences along a direction in which each entry moves.
 TEST_P(TestedStripOfLaw, TheDerivativeIsExact) {
   const MaterialField material = test::TestMaterial();
-  const MaterialParametrisation parametrisation(material, Tying::kEntries);
+  const TableParametrisation parametrisation(material, Tying::kEntries);
   std::mt19937_64 random(1);
   const Eigen::VectorXd along = test::RandomMatrix(kMaterialEntries, 1, random) / 3.0;
   for (const MechanicalTest& test : {Cantilever(0.06, 20.0), Tensile(0.4, 20.0)}) {

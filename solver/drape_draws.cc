@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/drape_draws.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "solver/field_fit.h"
+#include "solver/field_parametrisation.h"
+#include "solver/gathering_backend.h"
+
+namespace drape {
+namespace {
+
+// Rollouts of so many cells are joined at most.
+constexpr int kSideBySide = 128;
+
+}  // namespace
+
+Eigen::MatrixXd DrapeHierarchy::LogEntries(int specimen) const {
+  Eigen::MatrixXd by_latent = Eigen::MatrixXd::Zero(kMaterialEntries, num_latents());
+  by_latent.leftCols(num_fabric()) = fabric_sigma * TieOf(fabric);
+  if (!has_specimens()) return by_latent;
+  const int first = num_fabric() + 2 * specimen;
+  by_latent.col(first).head(kStretchEntries).setConstant(specimen_stretch_sigma);
+  by_latent.col(first + 1).tail(kBendEntries).setConstant(specimen_bend_sigma);
+  return by_latent;
+}
+
+std::string DrapeHierarchy::NameOf(int latent) const {
+  if (latent < num_fabric()) return drape::NameOf(fabric, latent);
+  const int k = latent - num_fabric();
+  return "specimen " + std::to_string(k / 2 + 1) + (k % 2 == 0 ? " stretch" : " bend");
+}
+
+struct DrapeDraws::Cell {
+  Cell(Backend* backend, std::shared_ptr<const MaterialParametrisation> map,
+       std::vector<Target> starts, const BatchOptions& options)
+      : parametrisation(std::move(map)),
+        targets(std::move(starts)),
+        batch(backend, parametrisation.get(), &targets, options) {}
+  Cell(const Cell& other)
+      : parametrisation(other.parametrisation), targets(other.targets), batch(other.batch) {}
+
+  void SetPoint(const Eigen::VectorXd& u) {
+    Eigen::Map<Eigen::VectorXd>(batch.theta(), batch.num_parameters()) = u;
+  }
+  // On the backend of a task, which lives for the call only.
+  void Run(Backend* backend, bool with_jacobians) {
+    batch.Move(backend, &targets);
+    // Derivatives are taken where a drape has been predicted to, not on the way there.
+    if (batch.has_accepted()) batch.PrepareForEvaluation(false, true);
+    if (with_jacobians) batch.PrepareForEvaluation(true, true);
+  }
+  int num_residuals() const { return batch.num_targets() * batch.num_angles(); }
+
+  std::shared_ptr<const MaterialParametrisation> parametrisation;
+  std::vector<Target> targets;
+  RolloutBatch batch;
+};
+
+DrapeDraws::DrapeDraws(Backend* backend, const DrapeHierarchy& hierarchy,
+                       const std::vector<std::vector<Target>>& targets,
+                       const BatchOptions& options, int draws)
+    : backend_(backend),
+      num_latents_(hierarchy.num_latents()),
+      num_draws_(draws),
+      specimens_(hierarchy.specimens) {
+  CHECK_EQ(targets.size(), static_cast<std::size_t>(specimens_));
+  for (int p = 0; p < specimens_; ++p)
+    prototypes_.push_back(std::make_unique<Cell>(
+        backend,
+        std::make_shared<TableParametrisation>(hierarchy.base, hierarchy.LogEntries(p)),
+        targets[p], options));
+  for (int s = 0; s < draws; ++s)
+    for (const auto& prototype : prototypes_) cells_.push_back(std::make_unique<Cell>(*prototype));
+}
+
+std::unique_ptr<DrapeDraws> DrapeDraws::Elementwise(Backend* backend, const MaterialField& base,
+                                                    double sigma,
+                                                    const std::vector<Target>& targets,
+                                                    const BatchOptions& options, int draws,
+                                                    uint64_t seed) {
+  std::unique_ptr<DrapeDraws> all(new DrapeDraws());
+  const Mesh& mesh = backend->model().mesh;
+  all->backend_ = backend;
+  all->num_latents_ = 2 * kMaterialEntries;
+  all->num_draws_ = draws;
+  for (int s = 0; s < draws; ++s) {
+    std::vector<FieldTerm> terms = CommonTerms(mesh, sigma);
+    for (FieldTerm& term : NoiseTerms(mesh, sigma, seed + s)) terms.push_back(std::move(term));
+    all->cells_.push_back(std::make_unique<Cell>(
+        backend,
+        std::make_shared<FieldParametrisation>(base, mesh.num_faces(), mesh.num_hinges(),
+                                               std::move(terms)),
+        targets, options));
+  }
+  return all;
+}
+
+DrapeDraws::~DrapeDraws() = default;
+
+int DrapeDraws::num_residuals() const {
+  int sum = 0;
+  for (int p = 0; p < specimens_; ++p) sum += cell(0, p).num_residuals();
+  return sum;
+}
+
+void DrapeDraws::RunCells(bool with_jacobians) {
+  RunGathered(*backend_, static_cast<int>(cells_.size()), kSideBySide, [&](GatheredTask& task) {
+    cells_[task.index()]->Run(&task, with_jacobians);
+  });
+}
+
+void DrapeDraws::Prepare(const Eigen::MatrixXd& points, bool with_jacobians) {
+  CHECK_EQ(points.rows(), num_latents_);
+  CHECK_EQ(points.cols(), num_draws_);
+  for (std::size_t i = 0; i < cells_.size(); ++i)
+    cells_[i]->SetPoint(points.col(static_cast<Eigen::Index>(i) / specimens_));
+  RunCells(with_jacobians);
+}
+
+bool DrapeDraws::Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const {
+  residual->resize(num_residuals());
+  if (jacobian != nullptr) jacobian->resize(num_residuals(), num_latents_);
+  int row = 0;
+  for (int p = 0; p < specimens_; ++p) {
+    const RolloutBatch& batch = cell(draw, p).batch;
+    for (int i = 0; i < batch.num_targets(); ++i, row += batch.num_angles()) {
+      if (!batch.Copy(i, residual->data() + row)) return false;
+      if (jacobian != nullptr)
+        batch.CopyJacobian(i, 0, num_latents_, jacobian->row(row).data());
+    }
+  }
+  return true;
+}
+
+bool DrapeDraws::StartAt(const Eigen::VectorXd& u) {
+  // Noise of their own makes the drapes of elementwise draws differ from the start.
+  if (prototypes_.empty()) {
+    Prepare(u.replicate(1, num_draws_), true);
+    return std::all_of(cells_.begin(), cells_.end(),
+                       [](const auto& each) { return each->batch.has_accepted(); });
+  }
+  RunGathered(*backend_, specimens_, kSideBySide, [&](GatheredTask& task) {
+    Cell& prototype = *prototypes_[task.index()];
+    prototype.SetPoint(u);
+    prototype.Run(&task, true);
+  });
+  for (std::size_t i = 0; i < cells_.size(); ++i)
+    cells_[i] = std::make_unique<Cell>(*prototypes_[i % specimens_]);
+  return std::all_of(prototypes_.begin(), prototypes_.end(),
+                     [](const auto& each) { return each->batch.has_accepted(); });
+}
+
+std::unique_ptr<DrapeDraws> DrapeDraws::WithDraws(int draws) const {
+  CHECK(!prototypes_.empty()) << "draws of the hierarchy";
+  std::unique_ptr<DrapeDraws> other(new DrapeDraws());
+  other->backend_ = backend_;
+  other->num_latents_ = num_latents_;
+  other->num_draws_ = draws;
+  other->specimens_ = specimens_;
+  for (const auto& prototype : prototypes_)
+    other->prototypes_.push_back(std::make_unique<Cell>(*prototype));
+  for (int i = 0; i < draws * specimens_; ++i)
+    other->cells_.push_back(std::make_unique<Cell>(*prototypes_[i % specimens_]));
+  return other;
+}
+
+std::vector<Eigen::VectorXd> DrapeDraws::Shapes(int draw) const {
+  std::vector<Eigen::VectorXd> shapes;
+  for (int p = 0; p < specimens_; ++p) {
+    const RolloutBatch& batch = cell(draw, p).batch;
+    for (int i = 0; i < batch.num_targets(); ++i) shapes.push_back(batch.shape(i));
+  }
+  return shapes;
+}
+
+BatchCounts DrapeDraws::counts() const {
+  BatchCounts sum;
+  for (const auto& each : cells_) sum += each->batch.counts();
+  for (const auto& each : prototypes_) sum += each->batch.counts();
+  return sum;
+}
+
+}  // namespace drape

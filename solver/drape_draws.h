@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "physics/backend.h"
+#include "solver/rollout_batch.h"
+#include "solver/target.h"
+#include "solver/variational_fit.h"
+
+namespace drape {
+
+// The hierarchy of SPEC section 5 ("generative model"), on a log scale and in units of the prior:
+// what is common to a fabric, then what a specimen of it differs by. Given the branch of each drape,
+// which its start says.
+struct DrapeHierarchy {
+  MaterialField base;  // the prior's median: one table
+  Tying fabric = Tying::kEntries;
+  double fabric_sigma = 1.0;  // prior standard deviation of each log factor of the fabric
+  // Of the log factors of a specimen on all stretch, on all bend entries; 0: specimens are alike.
+  double specimen_stretch_sigma = 0.0, specimen_bend_sigma = 0.0;
+  int specimens = 1;
+
+  int num_fabric() const { return static_cast<int>(TieOf(fabric).cols()); }
+  bool has_specimens() const { return specimen_stretch_sigma > 0.0 || specimen_bend_sigma > 0.0; }
+  int num_latents() const { return num_fabric() + (has_specimens() ? 2 * specimens : 0); }
+  // ∂(log entries of a specimen)/∂u, shape [39, num_latents()].
+  Eigen::MatrixXd LogEntries(int specimen) const;
+  // "bend[2][4]", "specimen 3 bend".
+  std::string NameOf(int latent) const;
+};
+
+// Outlines of all specimens as residuals of draws of the hierarchy: (r − r_image)/σ of each target,
+// specimen by specimen. Each draw follows its own drapes from trial to trial (RolloutBatch); all
+// rollouts of an evaluation go to the backend together.
+class DrapeDraws final : public DrawnResiduals {
+ public:
+  // targets[p]: of specimen p, with their drapes as starts. The backend outlives the object.
+  DrapeDraws(Backend* backend, const DrapeHierarchy& hierarchy,
+             const std::vector<std::vector<Target>>& targets, const BatchOptions& options,
+             int draws);
+  // The paper's model: each face and hinge has a draw of its own, exp(μ + σ·ε) times the base for
+  // each entry, and u = (μ, σ), shape [78], in units of `sigma`. One specimen.
+  static std::unique_ptr<DrapeDraws> Elementwise(Backend* backend, const MaterialField& base,
+                                                 double sigma, const std::vector<Target>& targets,
+                                                 const BatchOptions& options, int draws,
+                                                 uint64_t seed);
+  ~DrapeDraws() override;
+
+  int num_latents() const override { return num_latents_; }
+  int num_residuals() const override;
+  int num_draws() const override { return num_draws_; }
+  void Prepare(const Eigen::MatrixXd& points, bool with_jacobians) override;
+  [[nodiscard]] bool Copy(int draw, Eigen::VectorXd* residual,
+                          RowMatrix* jacobian) const override;
+
+  // Takes the drapes from the targets' starts to those of u, shape [num_latents()], for all draws at
+  // once: they then are predicted from there. False when these are not stable.
+  [[nodiscard]] bool StartAt(const Eigen::VectorXd& u);
+  // Other draws of the same residuals, whose drapes are predicted from those of StartAt.
+  std::unique_ptr<DrapeDraws> WithDraws(int draws) const;
+  // The drapes of a draw as last prepared, specimen by specimen.
+  std::vector<Eigen::VectorXd> Shapes(int draw) const;
+  BatchCounts counts() const;
+
+ private:
+  struct Cell;  // a draw of one specimen
+  DrapeDraws() = default;
+  const Cell& cell(int draw, int specimen) const { return *cells_[draw * specimens_ + specimen]; }
+  void RunCells(bool with_jacobians);
+
+  Backend* backend_ = nullptr;
+  int num_latents_ = 0, num_draws_ = 0, specimens_ = 1;
+  std::vector<std::unique_ptr<Cell>> prototypes_;  // of each specimen, at StartAt
+  std::vector<std::unique_ptr<Cell>> cells_;       // draw by draw
+};
+
+}  // namespace drape

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "physics/mesh.h"
+
+namespace drape {
+
+struct FieldMapOptions {
+  std::string title;
+  std::string unit;       // of the colour bar, with the quantity
+  bool log_scale = false; // of the colours
+};
+
+// Writes a PNG of a number of each element in the plane of the cloth, as colours with a colour bar
+// (as the paper's figures 1 and 2): of faces, shape [F], or of hinges, shape [E], each drawn as the
+// kite of its edge and the centroids beside it. Throws InputError when gnuplot is not installed or
+// the file cannot be written.
+void DrawFaceMap(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& of_face,
+                 const FieldMapOptions& options);
+void DrawHingeMap(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& of_hinge,
+                  const FieldMapOptions& options);
+
+}  // namespace drape

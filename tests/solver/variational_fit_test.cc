@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+// The evidence lower bound on problems whose posterior is known.
+#include "solver/variational_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+#include <random>
+
+#include "tests/physics/cloth_fixture.h"
+
+namespace drape {
+namespace {
+
+constexpr int kLatents = 6, kResiduals = 9;
+
+// r = A·u − b, so that the posterior is N(mean, Σ), Σ⁻¹ = AᵀA + 1, mean = Σ·Aᵀ·b. With `bend`, r
+// also has ½·bend·(A·u)².
+class Observations final : public DrawnResiduals {
+ public:
+  Observations(int draws, double bend = 0.0) : draws_(draws), bend_(bend) {
+    std::mt19937_64 random(7);
+    a = test::RandomMatrix(kResiduals, kLatents, random);
+    b = test::RandomMatrix(kResiduals, 1, random);
+  }
+  int num_latents() const override { return kLatents; }
+  int num_residuals() const override { return kResiduals; }
+  int num_draws() const override { return draws_; }
+  void Prepare(const Eigen::MatrixXd& points, bool) override { points_ = points; }
+  bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
+    const Eigen::VectorXd seen = a * points_.col(draw);
+    *residual = seen + 0.5 * bend_ * seen.cwiseAbs2() - b;
+    if (jacobian != nullptr)
+      *jacobian = (1 + bend_ * seen.array()).matrix().asDiagonal() * a;
+    return true;
+  }
+  Eigen::MatrixXd Precision() const {
+    return a.transpose() * a + Eigen::MatrixXd::Identity(kLatents, kLatents);
+  }
+  Eigen::VectorXd Mean() const { return Precision().ldlt().solve(a.transpose() * b); }
+  // −ln ∫ exp(−½‖A·u − b‖²) N(u; 0, 1) du.
+  double NegativeLogEvidence() const {
+    const Eigen::MatrixXd spread =
+        a * a.transpose() + Eigen::MatrixXd::Identity(kResiduals, kResiduals);
+    return 0.5 * b.dot(spread.ldlt().solve(b)) + 0.5 * std::log(spread.determinant());
+  }
+
+  Eigen::MatrixXd a;
+  Eigen::VectorXd b;
+
+ private:
+  int draws_;
+  double bend_;
+  Eigen::MatrixXd points_;
+};
+
+GaussianPosterior Prior() {
+  return {Eigen::VectorXd::Zero(kLatents), Eigen::MatrixXd::Identity(kLatents, kLatents),
+          Eigen::MatrixXd::Identity(kLatents, kLatents)};
+}
+
+VariationalOptions Options(int rank) {
+  VariationalOptions options;
+  options.rank = rank;
+  options.max_iterations = 200;
+  options.cost_tolerance = 1e-15;
+  options.initial_damping = 1e-3;
+  return options;
+}
+
+TEST(FitPosterior, AFullTriangleFindsAConjugatePosterior) {
+  Observations data(2 * kLatents);
+  const VariationalFit fit = FitPosterior(data, Prior(), Options(kLatents));
+  EXPECT_EQ(fit.termination, FitTermination::kConverged);
+  EXPECT_LT((fit.posterior.mean - data.Mean()).norm(), 1e-6);
+  EXPECT_LT((fit.posterior.Covariance() - data.Precision().inverse()).norm(), 1e-6);
+  EXPECT_NEAR(fit.cost, data.NegativeLogEvidence(), 1e-6);  // the bound is tight
+}
+
+// The best independent normal has the precisions' diagonal (Bishop 2006, section 10.1.2).
+TEST(FitPosterior, MeanFieldFindsTheBestIndependentNormal) {
+  Observations data(2 * kLatents);
+  const VariationalFit fit = FitPosterior(data, Prior(), Options(0));
+  EXPECT_LT((fit.posterior.mean - data.Mean()).norm(), 1e-6);
+  const Eigen::VectorXd variance = data.Precision().diagonal().cwiseInverse();
+  EXPECT_LT((fit.posterior.Covariance() - Eigen::MatrixXd(variance.asDiagonal())).norm(), 1e-6);
+  EXPECT_GT(fit.cost, data.NegativeLogEvidence() + 0.1);
+}
+
+// In the axes of the posterior, a diagonal L is exact and a triangle adds nothing.
+TEST(FitPosterior, InTheAxesOfThePosteriorADiagonalIsEnough) {
+  Observations data(2 * kLatents);
+  GaussianPosterior start = Prior();
+  start.rotation = FromCovariance(data.Mean(), data.Precision().inverse()).rotation;
+  const VariationalFit fit = FitPosterior(data, start, Options(0));
+  EXPECT_LT((fit.posterior.Covariance() - data.Precision().inverse()).norm(), 1e-6);
+  EXPECT_NEAR(fit.cost, data.NegativeLogEvidence(), 1e-6);
+}
+
+TEST(FitPosterior, TheModeHasTheLaplaceCovarianceOfCeres) {
+  Observations data(1);
+  VariationalOptions options = Options(0);
+  options.kind = DrawKind::kMode;
+  const VariationalFit fit = FitPosterior(data, Prior(), options);
+  EXPECT_LT((fit.posterior.mean - data.Mean()).norm(), 1e-8);
+  EXPECT_LT((fit.posterior.Covariance() - data.Precision().inverse()).norm(), 1e-8);
+}
+
+// −ELBO at a point by its definition: the draws' mean of ½‖r‖², and the divergence in closed form.
+TEST(FitPosterior, TheCostIsTheNegativeBound) {
+  constexpr int kDraws = 8;
+  Observations data(kDraws, 0.3);
+  GaussianPosterior start = Prior();
+  std::mt19937_64 random(2);
+  start.mean = 0.3 * test::RandomMatrix(kLatents, 1, random);
+  for (int i = 0; i < kLatents; ++i)
+    for (int j = 0; j <= i; ++j) start.factor(i, j) = i == j ? 0.5 + 0.1 * i : 0.05 * (i - j);
+  VariationalOptions options = Options(kLatents);
+  options.max_iterations = 0;
+  const VariationalFit fit = FitPosterior(data, start, options);
+  const Eigen::MatrixXd points =
+      start.Draws(BalancedDraws(kLatents, kDraws, options.seed));
+  data.Prepare(points, false);
+  double expected = start.DivergenceFromPrior();
+  for (int s = 0; s < kDraws; ++s) {
+    Eigen::VectorXd r;
+    ASSERT_TRUE(data.Copy(s, &r, nullptr));
+    expected += 0.5 * r.squaredNorm() / kDraws;
+  }
+  EXPECT_NEAR(fit.initial_cost, expected, 1e-12 * expected);
+}
+
+// At the optimum of a nonlinear problem no number lowers the cost: the gradient is that of the cost.
+TEST(FitPosterior, TheOptimumOfANonlinearProblemIsStationary) {
+  constexpr int kDraws = 12;
+  Observations data(kDraws, 0.2);
+  VariationalOptions options = Options(3);
+  const VariationalFit best = FitPosterior(data, Prior(), options);
+  options.max_iterations = 0;
+  const auto cost = [&](const GaussianPosterior& q) {
+    return FitPosterior(data, q, options).initial_cost;
+  };
+  constexpr double kStep = 1e-4;
+  const auto slope = [&](const auto& change) {
+    GaussianPosterior up = best.posterior, down = best.posterior;
+    change(up, kStep);
+    change(down, -kStep);
+    return (cost(up) - cost(down)) / (2 * kStep);
+  };
+  for (int i = 0; i < kLatents; ++i) {
+    EXPECT_LT(std::abs(slope([&](auto& q, double h) { q.mean[i] += h; })), 1e-6) << i;
+    EXPECT_LT(std::abs(slope([&](auto& q, double h) { q.factor(i, i) *= std::exp(h); })), 1e-6);
+  }
+  EXPECT_LT(std::abs(slope([&](auto& q, double h) { q.factor(2, 1) += h; })), 1e-6);
+}
+
+// One noise for each element: u = (mean, deviations).
+TEST(FitPosterior, ElementwiseDrawsGetMeansAndDeviations) {
+  class Elements final : public DrawnResiduals {
+   public:
+    int num_latents() const override { return 2; }
+    int num_residuals() const override { return 2; }
+    int num_draws() const override { return 4; }
+    void Prepare(const Eigen::MatrixXd& points, bool) override { u_ = points; }
+    bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
+      residual->resize(2);
+      *residual << 10 * (u_(0, draw) - 0.4), 10 * (u_(1, draw) - 0.2);
+      if (jacobian != nullptr) *jacobian = 10 * RowMatrix::Identity(2, 2);
+      return true;
+    }
+
+   private:
+    Eigen::MatrixXd u_;
+  } data;
+  GaussianPosterior start{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Identity(1, 1),
+                          Eigen::MatrixXd::Identity(1, 1)};
+  VariationalOptions options = Options(0);
+  options.kind = DrawKind::kElementwise;
+  const VariationalFit fit = FitPosterior(data, start, options);
+  EXPECT_NEAR(fit.posterior.mean[0], 0.4 * 100 / 101, 1e-6);
+  // 100·(s − 0.2) + s − 1/s = 0.
+  const double s = fit.posterior.factor(0, 0);
+  EXPECT_NEAR(100 * (s - 0.2) + s - 1 / s, 0.0, 1e-4);
+}
+
+TEST(SignedRoot, SquaresToTheDivergenceAndIsSmooth) {
+  for (const double rho : {-3.0, -0.5, -2e-4, -9e-5, 0.0, 9e-5, 1e-3, 0.5, 2.0}) {
+    double slope = 0.0;
+    const double root = SignedRoot(rho, &slope);
+    const double t = std::exp(2 * rho);
+    EXPECT_NEAR(root * root, t - 1 - std::log(t), 1e-9 * (1 + t)) << rho;
+    EXPECT_EQ(root > 0, rho > 0);
+    constexpr double kStep = 1e-5;
+    EXPECT_NEAR(slope, (SignedRoot(rho + kStep) - SignedRoot(rho - kStep)) / (2 * kStep), 1e-6)
+        << rho;
+  }
+}
+
+}  // namespace
+}  // namespace drape
