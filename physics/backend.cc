@@ -97,17 +97,95 @@ class CpuBackend final : public Backend {
   std::vector<StepSolver> solvers_;
 };
 
+LinearReadout ReadTangent(const Readout& readout, std::size_t i, const Eigen::VectorXd& x,
+                          const RowMatrix& dx) {
+  LinearReadout read;
+  ReadoutJacobian dr_dx;
+  if (!readout.Read(i, x, &read.r, &dr_dx)) return {};
+  read.dr = dr_dx * dx;
+  return read;
+}
+
+// The loss of rollout i at x, and ∂L/∂x, shape [3V, 1].
+std::optional<double> SeedOfLoss(const ReadoutLoss& loss, std::size_t i, const Eigen::VectorXd& x,
+                                 RowMatrix* seed) {
+  Eigen::VectorXd r;
+  ReadoutJacobian dr_dx;
+  if (!loss.readout->Read(i, x, &r, &dr_dx)) return std::nullopt;
+  const Eigen::VectorXd residual = (r - *loss.targets[i]) / loss.sigma;
+  *seed = dr_dx.transpose() * (residual / loss.sigma);
+  return 0.5 * residual.squaredNorm();
+}
+
 }  // namespace
 
 std::vector<ReadoutTangent> Backend::ReadoutTangents(
     std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
-    const RolloutOptions& options, const ReadoutOf& readout) {
+    const RolloutOptions& options, const Readout& readout) {
   std::vector<TangentResult> tangents = Tangents(batch, weights, options);
   std::vector<ReadoutTangent> results(batch.size());
+#pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < batch.size(); ++i) {
     results[i].rollout = std::move(tangents[i].rollout);
     if (results[i].rollout.status == RolloutStatus::kOk)
-      results[i].dr = readout(i, results[i].rollout.end.x) * tangents[i].dx;
+      results[i].read = ReadTangent(readout, i, results[i].rollout.end.x, tangents[i].dx);
+  }
+  return results;
+}
+
+std::vector<LinearReadout> Backend::EquilibriumReadoutTangents(
+    std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+    const Readout& readout) {
+  const std::vector<RowMatrix> tangents = EquilibriumTangents(batch, weights);
+  std::vector<LinearReadout> results(batch.size());
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < batch.size(); ++i)
+    if (tangents[i].size() > 0)
+      results[i] = ReadTangent(readout, i, batch[i].start->x, tangents[i]);
+  return results;
+}
+
+void ReadoutLoss::Check(std::size_t count) const {
+  CHECK(readout != nullptr);
+  CHECK_GT(sigma, 0.0);
+  CHECK_EQ(targets.size(), count);
+  for (const Eigen::VectorXd* target : targets) CHECK_EQ(target->size(), readout->size());
+}
+
+std::vector<LossGradient> Backend::LossGradients(std::span<const RolloutInput> batch,
+                                                 const RolloutOptions& options,
+                                                 const ReadoutLoss& loss) {
+  loss.Check(batch.size());
+  std::vector<Recording> recordings;
+  const std::vector<RolloutResult> ends = Rollouts(batch, options, &recordings);
+  std::vector<LossGradient> results(batch.size());
+  std::vector<RowMatrix> seeds(batch.size());
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    results[i].status = ends[i].status;
+    if (ends[i].status == RolloutStatus::kOk)
+      results[i].loss = SeedOfLoss(loss, i, ends[i].end.x, &seeds[i]);
+  }
+  std::vector<std::size_t> members;  // that have a loss
+  std::vector<RolloutInput> inputs;
+  std::vector<Recording> kept;
+  std::vector<RowMatrix> seeded;
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    if (!results[i].loss) continue;
+    members.push_back(i);
+    inputs.push_back(batch[i]);
+    kept.push_back(std::move(recordings[i]));
+    seeded.push_back(std::move(seeds[i]));
+  }
+  std::vector<AdjointResult> adjoints = Adjoints(inputs, kept, seeded, options);
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    LossGradient& result = results[members[k]];
+    result.status = adjoints[k].status;
+    if (result.status == RolloutStatus::kOk) {
+      result.material = std::move(adjoints[k].material);
+    } else {
+      result.loss.reset();
+    }
   }
   return results;
 }
