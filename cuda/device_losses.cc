@@ -93,11 +93,20 @@ void DeviceEngine::ReadTangentsOnHost(const TangentShapes& shapes, const Readout
 
 std::vector<double> DeviceEngine::MultiplyRows(const SparseRows& sparse, int rows, const double* dx,
                                                int slots) const {
-  DeviceBuffer<double> out(static_cast<std::size_t>(slots) * rows * kPaddedEntries);
-  LaunchReadRows(cloth_->view(), sparse, dx, out.data(), rows, slots, streams_->main());
-  streams_->Synchronize();
-  std::vector<double> host(out.size());
-  CopyToHost<double>(out.data(), host);
+  constexpr std::size_t kMostNumbers = std::size_t{1} << 24;  // at a time: pixels are many rows
+  const std::size_t of_slot = std::size_t{kPaddedEntries} * rows;
+  const int some = static_cast<int>(std::clamp<std::size_t>(kMostNumbers / of_slot, 1, slots));
+  DeviceBuffer<double> out(some * of_slot);
+  std::vector<double> host(slots * of_slot);
+  for (int first = 0; first < slots; first += some) {
+    const int count = std::min(some, slots - first);
+    const SparseRows part{sparse.start + std::size_t{1} * first * rows, sparse.dof, sparse.value};
+    LaunchReadRows(cloth_->view(), part,
+                   dx + std::size_t{kPaddedEntries} * first * cloth_->view().num_dofs(),
+                   out.data(), rows, count, streams_->main());
+    streams_->Synchronize();
+    CopyToHost<double>(out.data(), std::span(host).subspan(first * of_slot, count * of_slot));
+  }
   return host;
 }
 

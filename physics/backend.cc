@@ -117,6 +117,29 @@ std::optional<double> SeedOfLoss(const ReadoutLoss& loss, std::size_t i, const E
   return 0.5 * residual.squaredNorm();
 }
 
+// The gradients of those results that have a loss, whose recordings and seeds are used up.
+void AddGradients(Backend& backend, std::span<const RolloutInput> batch,
+                  const RolloutOptions& options, std::vector<Recording>* recordings,
+                  std::vector<RowMatrix>* seeds, std::vector<LossGradient>* results) {
+  std::vector<LossGradient*> members;
+  std::vector<RolloutInput> inputs;
+  std::vector<Recording> kept;
+  std::vector<RowMatrix> seeded;
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    if (!(*results)[i].loss) continue;
+    members.push_back(&(*results)[i]);
+    inputs.push_back(batch[i]);
+    kept.push_back(std::move((*recordings)[i]));
+    seeded.push_back(std::move((*seeds)[i]));
+  }
+  std::vector<AdjointResult> adjoints = backend.Adjoints(inputs, kept, seeded, options);
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    members[k]->status = adjoints[k].status;
+    members[k]->material = std::move(adjoints[k].material);
+    if (adjoints[k].status != RolloutStatus::kOk) *members[k] = {adjoints[k].status, {}, {}};
+  }
+}
+
 }  // namespace
 
 std::vector<ReadoutTangent> Backend::ReadoutTangents(
@@ -166,27 +189,7 @@ std::vector<LossGradient> Backend::LossGradients(std::span<const RolloutInput> b
     if (ends[i].status == RolloutStatus::kOk)
       results[i].loss = SeedOfLoss(loss, i, ends[i].end.x, &seeds[i]);
   }
-  std::vector<std::size_t> members;  // that have a loss
-  std::vector<RolloutInput> inputs;
-  std::vector<Recording> kept;
-  std::vector<RowMatrix> seeded;
-  for (std::size_t i = 0; i < batch.size(); ++i) {
-    if (!results[i].loss) continue;
-    members.push_back(i);
-    inputs.push_back(batch[i]);
-    kept.push_back(std::move(recordings[i]));
-    seeded.push_back(std::move(seeds[i]));
-  }
-  std::vector<AdjointResult> adjoints = Adjoints(inputs, kept, seeded, options);
-  for (std::size_t k = 0; k < members.size(); ++k) {
-    LossGradient& result = results[members[k]];
-    result.status = adjoints[k].status;
-    if (result.status == RolloutStatus::kOk) {
-      result.material = std::move(adjoints[k].material);
-    } else {
-      result.loss.reset();
-    }
-  }
+  AddGradients(*this, batch, options, &recordings, &seeds, &results);
   return results;
 }
 
