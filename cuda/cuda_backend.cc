@@ -83,24 +83,20 @@ class CudaBackend final : public Backend {
   std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
                                               std::span<const MaterialField* const> weights,
                                               const RolloutOptions& options,
-                                              const ReadoutOf& readout) override {
+                                              const Readout& readout) override {
     options.Check();
     CHECK_EQ(weights.size(), batch.size());
     std::vector<ReadoutTangent> results(batch.size());
     std::vector<char> failed(batch.size());
     OnDevices(batch.size(), [&](const Share& s) {
-      const ReadoutOf of_share = [&](std::size_t i, const Eigen::VectorXd& x) {
-        return readout(s.first + i, x);
-      };
       s.engine->ReadoutTangents(batch.subspan(s.first, s.count), weights.subspan(s.first, s.count),
-                                options, of_share, std::span(results).subspan(s.first, s.count),
+                                options, ReadoutFrom(readout, s.first),
+                                std::span(results).subspan(s.first, s.count),
                                 std::span(failed).subspan(s.first, s.count));
     });
-    for (const std::size_t i : Indices(failed)) {
-      const ReadoutOf of_one = [&](std::size_t, const Eigen::VectorXd& x) { return readout(i, x); };
+    for (const std::size_t i : Indices(failed))
       results[i] = std::move(host_->ReadoutTangents(batch.subspan(i, 1), weights.subspan(i, 1),
-                                                    options, of_one)[0]);
-    }
+                                                    options, ReadoutFrom(readout, i))[0]);
     return results;
   }
 
@@ -128,6 +124,30 @@ class CudaBackend final : public Backend {
     return results;
   }
 
+  std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
+                                          const RolloutOptions& options,
+                                          const ReadoutLoss& loss) override {
+    options.Check();
+    loss.Check(batch.size());
+    if (batch.empty() || loss.readout->device(0) == nullptr)
+      return Backend::LossGradients(batch, options, loss);
+    std::vector<LossGradient> results(batch.size());
+    std::vector<char> failed(batch.size());
+    OnDevices(batch.size(), [&](const Share& s) {
+      const ReadoutFrom readout(*loss.readout, s.first);
+      s.engine->LossGradients(batch.subspan(s.first, s.count), options,
+                              LossOf(loss, readout, s.first, s.count),
+                              std::span(results).subspan(s.first, s.count),
+                              std::span(failed).subspan(s.first, s.count));
+    });
+    for (const std::size_t i : Indices(failed)) {
+      const ReadoutFrom readout(*loss.readout, i);
+      results[i] = std::move(
+          host_->LossGradients(batch.subspan(i, 1), options, LossOf(loss, readout, i, 1))[0]);
+    }
+    return results;
+  }
+
   std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
                                             const EquilibriumOptions& options) override {
     std::vector<EquilibriumResult> results(batch.size());
@@ -147,6 +167,20 @@ class CudaBackend final : public Backend {
       s.engine->EquilibriumTangents(batch.subspan(s.first, s.count),
                                     weights.subspan(s.first, s.count),
                                     std::span(results).subspan(s.first, s.count));
+    });
+    return results;
+  }
+
+  std::vector<LinearReadout> EquilibriumReadoutTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+      const Readout& readout) override {
+    CHECK_EQ(weights.size(), batch.size());
+    std::vector<LinearReadout> results(batch.size());
+    OnDevices(batch.size(), [&](const Share& s) {
+      s.engine->EquilibriumReadoutTangents(batch.subspan(s.first, s.count),
+                                           weights.subspan(s.first, s.count),
+                                           ReadoutFrom(readout, s.first),
+                                           std::span(results).subspan(s.first, s.count));
     });
     return results;
   }
@@ -181,6 +215,13 @@ class CudaBackend final : public Backend {
     for (std::size_t i = 0; i < flags.size(); ++i)
       if (flags[i] != 0) set.push_back(i);
     return set;
+  }
+
+  // The loss of a part of its batch; `readout`: that of the part.
+  static ReadoutLoss LossOf(const ReadoutLoss& loss, const Readout& readout, std::size_t first,
+                            std::size_t count) {
+    const auto begin = loss.targets.begin() + first;
+    return {&readout, {begin, begin + count}, loss.sigma};
   }
 
   // A thread each; waits for all and rethrows what one threw.

@@ -2,40 +2,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "cuda/device_engine.h"
-#include "cuda/device_gradient.h"
-#include "cuda/sensitivity_kernels.h"
+#include "cuda/adjoint_workspace.h"
 
 namespace drape {
-
-struct DeviceEngine::AdjointWorkspace {
-  StepWorkspace step;             // x: of the present step; v: its end
-  AdjointRecords single;          // for one column; for more:
-  DerivativeRecords derivatives;
-  double* blocks;                 // [9·num_blocks] a slot
-  double *adj_x, *adj_v, *lambda; // [3V, columns]
-  double* vectors;                // [vector_size, columns]
-
-  static AdjointWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots, int columns) {
-    const std::size_t n = slots;
-    const ClothView& view = cloth.view();
-    AdjointWorkspace w{};
-    w.step = StepWorkspace::Take(arena, cloth, slots);
-    if (columns == 1) {
-      w.single = {arena.Take<DeformationGradient<double>>(n * view.num_faces),
-                  arena.Take<BendAdjoint>(n * view.num_hinges)};
-    } else {
-      w.derivatives = {arena.Take<FaceDerivative>(n * view.num_faces),
-                       arena.Take<HingeDerivative>(n * view.num_hinges)};
-      w.blocks = arena.Take<double>(n * 9 * view.num_blocks);
-    }
-    w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * columns);
-    w.adj_x = arena.Take<double>(n * view.num_dofs() * columns);
-    w.adj_v = arena.Take<double>(n * view.num_dofs() * columns);
-    w.lambda = arena.Take<double>(n * view.num_dofs() * columns);
-    return w;
-  }
-};
 
 namespace {
 
@@ -106,11 +75,9 @@ void DeviceEngine::Adjoints(std::span<const RolloutInput> batch,
   Bind();
   const int m = PaddedColumns(static_cast<int>(seeds[0]->cols()));
   const auto take = [&](Arena& arena, int n) { AdjointWorkspace::Take(arena, *cloth_, n, m); };
-  const ClothView& cloth = cloth_->view();
-  const std::size_t gradient = sizeof(double) * m *
-      (kStretchEntries * std::size_t{1} * cloth.num_faces + kBendEntries * cloth.num_hinges);
-  const std::size_t history = 2 * sizeof(double) * cloth.num_dofs() * StepsOf(*recordings[0]);
-  const int most = SlotsThatFit(static_cast<int>(batch.size()), take, gradient + history);
+  const std::size_t beside = GradientBytes(cloth_->view(), m) +
+                             HistoryBytes(cloth_->view().num_dofs(), StepsOf(*recordings[0]));
+  const int most = SlotsThatFit(static_cast<int>(batch.size()), take, beside);
   for (std::size_t first = 0; first < batch.size(); first += most) {
     const std::size_t count = std::min<std::size_t>(most, batch.size() - first);
     AdjointChunk(batch.subspan(first, count), recordings.subspan(first, count),
@@ -119,76 +86,110 @@ void DeviceEngine::Adjoints(std::span<const RolloutInput> batch,
   }
 }
 
-void DeviceEngine::AdjointChunk(std::span<const RolloutInput> batch,
-                                std::span<const Recording* const> recordings,
-                                std::span<const RowMatrix* const> seeds,
-                                const RolloutOptions& options, std::span<AdjointResult> results,
-                                std::span<char> failed) {
-  const int slots = static_cast<int>(batch.size()), seeded = static_cast<int>(seeds[0]->cols());
-  const int m = PaddedColumns(seeded), steps = StepsOf(*recordings[0]);
+// One step back of a batch.
+struct DeviceEngine::AdjointStep {
+  const AdjointWorkspace& w;
+  const ShapeBatch& shapes;
+  const HistorySlot* history;
+  DeviceGradient& sums;
+  double h;
+  int columns;
+  bool factors_kept;
+};
+
+DeviceEngine::AdjointRun DeviceEngine::RunAdjoint(std::span<const RolloutInput> batch,
+                                                  std::span<const Recording* const> recordings,
+                                                  int columns, const WriteSeeds& write_seeds,
+                                                  const RolloutOptions& options) {
+  const int slots = static_cast<int>(batch.size()), steps = StepsOf(*recordings[0]);
   const ClothView& cloth = cloth_->view();
-  const PlanView& plan = cloth_->multifrontal().view();
-  const std::int64_t dofs = cloth.num_dofs(), columns = dofs * m;
   AdjointWorkspace w{};
-  const auto take = [&](Arena& arena, int n) { w = AdjointWorkspace::Take(arena, *cloth_, n, m); };
+  const auto take = [&](Arena& arena, int n) {
+    w = AdjointWorkspace::Take(arena, *cloth_, n, columns);
+  };
   Arena arena = MakeRoom(slots, take);
   take(arena, slots);
   std::vector<const MaterialField*> fields;
   for (const RolloutInput& input : batch) fields.push_back(input.material);
   const DeviceMaterials materials(fields);
   const HistoryTable history(*cloth_, recordings, steps);
-  DeviceGradient sums(batch, cloth.num_faces, cloth.num_hinges, m);
-  std::vector<double> host(slots * columns);
-  for (int i = 0; i < slots; ++i)
-    cloth_->ToEliminationOrder(seeds[i]->data(), seeded, m, host.data() + i * columns);
-  CopyToDevice<double>(host, w.adj_x);
-  Clear(w.adj_v, slots * columns * sizeof(double));
+  DeviceGradient sums(batch, cloth.num_faces, cloth.num_hinges, columns);
+  write_seeds(w.adj_x);
+  Clear(w.adj_v, sizeof(double) * slots * columns * cloth.num_dofs());
   Clear(w.step.failed, slots * sizeof(int));
   const std::vector<int> last_step{steps - 1};
   CopyToDevice<int>(last_step, w.step.step);
-  const FactorPlace kept = KeptFactors(recordings, plan.factor_size, w.step.step);
+  const FactorPlace kept =
+      KeptFactors(recordings, cloth_->multifrontal().view().factor_size, w.step.step);
   if (kept.base != nullptr) w.step.factor = kept;
   const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
-  const double h = options.h;
+  const AdjointStep back{w,         shapes,  history.slots(),      sums,
+                         options.h, columns, kept.base != nullptr};
   const Graph step(*streams_, [&] {
     streams_->ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
-      const ShapeBatch group = GroupOf(shapes, first, count, static_cast<int>(dofs));
-      double *adj_x = w.adj_x + first * columns, *adj_v = w.adj_v + first * columns;
-      double *lambda = w.lambda + first * columns, *end_v = w.step.v + first * dofs;
-      LaunchLoadHistory(history.slots() + first, w.step.step, w.step.x + first * dofs, end_v,
-                        static_cast<int>(dofs), count, stream);
-      LaunchAdjointRhs(cloth, adj_x, adj_v, h, lambda, m, count, stream);
-      // A single right-hand side rides along with a new factorisation.
-      if (kept.base == nullptr)
-        LaunchFactorStep(w.step, group, first, h, m == 1 ? lambda : nullptr, stream);
-      if (kept.base != nullptr || m > 1)
-        cloth_->multifrontal().Solve(w.step.factor.From(first, plan.factor_size), lambda, lambda,
-                                     w.vectors + 1LL * first * m * plan.vector_size, m, count,
-                                     stream);
-      if (m == 1) {
-        const AdjointRecords records{w.single.faces + 1LL * first * cloth.num_faces,
-                                     w.single.hinges + 1LL * first * cloth.num_hinges};
-        LaunchAdjointRecords(cloth, group, cloth_->law(), end_v, h, lambda, records,
-                             sums.From(first), stream);
-        LaunchGatherAdjoint(cloth, group, records, h, lambda, adj_x, adj_v, stream);
-        return;
-      }
-      double* blocks = w.blocks + first * 9LL * cloth.num_blocks;
-      const DerivativeRecords derivatives{w.derivatives.faces + 1LL * first * cloth.num_faces,
-                                          w.derivatives.hinges + 1LL * first * cloth.num_hinges};
-      LaunchDerivativeRecords(cloth, group, cloth_->law(), end_v, h, derivatives, stream);
-      LaunchGatherDerivative(cloth, derivatives, h, blocks, count, stream);
-      LaunchAdjointPosition(cloth, group, blocks, lambda, adj_x, adj_v, m, stream);
-      LaunchAdjointMaterial(cloth, group, cloth_->law(), end_v, h, lambda, sums.From(first), m,
-                            stream);
+      LaunchAdjointStep(back, first, count, stream);
     });
     LaunchCountStep(w.step.step, -1, streams_->main());
   });
   const int done = RunSteps(step, steps, options.cancel);
   streams_->Synchronize();
-  std::vector<int> flags(slots);
-  CopyToHost<int>(w.step.failed, flags);
-  for (int i = 0; i < slots; ++i) results[i].material = sums.Collect(batch[i], i, seeded);
+  std::vector<int> failed(slots);
+  CopyToHost<int>(w.step.failed, failed);
+  return {w, std::move(sums), std::move(failed), done};
+}
+
+void DeviceEngine::LaunchAdjointStep(const AdjointStep& back, int first, int count,
+                                     cudaStream_t stream) const {
+  const AdjointWorkspace& w = back.w;
+  const ClothView& cloth = cloth_->view();
+  const PlanView& plan = cloth_->multifrontal().view();
+  const int m = back.columns;
+  const std::int64_t dofs = cloth.num_dofs(), columns = dofs * m;
+  const ShapeBatch group = GroupOf(back.shapes, first, count, static_cast<int>(dofs));
+  double *adj_x = w.adj_x + first * columns, *adj_v = w.adj_v + first * columns;
+  double *lambda = w.lambda + first * columns, *end_v = w.step.v + first * dofs;
+  LaunchLoadHistory(back.history + first, w.step.step, w.step.x + first * dofs, end_v,
+                    static_cast<int>(dofs), count, stream);
+  LaunchAdjointRhs(cloth, adj_x, adj_v, back.h, lambda, m, count, stream);
+  // A single right-hand side rides along with a new factorisation.
+  if (!back.factors_kept)
+    LaunchFactorStep(w.step, group, first, back.h, m == 1 ? lambda : nullptr, stream);
+  if (back.factors_kept || m > 1)
+    cloth_->multifrontal().Solve(w.step.factor.From(first, plan.factor_size), lambda, lambda,
+                                 w.vectors + 1LL * first * m * plan.vector_size, m, count, stream);
+  if (m == 1) {
+    const AdjointRecords records{w.single.faces + 1LL * first * cloth.num_faces,
+                                 w.single.hinges + 1LL * first * cloth.num_hinges};
+    LaunchAdjointRecords(cloth, group, cloth_->law(), end_v, back.h, lambda, records,
+                         back.sums.From(first), stream);
+    LaunchGatherAdjoint(cloth, group, records, back.h, lambda, adj_x, adj_v, stream);
+    return;
+  }
+  double* blocks = w.blocks + first * 9LL * cloth.num_blocks;
+  const DerivativeRecords derivatives{w.derivatives.faces + 1LL * first * cloth.num_faces,
+                                      w.derivatives.hinges + 1LL * first * cloth.num_hinges};
+  LaunchDerivativeRecords(cloth, group, cloth_->law(), end_v, back.h, derivatives, stream);
+  LaunchGatherDerivative(cloth, derivatives, back.h, blocks, count, stream);
+  LaunchAdjointPosition(cloth, group, blocks, lambda, adj_x, adj_v, m, stream);
+  LaunchAdjointMaterial(cloth, group, cloth_->law(), end_v, back.h, lambda, back.sums.From(first),
+                        m, stream);
+}
+
+void DeviceEngine::AdjointChunk(std::span<const RolloutInput> batch,
+                                std::span<const Recording* const> recordings,
+                                std::span<const RowMatrix* const> seeds,
+                                const RolloutOptions& options, std::span<AdjointResult> results,
+                                std::span<char> failed) {
+  const int slots = static_cast<int>(batch.size()), seeded = static_cast<int>(seeds[0]->cols());
+  const int m = PaddedColumns(seeded);
+  const std::int64_t dofs = cloth_->view().num_dofs(), columns = dofs * m;
+  std::vector<double> host(slots * columns);
+  AdjointRun run = RunAdjoint(batch, recordings, m, [&](double* adj_x) {
+    for (int i = 0; i < slots; ++i)
+      cloth_->ToEliminationOrder(seeds[i]->data(), seeded, m, host.data() + i * columns);
+    CopyToDevice<double>(host, adj_x);
+  }, options);
+  for (int i = 0; i < slots; ++i) results[i].material = run.sums.Collect(batch[i], i, seeded);
   const auto collect = [&](const double* from, RowMatrix AdjointResult::* part) {
     CopyToHost<double>(from, host);
     for (int i = 0; i < slots; ++i) {
@@ -197,11 +198,11 @@ void DeviceEngine::AdjointChunk(std::span<const RolloutInput> batch,
       cloth_->ToMeshOrder(host.data() + i * columns, seeded, m, to.data());
     }
   };
-  collect(w.adj_x, &AdjointResult::x0);
-  collect(w.adj_v, &AdjointResult::v0);
+  collect(run.workspace.adj_x, &AdjointResult::x0);
+  collect(run.workspace.adj_v, &AdjointResult::v0);
   for (int i = 0; i < slots; ++i) {
-    failed[i] = flags[i] != 0;
-    if (done < steps) results[i] = {RolloutStatus::kCancelled, {}, {}, {}};
+    failed[i] = run.failed[i] != 0;
+    if (run.done < StepsOf(*recordings[0])) results[i] = {RolloutStatus::kCancelled, {}, {}, {}};
   }
 }
 

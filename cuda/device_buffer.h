@@ -76,4 +76,12 @@ class DeviceBuffer {
   std::size_t size_ = 0;
 };
 
+// All zeros, which all streams see.
+template <class T>
+void Clear(DeviceBuffer<T>& buffer) {
+  if (buffer.size() == 0) return;
+  CUDA_CHECK(cudaMemset(buffer.data(), 0, buffer.bytes()));
+  CUDA_CHECK(cudaStreamSynchronize(cudaStreamLegacy));
+}
+
 }  // namespace drape

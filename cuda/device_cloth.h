@@ -7,6 +7,7 @@
 
 #include "cuda/cloth_view.h"
 #include "cuda/device_buffer.h"
+#include "cuda/mesh_view.h"
 #include "cuda/multifrontal.h"
 #include "physics/cloth_model.h"
 
@@ -20,6 +21,7 @@ class DeviceCloth {
 
   const ClothModel& model() const { return *model_; }
   const ClothView& view() const { return view_; }
+  const MeshView& mesh() const { return mesh_; }
   const Law& law() const { return law_; }  // its tables lie on the device
   const Multifrontal& multifrontal() const { return multifrontal_; }
 
@@ -36,7 +38,7 @@ class DeviceCloth {
   DeviceBuffer<Face> faces_;
   DeviceBuffer<Hinge> hinges_;
   DeviceBuffer<double> vertex_area_, rest_x_, handle_, load_;
-  DeviceBuffer<int> row_start_, column_, mirror_, entry_block_;
+  DeviceBuffer<int> row_start_, column_, mirror_, entry_block_, border_;
   DeviceBuffer<StretchNode> strain_nodes_;
   struct Gather {
     DeviceBuffer<int> start, item;
@@ -46,6 +48,7 @@ class DeviceCloth {
   std::unique_ptr<Gather> to_entry_, to_vertex_;
   Law law_;
   ClothView view_{};
+  MeshView mesh_{};
 };
 
 // The tables of the fabrics of a batch: each field is there once, however many rollouts use it.

@@ -10,6 +10,7 @@
 #include "cuda/device.h"
 #include "cuda/device_cloth.h"
 #include "cuda/element_kernels.h"
+#include "cuda/sensitivity_kernels.h"
 #include "physics/backend.h"
 
 namespace drape {
@@ -26,6 +27,9 @@ struct DeviceRecording final : BackendRecording {
   std::shared_ptr<const DeviceHistory> history;
   int slot = 0, steps = 0;
 };
+
+// Those of all its slots, after `steps` steps.
+std::vector<Recording> RecordingsOf(const std::shared_ptr<const DeviceHistory>& history, int steps);
 
 // Workspace of a step by slot.
 struct StepWorkspace {
@@ -61,12 +65,16 @@ class DeviceEngine {
                 std::span<char> failed);
   void ReadoutTangents(std::span<const RolloutInput> batch,
                        std::span<const MaterialField* const> weights, const RolloutOptions& options,
-                       const ReadoutOf& readout, std::span<ReadoutTangent> results,
+                       const Readout& readout, std::span<ReadoutTangent> results,
                        std::span<char> failed);
   // All recordings have the same number of steps, all seeds the same number of columns.
   void Adjoints(std::span<const RolloutInput> batch, std::span<const Recording* const> recordings,
                 std::span<const RowMatrix* const> seeds, const RolloutOptions& options,
                 std::span<AdjointResult> results, std::span<char> failed);
+  // For readouts that a device knows, all of one kind.
+  void LossGradients(std::span<const RolloutInput> batch, const RolloutOptions& options,
+                     const ReadoutLoss& loss, std::span<LossGradient> results,
+                     std::span<char> failed);
 
   // All of a batch are treated together; a drape that is at rest leaves it.
   void Equilibria(std::span<const RolloutInput> batch, const EquilibriumOptions& options,
@@ -75,6 +83,9 @@ class DeviceEngine {
   void EquilibriumTangents(std::span<const RolloutInput> batch,
                            std::span<const MaterialField* const> weights,
                            std::span<RowMatrix> results);
+  void EquilibriumReadoutTangents(std::span<const RolloutInput> batch,
+                                  std::span<const MaterialField* const> weights,
+                                  const Readout& readout, std::span<LinearReadout> results);
   // All seeds have the same number of columns.
   void EquilibriumAdjoints(std::span<const RolloutInput> batch,
                            std::span<const RowMatrix* const> seeds,
@@ -92,11 +103,18 @@ class DeviceEngine {
   };
   HistoryChoice ChooseHistory(std::size_t rollouts, int steps) const;
   std::size_t FactorBytes(int steps) const;  // of one rollout
+  struct RolloutRun {
+    StepWorkspace workspace;                 // x, v: the ends
+    std::shared_ptr<DeviceHistory> history;  // empty but with a record
+    int done;                                // steps
+  };
+  RolloutRun RunRollouts(std::span<const RolloutInput> batch, const RolloutOptions& options,
+                         HistoryChoice choice, bool record);
   void RolloutChunk(std::span<const RolloutInput> batch, const RolloutOptions& options,
                     HistoryChoice choice, std::span<Recording> recordings,
                     std::span<RolloutResult> results, std::span<char> failed);
-  void ForEachTangentChunk(std::size_t count,
-                           const std::function<void(std::size_t first, std::size_t count)>& work);
+  using ChunkWork = std::function<void(std::size_t first, std::size_t count)>;
+  void ForEachTangentChunk(std::size_t count, const ChunkWork& work);
   TangentWorkspace TangentChunk(std::span<const RolloutInput> batch,
                                 std::span<const MaterialField* const> weights,
                                 const RolloutOptions& options,
@@ -106,17 +124,44 @@ class DeviceEngine {
                          cudaStream_t stream) const;
   void DownloadTangents(const double* from, std::span<TangentResult> results,
                         RowMatrix TangentResult::*part) const;
-  // `first`: of the batch that `readout` knows.
-  void ReadTangents(const double* dx, std::size_t first, const ReadoutOf& readout,
-                    std::span<ReadoutTangent> results, std::span<const char> failed);
+  // Shapes with their derivatives on the device, and the shapes on the host; null: not read.
+  struct TangentShapes {
+    const double *x, *dx;  // [3V], [3V, kPaddedEntries] a slot
+    std::span<const Eigen::VectorXd* const> host;
+  };
+  void ReadTangents(const TangentShapes& shapes, const Readout& readout,
+                    std::span<LinearReadout* const> results) const;
+  void ReadOutlineTangents(const TangentShapes& shapes, const Readout& readout,
+                           std::span<LinearReadout* const> results) const;
+  void ReadTangentsOnHost(const TangentShapes& shapes, const Readout& readout,
+                          std::span<LinearReadout* const> results) const;
+  // rows·dx, [slots, rows, kPaddedEntries].
+  std::vector<double> MultiplyRows(const SparseRows& sparse, int rows, const double* dx,
+                                   int slots) const;
+
+  // Writes ∂L/∂x of the ends, [3V, columns] a slot.
+  using WriteSeeds = std::function<void(double* adj_x)>;
+  struct AdjointRun;
+  AdjointRun RunAdjoint(std::span<const RolloutInput> batch,
+                        std::span<const Recording* const> recordings, int columns,
+                        const WriteSeeds& write_seeds, const RolloutOptions& options);
+  struct AdjointStep;
+  void LaunchAdjointStep(const AdjointStep& step, int first, int count, cudaStream_t stream) const;
+  std::size_t LossBytes(const DeviceReadout& readout) const;  // of one slot's loss and gradient
+  // `first`: of the batch that `loss` knows.
+  void LossChunk(std::span<const RolloutInput> batch, const RolloutOptions& options,
+                 HistoryChoice choice, const ReadoutLoss& loss, std::size_t first,
+                 std::span<LossGradient> results, std::span<char> failed);
   void AdjointChunk(std::span<const RolloutInput> batch,
                     std::span<const Recording* const> recordings,
                     std::span<const RowMatrix* const> seeds, const RolloutOptions& options,
                     std::span<AdjointResult> results, std::span<char> failed);
 
-  void EquilibriumTangentChunk(std::span<const RolloutInput> batch,
-                               std::span<const MaterialField* const> weights,
-                               std::span<RowMatrix> results);
+  // Calls work(first, count) for chunks of a batch that fit.
+  void ForEachImplicitChunk(std::size_t count, const ChunkWork& work);
+  struct ImplicitRun;
+  ImplicitRun RunImplicitTangents(std::span<const RolloutInput> batch,
+                                  std::span<const MaterialField* const> weights);
   void EquilibriumAdjointChunk(std::span<const RolloutInput> batch,
                                std::span<const RowMatrix* const> seeds,
                                std::span<std::optional<MaterialGradient>> results);

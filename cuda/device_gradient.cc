@@ -11,11 +11,6 @@ void AddRows(std::span<const double> rows, int columns, RowMatrix& sum) {
       sum(r % sum.rows(), j) += rows[r * columns + j];
 }
 
-void Clear(DeviceBuffer<double>& buffer) {
-  CUDA_CHECK(cudaMemset(buffer.data(), 0, buffer.bytes()));
-  CUDA_CHECK(cudaStreamSynchronize(cudaStreamLegacy));
-}
-
 }  // namespace
 
 DeviceGradient::DeviceGradient(std::span<const RolloutInput> batch, int faces, int hinges,

@@ -10,6 +10,13 @@
 #include "physics/cgw_recurrence.h"
 
 namespace drape {
+
+// dx in workspace.x where solved.
+struct DeviceEngine::ImplicitRun {
+  ImplicitWorkspace workspace;
+  std::vector<char> solved;
+};
+
 namespace {
 
 // The recurrences of a batch, one a slot: numbers of their active columns from and to [slots,
@@ -116,24 +123,56 @@ std::vector<char> DeviceEngine::SolveStiffness(const ImplicitWorkspace& w, const
   return solved;
 }
 
+void DeviceEngine::ForEachImplicitChunk(std::size_t count, const ChunkWork& work) {
+  Bind();
+  const int most = SlotsThatFit(static_cast<int>(count), [&](Arena& arena, int slots) {
+    ImplicitWorkspace::Take(arena, *cloth_, slots, kPaddedEntries, true);
+  });
+  for (std::size_t first = 0; first < count; first += most)
+    work(first, std::min<std::size_t>(most, count - first));
+}
+
 void DeviceEngine::EquilibriumTangents(std::span<const RolloutInput> batch,
                                        std::span<const MaterialField* const> weights,
                                        std::span<RowMatrix> results) {
-  Bind();
-  const int most = SlotsThatFit(static_cast<int>(batch.size()), [&](Arena& arena, int slots) {
-    ImplicitWorkspace::Take(arena, *cloth_, slots, kPaddedEntries, true);
+  const std::size_t columns = std::size_t{kPaddedEntries} * cloth_->view().num_dofs();
+  ForEachImplicitChunk(batch.size(), [&](std::size_t first, std::size_t count) {
+    const ImplicitRun run =
+        RunImplicitTangents(batch.subspan(first, count), weights.subspan(first, count));
+    std::vector<double> host(count * columns);
+    CopyToHost<double>(run.workspace.x, host);
+    for (std::size_t i = 0; i < count; ++i) {
+      RowMatrix& result = results[first + i];
+      result = RowMatrix();
+      if (!run.solved[i]) continue;
+      result.resize(cloth_->view().num_dofs(), kMaterialEntries);
+      cloth_->ToMeshOrder(host.data() + i * columns, kMaterialEntries, kPaddedEntries,
+                          result.data());
+    }
   });
-  for (std::size_t first = 0; first < batch.size(); first += most) {
-    const std::size_t count = std::min<std::size_t>(most, batch.size() - first);
-    EquilibriumTangentChunk(batch.subspan(first, count), weights.subspan(first, count),
-                            results.subspan(first, count));
-  }
 }
 
-void DeviceEngine::EquilibriumTangentChunk(std::span<const RolloutInput> batch,
-                                           std::span<const MaterialField* const> weights,
-                                           std::span<RowMatrix> results) {
-  const int slots = static_cast<int>(batch.size()), dofs = cloth_->view().num_dofs();
+void DeviceEngine::EquilibriumReadoutTangents(std::span<const RolloutInput> batch,
+                                              std::span<const MaterialField* const> weights,
+                                              const Readout& readout,
+                                              std::span<LinearReadout> results) {
+  ForEachImplicitChunk(batch.size(), [&](std::size_t first, std::size_t count) {
+    const ImplicitRun run =
+        RunImplicitTangents(batch.subspan(first, count), weights.subspan(first, count));
+    std::vector<const Eigen::VectorXd*> shapes;
+    std::vector<LinearReadout*> reads;
+    for (std::size_t i = 0; i < count; ++i) {
+      shapes.push_back(run.solved[i] ? &batch[first + i].start->x : nullptr);
+      reads.push_back(&results[first + i]);
+    }
+    ReadTangents({run.workspace.step.x, run.workspace.x, shapes}, ReadoutFrom(readout, first),
+                 reads);
+  });
+}
+
+DeviceEngine::ImplicitRun DeviceEngine::RunImplicitTangents(
+    std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) {
+  const int slots = static_cast<int>(batch.size());
   ImplicitWorkspace w{};
   const auto take = [&](Arena& arena, int n) {
     w = ImplicitWorkspace::Take(arena, *cloth_, n, kPaddedEntries, true);
@@ -149,16 +188,7 @@ void DeviceEngine::EquilibriumTangentChunk(std::span<const RolloutInput> batch,
   LaunchFactorRecords(cloth_->view(), shapes, cloth_->law(), scales.views(), w.step.v, 1.0,
                       w.factors, streams_->main());
   LaunchTangentRhs(cloth_->view(), shapes, w.factors, nullptr, nullptr, w.rhs, streams_->main());
-  const std::vector<char> solved = SolveStiffness(w, shapes, false, kPaddedEntries);
-  std::vector<double> host(static_cast<std::size_t>(slots) * dofs * kPaddedEntries);
-  CopyToHost<double>(w.x, host);
-  for (int i = 0; i < slots; ++i) {
-    results[i] = RowMatrix();
-    if (!solved[i]) continue;
-    results[i].resize(dofs, kMaterialEntries);
-    cloth_->ToMeshOrder(host.data() + std::size_t{1} * i * dofs * kPaddedEntries, kMaterialEntries,
-                        kPaddedEntries, results[i].data());
-  }
+  return {w, SolveStiffness(w, shapes, false, kPaddedEntries)};
 }
 
 void DeviceEngine::EquilibriumAdjoints(std::span<const RolloutInput> batch,

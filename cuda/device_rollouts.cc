@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <utility>
 
-#include "cuda/device_engine.h"
+#include "cuda/adjoint_workspace.h"
 
 namespace drape {
 namespace {
-
-std::size_t HistoryBytes(int dofs, int steps) { return 2 * sizeof(double) * dofs * steps; }
 
 // A recording in the host's form, of a history on the device.
 void Download(const DeviceCloth& cloth, const DeviceHistory& history,
@@ -63,9 +62,9 @@ DeviceEngine::HistoryChoice DeviceEngine::ChooseHistory(std::size_t rollouts, in
   return {states <= room, states + factors <= room};
 }
 
-void DeviceEngine::RolloutChunk(std::span<const RolloutInput> batch, const RolloutOptions& options,
-                                HistoryChoice choice, std::span<Recording> recordings,
-                                std::span<RolloutResult> results, std::span<char> failed) {
+DeviceEngine::RolloutRun DeviceEngine::RunRollouts(std::span<const RolloutInput> batch,
+                                                   const RolloutOptions& options,
+                                                   HistoryChoice choice, bool record) {
   const int slots = static_cast<int>(batch.size()), dofs = cloth_->view().num_dofs();
   StepWorkspace w{};
   const auto take = [&](Arena& arena, int n) { w = StepWorkspace::Take(arena, *cloth_, n); };
@@ -75,7 +74,7 @@ void DeviceEngine::RolloutChunk(std::span<const RolloutInput> batch, const Rollo
   history->device = device_.index;
   history->slots = slots;
   HistoryView kept{nullptr, nullptr, static_cast<std::int64_t>(slots) * dofs, w.step};
-  if (!recordings.empty()) {
+  if (record) {
     history->x = DeviceBuffer<double>(static_cast<std::size_t>(options.steps) * slots * dofs);
     history->v = DeviceBuffer<double>(history->x.size());
     if (choice.with_factors) {
@@ -87,11 +86,7 @@ void DeviceEngine::RolloutChunk(std::span<const RolloutInput> batch, const Rollo
     kept.v = history->v.data();
   }
   std::vector<const MaterialField*> fields;
-  std::vector<RolloutResult*> ends;
-  for (int i = 0; i < slots; ++i) {
-    fields.push_back(batch[i].material);
-    ends.push_back(&results[i]);
-  }
+  for (const RolloutInput& input : batch) fields.push_back(input.material);
   const DeviceMaterials materials(fields);
   UploadStarts(batch, w.x, w.v);
   Clear(w.failed, slots * sizeof(int));
@@ -105,16 +100,34 @@ void DeviceEngine::RolloutChunk(std::span<const RolloutInput> batch, const Rollo
     LaunchCountStep(w.step, 1, streams_->main());
   });
   const int done = RunSteps(step, options.steps, options.cancel);
-  CollectEnds(w, done, options.steps, ends, failed);
-  if (recordings.empty()) return;
-  if (!choice.on_device) return Download(*cloth_, *history, batch, done, recordings);
-  for (int i = 0; i < slots; ++i) {
+  streams_->Synchronize();
+  return {w, history, done};
+}
+
+std::vector<Recording> RecordingsOf(const std::shared_ptr<const DeviceHistory>& history,
+                                    int steps) {
+  std::vector<Recording> recordings;
+  for (int i = 0; i < history->slots; ++i) {
     auto recording = std::make_shared<DeviceRecording>();
     recording->history = history;
     recording->slot = i;
-    recording->steps = done;
-    recordings[i] = {{}, {}, {}, std::move(recording)};
+    recording->steps = steps;
+    recordings.push_back({{}, {}, {}, std::move(recording)});
   }
+  return recordings;
+}
+
+void DeviceEngine::RolloutChunk(std::span<const RolloutInput> batch, const RolloutOptions& options,
+                                HistoryChoice choice, std::span<Recording> recordings,
+                                std::span<RolloutResult> results, std::span<char> failed) {
+  const RolloutRun run = RunRollouts(batch, options, choice, !recordings.empty());
+  std::vector<RolloutResult*> ends;
+  for (RolloutResult& result : results) ends.push_back(&result);
+  CollectEnds(run.workspace, run.done, options.steps, ends, failed);
+  if (recordings.empty()) return;
+  if (!choice.on_device) return Download(*cloth_, *run.history, batch, run.done, recordings);
+  std::vector<Recording> all = RecordingsOf(run.history, run.done);
+  std::move(all.begin(), all.end(), recordings.begin());
 }
 
 }  // namespace drape

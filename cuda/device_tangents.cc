@@ -59,7 +59,7 @@ void DeviceEngine::Tangents(std::span<const RolloutInput> batch,
 
 void DeviceEngine::ReadoutTangents(std::span<const RolloutInput> batch,
                                    std::span<const MaterialField* const> weights,
-                                   const RolloutOptions& options, const ReadoutOf& readout,
+                                   const RolloutOptions& options, const Readout& readout,
                                    std::span<ReadoutTangent> results, std::span<char> failed) {
   ForEachTangentChunk(batch.size(), [&](std::size_t first, std::size_t count) {
     const std::span<ReadoutTangent> of_chunk = results.subspan(first, count);
@@ -68,12 +68,18 @@ void DeviceEngine::ReadoutTangents(std::span<const RolloutInput> batch,
     const std::span<char> flags = failed.subspan(first, count);
     const TangentWorkspace w = TangentChunk(batch.subspan(first, count),
                                             weights.subspan(first, count), options, ends, flags);
-    ReadTangents(w.dx, first, readout, of_chunk, flags);
+    std::vector<const Eigen::VectorXd*> shapes;
+    std::vector<LinearReadout*> reads;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool ended = flags[i] == 0 && of_chunk[i].rollout.status == RolloutStatus::kOk;
+      shapes.push_back(ended ? &of_chunk[i].rollout.end.x : nullptr);
+      reads.push_back(&of_chunk[i].read);
+    }
+    ReadTangents({w.step.x, w.dx, shapes}, ReadoutFrom(readout, first), reads);
   });
 }
 
-void DeviceEngine::ForEachTangentChunk(
-    std::size_t count, const std::function<void(std::size_t first, std::size_t count)>& work) {
+void DeviceEngine::ForEachTangentChunk(std::size_t count, const ChunkWork& work) {
   Bind();
   const int most = SlotsThatFit(static_cast<int>(count), [&](Arena& arena, int slots) {
     TangentWorkspace::Take(arena, *cloth_, slots);
@@ -144,45 +150,6 @@ void DeviceEngine::DownloadTangents(const double* from, std::span<TangentResult>
     to.resize(dofs, kMaterialEntries);
     cloth_->ToMeshOrder(host.data() + i * columns, kMaterialEntries, kPaddedEntries, to.data());
   }
-}
-
-void DeviceEngine::ReadTangents(const double* dx, std::size_t first, const ReadoutOf& readout,
-                                std::span<ReadoutTangent> results, std::span<const char> failed) {
-  const auto ended = [&](std::size_t i) {
-    return failed[i] == 0 && results[i].rollout.status == RolloutStatus::kOk;
-  };
-  std::vector<Readout> readouts(results.size());
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < results.size(); ++i)
-    if (ended(i)) readouts[i] = readout(first + i, results[i].rollout.end.x);
-  Eigen::Index rows = 0;
-  for (const Readout& each : readouts) rows = std::max(rows, each.rows());
-  if (rows == 0) return;
-  std::vector<int> start{0}, dof;
-  std::vector<double> value;
-  for (const Readout& each : readouts)
-    for (Eigen::Index r = 0; r < rows; ++r) {
-      if (r < each.rows())
-        for (Readout::InnerIterator at(each, r); at; ++at) {
-          dof.push_back(cloth_->DofInEliminationOrder(static_cast<int>(at.col())));
-          value.push_back(at.value());
-        }
-      start.push_back(static_cast<int>(dof.size()));
-    }
-  const int slots = static_cast<int>(results.size());
-  const DeviceBuffer<int> starts(start), dofs(dof);
-  const DeviceBuffer<double> values(value);
-  DeviceBuffer<double> out(static_cast<std::size_t>(slots) * rows * kPaddedEntries);
-  LaunchReadRows(cloth_->view(), {starts.data(), dofs.data(), values.data()}, dx, out.data(),
-                 static_cast<int>(rows), slots, streams_->main());
-  streams_->Synchronize();
-  std::vector<double> host(out.size());
-  CopyToHost<double>(out.data(), host);
-  for (int i = 0; i < slots; ++i)
-    if (ended(i))
-      results[i].dr = Eigen::Map<const RowMatrix>(host.data() + i * rows * kPaddedEntries, rows,
-                                                  kPaddedEntries)
-                          .leftCols(kMaterialEntries);
 }
 
 }  // namespace drape

@@ -70,21 +70,19 @@ void Camera::Check(const std::string& where) const {
 }
 
 Eigen::Matrix<double, 2, 3> Camera::ImageFromWorldJacobian(const double x[3]) const {
-  const double s = PixelsPerMetre(x[2]);
-  const double ds_dz = kind == CameraKind::kPinhole ? s / (eye_height - x[2]) : 0.0;
-  Eigen::Matrix<double, 2, 3> jacobian;
-  jacobian << s, 0, ds_dz * x[0], 0, -s, -ds_dz * x[1];
-  return jacobian;
+  double rows[2][3];
+  projection().Jacobian(x, rows);
+  return Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(rows[0]);
 }
 
 bool ProjectVertices(const Eigen::VectorXd& x, const Camera& camera,
                      Eigen::Matrix2Xd* image_points) {
   CHECK_EQ(x.size() % 3, 0);
-  const bool pinhole = camera.kind == CameraKind::kPinhole;
+  const Projection projection = camera.projection();
   image_points->resize(2, x.size() / 3);
   for (int i = 0; i < image_points->cols(); ++i) {
-    if (pinhole && !(x[3 * i + 2] < camera.eye_height)) return false;
-    camera.Project(&x[3 * i], image_points->col(i).data());
+    if (!projection.IsInFront(&x[3 * i])) return false;
+    projection.Project(&x[3 * i], image_points->col(i).data());
   }
   return x.allFinite() && image_points->allFinite();
 }

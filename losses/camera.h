@@ -5,6 +5,8 @@
 #include <cmath>
 #include <string>
 
+#include "losses/projection.h"
+
 namespace drape {
 
 struct GrayImage;
@@ -35,10 +37,14 @@ struct Camera {
 
   double focal_length() const { return 0.5 * height / std::tan(0.5 * field_of_view); }  // [px]
 
+  Projection projection() const {
+    return {kind == CameraKind::kPinhole, cx, cy, scale, eye_height, focal_length()};
+  }
+
   // Magnification of the plane at height z [px/m].
   template <typename T>
   T PixelsPerMetre(const T& z) const {
-    return kind == CameraKind::kPinhole ? T(focal_length()) / (T(eye_height) - z) : T(scale);
+    return projection().PixelsPerMetre(z);
   }
   double pixels_per_metre() const { return PixelsPerMetre(0.0); }  // in the support plane
 
@@ -46,9 +52,7 @@ struct Camera {
   // needs z < eye_height.
   template <typename T>
   void Project(const T x[3], T image[2]) const {
-    const T s = PixelsPerMetre(x[2]);
-    image[0] = T(cx) + s * x[0];
-    image[1] = T(cy) - s * x[1];
+    projection().Project(x, image);
   }
 
   // ∂image/∂x [px/m], shape [2, 3].

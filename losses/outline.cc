@@ -9,17 +9,8 @@
 namespace drape {
 namespace {
 
-using Eigen::Vector2d;
-
 constexpr double kRayStep = 0.25;  // [px]
 constexpr double kLevel = 0.5;
-
-double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
-
-Vector2d RayDirection(int k, int num_angles) {
-  const double angle = 2 * M_PI * k / num_angles;
-  return {std::cos(angle), std::sin(angle)};
-}
 
 double SampleCoverage(const GrayImage& image, double column, double row) {
   const int c = static_cast<int>(std::floor(column)), r = static_cast<int>(std::floor(row));
@@ -30,14 +21,14 @@ double SampleCoverage(const GrayImage& image, double column, double row) {
 }
 
 // Radius of the outermost level crossing, or 0.
-double OutermostCrossing(const GrayImage& image, const Camera& camera, const Vector2d& direction) {
+double OutermostCrossing(const GrayImage& image, const Camera& camera, const Vec2& direction) {
   const double reach = std::hypot(std::max(camera.cx, image.width - camera.cx),
                                   std::max(camera.cy, image.height - camera.cy));
   double previous = 0;
   for (int i = static_cast<int>(std::ceil(reach / kRayStep)); i >= 0; --i) {
     const double radius = kRayStep * i;
-    const double value = SampleCoverage(image, camera.cx + radius * direction.x(),
-                                        camera.cy - radius * direction.y());
+    const double value =
+        SampleCoverage(image, camera.cx + radius * direction.x, camera.cy - radius * direction.y);
     if (value >= kLevel) return radius + kRayStep * (value - kLevel) / (value - previous);
     previous = value;
   }
@@ -52,64 +43,32 @@ bool CollectMissing(Outline* outline) {
   return outline->missing.empty();
 }
 
-// Hem in pixels about the camera's centre, y up; false when it cannot be projected.
 bool ProjectHem(const std::vector<int>& hem, const Eigen::VectorXd& x, const Camera& camera,
-                std::vector<Vector2d>* points) {
-  Eigen::VectorXd hem_x(3 * hem.size());
-  for (size_t i = 0; i < hem.size(); ++i) hem_x.segment<3>(3 * i) = x.segment<3>(3 * hem[i]);
-  Eigen::Matrix2Xd image_points;
-  if (!ProjectVertices(hem_x, camera, &image_points)) return false;
+                std::vector<Vec2>* points) {
+  const Projection projection = camera.projection();
   points->resize(hem.size());
-  for (size_t i = 0; i < hem.size(); ++i) {
-    (*points)[i] = {image_points(0, i) - camera.cx, camera.cy - image_points(1, i)};
-  }
+  for (size_t i = 0; i < hem.size(); ++i)
+    if (!ProjectHemPoint(projection, &x[3 * hem[i]], &(*points)[i])) return false;
   return true;
 }
 
 // Range of angle indices (not wrapped) that segment a→b may cross, one wider at each end.
-std::pair<int, int> AngleRange(const Vector2d& a, const Vector2d& b, int num_angles) {
-  const double start = std::atan2(a.y(), a.x());
-  const double end = start + std::atan2(Cross(a, b), a.dot(b));
+std::pair<int, int> AngleRange(const Vec2& a, const Vec2& b, int num_angles) {
+  const double start = std::atan2(a.y, a.x);
+  const double end = start + std::atan2(Cross(a, b), Dot(a, b));
   const double per_radian = num_angles / (2 * M_PI);
   return {static_cast<int>(std::floor(std::min(start, end) * per_radian)),
           static_cast<int>(std::ceil(std::max(start, end) * per_radian))};
 }
 
-// ∂r of the ray's crossing at a + t(b−a): the segment's normal over its component along the ray.
-void FillHit(const Camera& camera, const Eigen::VectorXd& x, const Vector2d& ray,
-             const Vector2d& edge, double t, OutlineHit* hit) {
-  const Vector2d normal = Vector2d(edge.y(), -edge.x()) / Cross(ray, edge);
-  const Eigen::RowVector2d d_image(normal.x(), -normal.y());  // rows of the image run down
-  for (int end = 0; end < 2; ++end) {
-    const double weight = end == 0 ? 1 - t : t;
-    Eigen::Map<Eigen::RowVector3d>(hit->d_radius + 3 * end) =
-        weight * d_image * camera.ImageFromWorldJacobian(&x[3 * hit->vertex[end]]);
-  }
-}
-
-struct Crossing {
-  int segment = -1;
-  double t = 0;
-};
-
-// Keeps the outermost crossing of each ray. A vertex lies on the same side of a ray in both of its
-// segments (half-open rule), so no ray slips through between two of them.
-void CrossSegment(const std::vector<Vector2d>& hem, int segment, Eigen::VectorXd* radius,
-                  std::vector<Crossing>* crossings) {
-  const int num_angles = static_cast<int>(radius->size());
-  const Vector2d &a = hem[segment], &b = hem[(segment + 1) % hem.size()];
+// Offers a segment to the rays that it may cross.
+void CrossSegment(const std::vector<Vec2>& hem, int segment, std::vector<RayCrossing>* crossings) {
+  const int num_angles = static_cast<int>(crossings->size());
+  const Vec2 &a = hem[segment], &b = hem[(segment + 1) % hem.size()];
   const auto [first, last] = AngleRange(a, b, num_angles);
   for (int index = first; index <= last; ++index) {
     const int k = ((index % num_angles) + num_angles) % num_angles;
-    const Vector2d ray = RayDirection(k, num_angles);
-    const double side_a = Cross(ray, a), side_b = Cross(ray, b);
-    if ((side_a > 0) == (side_b > 0)) continue;
-    const double t = side_a / (side_a - side_b);
-    const double r = ray.dot(a + t * (b - a));
-    if (r > (*radius)[k]) {
-      (*radius)[k] = r;
-      (*crossings)[k] = {segment, t};
-    }
+    CrossRay(RayDirection(k, num_angles), a, b, segment, &(*crossings)[k]);
   }
 }
 
@@ -133,19 +92,22 @@ bool OutlineFromMesh(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& c
   const std::vector<int>& hem = mesh.boundary_loops[0];
   outline->radius.setZero(num_angles);
   outline->hits.assign(num_angles, {});
-  std::vector<Vector2d> points;
-  std::vector<Crossing> crossings(num_angles);
+  std::vector<Vec2> points;
+  std::vector<RayCrossing> crossings(num_angles);
   if (ProjectHem(hem, x, camera, &points)) {
-    for (size_t i = 0; i < hem.size(); ++i) CrossSegment(points, i, &outline->radius, &crossings);
+    for (size_t i = 0; i < hem.size(); ++i) CrossSegment(points, i, &crossings);
   }
   for (int k = 0; k < num_angles; ++k) {
-    const auto [segment, t] = crossings[k];
-    if (segment < 0) continue;
-    const int next = (segment + 1) % hem.size();
+    const RayCrossing& crossing = crossings[k];
+    if (crossing.segment < 0) continue;
+    const int next = (crossing.segment + 1) % hem.size();
     OutlineHit& hit = outline->hits[k];
-    hit.vertex[0] = hem[segment];
+    outline->radius[k] = crossing.radius;
+    hit.vertex[0] = hem[crossing.segment];
     hit.vertex[1] = hem[next];
-    FillHit(camera, x, RayDirection(k, num_angles), points[next] - points[segment], t, &hit);
+    RadiusByEnds(camera.projection(), RayDirection(k, num_angles),
+                 points[next] - points[crossing.segment], crossing.t, &x[3 * hit.vertex[0]],
+                 &x[3 * hit.vertex[1]], hit.d_radius);
   }
   return CollectMissing(outline);
 }

@@ -7,16 +7,11 @@
 
 #include "losses/camera.h"
 #include "losses/image.h"
+#include "losses/outline_ray.h"
 #include "physics/block_matrix.h"
 #include "physics/mesh.h"
 
 namespace drape {
-
-// Where the ray of one angle leaves the hem: on the projected segment of two vertices.
-struct OutlineHit {
-  int vertex[2] = {-1, -1};  // −1: the ray met nothing
-  double d_radius[6] = {};   // ∂r/∂(x of vertex[0], x of vertex[1]) [px/m]
-};
 
 // Radial profile r(θ_k) [px] about the camera's centre, θ_k = 2πk/K, counter-clockwise as seen in
 // the image (+column is θ = 0, up is θ = π/2).

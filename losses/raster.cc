@@ -3,30 +3,22 @@
 
 #include <glog/logging.h>
 
-#include <algorithm>
-#include <cmath>
+#include "losses/silhouette_border.h"
 
 namespace drape {
 namespace {
-
-// Pixels lo … hi of [0, size) whose centres lie in [min, max]; empty when lo > hi.
-struct PixelRange {
-  PixelRange(double min, double max, int size)
-      : lo(static_cast<int>(std::ceil(std::clamp(min, 0.0, double(size))))),
-        hi(static_cast<int>(std::floor(std::clamp(max, -1.0, size - 1.0)))) {}
-  int lo, hi;
-};
 
 void CoverTriangle(const Eigen::Matrix2Xd& points, const Face& face, int width, int height,
                    uint8_t* covered) {
   const auto a = points.col(face.vertex[0]), b = points.col(face.vertex[1]),
              c = points.col(face.vertex[2]);
   const Eigen::Vector2d min = a.cwiseMin(b).cwiseMin(c), max = a.cwiseMax(b).cwiseMax(c);
-  const PixelRange columns(min.x(), max.x(), width), rows(min.y(), max.y(), height);
-  for (int row = rows.lo; row <= rows.hi; ++row) {
-    for (int col = columns.lo; col <= columns.hi; ++col) {
+  const PixelRange columns = PixelsIn(min.x(), max.x(), width);
+  const PixelRange rows = PixelsIn(min.y(), max.y(), height);
+  for (int row = rows.first; row <= rows.last; ++row) {
+    for (int col = columns.first; col <= columns.last; ++col) {
       uint8_t& pixel = covered[size_t(row) * width + col];
-      if (!pixel && Covers(points, face, col, row)) pixel = 1;
+      if (!pixel && Covers(points.data(), face, {double(col), double(row)})) pixel = 1;
     }
   }
 }

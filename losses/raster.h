@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "losses/camera.h"
@@ -11,27 +10,6 @@
 #include "physics/mesh.h"
 
 namespace drape {
-
-// On which side of the edge i→j of the projected mesh the point lies: twice the signed area of the
-// triangle (i, j, point) [px²]. Exactly antisymmetric in (i, j), so two triangles that share an
-// edge leave no gap between them.
-inline double EdgeSide(const Eigen::Matrix2Xd& points, int i, int j, double column, double row) {
-  const double sign = i < j ? 1 : -1;
-  if (i > j) std::swap(i, j);
-  return sign * ((points(0, j) - points(0, i)) * (row - points(1, i)) -
-                 (points(1, j) - points(1, i)) * (column - points(0, i)));
-}
-
-// Whether the closed projected triangle holds the point, seen from either face. A triangle without
-// area holds nothing.
-inline bool Covers(const Eigen::Matrix2Xd& points, const Face& face, double column, double row) {
-  const int a = face.vertex[0], b = face.vertex[1], c = face.vertex[2];
-  const double ab = EdgeSide(points, a, b, column, row);
-  const double bc = EdgeSide(points, b, c, column, row);
-  const double ca = EdgeSide(points, c, a, column, row);
-  const bool inside = (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
-  return inside && EdgeSide(points, a, b, points(0, c), points(1, c)) != 0;
-}
 
 // 1 for each pixel whose centre some triangle covers, row-major, shape [height, width].
 // image_points: finite, [px], shape [2, V].

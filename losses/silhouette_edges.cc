@@ -5,17 +5,11 @@
 #include <array>
 #include <cmath>
 
-#include "losses/raster.h"
-
 namespace drape {
 namespace {
 
 using Eigen::Matrix2Xd;
 using Eigen::Vector2d;
-
-constexpr double kProbe = 1e-6;  // [px] distance from an edge at which its two sides are probed
-
-double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 // Triangles in square cells of the image, to ask which of them cover a point.
 class TriangleGrid {
@@ -29,11 +23,11 @@ class TriangleGrid {
     for (int f = 0; f < mesh.num_faces(); ++f) Insert(f);
   }
 
-  bool IsCovered(const Vector2d& p) const {
-    const Vector2d cell = (p - origin_).cwiseProduct(per_pixel_);
+  bool IsCovered(const Vec2& p) const {
+    const Vector2d cell = (Vector2d(p.x, p.y) - origin_).cwiseProduct(per_pixel_);
     if (!(cell.minCoeff() >= 0 && cell.maxCoeff() <= side_)) return false;
     for (int f : cells_[Index(Clamp(cell.x()), Clamp(cell.y()))]) {
-      if (Covers(points_, mesh_.faces[f], p.x(), p.y())) return true;
+      if (Covers(points_.data(), mesh_.faces[f], p)) return true;
     }
     return false;
   }
@@ -62,7 +56,7 @@ class TriangleGrid {
 };
 
 struct Candidate {
-  int a, b;
+  int vertex[2];
   double min_column, max_column;
   std::vector<std::pair<double, int>> cuts;  // t, index of the crossing
 };
@@ -72,35 +66,17 @@ std::vector<Candidate> FindCandidates(const Mesh& mesh, const Matrix2Xd& points)
   std::vector<Candidate> candidates;
   const auto add = [&](int a, int b) {
     const auto [min, max] = std::minmax(points(0, a), points(0, b));
-    if (points.col(a) != points.col(b)) candidates.push_back({a, b, min, max, {}});
+    if (points.col(a) != points.col(b)) candidates.push_back({{a, b}, min, max, {}});
   };
   for (const auto& loop : mesh.boundary_loops) {
     for (size_t i = 0; i < loop.size(); ++i) add(loop[i], loop[(i + 1) % loop.size()]);
   }
   for (const Hinge& hinge : mesh.hinges) {
-    const int* v = hinge.vertex;
-    const double side0 = EdgeSide(points, v[0], v[1], points(0, v[2]), points(1, v[2]));
-    const double side1 = EdgeSide(points, v[0], v[1], points(0, v[3]), points(1, v[3]));
-    if (side0 * side1 >= 0) add(v[0], v[1]);
+    if (FoldsOver(points.data(), hinge)) add(hinge.vertex[0], hinge.vertex[1]);
   }
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& l, const Candidate& r) { return l.min_column < r.min_column; });
   return candidates;
-}
-
-bool ShareVertex(const Candidate& l, const Candidate& r) {
-  return l.a == r.a || l.a == r.b || l.b == r.a || l.b == r.b;
-}
-
-// Positions of the crossing on both edges; false when they do not cross inside both.
-bool Intersect(const Matrix2Xd& points, const Candidate& l, const Candidate& r, double t[2]) {
-  const Vector2d e = points.col(l.b) - points.col(l.a), f = points.col(r.b) - points.col(r.a);
-  const Vector2d offset = points.col(r.a) - points.col(l.a);
-  const double det = Cross(e, f);
-  if (det == 0) return false;
-  t[0] = Cross(offset, f) / det;
-  t[1] = Cross(offset, e) / det;
-  return t[0] > 0 && t[0] < 1 && t[1] > 0 && t[1] < 1;
 }
 
 std::vector<EdgeCrossing> CutCandidates(const Matrix2Xd& points, std::vector<Candidate>* all) {
@@ -110,9 +86,10 @@ std::vector<EdgeCrossing> CutCandidates(const Matrix2Xd& points, std::vector<Can
     for (size_t j = i + 1; j < all->size() && (*all)[j].min_column <= l.max_column; ++j) {
       Candidate& r = (*all)[j];
       double t[2];
-      if (ShareVertex(l, r) || !Intersect(points, l, r, t)) continue;
+      if (ShareVertex(l.vertex, r.vertex) || !Intersect(points.data(), l.vertex, r.vertex, t))
+        continue;
       const int index = static_cast<int>(crossings.size());
-      crossings.push_back({{l.a, l.b, r.a, r.b}, {t[0], t[1]}});
+      crossings.push_back({{l.vertex[0], l.vertex[1], r.vertex[0], r.vertex[1]}, {t[0], t[1]}});
       l.cuts.emplace_back(t[0], index);
       r.cuts.emplace_back(t[1], index);
     }
@@ -127,18 +104,13 @@ void KeepBorderParts(const Matrix2Xd& points, const TriangleGrid& grid, Candidat
   cuts.emplace_back(0.0, -1);
   cuts.emplace_back(1.0, -1);
   std::sort(cuts.begin(), cuts.end());
-  const Vector2d a = points.col(candidate->a), e = points.col(candidate->b) - a;
-  const Vector2d normal = Vector2d(-e.y(), e.x()).normalized();
   for (size_t i = 0; i + 1 < cuts.size(); ++i) {
-    const double begin = cuts[i].first, end = cuts[i + 1].first;
-    const Vector2d middle = a + 0.5 * (begin + end) * e;
-    const bool plus = grid.IsCovered(middle + kProbe * normal);
-    const bool minus = grid.IsCovered(middle - kProbe * normal);
-    if (plus == minus) continue;
-    pieces->push_back({{candidate->a, candidate->b},
-                       {begin, end},
-                       {cuts[i].second, cuts[i + 1].second},
-                       plus ? normal : Vector2d(-normal)});
+    SilhouettePiece part{{candidate->vertex[0], candidate->vertex[1]},
+                         {cuts[i].first, cuts[i + 1].first},
+                         {cuts[i].second, cuts[i + 1].second},
+                         {}};
+    const auto is_covered = [&](const Vec2& p) { return grid.IsCovered(p); };
+    if (FindInward(points.data(), is_covered, &part)) pieces->push_back(part);
   }
 }
 

@@ -3,10 +3,6 @@
 
 #include <glog/logging.h>
 
-#include <Eigen/LU>
-#include <algorithm>
-#include <cmath>
-
 #include "losses/raster.h"
 #include "losses/silhouette_edges.h"
 
@@ -14,97 +10,51 @@ namespace drape {
 namespace {
 
 using Eigen::Matrix2Xd;
-using Eigen::Vector2d;
-
-constexpr double kOnBorder = 1e-9;  // [px] below this the offset from the border has no direction
 
 // Nearest border point of a pixel.
 struct Contact {
-  double distance;
+  PieceContact at;
   int piece = -1;
-  double t;           // on the piece's edge
-  int crossing = -1;  // the contact is this crossing
 };
-
-Contact NearestOnPiece(const Matrix2Xd& points, const SilhouettePiece& piece, int index,
-                       const Vector2d& pixel) {
-  const Vector2d a = points.col(piece.vertex[0]), e = points.col(piece.vertex[1]) - a;
-  Contact contact{0, index, (pixel - a).dot(e) / e.squaredNorm(), -1};
-  for (int end = 0; end < 2; ++end) {
-    const bool beyond = end == 0 ? contact.t <= piece.t[0] : contact.t >= piece.t[1];
-    if (!beyond) continue;
-    contact.t = piece.t[end];
-    contact.crossing = piece.crossing[end];
-    break;
-  }
-  contact.distance = (pixel - a - contact.t * e).norm();
-  return contact;
-}
 
 // Nearest contact of each pixel within `reach` of the border.
 std::vector<Contact> FindContacts(const Matrix2Xd& points, const SilhouetteEdges& edges,
                                   const Camera& camera, double reach) {
-  std::vector<Contact> contacts(size_t(camera.width) * camera.height, Contact{reach, -1, 0, -1});
+  std::vector<Contact> contacts(size_t(camera.width) * camera.height, Contact{{reach, 0, -1}, -1});
   for (size_t i = 0; i < edges.pieces.size(); ++i) {
     const SilhouettePiece& piece = edges.pieces[i];
-    const Vector2d a = points.col(piece.vertex[0]), e = points.col(piece.vertex[1]) - a;
-    const Vector2d p = a + piece.t[0] * e, q = a + piece.t[1] * e;
-    const auto first = [&](double v, int size) {
-      return int(std::clamp(std::ceil(v), 0.0, double(size)));
-    };
-    const auto last = [&](double v, int size) {
-      return int(std::clamp(std::floor(v), -1.0, size - 1.0));
-    };
-    const Vector2d min = p.cwiseMin(q).array() - reach, max = p.cwiseMax(q).array() + reach;
-    for (int row = first(min.y(), camera.height); row <= last(max.y(), camera.height); ++row) {
-      for (int col = first(min.x(), camera.width); col <= last(max.x(), camera.width); ++col) {
-        const Contact contact = NearestOnPiece(points, piece, static_cast<int>(i), {col, row});
+    const PieceBox box = BoxOf(points.data(), piece, reach);
+    const PixelRange rows = PixelsIn(box.min.y, box.max.y, camera.height);
+    const PixelRange columns = PixelsIn(box.min.x, box.max.x, camera.width);
+    for (int row = rows.first; row <= rows.last; ++row) {
+      for (int col = columns.first; col <= columns.last; ++col) {
+        const PieceContact at = NearestOnPiece(points.data(), piece, {double(col), double(row)});
         Contact& best = contacts[size_t(row) * camera.width + col];
-        if (contact.distance < best.distance) best = contact;
+        if (at.distance < best.at.distance) best = {at, static_cast<int>(i)};
       }
     }
   }
   return contacts;
 }
 
-// A crossing X lies on both edges: n·δX = (1−t) n·δa + t n·δb for the normal n of each. Writing
-// the adjoint of X in the basis of the two normals hands each share to the ends of its own edge.
-void AdjCrossing(const Matrix2Xd& points, const EdgeCrossing& crossing, const Vector2d& d_point,
-                 RampPixel* ramp) {
-  Eigen::Matrix2d normals;
-  for (int k = 0; k < 2; ++k) {
-    const Vector2d e = points.col(crossing.vertex[2 * k + 1]) - points.col(crossing.vertex[2 * k]);
-    normals.col(k) = Vector2d(-e.y(), e.x());
-  }
-  const double det = normals.determinant();
-  const double share[2] = {(d_point.x() * normals(1, 1) - d_point.y() * normals(0, 1)) / det,
-                           (d_point.y() * normals(0, 0) - d_point.x() * normals(1, 0)) / det};
-  ramp->num_vertices = 4;
-  for (int k = 0; k < 4; ++k) {
-    const double t = crossing.t[k / 2];
-    ramp->vertex[k] = crossing.vertex[k];
-    ramp->d_image[k] = share[k / 2] * (k % 2 == 0 ? 1 - t : t) * normals.col(k / 2);
-  }
-}
-
-// Derivative of the signed distance times `slope` by the vertices that hold the contact. By the
-// envelope theorem the contact's position on the edge counts as fixed.
+// Derivative of the coverage by the vertices that hold the contact.
 void FillRamp(const Matrix2Xd& points, const SilhouetteEdges& edges, const Contact& contact,
-              const Vector2d& pixel, double sign, double slope, RampPixel* ramp) {
+              bool inside, double slope, const Vec2& pixel, RampPixel* ramp) {
   const SilhouettePiece& piece = edges.pieces[contact.piece];
-  const Vector2d a = points.col(piece.vertex[0]), e = points.col(piece.vertex[1]) - a;
-  const Vector2d inward = contact.distance < kOnBorder
-                              ? piece.inward
-                              : Vector2d(sign / contact.distance * (pixel - a - contact.t * e));
-  const Vector2d d_point = -slope * inward;
-  if (contact.crossing >= 0) {
-    AdjCrossing(points, edges.crossings[contact.crossing], d_point, ramp);
-    return;
+  const Vec2 d_point = CoverageByPoint(points.data(), piece, contact.at, pixel, inside, slope);
+  const int crossing = contact.at.end < 0 ? -1 : piece.crossing[contact.at.end];
+  Vec2 d_image[4];
+  if (crossing >= 0) {
+    AdjCrossing(points.data(), edges.crossings[crossing], d_point, d_image);
+  } else {
+    d_image[0] = (1 - contact.at.t) * d_point;
+    d_image[1] = contact.at.t * d_point;
   }
-  ramp->num_vertices = 2;
-  for (int k = 0; k < 2; ++k) {
-    ramp->vertex[k] = piece.vertex[k];
-    ramp->d_image[k] = (k == 0 ? 1 - contact.t : contact.t) * d_point;
+  ramp->num_vertices = crossing >= 0 ? 4 : 2;
+  const int* vertex = crossing >= 0 ? edges.crossings[crossing].vertex : piece.vertex;
+  for (int k = 0; k < ramp->num_vertices; ++k) {
+    ramp->vertex[k] = vertex[k];
+    ramp->d_image[k] = {d_image[k].x, d_image[k].y};
   }
 }
 
@@ -126,13 +76,12 @@ bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera
     const Contact& contact = contacts[i];
     silhouette->coverage[i] = covered[i];
     if (contact.piece < 0) continue;
-    const double sign = covered[i] ? 1 : -1;
-    const double u = 0.5 * (1 + sign * contact.distance / options.half_width);
-    silhouette->coverage[i] = u * u * (3 - 2 * u);
+    const SoftRamp at = RampAt(contact.at.distance, covered[i] != 0, options.half_width);
+    silhouette->coverage[i] = at.coverage;
     RampPixel& ramp = silhouette->ramp.emplace_back();
     ramp.pixel = static_cast<int>(i);
-    FillRamp(points, edges, contact, Vector2d(i % camera.width, i / camera.width), sign,
-             3 * u * (1 - u) / options.half_width, &ramp);
+    const Vec2 pixel{double(i % camera.width), double(i / camera.width)};
+    FillRamp(points, edges, contact, covered[i] != 0, at.slope, pixel, &ramp);
   }
   return true;
 }
@@ -147,10 +96,12 @@ void AdjRenderSoft(const SoftSilhouette& silhouette, const Eigen::VectorXd& x, c
       d_image.col(ramp.vertex[k]) += pixel_adjoint[ramp.pixel] * ramp.d_image[k];
     }
   }
+  const Projection projection = camera.projection();
   for (int i = 0; i < d_image.cols(); ++i) {
     if (d_image.col(i).isZero(0)) continue;
-    gradient->segment<3>(3 * i) +=
-        camera.ImageFromWorldJacobian(&x[3 * i]).transpose() * d_image.col(i);
+    double by_x[3];
+    projection.AdjProject(&x[3 * i], {d_image(0, i), d_image(1, i)}, by_x);
+    for (int d = 0; d < 3; ++d) (*gradient)[3 * i + d] += by_x[d];
   }
 }
 

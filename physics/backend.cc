@@ -109,17 +109,61 @@ class CpuBackend final : public Backend {
   std::vector<StepSolver> solvers_;
 };
 
+LinearReadout ReadTangent(const Readout& readout, std::size_t i, const Eigen::VectorXd& x,
+                          const RowMatrix& dx) {
+  LinearReadout read;
+  ReadoutJacobian dr_dx;
+  if (!readout.Read(i, x, &read.r, &dr_dx)) return {};
+  read.dr = dr_dx * dx;
+  return read;
+}
+
+// The loss of rollout i at x, and ∂L/∂x, shape [3V, 1].
+std::optional<double> SeedOfLoss(const ReadoutLoss& loss, std::size_t i, const Eigen::VectorXd& x,
+                                 RowMatrix* seed) {
+  Eigen::VectorXd r;
+  ReadoutJacobian dr_dx;
+  if (!loss.readout->Read(i, x, &r, &dr_dx)) return std::nullopt;
+  const Eigen::VectorXd residual = (r - *loss.targets[i]) / loss.sigma;
+  *seed = dr_dx.transpose() * (residual / loss.sigma);
+  return 0.5 * residual.squaredNorm();
+}
+
+// The gradients of those results that have a loss, whose recordings and seeds are used up.
+void AddGradients(Backend& backend, std::span<const RolloutInput> batch,
+                  const RolloutOptions& options, std::vector<Recording>* recordings,
+                  std::vector<RowMatrix>* seeds, std::vector<LossGradient>* results) {
+  std::vector<LossGradient*> members;
+  std::vector<RolloutInput> inputs;
+  std::vector<Recording> kept;
+  std::vector<RowMatrix> seeded;
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    if (!(*results)[i].loss) continue;
+    members.push_back(&(*results)[i]);
+    inputs.push_back(batch[i]);
+    kept.push_back(std::move((*recordings)[i]));
+    seeded.push_back(std::move((*seeds)[i]));
+  }
+  std::vector<AdjointResult> adjoints = backend.Adjoints(inputs, kept, seeded, options);
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    members[k]->status = adjoints[k].status;
+    members[k]->material = std::move(adjoints[k].material);
+    if (adjoints[k].status != RolloutStatus::kOk) *members[k] = {adjoints[k].status, {}, {}};
+  }
+}
+
 }  // namespace
 
 std::vector<ReadoutTangent> Backend::ReadoutTangents(
     std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
-    const RolloutOptions& options, const ReadoutOf& readout) {
+    const RolloutOptions& options, const Readout& readout) {
   std::vector<TangentResult> tangents = Tangents(batch, weights, options);
   std::vector<ReadoutTangent> results(batch.size());
+#pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < batch.size(); ++i) {
     results[i].rollout = std::move(tangents[i].rollout);
     if (results[i].rollout.status == RolloutStatus::kOk)
-      results[i].dr = readout(i, results[i].rollout.end.x) * tangents[i].dx;
+      results[i].read = ReadTangent(readout, i, results[i].rollout.end.x, tangents[i].dx);
   }
   return results;
 }
@@ -130,6 +174,43 @@ std::vector<Eigen::VectorXd> Backend::EquilibriumDirections(
   for (const RowMatrix& tangent : EquilibriumTangents(batch, changes))
     directions.push_back(tangent.rowwise().sum());
   return directions;
+}
+
+std::vector<LinearReadout> Backend::EquilibriumReadoutTangents(
+    std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+    const Readout& readout) {
+  const std::vector<RowMatrix> tangents = EquilibriumTangents(batch, weights);
+  std::vector<LinearReadout> results(batch.size());
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < batch.size(); ++i)
+    if (tangents[i].size() > 0)
+      results[i] = ReadTangent(readout, i, batch[i].start->x, tangents[i]);
+  return results;
+}
+
+void ReadoutLoss::Check(std::size_t count) const {
+  CHECK(readout != nullptr);
+  CHECK_GT(sigma, 0.0);
+  CHECK_EQ(targets.size(), count);
+  for (const Eigen::VectorXd* target : targets) CHECK_EQ(target->size(), readout->size());
+}
+
+std::vector<LossGradient> Backend::LossGradients(std::span<const RolloutInput> batch,
+                                                 const RolloutOptions& options,
+                                                 const ReadoutLoss& loss) {
+  loss.Check(batch.size());
+  std::vector<Recording> recordings;
+  const std::vector<RolloutResult> ends = Rollouts(batch, options, &recordings);
+  std::vector<LossGradient> results(batch.size());
+  std::vector<RowMatrix> seeds(batch.size());
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    results[i].status = ends[i].status;
+    if (ends[i].status == RolloutStatus::kOk)
+      results[i].loss = SeedOfLoss(loss, i, ends[i].end.x, &seeds[i]);
+  }
+  AddGradients(*this, batch, options, &recordings, &seeds, &results);
+  return results;
 }
 
 std::unique_ptr<Backend> MakeCpuBackend(std::shared_ptr<const ClothModel> model, int threads) {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/SparseCore>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "physics/readout.h"
 #include "physics/statics.h"
 
 namespace drape {
@@ -19,14 +18,30 @@ struct RolloutInput {
   const State* start = nullptr;
 };
 
-// What a loss reads of a shape, to first order: ∂r/∂x, shape [K, 3V] with the same K for each
-// rollout of a batch. Asked for the end of rollout i, from several threads at a time.
-using Readout = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-using ReadoutOf = std::function<Readout(std::size_t i, const Eigen::VectorXd& x_end)>;
-
+// What a readout finds at a shape, to first order; both empty where there is no shape or it cannot
+// be read.
+struct LinearReadout {
+  Eigen::VectorXd r;  // [K]
+  RowMatrix dr;       // ∂r/∂x · ∂x/∂p, shape [K, 39]
+};
 struct ReadoutTangent {
   RolloutResult rollout;
-  RowMatrix dr;  // ∂r/∂x_end · ∂x_end/∂p, shape [K, 39]; empty when the rollout failed
+  LinearReadout read;  // of its end
+};
+
+// L = ½ Σ_k ((r_k − target_k)/sigma)² of the numbers that `readout` finds.
+struct ReadoutLoss {
+  const Readout* readout = nullptr;
+  std::vector<const Eigen::VectorXd*> targets;  // [K] each, of rollout i; rollouts may share one
+  double sigma = 1.0;                           // in the unit of r, > 0
+
+  // Programmer errors; `count`: rollouts of the batch.
+  void Check(std::size_t count) const;
+};
+struct LossGradient {
+  RolloutStatus status = RolloutStatus::kOk;
+  std::optional<double> loss;  // none where the rollout failed or its end cannot be read
+  MaterialGradient material;   // ∂L/∂(table entry), one column; empty without a loss
 };
 
 // Runs batches of rollouts of one model: different materials and starts, one mesh, scene and law.
@@ -50,12 +65,18 @@ class Backend {
   // The same where only what `readout` reads is wanted: little comes back from a device.
   virtual std::vector<ReadoutTangent> ReadoutTangents(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
-      const RolloutOptions& options, const ReadoutOf& readout);
+      const RolloutOptions& options, const Readout& readout);
   // seeds[i]: ∂L/∂x_end of rollout i, shape [3V, m_i].
   virtual std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
                                               std::span<const Recording> recordings,
                                               std::span<const RowMatrix> seeds,
                                               const RolloutOptions& options) = 0;
+
+  // The loss of the end of each rollout and its gradient by the material, through the adjoint. From
+  // a device only these come back, for the readouts that it knows (Readout::device).
+  virtual std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
+                                                  const RolloutOptions& options,
+                                                  const ReadoutLoss& loss);
 
   // Drapes at rest near the starts (their velocities do not count).
   virtual std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
@@ -68,6 +89,10 @@ class Backend {
   // empty as above.
   virtual std::vector<Eigen::VectorXd> EquilibriumDirections(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes);
+  // The same where only what `readout` reads of the equilibria is wanted.
+  virtual std::vector<LinearReadout> EquilibriumReadoutTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+      const Readout& readout);
   // Gradients of scalars of equilibria that are given as the starts; seeds[i]: ∂L/∂x, shape
   // [3V, m_i]. None where K is not positive definite.
   virtual std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(

@@ -24,7 +24,8 @@ enum class CallKind {
   kTangents,
   kReadoutTangents,
   kEquilibria,
-  kEquilibriumTangents
+  kEquilibriumTangents,
+  kEquilibriumReadoutTangents
 };
 
 // Calls of equal keys can be joined, those of kAlone aside.
@@ -77,11 +78,11 @@ class JoinedCall final : public Call {
   // How a batch is run for some calls of this key.
   using Run =
       std::function<std::vector<Result>(const Inputs& inputs, std::span<Call* const> joined)>;
-  JoinedCall(const CallKey& key, Inputs inputs, const ReadoutOf* readout, const Run& run)
+  JoinedCall(const CallKey& key, Inputs inputs, const Readout* readout, const Run& run)
       : Call(key), inputs_(std::move(inputs)), readout_(readout), run_(run) {}
 
   std::size_t size() const override { return inputs_.batch.size(); }
-  const ReadoutOf& readout() const { return *readout_; }
+  const Readout& readout() const { return *readout_; }
   std::vector<Result> TakeResults() { return std::move(results_); }
 
   void Answer(std::span<Call* const> joined) override {
@@ -102,23 +103,34 @@ class JoinedCall final : public Call {
 
  private:
   Inputs inputs_;
-  const ReadoutOf* readout_;  // of kReadoutTangents
+  const Readout* readout_;  // where the kind has one
   const Run& run_;
   std::vector<Result> results_;
 };
 
-using TangentCall = JoinedCall<ReadoutTangent>;
-
 // The readout of a joined batch: that of the call in which a rollout lies.
-ReadoutOf JoinReadouts(std::span<Call* const> joined) {
-  std::vector<std::pair<const TangentCall*, std::size_t>> places;  // call and number in it
-  for (Call* call : joined)
-    for (std::size_t i = 0; i < call->size(); ++i)
-      places.emplace_back(static_cast<const TangentCall*>(call), i);
-  return [places = std::move(places)](std::size_t i, const Eigen::VectorXd& x) {
-    return places[i].first->readout()(places[i].second, x);
-  };
-}
+class JoinedReadout final : public Readout {
+ public:
+  template <class Result>
+  static JoinedReadout Of(std::span<Call* const> joined) {
+    JoinedReadout all;
+    for (Call* call : joined)
+      for (std::size_t i = 0; i < call->size(); ++i)
+        all.places_.emplace_back(&static_cast<const JoinedCall<Result>*>(call)->readout(), i);
+    return all;
+  }
+  int size() const override { return places_.empty() ? 0 : places_.front().first->size(); }
+  bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+            ReadoutJacobian* dr_dx) const override {
+    return places_[i].first->Read(places_[i].second, x, r, dr_dx);
+  }
+  const DeviceReadout* device(std::size_t i) const override {
+    return places_[i].first->device(places_[i].second);
+  }
+
+ private:
+  std::vector<std::pair<const Readout*, std::size_t>> places_;  // and number in it
+};
 
 // Where the tasks' threads and the one that answers them meet.
 class Gathering {
@@ -262,12 +274,13 @@ class Task final : public GatheredTask {
   std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
                                               std::span<const MaterialField* const> weights,
                                               const RolloutOptions& options,
-                                              const ReadoutOf& readout) override {
+                                              const Readout& readout) override {
     CHECK_EQ(weights.size(), batch.size());
     return Join<ReadoutTangent>(
         {CallKind::kReadoutTangents, options, {}}, batch, weights,
         [&](const Inputs& all, std::span<Call* const> joined) {
-          return inner_->ReadoutTangents(all.batch, all.weights, options, JoinReadouts(joined));
+          return inner_->ReadoutTangents(all.batch, all.weights, options,
+                                         JoinedReadout::Of<ReadoutTangent>(joined));
         },
         &readout);
   }
@@ -278,6 +291,12 @@ class Task final : public GatheredTask {
                                       const RolloutOptions& options) override {
     return Alone(batch.size(),
                  [&] { return inner_->Adjoints(batch, recordings, seeds, options); });
+  }
+
+  std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
+                                          const RolloutOptions& options,
+                                          const ReadoutLoss& loss) override {
+    return Alone(batch.size(), [&] { return inner_->LossGradients(batch, options, loss); });
   }
 
   std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
@@ -298,6 +317,19 @@ class Task final : public GatheredTask {
                            });
   }
 
+  std::vector<LinearReadout> EquilibriumReadoutTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+      const Readout& readout) override {
+    CHECK_EQ(weights.size(), batch.size());
+    return Join<LinearReadout>(
+        {CallKind::kEquilibriumReadoutTangents, {}, {}}, batch, weights,
+        [&](const Inputs& all, std::span<Call* const> joined) {
+          return inner_->EquilibriumReadoutTangents(all.batch, all.weights,
+                                                    JoinedReadout::Of<LinearReadout>(joined));
+        },
+        &readout);
+  }
+
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
       std::span<const RolloutInput> batch, std::span<const RowMatrix> seeds) override {
     return Alone(batch.size(), [&] { return inner_->EquilibriumAdjoints(batch, seeds); });
@@ -308,7 +340,7 @@ class Task final : public GatheredTask {
   std::vector<Result> Join(const CallKey& key, std::span<const RolloutInput> batch,
                            std::span<const MaterialField* const> weights,
                            const typename JoinedCall<Result>::Run& run,
-                           const ReadoutOf* readout = nullptr) {
+                           const Readout* readout = nullptr) {
     JoinedCall<Result> call(
         key, {{batch.begin(), batch.end()}, {weights.begin(), weights.end()}}, readout, run);
     gathering_->Wait(index_, call);

@@ -21,8 +21,8 @@ class GatheredTask : public Backend {
 // the calling thread:
 // - first an InOrder, that of the lowest task;
 // - otherwise the largest group of calls of one kind with equal options, the lowest task's among
-//   equals, as one batch of `inner`, task by task. Calls with recordings and adjoints are alone;
-//   readouts must have as many rows in all tasks.
+//   equals, as one batch of `inner`, task by task. Calls with recordings, losses and adjoints are
+//   alone; readouts must be of one kind and have as many rows in all tasks.
 // So which calls are joined and the order of all answers depend on the tasks alone, never on the
 // timing of threads, and `inner` needs to know nothing of threads.
 // An exception of `inner` or of an InOrder reaches each task that it was to answer. One that leaves

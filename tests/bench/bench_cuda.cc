@@ -15,15 +15,21 @@
 #include <vector>
 
 #include "cuda/cuda_backend.h"
+#include "losses/readouts.h"
 #include "physics/blas.h"
-#include "tests/bench/fabrics.h"
 #include "physics/mesh_spec.h"
 #include "physics/start_shape.h"
+#include "tests/bench/fabrics.h"
+#include "tests/physics/row_readout.h"
 
 DEFINE_string(meshes, "disc:297,disc:1205,disc:2699,disc:7496", "mesh specs, by comma");
 DEFINE_string(batches, "1,16,64,256,1024", "rollouts of a batch");
-DEFINE_string(works, "forward,gradient,jacobian,settle",
-              "what to time; settle: 60 steps of 0.1 s, then Newton to rest and 39 derivatives");
+DEFINE_string(works,
+              "forward,gradient,jacobian,settle,loss-outline,loss-outline-host,loss-silhouette,"
+              "loss-silhouette-host",
+              "what to time; jacobian: of an outline of 72 angles; settle: 60 steps of 0.1 s, then "
+              "Newton to rest and 39 derivatives; loss-: the gradient of a loss of the outline or "
+              "of the soft silhouette; -host: what the device could read is read on the host");
 DEFINE_string(law, "smooth", "smooth or reference");
 DEFINE_int32(steps, 100, "of a rollout");
 DEFINE_double(h, 0.05, "time step [s]");
@@ -63,9 +69,14 @@ struct Batch {
   std::vector<RolloutInput> inputs;
   std::vector<const MaterialField*> weights;
   std::vector<RowMatrix> seeds;
-  ReadoutOf readout;  // of 72 rows with two vertices each, as an outline has
+  OutlineReadout outline;
+  SilhouetteReadout silhouette;
+  test::HostReadout host_outline{outline}, host_silhouette{silhouette};
+  Eigen::VectorXd outline_target = Eigen::VectorXd::Constant(outline.size(), 90.0);
+  Eigen::VectorXd silhouette_target = Eigen::VectorXd::Constant(silhouette.size(), 0.5);
 
-  Batch(const ClothModel& model, int count) {
+  Batch(const ClothModel& model, int count)
+      : outline(model.mesh, {Camera()}, 72), silhouette(model.mesh, {Camera()}, {}) {
     for (const char* name : kFabrics)
       fields.push_back(ReadFabric(FLAGS_fabrics + "/" + name + ".json"));
     for (int i = 0; i < count; ++i) {
@@ -78,12 +89,21 @@ struct Batch {
       weights.push_back(inputs.back().material);
       seeds.push_back(RowMatrix::Ones(model.num_dofs(), 1));
     }
-    const std::vector<int>& hem = model.mesh.boundary_loops[0];
-    Readout rows(72, model.num_dofs());
-    for (int k = 0; k < 72; ++k)
-      for (int i = 0; i < 6; ++i)
-        rows.coeffRef(k, 3 * hem[(k * hem.size() / 72 + i / 3) % hem.size()] + i % 3) = 1.0;
-    readout = [rows](std::size_t, const Eigen::VectorXd&) { return rows; };
+  }
+  Batch(const Batch&) = delete;
+  Batch& operator=(const Batch&) = delete;
+
+  const Readout& ReadoutOf(const std::string& work) const {
+    const bool on_host = work.ends_with("-host");
+    if (work.starts_with("loss-silhouette"))
+      return on_host ? static_cast<const Readout&>(host_silhouette) : silhouette;
+    return on_host ? static_cast<const Readout&>(host_outline) : outline;
+  }
+  ReadoutLoss LossOf(const std::string& work, int count) const {
+    const Readout& readout = ReadoutOf(work);
+    const bool of_outline = readout.size() == outline.size();
+    const Eigen::VectorXd& target = of_outline ? outline_target : silhouette_target;
+    return {&readout, std::vector<const Eigen::VectorXd*>(count, &target), 1.0};
   }
 };
 
@@ -105,9 +125,11 @@ void Run(Backend& backend, const std::string& work, const Batch& batch, int coun
     const auto rests = backend.Equilibria(calm, {});
     for (int i = 0; i < count; ++i) fallen[i].x = rests[i].x;
     (void)backend.EquilibriumTangents(calm, std::span(batch.weights.data(), count));
+  } else if (work.starts_with("loss-")) {
+    (void)backend.LossGradients(inputs, options, batch.LossOf(work, count));
   } else {
     (void)backend.ReadoutTangents(inputs, std::span(batch.weights.data(), count), options,
-                                  batch.readout);
+                                  batch.ReadoutOf(work));
   }
 }
 
@@ -145,7 +167,7 @@ void BenchMesh(const std::string& spec) {
       Run(*device, work, batch, count, options);
       const double seconds =
           Fastest([&] { Run(*device, work, batch, count, options); }, FLAGS_repeats);
-      std::printf("  %-8s B %4d: %9.1f a second, %8.2f us a step and rollout, %6.3f ms a step, "
+      std::printf("  %-20s B %4d: %9.1f a second, %8.2f us a step and rollout, %6.3f ms a step, "
                   "%6.1f x the %d host threads\n",
                   work.c_str(), count, count / seconds, 1e6 * seconds / count / FLAGS_steps,
                   1e3 * seconds / FLAGS_steps, count / seconds / host_rate, threads);

@@ -5,6 +5,7 @@
 
 #include "tests/cuda/gpu_fixture.h"
 #include "tests/physics/cloth_fixture.h"
+#include "tests/physics/row_readout.h"
 
 namespace drape {
 namespace {
@@ -82,21 +83,23 @@ TEST_P(CudaBackendTest, TangentsAreEquivalentToReference) {
 
 TEST_P(CudaBackendTest, ReadoutsAreEquivalentToReference) {
   // Rows that depend on the rollout and on where it ends.
-  const auto readout = [&](std::size_t i, const Eigen::VectorXd& x) {
+  const test::RowReadout readout(7, [](std::size_t i, const Eigen::VectorXd& x) {
     std::vector<Eigen::Triplet<double>> entries;
     for (int r = 0; r < 7; ++r)
       for (int k = 0; k < 1 + r % 3; ++k) {
         const int dof = static_cast<int>((31 * r + 17 * k + i) % x.size());
         entries.emplace_back(r, dof, 1.0 + x[dof] + r);
       }
-    Readout rows(7, x.size());
+    ReadoutJacobian rows(7, x.size());
     rows.setFromTriplets(entries.begin(), entries.end());
     return rows;
-  };
+  });
   const auto found = device_->ReadoutTangents(inputs_, weights_, options_, readout);
   const auto expected = host_->ReadoutTangents(inputs_, weights_, options_, readout);
-  for (std::size_t i = 0; i < inputs_.size(); ++i)
-    EXPECT_LT(RelativeError(found[i].dr, expected[i].dr), 1e-8) << i;
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    EXPECT_LT(RelativeError(found[i].read.r, expected[i].read.r), 1e-8) << i;
+    EXPECT_LT(RelativeError(found[i].read.dr, expected[i].read.dr), 1e-8) << i;
+  }
 }
 
 TEST_P(CudaBackendTest, AdjointsAreEquivalentToReference) {
@@ -175,10 +178,13 @@ TEST_P(CudaBackendTest, FailureStaysAlone) {
 
 TEST_P(CudaBackendTest, NothingIsReadWhereAllFail) {
   for (State& start : starts_) start.x[0] = std::numeric_limits<double>::quiet_NaN();
-  const auto readout = [](std::size_t, const Eigen::VectorXd& x) { return Readout(2, x.size()); };
+  const test::RowReadout readout(2, [](std::size_t, const Eigen::VectorXd& x) {
+    return ReadoutJacobian(2, x.size());
+  });
   for (const auto& result : device_->ReadoutTangents(inputs_, weights_, options_, readout)) {
     EXPECT_NE(result.rollout.status, RolloutStatus::kOk);
-    EXPECT_EQ(result.dr.size(), 0);
+    EXPECT_EQ(result.read.r.size(), 0);
+    EXPECT_EQ(result.read.dr.size(), 0);
   }
 }
 

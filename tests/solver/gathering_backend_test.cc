@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "tests/physics/cloth_fixture.h"
+#include "tests/physics/row_readout.h"
 
 namespace drape {
 namespace {
@@ -203,16 +204,39 @@ TEST_F(GatheringTest, RecordingsAndAdjointsAreAlone) {
 TEST_F(GatheringTest, EachTaskReadsItsOwn) {
   Gather(3, [](GatheredTask& task) {
     const OwnInputs own(task.index(), 2);
-    const auto readout = [&](std::size_t i, const Eigen::VectorXd&) {
-      Readout r(1, 1);
+    const test::RowReadout readout(1, [&](std::size_t i, const Eigen::VectorXd&) {
+      ReadoutJacobian r(1, 1);
       r.insert(0, 0) = 1.0 + 10.0 * task.index() + i;
       return r;
-    };
+    });
     const auto results = task.ReadoutTangents(own.batch, own.weights, {}, readout);
-    for (int i = 0; i < 2; ++i)
-      EXPECT_EQ(results[i].dr(0, 0), (1.0 + 10.0 * task.index() + i) * 1000.0 * task.index());
+    const auto at_rest = task.EquilibriumReadoutTangents(own.batch, own.weights, readout);
+    for (int i = 0; i < 2; ++i) {
+      const double row = 1.0 + 10.0 * task.index() + i;
+      EXPECT_EQ(results[i].read.dr(0, 0), row * 1000.0 * task.index());
+      EXPECT_EQ(at_rest[i].r[0], row * own.batch[i].start->x[0]);
+      EXPECT_EQ(at_rest[i].dr(0, 0), row * (1000.0 * task.index() + i));
+    }
   });
-  EXPECT_THAT(inner_.batches, ElementsAre("t6"));
+  EXPECT_THAT(inner_.batches, ElementsAre("t6", "d6"));
+}
+
+TEST_F(GatheringTest, LossesAreAlone) {
+  Gather(2, [](GatheredTask& task) {
+    const OwnInputs own(task.index(), 2);
+    const test::RowReadout readout(1, [&](std::size_t i, const Eigen::VectorXd&) {
+      ReadoutJacobian r(1, 1);
+      r.insert(0, 0) = 1.0 + i;
+      return r;
+    });
+    const Eigen::VectorXd target = Eigen::VectorXd::Constant(1, 3.0);
+    const auto results = task.LossGradients(own.batch, {}, {&readout, {&target, &target}, 2.0});
+    for (int i = 0; i < 2; ++i) {
+      const double end = 1000.0 * task.index() + i + RolloutOptions().h;
+      EXPECT_DOUBLE_EQ(*results[i].loss, 0.5 * std::pow(((1.0 + i) * end - 3.0) / 2.0, 2));
+    }
+  });
+  EXPECT_THAT(inner_.batches, ElementsAre("R2", "a2", "R2", "a2"));
 }
 
 TEST_F(GatheringTest, AnErrorReachesAllOfItsBatchAndNoOther) {
