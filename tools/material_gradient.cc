@@ -34,10 +34,10 @@ std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin()
 
 }  // namespace
 
-LossGradient DifferentiateRollout(Backend& backend, const MaterialField& material,
+RolloutGradient DifferentiateRollout(Backend& backend, const MaterialField& material,
                                   const State& start, const RolloutOptions& options,
                                   const Eigen::VectorXd& w) {
-  LossGradient gradient;
+  RolloutGradient gradient;
   const RolloutInput input{&material, &start};
   std::vector<Recording> recordings;
   const RolloutResult rollout = backend.Rollouts({&input, 1}, options, &recordings)[0];
@@ -71,7 +71,7 @@ Eigen::VectorXd ReadLossWeights(const std::string& path, int num_dofs) {
   return weights;
 }
 
-void WriteLossGradient(const std::string& path, const LossGradient& gradient) {
+void WriteLossGradient(const std::string& path, const RolloutGradient& gradient) {
   const Json json = {{"L", gradient.loss},
                      {"convention", "arcsim"},
                      {"adjoint", Tables(gradient.adjoint)},

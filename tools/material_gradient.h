@@ -8,7 +8,7 @@
 namespace drape {
 
 // L = Σ w·x_end of a rollout by both modes of differentiation, which check one another.
-struct LossGradient {
+struct RolloutGradient {
   RolloutStatus status = RolloutStatus::kOk;
   double loss = 0.0;        // [m]
   Eigen::VectorXd adjoint;  // ∂L/∂entry, shape [39], the order of MaterialField's tables
@@ -19,7 +19,7 @@ struct LossGradient {
 };
 
 // w: shape [3V]; material: one table of each kind.
-LossGradient DifferentiateRollout(Backend& backend, const MaterialField& material,
+RolloutGradient DifferentiateRollout(Backend& backend, const MaterialField& material,
                                   const State& start, const RolloutOptions& options,
                                   const Eigen::VectorXd& w);
 
@@ -28,6 +28,6 @@ Eigen::VectorXd ReadLossWeights(const std::string& path, int num_dofs);
 
 // {"L", "convention": "arcsim", "adjoint" and "tangent": {"stretch" [4][6] (rows c11 c12 c22 c33),
 // "bend" [3][5]}, "v0" and "x0" [3V]}; numbers read back bit for bit. Throws InputError.
-void WriteLossGradient(const std::string& path, const LossGradient& gradient);
+void WriteLossGradient(const std::string& path, const RolloutGradient& gradient);
 
 }  // namespace drape

@@ -217,7 +217,7 @@ class Simulation {
   void RunGradient() {
     RolloutOptions all = step_;
     all.steps = options_.steps;
-    const LossGradient gradient =
+    const RolloutGradient gradient =
         DifferentiateRollout(*backend_, material(), input_.scene.start, all, *input_.weights);
     if (gradient.status == RolloutStatus::kOk) {
       WriteLossGradient(out_.Staged("gradient.json"), gradient);
