@@ -9,6 +9,7 @@
 #include "losses/camera.h"
 #include "losses/image.h"
 #include "physics/mesh.h"
+#include "physics/obj_io.h"
 
 namespace drape {
 
@@ -22,15 +23,18 @@ inline double EdgeSide(const Eigen::Matrix2Xd& points, int i, int j, double colu
                  (points(1, j) - points(1, i)) * (column - points(0, i)));
 }
 
-// Whether the closed projected triangle holds the point, seen from either face. A triangle without
-// area holds nothing.
-inline bool Covers(const Eigen::Matrix2Xd& points, const Face& face, double column, double row) {
-  const int a = face.vertex[0], b = face.vertex[1], c = face.vertex[2];
+// Whether the closed projected triangle of three vertices holds the point, seen from either face. A
+// triangle without area holds nothing.
+inline bool Covers(const Eigen::Matrix2Xd& points, const int* triangle, double column, double row) {
+  const int a = triangle[0], b = triangle[1], c = triangle[2];
   const double ab = EdgeSide(points, a, b, column, row);
   const double bc = EdgeSide(points, b, c, column, row);
   const double ca = EdgeSide(points, c, a, column, row);
   const bool inside = (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
   return inside && EdgeSide(points, a, b, points(0, c), points(1, c)) != 0;
+}
+inline bool Covers(const Eigen::Matrix2Xd& points, const Face& face, double column, double row) {
+  return Covers(points, face.vertex, column, row);
 }
 
 // 1 for each pixel whose centre some triangle covers, row-major, shape [height, width].
@@ -42,5 +46,6 @@ std::vector<uint8_t> CoveredPixels(const Mesh& mesh, const Eigen::Matrix2Xd& ima
 // samples of each pixel that are covered. x must be finite and in front of the camera (CHECK).
 GrayImage Rasterize(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                     int supersample = 1);
+GrayImage Rasterize(const ObjSurface& surface, const Camera& camera, int supersample = 1);
 
 }  // namespace drape
