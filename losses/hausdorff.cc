@@ -6,10 +6,14 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/Polygon_mesh_processing/distance.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/repair.h>
 // clang-format on
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -85,19 +89,30 @@ double Directed(const Matrix2Xd& source, const Matrix2Xd& target, double toleran
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
 
-Surface ToSurface(const Mesh& mesh, const Eigen::VectorXd& x, const std::string& where) {
-  CHECK_EQ(x.size(), 3 * mesh.num_vertices());
-  if (!x.allFinite()) throw InputError(where, "a position is not finite");
+Surface ToSurface(const ObjSurface& soup, const std::string& where) {
+  if (!soup.x.allFinite()) throw InputError(where, "a position is not finite");
+  std::vector<Kernel::Point_3> points;
+  for (Eigen::Index i = 0; i < soup.x.size(); i += 3)
+    points.emplace_back(soup.x[i], soup.x[i + 1], soup.x[i + 2]);
+  std::vector<std::array<std::size_t, 3>> triangles;
+  for (const auto& [i, j, k] : soup.triangles) {
+    if (CGAL::collinear(points.at(i), points.at(j), points.at(k))) continue;
+    triangles.push_back({std::size_t(i), std::size_t(j), std::size_t(k)});
+  }
+  if (triangles.empty()) throw InputError(where, "no triangle with an area");
+  namespace PMP = CGAL::Polygon_mesh_processing;
+  PMP::orient_polygon_soup(points, triangles);
   Surface surface;
-  std::vector<Surface::Vertex_index> vertices;
-  for (int i = 0; i < mesh.num_vertices(); ++i) {
-    vertices.push_back(surface.add_vertex({x[3 * i], x[3 * i + 1], x[3 * i + 2]}));
-  }
-  for (const Face& face : mesh.faces) {
-    const int* v = face.vertex;
-    const auto index = surface.add_face(vertices[v[0]], vertices[v[1]], vertices[v[2]]);
-    CHECK(index != Surface::null_face()) << "BuildMesh accepts manifold meshes only";
-  }
+  PMP::polygon_soup_to_polygon_mesh(points, triangles, surface);
+  PMP::remove_isolated_vertices(surface);
+  return surface;
+}
+
+ObjSurface SurfaceAt(const Mesh& mesh, const Eigen::VectorXd& x) {
+  CHECK_EQ(x.size(), 3 * mesh.num_vertices());
+  ObjSurface surface{x, {}};
+  for (const Face& face : mesh.faces)
+    surface.triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
   return surface;
 }
 
@@ -111,11 +126,15 @@ double HausdorffOfPolygons(const Matrix2Xd& a, const Matrix2Xd& b, double tolera
   return std::max(Directed(a, b, tolerance), Directed(b, a, tolerance));
 }
 
+double HausdorffOfSurfaces(const ObjSurface& a, const ObjSurface& b, const std::string& where,
+                           double tolerance) {
+  return CGAL::Polygon_mesh_processing::bounded_error_symmetric_Hausdorff_distance<
+      CGAL::Sequential_tag>(ToSurface(a, where), ToSurface(b, where), tolerance);
+}
+
 double HausdorffOfMeshes(const Mesh& mesh_a, const Eigen::VectorXd& x_a, const Mesh& mesh_b,
                          const Eigen::VectorXd& x_b, const std::string& where, double tolerance) {
-  return CGAL::Polygon_mesh_processing::bounded_error_symmetric_Hausdorff_distance<
-      CGAL::Sequential_tag>(ToSurface(mesh_a, x_a, where), ToSurface(mesh_b, x_b, where),
-                            tolerance);
+  return HausdorffOfSurfaces(SurfaceAt(mesh_a, x_a), SurfaceAt(mesh_b, x_b), where, tolerance);
 }
 
 }  // namespace drape

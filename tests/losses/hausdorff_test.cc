@@ -67,5 +67,30 @@ TEST(HausdorffOfMeshes, RejectsNonFinitePositions) {
   EXPECT_THROW(HausdorffOfMeshes(disc, x, disc, disc.rest_x, "mesh"), InputError);
 }
 
+ObjSurface Quad(double z, double width) {
+  ObjSurface surface;
+  surface.x.resize(12);
+  surface.x << 0, 0, z, width, 0, z, width, 0.1, z, 0, 0.1, z;
+  surface.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return surface;
+}
+
+TEST(HausdorffOfSurfaces, OfTrianglesThatAreNoManifold) {
+  ObjSurface a = Quad(0, 0.1);
+  a.triangles.push_back({2, 1, 0});  // the first one once more, the other way round
+  a.triangles.push_back({0, 1, 1});
+  a.x.conservativeResize(15);
+  a.x.tail<3>() << 9, 9, 9;  // of no triangle
+  EXPECT_NEAR(HausdorffOfSurfaces(a, Quad(0.03, 0.1), "s"), 0.03, 2e-4);
+  EXPECT_NEAR(HausdorffOfSurfaces(a, Quad(0, 0.14), "s"), 0.04, 2e-4);
+  EXPECT_NEAR(HausdorffOfSurfaces(Quad(0, 0.14), a, "s"), 0.04, 2e-4);
+}
+
+TEST(HausdorffOfSurfaces, NeedsATriangle) {
+  ObjSurface a = Quad(0, 0.1);
+  a.triangles = {{0, 1, 1}};
+  EXPECT_THROW(HausdorffOfSurfaces(a, Quad(0, 0.1), "s"), InputError);
+}
+
 }  // namespace
 }  // namespace drape
