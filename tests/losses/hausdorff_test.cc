@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "disc.h"
 #include "losses/shape_features.h"
 #include "physics/errors.h"
@@ -45,6 +48,34 @@ TEST(HausdorffOfPolygons, CountsThePointsBetweenVertices) {
   Eigen::Matrix2Xd deep = notched;
   deep.col(1) << 2, -0.999;
   EXPECT_NEAR(HausdorffOfPolygons(flat, deep), 2 * 0.999 / std::hypot(2, 0.999), 1e-6);
+}
+
+// Dense samples of one curve against all segments of the other, for two curves with many folds.
+TEST(HausdorffOfPolygons, IsThatOfDenseSamples) {
+  const auto folded = [](int n, int folds, double phase) {
+    Eigen::VectorXd radius(n);
+    for (int k = 0; k < n; ++k)
+      radius[k] = 0.12 + 0.02 * std::cos(folds * 2 * M_PI * k / n + phase);
+    return ProfilePolygon(radius);
+  };
+  const Eigen::Matrix2Xd a = folded(97, 7, 0.3), b = folded(60, 5, 1.1);
+  const auto directed = [](const Eigen::Matrix2Xd& from, const Eigen::Matrix2Xd& to) {
+    double largest = 0;
+    for (int i = 0; i < 200 * from.cols(); ++i) {
+      const double t = i % 200 / 200.0;
+      const Eigen::Vector2d p =
+          (1 - t) * from.col(i / 200) + t * from.col((i / 200 + 1) % from.cols());
+      double least = 1;
+      for (int j = 0; j < to.cols(); ++j) {
+        const Eigen::Vector2d start = to.col(j), edge = to.col((j + 1) % to.cols()) - start;
+        const double along = std::clamp((p - start).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+        least = std::min(least, (p - start - along * edge).norm());
+      }
+      largest = std::max(largest, least);
+    }
+    return largest;
+  };
+  EXPECT_NEAR(HausdorffOfPolygons(a, b), std::max(directed(a, b), directed(b, a)), 5e-6);
 }
 
 TEST(HausdorffOfMeshes, OfAShiftedAndAnEqualDisc) {
