@@ -19,9 +19,9 @@ std::string ClothFaceName(ClothFace face);
 struct Capture {
   int fabric = 0, sample = 0, capture = 0;
   ClothFace face = ClothFace::kUnknown;
-  std::string image;      // path of the silhouette
-  std::string mesh;       // path of the reconstructed mesh; empty: none
-  int mesh_quarters = 0;  // its turn against the image [90° counter-clockwise], by KeepUsable
+  std::string image = {};  // path of the silhouette
+  std::string mesh = {};   // path of the reconstructed mesh; empty: none
+  int mesh_quarters = 0;   // its turn against the image [90° counter-clockwise], by KeepUsable
 
   std::string Name() const;  // "fabric 1, sample 2, capture 3"
 };
