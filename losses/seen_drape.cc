@@ -56,14 +56,21 @@ SeenDrape SeeSurface(const ObjSurface& surface, const Camera& camera, const std:
 
 SeenDrape SeeDisc(double radius, const Camera& camera) {
   CHECK_GT(radius, 0);
-  ObjSurface disc;
-  disc.x = Eigen::VectorXd::Zero(3 * (kSeenAngles + 1));
-  const Eigen::Matrix2Xd rim = ProfilePolygon(Eigen::VectorXd::Constant(kSeenAngles, radius));
-  for (int k = 0; k < kSeenAngles; ++k) {
-    disc.x.segment<2>(3 * k + 3) = rim.col(k);
-    disc.triangles.push_back({0, 1 + k, 1 + (k + 1) % kSeenAngles});
+  const double radius_px = radius * camera.pixels_per_metre();
+  GrayImage image(camera.width, camera.height);
+  constexpr int kSamples = kSupersample * kSupersample;
+  for (int row = 0; row < image.height; ++row) {
+    for (int col = 0; col < image.width; ++col) {
+      int inside = 0;
+      for (int i = 0; i < kSamples; ++i) {
+        const double x = col - camera.cx + (i % kSupersample + 0.5) / kSupersample - 0.5;
+        const double y = row - camera.cy + (i / kSupersample + 0.5) / kSupersample - 0.5;
+        inside += x * x + y * y <= radius_px * radius_px;
+      }
+      image.at(col, row) = static_cast<float>(inside) / kSamples;
+    }
   }
-  return SeeSurface(disc, camera, "disc");
+  return SeeImage(image, camera, "disc");
 }
 
 GrayImage TurnedImage(const GrayImage& image, const Camera& camera, double rotation,

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
 
 #include "losses/metrics.h"
 
@@ -108,40 +110,49 @@ class Evaluation {
 
   // Predictors that sum up all that is known of the fabric and face.
   void AddSummaries() {
-    std::vector<DrapeDistance> circle, grey;
-    DistributionScorer scorer;
-    bool complete = true;
-    for (const SeenCapture& held_out : held_out_) {
-      DistributionScorer::Drapes known;
-      for (const SeenCapture& seen : train_)
-        if (ShowsAnotherSample(seen.capture, held_out.capture)) known.push_back(&seen.drape);
-      complete &= known.size() >= 2;
-      if (known.size() >= 2) scorer.Add(known, {&held_out.drape});
-      if (known.empty()) continue;
-      AddCircleAndGrey(known, held_out.drape, &circle, &grey);
+    // Captures of one sample and face are predicted alike.
+    std::map<std::tuple<int, ClothFace, int>, std::vector<const SeenCapture*>> groups;
+    for (const SeenCapture& seen : held_out_) {
+      const Capture& c = seen.capture;
+      groups[{c.fabric, c.face, c.sample}].push_back(&seen);
     }
-    AddRow("circle of the mean area", circle);
-    AddRow("grey mean image", grey);
-    if (complete && !held_out_.empty()) result_.other_samples = scorer.Score();
+    DistributionScorer scorer;
+    bool complete = !groups.empty();
+    for (const auto& [key, group] : groups) {
+      DistributionScorer::Drapes known, observed;
+      for (const SeenCapture& seen : train_)
+        if (ShowsAnotherSample(seen.capture, group[0]->capture)) known.push_back(&seen.drape);
+      for (const SeenCapture* seen : group) observed.push_back(&seen->drape);
+      complete &= known.size() >= 2;
+      if (known.size() >= 2) scorer.Add(known, observed);
+      if (!known.empty()) AddCircleAndGrey(known, observed);
+    }
+    AddRow("circle of the mean area", circle_);
+    AddRow("grey mean image", grey_);
+    if (complete) result_.other_samples = scorer.Score();
   }
 
-  void AddCircleAndGrey(const DistributionScorer::Drapes& known, const SeenDrape& held_out,
-                        std::vector<DrapeDistance>* circle,
-                        std::vector<DrapeDistance>* grey) const {
-    MeanImage mean;
+  void AddCircleAndGrey(const DistributionScorer::Drapes& known,
+                        const DistributionScorer::Drapes& observed) {
+    MeanImage images;
     double area = 0;
     for (const SeenDrape* drape : known) {
-      mean.Add(drape->image);
+      images.Add(drape->image);
       area += CoverageArea(drape->image, camera_) / static_cast<double>(known.size());
     }
-    circle->push_back(DistanceOf(held_out, SeeDisc(std::sqrt(area / M_PI), camera_)));
-    grey->push_back({.mse = MeanSquaredError(mean.Mean(), held_out.image)});
+    const SeenDrape disc = SeeDisc(std::sqrt(area / M_PI), camera_);
+    const GrayImage mean = images.Mean();
+    for (const SeenDrape* drape : observed) {
+      circle_.push_back(DistanceOf(*drape, disc));
+      grey_.push_back({.mse = MeanSquaredError(mean, drape->image)});
+    }
   }
 
   const std::vector<SeenCapture>& train_;
   const std::vector<SeenCapture>& held_out_;
   const Camera camera_;
   const bool aligned_;
+  std::vector<DrapeDistance> circle_, grey_;
   TrivialPredictors result_;
 };
 
