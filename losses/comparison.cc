@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "losses/comparison.h"
 
+#include <cmath>
+
 #include "losses/hausdorff.h"
 #include "losses/metrics.h"
 #include "losses/outline_match.h"
@@ -19,7 +21,7 @@ DrapeDistance DistanceOf(const SeenDrape& a, const SeenDrape& b) {
 Alignment AlignDrapes(const SeenDrape& a, const SeenDrape& b) {
   const OutlineMatch match = RefineRotation(
       a.radius, b.radius, MatchOutlines(a.radius, b.radius, OutlineFreedom::kRotationAndMirror));
-  return {match.rotation, match.mirrored};
+  return {std::remainder(match.rotation, 2 * M_PI), match.mirrored};
 }
 
 DrapeComparison CompareDrapes(const SeenDrape& a, const SeenDrape& b, const Camera& camera) {

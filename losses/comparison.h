@@ -20,7 +20,7 @@ struct DrapeDistance {
 // The motion of the second drape that brings its outline next to the first one's: mirrored
 // (y → −y), when it says so, then turned counter-clockwise about the camera's centre [rad].
 struct Alignment {
-  double rotation = 0;
+  double rotation = 0;  // in [−π, π]
   bool mirrored = false;
 };
 

@@ -26,12 +26,6 @@ Eigen::VectorXd Folded(int folds, double phase, int n = kBranchAngles) {
   return r;
 }
 
-Eigen::VectorXd Mirror(const Eigen::VectorXd& r) {
-  Eigen::VectorXd result = r;
-  for (Eigen::Index i = 1; i < r.size(); ++i) result[i] = r[r.size() - i];
-  return result;
-}
-
 TEST(BranchSignature, HasFoldsModesAndDrapeCoefficient) {
   const BranchSignature s = SignatureOf(Folded(7, 0.3));
   EXPECT_EQ(s.folds, 7);
