@@ -35,7 +35,8 @@ struct TrivialPredictors {
   // "grey mean image". A row without pairs is left out.
   std::vector<PredictorRow> rows;
   // The other samples' drapes of the fabric and face as draws of a distribution; none where a
-  // held-out capture has fewer than two of them.
+  // held-out capture has fewer than two of them. Captures of one sample repeat each other, so that
+  // intervals of few samples hold less than independent draws would (of DC with six: 71 % for 85).
   std::optional<DistributionScore> other_samples;
 };
 

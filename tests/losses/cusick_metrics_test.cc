@@ -88,7 +88,8 @@ TEST_F(CusickMetrics, AlignedOtherSamples) {
   }
   EXPECT_EQ(pairs, 5 * 2 * 30);
   EXPECT_NEAR(mse / pairs, 0.032, 2e-3);
-  EXPECT_NEAR(hausdorff / pairs, 0.0209, 2e-3);  // .0195: the table's alignment is not stated
+  // .0195: aligning by the images' MSE instead gives .0211 for .0199 on 30 pairs.
+  EXPECT_NEAR(hausdorff / pairs, 0.0209, 2e-3);
 }
 
 TEST_F(CusickMetrics, AlignedRepeats) {
