@@ -6,10 +6,14 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/Polygon_mesh_processing/distance.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/repair.h>
 // clang-format on
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -23,9 +27,21 @@ namespace {
 using Eigen::Matrix2Xd;
 using Eigen::Vector2d;
 
-double DistanceToSegment(const Vector2d& p, const Matrix2Xd& polygon, int segment) {
-  const Vector2d a = polygon.col(segment);
-  const Vector2d e = polygon.col((segment + 1) % polygon.cols()) - a;
+// A closed polygon and how far along it its vertices lie.
+struct Curve {
+  explicit Curve(const Matrix2Xd& polygon) : points(polygon), arc(polygon.cols() + 1) {
+    arc[0] = 0;
+    for (int i = 0; i < size(); ++i) arc[i + 1] = arc[i] + Edge(i).norm();
+  }
+  int size() const { return static_cast<int>(points.cols()); }
+  Vector2d Edge(int i) const { return points.col((i + 1) % size()) - points.col(i); }
+
+  const Matrix2Xd& points;
+  Eigen::VectorXd arc;
+};
+
+double DistanceToSegment(const Vector2d& p, const Curve& curve, int segment) {
+  const Vector2d a = curve.points.col(segment), e = curve.Edge(segment);
   const double length2 = e.squaredNorm();
   const double t = length2 > 0 ? std::clamp((p - a).dot(e) / length2, 0.0, 1.0) : 0.0;
   return (p - a - t * e).norm();
@@ -36,11 +52,15 @@ struct Nearest {
   int segment = -1;
 };
 
-Nearest FindNearest(const Vector2d& p, const Matrix2Xd& polygon) {
-  Nearest nearest;
-  for (int i = 0; i < polygon.cols(); ++i) {
-    const double distance = DistanceToSegment(p, polygon, i);
+// A segment `distance` away is followed by none nearer than `best` before the curve has run
+// distance − best beyond it: these are passed over. `guess`: a segment that is likely near.
+Nearest FindNearest(const Vector2d& p, const Curve& curve, int guess) {
+  Nearest nearest{DistanceToSegment(p, curve, guess), guess};
+  for (int i = 0; i < curve.size(); ++i) {
+    const double distance = DistanceToSegment(p, curve, i);
     if (distance < nearest.distance) nearest = {distance, i};
+    const double reach = curve.arc[i + 1] + distance - nearest.distance;
+    while (i + 1 < curve.size() && curve.arc[i + 2] < reach) ++i;
   }
   return nearest;
 }
@@ -52,7 +72,7 @@ struct Piece {
 
 // The distance to ONE segment of the target is convex along the piece, so its larger end value
 // bounds the distance to the target on the whole piece.
-double UpperBound(const Piece& piece, const Matrix2Xd& target) {
+double UpperBound(const Piece& piece, const Curve& target) {
   const double by_a =
       std::max(piece.near_a.distance, DistanceToSegment(piece.b, target, piece.near_a.segment));
   const double by_b =
@@ -61,20 +81,25 @@ double UpperBound(const Piece& piece, const Matrix2Xd& target) {
 }
 
 // Branch and bound over the pieces of `source`.
-double Directed(const Matrix2Xd& source, const Matrix2Xd& target, double tolerance) {
+double Directed(const Curve& source, const Curve& target, double tolerance) {
+  std::vector<Nearest> nearest;
+  for (int i = 0; i < source.size(); ++i) {
+    const int guess = i == 0 ? 0 : nearest.back().segment;
+    nearest.push_back(FindNearest(source.points.col(i), target, guess));
+  }
   std::vector<Piece> open;
   double best = 0;
-  for (int i = 0; i < source.cols(); ++i) {
-    const Vector2d a = source.col(i), b = source.col((i + 1) % source.cols());
-    open.push_back({a, b, FindNearest(a, target), FindNearest(b, target)});
-    best = std::max(best, open.back().near_a.distance);
+  for (int i = 0; i < source.size(); ++i) {
+    const int next = (i + 1) % source.size();
+    open.push_back({source.points.col(i), source.points.col(next), nearest[i], nearest[next]});
+    best = std::max(best, nearest[i].distance);
   }
   while (!open.empty()) {
     const Piece piece = open.back();
     open.pop_back();
     if (UpperBound(piece, target) <= best + tolerance) continue;
     const Vector2d middle = 0.5 * (piece.a + piece.b);
-    const Nearest near_middle = FindNearest(middle, target);
+    const Nearest near_middle = FindNearest(middle, target, piece.near_a.segment);
     best = std::max(best, near_middle.distance);
     open.push_back({piece.a, middle, piece.near_a, near_middle});
     open.push_back({middle, piece.b, near_middle, piece.near_b});
@@ -85,19 +110,30 @@ double Directed(const Matrix2Xd& source, const Matrix2Xd& target, double toleran
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
 
-Surface ToSurface(const Mesh& mesh, const Eigen::VectorXd& x, const std::string& where) {
-  CHECK_EQ(x.size(), 3 * mesh.num_vertices());
-  if (!x.allFinite()) throw InputError(where, "a position is not finite");
+Surface ToSurface(const ObjSurface& soup, const std::string& where) {
+  if (!soup.x.allFinite()) throw InputError(where, "a position is not finite");
+  std::vector<Kernel::Point_3> points;
+  for (Eigen::Index i = 0; i < soup.x.size(); i += 3)
+    points.emplace_back(soup.x[i], soup.x[i + 1], soup.x[i + 2]);
+  std::vector<std::array<std::size_t, 3>> triangles;
+  for (const auto& [i, j, k] : soup.triangles) {
+    if (CGAL::collinear(points.at(i), points.at(j), points.at(k))) continue;
+    triangles.push_back({std::size_t(i), std::size_t(j), std::size_t(k)});
+  }
+  if (triangles.empty()) throw InputError(where, "no triangle with an area");
+  namespace PMP = CGAL::Polygon_mesh_processing;
+  PMP::orient_polygon_soup(points, triangles);
   Surface surface;
-  std::vector<Surface::Vertex_index> vertices;
-  for (int i = 0; i < mesh.num_vertices(); ++i) {
-    vertices.push_back(surface.add_vertex({x[3 * i], x[3 * i + 1], x[3 * i + 2]}));
-  }
-  for (const Face& face : mesh.faces) {
-    const int* v = face.vertex;
-    const auto index = surface.add_face(vertices[v[0]], vertices[v[1]], vertices[v[2]]);
-    CHECK(index != Surface::null_face()) << "BuildMesh accepts manifold meshes only";
-  }
+  PMP::polygon_soup_to_polygon_mesh(points, triangles, surface);
+  PMP::remove_isolated_vertices(surface);
+  return surface;
+}
+
+ObjSurface SurfaceAt(const Mesh& mesh, const Eigen::VectorXd& x) {
+  CHECK_EQ(x.size(), 3 * mesh.num_vertices());
+  ObjSurface surface{x, {}};
+  for (const Face& face : mesh.faces)
+    surface.triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
   return surface;
 }
 
@@ -108,14 +144,19 @@ double HausdorffOfPolygons(const Matrix2Xd& a, const Matrix2Xd& b, double tolera
   CHECK_GT(b.cols(), 0);
   CHECK(a.allFinite() && b.allFinite());
   CHECK_GT(tolerance, 0);
-  return std::max(Directed(a, b, tolerance), Directed(b, a, tolerance));
+  const Curve curve_a(a), curve_b(b);
+  return std::max(Directed(curve_a, curve_b, tolerance), Directed(curve_b, curve_a, tolerance));
+}
+
+double HausdorffOfSurfaces(const ObjSurface& a, const ObjSurface& b, const std::string& where,
+                           double tolerance) {
+  return CGAL::Polygon_mesh_processing::bounded_error_symmetric_Hausdorff_distance<
+      CGAL::Sequential_tag>(ToSurface(a, where), ToSurface(b, where), tolerance);
 }
 
 double HausdorffOfMeshes(const Mesh& mesh_a, const Eigen::VectorXd& x_a, const Mesh& mesh_b,
                          const Eigen::VectorXd& x_b, const std::string& where, double tolerance) {
-  return CGAL::Polygon_mesh_processing::bounded_error_symmetric_Hausdorff_distance<
-      CGAL::Sequential_tag>(ToSurface(mesh_a, x_a, where), ToSurface(mesh_b, x_b, where),
-                            tolerance);
+  return HausdorffOfSurfaces(SurfaceAt(mesh_a, x_a), SurfaceAt(mesh_b, x_b), where, tolerance);
 }
 
 }  // namespace drape

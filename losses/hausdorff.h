@@ -5,6 +5,7 @@
 #include <string>
 
 #include "physics/mesh.h"
+#include "physics/obj_io.h"
 
 namespace drape {
 
@@ -19,5 +20,10 @@ double HausdorffOfPolygons(const Eigen::Matrix2Xd& a, const Eigen::Matrix2Xd& b,
 double HausdorffOfMeshes(const Mesh& mesh_a, const Eigen::VectorXd& x_a, const Mesh& mesh_b,
                          const Eigen::VectorXd& x_b, const std::string& where,
                          double tolerance = 1e-4);
+
+// The same of any triangles: where they do not join to a manifold they are cut apart, triangles
+// without area and vertices without a triangle do not count. InputError also when nothing is left.
+double HausdorffOfSurfaces(const ObjSurface& a, const ObjSurface& b, const std::string& where,
+                           double tolerance = 1e-4);
 
 }  // namespace drape

@@ -83,6 +83,12 @@ void CheckSilhouette(const GrayImage& image, const std::string& where) {
   }
 }
 
+GrayImage HardEdged(const GrayImage& image, float level) {
+  GrayImage hard = image;
+  for (float& coverage : hard.coverage) coverage = coverage >= level ? 1.0f : 0.0f;
+  return hard;
+}
+
 GrayImage ReadSilhouette(const std::string& path) {
   GrayImage image = ReadImage(path);
   CheckSilhouette(image, path);

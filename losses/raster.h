@@ -8,6 +8,7 @@
 #include "losses/camera.h"
 #include "losses/image.h"
 #include "physics/mesh.h"
+#include "physics/obj_io.h"
 
 namespace drape {
 
@@ -20,5 +21,6 @@ std::vector<uint8_t> CoveredPixels(const Mesh& mesh, const Eigen::Matrix2Xd& ima
 // samples of each pixel that are covered. x must be finite and in front of the camera (CHECK).
 GrayImage Rasterize(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                     int supersample = 1);
+GrayImage Rasterize(const ObjSurface& surface, const Camera& camera, int supersample = 1);
 
 }  // namespace drape

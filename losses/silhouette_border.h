@@ -38,15 +38,19 @@ DRAPE_HD inline double EdgeSide(const double* points, int i, int j, const Vec2& 
   return sign * Cross(b - a, p - a);
 }
 
-// Whether the closed projected triangle holds the point, seen from either face. A triangle without
-// area holds nothing.
-DRAPE_HD inline bool Covers(const double* points, const Face& face, const Vec2& p) {
-  const int a = face.vertex[0], b = face.vertex[1], c = face.vertex[2];
+// Whether the closed projected triangle of three vertices holds the point, seen from either face. A
+// triangle without area holds nothing.
+DRAPE_HD inline bool Covers(const double* points, const int* triangle, const Vec2& p) {
+  const int a = triangle[0], b = triangle[1], c = triangle[2];
   const double ab = EdgeSide(points, a, b, p);
   const double bc = EdgeSide(points, b, c, p);
   const double ca = EdgeSide(points, c, a, p);
   const bool inside = (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
   return inside && EdgeSide(points, a, b, PointAt(points, c)) != 0;
+}
+
+DRAPE_HD inline bool Covers(const double* points, const Face& face, const Vec2& p) {
+  return Covers(points, face.vertex, p);
 }
 
 // Whether the two faces of a hinge fold over one another in the image.

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "losses/metrics.h"
 #include "losses/outline.h"
 #include "losses/shape_features.h"
 
@@ -25,19 +24,6 @@ StartShape::Mode ModeOfOutline(const Eigen::VectorXd& outline, int k) {
     b += 2 * outline[i] * std::sin(angle) / n;
   }
   return {k, std::hypot(a, b), std::atan2(b, a)};
-}
-
-// r(−θ).
-Eigen::VectorXd Mirrored(const Eigen::VectorXd& outline) {
-  Eigen::VectorXd result = outline;
-  std::reverse(result.begin() + 1, result.end());
-  return result;
-}
-
-double SquaredDistance(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::Index shift) {
-  const Eigen::Index rest = a.size() - shift;
-  return (a.tail(rest) - b.head(rest)).squaredNorm() +
-         (a.head(shift) - b.tail(shift)).squaredNorm();
 }
 
 }  // namespace
@@ -73,22 +59,6 @@ double VertexDistance(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   CHECK_EQ(a.size(), b.size());
   CHECK_GT(a.size(), 0);
   return (a - b).norm() / std::sqrt(static_cast<double>(a.size()) / 3.0);
-}
-
-OutlineMatch MatchOutlines(const Eigen::VectorXd& a, const Eigen::VectorXd& b,
-                           OutlineFreedom freedom) {
-  OutlineMatch match{ProfileRms(a, b), 0.0, false};
-  if (freedom == OutlineFreedom::kFixed) return match;
-  const auto n = static_cast<double>(a.size());
-  for (const bool mirrored : {false, true}) {
-    if (mirrored && freedom != OutlineFreedom::kRotationAndMirror) break;
-    const Eigen::VectorXd other = mirrored ? Mirrored(b) : b;
-    for (Eigen::Index shift = 0; shift < a.size(); ++shift) {
-      const double rms = std::sqrt(SquaredDistance(a, other, shift) / n);
-      if (rms < match.rms) match = {rms, 2 * pi * static_cast<double>(shift) / n, mirrored};
-    }
-  }
-  return match;
 }
 
 std::vector<std::vector<int>> ClusterByDistance(const Eigen::MatrixXd& distance, double tolerance) {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "losses/outline_match.h"
 #include "physics/mesh.h"
 #include "physics/start_shape.h"
 
@@ -36,18 +37,6 @@ BranchSignature SignatureOf(const Eigen::VectorXd& outline, const SignatureOptio
 // Root mean square distance of equal vertices [m]; a, b: [3V]. It is 0 on one branch only: turned
 // and mirrored drapes are others.
 double VertexDistance(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
-
-// What may be done to the second outline before it is compared.
-enum class OutlineFreedom { kFixed, kRotation, kRotationAndMirror };
-
-struct OutlineMatch {
-  double rms = 0.0;       // least root mean square difference, in the outlines' unit
-  double rotation = 0.0;  // of b, counter-clockwise, a multiple of 2π/n [rad]
-  bool mirrored = false;  // b(−θ) before the rotation
-};
-// a, b: equal, non-zero sizes n.
-OutlineMatch MatchOutlines(const Eigen::VectorXd& a, const Eigen::VectorXd& b,
-                           OutlineFreedom freedom = OutlineFreedom::kFixed);
 
 // Groups of items that a chain of distances ≤ tolerance links (single linkage), each ascending, in
 // the order of their first members. distance: symmetric, shape [n, n].

@@ -13,11 +13,11 @@
 #include <sstream>
 
 #include "cuda/cuda_backend.h"
+#include "losses/centre.h"
 #include "losses/outline.h"
 #include "physics/errors.h"
 #include "physics/material_io.h"
 #include "physics/mesh_spec.h"
-#include "solver/centre.h"
 #include "solver/fit_checkpoint.h"
 #include "solver/fit_report.h"
 

@@ -109,11 +109,16 @@ ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv) {
     return ParseOutcome::kHelpShown;
   }
   std::vector<Flag> flags;
+  std::vector<std::string> operands;
   std::string config;
   for (int i = 1; i < argc; ++i) {
     if (argv[i] == std::string("--version")) {
       std::printf("%s %s\n", table.tool.c_str(), DrapefitVersion().c_str());
       return ParseOutcome::kHelpShown;
+    }
+    if (table.operands != nullptr && argv[i][0] != '-') {
+      operands.push_back(argv[i]);
+      continue;
     }
     const Flag flag = ReadFlag(table, argc, argv, i);
     if (flag.key == "config") {
@@ -130,6 +135,7 @@ ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv) {
       table.Set(flag.key, *flag.text, kWhere);
     }
   }
+  if (table.operands != nullptr) *table.operands = operands;
   table.CheckRequired();
   return ParseOutcome::kRun;
 }

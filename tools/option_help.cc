@@ -96,7 +96,7 @@ std::string RangeText(const Option& option) {
 }
 
 std::string OptionTable::Help() const {
-  std::string usage = "usage: " + tool + " [--config=FILE]";
+  std::string usage = "usage: " + tool + (operands ? " " + operand_names : "") + " [--config=FILE]";
   for (const Option& option : options)
     if (option.required) usage += " --" + option.key + "=…";
   std::string text =

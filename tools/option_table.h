@@ -38,6 +38,10 @@ struct OptionTable {
   std::string example;  // a command line
   std::string notes;    // exit codes and files, for --help
   std::vector<Option> options;
+  // What the command line may hold beside options, in order, and its names in the usage line;
+  // nullptr: nothing.
+  std::vector<std::string>* operands = nullptr;
+  std::string operand_names = {};
 
   // The names, types, defaults, ranges, units and docs of all options.
   std::string Help() const;

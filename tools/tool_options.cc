@@ -25,16 +25,6 @@ std::vector<Option> ClothOptions(SceneInput& scene) {
   };
 }
 
-namespace {
-
-std::vector<Option> SceneOptions(SceneInput& scene) {
-  std::vector<Option> options = ClothOptions(scene);
-  options.push_back({.key = "start", .value = &scene.start,
-                     .doc = "first shape: flat, or a start shape or state file",
-                     .is_path = true, .words = {"flat"}});
-  return options;
-}
-
 std::vector<Option> CameraOptions(CameraInput& camera) {
   return {
       {.key = "camera", .value = &camera.kind,
@@ -51,6 +41,16 @@ std::vector<Option> CameraOptions(CameraInput& camera) {
       {.key = "camera_scale", .value = &camera.scale, .doc = "magnification, orthographic only",
        .unit = "px/m", .least = 0, .above_least = true},
   };
+}
+
+namespace {
+
+std::vector<Option> SceneOptions(SceneInput& scene) {
+  std::vector<Option> options = ClothOptions(scene);
+  options.push_back({.key = "start", .value = &scene.start,
+                     .doc = "first shape: flat, or a start shape or state file",
+                     .is_path = true, .words = {"flat"}});
+  return options;
 }
 
 template <class... Lists>

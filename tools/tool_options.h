@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tools/check_report.h"
+#include "tools/drape_view.h"
 #include "tools/fit_tool.h"
 #include "tools/option_table.h"
 #include "tools/simulate.h"
@@ -15,5 +16,7 @@ OptionTable FitTable(FitToolOptions& options);
 
 // The part of a table that names the cloth: mesh, material, law.
 std::vector<Option> ClothOptions(SceneInput& scene);
+// The part that sets the camera.
+std::vector<Option> CameraOptions(CameraInput& camera);
 
 }  // namespace drape

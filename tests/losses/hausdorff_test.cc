@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "disc.h"
 #include "losses/shape_features.h"
 #include "physics/errors.h"
@@ -47,6 +50,34 @@ TEST(HausdorffOfPolygons, CountsThePointsBetweenVertices) {
   EXPECT_NEAR(HausdorffOfPolygons(flat, deep), 2 * 0.999 / std::hypot(2, 0.999), 1e-6);
 }
 
+// Dense samples of one curve against all segments of the other, for two curves with many folds.
+TEST(HausdorffOfPolygons, IsThatOfDenseSamples) {
+  const auto folded = [](int n, int folds, double phase) {
+    Eigen::VectorXd radius(n);
+    for (int k = 0; k < n; ++k)
+      radius[k] = 0.12 + 0.02 * std::cos(folds * 2 * M_PI * k / n + phase);
+    return ProfilePolygon(radius);
+  };
+  const Eigen::Matrix2Xd a = folded(97, 7, 0.3), b = folded(60, 5, 1.1);
+  const auto directed = [](const Eigen::Matrix2Xd& from, const Eigen::Matrix2Xd& to) {
+    double largest = 0;
+    for (int i = 0; i < 200 * from.cols(); ++i) {
+      const double t = i % 200 / 200.0;
+      const Eigen::Vector2d p =
+          (1 - t) * from.col(i / 200) + t * from.col((i / 200 + 1) % from.cols());
+      double least = 1;
+      for (int j = 0; j < to.cols(); ++j) {
+        const Eigen::Vector2d start = to.col(j), edge = to.col((j + 1) % to.cols()) - start;
+        const double along = std::clamp((p - start).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
+        least = std::min(least, (p - start - along * edge).norm());
+      }
+      largest = std::max(largest, least);
+    }
+    return largest;
+  };
+  EXPECT_NEAR(HausdorffOfPolygons(a, b), std::max(directed(a, b), directed(b, a)), 5e-6);
+}
+
 TEST(HausdorffOfMeshes, OfAShiftedAndAnEqualDisc) {
   const Mesh disc = MakeDisc(4, 24, 0.15);
   Eigen::VectorXd raised = disc.rest_x;
@@ -65,6 +96,31 @@ TEST(HausdorffOfMeshes, RejectsNonFinitePositions) {
   Eigen::VectorXd x = disc.rest_x;
   x[7] = std::nan("");
   EXPECT_THROW(HausdorffOfMeshes(disc, x, disc, disc.rest_x, "mesh"), InputError);
+}
+
+ObjSurface Quad(double z, double width) {
+  ObjSurface surface;
+  surface.x.resize(12);
+  surface.x << 0, 0, z, width, 0, z, width, 0.1, z, 0, 0.1, z;
+  surface.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return surface;
+}
+
+TEST(HausdorffOfSurfaces, OfTrianglesThatAreNoManifold) {
+  ObjSurface a = Quad(0, 0.1);
+  a.triangles.push_back({2, 1, 0});  // the first one once more, the other way round
+  a.triangles.push_back({0, 1, 1});
+  a.x.conservativeResize(15);
+  a.x.tail<3>() << 9, 9, 9;  // of no triangle
+  EXPECT_NEAR(HausdorffOfSurfaces(a, Quad(0.03, 0.1), "s"), 0.03, 2e-4);
+  EXPECT_NEAR(HausdorffOfSurfaces(a, Quad(0, 0.14), "s"), 0.04, 2e-4);
+  EXPECT_NEAR(HausdorffOfSurfaces(Quad(0, 0.14), a, "s"), 0.04, 2e-4);
+}
+
+TEST(HausdorffOfSurfaces, NeedsATriangle) {
+  ObjSurface a = Quad(0, 0.1);
+  a.triangles = {{0, 1, 1}};
+  EXPECT_THROW(HausdorffOfSurfaces(a, Quad(0, 0.1), "s"), InputError);
 }
 
 }  // namespace

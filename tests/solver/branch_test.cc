@@ -26,12 +26,6 @@ Eigen::VectorXd Folded(int folds, double phase, int n = kBranchAngles) {
   return r;
 }
 
-Eigen::VectorXd Mirror(const Eigen::VectorXd& r) {
-  Eigen::VectorXd result = r;
-  for (Eigen::Index i = 1; i < r.size(); ++i) result[i] = r[r.size() - i];
-  return result;
-}
-
 TEST(BranchSignature, HasFoldsModesAndDrapeCoefficient) {
   const BranchSignature s = SignatureOf(Folded(7, 0.3));
   EXPECT_EQ(s.folds, 7);
@@ -55,34 +49,6 @@ TEST(BranchSignature, TellsFoldCountsApart) {
     // Waves of different orders are orthogonal at each rotation.
     EXPECT_GT(MatchOutlines(Folded(6, 0), Folded(7, 1), freedom).rms, .01 - 1e-12);
   }
-}
-
-TEST(MatchOutlines, FindsTheSameOutline) {
-  const Eigen::VectorXd r = Folded(5, 1);
-  for (const auto freedom : {OutlineFreedom::kFixed, OutlineFreedom::kRotation,
-                             OutlineFreedom::kRotationAndMirror}) {
-    const OutlineMatch match = MatchOutlines(r, r, freedom);
-    EXPECT_EQ(match.rms, 0.0);
-    EXPECT_EQ(match.rotation, 0.0);
-    EXPECT_FALSE(match.mirrored);
-  }
-}
-
-TEST(MatchOutlines, FindsTheRotationOfB) {
-  const Eigen::VectorXd a = Folded(5, 1 + kTurn), b = Folded(5, 1);
-  EXPECT_GT(MatchOutlines(a, b).rms, 5e-3);
-  const OutlineMatch match = MatchOutlines(a, b, OutlineFreedom::kRotation);
-  EXPECT_LT(match.rms, 1e-14);
-  EXPECT_NEAR(match.rotation, kTurn, 1e-12);
-}
-
-TEST(MatchOutlines, FindsTheMirrorImageOnlyWhenAsked) {
-  const Eigen::VectorXd a = Folded(5, 1), b = Mirror(Folded(5, 1 - kTurn));
-  EXPECT_GT(MatchOutlines(a, b, OutlineFreedom::kRotation).rms, 1e-3);
-  const OutlineMatch match = MatchOutlines(a, b, OutlineFreedom::kRotationAndMirror);
-  EXPECT_LT(match.rms, 1e-14);
-  EXPECT_TRUE(match.mirrored);
-  EXPECT_NEAR(match.rotation, kTurn, 1e-12);
 }
 
 // The same on a cloth: a drape and the drape turned as a body.

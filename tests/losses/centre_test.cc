@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/centre.h"
+#include "losses/centre.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "losses/comparison.h"
+#include "losses/dataset.h"
+#include "losses/distribution_metrics.h"
+
+namespace drape {
+
+// A capture of the data set as the camera sees it.
+struct SeenCapture {
+  Capture capture;
+  SeenDrape drape;
+};
+// Reads the silhouettes. `hard_edged`: HardEdged first. Throws InputError.
+std::vector<SeenCapture> SeeCaptures(const std::vector<Capture>& captures, const Camera& camera,
+                                     bool hard_edged = false);
+
+// One way to predict without a model, over all pairs of a prediction and a held-out capture.
+struct PredictorRow {
+  std::string name;
+  int pairs = 0;
+  DrapeDistance mean, median;                      // as they lie; of the grey image only the mse
+  std::optional<DrapeDistance> aligned_mean = {};  // after the best rotation and flip
+};
+
+// What any model has to beat on a split, computed from the same split (table of SPEC section 6).
+struct TrivialPredictors {
+  // "same sample, same face" (the floor that repeated captures set, among the held out), "another
+  // sample, same face", "another fabric" (where there are several), "circle of the mean area",
+  // "grey mean image". A row without pairs is left out.
+  std::vector<PredictorRow> rows;
+  // The other samples' drapes of the fabric and face as draws of a distribution; none where a
+  // held-out capture has fewer than two of them. Captures of one sample repeat each other, so that
+  // intervals of few samples hold less than independent draws would (of DC with six: 71 % for 85).
+  std::optional<DistributionScore> other_samples;
+};
+
+// Each held-out capture is predicted from the captures to learn from that show its fabric and face
+// and not its sample. So the same list on both sides leaves each sample out in turn. Of "another
+// fabric" at most 2000 pairs count, evenly chosen. `aligned` off skips the costly part.
+TrivialPredictors EvaluateTrivialPredictors(const std::vector<SeenCapture>& train,
+                                            const std::vector<SeenCapture>& held_out,
+                                            const Camera& camera, bool aligned = true);
+
+}  // namespace drape

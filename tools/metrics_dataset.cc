@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/metrics_dataset.h"
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "losses/index_list.h"
+#include "physics/errors.h"
+#include "tools/metrics_report.h"
+
+namespace drape {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Selection SelectionOf(const MetricsOptions& options) {
+  Selection selection{.fabrics = ParseIndexList(options.fabric, "option 'fabric'"),
+                      .samples = ParseIndexList(options.samples, "option 'samples'"),
+                      .captures = ParseIndexList(options.captures, "option 'captures'")};
+  if (options.face != "both")
+    selection.face = options.face == "up" ? ClothFace::kUp : ClothFace::kDown;
+  return selection;
+}
+
+// The captures of `all` that are among the usable ones.
+std::vector<Capture> Usable(const std::vector<Capture>& all, const std::vector<Capture>& usable) {
+  std::vector<Capture> kept;
+  for (const Capture& capture : all)
+    for (const Capture& other : usable)
+      if (capture.image == other.image) kept.push_back(other);
+  return kept;
+}
+
+void UseStoredSplit(const MetricsOptions& options, const Dataset& dataset, DatasetReport* report) {
+  const bool selects = !(options.fabric + options.samples + options.captures).empty();
+  if (selects || options.face != "both") {
+    throw InputError("option 'split'",
+                     "a stored split names its captures, expected none of fabric, samples, "
+                     "captures, face beside it");
+  }
+  report->split = ReadSplit(options.split, dataset);
+  std::vector<Capture> both = report->split.train;
+  both.insert(both.end(), report->split.held_out.begin(), report->split.held_out.end());
+  report->captures = KeepUsable(both, &report->skipped);
+  report->split.train = Usable(report->split.train, report->captures);
+  report->split.held_out = Usable(report->split.held_out, report->captures);
+}
+
+void DrawSplit(const MetricsOptions& options, const Dataset& dataset, DatasetReport* report) {
+  report->captures = KeepUsable(Select(dataset, SelectionOf(options)), &report->skipped);
+  report->in_turn = options.train == 0;
+  report->split = report->in_turn ? Split{0, report->captures, report->captures}
+                                  : SplitBySample(report->captures, options.train, options.seed);
+}
+
+std::vector<int> Numbers(const std::vector<Capture>& captures, int fabric, int Capture::*number) {
+  std::set<int> numbers;
+  for (const Capture& capture : captures)
+    if (capture.fabric == fabric) numbers.insert(capture.*number);
+  return {numbers.begin(), numbers.end()};
+}
+
+std::set<int> FabricsOf(const std::vector<Capture>& captures) {
+  std::set<int> fabrics;
+  for (const Capture& capture : captures) fabrics.insert(capture.fabric);
+  return fabrics;
+}
+
+std::string FabricLine(const DatasetReport& report, int fabric) {
+  int captures = 0, meshes = 0, turned = 0;
+  for (const Capture& capture : report.captures) {
+    if (capture.fabric != fabric) continue;
+    ++captures;
+    meshes += !capture.mesh.empty();
+    turned += capture.mesh_quarters != 0;
+  }
+  const auto samples = [&](const std::vector<Capture>& side) {
+    return IndexListText(Numbers(side, fabric, &Capture::sample));
+  };
+  std::string text = "fabric " + std::to_string(fabric) + ": " + std::to_string(captures) +
+                     " captures of samples " + samples(report.captures) + ", " +
+                     std::to_string(meshes) + " meshes";
+  if (turned > 0) text += " (" + std::to_string(turned) + " turned against their images)";
+  if (report.in_turn) return text + "\n";
+  return text + "; learnt from " + samples(report.split.train) + "; held out " +
+         samples(report.split.held_out) + "\n";
+}
+
+Json SideJson(const std::vector<Capture>& captures) {
+  Json side = Json::array();
+  for (const Capture& c : captures) {
+    Json json = {{"fabric", c.fabric},
+                 {"sample", c.sample},
+                 {"capture", c.capture},
+                 {"face", ClothFaceName(c.face)},
+                 {"image", c.image}};
+    if (!c.mesh.empty()) json["mesh"] = {{"file", c.mesh}, {"quarter_turns", c.mesh_quarters}};
+    side.push_back(json);
+  }
+  return side;
+}
+
+Json NotesJson(const std::vector<FileNote>& notes) {
+  Json json = Json::array();
+  for (const FileNote& note : notes) json.push_back({{"file", note.path}, {"why", note.text}});
+  return json;
+}
+
+std::string NotesText(const char* what, const std::vector<FileNote>& notes) {
+  std::string text;
+  for (const FileNote& note : notes) {
+    const bool named = note.text.starts_with(note.path);
+    text += std::string(what) + " " + (named ? "" : note.path + ": ") + note.text + "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+DatasetReport EvaluateDataset(const MetricsOptions& options, const Camera& camera,
+                              const std::atomic<bool>& cancel) {
+  const Dataset dataset = ReadDataset(options.data);
+  DatasetReport report;
+  report.training_images = dataset.training_images.size();
+  report.skipped = dataset.skipped;
+  report.notes = dataset.notes;
+  if (options.split.empty()) {
+    DrawSplit(options, dataset, &report);
+  } else {
+    UseStoredSplit(options, dataset, &report);
+  }
+  if (!options.save_split.empty() && report.in_turn)
+    throw InputError("option 'save_split'", "there is no split to store with train = 0");
+  if (cancel) return report;
+  const auto train = SeeCaptures(report.split.train, camera, options.hard_edged);
+  const auto held_out =
+      report.in_turn ? train : SeeCaptures(report.split.held_out, camera, options.hard_edged);
+  report.predictors = EvaluateTrivialPredictors(train, held_out, camera, options.aligned);
+  if (!options.save_split.empty()) WriteSplit(options.save_split, report.split);
+  return report;
+}
+
+std::string DatasetText(const DatasetReport& report) {
+  std::string text = std::to_string(report.captures.size()) + " captures, " +
+                     std::to_string(report.training_images) + " training images\n";
+  for (const int fabric : FabricsOf(report.captures)) text += FabricLine(report, fabric);
+  text += NotesText("note:", report.notes) + NotesText("skipped:", report.skipped);
+  text += report.in_turn ? "each sample held out in turn\n"
+                         : "split by seed " + std::to_string(report.split.seed) + "\n";
+  return text + PredictorsText(report.predictors);
+}
+
+Json DatasetJson(const DatasetReport& report) {
+  Json json = {{"captures", report.captures.size()},
+               {"training_images", report.training_images},
+               {"skipped", NotesJson(report.skipped)},
+               {"notes", NotesJson(report.notes)}};
+  if (report.in_turn) {
+    json["held_out_in_turn"] = SideJson(report.captures);
+  } else {
+    json["split"] = {{"seed", report.split.seed},
+                     {"train", SideJson(report.split.train)},
+                     {"held_out", SideJson(report.split.held_out)}};
+  }
+  json["trivial_predictors"] = PredictorsJson(report.predictors);
+  return json;
+}
+
+}  // namespace drape

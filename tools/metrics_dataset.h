@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "losses/dataset_split.h"
+#include "losses/trivial_predictors.h"
+#include "tools/metrics_tool.h"
+
+namespace drape {
+
+// drape_metrics --data: what the loader found, the split, and what it gives without a model.
+struct DatasetReport {
+  size_t training_images = 0;
+  std::vector<Capture> captures;  // selected and usable
+  std::vector<FileNote> skipped, notes;
+  Split split;  // both sides hold all captures when each sample is held out in turn
+  bool in_turn = false;
+  TrivialPredictors predictors;
+};
+
+// Also stores the split where `options` say so. A cancelled one has no predictors. Throws
+// InputError.
+DatasetReport EvaluateDataset(const MetricsOptions& options, const Camera& camera,
+                              const std::atomic<bool>& cancel);
+std::string DatasetText(const DatasetReport& report);
+nlohmann::ordered_json DatasetJson(const DatasetReport& report);
+
+}  // namespace drape

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "losses/comparison.h"
+#include "losses/trivial_predictors.h"
+#include "tools/metrics_input.h"
+
+namespace drape {
+
+// How drape_metrics says what it found: tables for a terminal (mm, mm²), JSON in SI units.
+
+struct ComparedPair {
+  std::string a, b;  // paths
+  DrapeComparison comparison;
+  std::optional<SurfaceDistance> surfaces;  // of two meshes
+  ShapeFeatures shape_a, shape_b;
+};
+std::string PairText(const ComparedPair& pair);
+nlohmann::ordered_json PairJson(const ComparedPair& pair);
+
+std::string ScoreText(const DistributionScore& score);
+nlohmann::ordered_json ScoreJson(const DistributionScore& score);
+
+std::string PredictorsText(const TrivialPredictors& predictors);
+nlohmann::ordered_json PredictorsJson(const TrivialPredictors& predictors);
+
+}  // namespace drape

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/metrics_tool.h"
+
+#include <nlohmann/json.hpp>
+
+#include "losses/report_json.h"
+#include "physics/atomic_file.h"
+#include "physics/errors.h"
+#include "tools/metrics_dataset.h"
+#include "tools/metrics_input.h"
+#include "tools/metrics_report.h"
+#include "tools/tool_options.h"
+#include "tools/versions.h"
+
+namespace drape {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<Option> DataOptions(MetricsOptions& options) {
+  return {
+      {.key = "data",
+       .value = &options.data,
+       .doc = "folder of the published data set: lists it and evaluates its trivial predictors",
+       .is_path = true},
+      {.key = "fabric", .value = &options.fabric, .doc = "of the data set, like 1,3-5; none: all"},
+      {.key = "samples", .value = &options.samples, .doc = "like 1,3-5; none: all"},
+      {.key = "captures", .value = &options.captures, .doc = "like 1,3-5; none: all"},
+      {.key = "face",
+       .value = &options.face,
+       .doc = "which face lies up: captures 1 and 2 are up, 3 and 4 down",
+       .choices = {"up", "down", "both"}},
+      {.key = "train",
+       .value = &options.train,
+       .doc = "samples of each fabric to learn from, the others are held out; 0: each sample is "
+              "held out in turn",
+       .least = 0,
+       .most = 9999},
+      {.key = "seed", .value = &options.seed, .doc = "of the draw of these samples", .least = 0},
+      {.key = "split",
+       .value = &options.split,
+       .doc = "a stored split, in place of --train and --seed",
+       .is_path = true},
+      {.key = "save_split",
+       .value = &options.save_split,
+       .doc = "file to store the split in",
+       .is_path = true},
+  };
+}
+
+ComparedPair Compare(const std::string& a, const std::string& b, const Camera& camera,
+                     const MetricsOptions& options) {
+  const ViewedFile first = ViewFile(a, camera, options.hard_edged);
+  const ViewedFile second = ViewFile(b, camera, options.hard_edged);
+  ComparedPair pair{a,
+                    b,
+                    CompareDrapes(first.seen, second.seen, camera),
+                    {},
+                    first.seen.shape,
+                    second.seen.shape};
+  if (first.surface && second.surface) {
+    pair.surfaces = CompareSurfaces(*first.surface, *second.surface, pair.comparison.alignment,
+                                    a + " and " + b);
+  }
+  return pair;
+}
+
+// What a mode has found: the table and its part of the JSON file.
+struct Found {
+  std::string text;
+  Json json;
+};
+
+Found CompareRuns(const MetricsOptions& options, const Camera& camera,
+                  const std::atomic<bool>& cancel) {
+  Found found{"", {{"pairs", Json::array()}, {"alone", Json::array()}}};
+  std::vector<std::string> alone;
+  for (const auto& [a, b] : PairDrapes(options.operands[0], options.operands[1], &alone)) {
+    if (cancel) break;
+    const ComparedPair pair = Compare(a, b, camera, options);
+    found.text += PairText(pair);
+    found.json["pairs"].push_back(PairJson(pair));
+  }
+  for (const std::string& path : alone) {
+    found.text += "without a drape of the same name: " + path + "\n";
+    found.json["alone"].push_back(path);
+  }
+  return found;
+}
+
+// The drapes in A as draws of a distribution that those in B were drawn from.
+Found CompareDistributions(const MetricsOptions& options, const Camera& camera,
+                           const std::atomic<bool>& cancel) {
+  std::vector<SeenDrape> drapes[2];
+  DistributionScorer::Drapes views[2];
+  for (int side = 0; side < 2; ++side) {
+    for (const std::string& path : DrapesIn(options.operands[side], side == 0 ? 2 : 1)) {
+      if (cancel) return {};
+      drapes[side].push_back(ViewFile(path, camera, options.hard_edged).seen);
+    }
+    for (const SeenDrape& drape : drapes[side]) views[side].push_back(&drape);
+  }
+  DistributionScorer scorer;
+  scorer.Add(views[0], views[1]);
+  const DistributionScore score = scorer.Score();
+  Found found{std::to_string(views[0].size()) + " draws in " + options.operands[0] +
+                  ", observed in " + options.operands[1] + "\n" + ScoreText(score),
+              ScoreJson(score)};
+  found.json["draws"] = views[0].size();
+  return found;
+}
+
+Found CompareOperands(const MetricsOptions& options, const Camera& camera,
+                      const std::atomic<bool>& cancel) {
+  const std::vector<std::string>& operands = options.operands;
+  if (operands.size() != 2) {
+    throw InputError("command line", "found " + std::to_string(operands.size()) +
+                                         " files or folders, expected two (A and B) or --data");
+  }
+  const OperandKind a = KindOfOperand(operands[0]), b = KindOfOperand(operands[1]);
+  if (a == OperandKind::kRun && b == OperandKind::kRun) return CompareRuns(options, camera, cancel);
+  if (a != OperandKind::kFile && b != OperandKind::kFile)
+    return CompareDistributions(options, camera, cancel);
+  if (a != b)
+    throw InputError(operands[a == OperandKind::kFile],
+                     "is a folder, expected a file like " + operands[b == OperandKind::kFile]);
+  const ComparedPair pair = Compare(operands[0], operands[1], camera, options);
+  return {PairText(pair), PairJson(pair)};
+}
+
+Found EvaluateData(const MetricsOptions& options, const Camera& camera,
+                   const std::atomic<bool>& cancel) {
+  if (!options.operands.empty())
+    throw InputError("command line", "found '" + options.operands[0] + "' beside --data");
+  const DatasetReport report = EvaluateDataset(options, camera, cancel);
+  return {DatasetText(report), DatasetJson(report)};
+}
+
+}  // namespace
+
+OptionTable MetricsTable(MetricsOptions& options) {
+  std::vector<Option> all = CameraOptions(options.camera);
+  all.push_back({.key = "hard_edged",
+                 .value = &options.hard_edged,
+                 .doc = "cut images at half grey, for JPEGs of pictures without grey edges"});
+  all.push_back({.key = "aligned",
+                 .value = &options.aligned,
+                 .doc = "with --data: also after the best rotation and flip, which takes longer"});
+  for (const Option& option : DataOptions(options)) all.push_back(option);
+  all.push_back(
+      {.key = "out", .value = &options.out, .doc = "JSON file for the figures", .is_path = true});
+  return {.tool = "drape_metrics",
+          .summary =
+              "how far two drapes are apart, how well draws foretell drapes, and what a "
+              "data set gives without a model",
+          .example = "drape_metrics silhouette.png out/drape/drape.obj --out=metrics.json",
+          .notes =
+              "A and B: two images or OBJ meshes; two folders of drape_simulate or drape_fit "
+              "(drapes of the same name are compared);\n  or two other folders of images and "
+              "meshes: A holds draws of a distribution, B what was observed\n"
+              "aligned: after the rotation and flip of B that brings its outline next to "
+              "A's\n",
+          .options = std::move(all),
+          .operands = &options.operands,
+          .operand_names = "[A B]"};
+}
+
+std::string RunMetrics(const MetricsOptions& options, const std::atomic<bool>& cancel) {
+  const Camera camera = MakeCamera(options.camera);
+  const Found found = options.data.empty() ? CompareOperands(options, camera, cancel)
+                                           : EvaluateData(options, camera, cancel);
+  if (cancel) return "";
+  if (!options.out.empty()) {
+    Json json = found.json;
+    json["camera"] = CameraJson(camera);
+    for (const auto& [name, version] : Versions()) json["versions"][name] = version;
+    WriteFileAtomically(options.out, json.dump(2) + "\n");
+  }
+  return found.text;
+}
+
+}  // namespace drape
