@@ -10,8 +10,7 @@ namespace drape {
 
 struct FieldMapOptions {
   std::string title;
-  std::string unit;       // of the colour bar, with the quantity
-  bool log_scale = false; // of the colours
+  std::string unit;  // of the colour bar, with the quantity
 };
 
 // Writes a PNG of a number of each element in the plane of the cloth, as colours with a colour bar

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/field_report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "physics/errors.h"
 #include "physics/material_field_io.h"
@@ -24,21 +26,15 @@ Table MeanTable(const std::vector<Table>& tables) {
   return mean;
 }
 
-// Membrane stiffness of each face along the threads [N/m].
+// Of each face, of each hinge.
 Eigen::VectorXd StretchOfFaces(const MaterialField& field) {
-  Eigen::VectorXd stiffness = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(field.stretch.size()));
-  for (Eigen::Index f = 0; f < stiffness.size(); ++f)
-    for (const auto& row : field.stretch[f].c)
-      stiffness[f] += kMembranePerEntry * (row[0] + row[2]) / (2 * kStretchRows);
+  Eigen::VectorXd stiffness(static_cast<Eigen::Index>(field.stretch.size()));
+  std::transform(field.stretch.begin(), field.stretch.end(), stiffness.begin(), MeanStretch);
   return stiffness;
 }
-
-// Plate rigidity of each hinge [N m].
 Eigen::VectorXd BendOfHinges(const MaterialField& field) {
-  Eigen::VectorXd rigidity = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(field.bend.size()));
-  for (Eigen::Index e = 0; e < rigidity.size(); ++e)
-    for (const auto& row : field.bend[e].b)
-      for (const double entry : row) rigidity[e] += entry / (kBendPerRigidity * kBendEntries);
+  Eigen::VectorXd rigidity(static_cast<Eigen::Index>(field.bend.size()));
+  std::transform(field.bend.begin(), field.bend.end(), rigidity.begin(), MeanBend);
   return rigidity;
 }
 
@@ -73,6 +69,18 @@ const char* NameOf(FieldGroups groups) {
 }
 
 }  // namespace
+
+double MeanStretch(const StretchTable& table) {
+  double sum = 0.0;
+  for (const auto& row : table.c) sum += row[0] + row[2];
+  return kMembranePerEntry * sum / (2 * kStretchRows);
+}
+
+double MeanBend(const BendTable& table) {
+  double sum = 0.0;
+  for (const auto& row : table.b) sum = std::accumulate(std::begin(row), std::end(row), sum);
+  return sum / (kBendPerRigidity * kBendEntries);
+}
 
 MaterialField MeanTables(const MaterialField& field) {
   return {field.density, {MeanTable(field.stretch)}, {MeanTable(field.bend)}};
@@ -132,13 +140,13 @@ std::string WriteFields(const std::string& folder, const Mesh& mesh, const Field
   const char* const known = "posterior / prior standard deviation of the log factor";
   try {
     DrawFaceMap(folder + "/field_stretch.png", mesh, StretchOfFaces(fit.material),
-                {"Stretching stiffness", "membrane stiffness, mean of c11 and c22 [N/m]", false});
-    DrawHingeMap(folder + "/field_bend.png", mesh, BendOfHinges(fit.material),
-                 {"Bending stiffness", "plate rigidity D [N m]", true});
+                {"Stretching stiffness", "membrane stiffness, mean of c11 and c22 [N/m]"});
+    DrawHingeMap(folder + "/field_bend.png", mesh, 1e6 * BendOfHinges(fit.material),
+                 {"Bending stiffness", "plate rigidity D [µN m]"});
     DrawFaceMap(folder + "/known_stretch.png", mesh, face,
-                {"What the images say of stretching", known, false});
+                {"What the images say of stretching", known});
     DrawHingeMap(folder + "/known_bend.png", mesh, hinge,
-                 {"What the images say of bending", known, false});
+                 {"What the images say of bending", known});
   } catch (const InputError& error) {
     return std::string("no maps of the fields: ") + error.what();
   }

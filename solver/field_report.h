@@ -10,6 +10,11 @@ namespace drape {
 
 // How the stiffness of a fitted cloth varies: numbers, files and pictures of a FieldFit.
 
+// Membrane stiffness along the threads, the mean over rows of c11 and c22 [N/m]; plate rigidity, the
+// mean over the table [N m].
+double MeanStretch(const StretchTable& table);
+double MeanBend(const BendTable& table);
+
 // One table of the arithmetic means over the elements.
 MaterialField MeanTables(const MaterialField& field);
 
@@ -21,7 +26,7 @@ std::string FieldTable(const FieldFit& fit);
 
 // Writes material.json (WriteMaterialField) and the maps field_stretch.png (membrane stiffness,
 // mean over rows of c11 and c22 [N/m]), field_bend.png (plate rigidity D, mean over the table
-// [N m]), known_stretch.png and known_bend.png (posterior over prior standard deviation of the log
+// [µN m]), known_stretch.png and known_bend.png (posterior over prior standard deviation of the log
 // factor: 1 where the image says nothing). Where gnuplot is missing there are no maps, and what it
 // returns says so; else it is empty. Throws InputError when a file cannot be written.
 std::string WriteFields(const std::string& folder, const Mesh& mesh, const FieldFit& fit,

@@ -112,7 +112,7 @@ void UseConjugateGradients(ceres::Solver::Options* options) {
   options->linear_solver_type = ceres::CGNR;
   options->preconditioner_type = ceres::IDENTITY;
   options->max_linear_solver_iterations = 1000;
-  options->eta = 1e-6;
+  options->eta = 1e-10;
 }
 
 ceres::Solver::Options CeresOptions(int parameters, const FitOptions& options, Monitor* monitor) {

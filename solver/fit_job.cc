@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 // Of the fit of tests alone: it takes seconds, so it is run to the end.
 constexpr int kTestIterations = 100;
 constexpr double kTestTolerance = 1e-5;
-constexpr double kTableShare = 0.7;      // of the time of model heter that its one table takes
+constexpr double kTableShare = 0.7;      // of the time of heter and bayes that one table takes
 constexpr double kTestLeastScale = 1e4;  // of a number that its tests determine to 1 %
 
 // The inputs of a job, read and checked, with the backends that the problem points to.
@@ -105,15 +105,29 @@ void RequireDistinctNames(const std::vector<Target>& targets) {
                                         "', expected distinct names: they name the output files");
 }
 
+void CheckModel(const FitJob& job) {
+  if (job.model == "homo") return;
+  if (job.model != "heter" && job.model != "bayes")
+    throw InputError("model", "'" + job.model + "', expected homo, heter or bayes");
+  if (job.images.empty())
+    throw InputError("model", job.model + " without images, expected some");
+  if (job.fit.integrator != Integrator::kStatic)
+    throw InputError("integrator", "dynamic with model " + job.model + ", expected static");
+  const std::vector<int>& specimen = job.posterior.specimen;
+  if (specimen.empty()) return;
+  if (specimen.size() != job.images.size())
+    throw InputError("specimens", "found " + std::to_string(specimen.size()) +
+                                      " numbers, expected one for each of the " +
+                                      std::to_string(job.images.size()) + " images");
+  const std::set<int> names(specimen.begin(), specimen.end());
+  if (*names.begin() != 1 || *names.rbegin() != static_cast<int>(names.size()))
+    throw InputError("specimens", "expected all numbers from 1 to that of the last specimen");
+}
+
 LoadedJob Load(const FitJob& job) {
-  if (job.model != "homo" && job.model != "heter")
-    throw InputError("model", "'" + job.model + "', expected homo or heter");
   if (job.images.empty() && job.tests.empty())
     throw InputError("images", "none, and no tests, expected at least one silhouette or test");
-  if (job.model == "heter" && job.images.empty())
-    throw InputError("model", "heter without images, expected some: tests know one table only");
-  if (job.model == "heter" && job.fit.integrator != Integrator::kStatic)
-    throw InputError("integrator", "dynamic with model heter, expected static");
+  CheckModel(job);
   LoadedJob loaded;
   loaded.fit = job.fit;
   std::vector<MechanicalTest> tests;
@@ -276,25 +290,26 @@ void LogBackend(const std::string& choice, const FitJobCallbacks& callbacks, std
   if (callbacks.log) callbacks.log(line);
 }
 
-FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFitState& state,
-                     std::optional<FieldFit> fields) {
+// Fills the report that has the fields or the posterior.
+void FillReport(const FitJob& job, const LoadedJob& loaded, const StagedFitState& state,
+                FitReport& report) {
   const auto start = std::chrono::steady_clock::now();
-  FitReport report;
   report.notes = loaded.notes;
-  report.fields = std::move(fields);
   report.tests_alone = loaded.tests_alone;
   const FitProblem& problem = loaded.problem;
   const BranchFit* best = Best(state);
   if (best == nullptr) {
     if (!problem.targets.empty()) report.notes.push_back("no branch could be fitted");
-    if (problem.tests == nullptr) return report;
+    if (problem.tests == nullptr) return;
     report.material = problem.material;
     report.spectrum = SpectrumOf(loaded.tests_alone->jacobian, job.fit.prior_sigma);
     report.tests = ReportStrips(*problem.tests, report.material);
     NoteMisfits(report.tests, &report.notes);
-    return report;
+    return;
   }
-  report.material = report.fields ? report.fields->material : FittedMaterial(problem, job.fit, *best);
+  report.material = report.fields      ? report.fields->material
+                    : report.posterior ? report.posterior->Fabric()
+                                       : FittedMaterial(problem, job.fit, *best);
   if (problem.tests != nullptr) report.tests = ReportStrips(*problem.tests, report.material);
   NoteMisfits(report.tests, &report.notes);
   const Eigen::MatrixXd jacobian = FitJacobian(problem, job.fit, *best);
@@ -307,15 +322,18 @@ FitReport MakeReport(const FitJob& job, const LoadedJob& loaded, const StagedFit
   report.drapes.resize(problem.targets.size());
   for (std::size_t i = 0; i < problem.targets.size(); ++i) {
     options.seed_lift = best->seed.lifts[i];
-    const Eigen::VectorXd& shape = report.fields ? report.fields->shapes[i] : best->shapes[i];
-    if (!ReportDrape(*problem.fine, solver, report.material, problem.targets[i], shape, options,
+    const auto& shapes = report.fields      ? report.fields->shapes
+                         : report.posterior ? report.posterior->shapes
+                                            : best->shapes;
+    const MaterialField& material =
+        report.posterior ? report.posterior->materials[i] : report.material;
+    if (!ReportDrape(*problem.fine, solver, material, problem.targets[i], shapes[i], options,
                      &report.drapes[i]))
       report.notes.push_back(problem.targets[i].name +
                              ": the fitted or the settled drape has no outline");
   }
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return report;
 }
 
 // The fields of model heter; none where the fit before them or their own failed.
@@ -330,6 +348,25 @@ std::optional<FieldFit> FitFieldsOf(const FitJob& job, const LoadedJob& loaded,
   line << "fields: " << fit.summary.theta.size() << " numbers, cost " << fit.summary.initial_cost
        << " -> " << fit.summary.final_cost << ", " << ToString(fit.summary.termination) << ", "
        << fit.summary.counts.jumps << " branch jumps, " << fit.summary.counts.failed << " failed";
+  callbacks.log(line.str());
+  if (!fit.valid()) return std::nullopt;
+  return fit;
+}
+
+// The posterior of model bayes; none as above.
+std::optional<PosteriorFit> FitPosteriorOf(const FitJob& job, const LoadedJob& loaded,
+                                           const StagedFitState& state,
+                                           const StagedFitCallbacks& callbacks) {
+  const BranchFit* best = Best(state);
+  const bool cancelled = callbacks.cancel != nullptr && callbacks.cancel->load();
+  if (job.model != "bayes" || best == nullptr || cancelled) return std::nullopt;
+  PosteriorFit fit = FitDrapePosterior(loaded.problem, job.fit, job.posterior, *best, callbacks);
+  std::ostringstream line;
+  line << "posterior: mode " << ToString(fit.mode.termination) << " after " << fit.mode.iterations
+       << " iterations, sigma " << fit.sigma_px << " px; distribution "
+       << ToString(fit.posterior.termination) << " after " << fit.posterior.iterations
+       << ", bound " << fit.elbo << ", k " << fit.pareto_k << ", " << fit.counts.failed
+       << " failed drapes";
   callbacks.log(line.str());
   if (!fit.valid()) return std::nullopt;
   return fit;
@@ -383,16 +420,22 @@ FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
   staged.log = [&](const std::string& line) { log << line << std::endl; };
   staged.progress = [&](const std::string& stage, double fraction, double rms) {
     if (!callbacks.progress) return;
-    if (job.model == "heter")
-      fraction = stage == "fields" ? kTableShare + (1 - kTableShare) * fraction
-                                   : kTableShare * fraction;
+    if (job.model != "homo")
+      fraction = stage == "fields" || stage == "posterior"
+                     ? kTableShare + (1 - kTableShare) * fraction
+                     : kTableShare * fraction;
     callbacks.progress({stage, fraction, rms});
   };
   if (loaded.tests) StartFromTests(job, callbacks, loaded);
   const bool ready = !loaded.tests || loaded.problem.tests != nullptr;
   if (ready && !loaded.problem.targets.empty())
     state = RunStagedFit(loaded.problem, loaded.fit, std::move(state), staged);
-  FitReport report = MakeReport(job, loaded, state, FitFieldsOf(job, loaded, state, staged));
+  FitReport report;
+  report.fields = FitFieldsOf(job, loaded, state, staged);
+  report.posterior = FitPosteriorOf(job, loaded, state, staged);
+  FillReport(job, loaded, state, report);
+  if (job.model != "homo" && !report.fields && !report.posterior && report.fitted())
+    report.notes.push_back("model " + job.model + " could not be fitted: this is its one table");
   report.cancelled = callbacks.cancel != nullptr && callbacks.cancel->load();
   WriteFitReport(job, loaded.problem, state, report);
   FitJobResult result;

@@ -14,6 +14,7 @@
 #include "physics/obj_io.h"
 #include "physics/state_io.h"
 #include "solver/field_report.h"
+#include "solver/posterior_report.h"
 
 namespace drape {
 namespace {
@@ -126,6 +127,7 @@ ordered_json Summary(const FitJob& job, const FitProblem& problem, const StagedF
   json["parameters"]["sigma_px"] = job.fit.sigma_px;
   json["spectrum"] = SpectrumJson(report.spectrum);
   if (report.fields) json["fields"] = FieldJson(*report.fields, job.fields);
+  if (report.posterior) json["posterior"] = PosteriorJson(*report.posterior);
   json["images"] = ordered_json::array();
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
     json["images"].push_back(ImageJson(problem.targets[i], report.drapes[i], best->seed.lifts[i]));
@@ -229,8 +231,14 @@ void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFi
                                          .source = "drape_fit, model homo" + source,
                                          .warnings = {}});
   };
-  if (report.fields) {
+  if (report.fields || report.posterior)
     write_table("material_homo.json", FittedMaterial(problem, job.fit, *Best(state)));
+  if (report.posterior) {
+    write_table("base.json", report.posterior->hierarchy.base);
+    WriteFileAtomically(job.out + "/posterior.json",
+                        PosteriorFile(*report.posterior).dump(1) + "\n");
+  }
+  if (report.fields) {
     const std::string missing =
         WriteFields(job.out, *mesh, *report.fields, "drape_fit, model heter" + source);
     if (!missing.empty()) report.notes.push_back(missing);
@@ -246,6 +254,7 @@ std::string FitTable(const FitProblem& problem, const FitReport& report,
   return ImageTable(problem, report) + StripTable(report.tests) +
          MaterialTable(report.fields ? MeanTables(report.material) : report.material, truth) +
          (report.fields ? FieldTable(*report.fields) : "") +
+         (report.posterior ? PosteriorTable(*report.posterior) : "") +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,
                 static_cast<int>(report.spectrum.values.size()));
 }

@@ -35,8 +35,9 @@ std::vector<Option> InputOptions(FitToolOptions& options) {
        .is_path = true},
       {.key = "model",
        .value = &job.model,
-       .doc = "homo: one table for the whole cloth; heter: then tables that vary over it",
-       .choices = {"homo", "heter"}},
+       .doc = "homo: one table for the whole cloth; heter: then tables that vary over it; bayes: "
+              "then how sure the tables are",
+       .choices = {"homo", "heter", "bayes"}},
       {.key = "mesh",
        .value = &job.mesh,
        .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
@@ -94,6 +95,34 @@ std::vector<Option> FieldOptionsOf(FitToolOptions& options) {
       {.key = "field_hops", .value = &fields.hops,
        .doc = "model heter: attempts after the first, each from a neighbouring branch of the best",
        .least = 0, .most = 1000},
+  };
+}
+
+std::vector<Option> PosteriorOptionsOf(PosteriorOptions& posterior) {
+  return {
+      {.key = "specimens", .value = &posterior.specimen,
+       .doc = "model bayes: the specimen of each image, from 1; none: each image its own",
+       .least = 1, .most = 1000},
+      {.key = "specimen_stretch_sigma", .value = &posterior.specimen_stretch_sigma,
+       .doc = "model bayes: how specimens of the fabric differ, standard deviation of a log factor "
+              "on all stretch entries", .least = 0},
+      {.key = "specimen_bend_sigma", .value = &posterior.specimen_bend_sigma,
+       .doc = "the same on all bend entries", .least = 0},
+      {.key = "learn_sigma", .value = &posterior.learn_sigma,
+       .doc = "model bayes: sigma_px from what the mode leaves unexplained"},
+      {.key = "posterior_angles", .value = &posterior.angles,
+       .doc = "model bayes: rays of the outline, no nearer than they are independent",
+       .least = 31, .most = 3600},
+      {.key = "posterior_draws", .value = &posterior.draws,
+       .doc = "model bayes: draws behind the posterior, even", .least = 2, .most = 10000},
+      {.key = "posterior_rank", .value = &posterior.rank,
+       .doc = "model bayes: directions whose correlations are free beside those of Laplace",
+       .least = 0, .most = 1000},
+      {.key = "posterior_iterations", .value = &posterior.iterations,
+       .doc = "model bayes: iterations of Ceres for the posterior", .least = 0, .most = 10000},
+      {.key = "fresh_draws", .value = &posterior.fresh_draws,
+       .doc = "model bayes: draws by which the evidence and k are judged", .least = 25,
+       .most = 100000},
   };
 }
 
@@ -166,6 +195,7 @@ OptionTable FitTable(FitToolOptions& options) {
   std::vector<Option> all = InputOptions(options);
   for (const Option& option : FitStageOptions(options)) all.push_back(option);
   for (const Option& option : FieldOptionsOf(options)) all.push_back(option);
+  for (const Option& option : PosteriorOptionsOf(options.job.posterior)) all.push_back(option);
   for (const Option& option : GridOptions(options.job.fit.grid)) all.push_back(option);
   return {
       .tool = "drape_fit",
@@ -173,7 +203,7 @@ OptionTable FitTable(FitToolOptions& options) {
                  "from mechanical tests, or from both",
       .example = "drape_fit --config=configs/fit.json --images=drape.jpg --out=out/fit",
       .notes = "files: summary.json, material.json and, of each image, fit_<image>.png, "
-               "drape_<image>.obj, start_<image>.json;\n  model heter also material_homo.json, field_<kind>.png, known_<kind>.png; they replace those of an earlier run "
+               "drape_<image>.obj, start_<image>.json;\n  model heter also material_homo.json, field_<kind>.png, known_<kind>.png, bayes\n  material_homo.json, base.json, posterior.json; they replace those of an earlier run "
                "together, at the end; checkpoint.json and fit.log while it runs\n"
                "exit code 3: nothing could be fitted (see summary.json)\n"
                "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",

@@ -27,6 +27,10 @@ FitJob JobOf(const FitToolOptions& options) {
                      "found " + std::to_string(job.fit.iterations.size()) + " values, expected " +
                          std::to_string(job.fit.keep.size()) + ", as many rounds as 'keep' has");
   }
+  if (job.posterior.draws % 2 != 0) {
+    throw InputError("option 'posterior_draws'",
+                     "found " + std::to_string(job.posterior.draws) + ", expected an even number");
+  }
   job.fit.parameters = ParseTying(options.parameters);
   job.fit.integrator = ParseIntegrator(options.integrator);
   job.fields.basis = ParseFieldBasis(options.field_basis);

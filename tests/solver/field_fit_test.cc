@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "physics/material_scaling.h"
 #include "physics/statics.h"
 #include "tests/solver/solver_fixture.h"
 
@@ -32,17 +33,17 @@ class FieldTwinTest : public testing::Test {
   FieldTwinTest() {
     fields_.basis = FieldBasis::kModes;
     fields_.groups = FieldGroups::kBend;
-    fields_.modes = 12;
-    fields_.length = 0.06;
+    fields_.modes = 40;
+    fields_.length = 0.04;
     fields_.sigma = 0.5;
-    fields_.iterations = 15;
-    fields_.hops = 1;
+    fields_.iterations = 40;
+    fields_.hops = 2;
     staged_.angles = 72;
     const Mesh& mesh = backend_->model().mesh;
     const FieldParametrisation fields(base_, mesh.num_faces(), mesh.num_hinges(),
                                       MakeFieldTerms(mesh, fields_));
     std::mt19937_64 random(31);
-    const Eigen::VectorXd theta = test::RandomMatrix(fields.size(), 1, random);
+    const Eigen::VectorXd theta = 0.7 * test::RandomMatrix(fields.size(), 1, random);
     truth_ = fields.LogFactors(ElementKind::kHinges, theta).col(0);
     const MaterialField material = fields.Material(theta);
     branch_.theta = Eigen::VectorXd::Zero(kMaterialEntries);
@@ -63,7 +64,7 @@ class FieldTwinTest : public testing::Test {
   }
 
   const std::unique_ptr<Backend> backend_ = test::SmoothDisc(300);
-  const MaterialField base_ = test::TestMaterial();
+  const MaterialField base_ = Scaled(test::TestMaterial(), 1.0, 6.0);
   FieldOptions fields_;
   StagedFitOptions staged_;
   FitProblem problem_;
@@ -98,7 +99,7 @@ TEST_F(FieldTwinTest, FindsTheFieldWhereTheDataDetermineIt) {
 
 // The drapes are equilibria of the material that is returned.
 TEST_F(FieldTwinTest, DrapesBelongToTheFields) {
-  fields_.iterations = 3;
+  fields_.iterations = 12;
   fields_.hops = 0;
   const FieldFit fit = FitFields(problem_, staged_, fields_, branch_, {});
   ASSERT_TRUE(fit.valid());

@@ -15,12 +15,12 @@ using FieldMapTest = FileFixture;
 TEST_F(FieldMapTest, ColoursFollowTheField) {
   const Mesh mesh = MakeDisc({.target_vertices = 300});
   const Eigen::VectorXd of_face = FaceCentres(mesh).row(0).array().sign().matrix().transpose();
-  DrawFaceMap(Path("faces.png"), mesh, of_face, {"title", "unit", false});
+  DrawFaceMap(Path("faces.png"), mesh, of_face, {"title", "unit"});
   const GrayImage faces = ReadImage(Path("faces.png"));  // 1 is black
   EXPECT_EQ(faces.width, 900);
   EXPECT_GT(faces.at(250, 380), faces.at(500, 380) + 0.3);
   const Eigen::VectorXd of_hinge = Eigen::VectorXd::LinSpaced(mesh.num_hinges(), 1.0, 100.0);
-  DrawHingeMap(Path("hinges.png"), mesh, of_hinge, {"title", "unit", true});
+  DrawHingeMap(Path("hinges.png"), mesh, of_hinge, {"title", "unit"});
   EXPECT_EQ(ReadImage(Path("hinges.png")).height, 760);
 }
 

@@ -119,6 +119,38 @@ TEST_F(FitJobTest, HeterWritesFieldsThatBelongToTheDrape) {
   EXPECT_LE(summary["fields"]["bend_known"]["mean_of_posterior_over_prior_sd"], 1.0);
 }
 
+TEST_F(FitJobTest, BayesSaysHowSureItIs) {
+  job_.model = "bayes";
+  job_.fit.parameters = Tying::kScales;
+  job_.fit.prior_sigma = 0.3;
+  job_.posterior.draws = 8;
+  job_.posterior.rank = 2;
+  job_.posterior.iterations = 8;
+  job_.posterior.fresh_draws = 25;
+  const FitJobResult result = RunFitJob(job_, {});
+  EXPECT_THAT(result.table, HasSubstr("evidence lower bound"));
+  for (const std::string name : {"material_homo.json", "base.json", "posterior.json"})
+    EXPECT_TRUE(Exists(name)) << name;
+  const nlohmann::json posterior = Summary()["posterior"];
+  ASSERT_EQ(posterior["log_factors"].size(), 4);  // two scales, and those of one specimen
+  const nlohmann::json& bend = posterior["log_factors"][1];
+  EXPECT_EQ(bend["name"], "bend");
+  EXPECT_LT(bend["sd"], bend["prior_sd"]);
+  EXPECT_GT(bend["sd"], 0.0);
+  EXPECT_GT(posterior["fresh_draws_that_stand"], 20);
+  EXPECT_GT(posterior["sigma_px"], 0.0);
+  const nlohmann::json file = ReadJsonFile(folder_ / "posterior.json");
+  EXPECT_EQ(file["covariance"].size(), 4);
+}
+
+TEST_F(FitJobTest, SpecimensAreOneNumberForEachImage) {
+  job_.model = "bayes";
+  job_.posterior.specimen = {1, 1};
+  EXPECT_THAT(ErrorOf(), HasSubstr("specimens"));
+  job_.posterior.specimen = {2};
+  EXPECT_THAT(ErrorOf(), HasSubstr("from 1"));
+}
+
 TEST_F(FitJobTest, HeterNeedsImagesAndRest) {
   job_.model = "heter";
   job_.fit.integrator = Integrator::kDynamic;

@@ -81,9 +81,9 @@ TEST(ReadingWeights, AreExactForLinearFieldsInside) {
 }
 
 TEST(ReadingWeights, TakeTheNearestTriangleOutside) {
-  const Eigen::Matrix2Xd outside = Eigen::Vector2d(0.2, 0.0);
+  const Eigen::Matrix2Xd outside = Eigen::Vector2d(0.1505, 0.0);
   const Eigen::VectorXd read = ReadingWeights(Disc(), outside) * Disc().uv.row(0).transpose();
-  EXPECT_NEAR(read[0], kRadius, 5e-3);
+  EXPECT_NEAR(read[0], kRadius, 1e-3);
 }
 
 }  // namespace

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "solver/drape_draws.h"
+#include "solver/staged_fit.h"
+#include "solver/variational_fit.h"
+
+namespace drape {
+
+// How sure a fit is (SPEC section 5, "generative model"): a posterior over a fabric's tables and its
+// specimens' scales, given the branches of their drapes.
+struct PosteriorOptions {
+  // Prior standard deviations of a specimen's log factors on stretch and on bend; both 0: specimens
+  // are alike. SPEC section 5: 0.07 to 0.17.
+  double specimen_stretch_sigma = 0.1, specimen_bend_sigma = 0.1;
+  std::vector<int> specimen;  // of each target, from 1 without gaps; empty: each its own
+  // Whether σ of the outline is learned: from the outlines that the mode leaves unexplained, so that
+  // what the model cannot do widens the posterior. Else it is StagedFitOptions::sigma_px.
+  bool learn_sigma = true;
+  int angles = 36;       // K of r(θ): a silhouette's are not independent nearer than its folds
+  int draws = 16;        // S, even
+  int rank = 8;          // leading directions with correlations beyond the Laplace axes
+  int iterations = 20;   // of Ceres
+  int fresh_draws = 100; // for the evidence lower bound and k̂, at least 25
+  uint64_t seed = 1;
+
+  void Check(std::size_t targets) const;  // programmer errors
+};
+
+struct PosteriorFit {
+  DrapeHierarchy hierarchy;
+  VariationalFit mode;       // with the Laplace approximation
+  VariationalFit posterior;
+  double sigma_px = 0.0;     // of the outline, given or learned
+  // Evidence lower bound by fresh draws [nat] and its standard error; k̂ of their importance weights:
+  // below 0.7 the posterior is near enough to trust.
+  double elbo = 0.0, elbo_error = 0.0, pareto_k = 0.0;
+  int fresh = 0;             // of these draws, with drapes that stand; the others count nowhere
+  BatchCounts counts;
+  std::vector<int> specimen;             // of each target, from 0
+  std::vector<MaterialField> materials;  // at the posterior's mean, of each target
+  std::vector<Eigen::VectorXd> shapes;   // the drape of each target there [m], shape [3V]
+
+  bool valid() const { return !shapes.empty(); }
+  // Tables of the fabric at u, without those of its specimens.
+  MaterialField FabricAt(const Eigen::VectorXd& u) const;
+  // The median of the posterior.
+  MaterialField Fabric() const { return FabricAt(posterior.posterior.mean); }
+};
+
+// Goes on from the tables and drapes of a branch: the prior is about the seed's tables, as in the
+// fit before, with the tying and prior_sigma of `staged`. First the mode, then the distribution.
+PosteriorFit FitDrapePosterior(const FitProblem& problem, const StagedFitOptions& staged,
+                               const PosteriorOptions& options, const BranchFit& branch,
+                               const StagedFitCallbacks& callbacks);
+
+}  // namespace drape

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/posterior_report.h"
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "solver/field_report.h"
+
+namespace drape {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kNarrowed = 0.7;    // posterior over prior deviation of a number that data determine
+constexpr double kTrusted = 0.7;     // k̂ up to which the posterior is near enough
+
+// The prior's standard deviation of the log factor that a latent number stands for.
+double PriorDeviation(const DrapeHierarchy& hierarchy, int latent) {
+  if (latent < hierarchy.num_fabric()) return hierarchy.fabric_sigma;
+  return (latent - hierarchy.num_fabric()) % 2 == 0 ? hierarchy.specimen_stretch_sigma
+                                                    : hierarchy.specimen_bend_sigma;
+}
+
+Eigen::VectorXd PriorDeviations(const DrapeHierarchy& hierarchy) {
+  Eigen::VectorXd deviations(hierarchy.num_latents());
+  for (int i = 0; i < deviations.size(); ++i) deviations[i] = PriorDeviation(hierarchy, i);
+  return deviations;
+}
+
+std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
+
+}  // namespace
+
+StiffnessBelief BeliefOf(const PosteriorFit& fit) {
+  constexpr int kDraws = 400;
+  const GaussianPosterior& q = fit.posterior.posterior;
+  const Eigen::MatrixXd draws = q.Draws(IndependentDraws(q.size(), kDraws, 1));
+  Eigen::ArrayXd stretch(kDraws), bend(kDraws);
+  for (int s = 0; s < kDraws; ++s) {
+    const MaterialField fabric = fit.FabricAt(draws.col(s));
+    stretch[s] = MeanStretch(fabric.stretch[0]);
+    bend[s] = MeanBend(fabric.bend[0]);
+  }
+  const auto deviation = [](const Eigen::ArrayXd& v) {
+    return std::sqrt((v - v.mean()).square().mean());
+  };
+  return {stretch.mean(), deviation(stretch), bend.mean(), deviation(bend)};
+}
+
+ordered_json PosteriorJson(const PosteriorFit& fit) {
+  const DrapeHierarchy& hierarchy = fit.hierarchy;
+  const Eigen::VectorXd deviation = fit.posterior.posterior.Deviations();
+  const Eigen::VectorXd laplace = fit.mode.posterior.Deviations();
+  ordered_json numbers = ordered_json::array();
+  for (int i = 0; i < hierarchy.num_latents(); ++i) {
+    const double prior = PriorDeviation(hierarchy, i);
+    numbers.push_back({{"name", hierarchy.NameOf(i)},
+                       {"prior_sd", prior},
+                       {"mode", prior * fit.mode.posterior.mean[i]},
+                       {"laplace_sd", prior * laplace[i]},
+                       {"mean", prior * fit.posterior.posterior.mean[i]},
+                       {"sd", prior * deviation[i]},
+                       {"sd_over_prior_sd", deviation[i]}});
+  }
+  const StiffnessBelief belief = BeliefOf(fit);
+  return {{"specimens", hierarchy.specimens},
+          {"sigma_px", fit.sigma_px},
+          {"termination", ToString(fit.posterior.termination)},
+          {"mode_termination", ToString(fit.mode.termination)},
+          {"iterations", {fit.mode.iterations, fit.posterior.iterations}},
+          {"rollouts", fit.counts.rollouts},
+          {"jacobians", fit.counts.tangents},
+          {"failed_rollouts", fit.counts.failed},
+          {"seconds", {fit.mode.seconds, fit.posterior.seconds}},
+          {"elbo", fit.elbo},
+          {"elbo_error", fit.elbo_error},
+          {"divergence_from_prior", fit.posterior.divergence},
+          {"pareto_k", fit.pareto_k},
+          {"fresh_draws_that_stand", fit.fresh},
+          {"stretch_n_per_m", {belief.stretch, belief.stretch_deviation}},
+          {"bend_n_m", {belief.bend, belief.bend_deviation}},
+          {"log_factors", numbers}};
+}
+
+ordered_json PosteriorFile(const PosteriorFit& fit) {
+  const Eigen::VectorXd prior = PriorDeviations(fit.hierarchy);
+  const Eigen::MatrixXd covariance =
+      prior.asDiagonal() * fit.posterior.posterior.Covariance() * prior.asDiagonal();
+  ordered_json names = ordered_json::array(), rows = ordered_json::array();
+  for (int i = 0; i < fit.hierarchy.num_latents(); ++i) {
+    names.push_back(fit.hierarchy.NameOf(i));
+    rows.push_back(List(covariance.col(i)));
+  }
+  return {{"format", "drapefit-posterior"},
+          {"version", 1},
+          {"log_factors_on", "base.json"},
+          {"names", names},
+          {"prior_sd", List(prior)},
+          {"mean", List(prior.cwiseProduct(fit.posterior.posterior.mean))},
+          {"covariance", rows}};
+}
+
+std::string PosteriorTable(const PosteriorFit& fit) {
+  const StiffnessBelief belief = BeliefOf(fit);
+  const Eigen::VectorXd deviation = fit.posterior.posterior.Deviations();
+  char text[640];
+  std::snprintf(
+      text, sizeof text,
+      "  posterior of the fabric: stretch %.4g +- %.3g N/m, bend %.3g +- %.2g N m\n"
+      "  %d of %d numbers are narrowed to %.1f of their prior; outline known to %.2f px\n"
+      "  evidence lower bound %.1f +- %.1f by %d fresh draws, Pareto k %.2f: %s\n",
+      belief.stretch, belief.stretch_deviation, belief.bend, belief.bend_deviation,
+      static_cast<int>((deviation.array() < kNarrowed).count()),
+      static_cast<int>(deviation.size()), kNarrowed, fit.sigma_px, fit.elbo, fit.elbo_error,
+      fit.fresh, fit.pareto_k,
+      fit.pareto_k < kTrusted ? "near the exact posterior" : "too far from the exact posterior");
+  return text;
+}
+
+}  // namespace drape

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "solver/posterior_fit.h"
+
+namespace drape {
+
+// A posterior as numbers for people and files.
+
+// Mean and standard deviation of a fabric's average stiffness under the posterior (the paper's
+// table 3), by draws.
+struct StiffnessBelief {
+  double stretch = 0.0, stretch_deviation = 0.0;  // mean over rows of c11 and c22 [N/m]
+  double bend = 0.0, bend_deviation = 0.0;        // plate rigidity, mean over the table [N m]
+};
+StiffnessBelief BeliefOf(const PosteriorFit& fit);
+
+// For summary.json: each number's prior and posterior beside the Laplace approximation's, evidence,
+// k̂, learned σ.
+nlohmann::ordered_json PosteriorJson(const PosteriorFit& fit);
+
+// For posterior.json: names, prior deviations, mean and covariance of the log factors.
+nlohmann::ordered_json PosteriorFile(const PosteriorFit& fit);
+
+// For a person: the belief, how many numbers the data narrow, whether k̂ says to trust it.
+std::string PosteriorTable(const PosteriorFit& fit);
+
+}  // namespace drape

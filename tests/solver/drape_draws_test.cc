@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws of the hierarchy against the fits of one material that they are made of.
+#include "solver/drape_draws.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/solver/solver_fixture.h"
+
+namespace drape {
+namespace {
+
+constexpr int kAngles = 36;
+
+class DrapeDrawsTest : public testing::Test {
+ protected:
+  DrapeDrawsTest() {
+    hierarchy_.base = test::TestMaterial();
+    hierarchy_.fabric = Tying::kColumns;
+    hierarchy_.fabric_sigma = 0.5;
+    hierarchy_.specimen_stretch_sigma = 0.2;
+    hierarchy_.specimen_bend_sigma = 0.1;
+    hierarchy_.specimens = 2;
+    targets_ = {{TargetOf(1), TargetOf(2)}, {TargetOf(3)}};
+    options_.sigma_px = 0.5;
+    options_.equilibrium.tolerance = 1e-12;
+  }
+  Target TargetOf(uint64_t seed) const {
+    const State start = test::RandomStart(backend_->model(), seed);
+    return test::TargetOf(backend_->model().mesh,
+                          test::Settled(*backend_, hierarchy_.base, start), kAngles,
+                          std::to_string(seed));
+  }
+
+  const std::unique_ptr<Backend> backend_ = test::SmoothDisc(120);
+  DrapeHierarchy hierarchy_;
+  std::vector<std::vector<Target>> targets_;
+  BatchOptions options_;
+  std::mt19937_64 random_{8};
+};
+
+TEST_F(DrapeDrawsTest, TheHierarchyNamesAndTiesItsNumbers) {
+  ASSERT_EQ(hierarchy_.num_latents(), 7 + 4);
+  EXPECT_EQ(hierarchy_.NameOf(4), "bend[0]");
+  EXPECT_EQ(hierarchy_.NameOf(9), "specimen 2 stretch");
+  const Eigen::MatrixXd second = hierarchy_.LogEntries(1);
+  EXPECT_EQ(second(0, 0), 0.5);
+  EXPECT_EQ(second.col(7).norm() + second.col(8).norm(), 0.0);
+  EXPECT_EQ(second(23, 9), 0.2);
+  EXPECT_EQ(second(24, 9), 0.0);
+  EXPECT_EQ(second(38, 10), 0.1);
+}
+
+// Jacobian of both draws and all targets against central differences.
+TEST_F(DrapeDrawsTest, JacobiansAgreeWithCentralDifferences) {
+  DrapeDraws draws(backend_.get(), hierarchy_, targets_, options_, 2);
+  const int n = draws.num_latents();
+  ASSERT_TRUE(draws.StartAt(Eigen::VectorXd::Zero(n)));
+  const Eigen::MatrixXd points = 0.02 * test::RandomMatrix(n, 2, random_);
+  const Eigen::VectorXd direction = test::RandomMatrix(n, 1, random_);
+  draws.Prepare(points, true);
+  Eigen::VectorXd residual;
+  RowMatrix jacobian;
+  for (int s = 0; s < 2; ++s) {
+    draws.Prepare(points, true);
+    ASSERT_TRUE(draws.Copy(s, &residual, &jacobian));
+    ASSERT_EQ(residual.size(), 3 * kAngles);
+    const Eigen::VectorXd exact = jacobian * direction;
+    double best = 1.0;
+    for (const double step : {1e-3, 1e-4, 1e-5}) {
+      Eigen::VectorXd up, down;
+      draws.Prepare(points.colwise() + step * direction, false);
+      ASSERT_TRUE(draws.Copy(s, &up, nullptr));
+      draws.Prepare(points.colwise() - step * direction, false);
+      ASSERT_TRUE(draws.Copy(s, &down, nullptr));
+      best = std::min(best, ((up - down) / (2 * step) - exact).norm() / exact.norm());
+    }
+    EXPECT_LT(best, 1e-6);
+  }
+}
+
+// What a draw finds is what it finds alone.
+TEST_F(DrapeDrawsTest, DrawsDoNotKnowOfEachOther) {
+  const Eigen::MatrixXd points = 0.05 * test::RandomMatrix(11, 3, random_);
+  const auto residual = [&](const Eigen::MatrixXd& u, int draw) {
+    DrapeDraws draws(backend_.get(), hierarchy_, targets_, options_, int(u.cols()));
+    EXPECT_TRUE(draws.StartAt(Eigen::VectorXd::Zero(11)));
+    draws.Prepare(u, false);
+    Eigen::VectorXd r;
+    EXPECT_TRUE(draws.Copy(draw, &r, nullptr));
+    return r;
+  };
+  EXPECT_EQ(residual(points, 2), residual(points.col(2), 0));
+}
+
+// Means and deviations of elementwise draws, against central differences.
+TEST_F(DrapeDrawsTest, ElementwiseJacobiansAgreeWithCentralDifferences) {
+  const auto draws = DrapeDraws::Elementwise(backend_.get(), hierarchy_.base, 0.5,
+                                             {targets_[0][0]}, options_, 2, 5);
+  ASSERT_EQ(draws->num_latents(), 78);
+  Eigen::VectorXd point(78);
+  point << Eigen::VectorXd::Zero(39), Eigen::VectorXd::Constant(39, 0.2);
+  ASSERT_TRUE(draws->StartAt(point));
+  const Eigen::VectorXd direction = test::RandomMatrix(78, 1, random_);
+  draws->Prepare(point.replicate(1, 2), true);
+  Eigen::VectorXd residual, other;
+  RowMatrix jacobian;
+  ASSERT_TRUE(draws->Copy(0, &residual, &jacobian));
+  ASSERT_TRUE(draws->Copy(1, &other, nullptr));
+  EXPECT_GT((residual - other).norm(), 1e-3);  // noise of their own
+  const Eigen::VectorXd exact = jacobian * direction;
+  double best = 1.0;
+  for (const double step : {1e-3, 1e-4, 1e-5}) {
+    Eigen::VectorXd up, down;
+    draws->Prepare((point + step * direction).replicate(1, 2), false);
+    ASSERT_TRUE(draws->Copy(0, &up, nullptr));
+    draws->Prepare((point - step * direction).replicate(1, 2), false);
+    ASSERT_TRUE(draws->Copy(0, &down, nullptr));
+    best = std::min(best, ((up - down) / (2 * step) - exact).norm() / exact.norm());
+  }
+  EXPECT_LT(best, 1e-6);
+}
+
+TEST_F(DrapeDrawsTest, OtherDrawsStartFromTheSameDrapes) {
+  DrapeDraws draws(backend_.get(), hierarchy_, targets_, options_, 2);
+  ASSERT_TRUE(draws.StartAt(Eigen::VectorXd::Zero(11)));
+  const auto more = draws.WithDraws(4);
+  ASSERT_EQ(more->num_draws(), 4);
+  more->Prepare(Eigen::MatrixXd::Zero(11, 4), false);
+  EXPECT_LT((more->Shapes(3)[2] - targets_[1][0].start.x).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+}  // namespace
+}  // namespace drape
