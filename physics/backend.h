@@ -45,9 +45,9 @@ struct LossGradient {
 };
 
 // Runs batches of rollouts of one model: different materials and starts, one mesh, scene and law.
-// Results come in the order of the inputs. Each is a function of its own input and the options alone:
-// neither the neighbours, their failures, the size of the batch nor calls before change a bit of it,
-// so calls may be joined and split (GatheredTask). One thread at a time calls a backend.
+// Results come in the order of the inputs. Each is a function of its own input and the options
+// alone: neither the neighbours, their failures, the size of the batch nor calls before change a bit
+// of it, so calls may be joined and split (GatheredTask). One thread at a time calls a backend.
 class Backend {
  public:
   virtual ~Backend() = default;

@@ -98,8 +98,8 @@ Material ReadField(const Mesh& mesh, const JsonInput& input, const MaterialPolic
   if (material.field.density <= 0) input.At("density").Fail("a positive number of kg/m²");
   const Eigen::Matrix2Xd faces = ReadPoints(input.At("face_centres"));
   const Eigen::Matrix2Xd hinges = ReadPoints(input.At("hinge_centres"));
-  const auto stretch = ReadTables<StretchTable>(
-      input.At("stretch"), static_cast<int>(faces.cols()), kMembranePerEntry, policy);
+  const auto stretch = ReadTables<StretchTable>(input.At("stretch"), static_cast<int>(faces.cols()),
+                                                kMembranePerEntry, policy);
   const auto bend = ReadTables<BendTable>(input.At("bend"), static_cast<int>(hinges.cols()),
                                           1 / kBendPerRigidity, policy);
   material.field.stretch = Nearest(stretch, faces, FaceCentres(mesh));
@@ -113,9 +113,10 @@ void WriteMaterialField(const std::string& path, const Material& material, const
   const MaterialField& field = material.field;
   CHECK_EQ(field.stretch.size(), static_cast<std::size_t>(mesh.num_faces()));
   CHECK_EQ(field.bend.size(), static_cast<std::size_t>(mesh.num_hinges()));
-  std::string text = "{\"format\": " + json(kFormat).dump() + ", \"version\": 1, \"name\": " +
-                     json(material.name).dump() + ", \"units\": \"SI\",\n\"source\": " +
-                     json(material.source).dump() + ",\n\"convention\": \"mechanical\", \"density\": ";
+  std::string text = "{\"format\": " + json(kFormat).dump() +
+                     ", \"version\": 1, \"name\": " + json(material.name).dump() +
+                     ", \"units\": \"SI\",\n\"source\": " + json(material.source).dump() +
+                     ",\n\"convention\": \"mechanical\", \"density\": ";
   AppendNumber(text, field.density);
   AppendPoints(text += ",\n\"face_centres\": ", FaceCentres(mesh));
   AppendTables(text += ",\n\"stretch\": ", field.stretch, kMembranePerEntry);

@@ -61,8 +61,8 @@ struct DrapeDraws::Cell {
 };
 
 DrapeDraws::DrapeDraws(Backend* backend, const DrapeHierarchy& hierarchy,
-                       const std::vector<std::vector<Target>>& targets,
-                       const BatchOptions& options, int draws)
+                       const std::vector<std::vector<Target>>& targets, const BatchOptions& options,
+                       int draws)
     : backend_(backend),
       num_latents_(hierarchy.num_latents()),
       num_draws_(draws),
@@ -70,8 +70,7 @@ DrapeDraws::DrapeDraws(Backend* backend, const DrapeHierarchy& hierarchy,
   CHECK_EQ(targets.size(), static_cast<std::size_t>(specimens_));
   for (int p = 0; p < specimens_; ++p)
     prototypes_.push_back(std::make_unique<Cell>(
-        backend,
-        std::make_shared<TableParametrisation>(hierarchy.base, hierarchy.LogEntries(p)),
+        backend, std::make_shared<TableParametrisation>(hierarchy.base, hierarchy.LogEntries(p)),
         targets[p], options));
   for (int s = 0; s < draws; ++s)
     for (const auto& prototype : prototypes_) cells_.push_back(std::make_unique<Cell>(*prototype));
@@ -90,11 +89,11 @@ std::unique_ptr<DrapeDraws> DrapeDraws::Elementwise(Backend* backend, const Mate
   for (int s = 0; s < draws; ++s) {
     std::vector<FieldTerm> terms = CommonTerms(mesh, sigma);
     for (FieldTerm& term : NoiseTerms(mesh, sigma, seed + s)) terms.push_back(std::move(term));
-    all->cells_.push_back(std::make_unique<Cell>(
-        backend,
-        std::make_shared<FieldParametrisation>(base, mesh.num_faces(), mesh.num_hinges(),
-                                               std::move(terms)),
-        targets, options));
+    all->cells_.push_back(
+        std::make_unique<Cell>(backend,
+                               std::make_shared<FieldParametrisation>(
+                                   base, mesh.num_faces(), mesh.num_hinges(), std::move(terms)),
+                               targets, options));
   }
   return all;
 }
@@ -108,9 +107,8 @@ int DrapeDraws::num_residuals() const {
 }
 
 void DrapeDraws::RunCells(bool with_jacobians) {
-  RunGathered(*backend_, static_cast<int>(cells_.size()), kSideBySide, [&](GatheredTask& task) {
-    cells_[task.index()]->Run(&task, with_jacobians);
-  });
+  RunGathered(*backend_, static_cast<int>(cells_.size()), kSideBySide,
+              [&](GatheredTask& task) { cells_[task.index()]->Run(&task, with_jacobians); });
 }
 
 void DrapeDraws::Prepare(const Eigen::MatrixXd& points, bool with_jacobians) {
@@ -129,8 +127,7 @@ bool DrapeDraws::Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) 
     const RolloutBatch& batch = cell(draw, p).batch;
     for (int i = 0; i < batch.num_targets(); ++i, row += batch.num_angles()) {
       if (!batch.Copy(i, residual->data() + row)) return false;
-      if (jacobian != nullptr)
-        batch.CopyJacobian(i, 0, num_latents_, jacobian->row(row).data());
+      if (jacobian != nullptr) batch.CopyJacobian(i, 0, num_latents_, jacobian->row(row).data());
     }
   }
   return true;

@@ -14,8 +14,8 @@
 namespace drape {
 
 // The hierarchy of SPEC section 5 ("generative model"), on a log scale and in units of the prior:
-// what is common to a fabric, then what a specimen of it differs by. Given the branch of each drape,
-// which its start says.
+// what is common to a fabric, then what a specimen of it differs by. Given the branch of each
+// drape, which its start says.
 struct DrapeHierarchy {
   MaterialField base;  // the prior's median: one table
   Tying fabric = Tying::kEntries;
@@ -54,11 +54,10 @@ class DrapeDraws final : public DrawnResiduals {
   int num_residuals() const override;
   int num_draws() const override { return num_draws_; }
   void Prepare(const Eigen::MatrixXd& points, bool with_jacobians) override;
-  [[nodiscard]] bool Copy(int draw, Eigen::VectorXd* residual,
-                          RowMatrix* jacobian) const override;
+  [[nodiscard]] bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override;
 
-  // Takes the drapes from the targets' starts to those of u, shape [num_latents()], for all draws at
-  // once: they then are predicted from there. False when these are not stable.
+  // Takes the drapes from the targets' starts to those of u, shape [num_latents()], for all draws
+  // at once: they then are predicted from there. False when these are not stable.
   [[nodiscard]] bool StartAt(const Eigen::VectorXd& u);
   // Other draws of the same residuals, whose drapes are predicted from those of StartAt.
   std::unique_ptr<DrapeDraws> WithDraws(int draws) const;

@@ -20,8 +20,8 @@ namespace {
 constexpr int kModesDisc = 1200;  // vertices of the disc on which modes are found
 // In units of the prior, beside squared singular values up to some 1e5.
 constexpr double kMaxDamping = 1e7;
-// A drape of a single table has been fitted to the edge of its branch: trials fall onto the next one,
-// millimetres away, and Newton needs 30 to 60 steps for that.
+// A drape of a single table has been fitted to the edge of its branch: trials fall onto the next
+// one, millimetres away, and Newton needs 30 to 60 steps for that.
 constexpr int kNewtonFactor = 3;
 constexpr double kHopDamping = 100.0;  // beside the same squares
 constexpr double kCostTolerance = 1e-4;
@@ -100,7 +100,8 @@ std::vector<FieldTerm> NoiseTerms(const Mesh& mesh, double sigma, uint64_t seed)
     for (int k = 0; k < entries; ++k) {
       Eigen::VectorXd noise(elements);
       for (double& value : noise) value = sigma * DrawNormal(random);
-      terms.push_back({kind, noise.sparseView(), Eigen::MatrixXd::Identity(entries, entries).col(k)});
+      terms.push_back(
+          {kind, noise.sparseView(), Eigen::MatrixXd::Identity(entries, entries).col(k)});
     }
   };
   add(ElementKind::kFaces, mesh.num_faces(), kStretchEntries);
@@ -143,7 +144,10 @@ class FieldFitter {
   FieldFitter(const FitProblem& problem, const StagedFitOptions& staged,
               const FieldOptions& options, const BranchFit& branch,
               const StagedFitCallbacks& callbacks)
-      : problem_(problem), staged_(staged), options_(options), callbacks_(callbacks),
+      : problem_(problem),
+        staged_(staged),
+        options_(options),
+        callbacks_(callbacks),
         branch_fitter_(problem, staged, *problem.fine, callbacks.cancel, 0),
         parametrisation_(FittedMaterial(problem, staged, branch), mesh().num_faces(),
                          mesh().num_hinges(), Terms()),
@@ -201,8 +205,8 @@ class FieldFitter {
     best_targets_ = std::move(targets);
   }
 
-  // Where Ceres ends, each step towards lower costs falls onto a neighbouring branch, where the cost
-  // is a little higher. One such step is taken all the same, and the fit goes on from there.
+  // Where Ceres ends, each step towards lower costs falls onto a neighbouring branch, where the
+  // cost is a little higher. One such step is taken all the same, and the fit goes on from there.
   void Hop(int number) {
     std::vector<Target> targets = best_targets_;
     RolloutBatch batch = BatchAt(best_.theta, targets);
@@ -210,8 +214,7 @@ class FieldFitter {
     if (!batch.has_accepted()) return;
     const double damping = 1.0 + kHopDamping / number;
     const Eigen::MatrixXd& jacobian = batch.accepted_jacobian();
-    const Eigen::VectorXd gradient =
-        jacobian.transpose() * batch.accepted_residual() + best_.theta;
+    const Eigen::VectorXd gradient = jacobian.transpose() * batch.accepted_residual() + best_.theta;
     // −(JᵀJ + c)⁻¹·gradient by the dual system.
     Eigen::MatrixXd dual = jacobian * jacobian.transpose();
     dual.diagonal().array() += damping;

@@ -56,8 +56,8 @@ std::vector<FieldTerm> NoiseTerms(const Mesh& mesh, double sigma, uint64_t seed)
 std::vector<FieldTerm> MakeFieldTerms(const Mesh& mesh, const FieldOptions& options);
 
 struct FieldFit {
-  FitSummary summary;                   // θ: 39 log factors of all entries, then those of the terms
-  MaterialField material;               // a table for each face and hinge
+  FitSummary summary;      // θ: 39 log factors of all entries, then those of the terms
+  MaterialField material;  // a table for each face and hinge
   std::vector<Eigen::VectorXd> shapes;  // the fitted drape of each target [m], shape [3V]
   // Mean log factor of each element's entries by its prior and with the data, one standard
   // deviation, linearised at the fit (Laplace): equal where the data say nothing. Shape [F], [E].

@@ -29,9 +29,10 @@ void AppendPolygon(std::string& data, std::initializer_list<Eigen::Vector2d> cor
 }
 
 void Draw(const std::string& path, const std::string& data, const FieldMapOptions& options) {
-  std::string script = "set encoding utf8\nset terminal pngcairo size 900,760 font 'Sans,13'\n"
-                       "set size ratio -1\nset style fill solid noborder\nset tics out\n"
-                       "set xlabel 'weft [cm]'\nset ylabel 'warp [cm]'\n";
+  std::string script =
+      "set encoding utf8\nset terminal pngcairo size 900,760 font 'Sans,13'\n"
+      "set size ratio -1\nset style fill solid noborder\nset tics out\n"
+      "set xlabel 'weft [cm]'\nset ylabel 'warp [cm]'\n";
   script += "set title \"" + options.title + "\"\nset cblabel \"" + options.unit + "\"\n";
   script += kPalette;
   script += "$field << END\n" + data + "END\n";

@@ -110,8 +110,7 @@ RowMatrix FieldParametrisation::PullBack(const MaterialField& material,
   RowMatrix by_theta(size(), gradient.stretch.cols());
   int first = 0;
   for (const FieldTerm& term : terms_) {
-    const RowMatrix& entries =
-        term.kind == ElementKind::kFaces ? gradient.stretch : gradient.bend;
+    const RowMatrix& entries = term.kind == ElementKind::kFaces ? gradient.stretch : gradient.bend;
     const auto modes = term.basis.cols();
     for (int g = 0; g < term.tie.cols(); ++g, first += static_cast<int>(modes))
       by_theta.middleRows(first, modes) =

@@ -49,8 +49,8 @@ struct Scatter {
 
 ordered_json ScatterJson(const Eigen::VectorXd& values) {
   const Scatter s(values);
-  return {{"mean", s.mean}, {"standard_deviation", s.deviation}, {"least", s.least},
-          {"most", s.most}};
+  return {
+      {"mean", s.mean}, {"standard_deviation", s.deviation}, {"least", s.least}, {"most", s.most}};
 }
 
 ordered_json KnownJson(const Eigen::VectorXd& posterior, const Eigen::VectorXd& prior) {
@@ -60,10 +60,14 @@ ordered_json KnownJson(const Eigen::VectorXd& posterior, const Eigen::VectorXd& 
 
 const char* NameOf(FieldGroups groups) {
   switch (groups) {
-    case FieldGroups::kScales: return "scales";
-    case FieldGroups::kStretch: return "stretch";
-    case FieldGroups::kBend: return "bend";
-    case FieldGroups::kEntries: return "entries";
+    case FieldGroups::kScales:
+      return "scales";
+    case FieldGroups::kStretch:
+      return "stretch";
+    case FieldGroups::kBend:
+      return "bend";
+    case FieldGroups::kEntries:
+      return "entries";
   }
   return "";
 }
@@ -108,7 +112,8 @@ ordered_json FieldJson(const FieldFit& fit, const FieldOptions& options) {
                {"stretch_known", KnownJson(fit.posterior_face, fit.prior_face)},
                {"bend_known", KnownJson(fit.posterior_hinge, fit.prior_hinge)}});
   // Per element, theta would be the material file once more.
-  if (modes) json["theta"] = std::vector<double>(fit.summary.theta.begin(), fit.summary.theta.end());
+  if (modes)
+    json["theta"] = std::vector<double>(fit.summary.theta.begin(), fit.summary.theta.end());
   return json;
 }
 
@@ -132,8 +137,11 @@ std::string FieldTable(const FieldFit& fit) {
 std::string WriteFields(const std::string& folder, const Mesh& mesh, const FieldFit& fit,
                         const std::string& source) {
   WriteMaterialField(folder + "/material.json",
-                     {.name = "fit", .field = fit.material, .source_convention = "mechanical",
-                      .source = source, .warnings = {}},
+                     {.name = "fit",
+                      .field = fit.material,
+                      .source_convention = "mechanical",
+                      .source = source,
+                      .warnings = {}},
                      mesh);
   const Eigen::VectorXd face = fit.posterior_face.cwiseQuotient(fit.prior_face);
   const Eigen::VectorXd hinge = fit.posterior_hinge.cwiseQuotient(fit.prior_hinge);

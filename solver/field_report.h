@@ -10,8 +10,8 @@ namespace drape {
 
 // How the stiffness of a fitted cloth varies: numbers, files and pictures of a FieldFit.
 
-// Membrane stiffness along the threads, the mean over rows of c11 and c22 [N/m]; plate rigidity, the
-// mean over the table [N m].
+// Membrane stiffness along the threads, the mean over rows of c11 and c22 [N/m]; plate rigidity,
+// the mean over the table [N m].
 double MeanStretch(const StretchTable& table);
 double MeanBend(const BendTable& table);
 

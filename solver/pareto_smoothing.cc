@@ -19,8 +19,7 @@ double ZhangStephens(const Eigen::ArrayXd& x) {
   Eigen::ArrayXd theta(points), likelihood(points);
   const auto shape = [&](double t) { return (1 - t * x).log().mean(); };
   for (int j = 0; j < points; ++j) {
-    theta[j] = 1 / x[x.size() - 1] +
-               (1 - std::sqrt(points / (j + 0.5))) / (kPrior * quartile);
+    theta[j] = 1 / x[x.size() - 1] + (1 - std::sqrt(points / (j + 0.5))) / (kPrior * quartile);
     const double k = shape(theta[j]);
     likelihood[j] = n * (std::log(-theta[j] / k) - k - 1);
   }

@@ -19,17 +19,20 @@ namespace drape {
 namespace {
 
 constexpr int kModeIterations = 40;
-constexpr int kSigmaRounds = 3;        // the mode and σ by turns
-constexpr double kLeastSigma = 0.05;   // [px], of a learned one: that of the outline's measurement
+constexpr int kSigmaRounds = 3;       // the mode and σ by turns
+constexpr double kLeastSigma = 0.05;  // [px], of a learned one: that of the outline's measurement
 constexpr double kCostTolerance = 1e-4;
-constexpr int kNewtonFactor = 2;       // a draw lies further from the mode than a trial
+constexpr int kNewtonFactor = 2;  // a draw lies further from the mode than a trial
 
 class PosteriorFitter {
  public:
   PosteriorFitter(const FitProblem& problem, const StagedFitOptions& staged,
                   const PosteriorOptions& options, const BranchFit& branch,
                   const StagedFitCallbacks& callbacks)
-      : problem_(problem), staged_(staged), options_(options), callbacks_(callbacks),
+      : problem_(problem),
+        staged_(staged),
+        options_(options),
+        callbacks_(callbacks),
         branch_fitter_(problem, staged, *problem.fine, callbacks.cancel, 0) {
     options.Check(problem.targets.size());
     fit_.sigma_px = staged.sigma_px;
@@ -108,10 +111,10 @@ class PosteriorFitter {
     const int n = fit_.hierarchy.num_latents();
     const GaussianPosterior start{mean_, Eigen::MatrixXd::Identity(n, n),
                                   Eigen::MatrixXd::Identity(n, n)};
-    fit_.mode = FitPosterior(one, start,
-                             OptionsOf(DrawKind::kMode, kModeIterations,
-                                       kModeShare * round / rounds,
-                                       kModeShare * (round + 1) / rounds));
+    fit_.mode =
+        FitPosterior(one, start,
+                     OptionsOf(DrawKind::kMode, kModeIterations, kModeShare * round / rounds,
+                               kModeShare * (round + 1) / rounds));
     fit_.counts += one.counts();
     if (fit_.mode.termination == FitTermination::kFailed) return false;
     mean_ = fit_.mode.posterior.mean;
@@ -167,14 +170,15 @@ class PosteriorFitter {
     fresh->Prepare(u, false);
     fit_.counts += fresh->counts();
     const double volume = q.factor.diagonal().array().log().sum();
-    const double scale = fresh->num_residuals() *
-                         std::log(fit_.sigma_px * std::sqrt(2 * std::numbers::pi));
+    const double scale =
+        fresh->num_residuals() * std::log(fit_.sigma_px * std::sqrt(2 * std::numbers::pi));
     std::vector<double> weights;
     Eigen::VectorXd residual;
     for (int s = 0; s < options_.fresh_draws; ++s)
       if (fresh->Copy(s, &residual, nullptr))
         weights.push_back(0.5 * (standard.col(s).squaredNorm() - u.col(s).squaredNorm() -
-                                 residual.squaredNorm()) + volume - scale);
+                                 residual.squaredNorm()) +
+                          volume - scale);
     fit_.fresh = static_cast<int>(weights.size());
     if (fit_.fresh < 25) return;
     const Eigen::Map<const Eigen::VectorXd> w(weights.data(), fit_.fresh);

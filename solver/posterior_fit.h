@@ -12,21 +12,21 @@
 
 namespace drape {
 
-// How sure a fit is (SPEC section 5, "generative model"): a posterior over a fabric's tables and its
-// specimens' scales, given the branches of their drapes.
+// How sure a fit is (SPEC section 5, "generative model"): a posterior over a fabric's tables and
+// its specimens' scales, given the branches of their drapes.
 struct PosteriorOptions {
   // Prior standard deviations of a specimen's log factors on stretch and on bend; both 0: specimens
   // are alike. SPEC section 5: 0.07 to 0.17.
   double specimen_stretch_sigma = 0.1, specimen_bend_sigma = 0.1;
   std::vector<int> specimen;  // of each target, from 1 without gaps; empty: each its own
-  // Whether σ of the outline is learned: from the outlines that the mode leaves unexplained, so that
-  // what the model cannot do widens the posterior. Else it is StagedFitOptions::sigma_px.
+  // Whether σ of the outline is learned: from the outlines that the mode leaves unexplained, so
+  // that what the model cannot do widens the posterior. Else it is StagedFitOptions::sigma_px.
   bool learn_sigma = true;
-  int angles = 36;       // K of r(θ): a silhouette's are not independent nearer than its folds
-  int draws = 16;        // S, even
-  int rank = 8;          // leading directions with correlations beyond the Laplace axes
-  int iterations = 20;   // of Ceres
-  int fresh_draws = 100; // for the evidence lower bound and k̂, at least 25
+  int angles = 36;        // K of r(θ): a silhouette's are not independent nearer than its folds
+  int draws = 16;         // S, even
+  int rank = 8;           // leading directions with correlations beyond the Laplace axes
+  int iterations = 20;    // of Ceres
+  int fresh_draws = 100;  // for the evidence lower bound and k̂, at least 25
   uint64_t seed = 1;
 
   void Check(std::size_t targets) const;  // programmer errors
@@ -34,13 +34,13 @@ struct PosteriorOptions {
 
 struct PosteriorFit {
   DrapeHierarchy hierarchy;
-  VariationalFit mode;       // with the Laplace approximation
+  VariationalFit mode;  // with the Laplace approximation
   VariationalFit posterior;
-  double sigma_px = 0.0;     // of the outline, given or learned
-  // Evidence lower bound by fresh draws [nat] and its standard error; k̂ of their importance weights:
-  // below 0.7 the posterior is near enough to trust.
+  double sigma_px = 0.0;  // of the outline, given or learned
+  // Evidence lower bound by fresh draws [nat] and its standard error; k̂ of their importance
+  // weights: below 0.7 the posterior is near enough to trust.
   double elbo = 0.0, elbo_error = 0.0, pareto_k = 0.0;
-  int fresh = 0;             // of these draws, with drapes that stand; the others count nowhere
+  int fresh = 0;  // of these draws, with drapes that stand; the others count nowhere
   BatchCounts counts;
   std::vector<int> specimen;             // of each target, from 0
   std::vector<MaterialField> materials;  // at the posterior's mean, of each target

@@ -12,8 +12,8 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kNarrowed = 0.7;    // posterior over prior deviation of a number that data determine
-constexpr double kTrusted = 0.7;     // k̂ up to which the posterior is near enough
+constexpr double kNarrowed = 0.7;  // posterior over prior deviation of a number that data determine
+constexpr double kTrusted = 0.7;   // k̂ up to which the posterior is near enough
 
 // The prior's standard deviation of the log factor that a latent number stands for.
 double PriorDeviation(const DrapeHierarchy& hierarchy, int latent) {
@@ -111,9 +111,8 @@ std::string PosteriorTable(const PosteriorFit& fit) {
       "  %d of %d numbers are narrowed to %.1f of their prior; outline known to %.2f px\n"
       "  evidence lower bound %.1f +- %.1f by %d fresh draws, Pareto k %.2f: %s\n",
       belief.stretch, belief.stretch_deviation, belief.bend, belief.bend_deviation,
-      static_cast<int>((deviation.array() < kNarrowed).count()),
-      static_cast<int>(deviation.size()), kNarrowed, fit.sigma_px, fit.elbo, fit.elbo_error,
-      fit.fresh, fit.pareto_k,
+      static_cast<int>((deviation.array() < kNarrowed).count()), static_cast<int>(deviation.size()),
+      kNarrowed, fit.sigma_px, fit.elbo, fit.elbo_error, fit.fresh, fit.pareto_k,
       fit.pareto_k < kTrusted ? "near the exact posterior" : "too far from the exact posterior");
   return text;
 }

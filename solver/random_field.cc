@@ -10,7 +10,6 @@
 #include <limits>
 #include <vector>
 
-
 namespace drape {
 namespace {
 
@@ -42,7 +41,8 @@ Eigen::Vector3d Barycentric(const Mesh& mesh, const Face& face, const Eigen::Vec
   return coordinates;
 }
 
-// The face in which the smallest coordinate of a point is largest: that which holds it, if one does.
+// The face in which the smallest coordinate of a point is largest: that which holds it, if one
+// does.
 int NearestFace(const Mesh& mesh, const Eigen::Vector2d& point) {
   int nearest = 0;
   double best = -std::numeric_limits<double>::infinity();

@@ -18,8 +18,8 @@ Eigen::SparseMatrix<double> LaplaceStiffness(const Mesh& mesh);
 
 struct LaplaceModes {
   Eigen::VectorXd eigenvalues;  // ascending from 0 [1/m²], shape [count]
-  Eigen::MatrixXd vectors;      // at the vertices, shape [V, count]: of mean square 1 over the cloth,
-                                // orthogonal by area, first entry of largest magnitude positive
+  Eigen::MatrixXd vectors;  // at the vertices, shape [V, count]: of mean square 1 over the cloth,
+                            // orthogonal by area, first entry of largest magnitude positive
 };
 
 // The lowest modes of LaplaceStiffness against the lumped area. 1 ≤ count < V − 1; CHECKs that

@@ -22,9 +22,7 @@ class Layout {
         only_mean_(options.kind == DrawKind::kMode) {
     CHECK_GE(options.rank, 0);
   }
-  int size() const {
-    return only_mean_ ? latents_ : 2 * latents_ + rank_ * (rank_ - 1) / 2;
-  }
+  int size() const { return only_mean_ ? latents_ : 2 * latents_ + rank_ * (rank_ - 1) / 2; }
   int latents() const { return latents_; }
 
   Eigen::VectorXd Pack(const GaussianPosterior& q) const {

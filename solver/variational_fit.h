@@ -52,16 +52,17 @@ struct VariationalFit {
   // kMode: the Laplace approximation about the mode, by Ceres's covariance.
   GaussianPosterior posterior;
   FitTermination termination = FitTermination::kFailed;
-  // kShared and kElementwise: −ELBO without the residuals' normalisation ½·K·ln 2π: E_q ½‖r‖² over the fixed draws + KL.
+  // kShared and kElementwise: −ELBO without the residuals' normalisation ½·K·ln 2π: E_q ½‖r‖² over
+  // the fixed draws + KL.
   double cost = 0.0, initial_cost = 0.0;
   double divergence = 0.0;  // KL(q ‖ prior), part of it
   int iterations = 0;
   double seconds = 0.0;
 };
 
-// Maximises the evidence lower bound over q = N(mean, V·L·Lᵀ·Vᵀ) against a unit prior, from `start`,
-// whose V is kept. With fixed draws ε (common random numbers, BalancedDraws) its negative is a sum
-// of squares (SPEC section 5),
+// Maximises the evidence lower bound over q = N(mean, V·L·Lᵀ·Vᵀ) against a unit prior, from
+// `start`, whose V is kept. With fixed draws ε (common random numbers, BalancedDraws) its negative
+// is a sum of squares (SPEC section 5),
 //   ½ Σ_s ‖r(u_s)‖²/S + ½ Σ mean² + ½ Σ_{i>j} L_ij² + ½ Σ_i (t_i − 1 − ln t_i), t_i = L_ii²,
 // the last with the signed root of t − 1 − ln t, smooth at t = 1, as residual: so Ceres's trust
 // region fits the posterior as it fits a material. L_ii lives on a log scale.
@@ -69,7 +70,8 @@ struct VariationalFit {
 VariationalFit FitPosterior(DrawnResiduals& residuals, const GaussianPosterior& start,
                             const VariationalOptions& options);
 
-// sign(ρ)·√(e^2ρ − 1 − 2ρ), smooth, and its derivative: what a log deviation ρ adds to the residuals.
+// sign(ρ)·√(e^2ρ − 1 − 2ρ), smooth, and its derivative: what a log deviation ρ adds to the
+// residuals.
 double SignedRoot(double log_deviation, double* derivative = nullptr);
 
 }  // namespace drape

@@ -203,8 +203,11 @@ OptionTable FitTable(FitToolOptions& options) {
                  "from mechanical tests, or from both",
       .example = "drape_fit --config=configs/fit.json --images=drape.jpg --out=out/fit",
       .notes = "files: summary.json, material.json and, of each image, fit_<image>.png, "
-               "drape_<image>.obj, start_<image>.json;\n  model heter also material_homo.json, field_<kind>.png, known_<kind>.png, bayes\n  material_homo.json, base.json, posterior.json; they replace those of an earlier run "
-               "together, at the end; checkpoint.json and fit.log while it runs\n"
+               "drape_<image>.obj, start_<image>.json;\n"
+               "  model heter also material_homo.json, field_<kind>.png, known_<kind>.png;\n"
+               "  model bayes also material_homo.json, base.json, posterior.json;\n"
+               "  they replace those of an earlier run together, at the end; checkpoint.json and "
+               "fit.log while it runs\n"
                "exit code 3: nothing could be fitted (see summary.json)\n"
                "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",
       .options = std::move(all)};

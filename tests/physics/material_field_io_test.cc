@@ -51,8 +51,11 @@ TEST_F(MaterialFieldFile, AnotherMeshGetsTheNearestTables) {
 }
 
 TEST_F(MaterialFieldFile, AFileOfOneTableIsReadToo) {
-  WriteMaterial(Path("one.json"), {.name = "one", .field = test::TestMaterial(),
-                                   .source_convention = "arcsim", .source = "", .warnings = {}});
+  WriteMaterial(Path("one.json"), {.name = "one",
+                                   .field = test::TestMaterial(),
+                                   .source_convention = "arcsim",
+                                   .source = "",
+                                   .warnings = {}});
   EXPECT_EQ(ReadMaterialFor(mesh_, Path("one.json")).field.stretch.size(), 1u);
 }
 
@@ -64,8 +67,9 @@ TEST_F(MaterialFieldFile, SaysWhatIsWrong) {
                      "density");
   EXPECT_INPUT_ERROR(ReadMaterialFor(mesh_, Changed("\"stretch\": [\n[", "\"stretch\": [\n[-")),
                      "stretch[0][0]");
-  EXPECT_INPUT_ERROR(ReadMaterialFor(mesh_, Changed("\"hinge_centres\": [[", "\"hinge_centres\": [[1, 2], [")),
-                     "bend");
+  EXPECT_INPUT_ERROR(
+      ReadMaterialFor(mesh_, Changed("\"hinge_centres\": [[", "\"hinge_centres\": [[1, 2], [")),
+      "bend");
   EXPECT_INPUT_ERROR(ReadMaterialFor(mesh_, Changed("\"bend\"", "\"bending\"")), "bending");
 }
 

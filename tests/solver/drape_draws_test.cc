@@ -26,9 +26,8 @@ class DrapeDrawsTest : public testing::Test {
   }
   Target TargetOf(uint64_t seed) const {
     const State start = test::RandomStart(backend_->model(), seed);
-    return test::TargetOf(backend_->model().mesh,
-                          test::Settled(*backend_, hierarchy_.base, start), kAngles,
-                          std::to_string(seed));
+    return test::TargetOf(backend_->model().mesh, test::Settled(*backend_, hierarchy_.base, start),
+                          kAngles, std::to_string(seed));
   }
 
   const std::unique_ptr<Backend> backend_ = test::SmoothDisc(120);
@@ -94,8 +93,8 @@ TEST_F(DrapeDrawsTest, DrawsDoNotKnowOfEachOther) {
 
 // Means and deviations of elementwise draws, against central differences.
 TEST_F(DrapeDrawsTest, ElementwiseJacobiansAgreeWithCentralDifferences) {
-  const auto draws = DrapeDraws::Elementwise(backend_.get(), hierarchy_.base, 0.5,
-                                             {targets_[0][0]}, options_, 2, 5);
+  const auto draws = DrapeDraws::Elementwise(backend_.get(), hierarchy_.base, 0.5, {targets_[0][0]},
+                                             options_, 2, 5);
   ASSERT_EQ(draws->num_latents(), 78);
   Eigen::VectorXd point(78);
   point << Eigen::VectorXd::Zero(39), Eigen::VectorXd::Constant(39, 0.2);

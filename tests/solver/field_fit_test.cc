@@ -15,8 +15,8 @@ namespace drape {
 namespace {
 
 // Correlation over the elements where the posterior is below `known` of the prior.
-double Correlation(const Eigen::VectorXd& a, const Eigen::VectorXd& b,
-                   const Eigen::VectorXd& ratio, double known) {
+double Correlation(const Eigen::VectorXd& a, const Eigen::VectorXd& b, const Eigen::VectorXd& ratio,
+                   double known) {
   std::vector<double> x, y;
   for (Eigen::Index i = 0; i < a.size(); ++i) {
     if (ratio[i] > known) continue;
@@ -53,10 +53,9 @@ class FieldTwinTest : public testing::Test {
   }
   // The image of a drape of the truth; the branch starts from the drape of one table beside it.
   void AddDrape(const MaterialField& truth, uint64_t seed) {
-    State drape =
-        test::Settled(*backend_, truth, test::RandomStart(backend_->model(), seed), 60);
-    problem_.targets.push_back(test::TargetOf(backend_->model().mesh, drape, staged_.angles,
-                                              std::to_string(seed)));
+    State drape = test::Settled(*backend_, truth, test::RandomStart(backend_->model(), seed), 60);
+    problem_.targets.push_back(
+        test::TargetOf(backend_->model().mesh, drape, staged_.angles, std::to_string(seed)));
     const RolloutInput input{&base_, &drape};
     const EquilibriumResult rest = backend_->Equilibria({&input, 1}, {}).front();
     ASSERT_EQ(rest.status, EquilibriumStatus::kStable);
@@ -81,16 +80,17 @@ TEST_F(FieldTwinTest, FindsTheFieldWhereTheDataDetermineIt) {
   for (int e = 0; e < mesh.num_hinges(); ++e) {
     fitted[e] = 0.0;
     for (int k = 0; k < kBendEntries; ++k)
-      fitted[e] += std::log((&fit.material.bend[e].b[0][0])[k] / (&base_.bend[0].b[0][0])[k]) /
-                   kBendEntries;
+      fitted[e] +=
+          std::log((&fit.material.bend[e].b[0][0])[k] / (&base_.bend[0].b[0][0])[k]) / kBendEntries;
   }
   const Eigen::VectorXd ratio = fit.posterior_hinge.cwiseQuotient(fit.prior_hinge);
   const double correlation = Correlation(truth_, fitted, ratio, kKnown);
-  std::printf("cost %.1f -> %.1f, %d directions, known at %.0f %% of the hinges: correlation %.3f, "
-              "everywhere %.3f\n",
-              fit.summary.initial_cost, fit.summary.final_cost, fit.determined,
-              100.0 * (ratio.array() < kKnown).count() / double(ratio.size()), correlation,
-              Correlation(truth_, fitted, ratio, 2.0));
+  std::printf(
+      "cost %.1f -> %.1f, %d directions, known at %.0f %% of the hinges: correlation %.3f, "
+      "everywhere %.3f\n",
+      fit.summary.initial_cost, fit.summary.final_cost, fit.determined,
+      100.0 * (ratio.array() < kKnown).count() / double(ratio.size()), correlation,
+      Correlation(truth_, fitted, ratio, 2.0));
   EXPECT_LT(fit.summary.final_cost, 0.1 * fit.summary.initial_cost);
   EXPECT_GT((ratio.array() < kKnown).count(), ratio.size() / 10);
   EXPECT_GT(correlation, 0.7);

@@ -47,7 +47,8 @@ TEST_P(ParametrisationTest, EachEntryFollowsExactlyOneParameter) {
 
 TEST_P(ParametrisationTest, NamesAreDistinct) {
   std::set<std::string> names;
-  for (int i = 0; i < parametrisation_.size(); ++i) names.insert(NameOf(ParseTying(GetParam().text), i));
+  for (int i = 0; i < parametrisation_.size(); ++i)
+    names.insert(NameOf(ParseTying(GetParam().text), i));
   EXPECT_EQ(names.size(), GetParam().size);
 }
 
@@ -76,7 +77,8 @@ TEST_P(ParametrisationTest, ChainRuleAgreesWithDifferences) {
                                         Entries(parametrisation_.Material(minus), 0, 0)) /
                                        (2 * kStep);
     const Eigen::ArrayXd error = difference - entries.cwiseProduct(tie_.col(j));
-    EXPECT_LT((error / entries.array()).abs().maxCoeff(), 1e-9) << NameOf(ParseTying(GetParam().text), j);
+    EXPECT_LT((error / entries.array()).abs().maxCoeff(), 1e-9)
+        << NameOf(ParseTying(GetParam().text), j);
   }
 }
 

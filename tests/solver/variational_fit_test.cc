@@ -32,8 +32,7 @@ class Observations final : public DrawnResiduals {
   bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
     const Eigen::VectorXd seen = a * points_.col(draw);
     *residual = seen + 0.5 * bend_ * seen.cwiseAbs2() - b;
-    if (jacobian != nullptr)
-      *jacobian = (1 + bend_ * seen.array()).matrix().asDiagonal() * a;
+    if (jacobian != nullptr) *jacobian = (1 + bend_ * seen.array()).matrix().asDiagonal() * a;
     return true;
   }
   Eigen::MatrixXd Precision() const {
@@ -120,8 +119,7 @@ TEST(FitPosterior, TheCostIsTheNegativeBound) {
   VariationalOptions options = Options(kLatents);
   options.max_iterations = 0;
   const VariationalFit fit = FitPosterior(data, start, options);
-  const Eigen::MatrixXd points =
-      start.Draws(BalancedDraws(kLatents, kDraws, options.seed));
+  const Eigen::MatrixXd points = start.Draws(BalancedDraws(kLatents, kDraws, options.seed));
   data.Prepare(points, false);
   double expected = start.DivergenceFromPrior();
   for (int s = 0; s < kDraws; ++s) {
@@ -132,7 +130,8 @@ TEST(FitPosterior, TheCostIsTheNegativeBound) {
   EXPECT_NEAR(fit.initial_cost, expected, 1e-12 * expected);
 }
 
-// At the optimum of a nonlinear problem no number lowers the cost: the gradient is that of the cost.
+// At the optimum of a nonlinear problem no number lowers the cost: the gradient is that of the
+// cost.
 TEST(FitPosterior, TheOptimumOfANonlinearProblemIsStationary) {
   constexpr int kDraws = 12;
   Observations data(kDraws, 0.2);

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit_input.h"
+
+#include <glob.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "cuda/cuda_backend.h"
+#include "losses/centre.h"
+#include "losses/outline.h"
+#include "physics/errors.h"
+#include "physics/material_io.h"
+#include "physics/mesh_spec.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+NegativeEntries PolicyOf(const FitJob& job) {
+  return job.law == "reference" || job.floor > 0.0 ? NegativeEntries::kWarn
+                                                   : NegativeEntries::kReject;
+}
+
+// Raises the entries of a column (stride between them) to share · the largest; returns how many.
+int RaiseToFloor(double* entries, int count, int stride, double share) {
+  double largest = 0.0;
+  for (int i = 0; i < count; ++i) largest = std::max(largest, entries[i * stride]);
+  int raised = 0;
+  for (int i = 0; i < count; ++i) {
+    double& entry = entries[i * stride];
+    if (entry >= share * largest) continue;
+    entry = share * largest;
+    ++raised;
+  }
+  return raised;
+}
+
+int RaiseToFloor(MaterialField& field, double share) {
+  int raised = 0;
+  for (int c = 0; c < kStretchCols; ++c)
+    raised += RaiseToFloor(&field.stretch[0].c[0][c], kStretchRows, kStretchCols, share);
+  for (auto& row : field.bend[0].b) raised += RaiseToFloor(row, kBendCols, 1, share);
+  return raised;
+}
+
+Target LoadTarget(const FitJob& job, const std::string& file) {
+  Target target;
+  target.file = file;
+  target.name = fs::path(file).stem().string();
+  target.image = ReadSilhouette(file);
+  target.camera.kind = ParseCameraKind(job.camera);
+  // The published images are 256 px wide; others are taken to show as much.
+  const Camera nominal;
+  const double zoom = double(target.image.width) / nominal.width;
+  target.camera.width = target.image.width;
+  target.camera.height = target.image.height;
+  target.camera.cx = 0.5 * (target.image.width - 1);
+  target.camera.cy = 0.5 * (target.image.height - 1);
+  target.camera.scale *= zoom;
+  Outline outline;
+  const bool measured = (ParseCentreMode(job.centre) == CentreMode::kNominal ||
+                         CentreOnOutline(target.image, &target.camera)) &&
+                        OutlineFromImage(target.image, target.camera, job.fit.angles, &outline);
+  if (!measured)
+    throw InputError(file, "no closed outline around the support's centre, expected the silhouette "
+                           "of a drape");
+  target.radius = outline.radius;
+  return target;
+}
+
+void RequireDistinctNames(const std::vector<Target>& targets) {
+  std::set<std::string> names;
+  for (const Target& target : targets)
+    if (!names.insert(target.name).second)
+      throw InputError(target.file, "a second image of the name '" + target.name +
+                                        "', expected distinct names: they name the output files");
+}
+
+void CheckModel(const FitJob& job) {
+  if (job.model == "homo") return;
+  if (job.model != "heter" && job.model != "bayes")
+    throw InputError("model", "'" + job.model + "', expected homo, heter or bayes");
+  if (job.images.empty())
+    throw InputError("model", job.model + " without images, expected some");
+  if (job.fit.integrator != Integrator::kStatic)
+    throw InputError("integrator", "dynamic with model " + job.model + ", expected static");
+  const std::vector<int>& specimen = job.posterior.specimen;
+  if (specimen.empty()) return;
+  if (specimen.size() != job.images.size())
+    throw InputError("specimens", "found " + std::to_string(specimen.size()) +
+                                      " numbers, expected one for each of the " +
+                                      std::to_string(job.images.size()) + " images");
+  const std::set<int> names(specimen.begin(), specimen.end());
+  if (*names.begin() != 1 || *names.rbegin() != static_cast<int>(names.size()))
+    throw InputError("specimens", "expected all numbers from 1 to that of the last specimen");
+}
+
+std::vector<std::string> Expand(const std::string& text, const std::string& what,
+                                const std::set<std::string>& extensions,
+                                const std::string& expected) {
+  std::vector<std::string> files;
+  std::istringstream items(text);
+  for (std::string item; std::getline(items, item, ',');) {
+    std::vector<std::string> found;
+    if (fs::is_regular_file(item)) {  // its name may look like a pattern
+      found.push_back(item);
+    } else if (fs::is_directory(item)) {
+      for (const fs::directory_entry& entry : fs::directory_iterator(item))
+        if (extensions.contains(entry.path().extension())) found.push_back(entry.path());
+      std::sort(found.begin(), found.end());
+    } else {
+      glob_t matches = {};
+      if (glob(item.c_str(), 0, nullptr, &matches) == 0)
+        found.assign(matches.gl_pathv, matches.gl_pathv + matches.gl_pathc);
+      globfree(&matches);
+    }
+    if (found.empty())
+      throw InputError(what, "'" + item + "' matches nothing, expected " + expected);
+    files.insert(files.end(), found.begin(), found.end());
+  }
+  return files;
+}
+
+}  // namespace
+
+LoadedJob LoadJob(const FitJob& job) {
+  if (job.images.empty() && job.tests.empty())
+    throw InputError("images", "none, and no tests, expected at least one silhouette or test");
+  CheckModel(job);
+  LoadedJob loaded;
+  loaded.fit = job.fit;
+  std::vector<MechanicalTest> tests;
+  std::set<std::string> names;
+  for (const std::string& file : job.tests) {
+    tests.push_back(ReadMechanicalTest(file));
+    if (!names.insert(tests.back().name).second)
+      throw InputError(file, "a second test of the name '" + tests.back().name +
+                                 "', expected distinct names");
+  }
+  for (const std::string& image : job.images)
+    loaded.problem.targets.push_back(LoadTarget(job, image));
+  RequireDistinctNames(loaded.problem.targets);
+  const Material start = ReadMaterial(job.material, {PolicyOf(job)});
+  loaded.problem.material = start.field;
+  if (job.density > 0.0) loaded.problem.material.density = job.density;
+  const int raised = RaiseToFloor(loaded.problem.material, job.floor);
+  if (raised > 0) {
+    std::ostringstream note;
+    note << raised << " start entries of " << job.material << " were raised to " << job.floor
+         << " of their column's largest";
+    loaded.notes.push_back(note.str());
+  }
+  if (!job.truth.empty())
+    loaded.truth = std::make_unique<MaterialField>(
+        ReadMaterial(job.truth, {NegativeEntries::kWarn}).field);
+  if (!tests.empty())
+    loaded.tests = std::make_unique<StripReadings>(std::move(tests), MakeLaw(job.law));
+  if (job.images.empty()) return loaded;
+  const auto model = [&](const std::string& mesh) {
+    return std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(), MakeLaw(job.law));
+  };
+  loaded.fine_model = model(job.mesh);
+  if (loaded.fine_model->held.size() == static_cast<size_t>(loaded.fine_model->mesh.num_vertices()))
+    throw InputError(job.mesh,
+                     "found all vertices on the support of radius 0.09 m, expected a cloth "
+                     "that hangs over it");
+  loaded.fine = MakeBackend(job.backend, loaded.fine_model, job.threads, &loaded.backend_choice);
+  loaded.coarse = MakeBackend(job.backend, model(job.coarse_mesh), job.threads);
+  loaded.problem.fine = loaded.fine.get();
+  loaded.problem.coarse = loaded.coarse.get();
+  return loaded;
+}
+
+std::string IdentityOf(const FitJob& job, const LoadedJob& loaded) {
+  const FitProblem& problem = loaded.problem;
+  nlohmann::json id = {{"model", job.model},     {"mesh", job.mesh},
+                       {"coarse_mesh", job.coarse_mesh}, {"material", job.material},
+                       {"law", job.law},         {"camera", job.camera},
+                       {"centre", job.centre},   {"floor", job.floor},
+                       {"stretch", job.fit.grid.stretch}, {"bend", job.fit.grid.bend},
+                       {"lifts", job.fit.grid.lifts},     {"grid_h", job.fit.grid.h},
+                       {"grid_steps", job.fit.grid.steps}, {"keep", job.fit.keep},
+                       {"iterations", job.fit.iterations},
+                       {"parameters", static_cast<int>(job.fit.parameters)},
+                       {"prior_sigma", job.fit.prior_sigma}, {"sigma_px", job.fit.sigma_px},
+                       {"angles", job.fit.angles},           {"settle_h", job.fit.settle_h},
+                       {"settle_steps", job.fit.settle_steps},
+                       {"initial_damping", job.fit.initial_damping},
+                       {"newton_iterations", job.fit.newton_iterations},
+                       {"max_outline_change", job.fit.max_outline_change},
+                       {"max_jump", job.fit.max_jump},
+                       {"warm_restart", job.fit.warm_restart},
+                       {"integrator", static_cast<int>(job.fit.integrator)},
+                       {"density", problem.material.density},
+                       {"stretch_table", problem.material.stretch[0].c},
+                       {"bend_table", problem.material.bend[0].b}};
+  for (const Target& target : problem.targets)
+    id["images"].push_back(
+        {target.name, std::vector<double>(target.radius.begin(), target.radius.end())});
+  if (!loaded.tests) return id.dump();
+  for (const MechanicalTest& test : loaded.tests->tests()) {
+    nlohmann::json points;
+    for (const TestPoint& point : test.points) points.push_back({point.set, point.reading});
+    id["tests"].push_back({test.name, ToString(test.kind), test.direction, test.length, test.width,
+                           test.sigma, points});
+  }
+  return id.dump();
+}
+
+CentreMode ParseCentreMode(const std::string& text) {
+  if (text == "nominal") return CentreMode::kNominal;
+  if (text == "outline") return CentreMode::kOutline;
+  throw InputError("centre", "unknown name '" + text + "', expected nominal or outline");
+}
+
+std::vector<std::string> ExpandImages(const std::string& text) {
+  return Expand(text, "images", {".jpg", ".jpeg", ".png", ".JPG", ".JPEG", ".PNG"},
+                "an image, a folder with .jpg or .png files, or a pattern");
+}
+
+std::vector<std::string> ExpandTests(const std::string& text) {
+  return Expand(text, "tests", {".json", ".JSON"},
+                "a test file, a folder with .json files, or a pattern");
+}
+
+}  // namespace drape
