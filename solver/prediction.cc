@@ -33,8 +33,8 @@ PredictedDrape NumberedDrape(const PredictionOptions& options, int drape) {
 }
 
 StartShape SpecimenStart(const PredictionOptions& options, int specimen, ClothFace face) {
-  StartShape shape = RandomStartShape(
-      SeedOfStream(SpecimenSeed(options, specimen), kStartStream), options.start_rms);
+  StartShape shape = RandomStartShape(SeedOfStream(SpecimenSeed(options, specimen), kStartStream),
+                                      options.start_rms);
   if (face == ClothFace::kDown)
     for (StartShape::Mode& mode : shape.modes) mode.amplitude_m *= -1.0;
   return shape;

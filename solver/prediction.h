@@ -21,7 +21,7 @@ namespace drape {
 
 struct PredictionOptions {
   int specimens = 64;
-  int repeats = 1;  // drapes of a specimen on each face
+  int repeats = 1;                                  // drapes of a specimen on each face
   std::vector<ClothFace> faces = {ClothFace::kUp};  // kUp, kDown; on kDown the start's sign flips
   uint64_t seed = 1;
   double start_rms = 3e-3;              // of the start at the hem, k = 2…12, one a specimen [m]

@@ -38,9 +38,8 @@ std::string FeaturesText(const PredictionRun& run) {
     const bool is_band = k >= kNumFeatures - kNumBands;
     const double unit = is_band ? 1e-6 : 1.0;
     text += Format("%-12s %10.4g %10.3g %10.4g … %10.4g %10.4g … %10.4g%s\n", kFeatureNames[k],
-                   d.spread.mean / unit, d.spread.sd / unit, d.half.low / unit,
-                   d.half.high / unit, d.ninety.low / unit, d.ninety.high / unit,
-                   is_band ? "  mm2" : "");
+                   d.spread.mean / unit, d.spread.sd / unit, d.half.low / unit, d.half.high / unit,
+                   d.ninety.low / unit, d.ninety.high / unit, is_band ? "  mm2" : "");
   }
   return text;
 }
@@ -71,12 +70,9 @@ Json FeaturesJson(const PredictionRun& run) {
 }
 
 Json DrapeJson(const PredictedDrape& drape) {
-  Json json = {{"specimen", drape.specimen + 1},
-               {"face", ClothFaceName(drape.face)},
-               {"repeat", drape.repeat + 1},
-               {"status", drape.status},
-               {"force_residual", drape.residual},
-               {"newton_iterations", drape.newton_iterations}};
+  Json json = {{"specimen", drape.specimen + 1},   {"face", ClothFaceName(drape.face)},
+               {"repeat", drape.repeat + 1},       {"status", drape.status},
+               {"force_residual", drape.residual}, {"newton_iterations", drape.newton_iterations}};
   if (!drape.seen) return json;
   const FeatureVector features = FeaturesOf(drape.seen->shape);
   for (int k = 0; k < kNumFeatures; ++k) json[kFeatureNames[k]] = features[k];
@@ -111,8 +107,10 @@ std::string PredictionText(const PredictionRun& run) {
   for (const auto& [status, count] : Failures(run))
     text += Format("no drape of %d: ", count) + status + "\n";
   text += FeaturesText(run);
-  if (run.score) text += "foretells the drapes held out\n" + ScoreText(*run.score);
-  return run.data ? text + DatasetText(*run.data) : text;
+  if (!run.data) return text;
+  text += run.score ? "foretells the drapes held out\n" + ScoreText(*run.score)
+                    : "not scored: a face held out has fewer than two draws at rest\n";
+  return text + DatasetText(*run.data);
 }
 
 void WritePredictionSummary(const std::string& path, const PredictToolOptions& options,

@@ -24,40 +24,57 @@ std::vector<Option> DrawOptions(PredictToolOptions& options) {
     return Option{.key = key, .value = value, .doc = doc, .least = 0, .most = 3};
   };
   const auto height = [](const char* key, double* value, const char* doc) {
-    return Option{
-        .key = key, .value = value, .doc = doc, .unit = "m", .least = 0, .most = 0.05};
+    return Option{.key = key, .value = value, .doc = doc, .unit = "m", .least = 0, .most = 0.05};
   };
   return {
-      {.key = "draws", .value = &options.draws,
+      {.key = "draws",
+       .value = &options.draws,
        .doc = "drapes in all: of specimens, on each face asked for, so often repeated",
-       .least = 2, .most = 4096},
-      {.key = "repeats", .value = &prediction.repeats,
+       .least = 2,
+       .most = 4096},
+      {.key = "repeats",
+       .value = &prediction.repeats,
        .doc = "drapes of a specimen on each face, which differ by the capture's noise only",
-       .least = 1, .most = 1000},
+       .least = 1,
+       .most = 1000},
       height("start_rms", &prediction.start_rms,
              "size of a specimen's random start shape at the hem, root mean square"),
       height("capture_rms", &prediction.capture_rms,
              "noise of each vertex on the start of each drape, root mean square"),
       sigma("specimen_stretch_sigma", &prediction.specimen_stretch_sigma,
             "how specimens differ: standard deviation of the log of all stretch entries"),
-      sigma("specimen_bend_sigma", &prediction.specimen_bend_sigma,
-            "the same of all bend entries"),
+      sigma("specimen_bend_sigma", &prediction.specimen_bend_sigma, "the same of all bend entries"),
       {.key = "seed", .value = &options.seed, .doc = "of all draws", .least = 0},
-      {.key = "h", .value = &prediction.settle.steps.h, .doc = "time step", .unit = "s",
-       .least = 0, .most = 10, .above_least = true},
-      {.key = "steps", .value = &prediction.settle.steps.steps, .doc = "time steps before Newton",
-       .least = 0, .most = 100000},
-      {.key = "threads", .value = &options.threads, .doc = "rollouts at a time; 0: all cores",
-       .least = 0, .most = 1024},
+      {.key = "h",
+       .value = &prediction.settle.steps.h,
+       .doc = "time step",
+       .unit = "s",
+       .least = 0,
+       .most = 10,
+       .above_least = true},
+      {.key = "steps",
+       .value = &prediction.settle.steps.steps,
+       .doc = "time steps before Newton",
+       .least = 0,
+       .most = 100000},
+      {.key = "threads",
+       .value = &options.threads,
+       .doc = "rollouts at a time; 0: all cores",
+       .least = 0,
+       .most = 1024},
   };
 }
 
 std::vector<Option> FileOptions(PredictToolOptions& options) {
   return {
-      {.key = "keep_meshes", .value = &options.keep_meshes,
+      {.key = "keep_meshes",
+       .value = &options.keep_meshes,
        .doc = "also write draw_<i>.obj of each drape"},
-      {.key = "out", .value = &options.out, .doc = "output folder, made when missing",
-       .is_path = true, .required = true},
+      {.key = "out",
+       .value = &options.out,
+       .doc = "output folder, made when missing",
+       .is_path = true,
+       .required = true},
   };
 }
 
@@ -144,13 +161,14 @@ OptionTable PredictTable(PredictToolOptions& options) {
       .tool = "drape_predict",
       .summary = "the drapes of a fabric as a distribution, and how well it foretells real ones",
       .example = "drape_predict --config=configs/predict.json --draws=64 --out=out/predict",
-      .notes = "files: summary.json (features of each draw, their intervals, scores), "
-               "mean_image.png (coverage in the mean),\n  draws.png (silhouettes, one colour a "
-               "specimen) and draw_<i>.obj; they replace those of an earlier run together, at the "
-               "end\n"
-               "--data: held-out samples of --fabric are foretold, beside predictors without a "
-               "model; the material should be\n  learnt from other samples\n"
-               "exit code 3: no draw came to rest\nCtrl-C writes what there is\n",
+      .notes =
+          "files: summary.json (features of each draw, their intervals, scores), "
+          "mean_image.png (coverage in the mean),\n  draws.png (silhouettes, one colour a "
+          "specimen) and draw_<i>.obj; they replace those of an earlier run together, at the "
+          "end\n"
+          "--data: held-out samples of --fabric are foretold, beside predictors without a "
+          "model; the material should be\n  learnt from other samples\n"
+          "exit code 3: no draw came to rest\nCtrl-C writes what there is\n",
       .options = std::move(all)};
 }
 
@@ -166,10 +184,10 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const PredictCall
   run.backend = backend->name();
   run.prediction.batch = SettleBatchSize(*backend, Threads(options));
   run.drapes = DrawDrapes(
-      *backend, [&](int) { return run.scene.material.field; }, run.prediction, [&](int done) {
+      *backend, [&](int) { return run.scene.material.field; }, run.prediction,
+      [&](int done) {
         callbacks.progress(static_cast<double>(done) / options.draws,
-                           "draw " + std::to_string(done) + " of " +
-                               std::to_string(options.draws));
+                           "draw " + std::to_string(done) + " of " + std::to_string(options.draws));
       });
   run.cancelled = static_cast<int>(run.drapes.size()) < options.draws;
   if (run.data) run.score = ScorePrediction(run.drapes, run.data->seen_held_out);

@@ -22,8 +22,8 @@ struct PredictToolOptions {
   PredictionOptions prediction;  // RunPrediction sets its specimens, faces, seed, camera, batch
   int draws = 64;                // drapes in all
   int seed = 1;
-  int threads = 0;              // 0: all cores
-  DatasetInput data;            // scored where it has a folder; its face is that of the draws too
+  int threads = 0;    // 0: all cores
+  DatasetInput data;  // scored where it has a folder; its face is that of the draws too
   CameraInput camera;
   std::string backend = "auto";  // MakeBackend
   bool keep_meshes = false;

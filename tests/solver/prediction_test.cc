@@ -26,8 +26,8 @@ class PredictedStarts : public testing::Test {
   DrapeTask Task(int drape) const { return DrapeTaskOf(*model_, kSame, options_, drape); }
 
   std::shared_ptr<const ClothModel> model_ = SmallDisc("smooth", 200);
-  PredictionOptions options_{.specimens = 300, .repeats = 2, .faces = {ClothFace::kUp,
-                                                                        ClothFace::kDown}};
+  PredictionOptions options_{
+      .specimens = 300, .repeats = 2, .faces = {ClothFace::kUp, ClothFace::kDown}};
 };
 
 TEST_F(PredictedStarts, FollowFromTheSeed) {
@@ -53,7 +53,7 @@ TEST_F(PredictedStarts, OfTheOtherFaceIsMirrored) {
   const DrapeTask up = Task(4), down = Task(6);
   EXPECT_GT(Rms(Heights(up)), 1e-4);
   EXPECT_EQ(Heights(up), -Heights(down));
-  EXPECT_EQ(Task(5).start.x, up.start.x);  // a repeat
+  EXPECT_EQ(Task(5).start.x, up.start.x);                    // a repeat
   EXPECT_GT((Heights(up) - Heights(Task(8))).norm(), 1e-3);  // another specimen
 }
 
@@ -108,7 +108,8 @@ TEST(Prediction, DoesNotDependOnBatchesAndThreads) {
   const auto draw = [&](int batch, int threads) {
     options.batch = batch;
     const auto backend = MakeCpuBackend(model, threads);
-    return DrawDrapes(*backend, [&](int) { return material; }, options);
+    return DrawDrapes(
+        *backend, [&](int) { return material; }, options);
   };
   const auto alone = draw(1, 1);
   ASSERT_EQ(alone.size(), 6u);

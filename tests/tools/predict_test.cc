@@ -16,9 +16,9 @@ const std::string kPredict = std::string(DRAPE_BIN_DIR) + "/drape_predict";
 class PredictTool : public ToolFixture {
  protected:
   ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
-    std::vector<std::string> command = {kPredict,     "--mesh=disc:120",       "--draws=6",
-                                        "--steps=60", "--material=" + kFabric, "--threads=2",
-                                        "--out=" + Path("out")};
+    std::vector<std::string> command = {
+        kPredict,      "--mesh=disc:120",     "--draws=6", "--steps=60", "--material=" + kFabric,
+        "--threads=2", "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
   }
@@ -64,8 +64,7 @@ TEST_F(PredictTool, MeanImageIsThatOfTheDraws) {
   ASSERT_EQ(summary["at_rest"], 2) << summary["failures"];
   EXPECT_EQ(summary["features"]["dc"]["sd"], 0);
   const GrayImage mean = ReadImage(Path("out/mean_image.png"));
-  const SeenDrape draw =
-      SeeSurface(ReadObjSurface(Path("out/draw_1.obj")), Camera(), "draw_1.obj");
+  const SeenDrape draw = SeeSurface(ReadObjSurface(Path("out/draw_1.obj")), Camera(), "draw_1.obj");
   for (size_t i = 0; i < mean.coverage.size(); ++i)
     ASSERT_NEAR(mean.coverage[i], draw.image.coverage[i], 0.5 / 255 + 1e-6);
 }
