@@ -49,10 +49,12 @@ MaterialField SpecimenMaterial(const PredictionOptions& options, const MaterialS
 }
 
 void AddCaptureNoise(const Mesh& mesh, uint64_t seed, double rms, Eigen::VectorXd* x) {
+  constexpr double kEdge = kSupportRadius + 1e-6;  // the ring of vertices on it lies on the support
   std::mt19937_64 random(seed);
-  for (int i = 0; i < mesh.num_vertices(); ++i)
-    if (mesh.rest_x.segment<2>(3 * i).norm() > kSupportRadius)
-      (*x)[3 * i + 2] += rms * DrawNormal(random);
+  for (int i = 0; i < mesh.num_vertices(); ++i) {
+    const double height = rms * DrawNormal(random);
+    if (mesh.rest_x.segment<2>(3 * i).norm() > kEdge) (*x)[3 * i + 2] += height;
+  }
 }
 
 SeenDrape See(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera) {
