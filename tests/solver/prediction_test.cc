@@ -166,6 +166,11 @@ TEST(Prediction, EndsEarlyWhenCancelled) {
   EXPECT_EQ(some.size(), 6u);
   cancel = false;
   EXPECT_EQ(DrawDrapes(backend, kSame, options).size(), 10u);
+  const MaterialSource stops_at_4 = [&](int specimen) {
+    if (specimen == 4) cancel = true;
+    return TestMaterial();
+  };
+  EXPECT_EQ(DrawDrapes(backend, stops_at_4, options).size(), 3u);  // none of those under way
 }
 
 PredictedDrape Disc(ClothFace face, double radius) {
