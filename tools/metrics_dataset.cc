@@ -18,8 +18,7 @@ Selection SelectionOf(const DatasetInput& input) {
   Selection selection{.fabrics = ParseIndexList(input.fabric, "option 'fabric'"),
                       .samples = ParseIndexList(input.samples, "option 'samples'"),
                       .captures = ParseIndexList(input.captures, "option 'captures'")};
-  if (input.face != "both")
-    selection.face = input.face == "up" ? ClothFace::kUp : ClothFace::kDown;
+  if (input.face != "both") selection.face = input.face == "up" ? ClothFace::kUp : ClothFace::kDown;
   return selection;
 }
 
@@ -136,8 +135,7 @@ DatasetReport EvaluateDataset(const DatasetInput& input, const Camera& camera,
   const auto train = SeeCaptures(report.split.train, camera, input.hard_edged);
   report.seen_held_out =
       report.in_turn ? train : SeeCaptures(report.split.held_out, camera, input.hard_edged);
-  report.predictors =
-      EvaluateTrivialPredictors(train, report.seen_held_out, camera, input.aligned);
+  report.predictors = EvaluateTrivialPredictors(train, report.seen_held_out, camera, input.aligned);
   if (!input.save_split.empty()) WriteSplit(input.save_split, report.split);
   return report;
 }

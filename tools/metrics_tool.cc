@@ -135,7 +135,7 @@ OptionTable MetricsTable(MetricsOptions& options) {
 std::string RunMetrics(const MetricsOptions& options, const std::atomic<bool>& cancel) {
   const Camera camera = MakeCamera(options.camera);
   const Found found = options.data.folder.empty() ? CompareOperands(options, camera, cancel)
-                                           : EvaluateData(options, camera, cancel);
+                                                  : EvaluateData(options, camera, cancel);
   if (cancel) return "";
   if (!options.out.empty()) {
     Json json = found.json;

@@ -16,7 +16,7 @@ struct MetricsOptions {
   std::vector<std::string> operands;  // A and B; none with a data set
   CameraInput camera;
   DatasetInput data;  // its folder: none with operands
-  std::string out;         // JSON file
+  std::string out;    // JSON file
 };
 
 // Points into `options`, which outlives it.
