@@ -117,19 +117,21 @@ class Evaluation {
       groups[{c.fabric, c.face, c.sample}].push_back(&seen);
     }
     DistributionScorer scorer;
-    bool complete = !groups.empty();
+    bool complete = !groups.empty(), known_area = complete;
     for (const auto& [key, group] : groups) {
       DistributionScorer::Drapes known, observed;
       for (const SeenCapture& seen : train_)
         if (ShowsAnotherSample(seen.capture, group[0]->capture)) known.push_back(&seen.drape);
       for (const SeenCapture* seen : group) observed.push_back(&seen->drape);
       complete &= known.size() >= 2;
+      known_area &= !known.empty();
       if (known.size() >= 2) scorer.Add(known, observed);
       if (!known.empty()) AddCircleAndGrey(known, observed);
     }
     AddRow("circle of the mean area", circle_);
     AddRow("grey mean image", grey_);
     if (complete) result_.other_samples = scorer.Score();
+    if (known_area) result_.circle = circle_scorer_.Score();
   }
 
   void AddCircleAndGrey(const DistributionScorer::Drapes& known,
@@ -142,6 +144,7 @@ class Evaluation {
     }
     const SeenDrape disc = SeeDisc(std::sqrt(area / M_PI), camera_);
     const GrayImage mean = images.Mean();
+    circle_scorer_.Add({&disc, &disc}, observed);
     for (const SeenDrape* drape : observed) {
       circle_.push_back(DistanceOf(*drape, disc));
       grey_.push_back({.mse = MeanSquaredError(mean, drape->image)});
@@ -153,6 +156,7 @@ class Evaluation {
   const Camera camera_;
   const bool aligned_;
   std::vector<DrapeDistance> circle_, grey_;
+  DistributionScorer circle_scorer_;
   TrivialPredictors result_;
 };
 

@@ -38,6 +38,9 @@ struct TrivialPredictors {
   // held-out capture has fewer than two of them. Captures of one sample repeat each other, so that
   // intervals of few samples hold less than independent draws would (of DC with six: 71 % for 85).
   std::optional<DistributionScore> other_samples;
+  // The circle of the mean area as a distribution that does not scatter; none where a held-out
+  // capture has no other sample to learn the area from.
+  std::optional<DistributionScore> circle;
 };
 
 // Each held-out capture is predicted from the captures to learn from that show its fabric and face

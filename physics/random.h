@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <random>
 
@@ -9,6 +10,15 @@ namespace drape {
 
 // Draws that follow from the seed alone on each platform, which std::normal_distribution and its
 // like do not promise. (std::log and std::cos may differ in the last bit between C libraries.)
+
+// A seed for each stream of one seed, far from those of the others: SplitMix64 (Steele, Lea and
+// Flood 2014), output number `stream`.
+inline uint64_t SeedOfStream(uint64_t seed, uint64_t stream) {
+  uint64_t z = seed + (stream + 1) * 0x9e3779b97f4a7c15;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+  return z ^ (z >> 31);
+}
 
 // In [0, 1), 53 random bits.
 inline double DrawUniform(std::mt19937_64& random) {

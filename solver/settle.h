@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -11,9 +12,9 @@ namespace drape {
 
 // How a drape grows from a start shape: time steps calm it, then Newton takes it to rest.
 struct SettleOptions {
-  RolloutOptions steps;
+  RolloutOptions steps = {};
   Integrator integrator = Integrator::kStatic;  // kDynamic: without Newton
-  EquilibriumOptions equilibrium;
+  EquilibriumOptions equilibrium = {};
 };
 
 struct SettledDrape {
@@ -29,5 +30,24 @@ struct SettledDrape {
 // In the order of the starts.
 std::vector<SettledDrape> Settle(Backend& backend, const MaterialField& material,
                                  std::span<const State> starts, const SettleOptions& options);
+// Of several materials, in the order of the inputs.
+std::vector<SettledDrape> Settle(Backend& backend, std::span<const RolloutInput> inputs,
+                                 const SettleOptions& options);
+
+// A drape to settle.
+struct DrapeTask {
+  MaterialField material;
+  State start;
+};
+
+// Starts at a time that keep a backend busy: few keep a device waiting for the host.
+int SettleBatchSize(const Backend& backend, int threads);
+
+// Settles the tasks 0 … count − 1, `batch` of them at a time, each made when its turn comes, and
+// hands the drapes over in order. Which are settled together changes no bit of them (Backend). When
+// *options.steps.cancel turns true it ends, and what was under way is not handed over.
+void SettleInBatches(Backend& backend, int count, int batch,
+                     const std::function<DrapeTask(int)>& task, const SettleOptions& options,
+                     const std::function<void(int, SettledDrape)>& done);
 
 }  // namespace drape

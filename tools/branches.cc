@@ -17,15 +17,10 @@ namespace {
 
 constexpr int kSupersample = 4;
 
-std::vector<State> RandomStarts(const ClothModel& model, int first_seed, int count,
-                                double hem_rms) {
-  std::vector<State> starts;
-  for (int i = 0; i < count; ++i) {
-    const StartShape shape = RandomStartShape(static_cast<uint64_t>(first_seed) + i, hem_rms);
-    starts.push_back({ApplyStartShape(model.mesh, kSupportRadius, shape),
-                      Eigen::VectorXd::Zero(model.num_dofs())});
-  }
-  return starts;
+State RandomStart(const ClothModel& model, int seed, double hem_rms) {
+  const StartShape shape = RandomStartShape(static_cast<uint64_t>(seed), hem_rms);
+  return {ApplyStartShape(model.mesh, kSupportRadius, shape),
+          Eigen::VectorXd::Zero(model.num_dofs())};
 }
 
 void Measure(const ClothModel& model, const MaterialField& material, BranchSample* sample) {
@@ -62,29 +57,12 @@ BranchSample FromSettled(const ClothModel& model, const MaterialField& material,
   return failed;
 }
 
-// Starts at a time: few keep a device waiting for the host.
-int BatchSize(const Backend& backend, int threads) {
-  constexpr int kOnDevices = 64;
-  return backend.name() == "cpu" ? threads : std::max(threads, kOnDevices);
-}
-
 SettleOptions SettleOptionsOf(const SamplingOptions& sampling, const std::atomic<bool>* cancel) {
   SettleOptions options;
   options.steps.h = sampling.h;
   options.steps.steps = sampling.steps;
   options.steps.cancel = options.equilibrium.cancel = cancel;
   return options;
-}
-
-Spread SpreadOfValues(const std::vector<double>& values) {
-  Spread spread;
-  if (values.empty()) return spread;
-  for (const double value : values) spread.mean += value / static_cast<double>(values.size());
-  if (values.size() == 1) return spread;
-  double squares = 0.0;
-  for (const double value : values) squares += (value - spread.mean) * (value - spread.mean);
-  spread.sd = std::sqrt(squares / static_cast<double>(values.size() - 1));
-  return spread;
 }
 
 std::vector<int> AtRest(const std::vector<BranchSample>& samples) {
@@ -114,27 +92,21 @@ BranchCluster MakeCluster(const std::vector<BranchSample>& samples, std::vector<
 std::vector<BranchSample> SampleBranches(Backend& backend, const MaterialField& material,
                                          const SamplingOptions& options,
                                          const SamplingCallbacks& callbacks) {
-  const auto cancelled = [&] { return callbacks.cancel != nullptr && callbacks.cancel->load(); };
-  const int batch = BatchSize(backend, options.threads);
+  const ClothModel& model = backend.model();
   std::vector<BranchSample> samples;
-  for (int done = 0; done < options.samples && !cancelled();) {
-    const int count = std::min(batch, options.samples - done);
-    const int seed = options.first_seed + done;
-    std::vector<SettledDrape> settled =
-        Settle(backend, material, RandomStarts(backend.model(), seed, count, options.hem_rms),
-               SettleOptionsOf(options, callbacks.cancel));
-    if (cancelled()) break;  // what was under way is no result
-    for (int i = 0; i < count; ++i) {
-      samples.push_back(FromSettled(backend.model(), material, std::move(settled[i])));
-      samples.back().seed = seed + i;
-    }
-    done += count;
-    if (callbacks.progress) {
-      callbacks.progress(static_cast<double>(done) / options.samples,
-                         "start " + std::to_string(done) + " of " +
-                             std::to_string(options.samples));
-    }
-  }
+  const auto task = [&](int i) {
+    return DrapeTask{material, RandomStart(model, options.first_seed + i, options.hem_rms)};
+  };
+  const auto done = [&](int i, SettledDrape drape) {
+    samples.push_back(FromSettled(model, material, std::move(drape)));
+    samples.back().seed = options.first_seed + i;
+    if (!callbacks.progress) return;
+    callbacks.progress(
+        (i + 1.0) / options.samples,
+        "start " + std::to_string(i + 1) + " of " + std::to_string(options.samples));
+  };
+  SettleInBatches(backend, options.samples, SettleBatchSize(backend, options.threads), task,
+                  SettleOptionsOf(options, callbacks.cancel), done);
   return samples;
 }
 
@@ -182,6 +154,17 @@ std::vector<BranchCluster> ClusterSamples(const std::vector<BranchSample>& sampl
     return samples[a.members[0]].energy < samples[b.members[0]].energy;
   });
   return clusters;
+}
+
+Spread SpreadOfValues(const std::vector<double>& values) {
+  Spread spread;
+  if (values.empty()) return spread;
+  for (const double value : values) spread.mean += value / static_cast<double>(values.size());
+  if (values.size() == 1) return spread;
+  double squares = 0.0;
+  for (const double value : values) squares += (value - spread.mean) * (value - spread.mean);
+  spread.sd = std::sqrt(squares / static_cast<double>(values.size() - 1));
+  return spread;
 }
 
 BranchSpread SpreadOf(const std::vector<BranchSample>& samples) {

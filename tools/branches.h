@@ -77,6 +77,7 @@ struct Spread {
   double mean = 0.0;
   double sd = 0.0;  // n − 1; 0 for one value
 };
+Spread SpreadOfValues(const std::vector<double>& values);
 struct BranchSpread {
   int drapes = 0;
   Spread drape_coefficient, folds;

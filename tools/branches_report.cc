@@ -1,26 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/branches_report.h"
 
-#include <cstdarg>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "physics/atomic_file.h"
+#include "tools/contact_sheet.h"
+#include "tools/text_format.h"
 #include "tools/versions.h"
 
 namespace drape {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-[[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...) {
-  char text[256];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 std::string Seeds(const BranchSurvey& survey, const BranchCluster& cluster) {
   constexpr size_t kShown = 6;
@@ -139,6 +130,14 @@ void WriteBranchSummary(const std::string& path, const BranchesOptions& options,
   json["seconds"] = survey.seconds;
   for (const auto& [name, version] : Versions()) json["versions"][name] = version;
   WriteFileAtomically(path, json.dump(2) + "\n");
+}
+
+RgbImage DrawBranches(const BranchSurvey& survey) {
+  std::vector<SheetTile> tiles;
+  for (size_t c = 0; c < survey.clusters.size(); ++c)
+    for (const int member : survey.clusters[c].members)
+      tiles.push_back({&survey.samples[member].silhouette, static_cast<int>(c)});
+  return DrawContactSheet(tiles, Camera());
 }
 
 }  // namespace drape

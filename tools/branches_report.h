@@ -15,8 +15,7 @@ std::string BranchTableText(const BranchSurvey& survey);
 void WriteBranchSummary(const std::string& path, const BranchesOptions& options,
                         const LoadedScene& scene, const BranchSurvey& survey);
 
-// One tile a drape, in the order of the table: silhouette in the colour of its cluster, support as
-// a ring. A bar under the tiles joins those of one cluster.
+// A contact sheet of the drapes in the order of the table, clusters as groups.
 RgbImage DrawBranches(const BranchSurvey& survey);
 
 }  // namespace drape

@@ -14,12 +14,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Selection SelectionOf(const MetricsOptions& options) {
-  Selection selection{.fabrics = ParseIndexList(options.fabric, "option 'fabric'"),
-                      .samples = ParseIndexList(options.samples, "option 'samples'"),
-                      .captures = ParseIndexList(options.captures, "option 'captures'")};
-  if (options.face != "both")
-    selection.face = options.face == "up" ? ClothFace::kUp : ClothFace::kDown;
+Selection SelectionOf(const DatasetInput& input) {
+  Selection selection{.fabrics = ParseIndexList(input.fabric, "option 'fabric'"),
+                      .samples = ParseIndexList(input.samples, "option 'samples'"),
+                      .captures = ParseIndexList(input.captures, "option 'captures'")};
+  if (input.face != "both") selection.face = input.face == "up" ? ClothFace::kUp : ClothFace::kDown;
   return selection;
 }
 
@@ -32,14 +31,14 @@ std::vector<Capture> Usable(const std::vector<Capture>& all, const std::vector<C
   return kept;
 }
 
-void UseStoredSplit(const MetricsOptions& options, const Dataset& dataset, DatasetReport* report) {
-  const bool selects = !(options.fabric + options.samples + options.captures).empty();
-  if (selects || options.face != "both") {
+void UseStoredSplit(const DatasetInput& input, const Dataset& dataset, DatasetReport* report) {
+  const bool selects = !(input.fabric + input.samples + input.captures).empty();
+  if (selects || input.face != "both") {
     throw InputError("option 'split'",
                      "a stored split names its captures, expected none of fabric, samples, "
                      "captures, face beside it");
   }
-  report->split = ReadSplit(options.split, dataset);
+  report->split = ReadSplit(input.split, dataset);
   std::vector<Capture> both = report->split.train;
   both.insert(both.end(), report->split.held_out.begin(), report->split.held_out.end());
   report->captures = KeepUsable(both, &report->skipped);
@@ -47,11 +46,11 @@ void UseStoredSplit(const MetricsOptions& options, const Dataset& dataset, Datas
   report->split.held_out = Usable(report->split.held_out, report->captures);
 }
 
-void DrawSplit(const MetricsOptions& options, const Dataset& dataset, DatasetReport* report) {
-  report->captures = KeepUsable(Select(dataset, SelectionOf(options)), &report->skipped);
-  report->in_turn = options.train == 0;
+void DrawSplit(const DatasetInput& input, const Dataset& dataset, DatasetReport* report) {
+  report->captures = KeepUsable(Select(dataset, SelectionOf(input)), &report->skipped);
+  report->in_turn = input.train == 0;
   report->split = report->in_turn ? Split{0, report->captures, report->captures}
-                                  : SplitBySample(report->captures, options.train, options.seed);
+                                  : SplitBySample(report->captures, input.train, input.seed);
 }
 
 std::vector<int> Numbers(const std::vector<Capture>& captures, int fabric, int Capture::*number) {
@@ -118,26 +117,26 @@ std::string NotesText(const char* what, const std::vector<FileNote>& notes) {
 
 }  // namespace
 
-DatasetReport EvaluateDataset(const MetricsOptions& options, const Camera& camera,
+DatasetReport EvaluateDataset(const DatasetInput& input, const Camera& camera,
                               const std::atomic<bool>& cancel) {
-  const Dataset dataset = ReadDataset(options.data);
+  const Dataset dataset = ReadDataset(input.folder);
   DatasetReport report;
   report.training_images = dataset.training_images.size();
   report.skipped = dataset.skipped;
   report.notes = dataset.notes;
-  if (options.split.empty()) {
-    DrawSplit(options, dataset, &report);
+  if (input.split.empty()) {
+    DrawSplit(input, dataset, &report);
   } else {
-    UseStoredSplit(options, dataset, &report);
+    UseStoredSplit(input, dataset, &report);
   }
-  if (!options.save_split.empty() && report.in_turn)
+  if (!input.save_split.empty() && report.in_turn)
     throw InputError("option 'save_split'", "there is no split to store with train = 0");
   if (cancel) return report;
-  const auto train = SeeCaptures(report.split.train, camera, options.hard_edged);
-  const auto held_out =
-      report.in_turn ? train : SeeCaptures(report.split.held_out, camera, options.hard_edged);
-  report.predictors = EvaluateTrivialPredictors(train, held_out, camera, options.aligned);
-  if (!options.save_split.empty()) WriteSplit(options.save_split, report.split);
+  const auto train = SeeCaptures(report.split.train, camera, input.hard_edged);
+  report.seen_held_out =
+      report.in_turn ? train : SeeCaptures(report.split.held_out, camera, input.hard_edged);
+  report.predictors = EvaluateTrivialPredictors(train, report.seen_held_out, camera, input.aligned);
+  if (!input.save_split.empty()) WriteSplit(input.save_split, report.split);
   return report;
 }
 

@@ -8,23 +8,24 @@
 
 #include "losses/dataset_split.h"
 #include "losses/trivial_predictors.h"
-#include "tools/metrics_tool.h"
+#include "tools/dataset_input.h"
 
 namespace drape {
 
-// drape_metrics --data: what the loader found, the split, and what it gives without a model.
+// A data set: what the loader found, the split, and what it gives without a model.
 struct DatasetReport {
   size_t training_images = 0;
   std::vector<Capture> captures;  // selected and usable
   std::vector<FileNote> skipped, notes;
   Split split;  // both sides hold all captures when each sample is held out in turn
   bool in_turn = false;
+  std::vector<SeenCapture> seen_held_out;
   TrivialPredictors predictors;
 };
 
-// Also stores the split where `options` say so. A cancelled one has no predictors. Throws
-// InputError.
-DatasetReport EvaluateDataset(const MetricsOptions& options, const Camera& camera,
+// Also stores the split where `input` says so. A cancelled one has neither seen captures nor
+// predictors. Throws InputError.
+DatasetReport EvaluateDataset(const DatasetInput& input, const Camera& camera,
                               const std::atomic<bool>& cancel);
 std::string DatasetText(const DatasetReport& report);
 nlohmann::ordered_json DatasetJson(const DatasetReport& report);

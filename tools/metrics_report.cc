@@ -2,8 +2,9 @@
 #include "tools/metrics_report.h"
 
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
+
+#include "tools/text_format.h"
 
 namespace drape {
 namespace {
@@ -14,12 +15,6 @@ constexpr double kMm = 1e-3;
 constexpr double kMm2 = 1e-6;
 constexpr double kDegree = M_PI / 180;
 constexpr char kGreyImage[] = "grey mean image";  // has no outline
-
-std::string Format(const char* format, auto... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 std::string TwoNumbers(const char* name, double a, double b) {
   return Format("  %-26s %10.4g %10.4g\n", name, a, b);
@@ -156,6 +151,8 @@ std::string PredictorsText(const TrivialPredictors& predictors) {
   if (predictors.other_samples)
     text += "other samples of the fabric and face, as a distribution\n" +
             ScoreText(*predictors.other_samples);
+  if (predictors.circle)
+    text += "circle of the mean area, as a distribution\n" + ScoreText(*predictors.circle);
   return text;
 }
 
@@ -164,6 +161,7 @@ Json PredictorsJson(const TrivialPredictors& predictors) {
   for (const PredictorRow& row : predictors.rows) json["rows"].push_back(PredictorJson(row));
   json["other_samples"] =
       predictors.other_samples ? ScoreJson(*predictors.other_samples) : Json(nullptr);
+  json["circle"] = predictors.circle ? ScoreJson(*predictors.circle) : Json(nullptr);
   return json;
 }
 

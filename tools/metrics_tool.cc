@@ -17,41 +17,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::vector<Option> DataOptions(MetricsOptions& options) {
-  return {
-      {.key = "data",
-       .value = &options.data,
-       .doc = "folder of the published data set: lists it and evaluates its trivial predictors",
-       .is_path = true},
-      {.key = "fabric", .value = &options.fabric, .doc = "of the data set, like 1,3-5; none: all"},
-      {.key = "samples", .value = &options.samples, .doc = "like 1,3-5; none: all"},
-      {.key = "captures", .value = &options.captures, .doc = "like 1,3-5; none: all"},
-      {.key = "face",
-       .value = &options.face,
-       .doc = "which face lies up: captures 1 and 2 are up, 3 and 4 down",
-       .choices = {"up", "down", "both"}},
-      {.key = "train",
-       .value = &options.train,
-       .doc = "samples of each fabric to learn from, the others are held out; 0: each sample is "
-              "held out in turn",
-       .least = 0,
-       .most = 9999},
-      {.key = "seed", .value = &options.seed, .doc = "of the draw of these samples", .least = 0},
-      {.key = "split",
-       .value = &options.split,
-       .doc = "a stored split, in place of --train and --seed",
-       .is_path = true},
-      {.key = "save_split",
-       .value = &options.save_split,
-       .doc = "file to store the split in",
-       .is_path = true},
-  };
-}
-
 ComparedPair Compare(const std::string& a, const std::string& b, const Camera& camera,
                      const MetricsOptions& options) {
-  const ViewedFile first = ViewFile(a, camera, options.hard_edged);
-  const ViewedFile second = ViewFile(b, camera, options.hard_edged);
+  const ViewedFile first = ViewFile(a, camera, options.data.hard_edged);
+  const ViewedFile second = ViewFile(b, camera, options.data.hard_edged);
   ComparedPair pair{a,
                     b,
                     CompareDrapes(first.seen, second.seen, camera),
@@ -96,7 +65,7 @@ Found CompareDistributions(const MetricsOptions& options, const Camera& camera,
   for (int side = 0; side < 2; ++side) {
     for (const std::string& path : DrapesIn(options.operands[side], side == 0 ? 2 : 1)) {
       if (cancel) return {};
-      drapes[side].push_back(ViewFile(path, camera, options.hard_edged).seen);
+      drapes[side].push_back(ViewFile(path, camera, options.data.hard_edged).seen);
     }
     for (const SeenDrape& drape : drapes[side]) views[side].push_back(&drape);
   }
@@ -132,7 +101,7 @@ Found EvaluateData(const MetricsOptions& options, const Camera& camera,
                    const std::atomic<bool>& cancel) {
   if (!options.operands.empty())
     throw InputError("command line", "found '" + options.operands[0] + "' beside --data");
-  const DatasetReport report = EvaluateDataset(options, camera, cancel);
+  const DatasetReport report = EvaluateDataset(options.data, camera, cancel);
   return {DatasetText(report), DatasetJson(report)};
 }
 
@@ -140,13 +109,11 @@ Found EvaluateData(const MetricsOptions& options, const Camera& camera,
 
 OptionTable MetricsTable(MetricsOptions& options) {
   std::vector<Option> all = CameraOptions(options.camera);
-  all.push_back({.key = "hard_edged",
-                 .value = &options.hard_edged,
-                 .doc = "cut images at half grey, for JPEGs of pictures without grey edges"});
+  DatasetInput& data = options.data;
   all.push_back({.key = "aligned",
-                 .value = &options.aligned,
+                 .value = &data.aligned,
                  .doc = "with --data: also after the best rotation and flip, which takes longer"});
-  for (const Option& option : DataOptions(options)) all.push_back(option);
+  for (const Option& option : DatasetOptions(data, "seed")) all.push_back(option);
   all.push_back(
       {.key = "out", .value = &options.out, .doc = "JSON file for the figures", .is_path = true});
   return {.tool = "drape_metrics",
@@ -167,8 +134,8 @@ OptionTable MetricsTable(MetricsOptions& options) {
 
 std::string RunMetrics(const MetricsOptions& options, const std::atomic<bool>& cancel) {
   const Camera camera = MakeCamera(options.camera);
-  const Found found = options.data.empty() ? CompareOperands(options, camera, cancel)
-                                           : EvaluateData(options, camera, cancel);
+  const Found found = options.data.folder.empty() ? CompareOperands(options, camera, cancel)
+                                                  : EvaluateData(options, camera, cancel);
   if (cancel) return "";
   if (!options.out.empty()) {
     Json json = found.json;

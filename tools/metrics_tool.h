@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/dataset_input.h"
 #include "tools/drape_view.h"
 #include "tools/option_table.h"
 
@@ -12,17 +13,10 @@ namespace drape {
 
 // What a user of drape_metrics sets.
 struct MetricsOptions {
-  std::vector<std::string> operands;  // A and B; none with `data`
+  std::vector<std::string> operands;  // A and B; none with a data set
   CameraInput camera;
-  bool hard_edged = false;
-  bool aligned = true;
-  std::string data;                                      // folder of the data set
-  std::string fabric, samples, captures, face = "both";  // of it; ParseIndexList, ClothFace
-  int train = 6;                                         // samples a fabric; 0: each left out
-  int seed = 1;
-  std::string split;       // a stored split in place of a drawn one
-  std::string save_split;  // file to store it in
-  std::string out;         // JSON file
+  DatasetInput data;  // its folder: none with operands
+  std::string out;    // JSON file
 };
 
 // Points into `options`, which outlives it.

@@ -76,6 +76,11 @@ TEST_F(TrivialPredictorsOfDiscs, InClosedForm) {
   ASSERT_TRUE(predictors.other_samples);
   EXPECT_EQ(predictors.other_samples->observed, 2);
   EXPECT_NEAR(predictors.other_samples->mean_image_mse, grey.mean.mse, 1e-6);
+  // A draw that never differs scores its distance.
+  ASSERT_TRUE(predictors.circle);
+  EXPECT_NEAR(predictors.circle->mean_image_mse, circle.mean.mse, 1e-6);
+  EXPECT_NEAR(predictors.circle->outline_energy, circle.mean.profile_rms, 1e-9);
+  EXPECT_EQ(predictors.circle->features[0].ninety.width, 0);
 }
 
 TEST_F(TrivialPredictorsOfDiscs, TheSameListLeavesEachSampleOut) {
@@ -87,6 +92,7 @@ TEST_F(TrivialPredictorsOfDiscs, TheSameListLeavesEachSampleOut) {
   EXPECT_EQ(Row(predictors, "circle of the mean area").pairs, 5);  // none for the other face
   EXPECT_FALSE(Row(predictors, "same sample, same face").aligned_mean);
   EXPECT_FALSE(predictors.other_samples);
+  EXPECT_FALSE(predictors.circle);
 }
 
 TEST_F(TrivialPredictorsOfDiscs, AnotherFabricAndFacesThatAreNotKnown) {

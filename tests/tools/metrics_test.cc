@@ -2,7 +2,6 @@
 // drape_metrics as a user runs it.
 #include <cmath>
 
-#include "losses/seen_drape.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/metrics_tool.h"
 
@@ -22,13 +21,6 @@ class MetricsTool : public ToolFixture {
     return RunProcess(command);
   }
 
-  std::string AddDisc(const std::string& name, double radius) const {
-    const std::filesystem::path path = Path(name);
-    std::filesystem::create_directories(path.parent_path());
-    WritePng(SeeDisc(radius, Camera()).image, path.string());
-    return path.string();
-  }
-
   // A fan around the origin, wider on one side.
   std::string AddMesh(const std::string& name, double turn, double height) const {
     std::string v = "v 0 0 0\n", f;
@@ -40,17 +32,6 @@ class MetricsTool : public ToolFixture {
       f += "f 1 " + std::to_string(2 + k) + " " + std::to_string(2 + (k + 1) % 120) + "\n";
     }
     return Write(name, v + f);
-  }
-
-  // Four samples of radii 10 to 11.5 cm, captures 1 to 4, the down side 2 mm wider.
-  std::string AddData() const {
-    for (int sample = 1; sample <= 4; ++sample)
-      for (int capture = 1; capture <= 4; ++capture)
-        AddDisc("set/data/Fabric 3/silhouettes/Sample_" + std::to_string(sample) + "_Capture_" +
-                    std::to_string(capture) + ".png",
-                0.095 + 0.005 * sample + (capture > 2 ? 0.002 : 0));
-    Write("set/data/Fabric 3/silhouettes/Sample_5_Capture_1.png", "no image");
-    return Path("set");
   }
 };
 

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "losses/seen_drape.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/tools/run_process.h"
 
@@ -46,6 +47,24 @@ class ToolFixture : public FileFixture {
   ProcessResult Simulate(const std::vector<std::string>& more = {},
                          const ProcessLimits& limits = {}) const {
     return RunProcess(SimulateCommand(more), limits);
+  }
+
+  std::string AddDisc(const std::string& name, double radius) const {
+    const std::filesystem::path path = Path(name);
+    std::filesystem::create_directories(path.parent_path());
+    WritePng(SeeDisc(radius, Camera()).image, path.string());
+    return path.string();
+  }
+
+  // Four samples of radii 10 to 11.5 cm, captures 1 to 4, the down side 2 mm wider.
+  std::string AddData() const {
+    for (int sample = 1; sample <= 4; ++sample)
+      for (int capture = 1; capture <= 4; ++capture)
+        AddDisc("set/data/Fabric 3/silhouettes/Sample_" + std::to_string(sample) + "_Capture_" +
+                    std::to_string(capture) + ".png",
+                0.095 + 0.005 * sample + (capture > 2 ? 0.002 : 0));
+    Write("set/data/Fabric 3/silhouettes/Sample_5_Capture_1.png", "no image");
+    return Path("set");
   }
 
   // Name → content of all files below a folder.

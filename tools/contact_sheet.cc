@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/contact_sheet.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "losses/camera.h"
 #include "losses/shape_features.h"
-#include "tools/branches_report.h"
 
 namespace drape {
 namespace {
@@ -14,14 +14,15 @@ using Color = std::array<double, 3>;
 
 constexpr int kColumns = 8, kGap = 6, kBar = 6;  // tiles in a row; [px]
 // Told apart by people who see few colours too (Okabe and Ito 2008).
-constexpr Color kColors[] = {{0, 114, 178},   {230, 159, 0}, {0, 158, 115},  {204, 121, 167},
+constexpr Color kColors[] = {{0, 114, 178},  {230, 159, 0}, {0, 158, 115},  {204, 121, 167},
                              {86, 180, 233}, {213, 94, 0},  {110, 110, 110}};
 constexpr Color kRing = {255, 255, 255};
 
 // A silhouette at half its size.
 class Tile {
  public:
-  explicit Tile(const GrayImage& silhouette) : silhouette_(silhouette) {}
+  Tile(const GrayImage& silhouette, const Camera& camera)
+      : silhouette_(silhouette), camera_(camera) {}
   int width() const { return silhouette_.width / 2; }
   int height() const { return silhouette_.height / 2; }
 
@@ -33,14 +34,14 @@ class Tile {
   }
   // Of the circle of the support, a pixel and a half wide.
   double Ring(int column, int row) const {
-    const Camera camera;
-    const double radius = std::hypot(2 * column + 0.5 - camera.cx, 2 * row + 0.5 - camera.cy);
-    const double off = std::abs(radius - kSupportRadius * camera.pixels_per_metre());
+    const double radius = std::hypot(2 * column + 0.5 - camera_.cx, 2 * row + 0.5 - camera_.cy);
+    const double off = std::abs(radius - kSupportRadius * camera_.pixels_per_metre());
     return std::clamp(1.25 - 0.5 * off, 0.0, 1.0);
   }
 
  private:
   const GrayImage& silhouette_;
+  const Camera& camera_;
 };
 
 void Paint(RgbImage* picture, int column, int row, const Color& color, double alpha) {
@@ -58,7 +59,7 @@ void DrawTile(const Tile& tile, int left, int top, const Color& color, RgbImage*
   }
 }
 
-// `joined`: the next tile of the row is of the same cluster.
+// `joined`: the next tile of the row is of the same group.
 void DrawBar(const Tile& tile, int left, int top, bool joined, const Color& color,
              RgbImage* picture) {
   const int width = tile.width() + (joined ? kGap : 0);
@@ -69,24 +70,23 @@ void DrawBar(const Tile& tile, int left, int top, bool joined, const Color& colo
 
 }  // namespace
 
-RgbImage DrawBranches(const BranchSurvey& survey) {
-  const GrayImage blank(Camera().width, Camera().height);
-  const Tile empty(blank);
-  const int drapes = std::max(1, survey.spread.drapes), columns = std::min(kColumns, drapes);
+RgbImage DrawContactSheet(const std::vector<SheetTile>& tiles, const Camera& camera) {
+  const GrayImage blank(camera.width, camera.height);
+  const Tile empty(blank, camera);
+  const int count = std::max(1, static_cast<int>(tiles.size()));
+  const int columns = std::min(kColumns, count);
   const int step_x = empty.width() + kGap, step_y = empty.height() + kBar + kGap;
-  RgbImage picture{columns * step_x + kGap, (drapes + columns - 1) / columns * step_y + kGap, {}};
+  RgbImage picture{columns * step_x + kGap, (count + columns - 1) / columns * step_y + kGap, {}};
   picture.rgb.assign(size_t(3) * picture.width * picture.height, 255);
-  int index = 0;
-  for (size_t c = 0; c < survey.clusters.size(); ++c) {
-    const Color& color = kColors[c % std::size(kColors)];
-    const std::vector<int>& members = survey.clusters[c].members;
-    for (size_t m = 0; m < members.size(); ++m, ++index) {
-      const Tile tile(survey.samples[members[m]].silhouette);
-      const int left = kGap + index % columns * step_x, top = kGap + index / columns * step_y;
-      const bool joined = m + 1 < members.size() && index % columns + 1 < columns;
-      DrawTile(tile, left, top, color, &picture);
-      DrawBar(tile, left, top, joined, color, &picture);
-    }
+  for (size_t i = 0; i < tiles.size(); ++i) {
+    const int column = static_cast<int>(i) % columns, row = static_cast<int>(i) / columns;
+    const bool joined =
+        i + 1 < tiles.size() && column + 1 < columns && tiles[i + 1].group == tiles[i].group;
+    const Color& color = kColors[tiles[i].group % std::size(kColors)];
+    const Tile tile(*tiles[i].silhouette, camera);
+    const int left = kGap + column * step_x, top = kGap + row * step_y;
+    DrawTile(tile, left, top, color, &picture);
+    DrawBar(tile, left, top, joined, color, &picture);
   }
   return picture;
 }

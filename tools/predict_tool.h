@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "solver/prediction.h"
+#include "tools/dataset_input.h"
+#include "tools/drape_view.h"
+#include "tools/metrics_dataset.h"
+#include "tools/option_table.h"
+#include "tools/scene_input.h"
+
+namespace drape {
+
+// What a user of drape_predict sets.
+struct PredictToolOptions {
+  SceneInput scene;              // its start is not used
+  PredictionOptions prediction;  // RunPrediction sets its specimens, faces, seed, camera, batch
+  int draws = 64;                // drapes in all
+  int seed = 1;
+  int threads = 0;    // 0: all cores
+  DatasetInput data;  // scored where it has a folder; its face is that of the draws too
+  CameraInput camera;
+  std::string backend = "auto";  // MakeBackend
+  bool keep_meshes = false;
+  std::string out;  // folder, made when missing
+};
+
+// Points into `options`, which outlives it.
+OptionTable PredictTable(PredictToolOptions& options);
+
+// What was found, for the reports.
+struct PredictionRun {
+  bool cancelled = false;
+  std::string backend;  // Backend::name
+  LoadedScene scene;
+  PredictionOptions prediction;
+  std::vector<PredictedDrape> drapes;
+  std::optional<DatasetReport> data;
+  std::optional<DistributionScore> score;  // ScorePrediction on the data held out
+  double seconds = 0.0;
+
+  int at_rest() const;
+};
+
+struct PredictCallbacks {
+  const std::atomic<bool>* cancel;
+  std::function<void(double fraction, const std::string& note)> progress;
+  std::function<void(const std::string& line)> log;
+};
+
+// Reads all input before it computes. Writes to options.out summary.json, mean_image.png, draws.png
+// and, with keep_meshes, draw_<i>.obj of each drape at rest (i from 1). A cancelled run writes what
+// it has. Throws InputError; then what lay in the folder is as it was.
+PredictionRun RunPrediction(const PredictToolOptions& options, const PredictCallbacks& callbacks);
+
+}  // namespace drape
