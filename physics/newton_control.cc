@@ -12,7 +12,8 @@ constexpr double kRadiusGrowth = 1.5, kRadiusDecay = 0.35, kLeastRadius = 1e-9; 
 constexpr double kShiftDecay = 0.25, kLeastShift = 0.2;  // the latter of StiffnessShift::first
 constexpr double kResidualDecrease = 0.9;
 
-// Of a drape that counts as stable: nearer to a fold bifurcation Ks⁻¹ lets the skew part of K rule.
+// Of a drape that counts as stable: nearer to a fold bifurcation Ks⁻¹ lets the skew part of K rule,
+// and Newton with a factor of Ks alone no longer converges.
 constexpr double kMaxAsymmetry = 1.0;
 
 }  // namespace

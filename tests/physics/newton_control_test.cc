@@ -155,8 +155,8 @@ TEST_F(NewtonControlTest, NearTheEndALowerResidualIsEnough) {
 }
 
 TEST_F(NewtonControlTest, ADrapeIsStableWhileTheSkewPartOfKIsSmall) {
-  EXPECT_EQ(control_.Conclude(0.49), EquilibriumStatus::kStable);
-  EXPECT_EQ(control_.Conclude(0.5), EquilibriumStatus::kUnstable);
+  EXPECT_EQ(control_.Conclude(0.99), EquilibriumStatus::kStable);
+  EXPECT_EQ(control_.Conclude(1.0), EquilibriumStatus::kUnstable);
   EXPECT_EQ(control_.Conclude(std::nullopt), EquilibriumStatus::kUnstable);
   EXPECT_EQ(control_.factorisations(), 3);
 }
