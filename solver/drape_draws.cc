@@ -15,6 +15,7 @@ namespace {
 
 // Rollouts of so many cells are joined at most.
 constexpr int kSideBySide = 128;
+constexpr double kLeastStep = 0.125;  // share of the way to a point, in one part
 
 }  // namespace
 
@@ -41,32 +42,73 @@ struct DrapeDraws::Cell {
         targets(std::move(starts)),
         batch(backend, parametrisation.get(), &targets, options) {}
   Cell(const Cell& other)
-      : parametrisation(other.parametrisation), targets(other.targets), batch(other.batch) {}
+      : parametrisation(other.parametrisation),
+        targets(other.targets),
+        batch(other.batch),
+        point(other.point),
+        stands(other.stands) {}
 
   void SetPoint(const Eigen::VectorXd& u) {
     Eigen::Map<Eigen::VectorXd>(batch.theta(), batch.num_parameters()) = u;
   }
   // On the backend of a task, which lives for the call only.
-  void Run(Backend* backend, bool with_jacobians) {
+  void Run(Backend* backend, const Eigen::VectorXd& u, bool with_jacobians) {
     batch.Move(backend, &targets);
-    // Derivatives are taken where a drape has been predicted to, not on the way there.
-    if (batch.has_accepted()) batch.PrepareForEvaluation(false, true);
-    if (with_jacobians) batch.PrepareForEvaluation(true, true);
+    // Derivatives are taken where a drape has been followed to, not on the way there.
+    if (batch.has_accepted() && (point.size() == 0 || u != point)) stands = FollowTo(u);
+    point = u;
+    if (!with_jacobians || (batch.has_accepted() && !stands)) return;
+    SetPoint(u);
+    batch.PrepareForEvaluation(true, true);
+    stands = batch.stands();
+  }
+  // Straight from the last point where the drapes stood, in parts where they are lost at once.
+  bool FollowTo(const Eigen::VectorXd& u) {
+    const Eigen::VectorXd from = batch.accepted_theta();
+    for (double done = 0.0, step = 1.0; step >= kLeastStep;) {
+      SetPoint(done + step < 1.0 ? (from + (done + step) * (u - from)).eval() : u);
+      batch.PrepareForEvaluation(false, true);
+      if (!batch.stands()) {
+        step /= 2;
+        continue;
+      }
+      done += step;
+      if (done >= 1.0) return true;
+      batch.PrepareForEvaluation(true, true);
+      if (!batch.stands()) return false;
+    }
+    return false;
+  }
+  // As found, shape [num_residuals()], and if not null the derivatives, row-major.
+  void CopyTo(double* residual, double* jacobian) const {
+    for (int i = 0; i < batch.num_targets(); ++i, residual += batch.num_angles()) {
+      CHECK(batch.Copy(i, residual));
+      if (jacobian == nullptr) continue;
+      batch.CopyJacobian(i, 0, batch.num_parameters(), jacobian);
+      jacobian += std::ptrdiff_t{batch.num_angles()} * batch.num_parameters();
+    }
+  }
+  // By the tangent at the last point where the drapes stood.
+  Eigen::VectorXd ResidualBeyond() const {
+    return batch.accepted_residual() + batch.accepted_jacobian() * (point - batch.accepted_theta());
   }
   int num_residuals() const { return batch.num_targets() * batch.num_angles(); }
 
   std::shared_ptr<const MaterialParametrisation> parametrisation;
   std::vector<Target> targets;
   RolloutBatch batch;
+  Eigen::VectorXd point;  // of the last Run
+  bool stands = false;    // there
 };
 
 DrapeDraws::DrapeDraws(Backend* backend, const DrapeHierarchy& hierarchy,
                        const std::vector<std::vector<Target>>& targets, const BatchOptions& options,
-                       int draws)
+                       int draws, BeyondBranch beyond)
     : backend_(backend),
       num_latents_(hierarchy.num_latents()),
       num_draws_(draws),
-      specimens_(hierarchy.specimens) {
+      specimens_(hierarchy.specimens),
+      beyond_(beyond) {
   CHECK_EQ(targets.size(), static_cast<std::size_t>(specimens_));
   for (int p = 0; p < specimens_; ++p)
     prototypes_.push_back(std::make_unique<Cell>(
@@ -80,12 +122,13 @@ std::unique_ptr<DrapeDraws> DrapeDraws::Elementwise(Backend* backend, const Mate
                                                     double sigma,
                                                     const std::vector<Target>& targets,
                                                     const BatchOptions& options, int draws,
-                                                    uint64_t seed) {
+                                                    uint64_t seed, BeyondBranch beyond) {
   std::unique_ptr<DrapeDraws> all(new DrapeDraws());
   const Mesh& mesh = backend->model().mesh;
   all->backend_ = backend;
   all->num_latents_ = 2 * kMaterialEntries;
   all->num_draws_ = draws;
+  all->beyond_ = beyond;
   for (int s = 0; s < draws; ++s) {
     std::vector<FieldTerm> terms = CommonTerms(mesh, sigma);
     for (FieldTerm& term : NoiseTerms(mesh, sigma, seed + s)) terms.push_back(std::move(term));
@@ -106,17 +149,12 @@ int DrapeDraws::num_residuals() const {
   return sum;
 }
 
-void DrapeDraws::RunCells(bool with_jacobians) {
-  RunGathered(*backend_, static_cast<int>(cells_.size()), kSideBySide,
-              [&](GatheredTask& task) { cells_[task.index()]->Run(&task, with_jacobians); });
-}
-
 void DrapeDraws::Prepare(const Eigen::MatrixXd& points, bool with_jacobians) {
   CHECK_EQ(points.rows(), num_latents_);
   CHECK_EQ(points.cols(), num_draws_);
-  for (std::size_t i = 0; i < cells_.size(); ++i)
-    cells_[i]->SetPoint(points.col(static_cast<Eigen::Index>(i) / specimens_));
-  RunCells(with_jacobians);
+  RunGathered(*backend_, static_cast<int>(cells_.size()), kSideBySide, [&](GatheredTask& task) {
+    cells_[task.index()]->Run(&task, points.col(task.index() / specimens_), with_jacobians);
+  });
 }
 
 bool DrapeDraws::Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const {
@@ -124,13 +162,30 @@ bool DrapeDraws::Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) 
   if (jacobian != nullptr) jacobian->resize(num_residuals(), num_latents_);
   int row = 0;
   for (int p = 0; p < specimens_; ++p) {
-    const RolloutBatch& batch = cell(draw, p).batch;
-    for (int i = 0; i < batch.num_targets(); ++i, row += batch.num_angles()) {
-      if (!batch.Copy(i, residual->data() + row)) return false;
-      if (jacobian != nullptr) batch.CopyJacobian(i, 0, num_latents_, jacobian->row(row).data());
+    const Cell& each = cell(draw, p);
+    const int rows = each.num_residuals();
+    if (each.stands) {
+      each.CopyTo(residual->data() + row,
+                  jacobian == nullptr ? nullptr : jacobian->row(row).data());
+    } else if (beyond_ == BeyondBranch::kTangent && each.batch.has_accepted()) {
+      residual->segment(row, rows) = each.ResidualBeyond();
+      if (jacobian != nullptr) jacobian->middleRows(row, rows) = each.batch.accepted_jacobian();
+    } else {
+      return false;
     }
+    row += rows;
   }
   return true;
+}
+
+int DrapeDraws::num_beyond() const {
+  int sum = 0;
+  for (int s = 0; s < num_draws_; ++s) {
+    bool stands = true;
+    for (int p = 0; p < specimens_; ++p) stands &= cell(s, p).stands;
+    sum += stands ? 0 : 1;
+  }
+  return sum;
 }
 
 bool DrapeDraws::StartAt(const Eigen::VectorXd& u) {
@@ -141,9 +196,7 @@ bool DrapeDraws::StartAt(const Eigen::VectorXd& u) {
                        [](const auto& each) { return each->batch.has_accepted(); });
   }
   RunGathered(*backend_, specimens_, kSideBySide, [&](GatheredTask& task) {
-    Cell& prototype = *prototypes_[task.index()];
-    prototype.SetPoint(u);
-    prototype.Run(&task, true);
+    prototypes_[task.index()]->Run(&task, u, true);
   });
   for (std::size_t i = 0; i < cells_.size(); ++i)
     cells_[i] = std::make_unique<Cell>(*prototypes_[i % specimens_]);
@@ -151,12 +204,13 @@ bool DrapeDraws::StartAt(const Eigen::VectorXd& u) {
                      [](const auto& each) { return each->batch.has_accepted(); });
 }
 
-std::unique_ptr<DrapeDraws> DrapeDraws::WithDraws(int draws) const {
+std::unique_ptr<DrapeDraws> DrapeDraws::WithDraws(int draws, BeyondBranch beyond) const {
   CHECK(!prototypes_.empty()) << "draws of the hierarchy";
   std::unique_ptr<DrapeDraws> other(new DrapeDraws());
   other->backend_ = backend_;
   other->num_latents_ = num_latents_;
   other->num_draws_ = draws;
+  other->beyond_ = beyond;
   other->specimens_ = specimens_;
   for (const auto& prototype : prototypes_)
     other->prototypes_.push_back(std::make_unique<Cell>(*prototype));

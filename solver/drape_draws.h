@@ -33,21 +33,28 @@ struct DrapeHierarchy {
   std::string NameOf(int latent) const;
 };
 
+// What a draw gives whose drape leaves its branch, or is not found, on the way to its point.
+enum class BeyondBranch {
+  kRefuse,  // nothing: Copy says so, and the optimiser shortens its step for all draws
+  kTangent  // residuals that go on straight from the last point where the drape stood
+};
+
 // Outlines of all specimens as residuals of draws of the hierarchy: (r − r_image)/σ of each target,
-// specimen by specimen. Each draw follows its own drapes from trial to trial (RolloutBatch); all
-// rollouts of an evaluation go to the backend together.
+// specimen by specimen. Each draw follows its own drapes from trial to trial (RolloutBatch), in
+// halved steps where it is lost at once; all rollouts of an evaluation go to the backend together.
 class DrapeDraws final : public DrawnResiduals {
  public:
   // targets[p]: of specimen p, with their drapes as starts. The backend outlives the object.
   DrapeDraws(Backend* backend, const DrapeHierarchy& hierarchy,
              const std::vector<std::vector<Target>>& targets, const BatchOptions& options,
-             int draws);
+             int draws, BeyondBranch beyond = BeyondBranch::kRefuse);
   // The paper's model: each face and hinge has a draw of its own, exp(μ + σ·ε) times the base for
   // each entry, and u = (μ, σ), shape [78], in units of `sigma`. One specimen.
   static std::unique_ptr<DrapeDraws> Elementwise(Backend* backend, const MaterialField& base,
                                                  double sigma, const std::vector<Target>& targets,
                                                  const BatchOptions& options, int draws,
-                                                 uint64_t seed);
+                                                 uint64_t seed,
+                                                 BeyondBranch beyond = BeyondBranch::kRefuse);
   ~DrapeDraws() override;
 
   int num_latents() const override { return num_latents_; }
@@ -60,7 +67,9 @@ class DrapeDraws final : public DrawnResiduals {
   // at once: they then are predicted from there. False when these are not stable.
   [[nodiscard]] bool StartAt(const Eigen::VectorXd& u);
   // Other draws of the same residuals, whose drapes are predicted from those of StartAt.
-  std::unique_ptr<DrapeDraws> WithDraws(int draws) const;
+  std::unique_ptr<DrapeDraws> WithDraws(int draws, BeyondBranch beyond) const;
+  // Draws of the last Prepare with a drape that did not stand.
+  int num_beyond() const;
   // The drapes of a draw as last prepared, specimen by specimen.
   std::vector<Eigen::VectorXd> Shapes(int draw) const;
   BatchCounts counts() const;
@@ -73,6 +82,7 @@ class DrapeDraws final : public DrawnResiduals {
 
   Backend* backend_ = nullptr;
   int num_latents_ = 0, num_draws_ = 0, specimens_ = 1;
+  BeyondBranch beyond_ = BeyondBranch::kRefuse;
   std::vector<std::unique_ptr<Cell>> prototypes_;  // of each specimen, at StartAt
   std::vector<std::unique_ptr<Cell>> cells_;       // draw by draw
 };

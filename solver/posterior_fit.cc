@@ -82,11 +82,11 @@ class PosteriorFitter {
     }
   }
 
-  DrapeDraws MakeDraws(int count) const {
+  DrapeDraws MakeDraws(int count, BeyondBranch beyond) const {
     BatchOptions options = branch_fitter_.BatchOptionsOf();
     options.sigma_px = fit_.sigma_px;
     options.equilibrium.max_iterations *= kNewtonFactor;
-    return {problem_.fine, fit_.hierarchy, targets_, options, count};
+    return {problem_.fine, fit_.hierarchy, targets_, options, count, beyond};
   }
 
   VariationalOptions OptionsOf(DrawKind kind, int iterations, double from, double to) const {
@@ -106,7 +106,7 @@ class PosteriorFitter {
   }
 
   bool FindMode(int round, int rounds) {
-    DrapeDraws one = MakeDraws(1);
+    DrapeDraws one = MakeDraws(1, BeyondBranch::kRefuse);
     if (!one.StartAt(mean_)) return false;
     const int n = fit_.hierarchy.num_latents();
     const GaussianPosterior start{mean_, Eigen::MatrixXd::Identity(n, n),
@@ -141,29 +141,25 @@ class PosteriorFitter {
     fit_.sigma_px = std::max(kLeastSigma, fit_.sigma_px * residual.norm() / std::sqrt(freedom));
   }
 
-  // Draws start near the mode, nearer where their drapes do not stand, and spread from there. The
-  // posterior is that of the branches seen: where one of them ends, so do the draws.
+  // The posterior is that of the branches seen, as if each went on straight beyond its end.
   bool FindDistribution() {
-    for (const double deviation : {0.3, 0.1, 0.03, 0.01}) {
-      DrapeDraws draws = MakeDraws(options_.draws);
-      if (Cancelled() || !draws.StartAt(mean_)) return false;
-      GaussianPosterior start = fit_.mode.posterior;
-      start.factor.diagonal() = start.factor.diagonal().cwiseMin(deviation).eval();
-      fit_.posterior = FitPosterior(
-          draws, start, OptionsOf(DrawKind::kShared, options_.iterations, kModeShare, kFitShare));
-      fit_.counts += draws.counts();
-      if (fit_.posterior.termination != FitTermination::kFailed) return true;
-    }
-    return false;
+    DrapeDraws draws = MakeDraws(options_.draws, BeyondBranch::kTangent);
+    if (Cancelled() || !draws.StartAt(mean_)) return false;
+    fit_.posterior = FitPosterior(
+        draws, fit_.mode.posterior,
+        OptionsOf(DrawKind::kShared, options_.iterations, kModeShare, kFitShare));
+    fit_.counts += draws.counts();
+    fit_.beyond = draws.num_beyond();
+    return fit_.posterior.termination != FitTermination::kFailed;
   }
 
   // ln p(r | u) + ln p(u) − ln q(u) of fresh draws, and the drapes of the mean.
   void ScoreFreshDraws() {
     const GaussianPosterior& q = fit_.posterior.posterior;
-    DrapeDraws mean = MakeDraws(1);
+    DrapeDraws mean = MakeDraws(1, BeyondBranch::kRefuse);
     if (!mean.StartAt(q.mean)) return;
     mean.Prepare(q.mean, false);
-    const auto fresh = mean.WithDraws(options_.fresh_draws);
+    const auto fresh = mean.WithDraws(options_.fresh_draws, BeyondBranch::kRefuse);
     const Eigen::MatrixXd standard =
         IndependentDraws(q.size(), options_.fresh_draws, options_.seed + 1);
     const Eigen::MatrixXd u = q.Draws(standard);

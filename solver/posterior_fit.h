@@ -41,6 +41,7 @@ struct PosteriorFit {
   // weights: below 0.7 the posterior is near enough to trust.
   double elbo = 0.0, elbo_error = 0.0, pareto_k = 0.0;
   int fresh = 0;  // of these draws, with drapes that stand; the others count nowhere
+  int beyond = 0;  // of the posterior's draws, with a drape beyond its branch: carried on straight
   BatchCounts counts;
   std::vector<int> specimen;             // of each target, from 0
   std::vector<MaterialField> materials;  // at the posterior's mean, of each target

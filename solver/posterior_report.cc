@@ -78,6 +78,7 @@ ordered_json PosteriorJson(const PosteriorFit& fit) {
           {"divergence_from_prior", fit.posterior.divergence},
           {"pareto_k", fit.pareto_k},
           {"fresh_draws_that_stand", fit.fresh},
+          {"draws_beyond_their_branch", fit.beyond},
           {"stretch_n_per_m", {belief.stretch, belief.stretch_deviation}},
           {"bend_n_m", {belief.bend, belief.bend_deviation}},
           {"log_factors", numbers}};

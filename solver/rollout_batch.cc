@@ -212,9 +212,13 @@ void RolloutBatch::FillResidual(int i, bool with_jacobian) {
                           *parametrisation_->log_entries_by_theta() / options_.sigma_px;
 }
 
+bool RolloutBatch::stands() const {
+  return std::all_of(evaluations_.begin(), evaluations_.end(),
+                     [](const Evaluation& each) { return each.valid; });
+}
+
 void RolloutBatch::Accept() {
-  for (const Evaluation& evaluation : evaluations_)
-    if (!evaluation.valid) return;
+  if (!stands()) return;
   accepted_theta_ = theta_;
   accepted_x_.resize(num_targets());
   shape_by_theta_.resize(num_targets());

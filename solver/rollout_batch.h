@@ -69,6 +69,8 @@ class RolloutBatch : public ceres::EvaluationCallback {
 
   void PrepareForEvaluation(bool with_jacobians, bool new_point) override;
 
+  // Whether all drapes of the last evaluation were found, and on their branches.
+  bool stands() const;
   // Residuals of target i, shape [K]. False when its rollout failed or left its branch.
   bool Copy(int i, double* residuals) const;
   // Their derivatives by `count` parameters from `first` on, row-major, shape [K, count].

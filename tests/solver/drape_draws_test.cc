@@ -10,6 +10,7 @@ namespace drape {
 namespace {
 
 constexpr int kAngles = 36;
+constexpr double kShortJump = 3e-4;  // [m]
 
 class DrapeDrawsTest : public testing::Test {
  protected:
@@ -91,6 +92,49 @@ TEST_F(DrapeDrawsTest, DrawsDoNotKnowOfEachOther) {
   EXPECT_EQ(residual(points, 2), residual(points.col(2), 0));
 }
 
+// A far point is found in parts where it is too far from the prediction at once.
+TEST_F(DrapeDrawsTest, ADrapeIsFollowedInParts) {
+  const Eigen::VectorXd far = 0.3 * test::RandomMatrix(11, 1, random_);
+  Eigen::VectorXd at_once, in_parts;
+  const auto residual = [&](double max_jump, Eigen::VectorXd* r) {
+    options_.max_jump = max_jump;
+    DrapeDraws draws(backend_.get(), hierarchy_, targets_, options_, 1);
+    EXPECT_TRUE(draws.StartAt(Eigen::VectorXd::Zero(11)));
+    draws.Prepare(far, false);
+    EXPECT_TRUE(draws.Copy(0, r, nullptr));
+    return draws.counts();
+  };
+  EXPECT_EQ(residual(1.0, &at_once).jumps, 0);
+  EXPECT_GT(residual(kShortJump, &in_parts).jumps, 0);
+  EXPECT_LT((in_parts - at_once).norm(), 1e-6 * at_once.norm());
+}
+
+// Where no part of the way stands, the residuals go on by the tangent, and say so.
+TEST_F(DrapeDrawsTest, BeyondItsBranchADrawGoesOnStraight) {
+  options_.max_jump = 1e-12;
+  DrapeDraws refuse(backend_.get(), hierarchy_, targets_, options_, 2);
+  DrapeDraws straight(backend_.get(), hierarchy_, targets_, options_, 2, BeyondBranch::kTangent);
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(11);
+  ASSERT_TRUE(refuse.StartAt(zero) && straight.StartAt(zero));
+  Eigen::VectorXd at_zero, beyond;
+  RowMatrix jacobian, jacobian_beyond;
+  straight.Prepare(zero.replicate(1, 2), true);
+  ASSERT_TRUE(straight.Copy(0, &at_zero, &jacobian));
+  EXPECT_EQ(straight.num_beyond(), 0);
+  Eigen::MatrixXd points = zero.replicate(1, 2);
+  points.col(1) = 0.1 * test::RandomMatrix(11, 1, random_);
+  for (const bool with_jacobians : {false, true}) {
+    refuse.Prepare(points, with_jacobians);
+    straight.Prepare(points, with_jacobians);
+    EXPECT_EQ(straight.num_beyond(), 1);
+    EXPECT_TRUE(refuse.Copy(0, &beyond, nullptr));
+    EXPECT_FALSE(refuse.Copy(1, &beyond, nullptr));
+    ASSERT_TRUE(straight.Copy(1, &beyond, with_jacobians ? &jacobian_beyond : nullptr));
+    EXPECT_LT((beyond - at_zero - jacobian * points.col(1)).norm(), 1e-9 * beyond.norm());
+  }
+  EXPECT_EQ(jacobian_beyond, jacobian);
+}
+
 // Means and deviations of elementwise draws, against central differences.
 TEST_F(DrapeDrawsTest, ElementwiseJacobiansAgreeWithCentralDifferences) {
   const auto draws = DrapeDraws::Elementwise(backend_.get(), hierarchy_.base, 0.5, {targets_[0][0]},
@@ -122,7 +166,7 @@ TEST_F(DrapeDrawsTest, ElementwiseJacobiansAgreeWithCentralDifferences) {
 TEST_F(DrapeDrawsTest, OtherDrawsStartFromTheSameDrapes) {
   DrapeDraws draws(backend_.get(), hierarchy_, targets_, options_, 2);
   ASSERT_TRUE(draws.StartAt(Eigen::VectorXd::Zero(11)));
-  const auto more = draws.WithDraws(4);
+  const auto more = draws.WithDraws(4, BeyondBranch::kRefuse);
   ASSERT_EQ(more->num_draws(), 4);
   more->Prepare(Eigen::MatrixXd::Zero(11, 4), false);
   EXPECT_LT((more->Shapes(3)[2] - targets_[1][0].start.x).cwiseAbs().maxCoeff(), 1e-9);
