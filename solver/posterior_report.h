@@ -11,8 +11,8 @@ namespace drape {
 
 // A posterior as numbers for people and files.
 
-// Mean and standard deviation of a fabric's average stiffness under the posterior (the paper's
-// table 3), by draws.
+// Mean and standard deviation of the average stiffness (the paper's table 3), by draws: of the
+// fabric under its posterior; of model bdp, of single faces and hinges.
 struct StiffnessBelief {
   double stretch = 0.0, stretch_deviation = 0.0;  // mean over rows of c11 and c22 [N/m]
   double bend = 0.0, bend_deviation = 0.0;        // plate rigidity, mean over the table [N m]

@@ -4,9 +4,9 @@
 #include <ceres/ceres.h>
 #include <glog/logging.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 namespace drape {
@@ -202,17 +202,15 @@ ceres::Solver::Options CeresOptions(const VariationalOptions& options, Monitor* 
   return ceres_options;
 }
 
-// The inverse of JᵀJ at the solution, with the prior's part of J, shape [P, P].
-Eigen::MatrixXd CovarianceOf(ceres::Problem& problem, const double* numbers, int size) {
-  ceres::Covariance::Options options;
-  options.algorithm_type = ceres::DENSE_SVD;
-  ceres::Covariance covariance(options);
-  Eigen::MatrixXd matrix(size, size);  // symmetric: the order of storage does not matter
-  const std::vector<std::pair<const double*, const double*>> blocks = {{numbers, numbers}};
-  if (!covariance.Compute(blocks, &problem) ||
-      !covariance.GetCovarianceBlock(numbers, numbers, matrix.data()))
-    return {};
-  return matrix;
+// The inverse of JᵀJ at the solution, with the prior's part of J, shape [P, P]; empty where J cannot
+// be had. Not by ceres::Covariance: the distributed library is built without AVX, its dense SVD and
+// our Eigen code share symbols that allocate in different ways, and above 16 numbers it crashed.
+Eigen::MatrixXd CovarianceOf(ceres::Problem& problem, int size) {
+  ceres::CRSMatrix jacobian;
+  if (!problem.Evaluate({}, nullptr, nullptr, nullptr, &jacobian)) return {};
+  CHECK_EQ(jacobian.values.size(), std::size_t{1} * jacobian.num_rows * size) << "one dense block";
+  const Eigen::Map<const RowMatrix> dense(jacobian.values.data(), jacobian.num_rows, size);
+  return (dense.transpose() * dense).ldlt().solve(Eigen::MatrixXd::Identity(size, size));
 }
 
 }  // namespace
@@ -246,8 +244,7 @@ VariationalFit FitPosterior(DrawnResiduals& residuals, const GaussianPosterior& 
   ceres::Solve(CeresOptions(options, &monitor), &problem, &summary);
   fit.posterior = start;
   if (options.kind == DrawKind::kMode && summary.IsSolutionUsable()) {
-    const Eigen::MatrixXd covariance =
-        CovarianceOf(problem, evaluation.numbers(), evaluation.layout().size());
+    const Eigen::MatrixXd covariance = CovarianceOf(problem, evaluation.layout().size());
     if (covariance.size() > 0) fit.posterior = FromCovariance(start.mean, covariance);
   }
   evaluation.layout().Unpack(evaluation.numbers(), &fit.posterior);

@@ -49,7 +49,7 @@ struct VariationalOptions {
 };
 
 struct VariationalFit {
-  // kMode: the Laplace approximation about the mode, by Ceres's covariance.
+  // kMode: the Laplace approximation about the mode, (JᵀJ)⁻¹ with the prior's part of J.
   GaussianPosterior posterior;
   FitTermination termination = FitTermination::kFailed;
   // kShared and kElementwise: −ELBO without the residuals' normalisation ½·K·ln 2π: E_q ½‖r‖² over
