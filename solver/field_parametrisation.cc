@@ -92,8 +92,12 @@ FieldTerm::Basis FieldParametrisation::MeanLogFactor(ElementKind kind) const {
 
 MaterialField FieldParametrisation::Material(const Eigen::VectorXd& theta) const {
   MaterialField field = base_;
-  for (const ElementKind kind : {ElementKind::kFaces, ElementKind::kHinges})
-    TableEntries(kind, field).array() *= LogFactors(kind, theta).array().exp();
+  for (const ElementKind kind : {ElementKind::kFaces, ElementKind::kHinges}) {
+    // Into aligned memory: which entries Eigen takes by the scalar exp, whose last bit differs,
+    // depends on the address of the tables.
+    const RowMatrix factors = LogFactors(kind, theta).array().exp();
+    TableEntries(kind, field).array() *= factors.array();
+  }
   return field;
 }
 

@@ -83,12 +83,15 @@ void RequireDistinctNames(const std::vector<Target>& targets) {
 
 void CheckModel(const FitJob& job) {
   if (job.model == "homo") return;
-  if (job.model != "heter" && job.model != "bayes")
-    throw InputError("model", "'" + job.model + "', expected homo, heter or bayes");
+  if (job.model != "heter" && job.model != "bayes" && job.model != "bdp")
+    throw InputError("model", "'" + job.model + "', expected homo, heter, bayes or bdp");
   if (job.images.empty())
     throw InputError("model", job.model + " without images, expected some");
   if (job.fit.integrator != Integrator::kStatic)
     throw InputError("integrator", "dynamic with model " + job.model + ", expected static");
+  if (job.model == "bdp" && job.fit.parameters != Tying::kEntries)
+    throw InputError("parameters", "fewer than 39 with model bdp, expected 39: it learns a mean "
+                                   "and a deviation of each entry");
   const std::vector<int>& specimen = job.posterior.specimen;
   if (specimen.empty()) return;
   if (specimen.size() != job.images.size())

@@ -98,11 +98,25 @@ void NoteMisfits(const std::vector<StripReport>& reports, std::vector<std::strin
     }
 }
 
-void LogBackend(const std::string& choice, const FitJobCallbacks& callbacks, std::ostream& log) {
-  if (choice.empty()) return;
-  const std::string line = "backend: " + choice;
+void Log(const std::string& line, const FitJobCallbacks& callbacks, std::ostream& log) {
   log << line << std::endl;
   if (callbacks.log) callbacks.log(line);
+}
+
+// What a checkpoint holds, and what it does not.
+std::string ResumeNote(const FitJob& job, const std::optional<StagedFitState>& state) {
+  if (!state) return "resume: no checkpoint, from the beginning";
+  std::ostringstream note;
+  note << "resume: ";
+  if (state->grid_done) {
+    note << "round " << state->round + 1 << ", " << DoneBranches(*state) << " of "
+         << state->branches.size() << " branches done";
+  } else {
+    note << "the seed grid begins anew";
+  }
+  if (job.model == "heter") note << "; the fields begin anew";
+  if (job.model == "bayes" || job.model == "bdp") note << "; the posterior begins anew";
+  return note.str();
 }
 
 // Fills the report that has the fields or the posterior.
@@ -168,14 +182,17 @@ std::optional<FieldFit> FitFieldsOf(const FitJob& job, const LoadedJob& loaded,
   return fit;
 }
 
-// The posterior of model bayes; none as above.
+// The posterior of models bayes and bdp; none as above.
 std::optional<PosteriorFit> FitPosteriorOf(const FitJob& job, const LoadedJob& loaded,
                                            const StagedFitState& state,
                                            const StagedFitCallbacks& callbacks) {
   const BranchFit* best = Best(state);
   const bool cancelled = callbacks.cancel != nullptr && callbacks.cancel->load();
-  if (job.model != "bayes" || best == nullptr || cancelled) return std::nullopt;
-  PosteriorFit fit = FitDrapePosterior(loaded.problem, job.fit, job.posterior, *best, callbacks);
+  if ((job.model != "bayes" && job.model != "bdp") || best == nullptr || cancelled)
+    return std::nullopt;
+  PosteriorOptions options = job.posterior;
+  options.kind = job.model == "bdp" ? PosteriorKind::kElements : PosteriorKind::kHierarchy;
+  PosteriorFit fit = FitDrapePosterior(loaded.problem, job.fit, options, *best, callbacks);
   std::ostringstream line;
   line << "posterior: mode " << ToString(fit.mode.termination) << " after " << fit.mode.iterations
        << " iterations, sigma " << fit.sigma_px << " px; distribution "
@@ -193,9 +210,12 @@ FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
   LoadedJob loaded = LoadJob(job);
   const std::string identity = IdentityOf(job, loaded);
   StagedFitState state;
-  if (job.resume) state = ReadCheckpoint(job.checkpoint, identity).value_or(StagedFitState());
+  std::optional<StagedFitState> saved;
+  if (job.resume) saved = ReadCheckpoint(job.checkpoint, identity);
   std::ofstream log(job.log, job.resume ? std::ios::app : std::ios::trunc);
-  LogBackend(loaded.backend_choice, callbacks, log);
+  if (job.resume) Log(ResumeNote(job, saved), callbacks, log);
+  if (saved) state = *std::move(saved);
+  if (!loaded.backend_choice.empty()) Log("backend: " + loaded.backend_choice, callbacks, log);
   for (const std::string& note : loaded.notes) log << note << std::endl;
   StagedFitCallbacks staged;
   staged.cancel = callbacks.cancel;

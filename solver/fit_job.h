@@ -27,8 +27,8 @@ struct FitJob {
   std::vector<std::string> tests;   // mechanical tests of the same fabric (ReadMechanicalTest),
                                     // fitted alone or jointly with the images
   std::string model = "homo";       // one table for the whole cloth; "heter": then one for each
-                                    // element (FitFields); "bayes": then how sure it is
-                                    // (FitDrapePosterior)
+                                    // element (FitFields); "bayes": then how sure it is,
+                                    // "bdp": how elements scatter (FitDrapePosterior)
   std::string mesh = "disc:1200";   // ParseMeshSpec
   std::string coarse_mesh = "disc:300";  // of the seed grid
   std::string material;             // start tables, "FILE" or "FILE#name"
@@ -50,7 +50,7 @@ struct FitJob {
   int evaluation_steps = 300;       // of h = fit.settle_h: how far the fitted drape still moves
   StagedFitOptions fit;
   FieldOptions fields;              // of model heter
-  PosteriorOptions posterior;       // of model bayes
+  PosteriorOptions posterior;       // of models bayes and bdp, which set its kind
 };
 
 // Work done, for a progress line.
@@ -78,8 +78,8 @@ struct FitJobResult {
 // cantilever, stretch after a tensile test).
 // Reads and checks all input before it computes; writes to job.out: summary.json, material.json,
 // for each image fit_<name>.png, drape_<name>.obj and start_<name>.json; model heter also
-// material_homo.json and maps of the fields (WriteFields), bayes material_homo.json, base.json and
-// posterior.json. Throws InputError.
+// material_homo.json and maps of the fields (WriteFields), bayes and bdp material_homo.json,
+// base.json and posterior.json. Throws InputError.
 FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks);
 
 // JSON files of a list like that of ExpandImages. Throws InputError for one that matches nothing.

@@ -19,9 +19,9 @@ struct FitReport {
   std::optional<FitSummary> tests_alone;  // where there are mechanical tests
   std::vector<StripReport> tests;     // with the fitted material
   MaterialField material;            // no tables when nothing could be fitted; of model heter
-                                     // that of the fields, of bayes the posterior's median
+                                     // that of the fields, of bayes and bdp the posterior's median
   std::optional<FieldFit> fields;    // model heter
-  std::optional<PosteriorFit> posterior;  // model bayes
+  std::optional<PosteriorFit> posterior;  // models bayes, bdp
   Spectrum spectrum;                 // empty when the drapes are not stable
   std::vector<std::string> notes;    // what a reader of the figures must know
   double report_seconds = 0.0;
@@ -33,8 +33,8 @@ struct FitReport {
 // Writes summary.json, material.json and for each target fit_<name>.png, drape_<name>.obj and
 // start_<name>.json, each atomically. Without targets the fit is that of the tests alone. Throws
 // InputError when it cannot. Model heter: also what WriteFields writes, and material_homo.json; a
-// reason for missing maps becomes a note. Model bayes: also material_homo.json, posterior.json and
-// base.json, the tables that its log factors are on.
+// reason for missing maps becomes a note. Models bayes and bdp: also
+// material_homo.json, posterior.json and base.json, the tables that its log factors are on.
 void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
                     FitReport& report);
 

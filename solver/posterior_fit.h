@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "solver/drape_draws.h"
+#include "solver/posterior_io.h"
 #include "solver/staged_fit.h"
 #include "solver/variational_fit.h"
 
@@ -15,6 +16,7 @@ namespace drape {
 // How sure a fit is (SPEC section 5, "generative model"): a posterior over a fabric's tables and
 // its specimens' scales, given the branches of their drapes.
 struct PosteriorOptions {
+  PosteriorKind kind = PosteriorKind::kHierarchy;
   // Prior standard deviations of a specimen's log factors on stretch and on bend; both 0: specimens
   // are alike. SPEC section 5: 0.07 to 0.17.
   double specimen_stretch_sigma = 0.1, specimen_bend_sigma = 0.1;
@@ -22,6 +24,8 @@ struct PosteriorOptions {
   // Whether σ of the outline is learned: from the outlines that the mode leaves unexplained, so
   // that what the model cannot do widens the posterior. Else it is StagedFitOptions::sigma_px.
   bool learn_sigma = true;
+  // kElements: scale of the prior of an entry's standard deviation over the elements (log factor).
+  double element_sigma = 0.3;
   int angles = 36;        // K of r(θ): a silhouette's are not independent nearer than its folds
   int draws = 16;         // S, even
   int rank = 8;           // leading directions with correlations beyond the Laplace axes
@@ -33,14 +37,17 @@ struct PosteriorOptions {
 };
 
 struct PosteriorFit {
-  DrapeHierarchy hierarchy;
-  VariationalFit mode;  // with the Laplace approximation
+  PosteriorKind kind = PosteriorKind::kHierarchy;
+  DrapeHierarchy hierarchy;  // kElements: its fabric, all specimens alike
+  VariationalFit mode;       // with the Laplace approximation
+  // kElements: mean and standard deviation of each face and hinge, in units of the fabric's prior.
   VariationalFit posterior;
   double sigma_px = 0.0;  // of the outline, given or learned
   // Evidence lower bound by fresh draws [nat] and its standard error; k̂ of their importance
-  // weights: below 0.7 the posterior is near enough to trust.
+  // weights: below 0.7 the posterior is near enough to trust. kElements: of ln p(r, m, s), below.
   double elbo = 0.0, elbo_error = 0.0, pareto_k = 0.0;
-  int fresh = 0;  // of these draws, with drapes that stand; the others count nowhere
+  int fresh = 0;             // of these draws, with drapes that stand; the others count nowhere
+  double draw_rms_px = 0.0;  // root mean square of their outlines against the images
   int beyond = 0;  // of the posterior's draws, with a drape beyond its branch: carried on straight
   BatchCounts counts;
   std::vector<int> specimen;             // of each target, from 0
@@ -53,6 +60,21 @@ struct PosteriorFit {
   // The median of the posterior.
   MaterialField Fabric() const { return FabricAt(posterior.posterior.mean); }
 };
+
+// Model bdp (PosteriorKind::kElements), SPEC section 1: the tables of all faces and hinges are
+// independent draws η = m + s·ε on the log scale, of means m and deviations s that all elements
+// share. The fit is by its bound on ln p(r, m, s):
+//   E_ε ln p(r | η) − KL(q(η | m, s) ‖ p(η | m, s)) + ln p(m, s).
+// The variational density of the elements is their own conditional prior, so their divergence is
+// zero, whatever their count, and E_ε is taken inside the residuals. What is left is the prior of
+// 78 numbers, counted once: in units of their scales, m is standard normal and s has the Rayleigh
+// density s·exp(−s²/2). −ln of it, relative to its peak, is
+//   ½ Σ m² + ½ Σ (s² − 1 − ln s²),
+// term by term the divergence of N(m, s²) from N(0, 1), which the shared cost already has as
+// squares. (Were N(0, 1) the prior of each element, this would count once for each of thousands of
+// elements, and the images would say nothing.) m and s are points: their own uncertainty is not in
+// it. `elbo` is that bound, relative to the peak of the prior; what is random is ε alone, whose
+// importance weights p(r | η) give k̂.
 
 // Goes on from the tables and drapes of a branch: the prior is about the seed's tables, as in the
 // fit before, with the tying and prior_sigma of `staged`. First the mode, then the distribution.

@@ -15,6 +15,8 @@ using nlohmann::ordered_json;
 constexpr double kNarrowed = 0.7;  // posterior over prior deviation of a number that data determine
 constexpr double kTrusted = 0.7;   // k̂ up to which the posterior is near enough
 
+bool IsElementwise(const PosteriorFit& fit) { return fit.kind == PosteriorKind::kElements; }
+
 // The prior's standard deviation of the log factor that a latent number stands for.
 double PriorDeviation(const DrapeHierarchy& hierarchy, int latent) {
   if (latent < hierarchy.num_fabric()) return hierarchy.fabric_sigma;
@@ -27,8 +29,6 @@ Eigen::VectorXd PriorDeviations(const DrapeHierarchy& hierarchy) {
   for (int i = 0; i < deviations.size(); ++i) deviations[i] = PriorDeviation(hierarchy, i);
   return deviations;
 }
-
-std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
 
 }  // namespace
 
@@ -55,16 +55,22 @@ ordered_json PosteriorJson(const PosteriorFit& fit) {
   ordered_json numbers = ordered_json::array();
   for (int i = 0; i < hierarchy.num_latents(); ++i) {
     const double prior = PriorDeviation(hierarchy, i);
-    numbers.push_back({{"name", hierarchy.NameOf(i)},
-                       {"prior_sd", prior},
-                       {"mode", prior * fit.mode.posterior.mean[i]},
-                       {"laplace_sd", prior * laplace[i]},
-                       {"mean", prior * fit.posterior.posterior.mean[i]},
-                       {"sd", prior * deviation[i]},
-                       {"sd_over_prior_sd", deviation[i]}});
+    ordered_json number = {{"name", hierarchy.NameOf(i)},
+                           {"prior_sd", prior},
+                           {"mode", prior * fit.mode.posterior.mean[i]},
+                           {"laplace_sd", prior * laplace[i]},
+                           {"mean", prior * fit.posterior.posterior.mean[i]}};
+    if (IsElementwise(fit)) {
+      number["element_sd"] = prior * deviation[i];
+    } else {
+      number["sd"] = prior * deviation[i];
+      number["sd_over_prior_sd"] = deviation[i];
+    }
+    numbers.push_back(number);
   }
   const StiffnessBelief belief = BeliefOf(fit);
-  return {{"specimens", hierarchy.specimens},
+  return {{"kind", ToString(fit.kind)},
+          {"specimens", hierarchy.specimens},
           {"sigma_px", fit.sigma_px},
           {"termination", ToString(fit.posterior.termination)},
           {"mode_termination", ToString(fit.mode.termination)},
@@ -77,6 +83,7 @@ ordered_json PosteriorJson(const PosteriorFit& fit) {
           {"elbo_error", fit.elbo_error},
           {"divergence_from_prior", fit.posterior.divergence},
           {"pareto_k", fit.pareto_k},
+          {"draw_rms_px", fit.draw_rms_px},
           {"fresh_draws_that_stand", fit.fresh},
           {"draws_beyond_their_branch", fit.beyond},
           {"stretch_n_per_m", {belief.stretch, belief.stretch_deviation}},
@@ -84,36 +91,42 @@ ordered_json PosteriorJson(const PosteriorFit& fit) {
           {"log_factors", numbers}};
 }
 
-ordered_json PosteriorFile(const PosteriorFit& fit) {
+StoredPosterior Stored(const PosteriorFit& fit) {
   const Eigen::VectorXd prior = PriorDeviations(fit.hierarchy);
-  const Eigen::MatrixXd covariance =
-      prior.asDiagonal() * fit.posterior.posterior.Covariance() * prior.asDiagonal();
-  ordered_json names = ordered_json::array(), rows = ordered_json::array();
-  for (int i = 0; i < fit.hierarchy.num_latents(); ++i) {
-    names.push_back(fit.hierarchy.NameOf(i));
-    rows.push_back(List(covariance.col(i)));
+  StoredPosterior stored;
+  stored.kind = fit.kind;
+  stored.fabric = fit.hierarchy.fabric;
+  stored.specimens = fit.hierarchy.has_specimens() ? fit.hierarchy.specimens : 0;
+  stored.base = fit.hierarchy.base;
+  stored.prior_sd = prior;
+  stored.mean = prior.cwiseProduct(fit.posterior.posterior.mean);
+  if (IsElementwise(fit)) {
+    stored.element_sd = prior.cwiseProduct(fit.posterior.posterior.Deviations());
+    return stored;
   }
-  return {{"format", "drapefit-posterior"},
-          {"version", 1},
-          {"log_factors_on", "base.json"},
-          {"names", names},
-          {"prior_sd", List(prior)},
-          {"mean", List(prior.cwiseProduct(fit.posterior.posterior.mean))},
-          {"covariance", rows}};
+  stored.covariance =
+      prior.asDiagonal() * fit.posterior.posterior.Covariance() * prior.asDiagonal();
+  return stored;
 }
 
 std::string PosteriorTable(const PosteriorFit& fit) {
   const StiffnessBelief belief = BeliefOf(fit);
   const Eigen::VectorXd deviation = fit.posterior.posterior.Deviations();
   char text[640];
+  int length = std::snprintf(
+      text, sizeof text, "  %s: stretch %.4g +- %.3g N/m, bend %.3g +- %.2g N m\n",
+      IsElementwise(fit) ? "faces and hinges, mean and scatter" : "posterior of the fabric",
+      belief.stretch, belief.stretch_deviation, belief.bend, belief.bend_deviation);
+  if (!IsElementwise(fit))
+    length += std::snprintf(text + length, sizeof text - length,
+                            "  %d of %d numbers are narrowed to %.1f of their prior\n",
+                            static_cast<int>((deviation.array() < kNarrowed).count()),
+                            static_cast<int>(deviation.size()), kNarrowed);
   std::snprintf(
-      text, sizeof text,
-      "  posterior of the fabric: stretch %.4g +- %.3g N/m, bend %.3g +- %.2g N m\n"
-      "  %d of %d numbers are narrowed to %.1f of their prior; outline known to %.2f px\n"
+      text + length, sizeof text - length,
+      "  outline known to %.2f px; draws miss it by %.2f px\n"
       "  evidence lower bound %.1f +- %.1f by %d fresh draws, Pareto k %.2f: %s\n",
-      belief.stretch, belief.stretch_deviation, belief.bend, belief.bend_deviation,
-      static_cast<int>((deviation.array() < kNarrowed).count()), static_cast<int>(deviation.size()),
-      kNarrowed, fit.sigma_px, fit.elbo, fit.elbo_error, fit.fresh, fit.pareto_k,
+      fit.sigma_px, fit.draw_rms_px, fit.elbo, fit.elbo_error, fit.fresh, fit.pareto_k,
       fit.pareto_k < kTrusted ? "near the exact posterior" : "too far from the exact posterior");
   return text;
 }

@@ -5,13 +5,14 @@
 #include <string>
 
 #include "solver/posterior_fit.h"
+#include "solver/posterior_io.h"
 
 namespace drape {
 
 // A posterior as numbers for people and files.
 
-// Mean and standard deviation of a fabric's average stiffness under the posterior (the paper's
-// table 3), by draws.
+// Mean and standard deviation of the average stiffness (the paper's table 3), by draws: of the
+// fabric under its posterior; of model bdp, of single faces and hinges.
 struct StiffnessBelief {
   double stretch = 0.0, stretch_deviation = 0.0;  // mean over rows of c11 and c22 [N/m]
   double bend = 0.0, bend_deviation = 0.0;        // plate rigidity, mean over the table [N m]
@@ -22,8 +23,8 @@ StiffnessBelief BeliefOf(const PosteriorFit& fit);
 // k̂, learned σ.
 nlohmann::ordered_json PosteriorJson(const PosteriorFit& fit);
 
-// For posterior.json: names, prior deviations, mean and covariance of the log factors.
-nlohmann::ordered_json PosteriorFile(const PosteriorFit& fit);
+// What its files hold (WritePosterior).
+StoredPosterior Stored(const PosteriorFit& fit);
 
 // For a person: the belief, how many numbers the data narrow, whether k̂ says to trust it.
 std::string PosteriorTable(const PosteriorFit& fit);

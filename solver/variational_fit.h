@@ -31,7 +31,8 @@ enum class DrawKind {
   kMode,    // u = mean: the mode of the posterior instead of a distribution
   kShared,  // u = mean + V·L·ε: one number for the whole cloth
   // u = (mean, diagonal of L), shape [2P]: the residuals hold noise of their own for each element,
-  // which they scale by the second half ("bdp", the paper's model)
+  // which they scale by the second half ("bdp", the paper's model: ElementDraws). What then is
+  // maximised is a bound on ln p(r, u), whose prior of u counts once (posterior_fit.h)
   kElementwise
 };
 

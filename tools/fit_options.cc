@@ -36,8 +36,9 @@ std::vector<Option> InputOptions(FitToolOptions& options) {
       {.key = "model",
        .value = &job.model,
        .doc = "homo: one table for the whole cloth; heter: then tables that vary over it; bayes: "
-              "then how sure the tables are",
-       .choices = {"homo", "heter", "bayes"}},
+              "then how sure the tables are; bdp: then how far each face and hinge scatters about "
+              "them (the paper's model)",
+       .choices = {"homo", "heter", "bayes", "bdp"}},
       {.key = "mesh",
        .value = &job.mesh,
        .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
@@ -67,7 +68,7 @@ std::vector<Option> InputOptions(FitToolOptions& options) {
        .required = true},
       {.key = "resume",
        .value = &job.resume,
-       .doc = "go on from out/checkpoint.json to the same answer"},
+       .doc = "go on from out/checkpoint.json to the same answer; fields and posteriors begin anew"},
   };
 }
 
@@ -101,27 +102,30 @@ std::vector<Option> FieldOptionsOf(FitToolOptions& options) {
 std::vector<Option> PosteriorOptionsOf(PosteriorOptions& posterior) {
   return {
       {.key = "specimens", .value = &posterior.specimen,
-       .doc = "model bayes: the specimen of each image, from 1; none: each image its own",
+       .doc = "models bayes, bdp: the specimen of each image, from 1; none: each image its own",
        .least = 1, .most = 1000},
       {.key = "specimen_stretch_sigma", .value = &posterior.specimen_stretch_sigma,
        .doc = "model bayes: how specimens of the fabric differ, standard deviation of a log factor "
               "on all stretch entries", .least = 0},
       {.key = "specimen_bend_sigma", .value = &posterior.specimen_bend_sigma,
        .doc = "the same on all bend entries", .least = 0},
+      {.key = "element_sigma", .value = &posterior.element_sigma,
+       .doc = "model bdp: how far faces and hinges scatter, most likely standard deviation of a "
+              "log factor in the prior", .least = 0, .most = 3, .above_least = true},
       {.key = "learn_sigma", .value = &posterior.learn_sigma,
-       .doc = "model bayes: sigma_px from what the mode leaves unexplained"},
+       .doc = "models bayes, bdp: sigma_px from what the mode leaves unexplained"},
       {.key = "posterior_angles", .value = &posterior.angles,
-       .doc = "model bayes: rays of the outline, no nearer than they are independent",
+       .doc = "models bayes, bdp: rays of the outline, no nearer than they are independent",
        .least = 31, .most = 3600},
       {.key = "posterior_draws", .value = &posterior.draws,
-       .doc = "model bayes: draws behind the posterior, even", .least = 2, .most = 10000},
+       .doc = "models bayes, bdp: draws behind the posterior, even", .least = 2, .most = 10000},
       {.key = "posterior_rank", .value = &posterior.rank,
        .doc = "model bayes: directions whose correlations are free beside those of Laplace",
        .least = 0, .most = 1000},
       {.key = "posterior_iterations", .value = &posterior.iterations,
-       .doc = "model bayes: iterations of Ceres for the posterior", .least = 0, .most = 10000},
+       .doc = "models bayes, bdp: iterations of Ceres for the posterior", .least = 0, .most = 10000},
       {.key = "fresh_draws", .value = &posterior.fresh_draws,
-       .doc = "model bayes: draws by which the evidence and k are judged", .least = 25,
+       .doc = "models bayes, bdp: draws by which the evidence and k are judged", .least = 25,
        .most = 100000},
   };
 }
@@ -205,7 +209,7 @@ OptionTable FitTable(FitToolOptions& options) {
       .notes = "files: summary.json, material.json and, of each image, fit_<image>.png, "
                "drape_<image>.obj, start_<image>.json;\n"
                "  model heter also material_homo.json, field_<kind>.png, known_<kind>.png;\n"
-               "  model bayes also material_homo.json, base.json, posterior.json;\n"
+               "  models bayes and bdp also material_homo.json, base.json, posterior.json;\n"
                "  they replace those of an earlier run together, at the end; checkpoint.json and "
                "fit.log while it runs\n"
                "exit code 3: nothing could be fitted (see summary.json)\n"

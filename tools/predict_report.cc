@@ -79,6 +79,12 @@ Json DrapeJson(const PredictedDrape& drape) {
   return json;
 }
 
+Json MaterialJson(const PredictToolOptions& options, const PredictionRun& run) {
+  if (!options.posterior.empty())
+    return {{"posterior", options.posterior}, {"posterior_kind", run.kind}};
+  return {{"material", run.scene.material.name}, {"material_file", options.scene.material}};
+}
+
 Json SetUpJson(const PredictToolOptions& options, const PredictionRun& run) {
   const PredictionOptions& prediction = run.prediction;
   return {{"draws_wanted", options.draws},
@@ -93,8 +99,6 @@ Json SetUpJson(const PredictToolOptions& options, const PredictionRun& run) {
           {"h", prediction.settle.steps.h},
           {"steps", prediction.settle.steps.steps},
           {"law", options.scene.law},
-          {"material", run.scene.material.name},
-          {"material_file", options.scene.material},
           {"mesh", options.scene.mesh},
           {"vertices", run.scene.model->mesh.num_vertices()},
           {"camera", CameraJson(prediction.camera)}};
@@ -121,6 +125,7 @@ void WritePredictionSummary(const std::string& path, const PredictToolOptions& o
                {"failures", Failures(run)},
                {"backend", run.backend}};
   json.update(SetUpJson(options, run));
+  json.update(MaterialJson(options, run));
   json["features"] = FeaturesJson(run);
   if (run.data) {
     json["score"] = run.score ? ScoreJson(*run.score) : Json(nullptr);

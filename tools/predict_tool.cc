@@ -9,6 +9,7 @@
 #include "losses/index_list.h"
 #include "physics/errors.h"
 #include "physics/obj_io.h"
+#include "solver/material_source.h"
 #include "tools/backend_option.h"
 #include "tools/contact_sheet.h"
 #include "tools/output_folder.h"
@@ -76,6 +77,45 @@ std::vector<Option> FileOptions(PredictToolOptions& options) {
        .is_path = true,
        .required = true},
   };
+}
+
+// A material, or a fit instead.
+std::vector<Option> MaterialOptions(PredictToolOptions& options) {
+  std::vector<Option> all = ClothOptions(options.scene);
+  for (Option& option : all)
+    if (option.key == "material") option.required = false;
+  all.push_back({.key = "posterior",
+                 .value = &options.posterior,
+                 .doc = "instead of a material, the output folder of drape_fit: each specimen is a "
+                        "draw of the posterior of model bayes or bdp, or has the tables of homo or "
+                        "heter",
+                 .is_path = true});
+  return all;
+}
+
+// The material of each specimen, whether one file says it or a fit.
+MaterialSource MaterialsOf(const PredictToolOptions& options, PredictionRun& run) {
+  if (options.posterior.empty()) return [field = run.scene.material.field](int) { return field; };
+  MaterialSource materials = ReadMaterialSource(options.posterior, *run.scene.model,
+                                                static_cast<uint64_t>(options.seed), &run.kind);
+  const PredictionOptions& prediction = options.prediction;
+  const bool scaled = prediction.specimen_stretch_sigma > 0 || prediction.specimen_bend_sigma > 0;
+  if (scaled && run.kind == ToString(PosteriorKind::kHierarchy)) {
+    throw InputError("option 'specimen_stretch_sigma' or 'specimen_bend_sigma'",
+                     "found a positive value beside " + options.posterior +
+                         ", whose posterior says how specimens differ, expected 0");
+  }
+  return materials;
+}
+
+void RequireOneMaterial(const PredictToolOptions& options) {
+  const bool both = !options.scene.material.empty() && !options.posterior.empty();
+  const bool none = options.scene.material.empty() && options.posterior.empty();
+  if (both || none) {
+    throw InputError(
+        "options 'material' and 'posterior'",
+        std::string("found ") + (both ? "both" : "neither") + ", expected one of them");
+  }
 }
 
 std::vector<ClothFace> FacesOf(const std::string& face) {
@@ -151,7 +191,7 @@ int PredictionRun::at_rest() const {
 }
 
 OptionTable PredictTable(PredictToolOptions& options) {
-  std::vector<Option> all = ClothOptions(options.scene);
+  std::vector<Option> all = MaterialOptions(options);
   for (const Option& option : DrawOptions(options)) all.push_back(option);
   all.push_back(BackendOption(options.backend));
   for (const Option& option : DatasetOptions(options.data, "split_seed")) all.push_back(option);
@@ -174,21 +214,21 @@ OptionTable PredictTable(PredictToolOptions& options) {
 
 PredictionRun RunPrediction(const PredictToolOptions& options, const PredictCallbacks& callbacks) {
   const auto begin = std::chrono::steady_clock::now();
+  RequireOneMaterial(options);
   PredictionRun run;
   run.prediction = PredictionOf(options, callbacks.cancel);
   run.scene = LoadScene(options.scene);
+  const MaterialSource materials = MaterialsOf(options, run);
   run.data = ReadData(options.data, run.prediction.camera, *callbacks.cancel);
   const auto backend =
       MakeLoggedBackend(options.backend, run.scene.model, Threads(options), callbacks.log);
   const OutputFolder out(options.out);
   run.backend = backend->name();
   run.prediction.batch = SettleBatchSize(*backend, Threads(options));
-  run.drapes = DrawDrapes(
-      *backend, [&](int) { return run.scene.material.field; }, run.prediction,
-      [&](int done) {
-        callbacks.progress(static_cast<double>(done) / options.draws,
-                           "draw " + std::to_string(done) + " of " + std::to_string(options.draws));
-      });
+  run.drapes = DrawDrapes(*backend, materials, run.prediction, [&](int done) {
+    callbacks.progress(static_cast<double>(done) / options.draws,
+                       "draw " + std::to_string(done) + " of " + std::to_string(options.draws));
+  });
   run.cancelled = static_cast<int>(run.drapes.size()) < options.draws;
   if (run.data) run.score = ScorePrediction(run.drapes, run.data->seen_held_out);
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

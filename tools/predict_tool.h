@@ -19,6 +19,7 @@ namespace drape {
 // What a user of drape_predict sets.
 struct PredictToolOptions {
   SceneInput scene;              // its start is not used
+  std::string posterior;         // instead of scene.material: folder of a fit (ReadMaterialSource)
   PredictionOptions prediction;  // RunPrediction sets its specimens, faces, seed, camera, batch
   int draws = 64;                // drapes in all
   int seed = 1;
@@ -37,7 +38,8 @@ OptionTable PredictTable(PredictToolOptions& options);
 struct PredictionRun {
   bool cancelled = false;
   std::string backend;  // Backend::name
-  LoadedScene scene;
+  LoadedScene scene;      // without a material where a posterior is given
+  std::string kind;       // of the materials (ReadMaterialSource); empty: of one material file
   PredictionOptions prediction;
   std::vector<PredictedDrape> drapes;
   std::optional<DatasetReport> data;

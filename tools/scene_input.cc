@@ -46,8 +46,9 @@ LoadedScene LoadScene(const SceneInput& input) {
   const bool is_reference = !law.rejects_negative_entries();
   LoadedScene loaded;
   Mesh mesh = ParseMeshSpec(input.mesh, {.round_to_float = is_reference});
-  loaded.material = ReadMaterialFor(
-      mesh, input.material, {is_reference ? NegativeEntries::kWarn : NegativeEntries::kReject});
+  if (!input.material.empty())
+    loaded.material = ReadMaterialFor(
+        mesh, input.material, {is_reference ? NegativeEntries::kWarn : NegativeEntries::kReject});
   for (const std::string& warning : loaded.material.warnings) LOG(WARNING) << warning;
   const Scene scene = input.scene == "cusick" ? CusickScene() : ReadScene(input.scene);
   RequireRegions(input, scene, mesh);

@@ -13,7 +13,7 @@ namespace drape {
 // What a drape starts from, as a user names it.
 struct SceneInput {
   std::string mesh = "disc:1200";  // ParseMeshSpec
-  std::string material;            // "FILE" or "FILE#name" (ReadMaterialFor)
+  std::string material;            // "FILE" or "FILE#name" (ReadMaterialFor); empty: none
   std::string law = "smooth";      // MakeLaw
   std::string scene = "cusick";    // "cusick", or a scene file (ReadScene)
   std::string start = "flat";      // "flat", or a start shape or state file (ReadStart)

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "solver/element_draws.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {
@@ -161,6 +162,50 @@ TEST_F(DrapeDrawsTest, ElementwiseJacobiansAgreeWithCentralDifferences) {
     best = std::min(best, ((up - down) / (2 * step) - exact).norm() / exact.norm());
   }
   EXPECT_LT(best, 1e-6);
+}
+
+// Two scales, two specimens with noise of their own, one of them with two drapes.
+TEST_F(DrapeDrawsTest, JacobiansOfElementDrawsAgreeWithCentralDifferences) {
+  ElementDraws draws(backend_.get(), hierarchy_.base, {0.5, 0.2}, targets_, options_, 2, 5);
+  ASSERT_EQ(draws.num_residuals(), 3 * kAngles);
+  Eigen::VectorXd point(78);
+  point << Eigen::VectorXd::Zero(39), Eigen::VectorXd::Constant(39, 0.5);
+  ASSERT_TRUE(draws.StartAt(point));
+  const Eigen::VectorXd direction = test::RandomMatrix(78, 1, random_);
+  draws.Prepare(point.replicate(1, 2), true);
+  Eigen::VectorXd residual;
+  RowMatrix jacobian;
+  ASSERT_TRUE(draws.Copy(1, &residual, &jacobian));
+  const Eigen::VectorXd exact = jacobian * direction;
+  double best = 1.0;
+  for (const double step : {1e-3, 1e-4, 1e-5}) {
+    Eigen::VectorXd up, down;
+    draws.Prepare((point + step * direction).replicate(1, 2), false);
+    ASSERT_TRUE(draws.Copy(1, &up, nullptr));
+    draws.Prepare((point - step * direction).replicate(1, 2), false);
+    ASSERT_TRUE(draws.Copy(1, &down, nullptr));
+    best = std::min(best, ((up - down) / (2 * step) - exact).norm() / exact.norm());
+  }
+  EXPECT_LT(best, 1e-6);
+}
+
+// The same image twice: what differs is the specimens' noise, of the size asked for.
+TEST_F(DrapeDrawsTest, SpecimensOfElementDrawsHaveNoiseOfTheirOwn) {
+  const std::vector<std::vector<Target>> twice = {{targets_[0][0]}, {targets_[0][0]}};
+  const auto difference = [&](double element_sigma, uint64_t seed) {
+    ElementDraws draws(backend_.get(), hierarchy_.base, {0.5, element_sigma}, twice, options_, 2,
+                       seed);
+    EXPECT_TRUE(draws.StartAt(
+        (Eigen::VectorXd(78) << Eigen::VectorXd::Zero(39), Eigen::VectorXd::Ones(39)).finished()));
+    Eigen::VectorXd r;
+    EXPECT_TRUE(draws.Copy(0, &r, nullptr));
+    return Eigen::VectorXd(r.head(kAngles) - r.tail(kAngles));
+  };
+  const Eigen::VectorXd small = difference(1e-4, 5), large = difference(2e-4, 5);
+  EXPECT_GT(small.norm(), 1e-5);
+  EXPECT_LT((large - 2 * small).norm(), 0.05 * large.norm());
+  EXPECT_EQ(difference(1e-4, 5), small);
+  EXPECT_NE(difference(1e-4, 6), small);
 }
 
 TEST_F(DrapeDrawsTest, OtherDrawsStartFromTheSameDrapes) {

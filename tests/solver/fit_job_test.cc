@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +14,7 @@
 #include "physics/material_io.h"
 #include "physics/state_io.h"
 #include "physics/statics.h"
+#include "solver/material_source.h"
 #include "solver/seed_grid.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/solver/solver_fixture.h"
@@ -61,6 +63,13 @@ class FitJobTest : public testing::Test {
     std::filesystem::create_directories(std::filesystem::path(folder_ / name).parent_path());
     WritePng(image, folder_ / name);
     job_.images.push_back(folder_ / name);
+  }
+  void UseBdp() {
+    job_.model = "bdp";
+    job_.fit.prior_sigma = 0.3;
+    job_.posterior.draws = 2;
+    job_.posterior.iterations = 3;
+    job_.posterior.fresh_draws = 25;
   }
   std::string ErrorOf() const {
     try {
@@ -113,8 +122,7 @@ TEST_F(FitJobTest, HeterWritesFieldsThatBelongToTheDrape) {
   EXPECT_LT(ForceResidual(model, material.field, start.x), 1e-8);
   const nlohmann::json summary = Summary();
   EXPECT_EQ(summary["model"], "heter");
-  EXPECT_EQ(summary["fields"]["parameters"],
-            39 + model.mesh.num_faces() + model.mesh.num_hinges());
+  EXPECT_EQ(summary["fields"]["parameters"], 39 + model.mesh.num_faces() + model.mesh.num_hinges());
   EXPECT_LE(summary["fields"]["cost"], summary["fields"]["start_cost"]);
   EXPECT_LE(summary["fields"]["bend_known"]["mean_of_posterior_over_prior_sd"], 1.0);
 }
@@ -141,6 +149,73 @@ TEST_F(FitJobTest, BayesSaysHowSureItIs) {
   EXPECT_GT(posterior["sigma_px"], 0.0);
   const nlohmann::json file = ReadJsonFile(folder_ / "posterior.json");
   EXPECT_EQ(file["covariance"].size(), 4);
+}
+
+TEST_F(FitJobTest, BdpSaysHowElementsScatter) {
+  AddImage("b.png", DrapeImage());  // another specimen
+  UseBdp();
+  const FitJobResult result = RunFitJob(job_, {});
+  EXPECT_THAT(result.table, HasSubstr("faces and hinges, mean and scatter"));
+  const nlohmann::json posterior = Summary()["posterior"];
+  EXPECT_EQ(posterior["kind"], "bdp");
+  EXPECT_EQ(posterior["specimens"], 2);
+  ASSERT_EQ(posterior["log_factors"].size(), 39);
+  EXPECT_GT(posterior["fresh_draws_that_stand"], 20);
+  EXPECT_LT(posterior["draw_rms_px"], 3.0);
+  EXPECT_GT(posterior["stretch_n_per_m"][1], 0.0);
+  std::string kind;
+  const auto backend = test::SmoothDisc(150);
+  const MaterialSource materials = ReadMaterialSource(folder_.path(), backend->model(), 1, &kind);
+  EXPECT_EQ(kind, "bdp");
+  const StoredPosterior stored = ReadPosterior(folder_.path());
+  EXPECT_EQ(stored.element_sd[7], posterior["log_factors"][7]["element_sd"]);
+  // Elements scatter by what was learned: the mean of squares over all faces of one entry.
+  const MaterialField drawn = materials(0);
+  const MaterialField median = ReadMaterial(folder_ / "material.json").field;
+  double square = 0.0;
+  for (const StretchTable& table : drawn.stretch)
+    square += std::pow(std::log(table.c[1][3] / median.stretch[0].c[1][3]), 2);
+  EXPECT_NEAR(std::sqrt(square / drawn.stretch.size()), stored.element_sd[7],
+              0.2 * stored.element_sd[7]);
+}
+
+TEST_F(FitJobTest, BdpNeedsAllEntries) {
+  UseBdp();
+  job_.fit.parameters = Tying::kColumns;
+  EXPECT_THAT(ErrorOf(), HasSubstr("parameters: fewer than 39 with model bdp, expected 39"));
+}
+
+// The posterior begins anew, from the branch of the checkpoint.
+TEST_F(FitJobTest, PosteriorsGoOnAfterACancelToTheSameFiles) {
+  UseBdp();
+  for (const std::string model : {"bdp", "bayes"}) {
+    job_.model = model;
+    job_.resume = false;
+    RunFitJob(job_, {});
+    const auto whole = ReadAll(folder_ / "posterior.json");
+    const auto table = ReadAll(folder_ / "material.json");
+    nlohmann::json numbers = Summary()["posterior"];
+    numbers.erase("seconds");
+    std::filesystem::remove(folder_ / "posterior.json");
+    std::atomic<bool> cancel = false;
+    const FitJobCallbacks callbacks{
+        &cancel, [&](const FitProgress& p) { cancel = cancel || p.stage == "posterior"; }};
+    EXPECT_TRUE(RunFitJob(job_, callbacks).cancelled);
+    EXPECT_TRUE(Exists("checkpoint.json"));
+    EXPECT_FALSE(Exists("posterior.json"));
+    job_.resume = true;
+    std::vector<std::string> lines;
+    FitJobCallbacks listening;
+    listening.log = [&](const std::string& line) { lines.push_back(line); };
+    const FitJobResult resumed = RunFitJob(job_, listening);
+    EXPECT_FALSE(resumed.cancelled);
+    EXPECT_THAT(lines, testing::Contains(HasSubstr("the posterior begins anew")));
+    EXPECT_EQ(ReadAll(folder_ / "posterior.json"), whole);
+    EXPECT_EQ(ReadAll(folder_ / "material.json"), table);
+    nlohmann::json again = Summary()["posterior"];
+    again.erase("seconds");
+    EXPECT_EQ(again, numbers);
+  }
 }
 
 TEST_F(FitJobTest, SpecimensAreOneNumberForEachImage) {

@@ -98,7 +98,7 @@ TEST(FitPosterior, InTheAxesOfThePosteriorADiagonalIsEnough) {
   EXPECT_NEAR(fit.cost, data.NegativeLogEvidence(), 1e-6);
 }
 
-TEST(FitPosterior, TheModeHasTheLaplaceCovarianceOfCeres) {
+TEST(FitPosterior, TheModeHasTheLaplaceCovariance) {
   Observations data(1);
   VariationalOptions options = Options(0);
   options.kind = DrawKind::kMode;
@@ -182,6 +182,65 @@ TEST(FitPosterior, ElementwiseDrawsGetMeansAndDeviations) {
   // 100·(s − 0.2) + s − 1/s = 0.
   const double s = fit.posterior.factor(0, 0);
   EXPECT_NEAR(100 * (s - 0.2) + s - 1 / s, 0.0, 1e-4);
+}
+
+// E elements η = m + s·ε with noise of their own and r = A·η − b. By the bound of posterior_fit.h,
+//   −ln p(b | m, s) ≤ ½‖A1·m − b‖² + ½ s²‖A‖², so that
+// m = (A1)ᵀb / (‖A1‖² + 1) and s² = 1 / (‖A‖² + 1): the prior of s counts once, not once for each
+// element.
+class ConjugateElements final : public DrawnResiduals {
+ public:
+  static constexpr int kElements = 5, kDraws = 2 * kElements;  // BalancedDraws are exact
+  ConjugateElements() : noise_(BalancedDraws(kElements, kDraws, 3)) {
+    std::mt19937_64 random(11);
+    a = test::RandomMatrix(kResiduals, kElements, random);
+    b = test::RandomMatrix(kResiduals, 1, random);
+  }
+  int num_latents() const override { return 2; }
+  int num_residuals() const override { return kResiduals; }
+  int num_draws() const override { return kDraws; }
+  void Prepare(const Eigen::MatrixXd& points, bool) override { u_ = points; }
+  bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(kElements);
+    *residual = a * (u_(0, draw) * ones + u_(1, draw) * noise_.col(draw)) - b;
+    if (jacobian == nullptr) return true;
+    jacobian->resize(kResiduals, 2);
+    *jacobian << a * ones, a * noise_.col(draw);
+    return true;
+  }
+  Eigen::VectorXd Sum() const { return a.rowwise().sum(); }
+  // −ln ∫ exp(−½‖A·η − b‖²) N(η; m, s²) dη.
+  double NegativeLogEvidence(double m, double s) const {
+    const Eigen::MatrixXd spread =
+        Eigen::MatrixXd::Identity(kResiduals, kResiduals) + s * s * a * a.transpose();
+    const Eigen::VectorXd r = m * Sum() - b;
+    return 0.5 * r.dot(spread.ldlt().solve(r)) + 0.5 * std::log(spread.determinant());
+  }
+
+  Eigen::MatrixXd a;
+  Eigen::VectorXd b;
+
+ private:
+  Eigen::MatrixXd noise_, u_;
+};
+
+TEST(FitPosterior, ElementwiseDrawsFindTheBestBoundOfAConjugateProblem) {
+  ConjugateElements data;
+  const GaussianPosterior start{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Identity(1, 1),
+                                Eigen::MatrixXd::Identity(1, 1)};
+  VariationalOptions options = Options(0);
+  options.kind = DrawKind::kElementwise;
+  const VariationalFit fit = FitPosterior(data, start, options);
+  const double m = fit.posterior.mean[0], s = fit.posterior.factor(0, 0);
+  EXPECT_NEAR(m, data.Sum().dot(data.b) / (data.Sum().squaredNorm() + 1), 1e-6);
+  EXPECT_NEAR(s * s, 1 / (data.a.squaredNorm() + 1), 1e-6);
+  const double prior = 0.5 * m * m + 0.5 * (s * s - 1 - std::log(s * s));
+  EXPECT_NEAR(fit.divergence, prior, 1e-12);
+  EXPECT_NEAR(
+      fit.cost,
+      0.5 * (data.Sum() * m - data.b).squaredNorm() + 0.5 * s * s * data.a.squaredNorm() + prior,
+      1e-9);
+  EXPECT_GE(fit.cost, data.NegativeLogEvidence(m, s) + prior);
 }
 
 TEST(SignedRoot, SquaresToTheDivergenceAndIsSmooth) {

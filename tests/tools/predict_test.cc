@@ -3,6 +3,7 @@
 #include "losses/image.h"
 #include "physics/material_field_io.h"
 #include "physics/mesh_spec.h"
+#include "solver/posterior_io.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/predict_tool.h"
 
@@ -87,6 +88,75 @@ TEST_F(PredictTool, TakesAFieldOfTables) {
   ASSERT_EQ(Run({"--draws=2", "--material=" + Path("field.json"), "--out=" + Path("f")}).exit_code,
             0);
   EXPECT_EQ(Read(Path("out/draws.png")), Read(Path("f/draws.png")));
+}
+
+class PredictFromAFit : public PredictTool {
+ protected:
+  // The posterior of a fit of two scales, in the folder "fit".
+  StoredPosterior Posterior(double sd) const {
+    StoredPosterior posterior;
+    posterior.fabric = Tying::kScales;
+    posterior.base = ReadMaterial(kFabric).field;
+    posterior.prior_sd = Eigen::VectorXd::Ones(2);
+    posterior.mean = Eigen::VectorXd::Zero(2);
+    posterior.covariance = sd * sd * Eigen::MatrixXd::Identity(2, 2);
+    return posterior;
+  }
+  void Write(const StoredPosterior& posterior) const {
+    std::filesystem::create_directories(Path("fit"));
+    WritePosterior(Path("fit"), posterior, "test");
+  }
+  ProcessResult RunFromFit(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> command = {kPredict,
+                                        "--mesh=disc:120",
+                                        "--draws=4",
+                                        "--steps=60",
+                                        "--face=up",
+                                        "--threads=2",
+                                        "--posterior=" + Path("fit"),
+                                        "--out=" + Path("drawn")};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProcess(command, {});
+  }
+};
+
+// A posterior without spread is its median; one with spread is not.
+TEST_F(PredictFromAFit, SpecimensAreDrawsOfThePosterior) {
+  Write(Posterior(0.0));
+  ASSERT_EQ(Run({"--draws=4", "--face=up"}).exit_code, 0);
+  const ProcessResult result = RunFromFit();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(Read(Path("out/draws.png")), Read(Path("drawn/draws.png")));
+  const Json summary = ReadJson(Path("drawn/summary.json"));
+  EXPECT_EQ(summary["posterior"], Path("fit"));
+  EXPECT_EQ(summary["posterior_kind"], "hierarchy");
+  EXPECT_FALSE(summary.contains("material_file"));
+  Write(Posterior(0.5));
+  ASSERT_EQ(RunFromFit().exit_code, 0);
+  EXPECT_NE(Read(Path("out/draws.png")), Read(Path("drawn/draws.png")));
+}
+
+TEST_F(PredictFromAFit, ElementsScatterByModelBdp) {
+  StoredPosterior posterior = Posterior(0.0);
+  posterior.kind = PosteriorKind::kElements;
+  posterior.fabric = Tying::kEntries;
+  posterior.prior_sd = Eigen::VectorXd::Ones(39);
+  posterior.mean = Eigen::VectorXd::Zero(39);
+  posterior.element_sd = Eigen::VectorXd::Constant(39, 0.1);
+  Write(posterior);
+  const ProcessResult result = RunFromFit({"--specimen_bend_sigma=0.1"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(ReadJson(Path("drawn/summary.json"))["posterior_kind"], "bdp");
+}
+
+TEST_F(PredictFromAFit, MistakesAreOneLine) {
+  ExpectOneLineError(RunFromFit(), "fit");
+  Write(Posterior(0.1));
+  ExpectOneLineError(RunFromFit({"--material=" + kFabric}),
+                     "options 'material' and 'posterior': found both, expected one of them");
+  ExpectOneLineError(RunFromFit({"--specimen_bend_sigma=0.1"}), "expected 0");
+  ExpectOneLineError(RunProcess({kPredict, "--out=" + Path("drawn")}), "found neither");
+  EXPECT_FALSE(std::filesystem::exists(Path("drawn")));
 }
 
 TEST_F(PredictTool, CtrlCWritesWhatThereIs) {

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/posterior_mode.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "losses/outline.h"
+#include "physics/errors.h"
+#include "physics/material_scaling.h"
+#include "solver/pareto_smoothing.h"
+
+namespace drape {
+namespace {
+
+constexpr int kModeIterations = 40;
+constexpr int kSigmaRounds = 3;       // the mode and σ by turns
+constexpr double kLeastSigma = 0.05;  // [px], of a learned one: that of the outline's measurement
+constexpr double kCostTolerance = 1e-4;
+constexpr int kNewtonFactor = 2;  // a draw lies further from the mode than a trial
+constexpr int kLeastFresh = 25;   // draws that a Pareto tail can be fitted to
+
+}  // namespace
+
+PosteriorMode::PosteriorMode(const FitProblem& problem, const StagedFitOptions& staged,
+                             const PosteriorOptions& options, const BranchFit& branch,
+                             const StagedFitCallbacks& callbacks, PosteriorFit* fit)
+    : problem_(problem),
+      staged_(staged),
+      options_(options),
+      callbacks_(callbacks),
+      branch_fitter_(problem, staged, *problem.fine, callbacks.cancel, 0),
+      fit_(*fit) {
+  options.Check(problem.targets.size());
+  fit_.kind = options.kind;
+  fit_.sigma_px = staged.sigma_px;
+  SetHierarchy(branch);
+  SetTargets(branch);
+  mean_ = Eigen::VectorXd::Zero(fit_.hierarchy.num_latents());
+  mean_.head(fit_.hierarchy.num_fabric()) = branch.theta / staged.prior_sigma;
+}
+
+bool PosteriorMode::Find() {
+  const int rounds = options_.learn_sigma ? kSigmaRounds : 1;
+  for (int round = 0; round < rounds && !Cancelled(); ++round)
+    if (!FindOnce(round, rounds)) return false;
+  return !Cancelled();
+}
+
+void PosteriorMode::SetHierarchy(const BranchFit& branch) {
+  const int targets = static_cast<int>(problem_.targets.size());
+  for (int i = 0; i < targets; ++i)
+    fit_.specimen.push_back(options_.specimen.empty() ? i : options_.specimen[i] - 1);
+  const bool hierarchical = options_.kind == PosteriorKind::kHierarchy;
+  fit_.hierarchy = {.base = Scaled(problem_.material, branch.seed.stretch, branch.seed.bend),
+                    .fabric = staged_.parameters,
+                    .fabric_sigma = staged_.prior_sigma,
+                    .specimen_stretch_sigma = hierarchical ? options_.specimen_stretch_sigma : 0.0,
+                    .specimen_bend_sigma = hierarchical ? options_.specimen_bend_sigma : 0.0,
+                    .specimens = 1 + *std::max_element(fit_.specimen.begin(), fit_.specimen.end())};
+}
+
+// The outlines anew at the posterior's angles.
+void PosteriorMode::SetTargets(const BranchFit& branch) {
+  targets_.resize(fit_.hierarchy.specimens);
+  std::vector<Target> all = branch_fitter_.WithStarts(branch);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Outline outline;
+    if (!OutlineFromImage(all[i].image, all[i].camera, options_.angles, &outline))
+      throw InputError(all[i].file, "no closed outline at " + std::to_string(options_.angles) +
+                                        " angles, expected the silhouette of a drape");
+    all[i].radius = outline.radius;
+    all[i].image = GrayImage();  // large, and copied with each draw
+    targets_[fit_.specimen[i]].push_back(std::move(all[i]));
+  }
+}
+
+BatchOptions PosteriorMode::BatchOptionsOf() const {
+  BatchOptions options = branch_fitter_.BatchOptionsOf();
+  options.sigma_px = fit_.sigma_px;
+  options.equilibrium.max_iterations *= kNewtonFactor;
+  return options;
+}
+
+DrapeDraws PosteriorMode::MakeDraws(int count, BeyondBranch beyond) const {
+  return {problem_.fine, fit_.hierarchy, targets_, BatchOptionsOf(), count, beyond};
+}
+
+VariationalOptions PosteriorMode::OptionsOf(DrawKind kind, int iterations, double from,
+                                            double to) const {
+  VariationalOptions options;
+  options.kind = kind;
+  options.draws = options_.draws;
+  options.rank = options_.rank;
+  options.seed = options_.seed;
+  options.max_iterations = iterations;
+  options.cost_tolerance = kCostTolerance;
+  options.cancel = callbacks_.cancel;
+  options.progress = [this, iterations, from, to](const FitIteration& iteration) {
+    const double share = iteration.iteration / std::max(1.0, double(iterations));
+    if (callbacks_.progress) callbacks_.progress("posterior", from + (to - from) * share, 0.0);
+  };
+  return options;
+}
+
+bool PosteriorMode::FindOnce(int round, int rounds) {
+  DrapeDraws one = MakeDraws(1, BeyondBranch::kRefuse);
+  if (!one.StartAt(mean_)) return false;
+  const int n = fit_.hierarchy.num_latents();
+  const GaussianPosterior start{mean_, Eigen::MatrixXd::Identity(n, n),
+                                Eigen::MatrixXd::Identity(n, n)};
+  fit_.mode = FitPosterior(one, start,
+                           OptionsOf(DrawKind::kMode, kModeIterations, kModeShare * round / rounds,
+                                     kModeShare * (round + 1) / rounds));
+  fit_.counts += one.counts();
+  if (fit_.mode.termination == FitTermination::kFailed) return false;
+  mean_ = fit_.mode.posterior.mean;
+  one.Prepare(mean_, false);
+  Eigen::VectorXd residual;
+  if (!one.Copy(0, &residual, nullptr)) return false;
+  StartFrom(one.Shapes(0));
+  if (options_.learn_sigma && round + 1 < rounds) LearnSigma(residual);
+  return true;
+}
+
+// The drapes of a point, specimen by specimen, become the targets' starts.
+void PosteriorMode::StartFrom(const std::vector<Eigen::VectorXd>& shapes) {
+  std::size_t next = 0;
+  for (std::vector<Target>& of_specimen : targets_)
+    for (Target& target : of_specimen) target.start.x = shapes[next++];
+}
+
+// σ² = (residual sum of squares) / (its degrees of freedom), those of the mode taken off:
+// tr(1 − Σ) of its Laplace covariance.
+void PosteriorMode::LearnSigma(const Eigen::VectorXd& residual) {
+  const double determined = mean_.size() - fit_.mode.posterior.Covariance().trace();
+  const double freedom = std::max(1.0, double(residual.size()) - determined);
+  fit_.sigma_px = std::max(kLeastSigma, fit_.sigma_px * residual.norm() / std::sqrt(freedom));
+}
+
+bool PosteriorMode::KeepDrapes(const Eigen::VectorXd& u) {
+  DrapeDraws draws = MakeDraws(1, BeyondBranch::kRefuse);
+  if (!draws.StartAt(u)) return false;
+  draws.Prepare(u, false);
+  const std::vector<Eigen::VectorXd> by_specimen = draws.Shapes(0);
+  fit_.counts += draws.counts();
+  fit_.shapes.resize(by_specimen.size());
+  std::size_t next = 0;
+  for (int p = 0; p < fit_.hierarchy.specimens; ++p)
+    for (std::size_t i = 0; i < fit_.specimen.size(); ++i)
+      if (fit_.specimen[i] == p) fit_.shapes[i] = by_specimen[next++];
+  for (const int p : fit_.specimen)
+    fit_.materials.push_back(
+        TableParametrisation(fit_.hierarchy.base, fit_.hierarchy.LogEntries(p)).Material(u));
+  return true;
+}
+
+bool ScoreDraws(const std::vector<Eigen::VectorXd>& residuals,
+                const std::vector<double>& log_ratios, PosteriorFit* fit) {
+  fit->fresh = static_cast<int>(residuals.size());
+  if (fit->fresh < kLeastFresh) return false;
+  const auto count = static_cast<double>(residuals[0].size());
+  Eigen::ArrayXd weights(fit->fresh), squares(fit->fresh);
+  for (int s = 0; s < fit->fresh; ++s) {
+    squares[s] = residuals[s].squaredNorm();
+    weights[s] = log_ratios[s] - 0.5 * squares[s];
+  }
+  weights -= count * std::log(fit->sigma_px * std::sqrt(2 * std::numbers::pi));
+  fit->elbo = weights.mean();
+  fit->elbo_error = std::sqrt((weights - fit->elbo).square().mean() / fit->fresh);
+  fit->pareto_k = ParetoShape(weights.matrix());
+  fit->draw_rms_px = fit->sigma_px * std::sqrt(squares.mean() / count);
+  return true;
+}
+
+}  // namespace drape
