@@ -15,10 +15,10 @@ bool FindDistribution(const PosteriorOptions& options, const PosteriorMode& mode
                       PosteriorFit* fit) {
   DrapeDraws draws = mode.MakeDraws(options.draws, BeyondBranch::kTangent);
   if (mode.Cancelled() || !draws.StartAt(fit->mode.posterior.mean)) return false;
-  fit->posterior = FitPosterior(draws, fit->mode.posterior,
-                                mode.OptionsOf(DrawKind::kShared, options.iterations,
-                                               PosteriorMode::kModeShare,
-                                               PosteriorMode::kFitShare));
+  fit->posterior =
+      FitPosterior(draws, fit->mode.posterior,
+                   mode.OptionsOf(DrawKind::kShared, options.iterations, PosteriorMode::kModeShare,
+                                  PosteriorMode::kFitShare));
   fit->counts += draws.counts();
   fit->beyond = draws.num_beyond();
   return fit->posterior.termination != FitTermination::kFailed;
