@@ -196,6 +196,7 @@ FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
   if (job.resume) state = ReadCheckpoint(job.checkpoint, identity).value_or(StagedFitState());
   std::ofstream log(job.log, job.resume ? std::ios::app : std::ios::trunc);
   LogBackend(loaded.backend_choice, callbacks, log);
+  for (const std::string& line : job.log_lines) log << line << std::endl;
   for (const std::string& note : loaded.notes) log << note << std::endl;
   StagedFitCallbacks staged;
   staged.cancel = callbacks.cancel;
