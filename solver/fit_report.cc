@@ -238,11 +238,8 @@ void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFi
   };
   if (report.fields || report.posterior)
     write_table("material_homo.json", FittedMaterial(problem, job.fit, *Best(state)));
-  if (report.posterior) {
-    write_table("base.json", report.posterior->hierarchy.base);
-    WriteFileAtomically(job.out + "/posterior.json",
-                        PosteriorFile(*report.posterior).dump(1) + "\n");
-  }
+  if (report.posterior)
+    WritePosterior(job.out, Stored(*report.posterior), "drape_fit, model " + job.model + source);
   if (report.fields) {
     const std::string missing =
         WriteFields(job.out, *mesh, *report.fields, "drape_fit, model heter" + source);

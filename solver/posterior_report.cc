@@ -28,8 +28,6 @@ Eigen::VectorXd PriorDeviations(const DrapeHierarchy& hierarchy) {
   return deviations;
 }
 
-std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
-
 }  // namespace
 
 StiffnessBelief BeliefOf(const PosteriorFit& fit) {
@@ -83,22 +81,17 @@ ordered_json PosteriorJson(const PosteriorFit& fit) {
           {"log_factors", numbers}};
 }
 
-ordered_json PosteriorFile(const PosteriorFit& fit) {
+StoredPosterior Stored(const PosteriorFit& fit) {
   const Eigen::VectorXd prior = PriorDeviations(fit.hierarchy);
-  const Eigen::MatrixXd covariance =
+  StoredPosterior stored;
+  stored.fabric = fit.hierarchy.fabric;
+  stored.specimens = fit.hierarchy.has_specimens() ? fit.hierarchy.specimens : 0;
+  stored.base = fit.hierarchy.base;
+  stored.prior_sd = prior;
+  stored.mean = prior.cwiseProduct(fit.posterior.posterior.mean);
+  stored.covariance =
       prior.asDiagonal() * fit.posterior.posterior.Covariance() * prior.asDiagonal();
-  ordered_json names = ordered_json::array(), rows = ordered_json::array();
-  for (int i = 0; i < fit.hierarchy.num_latents(); ++i) {
-    names.push_back(fit.hierarchy.NameOf(i));
-    rows.push_back(List(covariance.col(i)));
-  }
-  return {{"format", "drapefit-posterior"},
-          {"version", 1},
-          {"log_factors_on", "base.json"},
-          {"names", names},
-          {"prior_sd", List(prior)},
-          {"mean", List(prior.cwiseProduct(fit.posterior.posterior.mean))},
-          {"covariance", rows}};
+  return stored;
 }
 
 std::string PosteriorTable(const PosteriorFit& fit) {

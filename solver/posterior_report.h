@@ -5,6 +5,7 @@
 #include <string>
 
 #include "solver/posterior_fit.h"
+#include "solver/posterior_io.h"
 
 namespace drape {
 
@@ -22,8 +23,8 @@ StiffnessBelief BeliefOf(const PosteriorFit& fit);
 // k̂, learned σ.
 nlohmann::ordered_json PosteriorJson(const PosteriorFit& fit);
 
-// For posterior.json: names, prior deviations, mean and covariance of the log factors.
-nlohmann::ordered_json PosteriorFile(const PosteriorFit& fit);
+// What its files hold (WritePosterior).
+StoredPosterior Stored(const PosteriorFit& fit);
 
 // For a person: the belief, how many numbers the data narrow, whether k̂ says to trust it.
 std::string PosteriorTable(const PosteriorFit& fit);
