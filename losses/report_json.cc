@@ -54,9 +54,9 @@ nlohmann::ordered_json StabilityJson(const Eigen::VectorXd& lowest_eigenvalues) 
 
 nlohmann::ordered_json ScoreJson(const DistributionScore& score) {
   nlohmann::ordered_json json = {{"observed", score.observed},
-               {"mean_image_mse", score.mean_image_mse},
-               {"feature_energy_score", score.feature_energy},
-               {"outline_energy_score_m", score.outline_energy}};
+                                 {"mean_image_mse", score.mean_image_mse},
+                                 {"feature_energy_score", score.feature_energy},
+                                 {"outline_energy_score_m", score.outline_energy}};
   for (int k = 0; k < kNumFeatures; ++k) {
     const FeatureScore& f = score.features[k];
     json["features"][kFeatureNames[k]] = {

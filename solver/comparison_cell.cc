@@ -120,8 +120,8 @@ void WritePrediction(const CellTask& task, const ordered_json& json) {
 
 bool Predict(const CellTask& task, const CellCallbacks& callbacks) {
   const auto start = std::chrono::steady_clock::now();
-  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(task.fit.mesh),
-                                                        CusickScene(), MakeLaw(task.fit.law));
+  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(task.fit.mesh), CusickScene(),
+                                                        MakeLaw(task.fit.law));
   const auto backend = MakeBackend(task.fit.backend, model, task.fit.threads);
   PredictionOptions options = task.prediction;
   options.settle.steps.cancel = options.settle.equilibrium.cancel = callbacks.cancel;

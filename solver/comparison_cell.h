@@ -17,8 +17,8 @@ namespace drape {
 // One cell of a comparison of models: a fit to the images of one side of a split, drapes drawn from
 // it, and their score on the captures of the other side.
 struct CellTask {
-  std::string folder;  // its files; made when missing
-  FitJob fit;          // its out, checkpoint, log and resume are not used
+  std::string folder;            // its files; made when missing
+  FitJob fit;                    // its out, checkpoint, log and resume are not used
   PredictionOptions prediction;  // its cancel and batch are not used
   const std::vector<SeenCapture>* held_out = nullptr;  // outlives the task
 };

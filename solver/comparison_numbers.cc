@@ -58,7 +58,8 @@ Numbers FitNumbers(const nlohmann::json& summary, const std::string& where) {
   if (input.Has("fields")) numbers["parameters"] = input.At("fields").At("parameters").Number();
   if (input.Has("posterior")) {
     numbers["parameters"] = input.At("posterior").At("log_factors").ExpectArray().Size();
-    numbers["elbo"] = input.At("posterior").At("elbo").Number();
+    const JsonInput elbo = input.At("posterior").At("elbo");
+    if (!elbo.value().is_null()) numbers["elbo"] = elbo.Number();  // null: no draw stands
   }
   return numbers;
 }

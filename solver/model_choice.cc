@@ -31,10 +31,9 @@ ModelChoice ChooseSimplest(const std::vector<ModelScores>& models) {
     CHECK(!model.scores.empty());
     CHECK_EQ(model.scores.size(), models[0].scores.size());
   }
-  const auto best = std::min_element(models.begin(), models.end(),
-                                     [](const ModelScores& a, const ModelScores& b) {
-                                       return MeanOf(a) < MeanOf(b);
-                                     });
+  const auto best = std::min_element(
+      models.begin(), models.end(),
+      [](const ModelScores& a, const ModelScores& b) { return MeanOf(a) < MeanOf(b); });
   choice.best = best->model;
   choice.captures = static_cast<int>(best->scores.size());
   for (const ModelScores& model : models) {

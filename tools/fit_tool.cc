@@ -28,7 +28,9 @@ void TakeData(const FitToolOptions& options, FitJob* job) {
   SelectCaptures(data, job);
 }
 
-FitJob JobOf(const FitToolOptions& options) {
+}  // namespace
+
+FitJob FitJobOf(const FitToolOptions& options) {
   FitJob job = options.job;
   for (const std::string& image : options.images) {
     const auto files = ExpandImages(image);
@@ -58,10 +60,8 @@ FitJob JobOf(const FitToolOptions& options) {
   return job;
 }
 
-}  // namespace
-
 FitJobResult RunFitTool(const FitToolOptions& options, const FitJobCallbacks& callbacks) {
-  FitJob job = JobOf(options);
+  FitJob job = FitJobOf(options);
   const OutputFolder out(options.out);
   job.out = out.Staged("");
   job.checkpoint = options.out + "/checkpoint.json";

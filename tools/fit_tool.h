@@ -22,6 +22,10 @@ struct FitToolOptions {
   std::string out;                    // folder, made when missing
 };
 
+// The job with its names looked up and its files listed; without its output files. Throws
+// InputError.
+FitJob FitJobOf(const FitToolOptions& options);
+
 // Runs the job. The results appear in `out` together at the end; checkpoint.json and fit.log are
 // there while it runs. Throws InputError; then earlier results are as they were.
 FitJobResult RunFitTool(const FitToolOptions& options, const FitJobCallbacks& callbacks);
