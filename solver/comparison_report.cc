@@ -23,7 +23,8 @@ ordered_json RowJson(const ComparisonRow& row) {
   for (const ComparedNumber& number : kComparedNumbers) {
     const auto found = row.numbers.find(number.key);
     if (found == row.numbers.end()) continue;
-    numbers[number.key] = {{"mean", found->second.mean}, {"sd", found->second.sd}};
+    const auto& [spread, seeds] = found->second;
+    numbers[number.key] = {{"mean", spread.mean}, {"sd", spread.sd}, {"seeds", seeds}};
   }
   return {{"model", row.model}, {"cells", row.cells}, {"failed", row.failed}, {"numbers", numbers}};
 }
@@ -65,38 +66,41 @@ ordered_json ComparisonJson(const Comparison& comparison,
 }
 
 std::string ComparisonCsv(const Comparison& comparison) {
-  std::string csv = "fabric,model,number,mean,sd,cells,failed\n";
+  std::string csv = "fabric,model,number,mean,sd,seeds,cells,failed\n";
   for (const ComparisonTable& table : comparison.tables)
     for (const ComparisonRow& row : table.rows)
       for (const ComparedNumber& number : kComparedNumbers) {
         const auto found = row.numbers.find(number.key);
         if (found == row.numbers.end()) continue;
-        csv +=
-            FabricName(table.fabric) + "," + row.model + "," + number.key +
-            Text(",%.9g,%.9g,%d,%d\n", found->second.mean, found->second.sd, row.cells, row.failed);
+        const auto& [spread, seeds] = found->second;
+        csv += FabricName(table.fabric) + "," + row.model + "," + number.key +
+               Text(",%.9g,%.9g,%d,%d,%d\n", spread.mean, spread.sd, seeds, row.cells, row.failed);
       }
   return csv;
 }
 
-// "0.0123 ± 0.0004"; without the spread where there is one cell.
+// "0.0123 ± 0.0004"; without the spread where there is one seed.
 std::string Entry(const ComparisonRow& row, const ComparedNumber& number) {
   const auto found = row.numbers.find(number.key);
   if (found == row.numbers.end()) return "–";
-  const std::string mean = Text("%.4g", found->second.mean / number.unit);
-  return row.cells < 2 ? mean : mean + Text(" ± %.2g", found->second.sd / number.unit);
+  const auto& [spread, seeds] = found->second;
+  const std::string mean = Text("%.4g", spread.mean / number.unit);
+  return seeds < 2 ? mean : mean + Text(" ± %.2g", spread.sd / number.unit);
 }
 
 std::string TableText(const ComparisonTable& table) {
   std::string head = "| |", rule = "|---|";
   for (const ComparisonRow& row : table.rows) {
-    head += " " + row.model +
-            (row.failed > 0 ? Text(" (%d of %d failed)", row.failed, row.cells) : "") + " |";
+    head += Text(" %s", row.model.c_str());
+    if (row.failed > 0) head += Text(" (%d of %d failed)", row.failed, row.cells);
+    head += " |";
     rule += "---|";
   }
   std::string text = head + "\n" + rule + "\n";
   for (const ComparedNumber& number : kComparedNumbers) {
     std::string line = std::string("| ") + number.label + " |";
-    for (const ComparisonRow& row : table.rows) line += " " + Entry(row, number) + " |";
+    for (const ComparisonRow& row : table.rows)
+      line.append(" ").append(Entry(row, number)).append(" |");
     text += line + "\n";
   }
   return text;
@@ -137,7 +141,11 @@ std::string ComparisonText(const Comparison& comparison) {
       "Mean ± standard deviation over the seeds; a seed draws the split and the drapes. Of all "
       "fabrics: of the mean over them.\nModels from the simplest on: homo, heter, bdp, bayes. The "
       "standard error is that of the mean difference from the best model over held-out\ncaptures, "
-      "taken as independent: those of one sample repeat each other, so it is a lower bound.\n";
+      "taken as independent: those of one sample repeat each other, so it is a lower bound.\nThere "
+      "a capture that is "
+      "held out under several seeds counts once, and only models are judged all of whose cells "
+      "have "
+      "a score.\n";
   for (const ComparisonTable& table : comparison.tables)
     text += "\n## " + (table.fabric == 0 ? "All fabrics" : "Fabric " + FabricName(table.fabric)) +
             "\n\n" + TableText(table) + "\n" + ChoiceText(table.choice);

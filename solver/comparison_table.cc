@@ -38,7 +38,8 @@ ComparisonRow RowOf(const Cells& cells, const std::string& model) {
   for (const ComparedCell* cell : cells) row.failed += Failed(*cell);
   for (const ComparedNumber& number : kComparedNumbers) {
     const std::vector<double> values = ValuesOf(cells, number.key);
-    if (!values.empty()) row.numbers[number.key] = SpreadOfValues(values);
+    if (!values.empty())
+      row.numbers[number.key] = {SpreadOfValues(values), static_cast<int>(values.size())};
   }
   return row;
 }

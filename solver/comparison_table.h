@@ -22,11 +22,16 @@ struct ComparedCell {
   CellResult result;
 };
 
-// A line of a table: mean and standard deviation of each number over the seeds.
+struct SeedSpread {
+  Spread spread;  // over the seeds
+  int seeds = 0;  // that have the number, for all fabrics of the table
+};
+
+// A line of a table, by key of kComparedNumbers.
 struct ComparisonRow {
   std::string model;
   int cells = 0, failed = 0;
-  std::map<std::string, Spread> numbers;
+  std::map<std::string, SeedSpread> numbers;
 };
 
 struct ComparisonTable {

@@ -10,8 +10,8 @@
 #include "physics/atomic_file.h"
 #include "physics/errors.h"
 #include "physics/json_input.h"
-#include "physics/material_io.h"
 #include "solver/fit_captures.h"
+#include "solver/fit_input.h"
 
 namespace drape {
 namespace {
@@ -139,10 +139,15 @@ void AddTrivial(const SharedSplit& shared, std::vector<ComparedCell>* cells) {
   add(kCircle, "circle of the mean area", trivial.circle);
 }
 
+// Whatever a fit would refuse, before hours of work: each model of each fabric, with its first seed.
+void CheckFits(const ComparisonJob& job, const std::vector<SharedSplit>& splits) {
+  for (const SharedSplit& shared : splits)
+    if (shared.seed == job.seeds[0])
+      for (const std::string& model : job.models) LoadJob(TaskOf(job, shared, model).fit);
+}
+
 std::vector<SharedSplit> ShareAll(const ComparisonJob& job, const ComparisonCallbacks& callbacks) {
   const Dataset dataset = ReadDataset(job.data);
-  for (const std::string& material : job.materials)
-    ReadMaterial(material, {NegativeEntries::kWarn});  // before hours of work
   std::vector<SharedSplit> all;
   for (std::size_t i = 0; i < job.fabrics.size(); ++i) {
     const std::vector<Capture> usable = UsableCaptures(job, dataset, job.fabrics[i], callbacks);
@@ -196,6 +201,7 @@ ComparisonRun RunComparison(const ComparisonJob& job, const ComparisonCallbacks&
   CheckJob(job);
   CheckSettings(job);
   const std::vector<SharedSplit> splits = ShareAll(job, callbacks);
+  CheckFits(job, splits);
   WriteSettings(job, splits);
   ComparisonRun run;
   if (!RunCells(job, splits, callbacks, &run)) {

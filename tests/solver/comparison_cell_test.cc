@@ -119,12 +119,22 @@ TEST_F(ComparisonCellTest, GoesOnAfterACancelToTheSameNumbers) {
   EXPECT_EQ(Numbers(), whole);
 }
 
-TEST_F(ComparisonCellTest, AFailedFitIsACellWithAReason) {
-  task_.fit.fit.grid.bend = {1e-9};
+TEST_F(ComparisonCellTest, DrawsThatDoNotComeToRestAreACellWithAReason) {
+  task_.prediction.settle.equilibrium.tolerance = 1e-30;
   ASSERT_TRUE(Run());
   const auto cell = ReadCell(Path("cell"));
   ASSERT_TRUE(cell);
-  EXPECT_THAT(cell->failure, testing::HasSubstr("nothing could be fitted"));
+  EXPECT_THAT(cell->failure, testing::HasSubstr("fewer than two draws at rest"));
+  EXPECT_TRUE(cell->captures.empty());
+}
+
+// Of a model that stayed at its one table there is no prediction: it would be that of homo.
+TEST_F(ComparisonCellTest, AModelThatCouldNotBeFittedHasNoScore) {
+  ASSERT_TRUE(Run());
+  std::filesystem::remove(Path("cell/prediction.json"));
+  task_.fit.model = "heter";
+  ASSERT_TRUE(Run());
+  EXPECT_EQ(ReadCell(Path("cell"))->failure, "the fields could not be fitted");
 }
 
 }  // namespace

@@ -46,12 +46,12 @@ TEST_F(ComparisonTableTest, ATableForEachFabricAndOneForAll) {
   EXPECT_EQ(comparison.tables[0].choice.captures, 8);
   EXPECT_EQ(comparison.tables[1].choice.chosen, "homo");
   const ComparisonRow& homo = comparison.tables[0].rows[0];
-  EXPECT_DOUBLE_EQ(homo.numbers.at("feature_energy").mean, 3.5);
-  EXPECT_NEAR(homo.numbers.at("feature_energy").sd, std::sqrt(0.5), 1e-12);
+  EXPECT_DOUBLE_EQ(homo.numbers.at("feature_energy").spread.mean, 3.5);
+  EXPECT_NEAR(homo.numbers.at("feature_energy").spread.sd, std::sqrt(0.5), 1e-12);
   // Of all: seed 1 (3 + 1)/2, seed 2 (4 + 1)/2.
   const ComparisonTable& all = comparison.tables[2];
   EXPECT_EQ(all.fabric, 0);
-  EXPECT_DOUBLE_EQ(all.rows[0].numbers.at("feature_energy").mean, 2.25);
+  EXPECT_DOUBLE_EQ(all.rows[0].numbers.at("feature_energy").spread.mean, 2.25);
   EXPECT_EQ(all.choice.captures, 16);
   EXPECT_EQ(all.rows[2].model, "circle");
   EXPECT_FALSE(all.rows[0].numbers.contains("elbo"));
@@ -69,10 +69,11 @@ TEST_F(ComparisonTableTest, AModelWithAFailedCellIsNotChosen) {
   const Comparison comparison = Summed();
   EXPECT_EQ(comparison.tables[0].choice.chosen, "homo");
   EXPECT_EQ(comparison.tables[0].rows[1].failed, 1);
-  EXPECT_DOUBLE_EQ(comparison.tables[0].rows[1].numbers.at("feature_energy").mean, 1.0);
+  EXPECT_DOUBLE_EQ(comparison.tables[0].rows[1].numbers.at("feature_energy").spread.mean, 1.0);
   EXPECT_THAT(comparison.failures,
               testing::ElementsAre("fabric 2, bayes, seed 1: nothing could be fitted"));
   EXPECT_THAT(ComparisonText(comparison), HasSubstr("bayes (1 of 2 failed)"));
+  EXPECT_THAT(ComparisonText(comparison), HasSubstr("| 3.5 ± 0.71 | 1 | 9 ± 0 |"));
 }
 
 TEST_F(ComparisonTableTest, BeliefsAreMeansOverSeeds) {
@@ -86,8 +87,8 @@ TEST_F(ComparisonTableTest, BeliefsAreMeansOverSeeds) {
 TEST_F(ComparisonTableTest, FilesSayTheSame) {
   WriteComparison(Path(""), Summed(), {{"mesh", "disc:600"}});
   const std::string csv = Read(Path("comparison.csv")), text = Read(Path("comparison.md"));
-  EXPECT_THAT(csv, HasSubstr("\n2,homo,feature_energy,3.5,0.707106781,2,0\n"));
-  EXPECT_THAT(csv, HasSubstr("\nall,circle,outline_energy_m,0.004,0,4,0\n"));
+  EXPECT_THAT(csv, HasSubstr("\n2,homo,feature_energy,3.5,0.707106781,2,2,0\n"));
+  EXPECT_THAT(csv, HasSubstr("\nall,circle,outline_energy_m,0.004,0,2,4,0\n"));
   EXPECT_THAT(csv, Not(HasSubstr("elbo")));
   EXPECT_THAT(text,
               HasSubstr("| held out: energy score of features | 3.5 ± 0.71 | 1 ± 0 | 9 ± 0 |"));

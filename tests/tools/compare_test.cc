@@ -88,6 +88,7 @@ TEST_F(CompareTool, MistakesAreOneLine) {
   ExpectOneLineError(Run({"--materials=" + kFabric + "," + kFabric}), "option 'materials'");
   ExpectOneLineError(Run({"--materials=" + Path("no.json")}), "no.json");
   ExpectOneLineError(Run({"--draws=2"}), "draws");
+  ExpectOneLineError(Run({"--mesh=disc:3"}), "disc: 3 vertices");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 
