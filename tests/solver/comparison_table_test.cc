@@ -70,6 +70,7 @@ TEST_F(ComparisonTableTest, AModelWithAFailedCellIsNotChosen) {
   EXPECT_EQ(comparison.tables[0].choice.chosen, "homo");
   EXPECT_EQ(comparison.tables[0].rows[1].failed, 1);
   EXPECT_DOUBLE_EQ(comparison.tables[0].rows[1].numbers.at("feature_energy").spread.mean, 1.0);
+  EXPECT_EQ(comparison.tables[2].rows[1].numbers.at("feature_energy").seeds, 1);
   EXPECT_THAT(comparison.failures,
               testing::ElementsAre("fabric 2, bayes, seed 1: nothing could be fitted"));
   EXPECT_THAT(ComparisonText(comparison), HasSubstr("bayes (1 of 2 failed)"));
