@@ -139,7 +139,7 @@ void AddTrivial(const SharedSplit& shared, std::vector<ComparedCell>* cells) {
   add(kCircle, "circle of the mean area", trivial.circle);
 }
 
-// Whatever a fit would refuse, before hours of work: each model of each fabric, with its first seed.
+// Whatever a fit would refuse, before hours of work: each model of each fabric, first seed.
 void CheckFits(const ComparisonJob& job, const std::vector<SharedSplit>& splits) {
   for (const SharedSplit& shared : splits)
     if (shared.seed == job.seeds[0])
