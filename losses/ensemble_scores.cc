@@ -57,4 +57,15 @@ CentralInterval IntervalOf(std::vector<double> draws, double probability) {
   return {AtRank(draws, rank), AtRank(draws, m + 1 - rank), nominal};
 }
 
+Spread SpreadOfValues(const std::vector<double>& values) {
+  Spread spread;
+  if (values.empty()) return spread;
+  for (const double value : values) spread.mean += value / static_cast<double>(values.size());
+  if (values.size() == 1) return spread;
+  double squares = 0.0;
+  for (const double value : values) squares += (value - spread.mean) * (value - spread.mean);
+  spread.sd = std::sqrt(squares / static_cast<double>(values.size() - 1));
+  return spread;
+}
+
 }  // namespace drape

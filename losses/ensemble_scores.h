@@ -18,6 +18,13 @@ double EnsembleCrps(std::vector<double> draws, double observed);
 // column of `observed`, shape [d, n]. draws: [d, m], m ≥ 2.
 Eigen::VectorXd EnergyScores(const Eigen::MatrixXd& draws, const Eigen::MatrixXd& observed);
 
+// Mean and standard deviation of values.
+struct Spread {
+  double mean = 0.0;
+  double sd = 0.0;  // n − 1; 0 for one value
+};
+Spread SpreadOfValues(const std::vector<double>& values);
+
 // Central interval by the quantiles at ranks p(m+1), between which a further draw of the same
 // distribution lies with exactly the probability `nominal`: the one asked for, or (m−1)/(m+1) when
 // the draws are too few to reach it. m ≥ 2, 0 < probability < 1.

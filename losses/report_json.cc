@@ -8,6 +8,13 @@
 #include "physics/modes.h"
 
 namespace drape {
+namespace {
+
+nlohmann::ordered_json IntervalJson(const IntervalSkill& skill) {
+  return {{"nominal", skill.nominal}, {"coverage", skill.coverage}, {"width", skill.width}};
+}
+
+}  // namespace
 
 nlohmann::ordered_json CameraJson(const Camera& camera) {
   nlohmann::ordered_json json = {{"kind", CameraKindName(camera.kind)},
@@ -42,6 +49,21 @@ nlohmann::ordered_json StabilityJson(const Eigen::VectorXd& lowest_eigenvalues) 
        std::vector<double>(lowest_eigenvalues.begin(), lowest_eigenvalues.end())},
       {"lowest_frequency_hz", nullptr}};
   if (stable) json["lowest_frequency_hz"] = std::sqrt(lowest_eigenvalues[0]) / (2.0 * M_PI);
+  return json;
+}
+
+nlohmann::ordered_json ScoreJson(const DistributionScore& score) {
+  nlohmann::ordered_json json = {{"observed", score.observed},
+                                 {"mean_image_mse", score.mean_image_mse},
+                                 {"feature_energy_score", score.feature_energy},
+                                 {"outline_energy_score_m", score.outline_energy}};
+  for (int k = 0; k < kNumFeatures; ++k) {
+    const FeatureScore& f = score.features[k];
+    json["features"][kFeatureNames[k]] = {
+        {"observed_mean", f.observed_mean},    {"predicted_mean", f.predicted_mean},
+        {"predicted_sd", f.predicted_sd},      {"crps", f.crps},
+        {"interval_50", IntervalJson(f.half)}, {"interval_90", IntervalJson(f.ninety)}};
+  }
   return json;
 }
 

@@ -5,15 +5,17 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "losses/camera.h"
+#include "losses/distribution_metrics.h"
 #include "losses/metrics.h"
 
 namespace drape {
 
-// How the reports of all programs write a camera, a comparison and the stability of a drape, keys
-// with units.
+// How the reports of all programs write a camera, a comparison, the stability of a drape and the
+// score of a prediction, keys with units.
 nlohmann::ordered_json CameraJson(const Camera& camera);
 nlohmann::ordered_json MetricsJson(const SilhouetteMetrics& metrics);
 // lowest_eigenvalues: of LowestEigenvalues [s⁻²]; nulls when they were not found.
 nlohmann::ordered_json StabilityJson(const Eigen::VectorXd& lowest_eigenvalues);
+nlohmann::ordered_json ScoreJson(const DistributionScore& score);
 
 }  // namespace drape

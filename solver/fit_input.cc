@@ -10,8 +10,6 @@
 #include <sstream>
 
 #include "cuda/cuda_backend.h"
-#include "losses/centre.h"
-#include "losses/outline.h"
 #include "physics/errors.h"
 #include "physics/material_io.h"
 #include "physics/mesh_spec.h"
@@ -48,29 +46,14 @@ int RaiseToFloor(MaterialField& field, double share) {
   return raised;
 }
 
-Target LoadTarget(const FitJob& job, const std::string& file) {
-  Target target;
-  target.file = file;
-  target.name = fs::path(file).stem().string();
-  target.image = ReadSilhouette(file);
-  target.camera.kind = ParseCameraKind(job.camera);
-  // The published images are 256 px wide; others are taken to show as much.
-  const Camera nominal;
-  const double zoom = double(target.image.width) / nominal.width;
-  target.camera.width = target.image.width;
-  target.camera.height = target.image.height;
-  target.camera.cx = 0.5 * (target.image.width - 1);
-  target.camera.cy = 0.5 * (target.image.height - 1);
-  target.camera.scale *= zoom;
-  Outline outline;
-  const bool measured = (ParseCentreMode(job.centre) == CentreMode::kNominal ||
-                         CentreOnOutline(target.image, &target.camera)) &&
-                        OutlineFromImage(target.image, target.camera, job.fit.angles, &outline);
-  if (!measured)
-    throw InputError(file, "no closed outline around the support's centre, expected the silhouette "
-                           "of a drape");
-  target.radius = outline.radius;
-  return target;
+std::vector<Target> ReadTargets(const FitJob& job) {
+  const TargetOptions options{ParseCameraKind(job.camera), ParseCentreMode(job.centre),
+                              job.fit.angles};
+  std::vector<Target> targets;
+  for (const std::string& image : job.images) targets.push_back(ReadImageTarget(image, options));
+  for (const Capture& capture : job.captures)
+    targets.push_back(ReadCaptureTarget(capture, job.targets, options));
+  return targets;
 }
 
 void RequireDistinctNames(const std::vector<Target>& targets) {
@@ -85,7 +68,7 @@ void CheckModel(const FitJob& job) {
   if (job.model == "homo") return;
   if (job.model != "heter" && job.model != "bayes" && job.model != "bdp")
     throw InputError("model", "'" + job.model + "', expected homo, heter, bayes or bdp");
-  if (job.images.empty())
+  if (job.num_targets() == 0)
     throw InputError("model", job.model + " without images, expected some");
   if (job.fit.integrator != Integrator::kStatic)
     throw InputError("integrator", "dynamic with model " + job.model + ", expected static");
@@ -94,10 +77,10 @@ void CheckModel(const FitJob& job) {
                                    "and a deviation of each entry");
   const std::vector<int>& specimen = job.posterior.specimen;
   if (specimen.empty()) return;
-  if (specimen.size() != job.images.size())
+  if (specimen.size() != job.num_targets())
     throw InputError("specimens", "found " + std::to_string(specimen.size()) +
                                       " numbers, expected one for each of the " +
-                                      std::to_string(job.images.size()) + " images");
+                                      std::to_string(job.num_targets()) + " images");
   const std::set<int> names(specimen.begin(), specimen.end());
   if (*names.begin() != 1 || *names.rbegin() != static_cast<int>(names.size()))
     throw InputError("specimens", "expected all numbers from 1 to that of the last specimen");
@@ -132,11 +115,14 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
 }  // namespace
 
 LoadedJob LoadJob(const FitJob& job) {
-  if (job.images.empty() && job.tests.empty())
+  if (job.num_targets() == 0 && job.tests.empty())
     throw InputError("images", "none, and no tests, expected at least one silhouette or test");
+  if (!job.images.empty() && !job.captures.empty())
+    throw InputError("images", "found some beside captures of a data set, expected one of both");
   CheckModel(job);
   LoadedJob loaded;
   loaded.fit = job.fit;
+  loaded.notes = job.notes;
   std::vector<MechanicalTest> tests;
   std::set<std::string> names;
   for (const std::string& file : job.tests) {
@@ -145,8 +131,7 @@ LoadedJob LoadJob(const FitJob& job) {
       throw InputError(file, "a second test of the name '" + tests.back().name +
                                  "', expected distinct names");
   }
-  for (const std::string& image : job.images)
-    loaded.problem.targets.push_back(LoadTarget(job, image));
+  loaded.problem.targets = ReadTargets(job);
   RequireDistinctNames(loaded.problem.targets);
   const Material start = ReadMaterial(job.material, {PolicyOf(job)});
   loaded.problem.material = start.field;
@@ -163,7 +148,7 @@ LoadedJob LoadJob(const FitJob& job) {
         ReadMaterial(job.truth, {NegativeEntries::kWarn}).field);
   if (!tests.empty())
     loaded.tests = std::make_unique<StripReadings>(std::move(tests), MakeLaw(job.law));
-  if (job.images.empty()) return loaded;
+  if (loaded.problem.targets.empty()) return loaded;
   const auto model = [&](const std::string& mesh) {
     return std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(), MakeLaw(job.law));
   };
@@ -205,6 +190,8 @@ std::string IdentityOf(const FitJob& job, const LoadedJob& loaded) {
   for (const Target& target : problem.targets)
     id["images"].push_back(
         {target.name, std::vector<double>(target.radius.begin(), target.radius.end())});
+  for (const Capture& c : job.captures)
+    id["data"].push_back({c.fabric, c.sample, c.capture, ToString(job.targets)});
   if (!loaded.tests) return id.dump();
   for (const MechanicalTest& test : loaded.tests->tests()) {
     nlohmann::json points;
@@ -213,12 +200,6 @@ std::string IdentityOf(const FitJob& job, const LoadedJob& loaded) {
                            test.sigma, points});
   }
   return id.dump();
-}
-
-CentreMode ParseCentreMode(const std::string& text) {
-  if (text == "nominal") return CentreMode::kNominal;
-  if (text == "outline") return CentreMode::kOutline;
-  throw InputError("centre", "unknown name '" + text + "', expected nominal or outline");
 }
 
 std::vector<std::string> ExpandImages(const std::string& text) {

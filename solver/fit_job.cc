@@ -215,7 +215,8 @@ FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
   std::ofstream log(job.log, job.resume ? std::ios::app : std::ios::trunc);
   if (job.resume) Log(ResumeNote(job, saved), callbacks, log);
   if (saved) state = *std::move(saved);
-  if (!loaded.backend_choice.empty()) Log("backend: " + loaded.backend_choice, callbacks, log);
+  LogBackend(loaded.backend_choice, callbacks, log);
+  for (const std::string& line : job.log_lines) log << line << std::endl;
   for (const std::string& note : loaded.notes) log << note << std::endl;
   StagedFitCallbacks staged;
   staged.cancel = callbacks.cancel;

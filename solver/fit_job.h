@@ -10,20 +10,15 @@
 #include "solver/field_fit.h"
 #include "solver/posterior_fit.h"
 #include "solver/staged_fit.h"
+#include "solver/target_input.h"
 
 namespace drape {
-
-// Where the support's centre is in an image.
-enum class CentreMode {
-  kNominal,  // the image's centre
-  kOutline   // where the outline has no first harmonic: the published images are off by up to 10 px
-};
-// "nominal" or "outline". Throws InputError for any other.
-CentreMode ParseCentreMode(const std::string& text);
 
 // A fit from files to files: what drape_fit does.
 struct FitJob {
   std::vector<std::string> images;  // JPEG or PNG silhouettes of one fabric, fitted jointly
+  std::vector<Capture> captures;    // of the public data set in place of images (UseCaptures)
+  TargetSource targets = TargetSource::kSilhouettes;  // of the captures
   std::vector<std::string> tests;   // mechanical tests of the same fabric (ReadMechanicalTest),
                                     // fitted alone or jointly with the images
   std::string model = "homo";       // one table for the whole cloth; "heter": then one for each
@@ -41,6 +36,8 @@ struct FitJob {
   std::string out;                  // existing folder of the results
   std::string checkpoint;           // file while it runs; removed at the end
   std::string log;                  // text file, one line a branch
+  std::vector<std::string> notes;      // on the input, for summary and log
+  std::vector<std::string> log_lines;  // on the input, for the log alone
   bool resume = false;              // go on from the checkpoint
   int threads = 1;
   double floor = 0.0;               // start entries under this share of their column's largest are
@@ -51,6 +48,8 @@ struct FitJob {
   StagedFitOptions fit;
   FieldOptions fields;              // of model heter
   PosteriorOptions posterior;       // of models bayes and bdp, which set its kind
+
+  std::size_t num_targets() const { return images.size() + captures.size(); }
 };
 
 // Work done, for a progress line.

@@ -112,6 +112,11 @@ ordered_json Summary(const FitJob& job, const FitProblem& problem, const StagedF
     return json;
   }
   json["backend"] = problem.fine->name();
+  if (!job.captures.empty()) {
+    json["fabric"] = job.captures[0].fabric;
+    json["targets"] = ToString(job.targets);
+    json["density"] = problem.material.density;
+  }
   if (report.tests_alone) json["tests_alone"] = TestFitJson(job, *report.tests_alone);
   const BranchFit* best = Best(state);
   if (best == nullptr) return json;

@@ -156,17 +156,6 @@ std::vector<BranchCluster> ClusterSamples(const std::vector<BranchSample>& sampl
   return clusters;
 }
 
-Spread SpreadOfValues(const std::vector<double>& values) {
-  Spread spread;
-  if (values.empty()) return spread;
-  for (const double value : values) spread.mean += value / static_cast<double>(values.size());
-  if (values.size() == 1) return spread;
-  double squares = 0.0;
-  for (const double value : values) squares += (value - spread.mean) * (value - spread.mean);
-  spread.sd = std::sqrt(squares / static_cast<double>(values.size() - 1));
-  return spread;
-}
-
 BranchSpread SpreadOf(const std::vector<BranchSample>& samples) {
   const std::vector<int> at_rest = AtRest(samples);
   std::vector<double> dc, folds, rms, mse;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "losses/ensemble_scores.h"
 #include "losses/image.h"
 #include "physics/backend.h"
 #include "solver/branch.h"
@@ -73,11 +74,6 @@ std::vector<BranchCluster> ClusterSamples(const std::vector<BranchSample>& sampl
                                           BranchMetric metric, double tolerance);
 
 // How chaotic the drape is: over the samples at rest, or over all pairs of them.
-struct Spread {
-  double mean = 0.0;
-  double sd = 0.0;  // n − 1; 0 for one value
-};
-Spread SpreadOfValues(const std::vector<double>& values);
 struct BranchSpread {
   int drapes = 0;
   Spread drape_coefficient, folds;

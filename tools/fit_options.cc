@@ -25,7 +25,8 @@ std::vector<Option> InputOptions(FitToolOptions& options) {
        .required = true},
       {.key = "density",
        .value = &job.density,
-       .doc = "areal density of the fabric, as weighed; 0: that of the start tables",
+       .doc = "areal density of the fabric, as weighed; 0: that of the start tables, with --data the "
+              "published one",
        .unit = "kg/m2",
        .least = 0,
        .most = 10},
@@ -72,6 +73,27 @@ std::vector<Option> InputOptions(FitToolOptions& options) {
   };
 }
 
+std::vector<Option> DataOptions(FitToolOptions& options) {
+  return {
+      {.key = "data",
+       .value = &options.data.folder,
+       .doc = "folder of the published data set, whose drapes are fitted in place of images",
+       .is_path = true},
+      {.key = "fabric", .value = &options.data.fabric, .doc = "of --data: its number; 0: none",
+       .least = 0, .most = 9999},
+      {.key = "samples", .value = &options.data.samples, .doc = "of --data, like 1,3-5; none: all"},
+      {.key = "captures", .value = &options.data.captures,
+       .doc = "of --data, like 1,3; none: all"},
+      {.key = "face", .value = &options.data.face,
+       .doc = "of --data, which face lies up: captures 1 and 2 are up, 3 and 4 down",
+       .choices = {"up", "down", "both"}},
+      {.key = "targets", .value = &options.targets,
+       .doc = "of --data: silhouettes, or the outlines of the published meshes, whose z adds "
+              "nothing to them (straight flaps under the outline)",
+       .choices = {"silhouettes", "meshes"}},
+  };
+}
+
 std::vector<Option> FieldOptionsOf(FitToolOptions& options) {
   FieldOptions& fields = options.job.fields;
   return {
@@ -102,7 +124,8 @@ std::vector<Option> FieldOptionsOf(FitToolOptions& options) {
 std::vector<Option> PosteriorOptionsOf(PosteriorOptions& posterior) {
   return {
       {.key = "specimens", .value = &posterior.specimen,
-       .doc = "models bayes, bdp: the specimen of each image, from 1; none: each image its own",
+       .doc = "models bayes, bdp: the specimen of each image, from 1; none: each image its own, with "
+              "--data each sample",
        .least = 1, .most = 1000},
       {.key = "specimen_stretch_sigma", .value = &posterior.specimen_stretch_sigma,
        .doc = "model bayes: how specimens of the fabric differ, standard deviation of a log factor "
@@ -197,6 +220,7 @@ std::vector<Option> FitStageOptions(FitToolOptions& options) {
 
 OptionTable FitTable(FitToolOptions& options) {
   std::vector<Option> all = InputOptions(options);
+  for (const Option& option : DataOptions(options)) all.push_back(option);
   for (const Option& option : FitStageOptions(options)) all.push_back(option);
   for (const Option& option : FieldOptionsOf(options)) all.push_back(option);
   for (const Option& option : PosteriorOptionsOf(options.job.posterior)) all.push_back(option);

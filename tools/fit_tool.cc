@@ -12,7 +12,25 @@
 namespace drape {
 namespace {
 
-FitJob JobOf(const FitToolOptions& options) {
+void TakeData(const FitToolOptions& options, FitJob* job) {
+  const FitSelection& data = options.data;
+  if (data.folder.empty()) {
+    const FitSelection none;
+    if (data.fabric != none.fabric || data.samples + data.captures != "" ||
+        data.face != none.face || job->targets != TargetSource::kSilhouettes)
+      throw InputError("option 'data'",
+                       "none, expected the data set that fabric, samples, captures, face and "
+                       "targets choose from");
+    return;
+  }
+  if (!options.images.empty())
+    throw InputError("option 'images'", "found some beside --data, expected one of both");
+  SelectCaptures(data, job);
+}
+
+}  // namespace
+
+FitJob FitJobOf(const FitToolOptions& options) {
   FitJob job = options.job;
   for (const std::string& image : options.images) {
     const auto files = ExpandImages(image);
@@ -33,6 +51,8 @@ FitJob JobOf(const FitToolOptions& options) {
   }
   job.fit.parameters = ParseTying(options.parameters);
   job.fit.integrator = ParseIntegrator(options.integrator);
+  job.targets = ParseTargetSource(options.targets);
+  TakeData(options, &job);
   job.fields.basis = ParseFieldBasis(options.field_basis);
   job.fields.groups = ParseFieldGroups(options.field_groups);
   if (job.threads == 0) job.threads = std::max(1u, std::thread::hardware_concurrency());
@@ -40,10 +60,8 @@ FitJob JobOf(const FitToolOptions& options) {
   return job;
 }
 
-}  // namespace
-
 FitJobResult RunFitTool(const FitToolOptions& options, const FitJobCallbacks& callbacks) {
-  FitJob job = JobOf(options);
+  FitJob job = FitJobOf(options);
   const OutputFolder out(options.out);
   job.out = out.Staged("");
   job.checkpoint = options.out + "/checkpoint.json";

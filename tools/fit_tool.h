@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/fit_job.h"
+#include "solver/fit_captures.h"
 
 namespace drape {
 
@@ -12,6 +12,8 @@ namespace drape {
 struct FitToolOptions {
   FitJob job;
   std::vector<std::string> images;    // files, folders, patterns (ExpandImages)
+  FitSelection data;                  // captures of the data set in place of images
+  std::string targets = "silhouettes";  // ParseTargetSource
   std::vector<std::string> tests;     // the same (ExpandTests)
   std::string parameters = "39";      // ParseTying
   std::string integrator = "static";  // ParseIntegrator
@@ -19,6 +21,10 @@ struct FitToolOptions {
   std::string field_groups = "scales";   // ParseFieldGroups
   std::string out;                    // folder, made when missing
 };
+
+// The job with its names looked up and its files listed; without its output files. Throws
+// InputError.
+FitJob FitJobOf(const FitToolOptions& options);
 
 // Runs the job. The results appear in `out` together at the end; checkpoint.json and fit.log are
 // there while it runs. Throws InputError; then earlier results are as they were.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "losses/report_json.h"
 #include "tools/text_format.h"
 
 namespace drape {
@@ -71,10 +72,6 @@ Json PredictorJson(const PredictorRow& row) {
   return json;
 }
 
-Json IntervalJson(const IntervalSkill& skill) {
-  return {{"nominal", skill.nominal}, {"coverage", skill.coverage}, {"width", skill.width}};
-}
-
 }  // namespace
 
 std::string PairText(const ComparedPair& pair) {
@@ -127,21 +124,6 @@ std::string ScoreText(const DistributionScore& score) {
                     "outlines %.2f mm, %d observed\n",
                     score.mean_image_mse, score.feature_energy, score.outline_energy / kMm,
                     score.observed);
-}
-
-Json ScoreJson(const DistributionScore& score) {
-  Json json = {{"observed", score.observed},
-               {"mean_image_mse", score.mean_image_mse},
-               {"feature_energy_score", score.feature_energy},
-               {"outline_energy_score_m", score.outline_energy}};
-  for (int k = 0; k < kNumFeatures; ++k) {
-    const FeatureScore& f = score.features[k];
-    json["features"][kFeatureNames[k]] = {
-        {"observed_mean", f.observed_mean},    {"predicted_mean", f.predicted_mean},
-        {"predicted_sd", f.predicted_sd},      {"crps", f.crps},
-        {"interval_50", IntervalJson(f.half)}, {"interval_90", IntervalJson(f.ninety)}};
-  }
-  return json;
 }
 
 std::string PredictorsText(const TrivialPredictors& predictors) {

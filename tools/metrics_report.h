@@ -23,7 +23,6 @@ std::string PairText(const ComparedPair& pair);
 nlohmann::ordered_json PairJson(const ComparedPair& pair);
 
 std::string ScoreText(const DistributionScore& score);
-nlohmann::ordered_json ScoreJson(const DistributionScore& score);
 
 std::string PredictorsText(const TrivialPredictors& predictors);
 nlohmann::ordered_json PredictorsJson(const TrivialPredictors& predictors);

@@ -36,7 +36,9 @@ std::string NumberText(double value) {
   return text;
 }
 
-std::string DefaultText(const Option& option) {
+}  // namespace
+
+std::string ValueText(const Option& option) {
   const auto append_number = [](std::string& text, auto value) { text += NumberText(value); };
   const auto append_text = [](std::string& text, const std::string& value) { text += value; };
   return std::visit(
@@ -48,6 +50,8 @@ std::string DefaultText(const Option& option) {
                  [&](const auto* v) { return Join(*v, ",", append_number); }},
       option.value);
 }
+
+namespace {
 
 std::string TypeText(const Option& option) {
   const std::string text = option.is_path ? "path" : "text";
@@ -67,7 +71,7 @@ std::string TypeText(const Option& option) {
 std::string Describe(const Option& option) {
   std::string text = "  --" + option.key + "  <" + TypeText(option) + ">";
   if (!option.words.empty()) text += " or " + JoinChoices(option.words, "…, ");
-  const std::string range = RangeText(option), value = DefaultText(option);
+  const std::string range = RangeText(option), value = ValueText(option);
   if (!range.empty()) text += ", " + range;
   if (!option.unit.empty()) text += " [" + option.unit + "]";
   if (option.required) {

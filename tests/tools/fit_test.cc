@@ -78,6 +78,37 @@ TEST_F(FitTool, AReplayFindsTheFittedDrape) {
   EXPECT_NEAR(replay.at("mse").get<double>(), fit.at("mse").get<double>(), 1e-9);
 }
 
+TEST_F(FitTool, FitsCapturesOfTheDataSet) {
+  std::vector<std::string> command = FitCommand(Path("fit"));
+  command[1] = "--data=" + AddData();
+  for (const std::string more : {"--fabric=3", "--samples=1,2", "--captures=3"})
+    command.push_back(more);
+  const ProcessResult result = RunProcess(command);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json summary = ReadJson(Path("fit/summary.json"));
+  EXPECT_EQ(summary.at("targets"), "silhouettes");
+  EXPECT_EQ(summary.at("density"), 0.213);
+  EXPECT_EQ(summary.at("images").at(1).at("name"), "sample_2_capture_3_down");
+  EXPECT_TRUE(std::filesystem::exists(Path("fit/fit_sample_1_capture_3_down.png")));
+}
+
+TEST_F(FitTool, MistakesOfTheDataAreOneLine) {
+  std::vector<std::string> command = FitCommand(Path("fit"));
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = command;
+    all.insert(all.end(), more.begin(), more.end());
+    return RunProcess(all);
+  };
+  ExpectOneLineError(with({"--data=" + AddData(), "--fabric=3"}), "found some beside --data");
+  ExpectOneLineError(with({"--samples=1"}), "option 'data': none");
+  ExpectOneLineError(with({"--targets=meshes"}), "option 'data': none");
+  command[1] = "--data=" + Path("set");
+  ExpectOneLineError(with({}), "option 'fabric': none");
+  ExpectOneLineError(with({"--fabric=3", "--targets=meshes"}), "no usable capture to fit");
+  ExpectOneLineError(with({"--fabric=4"}), "fabric: found 4, expected some of 3");
+  EXPECT_FALSE(std::filesystem::exists(Path("fit")));
+}
+
 TEST_F(FitTool, CtrlCLeavesAResultAndResumeTheSameAnswer) {
   ASSERT_EQ(RunProcess(FitCommand(Path("whole"))).exit_code, 0);
   const ProcessResult stopped =

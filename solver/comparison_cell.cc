@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/comparison_cell.h"
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "cuda/cuda_backend.h"
+#include "losses/comparison.h"
+#include "losses/report_json.h"
+#include "physics/atomic_file.h"
+#include "physics/errors.h"
+#include "physics/json_input.h"
+#include "physics/mesh_spec.h"
+#include "solver/material_source.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr char kFormat[] = "drapefit-prediction";
+constexpr double kFitShare = 0.8;  // of the time of a cell
+
+// The part of summary.json that a model must have got to; empty: the one table is all.
+std::string PartOf(const std::string& model) {
+  if (model == "homo") return "";
+  return model == "heter" ? "fields" : "posterior";
+}
+
+// The files that a fit leaves behind, by its summary.
+std::vector<std::string> FitFiles(const nlohmann::json& summary) {
+  if (!summary.contains("mean")) return {};  // nothing could be fitted
+  if (summary.contains("posterior")) return {"material.json", "base.json", "posterior.json"};
+  return {"material.json"};
+}
+
+// summary.json, once the fit is done and its files can be read. Throws InputError otherwise.
+nlohmann::json FinishedFit(const std::string& folder) {
+  const std::string path = folder + "/summary.json";
+  nlohmann::json summary = ReadJsonFile(path);
+  const JsonInput input(summary, path);
+  if (input.At("status").String() != "done") input.At("status").Fail("done");
+  for (const std::string& file : FitFiles(summary)) ReadJsonFile(folder + "/" + file);
+  return summary;
+}
+
+// Why the fit of a model is none; empty: it is one.
+std::string FailureOf(const nlohmann::json& summary, const std::string& model) {
+  if (!summary.contains("mean")) return "nothing could be fitted";
+  const std::string part = PartOf(model);
+  if (part.empty() || summary.contains(part)) return "";
+  return "the " + part + " could not be fitted";
+}
+
+template <class Read>
+auto OrNothing(const Read& read) -> std::optional<decltype(read())> {
+  try {
+    return read();
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+// RunFitJob in the cell's folder, from its checkpoint unless that is broken.
+bool RunFit(const CellTask& task, const CellCallbacks& callbacks) {
+  FitJob job = task.fit;
+  job.out = task.folder;
+  job.checkpoint = task.folder + "/checkpoint.json";
+  job.log = task.folder + "/fit.log";
+  fs::remove(task.folder + "/prediction.json");  // of an earlier fit
+  FitJobCallbacks fit{callbacks.cancel, [&](const FitProgress& progress) {
+                        callbacks.progress(kFitShare * progress.fraction, progress.stage);
+                      }};
+  job.resume = fs::exists(job.checkpoint) &&
+               OrNothing([&] { return ReadJsonFile(job.checkpoint); }).has_value();
+  return !RunFitJob(job, fit).cancelled;
+}
+
+ordered_json CaptureScores(const std::vector<PredictedDrape>& drapes,
+                           const std::vector<SeenCapture>& held_out) {
+  ordered_json scores = ordered_json::array();
+  for (const SeenCapture& seen : held_out) {
+    const Capture& c = seen.capture;
+    const auto score = ScorePrediction(drapes, {seen});
+    scores.push_back({{"fabric", c.fabric},
+                      {"sample", c.sample},
+                      {"capture", c.capture},
+                      {"feature_energy", score->feature_energy},
+                      {"outline_energy_m", score->outline_energy}});
+  }
+  return scores;
+}
+
+ordered_json PredictionJson(const std::vector<PredictedDrape>& drapes,
+                            const std::vector<SeenCapture>& held_out, double seconds) {
+  ordered_json json = {{"format", kFormat}, {"version", 1}, {"draws", drapes.size()}};
+  json["at_rest"] = SeenDrapes(drapes, ClothFace::kUnknown).size();
+  json["seconds"] = seconds;
+  const auto score = ScorePrediction(drapes, held_out);
+  if (!score) {
+    json["failure"] = "a face that is held out has fewer than two draws at rest";
+    return json;
+  }
+  Numbers numbers = NumbersOf(*score);
+  numbers["hausdorff_m"] = MeanPairHausdorff(drapes, held_out);
+  numbers["prediction_seconds"] = seconds;
+  json["numbers"] = numbers;
+  json["score"] = ScoreJson(*score);
+  json["captures"] = CaptureScores(drapes, held_out);
+  return json;
+}
+
+void WritePrediction(const CellTask& task, const ordered_json& json) {
+  WriteFileAtomically(task.folder + "/prediction.json", json.dump(1) + "\n");
+}
+
+bool Predict(const CellTask& task, const CellCallbacks& callbacks) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(task.fit.mesh), CusickScene(),
+                                                        MakeLaw(task.fit.law));
+  const auto backend = MakeBackend(task.fit.backend, model, task.fit.threads);
+  PredictionOptions options = task.prediction;
+  options.settle.steps.cancel = options.settle.equilibrium.cancel = callbacks.cancel;
+  options.batch = SettleBatchSize(*backend, task.fit.threads);
+  const double count = options.num_drapes();
+  const auto drapes = DrawDrapes(
+      *backend, ReadMaterialSource(task.folder, *model, options.seed), options, [&](int done) {
+        callbacks.progress(kFitShare + (1 - kFitShare) * done / count, "prediction");
+      });
+  if (callbacks.cancel != nullptr && *callbacks.cancel) return false;
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  WritePrediction(task, PredictionJson(drapes, *task.held_out, seconds.count()));
+  return true;
+}
+
+std::optional<CellBelief> BeliefIn(const JsonInput& summary) {
+  if (!summary.Has("posterior")) return {};
+  const JsonInput posterior = summary.At("posterior");
+  const JsonInput stretch = posterior.At("stretch_n_per_m"), bend = posterior.At("bend_n_m");
+  return CellBelief{stretch.At(0).Number(), stretch.At(1).Number(), bend.At(0).Number(),
+                    bend.At(1).Number()};
+}
+
+CellResult ResultOf(const std::string& folder) {
+  const nlohmann::json summary = FinishedFit(folder);
+  const std::string path = folder + "/prediction.json";
+  const nlohmann::json prediction = ReadJsonFile(path);
+  const JsonInput input(prediction, path);
+  if (input.At("format").String() != kFormat) input.At("format").Fail(kFormat);
+  CellResult result;
+  if (input.Has("failure")) {
+    result.failure = input.At("failure").String();
+    return result;
+  }
+  result.numbers = FitNumbers(summary, folder + "/summary.json");
+  const JsonInput numbers = input.At("numbers");
+  for (const auto& [key, value] : numbers.ExpectObject().value().items())
+    result.numbers[key] = numbers.At(key).Number();
+  const JsonInput captures = input.At("captures");
+  for (int i = 0; i < captures.ExpectArray().Size(); ++i) {
+    const JsonInput c = captures.At(i);
+    result.captures.push_back({c.At("fabric").Integer(), c.At("sample").Integer(),
+                               c.At("capture").Integer(), c.At("feature_energy").Number()});
+  }
+  result.belief = BeliefIn(JsonInput(summary, folder + "/summary.json"));
+  return result;
+}
+
+}  // namespace
+
+std::optional<CellResult> ReadCell(const std::string& folder) {
+  return OrNothing([&] { return ResultOf(folder); });
+}
+
+bool RunCell(const CellTask& task, const CellCallbacks& callbacks) {
+  fs::create_directories(task.folder);
+  const bool fitted = OrNothing([&] { return FinishedFit(task.folder); }).has_value();
+  if (!fitted && !RunFit(task, callbacks)) return false;
+  const std::string failure = FailureOf(FinishedFit(task.folder), task.fit.model);
+  if (failure.empty()) return Predict(task, callbacks);
+  WritePrediction(task, {{"format", kFormat}, {"version", 1}, {"failure", failure}});
+  return true;
+}
+
+double MeanPairHausdorff(const std::vector<PredictedDrape>& drapes,
+                         const std::vector<SeenCapture>& held_out) {
+  double sum = 0.0;
+  int pairs = 0;
+  for (const SeenCapture& seen : held_out)
+    for (const SeenDrape* draw : SeenDrapes(drapes, seen.capture.face)) {
+      sum += DistanceOf(*draw, seen.drape).outline_hausdorff;
+      ++pairs;
+    }
+  return sum / pairs;
+}
+
+}  // namespace drape

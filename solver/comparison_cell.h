@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "losses/trivial_predictors.h"
+#include "solver/comparison_numbers.h"
+#include "solver/fit_job.h"
+#include "solver/prediction.h"
+
+namespace drape {
+
+// One cell of a comparison of models: a fit to the images of one side of a split, drapes drawn from
+// it, and their score on the captures of the other side.
+struct CellTask {
+  std::string folder;            // its files; made when missing
+  FitJob fit;                    // its out, checkpoint, log and resume are not used
+  PredictionOptions prediction;  // its cancel and batch are not used
+  const std::vector<SeenCapture>* held_out = nullptr;  // outlives the task
+};
+
+// How well one held-out capture was foretold.
+struct CaptureScore {
+  int fabric = 0, sample = 0, capture = 0;
+  double feature_energy = 0.0;
+};
+
+// Average stiffness of the fabric under the posterior of a model that has one (StiffnessBelief).
+struct CellBelief {
+  double stretch = 0.0, stretch_deviation = 0.0;  // [N/m]
+  double bend = 0.0, bend_deviation = 0.0;        // [N m]
+};
+
+struct CellResult {
+  std::string failure;  // empty: none; else why there is no score
+  Numbers numbers;
+  std::vector<CaptureScore> captures;
+  std::optional<CellBelief> belief;
+};
+
+// What the files of a finished cell say; none where one is missing or broken.
+std::optional<CellResult> ReadCell(const std::string& folder);
+
+struct CellCallbacks {
+  const std::atomic<bool>* cancel = nullptr;
+  std::function<void(double fraction, const std::string& note)> progress;
+};
+
+// Does what is still to be done: the fit (RunFitJob; from its checkpoint, where there is one), then
+// the prediction (DrawDrapes), whose scores go to prediction.json; so a cell that was stopped goes
+// on to the same numbers. False when it was cancelled. Throws InputError.
+bool RunCell(const CellTask& task, const CellCallbacks& callbacks);
+
+// Mean distance of the outlines of draws and the captures of their face [m]; NaN without a pair.
+double MeanPairHausdorff(const std::vector<PredictedDrape>& drapes,
+                         const std::vector<SeenCapture>& held_out);
+
+}  // namespace drape

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/model_comparison.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "losses/dataset_split.h"
+#include "physics/atomic_file.h"
+#include "physics/errors.h"
+#include "physics/json_input.h"
+#include "solver/fit_captures.h"
+#include "solver/fit_input.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kOtherSamples[] = "other samples";
+constexpr char kCircle[] = "circle";
+
+// What all models of a fabric and a seed share.
+struct SharedSplit {
+  int fabric = 0, seed = 0;
+  Split split;
+  std::vector<SeenCapture> held_out;
+  FitJob fit;  // of all but the model
+};
+
+std::string FabricFolder(const ComparisonJob& job, int fabric) {
+  return job.out + "/fabric_" + std::to_string(fabric);
+}
+
+// Cells that lie in `out` have the job's settings.
+void CheckSettings(const ComparisonJob& job) {
+  const std::string path = job.out + "/settings.json";
+  if (!fs::exists(path)) return;
+  const nlohmann::json stored = ReadJsonFile(path);
+  const JsonInput input(stored, path);
+  input.ExpectObject();
+  for (const auto& [key, value] : job.settings) {
+    const std::string before = input.Has(key) ? input.At(key).String() : "";
+    if (before == value) continue;
+    throw InputError(path, "the cells there have " + key + " '" + before + "', found '" + value +
+                               "', expected the same: take another --out, or undo the change");
+  }
+}
+
+void WriteSettings(const ComparisonJob& job, const std::vector<SharedSplit>& splits) {
+  WriteFileAtomically(job.out + "/settings.json",
+                      nlohmann::ordered_json(job.settings).dump(1) + "\n");
+  for (const SharedSplit& shared : splits) {
+    const std::string folder = FabricFolder(job, shared.fabric);
+    fs::create_directories(folder);
+    WriteSplit(folder + "/split_" + std::to_string(shared.seed) + ".json", shared.split);
+  }
+}
+
+void CheckJob(const ComparisonJob& job) {
+  if (job.materials.size() != 1 && job.materials.size() != job.fabrics.size())
+    throw InputError("option 'materials'", "found " + std::to_string(job.materials.size()) +
+                                               ", expected one for all, or one for each of the " +
+                                               std::to_string(job.fabrics.size()) + " fabrics");
+  for (const std::string& model : job.models)
+    if (std::find(kComparedModels.begin(), kComparedModels.end(), model) == kComparedModels.end())
+      throw InputError("option 'models'",
+                       "found '" + model + "', expected some of homo, heter, bdp, bayes");
+  if (std::set(job.models.begin(), job.models.end()).size() != job.models.size())
+    throw InputError("option 'models'", "found a model twice, expected each once");
+  if (std::set(job.seeds.begin(), job.seeds.end()).size() != job.seeds.size())
+    throw InputError("option 'seeds'", "found a seed twice, expected each once");
+}
+
+std::vector<Capture> UsableCaptures(const ComparisonJob& job, const Dataset& dataset, int fabric,
+                                    const ComparisonCallbacks& callbacks) {
+  std::vector<FileNote> skipped;
+  const std::vector<Capture> usable =
+      KeepUsable(Select(dataset, {.fabrics = {fabric}, .face = job.face}), &skipped);
+  for (const FileNote& note : skipped) callbacks.log("skipped: " + note.text);
+  return usable;
+}
+
+Split SplitOf(const ComparisonJob& job, const std::vector<Capture>& usable, int seed) {
+  Split split = SplitBySample(usable, job.train, seed);
+  if (job.train_captures.empty()) return split;
+  std::erase_if(split.train, [&](const Capture& capture) {
+    return std::find(job.train_captures.begin(), job.train_captures.end(), capture.capture) ==
+           job.train_captures.end();
+  });
+  return split;
+}
+
+SharedSplit Share(const ComparisonJob& job, const std::vector<Capture>& usable, std::size_t fabric,
+                  int seed) {
+  SharedSplit shared{job.fabrics[fabric], seed, SplitOf(job, usable, seed), {}, job.fit};
+  shared.held_out = SeeCaptures(shared.split.held_out, Camera());
+  shared.fit.material = job.materials[job.materials.size() == 1 ? 0 : fabric];
+  shared.fit.posterior.seed = seed;
+  UseCaptures(shared.split.train, &shared.fit);
+  return shared;
+}
+
+PredictionOptions PredictionOf(const ComparisonJob& job, const SharedSplit& shared) {
+  std::set<ClothFace> faces;
+  for (const SeenCapture& seen : shared.held_out) faces.insert(seen.capture.face);
+  if (faces.contains(ClothFace::kUnknown)) faces = {ClothFace::kUp, ClothFace::kDown};
+  PredictionOptions prediction = job.prediction;
+  prediction.faces.assign(faces.begin(), faces.end());
+  prediction.specimens = std::max(2, job.draws / prediction.drapes_of_specimen());
+  prediction.seed = shared.seed;
+  return prediction;
+}
+
+CellTask TaskOf(const ComparisonJob& job, const SharedSplit& shared, const std::string& model) {
+  CellTask task{
+      FabricFolder(job, shared.fabric) + "/" + model + "/seed_" + std::to_string(shared.seed),
+      shared.fit, PredictionOf(job, shared), &shared.held_out};
+  task.fit.model = model;
+  return task;
+}
+
+// The trivial predictors of a split, as cells.
+void AddTrivial(const SharedSplit& shared, std::vector<ComparedCell>* cells) {
+  const auto train = SeeCaptures(shared.split.train, Camera());
+  const TrivialPredictors trivial =
+      EvaluateTrivialPredictors(train, shared.held_out, Camera(), false);
+  const auto add = [&](const std::string& name, const std::string& row_name,
+                       const std::optional<DistributionScore>& score) {
+    if (!score) return;
+    ComparedCell cell{shared.fabric, name, shared.seed, {}};
+    cell.result.numbers = NumbersOf(*score);
+    for (const PredictorRow& row : trivial.rows)
+      if (row.name == row_name) cell.result.numbers["hausdorff_m"] = row.mean.outline_hausdorff;
+    cells->push_back(cell);
+  };
+  add(kOtherSamples, "another sample, same face", trivial.other_samples);
+  add(kCircle, "circle of the mean area", trivial.circle);
+}
+
+// Whatever a fit would refuse, before hours of work: each model of each fabric, first seed.
+void CheckFits(const ComparisonJob& job, const std::vector<SharedSplit>& splits) {
+  for (const SharedSplit& shared : splits)
+    if (shared.seed == job.seeds[0])
+      for (const std::string& model : job.models) LoadJob(TaskOf(job, shared, model).fit);
+}
+
+std::vector<SharedSplit> ShareAll(const ComparisonJob& job, const ComparisonCallbacks& callbacks) {
+  const Dataset dataset = ReadDataset(job.data);
+  std::vector<SharedSplit> all;
+  for (std::size_t i = 0; i < job.fabrics.size(); ++i) {
+    const std::vector<Capture> usable = UsableCaptures(job, dataset, job.fabrics[i], callbacks);
+    for (const int seed : job.seeds) all.push_back(Share(job, usable, i, seed));
+  }
+  return all;
+}
+
+std::string NameOf(const CellTask& task, int seed, int number, int of) {
+  return "cell " + std::to_string(number) + " of " + std::to_string(of) + ", fabric " +
+         std::to_string(task.fit.captures[0].fabric) + ", " + task.fit.model + ", seed " +
+         std::to_string(seed);
+}
+
+// Computes what is missing; false when it was cancelled.
+bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
+              const ComparisonCallbacks& callbacks, ComparisonRun* run) {
+  struct Todo {
+    CellTask task;
+    int seed;
+  };
+  std::vector<Todo> todo;
+  for (const SharedSplit& shared : splits)
+    for (const std::string& model : job.models) {
+      CellTask task = TaskOf(job, shared, model);
+      ++run->cells;
+      if (ReadCell(task.folder)) {
+        ++run->done;
+      } else {
+        todo.push_back({std::move(task), shared.seed});
+      }
+    }
+  if (run->done > 0)
+    callbacks.log(std::to_string(run->done) + " of " + std::to_string(run->cells) +
+                  " cells are taken over from " + job.out);
+  const double count = static_cast<double>(todo.size());
+  for (std::size_t i = 0; i < todo.size(); ++i) {
+    const std::string name = NameOf(todo[i].task, todo[i].seed, run->done + 1, run->cells);
+    const CellCallbacks cell{callbacks.cancel, [&](double fraction, const std::string& note) {
+                               callbacks.progress((i + fraction) / count, name + ", " + note);
+                             }};
+    if (!RunCell(todo[i].task, cell)) return false;
+    ++run->done;
+  }
+  return true;
+}
+
+}  // namespace
+
+ComparisonRun RunComparison(const ComparisonJob& job, const ComparisonCallbacks& callbacks) {
+  CheckJob(job);
+  CheckSettings(job);
+  const std::vector<SharedSplit> splits = ShareAll(job, callbacks);
+  CheckFits(job, splits);
+  WriteSettings(job, splits);
+  ComparisonRun run;
+  if (!RunCells(job, splits, callbacks, &run)) {
+    run.cancelled = true;
+    return run;
+  }
+  std::vector<ComparedCell> cells;
+  for (const SharedSplit& shared : splits) {
+    for (const std::string& model : job.models) {
+      const auto result = ReadCell(TaskOf(job, shared, model).folder);
+      if (!result)
+        throw InputError(TaskOf(job, shared, model).folder, "its files cannot be read back");
+      cells.push_back({shared.fabric, model, shared.seed, *result});
+    }
+    AddTrivial(shared, &cells);
+  }
+  std::vector<std::string> models;  // from the simplest on
+  for (const std::string& model : kComparedModels)
+    if (std::find(job.models.begin(), job.models.end(), model) != job.models.end())
+      models.push_back(model);
+  run.comparison = SumUp(cells, models, {kOtherSamples, kCircle});
+  return run;
+}
+
+}  // namespace drape
