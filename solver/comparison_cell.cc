@@ -69,7 +69,7 @@ auto OrNothing(const Read& read) -> std::optional<decltype(read())> {
 bool RunFit(const CellTask& task, const CellCallbacks& callbacks) {
   FitJob job = task.fit;
   job.out = task.folder;
-  job.checkpoint = task.folder + "/checkpoint.json";
+  job.keep_checkpoint = true;
   job.log = task.folder + "/fit.log";
   fs::remove(task.folder + "/prediction.json");  // of an earlier fit
   FitJobCallbacks fit{callbacks.cancel, [&](const FitProgress& progress) {

@@ -18,7 +18,8 @@ namespace drape {
 // it, and their score on the captures of the other side.
 struct CellTask {
   std::string folder;            // its files; made when missing
-  FitJob fit;                    // its out, checkpoint, log and resume are not used
+  FitJob fit;                    // its out, log and resume are not used; its checkpoint is shared
+                                 // by the models of a split, which go on from one table
   PredictionOptions prediction;  // its cancel and batch are not used
   const std::vector<SeenCapture>* held_out = nullptr;  // outlives the task
 };

@@ -166,7 +166,7 @@ LoadedJob LoadJob(const FitJob& job) {
 
 std::string IdentityOf(const FitJob& job, const LoadedJob& loaded) {
   const FitProblem& problem = loaded.problem;
-  nlohmann::json id = {{"model", job.model},     {"mesh", job.mesh},
+  nlohmann::json id = {{"mesh", job.mesh},
                        {"coarse_mesh", job.coarse_mesh}, {"material", job.material},
                        {"law", job.law},         {"camera", job.camera},
                        {"centre", job.centre},   {"floor", job.floor},

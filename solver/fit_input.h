@@ -26,7 +26,8 @@ struct LoadedJob {
 // Throws InputError for a file, a name or a combination that cannot be fitted.
 LoadedJob LoadJob(const FitJob& job);
 
-// What must be the same for a checkpoint to be continued.
+// What must be the same for a checkpoint to be continued: all that the fit of one table follows
+// from, which is the same for all models.
 std::string IdentityOf(const FitJob& job, const LoadedJob& loaded);
 
 }  // namespace drape

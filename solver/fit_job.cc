@@ -215,7 +215,7 @@ FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
   std::ofstream log(job.log, job.resume ? std::ios::app : std::ios::trunc);
   if (job.resume) Log(ResumeNote(job, saved), callbacks, log);
   if (saved) state = *std::move(saved);
-  LogBackend(loaded.backend_choice, callbacks, log);
+  if (!loaded.backend_choice.empty()) Log("backend: " + loaded.backend_choice, callbacks, log);
   for (const std::string& line : job.log_lines) log << line << std::endl;
   for (const std::string& note : loaded.notes) log << note << std::endl;
   StagedFitCallbacks staged;
@@ -246,7 +246,7 @@ FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
   result.cancelled = report.cancelled;
   result.fitted = report.fitted();
   if (result.fitted) result.table = FitTable(loaded.problem, report, loaded.truth.get());
-  if (!result.cancelled) fs::remove(job.checkpoint);
+  if (!result.cancelled && !job.keep_checkpoint) fs::remove(job.checkpoint);
   return result;
 }
 

@@ -34,7 +34,8 @@ struct FitJob {
   std::string centre = "outline";
   std::string backend = "auto";      // MakeBackend
   std::string out;                  // existing folder of the results
-  std::string checkpoint;           // file while it runs; removed at the end
+  std::string checkpoint;           // file of the fit of one table; removed at the end, unless
+  bool keep_checkpoint = false;     // it stays, and another model of the same job can go on from it
   std::string log;                  // text file, one line a branch
   std::vector<std::string> notes;      // on the input, for summary and log
   std::vector<std::string> log_lines;  // on the input, for the log alone

@@ -41,16 +41,20 @@ void CheckSettings(const ComparisonJob& job) {
   const JsonInput input(stored, path);
   input.ExpectObject();
   for (const auto& [key, value] : job.settings) {
-    const std::string before = input.Has(key) ? input.At(key).String() : "";
+    if (!input.Has(key)) continue;  // of a fabric that has no cells yet
+    const std::string before = input.At(key).String();
     if (before == value) continue;
     throw InputError(path, "the cells there have " + key + " '" + before + "', found '" + value +
                                "', expected the same: take another --out, or undo the change");
   }
 }
 
+// Beside those of cells that are there: fabrics may be compared by runs side by side.
 void WriteSettings(const ComparisonJob& job, const std::vector<SharedSplit>& splits) {
-  WriteFileAtomically(job.out + "/settings.json",
-                      nlohmann::ordered_json(job.settings).dump(1) + "\n");
+  const std::string path = job.out + "/settings.json";
+  nlohmann::json settings = fs::exists(path) ? ReadJsonFile(path) : nlohmann::json::object();
+  settings.update(nlohmann::json(job.settings));
+  WriteFileAtomically(path, settings.dump(1) + "\n");
   for (const SharedSplit& shared : splits) {
     const std::string folder = FabricFolder(job, shared.fabric);
     fs::create_directories(folder);
@@ -71,6 +75,16 @@ void CheckJob(const ComparisonJob& job) {
     throw InputError("option 'models'", "found a model twice, expected each once");
   if (std::set(job.seeds.begin(), job.seeds.end()).size() != job.seeds.size())
     throw InputError("option 'seeds'", "found a seed twice, expected each once");
+}
+
+const std::string& MaterialOf(const ComparisonJob& job, std::size_t fabric) {
+  return job.materials[job.materials.size() == 1 ? 0 : fabric];
+}
+
+ComparisonJob WithMaterialSettings(ComparisonJob job) {
+  for (std::size_t i = 0; i < job.fabrics.size(); ++i)
+    job.settings["material of fabric " + std::to_string(job.fabrics[i])] = MaterialOf(job, i);
+  return job;
 }
 
 std::vector<Capture> UsableCaptures(const ComparisonJob& job, const Dataset& dataset, int fabric,
@@ -96,7 +110,7 @@ SharedSplit Share(const ComparisonJob& job, const std::vector<Capture>& usable, 
                   int seed) {
   SharedSplit shared{job.fabrics[fabric], seed, SplitOf(job, usable, seed), {}, job.fit};
   shared.held_out = SeeCaptures(shared.split.held_out, Camera());
-  shared.fit.material = job.materials[job.materials.size() == 1 ? 0 : fabric];
+  shared.fit.material = MaterialOf(job, fabric);
   shared.fit.posterior.seed = seed;
   UseCaptures(shared.split.train, &shared.fit);
   return shared;
@@ -118,6 +132,8 @@ CellTask TaskOf(const ComparisonJob& job, const SharedSplit& shared, const std::
       FabricFolder(job, shared.fabric) + "/" + model + "/seed_" + std::to_string(shared.seed),
       shared.fit, PredictionOf(job, shared), &shared.held_out};
   task.fit.model = model;
+  task.fit.checkpoint = FabricFolder(job, shared.fabric) + "/one_table_" +
+                        std::to_string(shared.seed) + ".json";
   return task;
 }
 
@@ -197,8 +213,9 @@ bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
 
 }  // namespace
 
-ComparisonRun RunComparison(const ComparisonJob& job, const ComparisonCallbacks& callbacks) {
-  CheckJob(job);
+ComparisonRun RunComparison(const ComparisonJob& given, const ComparisonCallbacks& callbacks) {
+  CheckJob(given);
+  const ComparisonJob job = WithMaterialSettings(given);
   CheckSettings(job);
   const std::vector<SharedSplit> splits = ShareAll(job, callbacks);
   CheckFits(job, splits);

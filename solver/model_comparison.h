@@ -30,7 +30,8 @@ struct ComparisonJob {
   FitJob fit;  // mesh, stages and budget of all; its data, model, material and files are not used
   PredictionOptions prediction;  // its specimens, faces, seed and camera are not used
   std::string out;               // existing folder of the cells
-  // What must be the same for cells to be taken over from an earlier run: key → value.
+  // What must be the same for cells to be taken over from an earlier run, beside the material of
+  // each fabric: key → value.
   std::map<std::string, std::string> settings;
 };
 

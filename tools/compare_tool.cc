@@ -20,7 +20,8 @@ const std::set<std::string> kOfCells = {
     "resume", "data",     "fabric",   "samples",  "captures", "face",   "targets",
     "specimens", "camera", "integrator"};
 // Options that change no number of a cell.
-const std::set<std::string> kFree = {"data", "out", "models", "seeds", "threads"};
+const std::set<std::string> kFree = {"data",  "out",   "fabrics", "materials",
+                                     "models", "seeds", "threads"};
 
 std::vector<Option> SplitOptions(CompareToolOptions& options) {
   ComparisonJob& job = options.job;

@@ -48,6 +48,7 @@ class ComparisonCellTest : public FileFixture {
     task_.prediction.settle.steps.steps = 60;
     task_.held_out = &held_out_;
     task_.folder = Path("cell");
+    task_.fit.checkpoint = Path("one_table.json");
   }
   bool Run(const std::atomic<bool>* cancel = nullptr) {
     notes_.clear();
@@ -96,6 +97,7 @@ TEST_F(ComparisonCellTest, ABrokenFileIsMadeAnewAndTheSame) {
   EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("grid")));  // the fit is taken over
   EXPECT_EQ(Numbers(), whole);
   Write("cell/material.json", "{");
+  Write("one_table.json", "{");
   EXPECT_FALSE(ReadCell(Path("cell")));
   ASSERT_TRUE(Run());
   EXPECT_THAT(notes_, testing::HasSubstr("round"));
@@ -108,6 +110,7 @@ TEST_F(ComparisonCellTest, GoesOnAfterACancelToTheSameNumbers) {
   ASSERT_TRUE(Run());
   const std::string whole = Numbers();
   std::filesystem::remove_all(Path("cell"));
+  std::filesystem::remove(Path("one_table.json"));
   for (const std::string stage : {"round 1", "prediction"}) {
     std::atomic<bool> cancel = false;
     on_note_ = [&](const std::string& note) { cancel = cancel || note == stage; };
@@ -117,6 +120,20 @@ TEST_F(ComparisonCellTest, GoesOnAfterACancelToTheSameNumbers) {
   on_note_ = {};
   ASSERT_TRUE(Run());
   EXPECT_EQ(Numbers(), whole);
+}
+
+TEST_F(ComparisonCellTest, ModelsGoOnFromTheSameTable) {
+  ASSERT_TRUE(Run());
+  EXPECT_THAT(notes_, testing::HasSubstr("grid"));
+  const nlohmann::json table = ReadJsonFile(Path("cell/material.json"));
+  task_.folder = Path("fields");
+  task_.fit.model = "heter";
+  task_.fit.fields.iterations = 1;
+  task_.fit.fields.hops = 0;
+  ASSERT_TRUE(Run());
+  EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("grid")));
+  EXPECT_THAT(notes_, testing::HasSubstr("fields"));
+  EXPECT_EQ(ReadJsonFile(Path("fields/material_homo.json"))["stretch"], table["stretch"]);
 }
 
 TEST_F(ComparisonCellTest, DrawsThatDoNotComeToRestAreACellWithAReason) {
