@@ -51,7 +51,7 @@ std::unique_ptr<TimeStep> MakeOneSolveStep(std::shared_ptr<const ClothModel> mod
 // exact K, symmetrised and shifted where M/h² + K is not positive definite, with backtracking.
 struct ImplicitEulerOptions {
   double tolerance = 1e-8;  // ‖f − M(x − y)/h²‖ ≤ tolerance × weight
-  int max_iterations = 50;  // Newton steps
+  int max_iterations = 200;  // Newton steps
   int max_halvings = 12;    // of one Newton step
 };
 std::unique_ptr<TimeStep> MakeImplicitEuler(std::shared_ptr<const ClothModel> model,

@@ -67,7 +67,7 @@ std::span<const StabilityAxis> StabilityAxes() {
       {"bend", "bend stiffness [factor]", 1e-6, 1e6, {&Case::bend}},
       {"density", "density [kg/m²]", 1e-4, 10.0, {&Case::density}},
       {"sliver", "needles, long by short side", 1.0, 1e6, {&Case::sliver}},
-      {"compression", "start's size in the plane [factor]", 0.1, 2.0, {&Case::compression}},
+      {"compression", "size of the start in the plane [factor]", 0.1, 2.0, {&Case::compression}},
       {"tangle", "random displacement of the start [edge lengths]", 0.0, 10.0, {&Case::tangle}},
       {"handle", "handle stiffness [factor]", 1e-6, 1e6, {&Case::handle}},
       {"calm", "steps before Newton", 0.0, 10000.0, {&Case::calm}},

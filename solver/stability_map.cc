@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <sstream>
 
 #include "physics/atomic_file.h"
@@ -44,8 +45,10 @@ int ParseCount(const std::string& text, const std::string& where) {
 
 // Four digits are enough of a value in a list that people read.
 double Rounded(double value) {
-  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 3.0);
-  return std::round(value / unit) * unit;
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.4g", value);
+  std::from_chars(digits, digits + sizeof digits, value);
+  return value;
 }
 
 std::vector<double> EvenlyByRatio(double from, double to, int count, const std::string& where) {
