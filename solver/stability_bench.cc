@@ -88,11 +88,14 @@ EquilibriumResult RunNewton(StabilityMethod method, StepSolver& solver,
              : SolveEquilibrium(solver, material, x, options);
 }
 
-TimeStepStatus StatusOf(const EquilibriumResult& result) {
+// Where a shift may grow, that it cannot grow on reads "not converged" too.
+TimeStepStatus StatusOf(StabilityMethod method, const EquilibriumResult& result) {
   if (result.status == EquilibriumStatus::kStable || result.status == EquilibriumStatus::kUnstable)
     return TimeStepStatus::kOk;
-  return EndedByFactorisation(result) ? TimeStepStatus::kNotPositiveDefinite
-                                      : TimeStepStatus::kNotConverged;
+  const bool is_bare = method == StabilityMethod::kStaticNoShift ||
+                       method == StabilityMethod::kStaticProjected;
+  return is_bare && EndedByFactorisation(result) ? TimeStepStatus::kNotPositiveDefinite
+                                                 : TimeStepStatus::kNotConverged;
 }
 
 StabilityEnd RunAtRest(const StabilityCase& run, const StabilityScene& scene, TimeStep& step,
@@ -102,11 +105,11 @@ StabilityEnd RunAtRest(const StabilityCase& run, const StabilityScene& scene, Ti
   if (end.status != TimeStepStatus::kOk || IsLost(end.x, course.setting.rules)) return end;
   StepSolver solver(scene.model);
   EquilibriumOptions options;
-  options.max_iterations = course.setting.most_steps / 10;
+  options.max_iterations = course.setting.most_newton_steps;
   options.cancel = &course.cancel;
   const EquilibriumResult rest = RunNewton(run.method, solver, scene.material, end.x, options);
   course.steps = rest.iterations;
-  return {.status = StatusOf(rest), .x = rest.x, .speed = 0.0};
+  return {.status = StatusOf(run.method, rest), .x = rest.x, .speed = 0.0};
 }
 
 std::optional<Eigen::VectorXd> RestFrom(const StabilityScene& scene, const Eigen::VectorXd& x) {

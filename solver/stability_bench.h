@@ -22,7 +22,8 @@ struct StabilitySetting {
   StartShape start;
   int seed = 1;             // of tangled starts
   double duration = 6.0;    // simulated [s]; at least 40 steps
-  int most_steps = 2000;    // of an implicit method, and Newton steps of a static one: a tenth
+  int most_steps = 600;     // of an implicit method
+  int most_newton_steps = 200;  // of a static one
   int most_explicit_steps = 60000;
   double most_seconds = 60.0;  // of a run; what is not at rest by then is still moving
   double drag = 8.0;           // of the explicit method, which damps nothing [1/s]

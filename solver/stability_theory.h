@@ -14,8 +14,7 @@ namespace drape {
 struct ExplicitLimit {
   // Courant, Friedrichs and Lewy: ω²h² = 4 + 2·h·drag, with ω of HighestEigenvalue at rest.
   std::optional<double> theory;
-  // By bisection to 3 %: the cloth's kinetic energy stays bounded from its start; the first `steps`
-  // steps are looked at.
+  // By bisection to 3 %: from the case's own start the cloth is not lost (IsLost) in `steps` steps.
   std::optional<double> measured;
 };
 ExplicitLimit LimitOf(const StabilityBench& bench, StabilityCase run, int steps = 1500);

@@ -114,6 +114,7 @@ void WriteStabilityFindings(const std::string& path, const StabilityOptions& opt
                {"drag", options.drag},
                {"duration_s", options.duration},
                {"most_steps", options.most_steps},
+               {"most_newton_steps", options.most_newton_steps},
                {"most_explicit_steps", options.most_explicit_steps},
                {"most_seconds", options.most_seconds}};
   json["maps"] = Json::array();

@@ -22,6 +22,7 @@ std::string SharedText(const StabilityOptions& o) {
   std::string text = "mesh=" + o.mesh + " material=" + o.material + " start=" + o.start +
                      " seed=" + std::to_string(o.seed) +
                      " most_steps=" + std::to_string(o.most_steps) +
+                     " most_newton_steps=" + std::to_string(o.most_newton_steps) +
                      " most_explicit_steps=" + std::to_string(o.most_explicit_steps);
   AppendNumber(text += " most_seconds=", o.most_seconds);
   AppendNumber(text += " duration=", o.duration);
@@ -46,6 +47,7 @@ StabilitySetting SettingOf(const StabilityOptions& options) {
           .seed = options.seed,
           .duration = options.duration,
           .most_steps = options.most_steps,
+          .most_newton_steps = options.most_newton_steps,
           .most_explicit_steps = options.most_explicit_steps,
           .most_seconds = options.most_seconds,
           .drag = options.drag};
@@ -105,9 +107,10 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
        .least = 0, .most = 1000},
       {.key = "duration", .value = &o.duration, .doc = "simulated time of a run; at least 40 steps",
        .unit = "s", .least = 0, .most = 1000, .above_least = true},
-      {.key = "most_steps", .value = &o.most_steps,
-       .doc = "budget of an implicit run; a tenth of it are Newton steps of a static one",
+      {.key = "most_steps", .value = &o.most_steps, .doc = "budget of an implicit run",
        .least = 10, .most = 10000000},
+      {.key = "most_newton_steps", .value = &o.most_newton_steps,
+       .doc = "budget of a static run", .least = 10, .most = 10000000},
       {.key = "most_explicit_steps", .value = &o.most_explicit_steps,
        .doc = "budget of an explicit run", .least = 10, .most = 100000000},
       {.key = "most_seconds", .value = &o.most_seconds, .doc = "budget of a run", .unit = "s",

@@ -19,7 +19,8 @@ struct StabilityOptions {
   std::string start;              // start shape
   int seed = 1;
   double duration = 6.0;
-  int most_steps = 2000;
+  int most_steps = 600;
+  int most_newton_steps = 200;
   int most_explicit_steps = 60000;
   double most_seconds = 60.0;
   double drag = 8.0;
