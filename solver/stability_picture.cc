@@ -19,7 +19,7 @@ constexpr const char* kColours[kStabilityClasses] = {"#1a9850", "#a6d96a", "#fee
 
 std::string Short(double value) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
+  std::snprintf(text, sizeof text, "%.4g", value);
   return text;
 }
 
