@@ -21,7 +21,8 @@ constexpr double kMostShift = 1e13;  // [s⁻²]
 struct Trial {
   Eigen::VectorXd x, unbalanced;  // [m]; f − M(x − y)/h² [N]
   double residual = 0.0;          // its norm by the weight
-  double potential = 0.0;         // E + ½‖x − y‖²_M/h² [J], a merit: E is one where tables are linear
+  // E + ½‖x − y‖²_M/h² [J], a merit: E is a potential where tables are linear.
+  double potential = 0.0;
 };
 
 class ImplicitEuler final : public TimeStep {

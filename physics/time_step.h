@@ -36,8 +36,8 @@ std::unique_ptr<TimeStep> MakeExplicitEuler(std::shared_ptr<const ClothModel> mo
 enum class StepSystem {
   kDirect,  // CHOLMOD
   kPcg,     // conjugate gradients with incomplete Cholesky factors, both Eigen's
-  kFloat    // state, matrix, right-hand side and factor (Eigen's LLT) rounded to float; the elements
-            // are evaluated in double at the rounded positions
+  kFloat    // state, matrix, right-hand side and factor (Eigen's LLT) in float; the elements are
+            // evaluated in double at the rounded positions
 };
 struct PcgOptions {
   double tolerance = 1e-10;  // ‖b − A·v‖ ≤ tolerance·‖b‖

@@ -35,8 +35,8 @@ enum class StabilityClass {
 };
 inline constexpr int kStabilityClasses = 7;
 
-// As configs, files and legends have them: "step_pcg", "folded over". Parsing throws InputError that
-// starts with `where` and lists the names.
+// As configs, files and legends have them: "step_pcg", "folded over". Parsing throws InputError
+// that starts with `where` and lists the names.
 const char* ToString(StabilityMethod method);
 const char* ToString(StabilityClass kind);
 StabilityMethod ParseStabilityMethod(const std::string& name, const std::string& where);
@@ -52,7 +52,7 @@ struct StabilityCase {
   double density = 0.2;      // [kg/m²]
   double sliver = 1.0;       // long by short side of needles among the triangles (WithSlivers)
   double compression = 1.0;  // of the start in the plane
-  double tangle = 0.0;       // random displacement of the free start by vertex and axis [mean edges]
+  double tangle = 0.0;       // random displacement of free vertices by axis [mean edges]
   double handle = 1.0;       // factor of the handles' stiffness
   double calm = 20.0;        // one-solve steps before a static method, whole
 

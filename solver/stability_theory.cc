@@ -88,7 +88,8 @@ std::optional<StepDamping> DampingOf(StabilityBench& bench, const StabilityCase&
   damping.theory = std::exp(-decay);
   damping.steps = static_cast<int>(std::clamp(std::round(kDecay / decay), 1.0, 1000.0));
   const std::unique_ptr<TimeStep> step = bench.StepOf(run, scene);
-  State state{rest + kMove / shape.cwiseAbs().maxCoeff() * shape, Eigen::VectorXd::Zero(rest.size())};
+  State state{rest + kMove / shape.cwiseAbs().maxCoeff() * shape,
+              Eigen::VectorXd::Zero(rest.size())};
   const double first = EnergyNorm(state, rest, weighed, damping.omega);
   for (int i = 0; i < damping.steps; ++i)
     if (step->Advance(state) != TimeStepStatus::kOk) return std::nullopt;

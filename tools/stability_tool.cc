@@ -53,6 +53,14 @@ StabilitySetting SettingOf(const StabilityOptions& options) {
           .drag = options.drag};
 }
 
+// Throws what the scenes of a run would.
+void TryCorners(const StabilityBench& bench, const std::vector<StabilityMap>& maps) {
+  for (const StabilityMap& map : maps) {
+    bench.SceneOf(map.At(0, 0));
+    bench.SceneOf(map.Cases().back());
+  }
+}
+
 int ThreadsOf(const StabilityOptions& options) {
   return options.threads > 0 ? options.threads
                              : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -182,6 +190,7 @@ StabilityAtlas MakeStabilityAtlas(const StabilityOptions& options,
   StabilityAtlas atlas;
   atlas.maps = SelectMaps(options);
   StabilityBench bench(SettingOf(options));
+  TryCorners(bench, atlas.maps);
   const OutputFolder out(options.out);
   const std::string path = options.out + "/runs.csv", shared = SharedText(options);
   if (options.resume && std::filesystem::exists(path)) atlas.runs = ReadStabilityRuns(path, shared);

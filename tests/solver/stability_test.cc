@@ -181,7 +181,8 @@ TEST_F(ClassifyTest, NamesWhatMovesCreepsOrIsElsewhere) {
 
 TEST(StabilityMaps, ALineIsAMapForEachMethod) {
   const std::vector<StabilityMap> maps =
-      ParseStabilityMaps("step+implicit h=0.01:1:3 tangle=0.2/0/0.1 density=0.1 law=reference", "x");
+      ParseStabilityMaps("step+implicit h=0.01:1:3 tangle=0.2/0/0.1 density=0.1 law=reference",
+                         "maps");
   ASSERT_EQ(maps.size(), 2u);
   EXPECT_EQ(maps[1].name, "implicit-h-tangle-density0.1-reference");
   EXPECT_THAT(maps[0].values[0], testing::ElementsAre(0.01, 0.1, 1.0));

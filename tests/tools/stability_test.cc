@@ -71,6 +71,7 @@ TEST_F(StabilityTool, MistakesAreOneLineAndLeaveNothing) {
   ExpectOneLineError(Run({map, "--only=bend"}), "which no map has in its name");
   ExpectOneLineError(Run({map, "--material=" + Path("no.json")}), "no.json");
   ExpectOneLineError(Run({map, "--duration=0"}), "duration");
+  ExpectOneLineError(Run({map, "--mesh=disc:100,radius=0.08,support=0.05"}), "support");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 
