@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "physics/rollout.h"
 
@@ -14,7 +15,20 @@ namespace drape {
 Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& material,
                                   const Eigen::VectorXd& x, int count);
 
-// Of these eigenvalues: all are positive beyond rounding, and there are some.
+// The same with their shapes φ, shape [3V, count], φᵀ·M·φ = 1; both empty when they are not found.
+struct VibrationModes {
+  Eigen::VectorXd eigenvalues;  // ω² [s⁻²], ascending
+  Eigen::MatrixXd shapes;       // [kg^-½]
+};
+VibrationModes LowestModes(StepSolver& solver, const MaterialField& material,
+                           const Eigen::VectorXd& x, int count);
+
+// The largest ω² [s⁻²], to 1e-6: an explicit step is stable for h < 2/ω (Courant, Friedrichs and
+// Lewy 1928). None when it is not found.
+std::optional<double> HighestEigenvalue(StepSolver& solver, const MaterialField& material,
+                                        const Eigen::VectorXd& x);
+
+// Of the lowest eigenvalues: all are positive beyond rounding, and there are some.
 inline bool IsStable(const Eigen::VectorXd& lowest_eigenvalues) {
   constexpr double kRounding = 1e-6;  // [s⁻²]
   return lowest_eigenvalues.size() > 0 && lowest_eigenvalues[0] > kRounding;
