@@ -7,6 +7,7 @@
 
 #include "physics/atomic_file.h"
 #include "solver/gnuplot.h"
+#include "tools/text_format.h"
 
 namespace drape {
 namespace {
@@ -31,11 +32,12 @@ bool Drawn(const Chart& chart, const Eigen::Vector2d& point) {
 }
 
 std::string DataOf(const Chart& chart, const ChartLine& line, const std::string& name) {
-  std::string data = "$" + name + " << END\n";
+  std::string data = Format("$%s << END\n", name.c_str());
   for (const Eigen::Vector2d& point : line.points) {
     if (Drawn(chart, point)) {
       AppendNumber(data, point.x());
-      AppendNumber(data += ' ', point.y());
+      data += ' ';
+      AppendNumber(data, point.y());
     }
     data += '\n';  // an empty line is a gap
   }
@@ -56,7 +58,7 @@ std::string ScriptOf(const Chart& chart, int number) {
     const bool any = std::any_of(line.points.begin(), line.points.end(),
                                  [&](const Eigen::Vector2d& p) { return Drawn(chart, p); });
     if (!any) continue;
-    const std::string name = "d" + std::to_string(number) + "_" + std::to_string(i);
+    const std::string name = Format("d%d_%d", number, i);
     script += DataOf(chart, line, name);
     plot += (plot.empty() ? "plot $" : ", $") + name + " using 1:2 " + StyleOf(chart, line, i) +
             (line.title.empty() ? " notitle" : " title \"" + Escaped(line.title) + "\"");
@@ -91,8 +93,9 @@ void DrawShares(const std::string& path, const std::string& title,
                 const std::vector<std::pair<std::string, double>>& shares) {
   std::string script = Terminal(820, 420) + "$shares << END\n";
   for (const auto& [name, share] : shares) {
-    AppendNumber(script += "\"" + Escaped(name) + "\" ", share);
-    script += '\n';
+    script += '"';
+    script += Escaped(name);
+    script += Format("\" %.6g\n", share);
   }
   script += "END\nset title \"" + Escaped(title) +
             "\"\nset yrange [0:1.1]\nset ylabel 'share of the problems'\nset boxwidth 0.6\n"

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace drape {
@@ -15,12 +16,12 @@ struct ChartLine {
 };
 
 struct Chart {
-  std::string title, x_label, y_label;
+  std::string title = {}, x_label = {}, y_label = {};
   bool log_x = false, log_y = false;
   bool steps = false;         // values hold until the next point
   std::string y_range = "*:*";  // of gnuplot, "0:1"
   std::string key = "top right";
-  std::vector<ChartLine> lines;
+  std::vector<ChartLine> lines = {};
 };
 
 // Writes a PNG with the charts side by side, `columns` in a row; a method or law that stands at the

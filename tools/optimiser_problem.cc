@@ -127,10 +127,12 @@ std::vector<RaceImage> RaceImages(const OptimisersOptions& options) {
 RaceStart FindRaceStart(const OptimisersOptions& options, const RaceImage& image,
                         const std::atomic<bool>* cancel) {
   FitJob job = image.job;
+  job.mesh = options.mesh;
+  job.coarse_mesh = options.coarse_mesh;
   job.fit.keep = {1};
   job.fit.iterations = {0};
   job.fit.parameters = Tying::kScales;
-  RaceStart start{LoadJob(job), {}};
+  RaceStart start{job, LoadJob(job), {}};
   const std::string path = options.out + "/runs/" + image.name + ".start.json";
   const std::string identity = IdentityOf(job, start.loaded);
   StagedFitState state = ReadCheckpoint(path, identity).value_or(StagedFitState());

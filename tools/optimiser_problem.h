@@ -23,6 +23,7 @@ std::vector<RaceImage> RaceImages(const OptimisersOptions& options);
 
 // An image read, with the seed that all methods start from.
 struct RaceStart {
+  FitJob job;
   LoadedJob loaded;
   BranchFit branch;  // without shapes where no seed comes to rest
 };

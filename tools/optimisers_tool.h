@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -12,8 +14,9 @@ namespace drape {
 
 // What a user of drape_optimisers sets.
 struct OptimisersOptions {
-  FitJob job = {.mesh = "disc:400", .coarse_mesh = "disc:200"};
+  FitJob job;
   std::vector<std::string> twins;  // fabrics whose drapes are made and fitted
+  std::string mesh = "disc:400", coarse_mesh = "disc:200";  // of the job
   std::string twin_mesh = "disc:500";
   int twin_seed = 1;               // of the twins' random starts; the i-th fabric has twin_seed + i
   double twin_hem_rms = 5e-3;      // of the starts [m]
