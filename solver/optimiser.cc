@@ -21,6 +21,7 @@ double ThreadSeconds() {
 std::vector<OptimiserMethod> AllMethods() {
   const bool nlopt = NLoptIsThere();
   return {{"lm", true, true, "Levenberg–Marquardt (Ceres), the steps of drape_fit"},
+          {"lm_patient", true, true, "the same, 50 instead of 5 invalid steps in a row"},
           {"dogleg", true, true, "Powell's dogleg (Ceres)"},
           {"subspace_dogleg", true, true, "subspace dogleg (Ceres)"},
           {"lbfgs", true, true, "L-BFGS with Wolfe line search (Ceres)"},
@@ -31,6 +32,22 @@ std::vector<OptimiserMethod> AllMethods() {
           {"sbplx", false, nlopt, "Subplex (NLopt), Nelder–Mead in subspaces"},
           {"crs", false, nlopt, "controlled random search (NLopt CRS2), in a box"},
           {"direct", false, nlopt, "DIRECT-L (NLopt), in a box"}};
+}
+
+std::string Run(const std::string& name, MeteredFunction& function,
+                const OptimiserOptions& options) {
+  constexpr int kInvalidSteps = 5, kPatientInvalidSteps = 50;
+  const auto rates = [&](double rate) { return Eigen::VectorXd::Constant(function.size(), rate); };
+  if (name == "lm") return RunLevenbergMarquardt(function, kInvalidSteps);
+  if (name == "lm_patient") return RunLevenbergMarquardt(function, kPatientInvalidSteps);
+  if (name == "dogleg") return RunDogleg(function, false);
+  if (name == "subspace_dogleg") return RunDogleg(function, true);
+  if (name == "lbfgs") return RunLbfgs(function);
+  if (name == "adam_0.03") return RunAdam(function, rates(0.03));
+  if (name == "adam_0.1") return RunAdam(function, rates(0.1));
+  if (name != "adam_published") return RunNLopt(function, name, options);
+  CHECK_EQ(options.published_rates.size(), function.size());
+  return RunAdam(function, options.published_rates);
 }
 
 }  // namespace
@@ -119,36 +136,23 @@ OptimiserRun RunOptimiser(const std::string& name, ResidualFunction& function,
                           const OptimiserOptions& options) {
   FindOptimiser(name);
   MeteredFunction metered(function, options);
-  const auto rates = [&](double rate) { return Eigen::VectorXd::Constant(function.size(), rate); };
-  if (name == "lm") {
-    RunLevenbergMarquardt(metered);
-  } else if (name == "dogleg" || name == "subspace_dogleg") {
-    RunDogleg(metered, name == "subspace_dogleg");
-  } else if (name == "lbfgs") {
-    RunLbfgs(metered);
-  } else if (name == "adam_published") {
-    CHECK_EQ(options.published_rates.size(), function.size());
-    RunAdam(metered, options.published_rates);
-  } else if (name.starts_with("adam")) {
-    RunAdam(metered, rates(name == "adam_0.1" ? 0.1 : 0.03));
-  } else {
-    RunNLopt(metered, name, options);
-  }
+  const std::string end = Run(name, metered, options);
   OptimiserRun run = metered.run();
   run.method = name;
+  run.end = metered.exhausted() ? "budget spent" : end;
   run.cancelled = options.cancel != nullptr && options.cancel->load();
   return run;
 }
 
-void RunAdam(MeteredFunction& function, Eigen::VectorXd rates) {
+std::string RunAdam(MeteredFunction& function, Eigen::VectorXd rates) {
   constexpr double kBeta1 = 0.9, kBeta2 = 0.999, kEpsilon = 1e-8;
   Eigen::VectorXd theta = Eigen::VectorXd::Zero(function.size()), residual, mean, square;
   RowMatrix jacobian;
   for (int step = 0; !function.exhausted();) {
     if (!function.Evaluate(theta, &residual, &jacobian)) {
-      if (function.run().theta.size() == 0) return;
+      if (function.run().theta.size() == 0) return "the start cannot be evaluated";
       const bool best_has_none = theta == function.run().theta;  // no derivatives at the best point
-      if (best_has_none) return;
+      if (best_has_none) return "no derivatives at the best point";
       theta = function.run().theta;
       rates *= 0.5;
       step = 0;
@@ -163,6 +167,7 @@ void RunAdam(MeteredFunction& function, Eigen::VectorXd rates) {
     const Eigen::ArrayXd size = (square.array() / (1.0 - std::pow(kBeta2, step))).sqrt();
     theta.array() -= rates.array() * unbiased / (size + kEpsilon);
   }
+  return "budget spent";
 }
 
 }  // namespace drape

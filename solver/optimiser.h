@@ -47,6 +47,7 @@ struct TracePoint {
 
 struct OptimiserRun {
   std::string method;
+  std::string end;                // why it ended: a sentence
   bool cancelled = false;
   std::vector<TracePoint> trace;  // the first is the start, costs fall; empty where it failed
   Eigen::VectorXd theta;          // of the least cost
@@ -91,7 +92,7 @@ struct OptimiserMethod {
   bool available;       // false: this build is without NLopt
   std::string summary;  // what it is, for tables
 };
-// "lm", "dogleg", "subspace_dogleg", "lbfgs", "adam_published", "adam_0.03", "adam_0.1", and of
+// "lm", "lm_patient", "dogleg", "subspace_dogleg", "lbfgs", "adam_published", "adam_0.03", "adam_0.1", and of
 // NLopt "bobyqa", "sbplx", "crs", "direct".
 const std::vector<OptimiserMethod>& OptimiserMethods();
 // Throws InputError for a name that is not among them, or not available.

@@ -76,7 +76,7 @@ FitOptions FitOptionsOf() {
   return options;
 }
 
-void Solve(MeteredFunction& function, ceres::Solver::Options options) {
+std::string Solve(MeteredFunction& function, ceres::Solver::Options options) {
   StopWhenSpent stop(function);
   options.callbacks.push_back(&stop);
   Eigen::VectorXd theta = Eigen::VectorXd::Zero(function.size());
@@ -84,26 +84,30 @@ void Solve(MeteredFunction& function, ceres::Solver::Options options) {
   problem.AddResidualBlock(new MeteredCost(function), nullptr, theta.data());
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
+  return summary.message;
 }
 
 }  // namespace
 
-void RunLevenbergMarquardt(MeteredFunction& function) {
-  Solve(function, TrustRegionOptions(function.size(), FitOptionsOf()));
+std::string RunLevenbergMarquardt(MeteredFunction& function, int invalid_steps) {
+  ceres::Solver::Options options = TrustRegionOptions(function.size(), FitOptionsOf());
+  options.max_num_consecutive_invalid_steps = invalid_steps;
+  return Solve(function, options);
 }
 
-void RunDogleg(MeteredFunction& function, bool subspace) {
+std::string RunDogleg(MeteredFunction& function, bool subspace) {
   Eigen::VectorXd residual;
-  if (!function.Evaluate(Eigen::VectorXd::Zero(function.size()), &residual, nullptr)) return;
+  if (!function.Evaluate(Eigen::VectorXd::Zero(function.size()), &residual, nullptr))
+    return "the start cannot be evaluated";
   ceres::Solver::Options options = TrustRegionOptions(function.size(), FitOptionsOf());
   options.trust_region_strategy_type = ceres::DOGLEG;
   options.dogleg_type = subspace ? ceres::SUBSPACE_DOGLEG : ceres::TRADITIONAL_DOGLEG;
   // Of a step in units of the columns' norms, so of the size of the change of r that it predicts.
   options.initial_trust_region_radius = residual.norm();
-  Solve(function, options);
+  return Solve(function, options);
 }
 
-void RunLbfgs(MeteredFunction& function) {
+std::string RunLbfgs(MeteredFunction& function) {
   StopWhenSpent stop(function);
   ceres::GradientProblemSolver::Options options;
   options.line_search_direction_type = ceres::LBFGS;
@@ -116,6 +120,7 @@ void RunLbfgs(MeteredFunction& function) {
   ceres::GradientProblem problem(new MeteredGradient(function));
   ceres::GradientProblemSolver::Summary summary;
   ceres::Solve(options, problem, theta.data(), &summary);
+  return summary.message;
 }
 
 }  // namespace drape

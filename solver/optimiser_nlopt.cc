@@ -67,8 +67,8 @@ nlopt::algorithm AlgorithmOf(const std::string& name) {
 
 bool NLoptIsThere() { return true; }
 
-void RunNLopt(MeteredFunction& function, const std::string& name,
-              const OptimiserOptions& options) {
+std::string RunNLopt(MeteredFunction& function, const std::string& name,
+                     const OptimiserOptions& options) {
   constexpr double kFirstStep = 0.5;  // in log units
   const unsigned size = static_cast<unsigned>(function.size());
   FiniteCost cost(function, options.failed_cost_factor);
@@ -85,10 +85,11 @@ void RunNLopt(MeteredFunction& function, const std::string& name,
     cost(theta);  // not all of them begin with the start
     optimiser.optimize(theta, least);
   } catch (const nlopt::forced_stop&) {
-  } catch (const nlopt::roundoff_limited&) {
-  } catch (const std::runtime_error& error) {
-    LOG(WARNING) << name << ": " << error.what();  // the best point stands
+    return "budget spent";
+  } catch (const std::runtime_error& error) {  // also of nlopt::roundoff_limited
+    return error.what();
   }
+  return "converged";
 }
 
 }  // namespace drape

@@ -8,8 +8,9 @@ namespace drape {
 
 bool NLoptIsThere() { return false; }
 
-void RunNLopt(MeteredFunction&, const std::string& name, const OptimiserOptions&) {
+std::string RunNLopt(MeteredFunction&, const std::string& name, const OptimiserOptions&) {
   LOG(FATAL) << name << " is one of NLopt, which this build is without";
+  return {};
 }
 
 }  // namespace drape

@@ -26,6 +26,7 @@ json ToJson(const OptimiserRun& run) {
   for (const TracePoint& point : run.trace)
     trace.push_back({point.spent, point.seconds, point.cost});
   return {{"method", run.method},
+          {"end", run.end},
           {"trace", trace},
           {"theta", ToJson(run.theta)},
           {"spent", run.spent},
@@ -39,6 +40,7 @@ json ToJson(const OptimiserRun& run) {
 OptimiserRun RunOf(const JsonInput& input) {
   OptimiserRun run;
   run.method = input.At("method").String();
+  run.end = input.At("end").String();
   const JsonInput trace = input.At("trace");
   for (int i = 0; i < trace.ExpectArray().Size(); ++i) {
     const JsonInput point = trace.At(i);

@@ -186,6 +186,7 @@ nlohmann::json SummaryOf(const OptimisersOptions& options, const Race& race) {
                                {"method", record.run.method},
                                {"cost", record.shape.size() > 0 ? nlohmann::json(record.run.cost)
                                                                 : nlohmann::json()},
+                               {"end", record.run.end},
                                {"spent", record.run.spent},
                                {"cpu_s", record.run.seconds},
                                {"failed", record.run.failed},

@@ -56,7 +56,7 @@ std::vector<Option> RaceOptions(OptimisersOptions& options) {
   OptimiserOptions& race = options.race;
   return {
       {.key = "methods", .value = &options.methods,
-       .doc = "which of lm, dogleg, subspace_dogleg, lbfgs, adam_published, adam_0.03, adam_0.1 "
+       .doc = "which of lm, lm_patient, dogleg, subspace_dogleg, lbfgs, adam_published, adam_0.03, adam_0.1 "
               "and, with NLopt, bobyqa, sbplx, crs, direct; none: all"},
       {.key = "budget", .value = &race.budget, .doc = "of each run, in rollouts", .least = 1,
        .most = 1e6},

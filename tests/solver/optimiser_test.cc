@@ -96,7 +96,7 @@ TEST_P(EachOptimiser, EndsAtOnceWhenCancelled) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, EachOptimiser,
-                         testing::Values("lm", "dogleg", "subspace_dogleg", "lbfgs",
+                         testing::Values("lm", "lm_patient", "dogleg", "subspace_dogleg", "lbfgs",
                                          "adam_published", "adam_0.03", "adam_0.1", "bobyqa",
                                          "sbplx", "crs", "direct"),
                          [](const auto& info) {
