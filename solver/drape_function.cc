@@ -13,7 +13,9 @@ int DrapeFunction::num_residuals() const { return num_outline_residuals() + size
 bool DrapeFunction::Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
                              RowMatrix* jacobian) {
   Eigen::Map<Eigen::VectorXd>(batch_.theta(), size()) = theta;
+  const int capped = batch_.counts().capped;
   batch_.PrepareForEvaluation(false, true);
+  price_ = batch_.counts().capped > capped ? 0.0 : 1.0;
   // A Jacobian starts from the drape of the trial, which must stand for it.
   if (batch_.stands() && jacobian != nullptr) batch_.PrepareForEvaluation(true, false);
   if (!batch_.stands()) return false;

@@ -23,6 +23,7 @@ class DrapeFunction final : public ResidualFunction {
   int num_residuals() const override;
   bool Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
                 RowMatrix* jacobian) override;
+  double price() const override { return price_; }
 
   // The drapes of least cost so far [m], shape [targets] of [3V]; empty before the first.
   const std::vector<Eigen::VectorXd>& best_shapes() const { return best_shapes_; }
@@ -33,6 +34,7 @@ class DrapeFunction final : public ResidualFunction {
 
   RolloutBatch batch_;
   double prior_sigma_;
+  double price_ = 1.0;
   double best_cost_ = std::numeric_limits<double>::infinity();
   std::vector<Eigen::VectorXd> best_shapes_;
 };

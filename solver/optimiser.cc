@@ -65,7 +65,9 @@ MeteredFunction::MeteredFunction(ResidualFunction& function, const OptimiserOpti
 }
 
 bool MeteredFunction::exhausted() const {
-  return run_.spent >= options_.budget || (options_.cancel != nullptr && options_.cancel->load());
+  constexpr double kMostCalls = 10.0;
+  return run_.spent >= options_.budget || run_.evaluations >= kMostCalls * options_.budget ||
+         (options_.cancel != nullptr && options_.cancel->load());
 }
 
 bool MeteredFunction::Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
@@ -84,7 +86,7 @@ bool MeteredFunction::EvaluateResidual(const Eigen::VectorXd& theta) {
   theta_ = theta;
   jacobian_.resize(0, 0);
   valid_ = function_.Evaluate(theta, &residual_, nullptr);
-  run_.spent += 1.0;
+  run_.spent += function_.price();
   ++run_.evaluations;
   run_.seconds = ThreadSeconds() - start_;
   if (valid_) {

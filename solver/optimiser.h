@@ -23,6 +23,8 @@ class ResidualFunction {
   // residual: [m]; jacobian: nullptr, or ∂r/∂θ, shape [m, P]. False where it cannot be evaluated.
   virtual bool Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
                         RowMatrix* jacobian) = 0;
+  // Of the last evaluation without a Jacobian: 0 where it was refused before any work.
+  virtual double price() const { return 1.0; }
 };
 
 struct OptimiserOptions {
@@ -59,7 +61,8 @@ struct OptimiserRun {
 };
 
 // A function behind a meter: counts, times and ends what a method may spend. The evaluation that
-// crosses the budget is finished; those after it are refused.
+// crosses the budget is finished; those after it are refused, and so are all after ten
+// evaluations for each one that the budget allows, since some may be free.
 class MeteredFunction {
  public:
   MeteredFunction(ResidualFunction& function, const OptimiserOptions& options);

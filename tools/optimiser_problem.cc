@@ -9,6 +9,7 @@
 #include "losses/metrics.h"
 #include "losses/outline.h"
 #include "losses/raster.h"
+#include "losses/shape_features.h"
 #include "physics/errors.h"
 #include "physics/material_io.h"
 #include "physics/mesh_spec.h"

@@ -163,6 +163,25 @@ TEST(DrapeFunction, IsTheCostOfAFit) {
   }
 }
 
+// A step that is predicted to go too far is refused without a rollout.
+TEST(DrapeFunction, ARefusalBeforeTheRolloutIsFree) {
+  test::FakeBackend backend;
+  const TableParametrisation parametrisation(test::TestMaterial(), Tying::kScales);
+  std::vector<Target> targets = {
+      test::TargetOf(backend.model().mesh, backend.model().RestState(), 36, "flat")};
+  BatchOptions options;
+  options.max_outline_change = 1.0;
+  DrapeFunction function(&backend, &parametrisation, &targets, options, 1.0);
+  OptimiserOptions race;
+  MeteredFunction metered(function, race);
+  Eigen::VectorXd residual;
+  RowMatrix jacobian;
+  ASSERT_TRUE(metered.Evaluate(Eigen::Vector2d::Zero(), &residual, &jacobian));
+  EXPECT_FALSE(metered.Evaluate(Eigen::Vector2d(2.0, 0.0), &residual, nullptr));
+  EXPECT_EQ(metered.run().evaluations, 2);
+  EXPECT_DOUBLE_EQ(metered.run().spent, 2.0);
+}
+
 TEST(DrapeFunction, SaysWhereThereIsNoDrape) {
   test::FakeBackend backend;
   backend.fails = [](double stretch, double) { return stretch > 0.5; };
