@@ -76,7 +76,7 @@ Chart HorizonChart(const GradientStudy& study, bool of_error) {
               .y_label = of_error ? "relative error" : "|∂x/∂s|, root mean square [m]",
               .log_x = true,
               .log_y = true,
-              .key = of_error ? "top left" : "bottom right"};
+              .key = of_error ? "off" : "bottom right"};  // the colours are those beside
   for (const HorizonSeries& series : study.horizons) {
     ChartLine line{series.law + Format(", h = %g s", series.h), {}, true};
     for (std::size_t i = 0; i < series.errors.size(); ++i)
