@@ -63,14 +63,14 @@ double MedianGapAt(const Race& race, int method, double spent) {
 
 Chart ConvergenceChart(const Race& race, double budget) {
   constexpr int kPoints = 150;
-  constexpr double kLeastGap = 1e-4;
+  constexpr double kLeastGap = 1e-2;
   Chart chart{.title = "Median over " + std::to_string(NumProblems(race)) + " problems",
               .x_label = "spent [rollouts]",
               .y_label = "(cost − best) / (start − best)",
               .log_x = true,
               .log_y = true,
-              .y_range = "1e-4:1.5",
-              .key = "bottom left noenhanced"};
+              .y_range = "1e-2:1.5",
+              .key = "outside right top noenhanced"};
   for (int m = 0; m < NumMethods(race); ++m) {
     ChartLine line{race.methods[m], {}};
     for (int i = 0; i <= kPoints; ++i) {
@@ -92,7 +92,7 @@ Chart ProfileChart(const Race& race, double tolerance, Currency currency) {
               .log_x = true,
               .steps = true,
               .y_range = "0:1.02",
-              .key = "top left noenhanced"};
+              .key = "outside right top noenhanced"};
   const Eigen::MatrixXd ratios = PerformanceRatios(SpentToSolve(race, tolerance, currency));
   for (int m = 0; m < NumMethods(race); ++m) {
     ChartLine line{race.methods[m], {}};
