@@ -14,8 +14,7 @@ namespace {
 
 // A seed replaces a fitted drape when it comes this much nearer.
 constexpr double kReseedGain = 0.97;
-// A valley of nearly equal drapes is long: the last round goes to its end.
-constexpr double kCostTolerance = 1e-3, kLastCostTolerance = 1e-5;
+constexpr double kCostTolerance = 1e-3;  // of all rounds but the last
 
 }  // namespace
 

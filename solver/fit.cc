@@ -115,27 +115,6 @@ void UseConjugateGradients(ceres::Solver::Options* options) {
   options->eta = 1e-10;
 }
 
-ceres::Solver::Options CeresOptions(int parameters, const FitOptions& options, Monitor* monitor) {
-  ceres::Solver::Options ceres_options;
-  ceres_options.linear_solver_type = ceres::DENSE_QR;
-  if (parameters > kMostDenseParameters) UseConjugateGradients(&ceres_options);
-  ceres_options.max_num_iterations = options.max_iterations;
-  ceres_options.initial_trust_region_radius = 1.0 / options.initial_damping;
-  ceres_options.min_lm_diagonal = options.unit_damping ? 1.0 : options.least_scale;
-  if (options.unit_damping) ceres_options.max_lm_diagonal = 1.0;
-  ceres_options.function_tolerance = options.cost_tolerance;
-  ceres_options.gradient_tolerance = 1e-12;
-  ceres_options.parameter_tolerance = 1e-10;
-  ceres_options.num_threads = 1;  // the batch is parallel, the copies are not worth it
-  ceres_options.logging_type = ceres::SILENT;
-  ceres_options.update_state_every_iteration = true;
-  ceres_options.callbacks.push_back(monitor);
-  // The batch's callback changes starts between evaluations, so the jacobi scaling of the first
-  // Jacobian would be no better than none.
-  ceres_options.jacobi_scaling = false;
-  return ceres_options;
-}
-
 FitTermination FromCeres(const ceres::Solver::Summary& summary) {
   if (!summary.IsSolutionUsable()) return FitTermination::kFailed;
   return summary.termination_type == ceres::CONVERGENCE ? FitTermination::kConverged
@@ -154,7 +133,9 @@ void AddPrior(ceres::Problem& problem, const ParameterBlocks& blocks, const FitO
 void Solve(ceres::Problem& problem, const FitOptions& options, FitSummary* summary) {
   Monitor monitor(options, summary);
   ceres::Solver::Summary ceres_summary;
-  ceres::Solve(CeresOptions(problem.NumParameters(), options, &monitor), &problem, &ceres_summary);
+  ceres::Solver::Options ceres_options = TrustRegionOptions(problem.NumParameters(), options);
+  ceres_options.callbacks.push_back(&monitor);
+  ceres::Solve(ceres_options, &problem, &ceres_summary);
   if (!monitor.stopped()) summary->termination = FromCeres(ceres_summary);
   summary->message = ceres_summary.message;
   summary->initial_cost = ceres_summary.initial_cost;
@@ -181,6 +162,26 @@ void FitOptions::Check() const {
   CHECK_GE(max_iterations, 0) << "FitOptions::max_iterations";
   CHECK_GT(initial_damping, 0.0) << "FitOptions::initial_damping";
   CHECK_GT(max_damping, initial_damping) << "FitOptions::max_damping";
+}
+
+ceres::Solver::Options TrustRegionOptions(int parameters, const FitOptions& options) {
+  ceres::Solver::Options ceres_options;
+  ceres_options.linear_solver_type = ceres::DENSE_QR;
+  if (parameters > kMostDenseParameters) UseConjugateGradients(&ceres_options);
+  ceres_options.max_num_iterations = options.max_iterations;
+  ceres_options.initial_trust_region_radius = 1.0 / options.initial_damping;
+  ceres_options.min_lm_diagonal = options.unit_damping ? 1.0 : options.least_scale;
+  if (options.unit_damping) ceres_options.max_lm_diagonal = 1.0;
+  ceres_options.function_tolerance = options.cost_tolerance;
+  ceres_options.gradient_tolerance = 1e-12;
+  ceres_options.parameter_tolerance = 1e-10;
+  ceres_options.num_threads = 1;  // the batch is parallel, the copies are not worth it
+  ceres_options.logging_type = ceres::SILENT;
+  ceres_options.update_state_every_iteration = true;
+  // The batch's callback changes starts between evaluations, so the jacobi scaling of the first
+  // Jacobian would be no better than none.
+  ceres_options.jacobi_scaling = false;
+  return ceres_options;
 }
 
 const char* ToString(FitTermination termination) {

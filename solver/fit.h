@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <ceres/solver.h>
+
 #include <Eigen/Core>
 #include <atomic>
 #include <functional>
@@ -70,6 +72,13 @@ struct FitSummary {
 // gradients end within m + 1 rounds at the solution of the dual system, (J·Jᵀ + c)·y = −r, without
 // a matrix of [P, P].
 inline constexpr int kMostDenseParameters = 1000;
+
+// FitOptions::cost_tolerance of the last round: a valley of nearly equal drapes is long, and that
+// round goes to its end.
+inline constexpr double kLastCostTolerance = 1e-5;
+
+// How Fit sets Ceres; without callbacks.
+ceres::Solver::Options TrustRegionOptions(int parameters, const FitOptions& options);
 
 // Fits θ to all targets by Ceres's trust region (Levenberg–Marquardt) from batch.theta(). On return
 // the targets' starts are the drapes of the best point. `tests`, if not null: mechanical tests of

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/optimisers_tool.h"
+
+#include <filesystem>
+
+#include "physics/errors.h"
+#include "tools/optimiser_problem.h"
+#include "tools/optimisers_report.h"
+#include "tools/output_folder.h"
+#include "tools/text_format.h"
+
+namespace drape {
+namespace {
+
+std::vector<Option> ProblemOptions(OptimisersOptions& options) {
+  FitJob& job = options.job;
+  return {
+      {.key = "twins", .value = &options.twins,
+       .doc = "fabrics whose silhouettes are made and fitted", .is_path = true},
+      {.key = "twin_mesh", .value = &options.twin_mesh, .doc = "cloth of the twins",
+       .is_path = true, .words = {"disc:"}},
+      {.key = "twin_seed", .value = &options.twin_seed,
+       .doc = "of the first twin's random start; the others follow", .least = 0,
+       .most = 1000000000},
+      {.key = "twin_hem_rms", .value = &options.twin_hem_rms,
+       .doc = "size of these starts at the hem, root mean square", .unit = "m", .least = 0,
+       .most = 0.05, .above_least = true},
+      {.key = "material", .value = &job.material, .doc = "start tables of the twins' fits",
+       .is_path = true},
+      {.key = "images", .value = &options.images,
+       .doc = "real silhouettes, each a problem: files, folders, patterns", .is_path = true},
+      {.key = "image_materials", .value = &options.image_materials,
+       .doc = "start tables of the images' fits: one for all or one of each", .is_path = true},
+      {.key = "floor", .value = &job.floor,
+       .doc = "start entries under this share of their column's largest are raised to it",
+       .least = 0, .most = 1},
+      {.key = "mesh", .value = &options.mesh, .doc = "cloth of the fits", .is_path = true,
+       .words = {"disc:"}},
+      {.key = "coarse_mesh", .value = &options.coarse_mesh, .doc = "cloth of the seed grid",
+       .is_path = true, .words = {"disc:"}},
+      {.key = "law", .value = &job.law,
+       .doc = "how stiffness follows from strain and curvature",
+       .choices = {"reference", "smooth"}},
+      {.key = "parameters", .value = &options.parameters,
+       .doc = "free numbers, each count a problem of every image: 2, 7, 39", .least = 2,
+       .most = 39},
+      {.key = "sigma_px", .value = &job.fit.sigma_px, .doc = "standard deviation of the outline",
+       .unit = "px", .least = 0, .above_least = true},
+      {.key = "prior_sigma", .value = &job.fit.prior_sigma,
+       .doc = "standard deviation of each log factor in the prior", .least = 0,
+       .above_least = true},
+  };
+}
+
+std::vector<Option> RaceOptions(OptimisersOptions& options) {
+  OptimiserOptions& race = options.race;
+  return {
+      {.key = "methods", .value = &options.methods,
+       .doc = "which of lm, lm_patient, dogleg, subspace_dogleg, lbfgs, adam_published, adam_0.03, adam_0.1 "
+              "and, with NLopt, bobyqa, sbplx, crs, direct; none: all"},
+      {.key = "budget", .value = &race.budget, .doc = "of each run, in rollouts", .least = 1,
+       .most = 1e6},
+      {.key = "jacobian_price", .value = &race.jacobian_price,
+       .doc = "of a Jacobian beside its rollout, in rollouts", .least = 0, .most = 1000},
+      {.key = "bound", .value = &race.bound,
+       .doc = "box of the methods of NLopt: largest log factor", .least = 0, .most = 20,
+       .above_least = true},
+      {.key = "failed_cost_factor", .value = &race.failed_cost_factor,
+       .doc = "methods of NLopt see so many times the start's cost where no drape is found",
+       .least = 1, .most = 1e6, .above_least = true},
+      {.key = "seed", .value = &race.seed, .doc = "of methods that draw", .least = 0},
+      {.key = "branch_tolerance", .value = &options.branch_tolerance,
+       .doc = "drapes nearer than this, root mean square of the vertices, are one branch",
+       .unit = "m", .least = 0, .most = 1, .above_least = true},
+      {.key = "threads", .value = &options.job.threads, .doc = "rollouts of the grid at a time",
+       .least = 1, .most = 1024},
+      {.key = "out", .value = &options.out, .doc = "output folder, made when missing",
+       .is_path = true, .required = true},
+  };
+}
+
+std::vector<std::string> MethodsOf(const OptimisersOptions& options) {
+  std::vector<std::string> methods = options.methods;
+  for (const std::string& name : methods) FindOptimiser(name);
+  if (methods.empty())
+    for (const OptimiserMethod& method : OptimiserMethods())
+      if (method.available) methods.push_back(method.name);
+  return methods;
+}
+
+void CheckOptions(const OptimisersOptions& options) {
+  if (options.twins.empty() && options.images.empty())
+    throw InputError("twins", "none, and no images, expected at least one problem");
+  if (!options.twins.empty() && options.job.material.empty())
+    throw InputError("material", "missing, expected the start tables of the twins' fits");
+  if (!options.images.empty() && options.image_materials.empty())
+    throw InputError("image_materials", "missing, expected start tables of the images' fits");
+  for (const int count : options.parameters) ParseTying(std::to_string(count));
+}
+
+// What must be the same for a run to be taken over.
+std::string SettingsOf(const OptimisersOptions& options, const RaceStart& start) {
+  const OptimiserOptions& race = options.race;
+  std::string settings = IdentityOf(start.job, start.loaded);
+  for (const double value : {race.budget, race.jacobian_price, race.bound,
+                             race.failed_cost_factor, static_cast<double>(race.seed)})
+    settings += Format(" %.17g", value);
+  return settings;
+}
+
+class Racer {
+ public:
+  Racer(const OptimisersOptions& options, const RaceCallbacks& callbacks)
+      : options_(options), callbacks_(callbacks) {
+    race_.methods = MethodsOf(options);
+  }
+
+  Race Run() {
+    const std::vector<RaceImage> images = RaceImages(options_);
+    total_ = static_cast<double>(images.size() * RunsAnImage());
+    for (const RaceImage& image : images) {
+      Report(image.name + ", seeds");
+      const RaceStart start = FindRaceStart(options_, image, callbacks_.cancel);
+      if (Cancelled()) break;
+      if (start.branch.valid()) {
+        for (const int parameters : options_.parameters) RunProblem(image, start, parameters);
+      } else {
+        race_.notes.push_back(image.name + ": no seed comes to rest, left out");
+        done_ += RunsAnImage();
+      }
+    }
+    race_.cancelled = Cancelled();
+    return std::move(race_);
+  }
+
+ private:
+  std::size_t RunsAnImage() const { return options_.parameters.size() * race_.methods.size(); }
+  bool Cancelled() const { return callbacks_.cancel != nullptr && callbacks_.cancel->load(); }
+  void Report(const std::string& note) const {
+    if (callbacks_.progress) callbacks_.progress(static_cast<double>(done_) / total_, note);
+  }
+
+  void RunProblem(const RaceImage& image, const RaceStart& start, int parameters) {
+    const std::string problem = image.name + "_" + std::to_string(parameters);
+    std::vector<RaceRecord> records;
+    for (const std::string& method : race_.methods) {
+      if (Cancelled()) return;
+      Report(problem + ", " + method);
+      records.push_back(RunOne(problem, start, parameters, method));
+      ++done_;
+    }
+    if (Cancelled()) return;
+    race_.problems.push_back(problem);
+    for (RaceRecord& record : records) race_.records.push_back(std::move(record));
+  }
+
+  RaceRecord RunOne(const std::string& problem, const RaceStart& start, int parameters,
+                    const std::string& method) const {
+    const std::string path = options_.out + "/runs/" + problem + "." + method + ".json";
+    const std::string settings = SettingsOf(options_, start);
+    if (std::optional<RaceRecord> kept = ReadRaceRecord(path, settings)) return std::move(*kept);
+    RaceRecord record = RunMethod(start, options_, parameters, method, callbacks_.cancel);
+    record.problem = problem;
+    if (!Cancelled()) WriteRaceRecord(path, settings, record);
+    return record;
+  }
+
+  const OptimisersOptions& options_;
+  const RaceCallbacks& callbacks_;
+  Race race_;
+  double total_ = 1.0;
+  std::size_t done_ = 0;
+};
+
+}  // namespace
+
+OptionTable OptimisersTable(OptimisersOptions& options) {
+  std::vector<Option> all = ProblemOptions(options);
+  for (const Option& option : RaceOptions(options)) all.push_back(option);
+  return {
+      .tool = "drape_optimisers",
+      .summary = "optimisers compared: the same cost, start and budget on many silhouettes",
+      .example = "drape_optimisers --config=configs/optimisers.json --out=out/optimisers",
+      .notes = "files: summary.json, report.md, traces.csv, convergence.png, profiles.png and "
+               "branches.png, which replace those of\n  an earlier run together, at the end; "
+               "twins/ and runs/, which a run that was interrupted goes on from\n"
+               "exit code 3: no problem has a start\nCtrl-C keeps the runs that are done\n",
+      .options = std::move(all)};
+}
+
+Race RunRace(const OptimisersOptions& options, const RaceCallbacks& callbacks) {
+  CheckOptions(options);
+  Racer racer(options, callbacks);
+  const OutputFolder out(options.out);
+  std::filesystem::create_directories(options.out + "/runs");
+  Race race = racer.Run();
+  if (race.problems.empty()) return race;
+  WriteRaceReport(options, race, out);
+  out.Publish();
+  return race;
+}
+
+}  // namespace drape
