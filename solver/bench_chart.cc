@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
 
 #include "physics/atomic_file.h"
 #include "solver/gnuplot.h"
@@ -57,17 +58,58 @@ std::vector<ChartPoint> FrontOf(const std::vector<ChartPoint>& points) {
   return front;
 }
 
+void AppendTic(std::string* tics, double value) {
+  if (!tics->empty()) *tics += ',';
+  *tics += Number(value, "%.9g");
+}
+
+// A logarithmic axis that holds the values with some room, with marks at 1, 2 and 5.
+std::string LogAxis(const std::string& axis, const std::vector<double>& values) {
+  constexpr double kRoom = 0.12;  // of the axis
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const double low = std::log10(*least), high = std::log10(*most);
+  const double room = kRoom * std::max(high - low, 0.5);
+  std::string tics;
+  for (int decade = static_cast<int>(std::floor(low)) - 1; decade <= high + 1; ++decade)
+    for (const int digit : {1, 2, 5})
+      AppendTic(&tics, digit * std::pow(10.0, decade));
+  return "set " + axis + "range [" + Number(std::pow(10.0, low - room), "%.9g") + ":" +
+         Number(std::pow(10.0, high + room), "%.9g") + "]\nset " + axis + "tics (" + tics + ")\n";
+}
+
+std::string VertexTics(const std::string& axis, const std::vector<double>& vertices) {
+  std::string tics;
+  for (const double value : std::set<double>(vertices.begin(), vertices.end()))
+    AppendTic(&tics, value);
+  return "set " + axis + "tics (" + tics + ")\n";
+}
+
+template <class Get>
+std::vector<double> Column(const std::vector<ChartPoint>& points, const Get& get) {
+  std::vector<double> column;
+  for (const ChartPoint& point : points) column.push_back(get(point));
+  return column;
+}
+
+std::string FrontAxes(const FrontChart& chart, const std::vector<ChartPoint>& points) {
+  std::vector<double> errors = Column(points, [](const auto& p) { return p.error; });
+  if (chart.reference_error > 0) errors.push_back(chart.reference_error);
+  return LogAxis("x", Column(points, [](const auto& p) { return p.cost; })) +
+         LogAxis("y", errors) +
+         VertexTics("cb", Column(points, [](const auto& p) { return p.vertices; }));
+}
+
 // Numbers of the front's points beside them; those of near points in one text.
 std::string NumberLabels(const std::vector<ChartPoint>& front) {
   constexpr double kNear = 0.07;  // decades
   std::string labels;
   for (std::size_t i = 0; i < front.size();) {
-    std::string text = std::to_string(i + 1);
+    std::string text = Number(static_cast<double>(i + 1));
     std::size_t next = i + 1;
     for (; next < front.size() && std::log10(front[next].cost / front[i].cost) < kNear &&
            std::log10(front[i].error / front[next].error) < kNear;
          ++next)
-      text += "," + std::to_string(next + 1);
+      AppendTic(&text, static_cast<double>(next + 1));
     labels += "set label " + Quoted(text) + " at " + Number(front[i].cost, "%.9g") + "," +
               Number(front[i].error, "%.9g") + " right offset -0.7,-0.7 font ',10' front\n";
     i = next;
@@ -76,8 +118,8 @@ std::string NumberLabels(const std::vector<ChartPoint>& front) {
 }
 
 std::string FrontList(const FrontChart& chart, const std::vector<ChartPoint>& front) {
-  constexpr double kTop = 0.86, kLine = 0.038;
-  constexpr std::size_t kMost = 20;
+  constexpr double kTop = 0.86, kLine = 0.036;
+  constexpr std::size_t kMost = 15;
   std::string labels = "set label " + Quoted("Pareto front: seconds, error, setting") +
                        " at screen 0.665," + Number(kTop + 0.045) + " left font ',10'\n";
   const std::size_t shown = std::min(front.size(), kMost);
@@ -134,17 +176,17 @@ void DrawFrontChart(const std::string& path, const FrontChart& chart) {
   const std::vector<ChartPoint> front = FrontOf(points);
   if (front.empty()) return;
   std::string script =
-      "set logscale xyzcb\nset grid lc rgb '#dddddd'\nset tics out\n"
+      "set logscale xycb\nset grid lc rgb '#dddddd'\nset tics out\n"
       "set format x '%g'\nset format y '%g'\nset format cb '%g'\n"
       "set palette defined (0 '#440154', .25 '#3b528b', .5 '#21918c', .75 '#5ec962', 1 '#d9c400')\n"
-      "set lmargin at screen 0.07\nset rmargin at screen 0.55\nset tmargin at screen 0.86\n"
+      "set lmargin at screen 0.07\nset rmargin at screen 0.55\nset tmargin at screen 0.92\n"
       "set bmargin at screen 0.10\nset colorbox user origin screen 0.565,0.10 size screen "
-      "0.014,0.76\nset offsets graph 0.06, graph 0.06, graph 0.06, graph 0.06\n"
-      "set key at screen 0.31,0.93 center horizontal samplen 1.5 font ',9'\n";
+      "0.014,0.82\nset key at screen 0.66,0.24 left top vertical Left reverse samplen 1.5 font "
+      "',9'\n";
   script += "set label " + Quoted(chart.title) + " at screen 0.5,0.975 center font ',13'\n";
   script += "set xlabel " + Quoted(chart.cost_name) + "\nset ylabel " + Quoted(chart.error_name) +
             "\nset cblabel 'vertices' offset -0.5,0\n";
-  script += NumberLabels(front) + FrontList(chart, front);
+  script += FrontAxes(chart, points) + NumberLabels(front) + FrontList(chart, front);
   for (int s = 0; s < static_cast<int>(chart.series.size()); ++s)
     script += DataBlock("series" + std::to_string(s), points, [&](const ChartPoint& point) {
       return point.on_branch && point.series == s;
@@ -158,9 +200,10 @@ void DrawGrowthChart(const std::string& path, const std::string& title,
                      const std::string& cost_name, const std::vector<GrowthSeries>& series) {
   if (series.empty()) return;
   std::string script = "set logscale xy\nset grid lc rgb '#dddddd'\nset tics out\n"
-                       "set format '%g'\nset key top left font ',9'\n"
-                       "set offsets graph 0.06, graph 0.06, graph 0.25, graph 0.06\nset xlabel 'vertices'\n";
+                       "set format '%g'\nset key top left Left reverse samplen 2 font ',9'\n"
+                       "set xlabel 'vertices'\n";
   std::string plots[2];
+  std::vector<double> vertices, seconds, megabytes;
   for (std::size_t s = 0; s < series.size(); ++s) {
     const GrowthSeries& one = series[s];
     script += "$growth" + std::to_string(s) + " << END\n";
@@ -168,6 +211,9 @@ void DrawGrowthChart(const std::string& path, const std::string& title,
       script += Number(one.vertices[i], "%.9g") + " " + Number(one.seconds[i], "%.9g") + " " +
                 Number(one.megabytes[i], "%.9g") + "\n";
     script += "END\n";
+    vertices.insert(vertices.end(), one.vertices.begin(), one.vertices.end());
+    seconds.insert(seconds.end(), one.seconds.begin(), one.seconds.end());
+    megabytes.insert(megabytes.end(), one.megabytes.begin(), one.megabytes.end());
     const double exponents[] = {FittedExponent(one.vertices, one.seconds),
                                 FittedExponent(one.vertices, one.megabytes)};
     for (int k = 0; k < 2; ++k)
@@ -178,8 +224,9 @@ void DrawGrowthChart(const std::string& path, const std::string& title,
                   Quoted(one.name + ": V^" + Number(exponents[k], "%.2f"));
   }
   script += "set multiplot layout 1,2 title " + Quoted(title) + " font ',13'\n";
-  script += "set ylabel " + Quoted(cost_name) + "\n" + plots[0] + "\n";
-  script += "set ylabel 'peak memory [MB]'\n" + plots[1] + "\nunset multiplot\n";
+  script += LogAxis("x", vertices) + VertexTics("x", vertices);
+  script += LogAxis("y", seconds) + "set ylabel " + Quoted(cost_name) + "\n" + plots[0] + "\n";
+  script += LogAxis("y", megabytes) + "set ylabel 'peak memory [MB]'\n" + plots[1] + "\nunset multiplot\n";
   WritePictures(path, script);
 }
 

@@ -62,6 +62,9 @@ Eigen::VectorXd LossTarget() {
   return Eigen::VectorXd::Constant(kBenchAngles, kBenchLossRadius * Camera().pixels_per_metre());
 }
 
+// A drape read on another mesh is stretched at first, and Newton alone may not converge from it.
+constexpr int kCalmingSteps = 20;
+
 constexpr char kNoDerivative[] = "no derivative";
 
 }  // namespace
@@ -140,7 +143,7 @@ BenchDrape BenchRun::DrapeAlone() {
   if (coarse_ != nullptr) {
     const RolloutStatus status = StartFromCoarse(&start);
     if (status != RolloutStatus::kOk) return {.status = ToString(status)};
-    settling.steps.steps = 0;
+    settling.steps.steps = kCalmingSteps;
   } else {
     start = Seed(mesh());
   }

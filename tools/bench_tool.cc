@@ -26,8 +26,8 @@ std::vector<Option> AxisOptions(BenchAxes& axes) {
       {.key = "mesh", .value = &axes.mesh, .doc = "axis: OBJ files or disc:N", .is_path = true,
        .words = {"disc:"}},
       {.key = "integrator", .value = &axes.integrator,
-       .doc = "axis: dynamic (falls), hybrid (falls, then Newton), static (Newton from a drape "
-              "that fell on coarse_mesh)"},
+       .doc = "axis: dynamic (falls), hybrid (falls, then Newton), static (a drape that "
+              "fell on coarse_mesh, 20 steps, then Newton)"},
       {.key = "h", .value = &axes.h, .doc = "axis: time step of the fall", .unit = "s",
        .least = 0, .most = 10, .above_least = true},
       {.key = "fall", .value = &axes.fall, .doc = "axis: how long it falls; steps = fall / h",
