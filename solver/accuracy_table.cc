@@ -35,7 +35,7 @@ std::vector<Candidate> Candidates(const BenchJob& job, const BenchResult& result
   const double fabrics = static_cast<double>(job.axes.material.size());
   double reference_error = 0.0;
   for (const auto& [cloth, estimate] : result.reference_errors)
-    reference_error = std::max(reference_error, estimate[kOutlineMm]);
+    reference_error = std::max(reference_error, estimate[kRadiusMm]);
   for (const BenchCell& cell : result.cells) {
     if (cell.record.status != "ok" || cell.setting.integrator == "static") continue;
     BenchSetting rest = cell.setting;
@@ -47,7 +47,7 @@ std::vector<Candidate> Candidates(const BenchJob& job, const BenchResult& result
     row.h = rest.h;
     row.steps = rest.steps();
     row.error_mm =
-        std::max(row.error_mm, safety * (cell.record[kOutlineMm] + reference_error));
+        std::max(row.error_mm, safety * (cell.record[kRadiusMm] + reference_error));
     row.cost += cell.record[time] / fabrics;
     ++candidate.fabrics;
   }

@@ -11,8 +11,9 @@ namespace drape {
 // Settings with the error that a user may expect of them: what --accuracy picks from. Made by
 // drape_bench --table from the cells of several fabrics, kept in configs/accuracy.json.
 
-// How far the outline of a drape is from that of the same branch on an infinitely fine mesh, at
-// rest, root mean square over the angles.
+// The error is that of the radius of the circle of the silhouette's area, so that of the drape
+// coefficient as a length, against an infinitely fine mesh. Not of the outline angle by angle: folds
+// turn about the support by centimetres from mesh to mesh, at next to no energy.
 struct AccuracyRow {
   std::string mesh;           // ParseMeshSpec
   std::string integrator;     // dynamic or hybrid

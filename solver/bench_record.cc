@@ -18,7 +18,7 @@ namespace {
 constexpr std::array<const char*, kBenchMeasures> kNames = {
     "vertices",    "repeats",  "seconds",          "seconds_spread", "cpu_seconds",
     "cpu_spread",  "setup_seconds", "peak_mb",     "vertex_mm",      "outline_mm",
-    "dc",          "dc_error", "folds",            "derivative_error", "outline_px",
+    "radius_mm",   "dc",       "dc_error", "folds",            "derivative_error", "outline_px",
     "mse",         "hausdorff_mm", "held_out_mse"};
 
 std::vector<std::string> Split(const std::string& line) {

@@ -24,6 +24,8 @@ enum BenchMeasure {
   kPeakMegabytes,    // of the cell's process, less that of one that does nothing [MB]
   kVertexMm,         // root mean square distance of the vertices from the reference there [mm]
   kOutlineMm,        // of the outline r(θ) [mm]
+  kRadiusMm,         // of the radius of the circle of the silhouette's area: the error of the drape
+                     // coefficient as a length [mm]
   kDrapeCoefficient,
   kDrapeCoefficientError,
   kFolds,

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <vector>
 
 #include "losses/shape_features.h"
@@ -73,6 +74,8 @@ BenchDrape ReadDrape(const JsonInput& input, const Mesh& mesh) {
   return drape;
 }
 
+double CircleRadius(double area) { return std::sqrt(area / std::numbers::pi); }
+
 double RelativeError(const auto& found, const auto& reference) {
   return (found - reference).norm() / reference.norm();
 }
@@ -98,6 +101,10 @@ Eigen::VectorXd BenchReference::PositionsAt(const Eigen::Matrix2Xd& points) cons
 
 Eigen::VectorXd BenchReference::outline() const {
   return Extrapolate(fine.outline, coarse.outline, ratio, order);
+}
+
+double BenchReference::area() const {
+  return Extrapolate(ProfileArea(fine.outline), ProfileArea(coarse.outline), ratio, order);
 }
 
 Eigen::VectorXd BenchReference::gradient() const {
@@ -157,16 +164,16 @@ BenchReference ParseReference(const std::string& text, const ReferenceOptions& o
 void MeasureErrors(const BenchReference& reference, const Mesh& mesh, const BenchDrape& drape,
                    BenchWork work, BenchRecord* record) {
   const Eigen::VectorXd outline = reference.outline();
-  const auto coefficient = [](const Eigen::VectorXd& r) {
-    return DrapeCoefficient(ProfileArea(r));
-  };
   if (drape.outline.size() > 0) {
     (*record)[kVertexMm] =
         kMillimetres * VertexDistance(drape.x, reference.PositionsAt(mesh.uv));
     (*record)[kOutlineMm] = kMillimetres * Rms(drape.outline, outline);
-    (*record)[kDrapeCoefficient] = coefficient(drape.outline);
+    const double area = reference.area();
+    (*record)[kRadiusMm] = kMillimetres * std::abs(CircleRadius(ProfileArea(drape.outline)) -
+                                                   CircleRadius(area));
+    (*record)[kDrapeCoefficient] = DrapeCoefficient(ProfileArea(drape.outline));
     (*record)[kDrapeCoefficientError] =
-        std::abs((*record)[kDrapeCoefficient] - coefficient(outline));
+        std::abs((*record)[kDrapeCoefficient] - DrapeCoefficient(area));
     (*record)[kFolds] = CountFolds(drape.outline);
   }
   if (work == BenchWork::kGradient && drape.gradient.size() > 0)

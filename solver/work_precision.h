@@ -32,6 +32,7 @@ struct BenchReference {
   // [2, N]: [3N].
   Eigen::VectorXd PositionsAt(const Eigen::Matrix2Xd& points) const;
   Eigen::VectorXd outline() const, gradient() const;
+  double area() const;  // of the silhouette [m²]
   RowMatrix jacobian() const;
   // The same measures of the fine mesh's own drape: an estimate of the error of the reference.
   BenchRecord ErrorEstimate(BenchWork work) const;

@@ -23,8 +23,8 @@ std::string UnitName(BenchMeasure error) {
       return "rms distance of the vertices [mm]";
     case kOutlineMm:
       return "rms distance of the outline [mm]";
-    case kDrapeCoefficientError:
-      return "error of the drape coefficient";
+    case kRadiusMm:
+      return "error of the outline's mean radius [mm]";
     case kDerivativeError:
       return "relative error of the derivative by 39 log entries";
     case kOutlinePx:
@@ -130,7 +130,7 @@ BenchMeasure TimeOf(const std::string& clock) {
 std::vector<BenchMeasure> ErrorsOf(BenchWork work) {
   switch (work) {
     case BenchWork::kForward:
-      return {kOutlineMm, kVertexMm, kDrapeCoefficientError};
+      return {kRadiusMm, kOutlineMm, kVertexMm};
     case BenchWork::kGradient:
     case BenchWork::kJacobian:
       return {kDerivativeError, kOutlineMm};

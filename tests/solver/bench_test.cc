@@ -176,7 +176,7 @@ struct MadeUpBench {
     cell.setting.integrator = integrator;
     cell.setting.h = h;
     cell.record.status = status;
-    cell.record[kOutlineMm] = error;
+    cell.record[kRadiusMm] = error;
     cell.record[kWallSeconds] = seconds;
     result.cells.push_back(cell);
   }

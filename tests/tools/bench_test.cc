@@ -36,7 +36,7 @@ TEST_F(BenchTool, MeasuresTheProductAndResumes) {
     EXPECT_GT(cell["vertex_mm"].get<double>(), 0);
     EXPECT_EQ(cell["repeats"], 2);
   }
-  for (const char* chart : {"front_outline_mm", "front_vertex_mm", "front_dc_error", "growth"})
+  for (const char* chart : {"front_outline_mm", "front_vertex_mm", "front_radius_mm", "growth"})
     for (const char* kind : {".png", ".svg"})
       EXPECT_GT(Read(Path("out/") + chart + kind).size(), 1000u) << chart;
   const std::string cells = Read(Path("out/cells.csv"));
@@ -91,7 +91,7 @@ TEST_F(BenchTool, TheTableIsWhatAccuracyPicksFrom) {
   const ProcessResult picked = RunProcess(command);
   ASSERT_EQ(picked.exit_code, 0) << picked.err;
   EXPECT_THAT(picked.out, testing::HasSubstr("accuracy exact: disc:1"));
-  EXPECT_THAT(picked.out, testing::HasSubstr("expect the outline within"));
+  EXPECT_THAT(picked.out, testing::HasSubstr("expect the mean radius of the outline within"));
   EXPECT_EQ(ReadJson(Path("drape/summary.json"))["integrator"], "hybrid");
   auto with_mesh = command;
   with_mesh.push_back("--mesh=disc:130");
