@@ -53,8 +53,9 @@ void MeasureErrors(const BenchReference& reference, const Mesh& mesh, const Benc
 struct CellOptions {
   int repeats = 3;             // at most
   double seconds = 10.0;       // and no more runs once so many seconds of wall clock are spent
-  double branch_mm = 15.0;     // a drape whose vertices are further from the reference (root mean
-                               // square) is on another branch
+  double branch_mm = 15.0;     // a drape with other folds than the reference's fine one, or whose
+                               // outline, turned to match, is further from it (root mean square),
+                               // is on another branch
 };
 
 // Runs a cell of a forward, gradient or jacobian work in this process. Throws what BenchRun throws.

@@ -65,7 +65,8 @@ std::vector<Option> ProblemOptions(BenchToolOptions& options) {
        .doc = "of the error in the size of the elements, for the extrapolation", .least = 0.5,
        .most = 8},
       {.key = "branch_mm", .value = &job.cell.branch_mm,
-       .doc = "a drape whose vertices are further from the reference (rms) is on another branch",
+       .doc = "a drape whose outline, turned to match, is further from the reference (rms), or that has "
+              "other folds, is on another branch",
        .unit = "mm", .least = 0, .above_least = true},
       {.key = "repeats", .value = &job.cell.repeats, .doc = "runs of each cell", .least = 1,
        .most = 1000},
