@@ -109,12 +109,13 @@ Eigen::VectorXd MaternDeviations(const Eigen::VectorXd& eigenvalues, const Mater
 }
 
 Eigen::SparseMatrix<double, Eigen::RowMajor> ReadingWeights(const Mesh& mesh,
-                                                            const Eigen::Matrix2Xd& points) {
+                                                            const Eigen::Matrix2Xd& points,
+                                                            BeyondHem beyond) {
   std::vector<Eigen::Triplet<double>> entries;
   for (int i = 0; i < points.cols(); ++i) {
     const Face& face = mesh.faces[NearestFace(mesh, points.col(i))];
-    Eigen::Vector3d weights = Barycentric(mesh, face, points.col(i)).cwiseMax(0.0);
-    weights /= weights.sum();
+    Eigen::Vector3d weights = Barycentric(mesh, face, points.col(i));
+    if (beyond == BeyondHem::kNearest) weights = weights.cwiseMax(0.0) / weights.cwiseMax(0.0).sum();
     for (int k = 0; k < 3; ++k) entries.emplace_back(i, face.vertex[k], weights[k]);
   }
   Eigen::SparseMatrix<double, Eigen::RowMajor> weights(points.cols(), mesh.num_vertices());

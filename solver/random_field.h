@@ -35,10 +35,16 @@ struct MaternOptions {
 // plane, with Σ sd² = sigma²: what the modes left out would have carried is given to those kept.
 Eigen::VectorXd MaternDeviations(const Eigen::VectorXd& eigenvalues, const MaternOptions& options);
 
+// What a field is beyond the cloth, where another mesh of its hem reaches further out.
+enum class BeyondHem {
+  kNearest,  // as at the edge of the nearest triangle: no weight is negative
+  kLinear    // as the nearest triangle goes on: exact for a linear field
+};
+
 // Rows of weights that read a field of the vertices of `mesh` at points, shape [2, N], in its plane
 // (uv) [m]: linear in the triangle that holds the point, of the nearest one for a point outside.
 // Shape [N, V].
-Eigen::SparseMatrix<double, Eigen::RowMajor> ReadingWeights(const Mesh& mesh,
-                                                            const Eigen::Matrix2Xd& points);
+Eigen::SparseMatrix<double, Eigen::RowMajor> ReadingWeights(
+    const Mesh& mesh, const Eigen::Matrix2Xd& points, BeyondHem beyond = BeyondHem::kNearest);
 
 }  // namespace drape

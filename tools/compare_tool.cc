@@ -18,7 +18,7 @@ namespace {
 const std::set<std::string> kOfCells = {
     "images", "tests",    "material", "density",  "truth", "model",     "out",
     "resume", "data",     "fabric",   "samples",  "captures", "face",   "targets",
-    "specimens", "camera", "integrator"};
+    "specimens", "camera", "integrator", "accuracy", "accuracy_table"};
 // Options that change no number of a cell.
 const std::set<std::string> kFree = {"data",  "out",   "fabrics", "materials",
                                      "models", "seeds", "threads"};

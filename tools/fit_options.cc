@@ -221,6 +221,7 @@ std::vector<Option> FitStageOptions(FitToolOptions& options) {
 OptionTable FitTable(FitToolOptions& options) {
   std::vector<Option> all = InputOptions(options);
   for (const Option& option : DataOptions(options)) all.push_back(option);
+  for (const Option& option : AccuracyOptions(options.accuracy)) all.push_back(option);
   for (const Option& option : FitStageOptions(options)) all.push_back(option);
   for (const Option& option : FieldOptionsOf(options)) all.push_back(option);
   for (const Option& option : PosteriorOptionsOf(options.job.posterior)) all.push_back(option);
@@ -238,7 +239,8 @@ OptionTable FitTable(FitToolOptions& options) {
                "fit.log while it runs\n"
                "exit code 3: nothing could be fitted (see summary.json)\n"
                "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",
-      .options = std::move(all)};
+      .options = std::move(all),
+      .given = &options.accuracy.given};
 }
 
 }  // namespace drape

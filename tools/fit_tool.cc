@@ -60,13 +60,17 @@ FitJob FitJobOf(const FitToolOptions& options) {
   return job;
 }
 
-FitJobResult RunFitTool(const FitToolOptions& options, const FitJobCallbacks& callbacks) {
+FitJobResult RunFitTool(const FitToolOptions& given, const FitJobCallbacks& callbacks) {
+  FitToolOptions options = given;
+  const std::string picked = ApplyAccuracy(&options);
+  if (!picked.empty() && callbacks.log) callbacks.log(picked);
   FitJob job = FitJobOf(options);
   const OutputFolder out(options.out);
   job.out = out.Staged("");
   job.checkpoint = options.out + "/checkpoint.json";
   job.log = options.out + "/fit.log";
-  const FitJobResult result = RunFitJob(job, callbacks);
+  FitJobResult result = RunFitJob(job, callbacks);
+  if (!picked.empty()) result.table = picked + "\n" + result.table;
   out.Publish();
   return result;
 }

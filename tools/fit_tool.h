@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "solver/fit_captures.h"
+#include "tools/accuracy_option.h"
 
 namespace drape {
 
@@ -19,6 +20,7 @@ struct FitToolOptions {
   std::string integrator = "static";  // ParseIntegrator
   std::string field_basis = "elements";  // ParseFieldBasis
   std::string field_groups = "scales";   // ParseFieldGroups
+  AccuracyChoice accuracy;            // fills what the user has not given
   std::string out;                    // folder, made when missing
 };
 

@@ -166,6 +166,7 @@ void OptionTable::Set(const std::string& key, const std::string& text,
   const Given given{*option, where + ": option '" + key + "'", "'" + text + "'", ""};
   const auto parts = IsList(option->value) ? Split(text) : std::vector<std::string>{text};
   std::visit(AssignParts{given, parts}, option->value);
+  if (this->given != nullptr) this->given->insert(key);
 }
 
 void OptionTable::ReadConfig(const std::string& path) const {
@@ -180,6 +181,7 @@ void OptionTable::ReadConfig(const std::string& path) const {
     const Given given{option, path + ": key '" + option.key + "'", json.dump(), folder};
     const auto parts = PartsFromJson(given, json);
     std::visit(AssignParts{given, parts}, option.value);
+    if (this->given != nullptr) this->given->insert(option.key);
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <limits>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
@@ -42,6 +43,8 @@ struct OptionTable {
   // nullptr: nothing.
   std::vector<std::string>* operands = nullptr;
   std::string operand_names = {};
+  // Where given, holds the keys that the user has set, by flag or config.
+  std::set<std::string>* given = nullptr;
 
   // The names, types, defaults, ranges, units and docs of all options.
   std::string Help() const;

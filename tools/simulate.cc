@@ -262,9 +262,13 @@ class Simulation {
 
 }  // namespace
 
-SimulateResult Simulate(const SimulateOptions& options, const SimulateCallbacks& callbacks) {
+SimulateResult Simulate(const SimulateOptions& given, const SimulateCallbacks& callbacks) {
+  SimulateOptions options = given;
+  const std::string picked = ApplyAccuracy(&options);
   CheckOptions(options);
-  return Simulation(options, callbacks).Run();
+  SimulateResult result = Simulation(options, callbacks).Run();
+  if (!picked.empty()) result.line = picked + "\n" + result.line;
+  return result;
 }
 
 }  // namespace drape

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/accuracy_option.h"
 #include "tools/drape_view.h"
 #include "tools/scene_input.h"
 
@@ -22,6 +23,7 @@ struct SimulateOptions {
   std::vector<int> dump_steps;   // states to be written, 0 … steps
   std::string gradient_weights;  // {"w": [3V]}; empty: no gradient
   std::string backend = "auto";  // MakeBackend
+  AccuracyChoice accuracy;       // fills what the user has not given
   std::string out;               // folder, made when missing
 };
 

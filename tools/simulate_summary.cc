@@ -113,6 +113,7 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"mesh", MeshJson(options.scene.mesh, scene.model->mesh)},
                {"camera", CameraJson(camera)}};
   if (options.scene.scene != "cusick") json["scene"] = options.scene.scene;
+  if (!options.accuracy.accuracy.empty()) json["accuracy"] = options.accuracy.accuracy;
   if (summary.bench) {
     for (const char* key : {"dc", "folds", "camera"}) json.erase(key);
     json.update(BenchJson(*summary.bench));

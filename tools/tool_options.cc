@@ -102,7 +102,9 @@ OptionTable SimulateTable(SimulateOptions& options) {
           "exit code 3: the computation failed (see outcome and status in summary.json); what "
           "is written is the last good shape\n",
       .options = Concatenate(SceneOptions(options.scene), scene, steps,
-                             CameraOptions(options.camera), files)};
+                             AccuracyOptions(options.accuracy), CameraOptions(options.camera),
+                             files),
+      .given = &options.accuracy.given};
 }
 
 OptionTable CheckTable(CheckToolOptions& options) {

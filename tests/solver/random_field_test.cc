@@ -80,6 +80,17 @@ TEST(ReadingWeights, AreExactForLinearFieldsInside) {
   EXPECT_LT((read - linear(points)).cwiseAbs().maxCoeff(), 1e-13);
 }
 
+TEST(ReadingWeights, GoOnLinearlyBeyondTheHemWhereAsked) {
+  const auto linear = [](const Eigen::Matrix2Xd& p) -> Eigen::VectorXd {
+    return (0.3 + 2.0 * p.row(0).array() - 5.0 * p.row(1).array()).transpose();
+  };
+  Eigen::Matrix2Xd points(2, 3);
+  points << 0.01, 0.1505, -0.12, 0.02, 0.001, 0.0905;
+  const Eigen::VectorXd read =
+      ReadingWeights(Disc(), points, BeyondHem::kLinear) * linear(Disc().uv);
+  EXPECT_LT((read - linear(points)).cwiseAbs().maxCoeff(), 1e-12);
+}
+
 TEST(ReadingWeights, TakeTheNearestTriangleOutside) {
   const Eigen::Matrix2Xd outside = Eigen::Vector2d(0.1505, 0.0);
   const Eigen::VectorXd read = ReadingWeights(Disc(), outside) * Disc().uv.row(0).transpose();

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace drape {
+
+// What drape_bench measures: each cell of the product of some axes is one setting of the product.
+
+enum class BenchWork {
+  kForward,   // a drape
+  kGradient,  // a drape and the gradient of one loss by the material
+  kJacobian,  // a drape and the Jacobian of its outline by the material
+  kFit        // a material from silhouettes
+};
+// "forward", "gradient", "jacobian" or "fit". Throws InputError for any other.
+BenchWork ParseBenchWork(const std::string& text);
+const char* ToString(BenchWork work);
+
+// One setting; the members of BenchAxes are lists of the same.
+struct BenchSetting {
+  std::string material;              // ReadMaterial
+  std::string law = "smooth";        // MakeLaw
+  std::string model = "homo";        // one table for the cloth; "heter_modes": smooth fields over
+                                     // it; "heter_elements": one a face and hinge, all alike
+  std::string mesh = "disc:600";     // ParseMeshSpec
+  std::string integrator = "hybrid"; // dynamic: falls; hybrid: falls, then Newton; static: from
+                                     // a drape that fell on a coarse mesh, 20 steps, then Newton
+  double h = 0.1;                    // time step of the fall [s]
+  double fall = 10.0;                // how long it falls [s]
+  double tolerance = 1e-9;           // of Newton: ‖f‖ by weight
+  std::string mode = "adjoint";      // of the derivative: adjoint or tangent
+  std::string backend = "cpu";       // MakeBackend
+  int threads = 1;
+  int batch = 1;                     // drapes at once
+
+  int steps() const;  // fall by h
+};
+
+struct BenchAxes {
+  std::vector<std::string> material, law = {"smooth"}, model = {"homo"}, mesh = {"disc:600"},
+                           integrator = {"hybrid"};
+  std::vector<double> h = {0.1}, fall = {10.0}, tolerance = {1e-9};
+  std::vector<std::string> mode = {"adjoint"}, backend = {"cpu"};
+  std::vector<int> threads = {1}, batch = {1};
+};
+
+// Names and values of a setting's axes in the order of BenchSetting, as they stand in cells.csv:
+// a material by the stem of its file.
+std::vector<std::pair<std::string, std::string>> AxesOf(const BenchSetting& setting);
+
+// One line that tells a cell from all others, whatever the order of the axes' values.
+std::string IdentityOf(BenchWork work, const BenchSetting& setting);
+
+// "disc:600 hybrid h=0.1": the axes of which `varied` has more than one value.
+std::string LabelOf(const BenchSetting& setting, const BenchAxes& varied);
+
+// The product; the first axis varies slowest. Axes that the work does not have (the mode of a
+// forward run) count with their first value only. Throws InputError for an axis without a value, a
+// value that no cell can have, or one that is given twice.
+std::vector<BenchSetting> CellsOf(BenchWork work, const BenchAxes& axes);
+
+}  // namespace drape
