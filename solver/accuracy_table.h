@@ -12,15 +12,15 @@ namespace drape {
 // drape_bench --table from the cells of several fabrics, kept in configs/accuracy.json.
 
 // The error is that of the radius of the circle of the silhouette's area, so that of the drape
-// coefficient as a length, against an infinitely fine mesh. Not of the outline angle by angle: folds
-// turn about the support by centimetres from mesh to mesh, at next to no energy.
+// coefficient as a length, against an infinitely fine mesh. Not of the outline angle by angle:
+// folds turn about the support by centimetres from mesh to mesh, at next to no energy.
 struct AccuracyRow {
-  std::string mesh;           // ParseMeshSpec
-  std::string integrator;     // dynamic or hybrid
-  double h = 0.1;             // time step [s]
+  std::string mesh;        // ParseMeshSpec
+  std::string integrator;  // dynamic or hybrid
+  double h = 0.1;          // time step [s]
   int steps = 100;
-  double error_mm = 0.0;      // promised: the largest of the table's fabrics, with its safety factor
-  double cost = 0.0;          // time by that of the row "exact"
+  double error_mm = 0.0;  // promised: the largest of the table's fabrics, with its safety factor
+  double cost = 0.0;      // time by that of the row "exact"
 };
 
 struct AccuracyTable {

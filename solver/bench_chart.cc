@@ -34,10 +34,14 @@ std::string Quoted(const std::string& text) {
 
 void WritePictures(const std::string& path, const std::string& script) {
   const std::string common = "set encoding utf8\n";
-  WriteFileAtomically(path + ".png", RunGnuplot(common + "set terminal pngcairo size 1100,640 font "
-                                                         "'Sans,11'\n" + script));
-  WriteFileAtomically(path + ".svg", RunGnuplot(common + "set terminal svg size 1100,640 font "
-                                                         "'Sans,11' background 'white'\n" + script));
+  WriteFileAtomically(path + ".png", RunGnuplot(common +
+                                                "set terminal pngcairo size 1100,640 font "
+                                                "'Sans,11'\n" +
+                                                script));
+  WriteFileAtomically(path + ".svg", RunGnuplot(common +
+                                                "set terminal svg size 1100,640 font "
+                                                "'Sans,11' background 'white'\n" +
+                                                script));
 }
 
 std::vector<ChartPoint> Usable(const FrontChart& chart) {
@@ -71,8 +75,7 @@ std::string LogAxis(const std::string& axis, const std::vector<double>& values) 
   const double room = kRoom * std::max(high - low, 0.5);
   std::string tics;
   for (int decade = static_cast<int>(std::floor(low)) - 1; decade <= high + 1; ++decade)
-    for (const int digit : {1, 2, 5})
-      AppendTic(&tics, digit * std::pow(10.0, decade));
+    for (const int digit : {1, 2, 5}) AppendTic(&tics, digit * std::pow(10.0, decade));
   return "set " + axis + "range [" + Number(std::pow(10.0, low - room), "%.9g") + ":" +
          Number(std::pow(10.0, high + room), "%.9g") + "]\nset " + axis + "tics (" + tics + ")\n";
 }
@@ -94,8 +97,7 @@ std::vector<double> Column(const std::vector<ChartPoint>& points, const Get& get
 std::string FrontAxes(const FrontChart& chart, const std::vector<ChartPoint>& points) {
   std::vector<double> errors = Column(points, [](const auto& p) { return p.error; });
   if (chart.reference_error > 0) errors.push_back(chart.reference_error);
-  return LogAxis("x", Column(points, [](const auto& p) { return p.cost; })) +
-         LogAxis("y", errors) +
+  return LogAxis("x", Column(points, [](const auto& p) { return p.cost; })) + LogAxis("y", errors) +
          VertexTics("cb", Column(points, [](const auto& p) { return p.vertices; }));
 }
 
@@ -154,7 +156,9 @@ bool HasData(const std::vector<ChartPoint>& points, int series, bool on_branch) 
 
 std::string FrontPlots(const FrontChart& chart, const std::vector<ChartPoint>& points) {
   std::string plots;
-  const auto add = [&](const std::string& plot) { plots += (plots.empty() ? "plot " : ", ") + plot; };
+  const auto add = [&](const std::string& plot) {
+    plots += (plots.empty() ? "plot " : ", ") + plot;
+  };
   if (HasData(points, -1, false))
     add("$elsewhere using 1:2 with points pt 2 ps 1 lc rgb '#aaaaaa' title 'other branch'");
   add("$front using 1:2 with lines lw 2 lc rgb '#d62728' title 'Pareto front'");
@@ -199,9 +203,10 @@ void DrawFrontChart(const std::string& path, const FrontChart& chart) {
 void DrawGrowthChart(const std::string& path, const std::string& title,
                      const std::string& cost_name, const std::vector<GrowthSeries>& series) {
   if (series.empty()) return;
-  std::string script = "set logscale xy\nset grid lc rgb '#dddddd'\nset tics out\n"
-                       "set format '%g'\nset key top left Left reverse samplen 2 font ',9'\n"
-                       "set xlabel 'vertices'\n";
+  std::string script =
+      "set logscale xy\nset grid lc rgb '#dddddd'\nset tics out\n"
+      "set format '%g'\nset key top left Left reverse samplen 2 font ',9'\n"
+      "set xlabel 'vertices'\n";
   std::string plots[2];
   std::vector<double> vertices, seconds, megabytes;
   for (std::size_t s = 0; s < series.size(); ++s) {
@@ -217,8 +222,8 @@ void DrawGrowthChart(const std::string& path, const std::string& title,
     const double exponents[] = {FittedExponent(one.vertices, one.seconds),
                                 FittedExponent(one.vertices, one.megabytes)};
     for (int k = 0; k < 2; ++k)
-      plots[k] += (s == 0 ? "plot " : ", ") + ("$growth" + std::to_string(s)) + " using 1:" +
-                  std::to_string(k + 2) + " with linespoints pt " +
+      plots[k] += (s == 0 ? "plot " : ", ") + ("$growth" + std::to_string(s)) +
+                  " using 1:" + std::to_string(k + 2) + " with linespoints pt " +
                   std::to_string(kMarks[s % std::size(kMarks)]) + " ps 1.3 lc rgb '" +
                   kColours[s % std::size(kColours)] + "' title " +
                   Quoted(one.name + ": V^" + Number(exponents[k], "%.2f"));
@@ -226,7 +231,8 @@ void DrawGrowthChart(const std::string& path, const std::string& title,
   script += "set multiplot layout 1,2 title " + Quoted(title) + " font ',13'\n";
   script += LogAxis("x", vertices) + VertexTics("x", vertices);
   script += LogAxis("y", seconds) + "set ylabel " + Quoted(cost_name) + "\n" + plots[0] + "\n";
-  script += LogAxis("y", megabytes) + "set ylabel 'peak memory [MB]'\n" + plots[1] + "\nunset multiplot\n";
+  script += LogAxis("y", megabytes) + "set ylabel 'peak memory [MB]'\n" + plots[1] +
+            "\nunset multiplot\n";
   WritePictures(path, script);
 }
 

@@ -25,8 +25,8 @@ void DrawTruth(const BenchSetting& truth, const BenchProblem& problem, const std
 
 // Runs one fit in this process with its files in a folder of `folder`: seconds, and errors from its
 // summary.json, after it has settled. Axes: mesh, law, material (the start tables), h and fall (of
-// the seeds), integrator (dynamic or static), backend, threads; model heter_elements and heter_modes
-// are fields on each element or in modes. Throws InputError.
+// the seeds), integrator (dynamic or static), backend, threads; model heter_elements and
+// heter_modes are fields on each element or in modes. Throws InputError.
 BenchRecord RunFitCell(const BenchSetting& setting, const FitBenchOptions& options,
                        const std::string& folder, const std::atomic<bool>* cancel);
 

@@ -28,9 +28,9 @@ class ResidualFunction {
 };
 
 struct OptimiserOptions {
-  double budget = 150.0;         // in evaluations without a Jacobian, > 0
-  double jacobian_price = 1.0;   // of a Jacobian beside the evaluation at its point, ≥ 0
-  double bound = 3.0;            // methods that need a box search |θ_i| ≤ bound, > 0
+  double budget = 150.0;             // in evaluations without a Jacobian, > 0
+  double jacobian_price = 1.0;       // of a Jacobian beside the evaluation at its point, ≥ 0
+  double bound = 3.0;                // methods that need a box search |θ_i| ≤ bound, > 0
   double failed_cost_factor = 10.0;  // methods that must be given a number see, where the function
                                      // cannot be evaluated, so many times the cost of the start
   Eigen::VectorXd published_rates;   // of Adam, for "adam_published", shape [P]
@@ -49,13 +49,13 @@ struct TracePoint {
 
 struct OptimiserRun {
   std::string method;
-  std::string end;                // why it ended: a sentence
+  std::string end;  // why it ended: a sentence
   bool cancelled = false;
   std::vector<TracePoint> trace;  // the first is the start, costs fall; empty where it failed
   Eigen::VectorXd theta;          // of the least cost
   double cost = std::numeric_limits<double>::infinity();
   double spent = 0.0;
-  double seconds = 0.0;  // as in TracePoint
+  double seconds = 0.0;           // as in TracePoint
   double jacobian_seconds = 0.0;  // of them, for Jacobians
   int evaluations = 0, jacobians = 0, failed = 0;
 };
@@ -95,8 +95,8 @@ struct OptimiserMethod {
   bool available;       // false: this build is without NLopt
   std::string summary;  // what it is, for tables
 };
-// "lm", "lm_patient", "dogleg", "subspace_dogleg", "lbfgs", "adam_published", "adam_0.03", "adam_0.1", and of
-// NLopt "bobyqa", "sbplx", "crs", "direct".
+// "lm", "lm_patient", "dogleg", "subspace_dogleg", "lbfgs", "adam_published", "adam_0.03",
+// "adam_0.1", and of NLopt "bobyqa", "sbplx", "crs", "direct".
 const std::vector<OptimiserMethod>& OptimiserMethods();
 // Throws InputError for a name that is not among them, or not available.
 const OptimiserMethod& FindOptimiser(const std::string& name);

@@ -3,8 +3,8 @@
 
 #include "solver/optimiser.h"
 
-// What RunOptimiser calls; each runs until it converges or the meter refuses, and says in a sentence
-// why it ended.
+// What RunOptimiser calls; each runs until it converges or the meter refuses, and says in a
+// sentence why it ended.
 namespace drape {
 
 // invalid_steps: trials in a row that cannot be evaluated before it gives up; 5 in drape_fit, by

@@ -23,7 +23,8 @@ struct StabilityMap {
 // One map for each method that a line names:
 //   "step+implicit h=1e-4:0.5:9 stiffness=1e-3:1e3:7 density=0.1 law=reference"
 // Values are a list "0/0.1/0.2", or "from:to:count", evenly spaced by ratio. Two axes have more
-// than one value, the first is across; the others are set. Throws InputError, starting with `where`.
+// than one value, the first is across; the others are set. Throws InputError, starting with
+// `where`.
 std::vector<StabilityMap> ParseStabilityMaps(const std::string& line, const std::string& where);
 
 // Points of a line over a map: y where x is the axis' value; both in the units of the axes.

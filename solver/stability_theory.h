@@ -24,8 +24,8 @@ std::vector<ExplicitLimit> LimitsOf(const StabilityBench& bench,
                                     const std::vector<StabilityCase>& runs, int threads);
 
 // By how much a step of an implicit method shrinks a small vibration about the drape at rest, in
-// the norm of its energy: mode number `mode` of LowestModes, followed for some steps. Implicit Euler's
-// factor is 1/√(1 + h²ω²) (Hairer and Wanner 1996, IV.3), an exact oscillator's is 1.
+// the norm of its energy: mode number `mode` of LowestModes, followed for some steps. Implicit
+// Euler's factor is 1/√(1 + h²ω²) (Hairer and Wanner 1996, IV.3), an exact oscillator's is 1.
 struct StepDamping {
   double omega = 0.0;     // [1/s]
   double theory = 0.0;    // of implicit Euler

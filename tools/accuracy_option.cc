@@ -39,9 +39,10 @@ class Filling {
   std::string Line(const AccuracyRow& row) const {
     std::string line = Format("accuracy %s: %s, %s, %d steps of %g s; ", choice_.accuracy.c_str(),
                               row.mesh.c_str(), row.integrator.c_str(), row.steps, row.h);
-    line += kept_.empty() ? Format("expect the mean radius of the outline within %.3g mm of that on "
-                                   "an infinitely fine mesh",
-                                   row.error_mm)
+    line += kept_.empty() ? Format(
+                                "expect the mean radius of the outline within %.3g mm of that on "
+                                "an infinitely fine mesh",
+                                row.error_mm)
                           : "given and kept:" + kept_ + ", so no error is promised";
     return line;
   }
@@ -55,12 +56,15 @@ class Filling {
 
 std::vector<Option> AccuracyOptions(AccuracyChoice& choice) {
   return {
-      {.key = "accuracy", .value = &choice.accuracy,
+      {.key = "accuracy",
+       .value = &choice.accuracy,
        .doc = "fast, balanced, exact or an error of the outline's mean radius such as 5mm: picks "
               "mesh, integrator and steps, as far as they are not given (a given one wins), and "
               "says what to expect"},
-      {.key = "accuracy_table", .value = &choice.table,
-       .doc = "what --accuracy picks from; built-in: configs/accuracy.json", .is_path = true,
+      {.key = "accuracy_table",
+       .value = &choice.table,
+       .doc = "what --accuracy picks from; built-in: configs/accuracy.json",
+       .is_path = true,
        .words = {kBuiltIn}},
   };
 }

@@ -69,8 +69,8 @@ std::vector<GrowthSeries> GrowthOf(const BenchJob& job, const BenchResult& resul
     if (!(record[time] > 0 && record[kPeakMegabytes] > 0)) continue;
     const std::string name = LabelOf(cell.setting, varied);
     auto it = std::find_if(all.begin(), all.end(), [&](const auto& s) { return s.name == name; });
-    if (it == all.end()) it = all.insert(all.end(), {.name = name, .vertices = {}, .seconds = {},
-                                                     .megabytes = {}});
+    if (it == all.end())
+      it = all.insert(all.end(), {.name = name, .vertices = {}, .seconds = {}, .megabytes = {}});
     it->vertices.push_back(record[kVertices]);
     it->seconds.push_back(record[time]);
     it->megabytes.push_back(record[kPeakMegabytes]);
@@ -91,7 +91,8 @@ std::vector<GrowthSeries> ShownGrowth(const BenchJob& job, const BenchResult& re
     BenchSetting rest = cell.setting;
     rest.mesh.clear();
     const std::string identity = IdentityOf(job.work, rest);
-    if (!kept.contains(identity) && !integrators.insert(rest.integrator + rest.mode).second) continue;
+    if (!kept.contains(identity) && !integrators.insert(rest.integrator + rest.mode).second)
+      continue;
     kept.insert(identity);
     shown.cells.push_back(cell);
   }
@@ -157,9 +158,8 @@ std::string BenchTableText(const BenchJob& job, const BenchResult& result, Bench
     text += Format("%10.3g %10.3g %8.0f  %s\n", cell.record[time], cell.record[error],
                    cell.record[kPeakMegabytes], LabelOf(cell.setting, job.axes).c_str());
   }
-  const auto off = std::count_if(result.cells.begin(), result.cells.end(), [](const auto& cell) {
-    return cell.record.status != "ok";
-  });
+  const auto off = std::count_if(result.cells.begin(), result.cells.end(),
+                                 [](const auto& cell) { return cell.record.status != "ok"; });
   text += Format("%zu cells, %td of them on another branch or without a result\n",
                  result.cells.size(), off);
   for (const auto& [cloth, estimate] : result.reference_errors)

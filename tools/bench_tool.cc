@@ -16,63 +16,111 @@ namespace {
 
 std::vector<Option> AxisOptions(BenchAxes& axes) {
   return {
-      {.key = "material", .value = &axes.material,
-       .doc = "axis: material files; of a fit, its start tables", .is_path = true,
+      {.key = "material",
+       .value = &axes.material,
+       .doc = "axis: material files; of a fit, its start tables",
+       .is_path = true,
        .required = true},
       {.key = "law", .value = &axes.law, .doc = "axis: smooth, reference"},
-      {.key = "model", .value = &axes.model,
+      {.key = "model",
+       .value = &axes.model,
        .doc = "axis: homo (one table), heter_modes (smooth fields), heter_elements (a table for "
               "each face and hinge)"},
-      {.key = "mesh", .value = &axes.mesh, .doc = "axis: OBJ files or disc:N", .is_path = true,
+      {.key = "mesh",
+       .value = &axes.mesh,
+       .doc = "axis: OBJ files or disc:N",
+       .is_path = true,
        .words = {"disc:"}},
-      {.key = "integrator", .value = &axes.integrator,
+      {.key = "integrator",
+       .value = &axes.integrator,
        .doc = "axis: dynamic (falls), hybrid (falls, then Newton), static (a drape that "
               "fell on coarse_mesh, 20 steps, then Newton)"},
-      {.key = "h", .value = &axes.h, .doc = "axis: time step of the fall", .unit = "s",
-       .least = 0, .most = 10, .above_least = true},
-      {.key = "fall", .value = &axes.fall, .doc = "axis: how long it falls; steps = fall / h",
-       .unit = "s", .least = 0, .most = 1000, .above_least = true},
-      {.key = "tolerance", .value = &axes.tolerance,
-       .doc = "axis: force residual by weight at which Newton ends", .least = 0,
+      {.key = "h",
+       .value = &axes.h,
+       .doc = "axis: time step of the fall",
+       .unit = "s",
+       .least = 0,
+       .most = 10,
+       .above_least = true},
+      {.key = "fall",
+       .value = &axes.fall,
+       .doc = "axis: how long it falls; steps = fall / h",
+       .unit = "s",
+       .least = 0,
+       .most = 1000,
+       .above_least = true},
+      {.key = "tolerance",
+       .value = &axes.tolerance,
+       .doc = "axis: force residual by weight at which Newton ends",
+       .least = 0,
        .above_least = true},
       {.key = "mode", .value = &axes.mode, .doc = "axis: adjoint, tangent (of a derivative)"},
       {.key = "backend", .value = &axes.backend, .doc = "axis: cpu, cuda, auto"},
-      {.key = "threads", .value = &axes.threads, .doc = "axis: threads of a cell", .least = 1,
+      {.key = "threads",
+       .value = &axes.threads,
+       .doc = "axis: threads of a cell",
+       .least = 1,
        .most = 1024},
-      {.key = "batch", .value = &axes.batch,
-       .doc = "axis: equal drapes at once; seconds are those of one", .least = 1, .most = 65536},
+      {.key = "batch",
+       .value = &axes.batch,
+       .doc = "axis: equal drapes at once; seconds are those of one",
+       .least = 1,
+       .most = 65536},
   };
 }
 
 std::vector<Option> ProblemOptions(BenchToolOptions& options) {
   BenchJob& job = options.job;
   return {
-      {.key = "work", .value = &options.work,
+      {.key = "work",
+       .value = &options.work,
        .doc = "a drape, with the gradient of a loss, with the Jacobian of its outline, or a fit",
        .choices = {"forward", "gradient", "jacobian", "fit"}},
-      {.key = "seed", .value = &options.seed,
-       .doc = "start shape, which holds the branch", .is_path = true, .required = true},
-      {.key = "coarse_mesh", .value = &job.problem.coarse_mesh,
+      {.key = "seed",
+       .value = &options.seed,
+       .doc = "start shape, which holds the branch",
+       .is_path = true,
+       .required = true},
+      {.key = "coarse_mesh",
+       .value = &job.problem.coarse_mesh,
        .doc = "on which a static cell falls; of a fit, the mesh of the seed grid",
-       .is_path = true, .words = {"disc:"}},
-      {.key = "reference", .value = &options.references,
-       .doc = "the two meshes, coarse then fine, whose drapes are extrapolated to the reference",
-       .is_path = true, .words = {"disc:"}},
-      {.key = "reference_fall", .value = &job.reference.fall,
-       .doc = "mesh on which the reference falls before Newton on these two", .is_path = true,
+       .is_path = true,
        .words = {"disc:"}},
-      {.key = "order", .value = &job.reference.order,
-       .doc = "of the error in the size of the elements, for the extrapolation", .least = 0.5,
+      {.key = "reference",
+       .value = &options.references,
+       .doc = "the two meshes, coarse then fine, whose drapes are extrapolated to the reference",
+       .is_path = true,
+       .words = {"disc:"}},
+      {.key = "reference_fall",
+       .value = &job.reference.fall,
+       .doc = "mesh on which the reference falls before Newton on these two",
+       .is_path = true,
+       .words = {"disc:"}},
+      {.key = "order",
+       .value = &job.reference.order,
+       .doc = "of the error in the size of the elements, for the extrapolation",
+       .least = 0.5,
        .most = 8},
-      {.key = "branch_mm", .value = &job.cell.branch_mm,
-       .doc = "a drape whose outline, turned to match, is further from the reference (rms), or that has "
+      {.key = "branch_mm",
+       .value = &job.cell.branch_mm,
+       .doc = "a drape whose outline, turned to match, is further from the reference (rms), or "
+              "that has "
               "other folds, is on another branch",
-       .unit = "mm", .least = 0, .above_least = true},
-      {.key = "repeats", .value = &job.cell.repeats, .doc = "runs of each cell", .least = 1,
+       .unit = "mm",
+       .least = 0,
+       .above_least = true},
+      {.key = "repeats",
+       .value = &job.cell.repeats,
+       .doc = "runs of each cell",
+       .least = 1,
        .most = 1000},
-      {.key = "cell_seconds", .value = &job.cell.seconds,
-       .doc = "no further run of a cell once it has taken that long", .unit = "s", .least = 0},
-      {.key = "clock", .value = &options.clock,
+      {.key = "cell_seconds",
+       .value = &job.cell.seconds,
+       .doc = "no further run of a cell once it has taken that long",
+       .unit = "s",
+       .least = 0},
+      {.key = "clock",
+       .value = &options.clock,
        .doc = "of the charts; cpu: processor time, for a machine that others use too",
        .choices = {"wall", "cpu"}},
   };
@@ -81,26 +129,47 @@ std::vector<Option> ProblemOptions(BenchToolOptions& options) {
 std::vector<Option> FitAndFileOptions(BenchToolOptions& options) {
   FitJob& job = options.job.fit.job;
   return {
-      {.key = "images", .value = &options.images,
-       .doc = "work fit: silhouettes, fitted jointly; none: that of `truth`", .is_path = true},
-      {.key = "held_out", .value = &options.held_out,
-       .doc = "work fit: silhouettes on which the fitted drapes are scored", .is_path = true},
-      {.key = "truth", .value = &options.truth,
+      {.key = "images",
+       .value = &options.images,
+       .doc = "work fit: silhouettes, fitted jointly; none: that of `truth`",
+       .is_path = true},
+      {.key = "held_out",
+       .value = &options.held_out,
+       .doc = "work fit: silhouettes on which the fitted drapes are scored",
+       .is_path = true},
+      {.key = "truth",
+       .value = &options.truth,
        .doc = "work fit without images: the fabric whose silhouette is made and fitted",
        .is_path = true},
-      {.key = "truth_mesh", .value = &options.truth_mesh, .doc = "and on which mesh",
-       .is_path = true, .words = {"disc:"}},
+      {.key = "truth_mesh",
+       .value = &options.truth_mesh,
+       .doc = "and on which mesh",
+       .is_path = true,
+       .words = {"disc:"}},
       {.key = "keep", .value = &job.fit.keep, .doc = "work fit: as in drape_fit", .least = 1},
-      {.key = "iterations", .value = &job.fit.iterations, .doc = "work fit: as in drape_fit",
+      {.key = "iterations",
+       .value = &job.fit.iterations,
+       .doc = "work fit: as in drape_fit",
        .least = 1},
-      {.key = "floor", .value = &job.floor, .doc = "work fit: as in drape_fit", .least = 0,
+      {.key = "floor",
+       .value = &job.floor,
+       .doc = "work fit: as in drape_fit",
+       .least = 0,
        .most = 1},
-      {.key = "table", .value = &options.table,
-       .doc = "work forward: write the table of --accuracy to this file", .is_path = true},
-      {.key = "safety", .value = &options.safety,
-       .doc = "factor on the errors that the table promises", .least = 1, .most = 10},
-      {.key = "out", .value = &options.out, .doc = "output folder, made when missing",
-       .is_path = true, .required = true},
+      {.key = "table",
+       .value = &options.table,
+       .doc = "work forward: write the table of --accuracy to this file",
+       .is_path = true},
+      {.key = "safety",
+       .value = &options.safety,
+       .doc = "factor on the errors that the table promises",
+       .least = 1,
+       .most = 10},
+      {.key = "out",
+       .value = &options.out,
+       .doc = "output folder, made when missing",
+       .is_path = true,
+       .required = true},
       {.key = "resume", .value = &options.job.resume, .doc = "go on with out/cells.csv"},
   };
 }
@@ -194,20 +263,21 @@ OptionTable BenchTable(BenchToolOptions& options) {
   std::vector<Option> all = AxisOptions(options.job.axes);
   for (const Option& option : ProblemOptions(options)) all.push_back(option);
   for (const Option& option : FitAndFileOptions(options)) all.push_back(option);
-  return {
-      .tool = "drape_bench",
-      .summary = "work against precision: what drapes, derivatives and fits cost, and how far off "
-                 "they are, over the product of some settings (axes, given as lists)",
-      .example = "drape_bench --config=configs/bench/quick.json --out=out/bench",
-      .notes = "files: cells.csv (a line a cell, as they end), bench.json (fronts, exponents of "
-               "growth, all cells),\n  front_<error>.png and .svg, growth.png and .svg\n"
-               "Errors are against the drape at rest on an infinitely fine mesh: those of two "
-               "meshes extrapolated, with an estimate\n  of their own error. Newton leaves no "
-               "error of the time step. Each cell runs in a process of its own: peak memory is "
-               "its own.\n"
-               "exit code 3: no cell has a result\nCtrl-C keeps the cells that ended for "
-               "--resume\n",
-      .options = std::move(all)};
+  return {.tool = "drape_bench",
+          .summary =
+              "work against precision: what drapes, derivatives and fits cost, and how far off "
+              "they are, over the product of some settings (axes, given as lists)",
+          .example = "drape_bench --config=configs/bench/quick.json --out=out/bench",
+          .notes =
+              "files: cells.csv (a line a cell, as they end), bench.json (fronts, exponents of "
+              "growth, all cells),\n  front_<error>.png and .svg, growth.png and .svg\n"
+              "Errors are against the drape at rest on an infinitely fine mesh: those of two "
+              "meshes extrapolated, with an estimate\n  of their own error. Newton leaves no "
+              "error of the time step. Each cell runs in a process of its own: peak memory is "
+              "its own.\n"
+              "exit code 3: no cell has a result\nCtrl-C keeps the cells that ended for "
+              "--resume\n",
+          .options = std::move(all)};
 }
 
 BenchToolResult RunBenchTool(BenchToolOptions options, const BenchCallbacks& callbacks) {
@@ -220,10 +290,10 @@ BenchToolResult RunBenchTool(BenchToolOptions options, const BenchCallbacks& cal
   DrawBenchCharts(out.Staged(""), job, result, time);
   out.Publish();
   if (!options.table.empty() && !result.cancelled)
-    WriteFileAtomically(options.table, AccuracyTableText(
-                                           MakeAccuracyTable(job, result, time, options.safety)));
-  BenchToolResult summary{.cancelled = result.cancelled, .measured = 0,
-                          .table = BenchTableText(job, result, time)};
+    WriteFileAtomically(options.table,
+                        AccuracyTableText(MakeAccuracyTable(job, result, time, options.safety)));
+  BenchToolResult summary{
+      .cancelled = result.cancelled, .measured = 0, .table = BenchTableText(job, result, time)};
   for (const BenchCell& cell : result.cells) summary.measured += cell.record.status == "ok";
   return summary;
 }

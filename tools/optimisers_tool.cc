@@ -15,39 +15,73 @@ namespace {
 std::vector<Option> ProblemOptions(OptimisersOptions& options) {
   FitJob& job = options.job;
   return {
-      {.key = "twins", .value = &options.twins,
-       .doc = "fabrics whose silhouettes are made and fitted", .is_path = true},
-      {.key = "twin_mesh", .value = &options.twin_mesh, .doc = "cloth of the twins",
-       .is_path = true, .words = {"disc:"}},
-      {.key = "twin_seed", .value = &options.twin_seed,
-       .doc = "of the first twin's random start; the others follow", .least = 0,
-       .most = 1000000000},
-      {.key = "twin_hem_rms", .value = &options.twin_hem_rms,
-       .doc = "size of these starts at the hem, root mean square", .unit = "m", .least = 0,
-       .most = 0.05, .above_least = true},
-      {.key = "material", .value = &job.material, .doc = "start tables of the twins' fits",
+      {.key = "twins",
+       .value = &options.twins,
+       .doc = "fabrics whose silhouettes are made and fitted",
        .is_path = true},
-      {.key = "images", .value = &options.images,
-       .doc = "real silhouettes, each a problem: files, folders, patterns", .is_path = true},
-      {.key = "image_materials", .value = &options.image_materials,
-       .doc = "start tables of the images' fits: one for all or one of each", .is_path = true},
-      {.key = "floor", .value = &job.floor,
-       .doc = "start entries under this share of their column's largest are raised to it",
-       .least = 0, .most = 1},
-      {.key = "mesh", .value = &options.mesh, .doc = "cloth of the fits", .is_path = true,
+      {.key = "twin_mesh",
+       .value = &options.twin_mesh,
+       .doc = "cloth of the twins",
+       .is_path = true,
        .words = {"disc:"}},
-      {.key = "coarse_mesh", .value = &options.coarse_mesh, .doc = "cloth of the seed grid",
-       .is_path = true, .words = {"disc:"}},
-      {.key = "law", .value = &job.law,
+      {.key = "twin_seed",
+       .value = &options.twin_seed,
+       .doc = "of the first twin's random start; the others follow",
+       .least = 0,
+       .most = 1000000000},
+      {.key = "twin_hem_rms",
+       .value = &options.twin_hem_rms,
+       .doc = "size of these starts at the hem, root mean square",
+       .unit = "m",
+       .least = 0,
+       .most = 0.05,
+       .above_least = true},
+      {.key = "material",
+       .value = &job.material,
+       .doc = "start tables of the twins' fits",
+       .is_path = true},
+      {.key = "images",
+       .value = &options.images,
+       .doc = "real silhouettes, each a problem: files, folders, patterns",
+       .is_path = true},
+      {.key = "image_materials",
+       .value = &options.image_materials,
+       .doc = "start tables of the images' fits: one for all or one of each",
+       .is_path = true},
+      {.key = "floor",
+       .value = &job.floor,
+       .doc = "start entries under this share of their column's largest are raised to it",
+       .least = 0,
+       .most = 1},
+      {.key = "mesh",
+       .value = &options.mesh,
+       .doc = "cloth of the fits",
+       .is_path = true,
+       .words = {"disc:"}},
+      {.key = "coarse_mesh",
+       .value = &options.coarse_mesh,
+       .doc = "cloth of the seed grid",
+       .is_path = true,
+       .words = {"disc:"}},
+      {.key = "law",
+       .value = &job.law,
        .doc = "how stiffness follows from strain and curvature",
        .choices = {"reference", "smooth"}},
-      {.key = "parameters", .value = &options.parameters,
-       .doc = "free numbers, each count a problem of every image: 2, 7, 39", .least = 2,
+      {.key = "parameters",
+       .value = &options.parameters,
+       .doc = "free numbers, each count a problem of every image: 2, 7, 39",
+       .least = 2,
        .most = 39},
-      {.key = "sigma_px", .value = &job.fit.sigma_px, .doc = "standard deviation of the outline",
-       .unit = "px", .least = 0, .above_least = true},
-      {.key = "prior_sigma", .value = &job.fit.prior_sigma,
-       .doc = "standard deviation of each log factor in the prior", .least = 0,
+      {.key = "sigma_px",
+       .value = &job.fit.sigma_px,
+       .doc = "standard deviation of the outline",
+       .unit = "px",
+       .least = 0,
+       .above_least = true},
+      {.key = "prior_sigma",
+       .value = &job.fit.prior_sigma,
+       .doc = "standard deviation of each log factor in the prior",
+       .least = 0,
        .above_least = true},
   };
 }
@@ -55,27 +89,51 @@ std::vector<Option> ProblemOptions(OptimisersOptions& options) {
 std::vector<Option> RaceOptions(OptimisersOptions& options) {
   OptimiserOptions& race = options.race;
   return {
-      {.key = "methods", .value = &options.methods,
-       .doc = "which of lm, lm_patient, dogleg, subspace_dogleg, lbfgs, adam_published, adam_0.03, adam_0.1 "
+      {.key = "methods",
+       .value = &options.methods,
+       .doc = "which of lm, lm_patient, dogleg, subspace_dogleg, lbfgs, adam_published, adam_0.03, "
+              "adam_0.1 "
               "and, with NLopt, bobyqa, sbplx, crs, direct; none: all"},
-      {.key = "budget", .value = &race.budget, .doc = "of each run, in rollouts", .least = 1,
+      {.key = "budget",
+       .value = &race.budget,
+       .doc = "of each run, in rollouts",
+       .least = 1,
        .most = 1e6},
-      {.key = "jacobian_price", .value = &race.jacobian_price,
-       .doc = "of a Jacobian beside its rollout, in rollouts", .least = 0, .most = 1000},
-      {.key = "bound", .value = &race.bound,
-       .doc = "box of the methods of NLopt: largest log factor", .least = 0, .most = 20,
+      {.key = "jacobian_price",
+       .value = &race.jacobian_price,
+       .doc = "of a Jacobian beside its rollout, in rollouts",
+       .least = 0,
+       .most = 1000},
+      {.key = "bound",
+       .value = &race.bound,
+       .doc = "box of the methods of NLopt: largest log factor",
+       .least = 0,
+       .most = 20,
        .above_least = true},
-      {.key = "failed_cost_factor", .value = &race.failed_cost_factor,
+      {.key = "failed_cost_factor",
+       .value = &race.failed_cost_factor,
        .doc = "methods of NLopt see so many times the start's cost where no drape is found",
-       .least = 1, .most = 1e6, .above_least = true},
+       .least = 1,
+       .most = 1e6,
+       .above_least = true},
       {.key = "seed", .value = &race.seed, .doc = "of methods that draw", .least = 0},
-      {.key = "branch_tolerance", .value = &options.branch_tolerance,
+      {.key = "branch_tolerance",
+       .value = &options.branch_tolerance,
        .doc = "drapes nearer than this, root mean square of the vertices, are one branch",
-       .unit = "m", .least = 0, .most = 1, .above_least = true},
-      {.key = "threads", .value = &options.job.threads, .doc = "rollouts of the grid at a time",
-       .least = 1, .most = 1024},
-      {.key = "out", .value = &options.out, .doc = "output folder, made when missing",
-       .is_path = true, .required = true},
+       .unit = "m",
+       .least = 0,
+       .most = 1,
+       .above_least = true},
+      {.key = "threads",
+       .value = &options.job.threads,
+       .doc = "rollouts of the grid at a time",
+       .least = 1,
+       .most = 1024},
+      {.key = "out",
+       .value = &options.out,
+       .doc = "output folder, made when missing",
+       .is_path = true,
+       .required = true},
   };
 }
 
@@ -102,8 +160,8 @@ void CheckOptions(const OptimisersOptions& options) {
 std::string SettingsOf(const OptimisersOptions& options, const RaceStart& start) {
   const OptimiserOptions& race = options.race;
   std::string settings = IdentityOf(start.job, start.loaded);
-  for (const double value : {race.budget, race.jacobian_price, race.bound,
-                             race.failed_cost_factor, static_cast<double>(race.seed)})
+  for (const double value : {race.budget, race.jacobian_price, race.bound, race.failed_cost_factor,
+                             static_cast<double>(race.seed)})
     settings += Format(" %.17g", value);
   return settings;
 }
@@ -177,15 +235,15 @@ class Racer {
 OptionTable OptimisersTable(OptimisersOptions& options) {
   std::vector<Option> all = ProblemOptions(options);
   for (const Option& option : RaceOptions(options)) all.push_back(option);
-  return {
-      .tool = "drape_optimisers",
-      .summary = "optimisers compared: the same cost, start and budget on many silhouettes",
-      .example = "drape_optimisers --config=configs/optimisers.json --out=out/optimisers",
-      .notes = "files: summary.json, report.md, traces.csv, convergence.png, profiles.png and "
-               "branches.png, which replace those of\n  an earlier run together, at the end; "
-               "twins/ and runs/, which a run that was interrupted goes on from\n"
-               "exit code 3: no problem has a start\nCtrl-C keeps the runs that are done\n",
-      .options = std::move(all)};
+  return {.tool = "drape_optimisers",
+          .summary = "optimisers compared: the same cost, start and budget on many silhouettes",
+          .example = "drape_optimisers --config=configs/optimisers.json --out=out/optimisers",
+          .notes =
+              "files: summary.json, report.md, traces.csv, convergence.png, profiles.png and "
+              "branches.png, which replace those of\n  an earlier run together, at the end; "
+              "twins/ and runs/, which a run that was interrupted goes on from\n"
+              "exit code 3: no problem has a start\nCtrl-C keeps the runs that are done\n",
+          .options = std::move(all)};
 }
 
 Race RunRace(const OptimisersOptions& options, const RaceCallbacks& callbacks) {

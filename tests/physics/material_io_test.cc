@@ -197,7 +197,7 @@ TEST(Fabrics, EachShippedFileIsReadable) {
     EXPECT_EQ(m.warnings.size(), m.name == "viscose_white" ? 2u : 0u) << m.name;
     ++count;
   }
-  EXPECT_EQ(count, 8);
+  EXPECT_EQ(count, 9);
 }
 
 }  // namespace

@@ -106,7 +106,8 @@ INSTANTIATE_TEST_SUITE_P(All, EachOptimiser,
                          });
 
 TEST(Optimiser, UnknownNamesAreListed) {
-  EXPECT_INPUT_ERROR(FindOptimiser("newton"), "unknown name 'newton', expected some of lm, lm_patient");
+  EXPECT_INPUT_ERROR(FindOptimiser("newton"),
+                     "unknown name 'newton', expected some of lm, lm_patient");
 }
 
 TEST(MeteredFunction, PaysOnceForAPoint) {

@@ -26,8 +26,9 @@ TEST_P(Accuracy, HoldsOnAFabricThatTheTableHasNotSeen) {
   const BenchProblem problem{ReadStartShape(kConfigs + "/starts/six_waves.json"), "disc:300"};
   BenchSetting setting;
   setting.material = kConfigs + "/fabrics/" + GetParam() + ".json";
-  const BenchReference reference = ParseReference(
-      ReferenceText(setting, problem, kReference, BenchWork::kForward, nullptr), kReference, "test");
+  const BenchReference reference =
+      ParseReference(ReferenceText(setting, problem, kReference, BenchWork::kForward, nullptr),
+                     kReference, "test");
   for (const char* level : {"fast", "balanced", "exact"}) {
     const AccuracyRow& row = table.Pick(level, "");
     setting.mesh = row.mesh;

@@ -177,7 +177,7 @@ TEST_F(BadOutputTest, FitChecksItsInputFirst) {
   ExpectOneLineError(fit({"--images=" + Path("a.png") + "," + Path("a.png")}), "distinct names");
   ExpectOneLineError(fit({"--keep=4,2"}), "as many rounds as 'keep' has");
   ExpectOneLineError(fit({"--keep="}), "option 'keep'");
-  ExpectOneLineError(fit({"--model=bdp"}), "expected one of homo");
+  ExpectOneLineError(fit({"--model=garment"}), "expected one of homo");
   ExpectOneLineError(fit({"--material=" + Path("none.json")}), "none.json: no such file");
   EXPECT_FALSE(std::filesystem::exists(Path("out/summary.json")));
 }

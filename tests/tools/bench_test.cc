@@ -7,18 +7,24 @@ namespace {
 
 const std::string kBench = std::string(DRAPE_BIN_DIR) + "/drape_bench";
 const std::string kSeed = std::string(DRAPE_SOURCE_DIR) + "/configs/starts/six_waves.json";
-const std::string kWool =
-    std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json";
+const std::string kWool = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json";
 
 class BenchTool : public ToolFixture {
  protected:
   ProcessResult Bench(const std::vector<std::string>& more = {},
                       const ProcessLimits& limits = {}) const {
-    std::vector<std::string> command = {
-        kBench, "--material=" + kWool, "--seed=" + kSeed, "--mesh=disc:120,disc:160",
-        "--integrator=hybrid,static", "--h=0.2", "--coarse_mesh=disc:120",
-        "--reference=disc:200,disc:300", "--reference_fall=disc:200", "--repeats=2",
-        "--branch_mm=50", "--out=" + Path("out")};
+    std::vector<std::string> command = {kBench,
+                                        "--material=" + kWool,
+                                        "--seed=" + kSeed,
+                                        "--mesh=disc:120,disc:160",
+                                        "--integrator=hybrid,static",
+                                        "--h=0.2",
+                                        "--coarse_mesh=disc:120",
+                                        "--reference=disc:200,disc:300",
+                                        "--reference_fall=disc:200",
+                                        "--repeats=2",
+                                        "--branch_mm=50",
+                                        "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
   }
@@ -57,7 +63,8 @@ TEST_F(BenchTool, MeasuresDerivatives) {
     ASSERT_EQ(cells.size(), 4u);
     // Adjoint and tangent find the same.
     for (const int i : {0, 2}) {
-      const double adjoint = cells[i]["derivative_error"], tangent = cells[i + 1]["derivative_error"];
+      const double adjoint = cells[i]["derivative_error"],
+                   tangent = cells[i + 1]["derivative_error"];
       EXPECT_GT(adjoint, 0);
       EXPECT_NEAR(adjoint / tangent, 1, 1e-5) << work;
     }
@@ -86,8 +93,8 @@ TEST_F(BenchTool, TheTableIsWhatAccuracyPicksFrom) {
   const std::string table = Path("table.json");
   ASSERT_EQ(Bench({"--table=" + table}).exit_code, 0);
   const std::vector<std::string> command = {
-      kSimulate, "--material=" + kWool, "--start=" + kSeed, "--accuracy=exact",
-      "--accuracy_table=" + table, "--out=" + Path("drape")};
+      kSimulate,          "--material=" + kWool,       "--start=" + kSeed,
+      "--accuracy=exact", "--accuracy_table=" + table, "--out=" + Path("drape")};
   const ProcessResult picked = RunProcess(command);
   ASSERT_EQ(picked.exit_code, 0) << picked.err;
   EXPECT_THAT(picked.out, testing::HasSubstr("accuracy exact: disc:1"));
