@@ -133,12 +133,12 @@ Eigen::MatrixXd BranchFitter::Jacobian(const BranchFit& branch) const {
   RolloutBatch batch(&fine_, &parametrisation, &targets, BatchOptionsOf());
   Eigen::Map<Eigen::VectorXd>(batch.theta(), branch.theta.size()) = branch.theta;
   batch.PrepareForEvaluation(true, true);
-  if (problem_.tests == nullptr || !batch.has_accepted()) return batch.accepted_jacobian();
+  if (problem_.tests == nullptr || !batch.has_accepted()) return batch.accepted().jacobian;
   Eigen::VectorXd residual;
   RowMatrix of_tests;
   if (!Tests()->Evaluate(parametrisation, branch.theta, &residual, &of_tests)) return {};
-  Eigen::MatrixXd jacobian(batch.accepted_jacobian().rows() + of_tests.rows(), of_tests.cols());
-  jacobian << batch.accepted_jacobian(), of_tests;
+  Eigen::MatrixXd jacobian(batch.accepted().jacobian.rows() + of_tests.rows(), of_tests.cols());
+  jacobian << batch.accepted().jacobian, of_tests;
   return jacobian;
 }
 

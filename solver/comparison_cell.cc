@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/comparison_cell.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -95,45 +97,112 @@ ordered_json CaptureScores(const std::vector<PredictedDrape>& drapes,
   return scores;
 }
 
-ordered_json PredictionJson(const std::vector<PredictedDrape>& drapes,
-                            const std::vector<SeenCapture>& held_out, double seconds) {
-  ordered_json json = {{"format", kFormat}, {"version", 1}, {"draws", drapes.size()}};
-  json["at_rest"] = SeenDrapes(drapes, ClothFace::kUnknown).size();
-  json["seconds"] = seconds;
+// Draws of one fit, on one backend.
+class Predictor {
+ public:
+  Predictor(const CellTask& task, const CellCallbacks& callbacks)
+      : task_(task),
+        callbacks_(callbacks),
+        model_(std::make_shared<const ClothModel>(ParseMeshSpec(task.fit.mesh), CusickScene(),
+                                                  MakeLaw(task.fit.law))),
+        backend_(MakeBackend(task.fit.backend, model_, task.fit.threads)),
+        options_(task.prediction),
+        materials_(ReadMaterialSource(task.folder, *model_, options_.seed)) {
+    options_.settle.steps.cancel = options_.settle.equilibrium.cancel = callbacks.cancel;
+    options_.batch = SettleBatchSize(*backend_, task.fit.threads);
+  }
+
+  // From here on draws are calibrated.
+  ScaleCalibration Calibrate() {
+    constexpr double kUsualTrials = 36;
+    const ScaleCalibration calibration = CalibrateScales(
+        *backend_, materials_, options_, *task_.learnt, {}, [&](int trials) {
+          Report(std::min(0.9, 0.3 + 0.6 * trials / kUsualTrials), "calibration");
+        });
+    options_.up = calibration.up;
+    options_.down = calibration.down;
+    calibrated_ = true;
+    return calibration;
+  }
+
+  std::vector<PredictedDrape> Draw() {
+    Report(calibrated_ ? 0.9 : 0.0, "prediction");
+    return DrawDrapes(*backend_, materials_, options_);
+  }
+
+  bool Cancelled() const { return callbacks_.cancel != nullptr && *callbacks_.cancel; }
+
+ private:
+  void Report(double share, const std::string& stage) const {
+    callbacks_.progress(kFitShare + (1 - kFitShare) * share, stage);
+  }
+
+  const CellTask& task_;
+  const CellCallbacks& callbacks_;
+  std::shared_ptr<const ClothModel> model_;
+  std::unique_ptr<Backend> backend_;
+  PredictionOptions options_;
+  MaterialSource materials_;
+  bool calibrated_ = false;
+};
+
+// What a comparison says of drapes, beside a failure where they cannot be scored.
+void AddScores(const std::vector<PredictedDrape>& drapes,
+               const std::vector<SeenCapture>& held_out, ordered_json* json) {
+  (*json)["draws"] = drapes.size();
+  (*json)["at_rest"] = SeenDrapes(drapes, ClothFace::kUnknown).size();
   const auto score = ScorePrediction(drapes, held_out);
   if (!score) {
-    json["failure"] = "a face that is held out has fewer than two draws at rest";
-    return json;
+    (*json)["failure"] = "a face that is held out has fewer than two draws at rest";
+    return;
   }
   Numbers numbers = NumbersOf(*score);
   numbers["hausdorff_m"] = MeanPairHausdorff(drapes, held_out);
-  numbers["prediction_seconds"] = seconds;
-  json["numbers"] = numbers;
-  json["score"] = ScoreJson(*score);
-  json["captures"] = CaptureScores(drapes, held_out);
-  return json;
+  (*json)["numbers"] = numbers;
+  (*json)["score"] = ScoreJson(*score);
+  (*json)["captures"] = CaptureScores(drapes, held_out);
 }
 
-void WritePrediction(const CellTask& task, const ordered_json& json) {
+// Those numbers of the fit as it is that a calibrated one is held against.
+void AddAsFitted(const std::vector<PredictedDrape>& drapes,
+                 const std::vector<SeenCapture>& held_out, ordered_json* numbers) {
+  const auto score = ScorePrediction(drapes, held_out);
+  if (!score) return;
+  const Numbers all = NumbersOf(*score);
+  for (const char* key : {"mean_image_mse", "dc_error", "dc_coverage_90", "feature_energy"})
+    (*numbers)[std::string(key) + "_as_fitted"] = all.at(key);
+}
+
+void WritePrediction(const CellTask& task, ordered_json json) {
+  json["format"] = kFormat;
+  json["version"] = 2;
   WriteFileAtomically(task.folder + "/prediction.json", json.dump(1) + "\n");
 }
 
 bool Predict(const CellTask& task, const CellCallbacks& callbacks) {
   const auto start = std::chrono::steady_clock::now();
-  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(task.fit.mesh), CusickScene(),
-                                                        MakeLaw(task.fit.law));
-  const auto backend = MakeBackend(task.fit.backend, model, task.fit.threads);
-  PredictionOptions options = task.prediction;
-  options.settle.steps.cancel = options.settle.equilibrium.cancel = callbacks.cancel;
-  options.batch = SettleBatchSize(*backend, task.fit.threads);
-  const double count = options.num_drapes();
-  const auto drapes = DrawDrapes(
-      *backend, ReadMaterialSource(task.folder, *model, options.seed), options, [&](int done) {
-        callbacks.progress(kFitShare + (1 - kFitShare) * done / count, "prediction");
-      });
-  if (callbacks.cancel != nullptr && *callbacks.cancel) return false;
+  Predictor predictor(task, callbacks);
+  const std::vector<PredictedDrape> as_fitted = predictor.Draw();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  WritePrediction(task, PredictionJson(drapes, *task.held_out, seconds.count()));
+  ordered_json json;
+  if (task.calibrate) {
+    const ScaleCalibration calibration = predictor.Calibrate();
+    const std::chrono::duration<double> with = std::chrono::steady_clock::now() - start;
+    AddScores(predictor.Draw(), *task.held_out, &json);
+    if (json.contains("numbers")) {
+      json["numbers"]["stretch_factor_up"] = calibration.up.stretch;
+      json["numbers"]["bend_factor_up"] = calibration.up.bend;
+      json["numbers"]["stretch_factor_down"] = calibration.down.stretch;
+      json["numbers"]["bend_factor_down"] = calibration.down.bend;
+      json["numbers"]["calibration_seconds"] = (with - seconds).count();
+      AddAsFitted(as_fitted, *task.held_out, &json["numbers"]);
+    }
+  } else {
+    AddScores(as_fitted, *task.held_out, &json);
+  }
+  if (predictor.Cancelled()) return false;
+  if (json.contains("numbers")) json["numbers"]["prediction_seconds"] = seconds.count();
+  WritePrediction(task, std::move(json));
   return true;
 }
 
@@ -182,7 +251,7 @@ bool RunCell(const CellTask& task, const CellCallbacks& callbacks) {
   if (!fitted && !RunFit(task, callbacks)) return false;
   const std::string failure = FailureOf(FinishedFit(task.folder), task.fit.model);
   if (failure.empty()) return Predict(task, callbacks);
-  WritePrediction(task, {{"format", kFormat}, {"version", 1}, {"failure", failure}});
+  WritePrediction(task, {{"failure", failure}});
   return true;
 }
 

@@ -11,6 +11,7 @@
 #include "solver/comparison_numbers.h"
 #include "solver/fit_job.h"
 #include "solver/prediction.h"
+#include "solver/scale_calibration.h"
 
 namespace drape {
 
@@ -21,7 +22,10 @@ struct CellTask {
   FitJob fit;                    // its out, log and resume are not used; its checkpoint is shared
                                  // by the models of a split, which go on from one table
   PredictionOptions prediction;  // its cancel and batch are not used
-  const std::vector<SeenCapture>* held_out = nullptr;  // outlives the task
+  // Those of the two sides; outlive the task.
+  const std::vector<SeenCapture>* learnt = nullptr;
+  const std::vector<SeenCapture>* held_out = nullptr;
+  bool calibrate = true;  // CalibrateScales before the prediction, on what was learnt from
 };
 
 // How well one held-out capture was foretold.
@@ -52,8 +56,8 @@ struct CellCallbacks {
 };
 
 // Does what is still to be done: the fit (RunFitJob; from its checkpoint, where there is one), then
-// the prediction (DrawDrapes), whose scores go to prediction.json; so a cell that was stopped goes
-// on to the same numbers. False when it was cancelled. Throws InputError.
+// the prediction (DrawDrapes), whose scores go to prediction.json, those of a calibrated one beside
+// those of the fit as it is; so a cell that was stopped goes on to the same numbers. False when it was cancelled. Throws InputError.
 bool RunCell(const CellTask& task, const CellCallbacks& callbacks);
 
 // Mean distance of the outlines of draws and the captures of their face [m]; NaN without a pair.

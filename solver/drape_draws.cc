@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "solver/field_fit.h"
@@ -46,7 +47,8 @@ struct DrapeDraws::Cell {
         targets(other.targets),
         batch(other.batch),
         point(other.point),
-        stands(other.stands) {}
+        stands(other.stands),
+        home(other.home) {}
 
   void SetPoint(const Eigen::VectorXd& u) {
     Eigen::Map<Eigen::VectorXd>(batch.theta(), batch.num_parameters()) = u;
@@ -55,16 +57,21 @@ struct DrapeDraws::Cell {
   void Run(Backend* backend, const Eigen::VectorXd& u, bool with_jacobians) {
     batch.Move(backend, &targets);
     // Derivatives are taken where a drape has been followed to, not on the way there.
-    if (batch.has_accepted() && (point.size() == 0 || u != point)) stands = FollowTo(u);
+    if (batch.has_accepted() && (point.size() == 0 || u != point)) {
+      if (home) batch.Restore(*std::exchange(home, std::nullopt));
+      stands = FollowTo(u);
+    }
     point = u;
     if (!with_jacobians || (batch.has_accepted() && !stands)) return;
+    home.reset();
     SetPoint(u);
     batch.PrepareForEvaluation(true, true);
     stands = batch.stands();
   }
-  // Straight from the last point where the drapes stood, in parts where they are lost at once.
+  // Straight from the last point where the drapes stood, in parts where they are lost at once. Until
+  // derivatives are asked for at its end, the way is a trial's: the next one starts where it did.
   bool FollowTo(const Eigen::VectorXd& u) {
-    const Eigen::VectorXd from = batch.accepted_theta();
+    const Eigen::VectorXd from = batch.accepted().theta;
     for (double done = 0.0, step = 1.0; step >= kLeastStep;) {
       SetPoint(done + step < 1.0 ? (from + (done + step) * (u - from)).eval() : u);
       batch.PrepareForEvaluation(false, true);
@@ -74,6 +81,7 @@ struct DrapeDraws::Cell {
       }
       done += step;
       if (done >= 1.0) return true;
+      if (!home) home = batch.accepted();
       batch.PrepareForEvaluation(true, true);
       if (!batch.stands()) return false;
     }
@@ -90,7 +98,7 @@ struct DrapeDraws::Cell {
   }
   // By the tangent at the last point where the drapes stood.
   Eigen::VectorXd ResidualBeyond() const {
-    return batch.accepted_residual() + batch.accepted_jacobian() * (point - batch.accepted_theta());
+    return batch.accepted().residual + batch.accepted().jacobian * (point - batch.accepted().theta);
   }
   int num_residuals() const { return batch.num_targets() * batch.num_angles(); }
 
@@ -99,6 +107,8 @@ struct DrapeDraws::Cell {
   RolloutBatch batch;
   Eigen::VectorXd point;  // of the last Run
   bool stands = false;    // there
+  // Where the way to it began, if it is only a trial that was followed in parts.
+  std::optional<RolloutBatch::Point> home;
 };
 
 DrapeDraws::DrapeDraws(Backend* backend, const DrapeHierarchy& hierarchy,
@@ -169,7 +179,7 @@ bool DrapeDraws::Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) 
                   jacobian == nullptr ? nullptr : jacobian->row(row).data());
     } else if (beyond_ == BeyondBranch::kTangent && each.batch.has_accepted()) {
       residual->segment(row, rows) = each.ResidualBeyond();
-      if (jacobian != nullptr) jacobian->middleRows(row, rows) = each.batch.accepted_jacobian();
+      if (jacobian != nullptr) jacobian->middleRows(row, rows) = each.batch.accepted().jacobian;
     } else {
       return false;
     }

@@ -26,7 +26,7 @@ bool DrapeFunction::Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* resi
   Keep(0.5 * residual->squaredNorm());
   if (jacobian == nullptr) return true;
   jacobian->setZero(num_residuals(), size());
-  jacobian->topRows(num_outline_residuals()) = batch_.accepted_jacobian();
+  jacobian->topRows(num_outline_residuals()) = batch_.accepted().jacobian;
   jacobian->bottomRows(size()).diagonal().setConstant(1.0 / prior_sigma_);
   return true;
 }

@@ -213,8 +213,8 @@ class FieldFitter {
     batch.PrepareForEvaluation(true, true);
     if (!batch.has_accepted()) return;
     const double damping = 1.0 + kHopDamping / number;
-    const Eigen::MatrixXd& jacobian = batch.accepted_jacobian();
-    const Eigen::VectorXd gradient = jacobian.transpose() * batch.accepted_residual() + best_.theta;
+    const Eigen::MatrixXd& jacobian = batch.accepted().jacobian;
+    const Eigen::VectorXd gradient = jacobian.transpose() * batch.accepted().residual + best_.theta;
     // −(JᵀJ + c)⁻¹·gradient by the dual system.
     Eigen::MatrixXd dual = jacobian * jacobian.transpose();
     dual.diagonal().array() += damping;

@@ -217,11 +217,11 @@ FitSummary Fit(RolloutBatch& batch, const FitOptions& options, StripReadings* te
   if (summary.termination == FitTermination::kFailed)
     summary.termination = FitTermination::kStalled;
   batch.StartFromAccepted();
-  summary.theta = batch.accepted_theta();
+  summary.theta = batch.accepted().theta;
   summary.final_cost =
-      0.5 * (batch.accepted_residual().squaredNorm() +
+      0.5 * (batch.accepted().residual.squaredNorm() +
              summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma));
-  summary.jacobian = batch.accepted_jacobian();
+  summary.jacobian = batch.accepted().jacobian;
   if (tests != nullptr && !AppendTests(*tests, batch.parametrisation(), &summary))
     summary.termination = FitTermination::kFailed;
   return summary;

@@ -25,7 +25,7 @@ constexpr char kCircle[] = "circle";
 struct SharedSplit {
   int fabric = 0, seed = 0;
   Split split;
-  std::vector<SeenCapture> held_out;
+  std::vector<SeenCapture> learnt, held_out;
   FitJob fit;  // of all but the model
 };
 
@@ -108,7 +108,8 @@ Split SplitOf(const ComparisonJob& job, const std::vector<Capture>& usable, int 
 
 SharedSplit Share(const ComparisonJob& job, const std::vector<Capture>& usable, std::size_t fabric,
                   int seed) {
-  SharedSplit shared{job.fabrics[fabric], seed, SplitOf(job, usable, seed), {}, job.fit};
+  SharedSplit shared{job.fabrics[fabric], seed, SplitOf(job, usable, seed), {}, {}, job.fit};
+  shared.learnt = SeeCaptures(shared.split.train, Camera());
   shared.held_out = SeeCaptures(shared.split.held_out, Camera());
   shared.fit.material = MaterialOf(job, fabric);
   shared.fit.posterior.seed = seed;
@@ -130,7 +131,7 @@ PredictionOptions PredictionOf(const ComparisonJob& job, const SharedSplit& shar
 CellTask TaskOf(const ComparisonJob& job, const SharedSplit& shared, const std::string& model) {
   CellTask task{
       FabricFolder(job, shared.fabric) + "/" + model + "/seed_" + std::to_string(shared.seed),
-      shared.fit, PredictionOf(job, shared), &shared.held_out};
+      shared.fit, PredictionOf(job, shared), &shared.learnt, &shared.held_out, job.calibrate};
   task.fit.model = model;
   task.fit.checkpoint = FabricFolder(job, shared.fabric) + "/one_table_" +
                         std::to_string(shared.seed) + ".json";
@@ -139,9 +140,8 @@ CellTask TaskOf(const ComparisonJob& job, const SharedSplit& shared, const std::
 
 // The trivial predictors of a split, as cells.
 void AddTrivial(const SharedSplit& shared, std::vector<ComparedCell>* cells) {
-  const auto train = SeeCaptures(shared.split.train, Camera());
   const TrivialPredictors trivial =
-      EvaluateTrivialPredictors(train, shared.held_out, Camera(), false);
+      EvaluateTrivialPredictors(shared.learnt, shared.held_out, Camera(), false);
   const auto add = [&](const std::string& name, const std::string& row_name,
                        const std::optional<DistributionScore>& score) {
     if (!score) return;

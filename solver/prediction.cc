@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "physics/errors.h"
-#include "physics/material_scaling.h"
 #include "physics/random.h"
 #include "physics/start_shape.h"
 
@@ -41,11 +40,13 @@ StartShape SpecimenStart(const PredictionOptions& options, int specimen, ClothFa
 }
 
 MaterialField SpecimenMaterial(const PredictionOptions& options, const MaterialSource& materials,
-                               int specimen) {
+                               int specimen, ClothFace face) {
   std::mt19937_64 random(SeedOfStream(SpecimenSeed(options, specimen), kScaleStream));
   const double stretch = options.specimen_stretch_sigma * DrawNormal(random);
   const double bend = options.specimen_bend_sigma * DrawNormal(random);
-  return Scaled(materials(specimen), std::exp(stretch), std::exp(bend));
+  const ScaleFactors& factors = options.factors(face);
+  return Scaled(materials(specimen), factors.stretch * std::exp(stretch),
+                factors.bend * std::exp(bend));
 }
 
 void AddCaptureNoise(const Mesh& mesh, uint64_t seed, double rms, Eigen::VectorXd* x) {
@@ -88,13 +89,14 @@ void PredictionOptions::Check() const {
   for (const ClothFace face : faces) CHECK(face != ClothFace::kUnknown);
   for (const double size : {start_rms, capture_rms, specimen_stretch_sigma, specimen_bend_sigma})
     CHECK_GE(size, 0.0);
+  for (const ScaleFactors& each : {up, down}) CHECK(each.stretch > 0.0 && each.bend > 0.0);
   CHECK(settle.integrator == Integrator::kStatic) << "drapes are judged at rest";
 }
 
 DrapeTask DrapeTaskOf(const ClothModel& model, const MaterialSource& materials,
                       const PredictionOptions& options, int drape) {
   const PredictedDrape which = NumberedDrape(options, drape);
-  DrapeTask task{SpecimenMaterial(options, materials, which.specimen), model.RestState()};
+  DrapeTask task{SpecimenMaterial(options, materials, which.specimen, which.face), model.RestState()};
   task.start.x = ApplyStartShape(model.mesh, kSupportRadius,
                                  SpecimenStart(options, which.specimen, which.face));
   // Streams by face and repeat, so that more repeats leave the first ones as they are.
@@ -131,9 +133,10 @@ DistributionScorer::Drapes SeenDrapes(const std::vector<PredictedDrape>& drapes,
 }
 
 std::optional<DistributionScore> ScorePrediction(const std::vector<PredictedDrape>& drapes,
-                                                 const std::vector<SeenCapture>& held_out) {
+                                                 const std::vector<SeenCapture>& held_out,
+                                                 const FeatureVector& scales) {
   if (held_out.empty()) return {};
-  DistributionScorer scorer;
+  DistributionScorer scorer(scales);
   for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown, ClothFace::kUnknown}) {
     DistributionScorer::Drapes observed;
     for (const SeenCapture& seen : held_out)

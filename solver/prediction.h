@@ -12,6 +12,7 @@
 #include "losses/distribution_metrics.h"
 #include "losses/trivial_predictors.h"
 #include "physics/backend.h"
+#include "physics/material_scaling.h"
 #include "solver/settle.h"
 
 namespace drape {
@@ -28,11 +29,15 @@ struct PredictionOptions {
   double capture_rms = 1e-4;            // of the height of each vertex beyond the support [m]
   double specimen_stretch_sigma = 0.0;  // standard deviations of a specimen's log factors of all
   double specimen_bend_sigma = 0.0;     // stretch, of all bend entries
+  ScaleFactors up = {}, down = {};      // of every specimen when this face lies up; > 0
   SettleOptions settle = {.steps = {.h = 0.1, .steps = 100}};
   Camera camera = {};
   int batch = 1;  // drapes at a time (SettleBatchSize)
 
   int drapes_of_specimen() const { return repeats * static_cast<int>(faces.size()); }
+  const ScaleFactors& factors(ClothFace face) const {
+    return face == ClothFace::kDown ? down : up;
+  }
   int num_drapes() const { return specimens * drapes_of_specimen(); }
   void Check() const;  // programmer errors
 };
@@ -68,6 +73,7 @@ DistributionScorer::Drapes SeenDrapes(const std::vector<PredictedDrape>& drapes,
 // Each held-out capture is foretold by the drapes of its face; where the data do not say which, by
 // all. None where one has fewer than two drapes to foretell it, or there is no capture.
 std::optional<DistributionScore> ScorePrediction(const std::vector<PredictedDrape>& drapes,
-                                                 const std::vector<SeenCapture>& held_out);
+                                                 const std::vector<SeenCapture>& held_out,
+                                                 const FeatureVector& scales = kFeatureScales);
 
 }  // namespace drape

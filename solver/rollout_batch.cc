@@ -62,7 +62,7 @@ void RolloutBatch::PrepareForEvaluation(bool with_jacobians, bool) {
 
 bool RolloutBatch::IsTooFar() const {
   if (!has_accepted()) return false;
-  const Eigen::VectorXd change = accepted_jacobian_ * (theta_ - accepted_theta_);
+  const Eigen::VectorXd change = accepted_.jacobian * (theta_ - accepted_.theta);
   return options_.sigma_px * change.norm() >
          options_.max_outline_change * std::sqrt(static_cast<double>(change.size()));
 }
@@ -171,17 +171,17 @@ std::vector<RolloutInput> RolloutBatch::InputsOf(const MaterialField& material,
 }
 
 void RolloutBatch::PredictShapes() {
-  predicted_x_ = accepted_x_;
+  predicted_x_ = accepted_.x;
   if (!has_accepted()) return;
-  const Eigen::VectorXd change = theta_ - accepted_theta_;
+  const Eigen::VectorXd change = theta_ - accepted_.theta;
   if (by_tangents()) {
-    for (int i = 0; i < num_targets(); ++i) predicted_x_[i] += shape_by_theta_[i] * change;
+    for (int i = 0; i < num_targets(); ++i) predicted_x_[i] += accepted_.shape_by_theta[i] * change;
     return;
   }
-  const MaterialField material = parametrisation_->Material(accepted_theta_);
+  const MaterialField material = parametrisation_->Material(accepted_.theta);
   const MaterialField direction = parametrisation_->Direction(material, change);
   std::vector<State> drapes(num_targets());
-  for (int i = 0; i < num_targets(); ++i) drapes[i].x = accepted_x_[i];
+  for (int i = 0; i < num_targets(); ++i) drapes[i].x = accepted_.x[i];
   const std::vector<const MaterialField*> changes(drapes.size(), &direction);
   const auto moves = backend_->EquilibriumDirections(InputsOf(material, drapes), changes);
   for (int i = 0; i < num_targets(); ++i)
@@ -219,25 +219,31 @@ bool RolloutBatch::stands() const {
 
 void RolloutBatch::Accept() {
   if (!stands()) return;
-  accepted_theta_ = theta_;
-  accepted_x_.resize(num_targets());
-  shape_by_theta_.resize(num_targets());
-  accepted_residual_.resize(num_targets() * num_angles());
-  accepted_jacobian_.resize(num_targets() * num_angles(), num_parameters());
+  accepted_.theta = theta_;
+  accepted_.x.resize(num_targets());
+  accepted_.shape_by_theta.resize(num_targets());
+  accepted_.residual.resize(num_targets() * num_angles());
+  accepted_.jacobian.resize(num_targets() * num_angles(), num_parameters());
   for (int i = 0; i < num_targets(); ++i) {
     Evaluation& evaluation = evaluations_[i];
-    accepted_x_[i] = evaluation.x;
+    accepted_.x[i] = evaluation.x;
     if (by_tangents())
-      shape_by_theta_[i] = evaluation.x_by_log_entry * *parametrisation_->log_entries_by_theta();
+      accepted_.shape_by_theta[i] = evaluation.x_by_log_entry * *parametrisation_->log_entries_by_theta();
     evaluation.x_by_log_entry = RowMatrix();  // large, and not needed again
-    accepted_residual_.segment(i * num_angles(), num_angles()) = evaluation.residual;
-    accepted_jacobian_.middleRows(i * num_angles(), num_angles()) = evaluation.jacobian;
+    accepted_.residual.segment(i * num_angles(), num_angles()) = evaluation.residual;
+    accepted_.jacobian.middleRows(i * num_angles(), num_angles()) = evaluation.jacobian;
   }
 }
 
 void RolloutBatch::StartFromAccepted() {
   for (int i = 0; has_accepted() && i < num_targets(); ++i)
-    (*targets_)[i].start = {accepted_x_[i], Eigen::VectorXd::Zero(accepted_x_[i].size())};
+    (*targets_)[i].start = {accepted_.x[i], Eigen::VectorXd::Zero(accepted_.x[i].size())};
+}
+
+void RolloutBatch::Restore(Point point) {
+  accepted_ = std::move(point);
+  evaluated_theta_.resize(0);
+  StartFromAccepted();
 }
 
 bool RolloutBatch::Copy(int i, double* residuals) const {

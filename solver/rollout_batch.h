@@ -79,13 +79,21 @@ class RolloutBatch : public ceres::EvaluationCallback {
   // The drape of target i at the last evaluation, whether or not it stands [m], shape [3V].
   const Eigen::VectorXd& shape(int i) const { return evaluations_[i].x; }
 
-  // The last point at which shapes and Jacobians were found; none before has_accepted().
-  bool has_accepted() const { return !accepted_x_.empty(); }
-  const Eigen::VectorXd& accepted_theta() const { return accepted_theta_; }
-  const Eigen::VectorXd& accepted_residual() const { return accepted_residual_; }  // [targets·K]
-  const Eigen::MatrixXd& accepted_jacobian() const { return accepted_jacobian_; }  // [targets·K, P]
+  // A point at which shapes and Jacobians were found.
+  struct Point {
+    Eigen::VectorXd theta;
+    std::vector<Eigen::VectorXd> x;         // by target [m], shape [3V]
+    std::vector<RowMatrix> shape_by_theta;  // by target, where found by tangents, shape [3V, P]
+    Eigen::VectorXd residual;               // [targets·K]
+    Eigen::MatrixXd jacobian;               // [targets·K, P]
+  };
+  // The last one; none before has_accepted().
+  bool has_accepted() const { return !accepted_.x.empty(); }
+  const Point& accepted() const { return accepted_; }
   // Makes the drapes of that point the targets' starts.
   void StartFromAccepted();
+  // Goes back to an earlier one.
+  void Restore(Point point);
 
  private:
   struct Evaluation {
@@ -117,13 +125,10 @@ class RolloutBatch : public ceres::EvaluationCallback {
   const MaterialParametrisation* parametrisation_;
   std::vector<Target>* targets_;
   BatchOptions options_;
-  Eigen::VectorXd theta_, evaluated_theta_, accepted_theta_;
+  Eigen::VectorXd theta_, evaluated_theta_;
   std::vector<Evaluation> evaluations_;
-  std::vector<Eigen::VectorXd> accepted_x_;
-  std::vector<RowMatrix> shape_by_theta_;  // ∂x_end/∂θ at the accepted point, by tangents
+  Point accepted_;
   std::vector<Eigen::VectorXd> predicted_x_;  // shapes at θ, linearised at the accepted point
-  Eigen::VectorXd accepted_residual_;
-  Eigen::MatrixXd accepted_jacobian_;
   BatchCounts counts_;
 };
 

@@ -4,6 +4,7 @@
 #include <ceres/ceres.h>
 #include <glog/logging.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -75,20 +76,33 @@ class Evaluation final : public ceres::EvaluationCallback {
 
   void PrepareForEvaluation(bool with_jacobians, bool) override {
     layout_.Unpack(numbers_.data(), &posterior_);
+    if (with_jacobians && kind_ == DrawKind::kMode)
+      information_ = Eigen::MatrixXd::Identity(posterior_.size(), posterior_.size());
     residuals_.Prepare(Points(), with_jacobians);
   }
 
   // r(u_s)/√S and its derivatives by the numbers, shape [K, size()].
-  bool Copy(int draw, double* residual, double* jacobian) const {
+  bool Copy(int draw, double* residual, double* jacobian) {
     const double weight = 1 / std::sqrt(double(num_draws()));
     Eigen::VectorXd r;
     RowMatrix by_latent;
     if (!residuals_.Copy(draw, &r, jacobian == nullptr ? nullptr : &by_latent)) return false;
     Eigen::Map<Eigen::VectorXd>(residual, r.size()) = weight * r;
-    if (jacobian != nullptr)
-      Chain(draw, weight * by_latent,
-            Eigen::Map<RowMatrix>(jacobian, num_residuals(), layout_.size()));
+    if (jacobian == nullptr) return true;
+    if (kind_ == DrawKind::kMode)
+      information_ += weight * weight * by_latent.transpose() * by_latent;
+    Chain(draw, weight * by_latent,
+          Eigen::Map<RowMatrix>(jacobian, num_residuals(), layout_.size()));
     return true;
+  }
+
+  // Inverse of JᵀJ, with the prior's part of J, at the last point whose derivatives were asked for:
+  // after a solution this is it, since Ceres differentiates there alone. Not by ceres::Covariance:
+  // it evaluates once more and goes on when that fails (2.1), and of its algorithms DENSE_SVD crashes
+  // or is wrong where many singular values are equal, as they are where the prior says all.
+  Eigen::MatrixXd LaplaceCovariance() const {
+    return information_.llt().solve(
+        Eigen::MatrixXd::Identity(information_.rows(), information_.cols()));
   }
 
  private:
@@ -122,11 +136,12 @@ class Evaluation final : public ceres::EvaluationCallback {
   GaussianPosterior posterior_;
   Eigen::MatrixXd standard_;
   Eigen::VectorXd numbers_;
+  Eigen::MatrixXd information_;  // of the mode
 };
 
 class DrawCost final : public ceres::CostFunction {
  public:
-  DrawCost(const Evaluation* evaluation, int draw) : evaluation_(evaluation), draw_(draw) {
+  DrawCost(Evaluation* evaluation, int draw) : evaluation_(evaluation), draw_(draw) {
     set_num_residuals(evaluation->num_residuals());
     mutable_parameter_block_sizes()->push_back(evaluation->layout().size());
   }
@@ -135,7 +150,7 @@ class DrawCost final : public ceres::CostFunction {
   }
 
  private:
-  const Evaluation* evaluation_;
+  Evaluation* evaluation_;
   int draw_;
 };
 
@@ -202,19 +217,6 @@ ceres::Solver::Options CeresOptions(const VariationalOptions& options, Monitor* 
   return ceres_options;
 }
 
-// The inverse of JᵀJ at the solution, with the prior's part of J, shape [P, P].
-Eigen::MatrixXd CovarianceOf(ceres::Problem& problem, const double* numbers, int size) {
-  ceres::Covariance::Options options;
-  options.algorithm_type = ceres::DENSE_SVD;
-  ceres::Covariance covariance(options);
-  Eigen::MatrixXd matrix(size, size);  // symmetric: the order of storage does not matter
-  const std::vector<std::pair<const double*, const double*>> blocks = {{numbers, numbers}};
-  if (!covariance.Compute(blocks, &problem) ||
-      !covariance.GetCovarianceBlock(numbers, numbers, matrix.data()))
-    return {};
-  return matrix;
-}
-
 }  // namespace
 
 double SignedRoot(double log_deviation, double* derivative) {
@@ -245,11 +247,8 @@ VariationalFit FitPosterior(DrawnResiduals& residuals, const GaussianPosterior& 
   ceres::Solver::Summary summary;
   ceres::Solve(CeresOptions(options, &monitor), &problem, &summary);
   fit.posterior = start;
-  if (options.kind == DrawKind::kMode && summary.IsSolutionUsable()) {
-    const Eigen::MatrixXd covariance =
-        CovarianceOf(problem, evaluation.numbers(), evaluation.layout().size());
-    if (covariance.size() > 0) fit.posterior = FromCovariance(start.mean, covariance);
-  }
+  if (options.kind == DrawKind::kMode && summary.IsSolutionUsable())
+    fit.posterior = FromCovariance(start.mean, evaluation.LaplaceCovariance());
   evaluation.layout().Unpack(evaluation.numbers(), &fit.posterior);
   fit.initial_cost = summary.initial_cost;
   fit.cost = summary.final_cost;

@@ -54,6 +54,9 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
       {.key = "draws", .value = &options.job.draws,
        .doc = "drapes drawn of each cell's fit, as many on each face that is held out", .least = 4,
        .most = 4096},
+      {.key = "calibrate", .value = &options.job.calibrate,
+       .doc = "two factors on a fit for each face, on stretch and on bend, by which falling drapes "
+              "look like those it learnt from"},
       {.key = "start_rms", .value = &prediction.start_rms,
        .doc = "size of a specimen's random start shape at the hem, root mean square", .unit = "m",
        .least = 0, .most = 0.05},

@@ -132,10 +132,12 @@ DatasetReport EvaluateDataset(const DatasetInput& input, const Camera& camera,
   if (!input.save_split.empty() && report.in_turn)
     throw InputError("option 'save_split'", "there is no split to store with train = 0");
   if (cancel) return report;
-  const auto train = SeeCaptures(report.split.train, camera, input.hard_edged);
-  report.seen_held_out =
-      report.in_turn ? train : SeeCaptures(report.split.held_out, camera, input.hard_edged);
-  report.predictors = EvaluateTrivialPredictors(train, report.seen_held_out, camera, input.aligned);
+  report.seen_train = SeeCaptures(report.split.train, camera, input.hard_edged);
+  report.seen_held_out = report.in_turn
+                             ? report.seen_train
+                             : SeeCaptures(report.split.held_out, camera, input.hard_edged);
+  report.predictors =
+      EvaluateTrivialPredictors(report.seen_train, report.seen_held_out, camera, input.aligned);
   if (!input.save_split.empty()) WriteSplit(input.save_split, report.split);
   return report;
 }

@@ -19,7 +19,7 @@ struct DatasetReport {
   std::vector<FileNote> skipped, notes;
   Split split;  // both sides hold all captures when each sample is held out in turn
   bool in_turn = false;
-  std::vector<SeenCapture> seen_held_out;
+  std::vector<SeenCapture> seen_train, seen_held_out;
   TrivialPredictors predictors;
 };
 

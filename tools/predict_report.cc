@@ -104,10 +104,40 @@ Json SetUpJson(const PredictToolOptions& options, const PredictionRun& run) {
           {"camera", CameraJson(prediction.camera)}};
 }
 
+std::string CalibrationText(const PredictionRun& run) {
+  if (!run.calibration) return "";
+  std::string text = Format("calibrated by %zu trials\n", run.calibration->trials.size());
+  for (const ClothFace face : run.prediction.faces) {
+    const ScaleFactors& factors = run.prediction.factors(face);
+    text += Format("  face %s: stretch x %.3g, bend x %.3g\n", ClothFaceName(face).c_str(),
+                   factors.stretch, factors.bend);
+  }
+  return text;
+}
+
+Json FactorsJson(const ScaleFactors& factors) {
+  return {{"stretch_factor", factors.stretch}, {"bend_factor", factors.bend}};
+}
+
+Json CalibrationJson(const ScaleCalibration& calibration) {
+  Json json = {{"up", FactorsJson(calibration.up)},
+               {"down", FactorsJson(calibration.down)},
+               {"drapes", calibration.drapes},
+               {"trials", Json::array()}};
+  for (const ScaleTrial& trial : calibration.trials) {
+    Json each = {{"face", ClothFaceName(trial.face)}};
+    each.update(FactorsJson(trial.factors));
+    each.update(Json{{"at_rest", trial.at_rest}, {"objective", trial.objective}});
+    json["trials"].push_back(each);
+  }
+  return json;
+}
+
 }  // namespace
 
 std::string PredictionText(const PredictionRun& run) {
-  std::string text = Format("%zu drapes, %d at rest\n", run.drapes.size(), run.at_rest());
+  std::string text =
+      CalibrationText(run) + Format("%zu drapes, %d at rest\n", run.drapes.size(), run.at_rest());
   for (const auto& [status, count] : Failures(run))
     text += Format("no drape of %d: ", count) + status + "\n";
   text += FeaturesText(run);
@@ -126,6 +156,7 @@ void WritePredictionSummary(const std::string& path, const PredictToolOptions& o
                {"backend", run.backend}};
   json.update(SetUpJson(options, run));
   json.update(MaterialJson(options, run));
+  if (run.calibration) json["calibration"] = CalibrationJson(*run.calibration);
   json["features"] = FeaturesJson(run);
   if (run.data) {
     json["score"] = run.score ? ScoreJson(*run.score) : Json(nullptr);

@@ -8,6 +8,7 @@
 
 #include "losses/index_list.h"
 #include "physics/errors.h"
+#include "physics/material_scaling.h"
 #include "physics/obj_io.h"
 #include "solver/material_source.h"
 #include "tools/backend_option.h"
@@ -64,6 +65,13 @@ std::vector<Option> DrawOptions(PredictToolOptions& options) {
        .least = 0,
        .most = 1024},
   };
+}
+
+Option CalibrateOption(PredictToolOptions& options) {
+  return {.key = "calibrate",
+          .value = &options.calibrate,
+          .doc = "before the draws, two factors for each face, on stretch and on bend, by which "
+                 "falling drapes look like those of the side to learn from"};
 }
 
 std::vector<Option> FileOptions(PredictToolOptions& options) {
@@ -160,6 +168,37 @@ std::optional<DatasetReport> ReadData(const DatasetInput& input, const Camera& c
   return report;
 }
 
+void CheckCalibration(const PredictToolOptions& options, const PredictionRun& run) {
+  if (!options.calibrate) return;
+  const char* where = "option 'calibrate'";
+  if (!run.data) throw InputError(where, "found true without 'data', expected drapes to learn from");
+  if (run.data->in_turn)
+    throw InputError(where, "found true with train = 0, expected samples that are not held out");
+  if (run.data->seen_train.empty())
+    throw InputError(where, "the side to learn from holds no capture, expected some");
+}
+
+void Calibrate(Backend& backend, const MaterialSource& materials, const PredictCallbacks& callbacks,
+               PredictionRun* run) {
+  run->calibration = CalibrateScales(
+      backend, materials, run->prediction, run->data->seen_train, {}, [&](int trials) {
+        callbacks.progress(0.0, "calibration, trial " + std::to_string(trials));
+      });
+  run->prediction.up = run->calibration->up;
+  run->prediction.down = run->calibration->down;
+}
+
+// The material as it drapes with each face up.
+void WriteCalibratedMaterials(const PredictionRun& run, const OutputFolder& out) {
+  for (const ClothFace face : run.prediction.faces) {
+    const ScaleFactors& factors = run.prediction.factors(face);
+    Material material = run.scene.material;
+    material.field = Scaled(material.field, factors.stretch, factors.bend);
+    material.source = "drape_predict --calibrate, from " + material.name;
+    WriteMaterial(out.Staged("material_" + ClothFaceName(face) + ".json"), material);
+  }
+}
+
 // White without a drape.
 GrayImage MeanOf(const std::vector<SheetTile>& tiles, const Camera& camera) {
   if (tiles.empty()) return GrayImage(camera.width, camera.height);
@@ -195,6 +234,7 @@ OptionTable PredictTable(PredictToolOptions& options) {
   for (const Option& option : DrawOptions(options)) all.push_back(option);
   all.push_back(BackendOption(options.backend));
   for (const Option& option : DatasetOptions(options.data, "split_seed")) all.push_back(option);
+  all.push_back(CalibrateOption(options));
   for (const Option& option : CameraOptions(options.camera)) all.push_back(option);
   for (const Option& option : FileOptions(options)) all.push_back(option);
   return {
@@ -206,6 +246,7 @@ OptionTable PredictTable(PredictToolOptions& options) {
           "mean_image.png (coverage in the mean),\n  draws.png (silhouettes, one colour a "
           "specimen) and draw_<i>.obj; they replace those of an earlier run together, at the "
           "end\n"
+          "--calibrate: the factors are in summary.json, and with --material in material_up.json and material_down.json\n"
           "--data: held-out samples of --fabric are foretold, beside predictors without a "
           "model; the material should be\n  learnt from other samples\n"
           "exit code 3: no draw came to rest\nCtrl-C writes what there is\n",
@@ -220,11 +261,13 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const PredictCall
   run.scene = LoadScene(options.scene);
   const MaterialSource materials = MaterialsOf(options, run);
   run.data = ReadData(options.data, run.prediction.camera, *callbacks.cancel);
+  if (!*callbacks.cancel) CheckCalibration(options, run);
   const auto backend =
       MakeLoggedBackend(options.backend, run.scene.model, Threads(options), callbacks.log);
   const OutputFolder out(options.out);
   run.backend = backend->name();
   run.prediction.batch = SettleBatchSize(*backend, Threads(options));
+  if (options.calibrate && !*callbacks.cancel) Calibrate(*backend, materials, callbacks, &run);
   run.drapes = DrawDrapes(*backend, materials, run.prediction, [&](int done) {
     callbacks.progress(static_cast<double>(done) / options.draws,
                        "draw " + std::to_string(done) + " of " + std::to_string(options.draws));
@@ -234,6 +277,7 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const PredictCall
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   WritePictures(run, out);
   if (options.keep_meshes) WriteMeshes(run, out);
+  if (run.calibration && options.posterior.empty()) WriteCalibratedMaterials(run, out);
   WritePredictionSummary(out.Staged("summary.json"), options, run);
   out.Publish();
   return run;

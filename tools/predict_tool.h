@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "solver/prediction.h"
+#include "solver/scale_calibration.h"
 #include "tools/dataset_input.h"
 #include "tools/drape_view.h"
 #include "tools/metrics_dataset.h"
@@ -25,6 +26,7 @@ struct PredictToolOptions {
   int seed = 1;
   int threads = 0;    // 0: all cores
   DatasetInput data;  // scored where it has a folder; its face is that of the draws too
+  bool calibrate = false;  // on the side of the split to learn from
   CameraInput camera;
   std::string backend = "auto";  // MakeBackend
   bool keep_meshes = false;
@@ -41,6 +43,7 @@ struct PredictionRun {
   LoadedScene scene;      // without a material where a posterior is given
   std::string kind;       // of the materials (ReadMaterialSource); empty: of one material file
   PredictionOptions prediction;
+  std::optional<ScaleCalibration> calibration;  // `prediction` has its factors
   std::vector<PredictedDrape> drapes;
   std::optional<DatasetReport> data;
   std::optional<DistributionScore> score;  // ScorePrediction on the data held out
@@ -56,7 +59,8 @@ struct PredictCallbacks {
 };
 
 // Reads all input before it computes. Writes to options.out summary.json, mean_image.png, draws.png
-// and, with keep_meshes, draw_<i>.obj of each drape at rest (i from 1). A cancelled run writes what
+// and, with keep_meshes, draw_<i>.obj of each drape at rest (i from 1); with calibrate and one
+// material, material_up.json and material_down.json with the factors in them. A cancelled run writes what
 // it has. Throws InputError; then what lay in the folder is as it was.
 PredictionRun RunPrediction(const PredictToolOptions& options, const PredictCallbacks& callbacks);
 

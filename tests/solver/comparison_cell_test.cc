@@ -25,6 +25,7 @@ class ComparisonCellTest : public FileFixture {
       data_.AddImage("Fabric 2/silhouettes/Sample_" + std::to_string(sample) + "_Capture_1.jpg",
                      88 + sample, 4, 0.5 * sample);
     const auto captures = Select(ReadDataset(data_.path()), {});
+    learnt_ = SeeCaptures({captures[0]}, Camera());
     held_out_ = SeeCaptures({captures[1], captures[2]}, Camera());
     WriteMaterial(Path("start.json"), {.name = "start",
                                        .field = test::TestMaterial(),
@@ -46,7 +47,9 @@ class ComparisonCellTest : public FileFixture {
     task_.fit.fit.parameters = Tying::kScales;
     task_.prediction.specimens = 4;
     task_.prediction.settle.steps.steps = 60;
+    task_.learnt = &learnt_;
     task_.held_out = &held_out_;
+    task_.calibrate = false;
     task_.folder = Path("cell");
     task_.fit.checkpoint = Path("one_table.json");
   }
@@ -58,21 +61,23 @@ class ComparisonCellTest : public FileFixture {
                              if (on_note_) on_note_(note);
                            }});
   }
-  std::string Numbers() const {
+  std::string Text() const {
     nlohmann::json json = ReadJsonFile(Path("cell/prediction.json"));
     json.erase("seconds");
-    json["numbers"].erase("prediction_seconds");
+    for (const char* timed : {"prediction_seconds", "calibration_seconds"})
+      json["numbers"].erase(timed);
     return json.dump() + Read(Path("cell/material.json"));
   }
 
   const SyntheticDataset data_;
-  std::vector<SeenCapture> held_out_;
+  std::vector<SeenCapture> learnt_, held_out_;
   CellTask task_;
   std::string notes_;
   std::function<void(const std::string&)> on_note_;
 };
 
 TEST_F(ComparisonCellTest, HasTheNumbersOfFitAndPrediction) {
+  task_.calibrate = true;
   ASSERT_TRUE(Run());
   const auto cell = ReadCell(Path("cell"));
   ASSERT_TRUE(cell);
@@ -89,29 +94,30 @@ TEST_F(ComparisonCellTest, HasTheNumbersOfFitAndPrediction) {
 
 TEST_F(ComparisonCellTest, ABrokenFileIsMadeAnewAndTheSame) {
   ASSERT_TRUE(Run());
-  const std::string whole = Numbers();
+  const std::string whole = Text();
   ASSERT_TRUE(ReadCell(Path("cell")));
   Write("cell/prediction.json", Read(Path("cell/prediction.json")).substr(0, 50));
   EXPECT_FALSE(ReadCell(Path("cell")));
   ASSERT_TRUE(Run());
   EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("grid")));  // the fit is taken over
-  EXPECT_EQ(Numbers(), whole);
+  EXPECT_EQ(Text(), whole);
   Write("cell/material.json", "{");
   Write("one_table.json", "{");
   EXPECT_FALSE(ReadCell(Path("cell")));
   ASSERT_TRUE(Run());
   EXPECT_THAT(notes_, testing::HasSubstr("round"));
-  EXPECT_EQ(Numbers(), whole);
+  EXPECT_EQ(Text(), whole);
   std::filesystem::remove(Path("cell/summary.json"));
   EXPECT_FALSE(ReadCell(Path("cell")));
 }
 
 TEST_F(ComparisonCellTest, GoesOnAfterACancelToTheSameNumbers) {
+  task_.calibrate = true;
   ASSERT_TRUE(Run());
-  const std::string whole = Numbers();
+  const std::string whole = Text();
   std::filesystem::remove_all(Path("cell"));
   std::filesystem::remove(Path("one_table.json"));
-  for (const std::string stage : {"round 1", "prediction"}) {
+  for (const std::string stage : {"round 1", "prediction", "calibration"}) {
     std::atomic<bool> cancel = false;
     on_note_ = [&](const std::string& note) { cancel = cancel || note == stage; };
     EXPECT_FALSE(Run(&cancel)) << stage;
@@ -119,7 +125,23 @@ TEST_F(ComparisonCellTest, GoesOnAfterACancelToTheSameNumbers) {
   }
   on_note_ = {};
   ASSERT_TRUE(Run());
-  EXPECT_EQ(Numbers(), whole);
+  EXPECT_EQ(Text(), whole);
+}
+
+TEST_F(ComparisonCellTest, ACalibrationKeepsTheScoresOfTheFitAsItIs) {
+  ASSERT_TRUE(Run());
+  const Numbers as_fitted = ReadCell(Path("cell"))->numbers;
+  EXPECT_FALSE(as_fitted.contains("bend_factor_up"));
+  EXPECT_FALSE(as_fitted.contains("dc_error_as_fitted"));
+  task_.calibrate = true;
+  std::filesystem::remove(Path("cell/prediction.json"));
+  ASSERT_TRUE(Run());
+  const Numbers calibrated = ReadCell(Path("cell"))->numbers;
+  for (const std::string key : {"mean_image_mse", "dc_error", "dc_coverage_90", "feature_energy"})
+    EXPECT_EQ(calibrated.at(key + "_as_fitted"), as_fitted.at(key)) << key;
+  EXPECT_EQ(calibrated.at("bend_factor_up"), calibrated.at("bend_factor_down"));  // not known
+  EXPECT_NE(calibrated.at("bend_factor_up"), 1);
+  EXPECT_LT(calibrated.at("dc_error"), as_fitted.at("dc_error"));
 }
 
 TEST_F(ComparisonCellTest, ModelsGoOnFromTheSameTable) {

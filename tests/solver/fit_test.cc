@@ -87,12 +87,12 @@ TEST_F(FitTest, AStrongPriorGivesTheRidgeSolution) {
   EXPECT_GT(summary.theta.norm(), 0.01);
   batch_->PrepareForEvaluation(true, true);
   const Eigen::VectorXd gradient =
-      summary.jacobian.transpose() * batch_->accepted_residual() +
+      summary.jacobian.transpose() * batch_->accepted().residual +
       summary.theta / (fit_options_.prior_sigma * fit_options_.prior_sigma);
   const double scale = (summary.theta / std::pow(fit_options_.prior_sigma, 2)).norm();
   EXPECT_LT(gradient.norm(), 1e-4 * scale);
   EXPECT_NEAR(summary.final_cost,
-              0.5 * batch_->accepted_residual().squaredNorm() +
+              0.5 * batch_->accepted().residual.squaredNorm() +
                   0.5 * (summary.theta / fit_options_.prior_sigma).squaredNorm(),
               1e-9 * summary.final_cost);
 }

@@ -141,7 +141,7 @@ TEST_F(BatchFieldTest, JacobianAgreesWithCentralDifferences) {
   RolloutBatch batch = At(theta);
   batch.PrepareForEvaluation(true, true);
   ASSERT_TRUE(batch.has_accepted());
-  const Eigen::VectorXd exact = batch.accepted_jacobian() * direction;
+  const Eigen::VectorXd exact = batch.accepted().jacobian * direction;
   double best = 1.0;
   for (double step = 1e-3; step > 1e-7; step /= 10) {
     const Eigen::VectorXd difference =
@@ -177,11 +177,11 @@ TEST_F(BatchFieldTest, AStepOfManyNumbersIsThatOfTheDualSystem) {
   batch.PrepareForEvaluation(true, true);
   ASSERT_TRUE(batch.has_accepted());
   constexpr double kDamping = 1e-2;
-  const Eigen::MatrixXd jacobian = batch.accepted_jacobian();
+  const Eigen::MatrixXd jacobian = batch.accepted().jacobian;
   Eigen::MatrixXd dual = jacobian * jacobian.transpose();
   dual.diagonal().array() += 1 + kDamping;
   const Eigen::VectorXd step =
-      -jacobian.transpose() * dual.ldlt().solve(batch.accepted_residual());
+      -jacobian.transpose() * dual.ldlt().solve(batch.accepted().residual);
   FitOptions options;
   options.max_iterations = 1;
   options.unit_damping = true;
@@ -257,8 +257,8 @@ TEST_F(BatchTest, AStepThatIsPredictedToGoTooFarIsRefusedWithoutARollout) {
   options_.max_outline_change = 1.0;
   RolloutBatch batch = Make();
   batch.PrepareForEvaluation(true, true);
-  const double px_per_unit = batch.accepted_jacobian().col(0).norm() /
-                             std::sqrt(double(batch.accepted_jacobian().rows()));
+  const double px_per_unit = batch.accepted().jacobian.col(0).norm() /
+                             std::sqrt(double(batch.accepted().jacobian.rows()));
   batch.theta()[0] = 1.01 / px_per_unit;
   batch.PrepareForEvaluation(false, true);
   EXPECT_FALSE(batch.Copy(0, residual_.data()));
@@ -281,7 +281,7 @@ TEST_F(BatchTest, TheAcceptedPointOutlivesAFailure) {
   batch.PrepareForEvaluation(true, true);
   EXPECT_FALSE(batch.Copy(0, residual_.data()));
   EXPECT_EQ(batch.counts().failed, 2);
-  EXPECT_EQ(batch.accepted_theta()[0], 0.05);
+  EXPECT_EQ(batch.accepted().theta[0], 0.05);
   batch.StartFromAccepted();
   EXPECT_EQ(targets_[1].start.x, Shape(0.05));
 }

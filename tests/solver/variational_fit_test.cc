@@ -20,12 +20,13 @@ constexpr int kLatents = 6, kResiduals = 9;
 // also has ½·bend·(A·u)².
 class Observations final : public DrawnResiduals {
  public:
-  Observations(int draws, double bend = 0.0) : draws_(draws), bend_(bend) {
+  explicit Observations(int draws, double bend = 0.0, int latents = kLatents)
+      : draws_(draws), bend_(bend) {
     std::mt19937_64 random(7);
-    a = test::RandomMatrix(kResiduals, kLatents, random);
+    a = test::RandomMatrix(kResiduals, latents, random);
     b = test::RandomMatrix(kResiduals, 1, random);
   }
-  int num_latents() const override { return kLatents; }
+  int num_latents() const override { return static_cast<int>(a.cols()); }
   int num_residuals() const override { return kResiduals; }
   int num_draws() const override { return draws_; }
   void Prepare(const Eigen::MatrixXd& points, bool) override { points_ = points; }
@@ -36,7 +37,7 @@ class Observations final : public DrawnResiduals {
     return true;
   }
   Eigen::MatrixXd Precision() const {
-    return a.transpose() * a + Eigen::MatrixXd::Identity(kLatents, kLatents);
+    return a.transpose() * a + Eigen::MatrixXd::Identity(a.cols(), a.cols());
   }
   Eigen::VectorXd Mean() const { return Precision().ldlt().solve(a.transpose() * b); }
   // −ln ∫ exp(−½‖A·u − b‖²) N(u; 0, 1) du.
@@ -55,9 +56,9 @@ class Observations final : public DrawnResiduals {
   Eigen::MatrixXd points_;
 };
 
-GaussianPosterior Prior() {
-  return {Eigen::VectorXd::Zero(kLatents), Eigen::MatrixXd::Identity(kLatents, kLatents),
-          Eigen::MatrixXd::Identity(kLatents, kLatents)};
+GaussianPosterior Prior(int latents = kLatents) {
+  return {Eigen::VectorXd::Zero(latents), Eigen::MatrixXd::Identity(latents, latents),
+          Eigen::MatrixXd::Identity(latents, latents)};
 }
 
 VariationalOptions Options(int rank) {
@@ -96,6 +97,19 @@ TEST(FitPosterior, InTheAxesOfThePosteriorADiagonalIsEnough) {
   const VariationalFit fit = FitPosterior(data, start, Options(0));
   EXPECT_LT((fit.posterior.Covariance() - data.Precision().inverse()).norm(), 1e-6);
   EXPECT_NEAR(fit.cost, data.NegativeLogEvidence(), 1e-6);
+}
+
+// Most directions are then the prior's alone, with equal singular values of the Jacobian: the
+// singular value decomposition behind Ceres's DENSE_SVD is wrong or crashes on some such.
+TEST(FitPosterior, TheModeOfMoreNumbersThanDataHasTheLaplaceCovariance) {
+  for (const int latents : {17, 39, 51, 78, 120}) {
+    Observations data(1, 0.0, latents);
+    VariationalOptions options = Options(0);
+    options.kind = DrawKind::kMode;
+    const VariationalFit fit = FitPosterior(data, Prior(latents), options);
+    EXPECT_LT((fit.posterior.mean - data.Mean()).norm(), 1e-6) << latents;
+    EXPECT_LT((fit.posterior.Covariance() - data.Precision().inverse()).norm(), 1e-9) << latents;
+  }
 }
 
 TEST(FitPosterior, TheModeHasTheLaplaceCovariance) {
