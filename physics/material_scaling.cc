@@ -1,7 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/material_scaling.h"
 
+#include <algorithm>
+
+#include "physics/errors.h"
+
 namespace drape {
+namespace {
+
+void MakeLinear(StretchTable& table) {
+  for (int k = 0; k < kStretchCols; ++k) {
+    double sum = 0.0;
+    for (const auto& row : table.c) sum += row[k];
+    for (auto& row : table.c) row[k] = sum / kStretchRows;
+  }
+}
+
+void MakeLinear(BendTable& table) {
+  for (auto& row : table.b) {
+    double sum = 0.0;
+    for (const double entry : row) sum += entry;
+    std::fill(std::begin(row), std::end(row), sum / kBendCols);
+  }
+}
+
+// Of a linear table.
+void MakeIsotropic(StretchTable& table) {
+  constexpr double kMostPoisson = 0.95;
+  const double c11 = 0.5 * (table.c[0][0] + table.c[0][2]);
+  const double c12 = std::min(table.c[0][1], kMostPoisson * c11);
+  for (auto& row : table.c) {
+    row[0] = row[2] = c11;
+    row[1] = c12;
+    row[3] = c11 - c12;
+  }
+}
+
+void MakeIsotropic(BendTable& table) {
+  double sum = 0.0;
+  for (const auto& row : table.b) sum += row[0];
+  for (auto& row : table.b) std::fill(std::begin(row), std::end(row), sum / kBendRows);
+}
+
+}  // namespace
 
 MaterialField Scaled(MaterialField material, double stretch, double bend) {
   for (StretchTable& table : material.stretch)
@@ -10,6 +51,33 @@ MaterialField Scaled(MaterialField material, double stretch, double bend) {
   for (BendTable& table : material.bend)
     for (auto& row : table.b)
       for (double& entry : row) entry *= bend;
+  return material;
+}
+
+TableForm ParseTableForm(const std::string& text) {
+  for (const TableForm form : {TableForm::kGiven, TableForm::kLinear, TableForm::kIsotropic})
+    if (text == ToString(form)) return form;
+  throw InputError("tables",
+                   "unknown name '" + text + "', expected given, linear or isotropic");
+}
+
+const char* ToString(TableForm form) {
+  switch (form) {
+    case TableForm::kGiven: return "given";
+    case TableForm::kLinear: return "linear";
+    case TableForm::kIsotropic: return "isotropic";
+  }
+  return "";
+}
+
+MaterialField InForm(MaterialField material, TableForm form) {
+  if (form == TableForm::kGiven) return material;
+  const auto shape = [form](auto& table) {
+    MakeLinear(table);
+    if (form == TableForm::kIsotropic) MakeIsotropic(table);
+  };
+  std::for_each(material.stretch.begin(), material.stretch.end(), shape);
+  std::for_each(material.bend.begin(), material.bend.end(), shape);
   return material;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 #include "physics/material.h"
 
 namespace drape {
@@ -13,5 +15,18 @@ struct ScaleFactors {
 
 // `material` with all stretch entries times stretch, all bend entries times bend.
 MaterialField Scaled(MaterialField material, double stretch, double bend);
+
+// Simpler forms of tables.
+enum class TableForm {
+  kGiven,
+  kLinear,    // stiffness does not follow from strain or curvature: each column of stretch and each
+              // row of bend has its mean
+  kIsotropic  // and nor from direction: c22 = c11, c33 = c11 − c12 (mean of c11 and c22), one bend
+              // entry; what is left of c12 is the Poisson ratio c12/c11, below 1
+};
+// "given", "linear" or "isotropic". Throws InputError for any other.
+TableForm ParseTableForm(const std::string& text);
+const char* ToString(TableForm form);
+MaterialField InForm(MaterialField material, TableForm form);
 
 }  // namespace drape

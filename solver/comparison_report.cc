@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "physics/atomic_file.h"
+#include "solver/compared_model.h"
 #include "solver/comparison_table.h"
 
 namespace drape {
@@ -133,13 +134,25 @@ std::string BeliefsText(const std::vector<BeliefRow>& beliefs) {
   return text;
 }
 
+// The models of a comparison and what they say of a cloth.
+std::string ModelsText(const Comparison& comparison) {
+  std::string text = "Models from the simplest on:";
+  for (const ComparedModel& model : ComparedModels())
+    for (const ComparisonRow& row : comparison.tables[0].rows)
+      if (row.model == model.name) text += " " + model.name + " (" + model.meaning + "),";
+  text.back() = '.';
+  return text + "\n";
+}
+
 }  // namespace
 
 std::string ComparisonText(const Comparison& comparison) {
   std::string text =
       "# Comparison of models\n\n"
       "Mean ± standard deviation over the seeds; a seed draws the split and the drapes. Of all "
-      "fabrics: of the mean over them.\nModels from the simplest on: homo, heter, bdp, bayes. The "
+      "fabrics: of the mean over them.\n" +
+      ModelsText(comparison) +
+      "The "
       "standard error is that of the mean difference from the best model over held-out\ncaptures, "
       "taken as independent: those of one sample repeat each other, so it is a lower bound.\nThere "
       "a capture that is "

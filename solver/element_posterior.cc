@@ -19,7 +19,9 @@ class ElementFitter {
       : backend_(problem.fine), options_(options), mode_(mode), fit_(*fit) {}
 
   bool Run() {
-    if (!FindDistribution() || mode_.Cancelled() || !ScoreFreshDraws()) return false;
+    if (!FindDistribution() || mode_.Cancelled()) return false;
+    ScoreFreshDraws();
+    if (mode_.Cancelled()) return false;
     fit_.posterior.posterior.factor *= options_.element_sigma / fit_.hierarchy.fabric_sigma;
     return true;
   }
@@ -63,7 +65,7 @@ class ElementFitter {
   }
 
   // Noise that the fit has not seen, as much at a time as the fit had.
-  bool ScoreFreshDraws() {
+  void ScoreFreshDraws() {
     const GaussianPosterior& q = fit_.posterior.posterior;
     std::vector<Eigen::VectorXd> residuals;
     Eigen::VectorXd residual;
@@ -77,7 +79,7 @@ class ElementFitter {
         if (fresh.Copy(s, &residual, nullptr)) residuals.push_back(residual);
     }
     const std::vector<double> log_ratios(residuals.size(), -q.DivergenceFromPrior());
-    return ScoreDraws(residuals, log_ratios, &fit_);
+    ScoreDraws(residuals, log_ratios, &fit_);
   }
 
   Backend* backend_;

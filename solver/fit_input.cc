@@ -8,10 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include "cuda/cuda_backend.h"
 #include "physics/errors.h"
 #include "physics/material_io.h"
+#include "physics/material_scaling.h"
 #include "physics/mesh_spec.h"
 
 namespace drape {
@@ -65,6 +67,12 @@ void RequireDistinctNames(const std::vector<Target>& targets) {
 }
 
 void CheckModel(const FitJob& job) {
+  const bool entries = job.fit.parameters == Tying::kEntries;
+  if (job.tables == TableForm::kLinear && entries)
+    throw InputError("parameters", "39 with tables linear, expected 2 or 7: they would bend them");
+  if (job.tables == TableForm::kIsotropic && job.fit.parameters != Tying::kScales)
+    throw InputError("parameters", "more than 2 with tables isotropic, expected 2: they would tell "
+                                   "directions apart");
   if (job.model == "homo") return;
   if (job.model != "heter" && job.model != "bayes" && job.model != "bdp")
     throw InputError("model", "'" + job.model + "', expected homo, heter, bayes or bdp");
@@ -143,6 +151,7 @@ LoadedJob LoadJob(const FitJob& job) {
          << " of their column's largest";
     loaded.notes.push_back(note.str());
   }
+  loaded.problem.material = InForm(std::move(loaded.problem.material), job.tables);
   if (!job.truth.empty())
     loaded.truth = std::make_unique<MaterialField>(
         ReadMaterial(job.truth, {NegativeEntries::kWarn}).field);

@@ -44,6 +44,8 @@ struct FitJob {
   double floor = 0.0;               // start entries under this share of their column's largest are
                                     // raised to it: a log scale cannot move what is not positive.
                                     // 0: tables as they are, negative entries as the law takes them
+  TableForm tables = TableForm::kGiven;  // of the start, after that; a simpler one stays so with
+                                         // fit.parameters of 2, a linear one with 7 too
   std::map<std::string, std::string> versions;  // for the summary
   int evaluation_steps = 300;       // of h = fit.settle_h: how far the fitted drape still moves
   StagedFitOptions fit;

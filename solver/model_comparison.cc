@@ -67,12 +67,7 @@ void CheckJob(const ComparisonJob& job) {
     throw InputError("option 'materials'", "found " + std::to_string(job.materials.size()) +
                                                ", expected one for all, or one for each of the " +
                                                std::to_string(job.fabrics.size()) + " fabrics");
-  for (const std::string& model : job.models)
-    if (std::find(kComparedModels.begin(), kComparedModels.end(), model) == kComparedModels.end())
-      throw InputError("option 'models'",
-                       "found '" + model + "', expected some of homo, heter, bdp, bayes");
-  if (std::set(job.models.begin(), job.models.end()).size() != job.models.size())
-    throw InputError("option 'models'", "found a model twice, expected each once");
+  InOrderOfComplexity(job.models);
   if (std::set(job.seeds.begin(), job.seeds.end()).size() != job.seeds.size())
     throw InputError("option 'seeds'", "found a seed twice, expected each once");
 }
@@ -131,9 +126,8 @@ PredictionOptions PredictionOf(const ComparisonJob& job, const SharedSplit& shar
 CellTask TaskOf(const ComparisonJob& job, const SharedSplit& shared, const std::string& model) {
   CellTask task{
       FabricFolder(job, shared.fabric) + "/" + model + "/seed_" + std::to_string(shared.seed),
-      shared.fit, PredictionOf(job, shared), &shared.learnt, &shared.held_out, job.calibrate};
-  task.fit.model = model;
-  task.fit.checkpoint = FabricFolder(job, shared.fabric) + "/one_table_" +
+      JobOfModel(shared.fit, model), PredictionOf(job, shared), &shared.learnt, &shared.held_out, job.calibrate};
+  task.fit.checkpoint = FabricFolder(job, shared.fabric) + "/" + TableName(model) + "_" +
                         std::to_string(shared.seed) + ".json";
   return task;
 }
@@ -172,9 +166,9 @@ std::vector<SharedSplit> ShareAll(const ComparisonJob& job, const ComparisonCall
   return all;
 }
 
-std::string NameOf(const CellTask& task, int seed, int number, int of) {
+std::string NameOf(const CellTask& task, const std::string& model, int seed, int number, int of) {
   return "cell " + std::to_string(number) + " of " + std::to_string(of) + ", fabric " +
-         std::to_string(task.fit.captures[0].fabric) + ", " + task.fit.model + ", seed " +
+         std::to_string(task.fit.captures[0].fabric) + ", " + model + ", seed " +
          std::to_string(seed);
 }
 
@@ -183,6 +177,7 @@ bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
               const ComparisonCallbacks& callbacks, ComparisonRun* run) {
   struct Todo {
     CellTask task;
+    std::string model;
     int seed;
   };
   std::vector<Todo> todo;
@@ -193,7 +188,7 @@ bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
       if (ReadCell(task.folder)) {
         ++run->done;
       } else {
-        todo.push_back({std::move(task), shared.seed});
+        todo.push_back({std::move(task), model, shared.seed});
       }
     }
   if (run->done > 0)
@@ -201,7 +196,7 @@ bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
                   " cells are taken over from " + job.out);
   const double count = static_cast<double>(todo.size());
   for (std::size_t i = 0; i < todo.size(); ++i) {
-    const std::string name = NameOf(todo[i].task, todo[i].seed, run->done + 1, run->cells);
+    const std::string name = NameOf(todo[i].task, todo[i].model, todo[i].seed, run->done + 1, run->cells);
     const CellCallbacks cell{callbacks.cancel, [&](double fraction, const std::string& note) {
                                callbacks.progress((i + fraction) / count, name + ", " + note);
                              }};
@@ -235,11 +230,7 @@ ComparisonRun RunComparison(const ComparisonJob& given, const ComparisonCallback
     }
     AddTrivial(shared, &cells);
   }
-  std::vector<std::string> models;  // from the simplest on
-  for (const std::string& model : kComparedModels)
-    if (std::find(job.models.begin(), job.models.end(), model) != job.models.end())
-      models.push_back(model);
-  run.comparison = SumUp(cells, models, {kOtherSamples, kCircle});
+  run.comparison = SumUp(cells, InOrderOfComplexity(job.models), {kOtherSamples, kCircle});
   return run;
 }
 

@@ -6,21 +6,17 @@
 #include <string>
 #include <vector>
 
+#include "solver/compared_model.h"
 #include "solver/comparison_cell.h"
 #include "solver/comparison_table.h"
 
 namespace drape {
 
-// Models from the simplest on, in the order of SPEC section 1 (what a model says of a cloth, not
-// its count of numbers): one table; one that varies by smooth modes; noise of each element; a
-// hierarchy of fabric and specimens.
-inline const std::vector<std::string> kComparedModels = {"homo", "heter", "bdp", "bayes"};
-
 // Fits models of fabrics to the same images and scores them on the same held-out captures.
 struct ComparisonJob {
   std::string data;  // folder of the public data set
   std::vector<int> fabrics;
-  std::vector<std::string> models;  // some of kComparedModels
+  std::vector<std::string> models;  // names of some ComparedModels
   std::vector<int> seeds;           // each draws the split, the posterior's and the drapes' draws
   std::vector<std::string> materials;  // start tables: one for all fabrics, or one of each
   int train = 6;                       // samples of a fabric to learn from

@@ -25,11 +25,11 @@ bool FindDistribution(const PosteriorOptions& options, const PosteriorMode& mode
 }
 
 // ln p(r | u) + ln p(u) − ln q(u) of fresh draws.
-bool ScoreFreshDraws(const PosteriorOptions& options, const PosteriorMode& mode,
+void ScoreFreshDraws(const PosteriorOptions& options, const PosteriorMode& mode,
                      PosteriorFit* fit) {
   const GaussianPosterior& q = fit->posterior.posterior;
   DrapeDraws mean = mode.MakeDraws(1, BeyondBranch::kRefuse);
-  if (!mean.StartAt(q.mean)) return false;
+  if (!mean.StartAt(q.mean)) return ScoreDraws({}, {}, fit);
   const auto fresh = mean.WithDraws(options.fresh_draws, BeyondBranch::kRefuse);
   const Eigen::MatrixXd standard =
       IndependentDraws(q.size(), options.fresh_draws, options.seed + 1);
@@ -45,11 +45,13 @@ bool ScoreFreshDraws(const PosteriorOptions& options, const PosteriorMode& mode,
     residuals.push_back(residual);
     log_ratios.push_back(0.5 * (standard.col(s).squaredNorm() - u.col(s).squaredNorm()) + volume);
   }
-  return ScoreDraws(residuals, log_ratios, fit);
+  ScoreDraws(residuals, log_ratios, fit);
 }
 
 bool FitHierarchy(const PosteriorOptions& options, const PosteriorMode& mode, PosteriorFit* fit) {
-  return FindDistribution(options, mode, fit) && ScoreFreshDraws(options, mode, fit);
+  if (!FindDistribution(options, mode, fit)) return false;
+  ScoreFreshDraws(options, mode, fit);
+  return !mode.Cancelled();
 }
 
 }  // namespace

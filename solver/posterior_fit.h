@@ -45,6 +45,7 @@ struct PosteriorFit {
   double sigma_px = 0.0;  // of the outline, given or learned
   // Evidence lower bound by fresh draws [nat] and its standard error; k̂ of their importance
   // weights: below 0.7 the posterior is near enough to trust. kElements: of ln p(r, m, s), below.
+  // NaN where fewer than 25 of these draws stand: then nothing vouches for the posterior.
   double elbo = 0.0, elbo_error = 0.0, pareto_k = 0.0;
   int fresh = 0;             // of these draws, with drapes that stand; the others count nowhere
   double draw_rms_px = 0.0;  // root mean square of their outlines against the images

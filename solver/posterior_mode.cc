@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -156,10 +157,14 @@ bool PosteriorMode::KeepDrapes(const Eigen::VectorXd& u) {
   return true;
 }
 
-bool ScoreDraws(const std::vector<Eigen::VectorXd>& residuals,
+void ScoreDraws(const std::vector<Eigen::VectorXd>& residuals,
                 const std::vector<double>& log_ratios, PosteriorFit* fit) {
   fit->fresh = static_cast<int>(residuals.size());
-  if (fit->fresh < kLeastFresh) return false;
+  if (fit->fresh < kLeastFresh) {
+    fit->elbo = fit->elbo_error = fit->pareto_k = fit->draw_rms_px =
+        std::numeric_limits<double>::quiet_NaN();
+    return;
+  }
   const auto count = static_cast<double>(residuals[0].size());
   Eigen::ArrayXd weights(fit->fresh), squares(fit->fresh);
   for (int s = 0; s < fit->fresh; ++s) {
@@ -171,7 +176,6 @@ bool ScoreDraws(const std::vector<Eigen::VectorXd>& residuals,
   fit->elbo_error = std::sqrt((weights - fit->elbo).square().mean() / fit->fresh);
   fit->pareto_k = ParetoShape(weights.matrix());
   fit->draw_rms_px = fit->sigma_px * std::sqrt(squares.mean() / count);
-  return true;
 }
 
 }  // namespace drape

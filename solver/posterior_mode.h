@@ -52,9 +52,9 @@ class PosteriorMode {
 
 // What fresh draws say of a fit: fills elbo, elbo_error, pareto_k, fresh and draw_rms_px.
 // residuals: of the draws that stand; log_ratios: of each, ln p(u) − ln q(u) of what is random in
-// it. False where there are too few.
-[[nodiscard]] bool ScoreDraws(const std::vector<Eigen::VectorXd>& residuals,
-                              const std::vector<double>& log_ratios, PosteriorFit* fit);
+// it. Fewer than 25 say nothing: then these numbers are NaN.
+void ScoreDraws(const std::vector<Eigen::VectorXd>& residuals,
+                const std::vector<double>& log_ratios, PosteriorFit* fit);
 
 // Model bdp after the mode: means and deviations of the elements.
 [[nodiscard]] bool FitElements(const FitProblem& problem, const PosteriorOptions& options,

@@ -122,6 +122,12 @@ std::string PosteriorTable(const PosteriorFit& fit) {
                             "  %d of %d numbers are narrowed to %.1f of their prior\n",
                             static_cast<int>((deviation.array() < kNarrowed).count()),
                             static_cast<int>(deviation.size()), kNarrowed);
+  if (std::isnan(fit.elbo)) {
+    std::snprintf(text + length, sizeof text - length,
+                  "  outline known to %.2f px; too few of the fresh draws stand (%d) to judge it\n",
+                  fit.sigma_px, fit.fresh);
+    return text;
+  }
   std::snprintf(
       text + length, sizeof text - length,
       "  outline known to %.2f px; draws miss it by %.2f px\n"

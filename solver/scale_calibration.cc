@@ -53,10 +53,15 @@ class CompassSearch {
 
   ScaleFactors Search() {
     best_value_ = ValueAt(best_);
+    // A cloth so soft that it finds no rest is stiffened until it does.
+    while (std::isinf(best_value_) && best_.second < kFarthest && !found_.cancelled) {
+      best_.second += kFirstStep;
+      best_value_ = ValueAt(best_);
+    }
     for (int step = kFirstStep; step >= 1; step /= 2)
       while (Improve(step)) {
       }
-    return FactorsAt(best_);
+    return std::isinf(best_value_) ? ScaleFactors() : FactorsAt(best_);
   }
 
  private:

@@ -18,7 +18,7 @@ namespace {
 const std::set<std::string> kOfCells = {
     "images", "tests",    "material", "density",  "truth", "model",     "out",
     "resume", "data",     "fabric",   "samples",  "captures", "face",   "targets",
-    "specimens", "camera", "integrator", "accuracy", "accuracy_table"};
+    "specimens", "camera", "integrator", "accuracy", "accuracy_table", "tables"};
 // Options that change no number of a cell.
 const std::set<std::string> kFree = {"data",  "out",   "fabrics", "materials",
                                      "models", "seeds", "threads"};
@@ -30,7 +30,8 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
        .is_path = true, .required = true},
       {.key = "fabrics", .value = &options.fabrics, .doc = "of the data set, like 1,3-5"},
       {.key = "models", .value = &job.models,
-       .doc = "some of homo, heter, bdp, bayes, as drape_fit --model has them"},
+       .doc = "some of homo, heter, bdp, bayes, as drape_fit --model has them; of isotropic and linear "
+              "tables; of scales and columns, 2 and 7 numbers; of elements, heter's other basis"},
       {.key = "seeds", .value = &job.seeds,
        .doc = "each draws a split, the same for all models, and the draws of posterior and drapes",
        .least = 0},
@@ -87,6 +88,20 @@ ComparisonJob JobOf(const CompareToolOptions& options) {
   return job;
 }
 
+// A comparison without charts is one all the same.
+void DrawCharts(const OutputFolder& out, const Comparison& comparison,
+                const ComparisonCallbacks& callbacks) {
+  try {
+    for (const ComparisonTable& table : comparison.tables)
+      DrawModelChart(out.Staged(table.fabric == 0
+                                    ? "models"
+                                    : "models_fabric_" + std::to_string(table.fabric)),
+                     table);
+  } catch (const InputError& error) {
+    callbacks.log(std::string("no charts: ") + error.what());
+  }
+}
+
 }  // namespace
 
 OptionTable CompareTable(CompareToolOptions& options) {
@@ -103,7 +118,10 @@ OptionTable CompareTable(CompareToolOptions& options) {
           "files: comparison.md, comparison.csv, comparison.json; of each fabric, model and seed "
           "fabric_<N>/<model>/seed_<K>\n  with the files of drape_fit and prediction.json, and "
           "fabric_<N>/split_<K>.json\n"
-          "chosen is the simplest model (homo < heter < bdp < bayes) whose held-out energy score "
+          "models_fabric_<N>.png and .svg, models.png and .svg for all fabrics: errors against the "
+          "time of the fit\n"
+          "chosen is the simplest model (isotropic < linear < scales < columns < homo < heter < "
+          "elements < bdp < bayes) whose\n  held-out energy score "
           "of the features is within\n  one standard error of the best; that of the paired "
           "differences over held-out captures, taken as independent\n"
           "Ctrl-C or a kill loses no cell that is done: the same command goes on to the same "
@@ -118,6 +136,7 @@ CompareResult RunCompareTool(const CompareToolOptions& options,
   CompareResult result{RunComparison(job, callbacks), ""};
   if (result.run.cancelled) return result;
   WriteComparison(out.Staged(""), result.run.comparison, job.settings);
+  DrawCharts(out, result.run.comparison, callbacks);
   out.Publish();
   result.text = ComparisonText(result.run.comparison);
   return result;

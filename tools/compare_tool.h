@@ -14,7 +14,7 @@ namespace drape {
 struct CompareToolOptions {
   CompareToolOptions() {
     fit.field_basis = "modes";  // elements do not carry over
-    job.models = kComparedModels;
+    job.models = {"homo", "heter", "bdp", "bayes"};
     job.seeds = {1, 2, 3};
   }
 
@@ -27,7 +27,7 @@ struct CompareToolOptions {
 // Points into `options`, which outlives it. What is set for each cell is not among its options.
 OptionTable CompareTable(CompareToolOptions& options);
 
-// Runs or goes on with a comparison; comparison.csv, .json and .md appear in `out` once all cells
+// Runs or goes on with a comparison; comparison.csv, .json, .md and charts appear in `out` once all cells
 // are done. `text` is what they say. Throws InputError; then what lay there is as it was.
 struct CompareResult {
   ComparisonRun run;

@@ -210,6 +210,10 @@ std::vector<Option> FitStageOptions(FitToolOptions& options) {
        .doc = "start entries under this share of their column's largest are raised to it: a "
               "negative one is else refused (smooth law), and a zero stays zero",
        .least = 0, .most = 1},
+      {.key = "tables", .value = &options.tables,
+       .doc = "form of the start tables: linear: their means over strain and curvature, isotropic: "
+              "and over directions; kept by 2 free numbers, linear by 7 too",
+       .choices = {"given", "linear", "isotropic"}},
       BackendOption(options.job.backend),
       {.key = "threads", .value = &options.job.threads, .doc = "rollouts at a time; 0: all cores",
        .least = 0, .most = 1024},

@@ -50,6 +50,7 @@ FitJob FitJobOf(const FitToolOptions& options) {
                      "found " + std::to_string(job.posterior.draws) + ", expected an even number");
   }
   job.fit.parameters = ParseTying(options.parameters);
+  job.tables = ParseTableForm(options.tables);
   job.fit.integrator = ParseIntegrator(options.integrator);
   job.targets = ParseTargetSource(options.targets);
   TakeData(options, &job);

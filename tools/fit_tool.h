@@ -17,6 +17,7 @@ struct FitToolOptions {
   std::string targets = "silhouettes";  // ParseTargetSource
   std::vector<std::string> tests;     // the same (ExpandTests)
   std::string parameters = "39";      // ParseTying
+  std::string tables = "given";       // ParseTableForm
   std::string integrator = "static";  // ParseIntegrator
   std::string field_basis = "elements";  // ParseFieldBasis
   std::string field_groups = "scales";   // ParseFieldGroups

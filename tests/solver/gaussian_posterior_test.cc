@@ -5,8 +5,10 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <numbers>
 
 #include "solver/pareto_smoothing.h"
+#include "solver/posterior_mode.h"
 
 namespace drape {
 namespace {
@@ -71,6 +73,29 @@ TEST(ParetoShape, EqualWeightsHaveNoTail) {
   EXPECT_EQ(ParetoShape(log_weights), 0.0);
   log_weights[3] = 9.0;
   EXPECT_TRUE(std::isinf(ParetoShape(log_weights)));
+}
+
+PosteriorFit ScoreOfEqualDraws(int count) {
+  PosteriorFit fit;
+  fit.sigma_px = 2.0;
+  const Eigen::VectorXd residual = Eigen::VectorXd::Constant(4, 0.5);
+  ScoreDraws(std::vector<Eigen::VectorXd>(count, residual), std::vector<double>(count, -3.0), &fit);
+  return fit;
+}
+
+TEST(ScoreDraws, IsTheMeanLogWeight) {
+  const PosteriorFit fit = ScoreOfEqualDraws(30);
+  EXPECT_NEAR(fit.elbo, -3.0 - 0.5 - 4 * std::log(2 * std::sqrt(2 * std::numbers::pi)), 1e-12);
+  EXPECT_NEAR(fit.elbo_error, 0.0, 1e-12);
+  EXPECT_NEAR(fit.draw_rms_px, 1.0, 1e-12);
+  EXPECT_EQ(fit.fresh, 30);
+}
+
+TEST(ScoreDraws, TooFewDrawsSayNothing) {
+  const PosteriorFit fit = ScoreOfEqualDraws(24);
+  EXPECT_TRUE(std::isnan(fit.elbo));
+  EXPECT_TRUE(std::isnan(fit.pareto_k));
+  EXPECT_EQ(fit.fresh, 24);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "tests/solver/fake_backend.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape::test {
@@ -51,7 +52,7 @@ class ScaleCalibrationTest : public testing::Test {
     return std::abs(dc.predicted_mean - dc.observed_mean);
   }
 
-  const std::shared_ptr<const ClothModel> model_ = SmallDisc("smooth", 80);
+  const std::shared_ptr<const ClothModel> model_ = SmallDisc("smooth", 100);
   PredictionOptions options_{.faces = {ClothFace::kUp, ClothFace::kDown},
                              .settle = {.steps = {.h = 0.1, .steps = 30}}};
   CalibrationOptions calibration_{.specimens = 10};
@@ -119,6 +120,19 @@ TEST_F(ScaleCalibrationTest, ANarrowPriorKeepsTheFit) {
   const ScaleCalibration found = Calibrate(2, Seen(false));
   EXPECT_EQ(found.up, ScaleFactors());
   EXPECT_EQ(found.trials.size(), 13u);  // the middle, and four neighbours at each step
+}
+
+TEST_F(ScaleCalibrationTest, AClothThatFindsNoRestIsStiffened) {
+  const std::vector<SeenCapture> seen = Seen(false);
+  const auto factors = [&](double least) {
+    FakeBackend backend;
+    backend.fails = [&](double, double b) { return b < least; };
+    return CalibrateScales(backend, [](int) { return TestMaterial(); }, options_, seen,
+                           {.specimens = 2});
+  };
+  EXPECT_GE(std::log(factors(1.5).up.bend), 1.5);
+  EXPECT_EQ(factors(9).up, ScaleFactors());  // never: as fitted
+  EXPECT_EQ(factors(9).trials.front().at_rest, 0);
 }
 
 TEST_F(ScaleCalibrationTest, EndsEarlyWhenCancelled) {

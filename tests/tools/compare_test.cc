@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_compare as a user runs it.
+#include "losses/image.h"
+#include "physics/material_io.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/compare_tool.h"
 
@@ -37,6 +39,7 @@ class CompareTool : public ToolFixture {
                                         "--sigma_px=2",
                                         "--evaluation_steps=3",
                                         "--threads=1",
+                                        "--calibrate=false",
                                         "--materials=" + kFabric,
                                         "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
@@ -66,6 +69,31 @@ TEST_F(CompareTool, ComparesAndTakesOverWhatIsDone) {
   std::filesystem::remove_all(Path("out/fabric_3/heter/seed_1"));
   ASSERT_EQ(Run({"--models=homo"}).exit_code, 0);  // fewer models need fewer cells
   EXPECT_FALSE(std::filesystem::exists(Path("out/fabric_3/heter/seed_1")));
+}
+
+TEST_F(CompareTool, SimplerModelsHaveFewerNumbersAndTablesOfTheirForm) {
+  const ProcessResult result =
+      Run({"--models=homo,columns,isotropic,linear", "--seeds=1", "--parameters=39"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::string csv = Read(Path("out/comparison.csv"));
+  EXPECT_THAT(csv, HasSubstr("3,isotropic,parameters,2,"));
+  EXPECT_THAT(csv, HasSubstr("3,linear,parameters,7,"));
+  EXPECT_THAT(csv, HasSubstr("3,columns,parameters,7,"));
+  EXPECT_THAT(csv, HasSubstr("3,homo,parameters,39,"));
+  EXPECT_LT(result.out.find("isotropic ("), result.out.find("linear ("));
+  EXPECT_LT(result.out.find("linear ("), result.out.find("columns ("));
+  const auto table = [&](const std::string& model) {
+    return ReadMaterial(Path("out/fabric_3/" + model + "/seed_1/material.json")).field;
+  };
+  const StretchTable linear = table("linear").stretch[0], columns = table("columns").stretch[0];
+  for (int k = 0; k < kStretchCols; ++k)
+    EXPECT_NEAR(linear.c[0][k], linear.c[5][k], 1e-9 * linear.c[0][k]);
+  EXPECT_NE(linear.c[0][0], linear.c[0][2]);
+  EXPECT_NE(columns.c[0][1], columns.c[5][1]);
+  const MaterialField isotropic = table("isotropic");
+  EXPECT_NEAR(isotropic.stretch[0].c[0][0], isotropic.stretch[0].c[0][2], 1e-9);
+  EXPECT_NEAR(isotropic.bend[0].b[0][0], isotropic.bend[0].b[2][4], 1e-15);
+  EXPECT_EQ(ReadImage(Path("out/models_fabric_3.png")).width, 1100);
 }
 
 TEST_F(CompareTool, CtrlCKeepsWhatIsDone) {

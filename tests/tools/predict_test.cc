@@ -2,6 +2,7 @@
 // drape_predict as a user runs it.
 #include "losses/image.h"
 #include "physics/material_field_io.h"
+#include "physics/material_io.h"
 #include "physics/mesh_spec.h"
 #include "solver/posterior_io.h"
 #include "tests/tools/tool_fixture.h"
@@ -54,6 +55,29 @@ TEST_F(PredictTool, DrawsDrapesAndScoresThem) {
   EXPECT_EQ(summary["data"]["trivial_predictors"]["circle"]["observed"], 8);
   EXPECT_EQ(ReadImage(Path("out/mean_image.png")).width, 256);
   EXPECT_EQ(ReadImage(Path("out/draws.png")).width, at_rest * 134 + 6);
+}
+
+TEST_F(PredictTool, CalibratesOnTheSideToLearnFrom) {
+  const std::vector<std::string> scored = {"--data=" + AddData(), "--samples=1-4", "--train=2",
+                                           "--split_seed=4",     "--mesh=disc:100", "--steps=20"};
+  ASSERT_EQ(Run(scored).exit_code, 0);
+  const double before = ReadJson(Path("out/summary.json"))["score"]["features"]["dc"]["crps"];
+  std::vector<std::string> calibrated = scored;
+  calibrated.push_back("--calibrate");
+  const ProcessResult result = Run(calibrated);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("calibrated by"));
+  const Json summary = ReadJson(Path("out/summary.json"));
+  EXPECT_LT(summary["score"]["features"]["dc"]["crps"].get<double>(), before);
+  const Json& first = summary["calibration"]["trials"][0];
+  EXPECT_EQ(first["face"], "up");
+  EXPECT_EQ(first["bend_factor"], 1);
+  for (const std::string face : {"up", "down"}) {
+    const Material material = ReadMaterial(Path("out/material_" + face + ".json"));
+    const Material start = ReadMaterial(kFabric);
+    const double factor = material.field.bend[0].b[0][0] / start.field.bend[0].b[0][0];
+    EXPECT_NEAR(factor, summary["calibration"][face]["bend_factor"].get<double>(), 1e-12);
+  }
 }
 
 TEST_F(PredictTool, MeanImageIsThatOfTheDraws) {
@@ -182,6 +206,9 @@ TEST_F(PredictTool, MistakesAreOneLine) {
   ExpectOneLineError(Run({"--material=" + Path("no.json")}), "no.json");
   ExpectOneLineError(Run({data, "--samples=1-4", "--train=1"}),
                      "found drapes of fabrics 3-4 held out, expected those of one");
+  ExpectOneLineError(Run({"--calibrate"}), "option 'calibrate': found true without 'data'");
+  ExpectOneLineError(Run({data, "--fabric=3", "--train=0", "--calibrate"}),
+                     "option 'calibrate': found true with train = 0");
   ExpectOneLineError(Run({data, "--fabric=7"}), "fabric: found 7, expected some of 3");
   ExpectOneLineError(Run({"--camera=pinhole", "--camera_width=3"}), "camera_width");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
