@@ -54,6 +54,14 @@ MaterialField Scaled(MaterialField material, double stretch, double bend) {
   return material;
 }
 
+bool ResistsAllStrains(const MaterialField& material) {
+  return std::all_of(material.stretch.begin(), material.stretch.end(), [](const StretchTable& t) {
+    return std::all_of(std::begin(t.c), std::end(t.c), [](const auto& c) {
+      return c[0] > 0 && c[2] > 0 && c[3] > 0 && c[1] * c[1] < c[0] * c[2];
+    });
+  });
+}
+
 TableForm ParseTableForm(const std::string& text) {
   for (const TableForm form : {TableForm::kGiven, TableForm::kLinear, TableForm::kIsotropic})
     if (text == ToString(form)) return form;

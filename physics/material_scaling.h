@@ -16,6 +16,11 @@ struct ScaleFactors {
 // `material` with all stretch entries times stretch, all bend entries times bend.
 MaterialField Scaled(MaterialField material, double stretch, double bend);
 
+// Whether each stretch table resists all strains: c11, c22, c33 > 0 and c12² < c11·c22 in all rows
+// (so between them too). A cloth without that has no energy minimum under compression, and its time
+// step no positive definite matrix.
+bool ResistsAllStrains(const MaterialField& material);
+
 // Simpler forms of tables.
 enum class TableForm {
   kGiven,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/json_input.h"
+#include "solver/posterior_io.h"
 
 namespace drape {
 namespace {
@@ -58,6 +59,8 @@ Numbers FitNumbers(const nlohmann::json& summary, const std::string& where) {
   if (input.Has("fields")) numbers["parameters"] = input.At("fields").At("parameters").Number();
   if (input.Has("posterior")) {
     numbers["parameters"] = input.At("posterior").At("log_factors").ExpectArray().Size();
+    if (input.At("posterior").At("kind").String() == ToString(PosteriorKind::kElements))
+      numbers["parameters"] *= 2;  // a mean and a deviation each
     const JsonInput elbo = input.At("posterior").At("elbo");
     if (!elbo.value().is_null()) numbers["elbo"] = elbo.Number();  // null: no draw stands
   }

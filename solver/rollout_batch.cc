@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "physics/errors.h"
+#include "physics/material_scaling.h"
 
 namespace drape {
 
@@ -33,7 +34,8 @@ RolloutBatch::RolloutBatch(Backend* backend, const MaterialParametrisation* para
       targets_(targets),
       options_(options),
       theta_(Eigen::VectorXd::Zero(parametrisation->size())),
-      evaluations_(targets->size()) {
+      evaluations_(targets->size()),
+      resists_(ResistsAllStrains(parametrisation->Material(theta_))) {
   CHECK(!targets->empty());
   CHECK(by_tangents() || options.integrator == Integrator::kStatic);
   for (const Target& target : *targets) CHECK_EQ(target.radius.size(), num_angles());
@@ -81,6 +83,10 @@ void RolloutBatch::Evaluate(bool with_jacobians) {
   const MaterialField material = parametrisation_->Material(theta_);
   evaluated_theta_ = theta_;
   evaluations_.assign(num_targets(), Evaluation());
+  if (resists_ && !ResistsAllStrains(material)) {
+    counts_.failed += num_targets();
+    return;
+  }
   if (!with_jacobians) PredictShapes();
   if (options_.integrator == Integrator::kDynamic) {
     RunDynamic(material, with_jacobians);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "physics/assembly.h"
 #include "physics/errors.h"
@@ -50,6 +51,20 @@ TEST(TableForm, ALinearTableKeepsMeansAndDirections) {
   EXPECT_NE(linear.bend[0].b[0][0], linear.bend[0].b[2][0]);
   EXPECT_EQ(linear.bend[0].b[2][0], linear.bend[0].b[2][4]);
   EXPECT_EQ(linear.density, given.density);
+}
+
+TEST(ResistsAllStrains, IsLostWithOneRow) {
+  MaterialField material = test::TestMaterial();
+  EXPECT_TRUE(ResistsAllStrains(material));
+  double* row = material.stretch[0].c[3];
+  const double c12 = row[1];
+  row[1] = 1.01 * std::sqrt(row[0] * row[2]);
+  EXPECT_FALSE(ResistsAllStrains(material));
+  row[1] = 0.99 * std::sqrt(row[0] * row[2]);
+  EXPECT_TRUE(ResistsAllStrains(material));
+  row[1] = c12;
+  row[3] = 0.0;
+  EXPECT_FALSE(ResistsAllStrains(material));
 }
 
 TEST(TableForm, NamesReadBack) {
