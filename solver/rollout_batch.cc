@@ -27,6 +27,15 @@ BatchCounts& BatchCounts::operator+=(const BatchCounts& other) {
   return *this;
 }
 
+namespace {
+
+// Single elements among thousands may give way without the cloth doing so.
+bool KeepsResistance(const MaterialField& material) {
+  return material.stretch.size() == 1 && ResistsAllStrains(material);
+}
+
+}  // namespace
+
 RolloutBatch::RolloutBatch(Backend* backend, const MaterialParametrisation* parametrisation,
                            std::vector<Target>* targets, const BatchOptions& options)
     : backend_(backend),
@@ -35,7 +44,7 @@ RolloutBatch::RolloutBatch(Backend* backend, const MaterialParametrisation* para
       options_(options),
       theta_(Eigen::VectorXd::Zero(parametrisation->size())),
       evaluations_(targets->size()),
-      resists_(ResistsAllStrains(parametrisation->Material(theta_))) {
+      keeps_resistance_(KeepsResistance(parametrisation->Material(theta_))) {
   CHECK(!targets->empty());
   CHECK(by_tangents() || options.integrator == Integrator::kStatic);
   for (const Target& target : *targets) CHECK_EQ(target.radius.size(), num_angles());
@@ -83,7 +92,7 @@ void RolloutBatch::Evaluate(bool with_jacobians) {
   const MaterialField material = parametrisation_->Material(theta_);
   evaluated_theta_ = theta_;
   evaluations_.assign(num_targets(), Evaluation());
-  if (resists_ && !ResistsAllStrains(material)) {
+  if (keeps_resistance_ && !ResistsAllStrains(material)) {
     counts_.failed += num_targets();
     return;
   }

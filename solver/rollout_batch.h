@@ -48,8 +48,8 @@ struct BatchCounts {
 };
 
 // All rollouts of one evaluation of the optimiser, run as one batch before the cost functions ask:
-// one material, one rollout a target. Where the material at θ = 0 resists all strains, one that does
-// not (ResistsAllStrains) fails without a rollout. Jacobians are by tangents where the parametrisation has one
+// one material, one rollout a target. Where one table resists all strains at θ = 0, one that does not
+// (ResistsAllStrains) fails without a rollout. Jacobians are by tangents where the parametrisation has one
 // table, else by adjoints of the K radii (Integrator::kStatic only).
 class RolloutBatch : public ceres::EvaluationCallback {
  public:
@@ -131,7 +131,7 @@ class RolloutBatch : public ceres::EvaluationCallback {
   Point accepted_;
   std::vector<Eigen::VectorXd> predicted_x_;  // shapes at θ, linearised at the accepted point
   BatchCounts counts_;
-  bool resists_;  // the material at θ = 0, all strains
+  bool keeps_resistance_;  // one table that resists all strains at θ = 0
 };
 
 }  // namespace drape

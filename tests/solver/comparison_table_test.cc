@@ -104,16 +104,19 @@ TEST_F(ComparisonTableTest, FilesSayTheSame) {
 }
 
 TEST(FitNumbers, AreReadFromASummary) {
-  const nlohmann::json summary = nlohmann::json::parse(R"({
+  nlohmann::json summary = nlohmann::json::parse(R"({
       "mean": {"mse": 0.01, "profile_rms_px": 2, "iou": 0.9, "outline_hausdorff_m": 0.005},
       "seconds": {"grid": 1, "fit": 2, "report": 0.5}, "rollouts": 100,
       "parameters": {"count": 39},
-      "posterior": {"seconds": [4, 5], "rollouts": 50, "elbo": null, "log_factors": [1, 2, 3]}})");
+      "posterior": {"kind": "bayes", "seconds": [4, 5], "rollouts": 50, "elbo": null,
+                    "log_factors": [1, 2, 3]}})");
   Numbers numbers = FitNumbers(summary, "summary.json");
   EXPECT_EQ(numbers["fit_seconds"], 12.5);
   EXPECT_EQ(numbers["rollouts"], 150);
   EXPECT_EQ(numbers["parameters"], 3);
   EXPECT_FALSE(numbers.contains("elbo"));
+  summary["posterior"]["kind"] = "bdp";  // a mean and a deviation each
+  EXPECT_EQ(FitNumbers(summary, "summary.json")["parameters"], 6);
   EXPECT_INPUT_ERROR(FitNumbers(nlohmann::json::object(), "summary.json"), "summary.json");
 }
 

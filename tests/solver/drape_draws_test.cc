@@ -110,6 +110,22 @@ TEST_F(DrapeDrawsTest, ADrapeIsFollowedInParts) {
   EXPECT_LT((in_parts - at_once).norm(), 1e-6 * at_once.norm());
 }
 
+// The way to a trial is the trial's: bit for bit the next one starts where it did.
+TEST_F(DrapeDrawsTest, ATrialLeavesTheDrapesWhereTheyWere) {
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(11);
+  const Eigen::VectorXd far = 0.3 * test::RandomMatrix(11, 1, random_);
+  options_.max_jump = kShortJump;
+  DrapeDraws draws(backend_.get(), hierarchy_, targets_, options_, 1);
+  ASSERT_TRUE(draws.StartAt(zero));
+  const std::vector<Eigen::VectorXd> shapes = draws.Shapes(0);
+  draws.Prepare(far, false);
+  ASSERT_GT(draws.counts().jumps, 0);  // in parts
+  draws.Prepare(zero, false);
+  Eigen::VectorXd residual;
+  EXPECT_TRUE(draws.Copy(0, &residual, nullptr));
+  EXPECT_EQ(draws.Shapes(0), shapes);
+}
+
 // Where no part of the way stands, the residuals go on by the tangent, and say so.
 TEST_F(DrapeDrawsTest, BeyondItsBranchADrawGoesOnStraight) {
   options_.max_jump = 1e-12;

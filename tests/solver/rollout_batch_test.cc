@@ -270,6 +270,20 @@ TEST_F(BatchTest, AStepThatIsPredictedToGoTooFarIsRefusedWithoutARollout) {
   EXPECT_EQ(batch.counts().rollouts, 4);
 }
 
+TEST_F(BatchTest, ATableThatDoesNotResistAllStrainsIsRefusedWithoutARollout) {
+  parametrisation_ = TableParametrisation(test::TestMaterial(), Tying::kColumns);
+  RolloutBatch batch = Make();
+  batch.theta()[1] = 0.1;  // c12
+  batch.PrepareForEvaluation(false, true);
+  EXPECT_TRUE(batch.stands());
+  const int before = backend_.equilibria;
+  batch.theta()[1] = 20.0;
+  batch.PrepareForEvaluation(false, true);
+  EXPECT_FALSE(batch.stands());
+  EXPECT_EQ(backend_.equilibria, before);
+  EXPECT_EQ(batch.counts().failed, 2);
+}
+
 TEST_F(BatchTest, TheAcceptedPointOutlivesAFailure) {
   RolloutBatch batch = Make();
   EXPECT_FALSE(batch.has_accepted());
