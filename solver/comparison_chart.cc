@@ -13,7 +13,7 @@ namespace {
 
 struct ModelPoint {
   std::string model;
-  double seconds = 0.0, own = 0.0, held_out = 0.0;
+  double rollouts = 0.0, own = 0.0, held_out = 0.0;
   double error = 0.0;  // standard error of the difference from the best
   bool chosen = false;
 };
@@ -27,10 +27,10 @@ std::optional<double> MeanOf(const ComparisonRow& row, const std::string& key) {
 std::vector<ModelPoint> PointsOf(const ComparisonTable& table) {
   std::vector<ModelPoint> points;
   for (const ComparisonRow& row : table.rows) {
-    const auto seconds = MeanOf(row, "fit_seconds"), own = MeanOf(row, "train_mse"),
+    const auto rollouts = MeanOf(row, "rollouts"), own = MeanOf(row, "train_mse"),
                held_out = MeanOf(row, "feature_energy");
-    if (!seconds || !own || !held_out) continue;
-    ModelPoint point{row.model, *seconds, *own, *held_out, 0.0, row.model == table.choice.chosen};
+    if (!rollouts || !own || !held_out) continue;
+    ModelPoint point{row.model, *rollouts, *own, *held_out, 0.0, row.model == table.choice.chosen};
     for (const ScoreDifference& difference : table.choice.differences)
       if (difference.model == row.model) point.error = difference.standard_error;
     points.push_back(point);
@@ -44,12 +44,12 @@ std::string Line(const char* format, auto... values) {
   return text;
 }
 
-// Columns: seconds, own, held out, its error, name.
+// Columns: rollouts, own, held out, its error, name.
 std::string DataOf(const std::vector<ModelPoint>& points, bool chosen) {
   std::string data = chosen ? "$chosen << END\n" : "$others << END\n";
   for (const ModelPoint& point : points)
     if (point.chosen == chosen)
-      data += Line("%.9g %.9g %.9g %.9g \"%s\"\n", point.seconds, point.own, point.held_out,
+      data += Line("%.9g %.9g %.9g %.9g \"%s\"\n", point.rollouts, point.own, point.held_out,
                    point.error, point.model.c_str());
   return data + "END\n";
 }
@@ -80,22 +80,22 @@ std::string PanelOf(int column, const char* title, const char* axis, bool bars,
 void DrawModelChart(const std::string& path, const ComparisonTable& table) {
   const std::vector<ModelPoint> points = PointsOf(table);
   if (points.empty()) return;
-  double most = 0.0, least = points[0].seconds, last = 0.0;
+  double most = 0.0, least = points[0].rollouts, last = 0.0;
   for (const ModelPoint& point : points) {
     most = std::max(most, point.held_out + point.error);
-    least = std::min(least, point.seconds);
-    last = std::max(last, point.seconds);
+    least = std::min(least, point.rollouts);
+    last = std::max(last, point.rollouts);
   }
   std::string trivial;
   for (const ComparisonRow& row : table.rows) {
     const auto energy = MeanOf(row, "feature_energy");
-    if (!energy || MeanOf(row, "fit_seconds") || *energy > 2 * most) continue;
+    if (!energy || MeanOf(row, "rollouts") || *energy > 2 * most) continue;
     if (!trivial.empty()) trivial += ", ";
     trivial += Line("%.9g with lines dt 2 lc rgb '#555555' title '%s'", *energy, row.model.c_str());
   }
   const std::string script =
       "set encoding utf8\nset logscale x\nset grid lc rgb '#dddddd'\nset tics out\n"
-      "set xlabel 'time of the fit [s]'\nset key bottom right samplen 2 font ',9'\n" +
+      "set xlabel 'rollouts of the fit'\nset key bottom right samplen 2 font ',9'\n" +
       Line("set xrange [%.9g:%.9g]\nset yrange [0:*]\nset offsets graph 0, graph 0, graph 0.08, 0\n",
            least / 1.6, last * 3.5) +
       DataOf(points, false) + DataOf(points, true) +

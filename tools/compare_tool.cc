@@ -119,7 +119,7 @@ OptionTable CompareTable(CompareToolOptions& options) {
           "fabric_<N>/<model>/seed_<K>\n  with the files of drape_fit and prediction.json, and "
           "fabric_<N>/split_<K>.json\n"
           "models_fabric_<N>.png and .svg, models.png and .svg for all fabrics: errors against the "
-          "time of the fit\n"
+          "rollouts of the fit\n"
           "chosen is the simplest model (isotropic < linear < scales < columns < homo < heter < "
           "elements < bdp < bayes) whose\n  held-out energy score "
           "of the features is within\n  one standard error of the best; that of the paired "

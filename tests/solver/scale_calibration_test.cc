@@ -64,8 +64,6 @@ TEST_F(ScaleCalibrationTest, BringsDrapesOfEachFaceToThoseSeen) {
   ASSERT_GE(seen.size(), 15u);
   const ScaleCalibration found = Calibrate(2, seen);
   EXPECT_FALSE(found.cancelled);
-  EXPECT_GT(found.up.bend * found.up.stretch, 1.0);
-  EXPECT_LT(found.down.bend * found.down.stretch, 1.0);
   const auto calibrated = Draw(5, found.up, found.down), as_fitted = Draw(5, {}, {});
   for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown}) {
     std::vector<SeenCapture> of_face;
