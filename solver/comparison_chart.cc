@@ -44,14 +44,32 @@ std::string Line(const char* format, auto... values) {
   return text;
 }
 
-// Columns: rollouts, own, held out, its error, name.
+// Columns: rollouts, own, held out, its error.
 std::string DataOf(const std::vector<ModelPoint>& points, bool chosen) {
   std::string data = chosen ? "$chosen << END\n" : "$others << END\n";
   for (const ModelPoint& point : points)
     if (point.chosen == chosen)
-      data += Line("%.9g %.9g %.9g %.9g \"%s\"\n", point.rollouts, point.own, point.held_out,
-                   point.error, point.model.c_str());
+      data +=
+          Line("%.9g %.9g %.9g %.9g\n", point.rollouts, point.own, point.held_out, point.error);
   return data + "END\n";
+}
+
+// Names beside the points, in turn above to the right and below to the left: near points keep theirs
+// apart.
+std::string NamesOf(std::vector<ModelPoint> points, double ModelPoint::*height) {
+  std::sort(points.begin(), points.end(), [](const ModelPoint& a, const ModelPoint& b) {
+    return a.rollouts < b.rollouts;
+  });
+  std::string labels = "unset label\n";
+  bool right = false;
+  for (const ModelPoint& point : points) {
+    right = !right;
+    labels += Line("set label '%s' at %.9g,%.9g %s font ',10' tc rgb '%s' front\n",
+                   point.model.c_str(), point.rollouts, point.*height,
+                   right ? "left offset 0.9,0.4" : "right offset -0.9,-0.4",
+                   point.chosen ? "#d62728" : "#21918c");
+  }
+  return labels;
 }
 
 std::string PanelOf(int column, const char* title, const char* axis, bool bars,
@@ -68,11 +86,10 @@ std::string PanelOf(int column, const char* title, const char* axis, bool bars,
     else
       plots += Line("%s using 1:%d with points pt 7 ps 1.3 lc rgb '%s' notitle, ", block, column,
                     colour);
-    plots += Line("%s using 1:%d:5 with labels left offset 0.9,0.5 font ',10' tc rgb '%s' notitle, ",
-                  block, column, colour);
   }
   if (more.empty() && !plots.empty()) plots.resize(plots.size() - 2);
-  return Line("set title '%s'\nset ylabel '%s'\nplot ", title, axis) + plots + more + "\n";
+  return NamesOf(points, bars ? &ModelPoint::held_out : &ModelPoint::own) +
+         Line("set title '%s'\nset ylabel '%s'\nplot ", title, axis) + plots + more + "\n";
 }
 
 }  // namespace
@@ -96,8 +113,8 @@ void DrawModelChart(const std::string& path, const ComparisonTable& table) {
   const std::string script =
       "set encoding utf8\nset logscale x\nset grid lc rgb '#dddddd'\nset tics out\n"
       "set xlabel 'rollouts of the fit'\nset key bottom right samplen 2 font ',9'\n" +
-      Line("set xrange [%.9g:%.9g]\nset yrange [0:*]\nset offsets graph 0, graph 0, graph 0.08, 0\n",
-           least / 1.6, last * 3.5) +
+      Line("set xrange [%.9g:%.9g]\nset offsets graph 0, graph 0, graph 0.08, graph 0.08\n",
+           least / 2.5, last * 2.5) +
       DataOf(points, false) + DataOf(points, true) +
       Line("set multiplot layout 1,2 title '%s: the simplest model within one standard error of "
            "the best is red' font ',13'\n",
