@@ -49,17 +49,15 @@ std::string DataOf(const std::vector<ModelPoint>& points, bool chosen) {
   std::string data = chosen ? "$chosen << END\n" : "$others << END\n";
   for (const ModelPoint& point : points)
     if (point.chosen == chosen)
-      data +=
-          Line("%.9g %.9g %.9g %.9g\n", point.rollouts, point.own, point.held_out, point.error);
+      data += Line("%.9g %.9g %.9g %.9g\n", point.rollouts, point.own, point.held_out, point.error);
   return data + "END\n";
 }
 
-// Names beside the points, in turn above to the right and below to the left: near points keep theirs
-// apart.
+// Names beside the points, in turn above to the right and below to the left: near points keep
+// theirs apart.
 std::string NamesOf(std::vector<ModelPoint> points, double ModelPoint::*height) {
-  std::sort(points.begin(), points.end(), [](const ModelPoint& a, const ModelPoint& b) {
-    return a.rollouts < b.rollouts;
-  });
+  std::sort(points.begin(), points.end(),
+            [](const ModelPoint& a, const ModelPoint& b) { return a.rollouts < b.rollouts; });
   std::string labels = "unset label\n";
   bool right = false;
   for (const ModelPoint& point : points) {
@@ -82,7 +80,8 @@ std::string PanelOf(int column, const char* title, const char* axis, bool bars,
     const char* block = chosen ? "$chosen" : "$others";
     const char* colour = chosen ? "#d62728" : "#21918c";
     if (bars)
-      plots += Line("%s using 1:3:4 with yerrorbars pt 7 ps 1.3 lc rgb '%s' notitle, ", block, colour);
+      plots +=
+          Line("%s using 1:3:4 with yerrorbars pt 7 ps 1.3 lc rgb '%s' notitle, ", block, colour);
     else
       plots += Line("%s using 1:%d with points pt 7 ps 1.3 lc rgb '%s' notitle, ", block, column,
                     colour);
@@ -116,9 +115,10 @@ void DrawModelChart(const std::string& path, const ComparisonTable& table) {
       Line("set xrange [%.9g:%.9g]\nset offsets graph 0, graph 0, graph 0.08, graph 0.08\n",
            least / 2.5, last * 2.5) +
       DataOf(points, false) + DataOf(points, true) +
-      Line("set multiplot layout 1,2 title '%s: the simplest model within one standard error of "
-           "the best is red' font ',13'\n",
-           table.fabric == 0 ? "All fabrics" : Line("Fabric %d", table.fabric).c_str()) +
+      Line(
+          "set multiplot layout 1,2 title '%s: the simplest model within one standard error of "
+          "the best is red' font ',13'\n",
+          table.fabric == 0 ? "All fabrics" : Line("Fabric %d", table.fabric).c_str()) +
       PanelOf(2, "own silhouettes", "mean squared error of the image", false, "", points) +
       PanelOf(3, "held-out drapes", "energy score of the features", true, trivial, points) +
       "unset multiplot\n";

@@ -48,9 +48,9 @@ struct BatchCounts {
 };
 
 // All rollouts of one evaluation of the optimiser, run as one batch before the cost functions ask:
-// one material, one rollout a target. Where one table resists all strains at θ = 0, one that does not
-// (ResistsAllStrains) fails without a rollout. Jacobians are by tangents where the parametrisation has one
-// table, else by adjoints of the K radii (Integrator::kStatic only).
+// one material, one rollout a target. Where one table resists all strains at θ = 0, one that does
+// not (ResistsAllStrains) fails without a rollout. Jacobians are by tangents where the
+// parametrisation has one table, else by adjoints of the K radii (Integrator::kStatic only).
 class RolloutBatch : public ceres::EvaluationCallback {
  public:
   // Pointers outlive the object.

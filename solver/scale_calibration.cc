@@ -24,7 +24,8 @@ constexpr int kFarthest = 4 * kPerOctave;   // a factor of 16
 using Point = std::pair<int, int>;  // of the lattice: stretch, bend
 
 ScaleFactors FactorsAt(const Point& point) {
-  return {std::exp2(double(point.first) / kPerOctave), std::exp2(double(point.second) / kPerOctave)};
+  return {std::exp2(double(point.first) / kPerOctave),
+          std::exp2(double(point.second) / kPerOctave)};
 }
 
 FeatureVector CalibrationScales() {

@@ -26,7 +26,8 @@ class ScaleCalibrationTest : public testing::Test {
     options.up = up;
     options.down = down;
     const auto backend = MakeCpuBackend(model_, 2);
-    return DrawDrapes(*backend, [](int) { return TestMaterial(); }, options);
+    return DrawDrapes(
+        *backend, [](int) { return TestMaterial(); }, options);
   }
   std::vector<SeenCapture> Seen(bool with_faces) const {
     std::vector<SeenCapture> seen;
@@ -42,8 +43,8 @@ class ScaleCalibrationTest : public testing::Test {
   ScaleCalibration Calibrate(int threads, const std::vector<SeenCapture>& learnt,
                              const std::function<void(int)>& progress = {}) const {
     const auto backend = MakeCpuBackend(model_, threads);
-    return CalibrateScales(*backend, [](int) { return TestMaterial(); }, options_, learnt,
-                           calibration_, progress);
+    return CalibrateScales(
+        *backend, [](int) { return TestMaterial(); }, options_, learnt, calibration_, progress);
   }
   // How far the mean drape coefficient of draws is from that of those seen.
   static double CoefficientError(const std::vector<PredictedDrape>& drapes,
