@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr char kFormat[] = "drapefit-prediction";
+constexpr int kVersion = 2;  // 1 knew no calibration
 constexpr double kFitShare = 0.8;  // of the time of a cell
 
 // The part of summary.json that a model must have got to; empty: the one table is all.
@@ -175,7 +176,7 @@ void AddAsFitted(const std::vector<PredictedDrape>& drapes,
 
 void WritePrediction(const CellTask& task, ordered_json json) {
   json["format"] = kFormat;
-  json["version"] = 2;
+  json["version"] = kVersion;
   WriteFileAtomically(task.folder + "/prediction.json", json.dump(1) + "\n");
 }
 
@@ -220,6 +221,8 @@ CellResult ResultOf(const std::string& folder) {
   const nlohmann::json prediction = ReadJsonFile(path);
   const JsonInput input(prediction, path);
   if (input.At("format").String() != kFormat) input.At("format").Fail(kFormat);
+  if (input.At("version").Integer() != kVersion)
+    input.At("version").Fail(std::to_string(kVersion));
   CellResult result;
   if (input.Has("failure")) {
     result.failure = input.At("failure").String();
