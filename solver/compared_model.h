@@ -20,8 +20,8 @@ struct ComparedModel {
 };
 
 // From the simplest on, in the order of what a model says of a cloth, not of its count of numbers:
-// one linear table, isotropic or not; one nonlinear table of which 2, 7 or the job's numbers are
-// free; fields over the cloth; noise of each element; a hierarchy of fabric and specimens.
+// one linear table, isotropic or not; one nonlinear table of which the bend numbers alone are free
+// (stretch is picked by the seed grid), or 2, 7 or the job's numbers; fields over the cloth; noise of each element; a hierarchy of fabric and specimens.
 const std::vector<ComparedModel>& ComparedModels();
 // Of these names, in that order. Throws InputError ("option 'models'") for an unknown name or one
 // that comes twice.

@@ -44,51 +44,46 @@ std::string Line(const char* format, auto... values) {
   return text;
 }
 
-// Columns: rollouts, own, held out, its error.
-std::string DataOf(const std::vector<ModelPoint>& points, bool chosen) {
-  std::string data = chosen ? "$chosen << END\n" : "$others << END\n";
+// Columns: line of the model, held out, its error, own, rollouts, colour.
+std::string DataOf(const std::vector<ModelPoint>& points) {
+  std::string data = "$models << END\n";
+  int line = 0;
   for (const ModelPoint& point : points)
-    if (point.chosen == chosen)
-      data += Line("%.9g %.9g %.9g %.9g\n", point.rollouts, point.own, point.held_out, point.error);
+    data += Line("%d %.9g %.9g %.9g %.9g %s\n", ++line, point.held_out, point.error, point.own,
+                 point.rollouts, point.chosen ? "0xd62728" : "0x21918c");
   return data + "END\n";
 }
 
-// Names beside the points, in turn above to the right and below to the left: near points keep
-// theirs apart.
-std::string NamesOf(std::vector<ModelPoint> points, double ModelPoint::*height) {
-  std::sort(points.begin(), points.end(),
-            [](const ModelPoint& a, const ModelPoint& b) { return a.rollouts < b.rollouts; });
-  std::string labels = "unset label\n";
-  bool right = false;
-  for (const ModelPoint& point : points) {
-    right = !right;
-    labels += Line("set label '%s' at %.9g,%.9g %s font ',10' tc rgb '%s' front\n",
-                   point.model.c_str(), point.rollouts, point.*height,
-                   right ? "left offset 0.9,0.4" : "right offset -0.9,-0.4",
-                   point.chosen ? "#d62728" : "#21918c");
-  }
-  return labels;
+// A line a model, the simplest above, with its name or bare.
+std::string LinesOf(const std::vector<ModelPoint>& points, bool named) {
+  std::string tics;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    tics += (tics.empty() ? "" : ", ") +
+            Line("'%s' %zu", named ? points[i].model.c_str() : "", i + 1);
+  return Line("set yrange [%zu.6:0.4]\n", points.size()) + "set ytics (" + tics +
+         ") noenhanced\n";
 }
 
-std::string PanelOf(int column, const char* title, const char* axis, bool bars,
-                    const std::string& more, const std::vector<ModelPoint>& points) {
-  std::string plots;
-  for (const bool chosen : {false, true}) {
-    if (std::none_of(points.begin(), points.end(),
-                     [&](const ModelPoint& point) { return point.chosen == chosen; }))
-      continue;
-    const char* block = chosen ? "$chosen" : "$others";
-    const char* colour = chosen ? "#d62728" : "#21918c";
-    if (bars)
-      plots +=
-          Line("%s using 1:3:4 with yerrorbars pt 7 ps 1.3 lc rgb '%s' notitle, ", block, colour);
-    else
-      plots += Line("%s using 1:%d with points pt 7 ps 1.3 lc rgb '%s' notitle, ", block, column,
-                    colour);
+// Drapes of other samples, a circle: a dashed line each where it is not far off.
+std::string TrivialLines(const ComparisonTable& table, const std::vector<ModelPoint>& points) {
+  double most = 0.0;
+  for (const ModelPoint& point : points) most = std::max(most, point.held_out + point.error);
+  std::string lines;
+  for (const ComparisonRow& row : table.rows) {
+    const auto energy = MeanOf(row, "feature_energy");
+    if (!energy || MeanOf(row, "rollouts") || *energy > 2 * most) continue;
+    lines += Line(", '+' using (%.9g):($0 == 0 ? 0.4 : %zu.6) with lines dt 2 "
+                  "lc rgb '#555555' title '%s'",
+                  *energy, points.size(), row.model.c_str());
   }
-  if (more.empty() && !plots.empty()) plots.resize(plots.size() - 2);
-  return NamesOf(points, bars ? &ModelPoint::held_out : &ModelPoint::own) +
-         Line("set title '%s'\nset ylabel '%s'\nplot ", title, axis) + plots + more + "\n";
+  return lines;
+}
+
+// left, right: of the screen.
+std::string PanelOf(double left, double right, const char* title, const char* axis,
+                    const std::string& plots) {
+  return Line("set lmargin at screen %g\nset rmargin at screen %g\n", left, right) +
+         Line("set title '%s'\nset xlabel '%s'\n", title, axis) + "plot " + plots + "\n";
 }
 
 }  // namespace
@@ -96,31 +91,25 @@ std::string PanelOf(int column, const char* title, const char* axis, bool bars,
 void DrawModelChart(const std::string& path, const ComparisonTable& table) {
   const std::vector<ModelPoint> points = PointsOf(table);
   if (points.empty()) return;
-  double most = 0.0, least = points[0].rollouts, last = 0.0;
-  for (const ModelPoint& point : points) {
-    most = std::max(most, point.held_out + point.error);
-    least = std::min(least, point.rollouts);
-    last = std::max(last, point.rollouts);
-  }
-  std::string trivial;
-  for (const ComparisonRow& row : table.rows) {
-    const auto energy = MeanOf(row, "feature_energy");
-    if (!energy || MeanOf(row, "rollouts") || *energy > 2 * most) continue;
-    if (!trivial.empty()) trivial += ", ";
-    trivial += Line("%.9g with lines dt 2 lc rgb '#555555' title '%s'", *energy, row.model.c_str());
-  }
+  const std::string dots = " with points pt 7 ps 1.3 lc rgb variable notitle";
   const std::string script =
-      "set encoding utf8\nset logscale x\nset grid lc rgb '#dddddd'\nset tics out\n"
-      "set xlabel 'rollouts of the fit'\nset key bottom right samplen 2 font ',9'\n" +
-      Line("set xrange [%.9g:%.9g]\nset offsets graph 0, graph 0, graph 0.08, graph 0.08\n",
-           least / 2.5, last * 2.5) +
-      DataOf(points, false) + DataOf(points, true) +
+      "set encoding utf8\nset grid lc rgb '#dddddd'\nset tics out\nset samples 2\n"
+      "set offsets graph 0.05, graph 0.05, 0, 0\nset key at screen 0.01, 0.05 left samplen 2 font "
+      "',9'\nset xtics rotate by -45 font ',9'\nset tmargin at screen 0.85\n"
+      "set bmargin at screen 0.21\n" +
+      DataOf(points) + LinesOf(points, true) +
       Line(
-          "set multiplot layout 1,2 title '%s: the simplest model within one standard error of "
+          "set multiplot layout 1,3 title '%s: the simplest model within one standard error of "
           "the best is red' font ',13'\n",
           table.fabric == 0 ? "All fabrics" : Line("Fabric %d", table.fabric).c_str()) +
-      PanelOf(2, "own silhouettes", "mean squared error of the image", false, "", points) +
-      PanelOf(3, "held-out drapes", "energy score of the features", true, trivial, points) +
+      PanelOf(0.1, 0.42, "held-out drapes", "energy score of the features",
+              "$models using 2:1:3:6 with xerrorbars pt 7 ps 1.3 lc rgb variable notitle" +
+                  TrivialLines(table, points)) +
+      LinesOf(points, false) +
+      PanelOf(0.45, 0.7, "own silhouettes", "mean squared error of the image",
+              "$models using 4:1:6" + dots) +
+      "set logscale x\n" +
+      PanelOf(0.73, 0.98, "cost of the fit", "rollouts", "$models using 5:1:6" + dots) +
       "unset multiplot\n";
   WriteFileAtomically(path + ".png",
                       RunGnuplot("set terminal pngcairo size 1100,520 font 'Sans,11'\n" + script));

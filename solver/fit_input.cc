@@ -69,10 +69,11 @@ void RequireDistinctNames(const std::vector<Target>& targets) {
 void CheckModel(const FitJob& job) {
   const bool entries = job.fit.parameters == Tying::kEntries;
   if (job.tables == TableForm::kLinear && entries)
-    throw InputError("parameters", "39 with tables linear, expected 2 or 7: they would bend them");
-  if (job.tables == TableForm::kIsotropic && job.fit.parameters != Tying::kScales)
-    throw InputError("parameters", "more than 2 with tables isotropic, expected 2: they would tell "
-                                   "directions apart");
+    throw InputError("parameters", "39 with tables linear, expected 1, 2, 3 or 7: they would bend them");
+  if (job.tables == TableForm::kIsotropic && job.fit.parameters != Tying::kScales &&
+      job.fit.parameters != Tying::kBendScale)
+    throw InputError("parameters", "more than 2 with tables isotropic, expected 1 or 2: they would "
+                                   "tell directions apart");
   if (job.model == "homo") return;
   if (job.model != "heter" && job.model != "bayes" && job.model != "bdp")
     throw InputError("model", "'" + job.model + "', expected homo, heter, bayes or bdp");

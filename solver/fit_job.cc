@@ -25,7 +25,7 @@ constexpr double kTableShare = 0.7;      // of the time of heter and bayes that 
 constexpr double kTestLeastScale = 1e4;  // of a number that its tests determine to 1 %
 
 // Fits the tests alone: few numbers first, because single entries are bent into tables that no
-// strip bears while the whole is far off. First two scales about the start tables; what follows has
+// strip bears while the whole is far off. First scales about the start tables; what follows has
 // its prior about the tables so scaled, as after the seed grid of a silhouette. The last stage that
 // succeeds stands; `note` says why a later one did not.
 FitSummary FitTestsInStages(const MaterialField& start, Tying last, const FitOptions& options,
@@ -34,7 +34,10 @@ FitSummary FitTestsInStages(const MaterialField& start, Tying last, const FitOpt
   MaterialField base = start;
   Eigen::VectorXd log_entries = Eigen::VectorXd::Zero(kMaterialEntries);
   double seconds = 0.0;
-  for (const Tying tying : {Tying::kScales, Tying::kColumns, Tying::kEntries}) {
+  const std::vector<Tying> stages =
+      FreesStretch(last) ? std::vector{Tying::kScales, Tying::kColumns, Tying::kEntries}
+                         : std::vector{Tying::kBendScale, Tying::kBendRows};
+  for (const Tying tying : stages) {
     const TableParametrisation parametrisation(base, tying);
     const Eigen::MatrixXd& tie = *parametrisation.log_entries_by_theta();
     // A group's mean; the columns of T are ones and zeros.
@@ -50,7 +53,7 @@ FitSummary FitTestsInStages(const MaterialField& start, Tying last, const FitOpt
     best = std::move(summary);
     *fitted = parametrisation.Material(best.theta);
     if (best.termination == FitTermination::kCancelled || tying == last) break;
-    if (tying == Tying::kScales) {
+    if (tying == stages[0]) {
       base = *fitted;
     } else {
       log_entries = tie * best.theta;

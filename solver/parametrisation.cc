@@ -11,26 +11,35 @@
 namespace drape {
 namespace {
 
-// Which θ drives table entry `entry` (0..38).
+constexpr int kNone = -1;
+
+// Which θ drives table entry `entry` (0..38), or kNone.
 int GroupOf(int entry, Tying tying) {
   const bool stretch = entry < kStretchEntries;
+  if (stretch && !FreesStretch(tying)) return kNone;
+  const int row = (entry - kStretchEntries) / kBendCols;  // of bend
   switch (tying) {
+    case Tying::kBendScale: return 0;
+    case Tying::kBendRows: return row;
     case Tying::kScales: return stretch ? 0 : 1;
-    case Tying::kColumns:
-      return stretch ? entry % kStretchCols : kStretchCols + (entry - kStretchEntries) / kBendCols;
+    case Tying::kColumns: return stretch ? entry % kStretchCols : kStretchCols + row;
     case Tying::kEntries: return entry;
   }
   LOG(FATAL) << "unknown tying";
 }
 
+int CountOf(Tying tying) { return GroupOf(kMaterialEntries - 1, tying) + 1; }
+
 const char* const kColumnNames[kStretchCols] = {"c11", "c12", "c22", "c33"};
+
+std::string BendRowName(int row) { return "bend[" + std::to_string(row) + "]"; }
 
 std::string EntryName(int entry) {
   if (entry < kStretchEntries)
     return std::string(kColumnNames[entry % kStretchCols]) + "[" +
            std::to_string(entry / kStretchCols) + "]";
   const int k = entry - kStretchEntries;
-  return "bend[" + std::to_string(k / kBendCols) + "][" + std::to_string(k % kBendCols) + "]";
+  return BendRowName(k / kBendCols) + "[" + std::to_string(k % kBendCols) + "]";
 }
 
 // Multiplies entry k of all tables by factor[k], shape [39].
@@ -44,16 +53,15 @@ void ScaleEntries(const Eigen::VectorXd& factor, MaterialField* field) {
 }  // namespace
 
 Tying ParseTying(const std::string& text) {
-  if (text == "2") return Tying::kScales;
-  if (text == "7") return Tying::kColumns;
-  if (text == "39") return Tying::kEntries;
-  throw InputError("parameters", "'" + text + "', expected 2, 7 or 39");
+  for (const Tying tying : kTyings)
+    if (text == std::to_string(CountOf(tying))) return tying;
+  throw InputError("parameters", "'" + text + "', expected 1, 2, 3, 7 or 39");
 }
 
 Eigen::MatrixXd TieOf(Tying tying) {
-  Eigen::MatrixXd tie =
-      Eigen::MatrixXd::Zero(kMaterialEntries, GroupOf(kMaterialEntries - 1, tying) + 1);
-  for (int entry = 0; entry < kMaterialEntries; ++entry) tie(entry, GroupOf(entry, tying)) = 1.0;
+  Eigen::MatrixXd tie = Eigen::MatrixXd::Zero(kMaterialEntries, CountOf(tying));
+  for (int entry = 0; entry < kMaterialEntries; ++entry)
+    if (const int group = GroupOf(entry, tying); group != kNone) tie(entry, group) = 1.0;
   return tie;
 }
 
@@ -86,9 +94,11 @@ MaterialField TableParametrisation::Direction(const MaterialField& material,
 
 std::string NameOf(Tying tying, int i) {
   switch (tying) {
+    case Tying::kBendScale: return "bend";
+    case Tying::kBendRows: return BendRowName(i);
     case Tying::kScales: return i == 0 ? "stretch" : "bend";
     case Tying::kColumns:
-      return i < kStretchCols ? kColumnNames[i] : "bend[" + std::to_string(i - kStretchCols) + "]";
+      return i < kStretchCols ? kColumnNames[i] : BendRowName(i - kStretchCols);
     case Tying::kEntries: return EntryName(i);
   }
   LOG(FATAL) << "unknown tying";

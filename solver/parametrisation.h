@@ -30,11 +30,18 @@ class MaterialParametrisation {
 
 // How many numbers of a fabric are free (SPEC section 1: HOMO).
 enum class Tying {
-  kScales,   // 2: one factor on all stretch entries, one on all bend entries
-  kColumns,  // 7: one for each of c11 c12 c22 c33, one for each bend row
-  kEntries   // 39: each entry
+  kBendScale,  // 1: one factor on all bend entries; stretch stays as it is
+  kBendRows,   // 3: one for each bend row; stretch stays as it is
+  kScales,     // 2: one factor on all stretch entries, one on all bend entries
+  kColumns,    // 7: one for each of c11 c12 c22 c33, one for each bend row
+  kEntries     // 39: each entry
 };
-// "2", "7" or "39". Throws InputError for any other.
+inline constexpr Tying kTyings[] = {Tying::kBendScale, Tying::kBendRows, Tying::kScales,
+                                    Tying::kColumns, Tying::kEntries};
+inline bool FreesStretch(Tying tying) {
+  return tying != Tying::kBendScale && tying != Tying::kBendRows;
+}
+// By its count of numbers: "1", "2", "3", "7" or "39". Throws InputError for any other.
 Tying ParseTying(const std::string& text);
 // The T of a tying: ones and zeros, shape [39, P].
 Eigen::MatrixXd TieOf(Tying tying);

@@ -55,7 +55,7 @@ Eigen::MatrixXd ReadCovariance(const JsonInput& input, int count) {
 // The tying whose names come first, and how many specimens follow.
 void ReadNames(const JsonInput& names, StoredPosterior* posterior) {
   const int count = names.ExpectArray().Size();
-  for (const Tying tying : {Tying::kScales, Tying::kColumns, Tying::kEntries}) {
+  for (const Tying tying : kTyings) {
     posterior->fabric = tying;
     posterior->specimens = (count - posterior->num_fabric()) / 2;
     if (posterior->specimens < 0 || posterior->size() != count) continue;
@@ -63,7 +63,7 @@ void ReadNames(const JsonInput& names, StoredPosterior* posterior) {
     for (int i = 0; i < count && same; ++i) same = names.At(i).String() == posterior->NameOf(i);
     if (same) return;
   }
-  names.Fail("names of 2, 7 or 39 log factors of a fabric, then two of each specimen");
+  names.Fail("names of 1, 2, 3, 7 or 39 log factors of a fabric, then two of each specimen");
 }
 
 PosteriorKind ReadKind(const JsonInput& input) {

@@ -31,7 +31,8 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
       {.key = "fabrics", .value = &options.fabrics, .doc = "of the data set, like 1,3-5"},
       {.key = "models", .value = &job.models,
        .doc = "some of homo, heter, bdp, bayes, as drape_fit --model has them; of isotropic and linear "
-              "tables; of scales and columns, 2 and 7 numbers; of elements, heter's other basis"},
+              "tables; of scales and columns, 2 and 7 numbers; of bend and bend_rows, 1 and 3 numbers with stretch "
+              "as the seed grid has it; of elements, heter's other basis"},
       {.key = "seeds", .value = &job.seeds,
        .doc = "each draws a split, the same for all models, and the draws of posterior and drapes",
        .least = 0},
@@ -56,8 +57,8 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
        .doc = "drapes drawn of each cell's fit, as many on each face that is held out", .least = 4,
        .most = 4096},
       {.key = "calibrate", .value = &options.job.calibrate,
-       .doc = "two factors on a fit for each face, on stretch and on bend, by which falling drapes "
-              "look like those it learnt from"},
+       .doc = "a factor on the bend of a fit, for each face, by which falling drapes look like those "
+              "it learnt from"},
       {.key = "start_rms", .value = &prediction.start_rms,
        .doc = "size of a specimen's random start shape at the hem, root mean square", .unit = "m",
        .least = 0, .most = 0.05},
@@ -120,8 +121,8 @@ OptionTable CompareTable(CompareToolOptions& options) {
           "fabric_<N>/split_<K>.json\n"
           "models_fabric_<N>.png and .svg, models.png and .svg for all fabrics: errors against the "
           "rollouts of the fit\n"
-          "chosen is the simplest model (isotropic < linear < scales < columns < homo < heter < "
-          "elements < bdp < bayes) whose\n  held-out energy score "
+          "chosen is the simplest model (isotropic < linear < bend < bend_rows < scales < columns "
+          "< homo < heter < elements < bdp < bayes) whose\n  held-out energy score "
           "of the features is within\n  one standard error of the best; that of the paired "
           "differences over held-out captures, taken as independent\n"
           "Ctrl-C or a kill loses no cell that is done: the same command goes on to the same "

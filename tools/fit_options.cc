@@ -179,8 +179,9 @@ std::vector<Option> FitStageOptions(FitToolOptions& options) {
       {.key = "iterations", .value = &fit.iterations,
        .doc = "iterations of Ceres for each branch of a round", .least = 1, .most = 10000},
       {.key = "parameters", .value = &options.parameters,
-       .doc = "free numbers: 2 scales, 7 column scales, or all 39 entries",
-       .choices = {"2", "7", "39"}},
+       .doc = "free numbers: 2 scales, 7 column scales, or all 39 entries; 1 scale of bend or 3 of its rows, "
+              "with stretch as grid_stretch has it",
+       .choices = {"1", "2", "3", "7", "39"}},
       {.key = "prior_sigma", .value = &fit.prior_sigma,
        .doc = "standard deviation of each log factor about its seed", .least = 0,
        .above_least = true},

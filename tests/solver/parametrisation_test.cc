@@ -34,14 +34,18 @@ class ParametrisationTest : public testing::TestWithParam<Case> {
   const Eigen::MatrixXd& tie_ = *parametrisation_.log_entries_by_theta();
 };
 INSTANTIATE_TEST_SUITE_P(Tyings, ParametrisationTest,
-                         testing::Values(Case{"2", 2}, Case{"7", 7}, Case{"39", 39}),
+                         testing::Values(Case{"1", 1}, Case{"3", 3}, Case{"2", 2}, Case{"7", 7},
+                                         Case{"39", 39}),
                          [](const auto& info) { return "Free" + info.param.text; });
 
-TEST_P(ParametrisationTest, EachEntryFollowsExactlyOneParameter) {
+TEST_P(ParametrisationTest, EachFreeEntryFollowsExactlyOneParameter) {
   ASSERT_EQ(parametrisation_.size(), GetParam().size);
   ASSERT_EQ(tie_.rows(), kMaterialEntries);
-  EXPECT_EQ(tie_.rowwise().sum(), Eigen::VectorXd::Ones(kMaterialEntries));
-  EXPECT_EQ((tie_.array() != 0.0).count(), kMaterialEntries);
+  const int fixed = FreesStretch(ParseTying(GetParam().text)) ? 0 : kStretchEntries;
+  EXPECT_EQ(tie_.rowwise().sum().head(fixed), Eigen::VectorXd::Zero(fixed));
+  EXPECT_EQ(tie_.rowwise().sum().tail(kMaterialEntries - fixed),
+            Eigen::VectorXd::Ones(kMaterialEntries - fixed));
+  EXPECT_EQ((tie_.array() != 0.0).count(), kMaterialEntries - fixed);
   EXPECT_GE(tie_.colwise().sum().minCoeff(), 1.0);
 }
 
@@ -106,12 +110,12 @@ TEST(ParametrisationNames, SayWhatIsFree) {
 }
 
 TEST(ParseTying, RefusesOtherNumbers) {
-  for (const std::string text : {"", "3", "2.0", " 2", "all"}) {
+  for (const std::string text : {"", "4", "2.0", " 2", "all"}) {
     try {
       ParseTying(text);
       ADD_FAILURE() << "accepted '" << text << "'";
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr("'" + text + "', expected 2, 7 or 39"));
+      EXPECT_THAT(error.what(), testing::HasSubstr("'" + text + "', expected 1, 2, 3, 7 or 39"));
     }
   }
 }

@@ -73,12 +73,13 @@ TEST_F(CompareTool, ComparesAndTakesOverWhatIsDone) {
 
 TEST_F(CompareTool, SimplerModelsHaveFewerNumbersAndTablesOfTheirForm) {
   const ProcessResult result =
-      Run({"--models=homo,columns,isotropic,linear", "--seeds=1", "--parameters=39"});
+      Run({"--models=homo,columns,bend,isotropic,linear", "--seeds=1", "--parameters=39"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const std::string csv = Read(Path("out/comparison.csv"));
   EXPECT_THAT(csv, HasSubstr("3,isotropic,parameters,2,"));
   EXPECT_THAT(csv, HasSubstr("3,linear,parameters,7,"));
   EXPECT_THAT(csv, HasSubstr("3,columns,parameters,7,"));
+  EXPECT_THAT(csv, HasSubstr("3,bend,parameters,1,"));
   EXPECT_THAT(csv, HasSubstr("3,homo,parameters,39,"));
   EXPECT_LT(result.out.find("isotropic ("), result.out.find("linear ("));
   EXPECT_LT(result.out.find("linear ("), result.out.find("columns ("));
@@ -90,6 +91,8 @@ TEST_F(CompareTool, SimplerModelsHaveFewerNumbersAndTablesOfTheirForm) {
     EXPECT_NEAR(linear.c[0][k], linear.c[5][k], 1e-9 * linear.c[0][k]);
   EXPECT_NE(linear.c[0][0], linear.c[0][2]);
   EXPECT_NE(columns.c[0][1], columns.c[5][1]);
+  EXPECT_EQ(table("bend").stretch[0].c[3][1], ReadMaterial(kFabric).field.stretch[0].c[3][1]);
+  EXPECT_NE(table("bend").bend[0].b[1][2], ReadMaterial(kFabric).field.bend[0].b[1][2]);
   const MaterialField isotropic = table("isotropic");
   EXPECT_NEAR(isotropic.stretch[0].c[0][0], isotropic.stretch[0].c[0][2], 1e-9);
   EXPECT_NEAR(isotropic.bend[0].b[0][0], isotropic.bend[0].b[2][4], 1e-15);

@@ -105,7 +105,7 @@ TEST_F(OptimisersTool, WritesTablesAndGoesOnFromTheRunsThatAreDone) {
 
 TEST_F(OptimisersTool, BadInputIsOneLine) {
   ExpectOneLineError(Run({"--methods=newton"}), "unknown name 'newton'");
-  ExpectOneLineError(Run({"--parameters=3"}), "3");
+  ExpectOneLineError(Run({"--parameters=4"}), "4");
   ExpectOneLineError(Run({"--budget=0"}), "budget");
   ExpectOneLineError(Run({"--images=" + Path("none.png"), "--image_materials=" + kFabric}),
                      "matches nothing");
