@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 constexpr char kFormat[] = "drapefit-prediction";
-constexpr int kVersion = 2;  // 1 knew no calibration
+constexpr int kVersion = 3;  // 1 knew no calibration, 2 calibrated stretch too
 constexpr double kFitShare = 0.8;  // of the time of a cell
 
 // The part of summary.json that a model must have got to; empty: the one table is all.
@@ -114,14 +114,13 @@ class Predictor {
   }
 
   // From here on draws are calibrated.
-  ScaleCalibration Calibrate() {
-    constexpr double kUsualTrials = 36;
-    const ScaleCalibration calibration = CalibrateScales(
+  BendCalibration Calibrate() {
+    constexpr double kUsualTrials = 18;
+    const BendCalibration calibration = CalibrateBend(
         *backend_, materials_, options_, *task_.learnt, {}, [&](int trials) {
           Report(std::min(0.9, 0.3 + 0.6 * trials / kUsualTrials), "calibration");
         });
-    options_.up = calibration.up;
-    options_.down = calibration.down;
+    options_.bend = calibration.factors;
     calibrated_ = true;
     return calibration;
   }
@@ -187,14 +186,12 @@ bool Predict(const CellTask& task, const CellCallbacks& callbacks) {
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   ordered_json json;
   if (task.calibrate) {
-    const ScaleCalibration calibration = predictor.Calibrate();
+    const BendCalibration calibration = predictor.Calibrate();
     const std::chrono::duration<double> with = std::chrono::steady_clock::now() - start;
     AddScores(predictor.Draw(), *task.held_out, &json);
     if (json.contains("numbers")) {
-      json["numbers"]["stretch_factor_up"] = calibration.up.stretch;
-      json["numbers"]["bend_factor_up"] = calibration.up.bend;
-      json["numbers"]["stretch_factor_down"] = calibration.down.stretch;
-      json["numbers"]["bend_factor_down"] = calibration.down.bend;
+      json["numbers"]["bend_factor_up"] = calibration.factors.up;
+      json["numbers"]["bend_factor_down"] = calibration.factors.down;
       json["numbers"]["calibration_seconds"] = (with - seconds).count();
       AddAsFitted(as_fitted, *task.held_out, &json["numbers"]);
     }

@@ -11,7 +11,7 @@
 #include "solver/comparison_numbers.h"
 #include "solver/fit_job.h"
 #include "solver/prediction.h"
-#include "solver/scale_calibration.h"
+#include "solver/bend_calibration.h"
 
 namespace drape {
 
@@ -25,7 +25,7 @@ struct CellTask {
   // Those of the two sides; outlive the task.
   const std::vector<SeenCapture>* learnt = nullptr;
   const std::vector<SeenCapture>* held_out = nullptr;
-  bool calibrate = true;  // CalibrateScales before the prediction, on what was learnt from
+  bool calibrate = true;  // CalibrateBend before the prediction, on what was learnt from
 };
 
 // How well one held-out capture was foretold.

@@ -19,7 +19,7 @@ struct ComparedNumber {
 };
 
 inline constexpr double kMilli = 1e-3;
-inline constexpr std::array<ComparedNumber, 34> kComparedNumbers = {{
+inline constexpr std::array<ComparedNumber, 32> kComparedNumbers = {{
     // The fit on its own images.
     {"train_mse", "fit: silhouette MSE", 1},
     {"train_profile_rms_px", "fit: outline rms [px]", 1},
@@ -42,10 +42,8 @@ inline constexpr std::array<ComparedNumber, 34> kComparedNumbers = {{
     {"feature_energy", "held out: energy score of features", 1},
     {"outline_energy_m", "held out: energy score of outlines [mm]", kMilli},
     {"hausdorff_m", "held out: outline Hausdorff of pairs [mm]", kMilli},
-    // What the calibration did (CalibrateScales), and the same numbers without it.
-    {"stretch_factor_up", "calibrated: factor on stretch, face up", 1},
+    // What the calibration did (CalibrateBend), and the same numbers without it.
     {"bend_factor_up", "calibrated: factor on bend, face up", 1},
-    {"stretch_factor_down", "calibrated: factor on stretch, face down", 1},
     {"bend_factor_down", "calibrated: factor on bend, face down", 1},
     {"mean_image_mse_as_fitted", "as fitted: MSE of the mean image", 1},
     {"dc_error_as_fitted", "as fitted: error of the mean DC", 1},

@@ -23,7 +23,7 @@ struct ComparisonJob {
   std::vector<int> train_captures;     // of them; empty: all
   std::optional<ClothFace> face;       // of all captures; none: both
   int draws = 64;                      // drapes of a prediction
-  bool calibrate = true;               // each fit before its prediction (CalibrateScales)
+  bool calibrate = true;               // each fit before its prediction (CalibrateBend)
   FitJob fit;  // mesh, stages and budget of all; its data, model, material and files are not used
   PredictionOptions prediction;  // its specimens, faces, seed and camera are not used
   std::string out;               // existing folder of the cells

@@ -44,9 +44,7 @@ MaterialField SpecimenMaterial(const PredictionOptions& options, const MaterialS
   std::mt19937_64 random(SeedOfStream(SpecimenSeed(options, specimen), kScaleStream));
   const double stretch = options.specimen_stretch_sigma * DrawNormal(random);
   const double bend = options.specimen_bend_sigma * DrawNormal(random);
-  const ScaleFactors& factors = options.factors(face);
-  return Scaled(materials(specimen), factors.stretch * std::exp(stretch),
-                factors.bend * std::exp(bend));
+  return Scaled(materials(specimen), std::exp(stretch), options.bend.of(face) * std::exp(bend));
 }
 
 void AddCaptureNoise(const Mesh& mesh, uint64_t seed, double rms, Eigen::VectorXd* x) {
@@ -89,7 +87,7 @@ void PredictionOptions::Check() const {
   for (const ClothFace face : faces) CHECK(face != ClothFace::kUnknown);
   for (const double size : {start_rms, capture_rms, specimen_stretch_sigma, specimen_bend_sigma})
     CHECK_GE(size, 0.0);
-  for (const ScaleFactors& each : {up, down}) CHECK(each.stretch > 0.0 && each.bend > 0.0);
+  CHECK(bend.up > 0.0 && bend.down > 0.0);
   CHECK(settle.integrator == Integrator::kStatic) << "drapes are judged at rest";
 }
 

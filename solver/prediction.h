@@ -20,6 +20,12 @@ namespace drape {
 // Drapes of a fabric as a distribution (SPEC section 5, "The generative model"): fabric → specimen,
 // with a start shape and log scales of its own → capture, with noise on that start → drape at rest.
 
+// On all bend entries of every specimen, when this face lies up; > 0.
+struct BendFactors {
+  double up = 1.0, down = 1.0;
+  double of(ClothFace face) const { return face == ClothFace::kDown ? down : up; }
+};
+
 struct PredictionOptions {
   int specimens = 64;
   int repeats = 1;                                  // drapes of a specimen on each face
@@ -29,15 +35,12 @@ struct PredictionOptions {
   double capture_rms = 1e-4;            // of the height of each vertex beyond the support [m]
   double specimen_stretch_sigma = 0.0;  // standard deviations of a specimen's log factors of all
   double specimen_bend_sigma = 0.0;     // stretch, of all bend entries
-  ScaleFactors up = {}, down = {};      // of every specimen when this face lies up; > 0
+  BendFactors bend = {};
   SettleOptions settle = {.steps = {.h = 0.1, .steps = 100}};
   Camera camera = {};
   int batch = 1;  // drapes at a time (SettleBatchSize)
 
   int drapes_of_specimen() const { return repeats * static_cast<int>(faces.size()); }
-  const ScaleFactors& factors(ClothFace face) const {
-    return face == ClothFace::kDown ? down : up;
-  }
   int num_drapes() const { return specimens * drapes_of_specimen(); }
   void Check() const;  // programmer errors
 };

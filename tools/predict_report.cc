@@ -108,28 +108,22 @@ std::string CalibrationText(const PredictionRun& run) {
   if (!run.calibration) return "";
   std::string text = Format("calibrated by %zu trials\n", run.calibration->trials.size());
   for (const ClothFace face : run.prediction.faces) {
-    const ScaleFactors& factors = run.prediction.factors(face);
-    text += Format("  face %s: stretch x %.3g, bend x %.3g\n", ClothFaceName(face).c_str(),
-                   factors.stretch, factors.bend);
+    text += Format("  face %s: bend x %.3g\n", ClothFaceName(face).c_str(),
+                   run.prediction.bend.of(face));
   }
   return text;
 }
 
-Json FactorsJson(const ScaleFactors& factors) {
-  return {{"stretch_factor", factors.stretch}, {"bend_factor", factors.bend}};
-}
-
-Json CalibrationJson(const ScaleCalibration& calibration) {
-  Json json = {{"up", FactorsJson(calibration.up)},
-               {"down", FactorsJson(calibration.down)},
+Json CalibrationJson(const BendCalibration& calibration) {
+  Json json = {{"bend_factor_up", calibration.factors.up},
+               {"bend_factor_down", calibration.factors.down},
                {"drapes", calibration.drapes},
                {"trials", Json::array()}};
-  for (const ScaleTrial& trial : calibration.trials) {
-    Json each = {{"face", ClothFaceName(trial.face)}};
-    each.update(FactorsJson(trial.factors));
-    each.update(Json{{"at_rest", trial.at_rest}, {"objective", trial.objective}});
-    json["trials"].push_back(each);
-  }
+  for (const BendTrial& trial : calibration.trials)
+    json["trials"].push_back({{"face", ClothFaceName(trial.face)},
+                              {"bend_factor", trial.factor},
+                              {"at_rest", trial.at_rest},
+                              {"objective", trial.objective}});
   return json;
 }
 

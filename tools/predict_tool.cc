@@ -70,8 +70,8 @@ std::vector<Option> DrawOptions(PredictToolOptions& options) {
 Option CalibrateOption(PredictToolOptions& options) {
   return {.key = "calibrate",
           .value = &options.calibrate,
-          .doc = "before the draws, two factors for each face, on stretch and on bend, by which "
-                 "falling drapes look like those of the side to learn from"};
+          .doc = "before the draws, a factor on bend for each face, by which falling drapes look like "
+                 "those of the side to learn from"};
 }
 
 std::vector<Option> FileOptions(PredictToolOptions& options) {
@@ -180,20 +180,18 @@ void CheckCalibration(const PredictToolOptions& options, const PredictionRun& ru
 
 void Calibrate(Backend& backend, const MaterialSource& materials, const PredictCallbacks& callbacks,
                PredictionRun* run) {
-  run->calibration = CalibrateScales(
+  run->calibration = CalibrateBend(
       backend, materials, run->prediction, run->data->seen_train, {}, [&](int trials) {
         callbacks.progress(0.0, "calibration, trial " + std::to_string(trials));
       });
-  run->prediction.up = run->calibration->up;
-  run->prediction.down = run->calibration->down;
+  run->prediction.bend = run->calibration->factors;
 }
 
 // The material as it drapes with each face up.
 void WriteCalibratedMaterials(const PredictionRun& run, const OutputFolder& out) {
   for (const ClothFace face : run.prediction.faces) {
-    const ScaleFactors& factors = run.prediction.factors(face);
     Material material = run.scene.material;
-    material.field = Scaled(material.field, factors.stretch, factors.bend);
+    material.field = Scaled(material.field, 1.0, run.prediction.bend.of(face));
     material.source = "drape_predict --calibrate, from " + material.name;
     WriteMaterial(out.Staged("material_" + ClothFaceName(face) + ".json"), material);
   }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "solver/prediction.h"
-#include "solver/scale_calibration.h"
+#include "solver/bend_calibration.h"
 #include "tools/dataset_input.h"
 #include "tools/drape_view.h"
 #include "tools/metrics_dataset.h"
@@ -43,7 +43,7 @@ struct PredictionRun {
   LoadedScene scene;      // without a material where a posterior is given
   std::string kind;       // of the materials (ReadMaterialSource); empty: of one material file
   PredictionOptions prediction;
-  std::optional<ScaleCalibration> calibration;  // `prediction` has its factors
+  std::optional<BendCalibration> calibration;  // `prediction` has its factors
   std::vector<PredictedDrape> drapes;
   std::optional<DatasetReport> data;
   std::optional<DistributionScore> score;  // ScorePrediction on the data held out

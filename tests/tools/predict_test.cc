@@ -76,7 +76,7 @@ TEST_F(PredictTool, CalibratesOnTheSideToLearnFrom) {
     const Material material = ReadMaterial(Path("out/material_" + face + ".json"));
     const Material start = ReadMaterial(kFabric);
     const double factor = material.field.bend[0].b[0][0] / start.field.bend[0].b[0][0];
-    EXPECT_NEAR(factor, summary["calibration"][face]["bend_factor"].get<double>(), 1e-12);
+    EXPECT_NEAR(factor, summary["calibration"]["bend_factor_" + face].get<double>(), 1e-12);
   }
 }
 

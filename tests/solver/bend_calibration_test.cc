@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Factors by which falling drapes look like those seen.
-#include "solver/scale_calibration.h"
+// Factors on bend by which falling drapes look like those seen.
+#include "solver/bend_calibration.h"
 
 #include <gmock/gmock.h>
 
@@ -14,24 +14,22 @@ namespace drape::test {
 namespace {
 
 // A fabric that was fitted, and drapes of another seed of one whose faces differ.
-class ScaleCalibrationTest : public testing::Test {
+class BendCalibrationTest : public testing::Test {
  protected:
-  static constexpr ScaleFactors kUp = {0.5, 3.0}, kDown = {1.0, 0.5};
+  static constexpr BendFactors kTruth = {.up = 2.5, .down = 0.5};
 
-  std::vector<PredictedDrape> Draw(uint64_t seed, const ScaleFactors& up,
-                                   const ScaleFactors& down) const {
+  std::vector<PredictedDrape> Draw(uint64_t seed, const BendFactors& factors) const {
     PredictionOptions options = options_;
     options.seed = seed;
     options.specimens = 10;
-    options.up = up;
-    options.down = down;
+    options.bend = factors;
     const auto backend = MakeCpuBackend(model_, 2);
     return DrawDrapes(
         *backend, [](int) { return TestMaterial(); }, options);
   }
   std::vector<SeenCapture> Seen(bool with_faces) const {
     std::vector<SeenCapture> seen;
-    for (PredictedDrape& drape : Draw(77, kUp, kDown))
+    for (PredictedDrape& drape : Draw(77, kTruth))
       if (drape.seen)
         seen.push_back({{.fabric = 1,
                          .sample = 1,
@@ -40,10 +38,10 @@ class ScaleCalibrationTest : public testing::Test {
                         std::move(*drape.seen)});
     return seen;
   }
-  ScaleCalibration Calibrate(int threads, const std::vector<SeenCapture>& learnt,
+  BendCalibration Calibrate(int threads, const std::vector<SeenCapture>& learnt,
                              const std::function<void(int)>& progress = {}) const {
     const auto backend = MakeCpuBackend(model_, threads);
-    return CalibrateScales(
+    return CalibrateBend(
         *backend, [](int) { return TestMaterial(); }, options_, learnt, calibration_, progress);
   }
   // How far the mean drape coefficient of draws is from that of those seen.
@@ -59,13 +57,12 @@ class ScaleCalibrationTest : public testing::Test {
   CalibrationOptions calibration_{.specimens = 10};
 };
 
-// Stretch and bend trade against each other, so it is their effect that must be found again.
-TEST_F(ScaleCalibrationTest, BringsDrapesOfEachFaceToThoseSeen) {
+TEST_F(BendCalibrationTest, BringsDrapesOfEachFaceToThoseSeen) {
   const std::vector<SeenCapture> seen = Seen(true);
   ASSERT_GE(seen.size(), 15u);
-  const ScaleCalibration found = Calibrate(2, seen);
+  const BendCalibration found = Calibrate(2, seen);
   EXPECT_FALSE(found.cancelled);
-  const auto calibrated = Draw(5, found.up, found.down), as_fitted = Draw(5, {}, {});
+  const auto calibrated = Draw(5, found.factors), as_fitted = Draw(5, {});
   for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown}) {
     std::vector<SeenCapture> of_face;
     for (const SeenCapture& each : seen)
@@ -75,71 +72,71 @@ TEST_F(ScaleCalibrationTest, BringsDrapesOfEachFaceToThoseSeen) {
   }
 }
 
-TEST_F(ScaleCalibrationTest, TheBestTrialIsTheAnswer) {
+TEST_F(BendCalibrationTest, TheBestTrialIsTheAnswer) {
   calibration_.specimens = 4;
-  const ScaleCalibration found = Calibrate(2, Seen(true));
+  const BendCalibration found = Calibrate(2, Seen(true));
   EXPECT_EQ(found.trials.front().face, ClothFace::kUp);
-  EXPECT_EQ(found.trials.front().factors, ScaleFactors());
-  for (const ScaleTrial& trial : found.trials) {
-    const ScaleFactors& factors = trial.face == ClothFace::kUp ? found.up : found.down;
-    for (const ScaleTrial& other : found.trials) {
-      if (other.face != trial.face || other.factors != factors) continue;
+  EXPECT_EQ(found.trials.front().factor, 1.0);
+  for (const BendTrial& trial : found.trials) {
+    const double factor = found.factors.of(trial.face);
+    for (const BendTrial& other : found.trials) {
+      if (other.face != trial.face || other.factor != factor) continue;
       EXPECT_LE(other.objective, trial.objective);
     }
   }
 }
 
-TEST_F(ScaleCalibrationTest, FacesThatAreNotKnownShareTheirFactors) {
+TEST_F(BendCalibrationTest, FacesThatAreNotKnownShareTheirFactors) {
   calibration_.specimens = 2;
-  const ScaleCalibration found = Calibrate(2, Seen(false));
-  EXPECT_EQ(found.up, found.down);
+  const BendCalibration found = Calibrate(2, Seen(false));
+  EXPECT_EQ(found.factors.up, found.factors.down);
   EXPECT_EQ(found.trials.front().face, ClothFace::kUnknown);
 }
 
-TEST_F(ScaleCalibrationTest, AFaceWithoutDrapesHasTheFactorsOfTheOther) {
+TEST_F(BendCalibrationTest, AFaceWithoutDrapesHasTheFactorsOfTheOther) {
   calibration_.specimens = 2;
   std::vector<SeenCapture> seen = Seen(true);
   std::erase_if(seen, [](const SeenCapture& s) { return s.capture.face == ClothFace::kUp; });
-  const ScaleCalibration found = Calibrate(2, seen);
-  EXPECT_EQ(found.up, found.down);
+  const BendCalibration found = Calibrate(2, seen);
+  EXPECT_EQ(found.factors.up, found.factors.down);
   EXPECT_EQ(found.trials.front().face, ClothFace::kDown);
 }
 
-TEST_F(ScaleCalibrationTest, IsTheSameOnEachCountOfThreads) {
+TEST_F(BendCalibrationTest, IsTheSameOnEachCountOfThreads) {
   calibration_.specimens = 2;
   const std::vector<SeenCapture> seen = Seen(false);
-  const ScaleCalibration one = Calibrate(1, seen), two = Calibrate(2, seen);
+  const BendCalibration one = Calibrate(1, seen), two = Calibrate(2, seen);
   ASSERT_EQ(one.trials.size(), two.trials.size());
   for (std::size_t i = 0; i < one.trials.size(); ++i)
     EXPECT_EQ(one.trials[i].objective, two.trials[i].objective) << i;
 }
 
-TEST_F(ScaleCalibrationTest, ANarrowPriorKeepsTheFit) {
+TEST_F(BendCalibrationTest, ANarrowPriorKeepsTheFit) {
   calibration_ = {.sigma = 1e-3, .specimens = 2};
-  const ScaleCalibration found = Calibrate(2, Seen(false));
-  EXPECT_EQ(found.up, ScaleFactors());
-  EXPECT_EQ(found.trials.size(), 13u);  // the middle, and four neighbours at each step
+  const BendCalibration found = Calibrate(2, Seen(false));
+  EXPECT_EQ(found.factors.up, 1.0);
+  EXPECT_EQ(found.trials.size(), 7u);  // the middle, and two neighbours at each step
 }
 
-TEST_F(ScaleCalibrationTest, AClothThatFindsNoRestIsStiffened) {
+TEST_F(BendCalibrationTest, AClothThatFindsNoRestIsStiffened) {
   const std::vector<SeenCapture> seen = Seen(false);
-  const auto factors = [&](double least) {
+  const auto calibrated = [&](double least) {
     FakeBackend backend;
     backend.fails = [&](double, double b) { return b < least; };
-    return CalibrateScales(backend, [](int) { return TestMaterial(); }, options_, seen,
+    return CalibrateBend(backend, [](int) { return TestMaterial(); }, options_, seen,
                            {.specimens = 2});
   };
-  EXPECT_GE(std::log(factors(1.5).up.bend), 1.5);
-  EXPECT_EQ(factors(9).up, ScaleFactors());  // never: as fitted
-  EXPECT_EQ(factors(9).trials.front().at_rest, 0);
+  EXPECT_GE(std::log(calibrated(1.5).factors.up), 1.5);
+  EXPECT_EQ(calibrated(9).factors.up, 1.0);  // never: as fitted
+  EXPECT_EQ(calibrated(9).trials.front().at_rest, 0);
 }
 
-TEST_F(ScaleCalibrationTest, EndsEarlyWhenCancelled) {
+TEST_F(BendCalibrationTest, EndsEarlyWhenCancelled) {
   std::atomic<bool> cancel = false;
   const std::vector<SeenCapture> seen = Seen(true);
   options_.settle.steps.cancel = &cancel;
   calibration_.specimens = 2;
-  const ScaleCalibration found = Calibrate(2, seen, [&](int trials) { cancel = trials == 2; });
+  const BendCalibration found = Calibrate(2, seen, [&](int trials) { cancel = trials == 2; });
   EXPECT_TRUE(found.cancelled);
   EXPECT_EQ(found.trials.size(), 2u);
 }
