@@ -54,12 +54,19 @@ struct DrapeDraws::Cell {
     Eigen::Map<Eigen::VectorXd>(batch.theta(), batch.num_parameters()) = u;
   }
   // On the backend of a task, which lives for the call only.
-  void Run(Backend* backend, const Eigen::VectorXd& u, bool with_jacobians) {
+  void Run(Backend* backend, const Eigen::VectorXd& u, bool with_jacobians, double least_step) {
     batch.Move(backend, &targets);
+    if (!batch.has_accepted() && !with_jacobians) {
+      SetPoint(u);
+      batch.PrepareForEvaluation(false, true);
+      stands = batch.stands();
+      point = u;
+      return;
+    }
     // Derivatives are taken where a drape has been followed to, not on the way there.
     if (batch.has_accepted() && (point.size() == 0 || u != point)) {
       if (home) batch.Restore(*std::exchange(home, std::nullopt));
-      stands = FollowTo(u);
+      stands = FollowTo(u, least_step);
     }
     point = u;
     if (!with_jacobians || (batch.has_accepted() && !stands)) return;
@@ -70,9 +77,9 @@ struct DrapeDraws::Cell {
   }
   // Straight from the last point where the drapes stood, in parts where they are lost at once. Until
   // derivatives are asked for at its end, the way is a trial's: the next one starts where it did.
-  bool FollowTo(const Eigen::VectorXd& u) {
+  bool FollowTo(const Eigen::VectorXd& u, double least_step) {
     const Eigen::VectorXd from = batch.accepted().theta;
-    for (double done = 0.0, step = 1.0; step >= kLeastStep;) {
+    for (double done = 0.0, step = 1.0; step >= least_step;) {
       SetPoint(done + step < 1.0 ? (from + (done + step) * (u - from)).eval() : u);
       batch.PrepareForEvaluation(false, true);
       if (!batch.stands()) {
@@ -159,11 +166,16 @@ int DrapeDraws::num_residuals() const {
   return sum;
 }
 
+double DrapeDraws::least_step() const {
+  return beyond_ == BeyondBranch::kRefuseAtOnce ? 1.0 : kLeastStep;
+}
+
 void DrapeDraws::Prepare(const Eigen::MatrixXd& points, bool with_jacobians) {
   CHECK_EQ(points.rows(), num_latents_);
   CHECK_EQ(points.cols(), num_draws_);
   RunGathered(*backend_, static_cast<int>(cells_.size()), kSideBySide, [&](GatheredTask& task) {
-    cells_[task.index()]->Run(&task, points.col(task.index() / specimens_), with_jacobians);
+    cells_[task.index()]->Run(&task, points.col(task.index() / specimens_), with_jacobians,
+                              least_step());
   });
 }
 
@@ -206,7 +218,7 @@ bool DrapeDraws::StartAt(const Eigen::VectorXd& u) {
                        [](const auto& each) { return each->batch.has_accepted(); });
   }
   RunGathered(*backend_, specimens_, kSideBySide, [&](GatheredTask& task) {
-    prototypes_[task.index()]->Run(&task, u, true);
+    prototypes_[task.index()]->Run(&task, u, true, least_step());
   });
   for (std::size_t i = 0; i < cells_.size(); ++i)
     cells_[i] = std::make_unique<Cell>(*prototypes_[i % specimens_]);

@@ -36,6 +36,7 @@ struct DrapeHierarchy {
 // What a draw gives whose drape leaves its branch, or is not found, on the way to its point.
 enum class BeyondBranch {
   kRefuse,  // nothing: Copy says so, and the optimiser shortens its step for all draws
+  kRefuseAtOnce,  // the same, but the way is not tried in parts: an optimiser of one draw does that
   kTangent  // residuals that go on straight from the last point where the drape stood
 };
 
@@ -78,7 +79,7 @@ class DrapeDraws final : public DrawnResiduals {
   struct Cell;  // a draw of one specimen
   DrapeDraws() = default;
   const Cell& cell(int draw, int specimen) const { return *cells_[draw * specimens_ + specimen]; }
-  void RunCells(bool with_jacobians);
+  double least_step() const;  // of the way to a point, as a share
 
   Backend* backend_ = nullptr;
   int num_latents_ = 0, num_draws_ = 0, specimens_ = 1;

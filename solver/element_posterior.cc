@@ -64,16 +64,18 @@ class ElementFitter {
     return false;
   }
 
-  // Noise that the fit has not seen, as much at a time as the fit had.
+  // Noise that the fit has not seen, as much at a time as the fit had, until too few can stand.
   void ScoreFreshDraws() {
     const GaussianPosterior& q = fit_.posterior.posterior;
     std::vector<Eigen::VectorXd> residuals;
     Eigen::VectorXd residual;
     uint64_t stream = kFreshStream;
-    for (int left = options_.fresh_draws; left > 0 && !mode_.Cancelled(); left -= options_.draws) {
+    const auto enough = [&](int left) { return int(residuals.size()) + left >= kLeastFresh; };
+    for (int left = options_.fresh_draws; left > 0 && enough(left) && !mode_.Cancelled();
+         left -= options_.draws) {
       const int count = std::min(left, options_.draws);
       ElementDraws fresh = MakeDraws(count, stream++, BeyondBranch::kRefuse);
-      fresh.Prepare(PointOf(q).replicate(1, count), true);
+      fresh.Prepare(PointOf(q).replicate(1, count), false);
       fit_.counts += fresh.counts();
       for (int s = 0; s < count; ++s)
         if (fresh.Copy(s, &residual, nullptr)) residuals.push_back(residual);

@@ -28,9 +28,9 @@ bool FindDistribution(const PosteriorOptions& options, const PosteriorMode& mode
 void ScoreFreshDraws(const PosteriorOptions& options, const PosteriorMode& mode,
                      PosteriorFit* fit) {
   const GaussianPosterior& q = fit->posterior.posterior;
-  DrapeDraws mean = mode.MakeDraws(1, BeyondBranch::kRefuse);
-  if (!mean.StartAt(q.mean)) return ScoreDraws({}, {}, fit);
-  const auto fresh = mean.WithDraws(options.fresh_draws, BeyondBranch::kRefuse);
+  DrapeDraws at_mode = mode.MakeDraws(1, BeyondBranch::kRefuse);
+  if (!at_mode.StartAt(fit->mode.posterior.mean)) return ScoreDraws({}, {}, fit);
+  const auto fresh = at_mode.WithDraws(options.fresh_draws, BeyondBranch::kRefuse);
   const Eigen::MatrixXd standard =
       IndependentDraws(q.size(), options.fresh_draws, options.seed + 1);
   const Eigen::MatrixXd u = q.Draws(standard);

@@ -52,8 +52,10 @@ struct PosteriorFit {
   int beyond = 0;  // of the posterior's draws, with a drape beyond its branch: carried on straight
   BatchCounts counts;
   std::vector<int> specimen;             // of each target, from 0
-  std::vector<MaterialField> materials;  // at the posterior's mean, of each target
-  std::vector<Eigen::VectorXd> shapes;   // the drape of each target there [m], shape [3V]
+  // Of each target at the posterior's mean, or where that lies beyond the branch of one, at the mode.
+  bool shown_at_mode = false;
+  std::vector<MaterialField> materials;
+  std::vector<Eigen::VectorXd> shapes;  // the drapes there [m], shape [3V]
 
   bool valid() const { return !shapes.empty(); }
   // Tables of the fabric at u, without those of its specimens.

@@ -20,7 +20,6 @@ constexpr int kSigmaRounds = 3;       // the mode and σ by turns
 constexpr double kLeastSigma = 0.05;  // [px], of a learned one: that of the outline's measurement
 constexpr double kCostTolerance = 1e-4;
 constexpr int kNewtonFactor = 2;  // a draw lies further from the mode than a trial
-constexpr int kLeastFresh = 25;   // draws that a Pareto tail can be fitted to
 
 }  // namespace
 
@@ -106,7 +105,7 @@ VariationalOptions PosteriorMode::OptionsOf(DrawKind kind, int iterations, doubl
 }
 
 bool PosteriorMode::FindOnce(int round, int rounds) {
-  DrapeDraws one = MakeDraws(1, BeyondBranch::kRefuse);
+  DrapeDraws one = MakeDraws(1, BeyondBranch::kRefuseAtOnce);
   if (!one.StartAt(mean_)) return false;
   const int n = fit_.hierarchy.num_latents();
   const GaussianPosterior start{mean_, Eigen::MatrixXd::Identity(n, n),
@@ -140,10 +139,16 @@ void PosteriorMode::LearnSigma(const Eigen::VectorXd& residual) {
   fit_.sigma_px = std::max(kLeastSigma, fit_.sigma_px * residual.norm() / std::sqrt(freedom));
 }
 
-bool PosteriorMode::KeepDrapes(const Eigen::VectorXd& u) {
+bool PosteriorMode::KeepDrapes(Eigen::VectorXd u) {
   DrapeDraws draws = MakeDraws(1, BeyondBranch::kRefuse);
-  if (!draws.StartAt(u)) return false;
+  if (!draws.StartAt(fit_.mode.posterior.mean)) return false;
   draws.Prepare(u, false);
+  fit_.shown_at_mode = draws.num_beyond() > 0;
+  if (fit_.shown_at_mode) {
+    u = fit_.mode.posterior.mean;
+    draws.Prepare(u, false);
+    if (draws.num_beyond() > 0) return false;
+  }
   const std::vector<Eigen::VectorXd> by_specimen = draws.Shapes(0);
   fit_.counts += draws.counts();
   fit_.shapes.resize(by_specimen.size());

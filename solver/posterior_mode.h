@@ -19,8 +19,9 @@ class PosteriorMode {
 
   // Fills hierarchy, specimen, mode, sigma_px, counts. False when there is none.
   [[nodiscard]] bool Find();
-  // Fills materials and shapes: the drapes of the fabric's numbers u. False when they do not stand.
-  [[nodiscard]] bool KeepDrapes(const Eigen::VectorXd& u);
+  // Fills materials and shapes: the drapes of the fabric's numbers u, or where the way there from the
+  // mode ends, those of the mode. False when they do not stand either.
+  [[nodiscard]] bool KeepDrapes(Eigen::VectorXd u);
 
   // Draws of the hierarchy, from the drapes of the mode.
   DrapeDraws MakeDraws(int count, BeyondBranch beyond) const;
@@ -50,9 +51,12 @@ class PosteriorMode {
   PosteriorFit& fit_;
 };
 
+// Draws that a Pareto tail can be fitted to: fewer say nothing.
+inline constexpr int kLeastFresh = 25;
+
 // What fresh draws say of a fit: fills elbo, elbo_error, pareto_k, fresh and draw_rms_px.
 // residuals: of the draws that stand; log_ratios: of each, ln p(u) − ln q(u) of what is random in
-// it. Fewer than 25 say nothing: then these numbers are NaN.
+// it. Of fewer than kLeastFresh these numbers are NaN.
 void ScoreDraws(const std::vector<Eigen::VectorXd>& residuals,
                 const std::vector<double>& log_ratios, PosteriorFit* fit);
 

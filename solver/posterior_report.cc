@@ -86,6 +86,7 @@ ordered_json PosteriorJson(const PosteriorFit& fit) {
           {"draw_rms_px", fit.draw_rms_px},
           {"fresh_draws_that_stand", fit.fresh},
           {"draws_beyond_their_branch", fit.beyond},
+          {"drapes_shown_at", fit.shown_at_mode ? "mode" : "mean"},
           {"stretch_n_per_m", {belief.stretch, belief.stretch_deviation}},
           {"bend_n_m", {belief.bend, belief.bend_deviation}},
           {"log_factors", numbers}};

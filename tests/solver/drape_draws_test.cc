@@ -108,6 +108,11 @@ TEST_F(DrapeDrawsTest, ADrapeIsFollowedInParts) {
   EXPECT_EQ(residual(1.0, &at_once).jumps, 0);
   EXPECT_GT(residual(kShortJump, &in_parts).jumps, 0);
   EXPECT_LT((in_parts - at_once).norm(), 1e-6 * at_once.norm());
+  DrapeDraws impatient(backend_.get(), hierarchy_, targets_, options_, 1,
+                       BeyondBranch::kRefuseAtOnce);
+  ASSERT_TRUE(impatient.StartAt(Eigen::VectorXd::Zero(11)));
+  impatient.Prepare(far, false);
+  EXPECT_FALSE(impatient.Copy(0, &in_parts, nullptr));
 }
 
 // The way to a trial is the trial's: bit for bit the next one starts where it did.
@@ -124,6 +129,21 @@ TEST_F(DrapeDrawsTest, ATrialLeavesTheDrapesWhereTheyWere) {
   Eigen::VectorXd residual;
   EXPECT_TRUE(draws.Copy(0, &residual, nullptr));
   EXPECT_EQ(draws.Shapes(0), shapes);
+}
+
+// Fresh draws need no derivatives.
+TEST_F(DrapeDrawsTest, WithoutDerivativesADrawIsFoundFromItsStart) {
+  const Eigen::VectorXd near = 0.01 * test::RandomMatrix(11, 1, random_);
+  DrapeDraws plain(backend_.get(), hierarchy_, targets_, options_, 1);
+  DrapeDraws started(backend_.get(), hierarchy_, targets_, options_, 1);
+  ASSERT_TRUE(started.StartAt(near));
+  plain.Prepare(near, false);
+  started.Prepare(near, false);
+  Eigen::VectorXd found, expected;
+  ASSERT_TRUE(plain.Copy(0, &found, nullptr));
+  ASSERT_TRUE(started.Copy(0, &expected, nullptr));
+  EXPECT_LT((found - expected).norm(), 1e-6 * expected.norm());
+  EXPECT_EQ(plain.counts().tangents, 0);
 }
 
 // Where no part of the way stands, the residuals go on by the tangent, and say so.
