@@ -67,7 +67,15 @@ void AppendTic(std::string* tics, double value) {
   *tics += Number(value, "%.9g");
 }
 
-// A logarithmic axis that holds the values with some room, with marks at 1, 2 and 5.
+// Where a logarithmic axis of so many decades has its marks: enough, and apart from each other.
+std::vector<double> MarkedDigits(double decades) {
+  constexpr double kFew = 0.8, kMany = 2.5;
+  if (decades < kFew) return {1, 1.5, 2, 3, 4, 5, 6, 8};
+  if (decades < kMany) return {1, 2, 5};
+  return {1};
+}
+
+// A logarithmic axis that holds the values with some room.
 std::string LogAxis(const std::string& axis, const std::vector<double>& values) {
   constexpr double kRoom = 0.12;  // of the axis
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
@@ -75,7 +83,8 @@ std::string LogAxis(const std::string& axis, const std::vector<double>& values) 
   const double room = kRoom * std::max(high - low, 0.5);
   std::string tics;
   for (int decade = static_cast<int>(std::floor(low)) - 1; decade <= high + 1; ++decade)
-    for (const int digit : {1, 2, 5}) AppendTic(&tics, digit * std::pow(10.0, decade));
+    for (const double digit : MarkedDigits(high - low))
+      AppendTic(&tics, digit * std::pow(10.0, decade));
   return "set " + axis + "range [" + Number(std::pow(10.0, low - room), "%.9g") + ":" +
          Number(std::pow(10.0, high + room), "%.9g") + "]\nset " + axis + "tics (" + tics + ")\n";
 }
@@ -189,7 +198,7 @@ void DrawFrontChart(const std::string& path, const FrontChart& chart) {
       "',9'\n";
   script += "set label " + Quoted(chart.title) + " at screen 0.5,0.975 center font ',13'\n";
   script += "set xlabel " + Quoted(chart.cost_name) + "\nset ylabel " + Quoted(chart.error_name) +
-            "\nset cblabel 'vertices' offset -0.5,0\n";
+            "\nset cblabel 'vertices' offset 0.7,0\n";
   script += FrontAxes(chart, points) + NumberLabels(front) + FrontList(chart, front);
   for (int s = 0; s < static_cast<int>(chart.series.size()); ++s)
     script += DataBlock("series" + std::to_string(s), points, [&](const ChartPoint& point) {

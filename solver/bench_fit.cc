@@ -31,9 +31,11 @@ FitJob JobOf(const BenchSetting& setting, const FitBenchOptions& options,
   job.fit.integrator = ParseIntegrator(setting.integrator);
   job.fit.settle_h = setting.h;
   job.fit.settle_steps = setting.steps();
-  if (setting.model != "homo") job.model = "heter";
+  const bool has_fields = setting.model.starts_with("heter");
+  job.model = has_fields ? "heter" : setting.model;
   job.fields.basis =
       setting.model == "heter_modes" ? FieldBasis::kModes : FieldBasis::kElements;
+  job.posterior.draws = setting.draws;
   job.out = folder;
   job.checkpoint = folder + "/checkpoint.json";
   job.log = folder + "/fit.log";
@@ -72,6 +74,12 @@ void ReadScores(const std::string& folder, BenchRecord* record) {
 void CheckFitCell(const BenchSetting& setting) {
   if (setting.integrator == "hybrid")
     throw InputError("axis 'integrator'", "found hybrid, expected dynamic or static for a fit");
+  if (setting.integrator == "dynamic" && setting.model != "homo")
+    throw InputError("axis 'integrator'",
+                     "found dynamic with model " + setting.model + ", expected static");
+  if (IsDistribution(setting) && setting.draws % 2 != 0)
+    throw InputError("axis 'draws'",
+                     "found " + std::to_string(setting.draws) + ", expected an even number");
 }
 
 void DrawTruth(const BenchSetting& truth, const BenchProblem& problem, const std::string& path) {

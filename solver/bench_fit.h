@@ -26,7 +26,7 @@ void DrawTruth(const BenchSetting& truth, const BenchProblem& problem, const std
 // Runs one fit in this process with its files in a folder of `folder`: seconds, and errors from its
 // summary.json, after it has settled. Axes: mesh, law, material (the start tables), h and fall (of
 // the seeds), integrator (dynamic or static), backend, threads; model heter_elements and
-// heter_modes are fields on each element or in modes. Throws InputError.
+// heter_modes are fields on each element or in modes, bdp and bayes have draws. Throws InputError.
 BenchRecord RunFitCell(const BenchSetting& setting, const FitBenchOptions& options,
                        const std::string& folder, const std::atomic<bool>* cancel);
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "physics/atomic_file.h"
+#include "physics/errors.h"
 #include "physics/mesh_spec.h"
 #include "solver/child_process.h"
 
@@ -45,7 +46,11 @@ class Bench {
   // Bad names are found before hours are spent.
   void CheckInput() {
     for (const BenchSetting& cell : cells_) {
-      if (job_.work == BenchWork::kFit) CheckFitCell(cell);
+      if (job_.work == BenchWork::kFit) {
+        CheckFitCell(cell);
+      } else if (IsDistribution(cell)) {
+        throw InputError("axis 'model'", "found " + cell.model + ", which only fits have");
+      }
       if (!vertices_.contains(cell.mesh))
         vertices_[cell.mesh] = ParseMeshSpec(cell.mesh).num_vertices();
     }
@@ -89,7 +94,7 @@ class Bench {
       if (c == ' ') c = '_';
     const std::string path = job_.out + "/reference_" + name + ".json";
     std::string text;
-    if (job_.resume && fs::exists(path)) {
+    if (file_.continues() && fs::exists(path)) {
       text = ReadWholeFile(path);
     } else {
       ChildResult child = RunInChild(

@@ -28,6 +28,7 @@ void VisitAxes(Axes& axes, const Visit& visit) {
   visit("material", axes.material, &BenchSetting::material);
   visit("law", axes.law, &BenchSetting::law);
   visit("model", axes.model, &BenchSetting::model);
+  visit("draws", axes.draws, &BenchSetting::draws);
   visit("mesh", axes.mesh, &BenchSetting::mesh);
   visit("integrator", axes.integrator, &BenchSetting::integrator);
   visit("h", axes.h, &BenchSetting::h);
@@ -42,7 +43,7 @@ void VisitAxes(Axes& axes, const Visit& visit) {
 const std::vector<std::string>* ChoicesOf(const std::string& axis) {
   static const std::vector<std::pair<std::string, std::vector<std::string>>> choices = {
       {"law", {"reference", "smooth"}},
-      {"model", {"homo", "heter_modes", "heter_elements"}},
+      {"model", {"homo", "heter_modes", "heter_elements", "bdp", "bayes"}},
       {"integrator", {"dynamic", "hybrid", "static"}},
       {"mode", {"adjoint", "tangent"}},
       {"backend", {"auto", "cpu", "cuda"}}};
@@ -79,6 +80,9 @@ void CheckAxis(const std::string& axis, const std::vector<Value>& values) {
       Fail(axis, Text(values[i]) + " twice", "different values");
   }
 }
+
+// One thread runs the drapes of a batch one after the other.
+bool RunsBatches(const BenchSetting& cell) { return cell.backend != "cpu" || cell.threads > 1; }
 
 }  // namespace
 
@@ -134,14 +138,31 @@ std::string LabelOf(const BenchSetting& setting, const BenchAxes& varied) {
   return label;
 }
 
+std::string MethodOf(const BenchSetting& setting, const BenchAxes& axes) {
+  BenchAxes methods;
+  methods.model = axes.model;
+  methods.integrator = axes.integrator;
+  methods.mode = axes.mode;
+  methods.backend = axes.backend;
+  const std::string label = LabelOf(setting, methods);
+  return label.empty() ? setting.integrator : label;
+}
+
+bool IsDistribution(const BenchSetting& setting) {
+  return setting.model == "bdp" || setting.model == "bayes";
+}
+
 std::vector<BenchSetting> CellsOf(BenchWork work, const BenchAxes& axes) {
   std::vector<BenchSetting> cells(1);
   VisitAxes(axes, [&](const std::string& name, const auto& values, auto member) {
     CheckAxis(name, values);
-    const bool counts = name != "mode" || work == BenchWork::kGradient ||
-                        work == BenchWork::kJacobian;
+    const bool derives = work == BenchWork::kGradient || work == BenchWork::kJacobian;
     std::vector<BenchSetting> product;
     for (const BenchSetting& cell : cells) {
+      const bool counts = name == "mode"    ? derives
+                          : name == "draws" ? IsDistribution(cell)
+                          : name == "batch" ? RunsBatches(cell)
+                                            : true;
       for (const auto& value : values) {
         product.push_back(cell);
         product.back().*member = value;

@@ -24,7 +24,9 @@ struct BenchSetting {
   std::string material;              // ReadMaterial
   std::string law = "smooth";        // MakeLaw
   std::string model = "homo";        // one table for the cloth; "heter_modes": smooth fields over
-                                     // it; "heter_elements": one a face and hinge, all alike
+                                     // it; "heter_elements": one a face and hinge, all alike; of
+                                     // fits also "bdp" and "bayes"
+  int draws = 16;                    // of a fit of model bdp or bayes
   std::string mesh = "disc:600";     // ParseMeshSpec
   std::string integrator = "hybrid"; // dynamic: falls; hybrid: falls, then Newton; static: from
                                      // a drape that fell on a coarse mesh, 20 steps, then Newton
@@ -42,6 +44,7 @@ struct BenchSetting {
 struct BenchAxes {
   std::vector<std::string> material, law = {"smooth"}, model = {"homo"}, mesh = {"disc:600"},
                            integrator = {"hybrid"};
+  std::vector<int> draws = {16};
   std::vector<double> h = {0.1}, fall = {10.0}, tolerance = {1e-9};
   std::vector<std::string> mode = {"adjoint"}, backend = {"cpu"};
   std::vector<int> threads = {1}, batch = {1};
@@ -56,9 +59,15 @@ std::string IdentityOf(BenchWork work, const BenchSetting& setting);
 
 // "disc:600 hybrid h=0.1": the axes of which `varied` has more than one value.
 std::string LabelOf(const BenchSetting& setting, const BenchAxes& varied);
+// The mark of a cell in a chart, "hybrid cuda": its method (model, integrator, mode, backend) as far
+// as the axes vary it, or its integrator.
+std::string MethodOf(const BenchSetting& setting, const BenchAxes& axes);
 
-// The product; the first axis varies slowest. Axes that the work does not have (the mode of a
-// forward run) count with their first value only. Throws InputError for an axis without a value, a
+// Whether the setting is of a model that only fits have.
+bool IsDistribution(const BenchSetting& setting);
+
+// The product; the first axis varies slowest. Axes that a cell does not have (the mode of a forward
+// run, the draws of a table, the batch of one thread) count with their first value only. Throws InputError for an axis without a value, a
 // value that no cell can have, or one that is given twice.
 std::vector<BenchSetting> CellsOf(BenchWork work, const BenchAxes& axes);
 

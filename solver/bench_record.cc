@@ -98,7 +98,8 @@ BenchFile::BenchFile(std::string path, const std::string& common, bool resume)
   if (has_cells && !resume)
     throw InputError(path_, "holds the cells of an earlier run, expected --resume to go on with "
                             "them or another --out");
-  if (resume && !content.empty()) {
+  continues_ = resume && !content.empty();
+  if (continues_) {
     ReadCells(content, common);
   } else {
     WriteFileAtomically(path_, "# " + common + "\n" + HeaderLine() + "\n");

@@ -61,6 +61,8 @@ class BenchFile {
   // when it has cells already.
   BenchFile(std::string path, const std::string& common, bool resume);
 
+  // Whether a file of the same `common` was there.
+  bool continues() const { return continues_; }
   const BenchRecord* Find(const std::string& identity) const;
   // Appends at once, to the disk.
   void Add(BenchWork work, const BenchSetting& setting, const BenchRecord& record);
@@ -68,6 +70,7 @@ class BenchFile {
  private:
   void ReadCells(const std::string& content, const std::string& common);
   std::string path_;
+  bool continues_ = false;
   std::map<std::string, BenchRecord> cells_;  // by identity
 };
 

@@ -81,17 +81,17 @@ std::vector<GrowthSeries> GrowthOf(const BenchJob& job, const BenchResult& resul
   return all;
 }
 
-// One series an integrator, that of its first other settings: more than a picture can hold.
+// One series a method, that of its first other settings: more than a picture can hold.
 std::vector<GrowthSeries> ShownGrowth(const BenchJob& job, const BenchResult& result,
                                       BenchMeasure time) {
   BenchResult shown;
   std::set<std::string> kept;  // settings but the mesh
-  std::set<std::string> integrators;
+  std::set<std::string> methods;
   for (const BenchCell& cell : result.cells) {
     BenchSetting rest = cell.setting;
     rest.mesh.clear();
     const std::string identity = IdentityOf(job.work, rest);
-    if (!kept.contains(identity) && !integrators.insert(rest.integrator + rest.mode).second)
+    if (!kept.contains(identity) && !methods.insert(MethodOf(rest, job.axes)).second)
       continue;
     kept.insert(identity);
     shown.cells.push_back(cell);
@@ -104,11 +104,13 @@ FrontChart ChartOf(const BenchJob& job, const BenchResult& result, BenchMeasure 
   FrontChart chart{.title = std::string("Work against precision: ") + ToString(job.work),
                    .cost_name = TimeName(time),
                    .error_name = UnitName(error),
-                   .series = job.axes.integrator,
+                   .series = {},
                    .points = {}};
   for (const BenchCell& cell : result.cells) {
-    const auto& series = chart.series;
-    const auto at = std::find(series.begin(), series.end(), cell.setting.integrator);
+    auto& series = chart.series;
+    const std::string method = MethodOf(cell.setting, job.axes);
+    auto at = std::find(series.begin(), series.end(), method);
+    if (at == series.end()) at = series.insert(at, method);
     chart.points.push_back({.cost = cell.record[time],
                             .error = cell.record[error],
                             .vertices = cell.record[kVertices],

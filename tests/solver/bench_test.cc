@@ -76,6 +76,42 @@ TEST(BenchPlan, IsTheProductOfTheAxesThatTheWorkHas) {
   EXPECT_EQ(CellsOf(BenchWork::kGradient, TwoByTwo()).size(), 8u);
 }
 
+TEST(BenchPlan, OnlyDistributionsHaveDraws) {
+  BenchAxes axes = TwoByTwo();
+  axes.mesh.resize(1);
+  axes.h.resize(1);
+  axes.mode.resize(1);
+  axes.model = {"homo", "bdp"};
+  axes.draws = {8, 16};
+  const auto cells = CellsOf(BenchWork::kFit, axes);
+  ASSERT_EQ(cells.size(), 3u);
+  EXPECT_EQ(MethodOf(cells[0], axes), "homo");
+  EXPECT_EQ(MethodOf(cells[2], axes), "bdp");
+  EXPECT_EQ(LabelOf(cells[2], axes), "bdp draws=16");
+}
+
+TEST(BenchPlan, OneThreadHasNoBatches) {
+  BenchAxes axes = TwoByTwo();
+  axes.mesh.resize(1);
+  axes.h.resize(1);
+  axes.backend = {"cpu", "cuda"};
+  axes.batch = {1, 64};
+  EXPECT_EQ(CellsOf(BenchWork::kForward, axes).size(), 3u);
+  axes.threads = {2};
+  EXPECT_EQ(CellsOf(BenchWork::kForward, axes).size(), 4u);
+}
+
+TEST(BenchPlan, AMethodIsWhatTheAxesVary) {
+  BenchAxes axes = TwoByTwo();
+  axes.mode.resize(1);
+  BenchSetting cell;
+  EXPECT_EQ(MethodOf(cell, axes), "hybrid");
+  axes.backend = {"cpu", "cuda"};
+  EXPECT_EQ(MethodOf(cell, axes), "cpu");
+  axes.integrator = {"hybrid", "static"};
+  EXPECT_EQ(MethodOf(cell, axes), "hybrid cpu");
+}
+
 TEST(BenchPlan, NamesEachCell) {
   const auto cells = CellsOf(BenchWork::kGradient, TwoByTwo());
   std::set<std::string> identities;
@@ -117,6 +153,8 @@ TEST_F(BenchFileTest, IsReadBackByAResumedRun) {
   record[kVertexMm] = 1.0 / 3;
   BenchFile(Path("cells.csv"), "seed=a", false).Add(BenchWork::kForward, Cell(0.1), record);
   const BenchFile resumed(Path("cells.csv"), "seed=a", true);
+  EXPECT_TRUE(resumed.continues());
+  EXPECT_FALSE(BenchFile(Path("new.csv"), "seed=a", true).continues());
   const BenchRecord* found = resumed.Find(IdentityOf(BenchWork::kForward, Cell(0.1)));
   ASSERT_NE(found, nullptr);
   EXPECT_EQ(found->status, "other branch");

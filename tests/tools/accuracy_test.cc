@@ -16,7 +16,7 @@ const std::string kConfigs = std::string(DRAPE_SOURCE_DIR) + "/configs";
 
 // The reference is made as that of configs/bench/table.json.
 const ReferenceOptions kReference = {
-    .fine = "disc:2400", .coarse = "disc:1200", .fall = "disc:600"};
+    .fine = "disc:4800", .coarse = "disc:2400", .fall = "disc:1200"};
 
 class Accuracy : public testing::TestWithParam<const char*> {};
 

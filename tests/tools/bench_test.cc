@@ -71,6 +71,30 @@ TEST_F(BenchTool, MeasuresDerivatives) {
   }
 }
 
+// A reference is not taken over by a run that does not go on with its cells.
+TEST_F(BenchTool, WithoutCellsTheReferenceIsMadeAnew) {
+  ASSERT_EQ(Bench({"--mesh=disc:120", "--integrator=hybrid"}).exit_code, 0);
+  const std::string reference = Path("out/reference_synthetic_wool_smooth_homo.json");
+  const std::string first = Read(reference);
+  std::filesystem::remove(Path("out/cells.csv"));
+  const ProcessResult other = Bench({"--mesh=disc:120", "--integrator=hybrid", "--resume",
+                                     "--reference=disc:160,disc:200"});
+  ASSERT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_NE(Read(reference), first);
+}
+
+TEST_F(BenchTool, FitsOfDistributionsHaveDraws) {
+  const ProcessResult result = Bench(
+      {"--work=fit", "--truth=" + kWool, "--truth_mesh=disc:160", "--mesh=disc:120", "--fall=4",
+       "--integrator=static", "--model=homo,bdp", "--draws=2,4", "--keep=1", "--iterations=2",
+       "--posterior_iterations=1"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json cells = ReadJson(Path("out/bench.json"))["cells"];
+  ASSERT_EQ(cells.size(), 3u);
+  EXPECT_EQ(cells[2]["draws"], "4");
+  for (const Json& cell : cells) EXPECT_GT(cell["mse"].get<double>(), 0) << cell;
+}
+
 TEST_F(BenchTool, KeepsTheCellsThatEndedBeforeCtrlC) {
   const ProcessResult result =
       Bench({"--fall=400,401,402,403"}, {.interrupt_when = Path("out/reference_synthetic_wool_"
@@ -82,6 +106,7 @@ TEST_F(BenchTool, KeepsTheCellsThatEndedBeforeCtrlC) {
 TEST_F(BenchTool, RefusesBadInput) {
   ExpectOneLineError(Bench({"--integrator=fast"}), "one of dynamic, hybrid, static");
   ExpectOneLineError(Bench({"--mesh=disc:ten"}), "disc:ten");
+  ExpectOneLineError(Bench({"--model=bdp"}), "which only fits have");
   ExpectOneLineError(Bench({"--reference=disc:300"}), "expected two: coarse, fine");
   ExpectOneLineError(Bench({"--reference=disc:300,disc:200"}), "expected a finer mesh");
   ExpectOneLineError(Bench({"--work=gradient", "--table=" + Path("t.json")}), "expected forward");
