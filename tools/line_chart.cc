@@ -70,7 +70,10 @@ std::string ScriptOf(const Chart& chart, int number) {
   script += "set title \"" + Escaped(chart.title) + "\"\nset xlabel \"" + Escaped(chart.x_label) +
             "\"\nset ylabel \"" + Escaped(chart.y_label) + "\"\nset yrange [" + chart.y_range +
             "]\nset key " + chart.key + "\n";
-  return script + (plot.empty() ? "plot NaN notitle" : plot) + "\n";
+  if (plot.empty())
+    plot = "set xrange [1:10]\nset yrange [1:10]\nset label 1 'nothing to show' at graph 0.5,0.5 "
+           "center\nplot NaN notitle\nunset label 1\nset autoscale x";
+  return script + plot + "\n";
 }
 
 std::string Terminal(int width, int height) {

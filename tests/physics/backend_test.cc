@@ -109,7 +109,7 @@ TEST_F(BackendTest, LossGradientsAreThoseOfTheLoss) {
     }
     return backend->LossGradients(Inputs(), options_, loss);
   };
-  const double h = 1e-4;
+  const double h = 1e-2;  // of entries of 100 and more: rounding and truncation below 1e-7
   const auto plus = loss_at(h), minus = loss_at(-h);
   for (int i = 0; i < kBatch; ++i) {
     ASSERT_EQ(found[i].loss.has_value(), i != 3);
