@@ -16,7 +16,7 @@ namespace drape {
 namespace {
 
 constexpr int kModeIterations = 40;
-constexpr int kSigmaRounds = 3;       // the mode and σ by turns
+constexpr int kSigmaRounds = 2;       // the mode and σ by turns, from σ of the branch
 constexpr double kLeastSigma = 0.05;  // [px], of a learned one: that of the outline's measurement
 constexpr double kCostTolerance = 1e-4;
 constexpr int kNewtonFactor = 2;  // a draw lies further from the mode than a trial
@@ -34,7 +34,8 @@ PosteriorMode::PosteriorMode(const FitProblem& problem, const StagedFitOptions& 
       fit_(*fit) {
   options.Check(problem.targets.size());
   fit_.kind = options.kind;
-  fit_.sigma_px = staged.sigma_px;
+  fit_.sigma_px =
+      options.learn_sigma ? std::max(kLeastSigma, branch.profile_rms) : staged.sigma_px;
   SetHierarchy(branch);
   SetTargets(branch);
   mean_ = Eigen::VectorXd::Zero(fit_.hierarchy.num_latents());
