@@ -65,9 +65,9 @@ Comparison SumUp(const std::vector<ComparedCell>& cells, const std::vector<std::
 void WriteComparison(const std::string& folder, const Comparison& comparison,
                      const std::map<std::string, std::string>& settings);
 
-// What a scene needs: error on own and on held-out drapes against the rollouts of the fit, which
-// are the same on each machine, the chosen model in red; bars are standard errors of the difference from the best. Writes path.png and
-// path.svg by gnuplot; nothing where no model has a score. Throws InputError without gnuplot.
+// What a scene needs: a line a model with its errors on held-out and on own drapes and the rollouts
+// of its fit, which are the same on each machine; the chosen model in red; bars are standard errors
+// of the difference from the best. Writes path.png and path.svg by gnuplot; nothing where no model has a score. Throws InputError without gnuplot.
 void DrawModelChart(const std::string& path, const ComparisonTable& table);
 
 // The tables for a person, in Markdown.
