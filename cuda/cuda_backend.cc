@@ -31,12 +31,14 @@ class CudaBackend final : public Backend {
       shared_bytes = std::min(shared_bytes, device.shared_bytes);
     const FrontPlan plan =
         MakeFrontPlan(model_->pattern, model_->mesh.uv, {.shared_bytes = shared_bytes});
+    const int share = std::max(1, threads / static_cast<int>(devices.size()));
     for (const DeviceInfo& device : devices)
-      engines_.push_back(std::make_unique<DeviceEngine>(model_, plan, device));
+      engines_.push_back(std::make_unique<DeviceEngine>(model_, plan, device, share));
   }
 
   std::string name() const override { return "cuda"; }
   const ClothModel& model() const override { return *model_; }
+  int threads() const override { return host_->threads(); }
 
   std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
                                       const RolloutOptions& options,

@@ -37,8 +37,8 @@ ShapeBatch GroupOf(const ShapeBatch& batch, int first, int slots, int num_dofs) 
 }
 
 DeviceEngine::DeviceEngine(std::shared_ptr<const ClothModel> model, const FrontPlan& plan,
-                           const DeviceInfo& device)
-    : device_(device) {
+                           const DeviceInfo& device, int threads)
+    : device_(device), threads_(threads) {
   Bind();
   cloth_ = std::make_unique<DeviceCloth>(std::move(model), plan, device.shared_bytes);
   streams_ = std::make_unique<Streams>();

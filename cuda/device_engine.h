@@ -51,8 +51,9 @@ struct StepWorkspace {
 // number that is not finite) are marked in `failed`, for the host to decide.
 class DeviceEngine {
  public:
+  // threads: of the host, for what comes back from the device.
   DeviceEngine(std::shared_ptr<const ClothModel> model, const FrontPlan& plan,
-               const DeviceInfo& device);
+               const DeviceInfo& device, int threads);
 
   const DeviceInfo& device() const { return device_; }
 
@@ -198,6 +199,7 @@ class DeviceEngine {
                    std::span<RolloutResult* const> results, std::span<char> failed) const;
 
   DeviceInfo device_;
+  int threads_;
   std::unique_ptr<DeviceCloth> cloth_;
   std::unique_ptr<Streams> streams_;
   DeviceBuffer<char> memory_;

@@ -60,7 +60,7 @@ void DeviceEngine::ReadTangentsOnHost(const TangentShapes& shapes, const Readout
   const int slots = static_cast<int>(results.size()), rows = readout.size();
   std::vector<ReadoutJacobian> jacobians(slots);
   std::vector<char> read(slots);
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_)
   for (int i = 0; i < slots; ++i)
     read[i] = shapes.host[i] != nullptr &&
               readout.Read(i, *shapes.host[i], &results[i]->r, &jacobians[i]);

@@ -144,7 +144,7 @@ void DeviceEngine::DownloadTangents(const double* from, std::span<TangentResult>
   const std::int64_t dofs = cloth_->view().num_dofs(), columns = dofs * kPaddedEntries;
   std::vector<double> host(results.size() * columns);
   CopyToHost<double>(from, host);
-#pragma omp parallel for
+#pragma omp parallel for num_threads(threads_)
   for (std::size_t i = 0; i < results.size(); ++i) {
     RowMatrix& to = results[i].*part;
     to.resize(dofs, kMaterialEntries);

@@ -20,6 +20,7 @@ class CpuBackend final : public Backend {
 
   std::string name() const override { return "cpu"; }
   const ClothModel& model() const override { return *model_; }
+  int threads() const override { return static_cast<int>(solvers_.size()); }
 
   std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
                                       const RolloutOptions& options,
@@ -99,7 +100,7 @@ class CpuBackend final : public Backend {
   template <class Result, class Work>
   std::vector<Result> ForEach(std::size_t count, const Work& work) {
     std::vector<Result> results(count);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(static_cast<int>(solvers_.size()))
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads())
     for (int i = 0; i < static_cast<int>(count); ++i)
       results[i] = work(solvers_[omp_get_thread_num()], i);
     return results;
@@ -159,7 +160,7 @@ std::vector<ReadoutTangent> Backend::ReadoutTangents(
     const RolloutOptions& options, const Readout& readout) {
   std::vector<TangentResult> tangents = Tangents(batch, weights, options);
   std::vector<ReadoutTangent> results(batch.size());
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads())
   for (std::size_t i = 0; i < batch.size(); ++i) {
     results[i].rollout = std::move(tangents[i].rollout);
     if (results[i].rollout.status == RolloutStatus::kOk)
@@ -181,7 +182,7 @@ std::vector<LinearReadout> Backend::EquilibriumReadoutTangents(
     const Readout& readout) {
   const std::vector<RowMatrix> tangents = EquilibriumTangents(batch, weights);
   std::vector<LinearReadout> results(batch.size());
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads())
   for (std::size_t i = 0; i < batch.size(); ++i)
     if (tangents[i].size() > 0)
       results[i] = ReadTangent(readout, i, batch[i].start->x, tangents[i]);
@@ -203,7 +204,7 @@ std::vector<LossGradient> Backend::LossGradients(std::span<const RolloutInput> b
   const std::vector<RolloutResult> ends = Rollouts(batch, options, &recordings);
   std::vector<LossGradient> results(batch.size());
   std::vector<RowMatrix> seeds(batch.size());
-#pragma omp parallel for schedule(dynamic, 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads())
   for (std::size_t i = 0; i < batch.size(); ++i) {
     results[i].status = ends[i].status;
     if (ends[i].status == RolloutStatus::kOk)

@@ -53,6 +53,7 @@ class Backend {
   virtual ~Backend() = default;
   virtual std::string name() const = 0;
   virtual const ClothModel& model() const = 0;
+  virtual int threads() const = 0;  // of the host, at most; ≥ 1
 
   // recordings: nullptr, or resized to the batch and filled for Adjoints.
   virtual std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,

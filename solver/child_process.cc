@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <stdexcept>
+#include <thread>
 
 #include "physics/errors.h"
 
@@ -66,7 +67,9 @@ ChildResult RunInChild(const std::function<std::string()>& work, const std::atom
   if (child < 0) throw std::runtime_error("no child process can be started");
   if (child == 0) {
     close(ends[0]);
-    RunChild(ends[1], work);
+    // Threads do not survive a fork, and OpenMP would wait for those of the thread that forked. A
+    // new thread starts its own.
+    std::thread([&] { RunChild(ends[1], work); }).join();
   }
   close(ends[1]);
   ChildResult result;

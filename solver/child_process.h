@@ -14,9 +14,9 @@ struct ChildResult {
 };
 
 // Runs `work` in a forked child, so that its memory is its own and is measured alone. The parent
-// must not have used threads of OpenMP or a device before: they do not survive the fork. When
-// *cancel turns true the child is ended. InputError in the child is thrown again here; throws
-// std::runtime_error when the child dies.
+// must not have used a device before: it does not survive the fork. When *cancel turns true the
+// child is ended. InputError in the child is thrown again here; throws std::runtime_error when the
+// child dies.
 ChildResult RunInChild(const std::function<std::string()>& work, const std::atomic<bool>* cancel);
 
 }  // namespace drape

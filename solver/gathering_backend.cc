@@ -243,6 +243,7 @@ class Task final : public GatheredTask {
   int index() const override { return index_; }
   std::string name() const override { return inner_->name(); }
   const ClothModel& model() const override { return inner_->model(); }
+  int threads() const override { return inner_->threads(); }
 
   void InOrder(const std::function<void()>& act) override {
     LoneCall call(0, act);

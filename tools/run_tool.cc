@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 #include <unistd.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -50,6 +51,7 @@ int RunTool(int argc, char** argv, const OptionTable& table,
             const std::function<ExitCode(const std::atomic<bool>& cancel)>& body) {
   EnsureFastBlas(argv);
   StartLogging(argv[0]);
+  Eigen::setNbThreads(1);  // what runs in parallel are batches, on --threads
   try {
     if (ParseCommandLine(table, argc, argv) == ParseOutcome::kHelpShown) return kExitOk;
     HandleSignals();

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <thread>
 
+#include "physics/backend.h"
 #include "physics/errors.h"
 #include "solver/accuracy_table.h"
 #include "solver/bench_plan.h"
@@ -14,6 +16,7 @@
 #include "solver/child_process.h"
 #include "solver/pareto.h"
 #include "solver/richardson.h"
+#include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape::test {
@@ -189,6 +192,25 @@ TEST(RunInChild, ReturnsTextAndPassesErrorsOn) {
   EXPECT_THROW(RunInChild([]() -> std::string { _exit(3); }, nullptr), std::runtime_error);
   const std::atomic<bool> cancel = true;
   EXPECT_TRUE(RunInChild([]() -> std::string { for (;;) pause(); }, &cancel).cancelled);
+}
+
+// Threads of the parent do not survive the fork; the child would wait for them forever.
+TEST(RunInChild, RunsBatchesInParallelAfterItsParentDid) {
+  const auto model = SmallDisc("smooth", 100);
+  const MaterialField material = TestMaterial();
+  const State start = model->RestState();
+  const std::vector<RolloutInput> batch(8, {&material, &start});
+  const auto run = [&] {
+    MakeCpuBackend(model, 2)->Rollouts(batch, {.h = 0.1, .steps = 2}, nullptr);
+    return std::string("done");
+  };
+  run();
+  std::atomic<bool> cancel = false;
+  std::jthread watch([&](const std::stop_token& stop) {
+    for (int i = 0; i < 300 && !stop.stop_requested(); ++i) usleep(100000);
+    cancel = true;
+  });
+  EXPECT_EQ(RunInChild(run, &cancel).output, "done");
 }
 
 // Two fabrics; the finer mesh is 16 times as slow, and its coarse step leaves the branch of one.

@@ -29,6 +29,7 @@ class FakeBackend final : public Backend {
 
   std::string name() const override { return "fake"; }
   const ClothModel& model() const override { return *model_; }
+  int threads() const override { return 1; }
 
   // s and b of a material.
   static Eigen::Vector2d Logs(const MaterialField& material) {

@@ -23,6 +23,7 @@ class SumBackend final : public Backend {
  public:
   std::string name() const override { return "sum"; }
   const ClothModel& model() const override { return *model_; }
+  int threads() const override { return 1; }
 
   std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
                                       const RolloutOptions& options,
@@ -76,13 +77,13 @@ class SumBackend final : public Backend {
 
   // "r16": a batch of 16 rollouts.
   std::vector<std::string> batches;
-  std::set<std::thread::id> threads;  // that called
+  std::set<std::thread::id> callers;
   bool throws = false;
 
  private:
   void Keep(char kind, std::size_t size) {
     batches.push_back(kind + std::to_string(size));
-    threads.insert(std::this_thread::get_id());
+    callers.insert(std::this_thread::get_id());
   }
   static Eigen::VectorXd Sum(const RolloutInput& input) {
     return input.start->x.array() + input.material->density;
@@ -148,7 +149,7 @@ TEST_F(GatheringTest, CallsOfOneKindAreOneBatch) {
     Differentiate(task, task.index(), task.index() == 5 ? 0 : 1);
   });
   EXPECT_THAT(inner_.batches, ElementsAre("r16", "t12", "e24", "d7"));
-  EXPECT_THAT(inner_.threads, ElementsAre(std::this_thread::get_id()));
+  EXPECT_THAT(inner_.callers, ElementsAre(std::this_thread::get_id()));
 }
 
 TEST_F(GatheringTest, OtherOptionsAreAnotherBatch) {

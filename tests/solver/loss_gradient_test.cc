@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <mutex>
+#include <set>
+#include <thread>
 
 #include "losses/readouts.h"
 #include "losses/shape_features.h"
@@ -13,6 +17,30 @@
 
 namespace drape {
 namespace {
+
+// Finds nothing at any shape, and notes on which threads.
+class NotingReadout final : public Readout {
+ public:
+  int size() const override { return 1; }
+  bool Read(std::size_t, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+            ReadoutJacobian* dr_dx) const override {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    const std::lock_guard lock(mutex_);
+    threads_.insert(std::this_thread::get_id());
+    *r = Eigen::VectorXd::Zero(1);
+    if (dr_dx != nullptr) dr_dx->resize(1, x.size());
+    return true;
+  }
+  int TakeThreads() {
+    const int count = static_cast<int>(threads_.size());
+    threads_.clear();
+    return count;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  mutable std::set<std::thread::id> threads_;
+};
 
 class LossGradientTest : public testing::Test {
  protected:
@@ -58,6 +86,25 @@ class LossGradientTest : public testing::Test {
   Camera camera_;
   int steps_ = 12;
 };
+
+TEST_F(LossGradientTest, ReadsOnTheThreadsOfItsBackend) {
+  const MaterialField material = test::TestMaterial();
+  const std::vector<RolloutInput> batch(16, {&material, &start_});
+  const std::vector<const MaterialField*> weights(batch.size(), &material);
+  const Eigen::VectorXd target = Eigen::VectorXd::Zero(1);
+  NotingReadout readout;
+  const ReadoutLoss loss{&readout, std::vector<const Eigen::VectorXd*>(batch.size(), &target)};
+  const RolloutOptions once{.h = 0.05, .steps = 1};
+  for (const int threads : {1, 2}) {
+    const auto backend = MakeCpuBackend(model_, threads);
+    backend->LossGradients(batch, once, loss);
+    EXPECT_EQ(readout.TakeThreads(), threads);
+    backend->ReadoutTangents(batch, weights, once, readout);
+    EXPECT_EQ(readout.TakeThreads(), threads);
+    backend->EquilibriumReadoutTangents(batch, weights, readout);
+    EXPECT_LE(readout.TakeThreads(), threads);
+  }
+}
 
 TEST_F(LossGradientTest, OfTheOutline) {
   const OutlineReadout readout(model_->mesh, {camera_}, 72);
