@@ -81,12 +81,12 @@ class StripCost final : public ceres::CostFunction {
 
 class Monitor final : public ceres::IterationCallback {
  public:
-  Monitor(const FitOptions& options, FitSummary* summary) : options_(options), summary_(summary) {}
+  Monitor(const FitOptions& options, TrustRegionRun* run) : options_(options), run_(run) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& s) override {
     FitIteration it{s.iteration,  s.cost, s.step_norm, s.trust_region_radius, s.step_is_successful,
                     s.cumulative_time_in_seconds};
-    summary_->iterations.push_back(it);
+    run_->iterations.push_back(it);
     if (options_.progress) options_.progress(it);
     if (options_.cancel != nullptr && options_.cancel->load())
       return Stop(FitTermination::kCancelled);
@@ -98,13 +98,13 @@ class Monitor final : public ceres::IterationCallback {
 
  private:
   ceres::CallbackReturnType Stop(FitTermination why) {
-    summary_->termination = why;
+    run_->termination = why;
     stopped_ = true;
     return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
   }
 
   const FitOptions& options_;
-  FitSummary* summary_;
+  TrustRegionRun* run_;
   bool stopped_ = false;
 };
 
@@ -131,15 +131,12 @@ void AddPrior(ceres::Problem& problem, const ParameterBlocks& blocks, const FitO
 }
 
 void Solve(ceres::Problem& problem, const FitOptions& options, FitSummary* summary) {
-  Monitor monitor(options, summary);
-  ceres::Solver::Summary ceres_summary;
-  ceres::Solver::Options ceres_options = TrustRegionOptions(problem.NumParameters(), options);
-  ceres_options.callbacks.push_back(&monitor);
-  ceres::Solve(ceres_options, &problem, &ceres_summary);
-  if (!monitor.stopped()) summary->termination = FromCeres(ceres_summary);
-  summary->message = ceres_summary.message;
-  summary->initial_cost = ceres_summary.initial_cost;
-  summary->seconds = ceres_summary.total_time_in_seconds;
+  TrustRegionRun run = RunTrustRegion(problem, options);
+  summary->termination = run.termination;
+  summary->message = std::move(run.message);
+  summary->initial_cost = run.initial_cost;
+  summary->iterations = std::move(run.iterations);
+  summary->seconds = run.seconds;
 }
 
 // Adds the tests to a summary that holds the best θ. False when they cannot be computed there.
@@ -182,6 +179,21 @@ ceres::Solver::Options TrustRegionOptions(int parameters, const FitOptions& opti
   // Jacobian would be no better than none.
   ceres_options.jacobi_scaling = false;
   return ceres_options;
+}
+
+TrustRegionRun RunTrustRegion(ceres::Problem& problem, const FitOptions& options) {
+  TrustRegionRun run;
+  Monitor monitor(options, &run);
+  ceres::Solver::Summary summary;
+  ceres::Solver::Options ceres_options = TrustRegionOptions(problem.NumParameters(), options);
+  ceres_options.callbacks.push_back(&monitor);
+  ceres::Solve(ceres_options, &problem, &summary);
+  if (!monitor.stopped()) run.termination = FromCeres(summary);
+  run.message = summary.message;
+  run.initial_cost = summary.initial_cost;
+  run.final_cost = summary.final_cost;
+  run.seconds = summary.total_time_in_seconds;
+  return run;
 }
 
 const char* ToString(FitTermination termination) {

@@ -80,6 +80,19 @@ inline constexpr double kLastCostTolerance = 1e-5;
 // How Fit sets Ceres; without callbacks.
 ceres::Solver::Options TrustRegionOptions(int parameters, const FitOptions& options);
 
+// What Ceres's trust region did with a problem.
+struct TrustRegionRun {
+  FitTermination termination = FitTermination::kFailed;
+  std::string message;  // one sentence
+  double initial_cost = 0.0, final_cost = 0.0;
+  std::vector<FitIteration> iterations;
+  double seconds = 0.0;
+};
+
+// Runs it with TrustRegionOptions. Each iteration is told to options.progress; *options.cancel and
+// options.max_damping end the run.
+TrustRegionRun RunTrustRegion(ceres::Problem& problem, const FitOptions& options);
+
 // Fits θ to all targets by Ceres's trust region (Levenberg–Marquardt) from batch.theta(). On return
 // the targets' starts are the drapes of the best point. `tests`, if not null: mechanical tests of
 // the same cloth, fitted jointly; a strip that cannot be computed refuses a step as a failed

@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -179,42 +180,17 @@ class DivergenceCost final : public ceres::CostFunction {
   int latents_;
 };
 
-// Keeps Ceres's callback short: what FitOptions' monitor does for a material.
-class Monitor final : public ceres::IterationCallback {
- public:
-  Monitor(const VariationalOptions& options, VariationalFit* fit) : options_(options), fit_(fit) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& s) override {
-    fit_->iterations = s.iteration;
-    if (options_.progress)
-      options_.progress({s.iteration, s.cost, s.step_norm, s.trust_region_radius,
-                         s.step_is_successful, s.cumulative_time_in_seconds});
-    if (options_.cancel == nullptr || !options_.cancel->load()) return ceres::SOLVER_CONTINUE;
-    cancelled_ = true;
-    return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
-  }
-  bool cancelled() const { return cancelled_; }
-
- private:
-  const VariationalOptions& options_;
-  VariationalFit* fit_;
-  bool cancelled_ = false;
-};
-
-ceres::Solver::Options CeresOptions(const VariationalOptions& options, Monitor* monitor) {
-  ceres::Solver::Options ceres_options;
-  ceres_options.linear_solver_type = ceres::DENSE_QR;
-  ceres_options.max_num_iterations = options.max_iterations;
-  ceres_options.initial_trust_region_radius = 1.0 / options.initial_damping;
-  ceres_options.min_lm_diagonal = ceres_options.max_lm_diagonal = 1.0;
-  ceres_options.jacobi_scaling = false;
-  ceres_options.function_tolerance = options.cost_tolerance;
-  ceres_options.gradient_tolerance = 1e-12;
-  ceres_options.parameter_tolerance = 1e-12;
-  ceres_options.num_threads = 1;  // the draws are evaluated in parallel, the copies are not
-  ceres_options.logging_type = ceres::SILENT;
-  ceres_options.update_state_every_iteration = true;
-  ceres_options.callbacks.push_back(monitor);
-  return ceres_options;
+// The numbers of a posterior are of one kind, in units of their prior.
+FitOptions TrustRegionOf(const VariationalOptions& options) {
+  FitOptions fit;
+  fit.max_iterations = options.max_iterations;
+  fit.max_damping = std::numeric_limits<double>::infinity();
+  fit.initial_damping = options.initial_damping;
+  fit.unit_damping = true;
+  fit.cost_tolerance = options.cost_tolerance;
+  fit.cancel = options.cancel;
+  fit.progress = options.progress;
+  return fit;
 }
 
 }  // namespace
@@ -242,25 +218,18 @@ VariationalFit FitPosterior(DrawnResiduals& residuals, const GaussianPosterior& 
   for (int s = 0; s < evaluation.num_draws(); ++s)
     problem.AddResidualBlock(new DrawCost(&evaluation, s), nullptr, evaluation.numbers());
   problem.AddResidualBlock(new DivergenceCost(evaluation.layout()), nullptr, evaluation.numbers());
+  const TrustRegionRun run = RunTrustRegion(problem, TrustRegionOf(options));
   VariationalFit fit;
-  Monitor monitor(options, &fit);
-  ceres::Solver::Summary summary;
-  ceres::Solve(CeresOptions(options, &monitor), &problem, &summary);
+  fit.termination = run.termination;
   fit.posterior = start;
-  if (options.kind == DrawKind::kMode && summary.IsSolutionUsable())
+  if (options.kind == DrawKind::kMode && run.termination != FitTermination::kFailed)
     fit.posterior = FromCovariance(start.mean, evaluation.LaplaceCovariance());
   evaluation.layout().Unpack(evaluation.numbers(), &fit.posterior);
-  fit.initial_cost = summary.initial_cost;
-  fit.cost = summary.final_cost;
+  fit.initial_cost = run.initial_cost;
+  fit.cost = run.final_cost;
   fit.divergence = fit.posterior.DivergenceFromPrior();
-  fit.seconds = summary.total_time_in_seconds;
-  if (monitor.cancelled()) {
-    fit.termination = FitTermination::kCancelled;
-  } else if (summary.IsSolutionUsable()) {
-    fit.termination = summary.termination_type == ceres::CONVERGENCE
-                          ? FitTermination::kConverged
-                          : FitTermination::kIterationLimit;
-  }
+  if (!run.iterations.empty()) fit.iterations = run.iterations.back().iteration;
+  fit.seconds = run.seconds;
   return fit;
 }
 

@@ -9,6 +9,7 @@
 #include "solver/accuracy_table.h"
 #include "solver/child_process.h"
 #include "tools/bench_report.h"
+#include "tools/common_options.h"
 #include "tools/output_folder.h"
 
 namespace drape {
@@ -31,11 +32,7 @@ std::vector<Option> AxisOptions(BenchAxes& axes) {
        .doc = "axis: draws behind the distribution of a fit of model bdp or bayes, even",
        .least = 2,
        .most = 10000},
-      {.key = "mesh",
-       .value = &axes.mesh,
-       .doc = "axis: OBJ files or disc:N",
-       .is_path = true,
-       .words = {"disc:"}},
+      MeshOption("mesh", &axes.mesh, "axis: OBJ files or disc:N"),
       {.key = "integrator",
        .value = &axes.integrator,
        .doc = "axis: dynamic (falls), hybrid (falls, then Newton), static (a drape that "
@@ -86,21 +83,13 @@ std::vector<Option> ProblemOptions(BenchToolOptions& options) {
        .doc = "start shape, which holds the branch",
        .is_path = true,
        .required = true},
-      {.key = "coarse_mesh",
-       .value = &job.problem.coarse_mesh,
-       .doc = "on which a static cell falls; of a fit, the mesh of the seed grid",
-       .is_path = true,
-       .words = {"disc:"}},
-      {.key = "reference",
-       .value = &options.references,
-       .doc = "the two meshes, coarse then fine, whose drapes are extrapolated to the reference",
-       .is_path = true,
-       .words = {"disc:"}},
-      {.key = "reference_fall",
-       .value = &job.reference.fall,
-       .doc = "mesh on which the reference falls before Newton on these two",
-       .is_path = true,
-       .words = {"disc:"}},
+      MeshOption("coarse_mesh", &job.problem.coarse_mesh,
+                 "on which a static cell falls; of a fit, the mesh of the seed grid"),
+      MeshOption("reference", &options.references,
+                 "the two meshes, coarse then fine, whose drapes are extrapolated to the "
+                 "reference"),
+      MeshOption("reference_fall", &job.reference.fall,
+                 "mesh on which the reference falls before Newton on these two"),
       {.key = "order",
        .value = &job.reference.order,
        .doc = "of the error in the size of the elements, for the extrapolation",
@@ -146,11 +135,7 @@ std::vector<Option> FitAndFileOptions(BenchToolOptions& options) {
        .value = &options.truth,
        .doc = "work fit without images: the fabric whose silhouette is made and fitted",
        .is_path = true},
-      {.key = "truth_mesh",
-       .value = &options.truth_mesh,
-       .doc = "and on which mesh",
-       .is_path = true,
-       .words = {"disc:"}},
+      MeshOption("truth_mesh", &options.truth_mesh, "and on which mesh"),
       {.key = "keep", .value = &job.fit.keep, .doc = "work fit: as in drape_fit", .least = 1},
       {.key = "iterations",
        .value = &job.fit.iterations,
@@ -175,11 +160,7 @@ std::vector<Option> FitAndFileOptions(BenchToolOptions& options) {
        .doc = "factor on the errors that the table promises",
        .least = 1,
        .most = 10},
-      {.key = "out",
-       .value = &options.out,
-       .doc = "output folder, made when missing",
-       .is_path = true,
-       .required = true},
+      OutOption(options.out),
       {.key = "resume", .value = &options.job.resume, .doc = "go on with out/cells.csv"},
   };
 }

@@ -8,6 +8,7 @@
 #include "physics/state_io.h"
 #include "tools/backend_option.h"
 #include "tools/branches_report.h"
+#include "tools/common_options.h"
 #include "tools/output_folder.h"
 #include "tools/tool_options.h"
 
@@ -35,8 +36,7 @@ std::vector<Option> SampleOptions(SamplingOptions& sampling) {
        .above_least = true},
       {.key = "steps", .value = &sampling.steps, .doc = "time steps before Newton", .least = 0,
        .most = 100000},
-      {.key = "threads", .value = &sampling.threads, .doc = "rollouts at a time; 0: all cores",
-       .least = 0, .most = 1024},
+      ThreadsOption(sampling.threads),
   };
 }
 
@@ -49,8 +49,7 @@ std::vector<Option> ReportOptions(BranchesOptions& options) {
       {.key = "tolerance", .value = &options.tolerance,
        .doc = "drapes nearer than this are one branch", .unit = "m", .least = 0, .most = 1,
        .above_least = true},
-      {.key = "out", .value = &options.out, .doc = "output folder, made when missing",
-       .is_path = true, .required = true},
+      OutOption(options.out),
   };
 }
 

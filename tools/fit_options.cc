@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/backend_option.h"
+#include "tools/common_options.h"
 #include "tools/tool_options.h"
 
 namespace drape {
@@ -40,20 +41,10 @@ std::vector<Option> InputOptions(FitToolOptions& options) {
               "then how sure the tables are; bdp: then how far each face and hinge scatters about "
               "them (the paper's model)",
        .choices = {"homo", "heter", "bayes", "bdp"}},
-      {.key = "mesh",
-       .value = &job.mesh,
-       .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
-       .is_path = true,
-       .words = {"disc:"}},
-      {.key = "coarse_mesh",
-       .value = &job.coarse_mesh,
-       .doc = "cloth of the seed grid",
-       .is_path = true,
-       .words = {"disc:"}},
-      {.key = "law",
-       .value = &job.law,
-       .doc = "how stiffness follows from strain and curvature",
-       .choices = {"reference", "smooth"}},
+      MeshOption("mesh", &job.mesh,
+                 "cloth: an OBJ file, or disc:N for a built-in disc of N vertices"),
+      MeshOption("coarse_mesh", &job.coarse_mesh, "cloth of the seed grid"),
+      LawOption(job.law),
       {.key = "camera",
        .value = &job.camera,
        .doc = "orthographic is what the published images obey",
@@ -62,11 +53,7 @@ std::vector<Option> InputOptions(FitToolOptions& options) {
        .value = &job.centre,
        .doc = "where the support's centre is: in the image's centre, or found from the outline",
        .choices = {"nominal", "outline"}},
-      {.key = "out",
-       .value = &options.out,
-       .doc = "output folder, made when missing",
-       .is_path = true,
-       .required = true},
+      OutOption(options.out),
       {.key = "resume",
        .value = &job.resume,
        .doc = "go on from out/checkpoint.json to the same answer; fields and posteriors begin anew"},
@@ -216,8 +203,7 @@ std::vector<Option> FitStageOptions(FitToolOptions& options) {
               "and over directions; kept by 2 free numbers, linear by 7 too",
        .choices = {"given", "linear", "isotropic"}},
       BackendOption(options.job.backend),
-      {.key = "threads", .value = &options.job.threads, .doc = "rollouts at a time; 0: all cores",
-       .least = 0, .most = 1024},
+      ThreadsOption(options.job.threads),
   };
 }
 

@@ -4,6 +4,7 @@
 #include "losses/shape_features.h"
 #include "physics/random.h"
 #include "physics/start_shape.h"
+#include "tools/common_options.h"
 #include "tools/gradients_report.h"
 #include "tools/output_folder.h"
 #include "tools/scene_input.h"
@@ -143,8 +144,7 @@ OptionTable GradientsTable(GradientsOptions& options) {
       .notes = "files: summary.json, report.md, differences.png, horizons.png, fold.png\n"
                "Ctrl-C writes what there is\n",
       .options = {
-          {.key = "mesh", .value = &options.mesh, .doc = "cloth", .is_path = true,
-           .words = {"disc:"}},
+          MeshOption("mesh", &options.mesh, "cloth"),
           {.key = "material", .value = &options.material, .doc = "fabric", .is_path = true,
            .required = true},
           {.key = "start_seed", .value = &options.start_seed, .doc = "of the random start",
@@ -167,8 +167,7 @@ OptionTable GradientsTable(GradientsOptions& options) {
           {.key = "fold_starts", .value = &options.fold_starts,
            .doc = "branches followed to softer bend until they end, from start_seed on",
            .least = 0, .most = 1000},
-          {.key = "out", .value = &options.out, .doc = "output folder, made when missing",
-           .is_path = true, .required = true}}};
+          OutOption(options.out)}};
 }
 
 GradientStudy StudyGradients(const GradientsOptions& options,

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "physics/errors.h"
+#include "tools/common_options.h"
 #include "tools/optimiser_problem.h"
 #include "tools/optimisers_report.h"
 #include "tools/output_folder.h"
@@ -19,11 +20,7 @@ std::vector<Option> ProblemOptions(OptimisersOptions& options) {
        .value = &options.twins,
        .doc = "fabrics whose silhouettes are made and fitted",
        .is_path = true},
-      {.key = "twin_mesh",
-       .value = &options.twin_mesh,
-       .doc = "cloth of the twins",
-       .is_path = true,
-       .words = {"disc:"}},
+      MeshOption("twin_mesh", &options.twin_mesh, "cloth of the twins"),
       {.key = "twin_seed",
        .value = &options.twin_seed,
        .doc = "of the first twin's random start; the others follow",
@@ -53,20 +50,9 @@ std::vector<Option> ProblemOptions(OptimisersOptions& options) {
        .doc = "start entries under this share of their column's largest are raised to it",
        .least = 0,
        .most = 1},
-      {.key = "mesh",
-       .value = &options.mesh,
-       .doc = "cloth of the fits",
-       .is_path = true,
-       .words = {"disc:"}},
-      {.key = "coarse_mesh",
-       .value = &options.coarse_mesh,
-       .doc = "cloth of the seed grid",
-       .is_path = true,
-       .words = {"disc:"}},
-      {.key = "law",
-       .value = &job.law,
-       .doc = "how stiffness follows from strain and curvature",
-       .choices = {"reference", "smooth"}},
+      MeshOption("mesh", &options.mesh, "cloth of the fits"),
+      MeshOption("coarse_mesh", &options.coarse_mesh, "cloth of the seed grid"),
+      LawOption(job.law),
       {.key = "parameters",
        .value = &options.parameters,
        .doc = "free numbers, each count a problem of every image: 1, 2, 3, 7, 39",
@@ -129,11 +115,7 @@ std::vector<Option> RaceOptions(OptimisersOptions& options) {
        .doc = "rollouts of the grid at a time",
        .least = 1,
        .most = 1024},
-      {.key = "out",
-       .value = &options.out,
-       .doc = "output folder, made when missing",
-       .is_path = true,
-       .required = true},
+      OutOption(options.out),
   };
 }
 

@@ -12,6 +12,7 @@
 #include "physics/obj_io.h"
 #include "solver/material_source.h"
 #include "tools/backend_option.h"
+#include "tools/common_options.h"
 #include "tools/contact_sheet.h"
 #include "tools/output_folder.h"
 #include "tools/predict_report.h"
@@ -59,11 +60,7 @@ std::vector<Option> DrawOptions(PredictToolOptions& options) {
        .doc = "time steps before Newton",
        .least = 0,
        .most = 100000},
-      {.key = "threads",
-       .value = &options.threads,
-       .doc = "rollouts at a time; 0: all cores",
-       .least = 0,
-       .most = 1024},
+      ThreadsOption(options.threads),
   };
 }
 
@@ -79,11 +76,7 @@ std::vector<Option> FileOptions(PredictToolOptions& options) {
       {.key = "keep_meshes",
        .value = &options.keep_meshes,
        .doc = "also write draw_<i>.obj of each drape"},
-      {.key = "out",
-       .value = &options.out,
-       .doc = "output folder, made when missing",
-       .is_path = true,
-       .required = true},
+      OutOption(options.out),
   };
 }
 

@@ -11,6 +11,7 @@
 #include "physics/errors.h"
 #include "physics/material_io.h"
 #include "physics/mesh_spec.h"
+#include "tools/common_options.h"
 #include "tools/output_folder.h"
 #include "tools/stability_report.h"
 
@@ -104,8 +105,7 @@ void FindDamping(StabilityBench& bench, const std::vector<double>& steps, Stabil
 
 std::vector<Option> SettingOptions(StabilityOptions& o) {
   return {
-      {.key = "mesh", .value = &o.mesh, .doc = "disc:N, or a mesh file", .is_path = true,
-       .words = {"disc:"}},
+      MeshOption("mesh", &o.mesh, "disc:N, or a mesh file"),
       {.key = "material", .value = &o.material, .doc = "fabric; its density is each run's own",
        .is_path = true, .required = true},
       {.key = "start", .value = &o.start, .doc = "start shape, which decides the branch",
@@ -139,8 +139,7 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
       {.key = "threads", .value = &o.threads, .doc = "runs at a time; 0: all cores", .least = 0,
        .most = 1024},
       {.key = "resume", .value = &o.resume, .doc = "keep the runs that runs.csv in --out has"},
-      {.key = "out", .value = &o.out, .doc = "output folder, made when missing", .is_path = true,
-       .required = true},
+      OutOption(o.out),
   };
 }
 

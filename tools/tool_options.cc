@@ -2,6 +2,7 @@
 #include "tools/tool_options.h"
 
 #include "tools/backend_option.h"
+#include "tools/common_options.h"
 
 namespace drape {
 
@@ -18,10 +19,7 @@ std::vector<Option> ClothOptions(SceneInput& scene) {
        .doc = "a material file; FILE#name picks one of several in it",
        .is_path = true,
        .required = true},
-      {.key = "law",
-       .value = &scene.law,
-       .doc = "how stiffness follows from strain and curvature",
-       .choices = {"reference", "smooth"}},
+      LawOption(scene.law),
   };
 }
 
@@ -86,8 +84,7 @@ OptionTable SimulateTable(SimulateOptions& options) {
       {.key = "gradient_weights", .value = &options.gradient_weights,
        .doc = "file {\"w\": [3 a vertex]}: writes gradient.json of L = sum of w*x at the end",
        .is_path = true},
-      {.key = "out", .value = &options.out, .doc = "output folder, made when missing",
-       .is_path = true, .required = true},
+      OutOption(options.out),
   };
   return {
       .tool = "drape_simulate",

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "physics/atomic_file.h"
+#include "tools/common_options.h"
 #include "tools/output_folder.h"
 #include "tools/versions.h"
 
@@ -77,15 +78,8 @@ OptionTable ValidateTable(ValidateToolOptions& options) {
           .options = {{.key = "only",
                        .value = &options.validation.only,
                        .doc = "groups of truths, none: all of " + groups},
-                      {.key = "law",
-                       .value = &options.validation.law,
-                       .doc = "how stiffness follows from strain and curvature",
-                       .choices = {"reference", "smooth"}},
-                      {.key = "out",
-                       .value = &options.out,
-                       .doc = "output folder, made when missing",
-                       .is_path = true,
-                       .required = true}}};
+                      LawOption(options.validation.law),
+                      OutOption(options.out)}};
 }
 
 std::vector<Truth> RunValidation(const ValidateToolOptions& options) {
