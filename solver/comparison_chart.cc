@@ -11,11 +11,13 @@
 namespace drape {
 namespace {
 
+constexpr int kRing = 6, kDisc = 7;  // gnuplot's point types
+
 struct ModelPoint {
   std::string model;
   double rollouts = 0.0, own = 0.0, held_out = 0.0;
   double error = 0.0;  // standard error of the difference from the best
-  bool chosen = false;
+  bool chosen = false, compared = false;  // not compared: a cell has no score
 };
 
 std::optional<double> MeanOf(const ComparisonRow& row, const std::string& key) {
@@ -32,7 +34,10 @@ std::vector<ModelPoint> PointsOf(const ComparisonTable& table) {
     if (!rollouts || !own || !held_out) continue;
     ModelPoint point{row.model, *rollouts, *own, *held_out, 0.0, row.model == table.choice.chosen};
     for (const ScoreDifference& difference : table.choice.differences)
-      if (difference.model == row.model) point.error = difference.standard_error;
+      if (difference.model == row.model) {
+        point.error = difference.standard_error;
+        point.compared = true;
+      }
     points.push_back(point);
   }
   return points;
@@ -44,13 +49,14 @@ std::string Line(const char* format, auto... values) {
   return text;
 }
 
-// Columns: line of the model, held out, its error, own, rollouts, colour.
+// Columns: line of the model, held out, its error, own, rollouts, mark, colour.
 std::string DataOf(const std::vector<ModelPoint>& points) {
   std::string data = "$models << END\n";
   int line = 0;
   for (const ModelPoint& point : points)
-    data += Line("%d %.9g %.9g %.9g %.9g %s\n", ++line, point.held_out, point.error, point.own,
-                 point.rollouts, point.chosen ? "0xd62728" : "0x21918c");
+    data += Line("%d %.9g %.9g %.9g %.9g %d %s\n", ++line, point.held_out, point.error, point.own,
+                 point.rollouts, point.compared ? kDisc : kRing,
+                 point.chosen ? "0xd62728" : "0x21918c");
   return data + "END\n";
 }
 
@@ -79,6 +85,14 @@ std::string TrivialLines(const ComparisonTable& table, const std::vector<ModelPo
   return lines;
 }
 
+// What a ring means, where there is one.
+std::string RingKey(const std::vector<ModelPoint>& points) {
+  const bool none = std::all_of(points.begin(), points.end(),
+                                [](const ModelPoint& point) { return point.compared; });
+  return none ? "" : Line(", NaN with points pt %d ps 1.3 lc rgb '#21918c' title "
+                          "'a cell has no score: not compared'", kRing);
+}
+
 // left, right: of the screen.
 std::string PanelOf(double left, double right, const char* title, const char* axis,
                     const std::string& plots) {
@@ -91,10 +105,10 @@ std::string PanelOf(double left, double right, const char* title, const char* ax
 void DrawModelChart(const std::string& path, const ComparisonTable& table) {
   const std::vector<ModelPoint> points = PointsOf(table);
   if (points.empty()) return;
-  const std::string dots = " with points pt 7 ps 1.3 lc rgb variable notitle";
+  const std::string dots = " with points ps 1.3 pt variable lc rgb variable notitle";
   const std::string script =
       "set encoding utf8\nset grid lc rgb '#dddddd'\nset tics out\nset samples 2\n"
-      "set offsets graph 0.05, graph 0.05, 0, 0\nset key at screen 0.01, 0.05 left samplen 2 font "
+      "set offsets graph 0.05, graph 0.05, 0, 0\nset key at screen 0.01, 0.07 left Left reverse samplen 2 font "
       "',9'\nset xtics rotate by -45 font ',9'\nset tmargin at screen 0.85\n"
       "set bmargin at screen 0.21\n" +
       DataOf(points) + LinesOf(points, true) +
@@ -103,13 +117,13 @@ void DrawModelChart(const std::string& path, const ComparisonTable& table) {
           "the best is red' font ',13'\n",
           table.fabric == 0 ? "All fabrics" : Line("Fabric %d", table.fabric).c_str()) +
       PanelOf(0.1, 0.42, "held-out drapes", "energy score of the features",
-              "$models using 2:1:3:6 with xerrorbars pt 7 ps 1.3 lc rgb variable notitle" +
-                  TrivialLines(table, points)) +
+              "$models using 2:1:3:7 with xerrorbars pt 0 lc rgb variable notitle, "
+              "$models using 2:1:6:7" + dots + TrivialLines(table, points) + RingKey(points)) +
       LinesOf(points, false) +
       PanelOf(0.45, 0.7, "own silhouettes", "mean squared error of the image",
-              "$models using 4:1:6" + dots) +
+              "$models using 4:1:6:7" + dots) +
       "set logscale x\n" +
-      PanelOf(0.73, 0.98, "cost of the fit", "rollouts", "$models using 5:1:6" + dots) +
+      PanelOf(0.73, 0.98, "cost of the fit", "rollouts", "$models using 5:1:6:7" + dots) +
       "unset multiplot\n";
   WriteFileAtomically(path + ".png",
                       RunGnuplot("set terminal pngcairo size 1100,520 font 'Sans,11'\n" + script));

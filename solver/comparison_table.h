@@ -67,7 +67,9 @@ void WriteComparison(const std::string& folder, const Comparison& comparison,
 
 // What a scene needs: a line a model with its errors on held-out and on own drapes and the rollouts
 // of its fit, which are the same on each machine; the chosen model in red; bars are standard errors
-// of the difference from the best. Writes path.png and path.svg by gnuplot; nothing where no model has a score. Throws InputError without gnuplot.
+// of the difference from the best; a ring for a model that is not compared, as a cell of it has no
+// score. Writes path.png and path.svg by gnuplot; nothing where no model has a score. Throws
+// InputError without gnuplot.
 void DrawModelChart(const std::string& path, const ComparisonTable& table);
 
 // The tables for a person, in Markdown.

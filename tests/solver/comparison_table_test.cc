@@ -77,6 +77,20 @@ TEST_F(ComparisonTableTest, AModelWithAFailedCellIsNotChosen) {
   EXPECT_THAT(ComparisonText(comparison), HasSubstr("| 3.5 ± 0.71 | 1 | 9 ± 0 |"));
 }
 
+TEST_F(ComparisonTableTest, TheChartMarksAModelThatIsNotCompared) {
+  for (ComparedCell& cell : cells_) {
+    if (cell.model == "circle") continue;
+    cell.result.numbers["rollouts"] = 900;
+    cell.result.numbers["train_mse"] = 0.02;
+  }
+  DrawModelChart(Path("whole"), Summed().tables[0]);
+  cells_[1].result = {};  // fabric 2, bayes, seed 1
+  cells_[1].result.failure = "nothing could be fitted";
+  DrawModelChart(Path("lost"), Summed().tables[0]);
+  EXPECT_THAT(Read(Path("whole.svg")), Not(HasSubstr("not compared")));
+  EXPECT_THAT(Read(Path("lost.svg")), HasSubstr("a cell has no score: not compared"));
+}
+
 TEST_F(ComparisonTableTest, BeliefsAreMeansOverSeeds) {
   const Comparison comparison = Summed();
   ASSERT_EQ(comparison.beliefs.size(), 2u);
