@@ -34,7 +34,8 @@ class LinearSolver {
   virtual std::size_t factor_bytes() const = 0;
 };
 
-// Supernodal CHOLMOD with a nested dissection of the vertices.
-std::unique_ptr<LinearSolver> MakeCholmodSolver(const BlockPattern& pattern);
+// Supernodal: a nested dissection of the vertices, CHOLMOD's symbolic analysis, factorisation and
+// solves by SupernodalFactor.
+std::unique_ptr<LinearSolver> MakeLinearSolver(const BlockPattern& pattern);
 
 }  // namespace drape

@@ -40,7 +40,7 @@ Eigen::SparseMatrix<T> ToSparse(const BlockPattern& p, const BlockMatrix& A) {
 
 class DirectSystem final : public System {
  public:
-  explicit DirectSystem(const BlockPattern& pattern) : linear_(MakeCholmodSolver(pattern)) {}
+  explicit DirectSystem(const BlockPattern& pattern) : linear_(MakeLinearSolver(pattern)) {}
   TimeStepStatus Solve(const BlockMatrix& A, Eigen::VectorXd& b) override {
     if (!linear_->Factor(A)) return TimeStepStatus::kNotPositiveDefinite;
     linear_->Solve(b);

@@ -60,7 +60,7 @@ const char* ToString(RolloutStatus status) {
 }
 
 StepSolver::StepSolver(std::shared_ptr<const ClothModel> model)
-    : StepSolver(model, MakeCholmodSolver(model->pattern)) {}
+    : StepSolver(model, MakeLinearSolver(model->pattern)) {}
 
 StepSolver::StepSolver(std::shared_ptr<const ClothModel> model,
                        std::unique_ptr<LinearSolver> linear)

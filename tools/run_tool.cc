@@ -11,8 +11,6 @@
 #include <exception>
 #include <string>
 
-#include "physics/blas.h"
-
 namespace drape {
 namespace {
 
@@ -49,7 +47,6 @@ ExitCode ReportError(const std::string& tool, std::string message) {
 
 int RunTool(int argc, char** argv, const OptionTable& table,
             const std::function<ExitCode(const std::atomic<bool>& cancel)>& body) {
-  EnsureFastBlas(argv);
   StartLogging(argv[0]);
   Eigen::setNbThreads(1);  // what runs in parallel are batches, on --threads
   try {

@@ -16,7 +16,7 @@ enum ExitCode {
   kExitCancelled = 130   // by Ctrl-C or SIGTERM; what was reached is on disk
 };
 
-// What each main() does around its one library call: fast BLAS kernels, logging, the command line
+// What each main() does around its one library call: logging, the command line
 // into the table, `body`, and one line "tool: error: …" on stderr for whatever it throws (exit 2).
 // The first SIGINT or SIGTERM sets `cancel`, a second one ends the process at once.
 int RunTool(int argc, char** argv, const OptionTable& table,

@@ -5,8 +5,6 @@
 
 #include <Eigen/Core>
 
-#include "physics/blas.h"
-
 namespace drape {
 namespace {
 
@@ -22,8 +20,7 @@ std::vector<std::pair<std::string, std::string>> Versions() {
   return {{"drapefit", DrapefitVersion()},
           {"compiler", __VERSION__},
           {"eigen", Dotted(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
-          {"cholmod", Dotted(CHOLMOD_MAIN_VERSION, CHOLMOD_SUB_VERSION, CHOLMOD_SUBSUB_VERSION)},
-          {"blas_kernels", BlasCore()}};
+          {"cholmod", Dotted(CHOLMOD_MAIN_VERSION, CHOLMOD_SUB_VERSION, CHOLMOD_SUBSUB_VERSION)}};
 }
 
 }  // namespace drape

@@ -9,8 +9,7 @@ namespace drape {
 
 std::string DrapefitVersion();
 
-// Name and version of what a result rests on: drapefit, the compiler, Eigen, CHOLMOD, the BLAS
-// kernels in use.
+// Name and version of what a result rests on: drapefit, the compiler, Eigen, CHOLMOD.
 std::vector<std::pair<std::string, std::string>> Versions();
 
 }  // namespace drape

@@ -17,7 +17,6 @@
 #include <optional>
 #include <vector>
 
-#include "physics/blas.h"
 #include "physics/mesh_spec.h"
 #include "physics/random.h"
 #include "solver/drape_draws.h"
@@ -361,7 +360,6 @@ void Run() {
 }  // namespace drape
 
 int main(int argc, char** argv) {
-  drape::EnsureFastBlas(argv);
   gflags::ParseCommandLineFlags(&argc, &argv, true);
   google::InitGoogleLogging(argv[0]);
   drape::Run();

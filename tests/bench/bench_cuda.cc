@@ -16,7 +16,6 @@
 
 #include "cuda/cuda_backend.h"
 #include "losses/readouts.h"
-#include "physics/blas.h"
 #include "physics/mesh_spec.h"
 #include "physics/start_shape.h"
 #include "tests/bench/fabrics.h"
@@ -180,8 +179,6 @@ void BenchMesh(const std::string& spec) {
 }  // namespace drape
 
 int main(int argc, char** argv) try {
-  drape::EnsureFastBlas(argv);
-  drape::UseOneBlasThread();
   google::InitGoogleLogging(argv[0]);
   gflags::ParseCommandLineFlags(&argc, &argv, true);
   std::printf("devices: %s; law %s, %d steps of %g s\n", drape::SurveyCuda().text.c_str(),

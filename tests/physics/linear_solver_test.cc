@@ -25,7 +25,7 @@ class LinearSolverTest : public testing::Test {
   }
   std::mt19937_64 random_{5};
   std::shared_ptr<const ClothModel> model_ = test::SmallDisc("smooth", 300);
-  std::unique_ptr<LinearSolver> solver_ = MakeCholmodSolver(model_->pattern);
+  std::unique_ptr<LinearSolver> solver_ = MakeLinearSolver(model_->pattern);
 };
 
 TEST_F(LinearSolverTest, SolvesOneAndManyRightHandSides) {
