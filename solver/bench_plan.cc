@@ -84,6 +84,10 @@ void CheckAxis(const std::string& axis, const std::vector<Value>& values) {
 // One thread runs the drapes of a batch one after the other.
 bool RunsBatches(const BenchSetting& cell) { return cell.backend != "cpu" || cell.threads > 1; }
 
+bool HasAxis(const BenchSetting& cell, const std::string& name) {
+  return name == "draws" ? IsDistribution(cell) : name == "batch" ? RunsBatches(cell) : true;
+}
+
 }  // namespace
 
 BenchWork ParseBenchWork(const std::string& text) {
@@ -125,13 +129,17 @@ std::string IdentityOf(BenchWork work, const BenchSetting& setting) {
   return identity;
 }
 
+bool IsDistribution(const BenchSetting& setting) {
+  return setting.model == "bdp" || setting.model == "bayes";
+}
+
 std::string LabelOf(const BenchSetting& setting, const BenchAxes& varied) {
   std::string label;
   const auto named = AxesOf(setting);
   std::size_t at = 0;
   VisitAxes(varied, [&](const std::string& name, const auto& values, auto) {
     const std::string& value = named[at++].second;
-    if (values.size() < 2) return;
+    if (values.size() < 2 || !HasAxis(setting, name)) return;
     const bool is_word = ChoicesOf(name) != nullptr || name == "mesh" || name == "material";
     label += (label.empty() ? "" : " ") + (is_word ? value : name + "=" + value);
   });
@@ -148,10 +156,6 @@ std::string MethodOf(const BenchSetting& setting, const BenchAxes& axes) {
   return label.empty() ? setting.integrator : label;
 }
 
-bool IsDistribution(const BenchSetting& setting) {
-  return setting.model == "bdp" || setting.model == "bayes";
-}
-
 std::vector<BenchSetting> CellsOf(BenchWork work, const BenchAxes& axes) {
   std::vector<BenchSetting> cells(1);
   VisitAxes(axes, [&](const std::string& name, const auto& values, auto member) {
@@ -159,10 +163,7 @@ std::vector<BenchSetting> CellsOf(BenchWork work, const BenchAxes& axes) {
     const bool derives = work == BenchWork::kGradient || work == BenchWork::kJacobian;
     std::vector<BenchSetting> product;
     for (const BenchSetting& cell : cells) {
-      const bool counts = name == "mode"    ? derives
-                          : name == "draws" ? IsDistribution(cell)
-                          : name == "batch" ? RunsBatches(cell)
-                                            : true;
+      const bool counts = name == "mode" ? derives : HasAxis(cell, name);
       for (const auto& value : values) {
         product.push_back(cell);
         product.back().*member = value;

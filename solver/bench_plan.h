@@ -57,18 +57,19 @@ std::vector<std::pair<std::string, std::string>> AxesOf(const BenchSetting& sett
 // One line that tells a cell from all others, whatever the order of the axes' values.
 std::string IdentityOf(BenchWork work, const BenchSetting& setting);
 
-// "disc:600 hybrid h=0.1": the axes of which `varied` has more than one value.
+// "disc:600 hybrid h=0.1": the axes that the cell has and of which `varied` has several values.
 std::string LabelOf(const BenchSetting& setting, const BenchAxes& varied);
-// The mark of a cell in a chart, "hybrid cuda": its method (model, integrator, mode, backend) as far
-// as the axes vary it, or its integrator.
+// The mark of a cell in a chart, "hybrid cuda": its method (model, integrator, mode, backend) as
+// far as the axes vary it, or its integrator.
 std::string MethodOf(const BenchSetting& setting, const BenchAxes& axes);
 
 // Whether the setting is of a model that only fits have.
 bool IsDistribution(const BenchSetting& setting);
 
 // The product; the first axis varies slowest. Axes that a cell does not have (the mode of a forward
-// run, the draws of a table, the batch of one thread) count with their first value only. Throws InputError for an axis without a value, a
-// value that no cell can have, or one that is given twice.
+// run, the draws of a table, the batch of one thread) count with their first value only. Throws
+// InputError for an axis without a value, a value that no cell can have, or one that is given
+// twice.
 std::vector<BenchSetting> CellsOf(BenchWork work, const BenchAxes& axes);
 
 }  // namespace drape

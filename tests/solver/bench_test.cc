@@ -91,6 +91,7 @@ TEST(BenchPlan, OnlyDistributionsHaveDraws) {
   EXPECT_EQ(MethodOf(cells[0], axes), "homo");
   EXPECT_EQ(MethodOf(cells[2], axes), "bdp");
   EXPECT_EQ(LabelOf(cells[2], axes), "bdp draws=16");
+  EXPECT_EQ(LabelOf(cells[0], axes), "homo");
 }
 
 TEST(BenchPlan, OneThreadHasNoBatches) {
