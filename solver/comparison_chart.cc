@@ -109,7 +109,8 @@ void DrawModelChart(const std::string& path, const ComparisonTable& table) {
   const std::string script =
       "set encoding utf8\nset grid lc rgb '#dddddd'\nset tics out\nset samples 2\n"
       "set offsets graph 0.05, graph 0.05, 0, 0\n"
-      "set key at screen 0.01, 0.07 left Left reverse samplen 2 font ',9'\nset xtics rotate by -45 font ',9'\nset tmargin at screen 0.85\n"
+      "set key at screen 0.01, 0.07 left Left reverse samplen 2 font ',9'\n"
+      "set xtics rotate by -45 font ',9'\nset tmargin at screen 0.85\n"
       "set bmargin at screen 0.21\n" +
       DataOf(points) + LinesOf(points, true) +
       Line(
