@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Model bdp: its bound is derived in posterior_fit.h.
+#include <glog/logging.h>
+
 #include <algorithm>
 
 #include "physics/random.h"
@@ -44,24 +46,30 @@ class ElementFitter {
     return point;
   }
 
-  // From elements that scatter less than they may, less still where their drapes do not stand.
+  // From elements that scatter less than they may, less still where their drapes do not stand; where
+  // none do, from those of the mode and on by their tangents.
   bool FindDistribution() {
+    for (const double deviation : {0.3, 0.1, 0.03, 0.01})
+      if (FitFrom(deviation, deviation)) return true;
+    return FitFrom(0.0, 0.1);
+  }
+
+  // A fit from one deviation of all entries, its drapes followed from those of another.
+  bool FitFrom(double drapes, double deviation) {
+    if (mode_.Cancelled()) return false;
     constexpr int n = kMaterialEntries;
-    for (const double deviation : {0.3, 0.1, 0.03, 0.01}) {
-      const GaussianPosterior start{fit_.mode.posterior.mean, Eigen::MatrixXd::Identity(n, n),
-                                    deviation * Eigen::MatrixXd::Identity(n, n)};
-      ElementDraws draws = MakeDraws(options_.draws, kFitStream, BeyondBranch::kTangent);
-      if (mode_.Cancelled()) return false;
-      if (!draws.StartAt(PointOf(start))) continue;
-      fit_.posterior =
-          FitPosterior(draws, start,
-                       mode_.OptionsOf(DrawKind::kElementwise, options_.iterations,
-                                       PosteriorMode::kModeShare, PosteriorMode::kFitShare));
-      fit_.counts += draws.counts();
-      fit_.beyond = draws.num_beyond();
-      if (fit_.posterior.termination != FitTermination::kFailed) return true;
-    }
-    return false;
+    const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(n, n);
+    const Eigen::VectorXd& mean = fit_.mode.posterior.mean;
+    CHECK_EQ(mean.size(), n) << "each entry has a mean of its own";
+    ElementDraws draws = MakeDraws(options_.draws, kFitStream, BeyondBranch::kTangent);
+    if (!draws.StartAt(PointOf({mean, unit, drapes * unit}))) return false;
+    fit_.posterior =
+        FitPosterior(draws, {mean, unit, deviation * unit},
+                     mode_.OptionsOf(DrawKind::kElementwise, options_.iterations,
+                                     PosteriorMode::kModeShare, PosteriorMode::kFitShare));
+    fit_.counts += draws.counts();
+    fit_.beyond = draws.num_beyond();
+    return fit_.posterior.termination != FitTermination::kFailed;
   }
 
   // Noise that the fit has not seen, as much at a time as the fit had, until too few can stand.

@@ -32,7 +32,7 @@ class PosteriorModeTest : public testing::Test {
   const std::unique_ptr<Backend> backend_ = test::SmoothDisc(120);
   FitProblem problem_;
   StagedFitOptions staged_;
-  const PosteriorOptions options_;
+  PosteriorOptions options_;
   BranchFit branch_;
   const StagedFitCallbacks callbacks_;
   PosteriorFit fit_;
@@ -65,6 +65,22 @@ TEST_F(PosteriorModeTest, WhereTheWayToTheMeanEndsItShowsTheMode) {
   EXPECT_NEAR(fit_.materials[0].bend[0].b[0][0],
               fit_.FabricAt(at_mode).bend[0].b[0][0] * std::exp(specimen),
               1e-12 * fit_.materials[0].bend[0].b[0][0]);
+}
+
+// Elements whose drapes are lost however little they scatter have a distribution by tangents.
+TEST_F(PosteriorModeTest, ScatterIsCarriedOnFromTheModeWhereNoDrapeStands) {
+  staged_.parameters = Tying::kEntries;
+  branch_.theta = Eigen::VectorXd::Zero(kMaterialEntries);
+  options_.kind = PosteriorKind::kElements;
+  options_.element_sigma = 300;  // of logarithms: no cloth of such elements stands
+  options_.draws = 2;
+  options_.iterations = 2;
+  options_.fresh_draws = 25;
+  PosteriorMode mode(problem_, staged_, options_, branch_, callbacks_, &fit_);
+  ASSERT_TRUE(mode.Find());
+  ASSERT_TRUE(FitElements(problem_, options_, mode, &fit_));
+  EXPECT_EQ(fit_.beyond, 2);
+  EXPECT_EQ(fit_.fresh, 0);
 }
 
 }  // namespace
