@@ -34,7 +34,7 @@ std::unique_ptr<TimeStep> MakeExplicitEuler(std::shared_ptr<const ClothModel> mo
 
 // What solves the system of the one-solve step (SPEC section 3, fact 9).
 enum class StepSystem {
-  kDirect,  // CHOLMOD
+  kDirect,  // MakeLinearSolver
   kPcg,     // conjugate gradients with incomplete Cholesky factors, both Eigen's
   kFloat    // state, matrix, right-hand side and factor (Eigen's LLT) in float; the elements are
             // evaluated in double at the rounded positions

@@ -12,7 +12,7 @@ namespace drape {
 
 enum class StabilityMethod {
   kExplicit,         // symplectic Euler with the drag of air
-  kStep,             // the one-solve step (SPEC section 3, fact 9), CHOLMOD
+  kStep,             // the one-solve step (SPEC section 3, fact 9), factored
   kStepPcg,          // the same, conjugate gradients
   kStepFloat,        // the same in single precision
   kImplicit,         // implicit Euler, converged

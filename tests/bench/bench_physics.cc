@@ -99,8 +99,9 @@ void BM_Parts(benchmark::State& bench) {
   for (Part& part : parts) bench.counters[part.name] = 1e3 * Median(part.seconds);
 }
 
-// Ratios of the bounds: step ≤ 1.25 × CHOLMOD's factor + solve; the 39 tangents add ≤ 1 × the
-// forward time; one gradient adds ≤ .5 × with all factors kept, ≤ 1.3 × with none.
+// Ratios of the bounds, which were set for CHOLMOD's steps: step ≤ 1.25 × its factor + solve; the 39
+// tangents add ≤ 1 × the forward time; one gradient adds ≤ .5 × with all factors kept, ≤ 1.3 × with
+// none.
 void BM_Ratios(benchmark::State& bench) {
   Drape drape(static_cast<int>(bench.range(0)), kLaws[bench.range(1)]);
   StepSolver& solver = drape.solver;

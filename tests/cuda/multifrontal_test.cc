@@ -16,7 +16,7 @@ namespace {
 
 using test::RelativeError;
 
-// Step matrices of one mesh at different shapes, solved on the device and by CHOLMOD.
+// Step matrices of one mesh at different shapes, solved on the device and on the host.
 class MultifrontalTest : public testing::TestWithParam<int> {
  protected:
   void SetUp() override {
