@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "cuda/make_backend.h"
+
 #include <utility>
 
-#include "cuda/cuda_backend.h"
-#include "physics/errors.h"
+#include "cuda/engine/cuda_backend.h"
+#include "physics/util/errors.h"
 
 namespace drape {
 

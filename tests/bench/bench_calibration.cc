@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simulation-based calibration (Talts et al. 2018) of the posteriors of drapes: fabrics drawn from
+// Simulation-based calibration [Talts 2018] of the posteriors of drapes: fabrics drawn from
 // the prior of the hierarchy, drapes of each with noise on their outlines, and where the truth
 // ranks among draws of the posterior that is fitted to them. --branches=given: each drape is on the
 // branch that goes on from one of the prior's median, and a fit starts from there.
@@ -17,11 +17,11 @@
 #include <optional>
 #include <vector>
 
-#include "physics/mesh_spec.h"
-#include "physics/random.h"
-#include "solver/drape_draws.h"
-#include "solver/seed_grid.h"
-#include "solver/settle.h"
+#include "physics/mesh/mesh_spec.h"
+#include "physics/util/random.h"
+#include "solver/fit/protocol/initial_guess_grid.h"
+#include "solver/forward/settle.h"
+#include "solver/posterior/samples/hierarchical_samples.h"
 #include "tests/bench/fabrics.h"
 #include "tests/solver/solver_fixture.h"
 
@@ -66,8 +66,8 @@ struct BranchStart {
   std::vector<Eigen::VectorXd> x;
 };
 
-BatchOptions OptionsOf(double sigma) {
-  BatchOptions options;
+OutlineResidualOptions MakeOptions(double sigma) {
+  OutlineResidualOptions options;
   options.sigma_px = sigma;
   options.equilibrium.max_iterations *= 2;
   return options;
@@ -79,7 +79,7 @@ class Trial {
   Trial(const std::shared_ptr<const ClothModel>& model, const MaterialField& base, uint64_t seed)
       : backend_(MakeCpuBackend(model, 1)), random_(SeedOfStream(seed, 0)), seed_(seed) {
     hierarchy_ = {.base = base,
-                  .fabric = Tying::kColumns,
+                  .fabric = ParameterTying::kColumns,
                   .fabric_sigma = FLAGS_fabric_sigma,
                   .specimen_stretch_sigma = FLAGS_specimen_sigma,
                   .specimen_bend_sigma = FLAGS_specimen_sigma,
@@ -107,19 +107,19 @@ class Trial {
  private:
   int latents() const { return hierarchy_.num_latents(); }
   int num_drapes() const { return FLAGS_specimens * FLAGS_drapes; }
-  Target& target(int drape) { return targets_[drape / FLAGS_drapes][drape % FLAGS_drapes]; }
+  Observation& target(int drape) { return targets_[drape / FLAGS_drapes][drape % FLAGS_drapes]; }
 
   void DrawTruth() {
     truth_.resize(latents());
-    for (double& number : truth_) number = DrawNormal(random_);
-    targets_.assign(FLAGS_specimens, std::vector<Target>(FLAGS_drapes));
+    for (double& number : truth_) number = SampleNormal(random_);
+    targets_.assign(FLAGS_specimens, std::vector<Observation>(FLAGS_drapes));
   }
 
   // The drape of a random start; empty where it does not come to a stable rest.
   Eigen::VectorXd Fallen(const MaterialField& material, const State& start) const {
     const SettleOptions settling{.steps = {.h = 0.1, .steps = 100}};
     const SettledDrape drape = Settle(*backend_, material, {&start, 1}, settling).front();
-    return drape.Stands(settling.integrator) ? drape.rest.x : Eigen::VectorXd();
+    return drape.IsUsable(settling.integrator) ? drape.rest.x : Eigen::VectorXd();
   }
   State Start(int drape) const {
     return test::RandomStart(backend_->model(), SeedOfStream(seed_, 1 + drape), 3e-3);
@@ -142,7 +142,7 @@ class Trial {
   // The truth's drapes on the branches of the median's.
   bool FollowToTruth() {
     // Against outlines of nothing and σ = 1 px, residuals are the outlines themselves.
-    DrapeDraws one(backend_.get(), hierarchy_, targets_, OptionsOf(1.0), 1);
+    HierarchicalSamples one(backend_.get(), hierarchy_, targets_, MakeOptions(1.0), 1);
     if (!one.StartAt(Eigen::VectorXd::Zero(latents()))) return false;
     one.Prepare(truth_, false);
     Eigen::VectorXd outlines;
@@ -167,7 +167,7 @@ class Trial {
 
   void AddNoise() {
     for (int i = 0; i < num_drapes(); ++i)
-      for (double& radius : target(i).radius) radius += FLAGS_sigma * DrawNormal(random_);
+      for (double& radius : target(i).radius) radius += FLAGS_sigma * SampleNormal(random_);
   }
 
   std::vector<BranchStart> GivenStarts() {
@@ -179,19 +179,19 @@ class Trial {
   // Drapes from flaps under the outlines, of the materials of a grid about the median.
   std::vector<BranchStart> SoughtStarts() {
     const std::vector<double> factors = {0.6, 1.0, 1.6};
-    std::vector<Target> all;
+    std::vector<Observation> all;
     for (int i = 0; i < num_drapes(); ++i) all.push_back(target(i));
-    const auto seeds = RankSeeds(*backend_, hierarchy_.base, all,
-                                 {.stretch = factors, .bend = factors}, nullptr, {});
+    const auto seeds = RankInitialGuesses(*backend_, hierarchy_.base, all,
+                                          {.stretch = factors, .bend = factors}, nullptr, {});
     std::vector<BranchStart> starts;
-    for (const SeedCandidate& seed : seeds) {
+    for (const InitialGuess& seed : seeds) {
       if (static_cast<int>(starts.size()) == FLAGS_keep) break;
       BranchStart start{Eigen::VectorXd::Zero(latents()), {}};
       for (int k = 0; k < hierarchy_.num_fabric(); ++k)
         start.u[k] = std::log(k < kStretchCols ? seed.stretch : seed.bend) / FLAGS_fabric_sigma;
       const MaterialField scaled = Scaled(hierarchy_.base, seed.stretch, seed.bend);
       for (int i = 0; i < num_drapes(); ++i)
-        start.x.push_back(Fallen(scaled, SeedState(backend_->model(), all[i], seed.lifts[i])));
+        start.x.push_back(Fallen(scaled, GuessState(backend_->model(), all[i], seed.lifts[i])));
       if (std::all_of(start.x.begin(), start.x.end(), [](const auto& x) { return x.size() > 0; }))
         starts.push_back(std::move(start));
     }
@@ -224,19 +224,19 @@ class Trial {
   // Keeps the mode from this start when it is better than *best.
   void TryMode(const BranchStart& start, int iterations, BranchStart* best) {
     for (int i = 0; i < num_drapes(); ++i) target(i).start = AtRest(start.x[i]);
-    DrapeDraws one(backend_.get(), hierarchy_, targets_, OptionsOf(sigma_), 1);
+    HierarchicalSamples one(backend_.get(), hierarchy_, targets_, MakeOptions(sigma_), 1);
     if (!one.StartAt(start.u)) return;
     VariationalOptions options;
-    options.kind = DrawKind::kMode;
+    options.kind = SampleKind::kMode;
     options.max_iterations = iterations;
     const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(latents(), latents());
     VariationalFit mode = FitPosterior(one, {start.u, unit, unit}, options);
     if (mode.termination == FitTermination::kFailed) return;
     if (!best->x.empty() && mode.cost >= mode_.cost) return;
-    one.Prepare(mode.posterior.mean, false);
+    one.Prepare(mode.gaussian.mean, false);
     Eigen::VectorXd residual;
     if (!one.Copy(0, &residual, nullptr)) return;
-    *best = {mode.posterior.mean, one.Shapes(0)};
+    *best = {mode.gaussian.mean, one.Shapes(0)};
     residual_ = std::move(residual);
     mode_ = std::move(mode);
   }
@@ -250,8 +250,8 @@ class Trial {
   }
 
   GaussianPosterior Fit(const GaussianPosterior& start, int rank) {
-    DrapeDraws draws(backend_.get(), hierarchy_, targets_, OptionsOf(sigma_), FLAGS_draws,
-                     BeyondBranch::kTangent);
+    HierarchicalSamples draws(backend_.get(), hierarchy_, targets_, MakeOptions(sigma_),
+                              FLAGS_draws, LostBranchPolicy::kTangent);
     if (!draws.StartAt(start.mean)) return start;
     VariationalOptions options;
     options.draws = FLAGS_draws;
@@ -260,13 +260,13 @@ class Trial {
     options.max_iterations = FLAGS_iterations;
     options.cost_tolerance = 1e-4;
     const GaussianPosterior found = FitPosterior(draws, start, options).posterior;
-    outcome_.beyond = draws.num_beyond();
+    outcome_.beyond = draws.num_extrapolated();
     return found;
   }
 
   void Score(int family, const GaussianPosterior& q) {
     const Eigen::MatrixXd draws =
-        q.Draws(IndependentDraws(latents(), FLAGS_ranks, SeedOfStream(seed_, 100)));
+        q.Draws(IndependentSamples(latents(), FLAGS_ranks, SeedOfStream(seed_, 100)));
     for (int i = 0; i < latents(); ++i)
       outcome_.ranks[family].push_back(
           static_cast<int>((draws.row(i).array() < truth_[i]).count()));
@@ -276,8 +276,8 @@ class Trial {
   const std::unique_ptr<Backend> backend_;
   std::mt19937_64 random_;
   const uint64_t seed_;
-  DrapeHierarchy hierarchy_;
-  std::vector<std::vector<Target>> targets_;  // by specimen
+  HierarchicalModel hierarchy_;
+  std::vector<std::vector<Observation>> targets_;  // by specimen
   Eigen::VectorXd truth_;
   double sigma_ = FLAGS_sigma;  // of the outlines, as the fit takes it
   VariationalFit mode_;
@@ -286,7 +286,7 @@ class Trial {
 };
 
 // χ² of equal shares in kBins bins: the probability of so much or more.
-double UniformityOf(const std::vector<int>& ranks) {
+double ComputeUniformity(const std::vector<int>& ranks) {
   std::vector<double> counts(kBins, 0.0);
   for (const int rank : ranks) counts[kBins * rank / (FLAGS_ranks + 1)] += 1.0;
   const double expected = static_cast<double>(ranks.size()) / kBins;
@@ -309,12 +309,12 @@ void PrintFamily(int family, const std::vector<Outcome>& outcomes) {
       in90 += z < k90;
       in50 += z < k50;
     }
-    least = std::min(least, UniformityOf(of_number));
+    least = std::min(least, ComputeUniformity(of_number));
     all.insert(all.end(), of_number.begin(), of_number.end());
   }
   const double count = static_cast<double>(all.size());
   std::printf("%-14s %8.1f %8.1f %12.4f %16.4f\n", kFamilies[family], 100 * in50 / count,
-              100 * in90 / count, UniformityOf(all), std::min(1.0, numbers * least));
+              100 * in90 / count, ComputeUniformity(all), std::min(1.0, numbers * least));
 }
 
 void PrintFamilies(const char* which, const std::vector<Outcome>& outcomes) {

@@ -14,10 +14,10 @@
 #include <thread>
 #include <vector>
 
-#include "cuda/cuda_backend.h"
-#include "losses/readouts.h"
-#include "physics/mesh_spec.h"
-#include "physics/start_shape.h"
+#include "cuda/engine/cuda_backend.h"
+#include "losses/readout/readouts.h"
+#include "physics/cloth/start_shape.h"
+#include "physics/mesh/mesh_spec.h"
 #include "tests/bench/fabrics.h"
 #include "tests/physics/row_readout.h"
 
@@ -55,8 +55,8 @@ double Fastest(const std::function<void()>& work, int repeats) {
   for (int i = 0; i < repeats; ++i) {
     const auto begin = std::chrono::steady_clock::now();
     work();
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin)
-                              .count());
+    best = std::min(
+        best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   }
   return best;
 }
@@ -92,14 +92,14 @@ struct Batch {
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
 
-  const Readout& ReadoutOf(const std::string& work) const {
+  const Readout& MakeReadout(const std::string& work) const {
     const bool on_host = work.ends_with("-host");
     if (work.starts_with("loss-silhouette"))
       return on_host ? static_cast<const Readout&>(host_silhouette) : silhouette;
     return on_host ? static_cast<const Readout&>(host_outline) : outline;
   }
-  ReadoutLoss LossOf(const std::string& work, int count) const {
-    const Readout& readout = ReadoutOf(work);
+  ReadoutLoss ComputeLoss(const std::string& work, int count) const {
+    const Readout& readout = MakeReadout(work);
     const bool of_outline = readout.size() == outline.size();
     const Eigen::VectorXd& target = of_outline ? outline_target : silhouette_target;
     return {&readout, std::vector<const Eigen::VectorXd*>(count, &target), 1.0};
@@ -125,10 +125,10 @@ void Run(Backend& backend, const std::string& work, const Batch& batch, int coun
     for (int i = 0; i < count; ++i) fallen[i].x = rests[i].x;
     (void)backend.EquilibriumTangents(calm, std::span(batch.weights.data(), count));
   } else if (work.starts_with("loss-")) {
-    (void)backend.LossGradients(inputs, options, batch.LossOf(work, count));
+    (void)backend.LossGradients(inputs, options, batch.ComputeLoss(work, count));
   } else {
     (void)backend.ReadoutTangents(inputs, std::span(batch.weights.data(), count), options,
-                                  batch.ReadoutOf(work));
+                                  batch.MakeReadout(work));
   }
 }
 
@@ -166,10 +166,11 @@ void BenchMesh(const std::string& spec) {
       Run(*device, work, batch, count, options);
       const double seconds =
           Fastest([&] { Run(*device, work, batch, count, options); }, FLAGS_repeats);
-      std::printf("  %-20s B %4d: %9.1f a second, %8.2f us a step and rollout, %6.3f ms a step, "
-                  "%6.1f x the %d host threads\n",
-                  work.c_str(), count, count / seconds, 1e6 * seconds / count / FLAGS_steps,
-                  1e3 * seconds / FLAGS_steps, count / seconds / host_rate, threads);
+      std::printf(
+          "  %-20s B %4d: %9.1f a second, %8.2f us a step and rollout, %6.3f ms a step, "
+          "%6.1f x the %d host threads\n",
+          work.c_str(), count, count / seconds, 1e6 * seconds / count / FLAGS_steps,
+          1e3 * seconds / FLAGS_steps, count / seconds / host_rate, threads);
       std::fflush(stdout);
     }
   }

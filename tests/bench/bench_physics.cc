@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "physics/assembly.h"
-#include "physics/disc.h"
-#include "physics/rollout.h"
-#include "physics/step_adjoint.h"
+#include "physics/cloth/assembly/assembly.h"
+#include "physics/cloth/assembly/step_adjoint.h"
+#include "physics/mesh/disc.h"
+#include "physics/simulation/rollout.h"
 #include "tests/bench/cpu_time.h"
 
 namespace drape {
@@ -99,9 +99,9 @@ void BM_Parts(benchmark::State& bench) {
   for (Part& part : parts) bench.counters[part.name] = 1e3 * Median(part.seconds);
 }
 
-// Ratios of the bounds, which were set for CHOLMOD's steps: step ≤ 1.25 × its factor + solve; the 39
-// tangents add ≤ 1 × the forward time; one gradient adds ≤ .5 × with all factors kept, ≤ 1.3 × with
-// none.
+// Ratios of the bounds, which were set for CHOLMOD's steps: step ≤ 1.25 × its factor + solve; the
+// 39 tangents add ≤ 1 × the forward time; one gradient adds ≤ .5 × with all factors kept, ≤ 1.3 ×
+// with none.
 void BM_Ratios(benchmark::State& bench) {
   Drape drape(static_cast<int>(bench.range(0)), kLaws[bench.range(1)]);
   StepSolver& solver = drape.solver;
@@ -120,9 +120,9 @@ void BM_Ratios(benchmark::State& bench) {
   std::vector<double> linear, forward, tangent, recorded, back_kept, back_recomputed;
   for (auto _ : bench) {
     linear.push_back(kSteps * Seconds([&] {
-      benchmark::DoNotOptimize(solver.linear().Factor(A));
-      solver.linear().Solve(force);
-    }));
+                       benchmark::DoNotOptimize(solver.linear().Factor(A));
+                       solver.linear().Solve(force);
+                     }));
     forward.push_back(Seconds([&] { record(0, nullptr); }));
     tangent.push_back(Seconds([&] {
       benchmark::DoNotOptimize(

@@ -9,9 +9,9 @@
 #include <memory>
 #include <string>
 
-#include "physics/disc.h"
-#include "physics/start_shape.h"
-#include "physics/statics.h"
+#include "physics/cloth/start_shape.h"
+#include "physics/mesh/disc.h"
+#include "physics/simulation/statics/statics.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/fabrics.h"
 
@@ -59,13 +59,12 @@ void BM_Ratios(benchmark::State& bench) {
     });
     State fallen;
     const double fall = Seconds([&] { fallen = Rollout(solver, material, start, kFall).end; });
-    const double newton =
-        Seconds([&] { rest = SolveEquilibrium(solver, material, fallen.x, {}); });
+    const double newton = Seconds([&] { rest = SolveEquilibrium(solver, material, fallen.x, {}); });
     double implicit = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 3; ++i)  // the first touches fresh memory
       implicit = std::min(implicit, Seconds([&] {
-        derived = EquilibriumTangent(solver, material, material, rest.x, &dx);
-      }));
+                            derived = EquilibriumTangent(solver, material, material, rest.x, &dx);
+                          }));
     bench.counters["100_steps_s"] = steps;
     bench.counters["newton/100_steps"] = newton / steps;
     bench.counters["fall_and_newton/100_steps"] = (fall + newton) / steps;

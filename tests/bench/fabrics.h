@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "physics/material_io.h"
+#include "physics/material/material_io.h"
 
 namespace drape {
 

@@ -8,7 +8,7 @@
 #include <random>
 #include <utility>
 
-#include "physics/mesh.h"
+#include "physics/mesh/mesh.h"
 
 namespace drape {
 

@@ -7,10 +7,10 @@
 #include <span>
 #include <string>
 
-#include "physics/cloth_model.h"
-#include "physics/disc.h"
-#include "physics/material.h"
-#include "physics/random.h"
+#include "physics/cloth/cloth_model.h"
+#include "physics/material/material.h"
+#include "physics/mesh/disc.h"
+#include "physics/util/random.h"
 
 // Small cloths and fabrics of the physics tests.
 namespace drape::test {
@@ -42,16 +42,16 @@ inline MaterialField Scatter(const MaterialField& base, const Mesh& mesh, double
   field.bend.assign(mesh.num_hinges(), base.bend[0]);
   for (StretchTable& table : field.stretch)
     for (double& entry : std::span(&table.c[0][0], kStretchEntries))
-      entry *= std::exp(sigma * DrawNormal(random));
+      entry *= std::exp(sigma * SampleNormal(random));
   for (BendTable& table : field.bend)
     for (double& entry : std::span(&table.b[0][0], kBendEntries))
-      entry *= std::exp(sigma * DrawNormal(random));
+      entry *= std::exp(sigma * SampleNormal(random));
   return field;
 }
 
 inline RowMatrix RandomMatrix(int rows, int columns, std::mt19937_64& random) {
   RowMatrix matrix(rows, columns);
-  for (double& value : std::span(matrix.data(), matrix.size())) value = DrawNormal(random);
+  for (double& value : std::span(matrix.data(), matrix.size())) value = SampleNormal(random);
   return matrix;
 }
 

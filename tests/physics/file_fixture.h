@@ -8,7 +8,7 @@
 #include <iterator>
 #include <string>
 
-#include "physics/errors.h"
+#include "physics/util/errors.h"
 
 // `statement` throws an InputError whose one-line message contains `text`.
 #define EXPECT_INPUT_ERROR(statement, text)                                \

@@ -4,7 +4,7 @@
 #include <functional>
 #include <utility>
 
-#include "physics/readout.h"
+#include "physics/simulation/readout.h"
 
 namespace drape::test {
 

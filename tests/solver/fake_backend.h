@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/backend.h"
+#include "physics/simulation/backend.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape::test {

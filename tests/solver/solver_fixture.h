@@ -6,12 +6,12 @@
 #include <memory>
 #include <string>
 
-#include "losses/outline.h"
-#include "losses/raster.h"
-#include "losses/shape_features.h"
-#include "physics/backend.h"
-#include "physics/start_shape.h"
-#include "solver/target.h"
+#include "losses/outline/outline.h"
+#include "losses/outline/shape_features.h"
+#include "losses/silhouette/raster.h"
+#include "physics/cloth/start_shape.h"
+#include "physics/simulation/backend.h"
+#include "solver/fit/observation.h"
 #include "tests/physics/cloth_fixture.h"
 
 // Synthetic silhouettes with a known truth.
@@ -42,9 +42,10 @@ inline State Settled(Backend& backend, const MaterialField& material, State star
 }
 
 // The silhouette of a drape as a target; its start is the drape itself.
-inline Target TargetOf(const Mesh& mesh, const State& drape, int angles, const std::string& name) {
+inline Observation MakeObservation(const Mesh& mesh, const State& drape, int angles,
+                                   const std::string& name) {
   constexpr int kSupersample = 4;
-  Target target;
+  Observation target;
   target.name = name;
   target.file = name + ".png";
   target.image = Rasterize(mesh, drape.x, target.camera, kSupersample);
@@ -55,7 +56,7 @@ inline Target TargetOf(const Mesh& mesh, const State& drape, int angles, const s
   return target;
 }
 
-inline double DrapeCoefficientOf(const Mesh& mesh, const Eigen::VectorXd& x) {
+inline double ComputeDrapeCoefficient(const Mesh& mesh, const Eigen::VectorXd& x) {
   constexpr int kAngles = 360;
   Outline outline;
   EXPECT_TRUE(OutlineFromMesh(mesh, x, Camera(), kAngles, &outline));

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/seen_drape.h"
+#include "losses/metrics/observed_drape.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/tools/run_process.h"
 
@@ -52,7 +52,7 @@ class ToolFixture : public FileFixture {
   std::string AddDisc(const std::string& name, double radius) const {
     const std::filesystem::path path = Path(name);
     std::filesystem::create_directories(path.parent_path());
-    WritePng(SeeDisc(radius, Camera()).image, path.string());
+    WritePng(ObserveDisc(radius, Camera()).image, path.string());
     return path.string();
   }
 

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "cuda/device/cuda_error.h"
+
+namespace drape {
+
+// Throws DeviceMemoryError with the numbers when there is no room.
+inline void* AllocateOnDevice(std::size_t bytes) {
+  void* data = nullptr;
+  const cudaError_t status = cudaMalloc(&data, bytes);
+  if (status != cudaErrorMemoryAllocation) {
+    CheckCuda(status, "cudaMalloc");
+    return data;
+  }
+  (void)cudaGetLastError();  // the error is reported here
+  std::size_t free = 0, total = 0;
+  CUDA_CHECK(cudaMemGetInfo(&free, &total));
+  throw DeviceMemoryError("a batch", bytes, free, total);
+}
+
+// Synchronous copies that all streams see.
+template <class T>
+void CopyToDevice(std::span<const T> from, T* to) {
+  if (from.empty()) return;
+  CUDA_CHECK(cudaMemcpy(to, from.data(), from.size_bytes(), cudaMemcpyHostToDevice));
+  CUDA_CHECK(cudaStreamSynchronize(cudaStreamLegacy));
+}
+template <class T>
+void CopyToHost(const T* from, std::span<T> to) {
+  if (to.empty()) return;
+  CUDA_CHECK(cudaMemcpy(to.data(), from, to.size_bytes(), cudaMemcpyDeviceToHost));
+}
+
+// Device memory of `size` numbers, of the device that is current when it is made. Move-only.
+template <class T>
+class DeviceBuffer {
+ public:
+  DeviceBuffer() = default;
+  explicit DeviceBuffer(std::size_t size) : size_(size) {
+    if (size > 0) data_ = static_cast<T*>(AllocateOnDevice(bytes()));
+  }
+  explicit DeviceBuffer(std::span<const T> host) : DeviceBuffer(host.size()) {
+    CopyToDevice(host, data_);
+  }
+  explicit DeviceBuffer(const std::vector<T>& host) : DeviceBuffer(std::span<const T>(host)) {}
+  DeviceBuffer(DeviceBuffer&& other) noexcept { *this = std::move(other); }
+  DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    return *this;
+  }
+  ~DeviceBuffer() { cudaFree(data_); }
+
+  T* data() { return data_; }
+  const T* data() const { return data_; }
+  std::size_t size() const { return size_; }
+  std::size_t bytes() const { return size_ * sizeof(T); }
+
+  // At least `size` numbers; what was there is lost when it grows.
+  void Reserve(std::size_t size) {
+    if (size <= size_) return;
+    *this = DeviceBuffer();
+    *this = DeviceBuffer(size);
+  }
+
+ private:
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+// All zeros, which all streams see.
+template <class T>
+void Clear(DeviceBuffer<T>& buffer) {
+  if (buffer.size() == 0) return;
+  CUDA_CHECK(cudaMemset(buffer.data(), 0, buffer.bytes()));
+  CUDA_CHECK(cudaStreamSynchronize(cudaStreamLegacy));
+}
+
+}  // namespace drape

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/engine/cuda_backend.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <exception>
+#include <functional>
+#include <map>
+#include <thread>
+#include <utility>
+
+#include "cuda/engine/device_engine.h"
+
+namespace drape {
+namespace {
+
+// A part of a batch that one device works on.
+struct Share {
+  DeviceEngine* engine;
+  std::size_t first, count;
+};
+
+class CudaBackend final : public Backend {
+ public:
+  CudaBackend(std::shared_ptr<const ClothModel> model, const std::vector<DeviceInfo>& devices,
+              int threads)
+      : model_(std::move(model)), host_(MakeCpuBackend(model_, threads)) {
+    int shared_bytes = devices[0].shared_bytes;
+    for (const DeviceInfo& device : devices)
+      shared_bytes = std::min(shared_bytes, device.shared_bytes);
+    const FrontPlan plan =
+        MakeFrontPlan(model_->pattern, model_->mesh.uv, {.shared_bytes = shared_bytes});
+    const int share = std::max(1, threads / static_cast<int>(devices.size()));
+    for (const DeviceInfo& device : devices)
+      engines_.push_back(std::make_unique<DeviceEngine>(model_, plan, device, share));
+  }
+
+  std::string name() const override { return "cuda"; }
+  const ClothModel& model() const override { return *model_; }
+  int threads() const override { return host_->threads(); }
+
+  std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
+                                      const RolloutOptions& options,
+                                      std::vector<Recording>* recordings) override {
+    options.Check();
+    std::vector<RolloutResult> results(batch.size());
+    std::vector<char> failed(batch.size());
+    if (recordings != nullptr) recordings->assign(batch.size(), {});
+    const std::span<Recording> kept =
+        recordings == nullptr ? std::span<Recording>() : std::span(*recordings);
+    OnDevices(batch.size(), [&](const Share& s) {
+      s.engine->Rollouts(batch.subspan(s.first, s.count), options,
+                         kept.empty() ? kept : kept.subspan(s.first, s.count),
+                         std::span(results).subspan(s.first, s.count),
+                         std::span(failed).subspan(s.first, s.count));
+    });
+    for (const std::size_t i : Indices(failed)) {
+      std::vector<Recording> recording;
+      results[i] = std::move(
+          host_->Rollouts(batch.subspan(i, 1), options, kept.empty() ? nullptr : &recording)[0]);
+      if (!kept.empty()) kept[i] = std::move(recording[0]);
+    }
+    return results;
+  }
+
+  std::vector<TangentResult> Tangents(std::span<const RolloutInput> batch,
+                                      std::span<const MaterialField* const> weights,
+                                      const RolloutOptions& options) override {
+    options.Check();
+    CHECK_EQ(weights.size(), batch.size());
+    std::vector<TangentResult> results(batch.size());
+    std::vector<char> failed(batch.size());
+    OnDevices(batch.size(), [&](const Share& s) {
+      s.engine->Tangents(batch.subspan(s.first, s.count), weights.subspan(s.first, s.count),
+                         options, std::span(results).subspan(s.first, s.count),
+                         std::span(failed).subspan(s.first, s.count));
+    });
+    for (const std::size_t i : Indices(failed))
+      results[i] =
+          std::move(host_->Tangents(batch.subspan(i, 1), weights.subspan(i, 1), options)[0]);
+    return results;
+  }
+
+  std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
+                                              std::span<const MaterialField* const> weights,
+                                              const RolloutOptions& options,
+                                              const Readout& readout) override {
+    options.Check();
+    CHECK_EQ(weights.size(), batch.size());
+    std::vector<ReadoutTangent> results(batch.size());
+    std::vector<char> failed(batch.size());
+    OnDevices(batch.size(), [&](const Share& s) {
+      s.engine->ReadoutTangents(batch.subspan(s.first, s.count), weights.subspan(s.first, s.count),
+                                options, ReadoutFrom(readout, s.first),
+                                std::span(results).subspan(s.first, s.count),
+                                std::span(failed).subspan(s.first, s.count));
+    });
+    for (const std::size_t i : Indices(failed))
+      results[i] = std::move(host_->ReadoutTangents(batch.subspan(i, 1), weights.subspan(i, 1),
+                                                    options, ReadoutFrom(readout, i))[0]);
+    return results;
+  }
+
+  std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
+                                      std::span<const Recording> recordings,
+                                      std::span<const RowMatrix> seeds,
+                                      const RolloutOptions& options) override {
+    options.Check();
+    CHECK_EQ(recordings.size(), batch.size());
+    CHECK_EQ(seeds.size(), batch.size());
+    std::vector<AdjointResult> results(batch.size());
+    std::vector<char> failed(batch.size());
+    std::map<DeviceEngine*, std::vector<std::vector<std::size_t>>> of_engine;
+    for (auto& [key, members] : AlikeAdjoints(recordings, seeds))
+      of_engine[key.engine].push_back(members);
+    std::vector<std::function<void()>> work;
+    for (const auto& [engine, groups] : of_engine)
+      work.push_back([&, engine = engine, &groups = groups] {
+        for (const std::vector<std::size_t>& members : groups)
+          FindAdjointsOf(*engine, members, batch, recordings, seeds, options, results, failed);
+      });
+    RunSideBySide(work);
+    for (const std::size_t i : Indices(failed))
+      results[i] = AdjointOnHost(batch[i], seeds[i], options);
+    return results;
+  }
+
+  std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
+                                          const RolloutOptions& options,
+                                          const ReadoutLoss& loss) override {
+    options.Check();
+    loss.Check(batch.size());
+    if (batch.empty() || loss.readout->device(0) == nullptr)
+      return Backend::LossGradients(batch, options, loss);
+    std::vector<LossGradient> results(batch.size());
+    std::vector<char> failed(batch.size());
+    OnDevices(batch.size(), [&](const Share& s) {
+      const ReadoutFrom readout(*loss.readout, s.first);
+      s.engine->LossGradients(batch.subspan(s.first, s.count), options,
+                              ComputeLoss(loss, readout, s.first, s.count),
+                              std::span(results).subspan(s.first, s.count),
+                              std::span(failed).subspan(s.first, s.count));
+    });
+    for (const std::size_t i : Indices(failed)) {
+      const ReadoutFrom readout(*loss.readout, i);
+      results[i] = std::move(
+          host_->LossGradients(batch.subspan(i, 1), options, ComputeLoss(loss, readout, i, 1))[0]);
+    }
+    return results;
+  }
+
+  std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
+                                            const EquilibriumOptions& options) override {
+    std::vector<EquilibriumResult> results(batch.size());
+    OnDevices(batch.size(), [&](const Share& s) {
+      s.engine->Equilibria(batch.subspan(s.first, s.count), options,
+                           std::span(results).subspan(s.first, s.count));
+    });
+    return results;
+  }
+
+  std::vector<RowMatrix> EquilibriumTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) override {
+    CHECK_EQ(weights.size(), batch.size());
+    std::vector<RowMatrix> results(batch.size());
+    OnDevices(batch.size(), [&](const Share& s) {
+      s.engine->EquilibriumTangents(batch.subspan(s.first, s.count),
+                                    weights.subspan(s.first, s.count),
+                                    std::span(results).subspan(s.first, s.count));
+    });
+    return results;
+  }
+
+  std::vector<LinearReadout> EquilibriumReadoutTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+      const Readout& readout) override {
+    CHECK_EQ(weights.size(), batch.size());
+    std::vector<LinearReadout> results(batch.size());
+    OnDevices(batch.size(), [&](const Share& s) {
+      s.engine->EquilibriumReadoutTangents(
+          batch.subspan(s.first, s.count), weights.subspan(s.first, s.count),
+          ReadoutFrom(readout, s.first), std::span(results).subspan(s.first, s.count));
+    });
+    return results;
+  }
+
+  std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
+      std::span<const RolloutInput> batch, std::span<const RowMatrix> seeds) override {
+    CHECK_EQ(seeds.size(), batch.size());
+    std::vector<std::optional<MaterialGradient>> results(batch.size());
+    std::map<Eigen::Index, std::vector<std::size_t>> alike;  // by the number of columns
+    for (std::size_t i = 0; i < seeds.size(); ++i) alike[seeds[i].cols()].push_back(i);
+    for (const auto& [columns, members] : alike) {
+      std::vector<RolloutInput> inputs;
+      std::vector<const RowMatrix*> of_inputs;
+      for (const std::size_t i : members) {
+        inputs.push_back(batch[i]);
+        of_inputs.push_back(&seeds[i]);
+      }
+      std::vector<std::optional<MaterialGradient>> found(members.size());
+      OnDevices(members.size(), [&](const Share& s) {
+        s.engine->EquilibriumAdjoints(std::span(inputs).subspan(s.first, s.count),
+                                      std::span(of_inputs).subspan(s.first, s.count),
+                                      std::span(found).subspan(s.first, s.count));
+      });
+      for (std::size_t k = 0; k < members.size(); ++k) results[members[k]] = std::move(found[k]);
+    }
+    return results;
+  }
+
+ private:
+  static std::vector<std::size_t> Indices(const std::vector<char>& flags) {
+    std::vector<std::size_t> set;
+    for (std::size_t i = 0; i < flags.size(); ++i)
+      if (flags[i] != 0) set.push_back(i);
+    return set;
+  }
+
+  // The loss of a part of its batch; `readout`: that of the part.
+  static ReadoutLoss ComputeLoss(const ReadoutLoss& loss, const Readout& readout, std::size_t first,
+                                 std::size_t count) {
+    const auto begin = loss.targets.begin() + first;
+    return {&readout, {begin, begin + count}, loss.sigma};
+  }
+
+  // A thread each; waits for all and rethrows what one threw.
+  static void RunSideBySide(const std::vector<std::function<void()>>& work) {
+    if (work.size() == 1) return work[0]();
+    std::vector<std::exception_ptr> errors(work.size());
+    std::vector<std::thread> threads;
+    for (std::size_t i = 0; i < work.size(); ++i)
+      threads.emplace_back([&, i] {
+        try {
+          work[i]();
+        } catch (...) {
+          errors[i] = std::current_exception();
+        }
+      });
+    for (std::thread& thread : threads) thread.join();
+    for (const std::exception_ptr& error : errors)
+      if (error) std::rethrow_exception(error);
+  }
+
+  // Splits a batch evenly over the devices.
+  void OnDevices(std::size_t count, const std::function<void(const Share&)>& work) {
+    std::vector<std::function<void()>> shares;
+    const std::size_t devices = std::min(engines_.size(), count);
+    for (std::size_t d = 0; d < devices; ++d) {
+      const std::size_t first = count * d / devices, last = count * (d + 1) / devices;
+      shares.push_back([&, d, first, last] { work({engines_[d].get(), first, last - first}); });
+    }
+    RunSideBySide(shares);
+  }
+
+  // Adjoints that run as one batch: on the device that has the recording, as many columns.
+  struct AdjointKey {
+    DeviceEngine* engine;
+    Eigen::Index columns;
+    int steps;
+    auto operator<=>(const AdjointKey&) const = default;
+  };
+  std::map<AdjointKey, std::vector<std::size_t>> AlikeAdjoints(
+      std::span<const Recording> recordings, std::span<const RowMatrix> seeds) {
+    std::map<AdjointKey, std::vector<std::size_t>> groups;
+    for (std::size_t i = 0; i < seeds.size(); ++i) {
+      const auto* own = dynamic_cast<const DeviceRecording*>(recordings[i].backend.get());
+      DeviceEngine* engine = engines_[i * engines_.size() / seeds.size()].get();
+      if (own != nullptr)
+        for (const auto& e : engines_)
+          if (e->device().index == own->history->device) engine = e.get();
+      const int steps = own != nullptr ? own->steps : static_cast<int>(recordings[i].factor.size());
+      groups[{engine, seeds[i].cols(), steps}].push_back(i);
+    }
+    return groups;
+  }
+
+  void FindAdjointsOf(DeviceEngine& engine, const std::vector<std::size_t>& members,
+                      std::span<const RolloutInput> batch, std::span<const Recording> recordings,
+                      std::span<const RowMatrix> seeds, const RolloutOptions& options,
+                      std::vector<AdjointResult>& results, std::vector<char>& failed) {
+    std::vector<RolloutInput> inputs;
+    std::vector<const Recording*> kept;
+    std::vector<const RowMatrix*> columns;
+    for (const std::size_t i : members) {
+      inputs.push_back(batch[i]);
+      kept.push_back(&recordings[i]);
+      columns.push_back(&seeds[i]);
+    }
+    std::vector<AdjointResult> found(members.size());
+    std::vector<char> flags(members.size());
+    engine.Adjoints(inputs, kept, columns, options, found, flags);
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      results[members[k]] = std::move(found[k]);
+      failed[members[k]] = flags[k];
+    }
+  }
+
+  AdjointResult AdjointOnHost(const RolloutInput& input, const RowMatrix& seed,
+                              const RolloutOptions& options) {
+    std::vector<Recording> recording;
+    host_->Rollouts({&input, 1}, options, &recording);
+    return std::move(host_->Adjoints({&input, 1}, recording, {&seed, 1}, options)[0]);
+  }
+
+  std::shared_ptr<const ClothModel> model_;
+  std::unique_ptr<Backend> host_;  // what a device cannot decide
+  std::vector<std::unique_ptr<DeviceEngine>> engines_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel> model, int threads) {
+  std::string why;
+  const std::vector<DeviceInfo> devices = FindDevices(&why);
+  if (devices.empty()) throw NoDevice(why);
+  return std::make_unique<CudaBackend>(std::move(model), devices, threads);
+}
+
+CudaSurvey SurveyCuda() {
+  std::string why;
+  const std::vector<DeviceInfo> devices = FindDevices(&why);
+  if (devices.empty()) return {false, why};
+  std::string text = devices[0].name;
+  if (devices.size() > 1) text += " and " + std::to_string(devices.size() - 1) + " more";
+  return {true, text};
+}
+
+}  // namespace drape

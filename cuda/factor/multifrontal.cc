@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/factor/multifrontal.h"
+
+#include <algorithm>
+
+namespace drape {
+namespace {
+
+constexpr int kThreads = 256, kThreadsOfMany = 128;
+
+int Bytes(int doubles) { return doubles * static_cast<int>(sizeof(double)); }
+
+LevelRange MakeRange(const FrontPlan& plan, int level, std::vector<UpdateTile>* tiles) {
+  LevelRange range{plan.level_start[level],
+                   plan.level_start[level + 1],
+                   0,
+                   0,
+                   0,
+                   static_cast<int>(tiles->size()),
+                   0};
+  for (int i = range.begin; i < range.end; ++i) {
+    const Front& front = plan.fronts[plan.level_front[i]];
+    const int p = front.pivots, q = front.border;
+    range.largest_pivots = std::max(range.largest_pivots, p);
+    range.shared_panel = std::max(range.shared_panel, Bytes((p + q + 8) * (p + 4) + 96));
+    range.shared_solve = std::max(range.shared_solve, Bytes(p * (p + 1) + p + q + kThreads));
+    const int rows = q > 0 ? (q + kUpdateTile) / kUpdateTile : 0;  // the right-hand side's included
+    for (int row = 0; row < rows; ++row)
+      for (int column = 0; column <= row && column * kUpdateTile < q; ++column)
+        tiles->push_back({plan.level_front[i], row, column});
+  }
+  range.tile_end = static_cast<int>(tiles->size());
+  return range;
+}
+
+}  // namespace
+
+Multifrontal::Multifrontal(const FrontPlan& plan, int shared_bytes)
+    : fronts_(plan.fronts),
+      children_(plan.children),
+      entries_(plan.entries),
+      border_dof_(plan.border_dof),
+      level_front_(plan.level_front),
+      source_(plan.source),
+      parent_row_(plan.parent_row),
+      child_row_(plan.child_row) {
+  std::vector<UpdateTile> tiles;
+  for (int level = 0; level < plan.num_levels(); ++level)
+    levels_.push_back(MakeRange(plan, level, &tiles));
+  tiles_ = DeviceBuffer<UpdateTile>(tiles);
+  view_ = {fronts_.data(),          children_.data(),
+           entries_.data(),         border_dof_.data(),
+           parent_row_.data(),      child_row_.data(),
+           source_.data(),          level_front_.data(),
+           3 * plan.num_vertices(), static_cast<int>(plan.entries.size()),
+           plan.factor_size,        plan.update_size,
+           plan.vector_size};
+  int device = 0;
+  CUDA_CHECK(cudaGetDevice(&device));
+  CUDA_CHECK(cudaDeviceGetAttribute(&multiprocessors_, cudaDevAttrMultiProcessorCount, device));
+  PrepareFactorKernels(shared_bytes);
+  PrepareSolveKernels(shared_bytes);
+  PrepareSolveManyKernels(shared_bytes);
+}
+
+bool Multifrontal::SplitsUpdates(int slots) const { return slots < multiprocessors_ / 4; }
+
+int Multifrontal::Threads(int slots) const {
+  const bool small_fronts = view_.num_dofs < 1500;
+  return small_fronts && slots >= multiprocessors_ ? kThreadsOfMany : kThreads;
+}
+
+void Multifrontal::FactorAndSolve(const FactorView& numbers, const double* rhs, double* solution,
+                                  int slots, int beside, cudaStream_t stream) const {
+  const UpdateTile* tiles = SplitsUpdates(beside) ? tiles_.data() : nullptr;
+  for (const LevelRange& level : levels_)
+    LaunchFactorLevel(view_, level, numbers, tiles, rhs, solution, slots, Threads(beside), stream);
+  if (rhs == nullptr) return;
+  for (auto level = levels_.rbegin(); level != levels_.rend(); ++level)
+    LaunchBackwardLevel(view_, *level, numbers.factor, solution, slots, stream);
+}
+
+void Multifrontal::Solve(const FactorPlace& factor, const double* rhs, double* solution,
+                         double* vectors, int columns, int slots, cudaStream_t stream,
+                         const SolutionSum& sum) const {
+  for (const LevelRange& level : levels_) {
+    if (columns == 1) {
+      LaunchForwardLevel(view_, level, factor, rhs, solution, vectors, slots, stream);
+    } else {
+      LaunchForwardManyLevel(view_, level, factor, rhs, solution, vectors, columns, slots, stream);
+    }
+  }
+  for (auto level = levels_.rbegin(); level != levels_.rend(); ++level) {
+    if (columns == 1) {
+      LaunchBackwardLevel(view_, *level, factor, solution, slots, stream);
+    } else {
+      LaunchBackwardManyLevel(view_, *level, factor, solution, sum, columns, slots, stream);
+    }
+  }
+}
+
+}  // namespace drape

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "cuda/device/device_buffer.h"
+#include "cuda/factor/multifrontal_kernels.h"
+#include "cuda/factor/plan/front_plan.h"
+
+namespace drape {
+
+// A plan on the present device: launches factorisations and solves of batches of systems.
+class Multifrontal {
+ public:
+  // shared_bytes: of a block of threads on this device.
+  Multifrontal(const FrontPlan& plan, int shared_bytes);
+
+  const PlanView& view() const { return view_; }
+
+  // A = L·Lᵀ for `slots` systems; rhs, when not null, is solved with along the way: solution =
+  // A⁻¹·rhs, shapes [dofs] a slot. Pointers may be the same. `beside`: slots of all streams that
+  // work at the same time, these included.
+  void FactorAndSolve(const FactorView& numbers, const double* rhs, double* solution, int slots,
+                      int beside, cudaStream_t stream) const;
+  // solution = A⁻¹·rhs for `columns` right-hand sides, shape [dofs, columns] a slot; vectors:
+  // workspace [vector_size, columns] a slot. rhs and solution may be the same. `sum`: for columns >
+  // 1.
+  void Solve(const FactorPlace& factor, const double* rhs, double* solution, double* vectors,
+             int columns, int slots, cudaStream_t stream, const SolutionSum& sum = {}) const;
+
+ private:
+  // Computes updates in blocks of their own where slots are too few to fill the device.
+  bool SplitsUpdates(int slots) const;
+  int Threads(int slots) const;
+
+  int multiprocessors_ = 0;
+  DeviceBuffer<Front> fronts_;
+  DeviceBuffer<FrontChild> children_;
+  DeviceBuffer<FrontEntry> entries_;
+  DeviceBuffer<int> border_dof_, level_front_, source_;
+  DeviceBuffer<std::int16_t> parent_row_, child_row_;
+  DeviceBuffer<UpdateTile> tiles_;
+  std::vector<LevelRange> levels_;
+  PlanView view_;
+};
+
+}  // namespace drape

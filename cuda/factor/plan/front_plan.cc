@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/factor/plan/front_plan.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "cuda/factor/plan/assembly_tree.h"
+#include "cuda/factor/plan/update_space.h"
+
+namespace drape {
+namespace {
+
+// Rows of the front of `node` that its vertices begin at; −1 for others while it is in scope.
+class FrontRows {
+ public:
+  FrontRows(const TreeNode& node, const Front& front, std::vector<int>& row)
+      : node_(node), row_(row) {
+    int k = 0;
+    for (const int v : node.vertices) row_[v] = 3 * k++;
+    k = 0;
+    for (const int v : node.border) row_[v] = front.pivots + 3 * k++;
+  }
+  ~FrontRows() {
+    for (const int v : node_.vertices) row_[v] = -1;
+    for (const int v : node_.border) row_[v] = -1;
+  }
+  FrontRows(const FrontRows&) = delete;
+  FrontRows& operator=(const FrontRows&) = delete;
+
+  int of(int vertex) const { return row_[vertex]; }
+
+ private:
+  const TreeNode& node_;
+  std::vector<int>& row_;
+};
+
+class Planner {
+ public:
+  Planner(const BlockPattern& pattern, std::vector<TreeNode> tree)
+      : pattern_(pattern), tree_(std::move(tree)), row_(pattern.num_vertices(), -1) {}
+
+  FrontPlan Run() {
+    NumberVertices();
+    FindChildren();
+    for (const TreeNode& node : tree_) AddFront(node);
+    for (int i = 0; i < num_fronts(); ++i) {
+      const FrontRows rows(tree_[i], plan_.fronts[i], row_);
+      AddEntries(i, rows);
+      AddChildren(i, rows);
+    }
+    AddLevels();
+    PlaceUpdates();
+    return std::move(plan_);
+  }
+
+ private:
+  int num_fronts() const { return static_cast<int>(tree_.size()); }
+
+  void NumberVertices() {
+    plan_.position = EliminationPositions(tree_, pattern_.num_vertices());
+    plan_.vertex.resize(plan_.position.size());
+    for (int v = 0; v < plan_.num_vertices(); ++v) plan_.vertex[plan_.position[v]] = v;
+  }
+
+  void FindChildren() {
+    children_.resize(tree_.size());
+    for (int i = 0; i < num_fronts(); ++i)
+      if (tree_[i].parent >= 0) children_[tree_[i].parent].push_back(i);
+  }
+
+  void AddFront(const TreeNode& node) {
+    Front front{};
+    front.true_pivots = 3 * static_cast<int>(node.vertices.size());
+    front.true_border = 3 * static_cast<int>(node.border.size());
+    const std::int64_t p = front.pivots = RoundUp8(front.true_pivots);
+    const std::int64_t q = front.border = RoundUp8(front.true_border);
+    CHECK_LE(p + q, std::numeric_limits<std::int16_t>::max()) << "rows of a front";
+    front.first_dof = 3 * plan_.position[node.vertices.front()];
+    front.border_start = static_cast<int>(plan_.border_dof.size());
+    for (const int v : node.border)
+      for (int r = 0; r < 3; ++r) plan_.border_dof.push_back(3 * plan_.position[v] + r);
+    plan_.border_dof.resize(front.border_start + q, -1);
+    front.vector_offset = plan_.vector_size;
+    plan_.vector_size += front.border;
+    front.factor_offset = plan_.factor_size;
+    plan_.factor_size += (p + q) * p;
+    plan_.flops += p * p * p / 3.0 + p * p * q + p * q * q;
+    plan_.fronts.push_back(front);
+  }
+
+  void AddEntries(int i, const FrontRows& rows) {
+    plan_.fronts[i].entry_start = static_cast<int>(plan_.entries.size());
+    for (const int v : tree_[i].vertices) {
+      const auto column_start = plan_.entries.size();
+      const int column = plan_.position[v];
+      for (int b = pattern_.row_start[v]; b < pattern_.row_start[v + 1]; ++b) {
+        const int w = pattern_.column[b], row = plan_.position[w];
+        if (row >= column) plan_.entries.push_back({row, column, rows.of(w), rows.of(v)});
+      }
+      std::sort(plan_.entries.begin() + column_start, plan_.entries.end(),
+                [](const FrontEntry& a, const FrontEntry& b) { return a.row < b.row; });
+    }
+    plan_.fronts[i].entry_end = static_cast<int>(plan_.entries.size());
+  }
+
+  void AddChildren(int i, const FrontRows& rows) {
+    plan_.fronts[i].child_start = static_cast<int>(plan_.children.size());
+    plan_.fronts[i].source_start = static_cast<int>(plan_.source.size());
+    for (const int child : children_[i]) AddChild(plan_.fronts[i], child, rows);
+    plan_.fronts[i].child_end = static_cast<int>(plan_.children.size());
+  }
+
+  void AddChild(const Front& parent, int index, const FrontRows& rows) {
+    FrontChild child{index, 0, static_cast<int>(plan_.parent_row.size()),
+                     static_cast<int>(plan_.child_row.size())};
+    plan_.parent_row.resize(child.row_start + plan_.fronts[index].border, -1);
+    plan_.child_row.resize(child.inverse_start + parent.pivots + parent.border, -1);
+    plan_.source.resize(plan_.child_row.size(), -1);
+    int from = 0;
+    for (const int v : tree_[index].border) {
+      CHECK_GE(rows.of(v), 0) << "the border of a child is in its parent's front";
+      for (int r = 0; r < 3; ++r, ++from) {
+        const int to = rows.of(v) + r;
+        child.pivot_rows += to < parent.pivots;
+        plan_.parent_row[child.row_start + from] = static_cast<std::int16_t>(to);
+        plan_.child_row[child.inverse_start + to] = static_cast<std::int16_t>(from);
+        plan_.source[child.inverse_start + to] = plan_.fronts[index].vector_offset + from;
+      }
+    }
+    plan_.children.push_back(child);
+  }
+
+  void AddLevels() {
+    level_.assign(tree_.size(), 0);
+    for (int i = 0; i < num_fronts(); ++i)
+      if (const int parent = tree_[i].parent; parent >= 0)
+        level_[parent] = std::max(level_[parent], level_[i] + 1);
+    const auto size = [&](int i) {
+      const std::int64_t p = plan_.fronts[i].pivots, q = plan_.fronts[i].border;
+      return (p + q) * p + q * q;
+    };
+    plan_.level_front.resize(tree_.size());
+    std::iota(plan_.level_front.begin(), plan_.level_front.end(), 0);
+    std::stable_sort(plan_.level_front.begin(), plan_.level_front.end(), [&](int a, int b) {
+      return level_[a] != level_[b] ? level_[a] < level_[b] : size(a) > size(b);
+    });
+    for (int k = 0; k < num_fronts(); ++k)
+      if (level_[plan_.level_front[k]] == static_cast<int>(plan_.level_start.size()))
+        plan_.level_start.push_back(k);
+    plan_.level_start.push_back(num_fronts());
+  }
+
+  void PlaceUpdates() {
+    std::vector<UpdateBlock> blocks;
+    for (int i = 0; i < num_fronts(); ++i) {
+      const std::int64_t q = plan_.fronts[i].border;
+      const int parent = tree_[i].parent;
+      blocks.push_back({(q + 1) * q, level_[i], level_[parent < 0 ? i : parent]});
+    }
+    const UpdateSpace space = PackUpdates(blocks);
+    for (int i = 0; i < num_fronts(); ++i) plan_.fronts[i].update_offset = space.offset[i];
+    plan_.update_size = space.size;
+  }
+
+  const BlockPattern& pattern_;
+  const std::vector<TreeNode> tree_;
+  std::vector<std::vector<int>> children_;
+  std::vector<int> level_;
+  std::vector<int> row_;  // of FrontRows
+  FrontPlan plan_;
+};
+
+}  // namespace
+
+FrontPlan MakeFrontPlan(const BlockPattern& pattern, const Eigen::Matrix2Xd& uv,
+                        const FrontPlanOptions& options) {
+  CHECK(options.max_pivots >= 3 && options.max_pivots <= 64);
+  const auto separators = NestedDissection(pattern, uv, options.dissection);
+  return Planner(pattern, MakeAssemblyTree(pattern, separators, options)).Run();
+}
+
+Mesh Renumber(const Mesh& mesh, const FrontPlan& plan) {
+  CHECK_EQ(mesh.num_vertices(), plan.num_vertices());
+  Mesh result = mesh;
+  for (int v = 0; v < mesh.num_vertices(); ++v) {
+    result.uv.col(plan.position[v]) = mesh.uv.col(v);
+    result.rest_x.segment<3>(3 * plan.position[v]) = mesh.rest_x.segment<3>(3 * v);
+  }
+  for (Face& face : result.faces)
+    for (int& v : face.vertex) v = plan.position[v];
+  for (Hinge& hinge : result.hinges)
+    for (int& v : hinge.vertex) v = plan.position[v];
+  for (auto& loop : result.boundary_loops)
+    for (int& v : loop) v = plan.position[v];
+  return result;
+}
+
+}  // namespace drape

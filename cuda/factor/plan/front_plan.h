@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cuda/factor/plan/nested_dissection.h"
+#include "physics/mesh/mesh.h"
+
+namespace drape {
+
+// Symbolic plan of a multifrontal Cholesky factorisation A = L·Lᵀ [Duff 1983; Liu 1992] that
+// all rollouts of a mesh share. Degrees of freedom are numbered in elimination order: vertex v has
+// 3·position[v] … + 2. A front is a dense matrix over its p pivots and q border rows:
+//   [F11    ]      panel [F11; F21] of A's entries and of the children's updates → [L11; L21],
+//   [F21 F22]      update F22 − L21·L21ᵀ → to the parent.
+// p and q are rounded up to multiples of 8 (tensor-core tiles); pivots of the padding are 1.
+
+// Plain data: the kernels read the same struct.
+struct Front {
+  int pivots, border;            // p, q, multiples of 8
+  int true_pivots, true_border;  // multiples of 3
+  int first_dof;                 // of its pivots
+  int border_start;              // [border] in FrontPlan::border_dof
+  int entry_start, entry_end;    // its blocks of A in FrontPlan::entries
+  int child_start, child_end;    // in FrontPlan::children
+  int source_start;              // [children, p + q] in FrontPlan::source
+  int vector_offset;             // of its border vector in a solve's workspace [doubles]
+  std::int64_t factor_offset;    // of its panel, row-major [p + q, p] [doubles]
+  std::int64_t update_offset;    // of its update, row-major [q + 1, q]: row q is the right-hand
+                                 // side's; lower triangle only; space is used again once the parent
+                                 // is done (levels run one after the other) [doubles]
+};
+
+// A child's border rows seen from its parent's front (rows 0..p−1 pivots, then p + border row).
+struct FrontChild {
+  int front;          // index of the child
+  int pivot_rows;     // its first rows that are pivots of the parent
+  int row_start;      // [border of the child] in FrontPlan::parent_row: row of the parent's front
+  int inverse_start;  // [p + q of the parent] in FrontPlan::child_row: row of the child's border,
+                      // −1
+};
+
+// A 3×3 block (row, column) of A's lower triangle in elimination order, in the panel of the front
+// that eliminates `column`.
+struct FrontEntry {
+  int row, column;              // vertices' positions, row ≥ column
+  int panel_row, panel_column;  // of the block's first number
+};
+
+struct FrontPlan {
+  std::vector<int> position;  // [V] of vertex v in elimination order
+  std::vector<int> vertex;    // [V] its inverse
+  std::vector<Front> fronts;  // children before parents
+  std::vector<FrontChild> children;
+  std::vector<FrontEntry> entries;
+  std::vector<int> border_dof;           // elimination-order dofs; −1 in the padding
+  std::vector<std::int16_t> parent_row;  // −1 in the padding
+  std::vector<std::int16_t> child_row;   // −1 where the child has none
+  std::vector<int> source;       // the same as places in a solve's workspace, front by front
+  std::vector<int> level_start;  // [levels + 1] in level_front
+  std::vector<int> level_front;  // fronts by level, leaves first, large ones first in a level
+  std::int64_t factor_size = 0, update_size = 0;  // [doubles]
+  int vector_size = 0;                            // [doubles]
+  double flops = 0.0;                             // of a factorisation, padding included
+
+  int num_vertices() const { return static_cast<int>(position.size()); }
+  int num_levels() const { return static_cast<int>(level_start.size()) - 1; }
+};
+
+struct FrontPlanOptions {
+  DissectionOptions dissection = {};
+  int max_pivots = 63;  // unknowns a front; larger separators become chains of fronts
+  // A front and its right-hand side, [p + q + 8, p + 4] and 96 more doubles, fit in these.
+  int shared_bytes = 232448;
+};
+
+// Throws InputError when the panel of one vertex does not fit.
+FrontPlan MakeFrontPlan(const BlockPattern& pattern, const Eigen::Matrix2Xd& uv,
+                        const FrontPlanOptions& options);
+
+// The mesh with its vertices in elimination order; faces and hinges keep their own order and
+// corners.
+Mesh Renumber(const Mesh& mesh, const FrontPlan& plan);
+
+}  // namespace drape

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/factor/plan/gather_list.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace drape {
+namespace {
+
+constexpr int kMaxElements = 1 << 26;  // of a kind: what Contribution::Pack has room for
+
+// Calls add(target, contribution) faces first, each kind by ascending element. `target` gives the
+// index that corners (row, column) of an element add to, −1 for none.
+template <class Target, class Add>
+void ForEach(const Mesh& mesh, const Scene& scene, Target&& target, Add&& add) {
+  const auto visit = [&](const auto& elements, int corners, bool hinge) {
+    for (int e = 0; e < static_cast<int>(elements.size()); ++e)
+      for (int row = 0; row < corners; ++row)
+        for (int column = 0; column < corners; ++column) {
+          const Contribution contribution{e, hinge, row, column};
+          if (const int to = target(elements[e].vertex, contribution); to >= 0)
+            add(to, contribution.Pack());
+        }
+  };
+  if (scene.stretch) visit(mesh.faces, 3, false);
+  if (scene.bend) visit(mesh.hinges, 4, true);
+}
+
+template <class Target>
+GatherList Gather(const Mesh& mesh, const Scene& scene, int num_targets, Target&& target) {
+  CHECK(mesh.num_faces() < kMaxElements && mesh.num_hinges() < kMaxElements);
+  GatherList list;
+  list.start.assign(num_targets + 1, 0);
+  ForEach(mesh, scene, target, [&](int to, int) { ++list.start[to + 1]; });
+  for (int i = 0; i < num_targets; ++i) list.start[i + 1] += list.start[i];
+  list.item.resize(list.start.back());
+  std::vector<int> next = list.start;
+  ForEach(mesh, scene, target, [&](int to, int item) { list.item[next[to]++] = item; });
+  return list;
+}
+
+int FindEntry(const FrontPlan& plan, int row, int column) {
+  const auto key = [](const FrontEntry& e) { return std::pair(e.column, e.row); };
+  const auto it = std::lower_bound(
+      plan.entries.begin(), plan.entries.end(), std::pair(column, row),
+      [&](const FrontEntry& entry, const auto& wanted) { return key(entry) < wanted; });
+  CHECK(it != plan.entries.end() && key(*it) == std::pair(column, row))
+      << "the plan's pattern lacks block " << row << ", " << column;
+  return static_cast<int>(it - plan.entries.begin());
+}
+
+}  // namespace
+
+GatherList GatherEntries(const FrontPlan& plan, const Mesh& mesh, const Scene& scene) {
+  const int count = static_cast<int>(plan.entries.size());
+  return Gather(mesh, scene, count, [&](const int* vertex, const Contribution& c) {
+    const int row = vertex[c.row], column = vertex[c.column];
+    return row < column ? -1 : FindEntry(plan, row, column);
+  });
+}
+
+GatherList GatherVertices(const Mesh& mesh, const Scene& scene) {
+  return Gather(mesh, scene, mesh.num_vertices(), [](const int* vertex, const Contribution& c) {
+    return c.row == c.column ? vertex[c.row] : -1;
+  });
+}
+
+}  // namespace drape

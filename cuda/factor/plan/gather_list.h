@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "cuda/factor/plan/front_plan.h"
+#include "physics/cloth/scene.h"
+
+namespace drape {
+
+// Which elements add to which block of a matrix or to which vertex, in a fixed order: sums by
+// gather need no atomics and are the same in each run. Meshes are numbered in elimination order
+// here (Renumber).
+struct GatherList {
+  std::vector<int> start;  // [N + 1]
+  std::vector<int> item;   // packed Contributions: faces first, each kind by ascending element
+};
+
+// Corner `row` of an element adds to a vertex; corners (row, column) to a block.
+struct Contribution {
+  int element;
+  bool hinge;
+  int row, column;  // corners 0..3
+
+  int Pack() const { return element << 5 | static_cast<int>(hinge) << 4 | row << 2 | column; }
+};
+
+// To each of plan.entries; `scene` says whether faces and hinges act.
+GatherList GatherEntries(const FrontPlan& plan, const Mesh& mesh, const Scene& scene);
+// To each vertex (column = row).
+GatherList GatherVertices(const Mesh& mesh, const Scene& scene);
+
+}  // namespace drape

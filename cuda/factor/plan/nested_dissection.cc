@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/factor/plan/nested_dissection.h"
+
+#include <glog/logging.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <utility>
+
+#include "cuda/factor/plan/graph_cut.h"
+
+namespace drape {
+namespace {
+
+// Neighbours in a front then follow each other in its parent's, too: long runs when it is added.
+std::vector<int> AlongPrincipalAxis(std::vector<int> vertices, const Eigen::Matrix2Xd& uv) {
+  Eigen::Matrix2Xd place = uv(Eigen::all, vertices);
+  place.colwise() -= place.rowwise().mean().eval();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(place * place.transpose());
+  const Eigen::Vector2d axis = axes.eigenvectors().col(1);
+  std::stable_sort(vertices.begin(), vertices.end(),
+                   [&](int a, int b) { return axis.dot(uv.col(a)) < axis.dot(uv.col(b)); });
+  return vertices;
+}
+
+// Of each vertex, numbered by first appearance.
+std::vector<int> ConnectedComponents(const Graph& graph) {
+  std::vector<int> component(graph.num_vertices(), -1), stack;
+  int count = 0;
+  for (int first = 0; first < graph.num_vertices(); ++first) {
+    if (component[first] >= 0) continue;
+    component[first] = count;
+    stack = {first};
+    while (!stack.empty()) {
+      const int v = stack.back();
+      stack.pop_back();
+      for (int k = graph.start[v]; k < graph.start[v + 1]; ++k) {
+        const int w = graph.neighbour[k];
+        if (component[w] >= 0) continue;
+        component[w] = count;
+        stack.push_back(w);
+      }
+    }
+    ++count;
+  }
+  return component;
+}
+
+std::vector<std::vector<int>> GroupBy(const std::vector<int>& label,
+                                      const std::vector<int>& vertices) {
+  std::vector<std::vector<int>> groups(*std::max_element(label.begin(), label.end()) + 1);
+  for (std::size_t k = 0; k < label.size(); ++k) groups[label[k]].push_back(vertices[k]);
+  return groups;
+}
+
+// Neighbouring small parts together while they stay below `limit`.
+std::vector<std::vector<int>> Packed(const std::vector<std::vector<int>>& parts, int limit) {
+  std::vector<std::vector<int>> packed;
+  for (const auto& part : parts) {
+    if (packed.empty() || static_cast<int>(packed.back().size() + part.size()) > limit)
+      packed.emplace_back();
+    packed.back().insert(packed.back().end(), part.begin(), part.end());
+  }
+  return packed;
+}
+
+class Dissector {
+ public:
+  Dissector(const BlockPattern& pattern, const Eigen::Matrix2Xd& uv, int leaf_vertices)
+      : pattern_(pattern), uv_(uv), leaf_(leaf_vertices), local_(pattern.num_vertices(), -1) {}
+
+  std::vector<Separator> Run() {
+    std::vector<int> all(pattern_.num_vertices());
+    for (int v = 0; v < pattern_.num_vertices(); ++v) all[v] = v;
+    if (!all.empty()) Dissect(all);
+    return std::move(nodes_);
+  }
+
+ private:
+  // The roots of what is made of `vertices`.
+  std::vector<int> Dissect(const std::vector<int>& vertices) {
+    if (static_cast<int>(vertices.size()) <= leaf_) return {Add(vertices)};
+    const Graph graph = Subgraph(vertices);
+    const auto parts = GroupBy(ConnectedComponents(graph), vertices);
+    if (parts.size() > 1) return DissectAll(Packed(parts, leaf_));
+    const Cut cut = BestCut(graph, vertices);
+    if (!cut.found()) return {Add(vertices)};
+    auto sides = GroupBy({cut.side.begin(), cut.side.end()}, vertices);
+    CHECK_EQ(sides.size(), 3U) << "a cut of a connected graph has a separator";
+    const std::vector<int> separator = std::move(sides[Cut::kSeparator]);
+    sides.pop_back();
+    const std::vector<int> roots = DissectAll(sides);
+    const int node = Add(separator);
+    for (const int root : roots) nodes_[root].parent = node;
+    return {node};
+  }
+
+  std::vector<int> DissectAll(const std::vector<std::vector<int>>& parts) {
+    std::vector<int> roots;
+    for (const auto& part : parts)
+      for (const int root : Dissect(part)) roots.push_back(root);
+    return roots;
+  }
+
+  Cut BestCut(const Graph& graph, const std::vector<int>& vertices) const {
+    Cut metis = MetisCut(graph), straight = StraightCut(graph, uv_(Eigen::all, vertices));
+    return straight.score < metis.score ? straight : metis;
+  }
+
+  int Add(const std::vector<int>& vertices) {
+    nodes_.push_back({AlongPrincipalAxis(vertices, uv_), -1});
+    return static_cast<int>(nodes_.size()) - 1;
+  }
+
+  Graph Subgraph(const std::vector<int>& vertices) {
+    for (std::size_t k = 0; k < vertices.size(); ++k) local_[vertices[k]] = static_cast<int>(k);
+    Graph graph;
+    graph.start.push_back(0);
+    for (const int v : vertices) {
+      for (int b = pattern_.row_start[v]; b < pattern_.row_start[v + 1]; ++b)
+        if (const int w = pattern_.column[b]; w != v && local_[w] >= 0)
+          graph.neighbour.push_back(local_[w]);
+      graph.start.push_back(static_cast<int>(graph.neighbour.size()));
+    }
+    for (const int v : vertices) local_[v] = -1;
+    return graph;
+  }
+
+  const BlockPattern& pattern_;
+  const Eigen::Matrix2Xd& uv_;
+  const int leaf_;
+  std::vector<int> local_;  // of a vertex in the subgraph that is being made; −1 outside
+  std::vector<Separator> nodes_;
+};
+
+}  // namespace
+
+std::vector<Separator> NestedDissection(const BlockPattern& pattern, const Eigen::Matrix2Xd& uv,
+                                        const DissectionOptions& options) {
+  CHECK_EQ(uv.cols(), pattern.num_vertices());
+  CHECK_GE(options.leaf_vertices, 1);
+  return Dissector(pattern, uv, options.leaf_vertices).Run();
+}
+
+}  // namespace drape

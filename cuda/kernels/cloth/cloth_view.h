@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "cuda/factor/plan/front_plan.h"
+#include "cuda/factor/plan/gather_list.h"
+#include "physics/material/laws/hinge_geometry.h"
+#include "physics/material/laws/law.h"
+#include "physics/material/laws/stretch_element.h"
+
+namespace drape {
+
+// A GatherList in device memory.
+struct GatherView {
+  const int *start, *item;
+};
+
+// What all rollouts of a model share, in device memory and elimination order.
+struct ClothView {
+  int num_vertices, num_faces, num_hinges;  // faces and hinges that act in the scene
+  int num_entries;                          // lower-triangle blocks, as in FrontPlan
+  int num_blocks;                           // of the full pattern
+  const Face* faces;
+  const Hinge* hinges;
+  const double* vertex_area;  // [V]
+  const double* rest_x;       // [3V]
+  const double* handle;       // spring of each vertex, 0 where it is free [N/m], [V]
+  const double* load;         // dead loads [N], [3V]
+  double gravity[3];          // [m/s²]
+  const FrontEntry* entries;
+  const int *row_start, *column, *mirror;  // full pattern; mirror: block (j, i) of block (i, j)
+  const int* entry_block;                  // block of the full pattern of each entry
+  GatherView to_entry, to_vertex;
+
+  DRAPE_HD int num_dofs() const { return 3 * num_vertices; }
+};
+
+// The fabric of one rollout; a stride is 0 for one table and 1 for one each element.
+struct MaterialView {
+  double density;  // [kg/m²]
+  const StretchTable* stretch;
+  const BendTable* bend;
+  int stretch_stride, bend_stride;
+};
+
+// What a step needs to know of an element at a shape.
+struct FaceRecord {
+  DeformationGradient<double> F;
+  StretchCoefficients<double> k;
+};
+struct HingeRecord {
+  HingeGradient gradient;  // ∂θ/∂x
+  double theta, kappa;
+};
+
+// A batch of shapes: slot s works for rollout `rollout[s]`, or s where that is null.
+struct ShapeBatch {
+  int slots;
+  int all_slots;  // with those of the streams beside
+  const int* rollout;
+  const MaterialView* material;  // by rollout
+  const double* x;               // by rollout, [3V]
+};
+
+}  // namespace drape

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include "cuda/kernels/cloth/cloth_view.h"
+#include "physics/material/laws/bend_element.h"
+
+namespace drape {
+
+// Derivatives of the step force g(x; w) = h·f(x) − h²·H(x)·w of a batch
+// (physics/cloth/assembly/assembly.h) by position and by material. w: by slot, [3V].
+
+// Of an element by position.
+struct FaceDerivative {
+  double Q[6][6];  // ∂g/∂F by rest area
+};
+struct HingeDerivative {
+  double block[4][4][9];  // of its corners
+};
+// Of an element by its table: ∂g/∂entry = factor[entry]·basis[column of the entry].
+struct FaceFactors {
+  DeformationGradient<double> basis[kStretchCols];  // area included
+  double factor[kStretchEntries];
+};
+struct HingeFactors {
+  HingeGradient basis;
+  double factor[kBendEntries];
+};
+
+struct DerivativeRecords {
+  FaceDerivative* faces;    // [F] a slot
+  HingeDerivative* hinges;  // [E] a slot
+};
+struct FactorRecords {
+  FaceFactors* faces;
+  HingeFactors* hinges;
+};
+
+void LaunchDerivativeRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
+                             const double* w, double h, const DerivativeRecords& records,
+                             cudaStream_t stream);
+// blocks = ∂g/∂x, [9·num_blocks] a slot.
+void LaunchGatherDerivative(const ClothView& cloth, const DerivativeRecords& records, double h,
+                            double* blocks, int slots, cudaStream_t stream);
+// weight: of each entry, by rollout (density unused).
+void LaunchFactorRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
+                         const MaterialView* weight, const double* w, double h,
+                         const FactorRecords& records, cudaStream_t stream);
+
+// Right-hand sides of a step's tangents: dv ← M·dv + ∂g/∂x·dx + ∂g/∂p; shapes [3V, kPaddedEntries]
+// a slot, the padding's columns zero. dx may be null: dv ← ∂g/∂p.
+void LaunchTangentRhs(const ClothView& cloth, const ShapeBatch& batch, const FactorRecords& records,
+                      const double* blocks, const double* dx, double* dv, cudaStream_t stream);
+
+// Sparse rows of all slots, one after the other: row r of slot s is start[s·rows + r] ….
+struct SparseRows {
+  const int* start;  // [slots·rows + 1]
+  const int* dof;
+  const double* value;
+};
+// out = rows·dx, shapes [rows, kPaddedEntries] and [3V, kPaddedEntries] a slot.
+void LaunchReadRows(const ClothView& cloth, const SparseRows& sparse, const double* dx, double* out,
+                    int rows, int slots, cudaStream_t stream);
+
+// Where the states of a slot lie, step by step.
+struct HistorySlot {
+  const double *x, *v;  // [3V] at x + step·stride
+  std::int64_t stride;
+};
+// x, v ← the states of step *step, [dofs] a slot.
+void LaunchLoadHistory(const HistorySlot* history, const int* step, double* x, double* v, int dofs,
+                       int slots, cudaStream_t stream);
+
+// The way back through a step, for m columns; shapes [3V, m] a slot.
+// rhs = adj_v + h·adj_x.
+void LaunchAdjointRhs(const ClothView& cloth, const double* adj_x, const double* adj_v, double h,
+                      double* rhs, int columns, int slots, cudaStream_t stream);
+// adj_x += (∂g/∂x)ᵀ·lambda, adj_v = M·lambda.
+void LaunchAdjointPosition(const ClothView& cloth, const ShapeBatch& batch, const double* blocks,
+                           const double* lambda, double* adj_x, double* adj_v, int columns,
+                           cudaStream_t stream);
+
+// Sums over elements are kept by chunks of them, to be added up in order at the end: a row of 24 or
+// 15 entries for each element of a field, or for each chunk where one table serves all.
+inline constexpr int kGradientChunk = 128;
+inline int GradientRows(int elements, int stride) {
+  return stride != 0 ? elements : (elements + kGradientChunk - 1) / kGradientChunk;
+}
+struct GradientView {
+  double* stretch;  // [24·GradientRows(F), m] a slot, by slot at stretch_start
+  double* bend;     // [15·GradientRows(E), m]
+  const std::int64_t *stretch_start, *bend_start;  // [slots]
+};
+// The whole way back for a single column, element by element, without the blocks of ∂g/∂x.
+struct AdjointRecords {
+  DeformationGradient<double>* faces;  // ∂(g·λ)/∂F by rest area, [F] a slot
+  BendAdjoint* hinges;                 // [E] a slot
+};
+// records, and gradient += (∂g/∂entry)ᵀ·lambda.
+void LaunchAdjointRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
+                          const double* w, double h, const double* lambda,
+                          const AdjointRecords& records, const GradientView& gradient,
+                          cudaStream_t stream);
+// adj_x += (∂g/∂x)ᵀ·lambda, adj_v = M·lambda; [3V] a slot.
+void LaunchGatherAdjoint(const ClothView& cloth, const ShapeBatch& batch,
+                         const AdjointRecords& records, double h, const double* lambda,
+                         double* adj_x, double* adj_v, cudaStream_t stream);
+
+// gradient += (∂g/∂entry)ᵀ·lambda.
+void LaunchAdjointMaterial(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
+                           const double* w, double h, const double* lambda,
+                           const GradientView& gradient, int columns, cudaStream_t stream);
+
+// y += blocks·x or blocksᵀ·x, shapes [3V, m] a slot.
+void LaunchMultiply(const ClothView& cloth, const double* blocks, bool transposed, const double* x,
+                    double* y, int columns, int slots, cudaStream_t stream);
+
+}  // namespace drape

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+// Products of the step's derivatives with many columns: a thread has the three rows of a vertex and
+// one or two neighbouring columns, so that a warp reads whole rows of the columns and the blocks
+// are the same for most of it.
+#include "cuda/device/cuda_error.h"
+#include "cuda/kernels/derivatives/sensitivity_kernels.h"
+#include "cuda/kernels/element_kernels.cuh"
+
+namespace drape {
+namespace {
+
+// Two neighbouring columns, or one.
+template <int Width>
+struct Columns {
+  double v[Width];
+};
+template <int Width>
+__device__ __forceinline__ Columns<Width> Load(const double* at) {
+  if constexpr (Width == 2) {
+    const double2 pair = *reinterpret_cast<const double2*>(at);
+    return {{pair.x, pair.y}};
+  } else {
+    return {{at[0]}};
+  }
+}
+template <int Width>
+__device__ __forceinline__ void Store(double* at, const Columns<Width>& c) {
+  if constexpr (Width == 2) {
+    *reinterpret_cast<double2*>(at) = {c.v[0], c.v[1]};
+  } else {
+    at[0] = c.v[0];
+  }
+}
+
+// Where a thread works: vertex i, columns from j.
+struct Place {
+  int i, j;
+};
+template <int Width>
+__device__ __forceinline__ Place FindPlace(int columns) {
+  const int groups = columns / Width, index = blockIdx.x * blockDim.x + threadIdx.x;
+  return {index / groups, Width * (index % groups)};
+}
+template <int Width>
+dim3 GridFor(const ClothView& cloth, int columns, int slots) {
+  return dim3(BlocksFor(cloth.num_vertices * (columns / Width)), slots);
+}
+
+// sum += row i of A·x, or of Aᵀ·x.
+template <int Width, bool kTransposed>
+__device__ __forceinline__ void AddRow(const ClothView& cloth, const double* blocks, int i,
+                                       const double* x, int columns, Columns<Width> (&sum)[3]) {
+  for (int b = cloth.row_start[i]; b < cloth.row_start[i + 1]; ++b) {
+    const double* block = blocks + 9LL * (kTransposed ? cloth.mirror[b] : b);
+    const double* at = x + 3LL * cloth.column[b] * columns;
+#pragma unroll
+    for (int k = 0; k < 3; ++k) {
+      const Columns<Width> from = Load<Width>(at + k * columns);
+#pragma unroll
+      for (int r = 0; r < 3; ++r) {
+        const double a = block[kTransposed ? 3 * k + r : 3 * r + k];
+#pragma unroll
+        for (int c = 0; c < Width; ++c) sum[r].v[c] += a * from.v[c];
+      }
+    }
+  }
+}
+
+// sum += ∂g/∂p at vertex i for the stretch entries j, j + 1.
+__device__ void AddStretchColumns(const ClothView& cloth, const FaceFactors* faces, int i, int j,
+                                  Columns<2> (&sum)[3]) {
+  for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
+    const Contribution at = Unpack(cloth.to_vertex.item[k]);
+    if (at.hinge) return;  // faces come first
+    const FaceFactors& face = faces[at.element];
+    const CornerGradient shape = GradientOf(cloth.faces[at.element], at.row);
+#pragma unroll
+    for (int c = 0; c < 2; ++c) {
+      const DeformationGradient<double>& basis = face.basis[(j + c) % kStretchCols];
+      const Vec3<double> b = face.factor[j + c] * (shape.u * basis.u + shape.v * basis.v);
+      sum[0].v[c] += b.x;
+      sum[1].v[c] += b.y;
+      sum[2].v[c] += b.z;
+    }
+  }
+}
+// The same for the bend entries j, j + 1, of which the last is padding.
+__device__ void AddBendColumns(const ClothView& cloth, const HingeFactors* hinges, int i, int j,
+                               Columns<2> (&sum)[3]) {
+  for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
+    const Contribution at = Unpack(cloth.to_vertex.item[k]);
+    if (!at.hinge) continue;
+    const HingeFactors& hinge = hinges[at.element];
+    const Vec3<double>& d = hinge.basis.d[at.row];
+#pragma unroll
+    for (int c = 0; c < 2; ++c) {
+      const double factor = j + c < kBendEntries ? hinge.factor[j + c] : 0.0;
+      sum[0].v[c] += factor * d.x;
+      sum[1].v[c] += factor * d.y;
+      sum[2].v[c] += factor * d.z;
+    }
+  }
+}
+
+// Threads for the stretch columns of all vertices, then for the bend columns: the warps are of one
+// kind.
+__device__ __forceinline__ Place TangentPlace(int num_vertices) {
+  constexpr int kStretchPairs = kStretchEntries / 2,
+                kBendPairs = kPaddedEntries / 2 - kStretchPairs;
+  const int index = blockIdx.x * blockDim.x + threadIdx.x,
+            rest = index - num_vertices * kStretchPairs;
+  return rest < 0 ? Place{index / kStretchPairs, 2 * (index % kStretchPairs)}
+                  : Place{rest / kBendPairs, kStretchEntries + 2 * (rest % kBendPairs)};
+}
+
+__global__ void __launch_bounds__(kElementThreads)
+    TangentRhs(ClothView cloth, ShapeBatch batch, FactorRecords records, const double* all_blocks,
+               const double* dx, double* dv) {
+  const Place at = TangentPlace(cloth.num_vertices);
+  if (at.i >= cloth.num_vertices) return;
+  const int slot = blockIdx.y;
+  const std::int64_t matrix = static_cast<std::int64_t>(slot) * cloth.num_dofs() * kPaddedEntries;
+  const std::int64_t rows = matrix + 3LL * at.i * kPaddedEntries + at.j;
+  Columns<2> sum[3] = {};
+  if (at.j < kStretchEntries) {
+    AddStretchColumns(cloth, records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces,
+                      at.i, at.j, sum);
+  } else {
+    AddBendColumns(cloth, records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges, at.i,
+                   at.j - kStretchEntries, sum);
+  }
+  if (dx != nullptr) {
+    const double mass = batch.material[MakeRollout(batch, slot)].density * cloth.vertex_area[at.i];
+#pragma unroll
+    for (int r = 0; r < 3; ++r) {
+      const Columns<2> v = Load<2>(dv + rows + r * kPaddedEntries);
+      sum[r].v[0] += mass * v.v[0];
+      sum[r].v[1] += mass * v.v[1];
+    }
+    AddRow<2, false>(cloth, all_blocks + 9LL * slot * cloth.num_blocks, at.i, dx + matrix + at.j,
+                     kPaddedEntries, sum);
+  }
+#pragma unroll
+  for (int r = 0; r < 3; ++r) Store(dv + rows + r * kPaddedEntries, sum[r]);
+}
+
+__global__ void ReadRows(int dofs, SparseRows sparse, const double* dx, double* out, int rows) {
+  const int index = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  const int r = index / kPaddedEntries, j = index % kPaddedEntries;
+  if (r >= rows) return;
+  const double* from = dx + static_cast<std::int64_t>(slot) * dofs * kPaddedEntries + j;
+  const std::int64_t row = static_cast<std::int64_t>(slot) * rows + r;
+  double sum = 0.0;
+  for (int k = sparse.start[row]; k < sparse.start[row + 1]; ++k)
+    sum += sparse.value[k] * from[static_cast<std::int64_t>(sparse.dof[k]) * kPaddedEntries];
+  out[row * kPaddedEntries + j] = sum;
+}
+
+__global__ void LoadHistory(const HistorySlot* history, const int* step, double* x, double* v,
+                            int dofs) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i >= dofs) return;
+  const HistorySlot& from = history[blockIdx.y];
+  const std::int64_t at = *step * from.stride + i, to = 1LL * blockIdx.y * dofs + i;
+  x[to] = from.x[at];
+  v[to] = from.v[at];
+}
+
+__global__ void AdjointRhs(const double* adj_x, const double* adj_v, double h, double* rhs,
+                           std::int64_t count) {
+  const std::int64_t i = static_cast<std::int64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (i >= count) return;
+  const std::int64_t at = blockIdx.y * count + i;
+  rhs[at] = adj_v[at] + h * adj_x[at];
+}
+
+template <int Width>
+__global__ void __launch_bounds__(kElementThreads)
+    AdjointPosition(ClothView cloth, ShapeBatch batch, const double* blocks, const double* lambda,
+                    double* adj_x, double* adj_v, int columns) {
+  const Place at = FindPlace<Width>(columns);
+  if (at.i >= cloth.num_vertices) return;
+  const int slot = blockIdx.y;
+  const std::int64_t matrix = static_cast<std::int64_t>(slot) * cloth.num_dofs() * columns;
+  const std::int64_t rows = matrix + 3LL * at.i * columns + at.j;
+  const double mass = batch.material[MakeRollout(batch, slot)].density * cloth.vertex_area[at.i];
+  Columns<Width> sum[3];
+#pragma unroll
+  for (int r = 0; r < 3; ++r) sum[r] = Load<Width>(adj_x + rows + r * columns);
+  AddRow<Width, true>(cloth, blocks + 9LL * slot * cloth.num_blocks, at.i, lambda + matrix + at.j,
+                      columns, sum);
+#pragma unroll
+  for (int r = 0; r < 3; ++r) {
+    Store(adj_x + rows + r * columns, sum[r]);
+    Columns<Width> scaled = Load<Width>(lambda + rows + r * columns);
+    for (double& v : scaled.v) v *= mass;
+    Store(adj_v + rows + r * columns, scaled);
+  }
+}
+
+template <int Width, bool kTransposed>
+__global__ void __launch_bounds__(kElementThreads)
+    Multiply(ClothView cloth, const double* blocks, const double* x, double* y, int columns) {
+  const Place at = FindPlace<Width>(columns);
+  if (at.i >= cloth.num_vertices) return;
+  const std::int64_t matrix = static_cast<std::int64_t>(blockIdx.y) * cloth.num_dofs() * columns;
+  double* rows = y + matrix + 3LL * at.i * columns + at.j;
+  Columns<Width> sum[3];
+#pragma unroll
+  for (int r = 0; r < 3; ++r) sum[r] = Load<Width>(rows + r * columns);
+  AddRow<Width, kTransposed>(cloth, blocks + 9LL * blockIdx.y * cloth.num_blocks, at.i,
+                             x + matrix + at.j, columns, sum);
+#pragma unroll
+  for (int r = 0; r < 3; ++r) Store(rows + r * columns, sum[r]);
+}
+
+template <int Width>
+void LaunchMultiplyBlocks(const ClothView& cloth, const double* blocks, bool transposed,
+                          const double* x, double* y, int columns, int slots, cudaStream_t stream) {
+  const dim3 grid = GridFor<Width>(cloth, columns, slots);
+  if (transposed) {
+    Multiply<Width, true><<<grid, kElementThreads, 0, stream>>>(cloth, blocks, x, y, columns);
+  } else {
+    Multiply<Width, false><<<grid, kElementThreads, 0, stream>>>(cloth, blocks, x, y, columns);
+  }
+  CUDA_CHECK(cudaGetLastError());
+}
+
+dim3 LinearGrid(std::int64_t count, int slots) {
+  return dim3(static_cast<unsigned>((count + 255) / 256), slots);
+}
+
+}  // namespace
+
+void LaunchTangentRhs(const ClothView& cloth, const ShapeBatch& batch, const FactorRecords& records,
+                      const double* blocks, const double* dx, double* dv, cudaStream_t stream) {
+  TangentRhs<<<GridFor<2>(cloth, kPaddedEntries, batch.slots), kElementThreads, 0, stream>>>(
+      cloth, batch, records, blocks, dx, dv);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchReadRows(const ClothView& cloth, const SparseRows& sparse, const double* dx, double* out,
+                    int rows, int slots, cudaStream_t stream) {
+  ReadRows<<<LinearGrid(static_cast<std::int64_t>(rows) * kPaddedEntries, slots), 256, 0, stream>>>(
+      cloth.num_dofs(), sparse, dx, out, rows);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchLoadHistory(const HistorySlot* history, const int* step, double* x, double* v, int dofs,
+                       int slots, cudaStream_t stream) {
+  LoadHistory<<<LinearGrid(dofs, slots), 256, 0, stream>>>(history, step, x, v, dofs);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchAdjointRhs(const ClothView& cloth, const double* adj_x, const double* adj_v, double h,
+                      double* rhs, int columns, int slots, cudaStream_t stream) {
+  const std::int64_t count = static_cast<std::int64_t>(cloth.num_dofs()) * columns;
+  AdjointRhs<<<LinearGrid(count, slots), 256, 0, stream>>>(adj_x, adj_v, h, rhs, count);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchAdjointPosition(const ClothView& cloth, const ShapeBatch& batch, const double* blocks,
+                           const double* lambda, double* adj_x, double* adj_v, int columns,
+                           cudaStream_t stream) {
+  if (columns % 2 == 0) {
+    AdjointPosition<2><<<GridFor<2>(cloth, columns, batch.slots), kElementThreads, 0, stream>>>(
+        cloth, batch, blocks, lambda, adj_x, adj_v, columns);
+  } else {
+    AdjointPosition<1><<<GridFor<1>(cloth, columns, batch.slots), kElementThreads, 0, stream>>>(
+        cloth, batch, blocks, lambda, adj_x, adj_v, columns);
+  }
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchMultiply(const ClothView& cloth, const double* blocks, bool transposed, const double* x,
+                    double* y, int columns, int slots, cudaStream_t stream) {
+  if (columns % 2 == 0) {
+    LaunchMultiplyBlocks<2>(cloth, blocks, transposed, x, y, columns, slots, stream);
+  } else {
+    LaunchMultiplyBlocks<1>(cloth, blocks, transposed, x, y, columns, slots, stream);
+  }
+}
+
+}  // namespace drape

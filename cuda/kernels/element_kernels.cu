@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/device/cuda_error.h"
+#include "cuda/kernels/element_kernels.cuh"
+#include "cuda/kernels/element_kernels.h"
+
+namespace drape {
+namespace {
+
+template <class StretchLaw, class BendLaw>
+__global__ void __launch_bounds__(kElementThreads)
+    ElementRecords(ClothView cloth, ShapeBatch batch, StretchLaw stretch, BendLaw bend,
+                   StepRecords records) {
+  __shared__ Stage stage;
+  const int slot = blockIdx.y, rollout = MakeRollout(batch, slot);
+  const MaterialView& material = batch.material[rollout];
+  const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
+  const Chunk chunk = MakeChunk(cloth);
+  const int i = chunk.first + threadIdx.x;
+  if (!chunk.hinges) {
+    const int f = min(i, cloth.num_faces - 1);
+    const DeformationGradient<double> F = GatherColumns(cloth.faces[f], x);
+    const FaceRecord record{F, EvaluateStretch(stretch, Green(F), ComputeStretch(material, f))};
+    StoreRecord(record, records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces, i,
+                cloth.num_faces, stage);
+  } else {
+    const int e = min(i, cloth.num_hinges - 1);
+    const HingeCorners corners = GatherCorners(cloth.hinges[e], x);
+    const double theta = DihedralAngle(corners);
+    const HingeRecord record{
+        AngleGradient(EvaluateWings(corners)), theta,
+        HingeStiffness(bend, cloth.hinges[e], ComputeBend(material, e), theta)};
+    StoreRecord(record, records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges, i,
+                cloth.num_hinges, stage);
+  }
+}
+
+__device__ double& Component(Vec3<double>& a, int i) { return i == 0 ? a.x : i == 1 ? a.y : a.z; }
+
+// block += area·(∂/∂x_b of H·w at corner a), column by column.
+__device__ void AddFaceBlock(const Face& face, const FaceRecord& record, int a, int b, double scale,
+                             double (&block)[9]) {
+  const CornerGradient row = GradientOf(face, a), at_b = GradientOf(face, b);
+  const double ua = face.area * scale * row.u, va = face.area * scale * row.v;
+#pragma unroll
+  for (int j = 0; j < 3; ++j) {
+    DeformationGradient<double> w{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    Component(w.u, j) = at_b.u;
+    Component(w.v, j) = at_b.v;
+    const DeformationGradient<double> column = StretchStiffnessTimes(record.k, record.F, w);
+    const Vec3<double> at_a = ua * column.u + va * column.v;
+    block[j] += at_a.x;
+    block[3 + j] += at_a.y;
+    block[6 + j] += at_a.z;
+  }
+}
+
+__device__ void AddHingeBlock(const HingeRecord& record, int a, int b, double scale,
+                              double (&block)[9]) {
+  const Vec3<double> row = (scale * record.kappa) * record.gradient.d[a];
+  const Vec3<double>& column = record.gradient.d[b];
+  const double rows[3] = {row.x, row.y, row.z}, columns[3] = {column.x, column.y, column.z};
+#pragma unroll
+  for (int k = 0; k < 9; ++k) block[k] += rows[k / 3] * columns[k % 3];
+}
+
+__device__ void GatherStepBlock(const ClothView& cloth, const MaterialView& material,
+                                const FaceRecord* faces, const HingeRecord* hinges, double h,
+                                int entry, double* out) {
+  double block[9] = {};
+  const FrontEntry& place = cloth.entries[entry];
+  if (place.row == place.column) {
+    const int i = place.row;
+    const double diagonal = material.density * cloth.vertex_area[i] + h * h * cloth.handle[i];
+    block[0] = block[4] = block[8] = diagonal;
+  }
+  for (int k = cloth.to_entry.start[entry]; k < cloth.to_entry.start[entry + 1]; ++k) {
+    const Contribution c = Unpack(cloth.to_entry.item[k]);
+    if (c.hinge) {
+      AddHingeBlock(hinges[c.element], c.row, c.column, h * h, block);
+    } else {
+      AddFaceBlock(cloth.faces[c.element], faces[c.element], c.row, c.column, h * h, block);
+    }
+  }
+  for (int k = 0; k < 9; ++k) out[k] = block[k];
+}
+
+__device__ Vec3<double> ForceOnVertex(const ClothView& cloth, const MaterialView& material,
+                                      const FaceRecord* faces, const HingeRecord* hinges,
+                                      const double* x, int i) {
+  const double mass = material.density * cloth.vertex_area[i];
+  Vec3<double> force =
+      LoadVec3(cloth.load, i) - cloth.handle[i] * (LoadVec3(x, i) - LoadVec3(cloth.rest_x, i));
+  force += mass * Vec3<double>{cloth.gravity[0], cloth.gravity[1], cloth.gravity[2]};
+  for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
+    const Contribution c = Unpack(cloth.to_vertex.item[k]);
+    if (c.hinge) {
+      const HingeRecord& hinge = hinges[c.element];
+      force += (-hinge.kappa * hinge.theta) * hinge.gradient.d[c.row];
+    } else {
+      const Face& face = cloth.faces[c.element];
+      const CornerGradient shape = GradientOf(face, c.row);
+      const DeformationGradient<double> by_area =
+          StretchForce(faces[c.element].k, faces[c.element].F);
+      force += (face.area * shape.u) * by_area.u + (face.area * shape.v) * by_area.v;
+    }
+  }
+  return force;
+}
+
+// Threads for the matrix blocks, then for the vertices.
+__global__ void __launch_bounds__(kElementThreads)
+    GatherStep(ClothView cloth, ShapeBatch batch, StepRecords records, const double* v, double h,
+               double* matrix, double* rhs) {
+  const int item = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  const int rollout = MakeRollout(batch, slot);
+  const MaterialView& material = batch.material[rollout];
+  const FaceRecord* faces = records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
+  const HingeRecord* hinges = records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
+  if (item < cloth.num_entries) {
+    GatherStepBlock(cloth, material, faces, hinges, h, item,
+                    matrix + 9 * (static_cast<std::int64_t>(slot) * cloth.num_entries + item));
+  } else if (const int i = item - cloth.num_entries; rhs != nullptr && i < cloth.num_vertices) {
+    const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
+    const double mass = material.density * cloth.vertex_area[i];
+    const Vec3<double> force = ForceOnVertex(cloth, material, faces, hinges, x, i);
+    const Vec3<double> sum = mass * LoadVec3(NodesOf(v, slot, cloth.num_dofs()), i) + h * force;
+    double* to = NodesOf(rhs, slot, cloth.num_dofs()) + 3 * i;
+    to[0] = sum.x;
+    to[1] = sum.y;
+    to[2] = sum.z;
+  }
+}
+
+__global__ void __launch_bounds__(kElementThreads)
+    GatherForce(ClothView cloth, ShapeBatch batch, StepRecords records, double* force) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  if (i >= cloth.num_vertices) return;
+  const int rollout = MakeRollout(batch, slot);
+  const Vec3<double> sum =
+      ForceOnVertex(cloth, batch.material[rollout],
+                    records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces,
+                    records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges,
+                    NodesOf(batch.x, rollout, cloth.num_dofs()), i);
+  double* to = NodesOf(force, rollout, cloth.num_dofs()) + 3 * i;
+  to[0] = sum.x;
+  to[1] = sum.y;
+  to[2] = sum.z;
+}
+
+__global__ void Advance(int num_dofs, StepState state, const double* solution, double h,
+                        HistoryView history) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  if (i >= num_dofs) return;
+  const std::int64_t at = static_cast<std::int64_t>(slot) * num_dofs + i;
+  const double v = solution[at], x = state.x[at];
+  if (!isfinite(v)) state.failed[slot] = 1;
+  if (history.x != nullptr) {
+    const std::int64_t kept = *history.step * history.stride + at;
+    history.x[kept] = x;
+    history.v[kept] = v;
+  }
+  state.v[at] = v;
+  state.x[at] = x + h * v;
+}
+
+__global__ void CountStep(int* step, int by) { *step += by; }
+
+}  // namespace
+
+void LaunchElementRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
+                          const StepRecords& records, cudaStream_t stream) {
+  const dim3 grid(ChunksFor(cloth), batch.slots);
+  if (grid.x == 0) return;
+  std::visit(
+      [&](const auto& stretch, const auto& bend) {
+        ElementRecords<<<grid, kElementThreads, 0, stream>>>(cloth, batch, stretch, bend, records);
+      },
+      law.stretch, law.bend);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchGatherStep(const ClothView& cloth, const ShapeBatch& batch, const StepRecords& records,
+                      const double* v, double h, double* matrix, double* rhs, cudaStream_t stream) {
+  const int vertices = rhs == nullptr ? 0 : cloth.num_vertices;
+  const dim3 grid(BlocksFor(cloth.num_entries + vertices), batch.slots);
+  GatherStep<<<grid, kElementThreads, 0, stream>>>(cloth, batch, records, v, h, matrix, rhs);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchGatherForce(const ClothView& cloth, const ShapeBatch& batch, const StepRecords& records,
+                       double* force, cudaStream_t stream) {
+  const dim3 grid(BlocksFor(cloth.num_vertices), batch.slots);
+  GatherForce<<<grid, kElementThreads, 0, stream>>>(cloth, batch, records, force);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchAdvance(const ClothView& cloth, const StepState& state, const double* solution, double h,
+                   const HistoryView& history, int slots, cudaStream_t stream) {
+  const dim3 grid(BlocksFor(cloth.num_dofs()), slots);
+  Advance<<<grid, kElementThreads, 0, stream>>>(cloth.num_dofs(), state, solution, h, history);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchCountStep(int* step, int by, cudaStream_t stream) {
+  CountStep<<<1, 1, 0, stream>>>(step, by);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+}  // namespace drape

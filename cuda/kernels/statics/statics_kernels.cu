@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/device/cuda_error.h"
+#include "cuda/kernels/derivatives/derivative_blocks.cuh"
+#include "cuda/kernels/reduce.cuh"
+#include "cuda/kernels/statics/statics_kernels.h"
+
+namespace drape {
+namespace {
+
+__global__ void __launch_bounds__(kElementThreads)
+    GatherStiffness(ClothView cloth, ShapeBatch batch, DerivativeRecords records,
+                    StiffnessTerms terms, double* matrix) {
+  const int entry = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  if (entry >= cloth.num_entries) return;
+  const int rollout = MakeRollout(batch, slot);
+  const std::int64_t face0 = static_cast<std::int64_t>(slot) * cloth.num_faces;
+  const std::int64_t stress0 = static_cast<std::int64_t>(rollout) * cloth.num_faces;
+  const FaceDerivative* faces = records.faces + face0;
+  const HingeDerivative* hinges =
+      records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
+  const double shift = terms.mu[slot] * batch.material[rollout].density;
+  const double tension = shift * terms.length * terms.length;
+  double block[9] = {}, isotropic = 0.0;
+  for (int k = cloth.to_entry.start[entry]; k < cloth.to_entry.start[entry + 1]; ++k) {
+    const Contribution c = Unpack(cloth.to_entry.item[k]);
+    if (c.hinge) {
+      const double* at_ab = hinges[c.element].block[c.row][c.column];
+      const double* at_ba = hinges[c.element].block[c.column][c.row];
+#pragma unroll
+      for (int n = 0; n < 9; ++n) block[n] -= 0.5 * (at_ab[n] + at_ba[3 * (n % 3) + n / 3]);
+      continue;
+    }
+    const Face& face = cloth.faces[c.element];
+    const CornerGradient a = GradientOf(face, c.row), b = GradientOf(face, c.column);
+    double at_ab[9] = {}, at_ba[9] = {};
+    AddFaceBlock(face, faces[c.element], c.row, c.column, at_ab);
+    AddFaceBlock(face, faces[c.element], c.column, c.row, at_ba);
+#pragma unroll
+    for (int n = 0; n < 9; ++n) block[n] -= 0.5 * (at_ab[n] + at_ba[3 * (n % 3) + n / 3]);
+    StretchStress<double> change{tension, tension, 0.0};
+    if (terms.stress != nullptr) {
+      const StretchStress<double>& geometric = terms.geometric[stress0 + c.element];
+      const StretchStress<double>& stress = terms.stress[stress0 + c.element];
+      change.uu += geometric.uu - stress.uu;
+      change.vv += geometric.vv - stress.vv;
+      change.uv += geometric.uv - stress.uv;
+    }
+    isotropic += face.area * GeometricWeight(change, a.u, a.v, b.u, b.v);
+  }
+  const FrontEntry& place = cloth.entries[entry];
+  if (place.row == place.column)
+    isotropic += cloth.handle[place.row] + shift * cloth.vertex_area[place.row];
+  block[0] += isotropic;
+  block[4] += isotropic;
+  block[8] += isotropic;
+  double* to = matrix + 9 * (static_cast<std::int64_t>(slot) * cloth.num_entries + entry);
+#pragma unroll
+  for (int n = 0; n < 9; ++n) to[n] = block[n];
+}
+
+// Energy of what acts on one vertex.
+__device__ double VertexEnergy(const ClothView& cloth, const MaterialView& material,
+                               const double* x, int i) {
+  const Vec3<double> at = LoadVec3(x, i), away = at - LoadVec3(cloth.rest_x, i);
+  const Vec3<double> gravity{cloth.gravity[0], cloth.gravity[1], cloth.gravity[2]};
+  return 0.5 * cloth.handle[i] * Dot(away, away) - Dot(LoadVec3(cloth.load, i), at) -
+         material.density * cloth.vertex_area[i] * Dot(gravity, at);
+}
+
+// One block a slot; the forces are there already.
+template <class BendLaw>
+__global__ void __launch_bounds__(kReduceThreads)
+    Measure(ClothView cloth, ShapeBatch batch, BendLaw bend, const FaceRecord* all_faces,
+            const HingeRecord* all_hinges, Shapes shapes, double* sums) {
+  const int slot = blockIdx.x, rollout = MakeRollout(batch, slot);
+  const MaterialView& material = batch.material[rollout];
+  const double* x = NodesOf(shapes.x, rollout, cloth.num_dofs());
+  const double* force = NodesOf(shapes.force, rollout, cloth.num_dofs());
+  const FaceRecord* faces = all_faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
+  const HingeRecord* hinges = all_hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
+  StretchStress<double>* stress =
+      shapes.stress + static_cast<std::int64_t>(rollout) * cloth.num_faces;
+  double energy = 0.0, square = 0.0;
+  for (int f = threadIdx.x; f < cloth.num_faces; f += kReduceThreads) {
+    stress[f] = Stress(faces[f].k, faces[f].k.G);
+    energy += cloth.faces[f].area * StretchEnergy(faces[f].k);
+  }
+  for (int e = threadIdx.x; e < cloth.num_hinges; e += kReduceThreads)
+    energy += BendEnergy(bend, cloth.hinges[e], ComputeBend(material, e), hinges[e].theta);
+  for (int i = threadIdx.x; i < cloth.num_vertices; i += kReduceThreads) {
+    energy += VertexEnergy(cloth, material, x, i);
+    const Vec3<double> f = LoadVec3(force, i);
+    square += Dot(f, f);
+  }
+  square = SumOfBlock(square);
+  energy = SumOfBlock(energy);
+  if (threadIdx.x == 0) {
+    sums[2 * slot] = square;
+    sums[2 * slot + 1] = energy;
+  }
+}
+
+__global__ void GatherRows(int dofs, const int* rollout, const double* from, double* to) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  if (i < dofs) NodesOf(to, slot, dofs)[i] = NodesOf(from, rollout[slot], dofs)[i];
+}
+
+__global__ void ScatterRows(int dofs, const int* rollout, const double* from, double* to) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  if (i < dofs) NodesOf(to, rollout[slot], dofs)[i] = NodesOf(from, slot, dofs)[i];
+}
+
+__global__ void __launch_bounds__(kReduceThreads)
+    LargestMove(int dofs, const double* dx, double* move) {
+  const double* from = dx + static_cast<std::int64_t>(blockIdx.x) * dofs;
+  double largest = 0.0;
+  for (int i = threadIdx.x; i < dofs; i += kReduceThreads) {
+    const double size = fabs(from[i]);
+    if (size > largest || size != size) largest = size;
+  }
+  largest = LargestOfBlock(largest);
+  if (threadIdx.x == 0) move[blockIdx.x] = largest;
+}
+
+template <class StretchLaw>
+__global__ void __launch_bounds__(kElementThreads)
+    ExtrapolateStress(ClothView cloth, ShapeBatch batch, StretchLaw law, const double* all_dx,
+                      const double* scales, StretchStress<double>* geometric) {
+  const int f = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  if (f >= cloth.num_faces) return;
+  const int rollout = MakeRollout(batch, slot);
+  const Face& face = cloth.faces[f];
+  const DeformationGradient<double> F =
+      GatherColumns(face, NodesOf(batch.x, rollout, cloth.num_dofs()));
+  DeformationGradient<double> dF = GatherColumns(face, NodesOf(all_dx, slot, cloth.num_dofs()));
+  dF = {scales[slot] * dF.u, scales[slot] * dF.v};
+  geometric[static_cast<std::int64_t>(rollout) * cloth.num_faces + f] = ExtrapolatedStress(
+      law, Green(F), ComputeStretch(batch.material[rollout], f), StrainRate(F, dF));
+}
+
+__global__ void AddStep(int dofs, ShapeBatch batch, const double* dx, const double* scales,
+                        double* x) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  if (i < dofs)
+    NodesOf(x, MakeRollout(batch, slot), dofs)[i] += scales[slot] * NodesOf(dx, slot, dofs)[i];
+}
+
+__global__ void ActOnShapes(ClothView cloth, ShapeBatch batch, const ShapeAction* actions,
+                            Shapes here, Shapes best, StretchStress<double>* geometric) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  const ShapeAction action = actions[slot];
+  if (action == ShapeAction::kGoOn) return;
+  const int rollout = MakeRollout(batch, slot);
+  const Shapes& from = action == ShapeAction::kKeep ? here : best;
+  const Shapes& to = action == ShapeAction::kKeep ? best : here;
+  const std::int64_t dofs = static_cast<std::int64_t>(rollout) * cloth.num_dofs();
+  if (i < cloth.num_dofs()) {
+    to.x[dofs + i] = from.x[dofs + i];
+    to.force[dofs + i] = from.force[dofs + i];
+  }
+  if (i < cloth.num_faces) {
+    const std::int64_t f = static_cast<std::int64_t>(rollout) * cloth.num_faces + i;
+    to.stress[f] = geometric[f] = from.stress[f];
+  }
+}
+
+}  // namespace
+
+void LaunchGatherStiffness(const ClothView& cloth, const ShapeBatch& batch,
+                           const DerivativeRecords& records, const StiffnessTerms& terms,
+                           double* matrix, cudaStream_t stream) {
+  GatherStiffness<<<dim3(BlocksFor(cloth.num_entries), batch.slots), kElementThreads, 0, stream>>>(
+      cloth, batch, records, terms, matrix);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchMeasure(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
+                   const FaceRecord* faces, const HingeRecord* hinges, const Shapes& shapes,
+                   double* sums, cudaStream_t stream) {
+  std::visit(
+      [&](const auto& bend) {
+        Measure<<<batch.slots, kReduceThreads, 0, stream>>>(cloth, batch, bend, faces, hinges,
+                                                            shapes, sums);
+      },
+      law.bend);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchGatherRows(int dofs, const int* rollout, const double* from, double* to, int slots,
+                      cudaStream_t stream) {
+  GatherRows<<<dim3(BlocksFor(dofs), slots), kElementThreads, 0, stream>>>(dofs, rollout, from, to);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchScatterRows(int dofs, const int* rollout, const double* from, double* to, int slots,
+                       cudaStream_t stream) {
+  ScatterRows<<<dim3(BlocksFor(dofs), slots), kElementThreads, 0, stream>>>(dofs, rollout, from,
+                                                                            to);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchLargestMove(const ClothView& cloth, const double* dx, double* move, int slots,
+                       cudaStream_t stream) {
+  LargestMove<<<slots, kReduceThreads, 0, stream>>>(cloth.num_dofs(), dx, move);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchMoveShapes(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
+                      const double* dx, const double* scale, StretchStress<double>* geometric,
+                      double* x, cudaStream_t stream) {
+  if (cloth.num_faces > 0)
+    std::visit(
+        [&](const auto& stretch) {
+          const dim3 grid(BlocksFor(cloth.num_faces), batch.slots);
+          ExtrapolateStress<<<grid, kElementThreads, 0, stream>>>(cloth, batch, stretch, dx, scale,
+                                                                  geometric);
+        },
+        law.stretch);
+  CUDA_CHECK(cudaGetLastError());
+  const dim3 grid(BlocksFor(cloth.num_dofs()), batch.slots);
+  AddStep<<<grid, kElementThreads, 0, stream>>>(cloth.num_dofs(), batch, dx, scale, x);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchShapeAction(const ClothView& cloth, const ShapeBatch& batch, const ShapeAction* action,
+                       const Shapes& here, const Shapes& best, StretchStress<double>* geometric,
+                       cudaStream_t stream) {
+  const int count = cloth.num_dofs() > cloth.num_faces ? cloth.num_dofs() : cloth.num_faces;
+  ActOnShapes<<<dim3(BlocksFor(count), batch.slots), kElementThreads, 0, stream>>>(
+      cloth, batch, action, here, best, geometric);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+}  // namespace drape

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/camera/camera.h"
+
+#include <glog/logging.h>
+
+#include "losses/image/image.h"
+#include "physics/util/errors.h"
+
+namespace drape {
+namespace {
+
+// 2π·(second polar moment)/area² is 1 for a disc and (q + 1/q)/2 for an ellipse of axis ratio q:
+// this bound rejects q > 1.1 and every drape.
+constexpr double kMaxCircleMoment = 1.005;
+
+void Require(bool holds, const std::string& where, const char* field, double value,
+             const char* expected) {
+  if (!holds) {
+    throw InputError(where,
+                     std::string(field) + " = " + std::to_string(value) + ", expected " + expected);
+  }
+}
+
+struct Moments {
+  double area = 0, column = 0, row = 0, polar = 0;
+};
+
+Moments CoverageMoments(const GrayImage& image) {
+  Moments m;
+  double raw_polar = 0;
+  for (int row = 0; row < image.height; ++row) {
+    for (int col = 0; col < image.width; ++col) {
+      const double c = image.at(col, row);
+      m.area += c;
+      m.column += c * col;
+      m.row += c * row;
+      raw_polar += c * (double(col) * col + double(row) * row);
+    }
+  }
+  m.column /= m.area;
+  m.row /= m.area;
+  m.polar = raw_polar - m.area * (m.column * m.column + m.row * m.row);
+  return m;
+}
+
+}  // namespace
+
+CameraKind ParseCameraKind(const std::string& text, const std::string& where) {
+  if (text == "orthographic") return CameraKind::kOrthographic;
+  if (text == "pinhole") return CameraKind::kPinhole;
+  throw InputError(where, "found '" + text + "', expected 'orthographic' or 'pinhole'");
+}
+
+std::string CameraKindName(CameraKind kind) {
+  return kind == CameraKind::kPinhole ? "pinhole" : "orthographic";
+}
+
+void Camera::Check(const std::string& where) const {
+  Require(width >= 16, where, "width", width, ">= 16 px");
+  Require(height >= 16, where, "height", height, ">= 16 px");
+  Require(std::isfinite(cx), where, "cx", cx, "a finite column");
+  Require(std::isfinite(cy), where, "cy", cy, "a finite row");
+  if (kind == CameraKind::kPinhole) {
+    Require(eye_height > 0 && std::isfinite(eye_height), where, "eye_height", eye_height, "> 0 m");
+    Require(field_of_view > 0 && field_of_view < M_PI, where, "field_of_view", field_of_view,
+            "between 0 and pi rad");
+  } else {
+    Require(scale > 0 && std::isfinite(scale), where, "scale", scale, "> 0 px/m");
+  }
+}
+
+Eigen::Matrix<double, 2, 3> Camera::ImageFromWorldJacobian(const double x[3]) const {
+  double rows[2][3];
+  projection().Jacobian(x, rows);
+  return Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(rows[0]);
+}
+
+bool ProjectVertices(const Eigen::VectorXd& x, const Camera& camera,
+                     Eigen::Matrix2Xd* image_points) {
+  CHECK_EQ(x.size() % 3, 0);
+  const Projection projection = camera.projection();
+  image_points->resize(2, x.size() / 3);
+  for (int i = 0; i < image_points->cols(); ++i) {
+    if (!projection.IsInFront(&x[3 * i])) return false;
+    projection.Project(&x[3 * i], image_points->col(i).data());
+  }
+  return x.allFinite() && image_points->allFinite();
+}
+
+Camera CalibrateFromCircle(const GrayImage& image, double radius, const std::string& where) {
+  CHECK_GT(radius, 0);
+  CheckSilhouette(image, where);
+  const Moments m = CoverageMoments(image);
+  const double moment = 2 * M_PI * m.polar / (m.area * m.area);
+  if (moment > kMaxCircleMoment) {
+    throw InputError(where, "the silhouette is no circle (second moment " + std::to_string(moment) +
+                                " of a disc's, expected at most 1.005)");
+  }
+  Camera camera;
+  camera.width = image.width;
+  camera.height = image.height;
+  camera.cx = m.column;
+  camera.cy = m.row;
+  camera.scale = std::sqrt(m.area / M_PI) / radius;
+  return camera;
+}
+
+Eigen::VectorXd TurnedAboutZ(const Eigen::VectorXd& x, double rotation, bool mirrored) {
+  CHECK_EQ(x.size() % 3, 0);
+  const double c = std::cos(rotation), s = std::sin(rotation), sign = mirrored ? -1 : 1;
+  Eigen::VectorXd turned = x;
+  for (Eigen::Index i = 0; i < x.size(); i += 3) {
+    turned[i] = c * x[i] - s * sign * x[i + 1];
+    turned[i + 1] = s * x[i] + c * sign * x[i + 1];
+  }
+  return turned;
+}
+
+}  // namespace drape

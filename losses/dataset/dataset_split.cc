@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/dataset/dataset_split.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+#include <tuple>
+
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "physics/util/random.h"
+
+namespace drape {
+namespace {
+
+constexpr char kFormat[] = "drapefit-split";
+
+using Sample = std::pair<int, int>;  // fabric, sample
+Sample MakeSample(const Capture& capture) { return {capture.fabric, capture.sample}; }
+
+// The first `count` of a random order (Fisher and Yates).
+std::vector<int> Draw(std::vector<int> items, int count, std::mt19937_64& random) {
+  for (int i = 0; i < count; ++i) {
+    const double left = static_cast<double>(items.size()) - i;
+    std::swap(items[i], items[i + static_cast<size_t>(left * SampleUniform(random))]);
+  }
+  items.resize(count);
+  return items;
+}
+
+nlohmann::ordered_json SideJson(const std::vector<Capture>& captures) {
+  auto side = nlohmann::ordered_json::array();
+  for (const Capture& c : captures) side.push_back({c.fabric, c.sample, c.capture});
+  return side;
+}
+
+std::vector<Capture> ReadSide(const JsonInput& side, const Dataset& dataset) {
+  std::vector<Capture> captures;
+  side.ExpectArray();
+  for (int i = 0; i < side.Size(); ++i) {
+    const JsonInput entry = side.At(i);
+    entry.ExpectArray(3);
+    const auto wanted =
+        std::tuple(entry.At(0).Integer(), entry.At(1).Integer(), entry.At(2).Integer());
+    const auto found = std::find_if(
+        dataset.captures.begin(), dataset.captures.end(),
+        [&](const Capture& c) { return std::tuple(c.fabric, c.sample, c.capture) == wanted; });
+    if (found == dataset.captures.end())
+      throw InputError(entry.Name(), "the data set lacks this fabric, sample, capture");
+    captures.push_back(*found);
+  }
+  return captures;
+}
+
+void CheckDisjoint(const Split& split, const std::string& path) {
+  std::set<Sample> train;
+  for (const Capture& capture : split.train) train.insert(MakeSample(capture));
+  for (const Capture& capture : split.held_out) {
+    if (train.contains(MakeSample(capture)))
+      throw InputError(path, "the sample of " + capture.Name() + " is on both sides");
+  }
+}
+
+}  // namespace
+
+Split SplitBySample(const std::vector<Capture>& captures, int train_samples, uint64_t seed) {
+  CHECK_GE(train_samples, 1);
+  std::map<int, std::set<int>> samples;  // of each fabric
+  for (const Capture& capture : captures) samples[capture.fabric].insert(capture.sample);
+  std::mt19937_64 random(seed);
+  std::set<Sample> train;
+  for (const auto& [fabric, all] : samples) {
+    if (static_cast<int>(all.size()) <= train_samples) {
+      throw InputError("train", "found " + std::to_string(train_samples) +
+                                    " samples to learn from, expected fewer than the " +
+                                    std::to_string(all.size()) + " of fabric " +
+                                    std::to_string(fabric));
+    }
+    for (const int sample : Draw({all.begin(), all.end()}, train_samples, random))
+      train.insert({fabric, sample});
+  }
+  Split split{seed, {}, {}};
+  for (const Capture& capture : captures)
+    (train.contains(MakeSample(capture)) ? split.train : split.held_out).push_back(capture);
+  return split;
+}
+
+void WriteSplit(const std::string& path, const Split& split) {
+  const nlohmann::ordered_json json = {{"format", kFormat},
+                                       {"seed", split.seed},
+                                       {"train", SideJson(split.train)},
+                                       {"held_out", SideJson(split.held_out)}};
+  WriteFileAtomically(path, json.dump() + "\n");
+}
+
+Split ReadSplit(const std::string& path, const Dataset& dataset) {
+  const nlohmann::json json = ReadJsonFile(path);
+  const JsonInput input(json, path);
+  input.ExpectKeys({"format", "seed", "train", "held_out"});
+  if (input.At("format").String() != kFormat) input.At("format").Fail(kFormat);
+  if (!input.At("seed").value().is_number_unsigned())
+    input.At("seed").Fail("a whole number that is not negative");
+  Split split{input.At("seed").value().get<uint64_t>(), ReadSide(input.At("train"), dataset),
+              ReadSide(input.At("held_out"), dataset)};
+  CheckDisjoint(split, path);
+  return split;
+}
+
+}  // namespace drape

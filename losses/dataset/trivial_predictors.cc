@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/dataset/trivial_predictors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include "losses/metrics/metrics.h"
+
+namespace drape {
+namespace {
+
+constexpr size_t kMostPairs = 2000;
+
+constexpr double DrapeDistance::*kNumbers[] = {&DrapeDistance::mse, &DrapeDistance::iou,
+                                               &DrapeDistance::profile_rms,
+                                               &DrapeDistance::outline_hausdorff};
+
+// Of each number on its own.
+DrapeDistance ComputeMean(const std::vector<DrapeDistance>& distances) {
+  DrapeDistance mean;
+  for (const auto number : kNumbers)
+    for (const DrapeDistance& d : distances) mean.*number += d.*number / distances.size();
+  return mean;
+}
+
+DrapeDistance ComputeMedian(const std::vector<DrapeDistance>& distances) {
+  DrapeDistance median;
+  for (const auto number : kNumbers) {
+    std::vector<double> values;
+    for (const DrapeDistance& d : distances) values.push_back(d.*number);
+    std::sort(values.begin(), values.end());
+    median.*number = 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+  }
+  return median;
+}
+
+using Pair = std::pair<const ObservedCapture*, const ObservedCapture*>;  // predicted, held out
+
+bool SameFace(const Capture& a, const Capture& b) {
+  return a.face == b.face && a.face != ClothFace::kUnknown;
+}
+
+bool Repeats(const Capture& a, const Capture& b) {
+  return a.fabric == b.fabric && a.sample == b.sample && SameFace(a, b) && a.capture != b.capture;
+}
+
+bool ShowsAnotherSample(const Capture& a, const Capture& b) {
+  return a.fabric == b.fabric && a.sample != b.sample && SameFace(a, b);
+}
+
+template <class Related>
+std::vector<Pair> MakePairs(const std::vector<ObservedCapture>& predicted,
+                            const std::vector<ObservedCapture>& held_out, const Related& related) {
+  std::vector<Pair> pairs;
+  for (const ObservedCapture& b : held_out)
+    for (const ObservedCapture& a : predicted)
+      if (related(a.capture, b.capture)) pairs.emplace_back(&a, &b);
+  return pairs;
+}
+
+std::vector<Pair> Thinned(const std::vector<Pair>& pairs) {
+  if (pairs.size() <= kMostPairs) return pairs;
+  std::vector<Pair> thinned;
+  for (size_t i = 0; i < kMostPairs; ++i) thinned.push_back(pairs[i * pairs.size() / kMostPairs]);
+  return thinned;
+}
+
+// The trivial predictors of one split.
+class Evaluation {
+ public:
+  Evaluation(const std::vector<ObservedCapture>& train,
+             const std::vector<ObservedCapture>& held_out, const Camera& camera, bool aligned)
+      : train_(train), held_out_(held_out), camera_(camera), aligned_(aligned) {}
+
+  TrivialPredictors Run() {
+    AddPairs("same sample, same face", MakePairs(held_out_, held_out_, Repeats));
+    AddPairs("another sample, same face", MakePairs(train_, held_out_, ShowsAnotherSample));
+    AddPairs("another fabric",
+             Thinned(MakePairs(train_, held_out_, [](const Capture& a, const Capture& b) {
+               return a.fabric != b.fabric;
+             })));
+    AddSummaries();
+    return result_;
+  }
+
+ private:
+  void AddRow(const std::string& name, const std::vector<DrapeDistance>& raw,
+              const std::vector<DrapeDistance>& aligned = {}) {
+    if (raw.empty()) return;
+    PredictorRow row{name, static_cast<int>(raw.size()), ComputeMean(raw), ComputeMedian(raw)};
+    if (!aligned.empty()) row.aligned_mean = ComputeMean(aligned);
+    result_.rows.push_back(row);
+  }
+
+  void AddPairs(const std::string& name, const std::vector<Pair>& pairs) {
+    std::vector<DrapeDistance> raw, aligned;
+    for (const auto& [predicted, held_out] : pairs) {
+      if (aligned_) {
+        const DrapeComparison c = CompareDrapes(held_out->drape, predicted->drape, camera_);
+        raw.push_back(c.raw);
+        aligned.push_back(c.aligned);
+      } else {
+        raw.push_back(ComputeDistance(held_out->drape, predicted->drape));
+      }
+    }
+    AddRow(name, raw, aligned);
+  }
+
+  // Predictors that sum up all that is known of the fabric and face.
+  void AddSummaries() {
+    // Captures of one sample and face are predicted alike.
+    std::map<std::tuple<int, ClothFace, int>, std::vector<const ObservedCapture*>> groups;
+    for (const ObservedCapture& seen : held_out_) {
+      const Capture& c = seen.capture;
+      groups[{c.fabric, c.face, c.sample}].push_back(&seen);
+    }
+    DistributionScorer scorer;
+    bool complete = !groups.empty(), known_area = complete;
+    for (const auto& [key, group] : groups) {
+      DistributionScorer::Drapes known, observed;
+      for (const ObservedCapture& seen : train_)
+        if (ShowsAnotherSample(seen.capture, group[0]->capture)) known.push_back(&seen.drape);
+      for (const ObservedCapture* seen : group) observed.push_back(&seen->drape);
+      complete &= known.size() >= 2;
+      known_area &= !known.empty();
+      if (known.size() >= 2) scorer.Add(known, observed);
+      if (!known.empty()) AddCircleAndGrey(known, observed);
+    }
+    AddRow("circle of the mean area", circle_);
+    AddRow("grey mean image", grey_);
+    if (complete) result_.other_samples = scorer.Score();
+    if (known_area) result_.circle = circle_scorer_.Score();
+  }
+
+  void AddCircleAndGrey(const DistributionScorer::Drapes& known,
+                        const DistributionScorer::Drapes& observed) {
+    MeanImage images;
+    double area = 0;
+    for (const ObservedDrape* drape : known) {
+      images.Add(drape->image);
+      area += CoverageArea(drape->image, camera_) / static_cast<double>(known.size());
+    }
+    const ObservedDrape disc = ObserveDisc(std::sqrt(area / M_PI), camera_);
+    const GrayImage mean = images.Mean();
+    circle_scorer_.Add({&disc, &disc}, observed);
+    for (const ObservedDrape* drape : observed) {
+      circle_.push_back(ComputeDistance(*drape, disc));
+      grey_.push_back({.mse = MeanSquaredError(mean, drape->image)});
+    }
+  }
+
+  const std::vector<ObservedCapture>& train_;
+  const std::vector<ObservedCapture>& held_out_;
+  const Camera camera_;
+  const bool aligned_;
+  std::vector<DrapeDistance> circle_, grey_;
+  DistributionScorer circle_scorer_;
+  TrivialPredictors result_;
+};
+
+}  // namespace
+
+std::vector<ObservedCapture> ObserveCaptures(const std::vector<Capture>& captures,
+                                             const Camera& camera, bool hard_edged) {
+  std::vector<ObservedCapture> seen;
+  for (const Capture& capture : captures) {
+    GrayImage image = ReadSilhouette(capture.image);
+    if (hard_edged) image = HardEdged(image);
+    seen.push_back({capture, ObserveImage(image, camera, capture.image)});
+  }
+  return seen;
+}
+
+TrivialPredictors EvaluateTrivialPredictors(const std::vector<ObservedCapture>& train,
+                                            const std::vector<ObservedCapture>& held_out,
+                                            const Camera& camera, bool aligned) {
+  return Evaluation(train, held_out, camera, aligned).Run();
+}
+
+}  // namespace drape

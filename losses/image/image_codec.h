@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "losses/image/image.h"
+
+// Internal to losses/: the two decoders behind ReadImage. Both throw InputError with prefix
+// `where`.
+namespace drape {
+
+inline constexpr int64_t kMaxPixels = int64_t{1} << 28;
+
+// InputError when the header announces an image too large to hold.
+void CheckPixelCount(int64_t width, int64_t height, const std::string& where);
+
+inline float CoverageFromGray(uint8_t gray) { return 1.0f - gray / 255.0f; }
+
+bool LooksLikeJpeg(const std::vector<uint8_t>& bytes);
+GrayImage DecodeJpeg(const std::vector<uint8_t>& bytes, const std::string& where);
+
+bool LooksLikePng(const std::vector<uint8_t>& bytes);
+GrayImage DecodePng(const std::vector<uint8_t>& bytes, const std::string& where);
+
+}  // namespace drape

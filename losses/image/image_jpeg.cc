@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// jpeglib.h needs size_t and FILE, and jerror.h needs jpeglib.h.
+// clang-format off
+#include <csetjmp>
+#include <cstdio>
+#include <jpeglib.h>
+#include <jerror.h>
+// clang-format on
+
+#include "losses/image/image_codec.h"
+#include "physics/util/errors.h"
+
+namespace drape {
+namespace {
+
+// libjpeg reports through longjmp. The objects live here, outside of the functions that call
+// setjmp, so that no destructor is jumped over.
+class JpegReader {
+ public:
+  explicit JpegReader(const std::vector<uint8_t>& bytes) : bytes_(bytes) {
+    info_.err = jpeg_std_error(&errors_);
+    errors_.error_exit = [](j_common_ptr info) { Self(info)->Fail(info); };
+    errors_.emit_message = [](j_common_ptr info, int level) { Self(info)->Warn(info, level); };
+    info_.client_data = this;
+  }
+  ~JpegReader() { jpeg_destroy_decompress(&info_); }
+  JpegReader(const JpegReader&) = delete;
+  JpegReader& operator=(const JpegReader&) = delete;
+
+  bool ReadHeader() {
+    if (setjmp(escape_)) return false;
+    jpeg_create_decompress(&info_);
+    jpeg_mem_src(&info_, bytes_.data(), bytes_.size());
+    jpeg_read_header(&info_, TRUE);
+    return true;
+  }
+
+  // `gray` holds width()·height() bytes.
+  bool ReadPixels(uint8_t* gray) {
+    if (setjmp(escape_)) return false;
+    info_.out_color_space = JCS_GRAYSCALE;
+    jpeg_start_decompress(&info_);
+    while (info_.output_scanline < info_.output_height) {
+      JSAMPROW row = gray + size_t(info_.output_scanline) * info_.output_width;
+      jpeg_read_scanlines(&info_, &row, 1);
+    }
+    jpeg_finish_decompress(&info_);
+    return true;
+  }
+
+  int width() const { return static_cast<int>(info_.image_width); }
+  int height() const { return static_cast<int>(info_.image_height); }
+  int channels() const { return info_.num_components; }
+  const char* message() const { return message_; }
+
+ private:
+  static JpegReader* Self(j_common_ptr info) { return static_cast<JpegReader*>(info->client_data); }
+
+  [[noreturn]] void Fail(j_common_ptr info) {
+    errors_.format_message(info, message_);
+    longjmp(escape_, 1);
+  }
+
+  // Level −1 is "corrupt data, carry on": a truncated file would become a grey one.
+  void Warn(j_common_ptr info, int level) {
+    if (level < 0 && errors_.msg_code != JWRN_EXTRANEOUS_DATA) Fail(info);
+  }
+
+  const std::vector<uint8_t>& bytes_;
+  jpeg_decompress_struct info_ = {};
+  jpeg_error_mgr errors_ = {};
+  jmp_buf escape_;
+  char message_[JMSG_LENGTH_MAX] = {};
+};
+
+InputError Broken(const std::string& where, const JpegReader& reader) {
+  return InputError(where, std::string("truncated or damaged JPEG: ") + reader.message());
+}
+
+}  // namespace
+
+bool LooksLikeJpeg(const std::vector<uint8_t>& bytes) {
+  return bytes.size() >= 3 && bytes[0] == 0xFF && bytes[1] == 0xD8 && bytes[2] == 0xFF;
+}
+
+GrayImage DecodeJpeg(const std::vector<uint8_t>& bytes, const std::string& where) {
+  JpegReader reader(bytes);
+  if (!reader.ReadHeader()) throw Broken(where, reader);
+  if (reader.channels() != 1 && reader.channels() != 3) {
+    throw InputError(where, "JPEG has " + std::to_string(reader.channels()) +
+                                " channels, expected 1 (grey) or 3 (colour)");
+  }
+  CheckPixelCount(reader.width(), reader.height(), where);
+  GrayImage image(reader.width(), reader.height());
+  std::vector<uint8_t> gray(image.coverage.size());
+  if (!reader.ReadPixels(gray.data())) throw Broken(where, reader);
+  for (size_t i = 0; i < gray.size(); ++i) image.coverage[i] = CoverageFromGray(gray[i]);
+  return image;
+}
+
+}  // namespace drape

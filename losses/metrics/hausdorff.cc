@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/metrics/hausdorff.h"
+
+// distance.h of CGAL 5.5 does not compile before the kernel.
+// clang-format off
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/Polygon_mesh_processing/distance.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/repair.h>
+// clang-format on
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "physics/util/errors.h"
+
+namespace drape {
+namespace {
+
+using Eigen::Matrix2Xd;
+using Eigen::Vector2d;
+
+// A closed polygon and how far along it its vertices lie.
+struct Curve {
+  explicit Curve(const Matrix2Xd& polygon) : points(polygon), arc(polygon.cols() + 1) {
+    arc[0] = 0;
+    for (int i = 0; i < size(); ++i) arc[i + 1] = arc[i] + Edge(i).norm();
+  }
+  int size() const { return static_cast<int>(points.cols()); }
+  Vector2d Edge(int i) const { return points.col((i + 1) % size()) - points.col(i); }
+
+  const Matrix2Xd& points;
+  Eigen::VectorXd arc;
+};
+
+double DistanceToSegment(const Vector2d& p, const Curve& curve, int segment) {
+  const Vector2d a = curve.points.col(segment), e = curve.Edge(segment);
+  const double length2 = e.squaredNorm();
+  const double t = length2 > 0 ? std::clamp((p - a).dot(e) / length2, 0.0, 1.0) : 0.0;
+  return (p - a - t * e).norm();
+}
+
+struct Nearest {
+  double distance = std::numeric_limits<double>::infinity();
+  int segment = -1;
+};
+
+// A segment `distance` away is followed by none nearer than `best` before the curve has run
+// distance − best beyond it: these are passed over. `guess`: a segment that is likely near.
+Nearest FindNearest(const Vector2d& p, const Curve& curve, int guess) {
+  Nearest nearest{DistanceToSegment(p, curve, guess), guess};
+  for (int i = 0; i < curve.size(); ++i) {
+    const double distance = DistanceToSegment(p, curve, i);
+    if (distance < nearest.distance) nearest = {distance, i};
+    const double reach = curve.arc[i + 1] + distance - nearest.distance;
+    while (i + 1 < curve.size() && curve.arc[i + 2] < reach) ++i;
+  }
+  return nearest;
+}
+
+struct Piece {
+  Vector2d a, b;
+  Nearest near_a, near_b;
+};
+
+// The distance to ONE segment of the target is convex along the piece, so its larger end value
+// bounds the distance to the target on the whole piece.
+double UpperBound(const Piece& piece, const Curve& target) {
+  const double by_a =
+      std::max(piece.near_a.distance, DistanceToSegment(piece.b, target, piece.near_a.segment));
+  const double by_b =
+      std::max(piece.near_b.distance, DistanceToSegment(piece.a, target, piece.near_b.segment));
+  return std::min(by_a, by_b);
+}
+
+// Branch and bound over the pieces of `source`.
+double Directed(const Curve& source, const Curve& target, double tolerance) {
+  std::vector<Nearest> nearest;
+  for (int i = 0; i < source.size(); ++i) {
+    const int guess = i == 0 ? 0 : nearest.back().segment;
+    nearest.push_back(FindNearest(source.points.col(i), target, guess));
+  }
+  std::vector<Piece> open;
+  double best = 0;
+  for (int i = 0; i < source.size(); ++i) {
+    const int next = (i + 1) % source.size();
+    open.push_back({source.points.col(i), source.points.col(next), nearest[i], nearest[next]});
+    best = std::max(best, nearest[i].distance);
+  }
+  while (!open.empty()) {
+    const Piece piece = open.back();
+    open.pop_back();
+    if (UpperBound(piece, target) <= best + tolerance) continue;
+    const Vector2d middle = 0.5 * (piece.a + piece.b);
+    const Nearest near_middle = FindNearest(middle, target, piece.near_a.segment);
+    best = std::max(best, near_middle.distance);
+    open.push_back({piece.a, middle, piece.near_a, near_middle});
+    open.push_back({middle, piece.b, near_middle, piece.near_b});
+  }
+  return best;
+}
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
+
+Surface ToSurface(const ObjSurface& soup, const std::string& where) {
+  if (!soup.x.allFinite()) throw InputError(where, "a position is not finite");
+  std::vector<Kernel::Point_3> points;
+  for (Eigen::Index i = 0; i < soup.x.size(); i += 3)
+    points.emplace_back(soup.x[i], soup.x[i + 1], soup.x[i + 2]);
+  std::vector<std::array<std::size_t, 3>> triangles;
+  for (const auto& [i, j, k] : soup.triangles) {
+    if (CGAL::collinear(points.at(i), points.at(j), points.at(k))) continue;
+    triangles.push_back({std::size_t(i), std::size_t(j), std::size_t(k)});
+  }
+  if (triangles.empty()) throw InputError(where, "no triangle with an area");
+  namespace PMP = CGAL::Polygon_mesh_processing;
+  PMP::orient_polygon_soup(points, triangles);
+  Surface surface;
+  PMP::polygon_soup_to_polygon_mesh(points, triangles, surface);
+  PMP::remove_isolated_vertices(surface);
+  return surface;
+}
+
+ObjSurface SurfaceAt(const Mesh& mesh, const Eigen::VectorXd& x) {
+  CHECK_EQ(x.size(), 3 * mesh.num_vertices());
+  ObjSurface surface{x, {}};
+  for (const Face& face : mesh.faces)
+    surface.triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
+  return surface;
+}
+
+}  // namespace
+
+double HausdorffOfPolygons(const Matrix2Xd& a, const Matrix2Xd& b, double tolerance) {
+  CHECK_GT(a.cols(), 0);
+  CHECK_GT(b.cols(), 0);
+  CHECK(a.allFinite() && b.allFinite());
+  CHECK_GT(tolerance, 0);
+  const Curve curve_a(a), curve_b(b);
+  return std::max(Directed(curve_a, curve_b, tolerance), Directed(curve_b, curve_a, tolerance));
+}
+
+double HausdorffOfSurfaces(const ObjSurface& a, const ObjSurface& b, const std::string& where,
+                           double tolerance) {
+  return CGAL::Polygon_mesh_processing::bounded_error_symmetric_Hausdorff_distance<
+      CGAL::Sequential_tag>(ToSurface(a, where), ToSurface(b, where), tolerance);
+}
+
+double HausdorffOfMeshes(const Mesh& mesh_a, const Eigen::VectorXd& x_a, const Mesh& mesh_b,
+                         const Eigen::VectorXd& x_b, const std::string& where, double tolerance) {
+  return HausdorffOfSurfaces(SurfaceAt(mesh_a, x_a), SurfaceAt(mesh_b, x_b), where, tolerance);
+}
+
+}  // namespace drape

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "losses/camera/camera.h"
+#include "losses/image/image.h"
+#include "losses/outline/shape_features.h"
+#include "physics/mesh/obj_io.h"
+
+namespace drape {
+
+inline constexpr int kSeenAngles = 360;
+
+// A drape as a camera sees it: all that metrics of drapes and of their distributions look at.
+struct ObservedDrape {
+  GrayImage image;
+  Eigen::VectorXd radius;  // r(θ) of the outline in the support plane [m], shape [kSeenAngles]
+  ShapeFeatures shape;     // of that profile
+};
+
+// An image of the camera's size, or what the camera sees of a surface. Throws InputError (prefix
+// `where`) when the sizes differ, the surface is not in front of the camera, or the outline has
+// gaps.
+ObservedDrape ObserveImage(const GrayImage& image, const Camera& camera, const std::string& where);
+ObservedDrape ObserveSurface(const ObjSurface& surface, const Camera& camera,
+                             const std::string& where);
+
+// A flat disc of that radius [m] about the camera's centre.
+ObservedDrape ObserveDisc(double radius, const Camera& camera);
+
+// The image mirrored (y → −y), when asked, and then turned counter-clockwise about the camera's
+// centre [rad]; bilinear between pixels, white beyond the border.
+GrayImage TurnedImage(const GrayImage& image, const Camera& camera, double rotation, bool mirrored);
+
+// The pixel-wise mean of at least one image; equal sizes.
+class MeanImage {
+ public:
+  void Add(const GrayImage& image);
+  GrayImage Mean() const;
+
+ private:
+  GrayImage first_;  // for its size
+  Eigen::VectorXd sum_;
+  int count_ = 0;
+};
+
+}  // namespace drape

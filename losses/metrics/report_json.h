@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
+
+#include "losses/camera/camera.h"
+#include "losses/metrics/distribution_metrics.h"
+#include "losses/metrics/metrics.h"
+
+namespace drape {
+
+// How the reports of all programs write a camera, a comparison, the stability of a drape and the
+// score of a prediction, keys with units.
+nlohmann::ordered_json CameraJson(const Camera& camera);
+nlohmann::ordered_json MetricsJson(const SilhouetteMetrics& metrics);
+// lowest_eigenvalues: of LowestEigenvalues [s⁻²]; nulls when they were not found.
+nlohmann::ordered_json StabilityJson(const Eigen::VectorXd& lowest_eigenvalues);
+nlohmann::ordered_json ScoreJson(const DistributionScore& score);
+
+}  // namespace drape

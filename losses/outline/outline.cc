@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/outline/outline.h"
+
+#include <glog/logging.h>
+
+#include <cmath>
+#include <utility>
+
+namespace drape {
+namespace {
+
+constexpr double kRayStep = 0.25;  // [px]
+constexpr double kLevel = 0.5;
+
+double SampleCoverage(const GrayImage& image, double column, double row) {
+  const int c = static_cast<int>(std::floor(column)), r = static_cast<int>(std::floor(row));
+  if (c < 0 || r < 0 || c >= image.width - 1 || r >= image.height - 1) return 0;
+  const double u = column - c, v = row - r;
+  return (1 - v) * ((1 - u) * image.at(c, r) + u * image.at(c + 1, r)) +
+         v * ((1 - u) * image.at(c, r + 1) + u * image.at(c + 1, r + 1));
+}
+
+// Radius of the outermost level crossing, or 0.
+double OutermostCrossing(const GrayImage& image, const Camera& camera, const Vec2& direction) {
+  const double reach = std::hypot(std::max(camera.cx, image.width - camera.cx),
+                                  std::max(camera.cy, image.height - camera.cy));
+  double previous = 0;
+  for (int i = static_cast<int>(std::ceil(reach / kRayStep)); i >= 0; --i) {
+    const double radius = kRayStep * i;
+    const double value =
+        SampleCoverage(image, camera.cx + radius * direction.x, camera.cy - radius * direction.y);
+    if (value >= kLevel) return radius + kRayStep * (value - kLevel) / (value - previous);
+    previous = value;
+  }
+  return 0;
+}
+
+bool CollectMissing(Outline* outline) {
+  outline->missing.clear();
+  for (int k = 0; k < outline->num_angles(); ++k) {
+    if (outline->radius[k] <= 0) outline->missing.push_back(k);
+  }
+  return outline->missing.empty();
+}
+
+bool ProjectHem(const std::vector<int>& hem, const Eigen::VectorXd& x, const Camera& camera,
+                std::vector<Vec2>* points) {
+  const Projection projection = camera.projection();
+  points->resize(hem.size());
+  for (size_t i = 0; i < hem.size(); ++i)
+    if (!ProjectHemPoint(projection, &x[3 * hem[i]], &(*points)[i])) return false;
+  return true;
+}
+
+// Range of angle indices (not wrapped) that segment a→b may cross, one wider at each end.
+std::pair<int, int> AngleRange(const Vec2& a, const Vec2& b, int num_angles) {
+  const double start = std::atan2(a.y, a.x);
+  const double end = start + std::atan2(Cross(a, b), Dot(a, b));
+  const double per_radian = num_angles / (2 * M_PI);
+  return {static_cast<int>(std::floor(std::min(start, end) * per_radian)),
+          static_cast<int>(std::ceil(std::max(start, end) * per_radian))};
+}
+
+// Offers a segment to the rays that it may cross.
+void CrossSegment(const std::vector<Vec2>& hem, int segment, std::vector<RayCrossing>* crossings) {
+  const int num_angles = static_cast<int>(crossings->size());
+  const Vec2 &a = hem[segment], &b = hem[(segment + 1) % hem.size()];
+  const auto [first, last] = AngleRange(a, b, num_angles);
+  for (int index = first; index <= last; ++index) {
+    const int k = ((index % num_angles) + num_angles) % num_angles;
+    CrossRay(RayDirection(k, num_angles), a, b, segment, &(*crossings)[k]);
+  }
+}
+
+}  // namespace
+
+bool OutlineFromImage(const GrayImage& image, const Camera& camera, int num_angles,
+                      Outline* outline) {
+  CHECK_GT(num_angles, 0);
+  outline->hits.clear();
+  outline->radius.resize(num_angles);
+  for (int k = 0; k < num_angles; ++k) {
+    outline->radius[k] = OutermostCrossing(image, camera, RayDirection(k, num_angles));
+  }
+  return CollectMissing(outline);
+}
+
+bool OutlineFromMesh(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
+                     int num_angles, Outline* outline) {
+  CHECK_GT(num_angles, 0);
+  CHECK(!mesh.boundary_loops.empty()) << "a mesh without a boundary has no hem";
+  const std::vector<int>& hem = mesh.boundary_loops[0];
+  outline->radius.setZero(num_angles);
+  outline->hits.assign(num_angles, {});
+  std::vector<Vec2> points;
+  std::vector<RayCrossing> crossings(num_angles);
+  if (ProjectHem(hem, x, camera, &points)) {
+    for (size_t i = 0; i < hem.size(); ++i) CrossSegment(points, i, &crossings);
+  }
+  for (int k = 0; k < num_angles; ++k) {
+    const RayCrossing& crossing = crossings[k];
+    if (crossing.segment < 0) continue;
+    const int next = (crossing.segment + 1) % hem.size();
+    OutlineHit& hit = outline->hits[k];
+    outline->radius[k] = crossing.radius;
+    hit.vertex[0] = hem[crossing.segment];
+    hit.vertex[1] = hem[next];
+    RadiusByEnds(camera.projection(), RayDirection(k, num_angles),
+                 points[next] - points[crossing.segment], crossing.t, &x[3 * hit.vertex[0]],
+                 &x[3 * hit.vertex[1]], hit.d_radius);
+  }
+  return CollectMissing(outline);
+}
+
+namespace {
+
+// Calls visit(k, row of x, ∂r_k/∂x_row) for all nonzeros of the Jacobian.
+template <typename Visit>
+void ForEachEntry(const Outline& outline, const Visit& visit) {
+  CHECK_EQ(outline.hits.size(), size_t(outline.radius.size())) << "outline of an image";
+  for (int k = 0; k < outline.num_angles(); ++k) {
+    const OutlineHit& hit = outline.hits[k];
+    if (hit.vertex[0] < 0) continue;
+    for (int i = 0; i < 6; ++i) visit(k, 3 * hit.vertex[i / 3] + i % 3, hit.d_radius[i]);
+  }
+}
+
+}  // namespace
+
+Eigen::SparseMatrix<double, Eigen::RowMajor> OutlineJacobian(const Outline& outline,
+                                                             int num_vertices) {
+  std::vector<Eigen::Triplet<double>> entries;
+  ForEachEntry(outline, [&](int k, int i, double value) { entries.emplace_back(k, i, value); });
+  Eigen::SparseMatrix<double, Eigen::RowMajor> jacobian(outline.num_angles(), 3 * num_vertices);
+  jacobian.setFromTriplets(entries.begin(), entries.end());
+  return jacobian;
+}
+
+RowMatrix OutlineJacobianTimes(const Outline& outline, const RowMatrix& dx_dp) {
+  RowMatrix dr_dp = RowMatrix::Zero(outline.num_angles(), dx_dp.cols());
+  ForEachEntry(outline, [&](int k, int i, double value) { dr_dp.row(k) += value * dx_dp.row(i); });
+  return dr_dp;
+}
+
+Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices) {
+  Eigen::MatrixXd seeds = Eigen::MatrixXd::Zero(3 * num_vertices, outline.num_angles());
+  ForEachEntry(outline, [&](int k, int i, double value) { seeds(i, k) = value; });
+  return seeds;
+}
+
+void AdjOutline(const Outline& outline, const Eigen::VectorXd& radius_adjoint,
+                Eigen::VectorXd* gradient) {
+  CHECK_EQ(radius_adjoint.size(), outline.num_angles());
+  ForEachEntry(outline,
+               [&](int k, int i, double value) { (*gradient)[i] += value * radius_adjoint[k]; });
+}
+
+double ProfileRms(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  CHECK_EQ(a.size(), b.size());
+  CHECK_GT(a.size(), 0);
+  return (a - b).norm() / std::sqrt(double(a.size()));
+}
+
+}  // namespace drape

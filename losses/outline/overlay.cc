@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/outline/overlay.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "losses/outline/shape_features.h"
+
+namespace drape {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kClothGray = 150, kBackgroundGray = 255;
+constexpr int kCircleAngles = 360;
+
+void Blend(RgbImage* picture, int column, int row, const Color& color, double alpha) {
+  if (column < 0 || row < 0 || column >= picture->width || row >= picture->height) return;
+  uint8_t* rgb = &picture->rgb[3 * (size_t(row) * picture->width + column)];
+  for (int c = 0; c < 3; ++c) {
+    rgb[c] = static_cast<uint8_t>(std::lround(rgb[c] + alpha * (color[c] - rgb[c])));
+  }
+}
+
+double DistanceToSegment(const Vector2d& p, const Vector2d& a, const Vector2d& b) {
+  const Vector2d e = b - a;
+  const double length2 = e.squaredNorm();
+  const double t = length2 > 0 ? std::clamp((p - a).dot(e) / length2, 0.0, 1.0) : 0.0;
+  return (p - a - t * e).norm();
+}
+
+// Anti-aliased closed polygon. Opacity is gathered over all segments first, so that joints are not
+// painted twice.
+void RenderPolygon(const Eigen::Matrix2Xd& points, double line_width, const Color& color,
+                   RgbImage* picture) {
+  std::vector<float> alpha(size_t(picture->width) * picture->height, 0);
+  const double reach = 0.5 * line_width + 0.5;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Vector2d a = points.col(i), b = points.col((i + 1) % points.cols());
+    const Vector2d min = (a.cwiseMin(b).array() - reach).cwiseMax(0.0);
+    const Vector2d size(picture->width - 1, picture->height - 1);
+    const Vector2d max = (a.cwiseMax(b).array() + reach).min(size.array());
+    for (int row = static_cast<int>(std::ceil(min.y())); row <= max.y(); ++row) {
+      for (int col = static_cast<int>(std::ceil(min.x())); col <= max.x(); ++col) {
+        const double cover = std::clamp(reach - DistanceToSegment({col, row}, a, b), 0.0, 1.0);
+        float& pixel = alpha[size_t(row) * picture->width + col];
+        pixel = std::max(pixel, static_cast<float>(cover));
+      }
+    }
+  }
+  for (size_t i = 0; i < alpha.size(); ++i) {
+    if (alpha[i] > 0) Blend(picture, i % picture->width, i / picture->width, color, alpha[i]);
+  }
+}
+
+void RenderProfile(const Eigen::VectorXd& radius, const Camera& camera, int upscale,
+                   double line_width, const Color& color, RgbImage* picture) {
+  CHECK_GE(radius.size(), 3);
+  CHECK(radius.allFinite());
+  Eigen::Matrix2Xd points = ProfilePolygon(radius);
+  points.row(0) = ((camera.cx + points.row(0).array() + 0.5) * upscale - 0.5).matrix();
+  points.row(1) = ((camera.cy - points.row(1).array() + 0.5) * upscale - 0.5).matrix();
+  RenderPolygon(points, line_width, color, picture);
+}
+
+RgbImage PaleUpscaled(const GrayImage& image, int upscale) {
+  RgbImage picture{image.width * upscale, image.height * upscale, {}};
+  picture.rgb.reserve(size_t(3) * picture.width * picture.height);
+  for (int row = 0; row < picture.height; ++row) {
+    for (int col = 0; col < picture.width; ++col) {
+      const double c = image.at(col / upscale, row / upscale);
+      const double gray = kBackgroundGray + c * (kClothGray - kBackgroundGray);
+      picture.rgb.insert(picture.rgb.end(), 3, static_cast<uint8_t>(std::lround(gray)));
+    }
+  }
+  return picture;
+}
+
+// The letters of the legend, 3 × 5 dots, rows from the top, high bit left.
+struct Glyph {
+  char letter;
+  uint8_t rows[5];
+};
+constexpr Glyph kGlyphs[] = {
+    {'A', {2, 5, 7, 5, 5}}, {'E', {7, 4, 6, 4, 7}}, {'F', {7, 4, 6, 4, 4}}, {'G', {3, 4, 5, 5, 3}},
+    {'I', {7, 2, 2, 2, 7}}, {'M', {5, 7, 7, 5, 5}}, {'O', {2, 5, 5, 5, 2}}, {'P', {6, 5, 6, 4, 4}},
+    {'R', {6, 5, 6, 5, 5}}, {'S', {3, 4, 2, 1, 6}}, {'T', {7, 2, 2, 2, 2}}, {'U', {5, 5, 5, 5, 7}}};
+
+void FillBox(RgbImage* picture, int column, int row, int width, int height, const Color& color) {
+  for (int y = row; y < row + height; ++y) {
+    for (int x = column; x < column + width; ++x) Blend(picture, x, y, color, 1);
+  }
+}
+
+void RenderText(const char* text, int column, int row, int dot, RgbImage* picture) {
+  for (; *text; ++text, column += 4 * dot) {
+    const auto* glyph = std::find_if(std::begin(kGlyphs), std::end(kGlyphs),
+                                     [&](const Glyph& g) { return g.letter == *text; });
+    CHECK(glyph != std::end(kGlyphs)) << "no glyph for '" << *text << "'";
+    for (int y = 0; y < 5; ++y) {
+      for (int x = 0; x < 3; ++x) {
+        if (glyph->rows[y] >> (2 - x) & 1) {
+          FillBox(picture, column + x * dot, row + y * dot, dot, dot, {60, 60, 60});
+        }
+      }
+    }
+  }
+}
+
+void RenderLegend(const OverlayOptions& options, RgbImage* picture) {
+  const struct {
+    const char* text;
+    Color color;
+  } lines[] = {{"FIT", options.fitted}, {"IMAGE", options.measured}, {"SUPPORT", options.support}};
+  const int dot = std::max(1, picture->width / 300);
+  int row = 4 * dot;
+  for (const auto& line : lines) {
+    FillBox(picture, 4 * dot, row + dot, 10 * dot, 3 * dot, line.color);
+    RenderText(line.text, 17 * dot, row, dot, picture);
+    row += 8 * dot;
+  }
+}
+
+}  // namespace
+
+RgbImage RenderOverlay(const GrayImage& image, const Eigen::VectorXd& measured_radius,
+                       const Eigen::VectorXd& fitted_radius, const Camera& camera,
+                       const OverlayOptions& options) {
+  CHECK_GE(options.upscale, 1);
+  CHECK_GT(options.line_width, 0);
+  RgbImage picture = PaleUpscaled(image, options.upscale);
+  const Eigen::VectorXd support =
+      Eigen::VectorXd::Constant(kCircleAngles, kSupportRadius * camera.pixels_per_metre());
+  RenderProfile(support, camera, options.upscale, 0.5 * options.line_width, options.support,
+                &picture);
+  RenderProfile(measured_radius, camera, options.upscale, options.line_width, options.measured,
+                &picture);
+  RenderProfile(fitted_radius, camera, options.upscale, options.line_width, options.fitted,
+                &picture);
+  RenderLegend(options, &picture);
+  return picture;
+}
+
+}  // namespace drape

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "losses/camera/camera.h"
+
+namespace drape {
+
+inline constexpr double kClothRadius = 0.15;    // [m] [BS 5058]
+inline constexpr double kSupportRadius = 0.09;  // [m]
+
+// Numbers of one radial profile r(θ_k) [m], θ_k = 2πk/K, shape [K] [MODEL, M49]. They do not
+// depend on the rotation of the drape.
+
+// DC = (A − π·0.09²)/(π·0.15² − π·0.09²) of the silhouette's area [m²]: 0 = support, 1 = flat
+// cloth.
+double DrapeCoefficient(double area);
+
+// ½∫r²dθ [m²] by the trapezoid rule: exact for a circle, spectrally accurate for smooth profiles.
+double ProfileArea(const Eigen::VectorXd& radius);
+
+// Number of peaks with a prominence of at least min_prominence [m], after a Gaussian of standard
+// deviation 2° (use K ≥ 180: wider spacing than 2° is not smoothed).
+int CountFolds(const Eigen::VectorXd& radius, double min_prominence = 2.5e-3);
+
+// ½ Σ a_k² [m²] over k = 2 | 3–5 | 6–9 | 10–15, a_k the amplitude of cos/sin kθ: each band's share
+// of the variance of r. K > 30.
+inline constexpr int kNumBands = 4;
+std::array<double, kNumBands> BandEnergies(const Eigen::VectorXd& radius);
+
+// 4πA/L² of the polygon: 1 for a circle, less for a folded outline.
+double IsoperimetricRatio(const Eigen::VectorXd& radius);
+
+struct ShapeFeatures {
+  double drape_coefficient = 0;
+  int folds = 0;
+  std::array<double, kNumBands> band_energy = {};  // [m²]
+  double radius_min = 0;                           // [m]
+  double radius_max = 0;                           // [m]
+  double isoperimetric_ratio = 0;
+};
+ShapeFeatures MeasureShape(const Eigen::VectorXd& radius);
+
+// Profile in pixels → metres in the support plane.
+inline Eigen::VectorXd MetresFromPixels(const Eigen::VectorXd& radius_px, const Camera& camera) {
+  return radius_px / camera.pixels_per_metre();
+}
+
+// Vertices of the profile's polygon, shape [2, K], y up, in the unit of r.
+Eigen::Matrix2Xd ProfilePolygon(const Eigen::VectorXd& radius);
+
+}  // namespace drape

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/readout/readouts.h"
+
+#include <glog/logging.h>
+
+#include <utility>
+
+#include "losses/outline/outline.h"
+
+namespace drape {
+namespace {
+
+// That of rollout i, where one may serve all.
+template <class T>
+const T& Of(const std::vector<T>& each, std::size_t i) {
+  if (each.size() == 1) return each[0];
+  CHECK_LT(i, each.size());
+  return each[i];
+}
+
+std::vector<DeviceReadout> OnDevice(ReadoutKind kind, int size, double half_width,
+                                    const std::vector<Camera>& cameras) {
+  CHECK(!cameras.empty());
+  std::vector<DeviceReadout> readouts;
+  for (const Camera& camera : cameras)
+    readouts.push_back({kind, size, camera.projection(), camera.width, camera.height, half_width});
+  return readouts;
+}
+
+ReadoutJacobian CoverageJacobian(const SoftSilhouette& silhouette, const Eigen::VectorXd& x,
+                                 const Camera& camera) {
+  const Projection projection = camera.projection();
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const RampPixel& ramp : silhouette.ramp)
+    for (int k = 0; k < ramp.num_vertices; ++k) {
+      const int dof = 3 * ramp.vertex[k];
+      double by_x[3];
+      projection.AdjProject(&x[dof], {ramp.d_image[k].x(), ramp.d_image[k].y()}, by_x);
+      for (int d = 0; d < 3; ++d) entries.emplace_back(ramp.pixel, dof + d, by_x[d]);
+    }
+  ReadoutJacobian jacobian(silhouette.coverage.size(), x.size());
+  jacobian.setFromTriplets(entries.begin(), entries.end());
+  return jacobian;
+}
+
+}  // namespace
+
+OutlineReadout::OutlineReadout(const Mesh& mesh, std::vector<Camera> cameras, int num_angles)
+    : mesh_(mesh),
+      cameras_(std::move(cameras)),
+      num_angles_(num_angles),
+      device_(OnDevice(ReadoutKind::kOutline, num_angles, 0.0, cameras_)) {
+  CHECK_GT(num_angles, 0);
+}
+
+bool OutlineReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+                          ReadoutJacobian* dr_dx) const {
+  Outline outline;
+  if (!OutlineFromMesh(mesh_, x, Of(cameras_, i), num_angles_, &outline)) return false;
+  if (dr_dx != nullptr) *dr_dx = OutlineJacobian(outline, mesh_.num_vertices());
+  *r = std::move(outline.radius);
+  return true;
+}
+
+const DeviceReadout* OutlineReadout::device(std::size_t i) const { return &Of(device_, i); }
+
+SilhouetteReadout::SilhouetteReadout(const Mesh& mesh, std::vector<Camera> cameras,
+                                     const SoftSilhouetteOptions& options)
+    : mesh_(mesh), cameras_(std::move(cameras)), options_(options) {
+  CHECK(!cameras_.empty());
+  CHECK_GT(options.half_width, 0);
+  device_ = OnDevice(ReadoutKind::kSoftSilhouette, size(), options.half_width, cameras_);
+  for (const Camera& camera : cameras_) {
+    CHECK_EQ(camera.width, cameras_[0].width);
+    CHECK_EQ(camera.height, cameras_[0].height);
+  }
+}
+
+bool SilhouetteReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+                             ReadoutJacobian* dr_dx) const {
+  const Camera& camera = Of(cameras_, i);
+  SoftSilhouette silhouette;
+  if (!RenderSoft(mesh_, x, camera, options_, &silhouette)) return false;
+  if (dr_dx != nullptr) *dr_dx = CoverageJacobian(silhouette, x, camera);
+  *r = std::move(silhouette.coverage);
+  return true;
+}
+
+const DeviceReadout* SilhouetteReadout::device(std::size_t i) const { return &Of(device_, i); }
+
+}  // namespace drape

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+
+#include "losses/camera/projection.h"
+#include "physics/mesh/mesh.h"
+
+namespace drape {
+
+// The soft silhouette in its smallest parts: edges, crossings, pieces of the border and pixels.
+// One source for the host (silhouette_edges, soft_silhouette) and the kernels. `points`: the
+// projected vertices [px], shape [2, V].
+
+inline constexpr double kBorderProbe = 1e-6;  // [px] from an edge: where its sides are probed
+inline constexpr double kOnBorder = 1e-9;     // [px] below this the offset has no direction
+
+// Point where the projections of the mesh edges a→b and c→d cross.
+struct EdgeCrossing {
+  int vertex[4];  // a, b, c, d
+  double t[2];    // position on a→b and on c→d, in (0, 1)
+};
+
+// Part of a projected mesh edge that borders the union of all projected triangles.
+struct SilhouettePiece {
+  int vertex[2];    // the edge a→b
+  double t[2];      // the piece runs from a + t[0](b−a) to a + t[1](b−a)
+  int crossing[2];  // index of the crossing that ends it, or −1: it ends at a vertex
+  Vec2 inward;      // unit normal towards the cloth
+};
+
+// On which side of the edge i→j of the projected mesh the point lies: twice the signed area of the
+// triangle (i, j, point) [px²]. Exactly antisymmetric in (i, j), so two triangles that share an
+// edge leave no gap between them.
+DRAPE_HD inline double EdgeSide(const double* points, int i, int j, const Vec2& p) {
+  const double sign = i < j ? 1 : -1;
+  const Vec2 a = PointAt(points, i < j ? i : j), b = PointAt(points, i < j ? j : i);
+  return sign * Cross(b - a, p - a);
+}
+
+// Whether the closed projected triangle of three vertices holds the point, seen from either face. A
+// triangle without area holds nothing.
+DRAPE_HD inline bool Covers(const double* points, const int* triangle, const Vec2& p) {
+  const int a = triangle[0], b = triangle[1], c = triangle[2];
+  const double ab = EdgeSide(points, a, b, p);
+  const double bc = EdgeSide(points, b, c, p);
+  const double ca = EdgeSide(points, c, a, p);
+  const bool inside = (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
+  return inside && EdgeSide(points, a, b, PointAt(points, c)) != 0;
+}
+
+DRAPE_HD inline bool Covers(const double* points, const Face& face, const Vec2& p) {
+  return Covers(points, face.vertex, p);
+}
+
+// Whether the two faces of a hinge fold over one another in the image.
+DRAPE_HD inline bool FoldsOver(const double* points, const Hinge& hinge) {
+  const int* v = hinge.vertex;
+  return EdgeSide(points, v[0], v[1], PointAt(points, v[2])) *
+             EdgeSide(points, v[0], v[1], PointAt(points, v[3])) >=
+         0;
+}
+
+DRAPE_HD inline bool ShareVertex(const int l[2], const int r[2]) {
+  return l[0] == r[0] || l[0] == r[1] || l[1] == r[0] || l[1] == r[1];
+}
+
+// Positions of the crossing on the edges l and r; false when they do not cross inside both.
+DRAPE_HD inline bool Intersect(const double* points, const int l[2], const int r[2], double t[2]) {
+  const Vec2 l0 = PointAt(points, l[0]), r0 = PointAt(points, r[0]);
+  const Vec2 e = PointAt(points, l[1]) - l0, f = PointAt(points, r[1]) - r0;
+  const Vec2 offset = r0 - l0;
+  const double det = Cross(e, f);
+  if (det == 0) return false;
+  t[0] = Cross(offset, f) / det;
+  t[1] = Cross(offset, e) / det;
+  return t[0] > 0 && t[0] < 1 && t[1] > 0 && t[1] < 1;
+}
+
+// Makes a part of an edge a piece of the border when exactly one of its sides is covered.
+// is_covered(point) → bool.
+template <class IsCovered>
+DRAPE_HD bool FindInward(const double* points, const IsCovered& is_covered, SilhouettePiece* part) {
+  const Vec2 a = PointAt(points, part->vertex[0]), e = PointAt(points, part->vertex[1]) - a;
+  const double length = std::sqrt(Dot(e, e));
+  const Vec2 normal{-e.y / length, e.x / length};
+  const Vec2 middle = a + (0.5 * (part->t[0] + part->t[1])) * e;
+  const bool plus = is_covered(middle + kBorderProbe * normal);
+  const bool minus = is_covered(middle - kBorderProbe * normal);
+  part->inward = plus ? normal : Vec2{-normal.x, -normal.y};
+  return plus != minus;
+}
+
+// Nearest point of a piece to a pixel.
+struct PieceContact {
+  double distance;  // [px]
+  double t;         // on the piece's edge
+  int end;          // 0 or 1: it is this end of the piece; −1: between them
+};
+DRAPE_HD inline PieceContact NearestOnPiece(const double* points, const SilhouettePiece& piece,
+                                            const Vec2& pixel) {
+  const Vec2 a = PointAt(points, piece.vertex[0]), e = PointAt(points, piece.vertex[1]) - a;
+  double t = Dot(pixel - a, e) / Dot(e, e);
+  const int end = t <= piece.t[0] ? 0 : t >= piece.t[1] ? 1 : -1;
+  if (end >= 0) t = piece.t[end];
+  const Vec2 offset = pixel - a - t * e;
+  return {std::sqrt(Dot(offset, offset)), t, end};
+}
+
+// Columns and rows that lie within `reach` of a piece, before they are cut to the image.
+struct PieceBox {
+  Vec2 min, max;
+};
+DRAPE_HD inline PieceBox BoundingBox(const double* points, const SilhouettePiece& piece,
+                                     double reach) {
+  const Vec2 a = PointAt(points, piece.vertex[0]), e = PointAt(points, piece.vertex[1]) - a;
+  const Vec2 p = a + piece.t[0] * e, q = a + piece.t[1] * e;
+  return {{std::fmin(p.x, q.x) - reach, std::fmin(p.y, q.y) - reach},
+          {std::fmax(p.x, q.x) + reach, std::fmax(p.y, q.y) + reach}};
+}
+// Pixels first … last of [0, size) in [min, max]; none when first > last.
+struct PixelRange {
+  int first, last;
+};
+DRAPE_HD inline PixelRange PixelsIn(double min, double max, int size) {
+  const double end = size;
+  return {static_cast<int>(std::ceil(std::fmin(std::fmax(min, 0.0), end))),
+          static_cast<int>(std::floor(std::fmin(std::fmax(max, -1.0), end - 1.0)))};
+}
+
+// Coverage at a distance from the border, and its slope by the signed distance (RenderSoft).
+struct SoftRamp {
+  double coverage, slope;
+};
+DRAPE_HD inline SoftRamp RampAt(double distance, bool inside, double half_width) {
+  const double u = 0.5 * (1 + (inside ? 1.0 : -1.0) * distance / half_width);
+  return {u * u * (3 - 2 * u), 3 * u * (1 - u) / half_width};
+}
+
+// ∂coverage/∂(the contact's point), by the envelope theorem with its position on the edge fixed.
+DRAPE_HD inline Vec2 CoverageByPoint(const double* points, const SilhouettePiece& piece,
+                                     const PieceContact& contact, const Vec2& pixel, bool inside,
+                                     double slope) {
+  if (contact.distance < kOnBorder) return -slope * piece.inward;
+  const Vec2 a = PointAt(points, piece.vertex[0]), e = PointAt(points, piece.vertex[1]) - a;
+  const Vec2 offset = pixel - a - contact.t * e;
+  const Vec2 inward = ((inside ? 1.0 : -1.0) / contact.distance) * offset;
+  return -slope * inward;
+}
+
+// A crossing X lies on both edges: n·δX = (1−t) n·δa + t n·δb for the normal n of each. Writing
+// the adjoint of X in the basis of the two normals hands each share to the ends of its own edge.
+DRAPE_HD inline void AdjCrossing(const double* points, const EdgeCrossing& crossing,
+                                 const Vec2& adj_point, Vec2 adj_vertex[4]) {
+  Vec2 normal[2];
+  for (int k = 0; k < 2; ++k) {
+    const Vec2 e =
+        PointAt(points, crossing.vertex[2 * k + 1]) - PointAt(points, crossing.vertex[2 * k]);
+    normal[k] = {-e.y, e.x};
+  }
+  const double det = Cross(normal[0], normal[1]);
+  const double share[2] = {Cross(adj_point, normal[1]) / det, Cross(normal[0], adj_point) / det};
+  for (int k = 0; k < 4; ++k) {
+    const double t = crossing.t[k / 2];
+    adj_vertex[k] = (share[k / 2] * (k % 2 == 0 ? 1 - t : t)) * normal[k / 2];
+  }
+}
+
+}  // namespace drape

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/cloth/assembly/assembly.h"
+
+#include "physics/cloth/assembly/element_blocks.h"
+
+namespace drape {
+namespace {
+
+using Columns = DeformationGradient<double>;
+
+double Component(const Columns& c, int i) { return (&c.u.x)[i]; }
+
+Columns UnitColumns(int i) {
+  Columns c{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+  (&c.u.x)[i] = 1.0;
+  return c;
+}
+
+void AddOuterForces(const ClothModel& model, double density, const Eigen::VectorXd& x,
+                    Eigen::VectorXd& force) {
+  if (model.scene.gravity)
+    for (int i = 0; i < model.mesh.num_vertices(); ++i)
+      force.segment<3>(3 * i) += density * model.vertex_area[i] * *model.scene.gravity;
+  for (int i : model.held)
+    force.segment<3>(3 * i) -= model.scene.handles->stiffness *
+                               (x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i));
+  for (const VertexLoad& load : model.loads) force.segment<3>(3 * load.vertex) += load.force;
+}
+
+// Stretch and bend of a step; A may be absent (forces only).
+template <class Law>
+void AddStretchStep(const Law& law, const ClothModel& model, const MaterialField& material,
+                    const double* x, double h, double* force, BlockMatrix* A) {
+  for (int f = 0; f < model.mesh.num_faces(); ++f) {
+    const Face& face = model.mesh.faces[f];
+    const Columns F = GatherColumns(face, x);
+    const StretchCoefficients<double> k = EvaluateStretch(law, Green(F), material.stretch_of(f));
+    ScatterColumns(face, StretchForce(k, F), force);
+    if (A == nullptr) continue;
+    Matrix6 H;  // symmetric: column j is H·e_j
+    for (int j = 0; j < 6; ++j) {
+      const Columns column = StretchStiffnessTimes(k, F, UnitColumns(j));
+      for (int i = 0; i < 6; ++i) H[i][j] = Component(column, i);
+    }
+    AddFaceBlocks(face, H, h * h * face.area, &model.pattern.face_block[9 * f], *A);
+  }
+}
+
+template <class Law>
+void AddBendStep(const Law& law, const ClothModel& model, const MaterialField& material,
+                 const double* x, double h, double* force, BlockMatrix* A) {
+  for (int e = 0; e < model.mesh.num_hinges(); ++e) {
+    const Hinge& hinge = model.mesh.hinges[e];
+    const HingeCorners corners = GatherCorners(hinge, x);
+    const double theta = DihedralAngle(corners);
+    const HingeGradient d = AngleGradient(EvaluateWings(corners));
+    const double kappa = HingeStiffness(law, hinge, material.bend_of(e), theta);
+    for (int a = 0; a < 4; ++a) AddTo(force, hinge.vertex[a], (-kappa * theta) * d.d[a]);
+    if (A != nullptr) AddHingeBlocks(d, h * h * kappa, &model.pattern.hinge_block[16 * e], *A);
+  }
+}
+
+void AddElements(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
+                 double h, Eigen::VectorXd& force, BlockMatrix* A) {
+  if (model.scene.stretch)
+    std::visit(
+        [&](const auto& law) {
+          AddStretchStep(law, model, material, x.data(), h, force.data(), A);
+        },
+        model.law.stretch);
+  if (model.scene.bend)
+    std::visit(
+        [&](const auto& law) { AddBendStep(law, model, material, x.data(), h, force.data(), A); },
+        model.law.bend);
+}
+
+template <class Law>
+void AddStretchDerivative(const Law& law, const ClothModel& model, const MaterialField& material,
+                          const double* x, const double* w, double h, BlockMatrix& out) {
+  for (int f = 0; f < model.mesh.num_faces(); ++f) {
+    const Face& face = model.mesh.faces[f];
+    Matrix6 Q;
+    StretchStepDerivative(law, GatherColumns(face, x), material.stretch_of(f),
+                          GatherColumns(face, w), h, Q);
+    AddFaceBlocks(face, Q, face.area, &model.pattern.face_block[9 * f], out);
+  }
+}
+
+template <class Law>
+void AddBendDerivative(const Law& law, const ClothModel& model, const MaterialField& material,
+                       const double* x, const double* w, double h, BlockMatrix& out) {
+  for (int e = 0; e < model.mesh.num_hinges(); ++e) {
+    const Hinge& hinge = model.mesh.hinges[e];
+    double Q[12][12];
+    BendStepDerivative(law, hinge, material.bend_of(e), GatherCorners(hinge, x),
+                       GatherCorners(hinge, w), h, Q);
+    AddHingeBlocks(Q, &model.pattern.hinge_block[16 * e], out);
+  }
+}
+
+}  // namespace
+
+void AssembleForce(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
+                   Eigen::VectorXd& force) {
+  force.setZero(x.size());
+  AddOuterForces(model, material.density, x, force);
+  AddElements(model, material, x, 0.0, force, nullptr);
+}
+
+void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
+                  double h, Eigen::VectorXd& force, BlockMatrix& A) {
+  force.setZero(x.size());
+  A.SetZero();
+  AddOuterForces(model, material.density, x, force);
+  AddElements(model, material, x, h, force, &A);
+  for (int i = 0; i < model.mesh.num_vertices(); ++i)
+    A.AddScaledIdentity(model.pattern.diagonal[i], material.density * model.vertex_area[i]);
+  for (int i : model.held)
+    A.AddScaledIdentity(model.pattern.diagonal[i], h * h * model.scene.handles->stiffness);
+}
+
+void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
+                            const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
+                            BlockMatrix& derivative) {
+  derivative.SetZero();
+  if (model.scene.stretch)
+    std::visit(
+        [&](const auto& law) {
+          AddStretchDerivative(law, model, material, x.data(), w.data(), h, derivative);
+        },
+        model.law.stretch);
+  if (model.scene.bend)
+    std::visit(
+        [&](const auto& law) {
+          AddBendDerivative(law, model, material, x.data(), w.data(), h, derivative);
+        },
+        model.law.bend);
+  for (int i : model.held)
+    derivative.AddScaledIdentity(model.pattern.diagonal[i], -h * model.scene.handles->stiffness);
+}
+
+StressField MembraneStress(const ClothModel& model, const MaterialField& material,
+                           const Eigen::VectorXd& x) {
+  if (!model.scene.stretch) return {};
+  StressField stress(model.mesh.num_faces());
+  std::visit(
+      [&](const auto& law) {
+        for (int f = 0; f < model.mesh.num_faces(); ++f) {
+          const GreenStrain<double> G = Green(GatherColumns(model.mesh.faces[f], x.data()));
+          stress[f] = Stress(EvaluateStretch(law, G, material.stretch_of(f)), G);
+        }
+      },
+      model.law.stretch);
+  return stress;
+}
+
+StressField ExtrapolatedMembraneStress(const ClothModel& model, const MaterialField& material,
+                                       const Eigen::VectorXd& x, const Eigen::VectorXd& dx) {
+  if (!model.scene.stretch) return {};
+  StressField stress(model.mesh.num_faces());
+  std::visit(
+      [&](const auto& law) {
+        for (int f = 0; f < model.mesh.num_faces(); ++f) {
+          const Face& face = model.mesh.faces[f];
+          const Columns F = GatherColumns(face, x.data());
+          stress[f] = ExtrapolatedStress(law, Green(F), material.stretch_of(f),
+                                         StrainRate(F, GatherColumns(face, dx.data())));
+        }
+      },
+      model.law.stretch);
+  return stress;
+}
+
+void AddGeometricStiffness(const ClothModel& model, const StressField& stress, BlockMatrix& K) {
+  for (std::size_t f = 0; f < stress.size(); ++f) {
+    const Face& face = model.mesh.faces[f];
+    const ShapeGradient s = GradientOf(face);
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        K.AddScaledIdentity(model.pattern.face_block[9 * f + 3 * a + b],
+                            face.area * GeometricWeight(stress[f], s.u[a], s.v[a], s.u[b], s.v[b]));
+  }
+}
+
+double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x) {
+  double energy = 0.0;
+  if (model.scene.gravity)
+    for (int i = 0; i < model.mesh.num_vertices(); ++i)
+      energy -=
+          material.density * model.vertex_area[i] * model.scene.gravity->dot(x.segment<3>(3 * i));
+  for (int i : model.held)
+    energy += 0.5 * model.scene.handles->stiffness *
+              (x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i)).squaredNorm();
+  for (const VertexLoad& load : model.loads)
+    energy -= load.force.dot(x.segment<3>(3 * load.vertex));
+  if (model.scene.stretch)
+    std::visit(
+        [&](const auto& law) {
+          for (int f = 0; f < model.mesh.num_faces(); ++f) {
+            const Face& face = model.mesh.faces[f];
+            energy +=
+                face.area * StretchEnergy(EvaluateStretch(law, Green(GatherColumns(face, x.data())),
+                                                          material.stretch_of(f)));
+          }
+        },
+        model.law.stretch);
+  if (model.scene.bend)
+    std::visit(
+        [&](const auto& law) {
+          for (int e = 0; e < model.mesh.num_hinges(); ++e) {
+            const Hinge& hinge = model.mesh.hinges[e];
+            energy += BendEnergy(law, hinge, material.bend_of(e),
+                                 DihedralAngle(GatherCorners(hinge, x.data())));
+          }
+        },
+        model.law.bend);
+  return energy;
+}
+
+}  // namespace drape

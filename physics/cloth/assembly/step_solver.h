@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+#include "physics/cloth/cloth_model.h"
+#include "physics/linalg/linear_solver.h"
+#include "physics/material/material.h"
+
+namespace drape {
+
+// One thread's workspace for the steps of one model.
+class StepSolver {
+ public:
+  explicit StepSolver(std::shared_ptr<const ClothModel> model);
+  // Shares the symbolic analysis.
+  StepSolver Clone() const { return StepSolver(model_, linear_->Clone()); }
+
+  const ClothModel& model() const { return *model_; }
+  LinearSolver& linear() { return *linear_; }
+
+  // Factors A(x); `force` holds f(x) afterwards. False when A is not positive definite.
+  [[nodiscard]] bool Factor(const MaterialField& material, const Eigen::VectorXd& x, double h);
+  const Eigen::VectorXd& force() const { return force_; }
+  // ∂g/∂x at w.
+  const BlockMatrix& StepDerivative(const MaterialField& material, const Eigen::VectorXd& x,
+                                    const Eigen::VectorXd& w, double h);
+
+ private:
+  StepSolver(std::shared_ptr<const ClothModel> model, std::unique_ptr<LinearSolver> linear);
+
+  std::shared_ptr<const ClothModel> model_;
+  std::unique_ptr<LinearSolver> linear_;
+  Eigen::VectorXd force_;
+  BlockMatrix matrix_, derivative_;
+};
+
+}  // namespace drape

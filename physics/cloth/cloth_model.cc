@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/cloth/cloth_model.h"
+
+#include <glog/logging.h>
+
+#include <utility>
+
+namespace drape {
+namespace {
+
+std::vector<int> HeldVertices(const Mesh& mesh, const Scene& scene) {
+  std::vector<int> held;
+  if (!scene.handles) return held;
+  for (int i = 0; i < mesh.num_vertices(); ++i)
+    if (Contains(scene.handles->region, mesh.rest_x.segment<3>(3 * i))) held.push_back(i);
+  return held;
+}
+
+// Half of each loaded edge's force goes to each of its ends.
+std::vector<VertexLoad> LoadedVertices(const Mesh& mesh, const Scene& scene) {
+  std::vector<VertexLoad> loads;
+  if (!scene.load) return loads;
+  Eigen::VectorXd share = Eigen::VectorXd::Zero(mesh.num_vertices());
+  const auto rest = [&](int i) -> Eigen::Vector3d { return mesh.rest_x.segment<3>(3 * i); };
+  for (const std::vector<int>& loop : mesh.boundary_loops)
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      const int a = loop[k], b = loop[(k + 1) % loop.size()];
+      if (!Contains(scene.load->region, rest(a)) || !Contains(scene.load->region, rest(b)))
+        continue;
+      const double half = 0.5 * (rest(a) - rest(b)).norm();
+      share[a] += half;
+      share[b] += half;
+    }
+  CHECK_GT(share.sum(), 0.0) << "no edge of the hem lies in the region of the load";
+  share /= share.sum();
+  for (int i = 0; i < mesh.num_vertices(); ++i)
+    if (share[i] > 0.0) loads.push_back({i, share[i] * scene.load->force});
+  return loads;
+}
+
+}  // namespace
+
+ClothModel::ClothModel(Mesh mesh_in, Scene scene_in, Law law_in)
+    : mesh(std::move(mesh_in)),
+      scene(std::move(scene_in)),
+      law(std::move(law_in)),
+      pattern(MakeBlockPattern(mesh, scene.stretch, scene.bend)),
+      vertex_area(Eigen::VectorXd::Zero(mesh.num_vertices())),
+      held(HeldVertices(mesh, scene)),
+      loads(LoadedVertices(mesh, scene)) {
+  for (const Face& f : mesh.faces)
+    for (int i : f.vertex) vertex_area[i] += f.area / 3.0;
+}
+
+State ClothModel::RestState() const { return {mesh.rest_x, Eigen::VectorXd::Zero(num_dofs())}; }
+
+Eigen::VectorXd ClothModel::LumpedMass(double density) const {
+  Eigen::VectorXd mass(num_dofs());
+  for (int i = 0; i < mesh.num_vertices(); ++i)
+    mass.segment<3>(3 * i).setConstant(density * vertex_area[i]);
+  return mass;
+}
+
+}  // namespace drape

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "physics/cloth/scene.h"
+#include "physics/cloth/state.h"
+#include "physics/linalg/block_matrix.h"
+#include "physics/material/laws/law.h"
+#include "physics/material/material.h"
+#include "physics/mesh/mesh.h"
+
+namespace drape {
+
+struct VertexLoad {
+  int vertex;
+  Eigen::Vector3d force;  // [N]
+};
+
+// All that the rollouts of one mesh, scene and law share: immutable, safe to read from all threads.
+struct ClothModel {
+  Mesh mesh;
+  Scene scene;
+  Law law;
+  BlockPattern pattern;
+  Eigen::VectorXd vertex_area;  // a third of the adjacent face areas [m²], shape [V]
+  std::vector<int> held;        // vertices with a handle
+  std::vector<VertexLoad> loads;
+
+  // CHECKs that a load has edges of the hem to act on.
+  ClothModel(Mesh mesh, Scene scene, Law law);
+
+  int num_dofs() const { return static_cast<int>(mesh.rest_x.size()); }
+  State RestState() const;
+  // Lumped mass of each degree of freedom [kg], shape [3V].
+  Eigen::VectorXd LumpedMass(double density) const;
+};
+
+}  // namespace drape

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/cloth/scene.h"
+
+namespace drape {
+namespace {
+
+// A ring or row of vertices exactly on a bound is inside whichever way it rounds.
+constexpr double kRounding = 1e-12;
+// Hard enough for a clamp to give way by less than 1e-8 of its load's deflection.
+constexpr double kClampStiffness = 1e6;  // [N/m]
+
+bool IsInside(const DiscRegion& disc, const Eigen::Vector3d& x) {
+  return x.norm() < disc.radius * (1.0 + kRounding);
+}
+bool IsInside(const RingRegion& ring, const Eigen::Vector3d& x) {
+  const double radius = x.norm();
+  return radius > ring.inner * (1.0 - kRounding) && radius < ring.outer * (1.0 + kRounding);
+}
+bool IsInside(const HalfPlaneRegion& plane, const Eigen::Vector3d& x) {
+  return plane.normal.dot(x) <= plane.offset + kRounding;
+}
+
+Scene Clamped(const Region& region, const Eigen::Vector3d& gravity) {
+  Scene scene;
+  scene.gravity = gravity;
+  scene.handles = Handles{.region = region, .stiffness = kClampStiffness};
+  return scene;
+}
+
+}  // namespace
+
+bool Contains(const Region& region, const Eigen::Vector3d& rest_x) {
+  return std::visit([&](const auto& shape) { return IsInside(shape, rest_x); }, region);
+}
+
+Scene CusickScene() {
+  Scene scene;
+  scene.gravity = Eigen::Vector3d(0.0, 0.0, -9.8);
+  scene.handles = Handles();
+  return scene;
+}
+
+std::optional<double> SupportRadius(const Scene& scene) {
+  const DiscRegion* support =
+      scene.handles ? std::get_if<DiscRegion>(&scene.handles->region) : nullptr;
+  return support == nullptr ? std::nullopt : std::optional(support->radius);
+}
+
+Scene CantileverScene(double clamp, double gravity) {
+  return Clamped(HalfPlaneRegion{.offset = clamp}, {0.0, 0.0, -gravity});
+}
+
+Scene HangingStripScene(double gravity) {
+  return Clamped(HalfPlaneRegion{.offset = 0.0}, {gravity, 0.0, 0.0});
+}
+
+Scene UniaxialScene(double length, double force) {
+  Scene scene = HangingStripScene(0.0);
+  scene.gravity.reset();
+  scene.load =
+      EdgeLoad{.region = HalfPlaneRegion{.normal = -Eigen::Vector3d::UnitX(), .offset = -length},
+               .force = {force, 0.0, 0.0}};
+  return scene;
+}
+
+Scene ClampedDiscScene(double radius, double gravity) {
+  return Clamped(RingRegion{.inner = radius}, {0.0, 0.0, -gravity});
+}
+
+}  // namespace drape

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/cloth/scene_io.h"
+
+#include "physics/util/json_input.h"
+
+namespace drape {
+namespace {
+
+bool Boolean(const JsonInput& input) {
+  if (!input.value().is_boolean()) input.Fail("true or false");
+  return input.value().get<bool>();
+}
+
+double Positive(const JsonInput& input) {
+  const double value = input.Number();
+  if (value <= 0.0) input.Fail("a number > 0");
+  return value;
+}
+
+Eigen::Vector3d Vector(const JsonInput& input) {
+  input.ExpectArray(3);
+  return {input.At(0).Number(), input.At(1).Number(), input.At(2).Number()};
+}
+
+RingRegion ReadRing(const JsonInput& input) {
+  input.ExpectKeys({"inner", "outer"});
+  RingRegion ring;
+  if (input.Has("inner")) ring.inner = input.At("inner").Number();
+  if (input.Has("outer")) ring.outer = input.At("outer").Number();
+  if (ring.inner < 0.0 || ring.outer < ring.inner) input.Fail("0 ≤ inner ≤ outer");
+  return ring;
+}
+
+HalfPlaneRegion ReadHalfPlane(const JsonInput& input) {
+  input.ExpectKeys({"normal", "offset"});
+  HalfPlaneRegion plane;
+  plane.offset = input.At("offset").Number();
+  if (!input.Has("normal")) return plane;
+  plane.normal = Vector(input.At("normal"));
+  const double length = plane.normal.norm();
+  if (length == 0.0) input.At("normal").Fail("a direction");
+  plane.normal /= length;
+  plane.offset /= length;
+  return plane;
+}
+
+Region ReadRegion(const JsonInput& input) {
+  input.ExpectKeys({"disc", "ring", "half_plane"});
+  if (input.Size() != 1) input.Fail("one of disc, ring, half_plane");
+  if (input.Has("ring")) return ReadRing(input.At("ring"));
+  if (input.Has("half_plane")) return ReadHalfPlane(input.At("half_plane"));
+  const JsonInput disc = input.At("disc");
+  disc.ExpectKeys({"radius"});
+  return DiscRegion{Positive(disc.At("radius"))};
+}
+
+Handles ReadHandles(const JsonInput& input) {
+  input.ExpectKeys({"region", "stiffness"});
+  return {.region = ReadRegion(input.At("region")), .stiffness = Positive(input.At("stiffness"))};
+}
+
+EdgeLoad ReadLoad(const JsonInput& input) {
+  input.ExpectKeys({"region", "force"});
+  return {.region = ReadRegion(input.At("region")), .force = Vector(input.At("force"))};
+}
+
+}  // namespace
+
+Scene ReadScene(const std::string& path) {
+  const nlohmann::json document = ReadJsonFile(path);
+  const JsonInput input(document, path);
+  input.ExpectKeys({"stretch", "bend", "gravity", "handles", "load"});
+  Scene scene;
+  if (input.Has("stretch")) scene.stretch = Boolean(input.At("stretch"));
+  if (input.Has("bend")) scene.bend = Boolean(input.At("bend"));
+  if (input.Has("gravity")) scene.gravity = Vector(input.At("gravity"));
+  if (input.Has("handles")) scene.handles = ReadHandles(input.At("handles"));
+  if (input.Has("load")) scene.load = ReadLoad(input.At("load"));
+  return scene;
+}
+
+}  // namespace drape

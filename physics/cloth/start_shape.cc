@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/cloth/start_shape.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "physics/util/errors.h"
+#include "physics/util/random.h"
+
+namespace drape {
+namespace {
+
+using std::numbers::pi;
+
+// a cos kθ + b sin kθ
+StartShape::Mode MakeMode(int k, double a, double b) {
+  return {k, std::hypot(a, b), std::atan2(b, a)};
+}
+
+double HemRadius(const Mesh& mesh) {
+  double radius = 0;
+  for (int i = 0; i < mesh.num_vertices(); ++i) {
+    radius = std::max(radius, mesh.rest_x.segment<2>(3 * i).norm());
+  }
+  return radius;
+}
+
+double HemHeight(const StartShape& shape, double theta) {
+  double z = 0;
+  for (const auto& mode : shape.modes) {
+    z += mode.amplitude_m * std::cos(mode.k * theta - mode.phase);
+  }
+  return z;
+}
+
+double HemBeyondSupport(const Mesh& mesh, double support_radius) {
+  const double hem = HemRadius(mesh);
+  if (!(hem > support_radius)) {
+    throw InputError("start shape", "the mesh reaches to " + std::to_string(hem) +
+                                        " m, expected beyond the support radius of " +
+                                        std::to_string(support_radius) + " m");
+  }
+  return hem;
+}
+
+// Linear between the samples of a profile around the circle.
+double ProfileAt(const Eigen::VectorXd& profile, double theta) {
+  const auto n = profile.size();
+  double at = theta / (2 * pi) * static_cast<double>(n);
+  if (at < 0) at += static_cast<double>(n);
+  const auto before = static_cast<Eigen::Index>(at);
+  const double share = at - static_cast<double>(before);
+  return (1 - share) * profile[before % n] + share * profile[(before + 1) % n];
+}
+
+void CheckRange(const ModeRange& range, double hem_rms) {
+  CHECK(range.first >= 1 && range.last >= range.first);
+  CHECK_GE(hem_rms, 0);
+}
+
+}  // namespace
+
+Eigen::VectorXd ApplyStartShape(const Mesh& mesh, double support_radius, const StartShape& shape) {
+  const double hem = HemBeyondSupport(mesh, support_radius);
+  Eigen::VectorXd x = mesh.rest_x;
+  for (int i = 0; i < mesh.num_vertices(); ++i) {
+    const Eigen::Vector2d p = mesh.rest_x.segment<2>(3 * i);
+    const double s = (p.norm() - support_radius) / (hem - support_radius);
+    if (s <= 0) continue;
+    x[3 * i + 2] += s * s * (3 - 2 * s) * HemHeight(shape, std::atan2(p.y(), p.x()));
+  }
+  return x;
+}
+
+double HemRms(const StartShape& shape) {
+  double sum = 0;
+  for (const auto& mode : shape.modes) sum += mode.amplitude_m * mode.amplitude_m / 2;
+  return std::sqrt(sum);
+}
+
+StartShape GuessFromOutline(const std::vector<double>& outline, double hem_rms,
+                            const ModeRange& range) {
+  CheckRange(range, hem_rms);
+  const size_t n = outline.size();
+  CHECK_GT(n, 2u * range.last) << "too few angles for the highest mode";
+  StartShape shape;
+  double mean = 0;
+  for (const double r : outline) mean += r / static_cast<double>(n);
+  CHECK(std::isfinite(mean)) << "an outline radius is not finite";
+  for (int k = range.first; k <= range.last; ++k) {
+    double a = 0, b = 0;
+    for (size_t i = 0; i < n; ++i) {
+      const double angle = 2 * pi * k * static_cast<double>(i) / static_cast<double>(n);
+      a += 2 * outline[i] * std::cos(angle) / static_cast<double>(n);
+      b += 2 * outline[i] * std::sin(angle) / static_cast<double>(n);
+    }
+    shape.modes.push_back(MakeMode(k, a, b));
+  }
+  const double rms = HemRms(shape);
+  if (!(rms > 1e-9 * std::abs(mean))) {
+    throw InputError("start shape", "the outline is a circle of " + std::to_string(mean) +
+                                        " m, expected folds to start from");
+  }
+  for (auto& mode : shape.modes) mode.amplitude_m *= hem_rms / rms;
+  return shape;
+}
+
+StartShape RandomStartShape(uint64_t seed, double hem_rms, const ModeRange& range) {
+  CheckRange(range, hem_rms);
+  std::mt19937_64 random(seed);
+  const double sigma = hem_rms / std::sqrt(range.last - range.first + 1);
+  StartShape shape;
+  for (int k = range.first; k <= range.last; ++k) {
+    const double a = sigma * SampleNormal(random), b = sigma * SampleNormal(random);
+    shape.modes.push_back(MakeMode(k, a, b));
+  }
+  return shape;
+}
+
+Eigen::VectorXd FlapsFromOutline(const Mesh& mesh, double support_radius,
+                                 const Eigen::VectorXd& outline, double lift) {
+  CHECK_GE(outline.size(), 3);
+  CHECK(lift > 0 && lift <= 1) << lift;
+  const double length = HemBeyondSupport(mesh, support_radius) - support_radius;
+  Eigen::VectorXd x = mesh.rest_x;
+  for (int i = 0; i < mesh.num_vertices(); ++i) {
+    const Eigen::Vector2d p = mesh.rest_x.segment<2>(3 * i);
+    const double flap = p.norm() - support_radius;
+    if (flap <= 0) continue;
+    const double reach = (ProfileAt(outline, std::atan2(p.y(), p.x())) - support_radius) / length;
+    const double angle = lift * std::acos(std::clamp(reach, -1.0, 1.0));
+    x.segment<2>(3 * i) = p.normalized() * (support_radius + flap * std::cos(angle));
+    x[3 * i + 2] -= flap * std::sin(angle);
+  }
+  return x;
+}
+
+}  // namespace drape

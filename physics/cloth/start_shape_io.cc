@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state_io.h"
+#include "physics/util/atomic_file.h"
+#include "physics/util/json_input.h"
+
+namespace drape {
+namespace {
+
+constexpr char kFormat[] = "drapefit-start-shape";
+constexpr int kVersion = 1, kMostWaves = 1000;
+
+StartShape::Mode ParseMode(const JsonInput& input) {
+  input.ExpectKeys({"k", "amplitude_m", "phase"});
+  const int k = input.At("k").Integer();
+  if (k < 0 || k > kMostWaves) input.At("k").Fail("0.." + std::to_string(kMostWaves));
+  return {k, input.At("amplitude_m").Number(), input.At("phase").Number()};
+}
+
+StartShape ParseStartShape(const JsonInput& input) {
+  input.ExpectKeys({"format", "version", "modes"});
+  if (input.At("format").String() != kFormat) {
+    input.At("format").Fail(std::string("\"").append(kFormat) + '"');
+  }
+  if (input.At("version").Integer() != kVersion) input.At("version").Fail("1");
+  const JsonInput modes = input.At("modes").ExpectArray();
+  StartShape shape;
+  for (int i = 0; i < modes.Size(); ++i) shape.modes.push_back(ParseMode(modes.At(i)));
+  return shape;
+}
+
+}  // namespace
+
+StartShape ReadStartShape(const std::string& path) {
+  const nlohmann::json file = ReadJsonFile(path);
+  return ParseStartShape(JsonInput(file, path));
+}
+
+void WriteStartShape(const std::string& path, const StartShape& shape) {
+  std::string text =
+      "{\n  \"format\": \"" + std::string(kFormat) + "\",\n  \"version\": 1,\n  \"modes\": [";
+  for (size_t i = 0; i < shape.modes.size(); ++i) {
+    const StartShape::Mode& mode = shape.modes[i];
+    text += i == 0 ? "\n" : ",\n";
+    text += "    {\"k\": " + std::to_string(mode.k);
+    AppendNumber(text += ", \"amplitude_m\": ", mode.amplitude_m);
+    AppendNumber(text += ", \"phase\": ", mode.phase);
+    text += '}';
+  }
+  WriteFileAtomically(path, text += "\n  ]\n}\n");
+}
+
+State ReadStart(const std::string& path, const Mesh& mesh, double support_radius) {
+  const nlohmann::json file = ReadJsonFile(path);
+  const JsonInput input(file, path);
+  if (input.Has("modes") || input.Has("format")) {
+    return {ApplyStartShape(mesh, support_radius, ParseStartShape(input)),
+            Eigen::VectorXd::Zero(mesh.rest_x.size())};
+  }
+  if (input.Has("x") || input.Has("v")) return ReadState(path, mesh.num_vertices());
+  input.Fail("a start shape (keys format, version, modes) or a state (keys x, v)");
+}
+
+}  // namespace drape

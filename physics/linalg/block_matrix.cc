@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/linalg/block_matrix.h"
+
+#include <algorithm>
+
+#include "physics/util/math/simd.h"
+
+namespace drape {
+namespace {
+
+template <int N>
+void AddClique(const int (&vertex)[N], std::vector<std::vector<int>>& neighbours) {
+  for (int a : vertex)
+    for (int b : vertex) neighbours[a].push_back(b);
+}
+
+int FindBlock(const BlockPattern& p, int row, int column) {
+  const auto begin = p.column.begin();
+  const auto it = std::lower_bound(begin + p.row_start[row], begin + p.row_start[row + 1], column);
+  return static_cast<int>(it - begin);
+}
+
+template <int N>
+void AppendBlocks(const BlockPattern& p, const int (&vertex)[N], std::vector<int>& out) {
+  for (int a : vertex)
+    for (int b : vertex) out.push_back(FindBlock(p, a, b));
+}
+
+// The three rows of vertex i of y += A·x, V registers of type T from `column` on: the sums stay in
+// registers over the whole row of A.
+template <class T, int V>
+void AddRowProduct(const BlockPattern& p, const BlockMatrix& A, int i, const RowMatrix& x,
+                   int column, RowMatrix& y) {
+  constexpr int kWidth = sizeof(T) / sizeof(double);
+  T sum[3][V] = {};
+  for (int b = p.row_start[i]; b < p.row_start[i + 1]; ++b) {
+    const double *block = A.block(b), *from = &x(3 * p.column[b], column);
+    for (int k = 0; k < 3; ++k, from += x.cols())
+      for (int v = 0; v < V; ++v) {
+        const T value = LoadAs<T>(from + kWidth * v);
+        for (int r = 0; r < 3; ++r) sum[r][v] += block[3 * r + k] * value;
+      }
+  }
+  for (int r = 0; r < 3; ++r)
+    for (int v = 0; v < V; ++v) {
+      double* to = &y(3 * i + r, column + kWidth * v);
+      Store(LoadAs<T>(to) + sum[r][v], to);
+    }
+}
+
+}  // namespace
+
+BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges) {
+  std::vector<std::vector<int>> neighbours(mesh.num_vertices());
+  for (int i = 0; i < mesh.num_vertices(); ++i) neighbours[i].push_back(i);
+  if (with_faces)
+    for (const Face& f : mesh.faces) AddClique(f.vertex, neighbours);
+  if (with_hinges)
+    for (const Hinge& e : mesh.hinges) AddClique(e.vertex, neighbours);
+
+  BlockPattern p;
+  p.row_start.push_back(0);
+  for (auto& row : neighbours) {
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    p.column.insert(p.column.end(), row.begin(), row.end());
+    p.row_start.push_back(static_cast<int>(p.column.size()));
+  }
+  for (int i = 0; i < mesh.num_vertices(); ++i) p.diagonal.push_back(FindBlock(p, i, i));
+  if (with_faces)
+    for (const Face& f : mesh.faces) AppendBlocks(p, f.vertex, p.face_block);
+  if (with_hinges)
+    for (const Hinge& e : mesh.hinges) AppendBlocks(p, e.vertex, p.hinge_block);
+  return p;
+}
+
+void AddMultiply(const BlockPattern& pattern, const BlockMatrix& A, const RowMatrix& x,
+                 RowMatrix& y) {
+  const int registers = static_cast<int>(x.cols() / 4), rest = static_cast<int>(x.cols() % 4);
+  for (int i = 0; i < pattern.num_vertices(); ++i) {
+    ForEachChunk<4>(registers, [&]<int V>(int first) {
+      AddRowProduct<Vec4, V>(pattern, A, i, x, 4 * first, y);
+    });
+    for (int k = 0; k < rest; ++k) AddRowProduct<double, 1>(pattern, A, i, x, 4 * registers + k, y);
+  }
+}
+
+void AddTransposeMultiply(const BlockPattern& pattern, const BlockMatrix& A, const RowMatrix& x,
+                          RowMatrix& y) {
+  for (int i = 0; i < pattern.num_vertices(); ++i)
+    for (int b = pattern.row_start[i]; b < pattern.row_start[i + 1]; ++b) {
+      const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> block(A.block(b));
+      y.middleRows<3>(3 * pattern.column[b]).noalias() +=
+          block.transpose().lazyProduct(x.middleRows<3>(3 * i));
+    }
+}
+
+}  // namespace drape

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "physics/mesh/mesh.h"
+
+namespace drape {
+
+// Several vectors over the 3V degrees of freedom, one a column; rows contiguous. Shape [3V, m].
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Which 3×3 blocks of a matrix over vertices can be non-zero (compressed rows, symmetric, diagonal
+// included), and where each element adds its own. Built once for a mesh.
+struct BlockPattern {
+  std::vector<int> row_start;    // [V + 1]
+  std::vector<int> column;       // [N], ascending in each row
+  std::vector<int> diagonal;     // [V] index of block (i, i)
+  std::vector<int> face_block;   // [F, 3, 3]
+  std::vector<int> hinge_block;  // [E, 4, 4]
+
+  int num_vertices() const { return static_cast<int>(row_start.size()) - 1; }
+  int num_blocks() const { return static_cast<int>(column.size()); }
+};
+
+BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges);
+
+// Values on a pattern: row-major 3×3 blocks.
+struct BlockMatrix {
+  std::vector<double> value;  // [N, 3, 3]
+
+  explicit BlockMatrix(const BlockPattern& pattern) : value(9 * pattern.num_blocks()) {}
+  double* block(int b) { return value.data() + 9 * b; }
+  const double* block(int b) const { return value.data() + 9 * b; }
+  void SetZero() { std::fill(value.begin(), value.end(), 0.0); }
+  void AddScaledIdentity(int b, double s) {
+    for (int r = 0; r < 3; ++r) block(b)[4 * r] += s;
+  }
+};
+
+// y += A·x and y += Aᵀ·x, shapes [3V, m].
+void AddMultiply(const BlockPattern& pattern, const BlockMatrix& A, const RowMatrix& x,
+                 RowMatrix& y);
+void AddTransposeMultiply(const BlockPattern& pattern, const BlockMatrix& A, const RowMatrix& x,
+                          RowMatrix& y);
+
+}  // namespace drape

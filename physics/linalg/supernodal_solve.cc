@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <glog/logging.h>
+
+#include <algorithm>
+
+#include "physics/linalg/supernodal_factor.h"
+#include "physics/util/math/simd.h"
+
+namespace drape {
+namespace {
+
+// One supernode: its triangle and the rows below it, in one column-major panel.
+struct Supernode {
+  int column, width, rows;
+  const double* panel;
+  const int* row;
+
+  const double* at(int i, int j) const { return panel + static_cast<std::ptrdiff_t>(j) * rows + i; }
+};
+
+Supernode GetSupernode(const SupernodalPattern& p, const double* number, int s) {
+  return {p.first_column[s], p.first_column[s + 1] - p.first_column[s],
+          p.first_row[s + 1] - p.first_row[s], number + p.first_number[s],
+          p.row.data() + p.first_row[s]};
+}
+
+// One right-hand side: y holds the rows of a panel.
+
+// Columns j … j + N of L·y = b; below, y receives what they give.
+template <int N>
+void ForwardColumns(const Supernode& s, int j, double* y) {
+  double x[N];
+  for (int c = 0; c < N; ++c) {
+    x[c] = y[j + c];
+    for (int k = 0; k < c; ++k) x[c] -= *s.at(j + c, j + k) * x[k];
+    y[j + c] = x[c] /= *s.at(j + c, j + c);
+  }
+  const double* column[N];
+  for (int c = 0; c < N; ++c) column[c] = s.at(0, j + c);
+  for (int i = j + N; i < s.rows; ++i) {
+    double sum = y[i];
+    for (int c = 0; c < N; ++c) sum -= column[c][i] * x[c];
+    y[i] = sum;
+  }
+}
+
+// Columns j … j + N of Lᵀ·x = y.
+template <int N>
+void BackwardColumns(const Supernode& s, int j, double* y) {
+  Vec4 sums[N] = {};
+  int i = j + N;
+  for (; i + 4 <= s.rows; i += 4) {
+    const Vec4 rows = LoadAs<Vec4>(y + i);
+    for (int c = 0; c < N; ++c) sums[c] += LoadAs<Vec4>(s.at(i, j + c)) * rows;
+  }
+  double x[N];
+  for (int c = 0; c < N; ++c)
+    x[c] = y[j + c] - ((sums[c][0] + sums[c][1]) + (sums[c][2] + sums[c][3]));
+  for (; i < s.rows; ++i)
+    for (int c = 0; c < N; ++c) x[c] -= *s.at(i, j + c) * y[i];
+  for (int c = N - 1; c >= 0; --c) {
+    for (int k = c + 1; k < N; ++k) x[c] -= *s.at(j + k, j + c) * x[k];
+    y[j + c] = x[c] /= *s.at(j + c, j + c);
+  }
+}
+
+void ForwardOne(const Supernode& s, double* b, double* y) {
+  std::copy_n(b + s.column, s.width, y);
+  std::fill(y + s.width, y + s.rows, 0.0);
+  ForEachChunk<4>(s.width, [&]<int N>(int j) { ForwardColumns<N>(s, j, y); });
+  std::copy_n(y, s.width, b + s.column);
+  for (int i = s.width; i < s.rows; ++i) b[s.row[i]] += y[i];
+}
+
+void BackwardOne(const Supernode& s, double* b, double* y) {
+  for (int i = 0; i < s.rows; ++i) y[i] = b[s.row[i]];
+  int j = s.width;
+  ForEachChunk<4>(s.width, [&]<int N>(int) { BackwardColumns<N>(s, j -= N, y); });
+  std::copy_n(y, s.width, b + s.column);
+}
+
+// Many right-hand sides.
+
+// V registers of each row of b, from one column on.
+template <int V>
+struct Columns {
+  double* data;
+  std::ptrdiff_t stride;
+
+  double* row(int i) const { return data + i * stride; }
+};
+
+// R rows × V registers of b: as many as 16 vector registers hold beside a row and a number of L.
+template <int R, int V>
+struct Tile {
+  Vec4 value[R]
+            [V];  // starts with the rows themselves: zeroing it first costs as much as the products
+
+  void Load(int r, const double* b) {
+    for (int v = 0; v < V; ++v) value[r][v] = LoadAs<Vec4>(b + 4 * v);
+  }
+  void Save(int r, double scale, double* b) const {
+    for (int v = 0; v < V; ++v) Store(value[r][v] * scale, b + 4 * v);
+  }
+  void Subtract(int r, double l, const double* b) {
+    for (int v = 0; v < V; ++v) value[r][v] -= l * LoadAs<Vec4>(b + 4 * v);
+  }
+};
+template <int V>
+constexpr int kTileRows = V == 3   ? 4
+                          : V == 2 ? 6
+                                   : 8;
+
+// Own rows i … i + R of L·y = b.
+template <int R, int V>
+void ForwardOwn(const Supernode& s, int i, const Columns<V>& b) {
+  Tile<R, V> tile;
+  for (int r = 0; r < R; ++r) tile.Load(r, b.row(s.column + i + r));
+  for (int j = 0; j < i; ++j)
+    for (int r = 0; r < R; ++r) tile.Subtract(r, *s.at(i + r, j), b.row(s.column + j));
+  for (int r = 0; r < R; ++r) {
+    for (int k = 0; k < r; ++k) tile.Subtract(r, *s.at(i + r, i + k), b.row(s.column + i + k));
+    tile.Save(r, 1.0 / *s.at(i + r, i + r), b.row(s.column + i + r));
+  }
+}
+
+// Rows i … i + R below receive what the own ones give them.
+template <int R, int V>
+void ForwardBelow(const Supernode& s, int i, const Columns<V>& b) {
+  Tile<R, V> tile;
+  for (int r = 0; r < R; ++r) tile.Load(r, b.row(s.row[i + r]));
+  for (int j = 0; j < s.width; ++j)
+    for (int r = 0; r < R; ++r) tile.Subtract(r, *s.at(i + r, j), b.row(s.column + j));
+  for (int r = 0; r < R; ++r) tile.Save(r, 1.0, b.row(s.row[i + r]));
+}
+
+// Own rows j … j + R of Lᵀ·x = y.
+template <int R, int V>
+void BackwardOwn(const Supernode& s, int j, const Columns<V>& b) {
+  Tile<R, V> tile;
+  for (int r = 0; r < R; ++r) tile.Load(r, b.row(s.column + j + r));
+  for (int i = j + R; i < s.rows; ++i)
+    for (int r = 0; r < R; ++r) tile.Subtract(r, *s.at(i, j + r), b.row(s.row[i]));
+  for (int r = R - 1; r >= 0; --r) {
+    for (int k = r + 1; k < R; ++k) tile.Subtract(r, *s.at(j + k, j + r), b.row(s.column + j + k));
+    tile.Save(r, 1.0 / *s.at(j + r, j + r), b.row(s.column + j + r));
+  }
+}
+
+template <int V>
+void Forward(const Supernode& s, const Columns<V>& b) {
+  constexpr int R = kTileRows<V>;
+  int i = 0;
+  for (; i + R <= s.width; i += R) ForwardOwn<R, V>(s, i, b);
+  for (; i < s.width; ++i) ForwardOwn<1, V>(s, i, b);
+  for (; i + R <= s.rows; i += R) ForwardBelow<R, V>(s, i, b);
+  for (; i < s.rows; ++i) ForwardBelow<1, V>(s, i, b);
+}
+
+template <int V>
+void Backward(const Supernode& s, const Columns<V>& b) {
+  constexpr int R = kTileRows<V>;
+  int j = s.width;
+  for (; j >= R; j -= R) BackwardOwn<R, V>(s, j - R, b);
+  for (; j > 0; --j) BackwardOwn<1, V>(s, j - 1, b);
+}
+
+}  // namespace
+
+void SupernodalFactor::Solve(const double* number, double* b,
+                             std::vector<double>* workspace) const {
+  workspace->resize(most_rows_);
+  const int supernodes = pattern_.num_supernodes();
+  for (int n = 0; n < supernodes; ++n)
+    ForwardOne(GetSupernode(pattern_, number, n), b, workspace->data());
+  for (int n = supernodes - 1; n >= 0; --n)
+    BackwardOne(GetSupernode(pattern_, number, n), b, workspace->data());
+}
+
+void SupernodalFactor::SolveRows(const double* number, RowMatrix& b) const {
+  CHECK_EQ(b.cols() % 4, 0);
+  const int supernodes = pattern_.num_supernodes(), registers = static_cast<int>(b.cols() / 4);
+  for (int n = 0; n < supernodes; ++n)
+    ForEachChunk<3>(registers, [&]<int V>(int first) {
+      Forward(GetSupernode(pattern_, number, n), Columns<V>{b.data() + 4 * first, b.cols()});
+    });
+  for (int n = supernodes - 1; n >= 0; --n)
+    ForEachChunk<3>(registers, [&]<int V>(int first) {
+      Backward(GetSupernode(pattern_, number, n), Columns<V>{b.data() + 4 * first, b.cols()});
+    });
+}
+
+}  // namespace drape

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "physics/material/laws/hinge_geometry.h"
+#include "physics/material/material.h"
+
+namespace drape {
+
+// One hinge [MODEL, M13]: moment −κ(θ)·θ with κ = B(θ)·l²/(4(A0+A1)) [N·m/rad].
+DRAPE_HD inline double HingeFactor(const Hinge& hinge) {
+  return hinge.rest_length * hinge.rest_length / (4.0 * hinge.rest_area);
+}
+
+// The two table rows that bracket the edge direction, and their weights.
+struct BendRows {
+  int first;
+  double weight[2];
+};
+DRAPE_HD inline BendRows SelectRows(const Hinge& hinge) {
+  const int first = hinge.direction < 1.0 ? 0 : 1;
+  const double t = hinge.direction - first;
+  return {first, {1.0 - t, t}};
+}
+
+// Weights of the N table columns around a curvature; the same column may be named twice.
+template <class T, int N>
+struct ColumnWeights {
+  int column[N];
+  T weight[N];
+};
+
+template <class Law, class T, int N>
+DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& table,
+                          const ColumnWeights<T, N>& columns) {
+  const BendRows rows = SelectRows(hinge);
+  const double *low = table.b[rows.first], *high = table.b[rows.first + 1];
+  T B(0.0);
+  for (int i = 0; i < N; ++i) {
+    const int c = columns.column[i];
+    B += columns.weight[i] * (rows.weight[0] * low[c] + rows.weight[1] * high[c]);
+  }
+  return law.Active(Value(B)) ? B * HingeFactor(hinge) : T(0.0);
+}
+template <class Law, class T>
+DRAPE_HD T HingeStiffness(const Law& law, const Hinge& hinge, const BendTable& table,
+                          const T& theta) {
+  return HingeStiffness(law, hinge, table, law.Columns(hinge, theta));
+}
+
+// ∂κ/∂(table entry), shape [3, 5] [rad⁻¹]; zero where the law's clamp holds κ at zero.
+template <class Law>
+DRAPE_HD void HingeStiffnessByTable(const Law& law, const Hinge& hinge, const BendTable& table,
+                                    double theta, double by_entry[kBendRows][kBendCols]) {
+  for (int r = 0; r < kBendRows; ++r)
+    for (int c = 0; c < kBendCols; ++c) by_entry[r][c] = 0.0;
+  const auto columns = law.Columns(hinge, theta);
+  if (!law.Active(HingeStiffness(law, hinge, table, columns))) return;
+  const BendRows rows = SelectRows(hinge);
+  for (int k = 0; k < 2; ++k)
+    for (int i = 0; i < Law::kColumns; ++i)
+      by_entry[rows.first + k][columns.column[i]] +=
+          rows.weight[k] * columns.weight[i] * HingeFactor(hinge);
+}
+
+// g = h·f − h²·H·w of a hinge is −s·∂θ/∂x with s = κ·(h·θ + h²·q), q = ∂θ/∂x·w: this is s.
+DRAPE_HD inline double StepMoment(double kappa, double theta, double q, double h) {
+  return kappa * (h * theta + h * h * q);
+}
+// ∂s/∂θ at a fixed q.
+DRAPE_HD inline double StepMomentByTheta(const Dual<1>& kappa, double theta, double q, double h) {
+  return StepMoment(kappa.v[0], theta, q, h) + kappa.a * h;
+}
+
+// ∂g/∂x, shape [12, 12], w held: −∂θ ⊗ ∇s − s·∂²θ.
+template <class Law>
+DRAPE_HD void BendStepDerivative(const Law& law, const Hinge& hinge, const BendTable& table,
+                                 const HingeCorners& x, const HingeCorners& w, double h,
+                                 double out[12][12]) {
+  const double theta = DihedralAngle(x);
+  const HingeWings wings = EvaluateWings(x);
+  const HingeGradient d = AngleGradient(wings);
+  const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
+  AngleHessian(wings, out);
+  const double* grad = &d.d[0].x;
+  const double* direction = &w.x[0].x;
+  const double q = Dot(d, w), s = StepMoment(kappa.a, theta, q, h);
+  const double s_by_theta = StepMomentByTheta(kappa, theta, q, h);
+  double grad_s[12];
+  for (int j = 0; j < 12; ++j) grad_s[j] = s_by_theta * grad[j];
+  for (int i = 0; i < 12; ++i)  // + h²κ·∂²θ·w
+    for (int j = 0; j < 12; ++j) grad_s[j] += h * h * kappa.a * direction[i] * out[i][j];
+  for (int i = 0; i < 12; ++i)
+    for (int j = 0; j < 12; ++j) out[i][j] = -grad[i] * grad_s[j] - s * out[i][j];
+}
+
+// The parts of ∂g/∂x for those who want single blocks of it.
+struct BendStepRates {
+  HingeGradient grad, grad_s;
+  double s;
+  WingRates wing[2];
+};
+template <class Law>
+DRAPE_HD BendStepRates EvaluateBendStepRates(const Law& law, const Hinge& hinge,
+                                             const BendTable& table, const HingeCorners& x,
+                                             const HingeCorners& w, double h) {
+  const double theta = DihedralAngle(x);
+  const HingeWings wings = EvaluateWings(x);
+  const AngleGradientOf<Dual<1>> along_w = AngleGradientRates<1>(x, {w});
+  const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
+  BendStepRates rates;
+  rates.grad = AngleGradient(wings);
+  const double q = Dot(rates.grad, w);
+  rates.s = StepMoment(kappa.a, theta, q, h);
+  const double s_by_theta = StepMomentByTheta(kappa, theta, q, h);
+  for (int i = 0; i < 12; ++i)
+    (&rates.grad_s.d[0].x)[i] =
+        s_by_theta * (&rates.grad.d[0].x)[i] + h * h * kappa.a * (&along_w.d[0].x)[i].v[0];
+  for (int side = 0; side < 2; ++side)
+    rates.wing[side] = ComputeRates(wings.edge, wings.apex[side], wings.wing[side]);
+  return rates;
+}
+// Adds blocks (a, b) and (b, a) of ∂g/∂x, shape [3, 3] each; for a = b the second is not needed.
+DRAPE_HD inline void AddBendStepBlocks(const BendStepRates& rates, int a, int b, double at_ab[9],
+                                       double at_ba[9]) {
+  double hessian[9] = {};
+  for (int side = 0; side < 2; ++side)
+    AddWingHessianBlock(rates.wing[side], 2 + side, a, b, rates.s, hessian);
+  const double *grad_a = &rates.grad.d[a].x, *grad_b = &rates.grad.d[b].x;
+  const double *s_a = &rates.grad_s.d[a].x, *s_b = &rates.grad_s.d[b].x;
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) {
+      at_ab[3 * i + k] -= grad_a[i] * s_b[k] + hessian[3 * i + k];
+      at_ba[3 * i + k] -= grad_b[i] * s_a[k] + hessian[3 * k + i];
+    }
+}
+
+// Adjoint of one hinge's step force: adj_x = (∂g/∂x)ᵀ·λ, shape [12], and ∂(g·λ)/∂κ.
+struct BendAdjoint {
+  double adj_x[12];
+  double adj_kappa;
+};
+template <class Law>
+DRAPE_HD BendAdjoint AdjBendStep(const Law& law, const Hinge& hinge, const BendTable& table,
+                                 const HingeCorners& x, const HingeCorners& w, double h,
+                                 const HingeCorners& lambda, double theta) {
+  const AngleGradientOf<Dual<2>> gradient = AngleGradientRates<2>(x, {w, lambda});
+  const Dual<2>* d = &gradient.d[0].x;
+  const double *w_at = &w.x[0].x, *lambda_at = &lambda.x[0].x;
+  double q = 0.0, l = 0.0;
+  for (int i = 0; i < 12; ++i) q += d[i].a * w_at[i], l += d[i].a * lambda_at[i];
+  const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
+  const double s = StepMoment(kappa.a, theta, q, h);
+  const double along_d = -l * StepMomentByTheta(kappa, theta, q, h);
+  const double along_w = -l * h * h * kappa.a;
+  BendAdjoint result;
+  for (int i = 0; i < 12; ++i)
+    result.adj_x[i] = along_d * d[i].a + along_w * d[i].v[0] - s * d[i].v[1];
+  result.adj_kappa = -l * StepMoment(1.0, theta, q, h);
+  return result;
+}
+
+// W(θ) = ∫₀^θ κ(t)·t dt [J], by Gauss–Legendre on each smooth piece (3 points are exact for the
+// reference law's cubic, 5 leave 1e-13 for the smooth one).
+template <class Law>
+DRAPE_HD double BendEnergy(const Law& law, const Hinge& hinge, const BendTable& table,
+                           double theta) {
+  constexpr double kNode[5] = {-0.9061798459386640, -0.5384693101056831, 0.0, 0.5384693101056831,
+                               0.9061798459386640};
+  constexpr double kWeight[5] = {0.2369268850561891, 0.4786286704993665, 0.5688888888888889,
+                                 0.4786286704993665, 0.2369268850561891};
+  const double sign = theta < 0.0 ? -1.0 : 1.0;
+  double energy = 0.0, from = 0.0;
+  for (int knot = 0; knot <= kBendCols && from < sign * theta; ++knot) {
+    const double end = knot < kBendCols ? law.KnotAngle(hinge, knot) : M_PI;
+    const double to = end < sign * theta ? end : sign * theta, half = 0.5 * (to - from);
+    for (int i = 0; i < 5; ++i) {
+      const double t = sign * (from + half * (1.0 + kNode[i]));
+      energy += half * kWeight[i] * sign * t * HingeStiffness(law, hinge, table, t);
+    }
+    from = to;
+  }
+  return energy;
+}
+
+}  // namespace drape

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "physics/material/laws/bend_element.h"
+#include "physics/material/laws/stretch_element.h"
+
+namespace drape {
+
+// How the step force g(x; w) of one element (assembly.h) follows its table.
+
+// g of a face is linear in its four stiffnesses: their bases, area included, and how they follow
+// the table.
+struct FaceSensitivity {
+  DeformationGradient<double> basis[kStretchCols];
+  double by_entry[kStretchRows][kStretchCols];
+};
+template <class Law>
+DRAPE_HD FaceSensitivity EvaluateSensitivity(const Law& law, const Face& face,
+                                             const StretchTable& table, const double* x,
+                                             const double* w, double h) {
+  FaceSensitivity s;
+  const DeformationGradient<double> F = GatherColumns(face, x), wF = GatherColumns(face, w);
+  const StretchCoefficients<double> k = EvaluateStretch(law, Green(F), table);
+  for (int m = 0; m < kStretchCols; ++m) {
+    const DeformationGradient<double> g = StretchStepForce(UnitStiffness(k, m), F, wF, h);
+    s.basis[m] = {face.area * g.u, face.area * g.v};
+  }
+  law.StiffnessByTable(k.G, table, s.by_entry);
+  return s;
+}
+
+// ∂g/∂entry of a hinge = by_entry·basis: minus the step moment of unit κ along ∂θ/∂x.
+struct HingeSensitivity {
+  HingeGradient basis;
+  double by_entry[kBendRows][kBendCols];
+};
+template <class Law>
+DRAPE_HD HingeSensitivity EvaluateSensitivity(const Law& law, const Hinge& hinge,
+                                              const BendTable& table, const double* x,
+                                              const double* w, double h) {
+  HingeSensitivity s;
+  const HingeCorners corners = GatherCorners(hinge, x);
+  const double theta = DihedralAngle(corners);
+  s.basis = AngleGradient(EvaluateWings(corners));
+  const double moment = StepMoment(1.0, theta, Dot(s.basis, GatherCorners(hinge, w)), h);
+  for (Vec3<double>& d : s.basis.d) d = -moment * d;
+  HingeStiffnessByTable(law, hinge, table, theta, s.by_entry);
+  return s;
+}
+
+}  // namespace drape

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <variant>
+
+#include "physics/material/laws/laws_reference.h"
+#include "physics/material/laws/laws_smooth.h"
+
+namespace drape {
+
+// How stiffness follows from strain and from curvature: two independent choices.
+struct Law {
+  std::variant<SmoothStretch, ReferenceStretch> stretch;
+  std::variant<SmoothBend, ReferenceBend> bend;
+
+  bool rejects_negative_entries() const {
+    return std::holds_alternative<SmoothStretch>(stretch) ||
+           std::holds_alternative<SmoothBend>(bend);
+  }
+};
+
+// name: "reference" or "smooth" (both parts). Throws InputError for any other.
+Law MakeLaw(const std::string& name);
+
+}  // namespace drape

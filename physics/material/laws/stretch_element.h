@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "physics/material/material.h"
+#include "physics/mesh/mesh.h"
+#include "physics/util/math/dual.h"
+#include "physics/util/math/vec3.h"
+
+namespace drape {
+
+// One triangle as a function of its deformation gradient [MODEL, M4, M10, M11].
+// F = [xu xv] are its columns; shape [3, 2], no unit.
+template <class T>
+struct DeformationGradient {
+  Vec3<T> u, v;
+};
+
+// Green strain G = ½(FᵀF − I), no unit.
+template <class T>
+struct GreenStrain {
+  T uu, vv, uv;
+};
+
+template <class T>
+DRAPE_HD GreenStrain<T> Green(const DeformationGradient<T>& F) {
+  return {T(0.5 * (Dot(F.u, F.u) - 1.0)), T(0.5 * (Dot(F.v, F.v) - 1.0)), T(0.5 * Dot(F.u, F.v))};
+}
+
+// The four stiffnesses at a strain [N/m] and the ramped strains ⟨G⟩ that the step matrix uses.
+template <class T>
+struct StretchCoefficients {
+  T c11, c12, c22, c33;
+  GreenStrain<T> G;
+  T ramp_uu, ramp_vv;
+};
+
+template <class Law, class T>
+DRAPE_HD StretchCoefficients<T> EvaluateStretch(const Law& law, const GreenStrain<T>& G,
+                                                const StretchTable& table) {
+  T c[kStretchCols];
+  law.Stiffness(G, table, c);
+  return {c[0], c[1], c[2], c[3], G, law.Ramp(G.uu), law.Ramp(G.vv)};
+}
+
+template <int N>
+DRAPE_HD StretchCoefficients<double> Values(const StretchCoefficients<Dual<N>>& k) {
+  return {k.c11.a,     k.c12.a,    k.c22.a, k.c33.a, {k.G.uu.a, k.G.vv.a, k.G.uv.a},
+          k.ramp_uu.a, k.ramp_vv.a};
+}
+
+// Stress of a strain at given stiffnesses, symmetric [N/m].
+template <class T>
+struct StretchStress {
+  T uu, vv, uv;
+  DRAPE_HD StretchStress& operator-=(const StretchStress& other) {
+    uu -= other.uu;
+    vv -= other.vv;
+    uv -= other.uv;
+    return *this;
+  }
+};
+template <class T>
+DRAPE_HD StretchStress<T> Stress(const StretchCoefficients<T>& k, const GreenStrain<T>& G) {
+  return {k.c11 * G.uu + k.c12 * G.vv, k.c22 * G.vv + k.c12 * G.uu, k.c33 * G.uv};
+}
+// F·S, the columns that Du, Dv carry to the vertices.
+template <class T>
+DRAPE_HD DeformationGradient<T> operator*(const DeformationGradient<T>& F,
+                                          const StretchStress<T>& S) {
+  return {S.uu * F.u + S.uv * F.v, S.vv * F.v + S.uv * F.u};
+}
+
+// Force by rest area [MODEL, M10] [N/m]: −F·S(G).
+template <class T>
+DRAPE_HD DeformationGradient<T> StretchForce(const StretchCoefficients<T>& k,
+                                             const DeformationGradient<T>& F) {
+  const StretchStress<T> S = Stress(k, k.G);
+  return F * StretchStress<T>{-S.uu, -S.vv, -S.uv};
+}
+
+// S(G) + ∂S/∂G·rate [N/m]: the stress that a change of strain leads to, to first order.
+template <class Law>
+DRAPE_HD StretchStress<double> ExtrapolatedStress(const Law& law, const GreenStrain<double>& G,
+                                                  const StretchTable& table,
+                                                  const GreenStrain<double>& rate) {
+  const auto k = EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}}, table);
+  const StretchStress<Dual<3>> S = Stress(k, k.G);
+  const auto at_rate = [&](const Dual<3>& s) {
+    return s.a + s.v[0] * rate.uu + s.v[1] * rate.vv + s.v[2] * rate.uv;
+  };
+  return {at_rate(S.uu), at_rate(S.vv), at_rate(S.uv)};
+}
+
+// Change of the Green strain along w, given as columns like F.
+template <class T, class W>
+DRAPE_HD GreenStrain<T> StrainRate(const DeformationGradient<T>& F,
+                                   const DeformationGradient<W>& w) {
+  return {Dot(F.u, w.u), Dot(F.v, w.v), 0.5 * (Dot(F.v, w.u) + Dot(F.u, w.v))};
+}
+// What ⟨G⟩ adds to the step matrix: factors of w.u and w.v.
+template <class T>
+DRAPE_HD StretchStress<T> RampStress(const StretchCoefficients<T>& k) {
+  return Stress(k, GreenStrain<T>{k.ramp_uu, k.ramp_vv, T(0.0)});
+}
+
+// H·w by rest area, H = the positive approximation of −∂f/∂x [MODEL, M11]: F·S(Ġ) + w·S⟨G⟩.
+template <class T, class W>
+DRAPE_HD DeformationGradient<T> StretchStiffnessTimes(const StretchCoefficients<T>& k,
+                                                      const DeformationGradient<T>& F,
+                                                      const DeformationGradient<W>& w) {
+  const DeformationGradient<T> FS = F * Stress(k, StrainRate(F, w));
+  const StretchStress<T> ramp = RampStress(k);
+  return {FS.u + Scale(ramp.uu, w.u), FS.v + Scale(ramp.vv, w.v)};
+}
+
+// The stresses of a step: g = h·f − h²·H·w = F·on_F + w·on_w by rest area [MODEL, M31]. The
+// stress is linear in the strain, so one product with F serves f and H·w. rate: of w.
+template <class T>
+struct StepStresses {
+  StretchStress<T> on_F, on_w;
+};
+template <class T, class R>
+DRAPE_HD StepStresses<T> StretchStepStresses(const StretchCoefficients<T>& k,
+                                             const GreenStrain<R>& rate, double h) {
+  const double a = -h, b = -h * h;
+  const GreenStrain<T> strain{a * k.G.uu + b * rate.uu, a * k.G.vv + b * rate.vv,
+                              a * k.G.uv + b * rate.uv};
+  const StretchStress<T> ramp = RampStress(k);
+  return {Stress(k, strain), {b * ramp.uu, b * ramp.vv, T(0.0)}};
+}
+
+// g by rest area: everything about a step derives from it.
+template <class T>
+DRAPE_HD DeformationGradient<T> StretchStepForce(const StretchCoefficients<T>& k,
+                                                 const DeformationGradient<T>& F,
+                                                 const DeformationGradient<double>& w, double h) {
+  const StepStresses<T> S = StretchStepStresses(k, StrainRate(F, w), h);
+  const DeformationGradient<T> FS = F * S.on_F;
+  return {FS.u + Scale(S.on_w.uu, w.u), FS.v + Scale(S.on_w.vv, w.v)};
+}
+
+// ∂g/∂F by rest area, w held; shape [6, 6] in the order u.x u.y u.z v.x v.y v.z [N·s/m]. Column by
+// column: F changes, and with it the strain and the rate of w; ∂S/∂G comes from the law's duals.
+template <class Law>
+DRAPE_HD void StretchStepDerivative(const Law& law, const DeformationGradient<double>& F,
+                                    const StretchTable& table, const DeformationGradient<double>& w,
+                                    double h, double out[6][6]) {
+  const GreenStrain<double> G = Green(F);
+  const auto k = EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}}, table);
+  const StretchCoefficients<double> values = Values(k);
+  const StepStresses<Dual<3>> S = StretchStepStresses(k, StrainRate(F, w), h);
+  const StretchStress<double> on_F{S.on_F.uu.a, S.on_F.vv.a, S.on_F.uv.a};
+  for (int j = 0; j < 6; ++j) {
+    DeformationGradient<double> dF{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    (&dF.u.x)[j] = 1.0;
+    const GreenStrain<double> dG = StrainRate(F, dF), d_rate = StrainRate(dF, w);
+    const auto along = [&](const Dual<3>& s) {
+      return s.v[0] * dG.uu + s.v[1] * dG.vv + s.v[2] * dG.uv;
+    };
+    const StretchStress<double> by_rate = Stress(values, d_rate);
+    const StretchStress<double> d_on_F{along(S.on_F.uu) - h * h * by_rate.uu,
+                                       along(S.on_F.vv) - h * h * by_rate.vv,
+                                       along(S.on_F.uv) - h * h * by_rate.uv};
+    const DeformationGradient<double> moved = dF * on_F, strained = F * d_on_F;
+    const Vec3<double> u = moved.u + strained.u + along(S.on_w.uu) * w.u;
+    const Vec3<double> v = moved.v + strained.v + along(S.on_w.vv) * w.v;
+    for (int i = 0; i < 3; ++i) {
+      out[i][j] = (&u.x)[i];
+      out[3 + i][j] = (&v.x)[i];
+    }
+  }
+}
+
+// The coefficients of a unit stiffness in column m of the table: force and matrix are linear in
+// them.
+DRAPE_HD inline StretchCoefficients<double> UnitStiffness(StretchCoefficients<double> k, int m) {
+  k.c11 = m == 0;
+  k.c12 = m == 1;
+  k.c22 = m == 2;
+  k.c33 = m == 3;
+  return k;
+}
+
+// Adjoint of one face's step force by rest area, λ given as columns like F: ∂(g·λ)/∂F and, for the
+// table entries, ∂(g·λ)/∂(c11, c12, c22, c33).
+struct StretchAdjoint {
+  DeformationGradient<double> adj_F;
+  double adj_stiffness[kStretchCols];
+  GreenStrain<double> G;
+};
+
+// g·λ from the strain rates of w and λ and from w·λ of the two columns.
+template <class T>
+DRAPE_HD T StretchStepWork(const StretchCoefficients<T>& k, const GreenStrain<double>& w_rate,
+                           const GreenStrain<double>& lambda_rate, double w_lambda_u,
+                           double w_lambda_v, double h) {
+  const StepStresses<T> S = StretchStepStresses(k, w_rate, h);
+  return S.on_F.uu * lambda_rate.uu + S.on_F.vv * lambda_rate.vv +
+         S.on_F.uv * (2.0 * lambda_rate.uv) + S.on_w.uu * w_lambda_u + S.on_w.vv * w_lambda_v;
+}
+
+// g·λ depends on F through G and through the two strain rates; it is symmetric in these two, and
+// ∂(rate of w)/∂F is w itself.
+template <class Law>
+DRAPE_HD StretchAdjoint AdjStretchStep(const Law& law, const DeformationGradient<double>& F,
+                                       const StretchTable& table,
+                                       const DeformationGradient<double>& w, double h,
+                                       const DeformationGradient<double>& lambda) {
+  const GreenStrain<double> G = Green(F), w_rate = StrainRate(F, w);
+  const GreenStrain<double> lambda_rate = StrainRate(F, lambda);
+  const double u = Dot(w.u, lambda.u), v = Dot(w.v, lambda.v);
+  const auto by_G =
+      EvaluateStretch(law, GreenStrain<Dual<3>>{{G.uu, 0}, {G.vv, 1}, {G.uv, 2}}, table);
+  const Dual<3> work = StretchStepWork(by_G, w_rate, lambda_rate, u, v, h);
+  const StretchCoefficients<double> k = Values(by_G);
+  StretchStress<double> by_w_rate = Stress(k, lambda_rate);
+  by_w_rate = {-h * h * by_w_rate.uu, -h * h * by_w_rate.vv, -h * h * by_w_rate.uv};
+  const auto by_strain = F * StretchStress<double>{work.v[0], work.v[1], 0.5 * work.v[2]};
+  const auto by_w = w * by_w_rate, by_lambda = lambda * StretchStepStresses(k, w_rate, h).on_F;
+  StretchAdjoint result{
+      {by_strain.u + by_w.u + by_lambda.u, by_strain.v + by_w.v + by_lambda.v}, {}, G};
+  for (int m = 0; m < kStretchCols; ++m)
+    result.adj_stiffness[m] = StretchStepWork(UnitStiffness(k, m), w_rate, lambda_rate, u, v, h);
+  return result;
+}
+
+// Rows of Du and Dv: how vertex `corner` moves the columns of F [1/m].
+struct ShapeGradient {
+  double u[3], v[3];
+};
+DRAPE_HD inline ShapeGradient GradientOf(const Face& f) {
+  const double* d = f.inverse_rest;
+  return {{-d[0] - d[2], d[0], d[2]}, {-d[1] - d[3], d[1], d[3]}};
+}
+
+// What a stress contributes to the stiffness between two corners, by rest area: ∫S:∂²G/∂x_a∂x_b =
+// weight·I [N/m²]. (u, v) are the corners' rows of Du and Dv.
+DRAPE_HD inline double GeometricWeight(const StretchStress<double>& S, double ua, double va,
+                                       double ub, double vb) {
+  return ua * (S.uu * ub + S.uv * vb) + va * (S.uv * ub + S.vv * vb);
+}
+
+DRAPE_HD inline DeformationGradient<double> GatherColumns(const Face& f, const double* nodes) {
+  const Vec3<double> origin = LoadVec3(nodes, f.vertex[0]);
+  const Vec3<double> s = LoadVec3(nodes, f.vertex[1]) - origin;
+  const Vec3<double> t = LoadVec3(nodes, f.vertex[2]) - origin;
+  const double* d = f.inverse_rest;
+  return {d[0] * s + d[2] * t, d[1] * s + d[3] * t};
+}
+
+// Adds the forces by rest area to the nodes: the transpose of GatherColumns, times the area.
+DRAPE_HD inline void ScatterColumns(const Face& f, const DeformationGradient<double>& by_area,
+                                    double* nodes) {
+  const ShapeGradient s = GradientOf(f);
+  for (int a = 0; a < 3; ++a)
+    AddTo(nodes, f.vertex[a], (f.area * s.u[a]) * by_area.u + (f.area * s.v[a]) * by_area.v);
+}
+
+// Strain energy by rest area [N/m] with the stiffnesses held at this strain: a true energy for
+// constant tables, a merit function otherwise (C(λ,φ)ε is in general no gradient).
+DRAPE_HD inline double StretchEnergy(const StretchCoefficients<double>& k) {
+  return 0.5 * (k.c11 * k.G.uu * k.G.uu + k.c22 * k.G.vv * k.G.vv) + k.c12 * k.G.uu * k.G.vv +
+         k.c33 * k.G.uv * k.G.uv;
+}
+
+}  // namespace drape

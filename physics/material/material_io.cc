@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/material/material_io.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string_view>
+
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+
+namespace drape {
+namespace {
+
+using nlohmann::json;
+
+constexpr char kFormat[] = "drapefit-material";
+constexpr int kVersion = 1;
+constexpr const char* kColumns[kStretchCols] = {"c11", "c12", "c22", "c33"};
+// ARCSim's settings beside the tables; none changes what the tables mean.
+const std::vector<std::string> kIgnoredArcsimKeys = {
+    "damping",    "strain_min",   "strain_max",    "strain_limits", "weakening",
+    "yield_curv", "plastic_flow", "plastic_limit", "toughness",     "fracture_bend_thickness"};
+
+// File value = entry × factor.
+double StretchFactor(Convention c) { return c == Convention::kMechanical ? kMembranePerEntry : 1; }
+double BendFactor(Convention c) { return c == Convention::kMechanical ? 1 / kBendPerRigidity : 1; }
+const char* ConventionName(Convention c) {
+  return c == Convention::kMechanical ? "mechanical" : "arcsim";
+}
+
+// One fabric, once the place in the file is known.
+class EntryReader {
+ public:
+  EntryReader(const JsonInput& input, const MaterialPolicy& policy)
+      : input_(input), policy_(policy) {
+    material_.field.stretch.resize(1);
+    material_.field.bend.resize(1);
+  }
+
+  Material Read() {
+    if (input_.Has("format")) {
+      ReadOurs();
+    } else if (input_.Has("c11")) {
+      ReadPublished();
+    } else {
+      ReadArcsim();
+    }
+    material_.field.density = input_.At("density").Number();
+    if (material_.field.density <= 0) input_.At("density").Fail("a positive number of kg/m²");
+    return std::move(material_);
+  }
+
+ private:
+  void ReadOurs() {
+    input_.ExpectKeys({"format", "version", "name", "units", "source", "convention", "density",
+                       "stretch", "bend"});
+    ExpectString("format", kFormat);
+    if (input_.At("version").Integer() != kVersion) input_.At("version").Fail("1");
+    if (input_.Has("units")) ExpectString("units", "SI");
+    if (input_.Has("name")) material_.name = input_.At("name").String();
+    if (input_.Has("source")) material_.source = input_.At("source").String();
+    const Convention convention = ReadConvention();
+    ReadStretch("stretch", StretchFactor(convention));
+    ReadBend("bend", BendFactor(convention));
+    material_.source_convention = ConventionName(convention);
+  }
+
+  void ReadPublished() {
+    input_.ExpectKeys({"density", "c11", "c12", "c22", "c33", "bending", "density_prior_std",
+                       "c11_prior_std", "c12_prior_std", "c22_prior_std", "c33_prior_std",
+                       "bending_prior_std"});
+    for (int col = 0; col < kStretchCols; ++col) {
+      const JsonInput column = input_.At(kColumns[col]).ExpectArray(kStretchRows);
+      for (int row = 0; row < kStretchRows; ++row) {
+        material_.field.stretch[0].c[row][col] = Entry(column.At(row));
+      }
+    }
+    ReadBend("bending", 1);
+    material_.source_convention = ConventionName(Convention::kArcsim);
+  }
+
+  void ReadArcsim() {
+    std::vector<std::string> allowed = {"density", "stretching", "bending"};
+    allowed.insert(allowed.end(), kIgnoredArcsimKeys.begin(), kIgnoredArcsimKeys.end());
+    input_.ExpectKeys(allowed);
+    for (const std::string& key : kIgnoredArcsimKeys) {
+      if (input_.Has(key)) material_.warnings.push_back("ARCSim's key '" + key + "' is ignored");
+    }
+    ReadStretch("stretching", 1);
+    ReadBend("bending", 1);
+    material_.source_convention = ConventionName(Convention::kArcsim);
+  }
+
+  void ExpectString(const char* key, const char* expected) {
+    const JsonInput value = input_.At(key);
+    if (value.String() != expected) value.Fail(std::string(1, '"').append(expected) + '"');
+  }
+
+  Convention ReadConvention() {
+    const JsonInput value = input_.At("convention");
+    for (const Convention c : {Convention::kMechanical, Convention::kArcsim}) {
+      if (value.String() == ConventionName(c)) return c;
+    }
+    value.Fail("\"mechanical\" or \"arcsim\"");
+  }
+
+  void ReadStretch(const char* key, double factor) {
+    const JsonInput rows = input_.At(key).ExpectArray(kStretchRows);
+    for (int row = 0; row < kStretchRows; ++row) {
+      const JsonInput values = rows.At(row).ExpectArray(kStretchCols);
+      for (int col = 0; col < kStretchCols; ++col) {
+        material_.field.stretch[0].c[row][col] = Entry(values.At(col)) / factor;
+      }
+    }
+  }
+
+  void ReadBend(const char* key, double factor) {
+    const JsonInput rows = input_.At(key).ExpectArray(kBendRows);
+    for (int row = 0; row < kBendRows; ++row) {
+      const JsonInput values = rows.At(row).ExpectArray(kBendCols);
+      for (int col = 0; col < kBendCols; ++col) {
+        material_.field.bend[0].b[row][col] = Entry(values.At(col)) / factor;
+      }
+    }
+  }
+
+  double Entry(const JsonInput& value) {
+    const double number = value.Number();
+    if (number >= 0) return number;
+    if (policy_.negative_entries == NegativeEntries::kReject) {
+      value.Fail("≥ 0 (a negative stiffness; only the reference law takes it)");
+    }
+    material_.warnings.push_back(value.Name() + " = " + value.value().dump() +
+                                 " is negative and kept");
+    return number;
+  }
+
+  const JsonInput& input_;
+  const MaterialPolicy& policy_;
+  Material material_;
+};
+
+bool IsEntry(const json& value) {
+  return value.contains("format") || value.contains("c11") || value.contains("stretching");
+}
+
+// The names in a file with several fabrics; keys that begin with '_' are notes.
+std::vector<std::string> EntryNames(const json& file) {
+  std::vector<std::string> names;
+  for (const auto& [key, value] : file.items()) {
+    if (!key.starts_with('_') && value.is_object() && IsEntry(value)) names.push_back(key);
+  }
+  return names;
+}
+
+std::string Joined(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
+
+std::string PickedName(const json& file, const std::string& path, const std::string& pick) {
+  const std::vector<std::string> names = EntryNames(file);
+  if (names.empty()) {
+    throw InputError(path,
+                     "no fabric found, expected key 'format' (drapefit-material), 'c11' "
+                     "(published tables) or 'stretching' (ARCSim)");
+  }
+  if (pick.empty() && names.size() == 1) return names[0];
+  if (pick.empty()) {
+    throw InputError(path, "holds several fabrics, pick one with '#name': " + Joined(names));
+  }
+  if (std::find(names.begin(), names.end(), pick) == names.end()) {
+    throw InputError(path, "has no fabric '" + pick + "', found: " + Joined(names));
+  }
+  return pick;
+}
+
+template <int kRows, int kCols>
+void AppendTable(std::string& text, const double (&table)[kRows][kCols], double factor) {
+  text += "[";
+  for (int row = 0; row < kRows; ++row) {
+    text += row == 0 ? "\n    [" : ",\n    [";
+    for (int col = 0; col < kCols; ++col) {
+      if (col > 0) text += ", ";
+      AppendNumber(text, table[row][col] * factor);
+    }
+    text += "]";
+  }
+  text += "\n  ]";
+}
+
+}  // namespace
+
+Material ReadMaterial(const std::string& path, const MaterialPolicy& policy) {
+  const size_t hash = path.rfind('#');
+  const std::string file_path = path.substr(0, hash);
+  const std::string pick = hash == std::string::npos ? "" : path.substr(hash + 1);
+  const json file = ReadJsonFile(file_path);
+  const JsonInput root(file, file_path);
+  root.ExpectObject();
+  const bool is_entry = IsEntry(file);
+  const std::string name = is_entry ? "" : PickedName(file, file_path, pick);
+  Material material = EntryReader(is_entry ? root : root.At(name), policy).Read();
+  if (material.name.empty()) {
+    material.name = is_entry ? std::filesystem::path(file_path).stem().string() : name;
+  }
+  if (is_entry && !pick.empty() && pick != material.name) {
+    throw InputError(file_path, "has no fabric '" + pick + "', found: " + material.name);
+  }
+  return material;
+}
+
+void WriteMaterial(const std::string& path, const Material& material, Convention convention) {
+  CHECK_EQ(material.field.stretch.size(), 1u);
+  CHECK_EQ(material.field.bend.size(), 1u);
+  std::string text = "{\n  \"format\": " + json(kFormat).dump() + ",\n  \"version\": 1,\n";
+  text += "  \"name\": " + json(material.name).dump() + ",\n  \"units\": \"SI\",\n";
+  if (!material.source.empty()) text += "  \"source\": " + json(material.source).dump() + ",\n";
+  text += "  \"convention\": " + json(ConventionName(convention)).dump() + ",\n  \"density\": ";
+  AppendNumber(text, material.field.density);
+  AppendTable(text += ",\n  \"stretch\": ", material.field.stretch[0].c, StretchFactor(convention));
+  AppendTable(text += ",\n  \"bend\": ", material.field.bend[0].b, BendFactor(convention));
+  WriteFileAtomically(path, text += "\n}\n");
+}
+
+}  // namespace drape

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/material/material_scaling.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <numeric>
+#include <vector>
+
+#include "physics/util/errors.h"
+
+namespace drape {
+namespace {
+
+void MakeLinear(StretchTable& table) {
+  for (int k = 0; k < kStretchCols; ++k) {
+    double sum = 0.0;
+    for (const auto& row : table.c) sum += row[k];
+    for (auto& row : table.c) row[k] = sum / kStretchRows;
+  }
+}
+
+void MakeLinear(BendTable& table) {
+  for (auto& row : table.b) {
+    double sum = 0.0;
+    for (const double entry : row) sum += entry;
+    std::fill(std::begin(row), std::end(row), sum / kBendCols);
+  }
+}
+
+// Of a linear table.
+void MakeIsotropic(StretchTable& table) {
+  constexpr double kMostPoisson = 0.95;
+  const double c11 = 0.5 * (table.c[0][0] + table.c[0][2]);
+  const double c12 = std::min(table.c[0][1], kMostPoisson * c11);
+  for (auto& row : table.c) {
+    row[0] = row[2] = c11;
+    row[1] = c12;
+    row[3] = c11 - c12;
+  }
+}
+
+void MakeIsotropic(BendTable& table) {
+  double sum = 0.0;
+  for (const auto& row : table.b) sum += row[0];
+  for (auto& row : table.b) std::fill(std::begin(row), std::end(row), sum / kBendRows);
+}
+
+template <class Table>
+Table MeanTable(const std::vector<Table>& tables) {
+  Table mean = {};
+  for (const Table& table : tables)
+    for (std::size_t k = 0; k < sizeof(Table) / sizeof(double); ++k)
+      reinterpret_cast<double*>(&mean)[k] +=
+          reinterpret_cast<const double*>(&table)[k] / static_cast<double>(tables.size());
+  return mean;
+}
+
+}  // namespace
+
+MaterialField Scaled(MaterialField material, double stretch, double bend) {
+  for (StretchTable& table : material.stretch)
+    for (auto& row : table.c)
+      for (double& entry : row) entry *= stretch;
+  for (BendTable& table : material.bend)
+    for (auto& row : table.b)
+      for (double& entry : row) entry *= bend;
+  return material;
+}
+
+bool ResistsAllStrains(const MaterialField& material) {
+  return std::all_of(material.stretch.begin(), material.stretch.end(), [](const StretchTable& t) {
+    return std::all_of(std::begin(t.c), std::end(t.c), [](const auto& c) {
+      return c[0] > 0 && c[2] > 0 && c[3] > 0 && c[1] * c[1] < c[0] * c[2];
+    });
+  });
+}
+
+TableForm ParseTableForm(const std::string& text) {
+  for (const TableForm form : {TableForm::kGiven, TableForm::kLinear, TableForm::kIsotropic})
+    if (text == ToString(form)) return form;
+  throw InputError("table_form",
+                   "unknown name '" + text + "', expected given, linear or isotropic");
+}
+
+const char* ToString(TableForm form) {
+  switch (form) {
+    case TableForm::kGiven:
+      return "given";
+    case TableForm::kLinear:
+      return "linear";
+    case TableForm::kIsotropic:
+      return "isotropic";
+  }
+  return "";
+}
+
+MaterialField InForm(MaterialField material, TableForm form) {
+  if (form == TableForm::kGiven) return material;
+  const auto shape = [form](auto& table) {
+    MakeLinear(table);
+    if (form == TableForm::kIsotropic) MakeIsotropic(table);
+  };
+  std::for_each(material.stretch.begin(), material.stretch.end(), shape);
+  std::for_each(material.bend.begin(), material.bend.end(), shape);
+  return material;
+}
+
+double MeanStretch(const StretchTable& table) {
+  double sum = 0.0;
+  for (const auto& row : table.c) sum += row[0] + row[2];
+  return kMembranePerEntry * sum / (2 * kStretchRows);
+}
+
+double MeanBend(const BendTable& table) {
+  double sum = 0.0;
+  for (const auto& row : table.b) sum = std::accumulate(std::begin(row), std::end(row), sum);
+  return sum / (kBendPerRigidity * kBendEntries);
+}
+
+MaterialField MeanTables(const MaterialField& field) {
+  return {field.density, {MeanTable(field.stretch)}, {MeanTable(field.bend)}};
+}
+
+}  // namespace drape

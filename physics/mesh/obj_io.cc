@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/mesh/obj_io.h"
+
+#include <glog/logging.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <optional>
+
+#include "physics/mesh/obj_parser.h"
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+
+namespace drape {
+namespace {
+
+using Triangles = std::vector<std::array<int, 3>>;
+
+ObjContent Load(const std::string& path, const ObjOptions& options) {
+  ObjContent content = ParseObj(ReadWholeFile(path), path, options.round_to_float);
+  if (content.faces.empty()) throw InputError(path, "the file has no faces");
+  if (options.first_vt_is_dummy && !content.vt.empty()) {
+    content.vt.erase(content.vt.begin());
+  }
+  return content;
+}
+
+ObjSurface MakeSurface(const ObjContent& content) {
+  ObjSurface surface;
+  surface.x.resize(3 * content.v.size());
+  for (size_t i = 0; i < content.v.size(); ++i) surface.x.segment<3>(3 * i) = content.v[i];
+  for (const ObjFace& face : content.faces) {
+    surface.triangles.push_back({face.corner[0].v, face.corner[1].v, face.corner[2].v});
+  }
+  return surface;
+}
+
+// The vt of each vertex, if each has exactly one value; otherwise why not, in `reason`.
+std::optional<Eigen::Matrix2Xd> UvFromVt(const ObjContent& content, std::string& reason) {
+  Eigen::Matrix2Xd uv = Eigen::Matrix2Xd::Zero(2, content.v.size());
+  std::vector<bool> known(content.v.size(), false);
+  for (const ObjFace& face : content.faces) {
+    for (const ObjCorner& corner : face.corner) {
+      const auto line = [&] { return " (line " + std::to_string(face.line) + ")"; };
+      if (corner.vt < 0 || corner.vt >= static_cast<int>(content.vt.size())) {
+        reason = "a corner has no vt" + line();
+        return std::nullopt;
+      }
+      if (known[corner.v] && uv.col(corner.v) != content.vt[corner.vt]) {
+        reason = "vertex " + std::to_string(corner.v + 1) + " has two different vt" + line();
+        return std::nullopt;
+      }
+      uv.col(corner.v) = content.vt[corner.vt];
+      known[corner.v] = true;
+    }
+  }
+  return uv;
+}
+
+bool IsFlat(const ObjContent& content) {
+  for (const Eigen::Vector3d& v : content.v) {
+    if (v.z() != content.v[0].z()) return false;
+  }
+  return true;
+}
+
+Eigen::Matrix2Xd UvFromXy(const ObjContent& content) {
+  Eigen::Matrix2Xd uv(2, content.v.size());
+  for (size_t i = 0; i < content.v.size(); ++i) uv.col(i) = content.v[i].head<2>();
+  return uv;
+}
+
+Eigen::Matrix2Xd MaterialCoordinates(const ObjContent& content, const std::string& path) {
+  std::string reason;
+  if (auto uv = UvFromVt(content, reason)) return *std::move(uv);
+  if (IsFlat(content)) return UvFromXy(content);
+  throw InputError(path, "no material coordinates: " + reason +
+                             ", and z is not constant; expected one vt a vertex or a flat mesh");
+}
+
+// Texture coordinates in 0..1 would pass for a cloth of a metre.
+void CheckUvIsInMetres(const ObjContent& content, const Eigen::Matrix2Xd& uv,
+                       const std::string& path) {
+  double length_uv = 0, length_v = 0;
+  for (const ObjFace& face : content.faces) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = face.corner[k].v, b = face.corner[(k + 1) % 3].v;
+      length_uv += (uv.col(b) - uv.col(a)).norm();
+      length_v += (content.v[b] - content.v[a]).norm();
+    }
+  }
+  if (length_uv <= 2 * length_v && length_v <= 2 * length_uv) return;
+  const double edges = 3.0 * content.faces.size();
+  throw InputError(path, "vt is not in metres: its mean edge is " +
+                             std::to_string(length_uv / edges) + ", that of v is " +
+                             std::to_string(length_v / edges));
+}
+
+// Turns over a mesh that is clockwise throughout; a mixed one is an error of the line that differs.
+void OrientCounterClockwise(const ObjContent& content, const Eigen::Matrix2Xd& uv,
+                            const std::string& path, Triangles& triangles) {
+  std::optional<bool> clockwise;
+  for (size_t f = 0; f < triangles.size(); ++f) {
+    const auto& t = triangles[f];
+    const Eigen::Vector2d e1 = uv.col(t[1]) - uv.col(t[0]), e2 = uv.col(t[2]) - uv.col(t[0]);
+    const double det = e1.x() * e2.y() - e2.x() * e1.y();
+    if (det == 0) continue;  // BuildMesh reports it
+    if (clockwise.value_or(det < 0) != (det < 0)) {
+      throw InputError(path + ":" + std::to_string(content.faces[f].line),
+                       "the face turns the other way in material coordinates than the first one");
+    }
+    clockwise = det < 0;
+  }
+  if (!clockwise.value_or(false)) return;
+  for (auto& t : triangles) std::swap(t[1], t[2]);
+}
+
+}  // namespace
+
+ObjSurface ReadObjSurface(const std::string& path, const ObjOptions& options) {
+  return MakeSurface(Load(path, options));
+}
+
+Mesh ReadObj(const std::string& path, const ObjOptions& options) {
+  const ObjContent content = Load(path, options);
+  const Eigen::Matrix2Xd uv = MaterialCoordinates(content, path);
+  CheckUvIsInMetres(content, uv, path);
+  ObjSurface surface = MakeSurface(content);
+  OrientCounterClockwise(content, uv, path, surface.triangles);
+  return BuildMesh(surface.x, uv, surface.triangles, path);
+}
+
+void WriteObj(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& x) {
+  CHECK_EQ(x.size(), 3 * mesh.num_vertices());
+  std::string text = "# drapefit cloth, metres\n";
+  const auto append = [&text](const char* key, const auto& numbers) {
+    text += key;
+    for (const double number : numbers) AppendNumber(text += ' ', number);
+    text += '\n';
+  };
+  for (int i = 0; i < mesh.num_vertices(); ++i) append("v", x.segment<3>(3 * i));
+  for (int i = 0; i < mesh.num_vertices(); ++i) append("vt", mesh.uv.col(i));
+  for (const Face& face : mesh.faces) {
+    text += 'f';
+    for (const int vertex : face.vertex) {
+      const std::string index = std::to_string(vertex + 1);
+      text += ' ' + index + '/' + index;
+    }
+    text += '\n';
+  }
+  WriteFileAtomically(path, text);
+}
+
+}  // namespace drape

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/simulation/readout.h"
+#include "physics/simulation/rollout.h"
+#include "physics/simulation/statics/statics.h"
+
+namespace drape {
+
+// One rollout of a batch. The pointed-to objects outlive the call.
+struct RolloutInput {
+  const MaterialField* material = nullptr;
+  const State* start = nullptr;
+};
+
+// What a readout finds at a shape, to first order; both empty where there is no shape or it cannot
+// be read.
+struct LinearReadout {
+  Eigen::VectorXd r;  // [K]
+  RowMatrix dr;       // ∂r/∂x · ∂x/∂p, shape [K, 39]
+};
+struct ReadoutTangent {
+  RolloutResult rollout;
+  LinearReadout read;  // of its end
+};
+
+// L = ½ Σ_k ((r_k − target_k)/sigma)² of the numbers that `readout` finds.
+struct ReadoutLoss {
+  const Readout* readout = nullptr;
+  std::vector<const Eigen::VectorXd*> targets;  // [K] each, of rollout i; rollouts may share one
+  double sigma = 1.0;                           // in the unit of r, > 0
+
+  // Programmer errors; `count`: rollouts of the batch.
+  void Check(std::size_t count) const;
+};
+struct LossGradient {
+  RolloutStatus status = RolloutStatus::kOk;
+  std::optional<double> loss;  // none where the rollout failed or its end cannot be read
+  MaterialGradient material;   // ∂L/∂(table entry), one column; empty without a loss
+};
+
+// Runs batches of rollouts of one model: different materials and starts, one mesh, scene and law.
+// Results come in the order of the inputs. Each is a function of its own input and the options
+// alone: neither the neighbours, their failures, the size of the batch nor calls before change a
+// bit of it, so calls may be joined and split (BatchingBackend). One thread at a time calls a
+// backend.
+class Backend {
+ public:
+  virtual ~Backend() = default;
+  virtual std::string name() const = 0;
+  virtual const ClothModel& model() const = 0;
+  virtual int threads() const = 0;  // of the host, at most; ≥ 1
+
+  // recordings: nullptr, or resized to the batch and filled for Adjoints.
+  virtual std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
+                                              const RolloutOptions& options,
+                                              std::vector<Recording>* recordings) = 0;
+  // weights[i]: weight of each table entry in the 39 columns of rollout i (AddMaterialColumns).
+  virtual std::vector<TangentResult> Tangents(std::span<const RolloutInput> batch,
+                                              std::span<const MaterialField* const> weights,
+                                              const RolloutOptions& options) = 0;
+  // The same where only what `readout` reads is wanted: little comes back from a device.
+  virtual std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
+                                                      std::span<const MaterialField* const> weights,
+                                                      const RolloutOptions& options,
+                                                      const Readout& readout);
+  // seeds[i]: ∂L/∂x_end of rollout i, shape [3V, m_i].
+  virtual std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
+                                              std::span<const Recording> recordings,
+                                              std::span<const RowMatrix> seeds,
+                                              const RolloutOptions& options) = 0;
+
+  // The loss of the end of each rollout and its gradient by the material, through the adjoint. From
+  // a device only these come back, for the readouts that it knows (Readout::device).
+  virtual std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
+                                                  const RolloutOptions& options,
+                                                  const ReadoutLoss& loss);
+
+  // Drapes at rest near the starts (their velocities do not count).
+  virtual std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
+                                                    const EquilibriumOptions& options) = 0;
+  // ∂x/∂p of equilibria that are given as the starts, shape [3V, 39] each; empty where K is not
+  // positive definite.
+  virtual std::vector<RowMatrix> EquilibriumTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) = 0;
+  // How these equilibria move, to first order in changes[i] of each table entry; shape [3V] each,
+  // empty as above.
+  virtual std::vector<Eigen::VectorXd> EquilibriumJvp(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes);
+  // The same where only what `readout` reads of the equilibria is wanted.
+  virtual std::vector<LinearReadout> EquilibriumReadoutTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+      const Readout& readout);
+  // Gradients of scalars of equilibria that are given as the starts; seeds[i]: ∂L/∂x, shape
+  // [3V, m_i]. None where K is not positive definite.
+  virtual std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
+      std::span<const RolloutInput> batch, std::span<const RowMatrix> seeds) = 0;
+};
+
+// The sequential truth: one rollout a thread. threads ≥ 1.
+std::unique_ptr<Backend> MakeCpuBackend(std::shared_ptr<const ClothModel> model, int threads);
+
+}  // namespace drape

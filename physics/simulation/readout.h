@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <cstddef>
+
+namespace drape {
+
+struct DeviceReadout;  // losses/readout/device_readout.h
+
+// ∂r/∂x, shape [K, 3V].
+using ReadoutJacobian = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+// What a loss reads of the shapes of a batch: K numbers of each.
+class Readout {
+ public:
+  virtual ~Readout() = default;
+  // K, the same for each rollout.
+  virtual int size() const = 0;
+  // r(x) of a shape x [3V] of rollout i, shape [K], and its Jacobian unless dr_dx is null. False
+  // where the shape cannot be read. Called from several threads at a time.
+  [[nodiscard]] virtual bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+                                  ReadoutJacobian* dr_dx) const = 0;
+  // What a device needs to read rollout i by itself, of one kind in all of a batch; null for all
+  // where only Read can.
+  virtual const DeviceReadout* device(std::size_t i) const {
+    (void)i;
+    return nullptr;
+  }
+};
+
+// The rollouts from `first` on of another readout's batch.
+class ReadoutFrom final : public Readout {
+ public:
+  // `all` outlives the object.
+  ReadoutFrom(const Readout& all, std::size_t first) : all_(all), first_(first) {}
+  int size() const override { return all_.size(); }
+  bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+            ReadoutJacobian* dr_dx) const override {
+    return all_.Read(first_ + i, x, r, dr_dx);
+  }
+  const DeviceReadout* device(std::size_t i) const override { return all_.device(first_ + i); }
+
+ private:
+  const Readout& all_;
+  std::size_t first_;
+};
+
+}  // namespace drape

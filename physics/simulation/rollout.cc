@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/simulation/rollout.h"
+
+#include <glog/logging.h>
+
+#include <utility>
+
+#include "physics/cloth/assembly/assembly.h"
+#include "physics/cloth/assembly/step_adjoint.h"
+
+namespace drape {
+namespace {
+
+// Keeps the factors of the last steps: the way back needs them first.
+bool KeepsFactor(const RolloutOptions& options, std::size_t factor_bytes, int step) {
+  const std::size_t fitting = options.factor_memory / factor_bytes;
+  return static_cast<std::size_t>(options.steps - step) <= fitting;
+}
+
+// Replaces state.v by v' at state.x; the factor stays in the solver, the positions as they are.
+RolloutStatus SolveVelocity(StepSolver& solver, const MaterialField& material,
+                            const Eigen::VectorXd& mass, double h, State& state) {
+  if (!solver.Factor(material, state.x, h)) return RolloutStatus::kNotPositiveDefinite;
+  state.v = mass.cwiseProduct(state.v) + h * solver.force();
+  solver.linear().Solve(state.v);
+  return state.v.allFinite() ? RolloutStatus::kOk : RolloutStatus::kNotFinite;
+}
+
+// Appends step result.steps. The memory of an earlier recording's factors is used again.
+void Record(const LinearSolver& linear, const RolloutOptions& options, const RolloutResult& result,
+            Recording& recording) {
+  recording.x.push_back(result.end.x);
+  recording.v.push_back(result.end.v);
+  if (KeepsFactor(options, linear.factor_bytes(), result.steps)) {
+    linear.SaveFactor(recording.factor[result.steps]);
+  } else {
+    recording.factor[result.steps] = {};
+  }
+}
+
+bool Cancelled(const RolloutOptions& options) {
+  return options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed);
+}
+
+}  // namespace
+
+void RolloutOptions::Check() const {
+  CHECK_GT(h, 0.0) << "RolloutOptions::h";
+  CHECK_GE(steps, 0) << "RolloutOptions::steps";
+}
+
+const char* ToString(RolloutStatus status) {
+  switch (status) {
+    case RolloutStatus::kOk:
+      return "ok";
+    case RolloutStatus::kNotPositiveDefinite:
+      return "step matrix not positive definite";
+    case RolloutStatus::kNotFinite:
+      return "positions not finite";
+    case RolloutStatus::kCancelled:
+      return "cancelled";
+  }
+  return "unknown";
+}
+
+RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const State& start,
+                      const RolloutOptions& options, Recording* recording) {
+  options.Check();
+  const Eigen::VectorXd mass = solver.model().LumpedMass(material.density);
+  RolloutResult result{RolloutStatus::kOk, start, 0};
+  if (recording != nullptr) {
+    recording->x.assign(1, start.x);
+    recording->v.assign(1, start.v);
+    recording->factor.resize(options.steps);
+  }
+  for (; result.steps < options.steps; ++result.steps) {
+    result.status = Cancelled(options)
+                        ? RolloutStatus::kCancelled
+                        : SolveVelocity(solver, material, mass, options.h, result.end);
+    if (result.status != RolloutStatus::kOk) break;
+    result.end.x += options.h * result.end.v;
+    if (recording != nullptr) Record(solver.linear(), options, result, *recording);
+  }
+  if (recording != nullptr) recording->factor.resize(result.steps);
+  return result;
+}
+
+TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
+                             const MaterialField& weight, const State& start,
+                             const RolloutOptions& options) {
+  options.Check();
+  const ClothModel& model = solver.model();
+  const Eigen::VectorXd mass = model.LumpedMass(material.density);
+  // One column more than entries: rows of whole vector registers.
+  RowMatrix dx = RowMatrix::Zero(model.num_dofs(), kPaddedEntries), dv = dx;
+  RolloutResult rollout{RolloutStatus::kOk, start, 0};
+  for (; rollout.steps < options.steps; ++rollout.steps) {
+    const Eigen::VectorXd& x = rollout.end.x;
+    rollout.status = Cancelled(options)
+                         ? RolloutStatus::kCancelled
+                         : SolveVelocity(solver, material, mass, options.h, rollout.end);
+    if (rollout.status != RolloutStatus::kOk) break;
+    const Eigen::VectorXd& w = rollout.end.v;
+    dv = mass.asDiagonal() * dv;
+    AddMultiply(model.pattern, solver.StepDerivative(material, x, w, options.h), dx, dv);
+    AddMaterialColumns(model, material, weight, x, w, options.h, dv);
+    solver.linear().Solve(dv);
+    dx += options.h * dv;
+    rollout.end.x += options.h * w;
+  }
+  return {std::move(rollout), dx.leftCols(kMaterialEntries), dv.leftCols(kMaterialEntries)};
+}
+
+namespace {
+
+// x0 += (∂g/∂x)ᵀ·λ and material += (∂g/∂p)ᵀ·λ of the step at x.
+void AddStepAdjoint(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& x,
+                    const Eigen::VectorXd& w, double h, const RowMatrix& lambda,
+                    AdjointResult& result) {
+  const ClothModel& model = solver.model();
+  if (lambda.cols() == 1) {
+    AdjStep(model, material, x, w, h, lambda, result.x0, result.material);
+  } else {
+    AddTransposeMultiply(model.pattern, solver.StepDerivative(material, x, w, h), lambda,
+                         result.x0);
+    AddMaterialGradient(model, material, x, w, h, lambda, result.material);
+  }
+}
+
+}  // namespace
+
+AdjointResult RolloutAdjoint(StepSolver& solver, const MaterialField& material,
+                             const RolloutOptions& options, const Recording& recording,
+                             const RowMatrix& seeds) {
+  options.Check();
+  const ClothModel& model = solver.model();
+  const int m = static_cast<int>(seeds.cols()), steps = static_cast<int>(recording.factor.size());
+  CHECK_EQ(seeds.rows(), model.num_dofs());
+  const Eigen::VectorXd mass = model.LumpedMass(material.density);
+  AdjointResult result{RolloutStatus::kOk, MaterialGradient::Zero(material, m), seeds,
+                       RowMatrix::Zero(seeds.rows(), m)};
+  RowMatrix lambda(seeds.rows(), m);
+  for (int k = steps - 1; k >= 0; --k) {
+    const Eigen::VectorXd &x = recording.x[k], &w = recording.v[k + 1];
+    if (Cancelled(options)) return {RolloutStatus::kCancelled, {}, {}, {}};
+    lambda = result.v0 + options.h * result.x0;
+    if (!recording.factor[k].empty()) {
+      solver.linear().SolveSaved(recording.factor[k], lambda);
+    } else if (solver.Factor(material, x, options.h)) {
+      solver.linear().Solve(lambda);
+    } else {
+      result.status = RolloutStatus::kNotPositiveDefinite;
+      return result;
+    }
+    AddStepAdjoint(solver, material, x, w, options.h, lambda, result);
+    result.v0 = mass.asDiagonal() * lambda;
+  }
+  return result;
+}
+
+}  // namespace drape

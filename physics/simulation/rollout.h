@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "physics/cloth/assembly/material_sensitivity.h"
+#include "physics/cloth/assembly/step_solver.h"
+
+namespace drape {
+
+// The dynamic step [MODEL, M30]: (M + h²H)·v' = M·v + h·f, x' = x + h·v', and its
+// discrete-exact derivatives through the matrix too:
+//   A·dv' = M·dv + ∂g/∂x·dx + ∂g/∂p·dp at w = v', dx' = dx + h·dv'.
+
+struct RolloutOptions {
+  double h = 0.05;  // time step [s], > 0
+  int steps = 100;  // ≥ 0
+  // Memory for factors kept for the adjoint; steps that do not fit are factored again on the way
+  // back. The default keeps all of a 300-vertex cloth and a gradient of 2,700 vertices in 300 MB.
+  std::size_t factor_memory = std::size_t{160} << 20;  // [bytes]
+  const std::atomic<bool>* cancel = nullptr;           // ends the rollout early when it turns true
+
+  bool operator==(const RolloutOptions&) const = default;
+  void Check() const;  // programmer errors
+};
+
+enum class RolloutStatus {
+  kOk,
+  kNotPositiveDefinite,  // a factorisation failed
+  kNotFinite,            // positions overflowed
+  kCancelled
+};
+const char* ToString(RolloutStatus status);
+
+// What a backend keeps of a rollout in a place of its own.
+struct BackendRecording {
+  virtual ~BackendRecording() = default;
+};
+
+// States of a rollout, kept for the adjoint: x[k], k = 0..steps, v[k + 1] solved at x[k].
+struct Recording {
+  std::vector<Eigen::VectorXd> x, v;
+  std::vector<std::vector<double>> factor;  // of step k; empty where it is to be factored again
+  std::shared_ptr<const BackendRecording> backend;  // instead of all these; for that backend only
+};
+
+struct RolloutResult {
+  RolloutStatus status = RolloutStatus::kOk;
+  State end;
+  int steps = 0;  // done
+};
+
+struct TangentResult {
+  RolloutResult rollout;
+  RowMatrix dx, dv;  // ∂x_end/∂p, ∂v_end/∂p, shape [3V, 39]
+};
+
+struct AdjointResult {
+  RolloutStatus status = RolloutStatus::kOk;
+  MaterialGradient material;
+  RowMatrix x0, v0;  // ∂L/∂x_start, ∂L/∂v_start, shape [3V, m]
+};
+
+// Steps from `start`. `recording`, when given, keeps what RolloutAdjoint needs.
+RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const State& start,
+                      const RolloutOptions& options, Recording* recording = nullptr);
+
+// Rollout with ∂(end)/∂p for the 39 entries, each weighted as in AddMaterialColumns.
+TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
+                             const MaterialField& weight, const State& start,
+                             const RolloutOptions& options);
+
+// Gradients of m scalars L with seeds ∂L/∂x_end, shape [3V, m], back through a recorded rollout.
+AdjointResult RolloutAdjoint(StepSolver& solver, const MaterialField& material,
+                             const RolloutOptions& options, const Recording& recording,
+                             const RowMatrix& seeds);
+
+}  // namespace drape

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "physics/cloth/assembly/step_solver.h"
+
+namespace drape {
+
+// The `count` lowest eigenvalues ω² [s⁻²], ascending, of ½(K + Kᵀ)·φ = ω²·M·φ at x, with the exact
+// K = −∂f/∂x and the lumped mass M: squared angular frequencies of small vibrations; the lowest is
+// negative where x is unstable. Empty when they are not found. 1 ≤ count < 3V.
+// Spectra's Lanczos iteration on (K + μM)⁻¹, μ the shift that makes K + μM positive definite.
+Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& material,
+                                  const Eigen::VectorXd& x, int count);
+
+// The same with their shapes φ, shape [3V, count], φᵀ·M·φ = 1; both empty when they are not found.
+struct VibrationModes {
+  Eigen::VectorXd eigenvalues;  // ω² [s⁻²], ascending
+  Eigen::MatrixXd shapes;       // [kg^-½]
+};
+VibrationModes LowestModes(StepSolver& solver, const MaterialField& material,
+                           const Eigen::VectorXd& x, int count);
+
+// The largest ω² [s⁻²], to 1e-6: an explicit step is stable for h < 2/ω
+// [Courant 1928]. None when it is not found.
+std::optional<double> HighestEigenvalue(StepSolver& solver, const MaterialField& material,
+                                        const Eigen::VectorXd& x);
+
+// Of the lowest eigenvalues: all are positive beyond rounding, and there are some.
+inline bool IsStable(const Eigen::VectorXd& lowest_eigenvalues) {
+  constexpr double kRounding = 1e-6;  // [s⁻²]
+  return lowest_eigenvalues.size() > 0 && lowest_eigenvalues[0] > kRounding;
+}
+
+}  // namespace drape

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/simulation/statics/statics.h"
+
+#include <optional>
+#include <utility>
+
+#include "physics/cloth/assembly/assembly.h"
+#include "physics/simulation/statics/stiffness.h"
+
+namespace drape {
+namespace {
+
+// A shape, and what is known of it.
+struct Iterate {
+  Eigen::VectorXd x, force;
+  double residual = 0.0, energy = 0.0;
+  StressField stress;
+};
+
+class EquilibriumSearch {
+ public:
+  EquilibriumSearch(StepSolver& solver, const MaterialField& material,
+                    const EquilibriumOptions& options, const Eigen::VectorXd& x)
+      : solver_(solver),
+        material_(material),
+        shift_length_(options.shift.length),
+        stiffness_(solver, material),
+        weight_(CharacteristicForce(solver.model(), material)),
+        here_(At(x)),
+        best_(here_),
+        stress_(here_.stress),
+        start_energy_(here_.energy),
+        control_(options, here_.residual, here_.energy) {}
+
+  EquilibriumResult Run() {
+    for (;;) {
+      switch (control_.Next()) {
+        case NewtonNext::kStep:
+          Step();
+          break;
+        case NewtonNext::kConverged:
+          return Result(control_.Conclude(AsymmetryHere()), here_);
+        case NewtonNext::kCancelled:
+          return Result(EquilibriumStatus::kCancelled, best_);
+        case NewtonNext::kGiveUp:
+          return Result(EquilibriumStatus::kNotConverged, best_);
+      }
+    }
+  }
+
+ private:
+  Iterate At(const Eigen::VectorXd& x) const {
+    const ClothModel& model = solver_.model();
+    Iterate at{.x = x, .force = {}, .stress = MembraneStress(model, material_, x)};
+    AssembleForce(model, material_, x, at.force);
+    at.residual = at.force.norm() / weight_;
+    at.energy = Energy(model, material_, x);
+    return at;
+  }
+
+  void Step() {
+    if (!FactorHere()) return;
+    Eigen::VectorXd dx = here_.force;
+    solver_.linear().Solve(dx);
+    dx *= control_.Scale(dx.cwiseAbs().maxCoeff());
+    stress_ = ExtrapolatedMembraneStress(solver_.model(), material_, here_.x, dx);
+    here_ = At(here_.x + dx);
+    switch (control_.Judge(here_.residual, here_.energy)) {
+      case NewtonVerdict::kNonMonotone:
+        return;
+      case NewtonVerdict::kAccept:
+        best_ = here_;
+        break;
+      case NewtonVerdict::kRejectStep:
+        here_ = best_;
+        break;
+    }
+    stress_ = here_.stress;
+  }
+
+  // K at here_ with the geometric stiffness of stress_, shifted. False when no shift helps.
+  bool FactorHere() {
+    stiffness_.Assemble(here_.x);
+    StressField change = stress_;
+    for (std::size_t f = 0; f < change.size(); ++f) change[f] -= here_.stress[f];
+    stiffness_.AddStress(change);
+    double mu = control_.FirstShift();
+    return stiffness_.FactorShifted(shift_length_, &mu,
+                                    [this](double) { return control_.NextShift(); });
+  }
+
+  std::optional<double> AsymmetryHere() {
+    stiffness_.Assemble(here_.x);
+    if (!stiffness_.Factor()) return std::nullopt;
+    return stiffness_.Asymmetry();
+  }
+
+  EquilibriumResult Result(EquilibriumStatus status, Iterate& at) {
+    return {.status = status,
+            .x = std::move(at.x),
+            .iterations = control_.iterations(),
+            .factorisations = control_.factorisations(),
+            .residual = at.residual,
+            .start_energy = start_energy_,
+            .steps = control_.steps()};
+  }
+
+  StepSolver& solver_;
+  const MaterialField& material_;
+  double shift_length_;
+  Stiffness stiffness_;
+  double weight_;
+  Iterate here_, best_;  // the present shape; the last accepted one
+  StressField stress_;   // of the geometric stiffness at here_
+  double start_energy_;
+  NewtonControl control_;
+};
+
+// ∂f/∂entry · weight, shape [3V, 39].
+RowMatrix ForceByEntry(const ClothModel& model, const MaterialField& material,
+                       const MaterialField& weight, const Eigen::VectorXd& x) {
+  const Eigen::VectorXd no_velocity = Eigen::VectorXd::Zero(x.size());
+  RowMatrix by_entry = RowMatrix::Zero(model.num_dofs(), kMaterialEntries);
+  AddMaterialColumns(model, material, weight, x, no_velocity, 1.0, by_entry);
+  return by_entry;
+}
+
+}  // namespace
+
+double CharacteristicForce(const ClothModel& model, const MaterialField& material) {
+  constexpr double kStandardGravity = 9.8;  // [m/s²]
+  const double gravity = model.scene.gravity ? model.scene.gravity->norm() : 0.0;
+  return (gravity > 0.0 ? gravity : kStandardGravity) * material.density * model.vertex_area.sum();
+}
+
+double ForceResidual(const ClothModel& model, const MaterialField& material,
+                     const Eigen::VectorXd& x) {
+  Eigen::VectorXd force;
+  AssembleForce(model, material, x, force);
+  return force.norm() / CharacteristicForce(model, material);
+}
+
+EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& material,
+                                   const Eigen::VectorXd& x, const EquilibriumOptions& options) {
+  return EquilibriumSearch(solver, material, options, x).Run();
+}
+
+bool EquilibriumTangent(StepSolver& solver, const MaterialField& material,
+                        const MaterialField& weight, const Eigen::VectorXd& x, RowMatrix* dx) {
+  Stiffness stiffness(solver, material);
+  stiffness.Assemble(x);
+  return stiffness.Factor() &&
+         stiffness.Solve(ForceByEntry(solver.model(), material, weight, x), dx);
+}
+
+bool EquilibriumJvpColumn(StepSolver& solver, const MaterialField& material,
+                          const MaterialField& change, const Eigen::VectorXd& x,
+                          Eigen::VectorXd* dx) {
+  Stiffness stiffness(solver, material);
+  stiffness.Assemble(x);
+  RowMatrix column;
+  if (!stiffness.Factor() ||
+      !stiffness.Solve(ForceByEntry(solver.model(), material, change, x).rowwise().sum(), &column))
+    return false;
+  *dx = column;
+  return true;
+}
+
+bool EquilibriumAdjoint(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& x,
+                        const RowMatrix& seeds, MaterialGradient* gradient) {
+  const ClothModel& model = solver.model();
+  Stiffness stiffness(solver, material);
+  stiffness.Assemble(x);
+  RowMatrix lambda;
+  if (!stiffness.Factor() || !stiffness.SolveTransposed(seeds, &lambda)) return false;
+  *gradient = MaterialGradient::Zero(material, static_cast<int>(seeds.cols()));
+  const Eigen::VectorXd no_velocity = Eigen::VectorXd::Zero(x.size());
+  AddMaterialGradient(model, material, x, no_velocity, 1.0, lambda, *gradient);
+  return true;
+}
+
+}  // namespace drape

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/util/json_input.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <string_view>
+
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+
+namespace drape {
+namespace {
+
+using nlohmann::json;
+
+// What a person recognises of a value in an error line.
+std::string Describe(const json& value) {
+  if (value.is_object()) return "an object";
+  if (value.is_array()) return "an array of " + std::to_string(value.size());
+  constexpr size_t kLongest = 60;
+  const std::string text = value.dump(-1, ' ', false, json::error_handler_t::replace);
+  return text.size() <= kLongest ? text : text.substr(0, kLongest) + "…";
+}
+
+// nlohmann keeps the last of two equal keys; a person who wrote both must hear of it.
+class DuplicateKeyCheck {
+ public:
+  explicit DuplicateKeyCheck(const std::string& where) : where_(where) {}
+
+  bool operator()(json::parse_event_t event, const json& parsed) {
+    if (event == json::parse_event_t::object_start) keys_.emplace_back();
+    if (event == json::parse_event_t::object_end) keys_.pop_back();
+    if (event == json::parse_event_t::key &&
+        !keys_.back().insert(parsed.get<std::string>()).second) {
+      throw InputError(where_, "key '" + parsed.get<std::string>() + "' is given twice");
+    }
+    return true;
+  }
+
+ private:
+  const std::string& where_;
+  std::vector<std::set<std::string>> keys_;
+};
+
+}  // namespace
+
+json ParseJson(const std::string& text, const std::string& where) {
+  DuplicateKeyCheck check(where);
+  try {
+    return json::parse(
+        text, [&](int, json::parse_event_t event, json& parsed) { return check(event, parsed); },
+        /*allow_exceptions=*/true, /*ignore_comments=*/true);
+  } catch (const json::exception& error) {
+    const std::string_view message = error.what();  // "[json.exception.parse_error.101] parse …"
+    throw InputError(where, std::string(message.substr(message.find("] ") + 2)));
+  }
+}
+
+json ReadJsonFile(const std::string& path) { return ParseJson(ReadWholeFile(path), path); }
+
+void JsonInput::Fail(const std::string& expected) const {
+  const std::string place = key_.empty() ? "" : std::string("key '").append(key_) + "': ";
+  throw InputError(where_, place + "found " + Describe(value_) + ", expected " + expected);
+}
+
+const JsonInput& JsonInput::ExpectObject() const {
+  if (!value_.is_object()) Fail("an object");
+  return *this;
+}
+
+const JsonInput& JsonInput::ExpectArray() const {
+  if (!value_.is_array()) Fail("an array");
+  return *this;
+}
+
+const JsonInput& JsonInput::ExpectArray(int size) const {
+  if (!value_.is_array() || Size() != size) Fail("an array of " + std::to_string(size));
+  return *this;
+}
+
+const JsonInput& JsonInput::ExpectKeys(const std::vector<std::string>& allowed) const {
+  ExpectObject();
+  for (const auto& [key, unused] : value_.items()) {
+    if (std::find(allowed.begin(), allowed.end(), key) != allowed.end()) continue;
+    std::string list;
+    for (const std::string& name : allowed) list += ' ' + name;
+    const std::string place = key_.empty() ? "" : key_ + ".";
+    throw InputError(where_, "unknown key '" + place + key + "', allowed:" + list);
+  }
+  return *this;
+}
+
+JsonInput JsonInput::At(const std::string& key) const {
+  ExpectObject();
+  const std::string place = key_.empty() ? key : key_ + "." + key;
+  const auto it = value_.find(key);
+  if (it == value_.end()) throw InputError(where_, "key '" + place + "' is missing");
+  return {*it, where_, place};
+}
+
+JsonInput JsonInput::At(int index) const {
+  ExpectArray();
+  return {value_.at(index), where_, key_ + "[" + std::to_string(index) + "]"};
+}
+
+double JsonInput::Number() const {
+  if (!value_.is_number() || !std::isfinite(value_.get<double>())) Fail("a finite number");
+  return value_.get<double>();
+}
+
+int JsonInput::Integer() const {
+  const double number = value_.is_number_integer() ? value_.get<double>() : NAN;
+  const bool fits =
+      number >= std::numeric_limits<int>::min() && number <= std::numeric_limits<int>::max();
+  if (!fits) Fail("a whole number");
+  return value_.get<int>();
+}
+
+std::string JsonInput::String() const {
+  if (!value_.is_string()) Fail("a string");
+  return value_.get<std::string>();
+}
+
+}  // namespace drape

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit/fit.h"
+
+#include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace drape {
+namespace {
+
+// θ as parameter blocks of Ceres: one, or many where conjugate gradients are to be used, since the
+// prior of a block is a dense matrix.
+struct ParameterBlocks {
+  explicit ParameterBlocks(double* theta, int size) {
+    constexpr int kLargest = 64;
+    const int most = size > kMostDenseParameters ? kLargest : size;
+    for (int first = 0; first < size; first += most) {
+      starts.push_back(theta + first);
+      sizes.push_back(std::min(most, size - first));
+    }
+  }
+  std::vector<double*> starts;
+  std::vector<int> sizes;
+};
+
+// The slice of one target: the batch has done the work.
+class OutlineCost final : public ceres::CostFunction {
+ public:
+  OutlineCost(const OutlineResiduals* batch, int target, const ParameterBlocks& blocks)
+      : batch_(batch), target_(target) {
+    set_num_residuals(batch->num_angles());
+    *mutable_parameter_block_sizes() = blocks.sizes;
+  }
+  bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
+    if (!batch_->Copy(target_, residuals)) return false;
+    int first = 0;
+    for (std::size_t b = 0; jacobians != nullptr && b < parameter_block_sizes().size(); ++b) {
+      const int size = parameter_block_sizes()[b];
+      if (jacobians[b] != nullptr) batch_->CopyJacobian(target_, first, size, jacobians[b]);
+      first += size;
+    }
+    return true;
+  }
+
+ private:
+  const OutlineResiduals* batch_;
+  int target_;
+};
+
+// The points of all tests. Computed when asked for: strips are small.
+class StripCost final : public ceres::CostFunction {
+ public:
+  // accepted: where Ceres last had a Jacobian; may be null.
+  StripCost(StripResiduals* tests, const MaterialParametrisation* parametrisation,
+            Eigen::VectorXd* accepted)
+      : tests_(tests), parametrisation_(parametrisation), accepted_(accepted) {
+    set_num_residuals(tests->num_points());
+    mutable_parameter_block_sizes()->push_back(parametrisation->size());
+  }
+  bool Evaluate(double const* const* theta, double* residuals, double** jacobians) const override {
+    const bool with_jacobian = jacobians != nullptr && jacobians[0] != nullptr;
+    Eigen::VectorXd residual;
+    RowMatrix jacobian;
+    const Eigen::Map<const Eigen::VectorXd> here(theta[0], parametrisation_->size());
+    if (!tests_->Evaluate(*parametrisation_, here, &residual, with_jacobian ? &jacobian : nullptr))
+      return false;
+    if (with_jacobian && accepted_ != nullptr) *accepted_ = here;
+    std::copy_n(residual.data(), residual.size(), residuals);
+    if (with_jacobian) std::copy_n(jacobian.data(), jacobian.size(), jacobians[0]);
+    return true;
+  }
+
+ private:
+  StripResiduals* tests_;
+  const MaterialParametrisation* parametrisation_;
+  Eigen::VectorXd* accepted_;
+};
+
+class Monitor final : public ceres::IterationCallback {
+ public:
+  Monitor(const FitOptions& options, TrustRegionRun* run) : options_(options), run_(run) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& s) override {
+    FitIteration it{s.iteration,          s.cost,
+                    s.step_norm,          s.trust_region_radius,
+                    s.step_is_successful, s.cumulative_time_in_seconds};
+    run_->iterations.push_back(it);
+    if (options_.progress) options_.progress(it);
+    if (options_.cancel != nullptr && options_.cancel->load())
+      return Stop(FitTermination::kCancelled);
+    if (s.trust_region_radius * options_.max_damping < 1.0)
+      return Stop(FitTermination::kDampingLimit);
+    return ceres::SOLVER_CONTINUE;
+  }
+  bool stopped() const { return stopped_; }
+
+ private:
+  ceres::CallbackReturnType Stop(FitTermination why) {
+    run_->termination = why;
+    stopped_ = true;
+    return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+  }
+
+  const FitOptions& options_;
+  TrustRegionRun* run_;
+  bool stopped_ = false;
+};
+
+void UseConjugateGradients(ceres::Solver::Options* options) {
+  options->linear_solver_type = ceres::CGNR;
+  options->preconditioner_type = ceres::IDENTITY;
+  options->max_linear_solver_iterations = 1000;
+  options->eta = 1e-10;
+}
+
+FitTermination FromCeres(const ceres::Solver::Summary& summary) {
+  if (!summary.IsSolutionUsable()) return FitTermination::kFailed;
+  return summary.termination_type == ceres::CONVERGENCE ? FitTermination::kConverged
+                                                        : FitTermination::kIterationLimit;
+}
+
+void AddPrior(ceres::Problem& problem, const ParameterBlocks& blocks, const FitOptions& options) {
+  for (std::size_t b = 0; b < blocks.sizes.size(); ++b) {
+    const int size = blocks.sizes[b];
+    const ceres::Matrix information = ceres::Matrix::Identity(size, size) / options.prior_sigma;
+    problem.AddResidualBlock(new ceres::NormalPrior(information, ceres::Vector::Zero(size)),
+                             nullptr, blocks.starts[b]);
+  }
+}
+
+void Solve(ceres::Problem& problem, const FitOptions& options, FitSummary* summary) {
+  TrustRegionRun run = RunTrustRegion(problem, options);
+  summary->termination = run.termination;
+  summary->message = std::move(run.message);
+  summary->initial_cost = run.initial_cost;
+  summary->iterations = std::move(run.iterations);
+  summary->seconds = run.seconds;
+}
+
+// Adds the tests to a summary that holds the best θ. False when they cannot be computed there.
+bool AppendTests(StripResiduals& tests, const MaterialParametrisation& parametrisation,
+                 FitSummary* summary) {
+  Eigen::VectorXd residual;
+  RowMatrix jacobian;
+  if (!tests.Evaluate(parametrisation, summary->theta, &residual, &jacobian)) return false;
+  summary->final_cost += 0.5 * residual.squaredNorm();
+  Eigen::MatrixXd both(summary->jacobian.rows() + jacobian.rows(), jacobian.cols());
+  both << summary->jacobian, jacobian;
+  summary->jacobian = std::move(both);
+  return true;
+}
+
+}  // namespace
+
+void FitOptions::Check() const {
+  CHECK_GT(prior_sigma, 0.0) << "FitOptions::prior_sigma";
+  CHECK_GE(max_iterations, 0) << "FitOptions::max_iterations";
+  CHECK_GT(initial_damping, 0.0) << "FitOptions::initial_damping";
+  CHECK_GT(max_damping, initial_damping) << "FitOptions::max_damping";
+}
+
+ceres::Solver::Options TrustRegionOptions(int parameters, const FitOptions& options) {
+  ceres::Solver::Options ceres_options;
+  ceres_options.linear_solver_type = ceres::DENSE_QR;
+  if (parameters > kMostDenseParameters) UseConjugateGradients(&ceres_options);
+  ceres_options.max_num_iterations = options.max_iterations;
+  ceres_options.initial_trust_region_radius = 1.0 / options.initial_damping;
+  ceres_options.min_lm_diagonal = options.unit_damping ? 1.0 : options.least_scale;
+  if (options.unit_damping) ceres_options.max_lm_diagonal = 1.0;
+  ceres_options.function_tolerance = options.cost_tolerance;
+  ceres_options.gradient_tolerance = 1e-12;
+  ceres_options.parameter_tolerance = 1e-10;
+  ceres_options.num_threads = 1;  // the batch is parallel, the copies are not worth it
+  ceres_options.logging_type = ceres::SILENT;
+  ceres_options.update_state_every_iteration = true;
+  // The batch's callback changes starts between evaluations, so the jacobi scaling of the first
+  // Jacobian would be no better than none.
+  ceres_options.jacobi_scaling = false;
+  return ceres_options;
+}
+
+TrustRegionRun RunTrustRegion(ceres::Problem& problem, const FitOptions& options) {
+  TrustRegionRun run;
+  Monitor monitor(options, &run);
+  ceres::Solver::Summary summary;
+  ceres::Solver::Options ceres_options = TrustRegionOptions(problem.NumParameters(), options);
+  ceres_options.callbacks.push_back(&monitor);
+  ceres::Solve(ceres_options, &problem, &summary);
+  if (!monitor.stopped()) run.termination = FromCeres(summary);
+  run.message = summary.message;
+  run.initial_cost = summary.initial_cost;
+  run.final_cost = summary.final_cost;
+  run.seconds = summary.total_time_in_seconds;
+  return run;
+}
+
+const char* ToString(FitTermination termination) {
+  switch (termination) {
+    case FitTermination::kConverged:
+      return "converged";
+    case FitTermination::kIterationLimit:
+      return "iteration limit";
+    case FitTermination::kDampingLimit:
+      return "no smaller step lowers the cost";
+    case FitTermination::kStalled:
+      return "stalled at an unstable drape";
+    case FitTermination::kCancelled:
+      return "cancelled";
+    case FitTermination::kFailed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+FitSummary Fit(OutlineResiduals& batch, const FitOptions& options, StripResiduals* tests) {
+  options.Check();
+  FitSummary summary;
+  ceres::Problem::Options problem_options;
+  problem_options.evaluation_callback = &batch;
+  ceres::Problem problem(problem_options);
+  const ParameterBlocks blocks(batch.theta(), batch.num_parameters());
+  for (int i = 0; i < batch.num_targets(); ++i)
+    problem.AddResidualBlock(new OutlineCost(&batch, i, blocks), nullptr, blocks.starts);
+  if (tests != nullptr)
+    problem.AddResidualBlock(new StripCost(tests, &batch.parametrisation(), nullptr), nullptr,
+                             batch.theta());
+  AddPrior(problem, blocks, options);
+  Solve(problem, options, &summary);
+  summary.counts = batch.counts();
+  // Ceres fails where the Jacobian of an accepted step cannot be had: the point before still
+  // stands.
+  if (!batch.has_accepted()) return summary;
+  if (summary.termination == FitTermination::kFailed)
+    summary.termination = FitTermination::kStalled;
+  batch.StartFromAccepted();
+  summary.theta = batch.accepted().theta;
+  summary.final_cost =
+      0.5 * (batch.accepted().residual.squaredNorm() +
+             summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma));
+  summary.jacobian = batch.accepted().jacobian;
+  if (tests != nullptr && !AppendTests(*tests, batch.parametrisation(), &summary))
+    summary.termination = FitTermination::kFailed;
+  return summary;
+}
+
+FitSummary FitStrips(StripResiduals& tests, const MaterialParametrisation& parametrisation,
+                     const Eigen::VectorXd& theta, const FitOptions& options) {
+  options.Check();
+  const int size = parametrisation.size();
+  FitSummary summary;
+  Eigen::VectorXd block = theta;
+  ceres::Problem problem;
+  problem.AddResidualBlock(new StripCost(&tests, &parametrisation, &summary.theta), nullptr,
+                           block.data());
+  AddPrior(problem, ParameterBlocks(block.data(), size), options);
+  Solve(problem, options, &summary);
+  if (summary.theta.size() == 0) return summary;
+  if (summary.termination == FitTermination::kFailed)
+    summary.termination = FitTermination::kStalled;
+  summary.final_cost =
+      0.5 * summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma);
+  summary.jacobian.resize(0, size);
+  if (!AppendTests(tests, parametrisation, &summary)) summary.termination = FitTermination::kFailed;
+  return summary;
+}
+
+}  // namespace drape

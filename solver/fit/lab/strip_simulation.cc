@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit/lab/strip_simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "physics/cloth/textbook.h"
+#include "physics/mesh/strip.h"
+#include "physics/simulation/load_path.h"
+
+namespace drape {
+namespace {
+
+constexpr double kGravity = 9.80665;  // [m/s²]
+constexpr double kDegree = M_PI / 180.0;
+const double kRowByEdge = std::sqrt(0.75);  // of equilateral triangles
+
+// A cantilever's lattices: edges along the strip, and across it.
+constexpr int kAlong = 64, kAcross = 4;
+// Where the strip bends first, in edges from its held end (tested_strip_test).
+constexpr double kClampOfRowsAlong = 0.8, kClampOfRowsAcross = 0.9;
+
+// Springs of the clamp [N/m]: it turns by 1e-5, and their rounding stays below the tolerance.
+constexpr double kClampStiffness = 1e5;
+constexpr double kFallenTolerance = 1e-8;  // ‖f‖ / weight
+
+// A strip's vertices are so light that μM matters to its membrane at this shift only [s⁻²].
+constexpr double kMostShift = 1e12;
+
+// A pulled strip: edges across, and the plate rigidity that keeps it flat [N·m].
+constexpr int kPulledAcross = 8;
+constexpr double kFlat = 1.0;
+// ‖f‖ / load, but no less than this force [N], to which the springs of the clamp are rounded.
+constexpr double kPulledTolerance = 1e-11, kLeastForce = 5e-11;
+
+Scene MakeCantileverScene(double clamp) {
+  Scene scene = CantileverScene(clamp, kGravity);
+  scene.handles->stiffness = kClampStiffness;
+  return scene;
+}
+
+}  // namespace
+
+StripSimulation::StripSimulation(const LabMeasurement& test, int point, const Law& law)
+    : kind_(test.kind) {
+  const double set = test.points[point].set, direction = test.direction * kDegree;
+  if (kind_ == LabMeasurementKind::kTensile) {
+    const int along = std::max(2, int(std::lround(kPulledAcross * test.length / test.width)));
+    load_ = set;
+    tolerance_ = std::max(kPulledTolerance, kLeastForce / set);
+    AddLattice(Laid(MakeStrip(test.length, test.width, along, kPulledAcross), 0.0, direction),
+               UniaxialScene(test.length, set), law, 0.0);
+    return;
+  }
+  tolerance_ = kFallenTolerance;
+  const double edge = set / (kAlong + 1.0 - kClampOfRowsAlong);
+  AddLattice(Laid(MakeStrip((kAlong + 1) * edge, kAcross * kRowByEdge * edge, kAlong + 1, kAcross),
+                  0.0, direction),
+             MakeCantileverScene(edge), law, kClampOfRowsAlong * edge);
+  const int rows = static_cast<int>(std::lround(kAlong / kRowByEdge)) + 1;
+  const double row = set / (rows - kClampOfRowsAcross), across = row / kRowByEdge;
+  AddLattice(Laid(MakeStrip(kAcross * across, rows * row, kAcross, rows), -M_PI / 2, direction),
+             MakeCantileverScene(row), law, kClampOfRowsAcross * row);
+}
+
+StripSimulation StripSimulation::Clone() const {
+  StripSimulation clone(kind_);
+  clone.load_ = load_;
+  clone.tolerance_ = tolerance_;
+  for (const Lattice& lattice : lattices_)
+    clone.lattices_.push_back({lattice.solver.Clone(), lattice.clamp, lattice.end, lattice.x});
+  return clone;
+}
+
+void StripSimulation::StartLike(const StripSimulation& neighbour) {
+  for (std::size_t i = 0; i < lattices_.size(); ++i) {
+    Lattice& lattice = lattices_[i];
+    const Lattice& like = neighbour.lattices_[i];
+    if (lattice.x.size() > 0 || like.x.size() == 0) continue;
+    lattice.x = like.x * (RestEnd(lattice) / RestEnd(like));
+  }
+}
+
+double StripSimulation::RestEnd(const Lattice& lattice) {
+  return lattice.solver.model().mesh.rest_x[3 * lattice.end.front()];
+}
+
+void StripSimulation::AddLattice(Mesh mesh, Scene scene, const Law& law, double clamp) {
+  const auto model = std::make_shared<const ClothModel>(std::move(mesh), std::move(scene), law);
+  const Eigen::VectorXd& x = model->mesh.rest_x;
+  const int count = model->mesh.num_vertices();
+  double end = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < count; ++i) end = std::max(end, x[3 * i]);
+  Lattice lattice{StepSolver(model), clamp, {}, {}};
+  for (int i = 0; i < count; ++i)
+    if (x[3 * i] > end - 1e-9) lattice.end.push_back(i);
+  lattices_.push_back(std::move(lattice));
+}
+
+MaterialField StripSimulation::OnStrip(const MaterialField& material) const {
+  MaterialField strip = material;
+  if (kind_ == LabMeasurementKind::kCantilever) {
+    strip.density *= 1.0 - kHingePoisson * kHingePoisson;
+  } else {
+    strip.bend = LinearMaterial(1.0, kFlat, 1.0).bend;
+    // Weighs as much as its load, to which the tolerance of an equilibrium is relative.
+    strip.density = 1.0;
+    strip.density = load_ / CharacteristicForce(lattices_.front().solver.model(), strip);
+  }
+  return strip;
+}
+
+// Newton from the last shape; where that fails, from rest.
+bool StripSimulation::Settle(Lattice& lattice, const MaterialField& strip) const {
+  EquilibriumOptions options;
+  options.max_iterations = 60;
+  options.tolerance = tolerance_;
+  options.shift.most = kMostShift;
+  if (kind_ == LabMeasurementKind::kTensile)
+    options.residual_regime = std::numeric_limits<double>::infinity();
+  if (lattice.x.size() > 0) {
+    EquilibriumResult near = SolveEquilibrium(lattice.solver, strip, lattice.x, options);
+    if (near.status == EquilibriumStatus::kStable) {
+      lattice.x = std::move(near.x);
+      return true;
+    }
+  }
+  EquilibriumResult rest = SolveFromRest(lattice.solver, strip, options);
+  if (rest.status != EquilibriumStatus::kStable) return false;
+  lattice.x = std::move(rest.x);
+  return true;
+}
+
+double StripSimulation::Reading(const Lattice& lattice, Eigen::Vector3d* by_tip) const {
+  Eigen::Vector3d tip = Eigen::Vector3d::Zero();
+  for (const int i : lattice.end) tip += lattice.x.segment<3>(3 * i) / double(lattice.end.size());
+  if (kind_ == LabMeasurementKind::kTensile) {
+    const double length = RestEnd(lattice);
+    *by_tip = Eigen::Vector3d::UnitX() / length;
+    return tip.x() / length;
+  }
+  const double reach = tip.x() - lattice.clamp, drop = -tip.z();
+  *by_tip = Eigen::Vector3d(-drop, 0.0, -reach) / (reach * reach + drop * drop) / kDegree;
+  return std::atan2(drop, reach) / kDegree;
+}
+
+bool StripSimulation::Differentiate(Lattice& lattice, const MaterialField& strip,
+                                    const Eigen::Vector3d& by_tip,
+                                    Eigen::VectorXd* by_log_entry) const {
+  RowMatrix seed = RowMatrix::Zero(lattice.x.size(), 1);
+  for (const int i : lattice.end) seed.block<3, 1>(3 * i, 0) = by_tip / double(lattice.end.size());
+  MaterialGradient gradient;
+  if (!EquilibriumAdjoint(lattice.solver, strip, lattice.x, seed, &gradient)) return false;
+  *by_log_entry = gradient.Contract(strip).col(0);
+  // What keeps a pulled strip flat is none of the material's.
+  if (kind_ == LabMeasurementKind::kTensile) by_log_entry->tail(kBendEntries).setZero();
+  return true;
+}
+
+bool StripSimulation::Predict(const MaterialField& material, double* reading,
+                              Eigen::VectorXd* by_log_entry) {
+  const MaterialField strip = OnStrip(material);
+  const double share = 1.0 / double(lattices_.size());
+  *reading = 0.0;
+  if (by_log_entry != nullptr) by_log_entry->setZero(kMaterialEntries);
+  for (Lattice& lattice : lattices_) {
+    if (!Settle(lattice, strip)) return false;
+    Eigen::Vector3d by_tip;
+    *reading += share * Reading(lattice, &by_tip);
+    Eigen::VectorXd gradient;
+    if (by_log_entry == nullptr) continue;
+    if (!Differentiate(lattice, strip, by_tip, &gradient)) return false;
+    *by_log_entry += share * gradient;
+  }
+  return true;
+}
+
+}  // namespace drape

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit/outline_residuals.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "physics/material/material_scaling.h"
+#include "physics/util/errors.h"
+
+namespace drape {
+
+RolloutCounts& RolloutCounts::operator+=(const RolloutCounts& other) {
+  rollouts += other.rollouts;
+  tangents += other.tangents;
+  failed += other.failed;
+  jumps += other.jumps;
+  capped += other.capped;
+  return *this;
+}
+
+namespace {
+
+// Single elements among thousands may give way without the cloth doing so.
+bool KeepsResistance(const MaterialField& material) {
+  return material.stretch.size() == 1 && ResistsAllStrains(material);
+}
+
+}  // namespace
+
+OutlineResiduals::OutlineResiduals(Backend* backend, const MaterialParametrisation* parametrisation,
+                                   std::vector<Observation>* targets,
+                                   const OutlineResidualOptions& options)
+    : backend_(backend),
+      parametrisation_(parametrisation),
+      targets_(targets),
+      options_(options),
+      theta_(Eigen::VectorXd::Zero(parametrisation->size())),
+      evaluations_(targets->size()),
+      keeps_resistance_(KeepsResistance(parametrisation->Material(theta_))) {
+  CHECK(!targets->empty());
+  CHECK(by_tangents() || options.integrator == SolveMode::kStatic);
+  for (const Observation& target : *targets) CHECK_EQ(target.radius.size(), num_angles());
+}
+
+void OutlineResiduals::Move(Backend* backend, std::vector<Observation>* targets) {
+  CHECK_EQ(targets->size(), targets_->size());
+  backend_ = backend;
+  targets_ = targets;
+}
+
+void OutlineResiduals::PrepareForEvaluation(bool with_jacobians, bool) {
+  // Ceres differentiates only where it has settled: the point of its last accepted trial.
+  if (with_jacobians) {
+    if (options_.warm_restart && EvaluatedHere()) RestartFromLastShapes();
+    Evaluate(true);
+    Accept();
+  } else if (IsTooFar()) {
+    evaluated_theta_ = theta_;
+    evaluations_.assign(num_targets(), Evaluation());
+    ++counts_.capped;
+  } else if (!EvaluatedHere()) {
+    Evaluate(false);
+  }
+}
+
+bool OutlineResiduals::IsTooFar() const {
+  if (!has_accepted()) return false;
+  const Eigen::VectorXd change = accepted_.jacobian * (theta_ - accepted_.theta);
+  return options_.sigma_px * change.norm() >
+         options_.max_outline_change * std::sqrt(static_cast<double>(change.size()));
+}
+
+bool OutlineResiduals::EvaluatedHere() const {
+  return evaluated_theta_.size() == theta_.size() && evaluated_theta_ == theta_;
+}
+
+void OutlineResiduals::RestartFromLastShapes() {
+  for (int i = 0; i < num_targets(); ++i)
+    if (evaluations_[i].valid)
+      (*targets_)[i].start = {evaluations_[i].x, Eigen::VectorXd::Zero(evaluations_[i].x.size())};
+}
+
+void OutlineResiduals::Evaluate(bool with_jacobians) {
+  const MaterialField material = parametrisation_->Material(theta_);
+  evaluated_theta_ = theta_;
+  evaluations_.assign(num_targets(), Evaluation());
+  if (keeps_resistance_ && !ResistsAllStrains(material)) {
+    counts_.failed += num_targets();
+    return;
+  }
+  if (!with_jacobians) PredictShapes();
+  if (options_.integrator == SolveMode::kDynamic) {
+    RunDynamic(material, with_jacobians);
+  } else {
+    RunStatic(material, with_jacobians);
+  }
+  counts_.rollouts += num_targets();
+  if (with_jacobians) counts_.tangents += num_targets();
+  for (int i = 0; i < num_targets(); ++i) {
+    if (!evaluations_[i].valid) {
+      ++counts_.failed;
+    } else if (!with_jacobians && LeftBranch(i)) {
+      evaluations_[i].valid = false;
+      ++counts_.jumps;
+    } else {
+      FillResidual(i, with_jacobians);
+    }
+  }
+}
+
+void OutlineResiduals::RunDynamic(const MaterialField& material, bool with_jacobians) {
+  std::vector<RolloutInput> inputs;
+  for (const Observation& target : *targets_) inputs.push_back({&material, &target.start});
+  if (with_jacobians) {
+    const std::vector<const MaterialField*> weights(inputs.size(), &material);
+    std::vector<TangentResult> results = backend_->Tangents(inputs, weights, options_.rollout);
+    for (int i = 0; i < num_targets(); ++i)
+      evaluations_[i] = {results[i].rollout.status == RolloutStatus::kOk,
+                         std::move(results[i].rollout.end.x),
+                         std::move(results[i].dx),
+                         {},
+                         {}};
+  } else {
+    std::vector<RolloutResult> results = backend_->Rollouts(inputs, options_.rollout, nullptr);
+    for (int i = 0; i < num_targets(); ++i)
+      evaluations_[i] = {
+          results[i].status == RolloutStatus::kOk, std::move(results[i].end.x), {}, {}, {}};
+  }
+}
+
+void OutlineResiduals::RunStatic(const MaterialField& material, bool with_jacobians) {
+  std::vector<State> starts(num_targets());
+  for (int i = 0; i < num_targets(); ++i)
+    starts[i].x = with_jacobians || !has_accepted() ? (*targets_)[i].start.x : predicted_x_[i];
+  std::vector<EquilibriumResult> results =
+      backend_->Equilibria(MakeInputs(material, starts), options_.equilibrium);
+  for (int i = 0; i < num_targets(); ++i) {
+    evaluations_[i].valid = results[i].status == EquilibriumStatus::kStable;
+    evaluations_[i].x = starts[i].x = std::move(results[i].x);
+  }
+  if (!with_jacobians) return;
+  if (by_tangents()) {
+    FindTangents(material, starts);
+  } else {
+    FindAdjoints(material, starts);
+  }
+}
+
+void OutlineResiduals::FindTangents(const MaterialField& material,
+                                    const std::vector<State>& drapes) {
+  const std::vector<const MaterialField*> weights(drapes.size(), &material);
+  std::vector<RowMatrix> tangents =
+      backend_->EquilibriumTangents(MakeInputs(material, drapes), weights);
+  for (int i = 0; i < num_targets(); ++i) {
+    evaluations_[i].valid &= tangents[i].size() > 0;
+    evaluations_[i].x_by_log_entry = std::move(tangents[i]);
+  }
+}
+
+void OutlineResiduals::FindAdjoints(const MaterialField& material,
+                                    const std::vector<State>& drapes) {
+  std::vector<RowMatrix> seeds(drapes.size());
+  for (int i = 0; i < num_targets(); ++i) {
+    Outline outline;
+    evaluations_[i].valid &= ReadOutline(i, &outline);
+    seeds[i] = OutlineAdjointSeeds(outline, backend_->model().mesh.num_vertices());
+  }
+  const auto gradients = backend_->EquilibriumAdjoints(MakeInputs(material, drapes), seeds);
+  for (int i = 0; i < num_targets(); ++i) {
+    evaluations_[i].valid &= gradients[i].has_value();
+    if (evaluations_[i].valid)
+      evaluations_[i].jacobian =
+          parametrisation_->Vjp(material, *gradients[i]).transpose() / options_.sigma_px;
+  }
+}
+
+std::vector<RolloutInput> OutlineResiduals::MakeInputs(const MaterialField& material,
+                                                       const std::vector<State>& starts) const {
+  std::vector<RolloutInput> inputs;
+  for (const State& start : starts) inputs.push_back({&material, &start});
+  return inputs;
+}
+
+void OutlineResiduals::PredictShapes() {
+  predicted_x_ = accepted_.x;
+  if (!has_accepted()) return;
+  const Eigen::VectorXd change = theta_ - accepted_.theta;
+  if (by_tangents()) {
+    for (int i = 0; i < num_targets(); ++i) predicted_x_[i] += accepted_.shape_by_theta[i] * change;
+    return;
+  }
+  const MaterialField material = parametrisation_->Material(accepted_.theta);
+  const MaterialField direction = parametrisation_->Direction(material, change);
+  std::vector<State> drapes(num_targets());
+  for (int i = 0; i < num_targets(); ++i) drapes[i].x = accepted_.x[i];
+  const std::vector<const MaterialField*> changes(drapes.size(), &direction);
+  const auto moves = backend_->EquilibriumJvp(MakeInputs(material, drapes), changes);
+  for (int i = 0; i < num_targets(); ++i)
+    if (moves[i].size() > 0) predicted_x_[i] += moves[i];
+}
+
+bool OutlineResiduals::LeftBranch(int i) const {
+  return has_accepted() &&
+         (evaluations_[i].x - predicted_x_[i]).cwiseAbs().maxCoeff() > options_.max_jump;
+}
+
+bool OutlineResiduals::ReadOutline(int i, Outline* outline) const {
+  return OutlineFromMesh(backend_->model().mesh, evaluations_[i].x, (*targets_)[i].camera,
+                         num_angles(), outline);
+}
+
+void OutlineResiduals::FillResidual(int i, bool with_jacobian) {
+  Evaluation& evaluation = evaluations_[i];
+  Outline outline;
+  evaluation.valid = ReadOutline(i, &outline);
+  if (!evaluation.valid) {
+    ++counts_.failed;
+    return;
+  }
+  evaluation.residual = (outline.radius - (*targets_)[i].radius) / options_.sigma_px;
+  if (with_jacobian && by_tangents())
+    evaluation.jacobian = OutlineJacobianTimes(outline, evaluation.x_by_log_entry) *
+                          *parametrisation_->log_entries_by_theta() / options_.sigma_px;
+}
+
+bool OutlineResiduals::all_valid() const {
+  return std::all_of(evaluations_.begin(), evaluations_.end(),
+                     [](const Evaluation& each) { return each.valid; });
+}
+
+void OutlineResiduals::Accept() {
+  if (!all_valid()) return;
+  accepted_.theta = theta_;
+  accepted_.x.resize(num_targets());
+  accepted_.shape_by_theta.resize(num_targets());
+  accepted_.residual.resize(num_targets() * num_angles());
+  accepted_.jacobian.resize(num_targets() * num_angles(), num_parameters());
+  for (int i = 0; i < num_targets(); ++i) {
+    Evaluation& evaluation = evaluations_[i];
+    accepted_.x[i] = evaluation.x;
+    if (by_tangents())
+      accepted_.shape_by_theta[i] =
+          evaluation.x_by_log_entry * *parametrisation_->log_entries_by_theta();
+    evaluation.x_by_log_entry = RowMatrix();  // large, and not needed again
+    accepted_.residual.segment(i * num_angles(), num_angles()) = evaluation.residual;
+    accepted_.jacobian.middleRows(i * num_angles(), num_angles()) = evaluation.jacobian;
+  }
+}
+
+void OutlineResiduals::StartFromAccepted() {
+  for (int i = 0; has_accepted() && i < num_targets(); ++i)
+    (*targets_)[i].start = {accepted_.x[i], Eigen::VectorXd::Zero(accepted_.x[i].size())};
+}
+
+void OutlineResiduals::Restore(Point point) {
+  accepted_ = std::move(point);
+  evaluated_theta_.resize(0);
+  StartFromAccepted();
+}
+
+bool OutlineResiduals::Copy(int i, double* residuals) const {
+  const Evaluation& evaluation = evaluations_[i];
+  if (!evaluation.valid) return false;
+  std::copy_n(evaluation.residual.data(), evaluation.residual.size(), residuals);
+  return true;
+}
+
+void OutlineResiduals::CopyJacobian(int i, int first, int count, double* jacobian) const {
+  Eigen::Map<RowMatrix>(jacobian, num_angles(), count) =
+      evaluations_[i].jacobian.middleCols(first, count);
+}
+
+}  // namespace drape

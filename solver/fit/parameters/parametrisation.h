@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "physics/cloth/assembly/material_sensitivity.h"
+
+namespace drape {
+
+// A map from optimisation variables θ, shape [P], to the tables of a cloth, on a log scale: an
+// entry is its base value times the exponential of a linear function of θ, so signs are kept and no
+// bound is needed.
+class MaterialParametrisation {
+ public:
+  virtual ~MaterialParametrisation() = default;
+
+  virtual int size() const = 0;
+  virtual MaterialField Material(const Eigen::VectorXd& theta) const = 0;
+  // T = ∂(log entries)/∂θ, shape [39, P], where one table serves all elements; else nullptr.
+  virtual const Eigen::MatrixXd* log_entries_by_theta() const { return nullptr; }
+  // ∂L/∂θ of m scalars, shape [P, m], from their gradients by each entry of `material`, which is
+  // Material(θ).
+  virtual RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const = 0;
+  // The change of each entry of `material`, which is Material(θ), to first order in a change of θ.
+  virtual MaterialField Direction(const MaterialField& material,
+                                  const Eigen::VectorXd& change) const = 0;
+};
+
+// How many numbers of a fabric are free [METHODS, P3].
+enum class ParameterTying {
+  kBendScale,  // 1: one factor on all bend entries; stretch stays as it is
+  kBendRows,   // 3: one for each bend row; stretch stays as it is
+  kScales,     // 2: one factor on all stretch entries, one on all bend entries
+  kColumns,    // 7: one for each of c11 c12 c22 c33, one for each bend row
+  kEntries     // 39: each entry
+};
+inline constexpr ParameterTying kParameterTyings[] = {
+    ParameterTying::kBendScale, ParameterTying::kBendRows, ParameterTying::kScales,
+    ParameterTying::kColumns, ParameterTying::kEntries};
+inline bool FreesStretch(ParameterTying tying) {
+  return tying != ParameterTying::kBendScale && tying != ParameterTying::kBendRows;
+}
+// By its count of numbers: "1", "2", "3", "7" or "39". Throws InputError for any other.
+ParameterTying ParseParameterTying(const std::string& text);
+// The T of a tying: ones and zeros, shape [39, P].
+Eigen::MatrixXd TyingMatrix(ParameterTying tying);
+
+// Of number i of a tying: "stretch", "c11", "bend[2]", "c33[5]", "bend[2][4]".
+std::string NameFor(ParameterTying tying, int i);
+
+// One table for the whole cloth: an entry is its base value times exp((T·θ)_entry).
+class TableParametrisation final : public MaterialParametrisation {
+ public:
+  TableParametrisation(MaterialField base, ParameterTying tying);
+  // tie: T, shape [39, P].
+  TableParametrisation(MaterialField base, Eigen::MatrixXd tie);
+
+  int size() const override { return static_cast<int>(tie_.cols()); }
+  MaterialField Material(const Eigen::VectorXd& theta) const override;
+  const Eigen::MatrixXd* log_entries_by_theta() const override { return &tie_; }
+  RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const override;
+  MaterialField Direction(const MaterialField& material,
+                          const Eigen::VectorXd& change) const override;
+
+  const MaterialField& base() const { return base_; }
+
+ private:
+  MaterialField base_;
+  Eigen::MatrixXd tie_;
+};
+
+}  // namespace drape

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit/protocol/field_fit.h"
+
+#include <glog/logging.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <random>
+#include <utility>
+
+#include "physics/mesh/disc.h"
+#include "physics/util/errors.h"
+#include "physics/util/random.h"
+#include "solver/fit/protocol/candidate_fit.h"
+
+namespace drape {
+namespace {
+
+constexpr int kModesDisc = 1200;  // vertices of the disc on which modes are found
+// In units of the prior, beside squared singular values up to some 1e5.
+constexpr double kMaxDamping = 1e7;
+// A drape of a single table has been fitted to the edge of its branch: trials fall onto the next
+// one, millimetres away, and Newton needs 30 to 60 steps for that.
+constexpr int kNewtonFactor = 3;
+constexpr double kRestartDamping = 100.0;  // beside the same squares
+constexpr double kCostTolerance = 1e-4;
+
+// A field that one number moves as a whole.
+FieldTerm::Basis Constant(int elements, double value) {
+  return Eigen::MatrixXd::Constant(elements, 1, value).sparseView();
+}
+
+FieldTerm::Basis Identity(int elements, double sigma) {
+  FieldTerm::Basis basis(elements, elements);
+  basis.setIdentity();
+  return sigma * basis;
+}
+
+Eigen::MatrixXd GroupTie(int entries, FieldGroups groups) {
+  if (groups == FieldGroups::kEntries) return Eigen::MatrixXd::Identity(entries, entries);
+  return Eigen::MatrixXd::Ones(entries, 1);
+}
+
+// A standard deviation of mean log factors, given as rows of a, shape [elements, P], under the
+// prior and under the posterior 1 − Jᵀ·(J·Jᵀ + 1)⁻¹·J of its linearisation.
+void Deviations(const FieldTerm::Basis& a, const Eigen::MatrixXd& jacobian, Eigen::VectorXd* prior,
+                Eigen::VectorXd* posterior) {
+  const Eigen::Index rows = jacobian.rows();
+  const Eigen::LLT<Eigen::MatrixXd> data(jacobian * jacobian.transpose() +
+                                         Eigen::MatrixXd::Identity(rows, rows));
+  const Eigen::MatrixXd known = data.matrixL().solve((a * jacobian.transpose()).transpose());
+  Eigen::VectorXd variance(a.rows());
+  for (Eigen::Index e = 0; e < a.rows(); ++e) variance[e] = a.row(e).squaredNorm();
+  *prior = variance.cwiseSqrt();
+  variance -= known.colwise().squaredNorm().transpose();
+  *posterior = variance.cwiseMax(0.0).cwiseSqrt();
+}
+
+// Squared singular values of the Jacobian above those of a unit prior.
+int DeterminedDirections(const Eigen::MatrixXd& jacobian) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> squares(jacobian * jacobian.transpose(),
+                                                               Eigen::EigenvaluesOnly);
+  return static_cast<int>((squares.eigenvalues().array() > 1.0).count());
+}
+
+}  // namespace
+
+FieldBasis ParseFieldBasis(const std::string& text) {
+  if (text == "modes") return FieldBasis::kModes;
+  if (text == "elements") return FieldBasis::kElements;
+  throw InputError("field_basis", "'" + text + "', expected modes or elements");
+}
+
+FieldGroups ParseFieldGroups(const std::string& text) {
+  if (text == "scales") return FieldGroups::kScales;
+  if (text == "stretch") return FieldGroups::kStretch;
+  if (text == "bend") return FieldGroups::kBend;
+  if (text == "entries") return FieldGroups::kEntries;
+  throw InputError("field_groups", "'" + text + "', expected scales, stretch, bend or entries");
+}
+
+void FieldOptions::Check() const {
+  CHECK_GT(sigma, 0.0);
+  CHECK_GT(length, 0.0);
+  CHECK(modes >= 1 && modes < kModesDisc - 1) << modes;
+  CHECK_GE(iterations, 0);
+}
+
+std::vector<FieldTerm> CommonTerms(const Mesh& mesh, double sigma) {
+  const auto all = [](int entries) { return Eigen::MatrixXd::Identity(entries, entries); };
+  return {{ElementKind::kFaces, Constant(mesh.num_faces(), sigma), all(kStretchEntries)},
+          {ElementKind::kHinges, Constant(mesh.num_hinges(), sigma), all(kBendEntries)}};
+}
+
+std::vector<FieldTerm> NoiseTerms(const Mesh& mesh, double sigma, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::vector<FieldTerm> terms;
+  const auto add = [&](ElementKind kind, int elements, int entries) {
+    for (int k = 0; k < entries; ++k) {
+      Eigen::VectorXd noise(elements);
+      for (double& value : noise) value = sigma * SampleNormal(random);
+      terms.push_back(
+          {kind, noise.sparseView(), Eigen::MatrixXd::Identity(entries, entries).col(k)});
+    }
+  };
+  add(ElementKind::kFaces, mesh.num_faces(), kStretchEntries);
+  add(ElementKind::kHinges, mesh.num_hinges(), kBendEntries);
+  return terms;
+}
+
+std::vector<FieldTerm> MakeFieldTerms(const Mesh& mesh, const FieldOptions& options) {
+  options.Check();
+  const bool stretch = options.groups != FieldGroups::kBend;
+  const bool bend = options.groups != FieldGroups::kStretch;
+  std::vector<FieldTerm> terms;
+  const auto add = [&](ElementKind kind, int entries, FieldTerm::Basis basis) {
+    terms.push_back({kind, std::move(basis), GroupTie(entries, options.groups)});
+  };
+  if (options.basis == FieldBasis::kElements) {
+    if (stretch)
+      add(ElementKind::kFaces, kStretchEntries, Identity(mesh.num_faces(), options.sigma));
+    if (bend) add(ElementKind::kHinges, kBendEntries, Identity(mesh.num_hinges(), options.sigma));
+    return terms;
+  }
+  const Mesh disc = MakeDisc({.target_vertices = kModesDisc});
+  const LaplaceModes modes = FindLaplaceModes(disc, options.modes);
+  const Eigen::MatrixXd scaled =
+      modes.vectors *
+      MaternDeviations(modes.eigenvalues, {options.length, options.sigma}).asDiagonal();
+  const auto at = [&](const Eigen::Matrix2Xd& places) -> FieldTerm::Basis {
+    return (InterpolationWeights(disc, places) * scaled).eval().sparseView();
+  };
+  if (stretch) add(ElementKind::kFaces, kStretchEntries, at(FaceCentres(mesh)));
+  if (bend) add(ElementKind::kHinges, kBendEntries, at(HingeCentres(mesh)));
+  return terms;
+}
+
+namespace {
+
+// The fit of one set of terms; each attempt is a run of Ceres from numbers and drapes of its own.
+class FieldFitter {
+ public:
+  FieldFitter(const FitProblem& problem, const StagedFitOptions& staged,
+              const FieldOptions& options, const FitCandidate& branch,
+              const StagedFitCallbacks& callbacks)
+      : problem_(problem),
+        staged_(staged),
+        options_(options),
+        callbacks_(callbacks),
+        branch_fitter_(problem, staged, *problem.fine, callbacks.cancel, 0),
+        parametrisation_(FittedMaterial(problem, staged, branch), mesh().num_faces(),
+                         mesh().num_hinges(), Terms()),
+        best_targets_(branch_fitter_.WithStarts(branch)) {}
+
+  FieldFit Run() {
+    Attempt(0, Eigen::VectorXd::Zero(parametrisation_.size()), best_targets_);
+    for (int hop = 1; hop <= options_.hops && !Cancelled() && Succeeded(); ++hop)
+      TryNeighbourBranch(hop);
+    return Conclude();
+  }
+
+ private:
+  const Mesh& mesh() const { return problem_.fine->model().mesh; }
+  bool Cancelled() const { return callbacks_.cancel != nullptr && callbacks_.cancel->load(); }
+  bool Succeeded() const { return best_.termination != FitTermination::kFailed; }
+
+  std::vector<FieldTerm> Terms() const {
+    std::vector<FieldTerm> terms = CommonTerms(mesh(), staged_.prior_sigma);
+    for (FieldTerm& term : MakeFieldTerms(mesh(), options_)) terms.push_back(std::move(term));
+    return terms;
+  }
+  OutlineResiduals BatchAt(const Eigen::VectorXd& theta, std::vector<Observation>& targets) const {
+    OutlineResidualOptions options = branch_fitter_.MakeResidualOptions();
+    options.equilibrium.max_iterations *= kNewtonFactor;
+    OutlineResiduals batch(problem_.fine, &parametrisation_, &targets, options);
+    Eigen::Map<Eigen::VectorXd>(batch.theta(), theta.size()) = theta;
+    return batch;
+  }
+
+  void Attempt(int number, const Eigen::VectorXd& theta, std::vector<Observation> targets) {
+    FitOptions options;
+    options.max_iterations = options_.iterations;
+    options.initial_damping = staged_.initial_damping;
+    options.unit_damping = true;
+    options.max_damping = kMaxDamping;
+    options.cost_tolerance = kCostTolerance;
+    options.cancel = callbacks_.cancel;
+    options.progress = [&](const FitIteration& iteration) {
+      const double share = iteration.iteration / std::max(1.0, double(options_.iterations));
+      if (callbacks_.progress)
+        callbacks_.progress("fields", (number + share) / (options_.hops + 1), 0.0);
+    };
+    OutlineResiduals batch = BatchAt(theta, targets);
+    FitSummary summary = Fit(batch, options);
+    counts_ += summary.counts;
+    iterations_ += static_cast<int>(summary.iterations.size()) - 1;
+    seconds_ += summary.seconds;
+    const bool valid = summary.termination != FitTermination::kFailed;
+    if (number == 0) {
+      initial_cost_ = summary.initial_cost;
+    } else if (!valid || summary.final_cost >= best_.final_cost) {
+      return;
+    }
+    best_ = std::move(summary);
+    best_targets_ = std::move(targets);
+  }
+
+  // Where Ceres ends, each step towards lower costs falls onto a neighbouring branch, where the
+  // cost is a little higher. One such step is taken all the same, and the fit goes on from there.
+  void TryNeighbourBranch(int number) {
+    std::vector<Observation> targets = best_targets_;
+    OutlineResiduals batch = BatchAt(best_.theta, targets);
+    batch.PrepareForEvaluation(true, true);
+    if (!batch.has_accepted()) return;
+    const double damping = 1.0 + kRestartDamping / number;
+    const Eigen::MatrixXd& jacobian = batch.accepted().jacobian;
+    const Eigen::VectorXd gradient = jacobian.transpose() * batch.accepted().residual + best_.theta;
+    // −(JᵀJ + c)⁻¹·gradient by the dual system.
+    Eigen::MatrixXd dual = jacobian * jacobian.transpose();
+    dual.diagonal().array() += damping;
+    const Eigen::VectorXd step =
+        (jacobian.transpose() * dual.ldlt().solve(jacobian * gradient) - gradient) / damping;
+    Eigen::Map<Eigen::VectorXd>(batch.theta(), step.size()) += step;
+    batch.PrepareForEvaluation(false, true);
+    Eigen::VectorXd residual(batch.num_angles());
+    for (int i = 0; i < batch.num_targets(); ++i) {
+      if (!batch.Copy(i, residual.data())) return;
+      targets[i].start.x = batch.shape(i);
+    }
+    Attempt(number, best_.theta + step, std::move(targets));
+  }
+
+  FieldFit Conclude() {
+    FieldFit fit;
+    fit.summary = std::move(best_);
+    fit.summary.initial_cost = initial_cost_;
+    fit.summary.counts = counts_;
+    fit.summary.seconds = seconds_;
+    fit.iterations = iterations_;
+    if (fit.summary.termination == FitTermination::kFailed) return fit;
+    fit.material = parametrisation_.Material(fit.summary.theta);
+    for (const Observation& target : best_targets_) fit.shapes.push_back(target.start.x);
+    fit.determined = DeterminedDirections(fit.summary.jacobian);
+    Deviations(parametrisation_.MeanLogFactor(ElementKind::kFaces), fit.summary.jacobian,
+               &fit.prior_face, &fit.posterior_face);
+    Deviations(parametrisation_.MeanLogFactor(ElementKind::kHinges), fit.summary.jacobian,
+               &fit.prior_hinge, &fit.posterior_hinge);
+    return fit;
+  }
+
+  const FitProblem& problem_;
+  const StagedFitOptions& staged_;
+  const FieldOptions& options_;
+  const StagedFitCallbacks& callbacks_;
+  const CandidateFitter branch_fitter_;
+  const FieldParametrisation parametrisation_;
+  FitSummary best_;
+  std::vector<Observation> best_targets_;  // their starts are the drapes of the best
+  double initial_cost_ = 0.0, seconds_ = 0.0;
+  int iterations_ = 0;
+  RolloutCounts counts_;
+};
+
+}  // namespace
+
+FieldFit FitFields(const FitProblem& problem, const StagedFitOptions& staged,
+                   const FieldOptions& options, const FitCandidate& branch,
+                   const StagedFitCallbacks& callbacks) {
+  return FieldFitter(problem, staged, options, branch, callbacks).Run();
+}
+
+}  // namespace drape

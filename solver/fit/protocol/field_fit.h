@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "solver/fit/fit.h"
+#include "solver/fit/parameters/field_parametrisation.h"
+#include "solver/fit/parameters/random_field.h"
+#include "solver/fit/protocol/staged_fit.h"
+
+namespace drape {
+
+// Fields [METHODS, P24]: after the fit of one table, how the stiffness varies over the cloth.
+
+enum class FieldBasis {
+  kModes,    // smooth random fields of LaplaceModes: carry over to other meshes
+  kElements  // each face and hinge on its own
+};
+// "modes" or "elements". Throws InputError for any other.
+FieldBasis ParseFieldBasis(const std::string& text);
+
+// Which entries of a table vary over the cloth, and which of them together.
+enum class FieldGroups {
+  kScales,   // one factor on the stretch entries of a face, one on the bend entries of a hinge
+  kStretch,  // only the first
+  kBend,     // only the second
+  kEntries   // each entry on its own: 24 and 15 numbers an element or mode
+};
+// "scales", "stretch", "bend" or "entries". Throws InputError for any other.
+FieldGroups ParseFieldGroups(const std::string& text);
+
+struct FieldOptions {
+  FieldBasis basis = FieldBasis::kElements;
+  FieldGroups groups = FieldGroups::kScales;
+  double sigma = 1.0;    // standard deviation of a log factor in the prior
+  double length = 0.03;  // kModes: its correlation length [m]
+  int modes = 60;        // kModes: how many
+  int iterations = 40;   // of Ceres in each attempt
+  int hops = 3;          // attempts after the first, each from a neighbouring branch of the best
+
+  void Check() const;  // programmer errors
+};
+
+// One number for each of the 39 entries, the same for all elements: `sigma` its prior standard
+// deviation. 24 of the stretch, then 15 of the bend entries.
+std::vector<FieldTerm> CommonTerms(const Mesh& mesh, double sigma);
+// Standard normal noise of each element and entry, times one number for each of the 39 entries, in
+// units of `sigma` [METHODS, P33].
+std::vector<FieldTerm> NoiseTerms(const Mesh& mesh, double sigma, uint64_t seed);
+
+// The terms that vary over a mesh, beside the 39 factors of the whole cloth. Modes are those of one
+// disc, whatever the mesh, so that their numbers mean the same on each.
+std::vector<FieldTerm> MakeFieldTerms(const Mesh& mesh, const FieldOptions& options);
+
+struct FieldFit {
+  FitSummary summary;      // θ: 39 log factors of all entries, then those of the terms
+  MaterialField material;  // a table for each face and hinge
+  std::vector<Eigen::VectorXd> shapes;  // the fitted drape of each target [m], shape [3V]
+  // Mean log factor of each element's entries by its prior and with the data, one standard
+  // deviation, linearised at the fit (Laplace): equal where the data say nothing. Shape [F], [E].
+  Eigen::VectorXd prior_face, posterior_face, prior_hinge, posterior_hinge;
+
+  int iterations = 0;  // of all attempts
+  int determined = 0;  // directions of θ that the data know better than the prior
+
+  bool valid() const { return !shapes.empty(); }
+};
+
+// Goes on from the tables and drapes of a branch. Drapes at rest only (SolveMode::kStatic).
+FieldFit FitFields(const FitProblem& problem, const StagedFitOptions& staged,
+                   const FieldOptions& options, const FitCandidate& branch,
+                   const StagedFitCallbacks& callbacks);
+
+}  // namespace drape

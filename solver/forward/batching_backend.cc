@@ -1,0 +1,394 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/forward/batching_backend.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <iterator>
+#include <map>
+#include <mutex>
+#include <system_error>
+#include <thread>
+#include <type_traits>
+#include <utility>
+
+namespace drape {
+namespace {
+
+enum class CallKind {
+  kAlone,
+  kRollouts,
+  kTangents,
+  kReadoutTangents,
+  kEquilibria,
+  kEquilibriumTangents,
+  kEquilibriumReadoutTangents
+};
+
+// Calls of equal keys can be joined, those of kAlone aside.
+struct CallKey {
+  CallKind kind = CallKind::kAlone;
+  RolloutOptions rollout;
+  EquilibriumOptions equilibrium;
+  bool operator==(const CallKey&) const = default;
+};
+
+// What a task waits for.
+class Call {
+ public:
+  explicit Call(const CallKey& key) : key_(key) {}
+  virtual ~Call() = default;
+  const CallKey& key() const { return key_; }
+  virtual std::size_t size() const = 0;
+  // Answers this and all others of `joined`, whose first this is.
+  virtual void Answer(std::span<Call* const> joined) = 0;
+
+  bool in_order = false;
+  bool answered = false;
+  std::exception_ptr error;
+
+ private:
+  CallKey key_;
+};
+
+class LoneCall final : public Call {
+ public:
+  LoneCall(std::size_t size, const std::function<void()>& act)
+      : Call(CallKey()), size_(size), act_(act) {}
+  std::size_t size() const override { return size_; }
+  void Answer(std::span<Call* const>) override { act_(); }
+
+ private:
+  std::size_t size_;
+  const std::function<void()>& act_;
+};
+
+// The inputs of one call or of several together.
+struct Inputs {
+  std::vector<RolloutInput> batch;
+  std::vector<const MaterialField*> weights;  // as many, or none where the kind has none
+};
+
+template <class Result>
+class JoinedCall final : public Call {
+ public:
+  // How a batch is run for some calls of this key.
+  using Run =
+      std::function<std::vector<Result>(const Inputs& inputs, std::span<Call* const> joined)>;
+  JoinedCall(const CallKey& key, Inputs inputs, const Readout* readout, const Run& run)
+      : Call(key), inputs_(std::move(inputs)), readout_(readout), run_(run) {}
+
+  std::size_t size() const override { return inputs_.batch.size(); }
+  const Readout& readout() const { return *readout_; }
+  std::vector<Result> TakeResults() { return std::move(results_); }
+
+  void Answer(std::span<Call* const> joined) override {
+    Inputs all;
+    for (Call* call : joined) {
+      const Inputs& inputs = static_cast<JoinedCall*>(call)->inputs_;
+      all.batch.insert(all.batch.end(), inputs.batch.begin(), inputs.batch.end());
+      all.weights.insert(all.weights.end(), inputs.weights.begin(), inputs.weights.end());
+    }
+    std::vector<Result> results = run_(all, joined);
+    CHECK_EQ(results.size(), all.batch.size());
+    auto next = std::make_move_iterator(results.begin());
+    for (Call* call : joined) {
+      static_cast<JoinedCall*>(call)->results_.assign(next, next + call->size());
+      next += call->size();
+    }
+  }
+
+ private:
+  Inputs inputs_;
+  const Readout* readout_;  // where the kind has one
+  const Run& run_;
+  std::vector<Result> results_;
+};
+
+// The readout of a joined batch: that of the call in which a rollout lies.
+class JoinedReadout final : public Readout {
+ public:
+  template <class Result>
+  static JoinedReadout Of(std::span<Call* const> joined) {
+    JoinedReadout all;
+    for (Call* call : joined)
+      for (std::size_t i = 0; i < call->size(); ++i)
+        all.places_.emplace_back(&static_cast<const JoinedCall<Result>*>(call)->readout(), i);
+    return all;
+  }
+  int size() const override { return places_.empty() ? 0 : places_.front().first->size(); }
+  bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+            ReadoutJacobian* dr_dx) const override {
+    return places_[i].first->Read(places_[i].second, x, r, dr_dx);
+  }
+  const DeviceReadout* device(std::size_t i) const override {
+    return places_[i].first->device(places_[i].second);
+  }
+
+ private:
+  std::vector<std::pair<const Readout*, std::size_t>> places_;  // and number in it
+};
+
+// Where the tasks' threads and the one that answers them meet.
+class BatchScheduler {
+ public:
+  explicit BatchScheduler(int threads) : running_(threads) {}
+
+  // Returns when the call of a task is answered, or throws its error.
+  void Wait(int task, Call& call) {
+    std::unique_lock lock(mutex_);
+    waiting_.emplace(task, &call);
+    NotifyWhenQuiet();
+    answered_.wait(lock, [&] { return call.answered; });
+    if (call.error) std::rethrow_exception(call.error);
+  }
+
+  void Fail(int task, std::exception_ptr error) {
+    const std::lock_guard lock(mutex_);
+    errors_.emplace(task, std::move(error));
+  }
+  void Leave(int threads) {
+    const std::lock_guard lock(mutex_);
+    running_ -= threads;
+    NotifyWhenQuiet();
+  }
+
+  // Answers until all threads have left.
+  void Serve() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      quiet_.wait(lock, [&] { return Quiet(); });
+      if (running_ == 0) return;
+      const std::vector<Call*> joined = TakeNext();
+      const std::exception_ptr failure = errors_.empty() ? nullptr : errors_.begin()->second;
+      lock.unlock();
+      const std::exception_ptr error = failure ? failure : Answer(joined);
+      lock.lock();
+      for (Call* call : joined) {
+        call->error = error;
+        call->answered = true;
+      }
+      answered_.notify_all();
+    }
+  }
+
+  bool failed() {
+    const std::lock_guard lock(mutex_);
+    return !errors_.empty();
+  }
+  void RethrowFirst() const {
+    if (!errors_.empty()) std::rethrow_exception(errors_.begin()->second);
+  }
+
+ private:
+  bool Quiet() const { return static_cast<int>(waiting_.size()) == running_; }
+  void NotifyWhenQuiet() {
+    if (Quiet()) quiet_.notify_one();
+  }
+
+  static std::exception_ptr Answer(const std::vector<Call*>& joined) {
+    try {
+      joined.front()->Answer(joined);
+    } catch (...) {
+      return std::current_exception();
+    }
+    return nullptr;
+  }
+
+  // The calls that `first` is joined with, itself in front.
+  std::vector<Call*> SliceBatch(Call* first) const {
+    if (first->key().kind == CallKind::kAlone) return {first};
+    std::vector<Call*> group;
+    for (const auto& [task, call] : waiting_)
+      if (call->key() == first->key()) group.push_back(call);
+    return group;
+  }
+
+  std::vector<Call*> TakeNext() {
+    std::vector<Call*> best;
+    std::size_t most = 0;
+    for (const auto& [task, call] : waiting_) {
+      if (call->in_order) {
+        best = {call};
+        break;
+      }
+      std::vector<Call*> group = SliceBatch(call);
+      std::size_t size = 0;
+      for (const Call* member : group) size += member->size();
+      if (!best.empty() && size <= most) continue;
+      best = std::move(group);
+      most = size;
+    }
+    std::erase_if(waiting_, [&](const auto& entry) {
+      return std::find(best.begin(), best.end(), entry.second) != best.end();
+    });
+    return best;
+  }
+
+  std::mutex mutex_;
+  std::condition_variable quiet_, answered_;
+  std::map<int, Call*> waiting_;              // by task
+  std::map<int, std::exception_ptr> errors_;  // that left a task
+  int running_;                               // threads
+};
+
+class Task final : public BatchingBackend {
+ public:
+  Task(Backend* inner, BatchScheduler* gathering, int index)
+      : inner_(inner), gathering_(gathering), index_(index) {}
+
+  int index() const override { return index_; }
+  std::string name() const override { return inner_->name(); }
+  const ClothModel& model() const override { return inner_->model(); }
+  int threads() const override { return inner_->threads(); }
+
+  void InOrder(const std::function<void()>& act) override {
+    LoneCall call(0, act);
+    call.in_order = true;
+    gathering_->Wait(index_, call);
+  }
+
+  std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
+                                      const RolloutOptions& options,
+                                      std::vector<Recording>* recordings) override {
+    if (recordings != nullptr)
+      return Alone(batch.size(), [&] { return inner_->Rollouts(batch, options, recordings); });
+    return Join<RolloutResult>({CallKind::kRollouts, options, {}}, batch, {},
+                               [&](const Inputs& all, std::span<Call* const>) {
+                                 return inner_->Rollouts(all.batch, options, nullptr);
+                               });
+  }
+
+  std::vector<TangentResult> Tangents(std::span<const RolloutInput> batch,
+                                      std::span<const MaterialField* const> weights,
+                                      const RolloutOptions& options) override {
+    CHECK_EQ(weights.size(), batch.size());
+    return Join<TangentResult>({CallKind::kTangents, options, {}}, batch, weights,
+                               [&](const Inputs& all, std::span<Call* const>) {
+                                 return inner_->Tangents(all.batch, all.weights, options);
+                               });
+  }
+
+  std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
+                                              std::span<const MaterialField* const> weights,
+                                              const RolloutOptions& options,
+                                              const Readout& readout) override {
+    CHECK_EQ(weights.size(), batch.size());
+    return Join<ReadoutTangent>(
+        {CallKind::kReadoutTangents, options, {}}, batch, weights,
+        [&](const Inputs& all, std::span<Call* const> joined) {
+          return inner_->ReadoutTangents(all.batch, all.weights, options,
+                                         JoinedReadout::Of<ReadoutTangent>(joined));
+        },
+        &readout);
+  }
+
+  std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
+                                      std::span<const Recording> recordings,
+                                      std::span<const RowMatrix> seeds,
+                                      const RolloutOptions& options) override {
+    return Alone(batch.size(), [&] { return inner_->Adjoints(batch, recordings, seeds, options); });
+  }
+
+  std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
+                                          const RolloutOptions& options,
+                                          const ReadoutLoss& loss) override {
+    return Alone(batch.size(), [&] { return inner_->LossGradients(batch, options, loss); });
+  }
+
+  std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
+                                            const EquilibriumOptions& options) override {
+    return Join<EquilibriumResult>({CallKind::kEquilibria, {}, options}, batch, {},
+                                   [&](const Inputs& all, std::span<Call* const>) {
+                                     return inner_->Equilibria(all.batch, options);
+                                   });
+  }
+
+  std::vector<RowMatrix> EquilibriumTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) override {
+    CHECK_EQ(weights.size(), batch.size());
+    return Join<RowMatrix>({CallKind::kEquilibriumTangents, {}, {}}, batch, weights,
+                           [&](const Inputs& all, std::span<Call* const>) {
+                             return inner_->EquilibriumTangents(all.batch, all.weights);
+                           });
+  }
+
+  std::vector<LinearReadout> EquilibriumReadoutTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+      const Readout& readout) override {
+    CHECK_EQ(weights.size(), batch.size());
+    return Join<LinearReadout>(
+        {CallKind::kEquilibriumReadoutTangents, {}, {}}, batch, weights,
+        [&](const Inputs& all, std::span<Call* const> joined) {
+          return inner_->EquilibriumReadoutTangents(all.batch, all.weights,
+                                                    JoinedReadout::Of<LinearReadout>(joined));
+        },
+        &readout);
+  }
+
+  std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
+      std::span<const RolloutInput> batch, std::span<const RowMatrix> seeds) override {
+    return Alone(batch.size(), [&] { return inner_->EquilibriumAdjoints(batch, seeds); });
+  }
+
+ private:
+  template <class Result>
+  std::vector<Result> Join(const CallKey& key, std::span<const RolloutInput> batch,
+                           std::span<const MaterialField* const> weights,
+                           const typename JoinedCall<Result>::Run& run,
+                           const Readout* readout = nullptr) {
+    JoinedCall<Result> call(key, {{batch.begin(), batch.end()}, {weights.begin(), weights.end()}},
+                            readout, run);
+    gathering_->Wait(index_, call);
+    return call.TakeResults();
+  }
+
+  template <class Act>
+  std::invoke_result_t<Act> Alone(std::size_t size, const Act& act) {
+    std::invoke_result_t<Act> results;
+    const std::function<void()> answer = [&] { results = act(); };
+    LoneCall call(size, answer);
+    gathering_->Wait(index_, call);
+    return results;
+  }
+
+  Backend* inner_;
+  BatchScheduler* gathering_;
+  int index_;
+};
+
+}  // namespace
+
+void RunBatched(Backend& inner, int count, int max_threads,
+                const std::function<void(BatchingBackend&)>& work) {
+  CHECK_GE(max_threads, 1);
+  const int wanted = std::min(count, max_threads);
+  BatchScheduler gathering(wanted);
+  std::atomic<int> next = 0;
+  const auto run_tasks = [&] {
+    for (int i = next++; i < count && !gathering.failed(); i = next++) {
+      Task task(&inner, &gathering, i);
+      try {
+        work(task);
+      } catch (...) {
+        gathering.Fail(i, std::current_exception());
+      }
+    }
+    gathering.Leave(1);
+  };
+  std::vector<std::jthread> threads;
+  try {
+    while (static_cast<int>(threads.size()) < wanted) threads.emplace_back(run_tasks);
+  } catch (const std::system_error&) {  // the system's limit: fewer do
+    if (threads.empty()) throw;
+    gathering.Leave(wanted - static_cast<int>(threads.size()));
+  }
+  gathering.Serve();
+  threads.clear();
+  gathering.RethrowFirst();
+}
+
+}  // namespace drape

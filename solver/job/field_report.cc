@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/job/field_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "physics/material/material_field_io.h"
+#include "physics/material/material_scaling.h"
+#include "physics/util/errors.h"
+#include "solver/job/plot/field_map.h"
+
+namespace drape {
+namespace {
+
+using nlohmann::ordered_json;
+
+// Of each face, of each hinge.
+Eigen::VectorXd StretchOfFaces(const MaterialField& field) {
+  Eigen::VectorXd stiffness(static_cast<Eigen::Index>(field.stretch.size()));
+  std::transform(field.stretch.begin(), field.stretch.end(), stiffness.begin(), MeanStretch);
+  return stiffness;
+}
+Eigen::VectorXd BendOfHinges(const MaterialField& field) {
+  Eigen::VectorXd rigidity(static_cast<Eigen::Index>(field.bend.size()));
+  std::transform(field.bend.begin(), field.bend.end(), rigidity.begin(), MeanBend);
+  return rigidity;
+}
+
+struct Scatter {
+  explicit Scatter(const Eigen::VectorXd& v)
+      : mean(v.mean()),
+        deviation(std::sqrt((v.array() - v.mean()).square().mean())),
+        least(v.minCoeff()),
+        most(v.maxCoeff()) {}
+  double mean, deviation, least, most;
+};
+
+ordered_json ScatterJson(const Eigen::VectorXd& values) {
+  const Scatter s(values);
+  return {
+      {"mean", s.mean}, {"standard_deviation", s.deviation}, {"least", s.least}, {"most", s.most}};
+}
+
+ordered_json KnownJson(const Eigen::VectorXd& posterior, const Eigen::VectorXd& prior) {
+  const Eigen::ArrayXd ratio = posterior.array() / prior.array();
+  return {{"mean_of_posterior_over_prior_sd", ratio.mean()}, {"least", ratio.minCoeff()}};
+}
+
+const char* NameFor(FieldGroups groups) {
+  switch (groups) {
+    case FieldGroups::kScales:
+      return "scales";
+    case FieldGroups::kStretch:
+      return "stretch";
+    case FieldGroups::kBend:
+      return "bend";
+    case FieldGroups::kEntries:
+      return "entries";
+  }
+  return "";
+}
+
+}  // namespace
+
+ordered_json FieldJson(const FieldFit& fit, const FieldOptions& options) {
+  const bool modes = options.basis == FieldBasis::kModes;
+  ordered_json json = {{"basis", modes ? "modes" : "elements"},
+                       {"groups", NameFor(options.groups)},
+                       {"prior_sigma", options.sigma}};
+  if (modes) json.update({{"modes", options.modes}, {"length_m", options.length}});
+  json.update({{"parameters", fit.summary.theta.size()},
+               {"determined_directions", fit.determined},
+               {"termination", ToString(fit.summary.termination)},
+               {"cost", fit.summary.final_cost},
+               {"start_cost", fit.summary.initial_cost},
+               {"iterations", fit.iterations},
+               {"rollouts", fit.summary.counts.rollouts},
+               {"jacobians", fit.summary.counts.tangents},
+               {"branch_jumps", fit.summary.counts.jumps},
+               {"failed_rollouts", fit.summary.counts.failed},
+               {"seconds", fit.summary.seconds},
+               {"stretch_n_per_m", ScatterJson(StretchOfFaces(fit.material))},
+               {"bend_n_m", ScatterJson(BendOfHinges(fit.material))},
+               {"stretch_known", KnownJson(fit.posterior_face, fit.prior_face)},
+               {"bend_known", KnownJson(fit.posterior_hinge, fit.prior_hinge)}});
+  // Per element, theta would be the material file once more.
+  if (modes)
+    json["theta"] = std::vector<double>(fit.summary.theta.begin(), fit.summary.theta.end());
+  return json;
+}
+
+std::string FieldTable(const FieldFit& fit) {
+  std::string table;
+  const auto add = [&](const char* name, const Eigen::VectorXd& values, const char* unit) {
+    char line[160];
+    const Scatter s(values);
+    std::snprintf(line, sizeof line, "  %-22s %10.4g  +- %.3g over the cloth, %.3g to %.3g %s\n",
+                  name, s.mean, s.deviation, s.least, s.most, unit);
+    table += line;
+  };
+  add("stretch, c11 and c22", StretchOfFaces(fit.material), "N/m");
+  add("bend", BendOfHinges(fit.material), "N m");
+  char line[120];
+  std::snprintf(line, sizeof line, "  %d of the fields' %d directions are determined by the data\n",
+                fit.determined, static_cast<int>(fit.summary.theta.size()));
+  return table + line;
+}
+
+std::string WriteFields(const std::string& folder, const Mesh& mesh, const FieldFit& fit,
+                        const std::string& source) {
+  WriteMaterialField(folder + "/material.json",
+                     {.name = "fit",
+                      .field = fit.material,
+                      .source_convention = "mechanical",
+                      .source = source,
+                      .warnings = {}},
+                     mesh);
+  const Eigen::VectorXd face = fit.posterior_face.cwiseQuotient(fit.prior_face);
+  const Eigen::VectorXd hinge = fit.posterior_hinge.cwiseQuotient(fit.prior_hinge);
+  const char* const known = "posterior / prior standard deviation of the log factor";
+  try {
+    RenderFaceMap(folder + "/field_stretch.png", mesh, StretchOfFaces(fit.material),
+                  {"Stretching stiffness", "membrane stiffness, mean of c11 and c22 [N/m]"});
+    RenderHingeMap(folder + "/field_bend.png", mesh, 1e6 * BendOfHinges(fit.material),
+                   {"Bending stiffness", "plate rigidity D [µN m]"});
+    RenderFaceMap(folder + "/posterior_ratio_stretch.png", mesh, face,
+                  {"What the images say of stretching", known});
+    RenderHingeMap(folder + "/posterior_ratio_bend.png", mesh, hinge,
+                   {"What the images say of bending", known});
+  } catch (const InputError& error) {
+    return std::string("no maps of the fields: ") + error.what();
+  }
+  return "";
+}
+
+}  // namespace drape

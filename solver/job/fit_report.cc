@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/job/fit_report.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "losses/metrics/report_json.h"
+#include "losses/outline/outline.h"
+#include "losses/outline/overlay.h"
+#include "physics/cloth/state_io.h"
+#include "physics/material/material_io.h"
+#include "physics/material/material_scaling.h"
+#include "physics/mesh/obj_io.h"
+#include "physics/simulation/statics/modes.h"
+#include "physics/util/atomic_file.h"
+#include "solver/job/field_report.h"
+#include "solver/posterior/posterior_report.h"
+
+namespace drape {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kMillimetre = 1e-3;
+
+std::string Format(const char* format, auto... values) {
+  char text[512];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+ordered_json ReplayJson(const std::optional<MeasuredDrape>& drape) {
+  return drape ? MetricsJson(drape->metrics) : ordered_json(nullptr);
+}
+
+ordered_json ImageJson(const Observation& target, const DrapeReport& drape, double lift) {
+  return {{"file", target.file},
+          {"name", target.name},
+          {"metrics", MetricsJson(drape.fitted.metrics)},
+          {"settled",
+           {{"metrics", MetricsJson(drape.settled.metrics)},
+            {"status", ToString(drape.status)},
+            {"moved_m", drape.moved},
+            {"force_residual", drape.settled_force_residual}}},
+          {"from_seed", ReplayJson(drape.from_seed)},
+          {"from_flat", ReplayJson(drape.from_flat)},
+          {"force_residual", drape.force_residual},
+          {"stability", StabilityJson(drape.lowest_eigenvalues)},
+          {"camera", CameraJson(target.camera)},
+          {"seed_lift", lift}};
+}
+
+// Means over the images of each number that ImageJson gives for one.
+ordered_json ComputeMean(const ordered_json& images, const ordered_json::json_pointer& where) {
+  ordered_json mean = ordered_json::object();
+  for (const auto& image : images)
+    for (const auto& [key, value] : image.at(where).items())
+      mean[key] = mean.value(key, 0.0) + value.get<double>() / static_cast<double>(images.size());
+  return mean;
+}
+
+ordered_json FitJson(const StagedFitState& state, const FitCandidate& best) {
+  return {{"termination", ToString(best.termination)},
+          {"cost", best.cost},
+          {"iterations", state.iterations},
+          {"rollouts", state.counts.rollouts},
+          {"tangents", state.counts.tangents},
+          {"failed_rollouts", state.counts.failed},
+          {"branch_jumps", state.counts.jumps},
+          {"capped_steps", state.counts.capped}};
+}
+
+ordered_json SpectrumJson(const Spectrum& spectrum) {
+  return {{"singular_values", std::vector<double>(spectrum.values.begin(), spectrum.values.end())},
+          {"determined_directions", spectrum.determined}};
+}
+
+ordered_json ParametersJson(const FitJob& job, const Eigen::VectorXd& theta) {
+  return {{"count", theta.size()},
+          {"log_factors", std::vector<double>(theta.begin(), theta.end())},
+          {"prior_sigma", job.fit.prior_sigma}};
+}
+
+// The fit of the mechanical tests alone, about the start tables.
+ordered_json TestFitJson(const FitJob& job, const FitSummary& fit) {
+  ordered_json json = {{"termination", ToString(fit.termination)}};
+  if (fit.termination == FitTermination::kFailed) return json;
+  json.update({{"cost", fit.final_cost},
+               {"iterations", std::max<int>(0, static_cast<int>(fit.iterations.size()) - 1)},
+               {"seconds", {{"fit", fit.seconds}}},
+               {"parameters", ParametersJson(job, fit.theta)},
+               {"spectrum", SpectrumJson(ComputeSpectrum(fit.jacobian, job.fit.prior_sigma))}});
+  return json;
+}
+
+ordered_json Summary(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
+                     const FitReport& report) {
+  ordered_json json = {{"tool", "drape_fit"},
+                       {"model", job.model},
+                       {"status", report.cancelled ? "cancelled" : "done"},
+                       {"law", job.law},
+                       {"camera", job.camera},
+                       {"centre", job.centre},
+                       {"mesh", job.mesh},
+                       {"coarse_mesh", job.coarse_mesh},
+                       {"start_material", job.material},
+                       {"versions", job.versions},
+                       {"notes", report.notes}};
+  if (!report.tests.empty()) json["tests"] = StripsJson(report.tests);
+  if (problem.targets.empty()) {
+    for (const char* key : {"camera", "centre", "mesh", "coarse_mesh"}) json.erase(key);
+    if (report.tests_alone) json.update(TestFitJson(job, *report.tests_alone));
+    return json;
+  }
+  json["backend"] = problem.fine->name();
+  if (!job.captures.empty()) {
+    json["fabric"] = job.captures[0].fabric;
+    json["data_source"] = ToString(job.targets);
+    json["density"] = problem.material.density;
+  }
+  if (report.tests_alone) json["tests_alone"] = TestFitJson(job, *report.tests_alone);
+  const FitCandidate* best = Best(state);
+  if (best == nullptr) return json;
+  json.update(FitJson(state, *best));
+  json["seconds"] = {
+      {"grid", state.grid_seconds}, {"fit", state.fit_seconds}, {"report", report.report_seconds}};
+  json["seeds"] = {{"stretch", best->seed.stretch},
+                   {"bend", best->seed.bend},
+                   {"lifts", best->seed.lifts},
+                   {"coarse_profile_rms_px", best->seed.profile_rms}};
+  json["parameters"] = ParametersJson(job, best->theta);
+  json["parameters"]["sigma_px"] = job.fit.sigma_px;
+  json["spectrum"] = SpectrumJson(report.spectrum);
+  if (report.fields) json["fields"] = FieldJson(*report.fields, job.fields);
+  if (report.posterior) json["posterior"] = PosteriorJson(*report.posterior);
+  json["images"] = ordered_json::array();
+  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+    json["images"].push_back(ImageJson(problem.targets[i], report.drapes[i], best->seed.lifts[i]));
+  json["mean"] = ComputeMean(json["images"], ordered_json::json_pointer("/metrics"));
+  json["mean_settled"] =
+      ComputeMean(json["images"], ordered_json::json_pointer("/settled/metrics"));
+  return json;
+}
+
+// The drape moved so that the nominal camera, centred in the image, sees it where the image has it.
+Eigen::VectorXd SeenFromNominalCamera(const Eigen::VectorXd& x, const Camera& camera) {
+  const Camera nominal;
+  Eigen::VectorXd moved = x;
+  for (Eigen::Index i = 0; i < x.size(); i += 3) {
+    moved[i] += (camera.cx - nominal.cx) / camera.pixels_per_metre();
+    moved[i + 1] -= (camera.cy - nominal.cy) / camera.pixels_per_metre();
+  }
+  return moved;
+}
+
+void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& target,
+                const DrapeReport& drape) {
+  if (drape.fitted.x.size() == 0) return;  // it has no outline, as a note says
+  Outline image, fitted;
+  if (OutlineFromImage(target.image, target.camera, kReportAngles, &image) &&
+      OutlineFromMesh(mesh, drape.fitted.x, target.camera, kReportAngles, &fitted)) {
+    WritePng(RenderOverlay(target.image, image.radius, fitted.radius, target.camera),
+             folder + "/fit_" + target.name + ".png");
+  }
+  WriteObj(folder + "/drape_" + target.name + ".obj", mesh,
+           SeenFromNominalCamera(drape.fitted.x, target.camera));
+  WriteState(folder + "/start_" + target.name + ".json",
+             {drape.fitted.x, Eigen::VectorXd::Zero(drape.fitted.x.size())});
+}
+
+double MeanOfEntries(const double* entries, int rows, int cols, int col) {
+  double sum = 0.0;
+  for (int r = 0; r < rows; ++r) sum += entries[r * cols + col];
+  return sum / rows;
+}
+
+// "c11  fitted  [truth]": the mean of a column, in mechanical units.
+std::string MaterialLine(const char* name, double fitted, const double* truth, const char* unit) {
+  std::string line = Format("  %-22s %10.4g", name, fitted);
+  if (truth != nullptr) line += Format(" %10.4g %6.2f", *truth, fitted / *truth);
+  return line + "  " + unit + "\n";
+}
+
+std::string MaterialTable(const MaterialField& fitted, const MaterialField* truth) {
+  std::string table = Format("  %-22s %10s%s\n", "mean of the table", "fitted",
+                             truth == nullptr ? "" : "      truth  ratio");
+  const char* const columns[] = {"c11", "c12", "c22", "c33"};
+  for (int c = 0; c < kStretchCols; ++c) {
+    const auto mean = [&](const MaterialField& field) {
+      return kMembranePerEntry *
+             MeanOfEntries(&field.stretch[0].c[0][0], kStretchRows, kStretchCols, c);
+    };
+    const double exact = truth == nullptr ? 0.0 : mean(*truth);
+    table += MaterialLine(columns[c], mean(fitted), truth == nullptr ? nullptr : &exact, "N/m");
+  }
+  const char* const rows[] = {"bend, edges along weft", "bend, edges at 45 deg",
+                              "bend, edges along warp"};
+  for (int r = 0; r < kBendRows; ++r) {
+    const auto mean = [&](const MaterialField& field) {
+      return MeanOfEntries(field.bend[0].b[r], kBendCols, 1, 0) / kBendPerRigidity;
+    };
+    const double exact = truth == nullptr ? 0.0 : mean(*truth);
+    table += MaterialLine(rows[r], mean(fitted), truth == nullptr ? nullptr : &exact, "N m");
+  }
+  return table;
+}
+
+std::string ImageTable(const FitProblem& problem, const FitReport& report) {
+  if (report.drapes.empty()) return "";
+  std::string table =
+      Format("%-28s %8s %7s %6s %8s %8s %7s %10s %9s %8s\n", "image", "rms [px]", "mse", "iou",
+             "dc image", "dc fit", "folds", "settled px", "moved mm", "stable");
+  for (std::size_t i = 0; i < report.drapes.size(); ++i) {
+    const DrapeReport& drape = report.drapes[i];
+    const SilhouetteMetrics& m = drape.fitted.metrics;
+    table += Format("%-28.28s %8.2f %7.4f %6.3f %8.3f %8.3f %3d/%-3d %10.2f %9.2g %8s\n",
+                    problem.targets[i].name.c_str(), m.profile_rms, m.mse, m.iou,
+                    m.image.drape_coefficient, m.fitted.drape_coefficient, m.image.folds,
+                    m.fitted.folds, drape.settled.metrics.profile_rms, drape.moved / kMillimetre,
+                    IsStable(drape.lowest_eigenvalues) ? "yes" : "no");
+  }
+  return table;
+}
+
+}  // namespace
+
+void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
+                    FitReport& report) {
+  const Mesh* mesh = problem.fine == nullptr ? nullptr : &problem.fine->model().mesh;
+  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+    WriteDrape(job.out, *mesh, problem.targets[i], report.drapes[i]);
+  const std::string source = ", " + job.law + " law, start " + job.material;
+  const auto write_table = [&](const std::string& name, const MaterialField& table) {
+    WriteMaterial(job.out + "/" + name, {.name = "fit",
+                                         .field = table,
+                                         .source_convention = "mechanical",
+                                         .source = "drape_fit, model homo" + source,
+                                         .warnings = {}});
+  };
+  if (report.fields || report.posterior)
+    write_table("material_homogeneous.json", FittedMaterial(problem, job.fit, *Best(state)));
+  if (report.posterior)
+    WritePosterior(job.out, Stored(*report.posterior), "drape_fit, model " + job.model + source);
+  if (report.fields) {
+    const std::string missing =
+        WriteFields(job.out, *mesh, *report.fields, "drape_fit, model heter" + source);
+    if (!missing.empty()) report.notes.push_back(missing);
+  } else if (report.fitted()) {
+    write_table("material.json", report.material);
+  }
+  WriteFileAtomically(job.out + "/summary.json",
+                      Summary(job, problem, state, report).dump(2) + "\n");
+}
+
+std::string FitTable(const FitProblem& problem, const FitReport& report,
+                     const MaterialField* truth) {
+  return ImageTable(problem, report) + StripTable(report.tests) +
+         MaterialTable(report.fields ? MeanTables(report.material) : report.material, truth) +
+         (report.fields ? FieldTable(*report.fields) : "") +
+         (report.posterior ? PosteriorTable(*report.posterior) : "") +
+         Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,
+                static_cast<int>(report.spectrum.values.size()));
+}
+
+}  // namespace drape

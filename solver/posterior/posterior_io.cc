@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/posterior/posterior_io.h"
+
+#include <glog/logging.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <vector>
+
+#include "physics/util/atomic_file.h"
+#include "physics/util/json_input.h"
+#include "solver/posterior/samples/hierarchical_samples.h"
+
+namespace drape {
+namespace {
+
+using nlohmann::json;
+using nlohmann::ordered_json;
+
+constexpr char kFormat[] = "drapefit-posterior";
+constexpr char kFile[] = "/posterior.json", kBase[] = "base.json";
+// Of a covariance's largest entry: what rounding may leave of asymmetry or of a negative variance.
+constexpr double kRounding = 1e-9;
+
+std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
+
+Eigen::VectorXd ReadNumbers(const JsonInput& input, int count) {
+  Eigen::VectorXd numbers(count);
+  input.ExpectArray(count);
+  for (int i = 0; i < count; ++i) numbers[i] = input.At(i).Number();
+  return numbers;
+}
+
+Eigen::VectorXd ReadDeviations(const JsonInput& input, int count) {
+  const Eigen::VectorXd deviations = ReadNumbers(input, count);
+  for (int i = 0; i < count; ++i)
+    if (deviations[i] < 0) input.At(i).Fail("a standard deviation, at least 0");
+  return deviations;
+}
+
+Eigen::MatrixXd ReadCovariance(const JsonInput& input, int count) {
+  Eigen::MatrixXd covariance(count, count);
+  input.ExpectArray(count);
+  for (int i = 0; i < count; ++i) covariance.row(i) = ReadNumbers(input.At(i), count);
+  const double rounding = kRounding * covariance.cwiseAbs().maxCoeff();
+  for (int i = 0; i < count; ++i)
+    for (int j = 0; j < i; ++j)
+      if (std::abs(covariance(i, j) - covariance(j, i)) > rounding)
+        input.At(i).At(j).Fail("a symmetric matrix");
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance, Eigen::EigenvaluesOnly);
+  if (axes.eigenvalues()[0] < -rounding) input.Fail("a covariance without negative variances");
+  return covariance;
+}
+
+// The tying whose names come first, and how many specimens follow.
+void ReadNames(const JsonInput& names, StoredPosterior* posterior) {
+  const int count = names.ExpectArray().Size();
+  for (const ParameterTying tying : kParameterTyings) {
+    posterior->fabric = tying;
+    posterior->specimens = (count - posterior->num_fabric()) / 2;
+    if (posterior->specimens < 0 || posterior->size() != count) continue;
+    bool same = true;
+    for (int i = 0; i < count && same; ++i) same = names.At(i).String() == posterior->NameFor(i);
+    if (same) return;
+  }
+  names.Fail("names of 1, 2, 3, 7 or 39 log factors of a fabric, then two of each specimen");
+}
+
+PosteriorKind ReadKind(const JsonInput& input) {
+  for (const PosteriorKind kind : {PosteriorKind::kHierarchy, PosteriorKind::kElements})
+    if (input.String() == ToString(kind)) return kind;
+  input.Fail("\"hierarchy\" or \"bdp\"");
+}
+
+void ExpectHeader(const JsonInput& input) {
+  if (!input.Has("format") || input.At("format").value() != kFormat)
+    input.Fail(std::string("a posterior, with \"format\": \"") + kFormat + '"');
+  if (input.At("version").Integer() != 1) input.At("version").Fail("1");
+  if (input.At("log_factors_on").String() != kBase)
+    input.At("log_factors_on").Fail(std::string("\"") + kBase + '"');
+}
+
+}  // namespace
+
+std::string ToString(PosteriorKind kind) {
+  return kind == PosteriorKind::kHierarchy ? "hierarchy" : "bdp";
+}
+
+std::string StoredPosterior::NameFor(int i) const {
+  HierarchicalModel hierarchy;
+  hierarchy.fabric = fabric;
+  return hierarchy.NameFor(i);
+}
+
+void WritePosterior(const std::string& folder, const StoredPosterior& posterior,
+                    const std::string& source) {
+  CHECK_EQ(posterior.mean.size(), posterior.size());
+  CHECK_EQ(posterior.prior_sd.size(), posterior.size());
+  ordered_json names = ordered_json::array();
+  for (int i = 0; i < posterior.size(); ++i) names.push_back(posterior.NameFor(i));
+  ordered_json file = {
+      {"format", kFormat},           {"version", 1},   {"kind", ToString(posterior.kind)},
+      {"log_factors_on", kBase},     {"names", names}, {"prior_sd", List(posterior.prior_sd)},
+      {"mean", List(posterior.mean)}};
+  if (posterior.kind == PosteriorKind::kElements) {
+    CHECK_EQ(posterior.element_sd.size(), kMaterialEntries);
+    file["element_sd"] = List(posterior.element_sd);
+  } else {
+    CHECK_EQ(posterior.covariance.rows(), posterior.size());
+    for (int i = 0; i < posterior.size(); ++i)
+      file["covariance"].push_back(List(posterior.covariance.col(i)));
+  }
+  WriteMaterial(folder + "/" + kBase, {.name = "base",
+                                       .field = posterior.base,
+                                       .source_convention = "mechanical",
+                                       .source = source,
+                                       .warnings = {}});
+  WriteFileAtomically(folder + kFile, file.dump(1) + "\n");
+}
+
+StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& policy) {
+  const std::string path = folder + kFile;
+  const json file = ReadJsonFile(path);
+  const JsonInput input(file, path);
+  ExpectHeader(input);
+  StoredPosterior posterior;
+  posterior.kind = ReadKind(input.At("kind"));
+  const bool elements = posterior.kind == PosteriorKind::kElements;
+  input.ExpectKeys({"format", "version", "kind", "log_factors_on", "names", "prior_sd", "mean",
+                    elements ? "element_sd" : "covariance"});
+  ReadNames(input.At("names"), &posterior);
+  const int count = posterior.size();
+  if (elements && count != kMaterialEntries)
+    input.At("names").Fail("the 39 entries of a table, of kind bdp");
+  posterior.prior_sd = ReadDeviations(input.At("prior_sd"), count);
+  posterior.mean = ReadNumbers(input.At("mean"), count);
+  if (elements) {
+    posterior.element_sd = ReadDeviations(input.At("element_sd"), count);
+  } else {
+    posterior.covariance = ReadCovariance(input.At("covariance"), count);
+  }
+  posterior.base = ReadMaterial(folder + "/" + kBase, policy).field;
+  return posterior;
+}
+
+}  // namespace drape

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "physics/material/material_io.h"
+#include "solver/fit/parameters/parametrisation.h"
+
+namespace drape {
+
+enum class PosteriorKind {
+  kHierarchy,  // "hierarchy": log factors of a fabric, then of its specimens, jointly normal
+  kElements    // "bdp": of each face and hinge, independent normal, the same for all [METHODS, P33]
+};
+
+// What a fit learned, as its files hold it: posterior.json, with base.json beside it,
+//   {"format": "drapefit-posterior", "version": 1, "kind", "log_factors_on": "base.json",
+//    "names" [P], "prior_sd" [P], "mean" [P],
+//    kind hierarchy: "covariance" [P][P]; kind bdp: "element_sd" [P]}.
+// Names say what a log factor is on: those of a tying (NameFor), then of a hierarchy "specimen 1
+// stretch", "specimen 1 bend", "specimen 2 stretch", ….
+struct StoredPosterior {
+  PosteriorKind kind = PosteriorKind::kHierarchy;
+  ParameterTying fabric = ParameterTying::kEntries;  // kElements: kEntries
+  int specimens = 0;                                 // with numbers of their own
+  MaterialField base;                                // one table
+  Eigen::VectorXd prior_sd;                          // of the log factors in the prior, shape [P]
+  Eigen::VectorXd mean;                              // shape [P]
+  Eigen::MatrixXd covariance;                        // kHierarchy, shape [P, P]; kElements: empty
+  Eigen::VectorXd element_sd;                        // kElements, shape [39]; kHierarchy: empty
+
+  int num_fabric() const { return static_cast<int>(TyingMatrix(fabric).cols()); }
+  int size() const { return num_fabric() + 2 * specimens; }
+  std::string NameFor(int i) const;
+};
+
+// "hierarchy", "bdp".
+std::string ToString(PosteriorKind kind);
+
+// Writes posterior.json and base.json, each atomically. CHECKs shapes. Throws InputError when one
+// cannot be written. source: a note on the origin.
+void WritePosterior(const std::string& folder, const StoredPosterior& posterior,
+                    const std::string& source);
+
+// Reads both. Throws InputError naming the file and the key: another format, version or kind, names
+// of no tying, a negative deviation, a covariance that is not symmetric or has a negative variance.
+StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& policy = {});
+
+}  // namespace drape

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/posterior/posterior_report.h"
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "physics/material/material_scaling.h"
+
+namespace drape {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr double kNarrowed = 0.7;  // posterior over prior deviation of a number that data determine
+constexpr double kTrusted = 0.7;   // k̂ up to which the posterior is near enough
+
+bool IsElementwise(const PosteriorFit& fit) { return fit.kind == PosteriorKind::kElements; }
+
+// The prior's standard deviation of the log factor that a latent number stands for.
+double PriorDeviation(const HierarchicalModel& hierarchy, int latent) {
+  if (latent < hierarchy.num_fabric()) return hierarchy.fabric_sigma;
+  return (latent - hierarchy.num_fabric()) % 2 == 0 ? hierarchy.specimen_stretch_sigma
+                                                    : hierarchy.specimen_bend_sigma;
+}
+
+Eigen::VectorXd PriorDeviations(const HierarchicalModel& hierarchy) {
+  Eigen::VectorXd deviations(hierarchy.num_latents());
+  for (int i = 0; i < deviations.size(); ++i) deviations[i] = PriorDeviation(hierarchy, i);
+  return deviations;
+}
+
+}  // namespace
+
+PosteriorStiffness ComputePosteriorStiffness(const PosteriorFit& fit) {
+  constexpr int kDraws = 400;
+  const GaussianPosterior& q = fit.posterior.gaussian;
+  const Eigen::MatrixXd draws = q.Draws(IndependentSamples(q.size(), kDraws, 1));
+  Eigen::ArrayXd stretch(kDraws), bend(kDraws);
+  for (int s = 0; s < kDraws; ++s) {
+    const MaterialField fabric = fit.FabricAt(draws.col(s));
+    stretch[s] = MeanStretch(fabric.stretch[0]);
+    bend[s] = MeanBend(fabric.bend[0]);
+  }
+  const auto deviation = [](const Eigen::ArrayXd& v) {
+    return std::sqrt((v - v.mean()).square().mean());
+  };
+  return {stretch.mean(), deviation(stretch), bend.mean(), deviation(bend)};
+}
+
+ordered_json PosteriorJson(const PosteriorFit& fit) {
+  const HierarchicalModel& hierarchy = fit.hierarchy;
+  const Eigen::VectorXd deviation = fit.posterior.gaussian.Deviations();
+  const Eigen::VectorXd laplace = fit.mode.gaussian.Deviations();
+  ordered_json numbers = ordered_json::array();
+  for (int i = 0; i < hierarchy.num_latents(); ++i) {
+    const double prior = PriorDeviation(hierarchy, i);
+    ordered_json number = {{"name", hierarchy.NameFor(i)},
+                           {"prior_sd", prior},
+                           {"mode", prior * fit.mode.gaussian.mean[i]},
+                           {"laplace_sd", prior * laplace[i]},
+                           {"mean", prior * fit.posterior.gaussian.mean[i]}};
+    if (IsElementwise(fit)) {
+      number["element_sd"] = prior * deviation[i];
+    } else {
+      number["sd"] = prior * deviation[i];
+      number["sd_over_prior_sd"] = deviation[i];
+    }
+    numbers.push_back(number);
+  }
+  const PosteriorStiffness belief = ComputePosteriorStiffness(fit);
+  return {{"kind", ToString(fit.kind)},
+          {"specimens", hierarchy.specimens},
+          {"sigma_px", fit.sigma_px},
+          {"termination", ToString(fit.posterior.termination)},
+          {"mode_termination", ToString(fit.mode.termination)},
+          {"iterations", {fit.mode.iterations, fit.posterior.iterations}},
+          {"rollouts", fit.counts.rollouts},
+          {"jacobians", fit.counts.tangents},
+          {"failed_rollouts", fit.counts.failed},
+          {"seconds", {fit.mode.seconds, fit.posterior.seconds}},
+          {"elbo", fit.elbo},
+          {"elbo_error", fit.elbo_error},
+          {"divergence_from_prior", fit.posterior.divergence},
+          {"pareto_k", fit.pareto_k},
+          {"draw_rms_px", fit.draw_rms_px},
+          {"elbo_samples_valid", fit.fresh},
+          {"extrapolated_samples", fit.beyond},
+          {"reported_at", fit.shown_at_mode ? "mode" : "mean"},
+          {"stretch_n_per_m", {belief.stretch, belief.stretch_deviation}},
+          {"bend_n_m", {belief.bend, belief.bend_deviation}},
+          {"log_factors", numbers}};
+}
+
+StoredPosterior Stored(const PosteriorFit& fit) {
+  const Eigen::VectorXd prior = PriorDeviations(fit.hierarchy);
+  StoredPosterior stored;
+  stored.kind = fit.kind;
+  stored.fabric = fit.hierarchy.fabric;
+  stored.specimens = fit.hierarchy.has_specimens() ? fit.hierarchy.specimens : 0;
+  stored.base = fit.hierarchy.base;
+  stored.prior_sd = prior;
+  stored.mean = prior.cwiseProduct(fit.posterior.gaussian.mean);
+  if (IsElementwise(fit)) {
+    stored.element_sd = prior.cwiseProduct(fit.posterior.gaussian.Deviations());
+    return stored;
+  }
+  stored.covariance = prior.asDiagonal() * fit.posterior.gaussian.Covariance() * prior.asDiagonal();
+  return stored;
+}
+
+std::string PosteriorTable(const PosteriorFit& fit) {
+  const PosteriorStiffness belief = ComputePosteriorStiffness(fit);
+  const Eigen::VectorXd deviation = fit.posterior.gaussian.Deviations();
+  char text[640];
+  int length = std::snprintf(
+      text, sizeof text, "  %s: stretch %.4g +- %.3g N/m, bend %.3g +- %.2g N m\n",
+      IsElementwise(fit) ? "faces and hinges, mean and scatter" : "posterior of the fabric",
+      belief.stretch, belief.stretch_deviation, belief.bend, belief.bend_deviation);
+  if (!IsElementwise(fit))
+    length += std::snprintf(text + length, sizeof text - length,
+                            "  %d of %d numbers are narrowed to %.1f of their prior\n",
+                            static_cast<int>((deviation.array() < kNarrowed).count()),
+                            static_cast<int>(deviation.size()), kNarrowed);
+  if (std::isnan(fit.elbo)) {
+    std::snprintf(text + length, sizeof text - length,
+                  "  outline known to %.2f px; too few of the fresh draws stand (%d) to judge it\n",
+                  fit.sigma_px, fit.fresh);
+    return text;
+  }
+  std::snprintf(
+      text + length, sizeof text - length,
+      "  outline known to %.2f px; draws miss it by %.2f px\n"
+      "  evidence lower bound %.1f +- %.1f by %d fresh draws, Pareto k %.2f: %s\n",
+      fit.sigma_px, fit.draw_rms_px, fit.elbo, fit.elbo_error, fit.fresh, fit.pareto_k,
+      fit.pareto_k < kTrusted ? "near the exact posterior" : "too far from the exact posterior");
+  return text;
+}
+
+}  // namespace drape

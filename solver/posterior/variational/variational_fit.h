@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+
+#include "physics/linalg/block_matrix.h"
+#include "solver/fit/fit.h"
+#include "solver/posterior/variational/gaussian_posterior.h"
+
+namespace drape {
+
+// Residuals r(u), shape [K], of S draws of P latent numbers, computed together.
+class SampledResiduals {
+ public:
+  virtual ~SampledResiduals() = default;
+  virtual int num_latents() const = 0;    // P
+  virtual int num_residuals() const = 0;  // K, of each draw
+  virtual int num_draws() const = 0;      // S
+  // points: u of each draw, shape [P, S].
+  virtual void Prepare(const Eigen::MatrixXd& points, bool with_jacobians) = 0;
+  // Of one draw, as prepared: residuals [K] and, if not null, ∂r/∂u, shape [K, P]. False when they
+  // cannot be had.
+  [[nodiscard]] virtual bool Copy(int draw, Eigen::VectorXd* residual,
+                                  RowMatrix* jacobian) const = 0;
+};
+
+// What a draw of the residuals is taken at.
+enum class SampleKind {
+  kMode,    // u = mean: the mode of the posterior instead of a distribution
+  kShared,  // u = mean + V·L·ε: one number for the whole cloth
+  // u = (mean, diagonal of L), shape [2P]: the residuals hold noise of their own for each element,
+  // which they scale by the second half ("bdp" [METHODS, P33]: ElementwiseSamples). What then
+  // is maximised is a bound on ln p(r, u), whose prior of u counts once (posterior_fit.h)
+  kElementwise
+};
+
+struct VariationalOptions {
+  SampleKind kind = SampleKind::kShared;
+  int draws = 16;  // S, even
+  uint64_t seed = 1;
+  // Leading directions of V whose L is a full triangle; beyond, L is diagonal. 0: mean field.
+  int rank = 0;
+  int max_iterations = 30;
+  double initial_damping = 1.0;
+  double cost_tolerance = 1e-5;
+  const std::atomic<bool>* cancel = nullptr;
+  std::function<void(const FitIteration&)> progress;
+};
+
+struct VariationalFit {
+  // kMode: the Laplace approximation about the mode, by Ceres's covariance.
+  GaussianPosterior gaussian;
+  FitTermination termination = FitTermination::kFailed;
+  // kShared and kElementwise: −ELBO without the residuals' normalisation ½·K·ln 2π: E_q ½‖r‖² over
+  // the fixed draws + KL.
+  double cost = 0.0, initial_cost = 0.0;
+  double divergence = 0.0;  // KL(q ‖ prior), part of it
+  int iterations = 0;
+  double seconds = 0.0;
+};
+
+// Maximises the evidence lower bound over q = N(mean, V·L·Lᵀ·Vᵀ) against a unit prior, from
+// `start`, whose V is kept. With fixed draws ε (common random numbers, BalancedSamples) its
+// negative is a sum of squares [METHODS, P28],
+//   ½ Σ_s ‖r(u_s)‖²/S + ½ Σ mean² + ½ Σ_{i>j} L_ij² + ½ Σ_i (t_i − 1 − ln t_i), t_i = L_ii²,
+// the last with the signed root of t − 1 − ln t, smooth at t = 1, as residual: so Ceres's trust
+// region fits the posterior as it fits a material. L_ii lives on a log scale.
+// Exact for linear r where the draws are at least 2·(rank or, for mean field, P).
+VariationalFit FitPosterior(SampledResiduals& residuals, const GaussianPosterior& start,
+                            const VariationalOptions& options);
+
+// sign(ρ)·√(e^2ρ − 1 − 2ρ), smooth, and its derivative: what a log deviation ρ adds to the
+// residuals.
+double SignedRoot(double log_deviation, double* derivative = nullptr);
+
+}  // namespace drape

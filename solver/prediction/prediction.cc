@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/prediction/prediction.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "physics/cloth/start_shape.h"
+#include "physics/util/errors.h"
+#include "physics/util/random.h"
+
+namespace drape {
+namespace {
+
+// Streams of a specimen's seed.
+enum Stream : uint64_t { kStartStream, kScaleStream, kCaptureStream };
+
+uint64_t SpecimenSeed(const PredictionOptions& options, int specimen) {
+  return SeedOfStream(options.seed, static_cast<uint64_t>(specimen));
+}
+
+// Which drape of which specimen.
+PredictedDrape NumberedDrape(const PredictionOptions& options, int drape) {
+  const int of_specimen = drape % options.drapes_of_specimen();
+  PredictedDrape numbered;
+  numbered.specimen = drape / options.drapes_of_specimen();
+  numbered.face = options.faces[of_specimen / options.repeats];
+  numbered.repeat = of_specimen % options.repeats;
+  return numbered;
+}
+
+StartShape SpecimenStart(const PredictionOptions& options, int specimen, ClothFace face) {
+  StartShape shape = RandomStartShape(SeedOfStream(SpecimenSeed(options, specimen), kStartStream),
+                                      options.start_rms);
+  if (face == ClothFace::kDown)
+    for (StartShape::Mode& mode : shape.modes) mode.amplitude_m *= -1.0;
+  return shape;
+}
+
+MaterialField SpecimenMaterial(const PredictionOptions& options, const MaterialSource& materials,
+                               int specimen, ClothFace face) {
+  std::mt19937_64 random(SeedOfStream(SpecimenSeed(options, specimen), kScaleStream));
+  const double stretch = options.specimen_stretch_sigma * SampleNormal(random);
+  const double bend = options.specimen_bend_sigma * SampleNormal(random);
+  return Scaled(materials(specimen), std::exp(stretch), options.bend.of(face) * std::exp(bend));
+}
+
+void AddCaptureNoise(const Mesh& mesh, uint64_t seed, double rms, Eigen::VectorXd* x) {
+  constexpr double kEdge = kSupportRadius + 1e-6;  // the ring of vertices on it lies on the support
+  std::mt19937_64 random(seed);
+  for (int i = 0; i < mesh.num_vertices(); ++i) {
+    const double height = rms * SampleNormal(random);
+    if (mesh.rest_x.segment<2>(3 * i).norm() > kEdge) (*x)[3 * i + 2] += height;
+  }
+}
+
+ObservedDrape See(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera) {
+  ObjSurface surface{x, {}};
+  for (const Face& face : mesh.faces)
+    surface.triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
+  return ObserveSurface(surface, camera, "drape");
+}
+
+void Fill(const ClothModel& model, const Camera& camera, SettledDrape settled,
+          PredictedDrape* drape) {
+  const bool stepped = settled.steps == RolloutStatus::kOk;
+  drape->status = stepped ? ToString(settled.rest.status) : ToString(settled.steps);
+  drape->residual = settled.rest.residual;
+  drape->newton_iterations = settled.rest.iterations;
+  drape->x = std::move(settled.rest.x);
+  if (!stepped || settled.rest.status != EquilibriumStatus::kStable) return;
+  try {
+    drape->seen = See(model.mesh, drape->x, camera);
+  } catch (const InputError& unseen) {  // of one draw: counted like those that found no rest
+    drape->status = unseen.what();
+  }
+}
+
+}  // namespace
+
+void PredictionOptions::Check() const {
+  CHECK_GE(specimens, 1);
+  CHECK_GE(repeats, 1);
+  CHECK(!faces.empty());
+  for (const ClothFace face : faces) CHECK(face != ClothFace::kUnknown);
+  for (const double size : {start_rms, capture_rms, specimen_stretch_sigma, specimen_bend_sigma})
+    CHECK_GE(size, 0.0);
+  CHECK(bend.up > 0.0 && bend.down > 0.0);
+  CHECK(settle.integrator == SolveMode::kStatic) << "drapes are judged at rest";
+}
+
+DrapeTask MakeDrapeTask(const ClothModel& model, const MaterialSource& materials,
+                        const PredictionOptions& options, int drape) {
+  const PredictedDrape which = NumberedDrape(options, drape);
+  DrapeTask task{SpecimenMaterial(options, materials, which.specimen, which.face),
+                 model.RestState()};
+  task.start.x = ApplyStartShape(model.mesh, kSupportRadius,
+                                 SpecimenStart(options, which.specimen, which.face));
+  // Streams by face and repeat, so that more repeats leave the first ones as they are.
+  const uint64_t capture = 2 * which.repeat + (which.face == ClothFace::kDown);
+  AddCaptureNoise(model.mesh,
+                  SeedOfStream(SpecimenSeed(options, which.specimen), kCaptureStream + capture),
+                  options.capture_rms, &task.start.x);
+  return task;
+}
+
+std::vector<PredictedDrape> SampleDrapes(Backend& backend, const MaterialSource& materials,
+                                         const PredictionOptions& options,
+                                         const std::function<void(int done)>& progress) {
+  options.Check();
+  const ClothModel& model = backend.model();
+  std::vector<PredictedDrape> drapes;
+  const auto done = [&](int i, SettledDrape settled) {
+    drapes.push_back(NumberedDrape(options, i));
+    Fill(model, options.camera, std::move(settled), &drapes.back());
+    if (progress) progress(i + 1);
+  };
+  SettleInBatches(
+      backend, options.num_drapes(), options.batch,
+      [&](int i) { return MakeDrapeTask(model, materials, options, i); }, options.settle, done);
+  return drapes;
+}
+
+DistributionScorer::Drapes ObservedDrapes(const std::vector<PredictedDrape>& drapes,
+                                          ClothFace face) {
+  DistributionScorer::Drapes seen;
+  for (const PredictedDrape& drape : drapes)
+    if (drape.seen && (face == ClothFace::kUnknown || drape.face == face))
+      seen.push_back(&*drape.seen);
+  return seen;
+}
+
+std::optional<DistributionScore> ScorePrediction(const std::vector<PredictedDrape>& drapes,
+                                                 const std::vector<ObservedCapture>& held_out,
+                                                 const FeatureVector& scales) {
+  if (held_out.empty()) return {};
+  DistributionScorer scorer(scales);
+  for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown, ClothFace::kUnknown}) {
+    DistributionScorer::Drapes observed;
+    for (const ObservedCapture& seen : held_out)
+      if (seen.capture.face == face) observed.push_back(&seen.drape);
+    const DistributionScorer::Drapes draws = ObservedDrapes(drapes, face);
+    if (observed.empty()) continue;
+    if (draws.size() < 2) return {};
+    scorer.Add(draws, observed);
+  }
+  return scorer.Score();
+}
+
+}  // namespace drape

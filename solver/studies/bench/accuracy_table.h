@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solver/studies/bench/bench_job.h"
+
+namespace drape {
+
+// Settings with the error that a user may expect of them: what --accuracy picks from. Made by
+// drape_bench --table from the cells of several fabrics, kept in configs/accuracy.json.
+
+// The error is that of the radius of the circle of the silhouette's area, so that of the drape
+// coefficient as a length, against an infinitely fine mesh. Not of the outline angle by angle:
+// folds turn about the support by centimetres from mesh to mesh, at next to no energy.
+struct AccuracyRow {
+  std::string mesh;        // ParseMeshSpec
+  std::string integrator;  // dynamic or hybrid
+  double h = 0.1;          // time step [s]
+  int steps = 100;
+  double error_mm = 0.0;  // promised: the largest of the table's fabrics, with its safety factor
+  double cost = 0.0;      // time by that of the row "exact"
+};
+
+struct AccuracyTable {
+  std::string made_on;            // fabrics, seed and references, for a person
+  std::vector<AccuracyRow> rows;  // of each integrator those that no other beats, fastest first
+  // Errors of the named levels [mm].
+  double fast = 0.0, balanced = 0.0, exact = 0.0;
+
+  // The cheapest row of an allowed integrator ("" allows both) whose error is within `accuracy`:
+  // "fast", "balanced", "exact" or a length such as "0.5mm". Throws InputError for any other text,
+  // and for less than the table has.
+  const AccuracyRow& Pick(const std::string& accuracy, const std::string& integrator) const;
+};
+
+// Of the cells of a forward work; `time` is the clock that counts. A setting that loses the branch
+// for one of the fabrics is no row. Throws InputError where none is left.
+AccuracyTable MakeAccuracyTable(const BenchJob& job, const BenchResult& result, BenchMeasure time,
+                                double safety);
+
+std::string AccuracyTableText(const AccuracyTable& table);  // JSON
+// Throws InputError, prefix `where`.
+AccuracyTable ParseAccuracyTable(const std::string& text, const std::string& where);
+
+}  // namespace drape

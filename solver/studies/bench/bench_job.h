@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "solver/studies/bench/cases/bench_fit.h"
+#include "solver/studies/bench/work_precision.h"
+
+namespace drape {
+
+// All cells of a plan, one after the other, each in a process of its own: what drape_bench does.
+struct BenchJob {
+  BenchWork work = BenchWork::kForward;
+  BenchAxes axes;
+  BenchProblem problem;
+  ReferenceOptions reference;
+  ExperimentOptions cell;
+  FitBenchOptions fit;
+  std::string common;   // what all cells have in common, in one line (BenchFile)
+  std::string out;      // existing folder: cells.csv, reference_<cloth>.json, fits/
+  bool resume = false;  // go on with the cells and references that are there
+};
+
+struct BenchCallbacks {
+  const std::atomic<bool>* cancel = nullptr;
+  std::function<void(double fraction, const std::string& note)> progress;
+  std::function<void(const std::string& line)> log = {};
+};
+
+struct BenchCell {
+  BenchSetting setting;
+  BenchRecord record;
+};
+struct BenchResult {
+  bool cancelled = false;        // the cells are those that ended
+  std::vector<BenchCell> cells;  // in the order of the plan
+  // The errors of the references, estimated, by "material law model".
+  std::map<std::string, BenchRecord> reference_errors;
+};
+
+// Throws InputError.
+BenchResult RunBench(const BenchJob& job, const BenchCallbacks& callbacks);
+
+}  // namespace drape

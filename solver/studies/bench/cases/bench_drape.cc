@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/bench/cases/bench_drape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "cuda/make_backend.h"
+#include "losses/outline/outline.h"
+#include "losses/outline/shape_features.h"
+#include "losses/readout/readouts.h"
+#include "physics/material/material_io.h"
+#include "physics/mesh/disc.h"
+#include "physics/mesh/mesh_spec.h"
+#include "physics/util/random.h"
+#include "solver/fit/parameters/random_field.h"
+#include "solver/forward/branch.h"
+
+namespace drape {
+namespace {
+
+// The fields of "heterogeneous_modes": one draw, the same on each mesh.
+constexpr int kFieldModes = 8, kFieldSeed = 1, kFieldVertices = 300;
+constexpr MaternOptions kField = {.length = 0.04, .sigma = 0.3};
+
+// Log factors of a smooth random field at points of the cloth, shape [N].
+Eigen::VectorXd LogFactors(const Eigen::Matrix2Xd& points) {
+  const Mesh disc = MakeDisc({.target_vertices = kFieldVertices});
+  const LaplaceModes modes = FindLaplaceModes(disc, kFieldModes);
+  Eigen::VectorXd weights = MaternDeviations(modes.eigenvalues, kField);
+  std::mt19937_64 random(kFieldSeed);
+  for (double& weight : weights) weight *= SampleNormal(random);
+  return InterpolationWeights(disc, points) * (modes.vectors * weights);
+}
+
+template <class Table>
+void Scale(std::vector<Table>* tables, const Eigen::VectorXd& log_factors) {
+  for (std::size_t e = 0; e < tables->size(); ++e) {
+    double* entries = reinterpret_cast<double*>(&(*tables)[e]);
+    for (std::size_t k = 0; k < sizeof(Table) / sizeof(double); ++k)
+      entries[k] *= std::exp(log_factors[static_cast<Eigen::Index>(e)]);
+  }
+}
+
+MaterialField MakeField(const std::string& model, MaterialField field, const Mesh& mesh) {
+  if (model == "homogeneous") return field;
+  field.stretch.resize(mesh.num_faces(), field.stretch[0]);
+  field.bend.resize(mesh.num_hinges(), field.bend[0]);
+  if (model == "heterogeneous_modes") {
+    Scale(&field.stretch, LogFactors(FaceCentres(mesh)));
+    Scale(&field.bend, LogFactors(HingeCentres(mesh)));
+  }
+  return field;
+}
+
+std::shared_ptr<const ClothModel> MakeClothModelFor(const std::string& mesh, const Law& law) {
+  return std::make_shared<ClothModel>(
+      ParseMeshSpec(mesh, {.round_to_float = !law.rejects_negative_entries()}), CusickScene(), law);
+}
+
+Eigen::VectorXd LossObservation() {
+  return Eigen::VectorXd::Constant(kBenchAngles, kBenchLossRadius * Camera().pixels_per_metre());
+}
+
+// A drape read on another mesh is stretched at first, and Newton alone may not converge from it.
+constexpr int kPreStartSteps = 20;
+
+constexpr char kNoDerivative[] = "no derivative";
+
+}  // namespace
+
+Eigen::VectorXd ReadPositions(const Eigen::SparseMatrix<double, Eigen::RowMajor>& weights,
+                              const Eigen::VectorXd& x) {
+  const Eigen::Map<const RowMatrix> from(x.data(), x.size() / 3, 3);
+  const RowMatrix read = weights * from;
+  return Eigen::Map<const Eigen::VectorXd>(read.data(), read.size());
+}
+
+BenchRun::BenchRun(const BenchSetting& setting, const BenchProblem& problem,
+                   const std::atomic<bool>* cancel)
+    : setting_(setting), problem_(problem), cancel_(cancel) {
+  const Law law = MakeLaw(setting.law);
+  const auto model = MakeClothModelFor(setting.mesh, law);
+  const MaterialField homo =
+      ReadMaterial(setting.material, {law.rejects_negative_entries() ? NegativeEntries::kReject
+                                                                     : NegativeEntries::kWarn})
+          .field;
+  material_ = MakeField(setting.model, homo, model->mesh);
+  backend_ = MakeBackend(setting.backend, model, setting.threads);
+  readout_ = std::make_unique<OutlineReadout>(mesh(), std::vector<Camera>{Camera()}, kBenchAngles);
+  if (setting.integrator != "static") return;
+  const auto coarse = MakeClothModelFor(problem.coarse_mesh, law);
+  coarse_material_ = MakeField(setting.model, homo, coarse->mesh);
+  coarse_ = MakeBackend(setting.backend, coarse, 1);
+  from_coarse_ = InterpolationWeights(coarse->mesh, mesh().uv, Extrapolation::kLinear);
+}
+
+State BenchRun::Seed(const Mesh& mesh) const {
+  return {ApplyStartShape(mesh, kSupportRadius, problem_.seed),
+          Eigen::VectorXd::Zero(mesh.rest_x.size())};
+}
+
+RolloutOptions BenchRun::Steps() const {
+  RolloutOptions steps;
+  steps.h = setting_.h;
+  steps.steps = setting_.steps();
+  steps.cancel = cancel_;
+  return steps;
+}
+
+SettleOptions BenchRun::Settling() const {
+  SettleOptions settling{.steps = Steps()};
+  settling.integrator = is_dynamic() ? SolveMode::kDynamic : SolveMode::kStatic;
+  settling.equilibrium.tolerance = setting_.tolerance;
+  settling.equilibrium.cancel = cancel_;
+  return settling;
+}
+
+std::vector<RolloutInput> BenchRun::Batch(const State& state) const {
+  return std::vector<RolloutInput>(setting_.batch, {&material_, &state});
+}
+
+BenchDrape BenchRun::Seen(const std::string& status, Eigen::VectorXd x) const {
+  BenchDrape drape{.status = status, .x = std::move(x)};
+  if (status != "ok") return drape;
+  if (!DrapeOutline(mesh(), drape.x, &drape.outline)) drape.status = "no outline";
+  return drape;
+}
+
+RolloutStatus BenchRun::StartFromCoarse(State* start) {
+  const State seed = Seed(coarse_->model().mesh);
+  const SettledDrape coarse = Settle(*coarse_, coarse_material_, {&seed, 1}, Settling()).front();
+  if (coarse.steps != RolloutStatus::kOk) return coarse.steps;
+  start->x = ReadPositions(from_coarse_, coarse.rest.x);
+  start->v = Eigen::VectorXd::Zero(start->x.size());
+  return RolloutStatus::kOk;
+}
+
+BenchDrape BenchRun::DrapeAlone() {
+  State start;
+  SettleOptions settling = Settling();
+  if (coarse_ != nullptr) {
+    const RolloutStatus status = StartFromCoarse(&start);
+    if (status != RolloutStatus::kOk) return {.status = ToString(status)};
+    settling.steps.steps = kPreStartSteps;
+  } else {
+    start = Seed(mesh());
+  }
+  SettledDrape drape = std::move(Settle(*backend_, Batch(start), settling).front());
+  if (drape.steps != RolloutStatus::kOk) return {.status = ToString(drape.steps)};
+  const std::string status =
+      drape.IsUsable(settling.integrator) ? "ok" : ToString(drape.rest.status);
+  return Seen(status, std::move(drape.rest.x));
+}
+
+BenchDrape BenchRun::StepTangents() {
+  const State seed = Seed(mesh());
+  const std::vector<const MaterialField*> weights(setting_.batch, &material_);
+  const ReadoutTangent tangent =
+      backend_->ReadoutTangents(Batch(seed), weights, Steps(), *readout_).front();
+  const bool ok = tangent.rollout.status == RolloutStatus::kOk;
+  BenchDrape drape = Seen(ToString(tangent.rollout.status), tangent.rollout.end.x);
+  if (ok) drape.jacobian = tangent.read.dr;
+  if (ok) drape.gradient = tangent.read.dr.transpose() * (tangent.read.r - LossObservation());
+  return drape;
+}
+
+BenchDrape BenchRun::StepGradient() {
+  const State seed = Seed(mesh());
+  const Eigen::VectorXd target = LossObservation();
+  const ReadoutLoss loss{readout_.get(),
+                         std::vector<const Eigen::VectorXd*>(setting_.batch, &target)};
+  const LossGradient found = backend_->LossGradients(Batch(seed), Steps(), loss).front();
+  BenchDrape drape{.status = ToString(found.status)};
+  if (found.loss) drape.gradient = found.material.Contract(material_);
+  return drape;
+}
+
+BenchDrape BenchRun::StepJacobianByAdjoint() {
+  const State seed = Seed(mesh());
+  std::vector<Recording> recordings;
+  const auto batch = Batch(seed);
+  const std::vector<RolloutResult> rollouts = backend_->Rollouts(batch, Steps(), &recordings);
+  BenchDrape drape = Seen(ToString(rollouts.front().status), rollouts.front().end.x);
+  Eigen::VectorXd r;
+  ReadoutJacobian dr_dx;
+  if (drape.status != "ok" || !readout_->Read(0, drape.x, &r, &dr_dx)) return drape;
+  const std::vector<RowMatrix> seeds(batch.size(), RowMatrix(dr_dx.transpose()));
+  const AdjointResult adjoint = backend_->Adjoints(batch, recordings, seeds, Steps()).front();
+  drape.jacobian = adjoint.material.Contract(material_).transpose();
+  return drape;
+}
+
+void BenchRun::AddTangents(const State& rest, BenchDrape* drape) {
+  const std::vector<const MaterialField*> weights(setting_.batch, &material_);
+  const LinearReadout read =
+      backend_->EquilibriumReadoutTangents(Batch(rest), weights, *readout_).front();
+  if (read.r.size() == 0) {
+    drape->status = kNoDerivative;
+    return;
+  }
+  drape->jacobian = read.dr;
+  drape->gradient = read.dr.transpose() * (read.r - LossObservation());
+}
+
+void BenchRun::AddAdjoint(const State& rest, bool of_loss, BenchDrape* drape) {
+  Eigen::VectorXd r;
+  ReadoutJacobian dr_dx;
+  drape->status = kNoDerivative;
+  if (!readout_->Read(0, rest.x, &r, &dr_dx)) return;
+  const RowMatrix seed = of_loss ? RowMatrix(dr_dx.transpose() * (r - LossObservation()))
+                                 : RowMatrix(dr_dx.transpose());
+  const std::vector<RowMatrix> seeds(setting_.batch, seed);
+  const auto adjoint = backend_->EquilibriumAdjoints(Batch(rest), seeds).front();
+  if (!adjoint) return;
+  const RowMatrix gradients = adjoint->Contract(material_);
+  if (of_loss) {
+    drape->gradient = gradients;
+  } else {
+    drape->jacobian = gradients.transpose();
+  }
+  drape->status = "ok";
+}
+
+BenchDrape BenchRun::Differentiate(BenchWork work) {
+  const bool by_tangents = setting_.mode == "tangent";
+  const bool of_loss = work == BenchWork::kGradient;
+  if (is_dynamic())
+    return by_tangents ? StepTangents() : of_loss ? StepGradient() : StepJacobianByAdjoint();
+  BenchDrape drape = DrapeAlone();
+  if (drape.status != "ok") return drape;
+  const State rest{drape.x, Eigen::VectorXd::Zero(drape.x.size())};
+  if (by_tangents) {
+    AddTangents(rest, &drape);
+  } else {
+    AddAdjoint(rest, of_loss, &drape);
+  }
+  return drape;
+}
+
+BenchDrape BenchRun::Run(BenchWork work) {
+  return work == BenchWork::kForward ? DrapeAlone() : Differentiate(work);
+}
+
+}  // namespace drape

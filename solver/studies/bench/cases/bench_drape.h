@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <atomic>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "physics/cloth/start_shape.h"
+#include "physics/simulation/backend.h"
+#include "solver/forward/settle.h"
+#include "solver/studies/bench/cases/bench_plan.h"
+
+namespace drape {
+
+// What all cells of a run have in common: the drape test of BS 5058 from one seed shape, which
+// holds the branch.
+struct BenchProblem {
+  StartShape seed;
+  std::string coarse_mesh = "disc:300";  // on which a static cell falls before Newton
+};
+
+// What is compared with a reference. The outline is r(θ) [m] at kBranchAngles angles. Derivatives
+// are by the logarithms of the 39 table entries, each of the whole cloth.
+struct BenchDrape {
+  std::string status = {};        // "ok", or why there is none
+  Eigen::VectorXd x = {};         // [m], shape [3V]
+  Eigen::VectorXd outline = {};   // [m], shape [kBranchAngles]
+  Eigen::VectorXd gradient = {};  // of the loss, shape [39]; empty without
+  RowMatrix jacobian = {};        // of the outline [px], shape [kBenchAngles, 39]; empty without
+};
+
+inline constexpr int kBenchAngles = 90;           // of the outline that is differentiated
+inline constexpr double kBenchLossRadius = 0.12;  // [m]; the loss is ½ Σ (r_k − this)² [px²]
+
+// One cell's model, material and backends, made before the clock starts.
+class BenchRun {
+ public:
+  // Throws InputError for a mesh, a material or a backend that cannot be had.
+  BenchRun(const BenchSetting& setting, const BenchProblem& problem,
+           const std::atomic<bool>* cancel);
+
+  const Mesh& mesh() const { return backend_->model().mesh; }
+  // The work of a cell, the outline included: `batch` times the same at once. Not of a fit.
+  BenchDrape Run(BenchWork work);
+
+ private:
+  bool is_dynamic() const { return setting_.integrator == "dynamic"; }
+  State Seed(const Mesh& mesh) const;
+  SettleOptions Settling() const;
+  // A drape that fell on the coarse mesh, on this one; its status is the steps'.
+  RolloutStatus StartFromCoarse(State* start);
+  BenchDrape DrapeAlone();
+  // Derivatives of a dynamic cell run the steps themselves; others follow DrapeAlone.
+  BenchDrape StepTangents();
+  BenchDrape StepGradient();
+  BenchDrape StepJacobianByAdjoint();
+  void AddTangents(const State& rest, BenchDrape* drape);
+  void AddAdjoint(const State& rest, bool of_loss, BenchDrape* drape);
+  BenchDrape Differentiate(BenchWork work);
+  std::vector<RolloutInput> Batch(const State& state) const;
+  RolloutOptions Steps() const;
+  BenchDrape Seen(const std::string& status, Eigen::VectorXd x) const;
+
+  BenchSetting setting_;
+  BenchProblem problem_;
+  const std::atomic<bool>* cancel_;
+  MaterialField material_, coarse_material_;
+  std::unique_ptr<Backend> backend_, coarse_;
+  Eigen::SparseMatrix<double, Eigen::RowMajor> from_coarse_;
+  std::unique_ptr<Readout> readout_;
+};
+
+// Positions [m] of one mesh, shape [3V], read at points of the cloth by weights [N, V]
+// (InterpolationWeights): shape [3N].
+Eigen::VectorXd ReadPositions(const Eigen::SparseMatrix<double, Eigen::RowMajor>& weights,
+                              const Eigen::VectorXd& x);
+
+}  // namespace drape

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/bench/cases/bench_fit.h"
+
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+
+#include "losses/metrics/comparison.h"
+#include "losses/silhouette/raster.h"
+#include "physics/mesh/mesh_spec.h"
+#include "physics/mesh/obj_io.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMillimetres = 1e3;
+
+FitJob MakeJob(const BenchSetting& setting, const FitBenchOptions& options,
+               const std::string& folder) {
+  FitJob job = options.job;
+  job.material = setting.material;
+  job.law = setting.law;
+  job.mesh = setting.mesh;
+  job.backend = setting.backend;
+  job.threads = setting.threads;
+  job.fit.integrator = ParseSolveMode(setting.integrator);
+  job.fit.settle_h = setting.h;
+  job.fit.settle_steps = setting.steps();
+  const bool has_fields = setting.model.starts_with("heterogeneous");
+  job.model = has_fields ? "heterogeneous" : setting.model;
+  job.fields.basis =
+      setting.model == "heterogeneous_modes" ? FieldBasis::kModes : FieldBasis::kElements;
+  job.posterior.draws = setting.draws;
+  job.out = folder;
+  job.checkpoint = folder + "/checkpoint.json";
+  job.log = folder + "/fit.log";
+  return job;
+}
+
+// Mean squared error of the fitted drapes on the images held out, each turned to fit best.
+double HeldOutScore(const std::string& folder, const std::vector<std::string>& held_out) {
+  const Camera camera;
+  double sum = 0.0;
+  int pairs = 0;
+  for (const fs::directory_entry& file : fs::directory_iterator(folder)) {
+    if (file.path().extension() != ".obj") continue;
+    const std::string fitted = file.path().string();
+    const ObservedDrape drape = ObserveSurface(ReadObjSurface(fitted), camera, fitted);
+    for (const std::string& image : held_out) {
+      const ObservedDrape other = ObserveImage(ReadSilhouette(image), camera, image);
+      sum += CompareDrapes(drape, other, camera).aligned.mse;
+      ++pairs;
+    }
+  }
+  return pairs > 0 ? sum / pairs : std::nan("");
+}
+
+void ReadScores(const std::string& folder, BenchRecord* record) {
+  const std::string path = folder + "/summary.json";
+  const nlohmann::json file = ReadJsonFile(path);
+  const JsonInput mean = JsonInput(file, path).At("mean_settled");
+  (*record)[kOutlinePx] = mean.At("profile_rms_px").Number();
+  (*record)[kMse] = mean.At("mse").Number();
+  (*record)[kHausdorffMm] = kMillimetres * mean.At("outline_hausdorff_m").Number();
+}
+
+}  // namespace
+
+void CheckFitCell(const BenchSetting& setting) {
+  if (setting.integrator == "hybrid")
+    throw InputError("axis 'integrator'", "found hybrid, expected dynamic or static for a fit");
+  if (setting.integrator == "dynamic" && setting.model != "homogeneous")
+    throw InputError("axis 'integrator'",
+                     "found dynamic with model " + setting.model + ", expected static");
+  if (IsDistribution(setting) && setting.draws % 2 != 0)
+    throw InputError("axis 'draws'",
+                     "found " + std::to_string(setting.draws) + ", expected an even number");
+}
+
+void DrawTruth(const BenchSetting& truth, const BenchProblem& problem, const std::string& path) {
+  BenchRun run(truth, problem, nullptr);
+  const BenchDrape drape = run.Run(BenchWork::kForward);
+  if (drape.status != "ok")
+    throw InputError("option 'ground_truth'",
+                     "no silhouette: " + drape.status + ", expected a drape");
+  constexpr int kSupersample = 4;
+  WritePng(Rasterize(run.mesh(), drape.x, Camera(), kSupersample), path);
+}
+
+BenchRecord RunFitCell(const BenchSetting& setting, const FitBenchOptions& options,
+                       const std::string& folder, const std::atomic<bool>* cancel) {
+  std::string name = CheckpointKey(BenchWork::kFit, setting);
+  for (char& c : name)
+    if (c == ' ' || c == '/' || c == ':' || c == '=') c = '_';
+  const std::string files = folder + "/" + name;
+  fs::create_directories(files);
+  BenchRecord record;
+  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t cpu = std::clock();
+  const FitJobResult result = RunFitJob(MakeJob(setting, options, files), {cancel, {}, {}});
+  record[kWallSeconds] =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  record[kCpuSeconds] = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
+  record[kRepeats] = 1;
+  record[kVertices] = ParseMeshSpec(setting.mesh).num_vertices();
+  record.status = result.fitted ? "ok" : "nothing fitted";
+  if (!result.fitted) return record;
+  ReadScores(files, &record);
+  if (!options.held_out.empty()) record[kHeldOutMse] = HeldOutScore(files, options.held_out);
+  return record;
+}
+
+}  // namespace drape

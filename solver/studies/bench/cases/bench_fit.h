@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "solver/job/fit_job.h"
+#include "solver/studies/bench/cases/bench_drape.h"
+#include "solver/studies/bench/cases/bench_record.h"
+
+namespace drape {
+
+// Cells whose work is a fit.
+struct FitBenchOptions {
+  FitJob job;                         // what the axes do not set; images and fit.keep among them
+  std::vector<std::string> held_out;  // images that are not fitted, on which the drapes are scored
+};
+
+// InputError for a setting that a fit cannot have.
+void CheckFitCell(const BenchSetting& setting);
+
+// Draws the silhouette of a drape as a fit's image. Throws InputError where there is no drape.
+void DrawTruth(const BenchSetting& truth, const BenchProblem& problem, const std::string& path);
+
+// Runs one fit in this process with its files in a folder of `folder`: seconds, and errors from its
+// summary.json, after it has settled. Axes: mesh, law, material (the start tables), h and fall (of
+// the seeds), integrator (dynamic or static), backend, threads; model heter_elements and
+// heter_modes are fields on each element or in modes, bdp and bayes have draws. Throws InputError.
+BenchRecord RunFitCell(const BenchSetting& setting, const FitBenchOptions& options,
+                       const std::string& folder, const std::atomic<bool>* cancel);
+
+}  // namespace drape

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "solver/studies/bench/cases/bench_plan.h"
+
+namespace drape {
+
+// What is measured of a cell. NaN where the work has no such number. Errors are against the
+// reference of WorkPrecision.
+enum BenchMeasure {
+  kVertices,
+  kRepeats,
+  kWallSeconds,  // median of one run [s], of a batch divided by its drapes
+  kWallSpread,   // slowest − fastest [s]
+  kCpuSeconds,   // the same in processor time of all threads
+  kCpuSpread,
+  kSetupSeconds,   // model, symbolic analysis, backend [s]; wall clock
+  kPeakMegabytes,  // of the cell's process, less that of one that does nothing [MB]
+  kVertexMm,       // root mean square distance of the vertices from the reference there [mm]
+  kOutlineMm,      // of the outline r(θ) [mm]
+  kRadiusMm,       // of the radius of the circle of the silhouette's area: the error of the drape
+                   // coefficient as a length [mm]
+  kDrapeCoefficient,
+  kDrapeCoefficientError,
+  kFolds,
+  kDerivativeError,  // ‖d − d_reference‖/‖d_reference‖ of gradient or Jacobian by log entries
+  kOutlinePx,        // of a fit: root mean square of the outline at rest [px]
+  kMse,              // of a fit's silhouettes, at rest
+  kHausdorffMm,      // of a fit's outlines, at rest [mm]
+  kHeldOutMse,       // of the fitted drapes on the images held out
+  kBenchMeasures
+};
+// The column of cells.csv, "vertex_mm".
+const char* NameFor(BenchMeasure measure);
+
+struct BenchRecord {
+  std::string status;  // "ok", "other branch", or why there is no result
+  std::array<double, kBenchMeasures> values;
+
+  BenchRecord() { values.fill(std::numeric_limits<double>::quiet_NaN()); }
+  double operator[](BenchMeasure measure) const { return values[measure]; }
+  double& operator[](BenchMeasure measure) { return values[measure]; }
+};
+
+// Status and numbers as one line "status,1,2,,3", and back (Throws InputError, prefix `where`).
+std::string RecordLine(const BenchRecord& record);
+BenchRecord ParseRecordLine(const std::string& line, const std::string& where);
+
+// cells.csv: a comment line with what all cells have in common, a line of names, a line a cell.
+// Lines are appended as cells end, so that an interrupted run goes on where it was.
+class BenchFile {
+ public:
+  // Begins the file, or with `resume` reads the cells that it has. Throws InputError when it cannot
+  // be written, holds what is no record, or was begun with another `common`; without `resume` also
+  // when it has cells already.
+  BenchFile(std::string path, const std::string& common, bool resume);
+
+  // Whether a file of the same `common` was there.
+  bool continues() const { return continues_; }
+  const BenchRecord* Find(const std::string& identity) const;
+  // Appends at once, to the disk.
+  void Add(BenchWork work, const BenchSetting& setting, const BenchRecord& record);
+
+ private:
+  void ReadCells(const std::string& content, const std::string& common);
+  std::string path_;
+  bool continues_ = false;
+  std::map<std::string, BenchRecord> cells_;  // by identity
+};
+
+}  // namespace drape

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/bench/work_precision.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <vector>
+
+#include "losses/outline/outline_match.h"
+#include "losses/outline/shape_features.h"
+#include "physics/mesh/mesh_spec.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "solver/fit/parameters/random_field.h"
+#include "solver/forward/branch.h"
+#include "solver/studies/bench/richardson.h"
+
+namespace drape {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kMillimetres = 1e3;  // a metre
+
+double WallNow() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double CpuNow() {
+  timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+double Rms(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  return std::sqrt((a - b).squaredNorm() / static_cast<double>(a.size()));
+}
+
+std::vector<double> Numbers(const auto& matrix) {
+  return {matrix.data(), matrix.data() + matrix.size()};
+}
+
+json DrapeJson(const BenchDrape& drape) {
+  return {{"status", drape.status},
+          {"x", Numbers(drape.x)},
+          {"outline", Numbers(drape.outline)},
+          {"gradient", Numbers(drape.gradient)},
+          {"jacobian", Numbers(drape.jacobian)}};
+}
+
+Eigen::VectorXd ReadNumbers(const JsonInput& input) {
+  Eigen::VectorXd numbers(input.ExpectArray().Size());
+  for (int i = 0; i < numbers.size(); ++i) numbers[i] = input.At(i).Number();
+  return numbers;
+}
+
+BenchDrape ReadDrape(const JsonInput& input, const Mesh& mesh) {
+  BenchDrape drape;
+  drape.status = input.At("status").String();
+  if (drape.status != "ok")
+    throw InputError(input.Name(), "no reference: " + drape.status +
+                                       ", expected a drape at rest (another seed or mesh?)");
+  drape.x = ReadNumbers(input.At("x"));
+  if (drape.x.size() != mesh.rest_x.size()) input.At("x").Fail("the vertices of its mesh");
+  drape.outline = ReadNumbers(input.At("outline"));
+  drape.gradient = ReadNumbers(input.At("gradient"));
+  const Eigen::VectorXd entries = ReadNumbers(input.At("jacobian"));
+  drape.jacobian = Eigen::Map<const RowMatrix>(entries.data(), entries.size() / kMaterialEntries,
+                                               kMaterialEntries);
+  return drape;
+}
+
+double CircleRadius(double area) { return std::sqrt(area / std::numbers::pi); }
+
+// Folds may turn about the support, at next to no energy, so outlines are turned to match.
+bool IsOnBranch(const Eigen::VectorXd& reference, const Eigen::VectorXd& outline,
+                double branch_mm) {
+  const double apart = MatchOutlines(reference, outline, OutlineFreedom::kRotation).rms;
+  return kMillimetres * apart <= branch_mm && CountFolds(reference) == CountFolds(outline);
+}
+
+double RelativeError(const auto& found, const auto& reference) {
+  return (found - reference).norm() / reference.norm();
+}
+
+// Median and spread of one measure of all runs.
+void FillTimes(std::vector<double> times, int batch, BenchMeasure median, BenchMeasure spread,
+               BenchRecord* record) {
+  std::sort(times.begin(), times.end());
+  const std::size_t n = times.size();
+  (*record)[median] = 0.5 * (times[(n - 1) / 2] + times[n / 2]) / batch;
+  (*record)[spread] = (times.back() - times.front()) / batch;
+}
+
+}  // namespace
+
+Eigen::VectorXd BenchReference::PositionsAt(const Eigen::Matrix2Xd& points) const {
+  const auto read = [&](const Mesh& mesh, const BenchDrape& drape) {
+    return ReadPositions(InterpolationWeights(mesh, points, Extrapolation::kLinear), drape.x);
+  };
+  return Extrapolate<Eigen::VectorXd>(read(fine_mesh, fine), read(coarse_mesh, coarse), ratio,
+                                      order);
+}
+
+Eigen::VectorXd BenchReference::outline() const {
+  return Extrapolate(fine.outline, coarse.outline, ratio, order);
+}
+
+double BenchReference::area() const {
+  return Extrapolate(ProfileArea(fine.outline), ProfileArea(coarse.outline), ratio, order);
+}
+
+Eigen::VectorXd BenchReference::gradient() const {
+  return Extrapolate(fine.gradient, coarse.gradient, ratio, order);
+}
+
+RowMatrix BenchReference::jacobian() const {
+  return Extrapolate(fine.jacobian, coarse.jacobian, ratio, order);
+}
+
+BenchRecord BenchReference::ErrorEstimate(BenchWork work) const {
+  BenchRecord record;
+  record[kVertices] = fine_mesh.num_vertices();
+  MeasureErrors(*this, fine_mesh, fine, work, &record);
+  return record;
+}
+
+std::string ReferenceText(const BenchSetting& setting, const BenchProblem& problem,
+                          const ReferenceOptions& options, BenchWork work,
+                          const std::atomic<bool>* cancel) {
+  BenchSetting at_rest = setting;
+  at_rest.integrator = "static";
+  at_rest.h = options.h;
+  at_rest.fall = options.fall_seconds;
+  at_rest.tolerance = 1e-9;
+  at_rest.mode = work == BenchWork::kJacobian ? "tangent" : "adjoint";
+  at_rest.batch = 1;
+  BenchProblem from_fall = problem;
+  from_fall.coarse_mesh = options.fall;
+  json text;
+  for (const auto& [name, mesh] : {std::pair("fine", options.fine), {"coarse", options.coarse}}) {
+    at_rest.mesh = mesh;
+    text[name] = DrapeJson(BenchRun(at_rest, from_fall, cancel).Run(work));
+  }
+  return text.dump();
+}
+
+BenchReference ParseReference(const std::string& text, const ReferenceOptions& options,
+                              const std::string& where) {
+  const json file = ParseJson(text, where);
+  const JsonInput input(file, where);
+  input.ExpectKeys({"fine", "coarse"});
+  BenchReference reference;
+  reference.fine_mesh = ParseMeshSpec(options.fine);
+  reference.coarse_mesh = ParseMeshSpec(options.coarse);
+  reference.fine = ReadDrape(input.At("fine"), reference.fine_mesh);
+  reference.coarse = ReadDrape(input.At("coarse"), reference.coarse_mesh);
+  reference.ratio = std::sqrt(static_cast<double>(reference.fine_mesh.num_vertices()) /
+                              reference.coarse_mesh.num_vertices());
+  reference.order = options.order;
+  if (!(reference.ratio > 1))
+    throw InputError("option 'reference'", "found " + options.fine + " after " + options.coarse +
+                                               ", expected a finer mesh");
+  return reference;
+}
+
+void MeasureErrors(const BenchReference& reference, const Mesh& mesh, const BenchDrape& drape,
+                   BenchWork work, BenchRecord* record) {
+  const Eigen::VectorXd outline = reference.outline();
+  if (drape.outline.size() > 0) {
+    (*record)[kVertexMm] = kMillimetres * VertexDistance(drape.x, reference.PositionsAt(mesh.uv));
+    (*record)[kOutlineMm] = kMillimetres * Rms(drape.outline, outline);
+    const double area = reference.area();
+    (*record)[kRadiusMm] =
+        kMillimetres * std::abs(CircleRadius(ProfileArea(drape.outline)) - CircleRadius(area));
+    (*record)[kDrapeCoefficient] = DrapeCoefficient(ProfileArea(drape.outline));
+    (*record)[kDrapeCoefficientError] =
+        std::abs((*record)[kDrapeCoefficient] - DrapeCoefficient(area));
+    (*record)[kFolds] = CountFolds(drape.outline);
+  }
+  if (work == BenchWork::kGradient && drape.gradient.size() > 0)
+    (*record)[kDerivativeError] = RelativeError(drape.gradient, reference.gradient());
+  if (work == BenchWork::kJacobian && drape.jacobian.size() > 0)
+    (*record)[kDerivativeError] = RelativeError(drape.jacobian, reference.jacobian());
+}
+
+BenchRecord RunBenchSetting(BenchWork work, const BenchSetting& setting,
+                            const BenchProblem& problem, const BenchReference& reference,
+                            const ExperimentOptions& options, const std::atomic<bool>* cancel) {
+  const double begin = WallNow();
+  BenchRun run(setting, problem, cancel);
+  BenchRecord record;
+  record[kVertices] = run.mesh().num_vertices();
+  const double clock = WallNow();
+  record[kSetupSeconds] = clock - begin;
+  BenchDrape drape;
+  std::vector<double> wall, cpu;
+  do {
+    const double wall_begin = WallNow(), cpu_begin = CpuNow();
+    drape = run.Run(work);
+    wall.push_back(WallNow() - wall_begin);
+    cpu.push_back(CpuNow() - cpu_begin);
+  } while (static_cast<int>(wall.size()) < options.repeats && WallNow() - clock < options.seconds);
+  record[kRepeats] = static_cast<double>(wall.size());
+  FillTimes(wall, setting.batch, kWallSeconds, kWallSpread, &record);
+  FillTimes(cpu, setting.batch, kCpuSeconds, kCpuSpread, &record);
+  record.status = drape.status;
+  if (drape.status != "ok") return record;
+  if (drape.x.size() == 0) {  // a gradient alone comes back from the steps
+    const Eigen::VectorXd gradient = drape.gradient;
+    drape = run.Run(BenchWork::kForward);
+    drape.gradient = gradient;
+  }
+  MeasureErrors(reference, run.mesh(), drape, work, &record);
+  if (!IsOnBranch(reference.fine.outline, drape.outline, options.branch_mm))
+    record.status = "other branch";
+  return record;
+}
+
+}  // namespace drape

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/comparison/experiment.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "cuda/make_backend.h"
+#include "losses/metrics/comparison.h"
+#include "losses/metrics/report_json.h"
+#include "physics/mesh/mesh_spec.h"
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "solver/prediction/material_source.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr char kFormat[] = "drapefit-prediction";
+constexpr int kVersion = 3;        // 1 knew no calibration, 2 calibrated stretch too
+constexpr double kFitShare = 0.8;  // of the time of a cell
+
+// The part of summary.json that a model must have got to; empty: the one table is all.
+std::string SummaryPart(const std::string& model) {
+  if (model == "homogeneous") return "";
+  return model == "heterogeneous" ? "fields" : "posterior";
+}
+
+// The files that a fit leaves behind, by its summary.
+std::vector<std::string> FitFiles(const nlohmann::json& summary) {
+  if (!summary.contains("mean")) return {};  // nothing could be fitted
+  if (summary.contains("posterior")) return {"material.json", "base.json", "posterior.json"};
+  return {"material.json"};
+}
+
+// summary.json, once the fit is done and its files can be read. Throws InputError otherwise.
+nlohmann::json FinishedFit(const std::string& folder) {
+  const std::string path = folder + "/summary.json";
+  nlohmann::json summary = ReadJsonFile(path);
+  const JsonInput input(summary, path);
+  if (input.At("status").String() != "done") input.At("status").Fail("done");
+  for (const std::string& file : FitFiles(summary)) ReadJsonFile(folder + "/" + file);
+  return summary;
+}
+
+// Why the fit of a model is none; empty: it is one.
+std::string DescribeFailure(const nlohmann::json& summary, const std::string& model) {
+  if (!summary.contains("mean")) return "nothing could be fitted";
+  const std::string part = SummaryPart(model);
+  if (part.empty() || summary.contains(part)) return "";
+  return "the " + part + " could not be fitted";
+}
+
+template <class Read>
+auto OrNothing(const Read& read) -> std::optional<decltype(read())> {
+  try {
+    return read();
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+// RunFitJob in the cell's folder, from its checkpoint unless that is broken.
+bool RunFit(const ExperimentTask& task, const ExperimentCallbacks& callbacks) {
+  FitJob job = task.fit;
+  job.out = task.folder;
+  job.keep_checkpoint = true;
+  job.log = task.folder + "/fit.log";
+  fs::remove(task.folder + "/prediction.json");  // of an earlier fit
+  FitJobCallbacks fit{callbacks.cancel, [&](const FitProgress& progress) {
+                        callbacks.progress(kFitShare * progress.fraction, progress.stage);
+                      }};
+  job.resume = fs::exists(job.checkpoint) &&
+               OrNothing([&] { return ReadJsonFile(job.checkpoint); }).has_value();
+  return !RunFitJob(job, fit).cancelled;
+}
+
+ordered_json CaptureScores(const std::vector<PredictedDrape>& drapes,
+                           const std::vector<ObservedCapture>& held_out) {
+  ordered_json scores = ordered_json::array();
+  for (const ObservedCapture& seen : held_out) {
+    const Capture& c = seen.capture;
+    const auto score = ScorePrediction(drapes, {seen});
+    scores.push_back({{"fabric", c.fabric},
+                      {"sample", c.sample},
+                      {"capture", c.capture},
+                      {"feature_energy", score->feature_energy},
+                      {"outline_energy_m", score->outline_energy}});
+  }
+  return scores;
+}
+
+// Draws of one fit, on one backend.
+class Predictor {
+ public:
+  Predictor(const ExperimentTask& task, const ExperimentCallbacks& callbacks)
+      : task_(task),
+        callbacks_(callbacks),
+        model_(std::make_shared<const ClothModel>(ParseMeshSpec(task.fit.mesh), CusickScene(),
+                                                  MakeLaw(task.fit.law))),
+        backend_(MakeBackend(task.fit.backend, model_, task.fit.threads)),
+        options_(task.prediction),
+        materials_(ReadMaterialSource(task.folder, *model_, options_.seed)) {
+    options_.settle.steps.cancel = options_.settle.equilibrium.cancel = callbacks.cancel;
+    options_.batch = SettleBatchSize(*backend_, task.fit.threads);
+  }
+
+  // From here on draws are calibrated.
+  BendCalibration Calibrate() {
+    constexpr double kUsualTrials = 18;
+    const BendCalibration calibration =
+        CalibrateBend(*backend_, materials_, options_, *task_.learnt, {}, [&](int trials) {
+          Report(std::min(0.9, 0.3 + 0.6 * trials / kUsualTrials), "calibration");
+        });
+    options_.bend = calibration.factors;
+    calibrated_ = true;
+    return calibration;
+  }
+
+  std::vector<PredictedDrape> Draw() {
+    Report(calibrated_ ? 0.9 : 0.0, "prediction");
+    return SampleDrapes(*backend_, materials_, options_);
+  }
+
+  bool Cancelled() const { return callbacks_.cancel != nullptr && *callbacks_.cancel; }
+
+ private:
+  void Report(double share, const std::string& stage) const {
+    callbacks_.progress(kFitShare + (1 - kFitShare) * share, stage);
+  }
+
+  const ExperimentTask& task_;
+  const ExperimentCallbacks& callbacks_;
+  std::shared_ptr<const ClothModel> model_;
+  std::unique_ptr<Backend> backend_;
+  PredictionOptions options_;
+  MaterialSource materials_;
+  bool calibrated_ = false;
+};
+
+// What a comparison says of drapes, beside a failure where they cannot be scored.
+void AddScores(const std::vector<PredictedDrape>& drapes,
+               const std::vector<ObservedCapture>& held_out, ordered_json* json) {
+  (*json)["draws"] = drapes.size();
+  (*json)["at_rest"] = ObservedDrapes(drapes, ClothFace::kUnknown).size();
+  const auto score = ScorePrediction(drapes, held_out);
+  if (!score) {
+    (*json)["failure"] = "a face that is held out has fewer than two draws at rest";
+    return;
+  }
+  Numbers numbers = ComputeNumbers(*score);
+  numbers["hausdorff_m"] = MeanPairHausdorff(drapes, held_out);
+  (*json)["numbers"] = numbers;
+  (*json)["score"] = ScoreJson(*score);
+  (*json)["captures"] = CaptureScores(drapes, held_out);
+}
+
+// Those numbers of the fit as it is that a calibrated one is held against.
+void AddAsFitted(const std::vector<PredictedDrape>& drapes,
+                 const std::vector<ObservedCapture>& held_out, ordered_json* numbers) {
+  const auto score = ScorePrediction(drapes, held_out);
+  if (!score) return;
+  const Numbers all = ComputeNumbers(*score);
+  for (const char* key : {"mean_image_mse", "dc_error", "dc_coverage_90", "feature_energy"})
+    (*numbers)[std::string(key) + "_as_fitted"] = all.at(key);
+}
+
+void WritePrediction(const ExperimentTask& task, ordered_json json) {
+  json["format"] = kFormat;
+  json["version"] = kVersion;
+  WriteFileAtomically(task.folder + "/prediction.json", json.dump(1) + "\n");
+}
+
+bool Predict(const ExperimentTask& task, const ExperimentCallbacks& callbacks) {
+  const auto start = std::chrono::steady_clock::now();
+  Predictor predictor(task, callbacks);
+  const std::vector<PredictedDrape> as_fitted = predictor.Draw();
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  ordered_json json;
+  if (task.calibrate) {
+    const BendCalibration calibration = predictor.Calibrate();
+    const std::chrono::duration<double> with = std::chrono::steady_clock::now() - start;
+    AddScores(predictor.Draw(), *task.held_out, &json);
+    if (json.contains("numbers")) {
+      json["numbers"]["bend_factor_up"] = calibration.factors.up;
+      json["numbers"]["bend_factor_down"] = calibration.factors.down;
+      json["numbers"]["calibration_seconds"] = (with - seconds).count();
+      AddAsFitted(as_fitted, *task.held_out, &json["numbers"]);
+    }
+  } else {
+    AddScores(as_fitted, *task.held_out, &json);
+  }
+  if (predictor.Cancelled()) return false;
+  if (json.contains("numbers")) json["numbers"]["prediction_seconds"] = seconds.count();
+  WritePrediction(task, std::move(json));
+  return true;
+}
+
+std::optional<ExperimentStiffness> BeliefIn(const JsonInput& summary) {
+  if (!summary.Has("posterior")) return {};
+  const JsonInput posterior = summary.At("posterior");
+  const JsonInput stretch = posterior.At("stretch_n_per_m"), bend = posterior.At("bend_n_m");
+  return ExperimentStiffness{stretch.At(0).Number(), stretch.At(1).Number(), bend.At(0).Number(),
+                             bend.At(1).Number()};
+}
+
+ExperimentResult ReadResult(const std::string& folder) {
+  const nlohmann::json summary = FinishedFit(folder);
+  const std::string path = folder + "/prediction.json";
+  const nlohmann::json prediction = ReadJsonFile(path);
+  const JsonInput input(prediction, path);
+  if (input.At("format").String() != kFormat) input.At("format").Fail(kFormat);
+  if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
+  ExperimentResult result;
+  if (input.Has("failure")) {
+    result.failure = input.At("failure").String();
+    return result;
+  }
+  result.numbers = FitNumbers(summary, folder + "/summary.json");
+  const JsonInput numbers = input.At("numbers");
+  for (const auto& [key, value] : numbers.ExpectObject().value().items())
+    result.numbers[key] = numbers.At(key).Number();
+  const JsonInput captures = input.At("captures");
+  for (int i = 0; i < captures.ExpectArray().Size(); ++i) {
+    const JsonInput c = captures.At(i);
+    result.captures.push_back({c.At("fabric").Integer(), c.At("sample").Integer(),
+                               c.At("capture").Integer(), c.At("feature_energy").Number()});
+  }
+  result.belief = BeliefIn(JsonInput(summary, folder + "/summary.json"));
+  return result;
+}
+
+}  // namespace
+
+std::optional<ExperimentResult> ReadExperiment(const std::string& folder) {
+  return OrNothing([&] { return ReadResult(folder); });
+}
+
+bool RunExperiment(const ExperimentTask& task, const ExperimentCallbacks& callbacks) {
+  fs::create_directories(task.folder);
+  const bool fitted = OrNothing([&] { return FinishedFit(task.folder); }).has_value();
+  if (!fitted && !RunFit(task, callbacks)) return false;
+  const std::string failure = DescribeFailure(FinishedFit(task.folder), task.fit.model);
+  if (failure.empty()) return Predict(task, callbacks);
+  WritePrediction(task, {{"failure", failure}});
+  return true;
+}
+
+double MeanPairHausdorff(const std::vector<PredictedDrape>& drapes,
+                         const std::vector<ObservedCapture>& held_out) {
+  double sum = 0.0;
+  int pairs = 0;
+  for (const ObservedCapture& seen : held_out)
+    for (const ObservedDrape* draw : ObservedDrapes(drapes, seen.capture.face)) {
+      sum += ComputeDistance(*draw, seen.drape).outline_hausdorff;
+      ++pairs;
+    }
+  return sum / pairs;
+}
+
+}  // namespace drape

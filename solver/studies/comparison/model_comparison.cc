@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/comparison/model_comparison.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "losses/dataset/dataset_split.h"
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "solver/job/fit_captures.h"
+#include "solver/job/fit_input.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kOtherSamples[] = "other samples";
+constexpr char kCircle[] = "circle";
+
+// What all models of a fabric and a seed share.
+struct SharedSplit {
+  int fabric = 0, seed = 0;
+  Split split;
+  std::vector<ObservedCapture> learnt, held_out;
+  FitJob fit;  // of all but the model
+};
+
+std::string FabricFolder(const ComparisonJob& job, int fabric) {
+  return job.out + "/fabric_" + std::to_string(fabric);
+}
+
+// Cells that lie in `out` have the job's settings.
+void CheckSettings(const ComparisonJob& job) {
+  const std::string path = job.out + "/settings.json";
+  if (!fs::exists(path)) return;
+  const nlohmann::json stored = ReadJsonFile(path);
+  const JsonInput input(stored, path);
+  input.ExpectObject();
+  for (const auto& [key, value] : job.settings) {
+    if (!input.Has(key)) continue;  // of a fabric that has no cells yet
+    const std::string before = input.At(key).String();
+    if (before == value) continue;
+    throw InputError(path, "the cells there have " + key + " '" + before + "', found '" + value +
+                               "', expected the same: take another --out, or undo the change");
+  }
+}
+
+// Beside those of cells that are there: fabrics may be compared by runs side by side.
+void WriteSettings(const ComparisonJob& job, const std::vector<SharedSplit>& splits) {
+  const std::string path = job.out + "/settings.json";
+  nlohmann::json settings = fs::exists(path) ? ReadJsonFile(path) : nlohmann::json::object();
+  settings.update(nlohmann::json(job.settings));
+  WriteFileAtomically(path, settings.dump(1) + "\n");
+  for (const SharedSplit& shared : splits) {
+    const std::string folder = FabricFolder(job, shared.fabric);
+    fs::create_directories(folder);
+    WriteSplit(folder + "/split_" + std::to_string(shared.seed) + ".json", shared.split);
+  }
+}
+
+void CheckJob(const ComparisonJob& job) {
+  if (job.materials.size() != 1 && job.materials.size() != job.fabrics.size())
+    throw InputError("option 'materials'", "found " + std::to_string(job.materials.size()) +
+                                               ", expected one for all, or one for each of the " +
+                                               std::to_string(job.fabrics.size()) + " fabrics");
+  InOrderOfComplexity(job.models);
+  if (std::set(job.seeds.begin(), job.seeds.end()).size() != job.seeds.size())
+    throw InputError("option 'seeds'", "found a seed twice, expected each once");
+}
+
+const std::string& FabricMaterial(const ComparisonJob& job, std::size_t fabric) {
+  return job.materials[job.materials.size() == 1 ? 0 : fabric];
+}
+
+ComparisonJob WithMaterialSettings(ComparisonJob job) {
+  for (std::size_t i = 0; i < job.fabrics.size(); ++i)
+    job.settings["material of fabric " + std::to_string(job.fabrics[i])] = FabricMaterial(job, i);
+  return job;
+}
+
+std::vector<Capture> UsableCaptures(const ComparisonJob& job, const Dataset& dataset, int fabric,
+                                    const ComparisonCallbacks& callbacks) {
+  std::vector<FileNote> skipped;
+  const std::vector<Capture> usable =
+      KeepUsable(Select(dataset, {.fabrics = {fabric}, .face = job.face}), &skipped);
+  for (const FileNote& note : skipped) callbacks.log("skipped: " + note.text);
+  return usable;
+}
+
+Split MakeSplit(const ComparisonJob& job, const std::vector<Capture>& usable, int seed) {
+  Split split = SplitBySample(usable, job.train, seed);
+  if (job.train_captures.empty()) return split;
+  std::erase_if(split.train, [&](const Capture& capture) {
+    return std::find(job.train_captures.begin(), job.train_captures.end(), capture.capture) ==
+           job.train_captures.end();
+  });
+  return split;
+}
+
+SharedSplit Share(const ComparisonJob& job, const std::vector<Capture>& usable, std::size_t fabric,
+                  int seed) {
+  SharedSplit shared{job.fabrics[fabric], seed, MakeSplit(job, usable, seed), {}, {}, job.fit};
+  shared.learnt = ObserveCaptures(shared.split.train, Camera());
+  shared.held_out = ObserveCaptures(shared.split.held_out, Camera());
+  shared.fit.material = FabricMaterial(job, fabric);
+  shared.fit.posterior.seed = seed;
+  UseCaptures(shared.split.train, &shared.fit);
+  return shared;
+}
+
+PredictionOptions MakePredictionOptions(const ComparisonJob& job, const SharedSplit& shared) {
+  std::set<ClothFace> faces;
+  for (const ObservedCapture& seen : shared.held_out) faces.insert(seen.capture.face);
+  if (faces.contains(ClothFace::kUnknown)) faces = {ClothFace::kUp, ClothFace::kDown};
+  PredictionOptions prediction = job.prediction;
+  prediction.faces.assign(faces.begin(), faces.end());
+  prediction.specimens = std::max(2, job.draws / prediction.drapes_of_specimen());
+  prediction.seed = shared.seed;
+  return prediction;
+}
+
+ExperimentTask MakeTask(const ComparisonJob& job, const SharedSplit& shared,
+                        const std::string& model) {
+  ExperimentTask task{
+      FabricFolder(job, shared.fabric) + "/" + model + "/seed_" + std::to_string(shared.seed),
+      JobOfModel(shared.fit, model),
+      MakePredictionOptions(job, shared),
+      &shared.learnt,
+      &shared.held_out,
+      job.calibrate};
+  task.fit.checkpoint = FabricFolder(job, shared.fabric) + "/" + TableName(model) + "_" +
+                        std::to_string(shared.seed) + ".json";
+  return task;
+}
+
+// The trivial predictors of a split, as cells.
+void AddTrivial(const SharedSplit& shared, std::vector<ComparedExperiment>* cells) {
+  const TrivialPredictors trivial =
+      EvaluateTrivialPredictors(shared.learnt, shared.held_out, Camera(), false);
+  const auto add = [&](const std::string& name, const std::string& row_name,
+                       const std::optional<DistributionScore>& score) {
+    if (!score) return;
+    ComparedExperiment cell{shared.fabric, name, shared.seed, {}};
+    cell.result.numbers = ComputeNumbers(*score);
+    for (const PredictorRow& row : trivial.rows)
+      if (row.name == row_name) cell.result.numbers["hausdorff_m"] = row.mean.outline_hausdorff;
+    cells->push_back(cell);
+  };
+  add(kOtherSamples, "another sample, same face", trivial.other_samples);
+  add(kCircle, "circle of the mean area", trivial.circle);
+}
+
+// Whatever a fit would refuse, before hours of work: each model of each fabric, first seed.
+void CheckFits(const ComparisonJob& job, const std::vector<SharedSplit>& splits) {
+  for (const SharedSplit& shared : splits)
+    if (shared.seed == job.seeds[0])
+      for (const std::string& model : job.models) LoadJob(MakeTask(job, shared, model).fit);
+}
+
+std::vector<SharedSplit> ShareAll(const ComparisonJob& job, const ComparisonCallbacks& callbacks) {
+  const Dataset dataset = ReadDataset(job.data);
+  std::vector<SharedSplit> all;
+  for (std::size_t i = 0; i < job.fabrics.size(); ++i) {
+    const std::vector<Capture> usable = UsableCaptures(job, dataset, job.fabrics[i], callbacks);
+    for (const int seed : job.seeds) all.push_back(Share(job, usable, i, seed));
+  }
+  return all;
+}
+
+std::string NameFor(const ExperimentTask& task, const std::string& model, int seed, int number,
+                    int of) {
+  return "cell " + std::to_string(number) + " of " + std::to_string(of) + ", fabric " +
+         std::to_string(task.fit.captures[0].fabric) + ", " + model + ", seed " +
+         std::to_string(seed);
+}
+
+// Computes what is missing; false when it was cancelled.
+bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
+              const ComparisonCallbacks& callbacks, ComparisonRun* run) {
+  struct Todo {
+    ExperimentTask task;
+    std::string model;
+    int seed;
+  };
+  std::vector<Todo> todo;
+  for (const SharedSplit& shared : splits)
+    for (const std::string& model : job.models) {
+      ExperimentTask task = MakeTask(job, shared, model);
+      ++run->cells;
+      if (ReadExperiment(task.folder)) {
+        ++run->done;
+      } else {
+        todo.push_back({std::move(task), model, shared.seed});
+      }
+    }
+  if (run->done > 0)
+    callbacks.log(std::to_string(run->done) + " of " + std::to_string(run->cells) +
+                  " cells are taken over from " + job.out);
+  const double count = static_cast<double>(todo.size());
+  for (std::size_t i = 0; i < todo.size(); ++i) {
+    const std::string name =
+        NameFor(todo[i].task, todo[i].model, todo[i].seed, run->done + 1, run->cells);
+    const ExperimentCallbacks cell{callbacks.cancel, [&](double fraction, const std::string& note) {
+                                     callbacks.progress((i + fraction) / count, name + ", " + note);
+                                   }};
+    if (!RunExperiment(todo[i].task, cell)) return false;
+    ++run->done;
+  }
+  return true;
+}
+
+}  // namespace
+
+ComparisonRun RunComparison(const ComparisonJob& given, const ComparisonCallbacks& callbacks) {
+  CheckJob(given);
+  const ComparisonJob job = WithMaterialSettings(given);
+  CheckSettings(job);
+  const std::vector<SharedSplit> splits = ShareAll(job, callbacks);
+  CheckFits(job, splits);
+  WriteSettings(job, splits);
+  ComparisonRun run;
+  if (!RunCells(job, splits, callbacks, &run)) {
+    run.cancelled = true;
+    return run;
+  }
+  std::vector<ComparedExperiment> cells;
+  for (const SharedSplit& shared : splits) {
+    for (const std::string& model : job.models) {
+      const auto result = ReadExperiment(MakeTask(job, shared, model).folder);
+      if (!result)
+        throw InputError(MakeTask(job, shared, model).folder, "its files cannot be read back");
+      cells.push_back({shared.fabric, model, shared.seed, *result});
+    }
+    AddTrivial(shared, &cells);
+  }
+  run.comparison = SumUp(cells, InOrderOfComplexity(job.models), {kOtherSamples, kCircle});
+  return run;
+}
+
+}  // namespace drape

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "solver/studies/comparison/compared_model.h"
+#include "solver/studies/comparison/comparison_table.h"
+#include "solver/studies/comparison/experiment.h"
+
+namespace drape {
+
+// Fits models of fabrics to the same images and scores them on the same held-out captures.
+struct ComparisonJob {
+  std::string data;  // folder of the public data set
+  std::vector<int> fabrics;
+  std::vector<std::string> models;  // names of some ComparedModels
+  std::vector<int> seeds;           // each draws the split, the posterior's and the drapes' draws
+  std::vector<std::string> materials;  // start tables: one for all fabrics, or one of each
+  int train = 6;                       // samples of a fabric to learn from
+  std::vector<int> train_captures;     // of them; empty: all
+  std::optional<ClothFace> face;       // of all captures; none: both
+  int draws = 64;                      // drapes of a prediction
+  bool calibrate = true;               // each fit before its prediction (CalibrateBend)
+  FitJob fit;  // mesh, stages and budget of all; its data, model, material and files are not used
+  PredictionOptions prediction;  // its specimens, faces, seed and camera are not used
+  std::string out;               // existing folder of the cells
+  // What must be the same for cells to be taken over from an earlier run, beside the material of
+  // each fabric: key → value.
+  std::map<std::string, std::string> settings;
+};
+
+struct ComparisonRun {
+  bool cancelled = false;
+  int cells = 0, done = 0;
+  Comparison comparison;  // once all are done
+};
+
+struct ComparisonCallbacks {
+  const std::atomic<bool>* cancel = nullptr;
+  std::function<void(double fraction, const std::string& note)> progress;
+  std::function<void(const std::string& line)> log;
+};
+
+// Cell by cell: out/fabric_<N>/<model>/seed_<K>, beside out/fabric_<N>/split_<K>.json, and
+// out/settings.json. Cells that are there are taken over, so a run that was stopped goes on to the
+// same answer. The split's side to learn from holds the captures that are fitted and no others:
+// the trivial predictors, "other samples" and "circle", learn from the same. Reads all input before
+// it computes. Throws InputError, also where `out` holds cells of other settings.
+ComparisonRun RunComparison(const ComparisonJob& job, const ComparisonCallbacks& callbacks);
+
+}  // namespace drape

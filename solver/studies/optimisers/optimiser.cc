@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/optimisers/optimiser.h"
+
+#include <glog/logging.h>
+
+#include <cmath>
+#include <ctime>
+
+#include "physics/util/errors.h"
+#include "solver/studies/optimisers/optimiser_methods.h"
+
+namespace drape {
+namespace {
+
+double ThreadSeconds() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+std::vector<OptimiserMethod> AllMethods() {
+  const bool nlopt = NLoptIsThere();
+  return {{"lm", true, true, "Levenberg–Marquardt (Ceres), the steps of drape_fit"},
+          {"lm_patient", true, true, "the same, 50 instead of 5 invalid steps in a row"},
+          {"dogleg", true, true, "Powell's dogleg (Ceres)"},
+          {"subspace_dogleg", true, true, "subspace dogleg (Ceres)"},
+          {"lbfgs", true, true, "L-BFGS with Wolfe line search (Ceres)"},
+          {"adam_published", true, true, "Adam, learning rates of the published experiments"},
+          {"adam_0.03", true, true, "Adam, rate 0.03 in log units"},
+          {"adam_0.1", true, true, "Adam, rate 0.1 in log units"},
+          {"bobyqa", false, nlopt, "BOBYQA (NLopt), quadratic models"},
+          {"sbplx", false, nlopt, "Subplex (NLopt), Nelder–Mead in subspaces"},
+          {"crs", false, nlopt, "controlled random search (NLopt CRS2), in a box"},
+          {"direct", false, nlopt, "DIRECT-L (NLopt), in a box"}};
+}
+
+std::string Run(const std::string& name, BudgetedFunction& function,
+                const OptimiserOptions& options) {
+  constexpr int kInvalidSteps = 5, kPatientInvalidSteps = 50;
+  const auto rates = [&](double rate) { return Eigen::VectorXd::Constant(function.size(), rate); };
+  if (name == "lm") return RunLevenbergMarquardt(function, kInvalidSteps);
+  if (name == "lm_patient") return RunLevenbergMarquardt(function, kPatientInvalidSteps);
+  if (name == "dogleg") return RunDogleg(function, false);
+  if (name == "subspace_dogleg") return RunDogleg(function, true);
+  if (name == "lbfgs") return RunLbfgs(function);
+  if (name == "adam_0.03") return RunAdam(function, rates(0.03));
+  if (name == "adam_0.1") return RunAdam(function, rates(0.1));
+  if (name != "adam_published") return RunNLopt(function, name, options);
+  CHECK_EQ(options.published_rates.size(), function.size());
+  return RunAdam(function, options.published_rates);
+}
+
+}  // namespace
+
+void OptimiserOptions::Check() const {
+  CHECK_GT(budget, 0.0) << "OptimiserOptions::budget";
+  CHECK_GE(jacobian_cost_units, 0.0) << "OptimiserOptions::jacobian_cost_units";
+  CHECK_GT(bound, 0.0) << "OptimiserOptions::bound";
+  CHECK_GT(failed_cost_factor, 1.0) << "OptimiserOptions::failed_cost_factor";
+}
+
+BudgetedFunction::BudgetedFunction(ResidualFunction& function, const OptimiserOptions& options)
+    : function_(function), options_(options), start_(ThreadSeconds()) {
+  options.Check();
+}
+
+bool BudgetedFunction::exhausted() const {
+  constexpr double kMostCalls = 10.0;
+  return run_.spent >= options_.budget || run_.evaluations >= kMostCalls * options_.budget ||
+         (options_.cancel != nullptr && options_.cancel->load());
+}
+
+bool BudgetedFunction::Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
+                                RowMatrix* jacobian) {
+  const bool here = theta_.size() == theta.size() && theta_ == theta;
+  if (!here && !EvaluateResidual(theta)) return false;
+  if (!valid_) return false;
+  if (jacobian != nullptr && jacobian_.size() == 0 && !EvaluateJacobian()) return false;
+  *residual = residual_;
+  if (jacobian != nullptr) *jacobian = jacobian_;
+  return true;
+}
+
+bool BudgetedFunction::EvaluateResidual(const Eigen::VectorXd& theta) {
+  if (exhausted()) return false;
+  theta_ = theta;
+  jacobian_.resize(0, 0);
+  valid_ = function_.Evaluate(theta, &residual_, nullptr);
+  run_.spent += function_.price();
+  ++run_.evaluations;
+  run_.seconds = ThreadSeconds() - start_;
+  if (valid_) {
+    Record(0.5 * residual_.squaredNorm());
+  } else {
+    ++run_.failed;
+  }
+  return valid_;
+}
+
+bool BudgetedFunction::EvaluateJacobian() {
+  if (exhausted()) return false;
+  const bool found = function_.Evaluate(theta_, &residual_, &jacobian_);
+  if (!found) {
+    jacobian_.resize(0, 0);
+    ++run_.failed;
+  }
+  run_.spent += options_.jacobian_cost_units;
+  ++run_.jacobians;
+  run_.jacobian_seconds += ThreadSeconds() - start_ - run_.seconds;
+  run_.seconds = ThreadSeconds() - start_;
+  return found;
+}
+
+void BudgetedFunction::Record(double cost) {
+  if (!(cost < run_.cost)) return;
+  run_.cost = cost;
+  run_.theta = theta_;
+  run_.trace.push_back({run_.spent, run_.seconds, cost});
+}
+
+const std::vector<OptimiserMethod>& OptimiserMethods() {
+  static const std::vector<OptimiserMethod> methods = AllMethods();
+  return methods;
+}
+
+const OptimiserMethod& FindOptimiser(const std::string& name) {
+  std::string names;
+  for (const OptimiserMethod& method : OptimiserMethods()) {
+    if (method.name == name && !method.available)
+      throw InputError("methods", "'" + name + "' is one of NLopt, which this build is without");
+    if (method.name == name) return method;
+    names += (names.empty() ? "" : ", ") + method.name;
+  }
+  throw InputError("methods", "unknown name '" + name + "', expected some of " + names);
+}
+
+OptimiserRun RunOptimiser(const std::string& name, ResidualFunction& function,
+                          const OptimiserOptions& options) {
+  FindOptimiser(name);
+  BudgetedFunction metered(function, options);
+  const std::string end = Run(name, metered, options);
+  OptimiserRun run = metered.run();
+  run.method = name;
+  run.end = metered.exhausted() ? "budget spent" : end;
+  run.cancelled = options.cancel != nullptr && options.cancel->load();
+  return run;
+}
+
+std::string RunAdam(BudgetedFunction& function, Eigen::VectorXd rates) {
+  constexpr double kBeta1 = 0.9, kBeta2 = 0.999, kEpsilon = 1e-8;
+  Eigen::VectorXd theta = Eigen::VectorXd::Zero(function.size()), residual, mean, square;
+  RowMatrix jacobian;
+  for (int step = 0; !function.exhausted();) {
+    if (!function.Evaluate(theta, &residual, &jacobian)) {
+      if (function.run().theta.size() == 0) return "the start cannot be evaluated";
+      const bool best_has_none = theta == function.run().theta;  // no derivatives at the best point
+      if (best_has_none) return "no derivatives at the best point";
+      theta = function.run().theta;
+      rates *= 0.5;
+      step = 0;
+      continue;
+    }
+    if (step == 0) mean = square = Eigen::VectorXd::Zero(function.size());
+    ++step;
+    const Eigen::VectorXd gradient = jacobian.transpose() * residual;
+    mean = kBeta1 * mean + (1.0 - kBeta1) * gradient;
+    square = kBeta2 * square + (1.0 - kBeta2) * gradient.cwiseAbs2();
+    const Eigen::ArrayXd unbiased = mean.array() / (1.0 - std::pow(kBeta1, step));
+    const Eigen::ArrayXd size = (square.array() / (1.0 - std::pow(kBeta2, step))).sqrt();
+    theta.array() -= rates.array() * unbiased / (size + kEpsilon);
+  }
+  return "budget spent";
+}
+
+}  // namespace drape

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/optimisers/optimiser_problem.h"
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <set>
+
+#include "losses/metrics/metrics.h"
+#include "losses/outline/outline.h"
+#include "losses/outline/shape_features.h"
+#include "losses/silhouette/raster.h"
+#include "physics/cloth/start_shape.h"
+#include "physics/material/material_io.h"
+#include "physics/mesh/mesh_spec.h"
+#include "physics/simulation/statics/modes.h"
+#include "physics/util/errors.h"
+#include "solver/fit/protocol/candidate_fit.h"
+#include "solver/fit/protocol/fit_checkpoint.h"
+#include "solver/studies/optimisers/drape_function.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kSettleSteps = 300;
+
+// The silhouette of a fabric's drape at rest from a random start.
+GrayImage TwinImage(const OptimiserBenchmarkOptions& options, const MaterialField& fabric,
+                    int seed) {
+  constexpr int kSupersample = 4;
+  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(options.twin_mesh),
+                                                        CusickScene(), MakeLaw(options.job.law));
+  State start = model->RestState();
+  start.x = ApplyStartShape(model->mesh, kSupportRadius,
+                            RandomStartShape(static_cast<uint64_t>(seed), options.twin_hem_rms));
+  const auto backend = MakeCpuBackend(model, 1);
+  const SettledDrape drape =
+      std::move(Settle(*backend, fabric, {&start, 1}, {.steps = {.h = 0.1}}).front());
+  if (!drape.IsUsable(SolveMode::kStatic))
+    throw InputError("twin_seed", std::to_string(seed) +
+                                      " gives a twin that does not come to rest, expected another");
+  return Rasterize(model->mesh, drape.rest.x, Camera(), kSupersample);
+}
+
+BenchmarkImage MakeTwin(const OptimiserBenchmarkOptions& options, int index) {
+  const std::string& file = options.twins[index];
+  const Material fabric = ReadMaterial(file);
+  const int seed = options.twin_seed + index;
+  BenchmarkImage twin{fs::path(file).stem().string() + "_" + std::to_string(seed), options.job,
+                      true};
+  const std::string path = options.out + "/twins/" + twin.name + ".png";
+  if (!fs::exists(path)) {
+    fs::create_directories(options.out + "/twins");
+    WritePng(TwinImage(options, fabric.field, seed), path);
+  }
+  twin.job.images = {path};
+  twin.job.density = fabric.field.density;
+  return twin;
+}
+
+void RequireDistinct(const std::vector<BenchmarkImage>& images) {
+  std::set<std::string> names;
+  for (const BenchmarkImage& image : images)
+    if (!names.insert(image.name).second)
+      throw InputError(
+          "images", "a second problem of the name '" + image.name + "', expected distinct names");
+}
+
+double RmsPx(const LoadedJob& loaded, const Eigen::VectorXd& x) {
+  const Observation& target = loaded.problem.targets.front();
+  Outline outline;
+  return OutlineFromMesh(loaded.fine_model->mesh, x, target.camera, loaded.fit.angles, &outline)
+             ? ProfileRms(outline.radius, target.radius)
+             : std::numeric_limits<double>::infinity();
+}
+
+void Settle(const LoadedJob& loaded, const MaterialField& material, BenchmarkRecord* record) {
+  record->rms_px = record->settled_rms_px = RmsPx(loaded, record->shape);
+  StepSolver solver(loaded.fine_model);
+  const Eigen::VectorXd lowest = LowestEigenvalues(solver, material, record->shape, 1);
+  if (lowest.size() > 0) record->stiffness = lowest[0];
+  const State rest{record->shape, Eigen::VectorXd::Zero(record->shape.size())};
+  const RolloutInput input{&material, &rest};
+  const RolloutResult end =
+      loaded.fine->Rollouts({&input, 1}, {.h = loaded.fit.settle_h, .steps = kSettleSteps}, nullptr)
+          .front();
+  if (end.status != RolloutStatus::kOk) return;
+  record->settled_rms_px = RmsPx(loaded, end.end.x);
+  record->moved = (end.end.x - rest.x).reshaped(3, rest.x.size() / 3).colwise().norm().maxCoeff();
+}
+
+// Methods without derivatives look far and wide: for them any stable drape counts.
+OutlineResidualOptions BatchOptionsFor(const BenchmarkStart& start, bool derivatives,
+                                       const std::atomic<bool>* cancel) {
+  OutlineResidualOptions options =
+      CandidateFitter(start.loaded.problem, start.loaded.fit, *start.loaded.fine, cancel, 0)
+          .MakeResidualOptions();
+  if (!derivatives)
+    options.max_outline_change = options.max_jump = std::numeric_limits<double>::infinity();
+  return options;
+}
+
+}  // namespace
+
+std::vector<BenchmarkImage> BenchmarkImages(const OptimiserBenchmarkOptions& options) {
+  std::vector<BenchmarkImage> images;
+  for (std::size_t i = 0; i < options.twins.size(); ++i)
+    images.push_back(MakeTwin(options, static_cast<int>(i)));
+  std::vector<std::string> files;
+  for (const std::string& text : options.images)
+    for (std::string& file : ExpandImages(text)) files.push_back(std::move(file));
+  const std::size_t materials = options.image_materials.size();
+  if (!files.empty() && materials != 1 && materials != files.size())
+    throw InputError("image_materials", "found " + std::to_string(materials) +
+                                            ", expected one for all or one for each of the " +
+                                            std::to_string(files.size()) + " images");
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    BenchmarkImage image{fs::path(files[i]).stem().string(), options.job, false};
+    image.job.images = {files[i]};
+    image.job.material = options.image_materials[materials == 1 ? 0 : i];
+    images.push_back(std::move(image));
+  }
+  RequireDistinct(images);
+  return images;
+}
+
+BenchmarkStart FindBenchmarkStart(const OptimiserBenchmarkOptions& options,
+                                  const BenchmarkImage& image, const std::atomic<bool>* cancel) {
+  FitJob job = image.job;
+  job.mesh = options.mesh;
+  job.coarse_mesh = options.coarse_mesh;
+  job.fit.keep = {1};
+  job.fit.iterations = {0};
+  job.fit.parameters = ParameterTying::kScales;
+  BenchmarkStart start{job, LoadJob(job), {}};
+  const std::string path = options.out + "/runs/" + image.name + ".start.json";
+  const std::string identity = CheckpointKey(job, start.loaded);
+  StagedFitState state = ReadCheckpoint(path, identity).value_or(StagedFitState());
+  if (Best(state) == nullptr) {
+    StagedFitCallbacks callbacks;
+    callbacks.cancel = cancel;
+    state = RunStagedFit(start.loaded.problem, start.loaded.fit, {}, callbacks);
+    if (cancel != nullptr && cancel->load()) return start;
+    WriteCheckpoint(path, identity, state);
+  }
+  if (Best(state) != nullptr) start.branch = *Best(state);
+  return start;
+}
+
+BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkOptions& options,
+                          int parameters, const std::string& method,
+                          const std::atomic<bool>* cancel) {
+  const LoadedJob& loaded = start.loaded;
+  const InitialGuess& seed = start.branch.seed;
+  const TableParametrisation parametrisation(
+      Scaled(loaded.problem.material, seed.stretch, seed.bend),
+      ParseParameterTying(std::to_string(parameters)));
+  std::vector<Observation> targets = loaded.problem.targets;
+  targets.front().start = {start.branch.shapes.front(),
+                           Eigen::VectorXd::Zero(start.branch.shapes.front().size())};
+  DrapeFunction function(loaded.fine.get(), &parametrisation, &targets,
+                         BatchOptionsFor(start, FindOptimiser(method).derivatives, cancel),
+                         loaded.fit.prior_sigma);
+  OptimiserOptions race = options.race;
+  race.published_rates =
+      PublishedAdamRates(parametrisation.base(), *parametrisation.log_entries_by_theta());
+  race.cancel = cancel;
+  BenchmarkRecord record;
+  record.parameters = parameters;
+  record.run = RunOptimiser(method, function, race);
+  if (function.best_shapes().empty() || record.run.cancelled) return record;
+  record.shape = function.best_shapes().front();
+  Settle(loaded, parametrisation.Material(record.run.theta), &record);
+  return record;
+}
+
+Eigen::VectorXd PublishedAdamRates(const MaterialField& material, const Eigen::MatrixXd& tie) {
+  constexpr double kStretchRate = 1e-14, kBendRate = 3e-6;
+  Eigen::VectorXd rates = Eigen::VectorXd::Zero(tie.cols());
+  for (Eigen::Index i = 0; i < tie.cols(); ++i) {
+    double entries = 0.0, rate = 0.0;
+    for (int entry = 0; entry < kMaterialEntries; ++entry) {
+      const bool stretch = entry < kStretchEntries;
+      const double value = stretch ? (&material.stretch[0].c[0][0])[entry]
+                                   : (&material.bend[0].b[0][0])[entry - kStretchEntries];
+      entries += tie(entry, i) * value;
+      rate += tie(entry, i) * (stretch ? kStretchRate : kBendRate);
+    }
+    rates[i] = rate / entries;
+  }
+  return rates;
+}
+
+}  // namespace drape

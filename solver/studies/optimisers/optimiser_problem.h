@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "solver/job/fit_input.h"
+#include "solver/studies/optimisers/optimiser_record.h"
+
+namespace drape {
+
+// What a user of drape_compare_optimisers sets.
+struct OptimiserBenchmarkOptions {
+  FitJob job;
+  std::vector<std::string> twins;  // fabrics whose drapes are made and fitted
+  std::string mesh = "disc:400", coarse_mesh = "disc:200";  // of the job
+  std::string twin_mesh = "disc:500";
+  int twin_seed = 1;           // of the twins' random starts; the i-th fabric has twin_seed + i
+  double twin_hem_rms = 5e-3;  // of the starts [m]
+  std::vector<std::string> images;           // real silhouettes (ExpandImages)
+  std::vector<std::string> image_materials;  // their start tables: one of each, or one for all
+  std::vector<int> parameters = {7, 39};     // ParameterTying
+  std::vector<std::string> methods;          // none: all that this build has
+  OptimiserOptions race;
+  double branch_tolerance = 3e-3;  // drapes nearer than this are one branch [m]
+  std::string out;
+};
+
+// An image of a race and where its fits begin.
+struct BenchmarkImage {
+  std::string name;
+  FitJob job;
+  bool is_twin = false;
+};
+
+// The images of the options: twins are draped and written to out/twins/<fabric>.png unless they are
+// there. Throws InputError, also for names that appear twice.
+std::vector<BenchmarkImage> BenchmarkImages(const OptimiserBenchmarkOptions& options);
+
+// An image read, with the seed that all methods start from.
+struct BenchmarkStart {
+  FitJob job;
+  LoadedJob loaded;
+  FitCandidate branch;  // without shapes where no seed comes to rest
+};
+// The start is kept in out/runs/<name>.start.json. cancel: ends the search; then without shapes.
+BenchmarkStart FindBenchmarkStart(const OptimiserBenchmarkOptions& options,
+                                  const BenchmarkImage& image, const std::atomic<bool>* cancel);
+
+// Runs one method with so many free numbers.
+BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkOptions& options,
+                          int parameters, const std::string& method,
+                          const std::atomic<bool>* cancel);
+
+// Learning rates of Adam in log units, shape [P]: the published experiments train table entries
+// with 1e-14 for stretch and 3e-6 for bend (ARCSim convention), here by the mean entry of each
+// parameter. Code of [Gong 2024]: experiments/drape_image_bayes_cuda_*.py.
+Eigen::VectorXd PublishedAdamRates(const MaterialField& material, const Eigen::MatrixXd& tie);
+
+}  // namespace drape

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace drape {
+
+// One run of the stability atlas: how a drape is solved, and what of it is out of the usual.
+
+enum class StabilityMethod {
+  kExplicit,         // symplectic Euler with the drag of air
+  kStep,             // the one-solve step [MODEL, M30], factored
+  kStepPcg,          // the same, conjugate gradients
+  kStepFloat,        // the same in single precision
+  kImplicit,         // implicit Euler, converged
+  kStatic,           // SolveEquilibrium as drapes use it
+  kStaticMassShift,  // with a shift by the mass alone
+  kStaticNoShift,    // without a shift
+  kStaticProjected   // with each element's stiffness projected
+};
+inline constexpr int kStabilityMethods = 9;
+
+// How a run ended; the rules are those of StabilityRules.
+enum class StabilityClass {
+  kSettled,
+  kStillMoving,
+  kOtherBranch,
+  kFoldedOver,
+  kDiverged,
+  kFactorFailed,
+  kNotConverged
+};
+inline constexpr int kStabilityClasses = 7;
+
+// As configs, files and legends have them: "step_pcg", "folded over". Parsing throws InputError
+// that starts with `where` and lists the names.
+const char* ToString(StabilityMethod method);
+const char* ToString(StabilityClass kind);
+StabilityMethod ParseStabilityMethod(const std::string& name, const std::string& where);
+StabilityClass ParseStabilityClass(const std::string& name, const std::string& where);
+bool IsStatic(StabilityMethod method);
+
+struct StabilityCase {
+  StabilityMethod method = StabilityMethod::kStep;
+  std::string law = "smooth";
+  double h = 0.05;       // time step [s]; of a static method, that of its steps before
+  double stretch = 1.0;  // factors of all entries
+  double bend = 1.0;
+  double density = 0.2;  // [kg/m²]
+  double sliver = 1.0;   // long by short side of needles among the triangles (AddSliverTriangles)
+  double compression = 1.0;  // of the start in the plane
+  double tangle = 0.0;       // random displacement of free vertices by axis [mean edges]
+  double handle = 1.0;       // factor of the handles' stiffness
+  double calm = 20.0;        // one-solve steps before a static method, whole
+
+  bool operator==(const StabilityCase&) const = default;
+};
+
+// What a map can have as an axis.
+struct StabilityAxis {
+  const char* name;   // in a config
+  const char* label;  // of a plot, with the unit
+  double least, most;
+  std::vector<double StabilityCase::*> fields;  // all set alike
+
+  void Set(StabilityCase& run, double value) const {
+    for (double StabilityCase::*field : fields) run.*field = value;
+  }
+};
+std::span<const StabilityAxis> StabilityAxes();
+// Throws InputError that starts with `where` and lists the names.
+const StabilityAxis& FindStabilityAxis(const std::string& name, const std::string& where);
+
+// The inputs as fields of a CSV row, and the names of the columns. Equal rows are equal cases.
+std::string StabilityInputs(const StabilityCase& run);
+inline constexpr char kStabilityInputColumns[] =
+    "method,law,h_s,stretch,bend,density_kg_m2,sliver,compression,tangle_edges,handle,calm_steps";
+
+}  // namespace drape

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace drape {
+
+// Our stiffness against textbooks: closed forms and published figures [MODEL, M53–M59], each on
+// the built-in meshes at three resolutions.
+
+struct ReferenceCase {
+  std::string group;  // one of ValidationGroups()
+  std::string name;   // what is measured, with its unit
+  double expected = 0.0;
+  double tolerance = 0.0;        // of Error() at the finest mesh
+  std::vector<double> computed;  // coarse to fine, each half as wide as the one before; NaN where
+                                 // no equilibrium was found
+  double scale = 0.0;            // Error() = |computed − expected| / scale
+
+  double Error() const;
+  bool Holds() const;  // false for NaN
+  // log2 of the ratio of two successive changes: p of an error h^p. NaN when the changes are
+  // rounding (the meshes agree) or do not shrink in one direction.
+  double Order() const;
+};
+
+struct ValidationOptions {
+  std::string law = "smooth";
+  std::vector<std::string> only;              // groups; empty: all
+  const std::atomic<bool>* cancel = nullptr;  // ends after the group in progress
+  std::function<void(double fraction, const std::string& group)> progress;  // after each group
+};
+
+//  rigidity    D that a mesh makes of a bend table B = 4·D, on discs and strips
+//  cantilever  drop over reach of a strip under its weight, Γ = ρgL³/EI [Romero 2021], and
+//              the 41.5° of [ASTM D1388] at Γ = 8.0042
+//  tip_load    the elastica with a load on its tip [Bisshopp 1945], [Mattiasson 1981]
+//  hanging     ΔL/L = ρgL/2k
+//  uniaxial    N = k(l² − 1)l/2
+//  disc        clamped plate, w0 = q·a⁴/(64·D) [Timoshenko 1959]
+//  rigid       rigid motions cause no net force or torque
+//  turn        a quarter turn of the material exchanges c11 and c22
+std::vector<std::string> ValidationGroups();
+
+// InputError for an unknown group or law.
+std::vector<ReferenceCase> Validate(const ValidationOptions& options);
+
+bool AllPass(const std::vector<ReferenceCase>& truths);
+
+}  // namespace drape

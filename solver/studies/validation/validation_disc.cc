@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// ReferenceCases of discs, of the rigidity that a mesh makes of a table, and of symmetry.
+#include <Eigen/Geometry>
+#include <cmath>
+#include <memory>
+
+#include "physics/cloth/assembly/assembly.h"
+#include "physics/cloth/textbook.h"
+#include "physics/mesh/disc.h"
+#include "physics/mesh/strip.h"
+#include "solver/studies/validation/validation_groups.h"
+
+namespace drape {
+namespace {
+
+constexpr int kDiscs[] = {300, 1200, 4800};
+constexpr double kRounding = 1e-10;
+
+// A stretched and wrinkled disc on which nothing but the cloth itself acts.
+struct Wrinkled {
+  ClothModel model;
+  Eigen::VectorXd x;
+};
+
+Wrinkled MakeWrinkled(const Law& law, int vertices) {
+  Wrinkled cloth{{MakeDisc({.target_vertices = vertices}), Scene(), law}, {}};
+  cloth.x = cloth.model.mesh.rest_x;
+  for (int i = 0; i < cloth.x.size(); i += 3) {
+    const double u = cloth.x[i], v = cloth.x[i + 1];
+    cloth.x[i] += 0.01 * u + 0.002 * v;
+    cloth.x[i + 2] = 0.01 * std::sin(40.0 * u) * std::cos(30.0 * v);
+  }
+  return cloth;
+}
+
+MaterialField Anisotropic() {
+  MaterialField material = LinearMaterial(1.0, 1e-5, 0.2);
+  for (auto& row : material.stretch[0].c) row[0] = 60.0, row[1] = 5.0, row[2] = 40.0, row[3] = 15.0;
+  for (int r = 0; r < kBendRows; ++r)
+    for (double& entry : material.bend[0].b[r]) entry *= 1.0 + r;
+  return material;
+}
+
+ReferenceCase Nothing(const std::string& group, const std::string& name) {
+  return {.group = group,
+          .name = name,
+          .expected = 0.0,
+          .tolerance = kRounding,
+          .computed = {},
+          .scale = 1.0};
+}
+
+using Matrix3X = Eigen::Matrix3Xd;
+
+Matrix3X Forces(const ClothModel& model, const MaterialField& material, const Matrix3X& x) {
+  Eigen::VectorXd force;
+  AssembleForce(model, material, x.reshaped(), force);
+  return force.reshaped(3, force.size() / 3);
+}
+
+Eigen::Matrix2d Diagonal(double uu, double vv) {
+  return Eigen::Vector2d(uu, vv).asDiagonal().toDenseMatrix();
+}
+
+}  // namespace
+
+std::vector<ReferenceCase> RigidityCases() {
+  const double nu = kHingePoisson;
+  std::vector<ReferenceCase> truths = {
+      RelativeReference("rigidity", "disc: D_mesh / D along u", 1.0, .02),
+      RelativeReference("rigidity", "disc: D_mesh / D along v", 1.0, .02),
+      RelativeReference("rigidity", "disc: dome, 2 (1 + nu)", 2.0 * (1.0 + nu), .02),
+      RelativeReference("rigidity", "disc: saddle, 2 (1 - nu)", 2.0 * (1.0 - nu), .02),
+      RelativeReference("rigidity", "strip: D_mesh / D, held flat across", 1.0, .02),
+      RelativeReference("rigidity", "strip: D_mesh / D, free to curl, 1 - nu^2", 1.0 - nu * nu,
+                        .02)};
+  const Eigen::Matrix2d bent[] = {Diagonal(1, 0), Diagonal(0, 1), Diagonal(1, 1), Diagonal(1, -1)};
+  for (const int vertices : kDiscs) {
+    const Mesh disc = MakeDisc({.target_vertices = vertices});
+    for (int i = 0; i < 4; ++i) truths[i].computed.push_back(CurvatureRigidity(disc, bent[i]));
+  }
+  for (const int n : {40, 80, 160}) {
+    const int across = n / 8;
+    const Mesh strip = MakeStrip(0.1, across * std::sqrt(0.75) * 0.1 / n, n, across);
+    truths[4].computed.push_back(CurvatureRigidity(strip, bent[0]));
+    truths[5].computed.push_back(BeamRigidity(strip));
+  }
+  return truths;
+}
+
+// Held from a ring of vertices outwards: the clamp lies half a row of triangles outside that ring,
+// between the last two rows that are held, where slopes vanish. The deflection is read at the
+// vertex next to the centre and divided by the plate's own shape (1 − r²/a²)² there. The plate
+// sinks by 3e-3 of its radius with a membrane too soft to stiffen it (relative w0²·k/D = 1e-4).
+std::vector<ReferenceCase> ClampedDiscCases(const Law& law) {
+  constexpr double kRadius = 0.1, kRigidity = 1e-2, kStiffness = 10.0, kDensity = 0.2;
+  const double q = kDensity * kReferenceGravity;
+  ReferenceCase truth = RelativeReference("disc", "w0 [m], clamped",
+                                          q * std::pow(kRadius, 4) / (64.0 * kRigidity), .02);
+  for (const int vertices : kDiscs) {
+    const double row = kRadius * std::sqrt(M_PI * std::sqrt(0.75) / vertices);
+    const double inner = kRadius - 0.5 * row;
+    const auto model = std::make_shared<const ClothModel>(
+        MakeDisc(
+            {.radius = inner + 2.5 * row, .support_radius = inner, .target_vertices = vertices}),
+        ClampedDiscScene(inner, kReferenceGravity), law);
+    StepSolver solver(model);
+    Eigen::VectorXd x = model->mesh.rest_x;
+    GoToRest(solver, LinearMaterial(kStiffness, kRigidity, kDensity), x);
+    int centre = 0;
+    const double r2 = model->mesh.uv.colwise().squaredNorm().minCoeff(&centre);
+    const double shape = std::pow(1.0 - r2 / (kRadius * kRadius), 2);
+    truth.computed.push_back(-x[3 * centre + 2] / shape);
+  }
+  return {truth};
+}
+
+std::vector<ReferenceCase> RigidMotionCases(const Law& law) {
+  std::vector<ReferenceCase> truths = {Nothing("rigid", "net force / sum of forces"),
+                                       Nothing("rigid", "net torque / sum of torques"),
+                                       Nothing("rigid", "forces after a rigid motion of the rest"),
+                                       Nothing("rigid", "forces turn with a rigid motion")};
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(1.0, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  const Eigen::Vector3d shift(0.1, -0.2, 0.3);
+  for (const int vertices : kDiscs) {
+    const Wrinkled cloth = MakeWrinkled(law, vertices);
+    const Matrix3X x = cloth.x.reshaped(3, vertices);
+    const Matrix3X rest = cloth.model.mesh.rest_x.reshaped(3, vertices);
+    const auto forces = [&](const Matrix3X& at) { return Forces(cloth.model, Anisotropic(), at); };
+    const Matrix3X f = forces(x);
+    Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+    for (int i = 0; i < vertices; ++i) torque += x.col(i).cross(f.col(i));
+    const Eigen::RowVectorXd size = f.colwise().norm();
+    truths[0].computed.push_back(f.rowwise().sum().norm() / size.sum());
+    truths[1].computed.push_back(torque.norm() / size.dot(x.colwise().norm()));
+    truths[2].computed.push_back(forces((turn * rest).colwise() + shift).norm() / f.norm());
+    truths[3].computed.push_back((forces((turn * x).colwise() + shift) - turn * f).norm() /
+                                 f.norm());
+  }
+  return truths;
+}
+
+std::vector<ReferenceCase> TurnCases(const Law& law) {
+  ReferenceCase truth = Nothing("turn", "forces after a quarter turn of material and table");
+  for (const int vertices : kDiscs) {
+    const Wrinkled cloth = MakeWrinkled(law, vertices);
+    const Mesh& mesh = cloth.model.mesh;
+    Eigen::Matrix2Xd uv(2, vertices);
+    uv << -mesh.uv.row(1), mesh.uv.row(0);
+    std::vector<std::array<int, 3>> triangles;
+    for (const Face& face : mesh.faces)
+      triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
+    const ClothModel turned(BuildMesh(mesh.rest_x, uv, triangles, "turned disc"), Scene(), law);
+    const Matrix3X x = cloth.x.reshaped(3, vertices);
+    const Matrix3X f = Forces(cloth.model, Anisotropic(), x);
+    const Matrix3X g = Forces(turned, TurnedByQuarter(Anisotropic()), x);
+    truth.computed.push_back((f - g).norm() / f.norm());
+  }
+  return {truth};
+}
+
+}  // namespace drape

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/engine/cuda_backend.h"
+
+#include <tuple>
+
+#include "tests/cuda/engine/gpu_fixture.h"
+#include "tests/physics/cloth_fixture.h"
+#include "tests/physics/row_readout.h"
+
+namespace drape {
+namespace {
+
+using test::RelativeError;
+
+// Batches of a law and a size, with shared tables and tables of each element mixed.
+class CudaBackendTest : public testing::TestWithParam<std::tuple<const char*, int, int>> {
+ protected:
+  void SetUp() override {
+    DRAPE_NEEDS_GPU();
+    device_ = MakeCudaBackend(model_, 1);
+    const int count = std::get<2>(GetParam());
+    for (int i = 0; i < count; ++i) {
+      fields_.push_back(test::TestMaterial(1.0 + 0.3 * i));
+      if (i % 2 == 1) fields_.back() = test::Scatter(fields_.back(), model_->mesh, 0.3, random_);
+      starts_.push_back(test::NoisyStart(*model_, 1e-3, random_));
+      starts_.back().v = 1e-2 * test::RandomMatrix(model_->num_dofs(), 1, random_);
+    }
+    for (int i = 0; i < count; ++i) {
+      inputs_.push_back({&fields_[i], &starts_[i]});
+      weights_.push_back(&fields_[i]);
+    }
+  }
+
+  static void ExpectEqual(const std::vector<AdjointResult>& found,
+                          const std::vector<AdjointResult>& expected) {
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      ASSERT_EQ(found[i].status, RolloutStatus::kOk);
+      EXPECT_LT(RelativeError(found[i].material.stretch, expected[i].material.stretch), 1e-8) << i;
+      EXPECT_LT(RelativeError(found[i].material.bend, expected[i].material.bend), 1e-8) << i;
+      EXPECT_LT(RelativeError(found[i].x0, expected[i].x0), 1e-8) << i;
+      EXPECT_LT(RelativeError(found[i].v0, expected[i].v0), 1e-8) << i;
+    }
+  }
+
+  std::mt19937_64 random_{11};
+  std::shared_ptr<const ClothModel> model_ =
+      test::SmallDisc(std::get<0>(GetParam()), std::get<1>(GetParam()));
+  std::unique_ptr<Backend> device_, host_ = MakeCpuBackend(model_, 2);
+  std::vector<MaterialField> fields_;
+  std::vector<State> starts_;
+  std::vector<RolloutInput> inputs_;
+  std::vector<const MaterialField*> weights_;
+  RolloutOptions options_{.h = 0.05, .steps = 12};
+};
+
+TEST_P(CudaBackendTest, RolloutsAreEquivalentToReference) {
+  const auto found = device_->Rollouts(inputs_, options_, nullptr);
+  const auto expected = host_->Rollouts(inputs_, options_, nullptr);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    EXPECT_EQ(found[i].status, expected[i].status);
+    EXPECT_EQ(found[i].steps, expected[i].steps);
+    EXPECT_LT((found[i].end.x - expected[i].end.x).cwiseAbs().maxCoeff(), 1e-10) << i;
+    EXPECT_LT(RelativeError(found[i].end.v, expected[i].end.v), 1e-8) << i;
+  }
+}
+
+TEST_P(CudaBackendTest, RunsAreBitwiseEqual) {
+  const auto a = device_->Rollouts(inputs_, options_, nullptr);
+  const auto b = device_->Rollouts(inputs_, options_, nullptr);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) EXPECT_EQ(a[i].end.x, b[i].end.x);
+}
+
+TEST_P(CudaBackendTest, TangentsAreEquivalentToReference) {
+  const auto found = device_->Tangents(inputs_, weights_, options_);
+  const auto expected = host_->Tangents(inputs_, weights_, options_);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    EXPECT_LT((found[i].rollout.end.x - expected[i].rollout.end.x).cwiseAbs().maxCoeff(), 1e-10);
+    EXPECT_LT(RelativeError(found[i].dx, expected[i].dx), 1e-8) << i;
+    EXPECT_LT(RelativeError(found[i].dv, expected[i].dv), 1e-8) << i;
+  }
+}
+
+TEST_P(CudaBackendTest, ReadoutsAreEquivalentToReference) {
+  // Rows that depend on the rollout and on where it ends.
+  const test::RowReadout readout(7, [](std::size_t i, const Eigen::VectorXd& x) {
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int r = 0; r < 7; ++r)
+      for (int k = 0; k < 1 + r % 3; ++k) {
+        const int dof = static_cast<int>((31 * r + 17 * k + i) % x.size());
+        entries.emplace_back(r, dof, 1.0 + x[dof] + r);
+      }
+    ReadoutJacobian rows(7, x.size());
+    rows.setFromTriplets(entries.begin(), entries.end());
+    return rows;
+  });
+  const auto found = device_->ReadoutTangents(inputs_, weights_, options_, readout);
+  const auto expected = host_->ReadoutTangents(inputs_, weights_, options_, readout);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    EXPECT_LT(RelativeError(found[i].read.r, expected[i].read.r), 1e-8) << i;
+    EXPECT_LT(RelativeError(found[i].read.dr, expected[i].read.dr), 1e-8) << i;
+  }
+}
+
+TEST_P(CudaBackendTest, AdjointsAreEquivalentToReference) {
+  for (const int columns : {1, 3, 8}) {
+    std::vector<RowMatrix> seeds;
+    for (std::size_t i = 0; i < inputs_.size(); ++i)
+      seeds.push_back(test::RandomMatrix(model_->num_dofs(), columns, random_));
+    std::vector<Recording> of_device, of_host;
+    (void)device_->Rollouts(inputs_, options_, &of_device);
+    (void)host_->Rollouts(inputs_, options_, &of_host);
+    const auto expected = host_->Adjoints(inputs_, of_host, seeds, options_);
+    // From its own recordings, factors included, and with one of the host among them, without.
+    ExpectEqual(device_->Adjoints(inputs_, of_device, seeds, options_), expected);
+    of_device.back() = of_host.back();
+    ExpectEqual(device_->Adjoints(inputs_, of_device, seeds, options_), expected);
+  }
+}
+
+// From shapes that have fallen for a while: the same decisions, the same drape.
+class CudaStaticsTest : public CudaBackendTest {
+ protected:
+  void SetUp() override {
+    CudaBackendTest::SetUp();
+    if (IsSkipped()) return;
+    for (State& start : starts_) start.v.setZero();
+    const auto fallen = host_->Rollouts(inputs_, {.h = 0.1, .steps = 40}, nullptr);
+    for (std::size_t i = 0; i < inputs_.size(); ++i) starts_[i] = fallen[i].end;
+  }
+};
+
+TEST_P(CudaStaticsTest, EquilibriaAndTheirDerivativesAreEquivalentToReference) {
+  const auto found = device_->Equilibria(inputs_, {});
+  const auto expected = host_->Equilibria(inputs_, {});
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    EXPECT_EQ(found[i].status, expected[i].status) << i;
+    EXPECT_EQ(found[i].iterations, expected[i].iterations) << i;
+    EXPECT_EQ(found[i].factorisations, expected[i].factorisations) << i;
+    EXPECT_NEAR(found[i].start_energy, expected[i].start_energy,
+                1e-12 * std::abs(expected[i].start_energy));
+    EXPECT_LT((found[i].x - expected[i].x).cwiseAbs().maxCoeff(), 1e-8) << i;
+    starts_[i].x = expected[i].x;
+  }
+  const auto tangents = device_->EquilibriumTangents(inputs_, weights_);
+  const auto of_host = host_->EquilibriumTangents(inputs_, weights_);
+  std::vector<RowMatrix> seeds;
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    if (of_host[i].size() == 0) {
+      EXPECT_EQ(tangents[i].size(), 0) << i;
+    } else {
+      EXPECT_LT(RelativeError(tangents[i], of_host[i]), 1e-7) << i;
+    }
+    seeds.push_back(test::RandomMatrix(model_->num_dofs(), 3, random_));
+  }
+  const auto adjoints = device_->EquilibriumAdjoints(inputs_, seeds);
+  const auto adjoints_of_host = host_->EquilibriumAdjoints(inputs_, seeds);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    ASSERT_EQ(adjoints[i].has_value(), adjoints_of_host[i].has_value()) << i;
+    if (!adjoints[i]) continue;
+    EXPECT_LT(RelativeError(adjoints[i]->stretch, adjoints_of_host[i]->stretch), 1e-7) << i;
+    EXPECT_LT(RelativeError(adjoints[i]->bend, adjoints_of_host[i]->bend), 1e-7) << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Batches, CudaStaticsTest,
+                         testing::Values(std::tuple("smooth", 150, 1), std::tuple("smooth", 300, 5),
+                                         std::tuple("smooth", 100, 20),
+                                         std::tuple("reference", 150, 3)));
+
+TEST_P(CudaBackendTest, FailureStaysAlone) {
+  const auto good = device_->Rollouts(inputs_, options_, nullptr);
+  starts_[0].x[0] = std::numeric_limits<double>::quiet_NaN();
+  const auto mixed = device_->Rollouts(inputs_, options_, nullptr);
+  EXPECT_NE(mixed[0].status, RolloutStatus::kOk);
+  for (std::size_t i = 1; i < inputs_.size(); ++i) EXPECT_EQ(mixed[i].end.x, good[i].end.x);
+}
+
+TEST_P(CudaBackendTest, NothingIsReadWhereAllFail) {
+  for (State& start : starts_) start.x[0] = std::numeric_limits<double>::quiet_NaN();
+  const test::RowReadout readout(
+      2, [](std::size_t, const Eigen::VectorXd& x) { return ReadoutJacobian(2, x.size()); });
+  for (const auto& result : device_->ReadoutTangents(inputs_, weights_, options_, readout)) {
+    EXPECT_NE(result.rollout.status, RolloutStatus::kOk);
+    EXPECT_EQ(result.read.r.size(), 0);
+    EXPECT_EQ(result.read.dr.size(), 0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Batches, CudaBackendTest,
+                         testing::Values(std::tuple("smooth", 150, 1), std::tuple("smooth", 300, 5),
+                                         std::tuple("smooth", 1200, 3),
+                                         std::tuple("smooth", 100, 70),
+                                         std::tuple("reference", 150, 3),
+                                         std::tuple("reference", 300, 1)));
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/camera/camera.h"
+
+#include <ceres/jet.h>
+#include <gmock/gmock.h>
+
+#include "losses/silhouette/raster.h"
+#include "physics/util/errors.h"
+#include "tests/losses/disc.h"
+
+namespace drape {
+namespace {
+
+Camera Pinhole() {
+  Camera camera;
+  camera.kind = CameraKind::kPinhole;
+  return camera;
+}
+
+TEST(Camera, OrthographicPutsFifteenCentimetresAt107Point9Pixels) {
+  const double x[3] = {0.15, -0.1, 0.3};
+  double image[2];
+  Camera().Project(x, image);
+  EXPECT_DOUBLE_EQ(image[0], 127.5 + 107.925);
+  EXPECT_DOUBLE_EQ(image[1], 127.5 + 71.95);
+}
+
+TEST(Camera, PinholeEdgeOfViewIsHalfAPixelOutsideOfTheLastRow) {
+  const double x[3] = {0, 0.7 * std::tan(0.25), 0};
+  double image[2];
+  Pinhole().Project(x, image);
+  EXPECT_NEAR(image[1], -0.5, 1e-12);
+}
+
+TEST(Camera, PinholeShowsALowerHemSmaller) {
+  EXPECT_NEAR(Pinhole().PixelsPerMetre(-0.1) / Pinhole().PixelsPerMetre(0.0), 0.7 / 0.8, 1e-14);
+}
+
+TEST(Camera, JacobianAgreesWithDualNumbers) {
+  using Jet = ceres::Jet<double, 3>;
+  for (const Camera& camera : {Camera(), Pinhole()}) {
+    const double x[3] = {0.08, -0.11, -0.07};
+    const Jet jet_x[3] = {Jet(x[0], 0), Jet(x[1], 1), Jet(x[2], 2)};
+    Jet image[2];
+    camera.Project(jet_x, image);
+    const auto jacobian = camera.ImageFromWorldJacobian(x);
+    for (int row = 0; row < 2; ++row) {
+      EXPECT_LT((jacobian.row(row).transpose() - image[row].v).norm(), 1e-11);
+    }
+  }
+}
+
+TEST(Camera, ProjectVerticesReportsNanAndPointsBehindTheCamera) {
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(6);
+  Eigen::Matrix2Xd points;
+  EXPECT_TRUE(ProjectVertices(x, Pinhole(), &points));
+  x[5] = 0.7;
+  EXPECT_FALSE(ProjectVertices(x, Pinhole(), &points));
+  EXPECT_TRUE(ProjectVertices(x, Camera(), &points));
+  x[5] = std::nan("");
+  EXPECT_FALSE(ProjectVertices(x, Camera(), &points));
+}
+
+TEST(Camera, ParsesItsKinds) {
+  for (CameraKind kind : {CameraKind::kOrthographic, CameraKind::kPinhole}) {
+    EXPECT_EQ(ParseCameraKind(CameraKindName(kind)), kind);
+  }
+  EXPECT_THROW(ParseCameraKind("Pinhole"), InputError);
+}
+
+TEST(Camera, CheckNamesTheFieldAndTheValue) {
+  Camera camera;
+  EXPECT_NO_THROW(camera.Check("camera"));
+  camera.scale = -2;
+  EXPECT_THAT([&] { camera.Check("a.json"); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("a.json: scale = -2")));
+  camera = Pinhole();
+  camera.field_of_view = 4;
+  EXPECT_THROW(camera.Check("camera"), InputError);
+}
+
+TEST(CalibrateFromCircle, FindsScaleAndCentre) {
+  Camera truth;
+  truth.scale = 640.25;
+  truth.cx = 121.3;
+  truth.cy = 130.8;
+  const Mesh disc = MakeDisc(4, 360, 0.15);
+  const GrayImage image = Rasterize(disc, disc.rest_x, truth, 8);
+  const Camera found = CalibrateFromCircle(image, 0.15, "circle.png");
+  EXPECT_NEAR(found.scale, truth.scale, 0.05);
+  EXPECT_NEAR(found.cx, truth.cx, 0.01);
+  EXPECT_NEAR(found.cy, truth.cy, 0.01);
+}
+
+TEST(CalibrateFromCircle, RejectsADrape) {
+  const Mesh disc = MakeDisc(4, 120, 0.15);
+  const GrayImage image = Rasterize(disc, Deform(disc, {}), Camera(), 2);
+  EXPECT_THROW(CalibrateFromCircle(image, 0.15, "drape.png"), InputError);
+}
+
+}  // namespace
+}  // namespace drape

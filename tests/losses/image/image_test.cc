@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/image/image.h"
+
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <functional>
+
+#include "physics/util/errors.h"
+#include "tests/losses/image/encode.h"
+#include "tests/losses/temp_folder.h"
+
+namespace drape {
+namespace {
+
+using testing::HasSubstr;
+using testing::JoinAll;
+using testing::ThrowsMessage;
+
+// A dark box on white; values are grey levels.
+std::vector<uint8_t> Box(int width, int height, uint8_t dark = 0) {
+  std::vector<uint8_t> gray(size_t(width) * height, 255);
+  for (int row = height / 4; row < height / 2; ++row) {
+    for (int col = width / 4; col < 3 * width / 4; ++col) gray[row * width + col] = dark;
+  }
+  return gray;
+}
+
+std::vector<uint8_t> Repeat(const std::vector<uint8_t>& gray, int channels) {
+  std::vector<uint8_t> pixels;
+  for (uint8_t value : gray) pixels.insert(pixels.end(), channels, value);
+  return pixels;
+}
+
+GrayImage Coverage(const std::vector<uint8_t>& gray, int width, int height) {
+  GrayImage image(width, height);
+  for (size_t i = 0; i < gray.size(); ++i) image.coverage[i] = 1 - gray[i] / 255.0f;
+  return image;
+}
+
+class ImageFile : public testing::Test {
+ protected:
+  std::string Put(const std::string& name, const std::vector<uint8_t>& bytes) {
+    EXPECT_FALSE(bytes.empty());
+    WriteAll(folder_ / name, bytes);
+    return folder_ / name;
+  }
+  void ExpectSame(const std::string& path, const GrayImage& expected, float tolerance) {
+    const GrayImage image = ReadSilhouette(path);
+    ASSERT_EQ(image.width, expected.width);
+    ASSERT_EQ(image.height, expected.height);
+    EXPECT_THAT(image.coverage,
+                testing::Pointwise(testing::FloatNear(tolerance), expected.coverage))
+        << path;
+  }
+  void ExpectBad(const std::string& path, const std::string& problem) {
+    EXPECT_THAT([&] { ReadSilhouette(path); },
+                ThrowsMessage<InputError>(JoinAll(HasSubstr(path + ": "), HasSubstr(problem))));
+  }
+  TempFolder folder_;
+};
+
+TEST_F(ImageFile, ReadsGrayAndColourJpegOfAnySize) {
+  const GrayImage expected = Coverage(Box(64, 40), 64, 40);
+  ExpectSame(Put("gray.jpg", EncodeJpeg(Box(64, 40), 64, 40, 1)), expected, 0.03f);
+  ExpectSame(Put("rgb.png", EncodeJpeg(Repeat(Box(64, 40), 3), 64, 40, 3)), expected, 0.03f);
+}
+
+TEST_F(ImageFile, ReadsPngOfEveryKind) {
+  const int w = 50, h = 30;
+  const auto gray = Box(w, h, 60);
+  const GrayImage expected = Coverage(gray, w, h);
+  ExpectSame(Put("gray.png", EncodePng(gray.data(), w, h, PNG_FORMAT_GRAY)), expected, 0);
+  ExpectSame(Put("rgb.jpg", EncodePng(Repeat(gray, 3).data(), w, h, PNG_FORMAT_RGB)), expected,
+             0.005f);
+  auto rgba = Repeat(gray, 4);
+  for (size_t i = 3; i < rgba.size(); i += 4) rgba[i] = 255;
+  ExpectSame(Put("rgba.png", EncodePng(rgba.data(), w, h, PNG_FORMAT_RGBA)), expected, 0.005f);
+  std::vector<uint8_t> indices(gray.size());
+  for (size_t i = 0; i < gray.size(); ++i) indices[i] = gray[i] == 255 ? 1 : 0;
+  const std::vector<uint8_t> palette = {60, 60, 60, 255, 255, 255};
+  ExpectSame(
+      Put("palette.png", EncodePng(indices.data(), w, h, PNG_FORMAT_RGB_COLORMAP, palette, 2)),
+      expected, 0.005f);
+}
+
+TEST_F(ImageFile, TransparentPixelsAreBackground) {
+  const auto gray = Box(32, 32);
+  std::vector<uint8_t> rgba(4 * gray.size(), 0);  // black everywhere, transparent outside the box
+  for (size_t i = 0; i < gray.size(); ++i) rgba[4 * i + 3] = 255 - gray[i];
+  ExpectSame(Put("alpha.png", EncodePng(rgba.data(), 32, 32, PNG_FORMAT_RGBA)),
+             Coverage(gray, 32, 32), 0.005f);
+}
+
+TEST_F(ImageFile, WritePngRoundTrip) {
+  const GrayImage image = Coverage(Box(40, 33, 77), 40, 33);
+  WritePng(image, folder_ / "out.png");
+  ExpectSame(folder_ / "out.png", image, 1e-6f);
+}
+
+TEST_F(ImageFile, RejectsFilesThatAreNoImages) {
+  ExpectBad(folder_ / "missing.jpg", "No such file");
+  ExpectBad(folder_.path(), "is a folder");
+  WriteAll(folder_ / "empty.png", {});
+  ExpectBad(folder_ / "empty.png", "is empty");
+  ExpectBad(Put("text.jpg", {'h', 'e', 'l', 'l', 'o'}), "neither JPEG nor PNG");
+  ExpectBad(Put("start.jpg", {0xFF, 0xD8, 0xFF}), "truncated or damaged JPEG");
+  ExpectBad(Put("start.png", {0x89, 'P', 'N', 'G', 13, 10, 26, 10}), "truncated or damaged PNG");
+  ExpectBad(Put("cmyk.jpg", EncodeJpeg(Repeat(Box(32, 32), 4), 32, 32, 4)), "4 channels");
+}
+
+TEST_F(ImageFile, RejectsTruncatedImages) {
+  const std::vector<uint8_t> jpeg = EncodeJpeg(Box(64, 64), 64, 64, 1);
+  const std::vector<uint8_t> png = EncodePng(Box(64, 64).data(), 64, 64, PNG_FORMAT_GRAY);
+  for (double share : {0.3, 0.6, 0.9}) {
+    ExpectBad(Put("cut.jpg", {jpeg.begin(), jpeg.begin() + size_t(share * jpeg.size())}),
+              "truncated or damaged JPEG");
+  }
+  for (double share : {0.3, 0.5, 0.7}) {
+    ExpectBad(Put("cut.png", {png.begin(), png.begin() + size_t(share * png.size())}),
+              "truncated or damaged PNG");
+  }
+}
+
+TEST_F(ImageFile, RejectsTooManyPixels) {
+  std::vector<uint8_t> jpeg = EncodeJpeg(Box(64, 64), 64, 64, 1);
+  for (size_t i = 0; i + 9 < jpeg.size(); ++i) {  // the size in the start-of-frame marker
+    if (jpeg[i] == 0xFF && jpeg[i + 1] == 0xC0) jpeg[i + 5] = jpeg[i + 7] = 0xFF;
+  }
+  ExpectBad(Put("huge.jpg", jpeg), "at most 2^28 pixels");
+}
+
+TEST_F(ImageFile, RejectsImplausibleSilhouettes) {
+  const auto put = [&](const std::string& name, const std::vector<uint8_t>& gray, int w, int h) {
+    return Put(name, EncodePng(gray.data(), w, h, PNG_FORMAT_GRAY));
+  };
+  ExpectBad(put("dot.png", {0}, 1, 1), "image is 1x1, expected at least 16x16");
+  ExpectBad(put("low.png", Box(40, 15), 40, 15), "image is 40x15, expected at least 16x16");
+  ExpectBad(put("white.png", std::vector<uint8_t>(400, 255), 20, 20), "no cloth");
+  ExpectBad(put("black.png", std::vector<uint8_t>(400, 0), 20, 20), "no background");
+  for (int pixel : {7, 399 - 7, 20 * 9, 20 * 9 + 19}) {  // top, bottom, left, right
+    auto gray = Box(20, 20);
+    gray[pixel] = 0;
+    ExpectBad(put("edge.png", gray, 20, 20), "touches the border");
+  }
+}
+
+TEST(CheckSilhouette, RejectsCoverageOutOfRange) {
+  GrayImage image(20, 20);
+  image.at(9, 9) = 1.5f;
+  EXPECT_THROW(CheckSilhouette(image, "raster"), InputError);
+  image.at(9, 9) = std::nanf("");
+  EXPECT_THROW(CheckSilhouette(image, "raster"), InputError);
+  image.at(9, 9) = 1.0f;
+  EXPECT_NO_THROW(CheckSilhouette(image, "raster"));
+}
+
+// Runs `body` in a child, so that its limits and user do not reach the other tests; true if it
+// returned true.
+bool InChild(const std::function<bool()>& body) {
+  const pid_t child = fork();
+  if (child == 0) _exit(body() ? 0 : 1);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+// Writing fails with an InputError that names the path.
+bool WriteIsRefused(const std::string& path) {
+  try {
+    WritePng(GrayImage(200, 200, 0.25f), path);
+  } catch (const InputError& error) {
+    return std::string(error.what()).find(path + ": cannot ") == 0;
+  }
+  return false;
+}
+
+class OldFile : public ImageFile {
+ protected:
+  OldFile() : path_(Put("old.png", old_bytes_)) {}
+  void ExpectUntouched() {
+    EXPECT_EQ(ReadAll(path_), old_bytes_);
+    const std::filesystem::directory_iterator files(folder_.path());
+    EXPECT_EQ(std::distance(begin(files), end(files)), 1) << "a temporary file was left behind";
+  }
+  const std::vector<uint8_t> old_bytes_ = {'o', 'l', 'd'};
+  const std::string path_;
+};
+
+TEST_F(OldFile, IsReplacedByASuccess) {
+  WritePng(GrayImage(20, 20, 0.25f), path_);
+  EXPECT_EQ(ReadImage(path_).at(3, 3), ReadImage(path_).at(0, 0));
+  EXPECT_NE(ReadAll(path_), old_bytes_);
+}
+
+TEST_F(OldFile, SurvivesAFullDisk) {
+  EXPECT_TRUE(InChild([&] {
+    std::signal(SIGXFSZ, SIG_IGN);  // then write() fails with EFBIG, as it would with ENOSPC
+    const rlimit limit = {20, 20};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    return WriteIsRefused(path_);
+  }));
+  ExpectUntouched();
+}
+
+TEST_F(OldFile, SurvivesAnUnwritableFolder) {
+  std::filesystem::permissions(folder_.path(), std::filesystem::perms(0555));
+  EXPECT_TRUE(InChild([&] {
+    if (geteuid() == 0 && seteuid(65534) != 0) return false;  // root may write everywhere
+    return WriteIsRefused(path_);
+  }));
+  std::filesystem::permissions(folder_.path(), std::filesystem::perms(0755));
+  ExpectUntouched();
+}
+
+TEST_F(OldFile, WritingIntoNoFolderOrOverAFolderIsRefused) {
+  EXPECT_TRUE(WriteIsRefused(folder_ / "none/out.png"));
+  EXPECT_TRUE(WriteIsRefused(path_ + "/out.png"));
+  EXPECT_TRUE(WriteIsRefused(folder_.path()));
+  ExpectUntouched();
+}
+
+// JPEG blurs a hard edge; the threshold brings the picture back bit for bit.
+TEST(HardEdged, UndoesJpeg) {
+  std::vector<uint8_t> gray(64 * 64, 255);
+  GrayImage truth(64, 64);
+  for (int i = 0; i < 64 * 64; ++i) {
+    if (std::hypot(i % 64 - 31.5, i / 64 - 31.5) > 20.3) continue;
+    gray[i] = 0;
+    truth.coverage[i] = 1;
+  }
+  const TempFolder folder;
+  WriteAll(folder / "a.jpg", EncodeJpeg(gray, 64, 64, 1));
+  const GrayImage image = ReadSilhouette(folder / "a.jpg");
+  EXPECT_NE(image.coverage, truth.coverage);
+  EXPECT_EQ(HardEdged(image).coverage, truth.coverage);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/outline/outline.h"
+
+#include <ceres/jet.h>
+#include <gtest/gtest.h>
+
+#include "losses/silhouette/raster.h"
+#include "tests/losses/disc.h"
+
+namespace drape {
+namespace {
+
+Camera CameraForImage(CameraKind kind) {
+  Camera camera;
+  camera.kind = kind;
+  return camera;
+}
+
+class OutlineOfMesh : public testing::TestWithParam<CameraKind> {
+ protected:
+  const Camera camera_ = CameraForImage(GetParam());
+  const Mesh mesh_ = MakeDisc(5, 50, 0.15);
+  // The noise moves the vertices off the rays: on a ray r has a left and a right derivative.
+  const Eigen::VectorXd x_ =
+      Deform(mesh_, {.folds = 5, .twist = 0.1}) + 1e-3 * RandomVector(3 * mesh_.num_vertices(), 6);
+};
+
+// r of ray k through the projected segment, by the textbook formula and in dual numbers.
+using Jet = ceres::Jet<double, 6>;
+Jet RayHit(const Camera& camera, const Eigen::VectorXd& x, const OutlineHit& hit, double angle) {
+  Jet q[2][2];
+  for (int end = 0; end < 2; ++end) {
+    Jet point[3];
+    for (int i = 0; i < 3; ++i) point[i] = Jet(x[3 * hit.vertex[end] + i], 3 * end + i);
+    camera.Project(point, q[end]);
+    q[end][0] = q[end][0] - camera.cx;
+    q[end][1] = camera.cy - q[end][1];
+  }
+  const Jet ex = q[1][0] - q[0][0], ey = q[1][1] - q[0][1];
+  return (q[0][0] * ey - q[0][1] * ex) / (std::cos(angle) * ey - std::sin(angle) * ex);
+}
+
+TEST_P(OutlineOfMesh, JacobianAgreesWithDualNumbers) {
+  const int num_angles = 72;
+  Outline outline;
+  ASSERT_TRUE(OutlineFromMesh(mesh_, x_, camera_, num_angles, &outline));
+  for (int k = 0; k < num_angles; ++k) {
+    const Jet r = RayHit(camera_, x_, outline.hits[k], 2 * M_PI * k / num_angles);
+    EXPECT_NEAR(outline.radius[k], r.a, 1e-10);
+    const Eigen::Map<const Eigen::Matrix<double, 6, 1>> d_radius(outline.hits[k].d_radius);
+    EXPECT_LT((d_radius - r.v).norm(), 1e-9 * r.v.norm()) << "angle " << k;
+  }
+}
+
+// Truncation error falls with h, rounding error rises as 1e-13/h: the best step must do far better
+// than 1e-7, and a step of 1e-5 m must agree to 1e-4.
+TEST_P(OutlineOfMesh, JacobianAgreesWithFiniteDifferences) {
+  Outline outline, plus, minus;
+  ASSERT_TRUE(OutlineFromMesh(mesh_, x_, camera_, 180, &outline));
+  const Eigen::VectorXd dx = RandomVector(x_.size(), 7);
+  const Eigen::VectorXd exact = OutlineJacobianTimes(outline, dx);
+  double best = 1;
+  for (double h : {1e-5, 1e-6, 1e-7, 1e-8}) {
+    ASSERT_TRUE(OutlineFromMesh(mesh_, x_ + h * dx, camera_, 180, &plus));
+    ASSERT_TRUE(OutlineFromMesh(mesh_, x_ - h * dx, camera_, 180, &minus));
+    const Eigen::VectorXd difference = (plus.radius - minus.radius) / (2 * h);
+    const double error = (difference - exact).norm() / exact.norm();
+    // At the largest step a few rays change their segment.
+    EXPECT_LT(error, 2e-2) << "step " << h;
+    best = std::min(best, error);
+  }
+  EXPECT_LT(best, 1e-7);
+}
+
+TEST_P(OutlineOfMesh, AllFormsOfTheJacobianAgree) {
+  Outline outline;
+  ASSERT_TRUE(OutlineFromMesh(mesh_, x_, camera_, 90, &outline));
+  const int n = mesh_.num_vertices();
+  const Eigen::MatrixXd jacobian = OutlineJacobian(outline, n);
+  EXPECT_EQ(jacobian.transpose(), OutlineAdjointSeeds(outline, n));
+  RowMatrix dx_dp(3 * n, 4);
+  for (int p = 0; p < 4; ++p) dx_dp.col(p) = RandomVector(3 * n, p);
+  EXPECT_LT((OutlineJacobianTimes(outline, dx_dp) - jacobian * dx_dp).norm(), 1e-9);
+  const Eigen::VectorXd adjoint = RandomVector(90, 9);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Ones(3 * n);  // must be added to
+  AdjOutline(outline, adjoint, &gradient);
+  EXPECT_LT((gradient - Eigen::VectorXd::Ones(3 * n) - jacobian.transpose() * adjoint).norm(),
+            1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cameras, OutlineOfMesh,
+                         testing::Values(CameraKind::kOrthographic, CameraKind::kPinhole));
+
+TEST(OutlineFromMesh, CircleHasItsRadius) {
+  const int sectors = 720;
+  const Mesh disc = MakeDisc(2, sectors, 0.15);
+  Outline outline;
+  ASSERT_TRUE(OutlineFromMesh(disc, disc.rest_x, Camera(), 180, &outline));
+  EXPECT_LT((outline.radius.array() - 107.925).abs().maxCoeff(), 1e-9);  // rays meet vertices
+  ASSERT_TRUE(OutlineFromMesh(disc, disc.rest_x, Camera(), 160, &outline));
+  EXPECT_LT((outline.radius.array() - 107.925).abs().maxCoeff(),
+            107.925 * (1 - std::cos(M_PI / sectors)) + 1e-9);
+}
+
+// Rays at the very angles of the vertices: rounding must not let one slip between two segments.
+TEST(OutlineFromMesh, RaysThroughVerticesAlwaysHit) {
+  for (int sectors = 3; sectors < 200; ++sectors) {
+    const Mesh disc = MakeDisc(1, sectors, 0.15);
+    Outline outline;
+    EXPECT_TRUE(OutlineFromMesh(disc, disc.rest_x, Camera(), sectors, &outline)) << sectors;
+    EXPECT_NEAR(outline.radius.minCoeff(), 107.925, 1e-9) << sectors;
+  }
+}
+
+TEST(OutlineFromMesh, TakesTheOutermostOfManyCrossings) {
+  const Mesh disc = MakeDisc(1, 120, 0.15);
+  const Eigen::VectorXd x = Deform(disc, {.folds = 4, .twist = 0.6});
+  const int num_angles = 90;
+  Outline outline;
+  ASSERT_TRUE(OutlineFromMesh(disc, x, Camera(), num_angles, &outline));
+  const auto& hem = disc.boundary_loops[0];
+  int multiple = 0;
+  for (int k = 0; k < num_angles; ++k) {
+    const double angle = 2 * M_PI * k / num_angles;
+    double outermost = 0;
+    int count = 0;
+    for (size_t i = 0; i < hem.size(); ++i) {
+      OutlineHit segment;
+      segment.vertex[0] = hem[i];
+      segment.vertex[1] = hem[(i + 1) % hem.size()];
+      const Eigen::Vector2d ray(std::cos(angle), std::sin(angle));
+      const Eigen::Vector2d a = x.segment<2>(3 * segment.vertex[0]);
+      const Eigen::Vector2d b = x.segment<2>(3 * segment.vertex[1]);
+      const auto side = [&](const Eigen::Vector2d& p) { return ray.x() * p.y() - ray.y() * p.x(); };
+      const double r = RayHit(Camera(), x, segment, angle).a;
+      if ((side(a) > 0) == (side(b) > 0) || r <= 0) continue;
+      ++count;
+      outermost = std::max(outermost, r);
+    }
+    multiple += count > 1;
+    EXPECT_NEAR(outline.radius[k], outermost, 1e-9);
+  }
+  EXPECT_GT(multiple, 10);  // the case is what it claims to be
+}
+
+TEST(OutlineFromMesh, ReportsRaysWithoutCloth) {
+  const Mesh disc = MakeDisc(2, 40, 0.05);
+  Eigen::VectorXd x = disc.rest_x;
+  for (int i = 0; i < disc.num_vertices(); ++i) x[3 * i] += 0.08;  // right of the centre
+  Outline outline;
+  EXPECT_FALSE(OutlineFromMesh(disc, x, Camera(), 36, &outline));
+  EXPECT_GT(outline.radius[0], 0);
+  EXPECT_TRUE(outline.radius.allFinite());
+  EXPECT_EQ(std::count(outline.missing.begin(), outline.missing.end(), 0), 0);
+  EXPECT_EQ(std::count(outline.missing.begin(), outline.missing.end(), 18), 1);
+  EXPECT_EQ(outline.hits[18].vertex[0], -1);
+  EXPECT_EQ(OutlineJacobianTimes(outline, RowMatrix::Ones(x.size(), 1)).row(18).norm(), 0);
+}
+
+TEST(OutlineFromMesh, ReportsNonFinitePositions) {
+  const Mesh disc = MakeDisc(2, 40, 0.15);
+  Eigen::VectorXd x = disc.rest_x;
+  x[3 * disc.boundary_loops[0][3]] = std::nan("");
+  Outline outline;
+  EXPECT_FALSE(OutlineFromMesh(disc, x, Camera(), 36, &outline));
+  EXPECT_EQ(outline.missing.size(), 36u);
+  EXPECT_TRUE(outline.radius.allFinite());
+}
+
+TEST(OutlineFromImage, FindsTheMeshOutlineInSoftAndHardImages) {
+  const Mesh mesh = MakeDisc(6, 240, 0.15);
+  const Eigen::VectorXd x = Deform(mesh, {.folds = 6});
+  Outline truth, measured;
+  ASSERT_TRUE(OutlineFromMesh(mesh, x, Camera(), 180, &truth));
+  ASSERT_TRUE(OutlineFromImage(Rasterize(mesh, x, Camera(), 8), Camera(), 180, &measured));
+  EXPECT_LT((truth.radius - measured.radius).cwiseAbs().maxCoeff(), 0.25);
+  EXPECT_LT(std::abs((truth.radius - measured.radius).mean()), 0.02);
+  ASSERT_TRUE(OutlineFromImage(Rasterize(mesh, x, Camera(), 1), Camera(), 180, &measured));
+  EXPECT_LT((truth.radius - measured.radius).cwiseAbs().maxCoeff(), 0.8);
+  EXPECT_LT(std::abs((truth.radius - measured.radius).mean()), 0.06);
+  EXPECT_TRUE(measured.hits.empty());
+}
+
+TEST(OutlineFromImage, ThetaRunsCounterClockwiseFromTheRight) {
+  GrayImage image(256, 256);
+  for (int row = 50; row < 140; ++row) {
+    for (int col = 120; col < 140; ++col) image.at(col, row) = 1;  // a bar that points up
+  }
+  Outline outline;
+  ASSERT_TRUE(OutlineFromImage(image, Camera(), 4, &outline));
+  EXPECT_NEAR(outline.radius[0], 12, 0.01);  // right: to column 139.5
+  EXPECT_NEAR(outline.radius[1], 78, 0.01);  // up: to row 49.5
+  EXPECT_NEAR(outline.radius[2], 8, 0.01);   // left: to column 119.5
+  EXPECT_NEAR(outline.radius[3], 12, 0.01);  // down: to row 139.5
+}
+
+TEST(OutlineFromImage, ReportsRaysWithoutCloth) {
+  GrayImage image(256, 256);
+  image.at(200, 127) = image.at(200, 128) = image.at(201, 127) = image.at(201, 128) = 1;
+  Outline outline;
+  EXPECT_FALSE(OutlineFromImage(image, Camera(), 4, &outline));
+  EXPECT_EQ(outline.missing, (std::vector<int>{1, 2, 3}));
+}
+
+}  // namespace
+}  // namespace drape

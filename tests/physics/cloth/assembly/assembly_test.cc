@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Symmetries and balance of the forces of a whole cloth.
+#include "physics/cloth/assembly/assembly.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Dense>
+
+#include "tests/physics/cloth_fixture.h"
+
+namespace drape {
+namespace {
+
+TEST(MirrorTest, TurningTheClothOverChangesNothingInTheSmoothLaw) {
+  std::mt19937_64 random(11);
+  for (const std::string law : {"smooth", "reference"}) {
+    Scene scene;
+    const ClothModel model(test::SmallDisc(law)->mesh, scene, MakeLaw(law));
+    const Eigen::VectorXd x = test::NoisyStart(model, 3e-3, random).x;
+    Eigen::VectorXd force, mirrored_force, mirrored_x = x;
+    for (int i = 2; i < x.size(); i += 3) mirrored_x[i] = -x[i];
+    AssembleForce(model, test::TestMaterial(), x, force);
+    AssembleForce(model, test::TestMaterial(), mirrored_x, mirrored_force);
+    for (int i = 2; i < x.size(); i += 3) mirrored_force[i] = -mirrored_force[i];
+    const double difference = (force - mirrored_force).norm() / force.norm();
+    if (law == "smooth") {
+      EXPECT_LT(difference, 1e-12);
+    } else {
+      EXPECT_GT(difference, 1e-6);  // its known artefact
+    }
+  }
+}
+
+TEST(RigidMotionTest, NoForceAndNoTorque) {
+  std::mt19937_64 random(12);
+  for (const std::string law : {"smooth", "reference"}) {
+    const ClothModel model(test::SmallDisc(law)->mesh, Scene(), MakeLaw(law));
+    const MaterialField material = test::TestMaterial();
+    const Eigen::AngleAxisd turn(1.1, Eigen::Vector3d(1, 2, -1).normalized());
+    const auto rigid = [&](Eigen::VectorXd x) {
+      for (int i = 0; i < x.size(); i += 3)
+        x.segment<3>(i) = turn * x.segment<3>(i) + Eigen::Vector3d(0.3, -0.2, 0.7);
+      return x;
+    };
+    // At rest: no force. The scale is that of a strain of 1 %.
+    Eigen::VectorXd force, scale;
+    AssembleForce(model, material, 1.01 * model.mesh.rest_x, scale);
+    AssembleForce(model, material, rigid(model.mesh.rest_x), force);
+    EXPECT_LT(force.norm(), 1e-10 * scale.norm());
+    // Deformed: internal forces balance, and they turn with the cloth.
+    const Eigen::VectorXd x = test::NoisyStart(model, 1e-3, random).x, turned = rigid(x);
+    Eigen::VectorXd turned_force;
+    AssembleForce(model, material, x, force);
+    AssembleForce(model, material, turned, turned_force);
+    Eigen::Vector3d total = Eigen::Vector3d::Zero(), torque = total;
+    for (int i = 0; i < x.size(); i += 3) {
+      total += turned_force.segment<3>(i);
+      torque += turned.segment<3>(i).cross(turned_force.segment<3>(i));
+      EXPECT_LT((turn * force.segment<3>(i) - turned_force.segment<3>(i)).norm(),
+                1e-10 * force.norm());
+    }
+    EXPECT_LT(total.norm(), 1e-10 * force.norm());
+    EXPECT_LT(torque.norm(), 1e-10 * force.norm());
+  }
+}
+
+TEST(AssemblyTest, HingePartOfTheStepMatrixHasRankOne) {
+  DiscOptions options;
+  options.target_vertices = 100;
+  Mesh mesh = MakeDisc(options);
+  mesh.hinges.resize(1);
+  Scene scene;
+  scene.stretch = false;
+  const ClothModel model(mesh, scene, MakeLaw("smooth"));
+  MaterialField material = test::TestMaterial();
+  material.density = 0.0;
+  std::mt19937_64 random(13);
+  Eigen::VectorXd force;
+  BlockMatrix A(model.pattern);
+  AssembleStep(model, material, test::NoisyStart(model, 3e-3, random).x, 0.05, force, A);
+  const int n = model.num_dofs();
+  RowMatrix dense = RowMatrix::Zero(n, n);
+  AddMultiply(model.pattern, A, RowMatrix::Identity(n, n), dense);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(dense);
+  EXPECT_LT((dense - dense.transpose()).norm(), 1e-14 * dense.norm());
+  EXPECT_GT(eigen.eigenvalues()[n - 1], 0.0);
+  EXPECT_LT(std::fabs(eigen.eigenvalues()[n - 2]), 1e-12 * eigen.eigenvalues()[n - 1]);
+  EXPECT_GT(eigen.eigenvalues()[0], -1e-12 * eigen.eigenvalues()[n - 1]);
+}
+}  // namespace
+}  // namespace drape

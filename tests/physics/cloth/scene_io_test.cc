@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/cloth/scene_io.h"
+
+#include "physics/cloth/textbook.h"
+#include "physics/mesh/mesh_spec.h"
+#include "physics/simulation/load_path.h"
+#include "tests/physics/file_fixture.h"
+
+namespace drape {
+namespace {
+
+const std::string kScenes = std::string(DRAPE_SOURCE_DIR) + "/configs/scenes/";
+
+class SceneFile : public FileFixture {};
+
+TEST_F(SceneFile, ListsOnlyWhatActs) {
+  const Scene empty = ReadScene(Write("a.json", "{}"));
+  EXPECT_TRUE(empty.stretch);
+  EXPECT_TRUE(empty.bend);
+  EXPECT_FALSE(empty.gravity || empty.handles || empty.load);
+  const Scene scene = ReadScene(Write("b.json", R"({"bend": false, "gravity": [1, 2, 3],
+      "load": {"region": {"half_plane": {"normal": [0, -2, 0], "offset": -0.1}}, "force": [0, 4, 0]},
+      "handles": {"region": {"ring": {"inner": 0.1}}, "stiffness": 7}})"));
+  EXPECT_FALSE(scene.bend);
+  EXPECT_EQ(*scene.gravity, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(std::get<RingRegion>(scene.handles->region).inner, 0.1);
+  EXPECT_EQ(scene.handles->stiffness, 7.0);
+  EXPECT_EQ(std::get<HalfPlaneRegion>(scene.load->region).normal, -Eigen::Vector3d::UnitY());
+  // normal·x ≤ offset, whatever the length of the normal: here y ≥ 0.05.
+  EXPECT_TRUE(Contains(scene.load->region, {0.0, 0.06, 0.0}));
+  EXPECT_FALSE(Contains(scene.load->region, {0.0, 0.04, 0.0}));
+  EXPECT_EQ(scene.load->force.y(), 4.0);
+}
+
+TEST_F(SceneFile, BadValuesAreNamed) {
+  const auto expect = [&](const std::string& text, const std::string& message) {
+    EXPECT_INPUT_ERROR(ReadScene(Write("a.json", text)), message);
+  };
+  expect(R"({"gravty": [0, 0, -9]})", "unknown key 'gravty', allowed: stretch bend gravity");
+  expect(R"({"gravity": [0, -9]})", "a.json: key 'gravity': found an array of 2");
+  expect(R"({"bend": 1})", "key 'bend': found 1, expected true or false");
+  expect(R"({"handles": {"region": {}, "stiffness": 1}})", "one of disc, ring, half_plane");
+  expect(R"({"handles": {"region": {"disc": {"radius": -1}}, "stiffness": 1}})",
+         "key 'handles.region.disc.radius': found -1");
+  expect(R"({"handles": {"region": {"disc": {"radius": 1}}, "stiffness": 0}})",
+         "'handles.stiffness'");
+  expect(R"({"load": {"region": {"half_plane": {"offset": 1}}}})", "'load.force' is missing");
+}
+
+TEST(ShippedScene, CusickIsTheDefault) {
+  const Scene scene = ReadScene(kScenes + "cusick.json"), expected = CusickScene();
+  EXPECT_EQ(*scene.gravity, *expected.gravity);
+  EXPECT_EQ(SupportRadius(scene), SupportRadius(expected));
+  EXPECT_EQ(scene.handles->stiffness, expected.handles->stiffness);
+}
+
+Eigen::VectorXd AtRest(const std::string& scene, const std::string& mesh,
+                       const MaterialField& material, EquilibriumOptions options = {}) {
+  StepSolver solver(std::make_shared<const ClothModel>(
+      ParseMeshSpec(mesh), ReadScene(kScenes + scene + ".json"), MakeLaw("smooth")));
+  const EquilibriumResult rest = SolveFromRest(solver, material, options);
+  EXPECT_EQ(rest.status, EquilibriumStatus::kStable) << scene << " " << rest.residual;
+  return rest.x;
+}
+
+// Overhang 6 cm; so narrow that the strip is a beam, of triangles that are equilateral.
+TEST(ShippedScene, CantileverFallsToTheAngleOfTheStandard) {
+  const std::string mesh = "strip:0.07x0.00361x84";
+  const double EI = 0.2 * 9.81 * std::pow(0.06, 3) / 8.0042;
+  const Eigen::VectorXd x = AtRest("cantilever", mesh, LinearBeam(200.0, EI, 0.2));
+  const Eigen::Vector3d tip = Eigen::Vector3d(0.07, 0, 0) + TipMove(ParseMeshSpec(mesh), x);
+  EXPECT_NEAR(std::atan2(-tip.z(), tip.x() - 0.01) * 180.0 / M_PI, 41.5, 0.5);
+}
+
+TEST(ShippedScene, HangingStripStretchesByItsWeight) {
+  const std::string mesh = "strip:0.3x0.02x60";
+  const Eigen::VectorXd x = AtRest("hanging_strip", mesh, LinearMaterial(100.0, 1e-6, 0.2));
+  const double load = 0.2 * 9.81 * 0.3;
+  EXPECT_NEAR(TipMove(ParseMeshSpec(mesh), x).x() / 0.3, load / 200.0 * (1.0 - load / 100.0), 3e-6);
+}
+
+TEST(ShippedScene, UniaxialStretchesInClosedForm) {
+  const std::string mesh = "strip:0.2x0.05x40";
+  EquilibriumOptions options;
+  options.tolerance = 1e-8;
+  const Eigen::VectorXd x = AtRest("uniaxial", mesh, LinearMaterial(100.0, 1e-3, 0.2), options);
+  const double l = 1.0 + TipMove(ParseMeshSpec(mesh), x).x() / 0.2;
+  EXPECT_NEAR(100.0 * (l * l - 1.0) * l / 2.0, 0.5 / 0.05, 0.01);
+}
+
+// Held from a ring of vertices outwards, the clamp lies half a row of triangles outside that ring.
+TEST(ShippedScene, ClampedDiscSagsAsAPlate) {
+  const double D = 1e-6, density = 2e-5;  // soft beside the springs of the clamp
+  EquilibriumOptions options;
+  options.tolerance = 1e-5;  // of a weight of 14 µN
+  const Eigen::VectorXd x =
+      AtRest("disc_clamped", "disc:1200", LinearMaterial(0.1, D, density), options);
+  constexpr int kVertices = 1200;
+  const double edge = std::sqrt(M_PI * 0.15 * 0.15 / kVertices / std::sqrt(0.75));
+  const double radius = 0.09 + 0.5 * std::sqrt(0.75) * edge;
+  double sag = 0.0;
+  for (Eigen::Index i = 2; i < x.size(); i += 3) sag = std::max(sag, -x[i]);
+  EXPECT_NEAR(sag * 64.0 * D / (density * 9.81 * std::pow(radius, 4)), 1.0, 0.02);
+}
+
+}  // namespace
+}  // namespace drape

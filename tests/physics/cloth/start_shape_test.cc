@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/cloth/start_shape.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "physics/cloth/state_io.h"
+#include "physics/mesh/disc.h"
+#include "physics/util/random.h"
+#include "tests/physics/file_fixture.h"
+
+namespace drape {
+namespace {
+
+using std::numbers::pi;
+
+// Height of the hem of a start shape at θ.
+double Height(const StartShape& shape, double theta) {
+  double z = 0;
+  for (const auto& m : shape.modes) z += m.amplitude_m * std::cos(m.k * theta - m.phase);
+  return z;
+}
+
+std::vector<double> Outline(int n, double (*r)(double)) {
+  std::vector<double> outline;
+  for (int i = 0; i < n; ++i) outline.push_back(r(2 * pi * i / n));
+  return outline;
+}
+
+class StartShapes : public FileFixture {
+ protected:
+  const Mesh mesh_ = MakeDisc({.target_vertices = 300});
+  const StartShape shape_ = {{{3, .004, .5}, {7, .002, -1}}};
+};
+
+TEST_F(StartShapes, LiftTheClothBeyondTheSupportOnly) {
+  const Eigen::VectorXd x = ApplyStartShape(mesh_, .09, shape_);
+  int inside = 0, hem = 0;
+  for (int i = 0; i < mesh_.num_vertices(); ++i) {
+    const Eigen::Vector3d rest = mesh_.rest_x.segment<3>(3 * i), p = x.segment<3>(3 * i);
+    const double r = rest.norm(), theta = std::atan2(rest.y(), rest.x());
+    EXPECT_EQ(p.head<2>(), rest.head<2>());
+    if (r < .09 - 1e-9) {
+      EXPECT_EQ(p.z(), 0);
+      ++inside;
+    } else if (r > .15 - 1e-9) {
+      EXPECT_NEAR(p.z(), Height(shape_, theta), 1e-15);
+      ++hem;
+    }
+    const double s = std::max(0., (r - .09) / .06);
+    EXPECT_NEAR(p.z(), s * s * (3 - 2 * s) * Height(shape_, theta), 1e-15);
+  }
+  EXPECT_GT(inside, 50);
+  EXPECT_GT(hem, 30);
+}
+
+TEST_F(StartShapes, NeedClothBeyondTheSupport) {
+  EXPECT_INPUT_ERROR(ApplyStartShape(mesh_, .2, shape_), "start shape: the mesh reaches to 0.15");
+}
+
+TEST_F(StartShapes, ComeFromTheModesOfAnOutline) {
+  const auto outline = Outline(72, [](double t) {
+    return .12 + .01 * std::cos(t) + .006 * std::cos(5 * t - 1) + .008 * std::sin(8 * t) +
+           .01 * std::cos(20 * t);
+  });
+  const StartShape shape = GuessFromOutline(outline, 2e-3);
+  ASSERT_EQ(shape.modes.size(), 11u);
+  EXPECT_NEAR(HemRms(shape), 2e-3, 1e-15);
+  const double scale = 2e-3 / std::sqrt((.006 * .006 + .008 * .008) / 2);
+  for (const auto& m : shape.modes) {
+    const double expected = m.k == 5 ? .006 : m.k == 8 ? .008 : 0;
+    EXPECT_NEAR(m.amplitude_m, scale * expected, 1e-15) << m.k;
+  }
+  EXPECT_NEAR(shape.modes[3].phase, 1, 1e-12);       // k = 5
+  EXPECT_NEAR(shape.modes[6].phase, pi / 2, 1e-12);  // k = 8
+}
+
+TEST_F(StartShapes, StartHighWhereTheOutlineReachesFar) {
+  const auto outline = Outline(180, [](double t) { return .12 + .02 * std::cos(6 * (t - .3)); });
+  const StartShape shape = GuessFromOutline(outline, 1e-3);
+  EXPECT_NEAR(Height(shape, .3), 1e-3 * std::numbers::sqrt2, 1e-12);
+  EXPECT_NEAR(Height(shape, .3 + pi / 6), -1e-3 * std::numbers::sqrt2, 1e-12);
+}
+
+TEST_F(StartShapes, NeedAnOutlineWithFolds) {
+  EXPECT_INPUT_ERROR(GuessFromOutline(std::vector<double>(72, .12), 1e-3),
+                     "start shape: the outline is a circle of 0.12");
+}
+
+TEST_F(StartShapes, RandomOnesFollowFromTheSeed) {
+  const StartShape a = RandomStartShape(7, 1e-3), b = RandomStartShape(7, 1e-3),
+                   c = RandomStartShape(8, 1e-3);
+  ASSERT_EQ(a.modes.size(), 11u);
+  for (size_t i = 0; i < a.modes.size(); ++i) {
+    EXPECT_EQ(a.modes[i].k, static_cast<int>(i) + 2);
+    EXPECT_EQ(a.modes[i].amplitude_m, b.modes[i].amplitude_m);
+    EXPECT_EQ(a.modes[i].phase, b.modes[i].phase);
+    EXPECT_NE(a.modes[i].phase, c.modes[i].phase);
+  }
+}
+
+TEST_F(StartShapes, RandomOnesHaveTheHemRmsAskedFor) {
+  constexpr int kDraws = 2000;
+  double sum = 0;
+  for (int seed = 0; seed < kDraws; ++seed) {
+    const double rms = HemRms(RandomStartShape(seed, 3e-3, {3, 6}));
+    sum += rms * rms / kDraws;
+  }
+  // Mean of 8 · 2000 squared normals: relative deviation √(2/16000) = .011.
+  EXPECT_NEAR(std::sqrt(sum), 3e-3, .02 * 3e-3);
+}
+
+TEST(Random, UniformDrawsAreTheSameOnEachPlatform) {
+  std::mt19937_64 random(5489);  // its first output is fixed by the C++ standard's algorithm
+  EXPECT_EQ(SampleUniform(random), static_cast<double>(14514284786278117030ull >> 11) * 0x1p-53);
+}
+
+TEST(Random, NormalDrawsHaveTheMomentsOfANormal) {
+  std::mt19937_64 random(3);
+  constexpr int kDraws = 100000;
+  double moments[4] = {};
+  for (int i = 0; i < kDraws; ++i) {
+    const double x = SampleNormal(random);
+    for (int k = 0; k < 4; ++k) moments[k] += std::pow(x, k + 1) / kDraws;
+  }
+  EXPECT_NEAR(moments[0], 0, .015);  // four standard errors each
+  EXPECT_NEAR(moments[1], 1, .018);
+  EXPECT_NEAR(moments[2], 0, .05);
+  EXPECT_NEAR(moments[3], 3, .13);
+}
+
+TEST_F(StartShapes, ReadBackAsWritten) {
+  WriteStartShape(Path("a.json"), shape_);
+  const StartShape again = ReadStartShape(Path("a.json"));
+  ASSERT_EQ(again.modes.size(), 2u);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(again.modes[i].k, shape_.modes[i].k);
+    EXPECT_EQ(again.modes[i].amplitude_m, shape_.modes[i].amplitude_m);
+    EXPECT_EQ(again.modes[i].phase, shape_.modes[i].phase);
+  }
+  WriteStartShape(Path("a.json"), {});
+  EXPECT_EQ(ReadStartShape(Path("a.json")).modes.size(), 0u);
+}
+
+TEST_F(StartShapes, StartFromEitherKindOfFile) {
+  WriteStartShape(Path("shape.json"), shape_);
+  const State from_shape = ReadStart(Path("shape.json"), mesh_, .09);
+  EXPECT_EQ(from_shape.x, ApplyStartShape(mesh_, .09, shape_));
+  EXPECT_EQ(from_shape.v, Eigen::VectorXd::Zero(900));
+  const State state{from_shape.x * 2, from_shape.x * 3};
+  WriteState(Path("state.json"), state);
+  EXPECT_EQ(ReadStart(Path("state.json"), mesh_, .09).x, state.x);
+  EXPECT_EQ(ReadStart(Path("state.json"), mesh_, .09).v, state.v);
+  WriteState(Path("state.json"), {Eigen::VectorXd::Zero(3), Eigen::VectorXd::Zero(3)});
+  EXPECT_INPUT_ERROR(ReadStart(Path("state.json"), mesh_, .09),
+                     "state.json: key 'x': found an array of 1, expected an array of 300");
+  EXPECT_INPUT_ERROR(ReadStart(Write("other.json", "{\"a\":1}"), mesh_, .09),
+                     "other.json: found an object, expected a start shape (keys format, version, "
+                     "modes) or a state (keys x, v)");
+}
+
+TEST_F(StartShapes, NameTheKeyThatIsWrong) {
+  const auto expect_error = [&](const std::string& rest, const std::string& message) {
+    EXPECT_INPUT_ERROR(
+        ReadStartShape(Write("a.json", "{\"format\":\"drapefit-start-shape\"," + rest)), message);
+  };
+  expect_error("\"version\":2,\"modes\":[]}", "a.json: key 'version': found 2, expected 1");
+  expect_error("\"version\":1}", "a.json: key 'modes' is missing");
+  expect_error("\"version\":1,\"modes\":3}", "a.json: key 'modes': found 3, expected an array");
+  expect_error("\"version\":1,\"modes\":[],\"a\":0}", "a.json: unknown key 'a', allowed: format");
+  const std::string head = "\"version\":1,\"modes\":[{\"k\":2,\"amplitude_m\":0,\"phase\":0},";
+  expect_error(head + "{\"k\":2,\"amplitude_m\":0}]}", "a.json: key 'modes[1].phase' is missing");
+  expect_error(head + "{\"k\":-1,\"amplitude_m\":0,\"phase\":0}]}",
+               "a.json: key 'modes[1].k': found -1, expected 0..1000");
+  expect_error(head + "{\"k\":2.5,\"amplitude_m\":0,\"phase\":0}]}",
+               "a.json: key 'modes[1].k': found 2.5, expected a whole number");
+  expect_error(head + "{\"k\":2,\"amplitude_m\":\"x\",\"phase\":0}]}",
+               "a.json: key 'modes[1].amplitude_m': found \"x\", expected a finite number");
+  expect_error(head + "{\"k\":2,\"amplitude\":1,\"phase\":0}]}",
+               "a.json: unknown key 'modes[1].amplitude', allowed: k amplitude_m phase");
+  EXPECT_INPUT_ERROR(ReadStartShape(Write("a.json", R"({"format":"x","version":1,"modes":[]})")),
+                     "a.json: key 'format': found \"x\", expected \"drapefit-start-shape\"");
+}
+
+TEST(StartShapeDeathTest, RefusesImpossibleArguments) {
+  EXPECT_DEATH(GuessFromOutline(std::vector<double>(24, .1), 1e-3), "too few angles");
+  EXPECT_DEATH(RandomStartShape(1, -1), "Check failed");
+  std::vector<double> outline(72, .1);
+  outline[3] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_DEATH(GuessFromOutline(outline, 1e-3), "not finite");
+}
+
+TEST_F(StartShapes, FlapsHangAtTheOutlineAndKeepTheirLength) {
+  const int n = 720;
+  const Eigen::VectorXd outline = Eigen::VectorXd::NullaryExpr(
+      n, [](Eigen::Index i) { return .12 + .01 * std::cos(6 * 2 * pi * double(i) / n); });
+  const Eigen::VectorXd hanging = FlapsFromOutline(mesh_, .09, outline, 1.0);
+  const Eigen::VectorXd lifted = FlapsFromOutline(mesh_, .09, outline, 0.5);
+  for (int i = 0; i < mesh_.num_vertices(); ++i) {
+    const Eigen::Vector3d rest = mesh_.rest_x.segment<3>(3 * i), p = hanging.segment<3>(3 * i);
+    const double r = rest.norm(), theta = std::atan2(rest.y(), rest.x());
+    if (r <= .09) {
+      EXPECT_EQ(p, rest);
+      continue;
+    }
+    const Eigen::Vector3d foot = .09 * rest.normalized();
+    EXPECT_NEAR((p - foot).norm(), r - .09, 1e-15);
+    if (r > .15 - 1e-9) {
+      EXPECT_NEAR(p.head<2>().norm(), .12 + .01 * std::cos(6 * theta), 1e-5);
+    }
+    EXPECT_LT(p.z(), lifted[3 * i + 2]);
+  }
+}
+
+TEST_F(StartShapes, AFlapCannotReachBeyondItsLength) {
+  const Eigen::VectorXd x = FlapsFromOutline(mesh_, .09, Eigen::VectorXd::Constant(90, .2), 1.0);
+  EXPECT_LT((x - mesh_.rest_x).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/cloth/textbook.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace drape {
+namespace {
+
+// Master curve of [Romero 2021] and the angle of [ASTM D1388], see [MODEL, M53].
+TEST(HeavyElastica, FollowsThePublishedCurve) {
+  const double curve[][2] = {{.1, .01250},  {.5, .06244},  {1, .12456},
+                             {2, .24667},   {5, .58572},   {10, 1.06680},
+                             {20, 1.86393}, {50, 3.70556}, {100, 5.88810}};
+  for (const auto& [gamma, drop_by_reach] : curve)
+    EXPECT_NEAR(HeavyElasticaGamma(std::atan(drop_by_reach)) / gamma, 1.0, 5e-4) << gamma;
+  EXPECT_NEAR(HeavyElasticaGamma(41.5 * M_PI / 180.0), 8.0042, 1e-4);
+}
+
+TEST(DirectionalRigidity, IsTheTablesOwnWhereItIsIsotropic) {
+  const MaterialField material = LinearMaterial(100.0, 3e-6, 0.2);
+  for (const double direction : {0.0, 0.4, 1.5, -2.0})
+    EXPECT_NEAR(DirectionalRigidity(material.bend[0], direction), 3e-6, 1e-18);
+}
+
+// A cloth bends along the weft by its hinges along the warp.
+TEST(DirectionalRigidity, FollowsTheHingesAcross) {
+  BendTable table;
+  table.b[2][0] = kBendPerRigidity;
+  EXPECT_GT(DirectionalRigidity(table, 0.0), 0.5);
+  EXPECT_LT(DirectionalRigidity(table, M_PI / 2), 0.05);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/linalg/linear_solver.h"
+
+#include <gmock/gmock.h>
+
+#include "physics/cloth/assembly/assembly.h"
+#include "tests/physics/cloth_fixture.h"
+
+namespace drape {
+namespace {
+
+class LinearSolverTest : public testing::Test {
+ protected:
+  BlockMatrix StepMatrix(double level) {
+    BlockMatrix A(model_->pattern);
+    Eigen::VectorXd force;
+    AssembleStep(*model_, test::TestMaterial(level), test::NoisyStart(*model_, 1e-3, random_).x,
+                 0.05, force, A);
+    return A;
+  }
+  double Residual(const BlockMatrix& A, const RowMatrix& x, const RowMatrix& b) const {
+    RowMatrix product = RowMatrix::Zero(b.rows(), b.cols());
+    AddMultiply(model_->pattern, A, x, product);
+    return (product - b).norm() / b.norm();
+  }
+  std::mt19937_64 random_{5};
+  std::shared_ptr<const ClothModel> model_ = test::SmallDisc("smooth", 300);
+  std::unique_ptr<LinearSolver> solver_ = MakeLinearSolver(model_->pattern);
+};
+
+TEST_F(LinearSolverTest, SolvesOneAndManyRightHandSides) {
+  const BlockMatrix A = StepMatrix(1.0);
+  ASSERT_TRUE(solver_->Factor(A));
+  for (const int m : {1, 2, 3, 39, 72}) {
+    const RowMatrix b = test::RandomMatrix(model_->num_dofs(), m, random_);
+    RowMatrix x = b;
+    solver_->Solve(x);
+    EXPECT_LT(Residual(A, x, b), 1e-11) << m << " right-hand sides";
+    Eigen::VectorXd column = b.col(m - 1);
+    solver_->Solve(column);
+    EXPECT_LT((column - x.col(m - 1)).norm(), 1e-11 * column.norm());
+  }
+}
+
+TEST_F(LinearSolverTest, NotPositiveDefiniteIsFalseAndDoesNotStick) {
+  BlockMatrix A = StepMatrix(1.0);
+  const BlockMatrix good = A;
+  A.AddScaledIdentity(model_->pattern.diagonal[40], -1e3);
+  EXPECT_FALSE(solver_->Factor(A));
+  ASSERT_TRUE(solver_->Factor(good));
+  const RowMatrix b = test::RandomMatrix(model_->num_dofs(), 2, random_);
+  RowMatrix x = b;
+  solver_->Solve(x);
+  EXPECT_LT(Residual(good, x, b), 1e-11);
+}
+
+TEST_F(LinearSolverTest, CloneHasItsOwnNumbers) {
+  const BlockMatrix A = StepMatrix(1.0), B = StepMatrix(3.0);
+  ASSERT_TRUE(solver_->Factor(A));
+  const auto clone = solver_->Clone();
+  ASSERT_TRUE(clone->Factor(B));
+  const RowMatrix b = test::RandomMatrix(model_->num_dofs(), 4, random_);
+  RowMatrix x = b, y = b;
+  solver_->Solve(x);
+  solver_.reset();  // the clone outlives its origin
+  clone->Solve(y);
+  EXPECT_LT(Residual(A, x, b), 1e-11);
+  EXPECT_LT(Residual(B, y, b), 1e-11);
+}
+
+TEST_F(LinearSolverTest, SavedFactorSolvesBitForBit) {
+  const BlockMatrix A = StepMatrix(1.0), B = StepMatrix(3.0);
+  ASSERT_TRUE(solver_->Factor(A));
+  const RowMatrix b = test::RandomMatrix(model_->num_dofs(), 3, random_);
+  RowMatrix before = b, after = b;
+  solver_->Solve(before);
+  std::vector<double> saved;
+  solver_->SaveFactor(saved);
+  EXPECT_EQ(saved.size() * sizeof(double), solver_->factor_bytes());
+  ASSERT_TRUE(solver_->Factor(B));
+  solver_->SolveSaved(saved, after);
+  EXPECT_EQ(before, after);
+  // The present factor stays.
+  RowMatrix x = b;
+  solver_->Solve(x);
+  EXPECT_LT(Residual(B, x, b), 1e-11);
+}
+
+TEST_F(LinearSolverTest, TransposedProductIsTheAdjoint) {
+  BlockMatrix A(model_->pattern);
+  for (double& value : A.value) value = SampleNormal(random_);
+  const int n = model_->num_dofs();
+  const RowMatrix x = test::RandomMatrix(n, 3, random_), y = test::RandomMatrix(n, 3, random_);
+  RowMatrix Ax = RowMatrix::Zero(n, 3), Aty = Ax;
+  AddMultiply(model_->pattern, A, x, Ax);
+  AddTransposeMultiply(model_->pattern, A, y, Aty);
+  EXPECT_NEAR(y.cwiseProduct(Ax).sum(), Aty.cwiseProduct(x).sum(), 1e-12 * Ax.norm() * y.norm());
+}
+
+}  // namespace
+}  // namespace drape

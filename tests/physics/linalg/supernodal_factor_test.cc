@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Factors and solves of hand-made patterns against Eigen's dense Cholesky factor.
+#include "physics/linalg/supernodal_factor.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Cholesky>
+#include <limits>
+#include <vector>
+
+#include "tests/physics/cloth_fixture.h"
+
+namespace drape {
+namespace {
+
+// Supernodes of these widths, each with the rows of later ones that it sees, which those must see
+// too.
+SupernodalPattern MakePattern(const std::vector<int>& widths, auto sees) {
+  SupernodalPattern pattern{{0}, {0}, {0}, {}};
+  for (const int width : widths)
+    pattern.first_column.push_back(pattern.first_column.back() + width);
+  for (std::size_t s = 0; s < widths.size(); ++s) {
+    const int first = pattern.first_row.back();
+    for (int row = pattern.first_column[s]; row < pattern.first_column.back(); ++row)
+      if (row < pattern.first_column[s + 1] || sees(static_cast<int>(s), row))
+        pattern.row.push_back(row);
+    pattern.first_row.push_back(static_cast<int>(pattern.row.size()));
+    pattern.first_number.push_back(pattern.first_number.back() +
+                                   (pattern.first_row.back() - first) * widths[s]);
+  }
+  return pattern;
+}
+
+// Each row and column of the lower triangle that the pattern has.
+void ForEachNumber(const SupernodalPattern& pattern, auto visit) {
+  for (int s = 0; s < pattern.num_supernodes(); ++s)
+    for (int j = pattern.first_column[s]; j < pattern.first_column[s + 1]; ++j)
+      for (int r = pattern.first_row[s]; r < pattern.first_row[s + 1]; ++r)
+        if (pattern.row[r] >= j) visit(pattern.row[r], j);
+}
+
+// A positive definite matrix whose factor has this pattern.
+Eigen::MatrixXd MakeMatrix(const SupernodalPattern& pattern, std::mt19937_64& random) {
+  const int n = pattern.first_column.back();
+  Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(n, n);
+  ForEachNumber(pattern, [&](int i, int j) {
+    lower(i, j) = i == j ? 2.0 + SampleUniform(random) : SampleNormal(random) / n;
+  });
+  return lower * lower.transpose();
+}
+
+struct Factored {
+  bool ok;
+  std::vector<double> number, workspace;
+};
+
+Factored ComputeFactor(const SupernodalFactor& factor, const SupernodalPattern& pattern,
+                       const Eigen::MatrixXd& a) {
+  Factored result{false, std::vector<double>(factor.num_numbers()), {}};
+  ForEachNumber(pattern, [&](int i, int j) { result.number[factor.FindPlace(i, j)] = a(i, j); });
+  result.ok = factor.Factor(result.number.data(), &result.workspace);
+  return result;
+}
+
+void ExpectFactorAndSolves(const SupernodalPattern& pattern, std::mt19937_64& random) {
+  const Eigen::MatrixXd a = MakeMatrix(pattern, random);
+  const Eigen::LLT<Eigen::MatrixXd> dense(a);
+  const Eigen::MatrixXd lower = dense.matrixL();
+  const SupernodalFactor factor(pattern);
+  Factored found = ComputeFactor(factor, pattern, a);
+  ASSERT_TRUE(found.ok);
+  ForEachNumber(pattern, [&](int i, int j) {
+    EXPECT_NEAR(found.number[factor.FindPlace(i, j)], lower(i, j), 1e-13) << i << ", " << j;
+  });
+  const RowMatrix b = test::RandomMatrix(static_cast<int>(a.rows()), 4, random);
+  const Eigen::MatrixXd truth = dense.solve(Eigen::MatrixXd(b));
+  RowMatrix many = b;
+  factor.SolveRows(found.number.data(), many);
+  EXPECT_LT((many - truth).norm(), 1e-13 * truth.norm());
+  Eigen::VectorXd one = b.col(2);
+  factor.Solve(found.number.data(), one.data(), &found.workspace);
+  EXPECT_LT((one - truth.col(2)).norm(), 1e-13 * truth.norm());
+}
+
+class SupernodalFactorTest : public testing::Test {
+ protected:
+  std::mt19937_64 random_{7};
+};
+
+TEST_F(SupernodalFactorTest, FactorsOneDenseSupernodeOfEachWidth) {
+  for (int n = 1; n <= 40; ++n) {
+    SCOPED_TRACE(n);
+    ExpectFactorAndSolves(MakePattern({n}, [](int, int) { return true; }), random_);
+  }
+}
+
+// Widths and rows that are no multiple of a tile's; the first sees only some rows of the others.
+TEST_F(SupernodalFactorTest, SupernodesReceiveFromAllEarlierOnes) {
+  for (int first = 1; first <= 9; ++first)
+    for (int gap = 1; gap <= 3; ++gap) {
+      SCOPED_TRACE(testing::Message() << first << ", " << gap);
+      ExpectFactorAndSolves(
+          MakePattern({first, 3, 7, 1, 14},
+                      [&](int s, int row) { return s >= 1 || row % (gap + 1) == 0 || row > 20; }),
+          random_);
+    }
+}
+
+TEST_F(SupernodalFactorTest, AnIndefiniteMatrixIsFalse) {
+  const SupernodalPattern pattern = MakePattern({5, 6}, [](int, int) { return true; });
+  const SupernodalFactor factor(pattern);
+  Eigen::MatrixXd a = MakeMatrix(pattern, random_);
+  EXPECT_TRUE(ComputeFactor(factor, pattern, a).ok);
+  for (const int i : {0, 4, 5, 10}) {
+    for (const double bad : {-1e-3, std::numeric_limits<double>::quiet_NaN()}) {
+      Eigen::MatrixXd changed = a;
+      changed(i, i) = bad;
+      EXPECT_FALSE(ComputeFactor(factor, pattern, changed).ok) << i << ", " << bad;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Simpler forms of tables.
+#include "physics/material/material_scaling.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "physics/cloth/assembly/assembly.h"
+#include "physics/util/errors.h"
+#include "tests/physics/cloth_fixture.h"
+
+namespace drape {
+namespace {
+
+// Energy of a flat cloth under one in-plane stretch whose first axis lies at `angle` to weft, in a
+// scene without gravity.
+double PlaneEnergy(const MaterialField& material, double major, double minor, double angle) {
+  const auto mesh = test::SmallDisc("smooth", 100)->mesh;
+  const ClothModel model(mesh, Scene(), MakeLaw("smooth"));
+  const Eigen::Matrix2d turn = Eigen::Rotation2Dd(angle).toRotationMatrix();
+  const Eigen::Matrix2d stretch =
+      turn * Eigen::Vector2d(1 + major, 1 + minor).asDiagonal() * turn.transpose();
+  Eigen::VectorXd x = model.mesh.rest_x;
+  for (int i = 0; i < model.mesh.num_vertices(); ++i)
+    x.segment<2>(3 * i) = stretch * x.segment<2>(3 * i);
+  return Energy(model, material, x);
+}
+
+TEST(TableForm, AnIsotropicTableKnowsNoDirection) {
+  const MaterialField given = test::TestMaterial();
+  const MaterialField isotropic = InForm(given, TableForm::kIsotropic);
+  const double along = PlaneEnergy(isotropic, 0.06, 0.02, 0.0);
+  ASSERT_GT(along, 0.0);
+  for (const double angle : {0.3, 0.8, 1.3}) {
+    EXPECT_NEAR(PlaneEnergy(isotropic, 0.06, 0.02, angle), along, 1e-9 * along) << angle;
+    EXPECT_GT(std::abs(PlaneEnergy(given, 0.06, 0.02, angle) - PlaneEnergy(given, 0.06, 0.02, 0)),
+              1e-3 * along);
+  }
+  for (const auto& row : isotropic.bend[0].b)
+    for (const double entry : row) EXPECT_EQ(entry, isotropic.bend[0].b[0][0]);
+}
+
+TEST(TableForm, ALinearTableKeepsMeansAndDirections) {
+  const MaterialField given = test::TestMaterial();
+  const MaterialField linear = InForm(given, TableForm::kLinear);
+  double sum = 0.0;
+  for (const auto& row : given.stretch[0].c) sum += row[2];
+  for (const auto& row : linear.stretch[0].c) EXPECT_NEAR(row[2], sum / kStretchRows, 1e-12);
+  EXPECT_NE(linear.bend[0].b[0][0], linear.bend[0].b[2][0]);
+  EXPECT_EQ(linear.bend[0].b[2][0], linear.bend[0].b[2][4]);
+  EXPECT_EQ(linear.density, given.density);
+}
+
+TEST(ResistsAllStrains, IsLostWithOneRow) {
+  MaterialField material = test::TestMaterial();
+  EXPECT_TRUE(ResistsAllStrains(material));
+  double* row = material.stretch[0].c[3];
+  const double c12 = row[1];
+  row[1] = 1.01 * std::sqrt(row[0] * row[2]);
+  EXPECT_FALSE(ResistsAllStrains(material));
+  row[1] = 0.99 * std::sqrt(row[0] * row[2]);
+  EXPECT_TRUE(ResistsAllStrains(material));
+  row[1] = c12;
+  row[3] = 0.0;
+  EXPECT_FALSE(ResistsAllStrains(material));
+}
+
+TEST(TableForm, NamesReadBack) {
+  for (const TableForm form : {TableForm::kGiven, TableForm::kLinear, TableForm::kIsotropic})
+    EXPECT_EQ(ParseTableForm(ToString(form)), form);
+  EXPECT_THROW(ParseTableForm("cubic"), InputError);
+}
+
+}  // namespace
+}  // namespace drape

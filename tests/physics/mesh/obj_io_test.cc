@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/mesh/obj_io.h"
+
+#include <string>
+
+#include "tests/physics/file_fixture.h"
+
+namespace drape {
+namespace {
+
+using ::testing::ElementsAre;
+
+class ObjIo : public FileFixture {
+ protected:
+  Mesh Parse(const std::string& text, const ObjOptions& options = {}) const {
+    return ReadObj(Write("cloth.obj", text), options);
+  }
+
+  void ExpectError(const std::string& text, const std::string& message) const {
+    EXPECT_INPUT_ERROR(Parse(text), message);
+  }
+};
+
+constexpr char kSquare[] = "v 0 0 0\nv .1 0 0\nv .1 .2 0\nv 0 .2 0\n";
+
+TEST_F(ObjIo, ReadsEachFormOfCorner) {
+  const std::string head =
+      std::string(kSquare) + "vt 0 0\nvt .1 0 0\nvt .1 .2\nvt 0 .2\nvn 0 0 1\n";
+  for (const char* faces :
+       {"f 1 2 3\nf 1 3 4\n", "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n",
+        "f 1//1 2//1 3//1\nf 1//1 3//1 4//1\n", "f 1/1/1 2/2/1 3/3/1\nf 1/1/1 3/3/1 4/4/1",
+        "f -4 -3 -2\nf -4/-4/-1 -2/-2/-1 -1/-1/-1\n"}) {
+    const Mesh mesh = Parse(head + faces);
+    ASSERT_EQ(mesh.num_faces(), 2) << faces;
+    EXPECT_THAT(mesh.faces[0].vertex, ElementsAre(0, 1, 2)) << faces;
+    EXPECT_THAT(mesh.faces[1].vertex, ElementsAre(0, 2, 3)) << faces;
+    EXPECT_DOUBLE_EQ(mesh.faces[0].area, .01);
+  }
+}
+
+TEST_F(ObjIo, SkipsCommentsGroupsAndCarriageReturns) {
+  const Mesh mesh = Parse(
+      "# head\r\nmtllib a.mtl\r\no cloth\r\n\r\n  v\t0 0 0  # first\r\n"
+      "v +1e-1 0 0\r\nv 0 .1 0\r\ng g\r\ns off\r\nusemtl m\r\nf 1 2 3\r\n");
+  EXPECT_DOUBLE_EQ(mesh.faces[0].area, .005);
+}
+
+TEST_F(ObjIo, TakesMaterialCoordinatesFromVt) {
+  const Mesh mesh = Parse("v 0 0 5\nv 1 0 6\nv 0 1 7\nvt 0 1\nvt .5 0\nvt 1.5 0\nf 1/2 2/3 3/1\n");
+  EXPECT_EQ(mesh.uv.col(0), Eigen::Vector2d(.5, 0));
+  EXPECT_EQ(mesh.uv.col(2), Eigen::Vector2d(0, 1));
+  EXPECT_EQ(mesh.rest_x.segment<3>(3), Eigen::Vector3d(1, 0, 6));
+}
+
+TEST_F(ObjIo, TakesMaterialCoordinatesFromXyOfAFlatMesh) {
+  const std::string seam = "v 0 0 2\nv 1 0 2\nv 1 1 2\nv 0 1 2\nvt 0 0\nvt 1 0\nvt 1 1\n";
+  const Mesh mesh = Parse(seam + "f 1/1 2/2 3/3\nf 1/2 3/3 4/1\n");
+  EXPECT_EQ(mesh.uv.col(3), Eigen::Vector2d(0, 1));
+  EXPECT_EQ(mesh.rest_x[2], 2);
+}
+
+TEST_F(ObjIo, RejectsAMeshWithoutMaterialCoordinates) {
+  ExpectError(
+      "v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 3\n",
+      "cloth.obj: no material coordinates: a corner has no vt (line 4), and z is not constant");
+  ExpectError(
+      "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+      "f 1/1 2/2 3/3\nf 1/2 3/3 4/4\n",
+      "cloth.obj: no material coordinates: vertex 1 has two different vt (line 10)");
+}
+
+TEST_F(ObjIo, RejectsTextureCoordinatesThatAreNotMetres) {
+  ExpectError(std::string("v 0 0 0\nv .3 0 0\nv 0 .3 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"),
+              "cloth.obj: vt is not in metres: its mean edge is 1.138");
+  ExpectError(std::string("v 0 0 0\nv 3 0 0\nv 0 3 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"),
+              "cloth.obj: vt is not in metres");
+}
+
+TEST_F(ObjIo, RoundsToFloatOnRequest) {
+  const std::string text =
+      "v .1 0 0\nv .2 0 0\nv .1 .3 0\nvt .1 0\nvt .2 0\nvt .1 .3\n"
+      "f 1/1 2/2 3/3\n";
+  const Mesh exact = Parse(text), rounded = Parse(text, {.round_to_float = true});
+  EXPECT_EQ(exact.rest_x[0], .1);
+  EXPECT_EQ(rounded.rest_x[0], double{.1f});
+  EXPECT_EQ(rounded.uv(1, 2), double{.3f});
+  EXPECT_INPUT_ERROR(Parse("v 1e300 0 0\n", {.round_to_float = true}),
+                     "cloth.obj:1: '1e300' is not a finite number");
+}
+
+TEST_F(ObjIo, SkipsADummyFirstVt) {
+  const std::string text =
+      "v 0 0 1\nv 1 0 2\nv 0 1 3\nvt 0 0\nvt .1 0\nvt 1.1 0\nvt .1 1\n"
+      "f 1/1 2/2 3/3\n";
+  const Mesh mesh = Parse(text, {.first_vt_is_dummy = true});
+  EXPECT_EQ(mesh.uv.col(0), Eigen::Vector2d(.1, 0));
+  EXPECT_EQ(mesh.uv.col(2), Eigen::Vector2d(.1, 1));
+}
+
+TEST_F(ObjIo, TurnsAClockwiseMeshOver) {
+  const Mesh mesh = Parse(std::string(kSquare) + "f 1 3 2\nf 1 4 3\n");
+  EXPECT_THAT(mesh.faces[0].vertex, ElementsAre(0, 1, 2));
+  EXPECT_THAT(mesh.faces[1].vertex, ElementsAre(0, 2, 3));
+}
+
+TEST_F(ObjIo, RejectsMixedOrientation) {
+  ExpectError(std::string(kSquare) + "f 1 2 3\nf 1 4 3\n",
+              "cloth.obj:6: the face turns the other way");
+  ExpectError(std::string(kSquare) + "f 1 3 2\nf 1 3 4\n",
+              "cloth.obj:6: the face turns the other way");
+}
+
+TEST_F(ObjIo, NamesTheLineOfABadLine) {
+  ExpectError("v 0 0\n", "cloth.obj:1: 'v' has 2 numbers, expected 3");
+  ExpectError("v 0 0 0\n\nv 0 0 0 1\n", "cloth.obj:3: 'v' has 4 numbers, expected 3");
+  ExpectError("vt 0\n", "cloth.obj:1: 'vt' has 1 numbers, expected 2 or 3");
+  ExpectError("vn 0 1\n", "cloth.obj:1: 'vn' has 2 numbers, expected 3");
+  ExpectError("v 0 0 nan\n", "cloth.obj:1: 'nan' is not a finite number");
+  ExpectError("v 0 -inf 0\n", "cloth.obj:1: '-inf' is not a finite number");
+  ExpectError("v 0 1e999 0\n", "cloth.obj:1: '1e999' is not a finite number");
+  ExpectError("v 0 1,5 0\n", "cloth.obj:1: '1,5' is not a finite number");
+  ExpectError("v 0 0 0\nl 1 2\n", "cloth.obj:2: unknown keyword 'l', expected v vt vn f");
+}
+
+TEST_F(ObjIo, NamesTheLineOfABadFace) {
+  const std::string square(kSquare);
+  ExpectError(square + "f 1 2\n", "cloth.obj:5: the face has 2 corners, expected 3");
+  ExpectError(square + "f 1 2 3 4\n", "cloth.obj:5: the face has 4 corners, expected 3");
+  ExpectError(square + "f 1 2 0\n", "cloth.obj:5: corner '0': '0' is no index");
+  ExpectError(square + "f 1 2 x\n", "cloth.obj:5: corner 'x': 'x' is no index");
+  ExpectError(square + "f 1 2 3.0\n", "cloth.obj:5: corner '3.0': '3.0' is no index");
+  ExpectError(square + "f 1 2 3/\n", "cloth.obj:5: corner '3/', expected a, a/b");
+  ExpectError(square + "f 1 2 3//\n", "cloth.obj:5: corner '3//': '' is no index");
+  ExpectError(square + "f 1 2 3/1/1/1\n", "cloth.obj:5: corner '3/1/1/1', expected a, a/b");
+  ExpectError(square + "f 1 2 5\n", "cloth.obj:5: v index 5, but the file has 4 'v' lines");
+  ExpectError(square + "f 1/1 2 3\n", "cloth.obj:5: vt index 1, but the file has 0 'vt' lines");
+  ExpectError(square + "f 1//1 2 3\n", "cloth.obj:5: vn index 1, but the file has 0 'vn' lines");
+  ExpectError(square + "f 1 2 -5\n", "index -5 reaches before the first of 4 entries");
+}
+
+TEST_F(ObjIo, PassesOnWhatTheMeshRejects) {
+  ExpectError(kSquare, "cloth.obj: the file has no faces");
+  ExpectError(std::string(kSquare) + "f 1 2 3\n", "cloth.obj: vertex 4 belongs to no face");
+  ExpectError("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "cloth.obj: face 1: UV area is 0 m²");
+  EXPECT_INPUT_ERROR(ReadObj(Path("absent.obj")), "absent.obj: no such file");
+  EXPECT_INPUT_ERROR(ReadObj(Path("")), "is a folder, expected a file");
+}
+
+TEST_F(ObjIo, ReadsASurfaceWithoutMaterialCoordinates) {
+  const ObjSurface surface =
+      ReadObjSurface(Write("target.obj", "v 0 0 0\nv 1 0 2\nv 0 1 1\nf 1 3 2\n"));
+  EXPECT_EQ(surface.x.size(), 9);
+  EXPECT_EQ(surface.x[5], 2);
+  EXPECT_THAT(surface.triangles, ElementsAre(ElementsAre(0, 2, 1)));
+}
+
+TEST_F(ObjIo, ReadsBackWhatItWrote) {
+  const Mesh mesh = Parse("v .1 0 0\nv .7 .1 0\nv .3 .9 0\nf 1 2 3\n");
+  const Eigen::VectorXd x = mesh.rest_x.array() / 1.3 + 1e-17;
+  WriteObj(Path("out.obj"), mesh, x);
+  const Mesh again = ReadObj(Path("out.obj"));
+  EXPECT_EQ(again.rest_x, x);
+  EXPECT_EQ(again.uv, mesh.uv);
+  EXPECT_THAT(again.faces[0].vertex, ElementsAre(0, 1, 2));
+}
+
+}  // namespace
+}  // namespace drape

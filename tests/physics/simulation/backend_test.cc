@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/simulation/backend.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "tests/physics/cloth_fixture.h"
+#include "tests/physics/row_readout.h"
+
+namespace drape {
+namespace {
+
+class BackendTest : public testing::Test {
+ protected:
+  static constexpr int kBatch = 5;
+  BackendTest() {
+    for (int i = 0; i < kBatch; ++i) {
+      materials_.push_back(i % 2 == 0
+                               ? test::TestMaterial(1.0 + 0.3 * i)
+                               : test::Scatter(test::TestMaterial(), model_->mesh, 0.3, random_));
+      starts_.push_back(test::NoisyStart(*model_, 1e-3, random_));
+      seeds_.push_back(test::RandomMatrix(model_->num_dofs(), i % 2 + 1, random_));
+    }
+    options_.steps = 5;
+  }
+  std::vector<RolloutInput> Inputs() const {
+    std::vector<RolloutInput> inputs;
+    for (int i = 0; i < kBatch; ++i) inputs.push_back({&materials_[i], &starts_[i]});
+    return inputs;
+  }
+
+  std::mt19937_64 random_{23};
+  std::shared_ptr<const ClothModel> model_ = test::SmallDisc("smooth");
+  std::vector<MaterialField> materials_;
+  std::vector<State> starts_;
+  std::vector<RowMatrix> seeds_;
+  RolloutOptions options_;
+};
+
+TEST_F(BackendTest, BatchIsEqualToOneByOneBitForBit) {
+  const auto backend = MakeCpuBackend(model_, 3);
+  EXPECT_EQ(backend->name(), "cpu");
+  EXPECT_EQ(&backend->model(), model_.get());
+  std::vector<const MaterialField*> weights;
+  for (const MaterialField& material : materials_) weights.push_back(&material);
+  std::vector<Recording> recordings;
+  const auto rollouts = backend->Rollouts(Inputs(), options_, &recordings);
+  const auto tangents = backend->Tangents(Inputs(), weights, options_);
+  const auto adjoints = backend->Adjoints(Inputs(), recordings, seeds_, options_);
+  ASSERT_EQ(rollouts.size(), kBatch);
+  StepSolver solver(model_);
+  for (int i = 0; i < kBatch; ++i) {
+    Recording recording;
+    const auto rollout = Rollout(solver, materials_[i], starts_[i], options_, &recording);
+    const auto tangent = RolloutTangent(solver, materials_[i], materials_[i], starts_[i], options_);
+    const auto adjoint = RolloutAdjoint(solver, materials_[i], options_, recording, seeds_[i]);
+    EXPECT_EQ(rollouts[i].end.x, rollout.end.x) << i;
+    EXPECT_EQ(recordings[i].x.back(), rollout.end.x) << i;
+    EXPECT_EQ(tangents[i].dx, tangent.dx) << i;
+    EXPECT_EQ(adjoints[i].material.stretch, adjoint.material.stretch) << i;
+    EXPECT_EQ(adjoints[i].material.bend, adjoint.material.bend) << i;
+    EXPECT_EQ(adjoints[i].x0, adjoint.x0) << i;
+  }
+}
+
+// Rows of a few degrees of freedom, others for each rollout.
+ReadoutJacobian SomeRows(std::size_t i, const Eigen::VectorXd& x) {
+  ReadoutJacobian rows(4, x.size());
+  for (int k = 0; k < 4; ++k)
+    for (int e = 0; e < 3; ++e)
+      rows.insert(k, 11 * k + 3 * e + static_cast<int>(i)) = 1.0 + 0.5 * e - k;
+  return rows;
+}
+
+TEST_F(BackendTest, ReadoutsAreProductsWithTheTangents) {
+  const auto backend = MakeCpuBackend(model_, 2);
+  const test::RowReadout readout(4, SomeRows);
+  std::vector<const MaterialField*> weights;
+  for (const MaterialField& material : materials_) weights.push_back(&material);
+  starts_[3].x[0] = std::numeric_limits<double>::quiet_NaN();
+  const auto tangents = backend->Tangents(Inputs(), weights, options_);
+  const auto reads = backend->ReadoutTangents(Inputs(), weights, options_, readout);
+  for (int i = 0; i < kBatch; ++i) {
+    EXPECT_EQ(reads[i].rollout.status, tangents[i].rollout.status);
+    if (i == 3) {
+      EXPECT_EQ(reads[i].read.r.size(), 0);
+      EXPECT_EQ(reads[i].read.dr.size(), 0);
+      continue;
+    }
+    const Eigen::VectorXd& x = tangents[i].rollout.end.x;
+    EXPECT_EQ(reads[i].read.r, SomeRows(i, x) * x);
+    EXPECT_EQ(reads[i].read.dr, RowMatrix(SomeRows(i, x) * tangents[i].dx));
+  }
+}
+
+TEST_F(BackendTest, LossGradientsAreThoseOfTheLoss) {
+  const auto backend = MakeCpuBackend(model_, 2);
+  const test::RowReadout readout(4, SomeRows);
+  const Eigen::VectorXd target = 0.1 * Eigen::VectorXd::Ones(4);
+  const ReadoutLoss loss{&readout, std::vector<const Eigen::VectorXd*>(kBatch, &target), 0.02};
+  starts_[3].x[0] = std::numeric_limits<double>::quiet_NaN();
+  const auto found = backend->LossGradients(Inputs(), options_, loss);
+  const std::vector<MaterialField> fields = materials_;
+  const auto loss_at = [&](double step) {
+    for (int i = 0; i < kBatch; ++i) {
+      for (StretchTable& t : (materials_[i] = fields[i]).stretch) t.c[2][0] += step;
+      for (BendTable& t : materials_[i].bend) t.b[1][0] += 1e-6 * step;
+    }
+    return backend->LossGradients(Inputs(), options_, loss);
+  };
+  const double h = 1e-2;  // of entries of 100 and more: rounding and truncation below 1e-7
+  const auto plus = loss_at(h), minus = loss_at(-h);
+  for (int i = 0; i < kBatch; ++i) {
+    ASSERT_EQ(found[i].loss.has_value(), i != 3);
+    if (i == 3) {
+      EXPECT_NE(found[i].status, RolloutStatus::kOk);
+      continue;
+    }
+    MaterialField direction = fields[i];
+    for (StretchTable& t : direction.stretch) {
+      t = {};
+      t.c[2][0] = 1.0;
+    }
+    for (BendTable& t : direction.bend) {
+      t = {};
+      t.b[1][0] = 1e-6;
+    }
+    const double exact = found[i].material.Contract(direction).sum();
+    EXPECT_NEAR((*plus[i].loss - *minus[i].loss) / (2 * h), exact, 1e-6 * std::abs(exact)) << i;
+  }
+}
+
+TEST_F(BackendTest, AFailingRolloutLeavesItsNeighboursUntouched) {
+  const auto backend = MakeCpuBackend(model_, 2);
+  const auto good = backend->Rollouts(Inputs(), options_, nullptr);
+  materials_[2].stretch[0].c[0][0] = std::numeric_limits<double>::quiet_NaN();
+  const auto mixed = backend->Rollouts(Inputs(), options_, nullptr);
+  EXPECT_NE(mixed[2].status, RolloutStatus::kOk);
+  for (const int i : {0, 1, 3, 4}) {
+    EXPECT_EQ(mixed[i].status, RolloutStatus::kOk);
+    EXPECT_EQ(mixed[i].end.x, good[i].end.x) << i;
+  }
+}
+
+TEST_F(BackendTest, EmptyBatch) {
+  EXPECT_TRUE(MakeCpuBackend(model_, 2)->Rollouts({}, options_, nullptr).empty());
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/util/atomic_file.h"
+
+#include <cstdlib>
+#include <limits>
+#include <stdexcept>
+
+#include "tests/physics/file_fixture.h"
+
+namespace drape {
+namespace {
+
+using AtomicFile = FileFixture;
+
+TEST_F(AtomicFile, ReplacesTheWholeContentAndLeavesNothingElse) {
+  const std::string path = Write("a.txt", "an old text that is longer");
+  WriteFileAtomically(path, "new");
+  EXPECT_EQ(ReadWholeFile(path), "new");
+  EXPECT_EQ(NumFiles(), 1);
+}
+
+TEST_F(AtomicFile, KeepsTheOldFileWhenTheWriterFails) {
+  const std::string path = Write("a.txt", "old");
+  const auto writer = [](std::ostream& out) {
+    out << "half";
+    throw std::runtime_error("stopped");
+  };
+  EXPECT_THROW(WriteFileAtomically(path, writer), std::runtime_error);
+  EXPECT_EQ(Read(path), "old");
+  EXPECT_EQ(NumFiles(), 1);
+}
+
+TEST_F(AtomicFile, KeepsTheOldFileWhenTheStreamFails) {
+  const std::string path = Write("a.txt", "old");
+  const auto writer = [](std::ostream& out) { out.setstate(std::ios::badbit); };
+  EXPECT_INPUT_ERROR(WriteFileAtomically(path, writer), "a.txt: cannot write the whole file");
+  EXPECT_EQ(Read(path), "old");
+  EXPECT_EQ(NumFiles(), 1);
+}
+
+TEST_F(AtomicFile, RejectsATargetThatCannotBeAFile) {
+  std::filesystem::create_directory(Path("folder"));
+  EXPECT_INPUT_ERROR(WriteFileAtomically(Path("folder"), "x"), "folder: cannot replace the file");
+  EXPECT_INPUT_ERROR(WriteFileAtomically(Path("absent/a.txt"), "x"),
+                     "a.txt: cannot create a file in this folder: No such file or directory");
+  EXPECT_EQ(NumFiles(), 1);
+}
+
+TEST_F(AtomicFile, ReadsEmptyAndBinaryFilesWhole) {
+  EXPECT_EQ(ReadWholeFile(Write("empty", "")), "");
+  const std::string bytes("a\0\r\n\xff", 5);
+  EXPECT_EQ(ReadWholeFile(Write("bytes", bytes)), bytes);
+  EXPECT_INPUT_ERROR(ReadWholeFile(Path("absent")), "absent: no such file");
+  EXPECT_INPUT_ERROR(ReadWholeFile(Path("")), "is a folder, expected a file");
+}
+
+TEST(AppendNumber, ReadsBackBitForBit) {
+  for (const double value : {.1, 1. / 3, -1e-300, 5e-324, 1.7976931348623157e308, 0., 1e22, 3.}) {
+    std::string text = "x=";
+    AppendNumber(text, value);
+    EXPECT_EQ(std::strtod(text.c_str() + 2, nullptr), value) << text;
+    EXPECT_LE(text.size(), 2u + 24u);
+  }
+}
+
+TEST(AppendNumberDeathTest, RefusesNumbersThatAreNotFinite) {
+  std::string text;
+  EXPECT_DEATH(AppendNumber(text, std::numeric_limits<double>::quiet_NaN()), "a number");
+}
+
+}  // namespace
+}  // namespace drape

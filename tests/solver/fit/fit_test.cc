@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// The optimiser's loop on an analytic drape with a known minimum.
+#include "solver/fit/fit.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "losses/outline/outline.h"
+#include "tests/solver/fake_backend.h"
+
+namespace drape {
+namespace {
+
+const Eigen::Vector2d kTruth(0.6, -0.4);
+
+class FitTest : public testing::Test {
+ protected:
+  FitTest() {
+    batch_options_.sigma_px = 0.1;
+    batch_options_.max_jump = 1.0;
+    fit_options_.prior_sigma = 1e6;
+    fit_options_.cost_tolerance = 1e-12;
+    AddTarget(kTruth);
+  }
+  MaterialField Material(const Eigen::Vector2d& theta) const {
+    return parametrisation_.Material(theta);
+  }
+  void AddTarget(const Eigen::Vector2d& truth) {
+    Observation target;
+    Outline outline;
+    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, backend_.Shape(Material(truth)),
+                                target.camera, 90, &outline));
+    target.radius = outline.radius;
+    target.start = backend_.model().RestState();
+    targets_.push_back(target);
+  }
+  FitSummary RunFit() {
+    batch_ =
+        std::make_unique<OutlineResiduals>(&backend_, &parametrisation_, &targets_, batch_options_);
+    return Fit(*batch_, fit_options_);
+  }
+  // The targets' starts are the drapes of the point that is returned, which is the cheapest seen.
+  void ExpectConsistent(const FitSummary& summary) const {
+    ASSERT_EQ(summary.theta.size(), 2);
+    for (const Observation& target : targets_)
+      EXPECT_EQ(target.start.x, backend_.Shape(Material(summary.theta)));
+    EXPECT_LE(summary.final_cost, summary.initial_cost);
+    for (const FitIteration& iteration : summary.iterations)
+      EXPECT_LE(summary.final_cost, iteration.cost * (1 + 1e-12)) << iteration.iteration;
+  }
+
+  test::FakeBackend backend_;
+  TableParametrisation parametrisation_{test::TestMaterial(), ParameterTying::kScales};
+  std::vector<Observation> targets_;
+  OutlineResidualOptions batch_options_;
+  FitOptions fit_options_;
+  std::unique_ptr<OutlineResiduals> batch_;
+};
+
+TEST_F(FitTest, ConvergesToTheKnownMinimum) {
+  const FitSummary summary = RunFit();
+  EXPECT_EQ(summary.termination, FitTermination::kConverged) << summary.message;
+  EXPECT_LT((summary.theta - kTruth).norm(), 1e-6) << summary.theta.transpose();
+  EXPECT_LT(summary.final_cost, 1e-8 * summary.initial_cost);
+  EXPECT_EQ(summary.counts.failed + summary.counts.jumps, 0);
+  EXPECT_EQ(summary.counts.rollouts, backend_.equilibria);
+  EXPECT_EQ(summary.jacobian.rows(), 90);
+  ExpectConsistent(summary);
+}
+
+TEST_F(FitTest, TheDynamicIntegratorFindsTheSame) {
+  batch_options_.integrator = SolveMode::kDynamic;
+  const FitSummary summary = RunFit();
+  EXPECT_EQ(backend_.equilibria, 0);
+  EXPECT_LT((summary.theta - kTruth).norm(), 1e-6) << summary.theta.transpose();
+  ExpectConsistent(summary);
+}
+
+// The drape is linear in tanh θ, the residual in it: at the ridge solution the gradient of
+// ½‖r(θ)‖² + ½‖θ/σ‖² vanishes, which the exact Jacobian tells.
+TEST_F(FitTest, AStrongPriorGivesTheRidgeSolution) {
+  fit_options_.prior_sigma = 1e-3;
+  const FitSummary summary = RunFit();
+  EXPECT_LT(summary.theta.norm(), 0.98 * kTruth.norm());
+  EXPECT_GT(summary.theta.norm(), 0.01);
+  batch_->PrepareForEvaluation(true, true);
+  const Eigen::VectorXd gradient =
+      summary.jacobian.transpose() * batch_->accepted().residual +
+      summary.theta / (fit_options_.prior_sigma * fit_options_.prior_sigma);
+  const double scale = (summary.theta / std::pow(fit_options_.prior_sigma, 2)).norm();
+  EXPECT_LT(gradient.norm(), 1e-4 * scale);
+  EXPECT_NEAR(summary.final_cost,
+              0.5 * batch_->accepted().residual.squaredNorm() +
+                  0.5 * (summary.theta / fit_options_.prior_sigma).squaredNorm(),
+              1e-9 * summary.final_cost);
+}
+
+TEST_F(FitTest, TwoTargetsShareOneMaterial) {
+  AddTarget(Eigen::Vector2d(0.7, -0.2));
+  const FitSummary summary = RunFit();
+  EXPECT_EQ(summary.jacobian.rows(), 180);
+  EXPECT_GT(summary.theta[0], 0.6);
+  EXPECT_LT(summary.theta[0], 0.7);
+  EXPECT_GT(summary.theta[1], -0.4);
+  EXPECT_LT(summary.theta[1], -0.2);
+  ExpectConsistent(summary);
+}
+
+// The minimum lies in a region without drapes: the fit comes to its rim.
+TEST_F(FitTest, AFailedTrialShortensTheStep) {
+  backend_.fails = [](double s, double b) {
+    return (Eigen::Vector2d(s, b) - kTruth).norm() < 0.05;
+  };
+  fit_options_.max_iterations = 60;
+  const FitSummary summary = RunFit();
+  EXPECT_GT(summary.counts.failed, 0);
+  EXPECT_GE((summary.theta - kTruth).norm(), 0.05);
+  EXPECT_LT(summary.final_cost, 0.1 * summary.initial_cost);
+  const auto failed =
+      std::find_if(summary.iterations.begin() + 1, summary.iterations.end(),
+                   [](const FitIteration& iteration) { return !iteration.accepted; });
+  ASSERT_NE(failed, summary.iterations.end());
+  EXPECT_LT(failed->trust_radius, (failed - 1)->trust_radius);
+  ExpectConsistent(summary);
+}
+
+TEST_F(FitTest, StallsWhereDerivativesAreMissing) {
+  backend_.unstable = [](double s, double) { return s > 0.3; };
+  const FitSummary summary = RunFit();
+  EXPECT_EQ(summary.termination, FitTermination::kStalled) << summary.message;
+  EXPECT_LE(summary.theta[0], 0.3);
+  EXPECT_EQ(summary.jacobian.rows(), 90);
+  ExpectConsistent(summary);
+}
+
+TEST_F(FitTest, AJumpToAnotherBranchIsRefusedAndCounted) {
+  backend_.other_branch = [](double s, double) { return s > 0.3; };
+  batch_options_.max_jump = 5e-3;
+  fit_options_.max_iterations = 60;
+  const FitSummary summary = RunFit();
+  EXPECT_GT(summary.counts.jumps, 0);
+  EXPECT_EQ(summary.counts.failed, 0);
+  EXPECT_LE(summary.theta[0], 0.3);
+  EXPECT_LT(summary.final_cost, summary.initial_cost);
+  ExpectConsistent(summary);
+}
+
+TEST_F(FitTest, StopsWhenTheDampingIsTooLarge) {
+  backend_.fails = [](double s, double b) { return s != 0.0 || b != 0.0; };
+  fit_options_.max_damping = 10.0;
+  const FitSummary summary = RunFit();
+  EXPECT_EQ(summary.termination, FitTermination::kDampingLimit) << summary.message;
+  EXPECT_EQ(summary.theta, Eigen::Vector2d::Zero());
+  EXPECT_GT(summary.counts.failed, 1);
+  ExpectConsistent(summary);
+}
+
+TEST_F(FitTest, CancelEndsAfterTheIteration) {
+  std::atomic<bool> cancel = false;
+  fit_options_.cancel = &cancel;
+  fit_options_.progress = [&](const FitIteration& iteration) { cancel = iteration.iteration == 1; };
+  const FitSummary summary = RunFit();
+  EXPECT_EQ(summary.termination, FitTermination::kCancelled);
+  EXPECT_EQ(summary.iterations.size(), 2);
+  EXPECT_LT(summary.final_cost, summary.initial_cost);
+  ExpectConsistent(summary);
+}
+
+TEST_F(FitTest, TheIterationLimitKeepsTheBestPoint) {
+  fit_options_.max_iterations = 1;
+  const FitSummary summary = RunFit();
+  EXPECT_EQ(summary.termination, FitTermination::kIterationLimit);
+  EXPECT_LT(summary.final_cost, summary.initial_cost);
+  ExpectConsistent(summary);
+}
+
+TEST_F(FitTest, AStartThatCannotBeEvaluatedFails) {
+  backend_.fails = [](double, double) { return true; };
+  const FitSummary summary = RunFit();
+  EXPECT_EQ(summary.termination, FitTermination::kFailed);
+  EXPECT_EQ(summary.theta.size(), 0);
+  EXPECT_EQ(targets_[0].start.x, backend_.model().mesh.rest_x);
+  EXPECT_FALSE(batch_->has_accepted());
+}
+
+TEST(FitTermination, HasAWordForEach) {
+  for (int i = 0; i <= static_cast<int>(FitTermination::kFailed); ++i)
+    EXPECT_STRNE(ToString(static_cast<FitTermination>(i)), "unknown") << i;
+}
+
+}  // namespace
+}  // namespace drape

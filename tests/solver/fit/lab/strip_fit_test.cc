@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fits of mechanical tests, alone and beside outlines.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "physics/cloth/textbook.h"
+#include "physics/material/material_io.h"
+#include "physics/util/json_input.h"
+#include "solver/fit/lab/strip_report.h"
+#include "solver/job/fit_job.h"
+#include "tests/physics/file_fixture.h"
+#include "tests/solver/solver_fixture.h"
+
+namespace drape {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+class TestFit : public FileFixture {
+ protected:
+  TestFit() {
+    start_ = truth_ = test::TestMaterial();
+    for (BendTable& table : truth_.bend)
+      for (int r = 0; r < kBendRows; ++r)
+        for (double& entry : table.b[r]) entry *= 0.4 + 0.15 * r;
+    for (StretchTable& table : truth_.stretch)
+      for (auto& row : table.c) row[0] *= 1.5, row[2] *= 1.2;
+    job_.material = WriteTables("start.json", start_);
+    job_.truth = WriteTables("truth.json", truth_);
+    job_.out = Path("");
+    job_.checkpoint = Path("checkpoint.json");
+    job_.log = Path("fit.log");
+  }
+
+  std::string WriteTables(const std::string& name, const MaterialField& field) const {
+    WriteMaterial(Path(name), {.name = "tables",
+                               .field = field,
+                               .source_convention = "arcsim",
+                               .source = "",
+                               .warnings = {}});
+    return Path(name);
+  }
+
+  // A test of the true cloth, exact to rounding.
+  void AddTest(LabMeasurement test) {
+    Eigen::VectorXd readings;
+    ASSERT_TRUE(StripResiduals({test}, MakeLaw("smooth")).Compute(truth_, &readings));
+    for (std::size_t i = 0; i < test.points.size(); ++i) test.points[i].reading = readings[i];
+    const std::string file =
+        Path(std::string(ToString(test.kind)) + std::to_string(int(test.direction)) + ".json");
+    WriteLabMeasurement(file, test);
+    job_.tests.push_back(file);
+  }
+  void AddCantilever(double direction, double sigma = 0.05) {
+    AddTest({.kind = LabMeasurementKind::kCantilever,
+             .direction = direction,
+             .sigma = sigma,
+             .points = {{0.04, 0}, {0.06, 0}}});
+  }
+  void AddTensile(double direction) {
+    AddTest({.kind = LabMeasurementKind::kTensile,
+             .direction = direction,
+             .length = 0.2,
+             .width = 0.05,
+             .sigma = 1e-4,
+             .points = {{0.05, 0}, {0.1, 0}, {0.2, 0}}});
+  }
+  MaterialField Fitted() const { return ReadMaterial(Path("material.json")).field; }
+  nlohmann::json Summary() const { return ReadJsonFile(Path("summary.json")); }
+  // What a strip shows that is not among the data.
+  double Reading(const MaterialField& material, LabMeasurement test) const {
+    Eigen::VectorXd readings;
+    EXPECT_TRUE(StripResiduals({std::move(test)}, MakeLaw("smooth")).Compute(material, &readings));
+    return readings[0];
+  }
+
+  MaterialField start_, truth_;
+  FitJob job_;
+};
+
+TEST_F(TestFit, RecoversWhatTheTestsDetermine) {
+  job_.fit.parameters = ParameterTying::kColumns;
+  for (const double direction : {0.0, 90.0}) {
+    AddCantilever(direction);
+    AddTensile(direction);
+  }
+  const FitJobResult result = RunFitJob(job_, {});
+  ASSERT_TRUE(result.fitted);
+  EXPECT_THAT(result.table, testing::HasSubstr("cantilever90"));
+  const MaterialField fitted = Fitted();
+  for (const double direction : {0.0, 90.0}) {
+    const LabMeasurement bend{
+        .kind = LabMeasurementKind::kCantilever, .direction = direction, .points = {{0.05, 0}}};
+    const auto rigidity = [&](const MaterialField& material) {
+      return EstimateBending(0.05, Reading(material, bend), material.density).rigidity;
+    };
+    EXPECT_NEAR(rigidity(fitted) / rigidity(truth_), 1.0, 0.01) << direction;
+    EXPECT_GT(std::abs(rigidity(start_) / rigidity(truth_) - 1.0), 0.3);
+    const LabMeasurement pull{.kind = LabMeasurementKind::kTensile,
+                              .direction = direction,
+                              .length = 0.2,
+                              .width = 0.05,
+                              .points = {{0.15, 0}}};
+    const auto strain = [&](const MaterialField& material) { return Reading(material, pull) - 1; };
+    EXPECT_NEAR(strain(fitted) / strain(truth_), 1.0, 0.01) << direction;
+    EXPECT_GT(std::abs(strain(start_) / strain(truth_) - 1.0), 0.1);
+  }
+}
+
+TEST_F(TestFit, ItsSummaryHasEachPointAndTheStandardsEstimate) {
+  job_.fit.parameters = ParameterTying::kScales;
+  AddCantilever(90.0);
+  RunFitJob(job_, {});
+  const nlohmann::json summary = Summary();
+  EXPECT_EQ(summary["status"], "done");
+  EXPECT_EQ(summary["spectrum"]["singular_values"].size(), 2);
+  EXPECT_EQ(summary["spectrum"]["determined_directions"], 1);
+  EXPECT_FALSE(summary.contains("mesh"));
+  const nlohmann::json& test = summary["tests"][0];
+  EXPECT_EQ(test["test"], "cantilever");
+  EXPECT_EQ(test["direction"], 90.0);
+  ASSERT_EQ(test["points"].size(), 2);
+  const nlohmann::json& point = test["points"][1];
+  EXPECT_EQ(point["length"], 0.06);
+  EXPECT_NEAR(point["angle_computed"].get<double>() - point["angle"].get<double>(),
+              0.05 * point["residual"].get<double>(), 1e-9);
+  const double c = point["bending_length_m"];
+  EXPECT_NEAR(point["flexural_rigidity"].get<double>(), 0.2 * 9.80665 * c * c * c, 1e-12);
+  EXPECT_EQ(point["flexural_rigidity"],
+            EstimateBending(0.06, point["angle"], truth_.density).rigidity);
+}
+
+TEST(EstimateBending, HalfTheOverhangAtTheAngleOfTheStandard) {
+  EXPECT_NEAR(EstimateBending(0.06, 41.5, 0.2).length, 0.03, 1e-5);
+  EXPECT_TRUE(std::isnan(EstimateBending(0.06, 90.0, 0.2).length));
+}
+
+TEST_F(TestFit, NeitherImagesNorTestsIsAnError) {
+  EXPECT_INPUT_ERROR(RunFitJob(job_, {}), "images: none, and no tests");
+}
+
+TEST_F(TestFit, TheDensityThatWasWeighedCounts) {
+  job_.fit.parameters = ParameterTying::kScales;
+  AddCantilever(0.0);
+  job_.density = 0.3;
+  RunFitJob(job_, {});
+  EXPECT_EQ(Fitted().density, 0.3);
+  // The bending length is what was measured: a heavier cloth is stiffer.
+  EXPECT_NEAR(
+      DirectionalRigidity(Fitted().bend[0], 0.0) / (1.5 * DirectionalRigidity(truth_.bend[0], 0.0)),
+      1.0, 0.05);
+}
+
+// A cloth far from the start tables, and a reading that contradicts another.
+TEST_F(TestFit, MeetsAFarReadingAndNotesOneThatNothingMeets) {
+  const auto fit = [&](std::vector<LabPoint> points) {
+    WriteLabMeasurement(Path("far.json"), {.kind = LabMeasurementKind::kTensile,
+                                           .direction = 90.0,
+                                           .length = 0.2,
+                                           .width = 0.05,
+                                           .sigma = 0.002,
+                                           .points = std::move(points)});
+    job_.tests = {Path("far.json")};
+    EXPECT_TRUE(RunFitJob(job_, {}).fitted);
+    return Summary();
+  };
+  const nlohmann::json far = fit({{500.0, 1.02}});
+  EXPECT_LT(std::abs(far["tests"][0]["points"][0]["residual"].get<double>()), 0.5);
+  EXPECT_TRUE(far["notes"].empty());
+  const nlohmann::json torn = fit({{1.0, 1.02}, {1.0, 1.06}});
+  ASSERT_FALSE(torn["notes"].empty());
+  EXPECT_THAT(torn["notes"][0].get<std::string>(),
+              testing::HasSubstr("test far: the reading at 1"));
+}
+
+// Beside an outline of the true cloth, stiff so that its branch is found; and after an
+// interruption, the same bits.
+class JointFit : public TestFit {
+ protected:
+  JointFit() {
+    for (BendTable& table : truth_.bend)
+      for (double& entry : std::span(&table.b[0][0], kBendEntries)) entry *= 10.0;
+    const auto backend = test::SmoothDisc(300);
+    const State drape = test::Settled(*backend, truth_, test::RandomStart(backend->model(), 1));
+    const Observation target = test::MakeObservation(backend->model().mesh, drape, 72, "drape");
+    WritePng(target.image, Path("drape.png"));
+    job_.images = {Path("drape.png")};
+    job_.mesh = "disc:300";
+    job_.coarse_mesh = "disc:100";
+    job_.evaluation_steps = 20;
+    job_.fit.grid.lifts = {0.6, 1.0};
+    job_.fit.grid.stretch = {1.0, 2.0};
+    job_.fit.keep = {2, 1};
+    job_.fit.iterations = {5, 25};
+    job_.fit.angles = 72;
+    AddCantilever(0.0, 0.5);
+    AddCantilever(90.0, 0.5);
+  }
+};
+
+TEST_F(JointFit, AgreesWithTestsAndOutline) {
+  ASSERT_TRUE(RunFitJob(job_, {}).fitted) << Read(Path("fit.log")) << Summary();
+  const nlohmann::json summary = Summary();
+  EXPECT_LT(summary["images"][0]["metrics"]["profile_rms_px"].get<double>(), 0.3);
+  EXPECT_EQ(summary["seeds"]["bend"], 1.0);  // a cantilever has measured it
+  ASSERT_EQ(summary["tests"].size(), 2);
+  for (const nlohmann::json& test : summary["tests"])
+    for (const nlohmann::json& point : test["points"])
+      EXPECT_LT(std::abs(point["residual"].get<double>()), 3.0) << point;
+  EXPECT_GT(summary["spectrum"]["determined_directions"],
+            summary["tests_alone"]["spectrum"]["determined_directions"]);
+}
+
+TEST_F(JointFit, GoesOnAfterACancelToTheSameBitsAndKnowsItsTests) {
+  job_.fit.parameters = ParameterTying::kColumns;
+  job_.fit.iterations = {2, 2};
+  RunFitJob(job_, {});
+  const std::string whole = Read(Path("material.json"));
+  std::atomic<bool> cancel = false;
+  const FitJobCallbacks stop{&cancel, [&](const FitProgress& p) { cancel = p.stage == "round 1"; }};
+  EXPECT_TRUE(RunFitJob(job_, stop).cancelled);
+  job_.resume = true;
+  EXPECT_FALSE(RunFitJob(job_, {}).cancelled);
+  EXPECT_EQ(Read(Path("material.json")), whole);
+  job_.resume = false;
+  cancel = false;
+  EXPECT_TRUE(RunFitJob(job_, stop).cancelled);
+  job_.resume = true;
+  job_.tests.pop_back();
+  EXPECT_INPUT_ERROR(RunFitJob(job_, {}), "run without --resume");
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit/parameters/parametrisation.h"
+
+#include <gmock/gmock.h>
+
+#include <set>
+
+#include "physics/util/errors.h"
+#include "tests/physics/cloth_fixture.h"
+
+namespace drape {
+namespace {
+
+Eigen::VectorXd Entries(const MaterialField& field, int face, int hinge) {
+  Eigen::VectorXd entries(kMaterialEntries);
+  entries << Eigen::Map<const Eigen::VectorXd>(&field.stretch_of(face).c[0][0], kStretchEntries),
+      Eigen::Map<const Eigen::VectorXd>(&field.bend_of(hinge).b[0][0], kBendEntries);
+  return entries;
+}
+
+Eigen::VectorXd SomeTheta(int size) {
+  std::mt19937_64 random(5);
+  return 0.7 * test::RandomMatrix(size, 1, random);
+}
+
+struct Case {
+  std::string text;
+  int size;
+};
+class ParametrisationTest : public testing::TestWithParam<Case> {
+ protected:
+  const MaterialField base_ = test::TestMaterial();
+  const TableParametrisation parametrisation_{base_, ParseParameterTying(GetParam().text)};
+  const Eigen::MatrixXd& tie_ = *parametrisation_.log_entries_by_theta();
+};
+INSTANTIATE_TEST_SUITE_P(Tyings, ParametrisationTest,
+                         testing::Values(Case{"1", 1}, Case{"3", 3}, Case{"2", 2}, Case{"7", 7},
+                                         Case{"39", 39}),
+                         [](const auto& info) { return "Free" + info.param.text; });
+
+TEST_P(ParametrisationTest, EachFreeEntryFollowsExactlyOneParameter) {
+  ASSERT_EQ(parametrisation_.size(), GetParam().size);
+  ASSERT_EQ(tie_.rows(), kMaterialEntries);
+  const int fixed = FreesStretch(ParseParameterTying(GetParam().text)) ? 0 : kStretchEntries;
+  EXPECT_EQ(tie_.rowwise().sum().head(fixed), Eigen::VectorXd::Zero(fixed));
+  EXPECT_EQ(tie_.rowwise().sum().tail(kMaterialEntries - fixed),
+            Eigen::VectorXd::Ones(kMaterialEntries - fixed));
+  EXPECT_EQ((tie_.array() != 0.0).count(), kMaterialEntries - fixed);
+  EXPECT_GE(tie_.colwise().sum().minCoeff(), 1.0);
+}
+
+TEST_P(ParametrisationTest, NamesAreDistinct) {
+  std::set<std::string> names;
+  for (int i = 0; i < parametrisation_.size(); ++i)
+    names.insert(NameFor(ParseParameterTying(GetParam().text), i));
+  EXPECT_EQ(names.size(), GetParam().size);
+}
+
+TEST_P(ParametrisationTest, MaterialIsBaseTimesExpOfTheta) {
+  const Eigen::VectorXd theta = SomeTheta(parametrisation_.size());
+  const MaterialField material = parametrisation_.Material(theta);
+  const Eigen::ArrayXd factor = (tie_ * theta).array().exp();
+  EXPECT_LT((Entries(material, 0, 0).array() / Entries(base_, 0, 0).array() / factor - 1.0)
+                .abs()
+                .maxCoeff(),
+            1e-14);
+  EXPECT_EQ(material.density, base_.density);
+  EXPECT_EQ(Entries(parametrisation_.Material(0 * theta), 0, 0), Entries(base_, 0, 0));
+}
+
+// ∂entry/∂θ = entry · T, central differences of step h are exact to h²/6 relative.
+TEST_P(ParametrisationTest, ChainRuleAgreesWithDifferences) {
+  constexpr double kStep = 1e-5;
+  const Eigen::VectorXd theta = SomeTheta(parametrisation_.size());
+  const Eigen::VectorXd entries = Entries(parametrisation_.Material(theta), 0, 0);
+  for (int j = 0; j < parametrisation_.size(); ++j) {
+    Eigen::VectorXd plus = theta, minus = theta;
+    plus[j] += kStep;
+    minus[j] -= kStep;
+    const Eigen::VectorXd difference = (Entries(parametrisation_.Material(plus), 0, 0) -
+                                        Entries(parametrisation_.Material(minus), 0, 0)) /
+                                       (2 * kStep);
+    const Eigen::ArrayXd error = difference - entries.cwiseProduct(tie_.col(j));
+    EXPECT_LT((error / entries.array()).abs().maxCoeff(), 1e-9)
+        << NameFor(ParseParameterTying(GetParam().text), j);
+  }
+}
+
+TEST_P(ParametrisationTest, FieldsKeepTheirTableForEachElement) {
+  std::mt19937_64 random(9);
+  const auto model = test::SmallDisc("smooth");
+  const MaterialField scattered = test::Scatter(base_, model->mesh, 0.2, random);
+  const TableParametrisation parametrisation(scattered, ParseParameterTying(GetParam().text));
+  const Eigen::VectorXd theta = SomeTheta(parametrisation.size());
+  const MaterialField material = parametrisation.Material(theta);
+  ASSERT_EQ(material.stretch.size(), scattered.stretch.size());
+  const Eigen::ArrayXd factor = (tie_ * theta).array().exp();
+  const Eigen::ArrayXd ratio = Entries(material, 7, 11).array() / Entries(scattered, 7, 11).array();
+  EXPECT_LT((ratio / factor - 1.0).abs().maxCoeff(), 1e-14);
+}
+
+TEST(ParametrisationNames, SayWhatIsFree) {
+  const MaterialField base = test::TestMaterial();
+  EXPECT_EQ(NameFor(ParameterTying::kScales, 0), "stretch");
+  EXPECT_EQ(NameFor(ParameterTying::kScales, 1), "bend");
+  EXPECT_EQ(NameFor(ParameterTying::kColumns, 3), "c33");
+  EXPECT_EQ(NameFor(ParameterTying::kColumns, 6), "bend[2]");
+  EXPECT_EQ(NameFor(ParameterTying::kEntries, 23), "c33[5]");
+  EXPECT_EQ(NameFor(ParameterTying::kEntries, 38), "bend[2][4]");
+}
+
+TEST(ParseParameterTying, RefusesOtherNumbers) {
+  for (const std::string text : {"", "4", "2.0", " 2", "all"}) {
+    try {
+      ParseParameterTying(text);
+      ADD_FAILURE() << "accepted '" << text << "'";
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr("'" + text + "', expected 1, 2, 3, 7 or 39"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: Apache-2.0
+// From files to files: what a job reads, refuses and writes.
+#include "solver/job/fit_job.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "physics/cloth/state_io.h"
+#include "physics/material/material_field_io.h"
+#include "physics/material/material_io.h"
+#include "physics/simulation/statics/statics.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "solver/fit/protocol/initial_guess_grid.h"
+#include "solver/prediction/material_source.h"
+#include "tests/losses/temp_folder.h"
+#include "tests/solver/solver_fixture.h"
+
+namespace drape {
+namespace {
+
+using testing::HasSubstr;
+
+class FitJobTest : public testing::Test {
+ protected:
+  FitJobTest() {
+    WriteStart(test::TestMaterial());
+    job_.material = folder_ / "start.json";
+    job_.mesh = "disc:150";
+    job_.coarse_mesh = "disc:100";
+    job_.out = folder_.path();
+    job_.checkpoint = folder_ / "checkpoint.json";
+    job_.log = folder_ / "fit.log";
+    job_.evaluation_steps = 20;
+    job_.fit.grid.stretch = {1.0};
+    job_.fit.grid.bend = {4.0};
+    job_.fit.grid.lifts = {1.0};
+    job_.fit.keep = {1};
+    job_.fit.iterations = {2};
+    job_.fit.angles = 72;
+    AddImage("a.png", DrapeImage());
+  }
+  void WriteStart(const MaterialField& field) const {
+    WriteMaterial(folder_ / "start.json", {.name = "start",
+                                           .field = field,
+                                           .source_convention = "arcsim",
+                                           .source = "",
+                                           .warnings = {}});
+  }
+  static const GrayImage& DrapeImage() {
+    static const GrayImage image = [] {
+      const auto backend = test::SmoothDisc(150);
+      const MaterialField truth = Scaled(test::TestMaterial(), 1.0, 4.0);
+      const State drape = test::Settled(*backend, truth, test::RandomStart(backend->model(), 1));
+      return test::MakeObservation(backend->model().mesh, drape, 72, "truth").image;
+    }();
+    return image;
+  }
+  void AddImage(const std::string& name, const GrayImage& image) {
+    std::filesystem::create_directories(std::filesystem::path(folder_ / name).parent_path());
+    WritePng(image, folder_ / name);
+    job_.images.push_back(folder_ / name);
+  }
+  void UseBdp() {
+    job_.model = "bdp";
+    job_.fit.prior_sigma = 0.3;
+    job_.posterior.draws = 2;
+    job_.posterior.iterations = 3;
+    job_.posterior.elbo_samples = 25;
+  }
+  std::string ComputeError() const {
+    try {
+      RunFitJob(job_, {});
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  nlohmann::json Summary() const { return ReadJsonFile(folder_ / "summary.json"); }
+  bool Exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
+
+  const TempFolder folder_;
+  FitJob job_;
+};
+
+TEST_F(FitJobTest, WritesItsFilesAndRemovesTheCheckpoint) {
+  const FitJobResult result = RunFitJob(job_, {});
+  EXPECT_TRUE(result.fitted);
+  EXPECT_FALSE(result.cancelled);
+  EXPECT_THAT(result.table, HasSubstr("directions are determined"));
+  for (const std::string name : {"fit_a.png", "drape_a.obj", "start_a.json", "material.json"})
+    EXPECT_TRUE(Exists(name)) << name;
+  EXPECT_FALSE(Exists("checkpoint.json"));
+  const nlohmann::json summary = Summary();
+  EXPECT_EQ(summary["status"], "done");
+  EXPECT_EQ(summary["model"], "homogeneous");
+  EXPECT_TRUE(summary["notes"].empty());
+  EXPECT_EQ(summary["spectrum"]["singular_values"].size(), 39);
+  const nlohmann::json& metrics = summary["images"][0]["metrics"];
+  EXPECT_LT(metrics["profile_rms_px"].get<double>(), 2.0);
+  EXPECT_GT(metrics["iou"].get<double>(), 0.95);
+  EXPECT_EQ(summary["mean"]["mse"], metrics["mse"]);
+}
+
+TEST_F(FitJobTest, HeterWritesFieldsThatBelongToTheDrape) {
+  job_.model = "heterogeneous";
+  job_.fields.iterations = 3;
+  job_.fields.hops = 0;
+  const FitJobResult result = RunFitJob(job_, {});
+  EXPECT_THAT(result.table, HasSubstr("over the cloth"));
+  for (const std::string name : {"material_homogeneous.json", "field_stretch.png", "field_bend.png",
+                                 "posterior_ratio_stretch.png", "posterior_ratio_bend.png"})
+    EXPECT_TRUE(Exists(name)) << name;
+  const auto backend = test::SmoothDisc(150);
+  const ClothModel& model = backend->model();
+  const Material material = ReadMaterialFor(model.mesh, folder_ / "material.json");
+  EXPECT_EQ(material.field.bend.size(), static_cast<size_t>(model.mesh.num_hinges()));
+  const State start = ReadState(folder_ / "start_a.json", model.mesh.num_vertices());
+  EXPECT_LT(ForceResidual(model, material.field, start.x), 1e-8);
+  const nlohmann::json summary = Summary();
+  EXPECT_EQ(summary["model"], "heterogeneous");
+  EXPECT_EQ(summary["fields"]["parameters"], 39 + model.mesh.num_faces() + model.mesh.num_hinges());
+  EXPECT_LE(summary["fields"]["cost"], summary["fields"]["start_cost"]);
+  EXPECT_LE(summary["fields"]["bend_known"]["mean_of_posterior_over_prior_sd"], 1.0);
+}
+
+TEST_F(FitJobTest, BayesSaysHowSureItIs) {
+  job_.model = "bayes";
+  job_.fit.parameters = ParameterTying::kScales;
+  job_.fit.prior_sigma = 0.3;
+  job_.posterior.draws = 8;
+  job_.posterior.rank = 2;
+  job_.posterior.iterations = 8;
+  job_.posterior.elbo_samples = 25;
+  const FitJobResult result = RunFitJob(job_, {});
+  EXPECT_THAT(result.table, HasSubstr("evidence lower bound"));
+  for (const std::string name : {"material_homogeneous.json", "base.json", "posterior.json"})
+    EXPECT_TRUE(Exists(name)) << name;
+  const nlohmann::json posterior = Summary()["posterior"];
+  ASSERT_EQ(posterior["log_factors"].size(), 4);  // two scales, and those of one specimen
+  const nlohmann::json& bend = posterior["log_factors"][1];
+  EXPECT_EQ(bend["name"], "bend");
+  EXPECT_LT(bend["sd"], bend["prior_sd"]);
+  EXPECT_GT(bend["sd"], 0.0);
+  EXPECT_GT(posterior["elbo_samples_valid"], 20);
+  EXPECT_GT(posterior["sigma_px"], 0.0);
+  const nlohmann::json file = ReadJsonFile(folder_ / "posterior.json");
+  EXPECT_EQ(file["covariance"].size(), 4);
+}
+
+TEST_F(FitJobTest, BdpSaysHowElementsScatter) {
+  AddImage("b.png", DrapeImage());  // another specimen
+  UseBdp();
+  const FitJobResult result = RunFitJob(job_, {});
+  EXPECT_THAT(result.table, HasSubstr("faces and hinges, mean and scatter"));
+  const nlohmann::json posterior = Summary()["posterior"];
+  EXPECT_EQ(posterior["kind"], "bdp");
+  EXPECT_EQ(posterior["specimens"], 2);
+  ASSERT_EQ(posterior["log_factors"].size(), 39);
+  EXPECT_GT(posterior["elbo_samples_valid"], 20);
+  EXPECT_LT(posterior["draw_rms_px"], 3.0);
+  EXPECT_GT(posterior["stretch_n_per_m"][1], 0.0);
+  std::string kind;
+  const auto backend = test::SmoothDisc(150);
+  const MaterialSource materials = ReadMaterialSource(folder_.path(), backend->model(), 1, &kind);
+  EXPECT_EQ(kind, "bdp");
+  const StoredPosterior stored = ReadPosterior(folder_.path());
+  EXPECT_EQ(stored.element_sd[7], posterior["log_factors"][7]["element_sd"]);
+  // Elements scatter by what was learned: the mean of squares over all faces of one entry.
+  const MaterialField drawn = materials(0);
+  const MaterialField median = ReadMaterial(folder_ / "material.json").field;
+  double square = 0.0;
+  for (const StretchTable& table : drawn.stretch)
+    square += std::pow(std::log(table.c[1][3] / median.stretch[0].c[1][3]), 2);
+  EXPECT_NEAR(std::sqrt(square / drawn.stretch.size()), stored.element_sd[7],
+              0.2 * stored.element_sd[7]);
+}
+
+TEST_F(FitJobTest, BdpNeedsAllEntries) {
+  UseBdp();
+  job_.fit.parameters = ParameterTying::kColumns;
+  EXPECT_THAT(ComputeError(), HasSubstr("parameters: fewer than 39 with model bdp, expected 39"));
+}
+
+// The posterior begins anew, from the branch of the checkpoint.
+TEST_F(FitJobTest, PosteriorsGoOnAfterACancelToTheSameFiles) {
+  UseBdp();
+  for (const std::string model : {"bdp", "bayes"}) {
+    job_.model = model;
+    job_.resume = false;
+    RunFitJob(job_, {});
+    const auto whole = ReadAll(folder_ / "posterior.json");
+    const auto table = ReadAll(folder_ / "material.json");
+    nlohmann::json numbers = Summary()["posterior"];
+    numbers.erase("seconds");
+    std::filesystem::remove(folder_ / "posterior.json");
+    std::atomic<bool> cancel = false;
+    const FitJobCallbacks callbacks{
+        &cancel, [&](const FitProgress& p) { cancel = cancel || p.stage == "posterior"; }};
+    EXPECT_TRUE(RunFitJob(job_, callbacks).cancelled);
+    EXPECT_TRUE(Exists("checkpoint.json"));
+    EXPECT_FALSE(Exists("posterior.json"));
+    job_.resume = true;
+    std::vector<std::string> lines;
+    FitJobCallbacks listening;
+    listening.log = [&](const std::string& line) { lines.push_back(line); };
+    const FitJobResult resumed = RunFitJob(job_, listening);
+    EXPECT_FALSE(resumed.cancelled);
+    EXPECT_THAT(lines, testing::Contains(HasSubstr("the posterior begins anew")));
+    EXPECT_EQ(ReadAll(folder_ / "posterior.json"), whole);
+    EXPECT_EQ(ReadAll(folder_ / "material.json"), table);
+    nlohmann::json again = Summary()["posterior"];
+    again.erase("seconds");
+    EXPECT_EQ(again, numbers);
+  }
+}
+
+TEST_F(FitJobTest, SpecimensAreOneNumberForEachImage) {
+  job_.model = "bayes";
+  job_.posterior.specimen = {1, 1};
+  EXPECT_THAT(ComputeError(), HasSubstr("specimens"));
+  job_.posterior.specimen = {2};
+  EXPECT_THAT(ComputeError(), HasSubstr("from 1"));
+}
+
+TEST_F(FitJobTest, HeterNeedsImagesAndRest) {
+  job_.model = "heterogeneous";
+  job_.fit.integrator = SolveMode::kDynamic;
+  EXPECT_THAT(ComputeError(), HasSubstr("dynamic"));
+  job_.fit.integrator = SolveMode::kStatic;
+  job_.images.clear();
+  job_.tests = {"some.json"};
+  EXPECT_THAT(ComputeError(), HasSubstr("heter without images"));
+}
+
+// The stored drape is an equilibrium of the stored material.
+TEST_F(FitJobTest, TheFilesBelongTogether) {
+  RunFitJob(job_, {});
+  const auto backend = test::SmoothDisc(150);
+  const MaterialField material = ReadMaterial(folder_ / "material.json").field;
+  const State start = ReadStart(folder_ / "start_a.json", backend->model().mesh, kSupportRadius);
+  EXPECT_LT(ForceResidual(backend->model(), material, start.x), 1e-8);
+}
+
+TEST_F(FitJobTest, StartEntriesThatALogScaleCannotMoveAreRaisedAndNoted) {
+  job_.floor = 0.1;
+  MaterialField start = test::TestMaterial();
+  start.stretch[0].c[2][1] = 0.0;
+  start.bend[0].b[1][0] = 0.0;
+  WriteStart(start);
+  job_.fit.prior_sigma = 1e-6;
+  RunFitJob(job_, {});
+  EXPECT_THAT(Summary()["notes"].dump(),
+              HasSubstr("2 start entries of " + job_.material + " were raised to 0.1"));
+  const MaterialField fitted = ReadMaterial(folder_ / "material.json").field;
+  EXPECT_NEAR(fitted.stretch[0].c[2][1], 0.1 * start.stretch[0].c[5][1], 1e-4);
+  EXPECT_NEAR(fitted.bend[0].b[1][0], 4.0 * 0.1 * start.bend[0].b[1][4], 1e-9);
+}
+
+TEST_F(FitJobTest, GoesOnAfterACancelToTheSameFiles) {
+  RunFitJob(job_, {});
+  const auto whole = ReadAll(folder_ / "material.json");
+  std::atomic<bool> cancel = false;
+  const FitJobCallbacks callbacks{&cancel,
+                                  [&](const FitProgress& p) { cancel = p.stage == "round 1"; }};
+  EXPECT_TRUE(RunFitJob(job_, callbacks).cancelled);
+  EXPECT_TRUE(Exists("checkpoint.json"));
+  EXPECT_EQ(Summary()["status"], "cancelled");
+  job_.resume = true;
+  EXPECT_FALSE(RunFitJob(job_, {}).cancelled);
+  EXPECT_EQ(ReadAll(folder_ / "material.json"), whole);
+}
+
+TEST_F(FitJobTest, AChangedSettingRefusesTheCheckpoint) {
+  std::atomic<bool> cancel = false;
+  RunFitJob(job_, {&cancel, [&](const FitProgress& p) { cancel = p.stage == "round 1"; }});
+  job_.resume = true;
+  job_.fit.sigma_px = 0.7;
+  EXPECT_THAT(ComputeError(), HasSubstr("found another 'sigma_px'"));
+}
+
+TEST_F(FitJobTest, TheIntegratorIsPartOfTheJob) {
+  std::atomic<bool> cancel = false;
+  RunFitJob(job_, {&cancel, [&](const FitProgress& p) { cancel = p.stage == "round 1"; }});
+  job_.resume = true;
+  job_.fit.integrator = SolveMode::kDynamic;
+  EXPECT_THAT(ComputeError(), HasSubstr("run without --resume"));
+}
+
+TEST_F(FitJobTest, TwoImagesOfOneNameAreRefused) {
+  AddImage("other/a.png", DrapeImage());
+  EXPECT_THAT(ComputeError(),
+              testing::JoinAll(HasSubstr("other/a.png"), HasSubstr("distinct names")));
+}
+
+TEST_F(FitJobTest, BadImagesAreNamed) {
+  GrayImage border = DrapeImage();
+  for (int row = 100; row < 140; ++row)
+    for (int column = 0; column < 128; ++column) border.at(column, row) = 1.0f;
+  AddImage("one_pixel.png", GrayImage(1, 1, 1.0f));
+  AddImage("white.png", GrayImage(256, 256));
+  AddImage("border.png", border);
+  AddImage("corner.png", [] {
+    GrayImage image(256, 256);
+    for (int i = 5; i < 25; ++i)
+      for (int j = 5; j < 25; ++j) image.at(i, j) = 1.0f;
+    return image;
+  }());
+  WriteAll(folder_ / "empty.png", {});
+  for (const std::string name : {"empty", "one_pixel", "white", "border", "corner", "absent"}) {
+    job_.images = {folder_ / (name + ".png")};
+    EXPECT_THAT(ComputeError(), HasSubstr(name + ".png")) << name;
+  }
+  EXPECT_FALSE(Exists("summary.json"));
+}
+
+TEST_F(FitJobTest, BadSettingsAreNamed) {
+  FitJob job = job_;
+  job_.images.clear();
+  EXPECT_THAT(ComputeError(), HasSubstr("images: none"));
+  job_ = job;
+  job_.model = "hetero";
+  EXPECT_THAT(ComputeError(), HasSubstr("'hetero'"));
+  job_ = job;
+  job_.centre = "middle";
+  EXPECT_THAT(ComputeError(), HasSubstr("'middle'"));
+  job_ = job;
+  MaterialField negative = test::TestMaterial();
+  negative.stretch[0].c[0][1] = -1.0;
+  WriteStart(negative);
+  EXPECT_THAT(ComputeError(), HasSubstr("start.json"));
+}
+
+TEST(ParseCentreMode, KnowsTwoNames) {
+  EXPECT_EQ(ParseCentreMode("nominal"), CentreMode::kNominal);
+  EXPECT_EQ(ParseCentreMode("outline"), CentreMode::kOutline);
+  EXPECT_THROW(ParseCentreMode("Outline"), InputError);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/posterior/variational/gaussian_posterior.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+
+#include "solver/posterior/map_estimator.h"
+#include "solver/posterior/variational/pareto_smoothing.h"
+
+namespace drape {
+namespace {
+
+GaussianPosterior Example() {
+  GaussianPosterior q;
+  q.mean = Eigen::Vector3d(0.3, -1.0, 0.5);
+  q.rotation = FromCovariance(q.mean, Eigen::Matrix3d{{2, 1, 0}, {1, 2, .5}, {0, .5, 1}}).rotation;
+  q.factor = Eigen::Matrix3d{{.5, 0, 0}, {.2, .7, 0}, {-.1, .3, 1.2}};
+  return q;
+}
+
+// ½ (tr Σ + |mean|² − P − ln det Σ).
+TEST(GaussianPosterior, DivergenceIsThatOfItsCovariance) {
+  const GaussianPosterior q = Example();
+  const Eigen::MatrixXd covariance = q.Covariance();
+  EXPECT_NEAR(
+      q.DivergenceFromPrior(),
+      0.5 * (covariance.trace() + q.mean.squaredNorm() - 3 - std::log(covariance.determinant())),
+      1e-12);
+  EXPECT_LT((q.Deviations() - covariance.diagonal().cwiseSqrt()).norm(), 1e-14);
+}
+
+TEST(GaussianPosterior, FromCovarianceKeepsItAndSortsItsAxes) {
+  const Eigen::MatrixXd covariance = Example().Covariance();
+  const GaussianPosterior q = FromCovariance(Eigen::Vector3d::Zero(), covariance);
+  EXPECT_LT((q.Covariance() - covariance).norm(), 1e-14);
+  EXPECT_LT(q.factor(0, 0), q.factor(2, 2));
+  EXPECT_EQ(q.factor(1, 0), 0.0);
+}
+
+TEST(GaussianPosterior, ManyDrawsHaveItsMoments) {
+  const GaussianPosterior q = Example();
+  constexpr int kCount = 40000;
+  const Eigen::MatrixXd draws = q.Draws(IndependentSamples(3, kCount, 11));
+  EXPECT_LT((draws.rowwise().mean() - q.mean).norm(), 0.03);
+  const Eigen::MatrixXd about = draws.colwise() - q.mean;
+  EXPECT_LT((about * about.transpose() / kCount - q.Covariance()).norm(), 0.05);
+}
+
+TEST(BalancedSamples, HaveExactMoments) {
+  const Eigen::MatrixXd draws = BalancedSamples(7, 10, 3);
+  EXPECT_LT(draws.rowwise().sum().norm(), 1e-13);
+  const Eigen::MatrixXd moments = draws * draws.transpose() / 10;
+  EXPECT_LT((moments.topLeftCorner(5, 5) - Eigen::MatrixXd::Identity(5, 5)).norm(), 1e-12);
+  EXPECT_EQ(draws, BalancedSamples(7, 10, 3));
+  EXPECT_NE(draws, BalancedSamples(7, 10, 4));
+}
+
+// Weights u^−k of uniform u have a tail of shape k.
+TEST(ParetoShape, FindsTheShapeOfAKnownTail) {
+  for (const double k : {0.2, 0.5, 0.9}) {
+    constexpr int kCount = 20000;
+    Eigen::VectorXd log_weights(kCount);
+    for (int i = 0; i < kCount; ++i) log_weights[i] = -k * std::log((i + 0.5) / kCount);
+    EXPECT_NEAR(ParetoShape(log_weights), k, 0.05);
+  }
+}
+
+TEST(ParetoShape, EqualWeightsHaveNoTail) {
+  Eigen::VectorXd log_weights = Eigen::VectorXd::Constant(100, 2.0);
+  EXPECT_EQ(ParetoShape(log_weights), 0.0);
+  log_weights[3] = 9.0;
+  EXPECT_TRUE(std::isinf(ParetoShape(log_weights)));
+}
+
+PosteriorFit ScoreOfEqualDraws(int count) {
+  PosteriorFit fit;
+  fit.sigma_px = 2.0;
+  const Eigen::VectorXd residual = Eigen::VectorXd::Constant(4, 0.5);
+  EstimateElbo(std::vector<Eigen::VectorXd>(count, residual), std::vector<double>(count, -3.0),
+               &fit);
+  return fit;
+}
+
+TEST(EstimateElbo, IsTheMeanLogWeight) {
+  const PosteriorFit fit = ScoreOfEqualDraws(30);
+  EXPECT_NEAR(fit.elbo, -3.0 - 0.5 - 4 * std::log(2 * std::sqrt(2 * std::numbers::pi)), 1e-12);
+  EXPECT_NEAR(fit.elbo_error, 0.0, 1e-12);
+  EXPECT_NEAR(fit.draw_rms_px, 1.0, 1e-12);
+  EXPECT_EQ(fit.fresh, 30);
+}
+
+TEST(EstimateElbo, TooFewDrawsSayNothing) {
+  const PosteriorFit fit = ScoreOfEqualDraws(24);
+  EXPECT_TRUE(std::isnan(fit.elbo));
+  EXPECT_TRUE(std::isnan(fit.pareto_k));
+  EXPECT_EQ(fit.fresh, 24);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+// The evidence lower bound on problems whose posterior is known.
+#include "solver/posterior/variational/variational_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+#include <random>
+
+#include "tests/physics/cloth_fixture.h"
+
+namespace drape {
+namespace {
+
+constexpr int kLatents = 6, kResiduals = 9;
+
+// r = A·u − b, so that the posterior is N(mean, Σ), Σ⁻¹ = AᵀA + 1, mean = Σ·Aᵀ·b. With `bend`, r
+// also has ½·bend·(A·u)².
+class Observations final : public SampledResiduals {
+ public:
+  explicit Observations(int draws, double bend = 0.0, int latents = kLatents)
+      : draws_(draws), bend_(bend) {
+    std::mt19937_64 random(7);
+    a = test::RandomMatrix(kResiduals, latents, random);
+    b = test::RandomMatrix(kResiduals, 1, random);
+  }
+  int num_latents() const override { return static_cast<int>(a.cols()); }
+  int num_residuals() const override { return kResiduals; }
+  int num_draws() const override { return draws_; }
+  void Prepare(const Eigen::MatrixXd& points, bool) override { points_ = points; }
+  bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
+    const Eigen::VectorXd seen = a * points_.col(draw);
+    *residual = seen + 0.5 * bend_ * seen.cwiseAbs2() - b;
+    if (jacobian != nullptr) *jacobian = (1 + bend_ * seen.array()).matrix().asDiagonal() * a;
+    return true;
+  }
+  Eigen::MatrixXd Precision() const {
+    return a.transpose() * a + Eigen::MatrixXd::Identity(a.cols(), a.cols());
+  }
+  Eigen::VectorXd Mean() const { return Precision().ldlt().solve(a.transpose() * b); }
+  // −ln ∫ exp(−½‖A·u − b‖²) N(u; 0, 1) du.
+  double NegativeLogEvidence() const {
+    const Eigen::MatrixXd spread =
+        a * a.transpose() + Eigen::MatrixXd::Identity(kResiduals, kResiduals);
+    return 0.5 * b.dot(spread.ldlt().solve(b)) + 0.5 * std::log(spread.determinant());
+  }
+
+  Eigen::MatrixXd a;
+  Eigen::VectorXd b;
+
+ private:
+  int draws_;
+  double bend_;
+  Eigen::MatrixXd points_;
+};
+
+GaussianPosterior Prior(int latents = kLatents) {
+  return {Eigen::VectorXd::Zero(latents), Eigen::MatrixXd::Identity(latents, latents),
+          Eigen::MatrixXd::Identity(latents, latents)};
+}
+
+VariationalOptions Options(int rank) {
+  VariationalOptions options;
+  options.rank = rank;
+  options.max_iterations = 200;
+  options.cost_tolerance = 1e-15;
+  options.initial_damping = 1e-3;
+  return options;
+}
+
+TEST(FitPosterior, AFullTriangleFindsAConjugatePosterior) {
+  Observations data(2 * kLatents);
+  const VariationalFit fit = FitPosterior(data, Prior(), Options(kLatents));
+  EXPECT_EQ(fit.termination, FitTermination::kConverged);
+  EXPECT_LT((fit.gaussian.mean - data.Mean()).norm(), 1e-6);
+  EXPECT_LT((fit.gaussian.Covariance() - data.Precision().inverse()).norm(), 1e-6);
+  EXPECT_NEAR(fit.cost, data.NegativeLogEvidence(), 1e-6);  // the bound is tight
+}
+
+// The best independent normal has the precisions' diagonal [Bishop 2006, section 10.1.2].
+TEST(FitPosterior, MeanFieldFindsTheBestIndependentNormal) {
+  Observations data(2 * kLatents);
+  const VariationalFit fit = FitPosterior(data, Prior(), Options(0));
+  EXPECT_LT((fit.gaussian.mean - data.Mean()).norm(), 1e-6);
+  const Eigen::VectorXd variance = data.Precision().diagonal().cwiseInverse();
+  EXPECT_LT((fit.gaussian.Covariance() - Eigen::MatrixXd(variance.asDiagonal())).norm(), 1e-6);
+  EXPECT_GT(fit.cost, data.NegativeLogEvidence() + 0.1);
+}
+
+// In the axes of the posterior, a diagonal L is exact and a triangle adds nothing.
+TEST(FitPosterior, InTheAxesOfThePosteriorADiagonalIsEnough) {
+  Observations data(2 * kLatents);
+  GaussianPosterior start = Prior();
+  start.rotation = FromCovariance(data.Mean(), data.Precision().inverse()).rotation;
+  const VariationalFit fit = FitPosterior(data, start, Options(0));
+  EXPECT_LT((fit.gaussian.Covariance() - data.Precision().inverse()).norm(), 1e-6);
+  EXPECT_NEAR(fit.cost, data.NegativeLogEvidence(), 1e-6);
+}
+
+// Most directions are then the prior's alone, with equal singular values of the Jacobian: the
+// singular value decomposition behind Ceres's DENSE_SVD is wrong or crashes on some such.
+TEST(FitPosterior, TheModeOfMoreNumbersThanDataHasTheLaplaceCovariance) {
+  for (const int latents : {17, 39, 51, 78, 120}) {
+    Observations data(1, 0.0, latents);
+    VariationalOptions options = Options(0);
+    options.kind = SampleKind::kMode;
+    const VariationalFit fit = FitPosterior(data, Prior(latents), options);
+    EXPECT_LT((fit.gaussian.mean - data.Mean()).norm(), 1e-6) << latents;
+    EXPECT_LT((fit.gaussian.Covariance() - data.Precision().inverse()).norm(), 1e-9) << latents;
+  }
+}
+
+TEST(FitPosterior, TheModeHasTheLaplaceCovariance) {
+  Observations data(1);
+  VariationalOptions options = Options(0);
+  options.kind = SampleKind::kMode;
+  const VariationalFit fit = FitPosterior(data, Prior(), options);
+  EXPECT_LT((fit.gaussian.mean - data.Mean()).norm(), 1e-6);
+  EXPECT_LT((fit.gaussian.Covariance() - data.Precision().inverse()).norm(), 1e-8);
+}
+
+// −ELBO at a point by its definition: the draws' mean of ½‖r‖², and the divergence in closed form.
+TEST(FitPosterior, TheCostIsTheNegativeBound) {
+  constexpr int kDraws = 8;
+  Observations data(kDraws, 0.3);
+  GaussianPosterior start = Prior();
+  std::mt19937_64 random(2);
+  start.mean = 0.3 * test::RandomMatrix(kLatents, 1, random);
+  for (int i = 0; i < kLatents; ++i)
+    for (int j = 0; j <= i; ++j) start.factor(i, j) = i == j ? 0.5 + 0.1 * i : 0.05 * (i - j);
+  VariationalOptions options = Options(kLatents);
+  options.max_iterations = 0;
+  const VariationalFit fit = FitPosterior(data, start, options);
+  const Eigen::MatrixXd points = start.Draws(BalancedSamples(kLatents, kDraws, options.seed));
+  data.Prepare(points, false);
+  double expected = start.DivergenceFromPrior();
+  for (int s = 0; s < kDraws; ++s) {
+    Eigen::VectorXd r;
+    ASSERT_TRUE(data.Copy(s, &r, nullptr));
+    expected += 0.5 * r.squaredNorm() / kDraws;
+  }
+  EXPECT_NEAR(fit.initial_cost, expected, 1e-12 * expected);
+}
+
+// At the optimum of a nonlinear problem no number lowers the cost: the gradient is that of the
+// cost.
+TEST(FitPosterior, TheOptimumOfANonlinearProblemIsStationary) {
+  constexpr int kDraws = 12;
+  Observations data(kDraws, 0.2);
+  VariationalOptions options = Options(3);
+  const VariationalFit best = FitPosterior(data, Prior(), options);
+  options.max_iterations = 0;
+  const auto cost = [&](const GaussianPosterior& q) {
+    return FitPosterior(data, q, options).initial_cost;
+  };
+  constexpr double kStep = 1e-4;
+  const auto slope = [&](const auto& change) {
+    GaussianPosterior up = best.gaussian, down = best.gaussian;
+    change(up, kStep);
+    change(down, -kStep);
+    return (cost(up) - cost(down)) / (2 * kStep);
+  };
+  for (int i = 0; i < kLatents; ++i) {
+    EXPECT_LT(std::abs(slope([&](auto& q, double h) { q.mean[i] += h; })), 1e-6) << i;
+    EXPECT_LT(std::abs(slope([&](auto& q, double h) { q.factor(i, i) *= std::exp(h); })), 1e-6);
+  }
+  EXPECT_LT(std::abs(slope([&](auto& q, double h) { q.factor(2, 1) += h; })), 1e-6);
+}
+
+// One noise for each element: u = (mean, deviations).
+TEST(FitPosterior, ElementwiseDrawsGetMeansAndDeviations) {
+  class Elements final : public SampledResiduals {
+   public:
+    int num_latents() const override { return 2; }
+    int num_residuals() const override { return 2; }
+    int num_draws() const override { return 4; }
+    void Prepare(const Eigen::MatrixXd& points, bool) override { u_ = points; }
+    bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
+      residual->resize(2);
+      *residual << 10 * (u_(0, draw) - 0.4), 10 * (u_(1, draw) - 0.2);
+      if (jacobian != nullptr) *jacobian = 10 * RowMatrix::Identity(2, 2);
+      return true;
+    }
+
+   private:
+    Eigen::MatrixXd u_;
+  } data;
+  GaussianPosterior start{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Identity(1, 1),
+                          Eigen::MatrixXd::Identity(1, 1)};
+  VariationalOptions options = Options(0);
+  options.kind = SampleKind::kElementwise;
+  const VariationalFit fit = FitPosterior(data, start, options);
+  EXPECT_NEAR(fit.gaussian.mean[0], 0.4 * 100 / 101, 1e-6);
+  // 100·(s − 0.2) + s − 1/s = 0.
+  const double s = fit.gaussian.factor(0, 0);
+  EXPECT_NEAR(100 * (s - 0.2) + s - 1 / s, 0.0, 1e-4);
+}
+
+// E elements η = m + s·ε with noise of their own and r = A·η − b. By the bound of posterior_fit.h,
+//   −ln p(b | m, s) ≤ ½‖A1·m − b‖² + ½ s²‖A‖², so that
+// m = (A1)ᵀb / (‖A1‖² + 1) and s² = 1 / (‖A‖² + 1): the prior of s counts once, not once for each
+// element.
+class ConjugateElements final : public SampledResiduals {
+ public:
+  static constexpr int kElements = 5, kDraws = 2 * kElements;  // BalancedSamples are exact
+  ConjugateElements() : noise_(BalancedSamples(kElements, kDraws, 3)) {
+    std::mt19937_64 random(11);
+    a = test::RandomMatrix(kResiduals, kElements, random);
+    b = test::RandomMatrix(kResiduals, 1, random);
+  }
+  int num_latents() const override { return 2; }
+  int num_residuals() const override { return kResiduals; }
+  int num_draws() const override { return kDraws; }
+  void Prepare(const Eigen::MatrixXd& points, bool) override { u_ = points; }
+  bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
+    const Eigen::VectorXd ones = Eigen::VectorXd::Ones(kElements);
+    *residual = a * (u_(0, draw) * ones + u_(1, draw) * noise_.col(draw)) - b;
+    if (jacobian == nullptr) return true;
+    jacobian->resize(kResiduals, 2);
+    *jacobian << a * ones, a * noise_.col(draw);
+    return true;
+  }
+  Eigen::VectorXd Sum() const { return a.rowwise().sum(); }
+  // −ln ∫ exp(−½‖A·η − b‖²) N(η; m, s²) dη.
+  double NegativeLogEvidence(double m, double s) const {
+    const Eigen::MatrixXd spread =
+        Eigen::MatrixXd::Identity(kResiduals, kResiduals) + s * s * a * a.transpose();
+    const Eigen::VectorXd r = m * Sum() - b;
+    return 0.5 * r.dot(spread.ldlt().solve(r)) + 0.5 * std::log(spread.determinant());
+  }
+
+  Eigen::MatrixXd a;
+  Eigen::VectorXd b;
+
+ private:
+  Eigen::MatrixXd noise_, u_;
+};
+
+TEST(FitPosterior, ElementwiseDrawsFindTheBestBoundOfAConjugateProblem) {
+  ConjugateElements data;
+  const GaussianPosterior start{Eigen::VectorXd::Zero(1), Eigen::MatrixXd::Identity(1, 1),
+                                Eigen::MatrixXd::Identity(1, 1)};
+  VariationalOptions options = Options(0);
+  options.kind = SampleKind::kElementwise;
+  const VariationalFit fit = FitPosterior(data, start, options);
+  const double m = fit.gaussian.mean[0], s = fit.gaussian.factor(0, 0);
+  EXPECT_NEAR(m, data.Sum().dot(data.b) / (data.Sum().squaredNorm() + 1), 1e-6);
+  EXPECT_NEAR(s * s, 1 / (data.a.squaredNorm() + 1), 1e-6);
+  const double prior = 0.5 * m * m + 0.5 * (s * s - 1 - std::log(s * s));
+  EXPECT_NEAR(fit.divergence, prior, 1e-12);
+  EXPECT_NEAR(
+      fit.cost,
+      0.5 * (data.Sum() * m - data.b).squaredNorm() + 0.5 * s * s * data.a.squaredNorm() + prior,
+      1e-9);
+  EXPECT_GE(fit.cost, data.NegativeLogEvidence(m, s) + prior);
+}
+
+TEST(SignedRoot, SquaresToTheDivergenceAndIsSmooth) {
+  for (const double rho : {-3.0, -0.5, -2e-4, -9e-5, 0.0, 9e-5, 1e-3, 0.5, 2.0}) {
+    double slope = 0.0;
+    const double root = SignedRoot(rho, &slope);
+    const double t = std::exp(2 * rho);
+    EXPECT_NEAR(root * root, t - 1 - std::log(t), 1e-9 * (1 + t)) << rho;
+    EXPECT_EQ(root > 0, rho > 0);
+    constexpr double kStep = 1e-5;
+    EXPECT_NEAR(slope, (SignedRoot(rho + kStep) - SignedRoot(rho - kStep)) / (2 * kStep), 1e-6)
+        << rho;
+  }
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape_bench's plan, records, extrapolation, front and table, on made-up numbers.
+#include <unistd.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <thread>
+
+#include "physics/simulation/backend.h"
+#include "physics/util/child_process.h"
+#include "physics/util/errors.h"
+#include "solver/studies/bench/accuracy_table.h"
+#include "solver/studies/bench/cases/bench_plan.h"
+#include "solver/studies/bench/cases/bench_record.h"
+#include "solver/studies/bench/pareto.h"
+#include "solver/studies/bench/richardson.h"
+#include "tests/physics/cloth_fixture.h"
+#include "tests/physics/file_fixture.h"
+
+namespace drape::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+template <class Work>
+std::string ComputeError(const Work& work) {
+  try {
+    work();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+BenchAxes TwoByTwo() {
+  BenchAxes axes;
+  axes.material = {"fabrics/wool.json"};
+  axes.mesh = {"disc:300", "disc:600"};
+  axes.h = {0.2, 0.1};
+  axes.mode = {"adjoint", "tangent"};
+  return axes;
+}
+
+TEST(ParetoFront, HoldsWhatNoPointBeatsFastestFirst) {
+  EXPECT_THAT(ParetoFront({{3, 1}, {1, 5}, {2, 5}, {2, 2}, {4, 1}, {2, 2}, {kNaN, 0}, {0, kNaN}}),
+              ElementsAre(1, 3, 0));
+  EXPECT_TRUE(ParetoFront({}).empty());
+}
+
+TEST(FittedExponent, IsThatOfAPowerLaw) {
+  EXPECT_NEAR(FittedExponent({1, 2, 4}, {3, 3 * std::pow(2, 1.5), 3 * std::pow(4, 1.5)}), 1.5,
+              1e-12);
+}
+
+TEST(Extrapolate, IsExactForItsOrder) {
+  const auto quantity = [](double size, double order) {
+    return Eigen::Vector2d(3 + 2 * std::pow(size, order), 5 - std::pow(size, order)).eval();
+  };
+  for (const double order : {1.0, 2.0, 3.0}) {
+    const Eigen::Vector2d limit =
+        Extrapolate<Eigen::Vector2d>(quantity(0.1, order), quantity(0.15, order), 1.5, order);
+    EXPECT_LT((limit - Eigen::Vector2d(3, 5)).norm(), 1e-12) << order;
+  }
+}
+
+TEST(BenchPlan, IsTheProductOfTheAxesThatTheWorkHas) {
+  const auto forward = ListRuns(BenchWork::kForward, TwoByTwo());
+  ASSERT_EQ(forward.size(), 4u);
+  EXPECT_EQ(forward[0].mesh, "disc:300");
+  EXPECT_EQ(forward[0].h, 0.2);
+  EXPECT_EQ(forward[1].h, 0.1);
+  EXPECT_EQ(forward[1].steps(), 100);
+  EXPECT_EQ(forward[2].mesh, "disc:600");
+  EXPECT_EQ(ListRuns(BenchWork::kGradient, TwoByTwo()).size(), 8u);
+}
+
+TEST(BenchPlan, OnlyDistributionsHaveDraws) {
+  BenchAxes axes = TwoByTwo();
+  axes.mesh.resize(1);
+  axes.h.resize(1);
+  axes.mode.resize(1);
+  axes.model = {"homogeneous", "bdp"};
+  axes.draws = {8, 16};
+  const auto cells = ListRuns(BenchWork::kFit, axes);
+  ASSERT_EQ(cells.size(), 3u);
+  EXPECT_EQ(MethodName(cells[0], axes), "homogeneous");
+  EXPECT_EQ(MethodName(cells[2], axes), "bdp");
+  EXPECT_EQ(MakeLabel(cells[2], axes), "bdp draws=16");
+  EXPECT_EQ(MakeLabel(cells[0], axes), "homogeneous");
+}
+
+TEST(BenchPlan, OneThreadHasNoBatches) {
+  BenchAxes axes = TwoByTwo();
+  axes.mesh.resize(1);
+  axes.h.resize(1);
+  axes.backend = {"cpu", "cuda"};
+  axes.batch = {1, 64};
+  EXPECT_EQ(ListRuns(BenchWork::kForward, axes).size(), 3u);
+  axes.threads = {2};
+  EXPECT_EQ(ListRuns(BenchWork::kForward, axes).size(), 4u);
+}
+
+TEST(BenchPlan, AMethodIsWhatTheAxesVary) {
+  BenchAxes axes = TwoByTwo();
+  axes.mode.resize(1);
+  BenchSetting cell;
+  EXPECT_EQ(MethodName(cell, axes), "hybrid");
+  axes.backend = {"cpu", "cuda"};
+  EXPECT_EQ(MethodName(cell, axes), "cpu");
+  axes.integrator = {"hybrid", "static"};
+  EXPECT_EQ(MethodName(cell, axes), "hybrid cpu");
+}
+
+TEST(BenchPlan, NamesEachCell) {
+  const auto cells = ListRuns(BenchWork::kGradient, TwoByTwo());
+  std::set<std::string> identities;
+  for (const BenchSetting& cell : cells)
+    identities.insert(CheckpointKey(BenchWork::kGradient, cell));
+  EXPECT_EQ(identities.size(), cells.size());
+  EXPECT_NE(CheckpointKey(BenchWork::kForward, cells[0]),
+            CheckpointKey(BenchWork::kGradient, cells[0]));
+  EXPECT_EQ(MakeLabel(cells[2], TwoByTwo()), "disc:300 h=0.1 adjoint");
+}
+
+TEST(BenchPlan, RefusesValuesThatNoCellCanHave) {
+  BenchAxes axes = TwoByTwo();
+  axes.integrator = {"hybrid", "implicit"};
+  EXPECT_EQ(ComputeError([&] { ListRuns(BenchWork::kForward, axes); }),
+            "axis 'integrator': found 'implicit', expected one of dynamic, hybrid, static");
+  axes = TwoByTwo();
+  axes.h = {0.1, 0.1};
+  EXPECT_EQ(ComputeError([&] { ListRuns(BenchWork::kForward, axes); }),
+            "axis 'h': found 0.1 twice, expected different values");
+  axes.h = {};
+  EXPECT_EQ(ComputeError([&] { ListRuns(BenchWork::kForward, axes); }),
+            "axis 'h': found no value, expected at least one");
+  EXPECT_THAT(ComputeError([] { ParseBenchWork("backward"); }), HasSubstr("found 'backward'"));
+}
+
+class BenchFileTest : public FileFixture {
+ protected:
+  BenchSetting Cell(double h) const {
+    BenchSetting cell;
+    cell.material = "wool.json";
+    cell.h = h;
+    return cell;
+  }
+};
+
+TEST_F(BenchFileTest, IsReadBackByAResumedRun) {
+  BenchRecord record;
+  record.status = "other branch";
+  record[kVertexMm] = 1.0 / 3;
+  BenchFile(Path("cells.csv"), "seed=a", false).Add(BenchWork::kForward, Cell(0.1), record);
+  const BenchFile resumed(Path("cells.csv"), "seed=a", true);
+  EXPECT_TRUE(resumed.continues());
+  EXPECT_FALSE(BenchFile(Path("new.csv"), "seed=a", true).continues());
+  const BenchRecord* found = resumed.Find(CheckpointKey(BenchWork::kForward, Cell(0.1)));
+  ASSERT_NE(found, nullptr);
+  EXPECT_EQ(found->status, "other branch");
+  EXPECT_EQ((*found)[kVertexMm], 1.0 / 3);
+  EXPECT_TRUE(std::isnan((*found)[kOutlineMm]));
+  EXPECT_EQ(resumed.Find(CheckpointKey(BenchWork::kForward, Cell(0.2))), nullptr);
+  EXPECT_EQ(resumed.Find(CheckpointKey(BenchWork::kGradient, Cell(0.1))), nullptr);
+}
+
+TEST_F(BenchFileTest, RefusesWhatIsNotItsOwn) {
+  const std::string path = Path("cells.csv");
+  BenchFile(path, "seed=0", false);  // without cells it may begin anew
+  BenchFile(path, "seed=a", false).Add(BenchWork::kForward, Cell(0.1), BenchRecord());
+  EXPECT_THAT(ComputeError([&] { BenchFile(path, "seed=a", false); }), HasSubstr("--resume"));
+  EXPECT_THAT(ComputeError([&] { BenchFile(path, "seed=b", true); }),
+              HasSubstr("found '# seed=a', expected '# seed=b'"));
+  Write("cells.csv", Read(path) + "forward,wool\n");
+  EXPECT_THAT(ComputeError([&] { BenchFile(path, "seed=a", true); }),
+              HasSubstr("cells.csv:4: found 2 fields"));
+}
+
+TEST(RunInChild, ReturnsTextAndPassesErrorsOn) {
+  const ChildResult small = RunInChild([] { return std::string("result"); }, nullptr);
+  EXPECT_EQ(small.output, "result");
+  const ChildResult large =
+      RunInChild([] { return std::string(std::vector<char>(100 << 20, 'x').data(), 10); }, nullptr);
+  EXPECT_GT(large.peak_bytes - small.peak_bytes, 90e6);
+  EXPECT_EQ(ComputeError([] {
+              RunInChild([]() -> std::string { throw InputError("a.json", "bad"); }, nullptr);
+            }),
+            "a.json: bad");
+  EXPECT_THROW(RunInChild([]() -> std::string { _exit(3); }, nullptr), std::runtime_error);
+  const std::atomic<bool> cancel = true;
+  EXPECT_TRUE(RunInChild(
+                  []() -> std::string {
+                    for (;;) pause();
+                  },
+                  &cancel)
+                  .cancelled);
+}
+
+// Threads of the parent do not survive the fork; the child would wait for them forever.
+TEST(RunInChild, RunsBatchesInParallelAfterItsParentDid) {
+  const auto model = SmallDisc("smooth", 100);
+  const MaterialField material = TestMaterial();
+  const State start = model->RestState();
+  const std::vector<RolloutInput> batch(8, {&material, &start});
+  const auto run = [&] {
+    MakeCpuBackend(model, 2)->Rollouts(batch, {.h = 0.1, .steps = 2}, nullptr);
+    return std::string("done");
+  };
+  run();
+  std::atomic<bool> cancel = false;
+  std::jthread watch([&](const std::stop_token& stop) {
+    for (int i = 0; i < 300 && !stop.stop_requested(); ++i) usleep(100000);
+    cancel = true;
+  });
+  EXPECT_EQ(RunInChild(run, &cancel).output, "done");
+}
+
+// Two fabrics; the finer mesh is 16 times as slow, and its coarse step leaves the branch of one.
+struct MadeUpBench {
+  BenchJob job;
+  BenchResult result;
+
+  MadeUpBench() {
+    job.axes.material = {"a.json", "b.json"};
+    for (const std::string& material : job.axes.material) {
+      const double worse = material == "b.json" ? 2 : 1;
+      Add(material, "disc:300", "hybrid", 0.1, 8 * worse, 1);
+      Add(material, "disc:1200", "hybrid", 0.1, 1 * worse, 16);
+      Add(material, "disc:1200", "hybrid", 0.2, 1 * worse, 8, worse > 1 ? "other branch" : "ok");
+      Add(material, "disc:600", "dynamic", 0.1, 3 * worse, 4);
+      Add(material, "disc:4800", "static", 0.1, 0.1, 1);
+    }
+  }
+  void Add(const std::string& material, const std::string& mesh, const std::string& integrator,
+           double h, double error, double seconds, const std::string& status = "ok") {
+    BenchCell cell;
+    cell.setting.material = material;
+    cell.setting.mesh = mesh;
+    cell.setting.integrator = integrator;
+    cell.setting.h = h;
+    cell.record.status = status;
+    cell.record[kRadiusMm] = error;
+    cell.record[kWallSeconds] = seconds;
+    result.cells.push_back(cell);
+  }
+  AccuracyTable Table() const { return MakeAccuracyTable(job, result, kWallSeconds, 1.5); }
+};
+
+TEST(AccuracyTable, PromisesTheWorstFabricTimesTheSafety) {
+  const AccuracyTable table = MadeUpBench().Table();
+  ASSERT_EQ(table.rows.size(), 3u);
+  EXPECT_EQ(table.rows[0].mesh, "disc:300");
+  EXPECT_DOUBLE_EQ(table.rows[0].error_mm, 24);
+  EXPECT_DOUBLE_EQ(table.rows[0].cost, 1.0 / 16);
+  EXPECT_DOUBLE_EQ(table.rows[2].error_mm, 3);
+  EXPECT_DOUBLE_EQ(table.exact, 3);
+  EXPECT_DOUBLE_EQ(table.fast, 24);
+}
+
+TEST(AccuracyTable, PicksTheCheapestThatHolds) {
+  const AccuracyTable table = ParseAccuracyTable(AccuracyTableText(MadeUpBench().Table()), "t");
+  EXPECT_EQ(table.Pick("fast", "").mesh, "disc:300");
+  EXPECT_EQ(table.Pick("10mm", "").mesh, "disc:600");
+  EXPECT_EQ(table.Pick("10mm", "hybrid").mesh, "disc:1200");
+  EXPECT_EQ(table.Pick("exact", "").mesh, "disc:1200");
+  EXPECT_EQ(table.Pick("balanced", "hybrid").mesh, "disc:1200");
+}
+
+TEST(AccuracyTable, RefusesWhatItHasNot) {
+  const AccuracyTable table = MadeUpBench().Table();
+  EXPECT_EQ(ComputeError([&] { table.Pick("0.5mm", ""); }),
+            "option 'accuracy': found 0.5mm, expected at least 3mm: the table has nothing more "
+            "exact");
+  for (const char* text : {"good", "2", "-1mm", "mm", "2 mm", "nanmm"})
+    EXPECT_THAT(ComputeError([&] { table.Pick(text, ""); }), HasSubstr("such as 0.5mm")) << text;
+  EXPECT_THAT(ComputeError([] { ParseAccuracyTable("{\"format\": \"x\"}", "t"); }),
+              HasSubstr("t: key"));
+}
+
+}  // namespace
+}  // namespace drape::test

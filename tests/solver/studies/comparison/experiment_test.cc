@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+// A cell is computed once, goes on where it was stopped, and is computed anew where it is broken.
+#include "solver/studies/comparison/experiment.h"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "physics/material/material_io.h"
+#include "physics/util/atomic_file.h"
+#include "physics/util/json_input.h"
+#include "solver/job/fit_captures.h"
+#include "tests/losses/dataset/synthetic_dataset.h"
+#include "tests/physics/file_fixture.h"
+#include "tests/solver/solver_fixture.h"
+
+namespace drape {
+namespace {
+
+class ExperimentTest : public FileFixture {
+ protected:
+  ExperimentTest() {
+    for (int sample = 1; sample <= 3; ++sample)
+      data_.AddImage("Fabric 2/silhouettes/Sample_" + std::to_string(sample) + "_Capture_1.jpg",
+                     88 + sample, 4, 0.5 * sample);
+    const auto captures = Select(ReadDataset(data_.path()), {});
+    learnt_ = ObserveCaptures({captures[0]}, Camera());
+    held_out_ = ObserveCaptures({captures[1], captures[2]}, Camera());
+    WriteMaterial(Path("start.json"), {.name = "start",
+                                       .field = test::TestMaterial(),
+                                       .source_convention = "arcsim",
+                                       .source = "",
+                                       .warnings = {}});
+    UseCaptures({captures[0]}, &task_.fit);
+    task_.fit.material = Path("start.json");
+    task_.fit.mesh = "disc:120";
+    task_.fit.coarse_mesh = "disc:100";
+    task_.fit.backend = "cpu";
+    task_.fit.evaluation_steps = 5;
+    task_.fit.fit.grid.stretch = {1.0};
+    task_.fit.fit.grid.bend = {4.0};
+    task_.fit.fit.grid.lifts = {0.5, 1.0};
+    task_.fit.fit.keep = {2, 1};
+    task_.fit.fit.iterations = {2, 2};
+    task_.fit.fit.angles = 72;
+    task_.fit.fit.parameters = ParameterTying::kScales;
+    task_.prediction.specimens = 4;
+    task_.prediction.settle.steps.steps = 60;
+    task_.learnt = &learnt_;
+    task_.held_out = &held_out_;
+    task_.calibrate = false;
+    task_.folder = Path("cell");
+    task_.fit.checkpoint = Path("one_table.json");
+  }
+  bool Run(const std::atomic<bool>* cancel = nullptr) {
+    notes_.clear();
+    return RunExperiment(task_, {cancel, [&](double fraction, const std::string& note) {
+                                   EXPECT_LE(fraction, 1.0);
+                                   notes_ += note + " ";
+                                   if (on_note_) on_note_(note);
+                                 }});
+  }
+  std::string Text() const {
+    nlohmann::json json = ReadJsonFile(Path("cell/prediction.json"));
+    json.erase("seconds");
+    for (const char* timed : {"prediction_seconds", "calibration_seconds"})
+      json["numbers"].erase(timed);
+    return json.dump() + Read(Path("cell/material.json"));
+  }
+
+  const SyntheticDataset data_;
+  std::vector<ObservedCapture> learnt_, held_out_;
+  ExperimentTask task_;
+  std::string notes_;
+  std::function<void(const std::string&)> on_note_;
+};
+
+TEST_F(ExperimentTest, HasTheNumbersOfFitAndPrediction) {
+  task_.calibrate = true;
+  ASSERT_TRUE(Run());
+  const auto cell = ReadExperiment(Path("cell"));
+  ASSERT_TRUE(cell);
+  EXPECT_EQ(cell->failure, "");
+  for (const ComparedNumber& number : kComparedNumbers)
+    EXPECT_EQ(cell->numbers.contains(number.key), number.key != std::string("elbo")) << number.key;
+  EXPECT_EQ(cell->numbers.at("parameters"), 2);
+  EXPECT_FALSE(cell->belief);
+  ASSERT_EQ(cell->captures.size(), 2u);
+  EXPECT_EQ(cell->captures[1].sample, 3);
+  EXPECT_NEAR(0.5 * (cell->captures[0].feature_energy + cell->captures[1].feature_energy),
+              cell->numbers.at("feature_energy"), 1e-12);
+}
+
+TEST_F(ExperimentTest, ABrokenFileIsMadeAnewAndTheSame) {
+  ASSERT_TRUE(Run());
+  const std::string whole = Text();
+  ASSERT_TRUE(ReadExperiment(Path("cell")));
+  Write("cell/prediction.json", Read(Path("cell/prediction.json")).substr(0, 50));
+  EXPECT_FALSE(ReadExperiment(Path("cell")));
+  ASSERT_TRUE(Run());
+  EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("grid")));  // the fit is taken over
+  EXPECT_EQ(Text(), whole);
+  Write("cell/material.json", "{");
+  Write("one_table.json", "{");
+  EXPECT_FALSE(ReadExperiment(Path("cell")));
+  ASSERT_TRUE(Run());
+  EXPECT_THAT(notes_, testing::HasSubstr("round"));
+  EXPECT_EQ(Text(), whole);
+  std::filesystem::remove(Path("cell/summary.json"));
+  EXPECT_FALSE(ReadExperiment(Path("cell")));
+}
+
+TEST_F(ExperimentTest, GoesOnAfterACancelToTheSameNumbers) {
+  task_.calibrate = true;
+  ASSERT_TRUE(Run());
+  const std::string whole = Text();
+  std::filesystem::remove_all(Path("cell"));
+  std::filesystem::remove(Path("one_table.json"));
+  for (const std::string stage : {"round 1", "prediction", "calibration"}) {
+    std::atomic<bool> cancel = false;
+    on_note_ = [&](const std::string& note) { cancel = cancel || note == stage; };
+    EXPECT_FALSE(Run(&cancel)) << stage;
+    EXPECT_FALSE(ReadExperiment(Path("cell"))) << stage;
+  }
+  on_note_ = {};
+  ASSERT_TRUE(Run());
+  EXPECT_EQ(Text(), whole);
+}
+
+TEST_F(ExperimentTest, ACalibrationKeepsTheScoresOfTheFitAsItIs) {
+  ASSERT_TRUE(Run());
+  const Numbers as_fitted = ReadExperiment(Path("cell"))->numbers;
+  EXPECT_FALSE(as_fitted.contains("bend_factor_up"));
+  EXPECT_FALSE(as_fitted.contains("dc_error_as_fitted"));
+  task_.calibrate = true;
+  learnt_ = {{learnt_[0].capture, ObserveDisc(0.1, Camera())}};  // hangs far lower than the fit
+  nlohmann::json earlier = ReadJsonFile(Path("cell/prediction.json"));
+  earlier["version"] = 2;
+  Write("cell/prediction.json", earlier.dump());
+  EXPECT_FALSE(ReadExperiment(Path("cell")));
+  ASSERT_TRUE(Run());
+  const Numbers calibrated = ReadExperiment(Path("cell"))->numbers;
+  for (const std::string key : {"mean_image_mse", "dc_error", "dc_coverage_90", "feature_energy"})
+    EXPECT_EQ(calibrated.at(key + "_as_fitted"), as_fitted.at(key)) << key;
+  EXPECT_EQ(calibrated.at("bend_factor_up"), calibrated.at("bend_factor_down"));  // not known
+  EXPECT_LT(calibrated.at("bend_factor_up"), 1);
+  EXPECT_NE(calibrated.at("feature_energy"), as_fitted.at("feature_energy"));
+}
+
+TEST_F(ExperimentTest, ModelsGoOnFromTheSameTable) {
+  ASSERT_TRUE(Run());
+  EXPECT_THAT(notes_, testing::HasSubstr("grid"));
+  const nlohmann::json table = ReadJsonFile(Path("cell/material.json"));
+  task_.folder = Path("fields");
+  task_.fit.model = "heterogeneous";
+  task_.fit.fields.iterations = 1;
+  task_.fit.fields.hops = 0;
+  ASSERT_TRUE(Run());
+  EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("grid")));
+  EXPECT_THAT(notes_, testing::HasSubstr("fields"));
+  EXPECT_EQ(ReadJsonFile(Path("fields/material_homogeneous.json"))["stretch"], table["stretch"]);
+}
+
+TEST_F(ExperimentTest, DrawsThatDoNotComeToRestAreACellWithAReason) {
+  task_.prediction.settle.equilibrium.tolerance = 1e-30;
+  ASSERT_TRUE(Run());
+  const auto cell = ReadExperiment(Path("cell"));
+  ASSERT_TRUE(cell);
+  EXPECT_THAT(cell->failure, testing::HasSubstr("fewer than two draws at rest"));
+  EXPECT_TRUE(cell->captures.empty());
+}
+
+// Of a model that stayed at its one table there is no prediction: it would be that of homo.
+TEST_F(ExperimentTest, AModelThatCouldNotBeFittedHasNoScore) {
+  ASSERT_TRUE(Run());
+  std::filesystem::remove(Path("cell/prediction.json"));
+  task_.fit.model = "heterogeneous";
+  ASSERT_TRUE(Run());
+  EXPECT_EQ(ReadExperiment(Path("cell"))->failure, "the fields could not be fitted");
+}
+
+}  // namespace
+}  // namespace drape

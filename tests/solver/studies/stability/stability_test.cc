@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stability atlas: its rules on made-up states, its maps and files, and boundaries of it that
+// are known to stand where they do.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "physics/material/material_io.h"
+#include "physics/mesh/disc.h"
+#include "solver/studies/stability/stability_survey.h"
+#include "solver/studies/stability/stability_theory.h"
+#include "tests/physics/cloth_fixture.h"
+#include "tests/physics/file_fixture.h"
+
+namespace drape {
+namespace {
+
+using Class = StabilityClass;
+using Method = StabilityMethod;
+
+StabilitySetting FeltSetting() {
+  const std::string configs = std::string(DRAPE_SOURCE_DIR) + "/configs/";
+  return {.mesh = MakeDisc({.target_vertices = 100}),
+          .material = ReadMaterial(configs + "fabrics/synthetic_felt.json").field,
+          .start = ReadStartShape(configs + "starts/four_waves.json"),
+          .duration = 4.0,
+          .most_steps = 600,
+          .most_newton_steps = 300,
+          .most_explicit_steps = 30000};
+}
+
+class AtlasTest : public testing::Test {
+ protected:
+  Class FindKind(StabilityCase run) { return bench_.Run(run, never_).value().kind; }
+
+  std::atomic<bool> never_ = false;
+  StabilityRunner bench_{FeltSetting()};
+};
+
+// Each of these runs is a cell of configs/stability.json or lies between two.
+
+TEST_F(AtlasTest, ExplicitStandsAtHalfTheLimitAndFallsAboveIt) {
+  const ExplicitLimit limit = MeasureLimit(bench_, {});
+  ASSERT_TRUE(limit.theory && limit.measured);
+  std::printf("theory %.4g ms, measured %.4g ms\n", 1e3 * *limit.theory, 1e3 * *limit.measured);
+  EXPECT_NEAR(*limit.measured / *limit.theory, 1.0, 0.08);
+  EXPECT_EQ(FindKind({.method = Method::kExplicit, .h = 0.5 * *limit.theory}), Class::kSettled);
+  EXPECT_EQ(FindKind({.method = Method::kExplicit, .h = 1.3 * *limit.theory}), Class::kDiverged);
+}
+
+TEST_F(AtlasTest, ExplicitLimitFollowsDensityNeedlesAndHandles) {
+  const double usual = MeasureLimit(bench_, {}).measured.value();
+  EXPECT_NEAR(MeasureLimit(bench_, {.density = 0.05}).measured.value() / usual, 0.5, 0.03);
+  EXPECT_NEAR(MeasureLimit(bench_, {.handle = 100.0}).measured.value() / usual, 0.121, 0.02);
+  const ExplicitLimit needles = MeasureLimit(bench_, {.sliver = 100.0});
+  EXPECT_LT(*needles.measured / usual, 0.2);
+  EXPECT_NEAR(*needles.measured / *needles.theory, 0.85, 0.2);
+}
+
+TEST_F(AtlasTest, OneSolveStepSettlesAtAnyStepButTheSmallest) {
+  for (const Method method : {Method::kStep, Method::kStepPcg, Method::kStepFloat})
+    for (const double h : {0.05, 0.5})
+      EXPECT_EQ(FindKind({.method = method, .h = h}), Class::kSettled) << ToString(method) << h;
+  EXPECT_EQ(FindKind({.method = Method::kStep, .h = 1e-3}), Class::kStillMoving);
+}
+
+TEST_F(AtlasTest, OneSolveStepRecoversFromCompressionAndSomeTangle) {
+  EXPECT_EQ(FindKind({.method = Method::kStep, .compression = 0.5}), Class::kSettled);
+  EXPECT_EQ(FindKind({.method = Method::kStep, .tangle = 0.2}), Class::kSettled);
+  EXPECT_EQ(FindKind({.method = Method::kStep, .tangle = 1.0}), Class::kFoldedOver);
+}
+
+TEST_F(AtlasTest, SinglePrecisionFailsAtNeedles) {
+  StabilityCase run{.method = Method::kStepFloat, .h = 0.2, .sliver = 100.0};
+  EXPECT_EQ(FindKind(run), Class::kSettled);
+  run.sliver = 3000.0;
+  EXPECT_EQ(FindKind(run), Class::kFactorFailed);
+  run.method = Method::kStep;
+  EXPECT_EQ(FindKind(run), Class::kSettled);
+}
+
+TEST_F(AtlasTest, ImplicitEulerSettlesWhereItDamps) {
+  EXPECT_EQ(FindKind({.method = Method::kImplicit, .h = 0.05}), Class::kSettled);
+  EXPECT_EQ(FindKind({.method = Method::kImplicit, .h = 0.5}), Class::kSettled);
+  EXPECT_EQ(FindKind({.method = Method::kImplicit, .h = 1e-3}), Class::kStillMoving);
+}
+
+TEST_F(AtlasTest, StaticFromACompressedStartNeedsAShift) {
+  StabilityCase run{.method = Method::kStaticNoShift, .compression = 0.8, .calm = 0.0};
+  EXPECT_EQ(FindKind(run), Class::kFactorFailed);
+  run.method = Method::kStatic;
+  EXPECT_EQ(FindKind(run), Class::kSettled);
+  run = {.method = Method::kStaticNoShift, .compression = 0.8, .calm = 50.0};
+  EXPECT_EQ(FindKind(run), Class::kSettled);
+}
+
+TEST_F(AtlasTest, ProjectionCrawlsWhereTheShiftConverges) {
+  const StabilityRun shifted = bench_.Run({.method = Method::kStatic}, never_).value();
+  const StabilityRun projected = bench_.Run({.method = Method::kStaticProjected}, never_).value();
+  EXPECT_EQ(shifted.kind, Class::kSettled);
+  EXPECT_GT(projected.steps, 3 * shifted.steps);
+  EXPECT_EQ(FindKind({.method = Method::kStaticProjected, .stretch = 100.0, .bend = 100.0}),
+            Class::kSettled);
+}
+
+TEST_F(AtlasTest, DampingOfImplicitEulerIsThatOfTheory) {
+  for (const double h : {0.01, 0.1, 0.5}) {
+    const StepDamping newton =
+        MeasureDamping(bench_, {.method = Method::kImplicit, .h = h}, 0).value();
+    EXPECT_NEAR(newton.theory, 1.0 / std::hypot(1.0, h * newton.omega), 1e-12);
+    EXPECT_NEAR(newton.measured / newton.theory, 1.0, 0.01) << h;
+  }
+  // The approximate Jacobian of the one-solve step is not K: large steps hardly damp more.
+  const StepDamping step = MeasureDamping(bench_, {.method = Method::kStep, .h = 0.5}, 0).value();
+  EXPECT_LT(step.theory, 0.15);
+  EXPECT_GT(step.measured, 0.8);
+}
+
+TEST_F(AtlasTest, ASoftClothHasOtherBranches) {
+  StabilityCase run{.method = Method::kExplicit, .h = 2e-4, .bend = 0.1};
+  EXPECT_EQ(FindKind(run), Class::kOtherBranch);
+  run.bend = 10.0;
+  EXPECT_EQ(FindKind(run), Class::kSettled);
+}
+
+// The rules, on a cloth lying flat.
+class ClassifyTest : public testing::Test {
+ protected:
+  Class FindKind(const StabilityEnd& end) const {
+    return Classify(*model_, end, reference_, [&](const Eigen::VectorXd&) { return rest_; });
+  }
+  StabilityEnd Flat() const { return {.x = model_->mesh.rest_x}; }
+
+  std::shared_ptr<const ClothModel> model_ = test::SmallDisc("smooth");
+  Eigen::VectorXd reference_ = model_->mesh.rest_x;
+  std::optional<Eigen::VectorXd> rest_;
+};
+
+TEST_F(ClassifyTest, NamesWhatIsNoDrape) {
+  EXPECT_EQ(FindKind(Flat()), Class::kSettled);
+  StabilityEnd end = Flat();
+  end.x[7] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(FindKind(end), Class::kDiverged);
+  end.x[7] = 2.5;
+  EXPECT_EQ(FindKind(end), Class::kDiverged);
+  end = Flat();
+  end.status = TimeStepStatus::kNotFinite;
+  EXPECT_EQ(FindKind(end), Class::kDiverged);
+  end.status = TimeStepStatus::kNotPositiveDefinite;
+  EXPECT_EQ(FindKind(end), Class::kFactorFailed);
+  end.status = TimeStepStatus::kNotConverged;
+  EXPECT_EQ(FindKind(end), Class::kNotConverged);
+}
+
+TEST_F(ClassifyTest, NamesWhatIsFolded) {
+  StabilityEnd end = Flat();
+  end.x[3 * model_->mesh.boundary_loops[0][0] + 2] = 0.031;
+  EXPECT_EQ(FindKind(end), Class::kFoldedOver);
+  end = Flat();  // a mirror image lies face down
+  for (int i = 0; i < model_->mesh.num_vertices(); ++i) end.x[3 * i] *= -1.0;
+  EXPECT_EQ(FindKind(end), Class::kFoldedOver);
+}
+
+TEST_F(ClassifyTest, NamesWhatMovesCreepsOrIsElsewhere) {
+  StabilityEnd end = Flat();
+  end.speed = 3e-3;
+  EXPECT_EQ(FindKind(end), Class::kStillMoving);
+  end = Flat();
+  for (int i = 0; i < model_->mesh.num_vertices(); ++i) end.x[3 * i + 2] -= 4e-3;
+  rest_ = reference_;  // Newton leads back to it
+  EXPECT_EQ(FindKind(end), Class::kStillMoving);
+  rest_ = end.x;
+  EXPECT_EQ(FindKind(end), Class::kOtherBranch);
+  rest_.reset();
+  EXPECT_EQ(FindKind(end), Class::kOtherBranch);
+  reference_.resize(0);
+  EXPECT_EQ(FindKind(end), Class::kSettled);
+}
+
+TEST(StabilityMaps, ALineIsAMapForEachMethod) {
+  const std::vector<StabilityMap> maps = ParseStabilityMaps(
+      "step+implicit h=0.01:1:3 tangle=0.2/0/0.1 density=0.1 law=reference", "maps");
+  ASSERT_EQ(maps.size(), 2u);
+  EXPECT_EQ(maps[1].name, "implicit-h-tangle-density0.1-reference");
+  EXPECT_THAT(maps[0].values[0], testing::ElementsAre(0.01, 0.1, 1.0));
+  EXPECT_THAT(maps[0].values[1], testing::ElementsAre(0.0, 0.1, 0.2));
+  ASSERT_EQ(maps[1].Cases().size(), 9u);
+  const StabilityCase run = maps[1].Cases()[5];
+  EXPECT_EQ(run, (StabilityCase{.method = Method::kImplicit,
+                                .law = "reference",
+                                .h = 1.0,
+                                .density = 0.1,
+                                .tangle = 0.1}));
+  const StabilityMap both = ParseStabilityMaps("step h=0.1/1 stiffness=2/3", "x")[0];
+  EXPECT_EQ(both.At(0, 1).stretch, 3.0);
+  EXPECT_EQ(both.At(0, 1).bend, 3.0);
+}
+
+TEST(StabilityMaps, MistakesAreNamed) {
+  const auto parse = [](const std::string& line) { return ParseStabilityMaps(line, "maps"); };
+  EXPECT_INPUT_ERROR(parse("step h=0.1/1"), "expected two axes");
+  EXPECT_INPUT_ERROR(parse("stepp h=0.1/1 bend=1/2"), "expected one of explicit, step,");
+  EXPECT_INPUT_ERROR(parse("step h=0.1/1 bond=1/2"), "expected one of h, stiffness,");
+  EXPECT_INPUT_ERROR(parse("step h=0.1/x bend=1/2"), "found 'x', expected a number");
+  EXPECT_INPUT_ERROR(parse("step h=-1/1 bend=1/2"), "found '-1', expected a number");
+  EXPECT_INPUT_ERROR(parse("step h=1:0.1:3 bend=1/2"), "0 < from < to");
+  EXPECT_INPUT_ERROR(parse("step h=0.1:1:1 bend=1/2"), "expected a count");
+  EXPECT_INPUT_ERROR(parse("step h=0.1/0.1 bend=1/2"), "a value twice");
+  EXPECT_INPUT_ERROR(parse("step h=0.1/1 h=1/2"), "names 'h' twice");
+  EXPECT_INPUT_ERROR(parse("step h=0.1/1 bend=1/2 stretch=1/2"), "third axis");
+  EXPECT_INPUT_ERROR(parse("step h bend=1/2"), "expected axis=values");
+  EXPECT_INPUT_ERROR(parse("step h=0.1/1 bend=1/2 law=soft"), "expected reference or smooth");
+}
+
+class SurveyTest : public FileFixture {
+ protected:
+  bool Survey(StabilityRuns& runs) {
+    return SurveyStability(bench_, maps_, 2, Path("runs.csv"), {&cancel_, nullptr}, runs);
+  }
+
+  std::atomic<bool> cancel_ = false;
+  StabilityRunner bench_{FeltSetting()};
+  std::vector<StabilityMap> maps_ = ParseStabilityMaps("step h=0.1/0.2 stretch=1/2/1e6", "maps");
+};
+
+TEST_F(SurveyTest, IsResumedFromWhatIsOnDisk) {
+  StabilityRuns runs;
+  WriteStabilityRuns(Path("runs.csv"), "a", runs);
+  ASSERT_TRUE(Survey(runs));
+  ASSERT_EQ(runs.size(), 6u);
+  const std::string whole = Read(Path("runs.csv"));
+  StabilityRuns read = ReadStabilityRuns(Path("runs.csv"), "a");
+  ASSERT_EQ(read.size(), 6u);
+  for (const auto& [inputs, run] : runs) {
+    EXPECT_EQ(read.at(inputs).kind, run.kind);
+    EXPECT_EQ(read.at(inputs).distance, run.distance);
+  }
+  Write("runs.csv", whole.substr(0, whole.size() - 5));  // cut off within the last row
+  read = ReadStabilityRuns(Path("runs.csv"), "a");
+  EXPECT_EQ(read.size(), 5u);
+  WriteStabilityRuns(Path("runs.csv"), "a", read);
+  ASSERT_TRUE(Survey(read));
+  EXPECT_EQ(ReadStabilityRuns(Path("runs.csv"), "a").size(), 6u);
+  cancel_ = true;
+  StabilityRuns none;
+  EXPECT_FALSE(Survey(none));
+  EXPECT_TRUE(none.empty());
+}
+
+TEST_F(SurveyTest, ForeignFilesAreRefused) {
+  WriteStabilityRuns(Path("runs.csv"), "a", {});
+  EXPECT_INPUT_ERROR(ReadStabilityRuns(Path("runs.csv"), "b"), "made with other settings");
+  Write("runs.csv", Read(Path("runs.csv")) + "step,1,2\n");
+  EXPECT_INPUT_ERROR(ReadStabilityRuns(Path("runs.csv"), "a"), "runs.csv:3: has 3 fields");
+  EXPECT_INPUT_ERROR(ReadStabilityRuns(Path("none.csv"), "a"), "none.csv");
+}
+
+TEST_F(SurveyTest, AFolderThatIsNotThereIsAnInputError) {
+  StabilityRuns runs;
+  EXPECT_INPUT_ERROR(
+      SurveyStability(bench_, maps_, 1, Path("no/runs.csv"), {&cancel_, nullptr}, runs),
+      "no/runs.csv: cannot be written");
+}
+
+TEST_F(SurveyTest, PictureOfAMap) {
+  RenderStabilityMap(Path("map.png"), maps_[0], {0, 1, 2, 3, kNoRun, 6}, {});
+  EXPECT_GT(std::filesystem::file_size(Path("map.png")), 5000u);
+}
+
+}  // namespace
+}  // namespace drape

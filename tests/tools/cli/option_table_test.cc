@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/option_table.h"
+
+#include <cstdlib>
+
+#include "tests/physics/file_fixture.h"
+#include "tools/cli/progress.h"
+
+namespace drape {
+namespace {
+
+class OptionTables : public FileFixture {
+ protected:
+  std::string path_ = "there", mesh_ = "disc:5";
+  int count_ = 1;
+  double share_ = 0.5;
+  bool loud_ = false;
+  std::vector<double> factors_ = {1, 2};
+  std::vector<std::string> files_;
+  const OptionTable table_ = {
+      .tool = "t",
+      .summary = "s",
+      .example = "e",
+      .notes = "n",
+      .options = {
+          {.key = "path", .value = &path_, .doc = "d", .is_path = true},
+          {.key = "mesh", .value = &mesh_, .doc = "d", .is_path = true, .words = {"disc:"}},
+          {.key = "count", .value = &count_, .doc = "d", .least = 1},
+          {.key = "share", .value = &share_, .doc = "d", .least = 0, .most = 1},
+          {.key = "loud", .value = &loud_, .doc = "d"},
+          {.key = "factors", .value = &factors_, .doc = "d", .least = 0, .above_least = true},
+          {.key = "files", .value = &files_, .doc = "d", .is_path = true, .required = true}}};
+};
+
+TEST_F(OptionTables, ReadEachTypeFromAConfig) {
+  table_.ReadConfig(Write("c.json", R"({"path": "a/b", "mesh": "disc:9", "count": 3, "share": 1,
+      "loud": true, "factors": [0.5, 4], "files": ["x.png", "/y.png"]})"));
+  EXPECT_EQ(path_, Path("a/b"));
+  EXPECT_EQ(mesh_, "disc:9");
+  EXPECT_EQ(count_, 3);
+  EXPECT_EQ(share_, 1.0);
+  EXPECT_TRUE(loud_);
+  EXPECT_THAT(factors_, testing::ElementsAre(0.5, 4.0));
+  EXPECT_THAT(files_, testing::ElementsAre(Path("x.png"), "/y.png"));
+}
+
+TEST_F(OptionTables, ReadEachTypeFromText) {
+  table_.Set("path", "a/b", "w");
+  table_.Set("count", "3", "w");
+  table_.Set("share", "2.5e-1", "w");
+  table_.Set("loud", "true", "w");
+  table_.Set("factors", "8", "w");
+  table_.Set("files", "x,y", "w");
+  EXPECT_EQ(path_, "a/b");
+  EXPECT_EQ(count_, 3);
+  EXPECT_EQ(share_, 0.25);
+  EXPECT_TRUE(loud_);
+  EXPECT_THAT(factors_, testing::ElementsAre(8.0));
+  EXPECT_THAT(files_, testing::ElementsAre("x", "y"));
+}
+
+TEST_F(OptionTables, KeepARefusedValueOut) {
+  EXPECT_INPUT_ERROR(table_.Set("count", "0", "w"),
+                     "w: option 'count': found '0', expected a whole number, ≥ 1");
+  EXPECT_INPUT_ERROR(table_.Set("share", "1.01", "w"), "expected a number, 0 … 1");
+  EXPECT_INPUT_ERROR(table_.Set("share", "1x", "w"), "found '1x'");
+  EXPECT_INPUT_ERROR(table_.Set("loud", "yes", "w"), "expected true or false");
+  EXPECT_INPUT_ERROR(table_.Set("factors", "1,0", "w"), "expected a number, > 0");
+  EXPECT_INPUT_ERROR(table_.Set("factors", "", "w"), "at least one value");
+  EXPECT_INPUT_ERROR(table_.Set("volume", "1", "w"), "unknown option 'volume'");
+  EXPECT_EQ(count_, 1);
+  EXPECT_EQ(share_, 0.5);
+  EXPECT_THAT(factors_, testing::ElementsAre(1.0, 2.0));
+}
+
+TEST_F(OptionTables, ConfigTypesAreStrict) {
+  const auto read = [&](const std::string& text) { table_.ReadConfig(Write("c.json", text)); };
+  EXPECT_INPUT_ERROR(read(R"({"count": "3"})"), "key 'count': found \"3\", expected a number");
+  EXPECT_INPUT_ERROR(read(R"({"count": 3.5})"), "found 3.5, expected a whole number");
+  EXPECT_INPUT_ERROR(read(R"({"path": 3})"), "expected a text in quotes");
+  EXPECT_INPUT_ERROR(read(R"({"loud": 1})"), "expected true or false");
+  EXPECT_INPUT_ERROR(read(R"({"factors": 3})"), "expected a list in brackets");
+  EXPECT_INPUT_ERROR(read(R"({"factors": [3, "4"]})"), "expected a number");
+  EXPECT_INPUT_ERROR(read(R"({"count": {"a": 1}})"), "key 'count'");
+  EXPECT_INPUT_ERROR(read("[]"), "c.json");
+  EXPECT_INPUT_ERROR(read(R"({"cuont": 1})"), "allowed: path mesh count share loud factors files");
+}
+
+TEST_F(OptionTables, RequireWhatHasNoDefault) {
+  EXPECT_INPUT_ERROR(table_.CheckRequired(), "option 'files': is missing");
+  table_.Set("files", "x", "w");
+  table_.CheckRequired();
+}
+
+TEST(ProgressTexts, SayWhatIsLeft) {
+  EXPECT_EQ(ProgressText("fit", 0.0, 3, "grid"), "fit  0 %  grid");
+  EXPECT_EQ(ProgressText("fit", 0.25, 10, "grid"), "fit  25 %  grid, 30 s left");
+  EXPECT_EQ(ProgressText("fit", 0.1, 100, ""), "fit  10 %, 15 min left");
+  EXPECT_EQ(ProgressText("fit", 1.0, 10, "done"), "fit  100 %  done");
+}
+
+std::string Printed(bool is_terminal, int updates, const char* line = nullptr) {
+  char* text = nullptr;
+  size_t size = 0;
+  std::FILE* out = open_memstream(&text, &size);
+  {
+    Progress progress("p", out, is_terminal);
+    if (line != nullptr) progress.Say(line);
+    for (int i = 0; i < updates; ++i) {
+      progress.Update(0.5, "n");
+      timespec pause = {0, 60'000'000};
+      nanosleep(&pause, nullptr);
+    }
+  }
+  std::fclose(out);
+  const std::string printed(text, size);
+  std::free(text);
+  return printed;
+}
+
+TEST(ProgressLines, RewriteOneLineOnATerminalAndKeepQuietInAPipe) {
+  const std::string terminal = Printed(true, 5);
+  EXPECT_THAT(terminal, testing::HasSubstr("\r\033[Kp  50 %  n"));
+  EXPECT_TRUE(terminal.ends_with("\r\033[K"));
+  EXPECT_THAT(terminal, testing::Not(testing::HasSubstr("\n")));
+  EXPECT_EQ(Printed(false, 5), "");
+}
+
+TEST(ProgressLines, ALineIsSaidOnceAboveTheProgress) {
+  const std::string terminal = Printed(true, 5, "said");
+  EXPECT_TRUE(terminal.starts_with("\r\033[Ksaid\np  50 %")) << terminal;
+  EXPECT_EQ(terminal.find("said"), terminal.rfind("said"));
+  EXPECT_EQ(Printed(false, 5, "said"), "");
+}
+
+}  // namespace
+}  // namespace drape

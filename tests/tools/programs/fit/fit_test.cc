@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape_fit from a silhouette to files, interrupted and resumed.
+#include "losses/image/image.h"
+#include "physics/material/material_io.h"
+#include "physics/mesh/obj_io.h"
+#include "tests/tools/tool_fixture.h"
+
+namespace drape::test {
+namespace {
+
+class FitTool : public ToolFixture {
+ protected:
+  // The silhouette of a drape of the start material, so a fit is at home near its seed.
+  void SetUp() override {
+    ASSERT_EQ(Simulate({"--mesh=disc:150", "--steps=60", "--time_step=0.1",
+                        "--out=" + Path("ground_truth")})
+                  .exit_code,
+              0);
+    std::filesystem::copy(Path("truth/silhouette.png"), Path("drape.png"));
+  }
+
+  std::vector<std::string> FitCommand(const std::string& out,
+                                      const std::string& more = "--noresume") const {
+    return {kFit,
+            "--images=" + Path("drape.png"),
+            "--material=" + kFabric,
+            "--mesh=disc:150",
+            "--coarse_mesh=disc:100",
+            "--initial_stretch=1",
+            "--initial_bend=0.5,1",
+            "--initial_lifts=0.5,1",
+            "--candidates_per_round=3,2,1",
+            "--iterations=4,4,6",
+            "--num_parameters=2",
+            "--recheck_steps=10",
+            "--centre=nominal",
+            "--threads=1",
+            "--out=" + out,
+            more};
+  }
+};
+
+TEST_F(FitTool, WritesItsResult) {
+  const ProcessResult result = RunProcess(FitCommand(Path("fit")));
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  const Json summary = ReadJson(Path("fit/summary.json"));
+  EXPECT_EQ(summary.at("model"), "homogeneous");
+  EXPECT_EQ(summary.at("status"), "done");
+  EXPECT_EQ(summary.at("versions").at("drapefit"), DRAPE_VERSION);
+  const Json& metrics = summary.at("images").at(0).at("metrics");
+  for (const char* key :
+       {"mse", "iou", "profile_rms_px", "dc_image", "dc_fit", "folds_image", "folds_fit"})
+    EXPECT_TRUE(metrics.contains(key)) << key;
+  EXPECT_GT(metrics.at("iou"), 0.8);
+  EXPECT_EQ(summary.at("images").at(0).at("stability").at("stable"), true);
+  for (const char* start : {"from_seed", "from_flat"}) {
+    const Json& replay = summary.at("images").at(0).at(start);  // null: no drape at rest from there
+    EXPECT_TRUE(replay.is_null() || replay.at("iou") > 0.5) << start << " " << replay;
+  }
+  EXPECT_EQ(ReadMaterial(Path("fit/material.json")).source_convention, "mechanical");
+  EXPECT_EQ(ReadObjSurface(Path("fit/drape_drape.obj")).x.size(), 450);
+  EXPECT_EQ(ReadImage(Path("fit/fit_drape.png")).width, 768);
+  EXPECT_FALSE(std::filesystem::exists(Path("fit/checkpoint.json")));
+}
+
+// The fitted drape is a drape of the fitted material from the stored start: its replay is the fit.
+TEST_F(FitTool, AReplayFindsTheFittedDrape) {
+  ASSERT_EQ(RunProcess(FitCommand(Path("fit"))).exit_code, 0);
+  ASSERT_EQ(Simulate({"--mesh=disc:150", "--material=" + Path("fit/material.json"),
+                      "--start=" + Path("fit/start_drape.json"), "--solve=static",
+                      "--image=" + Path("drape.png")})
+                .exit_code,
+            0);
+  const Json fit = ReadJson(Path("fit/summary.json")).at("images").at(0).at("metrics");
+  const Json replay = ReadJson(Path("out/summary.json")).at("image");
+  EXPECT_NEAR(replay.at("profile_rms_px").get<double>(), fit.at("profile_rms_px").get<double>(),
+              1e-6);
+  EXPECT_NEAR(replay.at("mse").get<double>(), fit.at("mse").get<double>(), 1e-9);
+}
+
+TEST_F(FitTool, FitsCapturesOfTheDataSet) {
+  std::vector<std::string> command = FitCommand(Path("fit"));
+  command[1] = "--data=" + AddData();
+  for (const std::string more : {"--fabric=3", "--samples=1,2", "--captures=3"})
+    command.push_back(more);
+  const ProcessResult result = RunProcess(command);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json summary = ReadJson(Path("fit/summary.json"));
+  EXPECT_EQ(summary.at("data_source"), "silhouettes");
+  EXPECT_EQ(summary.at("density"), 0.213);
+  EXPECT_EQ(summary.at("images").at(1).at("name"), "sample_2_capture_3_down");
+  EXPECT_TRUE(std::filesystem::exists(Path("fit/fit_sample_1_capture_3_down.png")));
+}
+
+TEST_F(FitTool, MistakesOfTheDataAreOneLine) {
+  std::vector<std::string> command = FitCommand(Path("fit"));
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = command;
+    all.insert(all.end(), more.begin(), more.end());
+    return RunProcess(all);
+  };
+  ExpectOneLineError(with({"--data=" + AddData(), "--fabric=3"}), "found some beside --data");
+  ExpectOneLineError(with({"--samples=1"}), "option 'data': none");
+  ExpectOneLineError(with({"--data_source=meshes"}), "option 'data': none");
+  command[1] = "--data=" + Path("set");
+  ExpectOneLineError(with({}), "option 'fabric': none");
+  ExpectOneLineError(with({"--fabric=3", "--data_source=meshes"}), "no usable capture to fit");
+  ExpectOneLineError(with({"--fabric=4"}), "fabric: found 4, expected some of 3");
+  EXPECT_FALSE(std::filesystem::exists(Path("fit")));
+}
+
+TEST_F(FitTool, CtrlCLeavesAResultAndResumeTheSameAnswer) {
+  ASSERT_EQ(RunProcess(FitCommand(Path("whole"))).exit_code, 0);
+  const ProcessResult stopped =
+      RunProcess(FitCommand(Path("parts")),
+                 {.interrupt_when = Path("parts/checkpoint.json"), .interrupt_after = 0.05});
+  ASSERT_EQ(stopped.exit_code, 130) << stopped.out << stopped.err;
+  EXPECT_EQ(ReadJson(Path("parts/summary.json")).at("status"), "cancelled");
+  EXPECT_TRUE(std::filesystem::exists(Path("parts/checkpoint.json")));
+  const ProcessResult resumed = RunProcess(FitCommand(Path("parts"), "--resume"));
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  for (const char* file : {"material.json", "drape_drape.obj", "start_drape.json", "fit_drape.png"})
+    EXPECT_EQ(Read(Path(std::string("parts/") + file)), Read(Path(std::string("whole/") + file)))
+        << file;
+  EXPECT_EQ(ReadJson(Path("parts/summary.json")).at("status"), "done");
+}
+
+}  // namespace
+}  // namespace drape::test

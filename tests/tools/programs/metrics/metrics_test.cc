@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape_metrics as a user runs it.
+#include <cmath>
+
+#include "tests/tools/tool_fixture.h"
+#include "tools/programs/metrics/metrics_tool.h"
+
+namespace drape::test {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kMetrics = std::string(DRAPE_BIN_DIR) + "/drape_metrics";
+constexpr double kPixel = 1 / 719.5;  // [m]
+
+class MetricsTool : public ToolFixture {
+ protected:
+  ProcessResult Run(const std::vector<std::string>& arguments) const {
+    std::vector<std::string> command = {kMetrics};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    return RunProcess(command);
+  }
+
+  // A fan around the origin, wider on one side.
+  std::string AddMesh(const std::string& name, double turn, double height) const {
+    std::string v = "v 0 0 0\n", f;
+    for (int k = 0; k < 120; ++k) {
+      const double angle = 2 * M_PI * k / 120;
+      const double r = 0.11 + 0.01 * std::cos(3 * angle) + 0.005 * std::sin(angle);
+      v += "v " + std::to_string(r * std::cos(angle + turn)) + " " +
+           std::to_string(r * std::sin(angle + turn)) + " " + std::to_string(height) + "\n";
+      f += "f 1 " + std::to_string(2 + k) + " " + std::to_string(2 + (k + 1) % 120) + "\n";
+    }
+    return Write(name, v + f);
+  }
+};
+
+TEST_F(MetricsTool, HelpComesFromTheTable) {
+  MetricsOptions options;
+  const ProcessResult help = Run({"--help"});
+  EXPECT_EQ(help.out, MetricsTable(options).Help());
+  EXPECT_THAT(help.out, HasSubstr("usage: drape_metrics [A B] [--config=FILE]"));
+}
+
+TEST_F(MetricsTool, TwoImages) {
+  const std::string a = AddDisc("a.png", 0.10), b = AddDisc("b.png", 0.12);
+  const ProcessResult result = Run({a, b, "--out=" + Path("m.json")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("outline Hausdorff [mm]"));
+  const Json json = ReadJson(Path("m.json"));
+  EXPECT_NEAR(json["raw"]["outline_hausdorff_m"], 0.02, 0.3 * kPixel);
+  EXPECT_NEAR(json["raw"]["iou"], 0.01 / 0.0144, 0.01);
+  EXPECT_NEAR(json["raw"]["mse"], M_PI * 0.0044 / (256 * 256 * kPixel * kPixel), 4e-3);
+  EXPECT_EQ(json["a"]["shape"]["folds"], 0);
+  EXPECT_EQ(json["camera"]["px_per_m"], 719.5);
+  EXPECT_FALSE(json["raw"].contains("surface_hausdorff_m"));
+}
+
+TEST_F(MetricsTool, TwoMeshesAndAnImage) {
+  const std::string a = AddMesh("a.obj", 0, -0.05), b = AddMesh("b.obj", 0.6, -0.05);
+  ASSERT_EQ(Run({a, b, "--out=" + Path("m.json")}).exit_code, 0);
+  const Json json = ReadJson(Path("m.json"));
+  EXPECT_NEAR(json["alignment"]["rotation_rad"], -0.6, 0.01);
+  EXPECT_EQ(json["alignment"]["mirrored"], false);
+  EXPECT_GT(json["raw"]["surface_hausdorff_m"], 5e-3);
+  EXPECT_LT(json["aligned"]["surface_hausdorff_m"], 1e-3);
+  EXPECT_LT(json["aligned"]["mse"], 0.1 * json["raw"]["mse"].get<double>());
+  const ProcessResult mixed = Run({AddDisc("d.png", 0.11), a});
+  ASSERT_EQ(mixed.exit_code, 0) << mixed.err;
+  EXPECT_THAT(mixed.out, testing::Not(HasSubstr("surface Hausdorff")));
+}
+
+TEST_F(MetricsTool, TwoRuns) {
+  for (const char* run : {"one", "two"}) {
+    std::filesystem::create_directories(Path(run));
+    Write(std::string(run) + "/summary.json", "{}");
+    AddMesh(std::string(run) + "/drape_x.obj", 0, -0.05);
+    AddMesh(std::string(run) + "/drape_only_" + run + ".obj", 0, -0.05);
+  }
+  const ProcessResult result = Run({Path("one"), Path("two"), "--out=" + Path("m.json")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json json = ReadJson(Path("m.json"));
+  ASSERT_EQ(json["pairs"].size(), 1u);
+  EXPECT_THAT(json["pairs"][0]["a"]["file"], HasSubstr("one/drape_x.obj"));
+  EXPECT_EQ(json["pairs"][0]["raw"]["mse"], 0);
+  EXPECT_EQ(json["alone"].size(), 2u);
+  EXPECT_THAT(result.out, HasSubstr("without a drape of the same name"));
+}
+
+TEST_F(MetricsTool, RunsOfDrapeSimulate) {
+  ASSERT_EQ(Simulate({"--out=" + Path("one")}).exit_code, 0);
+  ASSERT_EQ(Simulate({"--out=" + Path("two"), "--steps=5"}).exit_code, 0);
+  ASSERT_EQ(Run({Path("one"), Path("two"), "--out=" + Path("m.json")}).exit_code, 0);
+  const Json pair = ReadJson(Path("m.json"))["pairs"][0];
+  EXPECT_GT(pair["raw"]["surface_hausdorff_m"], 1e-3);
+  const double dc = ReadJson(Path("one/summary.json"))["dc"];
+  EXPECT_NEAR(pair["a"]["shape"]["dc"], dc, 5e-3);
+}
+
+TEST_F(MetricsTool, FoldersAreDrawsAndWhatWasObserved) {
+  for (const double radius : {0.10, 0.11, 0.12})
+    AddDisc("draws/" + std::to_string(radius) + ".png", radius);
+  AddDisc("seen/a.png", 0.11);
+  const ProcessResult result = Run({Path("draws"), Path("seen"), "--out=" + Path("m.json")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("3 draws in"));
+  const Json json = ReadJson(Path("m.json"));
+  EXPECT_EQ(json["observed"], 1);
+  EXPECT_EQ(json["draws"], 3);
+  EXPECT_EQ(json["features"]["dc"]["interval_90"]["coverage"], 1);
+  EXPECT_EQ(json["features"]["dc"]["interval_90"]["nominal"], 0.5);
+  ExpectOneLineError(Run({Path("seen"), Path("draws")}), "found 1 images and meshes, expected at");
+}
+
+TEST_F(MetricsTool, DataSetSplitAndTrivialPredictors) {
+  const std::string data = "--data=" + AddData();
+  const ProcessResult result = Run({data, "--fabric=3", "--train=2", "--seed=4", "--face=up",
+                                    "--save_split=" + Path("s.json"), "--out=" + Path("m.json")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("8 captures, 0 training images"));
+  EXPECT_THAT(result.out, HasSubstr("skipped: "));
+  EXPECT_THAT(result.out, HasSubstr("neither JPEG nor PNG"));
+  EXPECT_THAT(result.out, HasSubstr("circle of the mean area"));
+  const Json json = ReadJson(Path("m.json"));
+  EXPECT_EQ(json["split"]["train"].size(), 4u);
+  EXPECT_EQ(json["split"]["held_out"].size(), 4u);
+  const Json& rows = json["trivial_predictors"]["rows"];
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_EQ(rows[0]["name"], "same sample, same face");
+  EXPECT_EQ(rows[0]["mean"]["mse"], 0);
+  EXPECT_GT(rows[1]["mean"]["mse"], 0.01);
+  // The stored split gives the same figures.
+  ASSERT_EQ(Run({data, "--split=" + Path("s.json"), "--out=" + Path("n.json")}).exit_code, 0);
+  EXPECT_EQ(ReadJson(Path("n.json"))["trivial_predictors"], json["trivial_predictors"]);
+  EXPECT_EQ(ReadJson(Path("n.json"))["split"], json["split"]);
+}
+
+TEST_F(MetricsTool, EachSampleInTurn) {
+  const std::string data = "--data=" + AddData();
+  const ProcessResult result =
+      Run({data, "--samples=1-4", "--train=0", "--noaligned", "--out=" + Path("m.json")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("each sample held out in turn"));
+  const Json json = ReadJson(Path("m.json"));
+  EXPECT_EQ(json["held_out_in_turn"].size(), 16u);
+  EXPECT_EQ(json["trivial_predictors"]["other_samples"]["observed"], 16);
+  EXPECT_FALSE(json["trivial_predictors"]["rows"][1].contains("aligned_mean"));
+}
+
+TEST_F(MetricsTool, MistakesAreOneLineAndWriteNothing) {
+  const std::string a = AddDisc("a.png", 0.1), data = "--data=" + AddData();
+  const std::string out = "--out=" + Path("m.json");
+  ExpectOneLineError(Run({out}), "found 0 files or folders, expected two (A and B) or --data");
+  ExpectOneLineError(Run({a, a, a, out}), "found 3 files");
+  ExpectOneLineError(Run({a, Path("none.png"), out}), "none.png: no such file or folder");
+  ExpectOneLineError(Run({a, Path("set"), out}), "set: is a folder, expected a file like");
+  ExpectOneLineError(Run({a, Write("b.png", "text"), out}), "neither JPEG nor PNG");
+  ExpectOneLineError(Run({a, Write("c.obj", "v 0 0"), out}), "c.obj:1");
+  ExpectOneLineError(Run({a, a, "--camera_width=128", out}), "expected the camera's 128x256");
+  ExpectOneLineError(Run({a, data, out}), "beside --data");
+  ExpectOneLineError(Run({data, "--fabric=x", out}), "option 'fabric': found 'x'");
+  ExpectOneLineError(Run({data, "--fabric=9", out}), "fabric: found 9, expected some of 3");
+  ExpectOneLineError(Run({data, "--train=4", "--samples=1-4", out}), "fewer than the 4");
+  ExpectOneLineError(Run({data, "--face=left", out}), "expected one of up, down, both");
+  ExpectOneLineError(Run({data, "--split=" + Path("no.json"), out}), "no.json");
+  ExpectOneLineError(Run({data, "--split=" + Path("no.json"), "--fabric=3", out}), "beside it");
+  ExpectOneLineError(Run({data, "--train=0", "--save_split=" + Path("s.json"), out}),
+                     "no split to store");
+  ExpectOneLineError(Run({"--data=" + Path("nothing"), out}), "is no folder");
+  EXPECT_FALSE(std::filesystem::exists(Path("m.json")));
+  EXPECT_FALSE(std::filesystem::exists(Path("s.json")));
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape_predict as a user runs it.
+#include "losses/image/image.h"
+#include "physics/material/material_field_io.h"
+#include "physics/material/material_io.h"
+#include "physics/mesh/mesh_spec.h"
+#include "solver/posterior/posterior_io.h"
+#include "tests/tools/tool_fixture.h"
+#include "tools/programs/predict/predict_tool.h"
+
+namespace drape::test {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kPredict = std::string(DRAPE_BIN_DIR) + "/drape_predict";
+
+class PredictTool : public ToolFixture {
+ protected:
+  ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
+    std::vector<std::string> command = {
+        kPredict,      "--mesh=disc:120",     "--draws=6", "--steps=60", "--material=" + kFabric,
+        "--threads=2", "--out=" + Path("out")};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProcess(command, limits);
+  }
+};
+
+TEST_F(PredictTool, DrawsDrapesAndScoresThem) {
+  const ProcessResult result =
+      Run({"--data=" + AddData(), "--samples=1-4", "--train=2", "--split_seed=4", "--keep_meshes"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("foretells the drapes held out"));
+  EXPECT_THAT(result.out, HasSubstr("circle of the mean area"));
+  const Json summary = ReadJson(Path("out/summary.json"));
+  EXPECT_EQ(summary["outcome"], "done");
+  EXPECT_EQ(summary["specimens"], 3);
+  ASSERT_EQ(summary["drapes"].size(), 6u);
+  double dc = 0;
+  int at_rest = 0, failed = 0;
+  for (size_t i = 0; i < 6; ++i) {
+    const Json& drape = summary["drapes"][i];
+    const bool stands = drape["status"] == "stable";
+    EXPECT_EQ(std::filesystem::exists(Path("out/draw_" + std::to_string(i + 1) + ".obj")), stands);
+    if (stands) dc += drape["dc"].get<double>();
+    at_rest += stands;
+  }
+  for (const auto& [status, count] : summary["failures"].items()) failed += count.get<int>();
+  EXPECT_EQ(summary["at_rest"], at_rest);
+  EXPECT_EQ(at_rest + failed, 6);
+  EXPECT_NEAR(summary["features"]["dc"]["mean"], dc / at_rest, 1e-12);
+  EXPECT_EQ(summary["score"]["observed"], 8);
+  EXPECT_NEAR(summary["score"]["features"]["dc"]["predicted_mean"], dc / at_rest, 0.02);
+  EXPECT_EQ(summary["data"]["split"]["seed"], 4);
+  EXPECT_EQ(summary["data"]["trivial_predictors"]["circle"]["observed"], 8);
+  EXPECT_EQ(ReadImage(Path("out/mean_image.png")).width, 256);
+  EXPECT_EQ(ReadImage(Path("out/draws.png")).width, at_rest * 134 + 6);
+}
+
+TEST_F(PredictTool, CalibratesOnTheSideToLearnFrom) {
+  const std::vector<std::string> scored = {"--data=" + AddData(), "--samples=1-4",   "--train=2",
+                                           "--split_seed=4",      "--mesh=disc:100", "--steps=20"};
+  ASSERT_EQ(Run(scored).exit_code, 0);
+  const double before = ReadJson(Path("out/summary.json"))["score"]["features"]["dc"]["crps"];
+  std::vector<std::string> calibrated = scored;
+  calibrated.push_back("--calibrate");
+  const ProcessResult result = Run(calibrated);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("calibrated by"));
+  const Json summary = ReadJson(Path("out/summary.json"));
+  EXPECT_LT(summary["score"]["features"]["dc"]["crps"].get<double>(), before);
+  const Json& first = summary["calibration"]["trials"][0];
+  EXPECT_EQ(first["face"], "up");
+  EXPECT_EQ(first["bend_factor"], 1);
+  for (const std::string face : {"up", "down"}) {
+    const Material material = ReadMaterial(Path("out/material_" + face + ".json"));
+    const Material start = ReadMaterial(kFabric);
+    const double factor = material.field.bend[0].b[0][0] / start.field.bend[0].b[0][0];
+    EXPECT_NEAR(factor, summary["calibration"]["bend_factor_" + face].get<double>(), 1e-12);
+  }
+}
+
+TEST_F(PredictTool, MeanImageIsThatOfTheDraws) {
+  ASSERT_EQ(Run({"--face=up", "--keep_meshes"}).exit_code, 0);
+  MeanImage draws;
+  for (int i = 1; i <= 6; ++i) {
+    const std::string path = Path("out/draw_" + std::to_string(i) + ".obj");
+    if (std::filesystem::exists(path))
+      draws.Add(ObserveSurface(ReadObjSurface(path), Camera(), path).image);
+  }
+  const GrayImage mean = ReadImage(Path("out/mean_image.png")), expected = draws.Mean();
+  for (size_t i = 0; i < mean.coverage.size(); ++i)
+    ASSERT_NEAR(mean.coverage[i], expected.coverage[i], 0.5 / 255 + 1e-6);
+}
+
+TEST_F(PredictTool, DoesNotDependOnTheThreads) {
+  ASSERT_EQ(Run({}).exit_code, 0);
+  ASSERT_EQ(Run({"--threads=1", "--out=" + Path("one")}).exit_code, 0);
+  EXPECT_EQ(Read(Path("out/draws.png")), Read(Path("one/draws.png")));
+  EXPECT_EQ(Read(Path("out/mean_image.png")), Read(Path("one/mean_image.png")));
+  ASSERT_EQ(Run({"--seed=2", "--out=" + Path("two")}).exit_code, 0);
+  EXPECT_NE(Read(Path("out/draws.png")), Read(Path("two/draws.png")));
+}
+
+TEST_F(PredictTool, TakesAFieldOfTables) {
+  const Mesh mesh = ParseMeshSpec("disc:120", {});
+  Material material = ReadMaterialFor(mesh, kFabric);
+  material.field.stretch.resize(mesh.num_faces(), material.field.stretch[0]);
+  material.field.bend.resize(mesh.num_hinges(), material.field.bend[0]);
+  WriteMaterialField(Path("field.json"), material, mesh);
+  ASSERT_EQ(Run({"--draws=2"}).exit_code, 0);
+  ASSERT_EQ(Run({"--draws=2", "--material=" + Path("field.json"), "--out=" + Path("f")}).exit_code,
+            0);
+  EXPECT_EQ(Read(Path("out/draws.png")), Read(Path("f/draws.png")));
+}
+
+class PredictFromAFit : public PredictTool {
+ protected:
+  // The posterior of a fit of two scales, in the folder "fit".
+  StoredPosterior Posterior(double sd) const {
+    StoredPosterior posterior;
+    posterior.fabric = ParameterTying::kScales;
+    posterior.base = ReadMaterial(kFabric).field;
+    posterior.prior_sd = Eigen::VectorXd::Ones(2);
+    posterior.mean = Eigen::VectorXd::Zero(2);
+    posterior.covariance = sd * sd * Eigen::MatrixXd::Identity(2, 2);
+    return posterior;
+  }
+  void Write(const StoredPosterior& posterior) const {
+    std::filesystem::create_directories(Path("fit"));
+    WritePosterior(Path("fit"), posterior, "test");
+  }
+  ProcessResult RunFromFit(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> command = {kPredict,
+                                        "--mesh=disc:120",
+                                        "--draws=4",
+                                        "--steps=60",
+                                        "--face=up",
+                                        "--threads=2",
+                                        "--posterior=" + Path("fit"),
+                                        "--out=" + Path("drawn")};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProcess(command, {});
+  }
+};
+
+// A posterior without spread is its median; one with spread is not.
+TEST_F(PredictFromAFit, SpecimensAreDrawsOfThePosterior) {
+  Write(Posterior(0.0));
+  ASSERT_EQ(Run({"--draws=4", "--face=up"}).exit_code, 0);
+  const ProcessResult result = RunFromFit();
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(Read(Path("out/draws.png")), Read(Path("drawn/draws.png")));
+  const Json summary = ReadJson(Path("drawn/summary.json"));
+  EXPECT_EQ(summary["posterior"], Path("fit"));
+  EXPECT_EQ(summary["posterior_kind"], "hierarchy");
+  EXPECT_FALSE(summary.contains("material_file"));
+  Write(Posterior(0.5));
+  ASSERT_EQ(RunFromFit().exit_code, 0);
+  EXPECT_NE(Read(Path("out/draws.png")), Read(Path("drawn/draws.png")));
+}
+
+TEST_F(PredictFromAFit, ElementsScatterByModelBdp) {
+  StoredPosterior posterior = Posterior(0.0);
+  posterior.kind = PosteriorKind::kElements;
+  posterior.fabric = ParameterTying::kEntries;
+  posterior.prior_sd = Eigen::VectorXd::Ones(39);
+  posterior.mean = Eigen::VectorXd::Zero(39);
+  posterior.element_sd = Eigen::VectorXd::Constant(39, 0.1);
+  Write(posterior);
+  const ProcessResult result = RunFromFit({"--specimen_bend_sigma=0.1"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(ReadJson(Path("drawn/summary.json"))["posterior_kind"], "bdp");
+}
+
+TEST_F(PredictFromAFit, MistakesAreOneLine) {
+  ExpectOneLineError(RunFromFit(), "fit");
+  Write(Posterior(0.1));
+  ExpectOneLineError(RunFromFit({"--material=" + kFabric}),
+                     "options 'material' and 'posterior': found both, expected one of them");
+  ExpectOneLineError(RunFromFit({"--specimen_bend_sigma=0.1"}), "expected 0");
+  ExpectOneLineError(RunProcess({kPredict, "--out=" + Path("drawn")}), "found neither");
+  EXPECT_FALSE(std::filesystem::exists(Path("drawn")));
+}
+
+TEST_F(PredictTool, CtrlCWritesWhatThereIs) {
+  const ProcessResult stopped = Run({"--draws=4096", "--data=" + AddData(), "--train=2"},
+                                    {.interrupt_when = Path("out"), .interrupt_after = 3.0});
+  ASSERT_EQ(stopped.exit_code, 130) << stopped.err;
+  const Json summary = ReadJson(Path("out/summary.json"));
+  EXPECT_EQ(summary["outcome"], "cancelled");
+  EXPECT_LT(summary["draws"], 4096);
+  EXPECT_EQ(summary["draws_wanted"], 4096);
+  EXPECT_EQ(summary["drapes"].size(), summary["draws"]);
+  EXPECT_GT(ReadImage(Path("out/draws.png")).width, 0);
+}
+
+TEST_F(PredictTool, MistakesAreOneLine) {
+  const std::string data = "--data=" + AddData();
+  AddDisc("set/data/Fabric 4/silhouettes/Sample_1_Capture_1.png", 0.11);
+  AddDisc("set/data/Fabric 4/silhouettes/Sample_2_Capture_1.png", 0.11);
+  ExpectOneLineError(Run({"--draws=1"}), "expected a whole number, 2 … 4096");
+  ExpectOneLineError(Run({"--draws=9", "--repeats=2"}),
+                     "option 'draws': found 9, expected a multiple of 4");
+  ExpectOneLineError(Run({"--start_rms=-1"}), "start_rms");
+  ExpectOneLineError(Run({"--material=" + Path("no.json")}), "no.json");
+  ExpectOneLineError(Run({data, "--samples=1-4", "--train=1"}),
+                     "found drapes of fabrics 3-4 held out, expected those of one");
+  ExpectOneLineError(Run({"--calibrate"}), "option 'calibrate': found true without 'data'");
+  ExpectOneLineError(Run({data, "--fabric=3", "--train=0", "--calibrate"}),
+                     "option 'calibrate': found true with train = 0");
+  ExpectOneLineError(Run({data, "--fabric=7"}), "fabric: found 7, expected some of 3");
+  ExpectOneLineError(Run({"--camera=pinhole", "--camera_width=3"}), "camera_width");
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+}
+
+TEST_F(PredictTool, HelpAndConfigAreComplete) {
+  PredictToolOptions options;
+  const OptionTable table = PredictTable(options);
+  EXPECT_EQ(RunProcess({kPredict, "--help"}).out, table.Help());
+  table.ReadConfig(std::string(DRAPE_SOURCE_DIR) + "/configs/predict.json");
+  EXPECT_EQ(options.draws, 64);
+}
+
+}  // namespace
+}  // namespace drape::test

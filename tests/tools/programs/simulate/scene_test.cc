@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape_simulate on scenes other than the Cusick test, and drape_fit on mechanical tests.
+#include "physics/material/material_io.h"
+#include "tests/tools/tool_fixture.h"
+
+namespace drape::test {
+namespace {
+
+const std::string kConfigs = std::string(DRAPE_SOURCE_DIR) + "/configs/";
+
+class SceneTool : public ToolFixture {
+ protected:
+  ProcessResult OnScene(const std::string& scene, const std::string& mesh,
+                        const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> options = {"--scene=" + kConfigs + "scenes/" + scene + ".json",
+                                        "--mesh=" + mesh, "--solve=static"};
+    options.insert(options.end(), more.begin(), more.end());
+    return Simulate(options);
+  }
+  Json Summary() const { return ReadJson(Path("out/summary.json")); }
+};
+
+TEST_F(SceneTool, AStripIsReportedAsItsTesterSeesIt) {
+  ASSERT_EQ(OnScene("cantilever", "strip:0.07x0.005x42").exit_code, 0);
+  const Json summary = Summary();
+  EXPECT_EQ(summary.at("status"), "stable");
+  EXPECT_FALSE(summary.contains("dc"));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/silhouette.png")));
+  const Json& strip = summary.at("strip");
+  EXPECT_NEAR(strip.at("length_m"), 0.06, 1e-9);
+  EXPECT_GT(strip.at("chord_deg"), 5.0);
+  EXPECT_NEAR(std::hypot(strip.at("drop_m").get<double>(), strip.at("reach_m").get<double>()),
+              strip.at("end_stretch").get<double>() * 0.06, 1e-9);
+}
+
+TEST_F(SceneTool, EachShippedSceneRuns) {
+  ASSERT_EQ(OnScene("hanging_strip", "strip:0.3x0.03x30").exit_code, 0);
+  EXPECT_GT(Summary().at("strip").at("end_stretch"), 1.0001);
+  ASSERT_EQ(OnScene("uniaxial", "strip:0.2x0.05x20").exit_code, 0);
+  EXPECT_GT(Summary().at("strip").at("end_stretch"), 1.005);
+  ASSERT_EQ(OnScene("disc_clamped", "disc:300").exit_code, 0);
+  EXPECT_GT(Summary().at("sag_m"), 1e-4);
+  EXPECT_FALSE(Summary().contains("strip"));
+}
+
+TEST_F(SceneTool, TheCusickSceneIsTheDefaultToTheBit) {
+  ASSERT_EQ(Simulate({"--dump_steps=3"}).exit_code, 0);
+  const std::string by_default = Read(Path("out/state_3.json"));
+  ASSERT_EQ(Simulate({"--dump_steps=3", "--scene=" + kConfigs + "scenes/cusick.json"}).exit_code,
+            0);
+  EXPECT_EQ(Read(Path("out/state_3.json")), by_default);
+}
+
+TEST_F(SceneTool, WhatASceneCannotHaveIsOneLine) {
+  ExpectOneLineError(OnScene("uniaxial", "strip:0.1x0.05x20"),
+                     "key 'load.region': found no edge of the hem of strip:0.1x0.05x20");
+  ExpectOneLineError(OnScene("cantilever", "strip:0.07x0.01x21", {"--image=" + Path("a.png")}),
+                     "option 'image': needs a drape over a support");
+  ExpectOneLineError(Simulate({"--scene=" + Write("s.json", R"({"wind": 1})")}),
+                     "s.json: unknown key 'wind', allowed: stretch bend gravity handles load");
+  const std::string free = Write("free.json", R"({"gravity": [0, 0, -9.81]})");
+  ExpectOneLineError(Simulate({"--scene=" + free, "--mesh=strip:0.1x0.02x10", "--solve=static"}),
+                     "needs a scene that holds the cloth");
+  ExpectOneLineError(Simulate({"--mesh=strip:0.08x0.02x10"}), "found all vertices held");
+  ExpectOneLineError(Simulate({"--mesh=strip:0.1"}), "expected strip:LENGTHxWIDTHxALONG");
+}
+
+class TestFitTool : public ToolFixture {
+ protected:
+  ProcessResult Fit(const std::vector<std::string>& more) const {
+    std::vector<std::string> command = {kFit, "--num_parameters=2", "--out=" + Path("fit"),
+                                        "--material=" + kConfigs + "fabrics/synthetic_shirt.json"};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProcess(command);
+  }
+};
+
+TEST_F(TestFitTool, NeedsNoImage) {
+  const ProcessResult result =
+      Fit({"--lab_tests=" + kConfigs + "tests/wool_cantilever_warp.json", "--density=0.27"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("wool_cantilever_warp"));
+  EXPECT_EQ(ReadMaterial(Path("fit/material.json")).field.density, 0.27);
+  const Json summary = ReadJson(Path("fit/summary.json"));
+  EXPECT_EQ(summary.at("tests").at(0).at("points").size(), 5u);
+}
+
+TEST_F(TestFitTool, BadTestsAreOneLine) {
+  const std::string good =
+      R"({"test": "cantilever", "direction": 0, "sigma": 1, "points": [{"length": 0.06, "angle": 41}]})";
+  const auto with = [&](const std::string& part, const std::string& other) {
+    std::string text = good;
+    return "--lab_tests=" + Write("t.json", text.replace(text.find(part), part.size(), other));
+  };
+  ExpectOneLineError(Fit({with("sigma", "sgima")}), "t.json: unknown key 'sgima', allowed: test");
+  ExpectOneLineError(Fit({with("0.06", "-0.06")}), "t.json: key 'points[0].length': found -0.06");
+  ExpectOneLineError(Fit({with(R"([{"length": 0.06, "angle": 41}])", "[]")}), "at least one point");
+  ExpectOneLineError(Fit({"--lab_tests=" + Path("*.none")}), "tests: '");
+  ExpectOneLineError(Fit({}), "images: none, and no tests");
+  EXPECT_FALSE(std::filesystem::exists(Path("fit/summary.json")));
+}
+
+TEST_F(TestFitTool, OneNameCannotStandForTwoTests) {
+  const std::string test = kConfigs + "tests/wool_cantilever_warp.json";
+  ExpectOneLineError(Fit({"--lab_tests=" + test + "," + test}), "a second test of the name");
+}
+
+}  // namespace
+}  // namespace drape::test

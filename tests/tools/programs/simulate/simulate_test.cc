@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// The outputs that drape_simulate promises, from the real program.
+#include "losses/image/image.h"
+#include "losses/metrics/metrics.h"
+#include "physics/cloth/state_io.h"
+#include "physics/material/material_io.h"
+#include "physics/mesh/disc.h"
+#include "physics/mesh/obj_io.h"
+#include "physics/simulation/rollout.h"
+#include "tests/tools/tool_fixture.h"
+
+namespace drape::test {
+namespace {
+
+constexpr int kVertices = 120;
+
+class SimulateTool : public ToolFixture {
+ protected:
+  // The same rollout by the library.
+  State ByTheLibrary(int steps) const {
+    auto model = std::make_shared<ClothModel>(MakeDisc({.target_vertices = kVertices}),
+                                              CusickScene(), MakeLaw("smooth"));
+    StepSolver solver(model);
+    RolloutOptions options;
+    options.steps = steps;
+    return Rollout(solver, ReadMaterial(kFabric).field, model->RestState(), options).end;
+  }
+};
+
+TEST_F(SimulateTool, WritesTheDrapeBitForBit) {
+  const ProcessResult result = Simulate({"--dump_steps=0,2,3", "--backend=cpu"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(result.out, testing::HasSubstr("ok after 3 steps"));
+  for (const int step : {2, 3}) {
+    const State state = ReadState(Path("out/state_" + std::to_string(step) + ".json"), kVertices);
+    const State expected = ByTheLibrary(step);
+    EXPECT_EQ(state.x, expected.x) << step;
+    EXPECT_EQ(state.v, expected.v) << step;
+  }
+  EXPECT_EQ(ReadState(Path("out/state_0.json"), kVertices).v.norm(), 0.0);
+  EXPECT_EQ(ReadObjSurface(Path("out/drape.obj")).x, ByTheLibrary(3).x);
+  EXPECT_EQ(Snapshot(Path("out")).size(), 6u);  // with summary, obj and png: nothing else
+}
+
+TEST_F(SimulateTool, SummarisesTheDrape) {
+  ASSERT_EQ(Simulate({"--steps=20"}).exit_code, 0);
+  const Json summary = ReadJson(Path("out/summary.json"));
+  EXPECT_EQ(summary.at("outcome"), "done");
+  EXPECT_EQ(summary.at("status"), "ok");
+  EXPECT_EQ(summary.at("steps"), 20);
+  EXPECT_EQ(summary.at("mesh").at("vertices"), kVertices);
+  EXPECT_EQ(summary.at("material"), "cotton_blue");
+  EXPECT_EQ(summary.at("law"), "smooth");
+  EXPECT_EQ(summary.at("versions").at("drapefit"), DRAPE_VERSION);
+  EXPECT_GT(summary.at("seconds").at("total"), 0.0);
+  EXPECT_GT(summary.at("force_residual"), 1e-6);
+  const GrayImage silhouette = ReadSilhouette(Path("out/silhouette.png"));
+  const double dc = DrapeCoefficient(CoverageArea(silhouette, Camera()));
+  EXPECT_NEAR(summary.at("dc").get<double>(), dc, 1e-3);  // 8 bits a pixel
+  EXPECT_GT(dc, 0.3);
+  EXPECT_LT(dc, 0.95);
+}
+
+TEST_F(SimulateTool, DifferentiatesByBothModes) {
+  Json weights;
+  for (int i = 0; i < 3 * kVertices; ++i) weights["w"].push_back(std::sin(1.0 + i));
+  const std::string file = Write("w.json", weights.dump());
+  ASSERT_EQ(Simulate({"--gradient_weights=" + file, "--backend=cpu"}).exit_code, 0);
+  const Json gradient = ReadJson(Path("out/gradient.json"));
+  double loss = 0.0, difference = 0.0, size = 0.0;
+  const State end = ByTheLibrary(3);
+  for (int i = 0; i < 3 * kVertices; ++i) loss += std::sin(1.0 + i) * end.x[i];
+  EXPECT_NEAR(gradient.at("L").get<double>(), loss, 1e-14);
+  EXPECT_EQ(gradient.at("v0").size(), 3u * kVertices);
+  for (const auto& [table, rows, columns] :
+       {std::tuple("stretch", 4, 6), std::tuple("bend", 3, 5)}) {
+    const Json &adjoint = gradient.at("adjoint").at(table),
+               &tangent = gradient.at("tangent").at(table);
+    ASSERT_EQ(adjoint.size(), static_cast<size_t>(rows));
+    for (int r = 0; r < rows; ++r) {
+      ASSERT_EQ(adjoint[r].size(), static_cast<size_t>(columns));
+      for (int c = 0; c < columns; ++c) {
+        difference += std::pow(adjoint[r][c].get<double>() - tangent[r][c].get<double>(), 2);
+        size += std::pow(tangent[r][c].get<double>(), 2);
+      }
+    }
+  }
+  EXPECT_GT(size, 0.0);
+  EXPECT_LT(std::sqrt(difference / size), 1e-10);
+}
+
+TEST_F(SimulateTool, GoesOnFromAState) {
+  ASSERT_EQ(Simulate({"--dump_steps=2", "--out=" + Path("first")}).exit_code, 0);
+  ASSERT_EQ(Simulate({"--steps=1", "--start=" + Path("first/state_2.json")}).exit_code, 0);
+  EXPECT_EQ(Read(Path("out/drape.obj")), Read(Path("first/drape.obj")));
+}
+
+TEST_F(SimulateTool, FindsTheRestByNewton) {
+  ASSERT_EQ(Simulate({"--steps=40", "--time_step=0.1", "--solve=hybrid"}).exit_code, 0);
+  const Json summary = ReadJson(Path("out/summary.json"));
+  EXPECT_EQ(summary.at("status"), "stable");
+  EXPECT_LT(summary.at("force_residual"), 1e-9);
+  const Json& stability = summary.at("stability");
+  EXPECT_EQ(stability.at("stable"), true);
+  const double lowest = stability.at("lowest_eigenvalues_per_s2").at(0);
+  EXPECT_GT(lowest, 0.0);
+  EXPECT_DOUBLE_EQ(stability.at("lowest_frequency_hz"), std::sqrt(lowest) / (2.0 * M_PI));
+  EXPECT_EQ(ReadState(Path("out/state_rest.json"), kVertices).x,
+            ReadObjSurface(Path("out/drape.obj")).x);
+}
+
+TEST_F(SimulateTool, TheDrapeCoefficientIsThatOfTheStandardsDisc) {
+  ASSERT_EQ(Simulate({"--steps=2"}).exit_code, 0);
+  EXPECT_TRUE(ReadJson(Path("out/summary.json")).at("dc").is_number());
+  ASSERT_EQ(Simulate({"--steps=2", "--mesh=disc:200,radius=0.12"}).exit_code, 0);
+  EXPECT_TRUE(ReadJson(Path("out/summary.json")).at("dc").is_null());
+}
+
+TEST_F(SimulateTool, NewtonAloneDoesNotStartFromFlat) {
+  for (const char* how : {"static", "hybrid"})
+    ExpectOneLineError(Simulate({"--steps=0", std::string("--solve=") + how}), "not flat");
+  ExpectOneLineError(Simulate({"--solve=static", "--dump_steps=0"}), "static takes no steps");
+}
+
+// Its hem is compressed and has no folds yet.
+TEST_F(SimulateTool, SaysThatAFallingClothIsNotStable) {
+  ASSERT_EQ(Simulate({"--steps=2", "--time_step=0.1", "--start=flat"}).exit_code, 0);
+  const Json stability = ReadJson(Path("out/summary.json")).at("stability");
+  EXPECT_EQ(stability.at("stable"), false);
+  EXPECT_LT(stability.at("lowest_eigenvalues_per_s2").at(0), 0.0);
+  EXPECT_TRUE(stability.at("lowest_frequency_hz").is_null());
+}
+
+TEST_F(SimulateTool, ComparesWithAnImage) {
+  ASSERT_EQ(Simulate({"--steps=20"}).exit_code, 0);
+  std::filesystem::copy(Path("out/silhouette.png"), Path("image.png"));
+  ASSERT_EQ(Simulate({"--steps=20", "--image=" + Path("image.png")}).exit_code, 0);
+  const Json same = ReadJson(Path("out/summary.json")).at("image");
+  EXPECT_GT(same.at("iou"), 0.995);  // grey levels of a PNG are whole numbers
+  EXPECT_LT(same.at("mse"), 1e-5);
+  EXPECT_LT(same.at("profile_rms_px"), 0.5);
+  ASSERT_EQ(Simulate({"--steps=20", "--image=" + Path("image.png"), "--camera_cx=130.5"}).exit_code,
+            0);
+  const Json moved = ReadJson(Path("out/summary.json")).at("image");
+  EXPECT_LT(moved.at("iou"), 0.985);
+  EXPECT_GT(moved.at("profile_rms_px"), 1.0);
+}
+
+TEST_F(SimulateTool, TakesAConfigWithPathsBesideIt) {
+  std::filesystem::copy(kFabric, Path("fabric.json"));
+  const std::string config = Write("run.json", R"(// a comment
+    {"mesh": "disc:120", "material": "fabric.json", "steps": 50, "dump_steps": [1, 2], "out": "there"})");
+  const ProcessResult result =
+      RunProcess({kSimulate, "--config=" + config, "--backend=cpu", "--steps", "2"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(ReadJson(Path("there/summary.json")).at("steps"), 2);  // the command line wins
+  EXPECT_EQ(ReadState(Path("there/state_2.json"), kVertices).x, ByTheLibrary(2).x);
+}
+
+// Forces that overflow are no success, and the program says so.
+TEST_F(SimulateTool, AFailedRolloutDoesNotLookLikeSuccess) {
+  Json far;
+  for (int i = 0; i < kVertices; ++i) {
+    far["x"].push_back({1e200, i * 1e200, -1e200});
+    far["v"].push_back({0, 0, 0});
+  }
+  const std::string start = Write("far.json", far.dump());
+  const ProcessResult result = Simulate({"--start=" + start, "--law=reference"});
+  EXPECT_EQ(result.exit_code, 3) << result.out << result.err;
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  const Json summary = ReadJson(Path("out/summary.json"));
+  EXPECT_EQ(summary.at("outcome"), "failed");
+  EXPECT_NE(summary.at("status"), "ok");
+  EXPECT_EQ(summary.at("steps"), 0);
+}
+
+// Velocities that overflow at step 36, in the middle of a rollout.
+TEST_F(SimulateTool, AFailedRolloutLeavesItsLastGoodState) {
+  const std::string scene =
+      Write("heavy.json", R"({"stretch": false, "bend": false, "gravity": [0, 0, -1e308]})");
+  EXPECT_EQ(Simulate({"--scene=" + scene, "--steps=50"}).exit_code, 3);
+  EXPECT_EQ(ReadJson(Path("out/summary.json")).at("steps"), 35);
+  const State reached = ReadState(Path("out/state_35.json"), kVertices);
+  EXPECT_NEAR(reached.v[2], -35 * 0.05e308, 1e300);
+  ASSERT_EQ(
+      Simulate({"--scene=" + scene, "--steps=35", "--dump_steps=35", "--out=" + Path("before")})
+          .exit_code,
+      0);
+  EXPECT_EQ(Read(Path("out/state_35.json")), Read(Path("before/state_35.json")));
+}
+
+TEST_F(SimulateTool, CtrlCLeavesTheStateReached) {
+  const ProcessResult result =
+      Simulate({"--steps=1000000"}, {.interrupt_when = Path("out"), .interrupt_after = 0.3});
+  EXPECT_EQ(result.exit_code, 130) << result.err;
+  const Json summary = ReadJson(Path("out/summary.json"));
+  EXPECT_EQ(summary.at("outcome"), "cancelled");
+  const int steps = summary.at("steps");
+  EXPECT_GT(steps, 0);
+  EXPECT_LT(steps, 1000000);
+  const State reached = ReadState(Path("out/state_" + std::to_string(steps) + ".json"), kVertices);
+  EXPECT_EQ(reached.x, ReadObjSurface(Path("out/drape.obj")).x);
+  EXPECT_EQ(Snapshot(Path("out")).size(), 4u);
+}
+
+}  // namespace
+}  // namespace drape::test

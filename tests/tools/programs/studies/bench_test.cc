@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape_bench as a user runs it: files, resume, Ctrl-C, bad input.
+#include "tests/tools/tool_fixture.h"
+
+namespace drape::test {
+namespace {
+
+const std::string kBench = std::string(DRAPE_BIN_DIR) + "/drape_bench";
+const std::string kSeed = std::string(DRAPE_SOURCE_DIR) + "/configs/starts/six_waves.json";
+const std::string kWool = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json";
+
+class BenchTool : public ToolFixture {
+ protected:
+  ProcessResult Bench(const std::vector<std::string>& more = {},
+                      const ProcessLimits& limits = {}) const {
+    std::vector<std::string> command = {kBench,
+                                        "--material=" + kWool,
+                                        "--seed=" + kSeed,
+                                        "--mesh=disc:120,disc:160",
+                                        "--solve=hybrid,static",
+                                        "--time_step=0.2",
+                                        "--coarse_mesh=disc:120",
+                                        "--reference=disc:200,disc:300",
+                                        "--reference_relax_mesh=disc:200",
+                                        "--repeats=2",
+                                        "--branch_mm=50",
+                                        "--out=" + Path("out")};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProcess(command, limits);
+  }
+};
+
+TEST_F(BenchTool, MeasuresTheProductAndResumes) {
+  const ProcessResult first = Bench();
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_THAT(first.out, testing::HasSubstr("4 cells, "));
+  const Json json = ReadJson(Path("out/bench.json"));
+  ASSERT_EQ(json["cells"].size(), 4u);
+  for (const Json& cell : json["cells"]) {
+    EXPECT_GT(cell["seconds"].get<double>(), 0);
+    EXPECT_GT(cell["peak_mb"].get<double>(), 0);
+    EXPECT_GT(cell["vertex_mm"].get<double>(), 0);
+    EXPECT_EQ(cell["repeats"], 2);
+  }
+  for (const char* chart : {"front_outline_mm", "front_vertex_mm", "front_radius_mm", "growth"})
+    for (const char* kind : {".png", ".svg"})
+      EXPECT_GT(Read(Path("out/") + chart + kind).size(), 1000u) << chart;
+  const std::string cells = Read(Path("out/cells.csv"));
+  ASSERT_EQ(Bench({"--resume"}).exit_code, 0);
+  EXPECT_EQ(Read(Path("out/cells.csv")), cells);
+  ExpectOneLineError(Bench(), "--resume");
+  ExpectOneLineError(Bench({"--resume", "--order=1"}), "the options are not those");
+}
+
+TEST_F(BenchTool, MeasuresDerivatives) {
+  for (const char* work : {"gradient", "jacobian"}) {
+    const std::string out = Path(work);
+    const ProcessResult result =
+        Bench({std::string("--work=") + work, "--solve=dynamic,static", "--mode=adjoint,tangent",
+               "--mesh=disc:120", "--out=" + out});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const Json cells = ReadJson(out + "/bench.json")["cells"];
+    ASSERT_EQ(cells.size(), 4u);
+    // Adjoint and tangent find the same.
+    for (const int i : {0, 2}) {
+      const double adjoint = cells[i]["derivative_error"],
+                   tangent = cells[i + 1]["derivative_error"];
+      EXPECT_GT(adjoint, 0);
+      EXPECT_NEAR(adjoint / tangent, 1, 1e-5) << work;
+    }
+  }
+}
+
+// A reference is not taken over by a run that does not go on with its cells.
+TEST_F(BenchTool, WithoutCellsTheReferenceIsMadeAnew) {
+  ASSERT_EQ(Bench({"--mesh=disc:120", "--solve=hybrid"}).exit_code, 0);
+  const std::string reference = Path("out/reference_synthetic_wool_smooth_homo.json");
+  const std::string first = Read(reference);
+  std::filesystem::remove(Path("out/cells.csv"));
+  const ProcessResult other =
+      Bench({"--mesh=disc:120", "--solve=hybrid", "--resume", "--reference=disc:160,disc:200"});
+  ASSERT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_NE(Read(reference), first);
+}
+
+TEST_F(BenchTool, FitsOfDistributionsHaveDraws) {
+  const ProcessResult result =
+      Bench({"--work=fit", "--ground_truth=" + kWool, "--truth_mesh=disc:160", "--mesh=disc:120",
+             "--relax_time=4", "--solve=static", "--model=homogeneous,bdp", "--draws=2,4",
+             "--candidates_per_round=1", "--iterations=2", "--posterior_iterations=1"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json cells = ReadJson(Path("out/bench.json"))["cells"];
+  ASSERT_EQ(cells.size(), 3u);
+  EXPECT_EQ(cells[2]["draws"], "4");
+  for (const Json& cell : cells) EXPECT_GT(cell["mse"].get<double>(), 0) << cell;
+}
+
+TEST_F(BenchTool, KeepsTheCellsThatEndedBeforeCtrlC) {
+  const ProcessResult result = Bench({"--relax_time=400,401,402,403"},
+                                     {.interrupt_when = Path("out/reference_synthetic_wool_"
+                                                             "smooth_homo.json")});
+  EXPECT_EQ(result.exit_code, 130) << result.err;
+  EXPECT_LT(ReadJson(Path("out/bench.json"))["cells"].size(), 16u);
+}
+
+TEST_F(BenchTool, RefusesBadInput) {
+  ExpectOneLineError(Bench({"--solve=fast"}), "one of dynamic, hybrid, static");
+  ExpectOneLineError(Bench({"--mesh=disc:ten"}), "disc:ten");
+  ExpectOneLineError(Bench({"--model=bdp"}), "which only fits have");
+  ExpectOneLineError(Bench({"--reference=disc:300"}), "expected two: coarse, fine");
+  ExpectOneLineError(Bench({"--reference=disc:300,disc:200"}), "expected a finer mesh");
+  ExpectOneLineError(Bench({"--work=gradient", "--table=" + Path("t.json")}), "expected forward");
+  ExpectOneLineError(Bench({"--work=fit", "--solve=hybrid"}), "'truth'");
+  ExpectOneLineError(Bench({"--material=" + Path("none.json")}), "none.json");
+}
+
+TEST_F(BenchTool, TheTableIsWhatAccuracyPicksFrom) {
+  const std::string table = Path("table.json");
+  ASSERT_EQ(Bench({"--table=" + table}).exit_code, 0);
+  const std::vector<std::string> command = {
+      kSimulate,          "--material=" + kWool,       "--start=" + kSeed,
+      "--accuracy=exact", "--accuracy_table=" + table, "--out=" + Path("drape")};
+  const ProcessResult picked = RunProcess(command);
+  ASSERT_EQ(picked.exit_code, 0) << picked.err;
+  EXPECT_THAT(picked.out, testing::HasSubstr("accuracy exact: disc:1"));
+  EXPECT_THAT(picked.out, testing::HasSubstr("expect the mean radius of the outline within"));
+  EXPECT_EQ(ReadJson(Path("drape/summary.json"))["solve"], "hybrid");
+  auto with_mesh = command;
+  with_mesh.push_back("--mesh=disc:130");
+  const ProcessResult given = RunProcess(with_mesh);
+  EXPECT_THAT(given.out, testing::HasSubstr("given and kept: --mesh, so no error is promised"));
+  EXPECT_EQ(ReadJson(Path("drape/summary.json"))["mesh"]["vertices"], 130);
+  auto too_exact = command;
+  too_exact[3] = "--accuracy=0.0001mm";
+  ExpectOneLineError(RunProcess(too_exact), "the table has nothing more exact");
+}
+
+}  // namespace
+}  // namespace drape::test

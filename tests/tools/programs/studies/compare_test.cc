@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape_compare as a user runs it.
+#include "losses/image/image.h"
+#include "physics/material/material_io.h"
+#include "tests/tools/tool_fixture.h"
+#include "tools/programs/studies/compare/compare_tool.h"
+
+namespace drape::test {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kCompare = std::string(DRAPE_BIN_DIR) + "/drape_compare";
+
+class CompareTool : public ToolFixture {
+ protected:
+  CompareTool() : data_(AddData()) {}
+  ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
+    std::vector<std::string> command = {kCompare,
+                                        "--data=" + data_,
+                                        "--fabrics=3",
+                                        "--models=homo,heter",
+                                        "--seeds=1,2",
+                                        "--train=2",
+                                        "--train_captures=1",
+                                        "--face=up",
+                                        "--draws=4",
+                                        "--mesh=disc:120",
+                                        "--coarse_mesh=disc:100",
+                                        "--initial_stretch=1",
+                                        "--initial_bend=1",
+                                        "--initial_lifts=1",
+                                        "--candidates_per_round=1",
+                                        "--iterations=2",
+                                        "--field_modes=3",
+                                        "--field_restarts=0",
+                                        "--field_iterations=1",
+                                        "--num_parameters=2",
+                                        "--sigma_px=2",
+                                        "--recheck_steps=3",
+                                        "--threads=1",
+                                        "--calibrate=false",
+                                        "--materials=" + kFabric,
+                                        "--out=" + Path("out")};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProcess(command, limits);
+  }
+
+  const std::string data_;
+};
+
+TEST_F(CompareTool, ComparesAndTakesOverWhatIsDone) {
+  const ProcessResult result = Run({});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("## Fabric 3"));
+  EXPECT_THAT(result.out, HasSubstr("other samples"));
+  EXPECT_EQ(Read(Path("out/comparison.md")), result.out);
+  const std::string csv = Read(Path("out/comparison.csv"));
+  EXPECT_THAT(csv, HasSubstr("3,heter,parameters,45,"));
+  EXPECT_THAT(csv, HasSubstr("3,circle,feature_energy,"));
+  const Json split = ReadJson(Path("out/fabric_3/split_1.json"));
+  EXPECT_EQ(split["train"].size(), 2u);     // capture 1 of two samples
+  EXPECT_EQ(split["held_out"].size(), 4u);  // captures 1 and 2 of the other two
+  const std::string cell = Path("out/fabric_3/homo/seed_2/prediction.json");
+  const auto written = std::filesystem::last_write_time(cell);
+  std::filesystem::remove(Path("out/fabric_3/heter/seed_2/prediction.json"));
+  ASSERT_EQ(Run({}).exit_code, 0);
+  EXPECT_EQ(std::filesystem::last_write_time(cell), written);
+  std::filesystem::remove_all(Path("out/fabric_3/heter/seed_1"));
+  ASSERT_EQ(Run({"--models=homo"}).exit_code, 0);  // fewer models need fewer cells
+  EXPECT_FALSE(std::filesystem::exists(Path("out/fabric_3/heter/seed_1")));
+}
+
+TEST_F(CompareTool, SimplerModelsHaveFewerNumbersAndTablesOfTheirForm) {
+  const ProcessResult result =
+      Run({"--models=homo,columns,bend,isotropic,linear", "--seeds=1", "--num_parameters=39"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::string csv = Read(Path("out/comparison.csv"));
+  EXPECT_THAT(csv, HasSubstr("3,isotropic,parameters,2,"));
+  EXPECT_THAT(csv, HasSubstr("3,linear,parameters,7,"));
+  EXPECT_THAT(csv, HasSubstr("3,columns,parameters,7,"));
+  EXPECT_THAT(csv, HasSubstr("3,bend,parameters,1,"));
+  EXPECT_THAT(csv, HasSubstr("3,homo,parameters,39,"));
+  EXPECT_LT(result.out.find("isotropic ("), result.out.find("linear ("));
+  EXPECT_LT(result.out.find("linear ("), result.out.find("columns ("));
+  const auto table = [&](const std::string& model) {
+    return ReadMaterial(Path("out/fabric_3/" + model + "/seed_1/material.json")).field;
+  };
+  const StretchTable linear = table("linear").stretch[0], columns = table("columns").stretch[0];
+  for (int k = 0; k < kStretchCols; ++k)
+    EXPECT_NEAR(linear.c[0][k], linear.c[5][k], 1e-9 * linear.c[0][k]);
+  EXPECT_NE(linear.c[0][0], linear.c[0][2]);
+  EXPECT_NE(columns.c[0][1], columns.c[5][1]);
+  EXPECT_EQ(table("bend").stretch[0].c[3][1], ReadMaterial(kFabric).field.stretch[0].c[3][1]);
+  EXPECT_NE(table("bend").bend[0].b[1][2], ReadMaterial(kFabric).field.bend[0].b[1][2]);
+  const MaterialField isotropic = table("isotropic");
+  EXPECT_NEAR(isotropic.stretch[0].c[0][0], isotropic.stretch[0].c[0][2], 1e-9);
+  EXPECT_NEAR(isotropic.bend[0].b[0][0], isotropic.bend[0].b[2][4], 1e-15);
+  EXPECT_EQ(ReadImage(Path("out/models_fabric_3.png")).width, 1100);
+}
+
+TEST_F(CompareTool, CtrlCKeepsWhatIsDone) {
+  const ProcessResult stopped =
+      Run({}, {.interrupt_when = Path("out/fabric_3/homo/seed_1/prediction.json")});
+  ASSERT_EQ(stopped.exit_code, 130) << stopped.err;
+  EXPECT_THAT(stopped.out, HasSubstr("of 4 cells are done"));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/comparison.csv")));
+  ASSERT_EQ(Run({}).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(Path("out/comparison.csv")));
+}
+
+TEST_F(CompareTool, MistakesAreOneLine) {
+  ExpectOneLineError(Run({"--models=homo,best"}), "option 'models': found 'best'");
+  ExpectOneLineError(Run({"--models=homo,homo"}), "option 'models'");
+  ExpectOneLineError(Run({"--seeds=2,2"}), "option 'seeds'");
+  ExpectOneLineError(Run({"--fabrics=9"}), "fabric: found 9, expected some of 3");
+  ExpectOneLineError(Run({"--train=4"}), "train: found 4");
+  ExpectOneLineError(Run({"--train_captures=3"}), "no usable capture to fit");
+  ExpectOneLineError(Run({"--materials=" + kFabric + "," + kFabric}), "option 'materials'");
+  ExpectOneLineError(Run({"--materials=" + Path("no.json")}), "no.json");
+  ExpectOneLineError(Run({"--draws=2"}), "draws");
+  ExpectOneLineError(Run({"--mesh=disc:3"}), "disc: 3 vertices");
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+}
+
+TEST_F(CompareTool, CellsOfOtherSettingsAreNotMixedIn) {
+  std::filesystem::create_directories(Path("out"));
+  Write("out/settings.json", "{\"mesh\": \"disc:600\"}");
+  const auto before = Snapshot(Path("out"));
+  ExpectOneLineError(Run({}), "settings.json");
+  EXPECT_EQ(Snapshot(Path("out")), before);
+}
+
+TEST_F(CompareTool, HelpAndConfigsAreComplete) {
+  CompareToolOptions options;
+  const OptionTable table = CompareTable(options);
+  EXPECT_EQ(RunProcess({kCompare, "--help"}).out, table.Help());
+  const std::string configs = std::string(DRAPE_SOURCE_DIR) + "/configs/compare/";
+  table.ReadConfig(configs + "quick.json");
+  table.ReadConfig(configs + "fabrics.json");
+  EXPECT_EQ(options.job.materials.size(), 5u);
+  for (const std::string& material : options.job.materials)
+    EXPECT_TRUE(std::filesystem::exists(material)) << material;
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape_compare_optimisers: scores by made-up traces, its files from the real program.
+#include "solver/studies/optimisers/optimiser_problem.h"
+#include "tests/tools/tool_fixture.h"
+#include "tools/programs/studies/optimisers/optimisers_report.h"
+
+namespace drape::test {
+namespace {
+
+const std::string kOptimisers = std::string(DRAPE_BIN_DIR) + "/drape_compare_optimisers";
+
+BenchmarkRecord MadeUp(const std::string& problem, const std::string& method,
+                       std::vector<TracePoint> trace, double at) {
+  BenchmarkRecord record;
+  record.problem = problem;
+  record.run.method = method;
+  record.run.cost = trace.back().cost;
+  record.run.trace = std::move(trace);
+  record.run.evaluations = 8;
+  record.run.failed = 2;
+  record.shape = Eigen::VectorXd::Constant(6, at);
+  return record;
+}
+
+// Costs 100 → 10 and 100 → 19 (within a tenth) on a, 50 → 40 and 50 → 20 on b, on other branches.
+OptimiserBenchmark MadeUpRace() {
+  OptimiserBenchmark race;
+  race.methods = {"quick", "slow"};
+  race.problems = {"a", "b"};
+  race.records = {MadeUp("a", "quick", {{1, 0.1, 100}, {4, 0.4, 10}}, 0.0),
+                  MadeUp("a", "slow", {{1, 0.2, 100}, {8, 1.2, 19}}, 1e-4),
+                  MadeUp("b", "quick", {{1, 0.1, 50}, {6, 0.7, 40}}, 0.0),
+                  MadeUp("b", "slow", {{1, 0.2, 50}, {9, 1.8, 20}}, 0.1)};
+  return race;
+}
+
+TEST(Optimisers, ScoresOfMadeUpTraces) {
+  const std::vector<MethodScore> scores = ScoreMethods(MadeUpRace(), 1e-3);
+  EXPECT_DOUBLE_EQ(scores[0].solved_loose, 0.5);
+  EXPECT_DOUBLE_EQ(scores[1].solved_loose, 1.0);
+  EXPECT_DOUBLE_EQ(scores[1].solved_tight, 0.5);
+  EXPECT_DOUBLE_EQ(scores[0].wins, 0.5);
+  EXPECT_DOUBLE_EQ(scores[0].best_branch, 0.5);
+  EXPECT_DOUBLE_EQ(scores[1].best_branch, 1.0);
+  EXPECT_DOUBLE_EQ(scores[0].median_gap, 0.5 * (0.0 + 20.0 / 30.0));
+  EXPECT_DOUBLE_EQ(scores[0].failed, 0.25);
+  const Eigen::MatrixXd spent = SpentToSolve(MadeUpRace(), 0.1, BudgetUnit::kBudget);
+  EXPECT_EQ(spent(0, 0), 4);
+  EXPECT_EQ(spent(0, 1), 8);
+  EXPECT_FALSE(std::isfinite(spent(1, 0)));
+}
+
+TEST(Optimisers, PublishedRatesAreThoseOfTheTables) {
+  MaterialField material;
+  material.stretch.resize(1);
+  material.bend.resize(1);
+  for (auto& row : material.stretch[0].c)
+    for (double& entry : row) entry = 100.0;
+  for (auto& row : material.bend[0].b)
+    for (double& entry : row) entry = 3e-5;
+  const Eigen::VectorXd rates = PublishedAdamRates(material, TyingMatrix(ParameterTying::kColumns));
+  ASSERT_EQ(rates.size(), 7);
+  EXPECT_NEAR(rates[0], 1e-16, 1e-25);
+  EXPECT_NEAR(rates[6], 0.1, 1e-12);
+}
+
+class OptimisersTool : public ToolFixture {
+ protected:
+  ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
+    const std::string fabrics = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/";
+    std::vector<std::string> command = {kOptimisers,
+                                        "--twins=" + fabrics + "synthetic_wool.json",
+                                        "--material=" + fabrics + "synthetic_shirt.json",
+                                        "--twin_mesh=disc:120",
+                                        "--mesh=disc:100",
+                                        "--coarse_mesh=disc:100",
+                                        "--num_parameters=2",
+                                        "--methods=lm,adam_0.1",
+                                        "--budget=12",
+                                        "--out=" + Path("out")};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProcess(command, limits);
+  }
+};
+
+TEST_F(OptimisersTool, WritesTablesAndGoesOnFromTheRunsThatAreDone) {
+  const ProcessResult first = Run({});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_THAT(first.out, testing::HasSubstr("| lm |"));
+  const Json summary = ReadJson(Path("out/summary.json"));
+  EXPECT_EQ(summary.at("outcome"), "done");
+  ASSERT_EQ(summary.at("runs").size(), 2u);
+  EXPECT_LT(summary.at("runs").at(0).at("spent"), 14.0);
+  for (const char* file :
+       {"report.md", "traces.csv", "convergence.png", "profiles.png", "branches.png"})
+    EXPECT_TRUE(std::filesystem::exists(Path(std::string("out/") + file))) << file;
+  const std::string kept = Read(Path("out/runs/synthetic_wool_1_2.lm.json"));
+  std::filesystem::remove(Path("out/runs/synthetic_wool_1_2.adam_0.1.json"));
+  ASSERT_EQ(Run({}).exit_code, 0);
+  EXPECT_EQ(Read(Path("out/runs/synthetic_wool_1_2.lm.json")), kept);
+  const Json again = ReadJson(Path("out/summary.json"));
+  EXPECT_EQ(again.at("runs").at(1).at("cost"), summary.at("runs").at(1).at("cost"));
+  ExpectOneLineError(Run({"--budget=13"}), "other settings");
+}
+
+TEST_F(OptimisersTool, BadInputIsOneLine) {
+  ExpectOneLineError(Run({"--methods=newton"}), "unknown name 'newton'");
+  ExpectOneLineError(Run({"--num_parameters=4"}), "4");
+  ExpectOneLineError(Run({"--budget=0"}), "budget");
+  ExpectOneLineError(Run({"--images=" + Path("none.png"), "--image_materials=" + kFabric}),
+                     "matches nothing");
+  ExpectOneLineError(RunProcess({kOptimisers, "--out=" + Path("out")}),
+                     "expected at least one problem");
+  EXPECT_FALSE(std::filesystem::exists(Path("out/summary.json")));
+}
+
+TEST_F(OptimisersTool, CtrlCKeepsTheRunsThatAreDone) {
+  const std::string done = Path("out/runs/synthetic_wool_1_2.lm.json");
+  const ProcessResult stopped =
+      Run({"--methods=lm,adam_0.03,adam_0.1,lbfgs", "--budget=500"}, {.interrupt_when = done});
+  EXPECT_EQ(stopped.exit_code, 130) << stopped.err;
+  EXPECT_TRUE(std::filesystem::exists(done));
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gflags/gflags.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "physics/util/errors.h"
+#include "tools/cli/option_table.h"
+#include "tools/cli/versions.h"
+
+namespace drape {
+namespace {
+
+constexpr std::array kGlogFlags = {"v",       "vmodule",     "logtostderr",     "alsologtostderr",
+                                   "log_dir", "minloglevel", "stderrthreshold", "colorlogtostderr"};
+constexpr char kWhere[] = "command line";
+
+// One argument "--key=text", "--key text", "--switch" or "--noswitch".
+struct Flag {
+  std::string key;
+  std::optional<std::string> text;
+};
+
+bool IsGlogFlag(const std::string& key) {
+  return std::find(kGlogFlags.begin(), kGlogFlags.end(), key) != kGlogFlags.end();
+}
+
+const Option* Find(const OptionTable& table, const std::string& key) {
+  const auto has_key = [&](const Option& option) { return option.key == key; };
+  const auto it = std::find_if(table.options.begin(), table.options.end(), has_key);
+  return it == table.options.end() ? nullptr : &*it;
+}
+
+bool IsSwitch(const OptionTable& table, const std::string& key) {
+  const Option* option = Find(table, key);
+  if (option != nullptr) return std::holds_alternative<bool*>(option->value);
+  gflags::CommandLineFlagInfo info;
+  return gflags::GetCommandLineFlagInfo(key.c_str(), &info) && info.type == "bool";
+}
+
+// Levenshtein's distance.
+int Distance(const std::string& a, const std::string& b) {
+  std::vector<int> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (size_t i = 0; i < a.size(); ++i) {
+    int diagonal = row[0]++;
+    for (size_t j = 0; j < b.size(); ++j) {
+      const int change = diagonal + (a[i] != b[j]);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({change, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+[[noreturn]] void FailUnknown(const OptionTable& table, const std::string& key) {
+  std::string nearest = "config";
+  for (const Option& option : table.options)
+    if (Distance(key, option.key) < Distance(key, nearest)) nearest = option.key;
+  const bool is_near = Distance(key, nearest) <= std::max<int>(1, static_cast<int>(key.size()) / 2);
+  throw InputError(kWhere, "unknown option '--" + key + "'" +
+                               (is_near ? ", did you mean '--" + nearest + "'?" : "") +
+                               " (--help lists all)");
+}
+
+// Splits an argument and, for a value that stands apart, takes the next one.
+Flag ReadFlag(const OptionTable& table, int argc, char** argv, int& i) {
+  const std::string argument = argv[i];
+  if (argument.size() < 2 || argument[0] != '-') {
+    throw InputError(kWhere, "found '" + argument + "', expected --key=value (see --help)");
+  }
+  const size_t begin = argument[1] == '-' ? 2 : 1, equals = argument.find('=');
+  Flag flag{argument.substr(begin, equals == std::string::npos ? equals : equals - begin), {}};
+  if (equals != std::string::npos) flag.text = argument.substr(equals + 1);
+  const bool known = flag.key == "config" || Find(table, flag.key) || IsGlogFlag(flag.key);
+  if (!known && flag.key.starts_with("no") && IsSwitch(table, flag.key.substr(2)) && !flag.text) {
+    return {flag.key.substr(2), "false"};
+  }
+  if (!known) FailUnknown(table, flag.key);
+  if (flag.text) return flag;
+  if (IsSwitch(table, flag.key)) return {flag.key, "true"};
+  if (i + 1 >= argc) throw InputError(kWhere, "option '--" + flag.key + "' has no value");
+  flag.text = argv[++i];
+  return flag;
+}
+
+bool AsksForHelp(int argc, char** argv) {
+  return std::any_of(argv + 1, argv + argc, [](const std::string& argument) {
+    return argument == "--help" || argument == "-help" || argument == "-h";
+  });
+}
+
+void SetGlogFlag(const Flag& flag) {
+  if (!gflags::SetCommandLineOption(flag.key.c_str(), flag.text->c_str()).empty()) return;
+  throw InputError(kWhere, "option '" + flag.key + "': found '" + *flag.text +
+                               "', expected a value that glog takes");
+}
+
+}  // namespace
+
+ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv) {
+  if (AsksForHelp(argc, argv)) {
+    std::fputs(table.Help().c_str(), stdout);
+    return ParseOutcome::kHelpShown;
+  }
+  std::vector<Flag> flags;
+  std::vector<std::string> operands;
+  std::string config;
+  for (int i = 1; i < argc; ++i) {
+    if (argv[i] == std::string("--version")) {
+      std::printf("%s %s\n", table.tool.c_str(), DrapefitVersion().c_str());
+      return ParseOutcome::kHelpShown;
+    }
+    if (table.operands != nullptr && argv[i][0] != '-') {
+      operands.push_back(argv[i]);
+      continue;
+    }
+    const Flag flag = ReadFlag(table, argc, argv, i);
+    if (flag.key == "config") {
+      config = *flag.text;
+    } else {
+      flags.push_back(flag);
+    }
+  }
+  if (!config.empty()) table.ReadConfig(config);
+  for (const Flag& flag : flags) {
+    if (IsGlogFlag(flag.key)) {
+      SetGlogFlag(flag);
+    } else {
+      table.Set(flag.key, *flag.text, kWhere);
+    }
+  }
+  if (table.operands != nullptr) *table.operands = operands;
+  table.CheckRequired();
+  return ParseOutcome::kRun;
+}
+
+}  // namespace drape

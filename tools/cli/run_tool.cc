@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/run_tool.h"
+
+#include <glog/logging.h>
+#include <unistd.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <string>
+
+namespace drape {
+namespace {
+
+std::atomic<bool> cancel_requested = false;
+static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
+
+extern "C" void OnCancelSignal(int) {
+  if (cancel_requested.exchange(true)) _exit(kExitCancelled);
+}
+
+void HandleSignals() {
+  struct sigaction action = {};
+  action.sa_handler = OnCancelSignal;
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file over the limit becomes a write error, with its message
+}
+
+// Warnings and errors on stderr, no log files, unless a flag says otherwise.
+void StartLogging(const char* program) {
+  FLAGS_logtostderr = true;
+  FLAGS_minloglevel = google::GLOG_WARNING;
+  google::InitGoogleLogging(program);
+}
+
+ExitCode ReportError(const std::string& tool, std::string message) {
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  std::fprintf(stderr, "%s: error: %s\n", tool.c_str(), message.c_str());
+  return kExitBadInput;
+}
+
+}  // namespace
+
+int RunTool(int argc, char** argv, const OptionTable& table,
+            const std::function<ExitCode(const std::atomic<bool>& cancel)>& body) {
+  StartLogging(argv[0]);
+  Eigen::setNbThreads(1);  // what runs in parallel are batches, on --threads
+  try {
+    if (ParseCommandLine(table, argc, argv) == ParseOutcome::kHelpShown) return kExitOk;
+    HandleSignals();
+    return body(cancel_requested);
+  } catch (const std::exception& error) {  // InputError, NotCompiled, or out of memory
+    return ReportError(table.tool, error.what());
+  }
+}
+
+}  // namespace drape

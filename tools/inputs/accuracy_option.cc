@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/inputs/accuracy_option.h"
+
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+#include "physics/util/text_format.h"
+#include "solver/studies/bench/accuracy_table.h"
+#include "tools/inputs/built_in_accuracy.h"
+
+namespace drape {
+namespace {
+
+constexpr char kBuiltIn[] = "built-in";
+
+}  // namespace
+
+std::vector<Option> AccuracyOptions(AccuracyChoice& choice) {
+  return {
+      {.key = "accuracy",
+       .value = &choice.accuracy,
+       .doc = "fast, balanced, exact or an error of the outline's mean radius such as 5mm: picks "
+              "mesh, integrator and steps, as far as they are not given (a given one wins), and "
+              "says what to expect"},
+      {.key = "accuracy_table",
+       .value = &choice.table,
+       .doc = "what --accuracy picks from; built-in: configs/accuracy.json",
+       .is_path = true,
+       .words = {kBuiltIn}},
+  };
+}
+
+AccuracyRow PickAccuracy(const AccuracyChoice& choice, const std::string& integrator) {
+  const bool built_in = choice.table == kBuiltIn;
+  const AccuracyTable table =
+      ParseAccuracyTable(built_in ? kBuiltInAccuracy : ReadWholeFile(choice.table),
+                         built_in ? "configs/accuracy.json (built-in)" : choice.table);
+  return table.Pick(choice.accuracy, integrator);
+}
+
+std::string AccuracyFilling::Line(const AccuracyRow& row) const {
+  std::string line = Format("accuracy %s: %s, %s, %d steps of %g s; ", choice_.accuracy.c_str(),
+                            row.mesh.c_str(), row.integrator.c_str(), row.steps, row.h);
+  line += kept_.empty() ? Format(
+                              "expect the mean radius of the outline within %.3g mm of that on "
+                              "an infinitely fine mesh",
+                              row.error_mm)
+                        : "given and kept:" + kept_ + ", so no error is promised";
+  return line;
+}
+
+}  // namespace drape

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/inputs/backend_option.h"
+
+#include <utility>
+
+#include "cuda/make_backend.h"
+
+namespace drape {
+
+Option BackendOption(std::string& backend) {
+  return {.key = "backend",
+          .value = &backend,
+          .doc = "where the rollouts run; auto: on all CUDA devices where there are some",
+          .choices = {"auto", "cpu", "cuda"}};
+}
+
+std::unique_ptr<Backend> MakeLoggedBackend(const std::string& name,
+                                           std::shared_ptr<const ClothModel> model, int threads,
+                                           const std::function<void(const std::string&)>& log) {
+  std::string choice;
+  std::unique_ptr<Backend> backend = MakeBackend(name, std::move(model), threads, &choice);
+  if (log) log("backend: " + choice);
+  return backend;
+}
+
+}  // namespace drape

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/inputs/common_options.h"
+
+namespace drape {
+
+Option OutOption(std::string& folder) {
+  return {.key = "out",
+          .value = &folder,
+          .doc = "output folder, made when missing",
+          .is_path = true,
+          .required = true};
+}
+
+Option LawOption(std::string& law) {
+  return {.key = "law",
+          .value = &law,
+          .doc = "how stiffness follows from strain and curvature",
+          .choices = {"reference", "smooth"}};
+}
+
+Option ThreadsOption(int& threads) {
+  return {.key = "threads",
+          .value = &threads,
+          .doc = "rollouts at a time; 0: all cores",
+          .least = 0,
+          .most = 1024};
+}
+
+Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc) {
+  return {.key = key, .value = mesh, .doc = doc, .is_path = true, .words = {"disc:"}};
+}
+
+}  // namespace drape

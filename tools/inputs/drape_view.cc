@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/inputs/drape_view.h"
+
+#include <cmath>
+
+#include "losses/outline/outline.h"
+#include "losses/silhouette/raster.h"
+
+namespace drape {
+namespace {
+
+constexpr int kAngles = 360, kSupersample = 4;
+constexpr double kFarthest = 1e6;  // [px] from the corner: what has flown off is no drape
+
+// Those of BS 5058, to 2 %.
+bool HasStandardRadii(const ClothModel& model) {
+  constexpr double kTolerance = 0.02;
+  const double cloth = model.mesh.rest_x.reshaped(3, model.mesh.num_vertices())
+                           .topRows<2>()
+                           .colwise()
+                           .norm()
+                           .maxCoeff();
+  const std::optional<double> support = SupportRadius(model.scene);
+  return support && std::abs(*support / kSupportRadius - 1.0) < kTolerance &&
+         std::abs(cloth / kClothRadius - 1.0) < kTolerance;
+}
+
+}  // namespace
+
+Camera MakeCamera(const CameraInput& input) {
+  Camera camera;
+  camera.kind = ParseCameraKind(input.kind);
+  camera.width = input.width;
+  camera.height = input.height;
+  camera.cx = std::isnan(input.cx) ? 0.5 * (input.width - 1) : input.cx;
+  camera.cy = std::isnan(input.cy) ? 0.5 * (input.height - 1) : input.cy;
+  camera.scale = input.scale;
+  camera.Check("camera");
+  return camera;
+}
+
+std::optional<DrapeView> ViewDrape(const ClothModel& model, const Eigen::VectorXd& x,
+                                   const Camera& camera, const GrayImage* image) {
+  const Mesh& mesh = model.mesh;
+  Eigen::Matrix2Xd image_points;
+  if (!ProjectVertices(x, camera, &image_points)) return {};
+  if (image_points.cwiseAbs().maxCoeff() > kFarthest) return {};
+  DrapeView view;
+  view.silhouette = Rasterize(mesh, x, camera, kSupersample);
+  if (HasStandardRadii(model))
+    view.drape_coefficient = DrapeCoefficient(CoverageArea(view.silhouette, camera));
+  Outline fitted, measured;
+  if (!OutlineFromMesh(mesh, x, camera, kAngles, &fitted)) return view;
+  view.folds = CountFolds(MetresFromPixels(fitted.radius, camera));
+  if (image != nullptr && OutlineFromImage(*image, camera, kAngles, &measured)) {
+    view.metrics =
+        CompareSilhouettes(*image, measured.radius, view.silhouette, fitted.radius, camera);
+  }
+  return view;
+}
+
+}  // namespace drape

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "physics/cloth/cloth_model.h"
+#include "physics/cloth/state.h"
+#include "physics/material/material_io.h"
+
+namespace drape {
+
+// What a drape starts from, as a user names it.
+struct SceneInput {
+  std::string mesh = "disc:1200";  // ParseMeshSpec
+  std::string material;            // "FILE" or "FILE#name" (ReadMaterialFor); empty: none
+  std::string law = "smooth";      // MakeLaw
+  std::string scene = "cusick";    // "cusick", or a scene file (ReadScene)
+  std::string start = "flat";      // "flat", or a start shape or state file (ReadStart)
+};
+
+struct LoadedScene {
+  std::shared_ptr<const ClothModel> model;
+  Material material;
+  State start;
+};
+
+// Reads and checks all of it; warnings about the material go to the log. The reference law takes
+// float32 coordinates and negative entries, as the reference simulator does. Throws InputError,
+// also where the scene holds no vertex or loads no edge of the mesh, or a start shape has no
+// support.
+LoadedScene LoadScene(const SceneInput& input);
+
+}  // namespace drape

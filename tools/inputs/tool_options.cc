@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/inputs/tool_options.h"
+
+#include "tools/inputs/common_options.h"
+
+namespace drape {
+
+std::vector<Option> ClothOptions(SceneInput& scene) {
+  return {
+      {.key = "mesh",
+       .value = &scene.mesh,
+       .doc = "cloth: an OBJ file, disc:N for a built-in disc of N vertices, or "
+              "strip:LENGTHxWIDTHxALONG [m, m, edges]",
+       .is_path = true,
+       .words = {"disc:", "strip:"}},
+      {.key = "material",
+       .value = &scene.material,
+       .doc = "a material file; FILE#name picks one of several in it",
+       .is_path = true,
+       .required = true},
+      LawOption(scene.law),
+  };
+}
+
+std::vector<Option> CameraOptions(CameraInput& camera) {
+  return {
+      {.key = "camera",
+       .value = &camera.kind,
+       .doc = "orthographic is what the published images obey",
+       .choices = {"orthographic", "pinhole"}},
+      {.key = "camera_width",
+       .value = &camera.width,
+       .doc = "width of the silhouette",
+       .unit = "px",
+       .least = 16,
+       .most = 8192},
+      {.key = "camera_height",
+       .value = &camera.height,
+       .doc = "height of the silhouette",
+       .unit = "px",
+       .least = 16,
+       .most = 8192},
+      {.key = "camera_cx",
+       .value = &camera.cx,
+       .doc = "column of the support's centre; none: the image's centre",
+       .unit = "px"},
+      {.key = "camera_cy",
+       .value = &camera.cy,
+       .doc = "row of the support's centre; none: the image's centre",
+       .unit = "px"},
+      {.key = "camera_scale",
+       .value = &camera.scale,
+       .doc = "magnification, orthographic only",
+       .unit = "px/m",
+       .least = 0,
+       .above_least = true},
+  };
+}
+
+std::vector<Option> SceneOptions(SceneInput& scene) {
+  std::vector<Option> options = ClothOptions(scene);
+  options.push_back({.key = "start",
+                     .value = &scene.start,
+                     .doc = "first shape: flat, or a start shape or state file",
+                     .is_path = true,
+                     .words = {"flat"}});
+  return options;
+}
+
+}  // namespace drape

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/check/check_report.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "tools/inputs/tool_options.h"
+
+namespace drape {
+
+void PrintCheckTable(const std::vector<CheckRow>& rows) {
+  std::printf("%-10s %-58s %9s %9s\n", "group", "check (relative errors)", "value", "bound");
+  for (const CheckRow& row : rows) {
+    std::printf("%-10s %-58s %9.1e ", row.group.c_str(), row.name.c_str(), row.value);
+    if (row.has_bound()) {
+      std::printf("%9.0e  %s\n", row.bound, row.ok() ? "ok" : "FAIL");
+    } else {
+      std::printf("%9s\n", "-");
+    }
+  }
+  const auto bounded =
+      std::count_if(rows.begin(), rows.end(), [](auto& row) { return row.has_bound(); });
+  const auto failed = std::count_if(rows.begin(), rows.end(), [](auto& row) { return !row.ok(); });
+  std::printf("%td of %td checks failed\n", failed, bounded);
+}
+
+OptionTable CheckTable(CheckToolOptions& options) {
+  const std::vector<Option> checks = {
+      {.key = "time_step",
+       .value = &options.check.h,
+       .doc = "time step of the rollouts",
+       .unit = "s",
+       .least = 0,
+       .most = 10,
+       .above_least = true},
+      {.key = "steps",
+       .value = &options.check.steps,
+       .doc = "time steps of the rollouts",
+       .least = 1,
+       .most = 1000},
+      {.key = "seed",
+       .value = &options.check.seed,
+       .doc = "of the directions and of the noise",
+       .least = 0},
+      {.key = "noise",
+       .value = &options.check.noise,
+       .doc = "random offset of the start, which breaks symmetry",
+       .unit = "mean edge lengths",
+       .least = 0,
+       .most = 1},
+  };
+  return {.tool = "drape_check",
+          .summary = "checks forces, energies and derivatives of a scene and prints a table",
+          .example = "drape_check --config=configs/check.json --law=reference",
+          .notes = "exit code 1: a check failed\n",
+          .options = Concatenate(SceneOptions(options.scene), checks)};
+}
+
+}  // namespace drape

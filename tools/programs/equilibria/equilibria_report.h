@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "losses/image/image.h"
+#include "tools/programs/equilibria/equilibria_tool.h"
+
+namespace drape {
+
+// A row a cluster, then the spread over the drapes and the starts that found no rest.
+std::string EquilibriaTableText(const EquilibriumSurvey& survey);
+
+// Throws InputError when the file cannot be written.
+void WriteEquilibriaSummary(const std::string& path, const EquilibriaOptions& options,
+                            const LoadedScene& scene, const EquilibriumSurvey& survey);
+
+// A contact sheet of the drapes in the order of the table, clusters as groups.
+RgbImage RenderEquilibria(const EquilibriumSurvey& survey);
+
+}  // namespace drape

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/equilibria/equilibria_tool.h"
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "physics/cloth/state_io.h"
+#include "tools/cli/output_folder.h"
+#include "tools/inputs/backend_option.h"
+#include "tools/inputs/common_options.h"
+#include "tools/inputs/tool_options.h"
+#include "tools/programs/equilibria/equilibria_report.h"
+
+namespace drape {
+namespace {
+
+void WriteEquilibriumStates(const EquilibriumSurvey& survey, const OutputFolder& out) {
+  for (size_t i = 0; i < survey.clusters.size(); ++i) {
+    const Eigen::VectorXd& x = survey.samples[survey.clusters[i].members[0]].x;
+    WriteState(out.Staged("branch_" + std::to_string(i + 1) + ".json"),
+               {x, Eigen::VectorXd::Zero(x.size())});
+  }
+}
+
+std::vector<Option> SampleOptions(SamplingOptions& sampling) {
+  return {
+      {.key = "samples",
+       .value = &sampling.samples,
+       .doc = "random starts",
+       .least = 1,
+       .most = 1000},
+      {.key = "first_seed",
+       .value = &sampling.first_seed,
+       .doc = "of the random start shapes; the others follow",
+       .least = 0,
+       .most = 1000000000},
+      {.key = "hem_rms",
+       .value = &sampling.hem_rms,
+       .doc = "size of the start shapes at the hem, root mean square",
+       .unit = "m",
+       .least = 0,
+       .most = 0.05,
+       .above_least = true},
+      {.key = "time_step",
+       .value = &sampling.h,
+       .doc = "time step",
+       .unit = "s",
+       .least = 0,
+       .most = 10,
+       .above_least = true},
+      {.key = "steps",
+       .value = &sampling.steps,
+       .doc = "time steps before Newton",
+       .least = 0,
+       .most = 100000},
+      ThreadsOption(sampling.threads),
+  };
+}
+
+std::vector<Option> ReportOptions(EquilibriaOptions& options) {
+  return {
+      {.key = "distance",
+       .value = &options.distance,
+       .doc = "of two drapes: of their vertices, or of their outlines as they lie, turned, or "
+              "turned and mirrored",
+       .choices = {"vertices", "outline", "rotated", "mirrored"}},
+      {.key = "tolerance",
+       .value = &options.tolerance,
+       .doc = "drapes nearer than this are one branch",
+       .unit = "m",
+       .least = 0,
+       .most = 1,
+       .above_least = true},
+      OutOption(options.out),
+  };
+}
+
+}  // namespace
+
+OptionTable EquilibriaTable(EquilibriaOptions& options) {
+  std::vector<Option> all = ClothOptions(options.scene);
+  for (const Option& option : SampleOptions(options.sampling)) all.push_back(option);
+  all.push_back(BackendOption(options.backend));
+  for (const Option& option : ReportOptions(options)) all.push_back(option);
+  return {
+      .tool = "drape_equilibria",
+      .summary = "the stable drapes of a fabric: random starts, settled and grouped by shape",
+      .example = "drape_equilibria --config=configs/branches.json --samples=32 --out=out/branches",
+      .notes =
+          "files: summary.json, branches.png (all silhouettes, one colour a branch) and of "
+          "each branch branch_<i>.json,\n  its drape of least energy, a start for "
+          "drape_simulate; they replace those of an earlier run together, at the end\n"
+          "exit code 3: no start came to rest\nCtrl-C writes what there is\n",
+      .options = std::move(all)};
+}
+
+EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options,
+                                   const SamplingCallbacks& callbacks) {
+  const auto begin = std::chrono::steady_clock::now();
+  const BranchMetric metric = ParseBranchMetric(options.distance);
+  const LoadedScene scene = LoadScene(options.scene);
+  SamplingOptions sampling = options.sampling;
+  if (sampling.threads == 0)
+    sampling.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const auto backend =
+      MakeLoggedBackend(options.backend, scene.model, sampling.threads, callbacks.log);
+  const OutputFolder out(options.out);
+  EquilibriumSurvey survey;
+  survey.backend = backend->name();
+  survey.samples = SampleEquilibria(*backend, scene.material.field, sampling, callbacks);
+  survey.cancelled = static_cast<int>(survey.samples.size()) < sampling.samples;
+  survey.clusters = ClusterSamples(survey.samples, metric, options.tolerance);
+  survey.spread = ComputeSpread(survey.samples);
+  survey.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  WriteEquilibriumStates(survey, out);
+  WritePng(RenderEquilibria(survey), out.Staged("branches.png"));
+  WriteEquilibriaSummary(out.Staged("summary.json"), options, scene, survey);
+  out.Publish();
+  return survey;
+}
+
+}  // namespace drape

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "solver/forward/random_drapes.h"
+#include "tools/cli/option_table.h"
+#include "tools/inputs/scene_input.h"
+
+namespace drape {
+
+// What a user of drape_equilibria sets.
+struct EquilibriaOptions {
+  SceneInput scene;                        // its start is not used
+  SamplingOptions sampling{.threads = 0};  // 0: all cores
+  std::string distance = "vertices";       // ParseBranchMetric
+  double tolerance = 1e-3;                 // of a cluster [m]
+  std::string backend = "auto";            // MakeBackend
+  std::string out;                         // folder, made when missing
+};
+
+// Points into `options`, which outlives it.
+OptionTable EquilibriaTable(EquilibriaOptions& options);
+
+// What was found, for the reports.
+struct EquilibriumSurvey {
+  bool cancelled = false;
+  std::string backend;  // Backend::name
+  std::vector<DrapeSample> samples;
+  std::vector<BranchCluster> clusters;
+  BranchSpread spread;
+  double seconds = 0.0;
+};
+
+// Reads all input before it computes. Writes to options.out summary.json, branches.png and, of each
+// cluster, branch_<i>.json, its drape of least energy as a state to start from (i from 1). A
+// cancelled run writes what it has. Throws InputError; then what lay in the folder is as it was.
+EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options,
+                                   const SamplingCallbacks& callbacks);
+
+}  // namespace drape

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "tools/programs/predict/predict_tool.h"
+
+namespace drape {
+
+// The distribution of each feature, the draws that found no rest, and the scores beside those of
+// the trivial predictors.
+std::string PredictionText(const PredictionRun& run);
+
+// Throws InputError when the file cannot be written.
+void WritePredictionSummary(const std::string& path, const PredictToolOptions& options,
+                            const PredictionRun& run);
+
+}  // namespace drape

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/predict/predict_tool.h"
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+#include <thread>
+
+#include "losses/dataset/index_list.h"
+#include "physics/material/material_scaling.h"
+#include "physics/mesh/obj_io.h"
+#include "physics/util/errors.h"
+#include "solver/job/plot/contact_sheet.h"
+#include "solver/prediction/material_source.h"
+#include "tools/cli/output_folder.h"
+#include "tools/inputs/backend_option.h"
+#include "tools/inputs/common_options.h"
+#include "tools/inputs/tool_options.h"
+#include "tools/programs/predict/predict_report.h"
+
+namespace drape {
+namespace {
+
+std::vector<Option> DrawOptions(PredictToolOptions& options) {
+  PredictionOptions& prediction = options.prediction;
+  const auto sigma = [](const char* key, double* value, const char* doc) {
+    return Option{.key = key, .value = value, .doc = doc, .least = 0, .most = 3};
+  };
+  const auto height = [](const char* key, double* value, const char* doc) {
+    return Option{.key = key, .value = value, .doc = doc, .unit = "m", .least = 0, .most = 0.05};
+  };
+  return {
+      {.key = "draws",
+       .value = &options.draws,
+       .doc = "drapes in all: of specimens, on each face asked for, so often repeated",
+       .least = 2,
+       .most = 4096},
+      {.key = "repeats",
+       .value = &prediction.repeats,
+       .doc = "drapes of a specimen on each face, which differ by the capture's noise only",
+       .least = 1,
+       .most = 1000},
+      height("start_rms", &prediction.start_rms,
+             "size of a specimen's random start shape at the hem, root mean square"),
+      height("capture_rms", &prediction.capture_rms,
+             "noise of each vertex on the start of each drape, root mean square"),
+      sigma("specimen_stretch_sigma", &prediction.specimen_stretch_sigma,
+            "how specimens differ: standard deviation of the log of all stretch entries"),
+      sigma("specimen_bend_sigma", &prediction.specimen_bend_sigma, "the same of all bend entries"),
+      {.key = "seed", .value = &options.seed, .doc = "of all draws", .least = 0},
+      {.key = "time_step",
+       .value = &prediction.settle.steps.h,
+       .doc = "time step",
+       .unit = "s",
+       .least = 0,
+       .most = 10,
+       .above_least = true},
+      {.key = "steps",
+       .value = &prediction.settle.steps.steps,
+       .doc = "time steps before Newton",
+       .least = 0,
+       .most = 100000},
+      ThreadsOption(options.threads),
+  };
+}
+
+Option CalibrateOption(PredictToolOptions& options) {
+  return {.key = "calibrate",
+          .value = &options.calibrate,
+          .doc =
+              "before the draws, a factor on bend for each face, by which falling drapes look like "
+              "those of the side to learn from"};
+}
+
+std::vector<Option> FileOptions(PredictToolOptions& options) {
+  return {
+      {.key = "keep_meshes",
+       .value = &options.keep_meshes,
+       .doc = "also write draw_<i>.obj of each drape"},
+      OutOption(options.out),
+  };
+}
+
+// A material, or a fit instead.
+std::vector<Option> MaterialOptions(PredictToolOptions& options) {
+  std::vector<Option> all = ClothOptions(options.scene);
+  for (Option& option : all)
+    if (option.key == "material") option.required = false;
+  all.push_back({.key = "posterior",
+                 .value = &options.posterior,
+                 .doc = "instead of a material, the output folder of drape_fit: each specimen is a "
+                        "draw of the posterior of model bayes or bdp, or has the tables of homo or "
+                        "heterogeneous",
+                 .is_path = true});
+  return all;
+}
+
+// The material of each specimen, whether one file says it or a fit.
+MaterialSource MakeMaterials(const PredictToolOptions& options, PredictionRun& run) {
+  if (options.posterior.empty()) return [field = run.scene.material.field](int) { return field; };
+  MaterialSource materials = ReadMaterialSource(options.posterior, *run.scene.model,
+                                                static_cast<uint64_t>(options.seed), &run.kind);
+  const PredictionOptions& prediction = options.prediction;
+  const bool scaled = prediction.specimen_stretch_sigma > 0 || prediction.specimen_bend_sigma > 0;
+  if (scaled && run.kind == ToString(PosteriorKind::kHierarchy)) {
+    throw InputError("option 'specimen_stretch_sigma' or 'specimen_bend_sigma'",
+                     "found a positive value beside " + options.posterior +
+                         ", whose posterior says how specimens differ, expected 0");
+  }
+  return materials;
+}
+
+void RequireOneMaterial(const PredictToolOptions& options) {
+  const bool both = !options.scene.material.empty() && !options.posterior.empty();
+  const bool none = options.scene.material.empty() && options.posterior.empty();
+  if (both || none) {
+    throw InputError(
+        "options 'material' and 'posterior'",
+        std::string("found ") + (both ? "both" : "neither") + ", expected one of them");
+  }
+}
+
+std::vector<ClothFace> ListFaces(const std::string& face) {
+  if (face == "up") return {ClothFace::kUp};
+  if (face == "down") return {ClothFace::kDown};
+  return {ClothFace::kUp, ClothFace::kDown};
+}
+
+int Threads(const PredictToolOptions& options) {
+  if (options.threads > 0) return options.threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+PredictionOptions MakePredictionOptions(const PredictToolOptions& options,
+                                        const std::atomic<bool>* cancel) {
+  PredictionOptions prediction = options.prediction;
+  prediction.faces = ListFaces(options.data.face);
+  const int each = prediction.drapes_of_specimen();
+  if (options.draws % each != 0) {
+    throw InputError("option 'draws'", "found " + std::to_string(options.draws) +
+                                           ", expected a multiple of " + std::to_string(each) +
+                                           ", repeats times faces");
+  }
+  prediction.specimens = options.draws / each;
+  prediction.seed = static_cast<uint64_t>(options.seed);
+  prediction.camera = MakeCamera(options.camera);
+  prediction.settle.steps.cancel = prediction.settle.equilibrium.cancel = cancel;
+  return prediction;
+}
+
+// The data that are to be foretold: of one fabric, since the material is of one.
+std::optional<DatasetReport> ReadData(const DatasetInput& input, const Camera& camera,
+                                      const std::atomic<bool>& cancel) {
+  if (input.folder.empty()) return {};
+  DatasetReport report = EvaluateDataset(input, camera, cancel);
+  std::set<int> fabrics;
+  for (const Capture& capture : report.split.held_out) fabrics.insert(capture.fabric);
+  if (fabrics.size() != 1) {
+    throw InputError("option 'fabric'", "found drapes of fabrics " +
+                                            IndexListText({fabrics.begin(), fabrics.end()}) +
+                                            " held out, expected those of one");
+  }
+  return report;
+}
+
+void CheckCalibration(const PredictToolOptions& options, const PredictionRun& run) {
+  if (!options.calibrate) return;
+  const char* where = "option 'calibrate'";
+  if (!run.data)
+    throw InputError(where, "found true without 'data', expected drapes to learn from");
+  if (run.data->in_turn)
+    throw InputError(where, "found true with train = 0, expected samples that are not held out");
+  if (run.data->seen_train.empty())
+    throw InputError(where, "the side to learn from holds no capture, expected some");
+}
+
+void Calibrate(Backend& backend, const MaterialSource& materials, const PredictCallbacks& callbacks,
+               PredictionRun* run) {
+  run->calibration = CalibrateBend(
+      backend, materials, run->prediction, run->data->seen_train, {},
+      [&](int trials) { callbacks.progress(0.0, "calibration, trial " + std::to_string(trials)); });
+  run->prediction.bend = run->calibration->factors;
+}
+
+// The material as it drapes with each face up.
+void WriteCalibratedMaterials(const PredictionRun& run, const OutputFolder& out) {
+  for (const ClothFace face : run.prediction.faces) {
+    Material material = run.scene.material;
+    material.field = Scaled(material.field, 1.0, run.prediction.bend.of(face));
+    material.source = "drape_predict --calibrate, from " + material.name;
+    WriteMaterial(out.Staged("material_" + ClothFaceName(face) + ".json"), material);
+  }
+}
+
+// White without a drape.
+GrayImage ComputeMean(const std::vector<SheetTile>& tiles, const Camera& camera) {
+  if (tiles.empty()) return GrayImage(camera.width, camera.height);
+  MeanImage mean;
+  for (const SheetTile& tile : tiles) mean.Add(*tile.silhouette);
+  return mean.Mean();
+}
+
+void WritePictures(const PredictionRun& run, const OutputFolder& out) {
+  const Camera& camera = run.prediction.camera;
+  std::vector<SheetTile> tiles;
+  for (const PredictedDrape& drape : run.drapes)
+    if (drape.seen) tiles.push_back({&drape.seen->image, drape.specimen});
+  WritePng(ComputeMean(tiles, camera), out.Staged("mean_image.png"));
+  WritePng(RenderContactSheet(tiles, camera), out.Staged("draws.png"));
+}
+
+void WriteMeshes(const PredictionRun& run, const OutputFolder& out) {
+  for (std::size_t i = 0; i < run.drapes.size(); ++i)
+    if (run.drapes[i].seen)
+      WriteObj(out.Staged("draw_" + std::to_string(i + 1) + ".obj"), run.scene.model->mesh,
+               run.drapes[i].x);
+}
+
+}  // namespace
+
+int PredictionRun::at_rest() const {
+  return static_cast<int>(ObservedDrapes(drapes, ClothFace::kUnknown).size());
+}
+
+OptionTable PredictTable(PredictToolOptions& options) {
+  std::vector<Option> all = MaterialOptions(options);
+  for (const Option& option : DrawOptions(options)) all.push_back(option);
+  all.push_back(BackendOption(options.backend));
+  for (const Option& option : DatasetOptions(options.data, "split_seed")) all.push_back(option);
+  all.push_back(CalibrateOption(options));
+  for (const Option& option : CameraOptions(options.camera)) all.push_back(option);
+  for (const Option& option : FileOptions(options)) all.push_back(option);
+  return {
+      .tool = "drape_predict",
+      .summary = "the drapes of a fabric as a distribution, and how well it foretells real ones",
+      .example = "drape_predict --config=configs/predict.json --draws=64 --out=out/predict",
+      .notes =
+          "files: summary.json (features of each draw, their intervals, scores), "
+          "mean_image.png (coverage in the mean),\n  draws.png (silhouettes, one colour a "
+          "specimen) and draw_<i>.obj; they replace those of an earlier run together, at the "
+          "end\n"
+          "--calibrate: the factors are in summary.json, and with --material in material_up.json "
+          "and material_down.json\n"
+          "--data: held-out samples of --fabric are foretold, beside predictors without a "
+          "model; the material should be\n  learnt from other samples\n"
+          "exit code 3: no draw came to rest\nCtrl-C writes what there is\n",
+      .options = std::move(all)};
+}
+
+PredictionRun RunPrediction(const PredictToolOptions& options, const PredictCallbacks& callbacks) {
+  const auto begin = std::chrono::steady_clock::now();
+  RequireOneMaterial(options);
+  PredictionRun run;
+  run.prediction = MakePredictionOptions(options, callbacks.cancel);
+  run.scene = LoadScene(options.scene);
+  const MaterialSource materials = MakeMaterials(options, run);
+  run.data = ReadData(options.data, run.prediction.camera, *callbacks.cancel);
+  if (!*callbacks.cancel) CheckCalibration(options, run);
+  const auto backend =
+      MakeLoggedBackend(options.backend, run.scene.model, Threads(options), callbacks.log);
+  const OutputFolder out(options.out);
+  run.backend = backend->name();
+  run.prediction.batch = SettleBatchSize(*backend, Threads(options));
+  if (options.calibrate && !*callbacks.cancel) Calibrate(*backend, materials, callbacks, &run);
+  run.drapes = SampleDrapes(*backend, materials, run.prediction, [&](int done) {
+    callbacks.progress(static_cast<double>(done) / options.draws,
+                       "draw " + std::to_string(done) + " of " + std::to_string(options.draws));
+  });
+  run.cancelled = static_cast<int>(run.drapes.size()) < options.draws;
+  if (run.data) run.score = ScorePrediction(run.drapes, run.data->seen_held_out);
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  WritePictures(run, out);
+  if (options.keep_meshes) WriteMeshes(run, out);
+  if (run.calibration && options.posterior.empty()) WriteCalibratedMaterials(run, out);
+  WritePredictionSummary(out.Staged("summary.json"), options, run);
+  out.Publish();
+  return run;
+}
+
+}  // namespace drape

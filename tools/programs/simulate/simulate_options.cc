@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/util/errors.h"
+#include "tools/inputs/backend_option.h"
+#include "tools/inputs/common_options.h"
+#include "tools/inputs/tool_options.h"
+#include "tools/programs/simulate/simulate.h"
+
+namespace drape {
+
+std::string ApplyAccuracy(SimulateOptions* options) {
+  const AccuracyChoice& choice = options->accuracy;
+  if (choice.accuracy.empty()) return "";
+  if (options->scene.scene != "cusick")
+    throw InputError("option 'accuracy'", "found the scene " + options->scene.scene +
+                                              ", expected cusick: the table is of the drape test");
+  const bool has_integrator = choice.given.contains("solve");
+  if (has_integrator && options->integrator == "static")
+    throw InputError("option 'accuracy'", "found integrator static, expected dynamic or hybrid");
+  const AccuracyRow row = PickAccuracy(choice, has_integrator ? options->integrator : "");
+  AccuracyFilling filling(choice);
+  filling.Set("mesh", row.mesh, &options->scene.mesh);
+  filling.Set("solve", row.integrator, &options->integrator);
+  filling.Set("time_step", row.h, &options->h);
+  filling.Set("steps", row.steps, &options->steps);
+  return filling.Line(row);
+}
+
+OptionTable SimulateTable(SimulateOptions& options) {
+  const std::vector<Option> scene = {
+      {.key = "scene",
+       .value = &options.scene.scene,
+       .doc = "what acts and who is held: cusick, or a scene file (configs/scenes)",
+       .is_path = true,
+       .words = {"cusick"}},
+  };
+  const std::vector<Option> steps = {
+      {.key = "solve",
+       .value = &options.integrator,
+       .doc = "steps in time, steps and then Newton to rest, or Newton from --start",
+       .choices = {"dynamic", "hybrid", "static"}},
+      {.key = "time_step",
+       .value = &options.h,
+       .doc = "time step",
+       .unit = "s",
+       .least = 0,
+       .most = 10,
+       .above_least = true},
+      {.key = "steps",
+       .value = &options.steps,
+       .doc = "number of time steps",
+       .least = 0,
+       .most = 1000000},
+      BackendOption(options.backend),
+  };
+  const std::vector<Option> files = {
+      {.key = "image",
+       .value = &options.image,
+       .doc = "silhouette (JPEG or PNG) to compare the drape with",
+       .is_path = true},
+      {.key = "dump_steps",
+       .value = &options.dump_steps,
+       .doc = "write state_<step>.json after these steps; 0 is the start",
+       .least = 0},
+      {.key = "gradient_weights",
+       .value = &options.gradient_weights,
+       .doc = "file {\"w\": [3 a vertex]}: writes gradient.json of L = sum of w*x at the end",
+       .is_path = true},
+      OutOption(options.out),
+  };
+  return {
+      .tool = "drape_simulate",
+      .summary = "one drape of a fabric over the support of the Cusick test, or on another scene",
+      .example =
+          "drape_simulate --mesh=disc:1200 --material=configs/fabrics/cotton_blue.json "
+          "--steps=100 --dump_steps=10,100 --out=out/drape",
+      .notes =
+          "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
+          "drape.obj, silhouette.png,\n  state_<step>.json, state_rest.json (hybrid, static), "
+          "gradient.json; they replace those of an earlier run together, at the end\n"
+          "exit code 3: the computation failed (see outcome and status in summary.json); what "
+          "is written is the last good shape\n",
+      .options =
+          Concatenate(SceneOptions(options.scene), scene, steps, AccuracyOptions(options.accuracy),
+                      CameraOptions(options.camera), files),
+      .given = &options.accuracy.given};
+}
+
+}  // namespace drape

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solver/studies/bench/bench_job.h"
+#include "tools/cli/option_table.h"
+
+namespace drape {
+
+// What a user of drape_bench sets.
+struct BenchToolOptions {
+  BenchJob job;
+  std::string work = "forward";                                      // ParseBenchWork
+  std::string seed;                                                  // ReadStartShape
+  std::vector<std::string> references = {"disc:2400", "disc:4800"};  // coarse, fine
+  std::string clock = "wall";                 // by which charts and the table count
+  std::vector<std::string> images, held_out;  // of fits (ExpandImages)
+  std::string truth;                          // without images: whose silhouette is fitted
+  std::string truth_mesh = "disc:1200";
+  std::string table;     // accuracy table to write; empty: none
+  double safety = 1.25;  // factor on the errors that it promises
+  std::string out;       // folder, made when missing
+};
+
+// Points into `options`, which outlives it.
+OptionTable BenchTable(BenchToolOptions& options);
+
+struct BenchToolResult {
+  bool cancelled = false;
+  int measured = 0;   // cells with a result
+  std::string table;  // for a person
+};
+
+// Runs the cells and writes cells.csv (as they end), bench.json, and the charts front_<error> and
+// growth as PNG and SVG; a cancelled run writes what it has. Throws InputError.
+BenchToolResult RunBenchTool(BenchToolOptions options, const BenchCallbacks& callbacks);
+
+}  // namespace drape

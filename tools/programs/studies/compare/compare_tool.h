@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solver/studies/comparison/model_comparison.h"
+#include "tools/cli/option_table.h"
+#include "tools/programs/fit/fit_tool.h"
+
+namespace drape {
+
+// What a user of drape_compare sets.
+struct CompareToolOptions {
+  CompareToolOptions() {
+    fit.field_basis = "modes";  // elements do not carry over
+    job.models = {"homogeneous", "heterogeneous", "bdp", "bayes"};
+    job.seeds = {1, 2, 3};
+  }
+
+  ComparisonJob job;
+  FitToolOptions fit;                                          // of all cells
+  std::string fabrics = "1-5", train_captures, face = "both";  // ParseIndexList, ClothFace
+  std::string out;                                             // folder, made when missing
+};
+
+// Points into `options`, which outlives it. What is set for each cell is not among its options.
+OptionTable CompareTable(CompareToolOptions& options);
+
+// Runs or goes on with a comparison; comparison.csv, .json, .md and charts appear in `out` once all
+// cells are done. `text` is what they say. Throws InputError; then what lay there is as it was.
+struct CompareResult {
+  ComparisonRun run;
+  std::string text;
+};
+CompareResult RunCompareTool(const CompareToolOptions& options,
+                             const ComparisonCallbacks& callbacks);
+
+}  // namespace drape

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/studies/gradients/gradients_report.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "physics/util/atomic_file.h"
+#include "physics/util/text_format.h"
+#include "solver/job/plot/line_chart.h"
+
+namespace drape {
+namespace {
+
+nlohmann::json NumberOrNull(double value) {
+  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
+}
+
+nlohmann::json ToJson(const GradientError& error) {
+  return {{"step", error.step}, {"size_m", error.size}, {"error", NumberOrNull(error.error)}};
+}
+
+nlohmann::json ToJson(const FollowedBranch& branch) {
+  nlohmann::json json = {{"seed", branch.seed}, {"status", ToString(branch.path.status)}};
+  for (const ContinuationPoint& point : branch.path.points)
+    json["points"].push_back({{"s", point.s},
+                              {"speed_m", point.speed},
+                              {"lowest_eigenvalue", NumberOrNull(point.stiffness)}});
+  if (!branch.approach) return json;
+  const FoldApproach& approach = *branch.approach;
+  if (approach.speed_by_distance)
+    json["exponent_by_distance"] = approach.speed_by_distance->exponent;
+  if (approach.speed_by_stiffness)
+    json["exponent_by_eigenvalue"] = approach.speed_by_stiffness->exponent;
+  return json;
+}
+
+nlohmann::json MakeSummary(const GradientStudy& study) {
+  nlohmann::json summary = {{"outcome", study.cancelled ? "cancelled" : "done"}};
+  for (const GradientSweep& sweep : study.sweeps) {
+    nlohmann::json errors;
+    for (const GradientError& error : sweep.errors) errors.push_back(ToJson(error));
+    summary["differences"].push_back({{"of", sweep.name}, {"errors", errors}});
+  }
+  for (const HorizonSeries& series : study.horizons) {
+    nlohmann::json errors;
+    for (const GradientError& error : series.errors) errors.push_back(ToJson(error));
+    summary["horizons"].push_back(
+        {{"law", series.law}, {"h_s", series.h}, {"steps", series.horizons}, {"errors", errors}});
+  }
+  for (const FollowedBranch& branch : study.branches) summary["branches"].push_back(ToJson(branch));
+  return summary;
+}
+
+Chart DifferencesChart(const GradientStudy& study) {
+  Chart chart{.title = "Central differences against the tangent",
+              .x_label = "step of the difference [log units]",
+              .y_label = "relative error",
+              .log_x = true,
+              .log_y = true,
+              .key = "top center"};
+  for (const GradientSweep& sweep : study.sweeps) {
+    ChartLine line{sweep.name, {}, true};
+    for (const GradientError& error : sweep.errors)
+      line.points.emplace_back(error.step, error.error);
+    chart.lines.push_back(std::move(line));
+  }
+  return chart;
+}
+
+Chart HorizonChart(const GradientStudy& study, bool of_error) {
+  Chart chart{.title = of_error ? "Error of differences" : "Size of the gradient",
+              .x_label = "simulated time [s]",
+              .y_label = of_error ? "relative error" : "|∂x/∂s|, root mean square [m]",
+              .log_x = true,
+              .log_y = true,
+              .key = of_error ? "off" : "bottom right"};  // the colours are those beside
+  for (const HorizonSeries& series : study.horizons) {
+    ChartLine line{series.law + Format(", h = %g s", series.h), {}, true};
+    for (std::size_t i = 0; i < series.errors.size(); ++i)
+      line.points.emplace_back(series.h * series.horizons[i],
+                               of_error ? series.errors[i].error : series.errors[i].size);
+    chart.lines.push_back(std::move(line));
+  }
+  return chart;
+}
+
+Chart FoldChart(const GradientStudy& study, bool by_distance) {
+  Chart chart{.title = "Towards the end of a branch",
+              .x_label = by_distance ? "distance s* − s to the end [log units of bend]"
+                                     : "lowest eigenvalue of K by M [1/s²]",
+              .y_label = "|∂x/∂s|, root mean square [m]",
+              .log_x = true,
+              .log_y = true,
+              .key = "top right"};
+  for (const FollowedBranch& branch : study.branches) {
+    if (!branch.approach) continue;
+    const FoldApproach& approach = *branch.approach;
+    const auto& law = by_distance ? approach.speed_by_distance : approach.speed_by_stiffness;
+    if (!law) continue;
+    ChartLine line{Format("start %d, slope %.2f", branch.seed, law->exponent), {}, true};
+    for (std::size_t i = 0; i < approach.speed.size(); ++i)
+      line.points.emplace_back(by_distance ? approach.distance[i] : approach.stiffness[i],
+                               approach.speed[i]);
+    chart.lines.push_back(std::move(line));
+  }
+  return chart;
+}
+
+std::string BranchRow(const FollowedBranch& branch) {
+  const ContinuationResult& path = branch.path;
+  if (path.points.empty()) return Format("| %d | %s ||||||\n", branch.seed, ToString(path.status));
+  const ContinuationPoint &first = path.points.front(), &last = path.points.back();
+  std::string row =
+      Format("| %d | %s | %.5f | %.3g → %.3g | %.3g → %.3g |", branch.seed, ToString(path.status),
+             last.s, first.stiffness, last.stiffness, first.speed, last.speed);
+  const bool fitted =
+      branch.approach && branch.approach->speed_by_distance && branch.approach->speed_by_stiffness;
+  if (!fitted) return row + " – | – |\n";
+  return row + Format(" %.2f | %.2f |\n", branch.approach->speed_by_distance->exponent,
+                      branch.approach->speed_by_stiffness->exponent);
+}
+
+}  // namespace
+
+std::string GradientReportText(const GradientStudy& study) {
+  std::string text = "| difference step |";
+  for (const GradientSweep& sweep : study.sweeps) text += " " + sweep.name + " |";
+  text += "\n|---|";
+  for (std::size_t i = 0; i < study.sweeps.size(); ++i) text += "---|";
+  text += "\n";
+  for (std::size_t i = 0; !study.sweeps.empty() && i < study.sweeps.front().errors.size(); ++i) {
+    text += Format("| %.0e |", study.sweeps.front().errors[i].step);
+    for (const GradientSweep& sweep : study.sweeps)
+      text += i < sweep.errors.size() ? Format(" %.1e |", sweep.errors[i].error) : " – |";
+    text += "\n";
+  }
+  text += "\n| law | h [s] | steps: size of the gradient [m], error |\n|---|---|---|\n";
+  for (const HorizonSeries& series : study.horizons) {
+    text += "| " + series.law + Format(" | %g |", series.h);
+    for (std::size_t i = 0; i < series.errors.size(); ++i)
+      text += Format("%s %d: %.2g, %.0e", i == 0 ? "" : ";", series.horizons[i],
+                     series.errors[i].size, series.errors[i].error);
+    text += " |\n";
+  }
+  text +=
+      "\n| start | end | at s | lowest eigenvalue [1/s²] | speed [m] | exponent by distance | "
+      "by eigenvalue |\n|---|---|---|---|---|---|---|\n";
+  for (const FollowedBranch& branch : study.branches) text += BranchRow(branch);
+  return text;
+}
+
+void WriteGradientReport(const GradientStudy& study, const OutputFolder& out) {
+  WriteFileAtomically(out.Staged("report.md"), GradientReportText(study));
+  WriteFileAtomically(out.Staged("summary.json"), MakeSummary(study).dump(1) + "\n");
+  RenderCharts(out.Staged("differences.png"), {DifferencesChart(study)});
+  RenderCharts(out.Staged("horizons.png"), {HorizonChart(study, false), HorizonChart(study, true)});
+  RenderCharts(out.Staged("fold.png"), {FoldChart(study, true), FoldChart(study, false)});
+}
+
+}  // namespace drape
