@@ -98,9 +98,9 @@ class Trial {
     *why = "no mode";
     if (!FindMode(sought ? SoughtStarts() : GivenStarts())) return std::nullopt;
     *why = "";
-    Score(0, mode_.posterior);
+    Score(0, mode_.gaussian);
     Score(1, Fit(MeanFieldStart(), 0));
-    Score(2, Fit(mode_.posterior, FLAGS_rank));
+    Score(2, Fit(mode_.gaussian, FLAGS_rank));
     return std::move(outcome_);
   }
 
@@ -207,7 +207,7 @@ class Trial {
     for (const BranchStart& start : starts)
       TryMode(start, sought ? kFirstIterations : kIterations, &best);
     if (sought && !best.x.empty()) {
-      const double determined = latents() - mode_.posterior.Covariance().trace();
+      const double determined = latents() - mode_.gaussian.Covariance().trace();
       const double freedom = std::max(1.0, double(residual_.size()) - determined);
       sigma_ = std::max(sigma_, sigma_ * residual_.norm() / std::sqrt(freedom));
       const BranchStart first = std::move(best);
@@ -242,7 +242,7 @@ class Trial {
   }
 
   GaussianPosterior MeanFieldStart() const {
-    GaussianPosterior start = mode_.posterior;
+    GaussianPosterior start = mode_.gaussian;
     const Eigen::VectorXd precisions = start.Covariance().inverse().diagonal();
     start.rotation.setIdentity();
     start.factor = precisions.cwiseInverse().cwiseSqrt().asDiagonal();
@@ -259,7 +259,7 @@ class Trial {
     options.seed = seed_;
     options.max_iterations = FLAGS_iterations;
     options.cost_tolerance = 1e-4;
-    const GaussianPosterior found = FitPosterior(draws, start, options).posterior;
+    const GaussianPosterior found = FitPosterior(draws, start, options).gaussian;
     outcome_.beyond = draws.num_extrapolated();
     return found;
   }

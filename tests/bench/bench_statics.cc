@@ -11,6 +11,7 @@
 
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/disc.h"
+#include "physics/simulation/rollout.h"
 #include "physics/simulation/statics/statics.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/fabrics.h"

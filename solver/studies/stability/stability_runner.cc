@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "physics/material/material_scaling.h"
+#include "physics/simulation/rollout.h"
 #include "physics/util/random.h"
 #include "solver/forward/branch.h"
 #include "solver/studies/stability/steps/projected_newton.h"

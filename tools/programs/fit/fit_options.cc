@@ -2,6 +2,7 @@
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/tool_options.h"
+#include "tools/programs/fit/fit_tool.h"
 
 namespace drape {
 namespace {
