@@ -8,6 +8,7 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/mesh/strip.h"
+#include "physics/simulation/rollout.h"
 #include "physics/simulation/statics/statics.h"
 #include "tests/physics/cloth_fixture.h"
 
