@@ -4,7 +4,7 @@
 # usage: top_level_test.sh <source folder>
 set -eu
 cd "$1"
-expected='CHANGELOG.md CMakeLists.txt CMakePresets.json LICENSE README.md configs cuda losses physics solver tests tools'
+expected='CHANGELOG.md CITATION.cff CMakeLists.txt CMakePresets.json LICENSE README.md configs cuda losses physics solver tests tools'
 
 if ! tracked=$(git ls-files 2>/dev/null) || [ -z "$tracked" ]; then
   printf "tests/house/top_level_test.sh: Skipped\nno git checkout here: no list of tracked files\n"
