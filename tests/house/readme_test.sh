@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# What README.md shows is there: its C++ example is the consumer that a test builds, its paths exist.
+# README.md agrees with the repository: its C++ example is the consumer, its paths exist.
 # usage: readme_test.sh <source folder>
 set -eu
 cd "$1"

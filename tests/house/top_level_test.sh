@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# The root of the repository is a list of folders that reads as the mission; nothing else may move in.
+# The root of the repository shows these names and no others.
 # usage: top_level_test.sh <source folder>
 set -eu
 cd "$1"
