@@ -24,7 +24,7 @@ struct FitJob {
   std::string model = "homogeneous";  // one table for the whole cloth; "heterogeneous": then one
                                       // for each element (FitFields); "bayes": then how sure it is,
                                       // "bdp": how elements scatter (FitDrapePosterior)
-  std::string mesh = "disc:1200";        // ParseMeshSpec
+  std::string mesh = "disc:1200";     // ParseMeshSpec
   std::string coarse_mesh = "disc:300";  // of the seed grid
   std::string material;                  // start tables, "FILE" or "FILE#name"
   std::string truth;     // optional: tables that the images were made with, compared

@@ -69,7 +69,7 @@ TEST_F(CommandLine, GlogFlagsAndVersionWork) {
 }
 
 TEST_F(CommandLine, CheckPrintsATableAndItsVerdict) {
-  const std::string config = std::string(DRAPE_SOURCE_DIR) + "/configs/check.json";
+  const std::string config = std::string(DRAPE_SOURCE_DIR) + "/configs/programs/check.json";
   const std::vector<std::string> command = {kCheck, "--config=" + config, "--mesh=disc:120"};
   const ProcessResult result = RunProcess(command);
   EXPECT_EQ(result.exit_code, 0) << result.out;

@@ -14,7 +14,7 @@ namespace {
 
 const std::string kConfigs = std::string(DRAPE_SOURCE_DIR) + "/configs";
 
-// The reference is made as that of configs/bench/table.json.
+// The reference is made as that of configs/studies/bench/table.json.
 const ReferenceOptions kReference = {
     .fine = "disc:4800", .coarse = "disc:2400", .fall = "disc:1200"};
 

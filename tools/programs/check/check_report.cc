@@ -51,7 +51,7 @@ OptionTable CheckTable(CheckToolOptions& options) {
   };
   return {.tool = "drape_check",
           .summary = "checks forces, energies and derivatives of a scene and prints a table",
-          .example = "drape_check --config=configs/check.json --law=reference",
+          .example = "drape_check --config=configs/programs/check.json --law=reference",
           .notes = "exit code 1: a check failed\n",
           .options = Concatenate(SceneOptions(options.scene), checks)};
 }

@@ -83,16 +83,17 @@ OptionTable EquilibriaTable(EquilibriaOptions& options) {
   for (const Option& option : SampleOptions(options.sampling)) all.push_back(option);
   all.push_back(BackendOption(options.backend));
   for (const Option& option : ReportOptions(options)) all.push_back(option);
-  return {
-      .tool = "drape_equilibria",
-      .summary = "the stable drapes of a fabric: random starts, settled and grouped by shape",
-      .example = "drape_equilibria --config=configs/branches.json --samples=32 --out=out/branches",
-      .notes =
-          "files: summary.json, branches.png (all silhouettes, one colour a branch) and of "
-          "each branch branch_<i>.json,\n  its drape of least energy, a start for "
-          "drape_simulate; they replace those of an earlier run together, at the end\n"
-          "exit code 3: no start came to rest\nCtrl-C writes what there is\n",
-      .options = std::move(all)};
+  return {.tool = "drape_equilibria",
+          .summary = "the stable drapes of a fabric: random starts, settled and grouped by shape",
+          .example =
+              "drape_equilibria --config=configs/programs/equilibria.json --samples=32 "
+              "--out=out/branches",
+          .notes =
+              "files: summary.json, branches.png (all silhouettes, one colour a branch) and of "
+              "each branch branch_<i>.json,\n  its drape of least energy, a start for "
+              "drape_simulate; they replace those of an earlier run together, at the end\n"
+              "exit code 3: no start came to rest\nCtrl-C writes what there is\n",
+          .options = std::move(all)};
 }
 
 EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options,

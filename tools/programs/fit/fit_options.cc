@@ -317,22 +317,23 @@ OptionTable FitTable(FitToolOptions& options) {
   for (const Option& option : FieldOptionList(options)) all.push_back(option);
   for (const Option& option : PosteriorOptionList(options.job.posterior)) all.push_back(option);
   for (const Option& option : GridOptions(options.job.fit.grid)) all.push_back(option);
-  return {.tool = "drape_fit",
-          .summary =
-              "finds the stretch and bend stiffness of a fabric from silhouettes of its drapes, "
-              "from mechanical tests, or from both",
-          .example = "drape_fit --config=configs/fit.json --images=drape.jpg --out=out/fit",
-          .notes =
-              "files: summary.json, material.json and, of each image, fit_<image>.png, "
-              "drape_<image>.obj, start_<image>.json;\n"
-              "  model heter also material_homogeneous.json, field_<kind>.png, known_<kind>.png;\n"
-              "  models bayes and bdp also material_homogeneous.json, base.json, posterior.json;\n"
-              "  they replace those of an earlier run together, at the end; checkpoint.json and "
-              "fit.log while it runs\n"
-              "exit code 3: nothing could be fitted (see summary.json)\n"
-              "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",
-          .options = std::move(all),
-          .given = &options.accuracy.given};
+  return {
+      .tool = "drape_fit",
+      .summary =
+          "finds the stretch and bend stiffness of a fabric from silhouettes of its drapes, "
+          "from mechanical tests, or from both",
+      .example = "drape_fit --config=configs/programs/fit.json --images=drape.jpg --out=out/fit",
+      .notes =
+          "files: summary.json, material.json and, of each image, fit_<image>.png, "
+          "drape_<image>.obj, start_<image>.json;\n"
+          "  model heter also material_homogeneous.json, field_<kind>.png, known_<kind>.png;\n"
+          "  models bayes and bdp also material_homogeneous.json, base.json, posterior.json;\n"
+          "  they replace those of an earlier run together, at the end; checkpoint.json and "
+          "fit.log while it runs\n"
+          "exit code 3: nothing could be fitted (see summary.json)\n"
+          "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",
+      .options = std::move(all),
+      .given = &options.accuracy.given};
 }
 
 }  // namespace drape

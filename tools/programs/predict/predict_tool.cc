@@ -233,7 +233,8 @@ OptionTable PredictTable(PredictToolOptions& options) {
   return {
       .tool = "drape_predict",
       .summary = "the drapes of a fabric as a distribution, and how well it foretells real ones",
-      .example = "drape_predict --config=configs/predict.json --draws=64 --out=out/predict",
+      .example =
+          "drape_predict --config=configs/programs/predict.json --draws=64 --out=out/predict",
       .notes =
           "files: summary.json (features of each draw, their intervals, scores), "
           "mean_image.png (coverage in the mean),\n  draws.png (silhouettes, one colour a "

@@ -39,7 +39,7 @@ class AtlasTest : public testing::Test {
   StabilityRunner bench_{FeltSetting()};
 };
 
-// Each of these runs is a cell of configs/stability.json or lies between two.
+// Each of these runs is a cell of configs/studies/stability.json or lies between two.
 
 TEST_F(AtlasTest, ExplicitStandsAtHalfTheLimitAndFallsAboveIt) {
   const ExplicitLimit limit = MeasureLimit(bench_, {});
@@ -181,7 +181,7 @@ TEST_F(ClassifyTest, NamesWhatMovesCreepsOrIsElsewhere) {
 
 TEST(StabilityMaps, ALineIsAMapForEachMethod) {
   const std::vector<StabilityMap> maps = ParseStabilityMaps(
-      "step+implicit h=0.01:1:3 tangle=0.2/0/0.1 density=0.1 law=reference", "maps");
+      "step+implicit time_step=0.01:1:3 tangle=0.2/0/0.1 density=0.1 law=reference", "maps");
   ASSERT_EQ(maps.size(), 2u);
   EXPECT_EQ(maps[1].name, "implicit-h-tangle-density0.1-reference");
   EXPECT_THAT(maps[0].values[0], testing::ElementsAre(0.01, 0.1, 1.0));
@@ -193,25 +193,27 @@ TEST(StabilityMaps, ALineIsAMapForEachMethod) {
                                 .h = 1.0,
                                 .density = 0.1,
                                 .tangle = 0.1}));
-  const StabilityMap both = ParseStabilityMaps("step h=0.1/1 stiffness=2/3", "x")[0];
+  const StabilityMap both = ParseStabilityMaps("step time_step=0.1/1 stiffness=2/3", "x")[0];
   EXPECT_EQ(both.At(0, 1).stretch, 3.0);
   EXPECT_EQ(both.At(0, 1).bend, 3.0);
 }
 
 TEST(StabilityMaps, MistakesAreNamed) {
   const auto parse = [](const std::string& line) { return ParseStabilityMaps(line, "maps"); };
-  EXPECT_INPUT_ERROR(parse("step h=0.1/1"), "expected two axes");
-  EXPECT_INPUT_ERROR(parse("stepp h=0.1/1 bend=1/2"), "expected one of explicit, step,");
-  EXPECT_INPUT_ERROR(parse("step h=0.1/1 bond=1/2"), "expected one of h, stiffness,");
-  EXPECT_INPUT_ERROR(parse("step h=0.1/x bend=1/2"), "found 'x', expected a number");
-  EXPECT_INPUT_ERROR(parse("step h=-1/1 bend=1/2"), "found '-1', expected a number");
-  EXPECT_INPUT_ERROR(parse("step h=1:0.1:3 bend=1/2"), "0 < from < to");
-  EXPECT_INPUT_ERROR(parse("step h=0.1:1:1 bend=1/2"), "expected a count");
-  EXPECT_INPUT_ERROR(parse("step h=0.1/0.1 bend=1/2"), "a value twice");
-  EXPECT_INPUT_ERROR(parse("step h=0.1/1 h=1/2"), "names 'h' twice");
-  EXPECT_INPUT_ERROR(parse("step h=0.1/1 bend=1/2 stretch=1/2"), "third axis");
+  EXPECT_INPUT_ERROR(parse("step time_step=0.1/1"), "expected two axes");
+  EXPECT_INPUT_ERROR(parse("stepp time_step=0.1/1 bend=1/2"), "expected one of explicit, step,");
+  EXPECT_INPUT_ERROR(parse("step time_step=0.1/1 bond=1/2"),
+                     "expected one of time_step, stiffness,");
+  EXPECT_INPUT_ERROR(parse("step time_step=0.1/x bend=1/2"), "found 'x', expected a number");
+  EXPECT_INPUT_ERROR(parse("step time_step=-1/1 bend=1/2"), "found '-1', expected a number");
+  EXPECT_INPUT_ERROR(parse("step time_step=1:0.1:3 bend=1/2"), "0 < from < to");
+  EXPECT_INPUT_ERROR(parse("step time_step=0.1:1:1 bend=1/2"), "expected a count");
+  EXPECT_INPUT_ERROR(parse("step time_step=0.1/0.1 bend=1/2"), "a value twice");
+  EXPECT_INPUT_ERROR(parse("step time_step=0.1/1 time_step=1/2"), "names 'time_step' twice");
+  EXPECT_INPUT_ERROR(parse("step time_step=0.1/1 bend=1/2 stretch=1/2"), "third axis");
   EXPECT_INPUT_ERROR(parse("step h bend=1/2"), "expected axis=values");
-  EXPECT_INPUT_ERROR(parse("step h=0.1/1 bend=1/2 law=soft"), "expected reference or smooth");
+  EXPECT_INPUT_ERROR(parse("step time_step=0.1/1 bend=1/2 law=soft"),
+                     "expected reference or smooth");
 }
 
 class SurveyTest : public FileFixture {
@@ -222,7 +224,8 @@ class SurveyTest : public FileFixture {
 
   std::atomic<bool> cancel_ = false;
   StabilityRunner bench_{FeltSetting()};
-  std::vector<StabilityMap> maps_ = ParseStabilityMaps("step h=0.1/0.2 stretch=1/2/1e6", "maps");
+  std::vector<StabilityMap> maps_ =
+      ParseStabilityMaps("step time_step=0.1/0.2 stretch=1/2/1e6", "maps");
 };
 
 TEST_F(SurveyTest, IsResumedFromWhatIsOnDisk) {

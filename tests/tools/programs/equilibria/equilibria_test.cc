@@ -159,7 +159,7 @@ TEST_F(EquilibriaTool, HelpAndConfigAreComplete) {
   EquilibriaOptions options;
   const OptionTable table = EquilibriaTable(options);
   EXPECT_EQ(RunProcess({kBranches, "--help"}).out, table.Help());
-  table.ReadConfig(std::string(DRAPE_SOURCE_DIR) + "/configs/branches.json");
+  table.ReadConfig(std::string(DRAPE_SOURCE_DIR) + "/configs/programs/equilibria.json");
   EXPECT_EQ(options.sampling.samples, 32);
 }
 

@@ -218,7 +218,7 @@ TEST_F(PredictTool, HelpAndConfigAreComplete) {
   PredictToolOptions options;
   const OptionTable table = PredictTable(options);
   EXPECT_EQ(RunProcess({kPredict, "--help"}).out, table.Help());
-  table.ReadConfig(std::string(DRAPE_SOURCE_DIR) + "/configs/predict.json");
+  table.ReadConfig(std::string(DRAPE_SOURCE_DIR) + "/configs/programs/predict.json");
   EXPECT_EQ(options.draws, 64);
 }
 

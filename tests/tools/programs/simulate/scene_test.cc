@@ -77,7 +77,7 @@ class TestFitTool : public ToolFixture {
 
 TEST_F(TestFitTool, NeedsNoImage) {
   const ProcessResult result =
-      Fit({"--lab_tests=" + kConfigs + "tests/wool_cantilever_warp.json", "--density=0.27"});
+      Fit({"--lab_tests=" + kConfigs + "lab_tests/wool_cantilever_warp.json", "--density=0.27"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("wool_cantilever_warp"));
   EXPECT_EQ(ReadMaterial(Path("fit/material.json")).field.density, 0.27);
@@ -101,7 +101,7 @@ TEST_F(TestFitTool, BadTestsAreOneLine) {
 }
 
 TEST_F(TestFitTool, OneNameCannotStandForTwoTests) {
-  const std::string test = kConfigs + "tests/wool_cantilever_warp.json";
+  const std::string test = kConfigs + "lab_tests/wool_cantilever_warp.json";
   ExpectOneLineError(Fit({"--lab_tests=" + test + "," + test}), "a second test of the name");
 }
 

@@ -135,7 +135,7 @@ TEST_F(CompareTool, HelpAndConfigsAreComplete) {
   CompareToolOptions options;
   const OptionTable table = CompareTable(options);
   EXPECT_EQ(RunProcess({kCompare, "--help"}).out, table.Help());
-  const std::string configs = std::string(DRAPE_SOURCE_DIR) + "/configs/compare/";
+  const std::string configs = std::string(DRAPE_SOURCE_DIR) + "/configs/studies/compare/";
   table.ReadConfig(configs + "quick.json");
   table.ReadConfig(configs + "fabrics.json");
   EXPECT_EQ(options.job.materials.size(), 5u);

@@ -27,7 +27,7 @@ class StabilityTool : public ToolFixture {
 
 TEST_F(StabilityTool, WritesRunsFindingsAndMaps) {
   const ProcessResult result =
-      Run({"--maps=step h=0.1/0.5 tangle=0/0.1,explicit h=1e-3/2e-3 bend=1/2"});
+      Run({"--maps=step time_step=0.1/0.5 tangle=0/0.1,explicit time_step=1e-3/2e-3 bend=1/2"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("largest stable explicit step"));
   EXPECT_GT(ReadImage(Path("out/step-h-tangle.png")).width, 500);
@@ -47,7 +47,7 @@ TEST_F(StabilityTool, WritesRunsFindingsAndMaps) {
 }
 
 TEST_F(StabilityTool, CtrlCKeepsTheRunsAndResumeGoesOn) {
-  const std::string map = "--maps=step h=0.02:0.5:20 stretch=1:2:100";
+  const std::string map = "--maps=step time_step=0.02:0.5:20 stretch=1:2:100";
   const ProcessResult stopped =
       Run({map}, {.interrupt_when = Path("out/runs.csv"), .interrupt_after = 1.0});
   ASSERT_EQ(stopped.exit_code, 130) << stopped.err;
@@ -64,10 +64,11 @@ TEST_F(StabilityTool, CtrlCKeepsTheRunsAndResumeGoesOn) {
 }
 
 TEST_F(StabilityTool, MistakesAreOneLineAndLeaveNothing) {
-  const std::string map = "--maps=step h=0.1/0.5 tangle=0/1";
+  const std::string map = "--maps=step time_step=0.1/0.5 tangle=0/1";
   ExpectOneLineError(Run({}), "option 'maps'");
-  ExpectOneLineError(Run({"--maps=step h=0.1/0.5"}), "expected two axes");
-  ExpectOneLineError(Run({"--maps=jump h=0.1/0.5 bend=1/2"}), "expected one of explicit, step,");
+  ExpectOneLineError(Run({"--maps=step time_step=0.1/0.5"}), "expected two axes");
+  ExpectOneLineError(Run({"--maps=jump time_step=0.1/0.5 bend=1/2"}),
+                     "expected one of explicit, step,");
   ExpectOneLineError(Run({map, "--filter=bend"}), "which no map has in its name");
   ExpectOneLineError(Run({map, "--material=" + Path("no.json")}), "no.json");
   ExpectOneLineError(Run({map, "--duration=0"}), "duration");
@@ -80,7 +81,7 @@ TEST_F(StabilityTool, HelpAndConfigsAreComplete) {
   const OptionTable table = StabilityTable(options);
   EXPECT_EQ(RunProcess({kStability, "--help"}).out, table.Help());
   std::size_t cases = 0;
-  for (const char* name : {"stability.json", "stability_quick.json"}) {
+  for (const char* name : {"studies/stability.json", "studies/stability_quick.json"}) {
     table.ReadConfig(kConfigs + name);
     for (const std::string& line : options.maps)
       for (const StabilityMap& map : ParseStabilityMaps(line, name)) cases += map.Cases().size();

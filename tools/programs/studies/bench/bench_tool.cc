@@ -262,7 +262,7 @@ OptionTable BenchTable(BenchToolOptions& options) {
           .summary =
               "work against precision: what drapes, derivatives and fits cost, and how far off "
               "they are, over the product of some settings (axes, given as lists)",
-          .example = "drape_bench --config=configs/bench/quick.json --out=out/bench",
+          .example = "drape_bench --config=configs/studies/bench/quick.json --out=out/bench",
           .notes =
               "files: cells.csv (a line a cell, as they end), bench.json (fronts, exponents of "
               "growth, all cells),\n  front_<error>.png and .svg, growth.png and .svg\n"

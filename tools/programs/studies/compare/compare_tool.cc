@@ -139,7 +139,8 @@ OptionTable CompareTable(CompareToolOptions& options) {
       .summary =
           "which model of a fabric the data need: fits of the same images, scored on the "
           "same held-out drapes",
-      .example = "drape_compare --config=configs/compare/quick.json --data=DIR --out=out/compare",
+      .example =
+          "drape_compare --config=configs/studies/compare/quick.json --data=DIR --out=out/compare",
       .notes =
           "files: comparison.md, comparison.csv, comparison.json; of each fabric, model and seed "
           "fabric_<N>/<model>/seed_<K>\n  with the files of drape_fit and prediction.json, and "

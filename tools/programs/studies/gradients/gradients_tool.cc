@@ -138,7 +138,7 @@ class Study {
 OptionTable GradientsTable(GradientsOptions& options) {
   return {.tool = "drape_gradients",
           .summary = "where gradients of a drape fail: differences, horizons, kinks, folds",
-          .example = "drape_gradients --config=configs/gradients.json --out=out/gradients",
+          .example = "drape_gradients --config=configs/studies/gradients.json --out=out/gradients",
           .notes =
               "files: summary.json, report.md, differences.png, horizons.png, fold.png\n"
               "Ctrl-C writes what there is\n",

@@ -219,16 +219,17 @@ class BenchmarkRunner {
 OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
   std::vector<Option> all = ProblemOptions(options);
   for (const Option& option : RaceOptions(options)) all.push_back(option);
-  return {
-      .tool = "drape_compare_optimisers",
-      .summary = "optimisers compared: the same cost, start and budget on many silhouettes",
-      .example = "drape_compare_optimisers --config=configs/optimisers.json --out=out/optimisers",
-      .notes =
-          "files: summary.json, report.md, traces.csv, convergence.png, profiles.png and "
-          "branches.png, which replace those of\n  an earlier run together, at the end; "
-          "twins/ and runs/, which a run that was interrupted goes on from\n"
-          "exit code 3: no problem has a start\nCtrl-C keeps the runs that are done\n",
-      .options = std::move(all)};
+  return {.tool = "drape_compare_optimisers",
+          .summary = "optimisers compared: the same cost, start and budget on many silhouettes",
+          .example =
+              "drape_compare_optimisers --config=configs/studies/compare_optimisers.json "
+              "--out=out/optimisers",
+          .notes =
+              "files: summary.json, report.md, traces.csv, convergence.png, profiles.png and "
+              "branches.png, which replace those of\n  an earlier run together, at the end; "
+              "twins/ and runs/, which a run that was interrupted goes on from\n"
+              "exit code 3: no problem has a start\nCtrl-C keeps the runs that are done\n",
+          .options = std::move(all)};
 }
 
 OptimiserBenchmark RunOptimiserBenchmark(const OptimiserBenchmarkOptions& options,

@@ -214,7 +214,8 @@ OptionTable StabilityTable(StabilityOptions& options) {
   for (const Option& option : SurveyOptions(options)) all.push_back(option);
   return {.tool = "drape_stability",
           .summary = "where methods of solving a drape fail: a run a cell of maps over two axes",
-          .example = "drape_stability --config=configs/stability_quick.json --out=out/stability",
+          .example =
+              "drape_stability --config=configs/studies/stability_quick.json --out=out/stability",
           .notes = "methods:" + methods + "\naxes:\n" + axes +
                    "files: runs.csv, to which each finished run is appended, findings.json and a "
                    "PNG a map\nCtrl-C keeps the finished runs; --resume goes on\n",
