@@ -7,7 +7,7 @@ cd "$1"
 expected='CHANGELOG.md CITATION.cff CMakeLists.txt CMakePresets.json LICENSE README.md configs cuda losses physics solver tests tools'
 
 if ! tracked=$(git ls-files 2>/dev/null) || [ -z "$tracked" ]; then
-  printf "tests/house/top_level_test.sh: Skipped\nno git checkout here: no list of tracked files\n"
+  printf "tests/repository/top_level_test.sh: Skipped\nno git checkout here: no list of tracked files\n"
   exit 77
 fi
 found=$(echo "$tracked" | cut -d/ -f1 | grep -v '^\.' | LC_ALL=C sort -u | tr '\n' ' ')

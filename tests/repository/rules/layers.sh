@@ -11,7 +11,7 @@ folders='physics cuda losses solver tools'
 
 # shellcheck disable=SC2086
 if ! files=$(git ls-files -co --exclude-standard -- $folders 2>/dev/null) || [ -z "$files" ]; then
-  printf 'tests/house/layers.sh: Skipped\nno git checkout here: no list of files\n'
+  printf 'tests/repository/rules/layers.sh: Skipped\nno git checkout here: no list of files\n'
   exit 77
 fi
 files=$(while IFS= read -r f; do [ ! -e "$f" ] || printf '%s\n' "$f"; done <<<"$files")
