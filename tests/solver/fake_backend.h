@@ -36,9 +36,9 @@ class FakeBackend final : public Backend {
     const MaterialField base = TestMaterial();
     double stretch = 0.0, bend = 0.0;
     for (int i = 0; i < kStretchEntries; ++i)
-      stretch += std::log((&material.stretch[0].c[0][0])[i] / (&base.stretch[0].c[0][0])[i]);
+      stretch += std::log(material.stretch[0].entries()[i] / base.stretch[0].entries()[i]);
     for (int i = 0; i < kBendEntries; ++i)
-      bend += std::log((&material.bend[0].b[0][0])[i] / (&base.bend[0].b[0][0])[i]);
+      bend += std::log(material.bend[0].entries()[i] / base.bend[0].entries()[i]);
     return {stretch / kStretchEntries, bend / kBendEntries};
   }
 

@@ -21,8 +21,7 @@ void AddStretchColumns(const Law& law, const ClothModel& model, const MaterialFi
     const FaceSensitivity s = EvaluateSensitivity(law, face, material.stretch_of(f), x, w, h);
     const StretchTable& scale = weight.stretch_of(f);
     double factor[kStretchEntries];
-    for (int k = 0; k < kStretchEntries; ++k)
-      factor[k] = (&s.by_entry[0][0])[k] * (&scale.c[0][0])[k];
+    for (int k = 0; k < kStretchEntries; ++k) factor[k] = s.by_entries()[k] * scale.entries()[k];
     const ShapeGradient shape = GradientOf(face);
     for (int i = 0; i < 9; ++i) {
       const double u = shape.u[i / 3], v = shape.v[i / 3];
@@ -46,7 +45,7 @@ void AddBendColumns(const Law& law, const ClothModel& model, const MaterialField
     const HingeSensitivity s = EvaluateSensitivity(law, hinge, material.bend_of(e), x, w, h);
     const BendTable& scale = weight.bend_of(e);
     double factor[kBendEntries];
-    for (int k = 0; k < kBendEntries; ++k) factor[k] = (&s.by_entry[0][0])[k] * (&scale.b[0][0])[k];
+    for (int k = 0; k < kBendEntries; ++k) factor[k] = s.by_entries()[k] * scale.entries()[k];
     for (int i = 0; i < 12; ++i) {
       double* row = &columns(3 * hinge.vertex[i / 3] + i % 3, kStretchEntries);
       const double basis = (&s.basis.d[0].x)[i];
@@ -99,7 +98,7 @@ void AddBendGradient(const Law& law, const ClothModel& model, const MaterialFiel
     for (int i = 0; i < 12; ++i)
       AddScaledRow((&s.basis.d[0].x)[i], &lambda(3 * hinge.vertex[i / 3] + i % 3, 0), columns, u);
     for (int k = 0; k < kBendEntries; ++k)
-      if (const double by_entry = (&s.by_entry[0][0])[k]; by_entry != 0.0)
+      if (const double by_entry = s.by_entries()[k]; by_entry != 0.0)
         AddScaledRow(by_entry, u, columns, &gradient(first + k, 0));
   }
 }
@@ -139,9 +138,9 @@ MaterialGradient MaterialGradient::Zero(const MaterialField& like, int m) {
 RowMatrix MaterialGradient::Contract(const MaterialField& weight) const {
   RowMatrix all(kMaterialEntries, stretch.cols());
   all << ContractEntries(stretch, kStretchEntries,
-                         [&](int f, int k) { return (&weight.stretch_of(f).c[0][0])[k]; }),
+                         [&](int f, int k) { return weight.stretch_of(f).entries()[k]; }),
       ContractEntries(bend, kBendEntries,
-                      [&](int e, int k) { return (&weight.bend_of(e).b[0][0])[k]; });
+                      [&](int e, int k) { return weight.bend_of(e).entries()[k]; });
   return all;
 }
 

@@ -39,10 +39,10 @@ void AdjBend(const Law& law, const ClothModel& model, const MaterialField& mater
     const BendAdjoint adjoint = AdjBendStep(law, hinge, table, corners, GatherCorners(hinge, w), h,
                                             GatherCorners(hinge, lambda), theta);
     for (int i = 0; i < 12; ++i) adj_x[3 * hinge.vertex[i / 3] + i % 3] += adjoint.adj_x[i];
-    double by_entry[kBendRows][kBendCols];
-    HingeStiffnessByTable(law, hinge, table, theta, by_entry);
+    BendTable by_entry;
+    HingeStiffnessByTable(law, hinge, table, theta, by_entry.b);
     double* entry = gradient + static_cast<std::ptrdiff_t>(stride) * e;
-    for (int k = 0; k < kBendEntries; ++k) entry[k] += adjoint.adj_kappa * (&by_entry[0][0])[k];
+    for (int k = 0; k < kBendEntries; ++k) entry[k] += adjoint.adj_kappa * by_entry.entries()[k];
   }
 }
 

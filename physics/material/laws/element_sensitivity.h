@@ -6,13 +6,17 @@
 
 namespace drape {
 
-// How the step force g(x; w) of one element (assembly.h) follows its table.
+// Derivatives of the step force g(x; w) of one element (assembly.h) by the entries of its table
+// [MODEL, M40].
 
-// g of a face is linear in its four stiffnesses: their bases, area included, and how they follow
-// the table.
+// g of a face is linear in its four stiffnesses: basis[m] is ∂g/∂(stiffness m), area included, and
+// entry (r, m) of `by_entry` is the derivative of stiffness m by entry (r, m) of the table.
 struct FaceSensitivity {
   DeformationGradient<double> basis[kStretchCols];
   double by_entry[kStretchRows][kStretchCols];
+
+  // The 24 derivatives of by_entry, row-major.
+  DRAPE_INLINE const double* by_entries() const { return &by_entry[0][0]; }
 };
 template <class Law>
 DRAPE_HD FaceSensitivity EvaluateSensitivity(const Law& law, const Face& face,
@@ -29,10 +33,14 @@ DRAPE_HD FaceSensitivity EvaluateSensitivity(const Law& law, const Face& face,
   return s;
 }
 
-// ∂g/∂entry of a hinge = by_entry·basis: minus the step moment of unit κ along ∂θ/∂x.
+// ∂g/∂entry of a hinge is basis × by_entry: `basis` is minus the step moment of unit κ along ∂θ/∂x,
+// and `by_entry` is ∂κ/∂entry.
 struct HingeSensitivity {
   HingeGradient basis;
   double by_entry[kBendRows][kBendCols];
+
+  // The 15 derivatives of by_entry, row-major.
+  DRAPE_INLINE const double* by_entries() const { return &by_entry[0][0]; }
 };
 template <class Law>
 DRAPE_HD HingeSensitivity EvaluateSensitivity(const Law& law, const Hinge& hinge,

@@ -50,9 +50,9 @@ std::string EntryName(int entry) {
 // Multiplies entry k of all tables by factor[k], shape [39].
 void ScaleEntries(const Eigen::VectorXd& factor, MaterialField* field) {
   for (StretchTable& table : field->stretch)
-    for (int k = 0; k < kStretchEntries; ++k) (&table.c[0][0])[k] *= factor[k];
+    for (int k = 0; k < kStretchEntries; ++k) table.entries()[k] *= factor[k];
   for (BendTable& table : field->bend)
-    for (int k = 0; k < kBendEntries; ++k) (&table.b[0][0])[k] *= factor[kStretchEntries + k];
+    for (int k = 0; k < kBendEntries; ++k) table.entries()[k] *= factor[kStretchEntries + k];
 }
 
 }  // namespace

@@ -183,8 +183,8 @@ Eigen::VectorXd PublishedAdamRates(const MaterialField& material, const Eigen::M
     double entries = 0.0, rate = 0.0;
     for (int entry = 0; entry < kMaterialEntries; ++entry) {
       const bool stretch = entry < kStretchEntries;
-      const double value = stretch ? (&material.stretch[0].c[0][0])[entry]
-                                   : (&material.bend[0].b[0][0])[entry - kStretchEntries];
+      const double value = stretch ? material.stretch[0].entries()[entry]
+                                   : material.bend[0].entries()[entry - kStretchEntries];
       entries += tie(entry, i) * value;
       rate += tie(entry, i) * (stretch ? kStretchRate : kBendRate);
     }

@@ -15,7 +15,7 @@ class MaterialFieldFile : public FileFixture {
     material_.field = test::Scatter(test::TestMaterial(), mesh_, 0.3, random);
     WriteMaterialField(Path("field.json"), material_, mesh_);
   }
-  // The file with one thing changed.
+  // Writes a copy of the file with `from` replaced by `to`.
   std::string Changed(const std::string& from, const std::string& to) const {
     std::string text = Read(Path("field.json"));
     return Write("changed.json", text.replace(text.find(from), from.size(), to));
@@ -33,10 +33,10 @@ TEST_F(MaterialFieldFile, ComesBackBitForBit) {
   ASSERT_EQ(again.field.bend.size(), material_.field.bend.size());
   for (size_t f = 0; f < again.field.stretch.size(); ++f)
     for (int k = 0; k < kStretchEntries; ++k)
-      ASSERT_EQ((&again.field.stretch[f].c[0][0])[k], (&material_.field.stretch[f].c[0][0])[k]);
+      ASSERT_EQ(again.field.stretch[f].entries()[k], material_.field.stretch[f].entries()[k]);
   for (size_t e = 0; e < again.field.bend.size(); ++e)
     for (int k = 0; k < kBendEntries; ++k)
-      ASSERT_EQ((&again.field.bend[e].b[0][0])[k], (&material_.field.bend[e].b[0][0])[k]);
+      ASSERT_EQ(again.field.bend[e].entries()[k], material_.field.bend[e].entries()[k]);
 }
 
 TEST_F(MaterialFieldFile, AnotherMeshGetsTheNearestTables) {
@@ -59,7 +59,7 @@ TEST_F(MaterialFieldFile, AFileOfOneTableIsReadToo) {
   EXPECT_EQ(ReadMaterialFor(mesh_, Path("one.json")).field.stretch.size(), 1u);
 }
 
-TEST_F(MaterialFieldFile, SaysWhatIsWrong) {
+TEST_F(MaterialFieldFile, ErrorsNameTheKey) {
   EXPECT_INPUT_ERROR(ReadMaterialFor(mesh_, Changed("\"version\": 1", "\"version\": 2")),
                      "key 'version'");
   EXPECT_INPUT_ERROR(ReadMaterialFor(mesh_, Changed("mechanical", "arcsim")), "\"mechanical\"");

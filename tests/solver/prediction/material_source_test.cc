@@ -27,10 +27,10 @@ Eigen::VectorXd LogFactors(const MaterialField& field, const MaterialField& base
                            int hinge = 0) {
   Eigen::VectorXd logs(kMaterialEntries);
   for (int k = 0; k < kStretchEntries; ++k)
-    logs[k] = std::log((&field.stretch[face].c[0][0])[k] / (&base.stretch[0].c[0][0])[k]);
+    logs[k] = std::log(field.stretch[face].entries()[k] / base.stretch[0].entries()[k]);
   for (int k = 0; k < kBendEntries; ++k)
     logs[kStretchEntries + k] =
-        std::log((&field.bend[hinge].b[0][0])[k] / (&base.bend[0].b[0][0])[k]);
+        std::log(field.bend[hinge].entries()[k] / base.bend[0].entries()[k]);
   return logs;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hinge kernels of both laws on one hinge.
+// Tests of the hinge kernels of both laws on one hinge.
 #include <gmock/gmock.h>
 
 #include <Eigen/Dense>
@@ -54,7 +54,7 @@ TEST(HingeGeometryTest, GradientIsThatOfTheAngle) {
   }
 }
 
-// ∂θ/∂x in duals over all twelve coordinates, from the same wings.
+// ∂θ/∂x in dual numbers over all twelve coordinates, from the same wings.
 TEST(HingeGeometryTest, HessianAgreesWithAutomaticDifferentiation) {
   using D = Dual<12>;
   std::mt19937_64 random(9);
@@ -174,9 +174,10 @@ TYPED_TEST(BendTest, StiffnessByTableIsItsDerivative) {
   const TypeParam law;
   const BendTable table = test::TestMaterial().bend[0];
   for (double theta = -1.5; theta < 1.6; theta += 0.11) {
-    double by_entry[kBendRows][kBendCols], sum = 0.0;
-    HingeStiffnessByTable(law, TestHinge(), table, theta, by_entry);
-    for (int k = 0; k < kBendEntries; ++k) sum += (&by_entry[0][0])[k] * (&table.b[0][0])[k];
+    BendTable by_entry;
+    double sum = 0.0;
+    HingeStiffnessByTable(law, TestHinge(), table, theta, by_entry.b);
+    for (int k = 0; k < kBendEntries; ++k) sum += by_entry.entries()[k] * table.entries()[k];
     EXPECT_NEAR(sum, HingeStiffness(law, TestHinge(), table, theta), 1e-12 * sum);
   }
 }
@@ -197,7 +198,8 @@ TYPED_TEST(BendTest, FloatAgreesTo1em5) {
 TYPED_TEST(BendTest, WeightsArePositiveSumToOneAndReachTheirColumns) {
   const Hinge hinge = TestHinge();
   for (int column = 0; column < kBendCols; ++column) {
-    // Past its last knot the law stays on column 4; at columns 1..3 theirs is the heaviest.
+    // Past its last knot the law stays on column 4; at columns 1..3 their own weight is the
+    // largest.
     const double theta = column < kBendCols - 1 ? column * 0.9 * 0.1 : 3.0;
     const auto w = TypeParam::Columns(hinge, theta);
     double sum = 0.0;

@@ -81,7 +81,7 @@ TEST_F(FieldTwinTest, FindsTheFieldWhereTheDataDetermineIt) {
     fitted[e] = 0.0;
     for (int k = 0; k < kBendEntries; ++k)
       fitted[e] +=
-          std::log((&fit.material.bend[e].b[0][0])[k] / (&base_.bend[0].b[0][0])[k]) / kBendEntries;
+          std::log(fit.material.bend[e].entries()[k] / base_.bend[0].entries()[k]) / kBendEntries;
   }
   const Eigen::VectorXd ratio = fit.posterior_hinge.cwiseQuotient(fit.prior_hinge);
   const double correlation = Correlation(truth_, fitted, ratio, kKnown);

@@ -18,9 +18,9 @@ TEST(Scaled, MultipliesStretchAndBendApart) {
   const MaterialField base = test::TestMaterial(), scaled = Scaled(base, 4.0, 0.5);
   EXPECT_EQ(scaled.density, base.density);
   for (int i = 0; i < kStretchEntries; ++i)
-    EXPECT_EQ((&scaled.stretch[0].c[0][0])[i], 4.0 * (&base.stretch[0].c[0][0])[i]) << i;
+    EXPECT_EQ(scaled.stretch[0].entries()[i], 4.0 * base.stretch[0].entries()[i]) << i;
   for (int i = 0; i < kBendEntries; ++i)
-    EXPECT_EQ((&scaled.bend[0].b[0][0])[i], 0.5 * (&base.bend[0].b[0][0])[i]) << i;
+    EXPECT_EQ(scaled.bend[0].entries()[i], 0.5 * base.bend[0].entries()[i]) << i;
 }
 
 double LowestVertex(const State& state) {
