@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/cloth/scene_io.h"
 
+#include <nlohmann/json.hpp>
+
 #include "physics/util/json_input.h"
 
 namespace drape {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <nlohmann/json.hpp>
+
 #include "physics/cloth/start_shape.h"
 #include "physics/cloth/state_io.h"
 #include "physics/util/atomic_file.h"
@@ -8,12 +10,12 @@ namespace drape {
 namespace {
 
 constexpr char kFormat[] = "drapefit-start-shape";
-constexpr int kVersion = 1, kMostWaves = 1000;
+constexpr int kVersion = 1, kMaxWaves = 1000;
 
 StartShape::Mode ParseMode(const JsonInput& input) {
   input.ExpectKeys({"k", "amplitude_m", "phase"});
   const int k = input.At("k").Integer();
-  if (k < 0 || k > kMostWaves) input.At("k").Fail("0.." + std::to_string(kMostWaves));
+  if (k < 0 || k > kMaxWaves) input.At("k").Fail("0.." + std::to_string(kMaxWaves));
   return {k, input.At("amplitude_m").Number(), input.At("phase").Number()};
 }
 

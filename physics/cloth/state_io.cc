@@ -3,6 +3,8 @@
 
 #include <glog/logging.h>
 
+#include <nlohmann/json.hpp>
+
 #include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
 

@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "physics/util/atomic_file.h"
@@ -16,7 +17,7 @@ using nlohmann::json;
 
 constexpr char kFormat[] = "drapefit-material-field";
 
-// Entries of all tables in a row, in the file's convention: entry × factor.
+// Appends the entries of each table as one row, in the convention of the file: entry × factor.
 template <class Table>
 void AppendTables(std::string& text, const std::vector<Table>& tables, double factor) {
   const int entries = sizeof(Table) / sizeof(double);
@@ -60,14 +61,14 @@ std::vector<Table> ReadTables(const JsonInput& input, int count, double factor,
     for (int k = 0; k < entries; ++k) {
       const double number = table.At(k).Number();
       if (number < 0 && policy.negative_entries == NegativeEntries::kReject)
-        table.At(k).Fail("≥ 0 (a negative stiffness; only the reference law takes it)");
+        table.At(k).Fail("≥ 0 (only the reference law accepts a negative stiffness)");
       reinterpret_cast<double*>(&tables[e])[k] = number / factor;
     }
   }
   return tables;
 }
 
-// The table of the nearest element of the file for each wanted place.
+// Returns, for each requested position, the table of the nearest element of the file.
 template <class Table>
 std::vector<Table> Nearest(const std::vector<Table>& tables, const Eigen::Matrix2Xd& places,
                            const Eigen::Matrix2Xd& wanted) {

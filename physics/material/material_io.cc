@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "physics/util/atomic_file.h"
@@ -19,19 +20,19 @@ using nlohmann::json;
 constexpr char kFormat[] = "drapefit-material";
 constexpr int kVersion = 1;
 constexpr const char* kColumns[kStretchCols] = {"c11", "c12", "c22", "c33"};
-// ARCSim's settings beside the tables; none changes what the tables mean.
+// Settings of ARCSim beside the tables; none of them changes the meaning of the tables.
 const std::vector<std::string> kIgnoredArcsimKeys = {
     "damping",    "strain_min",   "strain_max",    "strain_limits", "weakening",
     "yield_curv", "plastic_flow", "plastic_limit", "toughness",     "fracture_bend_thickness"};
 
-// File value = entry × factor.
+// The value in a file is the table entry × this factor.
 double StretchFactor(Convention c) { return c == Convention::kMechanical ? kMembranePerEntry : 1; }
 double BendFactor(Convention c) { return c == Convention::kMechanical ? 1 / kBendPerRigidity : 1; }
 const char* ConventionName(Convention c) {
   return c == Convention::kMechanical ? "mechanical" : "arcsim";
 }
 
-// One fabric, once the place in the file is known.
+// Reads one fabric from its object in the file.
 class EntryReader {
  public:
   EntryReader(const JsonInput& input, const MaterialPolicy& policy)
@@ -131,7 +132,7 @@ class EntryReader {
     const double number = value.Number();
     if (number >= 0) return number;
     if (policy_.negative_entries == NegativeEntries::kReject) {
-      value.Fail("≥ 0 (a negative stiffness; only the reference law takes it)");
+      value.Fail("≥ 0 (only the reference law accepts a negative stiffness)");
     }
     material_.warnings.push_back(value.Name() + " = " + value.value().dump() +
                                  " is negative and kept");
@@ -147,7 +148,7 @@ bool IsEntry(const json& value) {
   return value.contains("format") || value.contains("c11") || value.contains("stretching");
 }
 
-// The names in a file with several fabrics; keys that begin with '_' are notes.
+// The names of the fabrics in a file of several; keys that begin with '_' are notes.
 std::vector<std::string> EntryNames(const json& file) {
   std::vector<std::string> names;
   for (const auto& [key, value] : file.items()) {
@@ -171,7 +172,7 @@ std::string PickedName(const json& file, const std::string& path, const std::str
   }
   if (pick.empty() && names.size() == 1) return names[0];
   if (pick.empty()) {
-    throw InputError(path, "holds several fabrics, pick one with '#name': " + Joined(names));
+    throw InputError(path, "holds several fabrics, select one with '#name': " + Joined(names));
   }
   if (std::find(names.begin(), names.end(), pick) == names.end()) {
     throw InputError(path, "has no fabric '" + pick + "', found: " + Joined(names));

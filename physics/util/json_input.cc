@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
 
@@ -15,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-// What a person recognises of a value in an error line.
+// A short description by which a user recognises the value in an error message.
 std::string Describe(const json& value) {
   if (value.is_object()) return "an object";
   if (value.is_array()) return "an array of " + std::to_string(value.size());
@@ -24,7 +25,7 @@ std::string Describe(const json& value) {
   return text.size() <= kLongest ? text : text.substr(0, kLongest) + "…";
 }
 
-// nlohmann keeps the last of two equal keys; a person who wrote both must hear of it.
+// nlohmann keeps the last of two equal keys; a user who wrote both must be informed.
 class DuplicateKeyCheck {
  public:
   explicit DuplicateKeyCheck(const std::string& where) : where_(where) {}
@@ -59,6 +60,12 @@ json ParseJson(const std::string& text, const std::string& where) {
 }
 
 json ReadJsonFile(const std::string& path) { return ParseJson(ReadWholeFile(path), path); }
+
+bool JsonInput::Has(const std::string& key) const {
+  return value_.is_object() && value_.contains(key);
+}
+
+int JsonInput::Size() const { return static_cast<int>(value_.size()); }
 
 void JsonInput::Fail(const std::string& expected) const {
   const std::string place = key_.empty() ? "" : std::string("key '").append(key_) + "': ";

@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace drape {
 
-// JSON from outside the program. For .cc files: public headers of this folder do not show nlohmann.
-// All errors are InputErrors "where: key 'a[1].b': found …, expected …".
+// JSON from outside the program. All errors are InputErrors "where: key 'a[1].b': found …, expected
+// …". This header only declares nlohmann::json: a .cc file that uses values includes
+// <nlohmann/json.hpp>.
 
-// Parses text that may hold // and /* */ comments. Throws InputError (syntax, with line and column;
-// a key given twice; a number beyond the range of double).
+// Parses text that may contain // and /* */ comments. Throws InputError for a syntax error (with
+// line and column), for a duplicate key, and for a number outside the range of double.
 nlohmann::json ParseJson(const std::string& text, const std::string& where);
 nlohmann::json ReadJsonFile(const std::string& path);
 
-// A value with the place where it stands, so that each error can name it.
+// A value together with its place in the file, so that every error can name it. The value must
+// outlive the object.
 class JsonInput {
  public:
   JsonInput(const nlohmann::json& value, std::string where, std::string key = "")
@@ -26,19 +28,21 @@ class JsonInput {
 
   const nlohmann::json& value() const { return value_; }
   std::string Name() const { return where_ + ": key '" + key_ + "'"; }
-  bool Has(const std::string& key) const { return value_.is_object() && value_.contains(key); }
+  bool Has(const std::string& key) const;  // whether the value is an object with that key
 
-  // Members and elements; the value must be an object with that key, or an array of that size.
+  // Members and elements. Throw InputError unless the value is an object with that key, or an array
+  // of that size.
   JsonInput At(const std::string& key) const;
   JsonInput At(int index) const;
   const JsonInput& ExpectArray() const;
   const JsonInput& ExpectArray(int size) const;
   const JsonInput& ExpectObject() const;
-  // An object without other keys; lists the allowed ones.
+  // Throws InputError, which lists the allowed keys, unless the value is an object without other
+  // keys.
   const JsonInput& ExpectKeys(const std::vector<std::string>& allowed) const;
 
-  int Size() const { return static_cast<int>(value_.size()); }
-  double Number() const;  // finite
+  int Size() const;       // number of members or elements
+  double Number() const;  // throws InputError unless the value is a finite number
   int Integer() const;
   std::string String() const;
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"

@@ -2,6 +2,7 @@
 #include "solver/studies/comparison/comparison_numbers.h"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "physics/util/json_input.h"
 #include "solver/posterior/posterior_io.h"

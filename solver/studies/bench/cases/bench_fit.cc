@@ -5,6 +5,7 @@
 #include <cmath>
 #include <ctime>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "losses/metrics/comparison.h"
 #include "losses/silhouette/raster.h"
