@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simulation-based calibration [Talts 2018] of the posteriors of drapes: fabrics drawn from
-// the prior of the hierarchy, drapes of each with noise on their outlines, and where the truth
-// ranks among draws of the posterior that is fitted to them. --branches=given: each drape is on the
-// branch that goes on from one of the prior's median, and a fit starts from there.
-// --branches=sought: each drape falls from a random start of its own, and a fit must find its
-// branch from the outline, as drape_fit does.
+// Simulation-based calibration [Talts 2018] of the posteriors of drapes. Fabrics are sampled from
+// the prior of the hierarchy, and drapes of each are observed with noise on their outlines. The
+// rank of the true parameters among samples of the fitted posterior is recorded. With
+// --branches=given, each drape is on the branch that continues from one of the prior median, and a
+// fit starts from there. With --branches=sought, each drape relaxes from a random start of its own,
+// and a fit must find its branch from the outline, as drape_fit does.
 #include <gflags/gflags.h>
 #include <glog/logging.h>
 #include <omp.h>
@@ -25,42 +25,47 @@
 #include "tests/bench/fabrics.h"
 #include "tests/solver/solver_fixture.h"
 
-DEFINE_string(mesh, "disc:300", "mesh spec");
-DEFINE_string(fabric, DRAPE_SOURCE_DIR "/configs/fabrics/synthetic_wool.json", "prior's median");
-DEFINE_int32(fabrics, 50, "drawn from the prior");
-DEFINE_int32(specimens, 2, "of a fabric");
-DEFINE_int32(drapes, 2, "of a specimen");
-DEFINE_double(fabric_sigma, 0.3, "prior standard deviation of the log factors of table columns");
-DEFINE_double(specimen_sigma, 0.1, "of a specimen's log factors on stretch and on bend");
-DEFINE_string(branches, "given", "given or sought");
-DEFINE_int32(keep, 4, "sought: seeds of the grid from which a mode is fitted");
-DEFINE_double(sigma, 0.5, "noise of an outline at each of 36 angles [px]");
-DEFINE_int32(draws, 16, "of a fit, even");
-DEFINE_int32(rank, 8, "correlated directions of a fit beyond the Laplace axes");
-DEFINE_int32(iterations, 20, "of a fit");
-DEFINE_int32(ranks, 99, "draws that the truth is ranked among");
-DEFINE_uint64(seed, 1, "of the first fabric");
-DEFINE_int32(threads, 1, "fabrics side by side");
+DEFINE_string(mesh, "disc:300", "mesh of the drapes");
+DEFINE_string(fabric, DRAPE_SOURCE_DIR "/configs/fabrics/synthetic_wool.json",
+              "file of the prior median");
+DEFINE_int32(fabrics, 50, "number of fabrics sampled from the prior");
+DEFINE_int32(specimens, 2, "specimens of each fabric");
+DEFINE_int32(drapes, 2, "drapes of each specimen");
+DEFINE_double(fabric_sigma, 0.3,
+              "prior standard deviation of the log factors of the table columns");
+DEFINE_double(specimen_sigma, 0.1,
+              "prior standard deviation of the log factors of a specimen on stretch and on bend");
+DEFINE_string(branches, "given", "branches of the drapes: given or sought");
+DEFINE_int32(candidates_per_round, 4,
+             "sought: number of initial guesses from which a mode is fitted");
+DEFINE_double(sigma, 0.5,
+              "standard deviation of the noise at each of the 36 angles of an outline [px]");
+DEFINE_int32(samples, 16, "samples of a fit, an even number");
+DEFINE_int32(rank, 8, "number of correlated directions of a fit in addition to the Laplace axes");
+DEFINE_int32(iterations, 20, "maximum iterations of a fit");
+DEFINE_int32(ranks, 99, "samples among which the true parameters are ranked");
+DEFINE_uint64(seed, 1, "random seed of the first fabric");
+DEFINE_int32(threads, 1, "fabrics that are fitted in parallel");
 
 namespace drape {
 namespace {
 
 constexpr int kAngles = 36, kBins = 10;
-constexpr double kWorstOutline = 1.5;  // by sigma; noise alone: 1 ± .12
+constexpr double kMaxOutlineError = 1.5;  // relative to --sigma; noise alone gives 1 ± .12
 
 const char* const kFamilies[] = {"Laplace", "mean field", "Laplace axes"};
 constexpr int kNumFamilies = 3;
 
 struct Outcome {
-  // Of each family: P ranks from 0 to --ranks, z scores of the truth, shape [P].
+  // For each family: P ranks from 0 to --ranks, and the z scores of the true parameters, shape [P].
   std::vector<int> ranks[kNumFamilies];
   Eigen::VectorXd z[kNumFamilies];
-  int beyond = 0;         // draws of the last family beyond their branch
-  double mode_error = 0;  // of the mode's drapes, the worst outline: rms over angles, by --sigma
-  bool looks_right() const { return mode_error < kWorstOutline; }
+  int num_extrapolated = 0;  // samples of the last family past the end of their branch
+  double mode_error = 0;     // largest rms error of the outlines of the mode, relative to --sigma
+  bool is_plausible() const { return mode_error < kMaxOutlineError; }
 };
 
-// A drape to start from: numbers in units of the prior, and the drapes there, specimen by specimen.
+// A start of a fit: parameters in units of the prior, and the drapes there, specimen by specimen.
 struct BranchStart {
   Eigen::VectorXd u;
   std::vector<Eigen::VectorXd> x;
@@ -73,7 +78,7 @@ OutlineResidualOptions MakeOptions(double sigma) {
   return options;
 }
 
-// One fabric: its backend, the hierarchy, and the drapes of the prior's median.
+// One fabric: its backend, the hierarchy, and the drapes of the prior median.
 class Trial {
  public:
   Trial(const std::shared_ptr<const ClothModel>& model, const MaterialField& base, uint64_t seed)
@@ -86,16 +91,17 @@ class Trial {
                   .specimens = FLAGS_specimens};
   }
 
-  // None where the truth has no drapes to be seen, or no mode is found.
+  // Returns std::nullopt, and the reason in *why, where the true parameters have no observable
+  // drapes, or no mode is found.
   std::optional<Outcome> Run(const char** why) {
-    DrawTruth();
+    SampleTrueParameters();
     const bool sought = FLAGS_branches == "sought";
-    *why = sought ? "the truth has no stable drape" : "the median has no stable drape";
-    if (!(sought ? HangTruth() : HangMedian())) return std::nullopt;
-    *why = "the truth is beyond a branch";
-    if (!sought && !FollowToTruth()) return std::nullopt;
+    *why = sought ? "the true parameters have no stable drape" : "the median has no stable drape";
+    if (!(sought ? SettleTrueDrapes() : SettleMedianDrapes())) return std::nullopt;
+    *why = "the true parameters are past the end of a branch";
+    if (!sought && !FollowToTrueParameters()) return std::nullopt;
     AddNoise();
-    *why = "no mode";
+    *why = "no mode was found";
     if (!FindMode(sought ? SoughtStarts() : GivenStarts())) return std::nullopt;
     *why = "";
     Score(0, mode_.gaussian);
@@ -109,14 +115,14 @@ class Trial {
   int num_drapes() const { return FLAGS_specimens * FLAGS_drapes; }
   Observation& target(int drape) { return targets_[drape / FLAGS_drapes][drape % FLAGS_drapes]; }
 
-  void DrawTruth() {
-    truth_.resize(latents());
-    for (double& number : truth_) number = SampleNormal(random_);
+  void SampleTrueParameters() {
+    true_u_.resize(latents());
+    for (double& number : true_u_) number = SampleNormal(random_);
     targets_.assign(FLAGS_specimens, std::vector<Observation>(FLAGS_drapes));
   }
 
-  // The drape of a random start; empty where it does not come to a stable rest.
-  Eigen::VectorXd Fallen(const MaterialField& material, const State& start) const {
+  // The stable equilibrium that a start relaxes to; empty where there is none.
+  Eigen::VectorXd RelaxedShape(const MaterialField& material, const State& start) const {
     const SettleOptions settling{.steps = {.h = 0.1, .steps = 100}};
     const SettledDrape drape = Settle(*backend_, material, {&start, 1}, settling).front();
     return drape.IsUsable(settling.integrator) ? drape.rest.x : Eigen::VectorXd();
@@ -129,9 +135,9 @@ class Trial {
     return {std::move(x), Eigen::VectorXd::Zero(size)};
   }
 
-  bool HangMedian() {
+  bool SettleMedianDrapes() {
     for (int i = 0; i < num_drapes(); ++i) {
-      const Eigen::VectorXd x = Fallen(hierarchy_.base, Start(i));
+      const Eigen::VectorXd x = RelaxedShape(hierarchy_.base, Start(i));
       if (x.size() == 0) return false;
       target(i).start = AtRest(x);
       target(i).radius = Eigen::VectorXd::Zero(kAngles);
@@ -139,12 +145,12 @@ class Trial {
     return true;
   }
 
-  // The truth's drapes on the branches of the median's.
-  bool FollowToTruth() {
-    // Against outlines of nothing and σ = 1 px, residuals are the outlines themselves.
+  // Follows the drapes of the median to those of the true parameters.
+  bool FollowToTrueParameters() {
+    // With zero outlines and σ = 1 px, the residuals are the outlines themselves.
     HierarchicalSamples one(backend_.get(), hierarchy_, targets_, MakeOptions(1.0), 1);
     if (!one.StartAt(Eigen::VectorXd::Zero(latents()))) return false;
-    one.Prepare(truth_, false);
+    one.Prepare(true_u_, false);
     Eigen::VectorXd outlines;
     if (!one.Copy(0, &outlines, nullptr)) return false;
     for (int i = 0; i < num_drapes(); ++i)
@@ -152,11 +158,11 @@ class Trial {
     return true;
   }
 
-  // The truth's drapes on whichever branches they fall.
-  bool HangTruth() {
+  // Relaxes the drapes of the true parameters onto whichever branches they reach.
+  bool SettleTrueDrapes() {
     for (int i = 0; i < num_drapes(); ++i) {
       const TableParametrisation specimen(hierarchy_.base, hierarchy_.LogEntries(i / FLAGS_drapes));
-      const Eigen::VectorXd x = Fallen(specimen.Material(truth_), Start(i));
+      const Eigen::VectorXd x = RelaxedShape(specimen.Material(true_u_), Start(i));
       Outline outline;
       if (x.size() == 0 || !OutlineFromMesh(backend_->model().mesh, x, Camera(), kAngles, &outline))
         return false;
@@ -176,30 +182,31 @@ class Trial {
     return {median};
   }
 
-  // Drapes from flaps under the outlines, of the materials of a grid about the median.
+  // Drapes from flaps below the outlines, of the materials of a grid about the median.
   std::vector<BranchStart> SoughtStarts() {
     const std::vector<double> factors = {0.6, 1.0, 1.6};
     std::vector<Observation> all;
     for (int i = 0; i < num_drapes(); ++i) all.push_back(target(i));
-    const auto seeds = RankInitialGuesses(*backend_, hierarchy_.base, all,
-                                          {.stretch = factors, .bend = factors}, nullptr, {});
+    const auto guesses = RankInitialGuesses(*backend_, hierarchy_.base, all,
+                                            {.stretch = factors, .bend = factors}, nullptr, {});
     std::vector<BranchStart> starts;
-    for (const InitialGuess& seed : seeds) {
-      if (static_cast<int>(starts.size()) == FLAGS_keep) break;
+    for (const InitialGuess& guess : guesses) {
+      if (static_cast<int>(starts.size()) == FLAGS_candidates_per_round) break;
       BranchStart start{Eigen::VectorXd::Zero(latents()), {}};
       for (int k = 0; k < hierarchy_.num_fabric(); ++k)
-        start.u[k] = std::log(k < kStretchCols ? seed.stretch : seed.bend) / FLAGS_fabric_sigma;
-      const MaterialField scaled = Scaled(hierarchy_.base, seed.stretch, seed.bend);
+        start.u[k] = std::log(k < kStretchCols ? guess.stretch : guess.bend) / FLAGS_fabric_sigma;
+      const MaterialField scaled = Scaled(hierarchy_.base, guess.stretch, guess.bend);
       for (int i = 0; i < num_drapes(); ++i)
-        start.x.push_back(Fallen(scaled, GuessState(backend_->model(), all[i], seed.lifts[i])));
+        start.x.push_back(
+            RelaxedShape(scaled, GuessState(backend_->model(), all[i], guess.lifts[i])));
       if (std::all_of(start.x.begin(), start.x.end(), [](const auto& x) { return x.size() > 0; }))
         starts.push_back(std::move(start));
     }
     return starts;
   }
 
-  // The best mode of all starts; the drapes there become the targets' starts. Where the branch is
-  // sought, σ is learned from what the mode leaves unexplained, as drape_fit does.
+  // Finds the best mode of all starts; its drapes become the starts of the targets. Where the
+  // branch is sought, σ is estimated from the residual of the mode, as drape_fit does.
   bool FindMode(const std::vector<BranchStart>& starts) {
     constexpr int kIterations = 60, kFirstIterations = 10;
     const bool sought = FLAGS_branches == "sought";
@@ -250,27 +257,27 @@ class Trial {
   }
 
   GaussianPosterior Fit(const GaussianPosterior& start, int rank) {
-    HierarchicalSamples draws(backend_.get(), hierarchy_, targets_, MakeOptions(sigma_),
-                              FLAGS_draws, LostBranchPolicy::kTangent);
-    if (!draws.StartAt(start.mean)) return start;
+    HierarchicalSamples samples(backend_.get(), hierarchy_, targets_, MakeOptions(sigma_),
+                                FLAGS_samples, LostBranchPolicy::kTangent);
+    if (!samples.StartAt(start.mean)) return start;
     VariationalOptions options;
-    options.draws = FLAGS_draws;
+    options.draws = FLAGS_samples;
     options.rank = rank;
     options.seed = seed_;
     options.max_iterations = FLAGS_iterations;
     options.cost_tolerance = 1e-4;
-    const GaussianPosterior found = FitPosterior(draws, start, options).gaussian;
-    outcome_.beyond = draws.num_extrapolated();
+    const GaussianPosterior found = FitPosterior(samples, start, options).gaussian;
+    outcome_.num_extrapolated = samples.num_extrapolated();
     return found;
   }
 
   void Score(int family, const GaussianPosterior& q) {
-    const Eigen::MatrixXd draws =
+    const Eigen::MatrixXd samples =
         q.Draws(IndependentSamples(latents(), FLAGS_ranks, SeedOfStream(seed_, 100)));
     for (int i = 0; i < latents(); ++i)
       outcome_.ranks[family].push_back(
-          static_cast<int>((draws.row(i).array() < truth_[i]).count()));
-    outcome_.z[family] = (truth_ - q.mean).cwiseQuotient(q.Deviations());
+          static_cast<int>((samples.row(i).array() < true_u_[i]).count()));
+    outcome_.z[family] = (true_u_ - q.mean).cwiseQuotient(q.Deviations());
   }
 
   const std::unique_ptr<Backend> backend_;
@@ -278,14 +285,14 @@ class Trial {
   const uint64_t seed_;
   HierarchicalModel hierarchy_;
   std::vector<std::vector<Observation>> targets_;  // by specimen
-  Eigen::VectorXd truth_;
-  double sigma_ = FLAGS_sigma;  // of the outlines, as the fit takes it
+  Eigen::VectorXd true_u_;
+  double sigma_ = FLAGS_sigma;  // of the outlines, as the fit assumes it
   VariationalFit mode_;
   Eigen::VectorXd residual_;  // of the mode
   Outcome outcome_;
 };
 
-// χ² of equal shares in kBins bins: the probability of so much or more.
+// The probability of a larger χ² of ranks that are uniform over kBins bins.
 double ComputeUniformity(const std::vector<int>& ranks) {
   std::vector<double> counts(kBins, 0.0);
   for (const int rank : ranks) counts[kBins * rank / (FLAGS_ranks + 1)] += 1.0;
@@ -299,7 +306,7 @@ void PrintFamily(int family, const std::vector<Outcome>& outcomes) {
   constexpr double k90 = 1.6448536, k50 = 0.6744898;  // quantiles of |z|
   std::vector<int> all;
   int in90 = 0, in50 = 0;
-  double least = 1.0;
+  double smallest = 1.0;
   const int numbers = static_cast<int>(outcomes.front().z[family].size());
   for (int i = 0; i < numbers; ++i) {
     std::vector<int> of_number;
@@ -309,19 +316,19 @@ void PrintFamily(int family, const std::vector<Outcome>& outcomes) {
       in90 += z < k90;
       in50 += z < k50;
     }
-    least = std::min(least, ComputeUniformity(of_number));
+    smallest = std::min(smallest, ComputeUniformity(of_number));
     all.insert(all.end(), of_number.begin(), of_number.end());
   }
   const double count = static_cast<double>(all.size());
-  std::printf("%-14s %8.1f %8.1f %12.4f %16.4f\n", kFamilies[family], 100 * in50 / count,
-              100 * in90 / count, ComputeUniformity(all), std::min(1.0, numbers * least));
+  std::printf("%-14s %8.1f %8.1f %12.4f %18.4f\n", kFamilies[family], 100 * in50 / count,
+              100 * in90 / count, ComputeUniformity(all), std::min(1.0, numbers * smallest));
 }
 
 void PrintFamilies(const char* which, const std::vector<Outcome>& outcomes) {
   std::printf("%s: %zu of %d fabrics\n", which, outcomes.size(), FLAGS_fabrics);
   if (outcomes.empty()) return;
-  std::printf("%-14s %8s %8s %12s %16s\n", "family", "in 50 %", "in 90 %", "p, all ranks",
-              "p, worst number");
+  std::printf("%-14s %8s %8s %12s %18s\n", "family", "in 50 %", "in 90 %", "p, all ranks",
+              "p, worst parameter");
   for (int family = 0; family < kNumFamilies; ++family) PrintFamily(family, outcomes);
 }
 
@@ -337,8 +344,8 @@ void Run() {
     found[i] = Trial(model, base, FLAGS_seed + i).Run(&why);
 #pragma omp critical
     if (found[i]) {
-      std::printf("fabric %d: worst drape of the mode %.2f sigma, %d draws beyond, z", i + 1,
-                  found[i]->mode_error, found[i]->beyond);
+      std::printf("fabric %d: worst drape of the mode %.2f sigma, %d samples extrapolated, z",
+                  i + 1, found[i]->mode_error, found[i]->num_extrapolated);
       for (const double z : found[i]->z[2]) std::printf(" %.2f", z);
       std::printf("\n");
     } else {
@@ -352,7 +359,7 @@ void Run() {
   PrintFamilies("all", outcomes);
   std::vector<Outcome> right;
   for (const Outcome& outcome : outcomes)
-    if (outcome.looks_right()) right.push_back(outcome);
+    if (outcome.is_plausible()) right.push_back(outcome);
   PrintFamilies("all outlines of the mode within 1.5 sigma", right);
 }
 

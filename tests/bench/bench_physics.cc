@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cost of a step and of its derivatives on one core. Machines and their neighbours differ, so the
-// bounds of the project are ratios: each is measured within one benchmark, its parts in turn.
+// Cost of a step and of its derivatives on one core. Machines and their load differ, so the bounds
+// of the project are ratios: each is measured within one benchmark, alternating between its parts.
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>
 
@@ -38,7 +38,7 @@ MaterialField Cotton() {
   return material;
 }
 
-// A disc that has fallen for two seconds: folds, and strains of a drape.
+// A disc that has relaxed for two seconds, with the folds and strains of a drape.
 struct Drape {
   Drape(int vertices, const std::string& law)
       : solver(MakeModel(vertices, law)), material(Cotton()) {
@@ -99,9 +99,9 @@ void BM_Parts(benchmark::State& bench) {
   for (Part& part : parts) bench.counters[part.name] = 1e3 * Median(part.seconds);
 }
 
-// Ratios of the bounds, which were set for CHOLMOD's steps: step ≤ 1.25 × its factor + solve; the
-// 39 tangents add ≤ 1 × the forward time; one gradient adds ≤ .5 × with all factors kept, ≤ 1.3 ×
-// with none.
+// The ratios of the bounds, which were set for steps by CHOLMOD: step ≤ 1.25 × its factor + solve;
+// the 39 tangents add ≤ 1 × the forward time; one gradient adds ≤ .5 × with all factors kept, ≤ 1.3
+// × with none.
 void BM_Ratios(benchmark::State& bench) {
   Drape drape(static_cast<int>(bench.range(0)), kLaws[bench.range(1)]);
   StepSolver& solver = drape.solver;
@@ -146,8 +146,8 @@ void BM_Ratios(benchmark::State& bench) {
   bench.counters["adjoint_recomputed_adds"] = Median(back_recomputed) / one;
 }
 
-// Largest memory of the process so far [MB]: run it alone (--benchmark_filter=BM_GradientMemory).
-// One gradient of 100 steps from rest with the default RolloutOptions. Bound: 300 MB.
+// The largest memory of the process so far [MB]; run it alone
+// (--benchmark_filter=BM_GradientMemory).
 void BM_GradientMemory(benchmark::State& bench) {
   StepSolver solver(Drape::MakeModel(2700, "smooth"));
   const MaterialField material = Cotton();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cost of drapes at rest and of their derivatives, in ratios to the dynamic step, and how many of
-// 60 drapes come to rest. usage: bench_statics [--benchmark_filter=Ratios|Settle]
+// Cost of equilibria and of their derivatives as ratios to the dynamic step, and how many of 60
+// drapes converge. usage: bench_statics [--benchmark_filter=Ratios|Settle]
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -39,11 +39,12 @@ State Start(const ClothModel& model, int seed) {
   return start;
 }
 
-// Steps that bring a cloth near its drape before Newton.
-const RolloutOptions kFall{.h = 0.1, .steps = 60};
+// Steps that bring a cloth near its drape before Newton's method starts.
+const RolloutOptions kRelaxation{.h = 0.1, .steps = 60};
 
-// 100 steps, with and without their 39 tangents, against Newton to rest from kFall (included, and
-// not) and the 39 implicit tangents there. Bound: 100_tangents/implicit ≥ 15.
+// 100 steps, with and without their 39 tangents, compared with Newton's method from the relaxed
+// cloth (with and without the relaxation) and the 39 implicit tangents there. Bound:
+// 100_tangents/implicit ≥ 15.
 void BM_Ratios(benchmark::State& bench) {
   StepSolver solver(MakeModel(static_cast<int>(bench.range(0))));
   const MaterialField material = PublishedFabric(kFabrics[bench.range(1)]);
@@ -58,9 +59,11 @@ void BM_Ratios(benchmark::State& bench) {
     const double tangents = Seconds([&] {
       benchmark::DoNotOptimize(RolloutTangent(solver, material, material, start, hundred));
     });
-    State fallen;
-    const double fall = Seconds([&] { fallen = Rollout(solver, material, start, kFall).end; });
-    const double newton = Seconds([&] { rest = SolveEquilibrium(solver, material, fallen.x, {}); });
+    State relaxed;
+    const double relaxation =
+        Seconds([&] { relaxed = Rollout(solver, material, start, kRelaxation).end; });
+    const double newton =
+        Seconds([&] { rest = SolveEquilibrium(solver, material, relaxed.x, {}); });
     double implicit = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 3; ++i)  // the first touches fresh memory
       implicit = std::min(implicit, Seconds([&] {
@@ -68,7 +71,7 @@ void BM_Ratios(benchmark::State& bench) {
                           }));
     bench.counters["100_steps_s"] = steps;
     bench.counters["newton/100_steps"] = newton / steps;
-    bench.counters["fall_and_newton/100_steps"] = (fall + newton) / steps;
+    bench.counters["relaxation_and_newton/100_steps"] = (relaxation + newton) / steps;
     bench.counters["100_tangents/implicit"] = (tangents - steps) / implicit;
     bench.counters["100_with_tangents/implicit"] = tangents / implicit;
   }
@@ -81,7 +84,8 @@ BENCHMARK(BM_Ratios)
     ->Iterations(1)
     ->Unit(benchmark::kMillisecond);
 
-// Five fabrics × four seeds a mesh: at rest to 1e-8 × weight within 60 Newton steps?
+// Five fabrics × four seeds for each mesh: does the drape converge to 1e-8 × weight within 60
+// Newton steps?
 void BM_Settle(benchmark::State& bench) {
   StepSolver solver(MakeModel(static_cast<int>(bench.range(0))));
   int settled = 0, stable = 0, newton = 0;
@@ -89,9 +93,10 @@ void BM_Settle(benchmark::State& bench) {
     for (const char* fabric : kFabrics)
       for (int seed = 1; seed <= kSeeds; ++seed) {
         const MaterialField material = PublishedFabric(fabric);
-        const State fallen = Rollout(solver, material, Start(solver.model(), seed), kFall).end;
-        const EquilibriumResult rest =
-            SolveEquilibrium(solver, material, fallen.x, {.tolerance = 1e-8, .max_iterations = 60});
+        const State relaxed =
+            Rollout(solver, material, Start(solver.model(), seed), kRelaxation).end;
+        const EquilibriumResult rest = SolveEquilibrium(solver, material, relaxed.x,
+                                                        {.tolerance = 1e-8, .max_iterations = 60});
         const bool converged = rest.residual <= 1e-8;
         settled += converged;
         stable += rest.status == EquilibriumStatus::kStable;

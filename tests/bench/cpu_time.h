@@ -5,7 +5,7 @@
 
 namespace drape {
 
-// CPU seconds of work() on this thread: other programs on the machine do not count.
+// The CPU seconds of work() on this thread; other programs on the machine do not count.
 template <class Work>
 double Seconds(const Work& work) {
   const auto now = [] {

@@ -8,8 +8,8 @@
 
 namespace drape {
 
-// Negative entries, which published tables have and the smooth law refuses, become a tenth of the
-// largest of their column.
+// Replaces negative entries, which published tables have and the smooth law rejects, by a tenth of
+// the largest entry of their column.
 inline void RaiseNegativeEntries(double* table, int rows, int columns) {
   for (int c = 0; c < columns; ++c) {
     double largest = 0.0;
