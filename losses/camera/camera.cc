@@ -9,8 +9,8 @@
 namespace drape {
 namespace {
 
-// 2π·(second polar moment)/area² is 1 for a disc and (q + 1/q)/2 for an ellipse of axis ratio q:
-// this bound rejects q > 1.1 and every drape.
+// 2π·(second polar moment)/area² is 1 for a disc and (q + 1/q)/2 for an ellipse of axis ratio q.
+// This bound rejects ellipses of q > 1.1 and every drape.
 constexpr double kMaxCircleMoment = 1.005;
 
 void Require(bool holds, const std::string& where, const char* field, double value,

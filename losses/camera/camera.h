@@ -12,16 +12,16 @@ namespace drape {
 struct GrayImage;
 
 enum class CameraKind {
-  kOrthographic,  // the law that the published images obey, and the default
-  kPinhole,       // the published code's camera: for parity runs only [MODEL, M46]
+  kOrthographic,  // the projection of the published images, and the default
+  kPinhole,       // the camera of the published code: for parity runs only [MODEL, M46]
 };
 
-// "orthographic" or "pinhole"; anything else is an InputError that starts with `where`.
+// Parses "orthographic" or "pinhole". Throws InputError (prefix `where`) for any other text.
 CameraKind ParseCameraKind(const std::string& text, const std::string& where = "camera");
 std::string CameraKindName(CameraKind kind);
 
-// A camera above the support that looks down [MODEL, M46]. World: x right, y up in the image,
-// z towards the camera, support plane z = 0 [m]. Image: (column, row), pixel centres at integers.
+// A camera above the support that looks down [MODEL, M46]. World: x right and y up in the image, z
+// towards the camera, support plane z = 0 [m]. Image: (column, row), pixel centres at integers.
 struct Camera {
   CameraKind kind = CameraKind::kOrthographic;
   int width = 256;             // [px]
@@ -32,7 +32,7 @@ struct Camera {
   double eye_height = 0.7;     // pinhole only: z of the centre of projection [m]
   double field_of_view = 0.5;  // pinhole only: vertical [rad]
 
-  // InputError that starts with `where` and names the field and its value.
+  // Throws InputError (prefix `where`) that names the first invalid field and its value.
   void Check(const std::string& where) const;
 
   double focal_length() const { return 0.5 * height / std::tan(0.5 * field_of_view); }  // [px]
@@ -48,8 +48,8 @@ struct Camera {
   }
   double pixels_per_metre() const { return PixelsPerMetre(0.0); }  // in the support plane
 
-  // x [m], shape [3] → image (column, row) [px], shape [2]. T: double or any dual number. A pinhole
-  // needs z < eye_height.
+  // Maps x [m], shape [3], to the image point (column, row) [px], shape [2]. T is double or any
+  // dual number. A pinhole needs z < eye_height.
   template <typename T>
   void Project(const T x[3], T image[2]) const {
     projection().Project(x, image);
@@ -59,17 +59,19 @@ struct Camera {
   Eigen::Matrix<double, 2, 3> ImageFromWorldJacobian(const double x[3]) const;
 };
 
-// Projects all vertices: x [m] node-major [3V] → image_points [px], shape [2, V]. False when a
-// coordinate is not finite or a vertex is not in front of the camera.
+// Projects all vertices: x [m], node-major, shape [3V] → image_points [px], shape [2, V]. Returns
+// false when a coordinate is not finite or a vertex is not in front of the camera.
 bool ProjectVertices(const Eigen::VectorXd& x, const Camera& camera,
                      Eigen::Matrix2Xd* image_points);
 
-// Orthographic camera for an image of a flat circle of known radius [m]: centre = centroid of the
-// coverage, scale = sqrt(area/π)/radius. InputError (prefix `where`) when the silhouette is not
-// plausible (CheckSilhouette) or its second moment says that it is no circle.
+// Calibrates an orthographic camera from an image of a flat circle of known radius [m]: centre =
+// centroid of the coverage, scale = sqrt(area/π)/radius. Throws InputError (prefix `where`) when
+// the silhouette is not plausible (CheckSilhouette) or when its second moment is not that of a
+// circle.
 Camera CalibrateFromCircle(const GrayImage& image, double radius, const std::string& where);
 
-// Positions [3V] mirrored (y → −y), when asked, and then turned about z counter-clockwise [rad].
+// Returns positions, shape [3V], mirrored (y → −y) if requested and then turned about z
+// counter-clockwise by `rotation` [rad].
 Eigen::VectorXd TurnedAboutZ(const Eigen::VectorXd& x, double rotation, bool mirrored = false);
 
 }  // namespace drape

@@ -6,7 +6,8 @@
 
 namespace drape {
 
-// The map of a Camera (losses/camera/camera.h) as plain numbers, which kernels take too.
+// The projection of a Camera (losses/camera/camera.h) as plain numbers, which kernels use too
+// [MODEL, M46].
 struct Projection {
   bool pinhole;
   double cx, cy;      // column and row of the world's z axis [px]
@@ -19,7 +20,7 @@ struct Projection {
   DRAPE_HD T PixelsPerMetre(const T& z) const {
     return pinhole ? T(focal) / (T(eye_height) - z) : T(scale);
   }
-  // x [m], shape [3] → image (column, row) [px], shape [2].
+  // Maps x [m], shape [3], to the image point (column, row) [px], shape [2].
   template <typename T>
   DRAPE_HD void Project(const T x[3], T image[2]) const {
     const T s = PixelsPerMetre(x[2]);
@@ -44,7 +45,8 @@ struct Projection {
     for (int i = 0; i < 3; ++i)
       adj_x[i] = jacobian[0][i] * adj_image.x + jacobian[1][i] * adj_image.y;
   }
-  // Whether a point can be seen; false for one that is not finite too.
+  // Returns whether the camera sees the point; false also for a point that is not finite in front
+  // of a pinhole.
   DRAPE_HD bool IsInFront(const double x[3]) const { return !pinhole || x[2] < eye_height; }
 };
 

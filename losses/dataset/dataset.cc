@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 enum class FileKind { kImage, kMesh, kOther };
 
-// By the folders between the fabric's and the file, and the extension.
+// Classifies a file by the folders between that of the fabric and the file, and by its extension.
 FileKind FindKind(const fs::path& below_fabric) {
   bool in_silhouettes = false, in_meshes = false;
   for (const fs::path& part : below_fabric.parent_path()) {
@@ -50,7 +50,8 @@ ClothFace CaptureFace(int capture) {
   return capture <= 4 ? ClothFace::kDown : ClothFace::kUnknown;
 }
 
-// The image that a mesh belongs to: fabrics 11–20 number the two faces the other way round.
+// The capture number of the image of a mesh: fabrics 11–20 number the two faces the other way
+// round.
 int CaptureOfMesh(int fabric, int capture) {
   if (fabric < 11 || fabric > 20 || capture > 4) return capture;
   return capture <= 2 ? capture + 2 : capture - 2;
@@ -58,7 +59,7 @@ int CaptureOfMesh(int fabric, int capture) {
 
 using Key = std::tuple<int, int, int>;  // fabric, sample, capture
 
-// Gathers the files of all fabrics; Finish joins images and meshes.
+// Collects the files of all fabrics; Finish joins images and meshes.
 class CaptureList {
  public:
   explicit CaptureList(Dataset* dataset) : dataset_(*dataset) {}

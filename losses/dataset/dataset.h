@@ -10,8 +10,8 @@ namespace drape {
 // The public Cusick drapes [Gong 2024] in their published layout, irregularities included:
 // data/Fabric N/silhouettes/*.jpg, data/Fabric N/meshes/*.obj, bnn_image_gt/<fabric>/*.jpg.
 
-// Which face of the cloth lies up. Captures 1 and 2 show one, 3 and 4 the other; of further
-// captures the data do not say.
+// The face of the cloth that lies up. Captures 1 and 2 show one face, 3 and 4 the other; for
+// further captures it is not documented.
 enum class ClothFace { kUp, kDown, kUnknown };
 std::string ClothFaceName(ClothFace face);
 
@@ -20,8 +20,9 @@ struct Capture {
   int fabric = 0, sample = 0, capture = 0;
   ClothFace face = ClothFace::kUnknown;
   std::string image = {};  // path of the silhouette
-  std::string mesh = {};   // path of the reconstructed mesh; empty: none
-  int mesh_quarters = 0;   // its turn against the image [90° counter-clockwise], by KeepUsable
+  std::string mesh = {};   // path of the reconstructed mesh; empty when there is none
+  int mesh_quarters =
+      0;  // rotation of the mesh onto the image, × 90° counter-clockwise; by KeepUsable
 
   std::string Name() const;  // "fabric 1, sample 2, capture 3"
 };
@@ -32,7 +33,7 @@ struct TrainingImage {
   int sample = 0;
   ClothFace face = ClothFace::kUnknown;
   int drape = 0;        // the n-th drape of this face
-  int observation = 0;  // 0: its name has none
+  int observation = 0;  // 0 when its name has no number
   std::string image;
 };
 
@@ -43,31 +44,35 @@ struct FileNote {
 struct Dataset {
   std::vector<Capture> captures;               // by fabric, sample, capture
   std::vector<TrainingImage> training_images;  // by folder, sample, face
-  std::vector<FileNote> skipped;               // files that were not taken, and why
-  std::vector<FileNote> notes;  // files that were taken as something else than they say
+  std::vector<FileNote> skipped;               // files that were not used, and why
+  std::vector<FileNote> notes;  // files that are used as something other than their name says
 };
 
-// Lists what lies below `folder`: the data set, or its folder `data`. By names alone; KeepUsable
-// opens the files. A name counts in any case, with blanks or underscores, as "Sample 1 Capture 2",
-// Obs, Observation, only the number, or no number (then it is capture 1), with or without
-// "_circle_3" at its end. The fabric is the folder's. Meshes of fabrics 11–20 carry the numbers of
-// the other face and are given to their images. Throws InputError when there is no fabric.
+// Lists the files below `folder`, which is the data set or its folder `data` [MODEL, M52]. It uses
+// names alone; KeepUsable opens the files. A name is accepted in any case, with blanks or
+// underscores, with "Sample 1 Capture 2", Obs, Observation, only the number, or no number (then it
+// is capture 1), and with or without "_circle_3" at its end. The fabric is that of the folder.
+// Meshes of fabrics 11–20 carry the capture numbers of the other face and are assigned to their
+// images accordingly. Throws InputError when there is no fabric.
 Dataset ReadDataset(const std::string& folder);
 
-// What a user wants of it; an empty list means all.
+// The captures that a user selects; an empty list means all.
 struct Selection {
   std::vector<int> fabrics = {}, samples = {}, captures = {};
   std::optional<ClothFace> face = {};
 };
 
-// Captures that match. Throws InputError when a number occurs nowhere in what is left after the
-// criteria before it, or nothing matches, and says what is there.
+// Returns the captures that match. Throws InputError, which lists the available values, when a
+// number does not occur among the captures that satisfy the preceding criteria, or when nothing
+// matches.
 std::vector<Capture> Select(const Dataset& dataset, const Selection& selection);
 
-// Opens the files of `captures`: one whose silhouette cannot be read is dropped; a mesh that cannot
-// be read or does not fit its image within kMostMeshRms after any quarter turn is taken away from
-// its capture, and the turn of the others is found. `skipped` gets a line for each file left out.
-inline constexpr double kMostMeshRms = 3;  // [px]; of fabrics 1–5 39 meshes fit to 2, one to 6
+// Opens the files of `captures`. A capture whose silhouette cannot be read is dropped. A mesh that
+// cannot be read, or that does not fit its image to kMaxMeshRms after any quarter turn, is removed
+// from its capture; the quarter turn of every other mesh is found. `skipped` gets an entry for each
+// file that is left out.
+inline constexpr double kMaxMeshRms =
+    3;  // [px]; of the meshes of fabrics 1–5, 39 fit to 2 px and one to 6 px
 std::vector<Capture> KeepUsable(std::vector<Capture> captures, std::vector<FileNote>* skipped);
 
 }  // namespace drape

@@ -8,8 +8,8 @@
 
 namespace drape {
 
-// Internal to losses/: what the file names of the public data set say. Each takes a name without
-// its extension and gives nothing when it does not look like one.
+// Internal to losses/: parsers of the file names of the public data set. Each takes a name without
+// its extension and returns std::nullopt when the name does not have the form.
 
 struct CaptureName {
   std::optional<int> fabric;
@@ -17,13 +17,13 @@ struct CaptureName {
 };
 std::optional<CaptureName> ParseCaptureName(const std::string& stem);
 
-// All but the fabric and the path.
+// Fills in all but the fabric and the path.
 std::optional<TrainingImage> ParseTrainingName(const std::string& stem);
 
 // "Fabric 7" → 7.
 std::optional<int> ParseFabricFolder(const std::string& name);
 
-// Lower case, blanks and hyphens as underscores.
+// The name in lower case, with blanks and hyphens as underscores.
 std::string PlainName(const std::string& name);
 
 }  // namespace drape

@@ -12,7 +12,8 @@
 namespace drape {
 namespace {
 
-// Keeps the captures whose `number` is one of `wanted`, which must all occur.
+// Keeps the captures whose `number` is one of `wanted`. Throws InputError unless all of these
+// occur.
 void Keep(const char* what, int Capture::*number, const std::vector<int>& wanted,
           std::vector<Capture>* captures) {
   if (wanted.empty()) return;
@@ -28,12 +29,12 @@ void Keep(const char* what, int Capture::*number, const std::vector<int>& wanted
   });
 }
 
-// Finds how the mesh lies against the image.
+// Finds the quarter turn that brings the mesh onto the image.
 void TurnMesh(Capture* capture) {
   const auto turn = FindQuarterTurn(ReadPublishedMesh(capture->mesh).surface,
                                     ReadSilhouette(capture->image), Camera());
-  if (!turn) throw InputError(capture->mesh, "its outline or its image's has gaps");
-  if (turn->rms > kMostMeshRms) {
+  if (!turn) throw InputError(capture->mesh, "its outline or that of its image has gaps");
+  if (turn->rms > kMaxMeshRms) {
     char rms[32];
     std::snprintf(rms, sizeof rms, "%.1f", turn->rms);
     throw InputError(capture->mesh, "misses its image by " + std::string(rms) +

@@ -23,8 +23,8 @@ constexpr char kFormat[] = "drapefit-split";
 using Sample = std::pair<int, int>;  // fabric, sample
 Sample MakeSample(const Capture& capture) { return {capture.fabric, capture.sample}; }
 
-// The first `count` of a random order (Fisher and Yates).
-std::vector<int> Draw(std::vector<int> items, int count, std::mt19937_64& random) {
+// Returns the first `count` items of a random order (shuffle of Fisher and Yates).
+std::vector<int> SelectRandomly(std::vector<int> items, int count, std::mt19937_64& random) {
   for (int i = 0; i < count; ++i) {
     const double left = static_cast<double>(items.size()) - i;
     std::swap(items[i], items[i + static_cast<size_t>(left * SampleUniform(random))]);
@@ -77,11 +77,11 @@ Split SplitBySample(const std::vector<Capture>& captures, int train_samples, uin
   for (const auto& [fabric, all] : samples) {
     if (static_cast<int>(all.size()) <= train_samples) {
       throw InputError("train", "found " + std::to_string(train_samples) +
-                                    " samples to learn from, expected fewer than the " +
+                                    " training samples, expected fewer than the " +
                                     std::to_string(all.size()) + " of fabric " +
                                     std::to_string(fabric));
     }
-    for (const int sample : Draw({all.begin(), all.end()}, train_samples, random))
+    for (const int sample : SelectRandomly({all.begin(), all.end()}, train_samples, random))
       train.insert({fabric, sample});
   }
   Split split{seed, {}, {}};

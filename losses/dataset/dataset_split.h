@@ -9,20 +9,22 @@
 
 namespace drape {
 
-// Samples to learn from and samples to predict: all captures of a sample are on one side, because
-// captures of one sample repeat each other.
+// Training samples and held-out samples. All captures of a sample are on one side, because captures
+// of one sample repeat each other.
 struct Split {
   uint64_t seed = 0;
   std::vector<Capture> train, held_out;  // in the order of the data set
 };
 
-// Draws `train_samples` samples of each fabric of `captures` by the seed, the same on each
-// platform. Throws InputError unless each fabric has more samples than that; train_samples ≥ 1.
+// Selects `train_samples` samples of each fabric of `captures` at random, with the same result for
+// the same seed on every platform. Throws InputError unless each fabric has more samples than that.
+// train_samples ≥ 1.
 Split SplitBySample(const std::vector<Capture>& captures, int train_samples, uint64_t seed);
 
-// JSON: the numbers of the captures on both sides, without paths; atomic. Reading looks them up in
-// `dataset`, so a split can be used on another machine; InputError for a file that is no split, a
-// capture that the data set lacks, or a sample on both sides.
+// Write and read the split as JSON: the numbers of the captures on both sides, without paths.
+// Writing is atomic. Reading looks the captures up in `dataset`, so that a split can be used on
+// another machine. Throws InputError for a file that is not a split, a capture that the data set
+// lacks, and a sample on both sides.
 void WriteSplit(const std::string& path, const Split& split);
 Split ReadSplit(const std::string& path, const Dataset& dataset);
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kLargest = 9999;
 
-// One part of a list: "3" or "3-5".
+// One part of a list, "3" or "3-5".
 class Part {
  public:
   Part(const std::string& text, const std::string& where) : text_(text), where_(where) {}
@@ -21,7 +21,7 @@ class Part {
     const size_t dash = text_.find('-');
     const int first = Number(text_.substr(0, dash));
     const int last = dash == std::string::npos ? first : Number(text_.substr(dash + 1));
-    if (last < first) Fail("a range that ascends");
+    if (last < first) Fail("an ascending range");
     for (int number = first; number <= last; ++number) numbers->insert(number);
   }
 

@@ -6,12 +6,12 @@
 
 namespace drape {
 
-// "1,3-5" → {1, 3, 4, 5}: whole numbers from 1 to 9999 and ranges of them, ascending, each once; an
-// empty text is an empty list. Throws InputError (prefix `where`) that names the part that is
-// wrong.
+// "1,3-5" → {1, 3, 4, 5}: parses whole numbers from 1 to 9999 and ranges of them into an ascending
+// list without repetition. An empty text is an empty list. Throws InputError (prefix `where`) that
+// names the wrong part.
 std::vector<int> ParseIndexList(const std::string& text, const std::string& where);
 
-// The reverse, for messages and reports: {1, 3, 4, 5} → "1,3-5". `numbers` ascend.
+// The inverse, for messages and reports: {1, 3, 4, 5} → "1,3-5". `numbers` must ascend.
 std::string IndexListText(const std::vector<int>& numbers);
 
 }  // namespace drape

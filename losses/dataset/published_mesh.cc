@@ -31,7 +31,7 @@ std::optional<Eigen::VectorXd> CentredProfile(const GrayImage& image, Camera cam
   return outline.radius;
 }
 
-// r(θ) turned counter-clockwise by `shift` angles.
+// The profile r(θ) turned counter-clockwise by `shift` angles.
 Eigen::VectorXd Shifted(const Eigen::VectorXd& radius, Eigen::Index shift) {
   Eigen::VectorXd turned(radius.size());
   turned << radius.tail(shift), radius.head(radius.size() - shift);

@@ -11,13 +11,13 @@
 namespace drape {
 namespace {
 
-constexpr size_t kMostPairs = 2000;
+constexpr size_t kMaxPairs = 2000;
 
 constexpr double DrapeDistance::*kNumbers[] = {&DrapeDistance::mse, &DrapeDistance::iou,
                                                &DrapeDistance::profile_rms,
                                                &DrapeDistance::outline_hausdorff};
 
-// Of each number on its own.
+// The mean of each number separately.
 DrapeDistance ComputeMean(const std::vector<DrapeDistance>& distances) {
   DrapeDistance mean;
   for (const auto number : kNumbers)
@@ -61,9 +61,9 @@ std::vector<Pair> MakePairs(const std::vector<ObservedCapture>& predicted,
 }
 
 std::vector<Pair> Thinned(const std::vector<Pair>& pairs) {
-  if (pairs.size() <= kMostPairs) return pairs;
+  if (pairs.size() <= kMaxPairs) return pairs;
   std::vector<Pair> thinned;
-  for (size_t i = 0; i < kMostPairs; ++i) thinned.push_back(pairs[i * pairs.size() / kMostPairs]);
+  for (size_t i = 0; i < kMaxPairs; ++i) thinned.push_back(pairs[i * pairs.size() / kMaxPairs]);
   return thinned;
 }
 
@@ -108,9 +108,9 @@ class Evaluation {
     AddRow(name, raw, aligned);
   }
 
-  // Predictors that sum up all that is known of the fabric and face.
+  // Predictors that summarise the training captures of the fabric and face.
   void AddSummaries() {
-    // Captures of one sample and face are predicted alike.
+    // Captures of one sample and face get the same prediction.
     std::map<std::tuple<int, ClothFace, int>, std::vector<const ObservedCapture*>> groups;
     for (const ObservedCapture& seen : held_out_) {
       const Capture& c = seen.capture;

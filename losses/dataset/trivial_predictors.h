@@ -11,41 +11,45 @@
 
 namespace drape {
 
-// A capture of the data set as the camera sees it.
+// A capture of the data set and its observation by the camera.
 struct ObservedCapture {
   Capture capture;
   ObservedDrape drape;
 };
-// Reads the silhouettes. `hard_edged`: HardEdged first. Throws InputError.
+// Reads the silhouettes, through HardEdged if requested. Throws InputError as ObserveImage and
+// ReadSilhouette do.
 std::vector<ObservedCapture> ObserveCaptures(const std::vector<Capture>& captures,
                                              const Camera& camera, bool hard_edged = false);
 
-// One way to predict without a model, over all pairs of a prediction and a held-out capture.
+// One method of predicting without a model, evaluated over all pairs of a prediction and a held-out
+// capture.
 struct PredictorRow {
   std::string name;
   int pairs = 0;
-  DrapeDistance mean, median;                      // as they lie; of the grey image only the mse
+  DrapeDistance mean, median;  // without alignment; the grey image has an mse only
   std::optional<DrapeDistance> aligned_mean = {};  // after the best rotation and flip
 };
 
-// What any model has to beat on a split, computed from the same split.
+// The baselines that a model has to beat on a split, computed from the same split.
 struct TrivialPredictors {
-  // "same sample, same face" (the floor that repeated captures set, among the held out), "another
-  // sample, same face", "another fabric" (where there are several), "circle of the mean area",
-  // "grey mean image". A row without pairs is left out.
+  // "same sample, same face" (the lower bound set by repeated captures, among the held-out ones),
+  // "another sample, same face", "another fabric" (if there are several), "circle of the mean
+  // area", "grey mean image". A row without pairs is left out.
   std::vector<PredictorRow> rows;
-  // The other samples' drapes of the fabric and face as draws of a distribution; none where a
-  // held-out capture has fewer than two of them. Captures of one sample repeat each other, so that
-  // intervals of few samples hold less than independent draws would (of DC with six: 71 % for 85).
+  // The drapes of the other samples of the same fabric and face as an ensemble; std::nullopt where
+  // a held-out capture has fewer than two of them. Captures of one sample repeat each other, so
+  // that intervals from few samples cover less than independent samples would (for DC with six
+  // samples: 71 % instead of 85 %).
   std::optional<DistributionScore> other_samples;
-  // The circle of the mean area as a distribution that does not scatter; none where a held-out
-  // capture has no other sample to learn the area from.
+  // The circle of the mean area as a distribution without scatter; std::nullopt where a held-out
+  // capture has no other sample from which to estimate the area.
   std::optional<DistributionScore> circle;
 };
 
-// Each held-out capture is predicted from the captures to learn from that show its fabric and face
-// and not its sample. So the same list on both sides leaves each sample out in turn. Of "another
-// fabric" at most 2000 pairs count, evenly chosen. `aligned` off skips the costly part.
+// Each held-out capture is predicted from the training captures that show its fabric and face but
+// not its sample. The same list on both sides therefore leaves each sample out in turn. For
+// "another fabric" at most 2000 evenly chosen pairs count. `aligned` = false skips the expensive
+// part.
 TrivialPredictors EvaluateTrivialPredictors(const std::vector<ObservedCapture>& train,
                                             const std::vector<ObservedCapture>& held_out,
                                             const Camera& camera, bool aligned = true);

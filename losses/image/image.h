@@ -7,7 +7,8 @@
 
 namespace drape {
 
-// Coverage of cloth, 1 = cloth (black in a file), 0 = background (white); row 0 is the top.
+// An image of the coverage by cloth, 1 = cloth (black in a file), 0 = background (white); row 0 is
+// the top.
 struct GrayImage {
   int width = 0;
   int height = 0;
@@ -27,25 +28,27 @@ struct RgbImage {
   std::vector<uint8_t> rgb;  // row-major, shape [height, width, 3]
 };
 
-// Decodes a JPEG or PNG, told apart by content: grey, RGB, RGBA (over white), palette, 8 or 16 bit;
-// coverage = 1 − grey. An EXIF orientation is not applied: the pixels count as they are stored.
-// InputError naming the path: missing, empty, truncated, not an image, more than 2^28 pixels.
+// Decodes a JPEG or PNG, which are distinguished by their content: grey, RGB, RGBA (over white),
+// palette, 8 or 16 bit; coverage = 1 − grey. An EXIF orientation is ignored: pixels are used as
+// they are stored. Throws InputError, naming the path, when the file is missing, empty, truncated,
+// not an image, or has more than 2^28 pixels.
 GrayImage ReadImage(const std::string& path);
 
-// InputError (prefix `where`): smaller than 16×16, a coverage outside [0, 1], no cloth, no
-// background, cloth (coverage ≥ 0.5) at the border.
+// Throws InputError (prefix `where`) when the image is smaller than 16×16, a coverage is outside
+// [0, 1], there is no cloth or no background, or cloth (coverage ≥ 0.5) touches the border.
 void CheckSilhouette(const GrayImage& image, const std::string& where);
 
-// ReadImage, then CheckSilhouette.
+// ReadImage followed by CheckSilhouette; throws as they do.
 GrayImage ReadSilhouette(const std::string& path);
 
-// 1 where the coverage is at least `level`, else 0: at the default, what a hard-edged picture was
-// before JPEG blurred it (grey < 128 is cloth). Most published silhouettes have grey edges, which
-// this would spoil (mean squared change .0013).
+// Returns 1 where the coverage is at least `level`, else 0. The default level restores a hard-edged
+// picture that JPEG has blurred (grey < 128 is cloth). Most published silhouettes have grey edges,
+// which this function would spoil (mean squared change .0013).
 GrayImage HardEdged(const GrayImage& image, float level = 0.5f);
 
-// 8-bit PNG (silhouette: black cloth on white). Atomic: InputError naming the path when the folder
-// or the disk refuses, and a file that was there before is untouched.
+// Writes an 8-bit PNG (a silhouette as black cloth on white). The write is atomic: throws
+// InputError, naming the path, when the folder or the disk does not allow it, and a file that
+// existed before is then unchanged.
 void WritePng(const GrayImage& image, const std::string& path);
 void WritePng(const RgbImage& image, const std::string& path);
 

@@ -7,13 +7,13 @@
 
 #include "losses/image/image.h"
 
-// Internal to losses/: the two decoders behind ReadImage. Both throw InputError with prefix
-// `where`.
+// Internal to losses/: the two decoders behind ReadImage. Both throw InputError (prefix `where`)
+// for a damaged or unsupported file.
 namespace drape {
 
 inline constexpr int64_t kMaxPixels = int64_t{1} << 28;
 
-// InputError when the header announces an image too large to hold.
+// Throws InputError (prefix `where`) when the header announces an image that is too large to hold.
 void CheckPixelCount(int64_t width, int64_t height, const std::string& where);
 
 inline float CoverageFromGray(uint8_t gray) { return 1.0f - gray / 255.0f; }

@@ -13,8 +13,8 @@
 namespace drape {
 namespace {
 
-// libjpeg reports through longjmp. The objects live here, outside of the functions that call
-// setjmp, so that no destructor is jumped over.
+// libjpeg reports errors through longjmp. The objects are members of this class, outside the
+// functions that call setjmp, so that no destructor is skipped.
 class JpegReader {
  public:
   explicit JpegReader(const std::vector<uint8_t>& bytes) : bytes_(bytes) {
@@ -35,7 +35,7 @@ class JpegReader {
     return true;
   }
 
-  // `gray` holds width()·height() bytes.
+  // `gray` has room for width()·height() bytes.
   bool ReadPixels(uint8_t* gray) {
     if (setjmp(escape_)) return false;
     info_.out_color_space = JCS_GRAYSCALE;
@@ -61,7 +61,8 @@ class JpegReader {
     longjmp(escape_, 1);
   }
 
-  // Level −1 is "corrupt data, carry on": a truncated file would become a grey one.
+  // Level −1 is a warning about corrupt data after which libjpeg continues: a truncated file would
+  // become a grey one.
   void Warn(j_common_ptr info, int level) {
     if (level < 0 && errors_.msg_code != JWRN_EXTRANEOUS_DATA) Fail(info);
   }

@@ -51,7 +51,7 @@ GrayImage DecodePng(const std::vector<uint8_t>& bytes, const std::string& where)
   if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size())) throw Broken(where, png);
   CheckPixelCount(png.width, png.height, where);
   png.format = PNG_FORMAT_GRAY;
-  png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;  // else libpng takes 16-bit samples for linear light
+  png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;  // otherwise libpng reads 16-bit samples as linear light
   const png_color white = {255, 255, 255};
   std::vector<uint8_t> gray(PNG_IMAGE_SIZE(png));
   GrayImage image(static_cast<int>(png.width), static_cast<int>(png.height));

@@ -9,16 +9,16 @@
 
 namespace drape {
 
-// How far two drapes are apart as they lie.
+// The distances of two drapes, without alignment [MODEL, M50].
 struct DrapeDistance {
-  double mse = 0;  // of the coverages
+  double mse = 0;  // mean squared error of the coverages
   double iou = 0;
   double profile_rms = 0;        // [m]
   double outline_hausdorff = 0;  // [m]
 };
 
-// The motion of the second drape that brings its outline next to the first one's: mirrored
-// (y → −y), when it says so, then turned counter-clockwise about the camera's centre [rad].
+// The motion of the second drape that best aligns its outline with that of the first: mirrored (y →
+// −y) if `mirrored`, then turned counter-clockwise about the camera centre by `rotation` [rad].
 struct Alignment {
   double rotation = 0;  // in [−π, π]
   bool mirrored = false;
@@ -30,16 +30,18 @@ struct DrapeComparison {
   Alignment alignment;
 };
 
-// Both as the same camera sees them.
+// Both drapes must be seen by the same camera.
 DrapeDistance ComputeDistance(const ObservedDrape& a, const ObservedDrape& b);
 
-// The best of 360 rotations times two flips, least squares of the outlines, refined between them.
+// The best of 360 rotations times two flips by least squares of the outlines, refined between the
+// angles.
 Alignment AlignDrapes(const ObservedDrape& a, const ObservedDrape& b);
 
 DrapeComparison CompareDrapes(const ObservedDrape& a, const ObservedDrape& b, const Camera& camera);
 
-// Symmetric Hausdorff distances of two surfaces to `tolerance` [m] (CGAL), the second one as it
-// lies and after `alignment`. Throws InputError (prefix `where`) for a position that is not finite.
+// The symmetric Hausdorff distances of two surfaces to within `tolerance` [m] (CGAL), with the
+// second surface unmoved and after `alignment`. Throws InputError (prefix `where`) for a position
+// that is not finite.
 struct SurfaceDistance {
   double raw = 0;      // [m]
   double aligned = 0;  // [m]

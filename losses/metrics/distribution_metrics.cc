@@ -20,11 +20,11 @@ Eigen::MatrixXd FeatureMatrix(const Drapes& drapes) {
   return features;
 }
 
-// Outlines [m] over √K, so that Euclidean distances are root mean squares.
+// The outlines [m] divided by √K, so that Euclidean distances are root mean squares.
 Eigen::MatrixXd OutlineMatrix(const Drapes& drapes) {
-  Eigen::MatrixXd outlines(kSeenAngles, drapes.size());
+  Eigen::MatrixXd outlines(kObservedAngles, drapes.size());
   for (size_t i = 0; i < drapes.size(); ++i)
-    outlines.col(i) = drapes[i]->radius / std::sqrt(double(kSeenAngles));
+    outlines.col(i) = drapes[i]->radius / std::sqrt(double(kObservedAngles));
   return outlines;
 }
 
@@ -34,11 +34,11 @@ GrayImage ComputeMean(const Drapes& drapes) {
   return mean.Mean();
 }
 
-void AddInterval(const std::vector<double>& draws, double probability, double observed,
+void AddInterval(const std::vector<double>& samples, double probability, double observed,
                  IntervalSkill* sum) {
-  const CentralInterval interval = ComputeInterval(draws, probability);
+  const CentralInterval interval = ComputeInterval(samples, probability);
   sum->nominal += interval.nominal;
-  sum->coverage += interval.Holds(observed);
+  sum->coverage += interval.Contains(observed);
   sum->width += interval.high - interval.low;
 }
 
@@ -55,30 +55,30 @@ FeatureVector ComputeFeatures(const ShapeFeatures& shape) {
   return features;
 }
 
-void DistributionScorer::AddFeature(int feature, const Eigen::VectorXd& draws, double observed) {
+void DistributionScorer::AddFeature(int feature, const Eigen::VectorXd& samples, double observed) {
   FeatureScore& sum = sum_.features[feature];
-  const double mean = draws.mean();
-  const std::vector<double> values(draws.begin(), draws.end());
+  const double mean = samples.mean();
+  const std::vector<double> values(samples.begin(), samples.end());
   sum.observed_mean += observed;
   sum.predicted_mean += mean;
-  sum.predicted_sd += (draws.array() - mean).matrix().norm() / std::sqrt(draws.size() - 1.0);
+  sum.predicted_sd += (samples.array() - mean).matrix().norm() / std::sqrt(samples.size() - 1.0);
   sum.crps += EnsembleCrps(values, observed);
   AddInterval(values, 0.5, observed, &sum.half);
   AddInterval(values, 0.9, observed, &sum.ninety);
 }
 
-void DistributionScorer::Add(const Drapes& draws, const Drapes& observed) {
-  CHECK_GE(draws.size(), 2u);
+void DistributionScorer::Add(const Drapes& samples, const Drapes& observed) {
+  CHECK_GE(samples.size(), 2u);
   if (observed.empty()) return;
-  const Eigen::MatrixXd drawn = FeatureMatrix(draws), seen = FeatureMatrix(observed);
-  const GrayImage mean = ComputeMean(draws);
+  const Eigen::MatrixXd predicted = FeatureMatrix(samples), seen = FeatureMatrix(observed);
+  const GrayImage mean = ComputeMean(samples);
   for (size_t i = 0; i < observed.size(); ++i) {
     sum_.mean_image_mse += MeanSquaredError(mean, observed[i]->image);
-    for (int k = 0; k < kNumFeatures; ++k) AddFeature(k, drawn.row(k), seen(k, i));
+    for (int k = 0; k < kNumFeatures; ++k) AddFeature(k, predicted.row(k), seen(k, i));
   }
   const auto weights = scales_.cwiseInverse().asDiagonal();
-  sum_.feature_energy += EnergyScores(weights * drawn, weights * seen).sum();
-  sum_.outline_energy += EnergyScores(OutlineMatrix(draws), OutlineMatrix(observed)).sum();
+  sum_.feature_energy += EnergyScores(weights * predicted, weights * seen).sum();
+  sum_.outline_energy += EnergyScores(OutlineMatrix(samples), OutlineMatrix(observed)).sum();
   sum_.observed += static_cast<int>(observed.size());
 }
 

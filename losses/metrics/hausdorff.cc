@@ -27,7 +27,7 @@ namespace {
 using Eigen::Matrix2Xd;
 using Eigen::Vector2d;
 
-// A closed polygon and how far along it its vertices lie.
+// A closed polygon and the arc length at each of its vertices.
 struct Curve {
   explicit Curve(const Matrix2Xd& polygon) : points(polygon), arc(polygon.cols() + 1) {
     arc[0] = 0;
@@ -52,8 +52,9 @@ struct Nearest {
   int segment = -1;
 };
 
-// A segment `distance` away is followed by none nearer than `best` before the curve has run
-// distance − best beyond it: these are passed over. `guess`: a segment that is likely near.
+// Finds the segment of the curve that is nearest to p. After a segment at `distance`, no segment
+// can be nearer than `best` until the curve has run the length distance − best, so those in between
+// are skipped. `guess` is a segment that is probably near.
 Nearest FindNearest(const Vector2d& p, const Curve& curve, int guess) {
   Nearest nearest{DistanceToSegment(p, curve, guess), guess};
   for (int i = 0; i < curve.size(); ++i) {
@@ -80,7 +81,7 @@ double UpperBound(const Piece& piece, const Curve& target) {
   return std::min(by_a, by_b);
 }
 
-// Branch and bound over the pieces of `source`.
+// The directed distance by branch and bound over the pieces of `source`.
 double Directed(const Curve& source, const Curve& target, double tolerance) {
   std::vector<Nearest> nearest;
   for (int i = 0; i < source.size(); ++i) {
@@ -120,7 +121,8 @@ Surface ToSurface(const ObjSurface& soup, const std::string& where) {
     if (CGAL::collinear(points.at(i), points.at(j), points.at(k))) continue;
     triangles.push_back({std::size_t(i), std::size_t(j), std::size_t(k)});
   }
-  if (triangles.empty()) throw InputError(where, "no triangle with an area");
+  if (triangles.empty())
+    throw InputError(where, "found no triangle of positive area, expected at least one");
   namespace PMP = CGAL::Polygon_mesh_processing;
   PMP::orient_polygon_soup(points, triangles);
   Surface surface;

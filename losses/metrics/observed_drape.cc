@@ -14,7 +14,7 @@ namespace drape {
 namespace {
 
 constexpr int kSupersample = 4;
-constexpr double kFarthest = 1e6;  // [px] from the corner: no drape is there
+constexpr double kFarthest = 1e6;  // [px] from the corner, where no drape can be
 
 double PixelOrWhite(const GrayImage& image, int column, int row) {
   const bool inside = column >= 0 && row >= 0 && column < image.width && row < image.height;
@@ -37,10 +37,10 @@ ObservedDrape ObserveImage(const GrayImage& image, const Camera& camera, const s
                                 std::to_string(camera.width) + "x" + std::to_string(camera.height));
   }
   Outline outline;
-  if (!OutlineFromImage(image, camera, kSeenAngles, &outline)) {
-    throw InputError(where, "the outline has gaps: no cloth at " +
-                                std::to_string(outline.missing.size()) + " of " +
-                                std::to_string(kSeenAngles) + " angles about the camera's centre");
+  if (!OutlineFromImage(image, camera, kObservedAngles, &outline)) {
+    throw InputError(
+        where, "the outline has gaps: no cloth at " + std::to_string(outline.missing.size()) +
+                   " of " + std::to_string(kObservedAngles) + " angles about the camera's centre");
   }
   ObservedDrape drape{image, MetresFromPixels(outline.radius, camera), {}};
   drape.shape = MeasureShape(drape.radius);

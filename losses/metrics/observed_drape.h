@@ -11,30 +11,30 @@
 
 namespace drape {
 
-inline constexpr int kSeenAngles = 360;
+inline constexpr int kObservedAngles = 360;
 
-// A drape as a camera sees it: all that metrics of drapes and of their distributions look at.
+// A drape as a camera sees it: the input of all metrics of drapes and of their distributions.
 struct ObservedDrape {
   GrayImage image;
-  Eigen::VectorXd radius;  // r(θ) of the outline in the support plane [m], shape [kSeenAngles]
+  Eigen::VectorXd radius;  // r(θ) of the outline in the support plane [m], shape [kObservedAngles]
   ShapeFeatures shape;     // of that profile
 };
 
-// An image of the camera's size, or what the camera sees of a surface. Throws InputError (prefix
+// Observes an image of the size of the camera, or the image of a surface. Throws InputError (prefix
 // `where`) when the sizes differ, the surface is not in front of the camera, or the outline has
 // gaps.
 ObservedDrape ObserveImage(const GrayImage& image, const Camera& camera, const std::string& where);
 ObservedDrape ObserveSurface(const ObjSurface& surface, const Camera& camera,
                              const std::string& where);
 
-// A flat disc of that radius [m] about the camera's centre.
+// Observes a flat disc of that radius [m] about the camera centre.
 ObservedDrape ObserveDisc(double radius, const Camera& camera);
 
-// The image mirrored (y → −y), when asked, and then turned counter-clockwise about the camera's
-// centre [rad]; bilinear between pixels, white beyond the border.
+// Returns the image mirrored (y → −y) if requested and then turned counter-clockwise about the
+// camera centre by `rotation` [rad]; bilinear between pixels, white outside the image.
 GrayImage TurnedImage(const GrayImage& image, const Camera& camera, double rotation, bool mirrored);
 
-// The pixel-wise mean of at least one image; equal sizes.
+// The pixel-wise mean of at least one image; all images have equal sizes.
 class MeanImage {
  public:
   void Add(const GrayImage& image);

@@ -10,11 +10,11 @@
 
 namespace drape {
 
-// How the reports of all programs write a camera, a comparison, the stability of a drape and the
-// score of a prediction, keys with units.
+// The form in which the reports of all programs write a camera, a comparison, the stability of a
+// drape and the score of a prediction. Keys contain the unit.
 nlohmann::ordered_json CameraJson(const Camera& camera);
 nlohmann::ordered_json MetricsJson(const SilhouetteMetrics& metrics);
-// lowest_eigenvalues: of LowestEigenvalues [s⁻²]; nulls when they were not found.
+// lowest_eigenvalues: the result of LowestEigenvalues [s⁻²]; an empty one is written as nulls.
 nlohmann::ordered_json StabilityJson(const Eigen::VectorXd& lowest_eigenvalues);
 nlohmann::ordered_json ScoreJson(const DistributionScore& score);
 

@@ -6,9 +6,10 @@
 
 namespace drape {
 
-// The camera moved to where the image's outline has no first harmonic, Σ r(θ) e^{iθ} = 0: there the
-// support's centre is in an image of a drape whose folds do not favour a side. The published images
-// are off their nominal centre by up to 10 px (median 2). False when the outline is not complete.
+// Moves the camera to the point about which the outline of the image has no first harmonic, Σ r(θ)
+// e^{iθ} = 0. This point is the centre of the support in an image of a drape whose folds favour no
+// side. The centres of the published images deviate from the nominal one by up to 10 px (median 2).
+// Returns false when the outline is not complete; the camera may then have moved.
 bool CentreOnOutline(const GrayImage& image, Camera* camera);
 
 }  // namespace drape

@@ -20,7 +20,7 @@ double SampleCoverage(const GrayImage& image, double column, double row) {
          v * ((1 - u) * image.at(c, r + 1) + u * image.at(c + 1, r + 1));
 }
 
-// Radius of the outermost level crossing, or 0.
+// The radius of the outermost level crossing [px], or 0.
 double OutermostCrossing(const GrayImage& image, const Camera& camera, const Vec2& direction) {
   const double reach = std::hypot(std::max(camera.cx, image.width - camera.cx),
                                   std::max(camera.cy, image.height - camera.cy));
@@ -52,7 +52,8 @@ bool ProjectHem(const std::vector<int>& hem, const Eigen::VectorXd& x, const Cam
   return true;
 }
 
-// Range of angle indices (not wrapped) that segment a→b may cross, one wider at each end.
+// The range of angle indices (not wrapped) of the rays that the segment a→b may cross, wider by one
+// at each end.
 std::pair<int, int> AngleRange(const Vec2& a, const Vec2& b, int num_angles) {
   const double start = std::atan2(a.y, a.x);
   const double end = start + std::atan2(Cross(a, b), Dot(a, b));
@@ -61,7 +62,7 @@ std::pair<int, int> AngleRange(const Vec2& a, const Vec2& b, int num_angles) {
           static_cast<int>(std::ceil(std::max(start, end) * per_radian))};
 }
 
-// Offers a segment to the rays that it may cross.
+// Updates the crossings of the rays that a segment may cross.
 void CrossSegment(const std::vector<Vec2>& hem, int segment, std::vector<RayCrossing>* crossings) {
   const int num_angles = static_cast<int>(crossings->size());
   const Vec2 &a = hem[segment], &b = hem[(segment + 1) % hem.size()];
@@ -114,10 +115,11 @@ bool OutlineFromMesh(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& c
 
 namespace {
 
-// Calls visit(k, row of x, ∂r_k/∂x_row) for all nonzeros of the Jacobian.
+// Calls visit(k, row of x, ∂r_k/∂x_row) for all non-zeros of the Jacobian.
 template <typename Visit>
 void ForEachEntry(const Outline& outline, const Visit& visit) {
-  CHECK_EQ(outline.hits.size(), size_t(outline.radius.size())) << "outline of an image";
+  CHECK_EQ(outline.hits.size(), size_t(outline.radius.size()))
+      << "an outline of an image has no Jacobian";
   for (int k = 0; k < outline.num_angles(); ++k) {
     const OutlineHit& hit = outline.hits[k];
     if (hit.vertex[0] < 0) continue;

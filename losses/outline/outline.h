@@ -13,33 +13,34 @@
 
 namespace drape {
 
-// Radial profile r(θ_k) [px] about the camera's centre, θ_k = 2πk/K, counter-clockwise as seen in
-// the image (+column is θ = 0, up is θ = π/2).
+// The radial profile r(θ_k) [px] about the camera centre, θ_k = 2πk/K, counter-clockwise as seen in
+// the image (θ = 0 is +column, θ = π/2 is up) [MODEL, M47].
 struct Outline {
   Eigen::VectorXd radius;        // [px], shape [K]; 0 at a missing angle
   std::vector<OutlineHit> hits;  // shape [K] from a mesh, empty from an image
-  std::vector<int> missing;      // indices k whose ray met no cloth
+  std::vector<int> missing;      // indices k of rays that met no cloth
 
   int num_angles() const { return static_cast<int>(radius.size()); }
 };
 
-// Outermost 0.5 level of the coverage on each ray: bilinear samples every 0.25 px from outside
-// inward, the crossing by linear interpolation. False when an angle is missing.
+// The outermost 0.5 level of the coverage on each ray: bilinear samples every 0.25 px from outside
+// inwards, with the crossing by linear interpolation. Returns false when an angle is missing.
 bool OutlineFromImage(const GrayImage& image, const Camera& camera, int num_angles,
                       Outline* outline);
 
-// Outermost crossing of each ray with the projected hem (mesh.boundary_loops[0]) of positions x
-// [m], shape [3V]. A fold that bulges over the hem does not count here; RenderSoft sees it. False
-// when an angle is missing, a coordinate is not finite or a vertex of the hem is behind the camera
-// (then all angles are missing).
+// The outermost crossing of each ray with the projected hem (mesh.boundary_loops[0]) of positions x
+// [m], shape [3V]. A fold that bulges over the hem is not seen here, only by RenderSoft. Returns
+// false when an angle is missing, and with all angles missing when a coordinate is not finite or a
+// vertex of the hem is behind the camera.
 bool OutlineFromMesh(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                      int num_angles, Outline* outline);
 
-// The Jacobian J = ∂r/∂x [px/m], shape [K, 3V], of an outline of a mesh with V vertices.
+// The Jacobian J = ∂r/∂x [px/m], shape [K, 3V], of an outline of a mesh with V vertices [MODEL,
+// M47].
 Eigen::SparseMatrix<double, Eigen::RowMajor> OutlineJacobian(const Outline& outline,
                                                              int num_vertices);
 
-// J · dx_dp: shape [3V, P] → [K, P].
+// J · dx_dp: shape [3V, P] → [K, P]. CHECKs that the outline comes from a mesh.
 RowMatrix OutlineJacobianTimes(const Outline& outline, const RowMatrix& dx_dp);
 
 // Jᵀ as right-hand sides of an adjoint solve, shape [3V, K].
@@ -49,7 +50,7 @@ Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices);
 void AdjOutline(const Outline& outline, const Eigen::VectorXd& radius_adjoint,
                 Eigen::VectorXd* gradient);
 
-// Root mean square of a − b, in their unit; equal, non-zero sizes.
+// The root mean square of a − b, in their unit. Both have the same non-zero size.
 double ProfileRms(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 
 }  // namespace drape

@@ -14,7 +14,7 @@ namespace {
 
 using std::numbers::pi;
 
-// r(−θ).
+// The mirrored outline r(−θ).
 Eigen::VectorXd Mirrored(const Eigen::VectorXd& outline) {
   Eigen::VectorXd result = outline;
   std::reverse(result.begin() + 1, result.end());

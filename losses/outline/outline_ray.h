@@ -7,16 +7,17 @@
 
 namespace drape {
 
-// The radial profile of a projected hem, ray by ray: one source for the host and the kernels.
-// Points of the hem are in pixels about the camera's centre, y up.
+// The radial profile of a projected hem, ray by ray [MODEL, M47], in one source for the host and
+// the kernels. Points of the hem are in pixels about the camera centre, y up.
 
-// Where the ray of one angle leaves the hem: on the projected segment of two vertices.
+// The segment of the projected hem between two vertices through which the ray of one angle leaves.
 struct OutlineHit {
   int vertex[2] = {-1, -1};  // −1: the ray met nothing
   double d_radius[6] = {};   // ∂r/∂(x of vertex[0], x of vertex[1]) [px/m]
 };
 
-// A point of the hem; false where it is not finite or not in front of the camera.
+// Projects a point of the hem [px]. Returns false when it is not finite or not in front of the
+// camera.
 DRAPE_HD inline bool ProjectHemPoint(const Projection& camera, const double x[3], Vec2* point) {
   double image[2];
   camera.Project(x, image);
@@ -25,7 +26,7 @@ DRAPE_HD inline bool ProjectHemPoint(const Projection& camera, const double x[3]
          std::isfinite(x[2]);
 }
 
-// Direction of ray k of num_angles.
+// The direction of ray k of num_angles.
 DRAPE_HD inline Vec2 RayDirection(int k, int num_angles) {
   const double angle = 2 * M_PI * k / num_angles;
   return {std::cos(angle), std::sin(angle)};
@@ -33,13 +34,14 @@ DRAPE_HD inline Vec2 RayDirection(int k, int num_angles) {
 
 // The outermost crossing of a ray so far.
 struct RayCrossing {
-  int segment = -1;  // of the hem: from its point `segment` to the next one
+  int segment = -1;  // of the hem, from its point `segment` to the next one; -1: none
   double t = 0;      // position on it
   double radius = 0;
 };
 
-// Makes the segment a→b of the hem the outermost crossing where it is. A vertex lies on the same
-// side of a ray in both of its segments (half-open rule), so no ray slips through between two.
+// Records the segment a→b of the hem if it is the outermost crossing so far. A vertex lies on the
+// same side of a ray in both of its segments (half-open rule), so that no ray passes between two
+// segments.
 DRAPE_HD inline void CrossRay(const Vec2& ray, const Vec2& a, const Vec2& b, int segment,
                               RayCrossing* outermost) {
   const double side_a = Cross(ray, a), side_b = Cross(ray, b);
@@ -49,8 +51,8 @@ DRAPE_HD inline void CrossRay(const Vec2& ray, const Vec2& a, const Vec2& b, int
   if (radius > outermost->radius) *outermost = {segment, t, radius};
 }
 
-// ∂r of the crossing at a + t(b−a), edge = b − a: the segment's normal over its component along
-// the ray, handed to the ends at x_a and x_b [m].
+// ∂r of the crossing at a + t(b − a), with edge = b − a [MODEL, M47]: the normal of the segment
+// over its component along the ray, distributed to the ends at x_a and x_b [m].
 DRAPE_HD inline void RadiusByEnds(const Projection& camera, const Vec2& ray, const Vec2& edge,
                                   double t, const double* x_a, const double* x_b,
                                   double d_radius[6]) {

@@ -32,8 +32,8 @@ double DistanceToSegment(const Vector2d& p, const Vector2d& a, const Vector2d& b
   return (p - a - t * e).norm();
 }
 
-// Anti-aliased closed polygon. Opacity is gathered over all segments first, so that joints are not
-// painted twice.
+// Draws an anti-aliased closed polygon. The opacity is collected over all segments first, so that
+// joints are not painted twice.
 void RenderPolygon(const Eigen::Matrix2Xd& points, double line_width, const Color& color,
                    RgbImage* picture) {
   std::vector<float> alpha(size_t(picture->width) * picture->height, 0);
@@ -79,7 +79,7 @@ RgbImage PaleUpscaled(const GrayImage& image, int upscale) {
   return picture;
 }
 
-// The letters of the legend, 3 × 5 dots, rows from the top, high bit left.
+// The letters of the legend as 3 × 5 dots, rows from the top, high bit left.
 struct Glyph {
   char letter;
   uint8_t rows[5];

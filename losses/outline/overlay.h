@@ -19,9 +19,9 @@ struct OverlayOptions {
   Color support = {90, 150, 90};
 };
 
-// Picture of a fit: the image in pale grey, upscaled, and on it the measured and the fitted outline
-// (profiles [px], any number of angles ≥ 3), the support circle of 9 cm in the support plane, and a
-// legend.
+// Renders a fit: the image in pale grey, enlarged, and on it the measured and the fitted outline
+// (profiles [px], any number of angles ≥ 3), the support circle of radius 9 cm in the support
+// plane, and a legend.
 RgbImage RenderOverlay(const GrayImage& image, const Eigen::VectorXd& measured_radius,
                        const Eigen::VectorXd& fitted_radius, const Camera& camera,
                        const OverlayOptions& options = {});

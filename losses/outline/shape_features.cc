@@ -13,7 +13,7 @@ namespace {
 constexpr double kSmoothingAngle = 2 * M_PI / 180;  // [rad] standard deviation
 constexpr int kBandEdges[kNumBands][2] = {{2, 2}, {3, 5}, {6, 9}, {10, 15}};
 
-// Circular Gaussian, cut at 4 standard deviations.
+// Smooths by a circular Gaussian that is cut at 4 standard deviations.
 Eigen::VectorXd Smooth(const Eigen::VectorXd& radius) {
   const int n = static_cast<int>(radius.size());
   const double spacing = 2 * M_PI / n;
@@ -39,14 +39,14 @@ double ProfileArea(const Eigen::VectorXd& radius) {
   return M_PI * radius.squaredNorm() / radius.size();
 }
 
-// One turn from the lowest point with hysteresis: a rise of min_prominence over the lowest point
-// since the last fold, then a fall of min_prominence, is one peak of that prominence.
+// Makes one turn from the lowest point with hysteresis: a rise by min_prominence above the lowest
+// point since the last fold, followed by a fall by min_prominence, is one peak of that prominence.
 int CountFolds(const Eigen::VectorXd& radius, double min_prominence) {
   CHECK_GT(min_prominence, 0);
   const Eigen::VectorXd r = Smooth(radius);
   Eigen::Index start;
   double extreme = r.minCoeff(&start);
-  bool rising = false;  // a rise of min_prominence has been seen
+  bool rising = false;  // a rise by min_prominence has occurred
   int folds = 0;
   for (Eigen::Index i = 1; i <= r.size(); ++i) {
     const double value = r[(start + i) % r.size()];

@@ -11,22 +11,23 @@ namespace drape {
 inline constexpr double kClothRadius = 0.15;    // [m] [BS 5058]
 inline constexpr double kSupportRadius = 0.09;  // [m]
 
-// Numbers of one radial profile r(θ_k) [m], θ_k = 2πk/K, shape [K] [MODEL, M49]. They do not
+// Features of one radial profile r(θ_k) [m], θ_k = 2πk/K, shape [K] [MODEL, M49]. They do not
 // depend on the rotation of the drape.
 
-// DC = (A − π·0.09²)/(π·0.15² − π·0.09²) of the silhouette's area [m²]: 0 = support, 1 = flat
-// cloth.
+// The drape coefficient DC = (A − π·0.09²)/(π·0.15² − π·0.09²) of the area of the silhouette [m²]:
+// 0 for the support, 1 for the flat cloth.
 double DrapeCoefficient(double area);
 
-// ½∫r²dθ [m²] by the trapezoid rule: exact for a circle, spectrally accurate for smooth profiles.
+// The area ½∫r²dθ [m²] by the trapezoidal rule, which is exact for a circle and spectrally accurate
+// for smooth profiles.
 double ProfileArea(const Eigen::VectorXd& radius);
 
-// Number of peaks with a prominence of at least min_prominence [m], after a Gaussian of standard
-// deviation 2° (use K ≥ 180: wider spacing than 2° is not smoothed).
+// The number of peaks with a prominence of at least min_prominence [m] after smoothing by a
+// Gaussian of standard deviation 2° (use K ≥ 180: a spacing wider than 2° is not smoothed).
 int CountFolds(const Eigen::VectorXd& radius, double min_prominence = 2.5e-3);
 
-// ½ Σ a_k² [m²] over k = 2 | 3–5 | 6–9 | 10–15, a_k the amplitude of cos/sin kθ: each band's share
-// of the variance of r. K > 30.
+// ½ Σ a_k² [m²] over k = 2 | 3–5 | 6–9 | 10–15 with a_k the amplitude of cos/sin kθ: the
+// contribution of each band to the variance of r. K > 30.
 inline constexpr int kNumBands = 4;
 std::array<double, kNumBands> BandEnergies(const Eigen::VectorXd& radius);
 
@@ -43,12 +44,12 @@ struct ShapeFeatures {
 };
 ShapeFeatures MeasureShape(const Eigen::VectorXd& radius);
 
-// Profile in pixels → metres in the support plane.
+// Converts a profile from pixels to metres in the support plane.
 inline Eigen::VectorXd MetresFromPixels(const Eigen::VectorXd& radius_px, const Camera& camera) {
   return radius_px / camera.pixels_per_metre();
 }
 
-// Vertices of the profile's polygon, shape [2, K], y up, in the unit of r.
+// The vertices of the polygon of a profile, shape [2, K], y up, in the unit of r.
 Eigen::Matrix2Xd ProfilePolygon(const Eigen::VectorXd& radius);
 
 }  // namespace drape

@@ -10,7 +10,7 @@ enum class ReadoutKind {
   kSoftSilhouette  // SilhouetteReadout
 };
 
-// A readout of one rollout as plain data: what a device needs to read it by itself.
+// A readout of one rollout as plain data, with which a device reads it by itself.
 struct DeviceReadout {
   ReadoutKind kind;
   int size;  // K

@@ -10,7 +10,7 @@
 namespace drape {
 namespace {
 
-// That of rollout i, where one may serve all.
+// The item of rollout i; a single item serves all rollouts.
 template <class T>
 const T& Of(const std::vector<T>& each, std::size_t i) {
   if (each.size() == 1) return each[0];

@@ -11,11 +11,11 @@
 
 namespace drape {
 
-// The radial profile r(θ) of the hem [px] at num_angles angles (OutlineFromMesh). Cannot be read
-// where an angle is missing.
+// The radial profile r(θ) of the hem [px] at num_angles angles (OutlineFromMesh) [MODEL, M47]. Read
+// returns false where an angle is missing.
 class OutlineReadout final : public Readout {
  public:
-  // cameras: of each rollout, or one for all. `mesh` outlives the object.
+  // cameras: one for each rollout, or one for all. `mesh` must outlive the object.
   OutlineReadout(const Mesh& mesh, std::vector<Camera> cameras, int num_angles);
   int size() const override { return num_angles_; }
   bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
@@ -29,10 +29,11 @@ class OutlineReadout final : public Readout {
   std::vector<DeviceReadout> device_;
 };
 
-// The coverage of each pixel in [0, 1] (RenderSoft), row-major, K = height·width.
+// The coverage of each pixel in [0, 1] (RenderSoft), row-major, K = height·width [MODEL, M48].
 class SilhouetteReadout final : public Readout {
  public:
-  // cameras: of each rollout, or one for all; images of one size. `mesh` outlives the object.
+  // cameras: one for each rollout, or one for all; their images have one size. `mesh` must outlive
+  // the object.
   SilhouetteReadout(const Mesh& mesh, std::vector<Camera> cameras,
                     const SoftSilhouetteOptions& options);
   int size() const override { return cameras_[0].width * cameras_[0].height; }

@@ -35,7 +35,7 @@ std::vector<uint8_t> CoveredPixels(const Mesh& mesh, const Eigen::Matrix2Xd& ima
 
 namespace {
 
-// covered_pixels(points, width, height): which samples of the finer image are covered.
+// covered_pixels(points, width, height) returns which samples of the finer image are covered.
 GrayImage RasterizeSamples(const Eigen::VectorXd& x, const Camera& camera, int supersample,
                            const auto& covered_pixels) {
   CHECK_GE(supersample, 1);

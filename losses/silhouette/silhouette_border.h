@@ -8,38 +8,39 @@
 
 namespace drape {
 
-// The soft silhouette in its smallest parts: edges, crossings, pieces of the border and pixels.
-// One source for the host (silhouette_edges, soft_silhouette) and the kernels. `points`: the
-// projected vertices [px], shape [2, V].
+// The elementary operations of the soft silhouette [MODEL, M48] on edges, crossings, pieces of the
+// border and pixels, in one source for the host (silhouette_edges, soft_silhouette) and the
+// kernels. `points`: the projected vertices [px], shape [2, V].
 
-inline constexpr double kBorderProbe = 1e-6;  // [px] from an edge: where its sides are probed
-inline constexpr double kOnBorder = 1e-9;     // [px] below this the offset has no direction
+inline constexpr double kBorderProbe =
+    1e-6;  // [px] distance from an edge at which its sides are probed
+inline constexpr double kOnBorder = 1e-9;  // [px] distance below which the offset has no direction
 
-// Point where the projections of the mesh edges a→b and c→d cross.
+// The point where the projections of the mesh edges a→b and c→d cross.
 struct EdgeCrossing {
   int vertex[4];  // a, b, c, d
   double t[2];    // position on a→b and on c→d, in (0, 1)
 };
 
-// Part of a projected mesh edge that borders the union of all projected triangles.
+// A part of a projected mesh edge that borders the union of all projected triangles.
 struct SilhouettePiece {
   int vertex[2];    // the edge a→b
   double t[2];      // the piece runs from a + t[0](b−a) to a + t[1](b−a)
-  int crossing[2];  // index of the crossing that ends it, or −1: it ends at a vertex
+  int crossing[2];  // index of the crossing at each end, or −1 for an end at a vertex
   Vec2 inward;      // unit normal towards the cloth
 };
 
-// On which side of the edge i→j of the projected mesh the point lies: twice the signed area of the
-// triangle (i, j, point) [px²]. Exactly antisymmetric in (i, j), so two triangles that share an
-// edge leave no gap between them.
+// The side of the edge i→j of the projected mesh on which the point lies: twice the signed area of
+// the triangle (i, j, point) [px²]. It is exactly antisymmetric in (i, j), so that two triangles
+// that share an edge leave no gap between them.
 DRAPE_HD inline double EdgeSide(const double* points, int i, int j, const Vec2& p) {
   const double sign = i < j ? 1 : -1;
   const Vec2 a = PointAt(points, i < j ? i : j), b = PointAt(points, i < j ? j : i);
   return sign * Cross(b - a, p - a);
 }
 
-// Whether the closed projected triangle of three vertices holds the point, seen from either face. A
-// triangle without area holds nothing.
+// Returns whether the closed projected triangle of three vertices contains the point, whichever
+// face is seen. A triangle of zero area contains nothing.
 DRAPE_HD inline bool Covers(const double* points, const int* triangle, const Vec2& p) {
   const int a = triangle[0], b = triangle[1], c = triangle[2];
   const double ab = EdgeSide(points, a, b, p);
@@ -53,7 +54,7 @@ DRAPE_HD inline bool Covers(const double* points, const Face& face, const Vec2& 
   return Covers(points, face.vertex, p);
 }
 
-// Whether the two faces of a hinge fold over one another in the image.
+// Returns whether the two faces of a hinge overlap in the image.
 DRAPE_HD inline bool FoldsOver(const double* points, const Hinge& hinge) {
   const int* v = hinge.vertex;
   return EdgeSide(points, v[0], v[1], PointAt(points, v[2])) *
@@ -65,7 +66,8 @@ DRAPE_HD inline bool ShareVertex(const int l[2], const int r[2]) {
   return l[0] == r[0] || l[0] == r[1] || l[1] == r[0] || l[1] == r[1];
 }
 
-// Positions of the crossing on the edges l and r; false when they do not cross inside both.
+// Computes the positions t of the crossing on the edges l and r. Returns false when they do not
+// cross inside both.
 DRAPE_HD inline bool Intersect(const double* points, const int l[2], const int r[2], double t[2]) {
   const Vec2 l0 = PointAt(points, l[0]), r0 = PointAt(points, r[0]);
   const Vec2 e = PointAt(points, l[1]) - l0, f = PointAt(points, r[1]) - r0;
@@ -77,8 +79,8 @@ DRAPE_HD inline bool Intersect(const double* points, const int l[2], const int r
   return t[0] > 0 && t[0] < 1 && t[1] > 0 && t[1] < 1;
 }
 
-// Makes a part of an edge a piece of the border when exactly one of its sides is covered.
-// is_covered(point) → bool.
+// Returns whether a part of an edge is a piece of the border, that is, whether exactly one of its
+// sides is covered, and sets its inward normal. is_covered(point) → bool.
 template <class IsCovered>
 DRAPE_HD bool FindInward(const double* points, const IsCovered& is_covered, SilhouettePiece* part) {
   const Vec2 a = PointAt(points, part->vertex[0]), e = PointAt(points, part->vertex[1]) - a;
@@ -91,11 +93,11 @@ DRAPE_HD bool FindInward(const double* points, const IsCovered& is_covered, Silh
   return plus != minus;
 }
 
-// Nearest point of a piece to a pixel.
+// The point of a piece that is nearest to a pixel.
 struct PieceContact {
   double distance;  // [px]
-  double t;         // on the piece's edge
-  int end;          // 0 or 1: it is this end of the piece; −1: between them
+  double t;         // position on the edge of the piece
+  int end;          // 0 or 1: this end of the piece; −1: between the ends
 };
 DRAPE_HD inline PieceContact NearestOnPiece(const double* points, const SilhouettePiece& piece,
                                             const Vec2& pixel) {
@@ -107,7 +109,7 @@ DRAPE_HD inline PieceContact NearestOnPiece(const double* points, const Silhouet
   return {std::sqrt(Dot(offset, offset)), t, end};
 }
 
-// Columns and rows that lie within `reach` of a piece, before they are cut to the image.
+// The columns and rows within `reach` [px] of a piece, not yet clipped to the image.
 struct PieceBox {
   Vec2 min, max;
 };
@@ -118,7 +120,8 @@ DRAPE_HD inline PieceBox BoundingBox(const double* points, const SilhouettePiece
   return {{std::fmin(p.x, q.x) - reach, std::fmin(p.y, q.y) - reach},
           {std::fmax(p.x, q.x) + reach, std::fmax(p.y, q.y) + reach}};
 }
-// Pixels first … last of [0, size) in [min, max]; none when first > last.
+// The pixels first … last of [0, size) that lie in [min, max]; the range is empty when first >
+// last.
 struct PixelRange {
   int first, last;
 };
@@ -128,7 +131,8 @@ DRAPE_HD inline PixelRange PixelsIn(double min, double max, int size) {
           static_cast<int>(std::floor(std::fmin(std::fmax(max, -1.0), end - 1.0)))};
 }
 
-// Coverage at a distance from the border, and its slope by the signed distance (RenderSoft).
+// The coverage at a distance from the border [px], and its derivative by the signed distance [1/px]
+// [MODEL, M48].
 struct SoftRamp {
   double coverage, slope;
 };
@@ -137,7 +141,7 @@ DRAPE_HD inline SoftRamp RampAt(double distance, bool inside, double half_width)
   return {u * u * (3 - 2 * u), 3 * u * (1 - u) / half_width};
 }
 
-// ∂coverage/∂(the contact's point), by the envelope theorem with its position on the edge fixed.
+// ∂coverage/∂(point of contact) [1/px], by the envelope theorem with its position on the edge held.
 DRAPE_HD inline Vec2 CoverageByPoint(const double* points, const SilhouettePiece& piece,
                                      const PieceContact& contact, const Vec2& pixel, bool inside,
                                      double slope) {
@@ -148,8 +152,9 @@ DRAPE_HD inline Vec2 CoverageByPoint(const double* points, const SilhouettePiece
   return -slope * inward;
 }
 
-// A crossing X lies on both edges: n·δX = (1−t) n·δa + t n·δb for the normal n of each. Writing
-// the adjoint of X in the basis of the two normals hands each share to the ends of its own edge.
+// A crossing X lies on both edges: n·δX = (1 − t) n·δa + t n·δb for the normal n of each. The
+// adjoint of X is written in the basis of the two normals, and each component goes to the ends of
+// its own edge.
 DRAPE_HD inline void AdjCrossing(const double* points, const EdgeCrossing& crossing,
                                  const Vec2& adj_point, Vec2 adj_vertex[4]) {
   Vec2 normal[2];

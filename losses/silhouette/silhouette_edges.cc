@@ -11,7 +11,7 @@ namespace {
 using Eigen::Matrix2Xd;
 using Eigen::Vector2d;
 
-// Triangles in square cells of the image, to ask which of them cover a point.
+// Sorts the triangles into square cells of the image, to find those that cover a point.
 class TriangleGrid {
  public:
   TriangleGrid(const Mesh& mesh, const Matrix2Xd& points) : mesh_(mesh), points_(points) {
@@ -61,7 +61,7 @@ struct Candidate {
   std::vector<std::pair<double, int>> cuts;  // t, index of the crossing
 };
 
-// Sorted by min_column, for the sweep.
+// Returns the candidates sorted by min_column, for the sweep.
 std::vector<Candidate> FindCandidates(const Mesh& mesh, const Matrix2Xd& points) {
   std::vector<Candidate> candidates;
   const auto add = [&](int a, int b) {

@@ -14,9 +14,9 @@ struct SilhouetteEdges {
   std::vector<EdgeCrossing> crossings;
 };
 
-// The border of the silhouette (holes included). Candidates are the boundary edges of the mesh and
-// the hinges whose faces fold over one another in the image; they are cut where they cross, and a
-// part stays when exactly one of its sides is covered. image_points: finite, [px], shape [2, V].
+// Finds the border of the silhouette, holes included. The candidates are the boundary edges of the
+// mesh and the hinges whose faces overlap in the image. They are cut where they cross, and a part
+// is kept when exactly one of its sides is covered. image_points: finite, [px], shape [2, V].
 SilhouetteEdges FindSilhouetteEdges(const Mesh& mesh, const Eigen::Matrix2Xd& image_points);
 
 }  // namespace drape

@@ -11,13 +11,13 @@ namespace {
 
 using Eigen::Matrix2Xd;
 
-// Nearest border point of a pixel.
+// The border point nearest to a pixel.
 struct Contact {
   PieceContact at;
   int piece = -1;
 };
 
-// Nearest contact of each pixel within `reach` of the border.
+// The nearest contact of each pixel within `reach` [px] of the border.
 std::vector<Contact> FindContacts(const Matrix2Xd& points, const SilhouetteEdges& edges,
                                   const Camera& camera, double reach) {
   std::vector<Contact> contacts(size_t(camera.width) * camera.height, Contact{{reach, 0, -1}, -1});
@@ -37,7 +37,7 @@ std::vector<Contact> FindContacts(const Matrix2Xd& points, const SilhouetteEdges
   return contacts;
 }
 
-// Derivative of the coverage by the vertices that hold the contact.
+// Fills in the derivatives of the coverage by the vertices on which the contact depends.
 void FillRamp(const Matrix2Xd& points, const SilhouetteEdges& edges, const Contact& contact,
               bool inside, double slope, const Vec2& pixel, RampPixel* ramp) {
   const SilhouettePiece& piece = edges.pieces[contact.piece];

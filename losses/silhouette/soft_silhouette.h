@@ -14,10 +14,11 @@ struct SoftSilhouetteOptions {
   double half_width = 1.0;  // of the ramp around the border [px], > 0
 };
 
-// A pixel on the ramp and the derivative of its coverage by the image of at most four vertices.
+// A pixel on the ramp and the derivatives of its coverage by the image points of at most four
+// vertices.
 struct RampPixel {
   int pixel;         // row · width + column
-  int num_vertices;  // 1, 2, or 4 (nearest point = crossing of two edges)
+  int num_vertices;  // 1, 2, or 4 (the nearest point is a crossing of two edges)
   int vertex[4];
   Eigen::Vector2d d_image[4];  // ∂coverage/∂(column, row) of the vertex [1/px]
 };
@@ -26,20 +27,20 @@ struct SoftSilhouette {
   int width = 0;
   int height = 0;
   Eigen::VectorXd coverage;     // row-major, shape [height · width], in [0, 1]
-  std::vector<RampPixel> ramp;  // what AdjRenderSoft needs
+  std::vector<RampPixel> ramp;  // for AdjRenderSoft
 };
 
-// Differentiable silhouette by edge-distance coverage [MODEL, M48]. With φ the distance of a
-// pixel centre to the border of the union of ALL projected triangles (positive inside), coverage =
-// u²(3 − 2u), u = ½(1 + φ/half_width) cut to [0, 1]: C1 in φ, ½ on the border, unbiased in area on
-// a straight edge. The derivative is exact wherever the nearest border point is unique; where a
-// slit between two folds closes, the coverage of the slit jumps. x [m], shape [3V]. False when x is
-// not finite or not in front of the camera.
+// The differentiable silhouette [MODEL, M48]. With φ the distance of a pixel centre to the border
+// of the union of ALL projected triangles (positive inside), coverage = u²(3 − 2u) with u = ½(1 +
+// φ/half_width) clamped to [0, 1]. It is C1 in φ, ½ on the border, and unbiased in area along a
+// straight edge. The derivative is exact wherever the nearest border point is unique; the coverage
+// jumps where a slit between two folds closes. x [m], shape [3V]. Returns false when x is not
+// finite or not in front of the camera.
 bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                 const SoftSilhouetteOptions& options, SoftSilhouette* silhouette);
 
-// gradient += (∂coverage/∂x)ᵀ pixel_adjoint: shapes [height · width] → [3V]; `silhouette` is
-// RenderSoft's at the same x and camera.
+// gradient += (∂coverage/∂x)ᵀ pixel_adjoint: shapes [height · width] → [3V]. `silhouette` is the
+// result of RenderSoft at the same x and camera.
 void AdjRenderSoft(const SoftSilhouette& silhouette, const Eigen::VectorXd& x, const Camera& camera,
                    const Eigen::VectorXd& pixel_adjoint, Eigen::VectorXd* gradient);
 

@@ -16,7 +16,7 @@ std::vector<int> HeldVertices(const Mesh& mesh, const Scene& scene) {
   return held;
 }
 
-// Half of each loaded edge's force goes to each of its ends.
+// Each end of a loaded edge gets half of the force of the edge [MODEL, M28].
 std::vector<VertexLoad> LoadedVertices(const Mesh& mesh, const Scene& scene) {
   std::vector<VertexLoad> loads;
   if (!scene.load) return loads;

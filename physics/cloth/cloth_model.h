@@ -18,22 +18,23 @@ struct VertexLoad {
   Eigen::Vector3d force;  // [N]
 };
 
-// All that the rollouts of one mesh, scene and law share: immutable, safe to read from all threads.
+// Everything that the rollouts of one mesh, scene and law share. It is immutable and safe to read
+// from all threads.
 struct ClothModel {
   Mesh mesh;
   Scene scene;
   Law law;
   BlockPattern pattern;
   Eigen::VectorXd vertex_area;  // a third of the adjacent face areas [m²], shape [V]
-  std::vector<int> held;        // vertices with a handle
+  std::vector<int> held;        // vertices with a handle [MODEL, M28]
   std::vector<VertexLoad> loads;
 
-  // CHECKs that a load has edges of the hem to act on.
+  // CHECKs that the region of a load contains edges of the hem.
   ClothModel(Mesh mesh, Scene scene, Law law);
 
   int num_dofs() const { return static_cast<int>(mesh.rest_x.size()); }
   State RestState() const;
-  // Lumped mass of each degree of freedom [kg], shape [3V].
+  // The lumped mass of each degree of freedom [kg], shape [3V] [MODEL, M27].
   Eigen::VectorXd LumpedMass(double density) const;
 };
 

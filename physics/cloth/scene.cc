@@ -4,9 +4,9 @@
 namespace drape {
 namespace {
 
-// A ring or row of vertices exactly on a bound is inside whichever way it rounds.
+// A ring or row of vertices exactly on a bound counts as inside, whichever way it is rounded.
 constexpr double kRounding = 1e-12;
-// Hard enough for a clamp to give way by less than 1e-8 of its load's deflection.
+// So stiff that a clamp yields by less than 1e-8 of the deflection of its load.
 constexpr double kClampStiffness = 1e6;  // [N/m]
 
 bool IsInside(const DiscRegion& disc, const Eigen::Vector3d& x) {

@@ -8,7 +8,7 @@
 
 namespace drape {
 
-// Vertices by their rest position, bounds included to rounding [m].
+// Regions select vertices by their rest position; bounds are included to rounding [m] [MODEL, M28].
 struct DiscRegion {
   double radius = 0.09;  // |x_rest| ≤ radius
 };
@@ -23,13 +23,13 @@ struct HalfPlaneRegion {
 using Region = std::variant<DiscRegion, RingRegion, HalfPlaneRegion>;
 bool Contains(const Region& region, const Eigen::Vector3d& rest_x);
 
-// Which forces act. A term that is not listed costs nothing: no memory, no loop, no pattern entry.
+// The forces that act [MODEL, M28]. A term that is not listed takes neither memory nor time.
 struct Handles {
-  Region region = DiscRegion();  // its vertices are held
+  Region region = DiscRegion();  // the vertices that are held
   double stiffness = 1e3;        // spring of each held vertex to its rest position [N/m]
 };
 
-// A dead load on the part of the hem that lies in the region, evenly by length.
+// A dead load on the part of the hem that lies in the region, distributed evenly by length.
 struct EdgeLoad {
   Region region;
   Eigen::Vector3d force;  // total [N]
@@ -43,23 +43,25 @@ struct Scene {
   std::optional<EdgeLoad> load;
 };
 
-// The drape test of BS 5058 / ISO 9073-9: support of radius 9 cm, gravity −9.8 m/s² along z.
+// The drape test [BS 5058], [ISO 9073-9], [MODEL, M29]: a support of radius 9 cm and gravity −9.8
+// m/s² along z.
 Scene CusickScene();
-// Radius of the disc on which the cloth lies; none when the scene has no such support.
+// The radius of the disc on which the cloth lies [m]; std::nullopt when the scene has no such
+// support.
 std::optional<double> SupportRadius(const Scene& scene);
 
-// Scenes of a strip in MakeStrip's place, u = x from 0 to its length [m].
+// Scenes of a strip as MakeStrip places it, u = x from 0 to its length [m].
 
-// Held where x ≤ clamp, so that the rest of it bends down along −z under gravity [m/s²]
-// (ASTM D1388).
+// The cantilever test [ASTM D1388]: the strip is held where x ≤ clamp [m], and the rest of it bends
+// down along −z under gravity [m/s²].
 Scene CantileverScene(double clamp, double gravity);
-// Held at x = 0, hanging along +x.
+// The strip is held at x = 0 and hangs along +x under gravity [m/s²].
 Scene HangingStripScene(double gravity);
-// Held at x = 0, pulled along +x at x = length by `force` [N]; no gravity.
+// The strip is held at x = 0 and pulled along +x at x = length [m] by `force` [N], without gravity.
 Scene UniaxialScene(double length, double force);
 
-// A disc held where |x| ≥ radius [m] under gravity along −z. Two rings of held vertices make it
-// clamped; one leaves its edge free to turn.
+// A disc held where |x| ≥ radius [m], under gravity [m/s²] along −z. Two rings of held vertices
+// clamp its edge; one ring leaves the edge free to rotate.
 Scene ClampedDiscScene(double radius, double gravity);
 
 }  // namespace drape

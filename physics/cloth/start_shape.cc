@@ -15,7 +15,7 @@ namespace {
 
 using std::numbers::pi;
 
-// a cos kθ + b sin kθ
+// The mode a cos kθ + b sin kθ.
 StartShape::Mode MakeMode(int k, double a, double b) {
   return {k, std::hypot(a, b), std::atan2(b, a)};
 }
@@ -40,13 +40,13 @@ double HemBeyondSupport(const Mesh& mesh, double support_radius) {
   const double hem = HemRadius(mesh);
   if (!(hem > support_radius)) {
     throw InputError("start shape", "the mesh reaches to " + std::to_string(hem) +
-                                        " m, expected beyond the support radius of " +
+                                        " m, expected more than the support radius of " +
                                         std::to_string(support_radius) + " m");
   }
   return hem;
 }
 
-// Linear between the samples of a profile around the circle.
+// Interpolates linearly between the samples of a profile around the circle.
 double ProfileAt(const Eigen::VectorXd& profile, double theta) {
   const auto n = profile.size();
   double at = theta / (2 * pi) * static_cast<double>(n);

@@ -15,8 +15,8 @@ Eigen::Matrix2d Symmetric(const Eigen::Vector3d& uu_vv_uv) {
   return (Eigen::Matrix2d() << uu_vv_uv[0], uu_vv_uv[2], uu_vv_uv[2], uu_vv_uv[1]).finished();
 }
 
-// An elastica hanging under its weight from its free tip, integrated towards the clamp: τ = Γ^⅓·σ
-// with σ = 1 − s, slope'' = −τ·cos(slope). Stops where the slope is level.
+// An elastica under its own weight, integrated from its free tip towards the clamp: τ = Γ^⅓·σ with
+// σ = 1 − s, slope'' = −τ·cos(slope). The integration stops where the slope is level.
 struct Elastica {
   double gamma, chord;
 };
@@ -36,7 +36,7 @@ Elastica FromTip(double tip_slope) {
       y = next;
       continue;
     }
-    const double share = y[0] / (y[0] - next[0]);  // of the last step, in which it runs straight
+    const double share = y[0] / (y[0] - next[0]);  // of the last step, interpolated linearly
     const Vector end = y + share * (next - y);
     return {std::pow(tau + share * kStep, 3), std::atan2(end[3], end[2])};
   }
@@ -73,7 +73,7 @@ MaterialField TurnedByQuarter(MaterialField material) {
 }
 
 double CurvatureRigidity(const Mesh& mesh, const Eigen::Matrix2d& curvature) {
-  constexpr double kSmall = 1e-4;  // of the curvature, so that angles are small
+  constexpr double kSmall = 1e-4;  // scale of the curvature, so that angles are small
   const auto point = [&](int i) {
     const Eigen::Vector2d u = mesh.uv.col(i);
     return Eigen::Vector3d(u.x(), u.y(), kSmall / 2 * u.dot(curvature * u));

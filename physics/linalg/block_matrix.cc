@@ -26,8 +26,8 @@ void AppendBlocks(const BlockPattern& p, const int (&vertex)[N], std::vector<int
     for (int b : vertex) out.push_back(FindBlock(p, a, b));
 }
 
-// The three rows of vertex i of y += A·x, V registers of type T from `column` on: the sums stay in
-// registers over the whole row of A.
+// Computes the three rows of vertex i of y += A·x for V registers of type T from `column` on. The
+// sums stay in registers over the whole row of A.
 template <class T, int V>
 void AddRowProduct(const BlockPattern& p, const BlockMatrix& A, int i, const RowMatrix& x,
                    int column, RowMatrix& y) {

@@ -9,11 +9,13 @@
 
 namespace drape {
 
-// Several vectors over the 3V degrees of freedom, one a column; rows contiguous. Shape [3V, m].
+// Several vectors over the 3V degrees of freedom, one in each column, shape [3V, m]. Rows are
+// contiguous.
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Which 3×3 blocks of a matrix over vertices can be non-zero (compressed rows, symmetric, diagonal
-// included), and where each element adds its own. Built once for a mesh.
+// The pattern of the 3×3 blocks of a matrix over vertices that can be non-zero (compressed rows,
+// symmetric, diagonal included), and the blocks to which each element adds. It is built once for a
+// mesh.
 struct BlockPattern {
   std::vector<int> row_start;    // [V + 1]
   std::vector<int> column;       // [N], ascending in each row
@@ -27,7 +29,7 @@ struct BlockPattern {
 
 BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges);
 
-// Values on a pattern: row-major 3×3 blocks.
+// The values on a pattern, as row-major 3×3 blocks.
 struct BlockMatrix {
   std::vector<double> value;  // [N, 3, 3]
 

@@ -10,7 +10,7 @@ namespace drape {
 namespace {
 
 constexpr int kMaxRounds = 40;
-constexpr double kTolerance = 1e-9, kRoundingAtMost = 1e-6, kStandsStill = 0.9;
+constexpr double kTolerance = 1e-9, kRoundingAtMost = 1e-6, kStagnation = 0.9;
 
 template <class T>
 void Compact(const std::vector<int>& positions, std::vector<T>& values) {
@@ -49,9 +49,9 @@ void CgwRecurrence::Judge(std::span<const double> residual_norm) {
   for (std::size_t i = 0; i < residual_norm.size(); ++i) {
     const double relative = residual_norm[i] / rhs_norm_[i];
     if (!(relative <= kTolerance)) unsolved.push_back(static_cast<int>(i));
-    if (!(relative <= worst_)) worst_ = relative;  // keeps what is not a number
+    if (!(relative <= worst_)) worst_ = relative;  // also when `relative` is NaN
   }
-  if (worst_ <= kRoundingAtMost && worst_ > kStandsStill * worst_before) unsolved.clear();
+  if (worst_ <= kRoundingAtMost && worst_ > kStagnation * worst_before) unsolved.clear();
   Keep(unsolved);
   if (++round_ == kMaxRounds && status_ == CgwStatus::kGoOn) status_ = CgwStatus::kGaveUp;
 }

@@ -14,13 +14,13 @@
 namespace drape {
 namespace {
 
-// Lower triangle of the permuted matrix in compressed columns: where each stored number comes from
-// in the block matrix.
+// The lower triangle of the permuted matrix in compressed columns, and for each stored number its
+// source in the block matrix.
 struct LowerTriangle {
   std::vector<int> column_start, row, source;
 };
 
-// order[k]: the unknown that is eliminated as number k.
+// order[k] is the unknown that is eliminated at position k.
 LowerTriangle MakeLowerTriangle(const BlockPattern& p, const std::vector<int>& order) {
   std::vector<int> position(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) position[order[k]] = static_cast<int>(k);
@@ -45,7 +45,7 @@ LowerTriangle MakeLowerTriangle(const BlockPattern& p, const std::vector<int>& o
   return lower;
 }
 
-// CHOLMOD's symbolic analysis.
+// The symbolic analysis by CHOLMOD.
 class Analyser {
  public:
   Analyser() {
@@ -57,7 +57,7 @@ class Analyser {
   Analyser& operator=(const Analyser&) = delete;
   ~Analyser() { cholmod_finish(&common_); }
 
-  // Nested dissection of the vertices, then CHOLMOD's postorder of the elimination tree.
+  // Nested dissection of the vertices, followed by CHOLMOD's postordering of the elimination tree.
   std::vector<int> EliminationOrder(const BlockPattern& pattern) {
     std::vector<int> order, as_is(3 * pattern.num_vertices());
     for (int i : VertexOrdering(pattern))
@@ -83,8 +83,8 @@ class Analyser {
   }
 
  private:
-  // METIS on the vertices, not on the three times larger scalar graph: the three unknowns of a
-  // vertex stay together and the analysis is faster.
+  // METIS orders the vertices, not the scalar graph, which is three times larger: the three
+  // unknowns of a vertex stay together, and the analysis is faster.
   std::vector<int> VertexOrdering(const BlockPattern& p) {
     const int n = p.num_vertices();
     cholmod_sparse* graph =
@@ -124,9 +124,9 @@ class Analyser {
   cholmod_common common_{};
 };
 
-// Done once for a pattern.
+// The results of the analysis, which runs once for each pattern.
 struct Analysis {
-  std::vector<int> order;  // of elimination: the unknown that is the k-th
+  std::vector<int> order;  // of elimination: the k-th unknown
   SupernodalFactor factor;
   std::vector<int> source, place;  // of each number of A's lower triangle: in A, in L
 };

@@ -11,31 +11,31 @@
 namespace drape {
 
 // Direct solver of symmetric positive definite systems on one block pattern. The symbolic analysis
-// is done once; clones share its result and factor on their own. Not thread-safe.
+// is done once; clones share its result and factor independently. Not thread-safe.
 class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
 
-  // A copy with its own numbers, for another thread.
+  // Returns a copy with its own factor, for another thread.
   virtual std::unique_ptr<LinearSolver> Clone() const = 0;
 
-  // A = L·Lᵀ, A symmetric (one entry of each pair is read). False when A is not positive definite;
-  // the factor is then unusable.
+  // Factors A = L·Lᵀ with A symmetric (one entry of each pair is read). Returns false when A is not
+  // positive definite; the factor is then unusable.
   [[nodiscard]] virtual bool Factor(const BlockMatrix& A) = 0;
 
-  // In place, b ← A⁻¹·b; shapes [3V] and [3V, m].
+  // Solves in place, b ← A⁻¹·b, with shapes [3V] and [3V, m].
   virtual void Solve(Eigen::VectorXd& b) = 0;
   virtual void Solve(RowMatrix& b) = 0;
 
-  // The numbers of the present factor, to be solved with later (adjoint of a rollout). `saved`
-  // keeps its memory when it has the size already.
+  // Copies the numbers of the present factor, for later solves (adjoint of a rollout). `saved`
+  // keeps its memory when it already has the right size.
   virtual void SaveFactor(std::vector<double>& saved) const = 0;
   virtual void SolveSaved(const std::vector<double>& saved, RowMatrix& b) = 0;
   virtual std::size_t factor_bytes() const = 0;
 };
 
-// Supernodal: a nested dissection of the vertices, CHOLMOD's symbolic analysis, factorisation and
-// solves by SupernodalFactor.
+// Makes a supernodal solver: nested dissection of the vertices [George 1973], symbolic analysis by
+// CHOLMOD, factorisation and solves by SupernodalFactor.
 std::unique_ptr<LinearSolver> MakeLinearSolver(const BlockPattern& pattern);
 
 }  // namespace drape

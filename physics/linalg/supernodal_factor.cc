@@ -12,7 +12,7 @@
 namespace drape {
 namespace {
 
-constexpr int kMargin = 3;     // doubles that a tile may read beyond a panel
+constexpr int kMargin = 3;     // doubles that a tile may read past the end of a panel
 constexpr int kColumns = 4;    // of a tile
 constexpr int kRegisters = 3;  // of its rows: 12 sums fill the 16 vector registers
 
@@ -30,8 +30,8 @@ Panel GetPanel(const SupernodalPattern& p, double* number, int s) {
 
 int RoundedUp(int rows) { return (rows + 3) / 4 * 4; }
 
-// 4·V rows × N columns of A·Bᵀ, where A and B are rows of one panel, from `a` and `b` on, and
-// `depth` columns.
+// Computes 4·V rows × N columns of A·Bᵀ, where A and B are rows of one panel, from `a` and `b` on,
+// with `depth` columns.
 template <int V, int N>
 inline __attribute__((always_inline)) void MultiplyTile(const double* a, const double* b,
                                                         std::ptrdiff_t stride, int depth,
@@ -49,8 +49,8 @@ inline __attribute__((always_inline)) void MultiplyTile(const double* a, const d
     for (int v = 0; v < V; ++v) Store(sum[n][v], product + n * to + 4 * v);
 }
 
-// Rows i … panel.rows of the panel times its rows i … i + N, of `depth` columns: column n of the
-// product is product[n·RoundedUp(rows)] on. What stands beyond its rows is of no use.
+// Computes rows i … panel.rows of the panel times its rows i … i + N, over `depth` columns. Column
+// n of the product starts at product[n·RoundedUp(rows)]; numbers after its rows are padding.
 template <int N>
 void MultiplyRows(const Panel& panel, int i, int depth, double* product) {
   const int rows = panel.rows - i;
@@ -60,7 +60,7 @@ void MultiplyRows(const Panel& panel, int i, int depth, double* product) {
   });
 }
 
-// Columns j … j + N of a panel whose earlier columns are done.
+// Factors columns j … j + N of a panel whose earlier columns are done.
 template <int N>
 bool FactorColumns(const Panel& panel, int j, double* product) {
   const int rows = panel.rows - j, stride = RoundedUp(rows);
@@ -103,8 +103,9 @@ bool FactorPanel(const Panel& panel, double* product) {
   return positive;
 }
 
-// Subtracts from the receiver what the rows of an earlier panel from `first` on give, the first
-// `own` of which are columns of the receiver; to: its row for each of these rows.
+// Subtracts from the receiver the contribution of the rows of an earlier panel from `first` on, of
+// which the first `own` are columns of the receiver. `to` holds the row of the receiver for each of
+// these rows.
 void Receive(const Panel& receiver, const Panel& from, int first, int own, const int* to,
              double* product) {
   ForEachChunk<kColumns>(own, [&]<int N>(int j) {
@@ -128,7 +129,7 @@ void Receive(const Panel& receiver, const Panel& from, int first, int own, const
 
 SupernodalFactor::SupernodalFactor(SupernodalPattern pattern) : pattern_(std::move(pattern)) {
   for (int s = 0; s < pattern_.num_supernodes(); ++s)
-    most_rows_ = std::max(most_rows_, pattern_.first_row[s + 1] - pattern_.first_row[s]);
+    max_rows_ = std::max(most_rows_, pattern_.first_row[s + 1] - pattern_.first_row[s]);
   PlanUpdates();
 }
 
@@ -139,7 +140,8 @@ void SupernodalFactor::PlanUpdates() {
   for (int s = 0; s < supernodes; ++s)
     std::fill(supernode_of.begin() + p.first_column[s],
               supernode_of.begin() + p.first_column[s + 1], s);
-  // What each supernode gives, then sorted by receiver; the order of giving stays.
+  // Lists the contributions by giving supernode, then sorts them by receiver; the order of the
+  // givers is kept.
   std::vector<std::vector<Update>> received(supernodes);
   for (int s = 0; s < supernodes; ++s) {
     const int* row = p.row.data() + p.first_row[s];
@@ -185,7 +187,7 @@ int SupernodalFactor::FindPlace(int row, int column) const {
 }
 
 bool SupernodalFactor::Factor(double* number, std::vector<double>* workspace) const {
-  workspace->resize(static_cast<std::size_t>(kColumns) * RoundedUp(most_rows_));
+  workspace->resize(static_cast<std::size_t>(kColumns) * RoundedUp(max_rows_));
   for (int s = 0; s < pattern_.num_supernodes(); ++s) {
     const Panel panel = GetPanel(pattern_, number, s);
     for (int u = first_update_[s]; u < first_update_[s + 1]; ++u) {

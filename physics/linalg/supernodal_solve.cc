@@ -9,7 +9,7 @@
 namespace drape {
 namespace {
 
-// One supernode: its triangle and the rows below it, in one column-major panel.
+// One supernode: its triangle and the rows below it in one column-major panel.
 struct Supernode {
   int column, width, rows;
   const double* panel;
@@ -24,9 +24,9 @@ Supernode GetSupernode(const SupernodalPattern& p, const double* number, int s) 
           p.row.data() + p.first_row[s]};
 }
 
-// One right-hand side: y holds the rows of a panel.
+// Solves with one right-hand side: y holds the rows of a panel.
 
-// Columns j … j + N of L·y = b; below, y receives what they give.
+// Solves columns j … j + N of L·y = b and subtracts their contribution from the rows of y below.
 template <int N>
 void ForwardColumns(const Supernode& s, int j, double* y) {
   double x[N];
@@ -44,7 +44,7 @@ void ForwardColumns(const Supernode& s, int j, double* y) {
   }
 }
 
-// Columns j … j + N of Lᵀ·x = y.
+// Solves columns j … j + N of Lᵀ·x = y.
 template <int N>
 void BackwardColumns(const Supernode& s, int j, double* y) {
   Vec4 sums[N] = {};
@@ -79,7 +79,7 @@ void BackwardOne(const Supernode& s, double* b, double* y) {
   std::copy_n(y, s.width, b + s.column);
 }
 
-// Many right-hand sides.
+// Solves with many right-hand sides.
 
 // V registers of each row of b, from one column on.
 template <int V>
@@ -90,11 +90,11 @@ struct Columns {
   double* row(int i) const { return data + i * stride; }
 };
 
-// R rows × V registers of b: as many as 16 vector registers hold beside a row and a number of L.
+// R rows × V registers of b: as many as fit into 16 vector registers beside a row and a number of
+// L.
 template <int R, int V>
 struct Tile {
-  Vec4 value[R]
-            [V];  // starts with the rows themselves: zeroing it first costs as much as the products
+  Vec4 value[R][V];  // initialised with the rows: zeroing it first costs as much as the products
 
   void Load(int r, const double* b) {
     for (int v = 0; v < V; ++v) value[r][v] = LoadAs<Vec4>(b + 4 * v);
@@ -111,7 +111,7 @@ constexpr int kTileRows = V == 3   ? 4
                           : V == 2 ? 6
                                    : 8;
 
-// Own rows i … i + R of L·y = b.
+// Solves the own rows i … i + R of L·y = b.
 template <int R, int V>
 void ForwardOwn(const Supernode& s, int i, const Columns<V>& b) {
   Tile<R, V> tile;
@@ -124,7 +124,7 @@ void ForwardOwn(const Supernode& s, int i, const Columns<V>& b) {
   }
 }
 
-// Rows i … i + R below receive what the own ones give them.
+// Subtracts the contribution of the own rows from the rows i … i + R below.
 template <int R, int V>
 void ForwardBelow(const Supernode& s, int i, const Columns<V>& b) {
   Tile<R, V> tile;
@@ -134,7 +134,7 @@ void ForwardBelow(const Supernode& s, int i, const Columns<V>& b) {
   for (int r = 0; r < R; ++r) tile.Save(r, 1.0, b.row(s.row[i + r]));
 }
 
-// Own rows j … j + R of Lᵀ·x = y.
+// Solves the own rows j … j + R of Lᵀ·x = y.
 template <int R, int V>
 void BackwardOwn(const Supernode& s, int j, const Columns<V>& b) {
   Tile<R, V> tile;
@@ -169,7 +169,7 @@ void Backward(const Supernode& s, const Columns<V>& b) {
 
 void SupernodalFactor::Solve(const double* number, double* b,
                              std::vector<double>* workspace) const {
-  workspace->resize(most_rows_);
+  workspace->resize(max_rows_);
   const int supernodes = pattern_.num_supernodes();
   for (int n = 0; n < supernodes; ++n)
     ForwardOne(GetSupernode(pattern_, number, n), b, workspace->data());

@@ -8,45 +8,45 @@
 
 namespace drape {
 
-// What the numbers of a file mean.
+// Meaning of the numbers in a file [MODEL, M9].
 enum class Convention {
   kMechanical,  // stretch = membrane stiffness [N/m], bend = plate rigidity D [N·m]
-  kArcsim,      // entries of physics/material/material.h: half the stiffness, four times D
+  kArcsim,      // table entries of material.h: half the stiffness, four times D
 };
 
 enum class NegativeEntries {
   kReject,  // smooth law: a negative stiffness has no meaning
-  kWarn,    // reference law: kept; the law clamps sampled values at 0 [MODEL, M16]
+  kWarn,    // reference law: kept with a warning; the law clamps samples at 0 [MODEL, M16]
 };
 
 struct MaterialPolicy {
   NegativeEntries negative_entries = NegativeEntries::kReject;
 };
 
-// A homogeneous fabric and where it comes from.
+// A fabric and its origin.
 struct Material {
   std::string name;
-  MaterialField field;            // one stretch table, one bend table
-  std::string source_convention;  // "mechanical" or "arcsim": what the file held
-  std::string source;             // free note on the origin, may be empty
+  MaterialField field;            // from ReadMaterial: one stretch table, one bend table
+  std::string source_convention;  // "mechanical" or "arcsim": convention of the file
+  std::string source;             // a note on the origin, may be empty
   std::vector<std::string> warnings;
 };
 
-// Reads one fabric from a JSON file (comments allowed) in one of three formats:
+// Reads one fabric from a JSON file (comments are allowed) in one of three formats:
 //  - ours: {"format": "drapefit-material", "version": 1, "convention": "mechanical" | "arcsim",
 //    "density" [kg/m²], "stretch" [6][4], "bend" [3][5], optional "name", "units": "SI", "source"};
 //  - published start tables: "density", "c11" "c12" "c22" "c33" [6] each, "bending" [3][5]
 //    (arcsim convention; *_prior_std are ignored);
 //  - ARCSim: "density", "stretching" [6][4], "bending" [3][5]; its damping, strain-limit and
 //    plasticity keys are ignored with a warning.
-// A file may hold several fabrics as {"name": {…}, …}; "path#name" picks one.
-// Throws InputError naming the file and the key with its index: syntax, a wrong shape, a number
-// that is not finite, an unknown key (lists the allowed ones), density ≤ 0, a negative entry under
-// kReject, several fabrics without a pick (lists them).
+// A file may hold several fabrics as {"name": {…}, …}; "path#name" selects one. Throws InputError,
+// naming the file and the key with its index, for a syntax error, a wrong shape, a number that is
+// not finite, an unknown key (the message lists the allowed ones), a density ≤ 0, a negative entry
+// under kReject, and a file of several fabrics without a selection (the message lists them).
 Material ReadMaterial(const std::string& path, const MaterialPolicy& policy = {});
 
-// Writes our format, atomically; numbers read back bit for bit in both conventions.
-// CHECKs that the field has one table of each kind. Throws InputError when it cannot be written.
+// Writes our format atomically. Numbers read back bit for bit in both conventions. CHECKs that the
+// field has one table of each kind. Throws InputError when the file cannot be written.
 void WriteMaterial(const std::string& path, const Material& material,
                    Convention convention = Convention::kMechanical);
 

@@ -28,11 +28,11 @@ void MakeLinear(BendTable& table) {
   }
 }
 
-// Of a linear table.
+// Makes a linear table isotropic.
 void MakeIsotropic(StretchTable& table) {
-  constexpr double kMostPoisson = 0.95;
+  constexpr double kMaxPoisson = 0.95;
   const double c11 = 0.5 * (table.c[0][0] + table.c[0][2]);
-  const double c12 = std::min(table.c[0][1], kMostPoisson * c11);
+  const double c12 = std::min(table.c[0][1], kMaxPoisson * c11);
   for (auto& row : table.c) {
     row[0] = row[2] = c11;
     row[1] = c12;

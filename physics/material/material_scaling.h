@@ -7,33 +7,35 @@
 
 namespace drape {
 
-// `material` with all stretch entries times stretch, all bend entries times bend.
+// Returns `material` with all stretch entries multiplied by `stretch` and all bend entries by
+// `bend`.
 MaterialField Scaled(MaterialField material, double stretch, double bend);
 
-// Whether each stretch table resists all strains: c11, c22, c33 > 0 and c12² < c11·c22 in all rows
-// (so between them too). A cloth without that has no energy minimum under compression, and its time
-// step no positive definite matrix.
+// Returns whether each stretch table resists all strains: c11, c22, c33 > 0 and c12² < c11·c22 in
+// all rows, and therefore between them too. Without that, a cloth has no energy minimum under
+// compression and the matrix of its time step is not positive definite.
 bool ResistsAllStrains(const MaterialField& material);
 
-// Simpler forms of tables.
+// Simpler forms of the tables.
 enum class TableForm {
   kGiven,
-  kLinear,    // stiffness does not follow from strain or curvature: each column of stretch and each
-              // row of bend has its mean
-  kIsotropic  // and nor from direction: c22 = c11, c33 = c11 − c12 (mean of c11 and c22), one bend
-              // entry; what is left of c12 is the Poisson ratio c12/c11, below 1
+  kLinear,    // stiffness independent of strain and curvature: each column of stretch and each
+              // row of bend is replaced by its mean
+  kIsotropic  // also independent of direction: c22 = c11 = their mean, c33 = c11 − c12, one bend
+              // entry; the Poisson ratio c12/c11 remains, below 1
 };
-// "given", "linear" or "isotropic". Throws InputError for any other.
+// Parses "given", "linear" or "isotropic". Throws InputError for any other text.
 TableForm ParseTableForm(const std::string& text);
 const char* ToString(TableForm form);
+// Returns `material` with its tables reduced to that form.
 MaterialField InForm(MaterialField material, TableForm form);
 
-// Membrane stiffness along the threads, the mean over rows of c11 and c22 [N/m]; plate rigidity,
-// the mean over the table [N m].
+// The membrane stiffness along the threads, which is the mean over all rows of c11 and c22 [N/m],
+// and the plate rigidity, which is the mean over the table [N·m] [MODEL, M7, M8].
 double MeanStretch(const StretchTable& table);
 double MeanBend(const BendTable& table);
 
-// One table of the arithmetic means over the elements.
+// Returns one table of each kind with the arithmetic means over the elements.
 MaterialField MeanTables(const MaterialField& field);
 
 }  // namespace drape

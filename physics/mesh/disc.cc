@@ -17,11 +17,12 @@ using std::numbers::pi;
 using Edges = std::vector<std::pair<int, int>>;
 using Triangles = std::vector<std::array<int, 3>>;
 
-constexpr int kFewestVertices = 100, kMostVertices = 1000000;
+constexpr int kMinVertices = 100, kMaxVertices = 1000000;
 constexpr int kRelaxationSteps = 100;
 
-// How the vertices share the disc. With triangles of edge h and area √3/4 h², Euler's formula gives
-// T = 2·V − hem − 2 for the disc and T = 2·inner + ring − 2 inside the support.
+// The distribution of the vertices over the disc. With triangles of edge h and area √3/4 h²,
+// Euler's formula gives T = 2·V − hem − 2 triangles for the disc and T = 2·inner + ring − 2 inside
+// the support.
 struct Layout {
   double edge;  // h [m]
   int ring, hem, inner, outer;
@@ -41,9 +42,9 @@ Layout MakeLayout(const DiscOptions& o) {
 
 void CheckOptions(const DiscOptions& o) {
   const auto fail = [](const std::string& problem) { throw InputError("disc", problem); };
-  if (o.target_vertices < kFewestVertices || o.target_vertices > kMostVertices) {
-    fail(std::to_string(o.target_vertices) + " vertices, expected " +
-         std::to_string(kFewestVertices) + ".." + std::to_string(kMostVertices));
+  if (o.target_vertices < kMinVertices || o.target_vertices > kMaxVertices) {
+    fail(std::to_string(o.target_vertices) + " vertices, expected " + std::to_string(kMinVertices) +
+         ".." + std::to_string(kMaxVertices));
   }
   if (!(o.support_radius > 0 && o.radius > o.support_radius && std::isfinite(o.radius))) {
     fail("radius " + std::to_string(o.radius) + " m and support radius " +
@@ -63,8 +64,8 @@ void AddRing(Eigen::Matrix2Xd& points, int first, int count, double radius) {
   }
 }
 
-// Spreads `count` points evenly but without order over r0 < r < r1: one in each cell of a polar
-// grid.
+// Spreads `count` points evenly but irregularly over r0 < r < r1, with one point in each cell of a
+// polar grid.
 void AddScattered(Eigen::Matrix2Xd& points, int first, int count, double r0, double r1,
                   double spacing, std::mt19937_64& random) {
   const int rows = std::max(1, static_cast<int>(std::lround((r1 - r0) / spacing)));
@@ -85,8 +86,8 @@ void AddScattered(Eigen::Matrix2Xd& points, int first, int count, double r0, dou
   }
 }
 
-// Moves the free points (from `first_free` on) to the area-weighted mean of the centroids of their
-// triangles.
+// Moves the free points (from `first_free` on) to the area-weighted mean of the centroids of the
+// adjacent triangles.
 void Relax(Eigen::Matrix2Xd& points, int first_free, const Triangles& triangles) {
   Eigen::Matrix2Xd sum = Eigen::Matrix2Xd::Zero(2, points.cols());
   Eigen::VectorXd weight = Eigen::VectorXd::Zero(points.cols());

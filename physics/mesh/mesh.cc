@@ -20,7 +20,7 @@ namespace {
 
 using Triangle = std::array<int, 3>;
 
-// An edge with the faces that meet it; a→b as the first of them traverses it.
+// An edge with its adjacent faces. The first of them traverses it from a to b.
 struct Edge {
   int a, b;
   int face[2];      // face[1] = -1 on the boundary
@@ -121,7 +121,8 @@ void AddSecondFace(Edge& edge, int a, int face, int opposite, const std::string&
   edge.opposite[1] = opposite;
 }
 
-// In the order in which a loop over faces and corners 01, 12, 20 first meets them [MODEL, M2].
+// Lists the edges in the order in which a loop over faces and corners 01, 12, 20 first meets them
+// [MODEL, M2].
 std::vector<Edge> CollectEdges(const std::vector<Triangle>& triangles, const std::string& where) {
   std::vector<Edge> edges;
   std::unordered_map<uint64_t, size_t> index_of;
@@ -160,7 +161,8 @@ double LoopLength(const std::vector<int>& loop, const Eigen::Matrix2Xd& uv) {
   return length;
 }
 
-// next[v] = the boundary vertex after v with the cloth on the left, -1 inside the cloth.
+// next[v] is the boundary vertex after v, with the cloth on the left, and -1 for a vertex inside
+// the cloth.
 std::vector<int> BoundarySuccessors(const std::vector<Edge>& edges, int num_vertices,
                                     const std::string& where) {
   std::vector<int> next(num_vertices, -1);

@@ -8,24 +8,24 @@
 
 namespace drape {
 
-// One triangle. Plain data: the device kernels read the same struct.
+// One triangle [MODEL, M1]. It is plain data: the device kernels read the same struct.
 struct Face {
   int vertex[3];           // counter-clockwise in material (UV) space
   double area;             // rest area det(Dm)/2 [m²]
   double inverse_rest[4];  // Dm⁻¹, row-major [1/m]: F = Ds·Dm⁻¹
 };
 
-// One interior edge with its two triangles. n0→n1 runs as face 0 traverses it.
+// One interior edge with its two triangles [MODEL, M2]. Face 0 traverses the edge from n0 to n1.
 struct Hinge {
   int vertex[4];  // n0, n1, vertex opposite in face 0, vertex opposite in face 1
   int face[2];
   double rest_length;  // l [m]
   double rest_area;    // A0 + A1 [m²]
-  double direction;    // edge direction to weft, 0 = 0°, 1 = 45°, 2 = 90°, folded at 90°
+  double direction;    // edge direction to the weft, 0 = 0°, 1 = 45°, 2 = 90°, in [0, 2]
 };
 
-// Triangle mesh of a cloth that is flat in its rest state. Vectors are node-major: x0 y0 z0 x1 …
-// Immutable after BuildMesh.
+// Triangle mesh of a cloth that is flat in its rest state. Vectors over the mesh are node-major: x0
+// y0 z0 x1 … A mesh is not changed after BuildMesh has returned it.
 struct Mesh {
   Eigen::VectorXd rest_x;  // rest positions in the world [m], shape [3V]
   Eigen::Matrix2Xd uv;     // material coordinates (weft, warp) [m], shape [2, V]
@@ -38,16 +38,17 @@ struct Mesh {
   int num_hinges() const { return static_cast<int>(hinges.size()); }
 };
 
-// Builds faces, hinges and boundary from triangles. `triangles` index uv columns.
-// Throws InputError (prefix `where`, then "face K", K from 1)
-// for: index out of range, a repeated corner, zero or negative UV area, duplicate faces,
-// non-manifold edges, an edge that its two faces traverse in the same direction, a non-manifold
-// boundary, a vertex without a face, non-finite coordinates.
+// Builds faces, hinges and boundary from the rest positions [m], shape [3V], the material
+// coordinates [m], shape [2, V], and the triangles, which index the columns of `uv`. Throws
+// InputError (prefix `where`, then "face K" with K counted from 1) for an index out of range, a
+// repeated corner, a UV area that is zero or negative, duplicate faces, non-manifold edges, an edge
+// that its two faces traverse in the same direction, a non-manifold boundary, a vertex without a
+// face, and coordinates that are not finite.
 Mesh BuildMesh(const Eigen::VectorXd& rest_x, const Eigen::Matrix2Xd& uv,
                const std::vector<std::array<int, 3>>& triangles, const std::string& where);
 
-// Where elements are in material space (uv) [m]: centroids, shape [2, F]; middles of the edges,
-// shape [2, E].
+// Positions of the elements in material space (uv) [m]: the centroids of the faces, shape [2, F],
+// and the midpoints of the hinge edges, shape [2, E].
 Eigen::Matrix2Xd FaceCentres(const Mesh& mesh);
 Eigen::Matrix2Xd HingeCentres(const Mesh& mesh);
 

@@ -13,7 +13,7 @@
 namespace drape {
 namespace {
 
-constexpr double kMostTriangles = 1e6;
+constexpr double kMaxTriangles = 1e6;
 constexpr std::string_view kDiscPrefix = "disc:", kStripPrefix = "strip:";
 
 template <typename T>
@@ -64,13 +64,13 @@ Mesh ParseStrip(const std::string& spec) {
   const double length = ParseNumber<double>(next_part(), spec, expected);
   const double width = ParseNumber<double>(next_part(), spec, expected);
   const int along = ParseNumber<int>(rest, spec, expected);
-  const double most = 10.0;  // [m]
-  if (!(length > 0.0 && length < most && width > 0.0 && width < most))
+  const double max_length = 10.0;  // [m]
+  if (!(length > 0.0 && length < max_length && width > 0.0 && width < max_length))
     throw InputError(spec,
                      "found a length or width out of range, expected more than 0 and less "
                      "than 10 m");
   const double across = along * width / length / std::sqrt(0.75);
-  if (along < 1 || !(2.0 * across * along < kMostTriangles))
+  if (along < 1 || !(2.0 * across * along < kMaxTriangles))
     throw InputError(spec,
                      "found " + std::to_string(along) +
                          " edges along, expected at least 1 and less than a million triangles");

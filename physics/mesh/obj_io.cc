@@ -35,7 +35,8 @@ ObjSurface MakeSurface(const ObjContent& content) {
   return surface;
 }
 
-// The vt of each vertex, if each has exactly one value; otherwise why not, in `reason`.
+// The vt of each vertex if each vertex has exactly one value; otherwise std::nullopt and the cause
+// in `reason`.
 std::optional<Eigen::Matrix2Xd> UvFromVt(const ObjContent& content, std::string& reason) {
   Eigen::Matrix2Xd uv = Eigen::Matrix2Xd::Zero(2, content.v.size());
   std::vector<bool> known(content.v.size(), false);
@@ -75,10 +76,10 @@ Eigen::Matrix2Xd MaterialCoordinates(const ObjContent& content, const std::strin
   if (auto uv = UvFromVt(content, reason)) return *std::move(uv);
   if (IsFlat(content)) return UvFromXy(content);
   throw InputError(path, "no material coordinates: " + reason +
-                             ", and z is not constant; expected one vt a vertex or a flat mesh");
+                             ", and z is not constant; expected one vt per vertex or a flat mesh");
 }
 
-// Texture coordinates in 0..1 would pass for a cloth of a metre.
+// Rejects texture coordinates in 0 … 1, which would otherwise be read as a cloth of one metre.
 void CheckUvIsInMetres(const ObjContent& content, const Eigen::Matrix2Xd& uv,
                        const std::string& path) {
   double length_uv = 0, length_v = 0;
@@ -96,7 +97,8 @@ void CheckUvIsInMetres(const ObjContent& content, const Eigen::Matrix2Xd& uv,
                              std::to_string(length_v / edges));
 }
 
-// Turns over a mesh that is clockwise throughout; a mixed one is an error of the line that differs.
+// Turns over a mesh that is clockwise throughout. A mixed orientation is an error at the line of
+// the first face that differs.
 void OrientCounterClockwise(const ObjContent& content, const Eigen::Matrix2Xd& uv,
                             const std::string& path, Triangles& triangles) {
   std::optional<bool> clockwise;

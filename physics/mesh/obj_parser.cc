@@ -26,7 +26,7 @@ Tokens SplitAtBlanks(std::string_view line) {
   return tokens;
 }
 
-// "a/b/c" → {a, b, c}; fields may be empty.
+// Splits "a/b/c" into {a, b, c}; fields may be empty.
 Tokens SplitAtSlashes(std::string_view token) {
   Tokens fields;
   for (size_t begin = 0; begin <= token.size();) {
@@ -86,11 +86,13 @@ class Parser {
     }
   }
 
-  std::array<double, 3> ParseNumbers(const Tokens& tokens, size_t least, size_t most) const {
+  std::array<double, 3> ParseNumbers(const Tokens& tokens, size_t min_count,
+                                     size_t max_count) const {
     const size_t count = tokens.size() - 1;
-    if (count < least || count > most) {
+    if (count < min_count || count > max_count) {
       Fail(Quoted(tokens[0]) + " has " + std::to_string(count) + " numbers, expected " +
-           std::to_string(least) + (most > least ? " or " + std::to_string(most) : ""));
+           std::to_string(min_count) +
+           (max_count > min_count ? " or " + std::to_string(max_count) : ""));
     }
     std::array<double, 3> numbers = {};
     for (size_t k = 0; k < count; ++k) numbers[k] = ParseNumber(tokens[k + 1]);
@@ -113,7 +115,7 @@ class Parser {
         {{ParseCorner(tokens[1]), ParseCorner(tokens[2]), ParseCorner(tokens[3])}, line_});
   }
 
-  // a, a/b, a//c or a/b/c
+  // A corner is written as a, a/b, a//c or a/b/c.
   ObjCorner ParseCorner(std::string_view token) const {
     const Tokens fields = SplitAtSlashes(token);
     const bool has_vt = fields.size() >= 2 && !fields[1].empty();
@@ -129,17 +131,17 @@ class Parser {
     int index = 0;
     if (!ParseWhole(field, index) || index == 0) {
       Fail("corner " + Quoted(corner) + ": " + Quoted(field) +
-           " is no index, expected a whole number from 1 up or a negative one");
+           " is not an index, expected a positive or negative whole number");
     }
     if (index > 0) return index - 1;
     if (-static_cast<int64_t>(index) > count_so_far) {
       Fail("corner " + Quoted(corner) + ": index " + std::to_string(index) +
-           " reaches before the first of " + std::to_string(count_so_far) + " entries");
+           " precedes the first of " + std::to_string(count_so_far) + " entries");
     }
     return static_cast<int>(count_so_far) + index;
   }
 
-  // At the end of the file, since a face may stand before its vertices.
+  // Runs at the end of the file, since a face may precede its vertices.
   void CheckUpperBounds() {
     for (const ObjFace& face : content_.faces) {
       line_ = face.line;

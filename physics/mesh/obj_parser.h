@@ -8,7 +8,7 @@
 
 namespace drape {
 
-// The content of an OBJ file as it stands, for obj_io. Indices count from 0, -1 = absent.
+// The unprocessed content of an OBJ file, for obj_io. Indices count from 0; -1 means absent.
 struct ObjCorner {
   int v, vt, vn;
 };
@@ -25,8 +25,8 @@ struct ObjContent {
   std::vector<ObjFace> faces;
 };
 
-// Parses the subset of OBJ that obj_io.h describes; `path` is for messages only.
-// Throws InputError("path:line", …).
+// Parses the subset of OBJ that obj_io.h describes. `path` is used in messages only. Throws
+// InputError("path:line", …).
 ObjContent ParseObj(std::string_view text, const std::string& path, bool round_to_float);
 
 }  // namespace drape

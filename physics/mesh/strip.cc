@@ -10,8 +10,8 @@
 namespace drape {
 namespace {
 
-// Adds the triangles between an even row (n+1 vertices from `even`) and an odd row (n+2 from
-// `odd`).
+// Adds the triangles between an even row (n + 1 vertices from `even` on) and an odd row (n + 2
+// vertices from `odd` on).
 void AddRow(std::vector<std::array<int, 3>>& triangles, int even, int odd, int n,
             bool odd_is_above) {
   for (int i = 0; i <= n; ++i) {

@@ -8,8 +8,9 @@
 
 namespace drape {
 
-// Constrained Delaunay triangulation of the convex hull of points, shape [2, V]: counter-clockwise
-// triangles, ordered by their vertices. `edges` become mesh edges; they must not cross.
+// Constrained Delaunay triangulation of the convex hull of points, shape [2, V]. The triangles are
+// counter-clockwise and sorted by their vertex indices. `edges` become mesh edges; they must not
+// cross.
 std::vector<std::array<int, 3>> Triangulate(const Eigen::Matrix2Xd& points,
                                             const std::vector<std::pair<int, int>>& edges);
 

@@ -10,19 +10,19 @@
 namespace drape {
 namespace {
 
-// SolveEquilibrium from x.
+// Solves for the equilibrium from x.
 using Newton = std::function<EquilibriumResult(
     const MaterialField& material, const Eigen::VectorXd& x, const EquilibriumOptions& options)>;
 
 EquilibriumResult RaiseLoad(const Newton& newton, const Eigen::VectorXd& rest_x,
                             const MaterialField& material, const EquilibriumOptions& options) {
-  constexpr double kFirstShare = 1.0 / 15, kLeastStep = 1e-3;
+  constexpr double kFirstShare = 1.0 / 15, kMinStep = 1e-3;
   EquilibriumResult reached;
   reached.x = rest_x;
   for (double share = 0.0, step = kFirstShare; share < 1.0;) {
     const double next = std::min(1.0, share + step);
     EquilibriumOptions of_share = options;
-    // The forces of a stiffer cloth are rounded as much more.
+    // The rounding errors of the forces grow in proportion to the stiffness of the cloth.
     of_share.tolerance = options.tolerance / next;
     EquilibriumResult trial = newton(Scaled(material, 1.0 / next, 1.0 / next), reached.x, of_share);
     trial.iterations += reached.iterations;
@@ -37,7 +37,7 @@ EquilibriumResult RaiseLoad(const Newton& newton, const Eigen::VectorXd& rest_x,
     reached.iterations = trial.iterations;
     reached.factorisations = trial.factorisations;
     step = 0.25 * (next - share);
-    if (step < kLeastStep) {
+    if (step < kMinStep) {
       reached.status = EquilibriumStatus::kNotConverged;
       break;
     }

@@ -5,11 +5,12 @@
 
 namespace drape {
 
-// The equilibrium that a cloth reaches from rest under a slowly rising load, for scenes with one
-// branch (strips, clamped plates): Newton from one share of the load to the next, shorter shares
-// where it fails. A share of the load is the full load on a cloth so much stiffer. `tolerance` is
-// that of the full load. The last good share's result where no smaller step succeeds, with status
-// kNotConverged; iterations and factorisations are those of all shares.
+// Computes the equilibrium that a cloth reaches from rest under a slowly rising load, for scenes
+// with a single equilibrium (strips, clamped plates) [MODEL, M37]. Newton's method goes from one
+// share of the load to the next, and the increment is shortened where it fails. A share of the load
+// is the full load on a cloth that is stiffer by its inverse. `tolerance` refers to the full load.
+// When no smaller increment succeeds, the result of the last share that converged is returned with
+// status kNotConverged. Iterations and factorisations are those of all shares.
 EquilibriumResult SolveFromRest(StepSolver& solver, const MaterialField& material,
                                 const EquilibriumOptions& options);
 EquilibriumResult SolveFromRest(Backend& backend, const MaterialField& material,

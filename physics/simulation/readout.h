@@ -12,18 +12,18 @@ struct DeviceReadout;  // losses/readout/device_readout.h
 // ∂r/∂x, shape [K, 3V].
 using ReadoutJacobian = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-// What a loss reads of the shapes of a batch: K numbers of each.
+// The numbers that a loss reads from the shapes of a batch: K numbers of each shape.
 class Readout {
  public:
   virtual ~Readout() = default;
-  // K, the same for each rollout.
+  // K, which is the same for all rollouts.
   virtual int size() const = 0;
-  // r(x) of a shape x [3V] of rollout i, shape [K], and its Jacobian unless dr_dx is null. False
-  // where the shape cannot be read. Called from several threads at a time.
+  // Computes r(x) of a shape x [3V] of rollout i, shape [K], and its Jacobian unless dr_dx is null.
+  // Returns false where the shape cannot be read. May be called from several threads at a time.
   [[nodiscard]] virtual bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
                                   ReadoutJacobian* dr_dx) const = 0;
-  // What a device needs to read rollout i by itself, of one kind in all of a batch; null for all
-  // where only Read can.
+  // The data that a device needs to read rollout i by itself, of one kind for all of a batch. It is
+  // null for all rollouts when only Read can read them.
   virtual const DeviceReadout* device(std::size_t i) const {
     (void)i;
     return nullptr;

@@ -19,7 +19,7 @@
 namespace drape {
 namespace {
 
-// A temporary file beside `path`; removed unless renamed.
+// A temporary file beside `path`. The destructor removes it unless it was renamed.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& path) : path_(path), temporary_(UniqueName(path)) {
@@ -52,7 +52,7 @@ class TemporaryFile {
     return path + ".tmp." + std::to_string(getpid()) + "." + std::to_string(counter++);
   }
 
-  // Without it a crash of the machine may keep the new name and lose the content.
+  // Without the flush, a crash of the machine may keep the new name and lose the content.
   bool FlushToDisk() const {
     const int file = open(temporary_.c_str(), O_WRONLY | O_CLOEXEC);
     const bool flushed = file >= 0 && fsync(file) == 0;

@@ -8,11 +8,12 @@
 
 namespace drape {
 
-// Draws that follow from the seed alone on each platform, which std::normal_distribution and its
-// like do not promise. (std::log and std::cos may differ in the last bit between C libraries.)
+// Random numbers that depend on the seed alone, on every platform, which std::normal_distribution
+// and its relatives do not guarantee. (std::log and std::cos may differ in the last bit between C
+// libraries.)
 
-// A seed for each stream of one seed, far from those of the others: SplitMix64
-// [Steele 2014], output number `stream`.
+// Returns the seed of stream number `stream`: output number `stream` of SplitMix64 [Steele 2014]
+// started at `seed`, so that all streams of one seed get unrelated seeds.
 inline uint64_t SeedOfStream(uint64_t seed, uint64_t stream) {
   uint64_t z = seed + (stream + 1) * 0x9e3779b97f4a7c15;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
@@ -20,12 +21,13 @@ inline uint64_t SeedOfStream(uint64_t seed, uint64_t stream) {
   return z ^ (z >> 31);
 }
 
-// In [0, 1), 53 random bits.
+// A uniform number in [0, 1) with 53 random bits.
 inline double SampleUniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1p-53;
 }
 
-// Standard normal [Box 1958], the cosine branch; takes two numbers of the generator.
+// A standard normal number by the cosine branch of the Box–Muller transform [Box 1958]. It consumes
+// two numbers of the generator.
 inline double SampleNormal(std::mt19937_64& random) {
   const double radius = std::sqrt(-2 * std::log(1 - SampleUniform(random)));
   return radius * std::cos(2 * std::numbers::pi * SampleUniform(random));

@@ -7,11 +7,11 @@
 
 namespace drape {
 
-// How a long computation talks to its caller. Empty members are not used; a computation calls the
-// functions from one thread at a time.
+// How a long computation communicates with its caller. Members that are empty are not used. A
+// computation calls the functions from one thread at a time.
 struct RunControl {
   const std::atomic<bool>* cancel = nullptr;  // ends the computation early when it turns true
-  // fraction of the work that is done, 0 … 1, and what is going on.
+  // Receives the completed fraction of the work, 0 … 1, and a note on the current task.
   std::function<void(double fraction, const std::string& note)> progress = {};
   std::function<void(const std::string& line)> log = {};
 

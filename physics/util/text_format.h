@@ -5,7 +5,7 @@
 
 namespace drape {
 
-// printf into a string, for a line of a table: at most 255 characters.
+// printf into a string for one line of a table. Longer output is cut to 255 characters.
 [[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...);
 
 }  // namespace drape

@@ -12,8 +12,9 @@
 
 namespace drape {
 
-// A flat disc: a centre vertex and rings × sectors vertices on circles. Vertex of ring i ≥ 1 and
-// sector j: 1 + (i−1)·sectors + j. Filled by hand, so that these tests need no mesh builder.
+// A flat disc of a centre vertex and rings × sectors vertices on circles. The vertex of ring i ≥ 1
+// and sector j is 1 + (i−1)·sectors + j. It is built here, so that these tests need no mesh
+// builder.
 inline Mesh MakeDisc(int rings, int sectors, double radius) {
   Mesh mesh;
   mesh.uv = Eigen::Matrix2Xd::Zero(2, 1 + rings * sectors);
@@ -51,8 +52,8 @@ inline Mesh MakeDisc(int rings, int sectors, double radius) {
   return mesh;
 }
 
-// Positions of a disc of 15 cm: r·(1 + amplitude·cos(folds·θ))·shrink towards the hem, turned about
-// the axis by twist·sin(folds·θ), sinking with r.
+// Positions of a disc of radius 15 cm: r·(1 + amplitude·cos(folds·θ))·shrink towards the hem,
+// turned about the axis by twist·sin(folds·θ), and lower with increasing r.
 struct DrapeShape {
   int folds = 6;
   double amplitude = 0.12;
@@ -73,7 +74,7 @@ inline Eigen::VectorXd Deform(const Mesh& mesh, const DrapeShape& shape) {
   return x;
 }
 
-// Standard normal numbers; the seed makes them repeatable.
+// Standard normal numbers, repeatable by the seed.
 inline Eigen::VectorXd RandomVector(int size, unsigned seed) {
   std::mt19937 generator(seed);
   std::normal_distribution<double> normal;

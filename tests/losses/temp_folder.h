@@ -12,7 +12,7 @@
 
 namespace drape {
 
-// A fresh folder that goes away with the object.
+// A new folder that is removed with the object.
 class TempFolder {
  public:
   TempFolder() {

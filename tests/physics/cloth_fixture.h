@@ -15,8 +15,8 @@
 // Small cloths and fabrics of the physics tests.
 namespace drape::test {
 
-// A table with the features of measured ones: stretch softer on the bias, bending that rises with
-// curvature; every entry differs. `level` multiplies stretch.
+// A table with the features of measured ones: stretch softer on the bias, and bending that rises
+// with curvature. Every entry differs. `level` multiplies stretch.
 inline MaterialField TestMaterial(double level = 1.0) {
   MaterialField material;
   material.density = 0.2;
@@ -34,7 +34,7 @@ inline MaterialField TestMaterial(double level = 1.0) {
   return material;
 }
 
-// Every face and hinge with its own table: each entry of `base` times exp(sigma·normal).
+// Gives every face and hinge its own table: each entry of `base` times exp(sigma·normal).
 inline MaterialField Scatter(const MaterialField& base, const Mesh& mesh, double sigma,
                              std::mt19937_64& random) {
   MaterialField field = base;
@@ -61,7 +61,7 @@ inline std::shared_ptr<const ClothModel> SmallDisc(const std::string& law, int v
   return std::make_shared<ClothModel>(MakeDisc(options), CusickScene(), MakeLaw(law));
 }
 
-// Flat rest with noise of `amplitude` [m], so that no derivative is zero by symmetry.
+// The flat rest shape with noise of `amplitude` [m], so that no derivative is zero by symmetry.
 inline State NoisyStart(const ClothModel& model, double amplitude, std::mt19937_64& random) {
   State state = model.RestState();
   state.x += amplitude * RandomMatrix(model.num_dofs(), 1, random);

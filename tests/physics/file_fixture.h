@@ -10,7 +10,7 @@
 
 #include "physics/util/errors.h"
 
-// `statement` throws an InputError whose one-line message contains `text`.
+// Expects that `statement` throws an InputError whose one-line message contains `text`.
 #define EXPECT_INPUT_ERROR(statement, text)                                \
   try {                                                                    \
     statement;                                                             \
@@ -22,7 +22,7 @@
 
 namespace drape {
 
-// A fresh folder for each test, removed at its end.
+// A new folder for each test, removed at its end.
 class FileFixture : public ::testing::Test {
  protected:
   FileFixture() {

@@ -8,7 +8,7 @@
 
 namespace drape::test {
 
-// r = J·x of any rows J(i, x), the derivative J; a device does not know it.
+// r = J·x with given rows J(i, x) and the derivative J. No device knows this readout.
 class RowReadout final : public Readout {
  public:
   using Rows = std::function<ReadoutJacobian(std::size_t i, const Eigen::VectorXd& x)>;
@@ -27,10 +27,10 @@ class RowReadout final : public Readout {
   Rows rows_;
 };
 
-// What another readout reads, always on the host.
+// Wraps another readout and always reads on the host.
 class HostReadout final : public Readout {
  public:
-  // `readout` outlives the object.
+  // `readout` must outlive the object.
   explicit HostReadout(const Readout& readout) : readout_(readout) {}
   int size() const override { return readout_.size(); }
   bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,

@@ -27,7 +27,7 @@ void AddOuterForces(const ClothModel& model, double density, const Eigen::Vector
   for (const VertexLoad& load : model.loads) force.segment<3>(3 * load.vertex) += load.force;
 }
 
-// Stretch and bend of a step; A may be absent (forces only).
+// Adds stretch and bend of a step. A may be null (forces only).
 template <class Law>
 void AddStretchStep(const Law& law, const ClothModel& model, const MaterialField& material,
                     const double* x, double h, double* force, BlockMatrix* A) {

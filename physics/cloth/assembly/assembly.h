@@ -9,35 +9,38 @@
 
 namespace drape {
 
-// Sums of the element kernels over a cloth. x, w: [3V]. Everything about a step follows from
-// g(x; w) = h·f(x) − h²·H(x)·w [MODEL, M31]: the step solves (M + h²H)·v' = M·v + h·f.
+// Sums of the element kernels over a cloth. x and w have shape [3V]. Everything about a step
+// follows from g(x; w) = h·f(x) − h²·H(x)·w [MODEL, M31]: the step solves (M + h²H)·v' = M·v + h·f
+// [MODEL, M30].
 
-// f(x) [N], shape [3V].
+// Computes f(x) [N], shape [3V].
 void AssembleForce(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
                    Eigen::VectorXd& force);
 
-// f(x) and A = M + h²·H(x) [kg].
+// Computes f(x) [N], shape [3V], and A = M + h²·H(x) [kg].
 void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
                   double h, Eigen::VectorXd& force, BlockMatrix& A);
 
-// ∂g/∂x with w held. With w = 0 and h = 1 it is ∂f/∂x = −K, the exact stiffness of statics [N/m].
+// Computes ∂g/∂x with w held [kg/s] [MODEL, M39]. With w = 0 and h = 1 it is ∂f/∂x = −K, the exact
+// stiffness of statics [N/m] [MODEL, M33].
 void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
                             const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
                             BlockMatrix& derivative);
 
-// Second Piola–Kirchhoff stress of each face at x [N/m], shape [F]; empty in a scene without
+// The second Piola–Kirchhoff stress of each face at x [N/m], shape [F]; empty in a scene without
 // stretch.
 using StressField = std::vector<StretchStress<double>>;
 StressField MembraneStress(const ClothModel& model, const MaterialField& material,
                            const Eigen::VectorXd& x);
-// To first order in dx: S(x) + ∂S/∂x·dx. A rotation along dx does not stretch it, as it does
-// S(x + dx), by ½|dx|².
+// The stress to first order in dx: S(x) + ∂S/∂x·dx [MODEL, M34]. A rotation along dx does not
+// strain it, whereas it strains S(x + dx) by ½|dx|².
 StressField ExtrapolatedMembraneStress(const ClothModel& model, const MaterialField& material,
                                        const Eigen::VectorXd& x, const Eigen::VectorXd& dx);
-// Adds ∫S:∂²G/∂x² [N/m], what the stress S contributes to the stiffness.
+// Adds ∫S:∂²G/∂x² [N/m], the contribution of the stress S to the stiffness.
 void AddGeometricStiffness(const ClothModel& model, const StressField& stress, BlockMatrix& K);
 
-// Energy [J]: exact for gravity, handles, loads and bending; for stretch see StretchEnergy.
+// The energy [J]: exact for gravity, handles, loads and bending [MODEL, M15]; for stretch see
+// StretchEnergy.
 double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x);
 
 }  // namespace drape

@@ -7,11 +7,12 @@
 
 namespace drape {
 
-// Where the small matrices of elements go in a block matrix: for the loops of assembly.
+// Adds the small matrices of elements to a block matrix, for the loops of assembly.
 
 using Matrix6 = double[6][6];  // over the columns of F, as StretchStepDerivative orders them
 
-// Contiguous, and from a local array that aliases nothing: two or three vector instructions.
+// The block is contiguous and comes from a local array without aliases, which makes two or three
+// vector instructions.
 inline void AddBlock(const double (&block)[9], double* out) {
   for (int i = 0; i < 9; ++i) out[i] += block[i];
 }

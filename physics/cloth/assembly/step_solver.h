@@ -10,20 +10,20 @@
 
 namespace drape {
 
-// One thread's workspace for the steps of one model.
+// The workspace of one thread for the steps of one model [MODEL, M30].
 class StepSolver {
  public:
   explicit StepSolver(std::shared_ptr<const ClothModel> model);
-  // Shares the symbolic analysis.
+  // Returns a solver for another thread, which shares the symbolic analysis.
   StepSolver Clone() const { return StepSolver(model_, linear_->Clone()); }
 
   const ClothModel& model() const { return *model_; }
   LinearSolver& linear() { return *linear_; }
 
-  // Factors A(x); `force` holds f(x) afterwards. False when A is not positive definite.
+  // Factors A(x); force() is f(x) afterwards. Returns false when A is not positive definite.
   [[nodiscard]] bool Factor(const MaterialField& material, const Eigen::VectorXd& x, double h);
   const Eigen::VectorXd& force() const { return force_; }
-  // ∂g/∂x at w.
+  // Assembles ∂g/∂x with w held.
   const BlockMatrix& StepDerivative(const MaterialField& material, const Eigen::VectorXd& x,
                                     const Eigen::VectorXd& w, double h);
 

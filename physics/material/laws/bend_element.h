@@ -6,12 +6,13 @@
 
 namespace drape {
 
-// One hinge [MODEL, M13]: moment −κ(θ)·θ with κ = B(θ)·l²/(4(A0+A1)) [N·m/rad].
+// One hinge [MODEL, M13]: its moment is −κ(θ)·θ with κ = B(θ)·l²/(4(A0 + A1)) [N·m/rad].
+// HingeFactor is κ/B [rad⁻¹].
 DRAPE_HD inline double HingeFactor(const Hinge& hinge) {
   return hinge.rest_length * hinge.rest_length / (4.0 * hinge.rest_area);
 }
 
-// The two table rows that bracket the edge direction, and their weights.
+// The two table rows that bracket the edge direction, and their weights [MODEL, M2].
 struct BendRows {
   int first;
   double weight[2];
@@ -22,7 +23,7 @@ DRAPE_HD inline BendRows SelectRows(const Hinge& hinge) {
   return {first, {1.0 - t, t}};
 }
 
-// Weights of the N table columns around a curvature; the same column may be named twice.
+// Weights of the N table columns around a curvature. The same column may occur twice.
 template <class T, int N>
 struct ColumnWeights {
   int column[N];
@@ -62,7 +63,8 @@ DRAPE_HD void HingeStiffnessByTable(const Law& law, const Hinge& hinge, const Be
           rows.weight[k] * columns.weight[i] * HingeFactor(hinge);
 }
 
-// g = h·f − h²·H·w of a hinge is −s·∂θ/∂x with s = κ·(h·θ + h²·q), q = ∂θ/∂x·w: this is s.
+// The step force g = h·f − h²·H·w of a hinge is −s·∂θ/∂x with s = κ·(h·θ + h²·q) and q = ∂θ/∂x·w
+// [MODEL, M31]. StepMoment is s.
 DRAPE_HD inline double StepMoment(double kappa, double theta, double q, double h) {
   return kappa * (h * theta + h * h * q);
 }
@@ -71,7 +73,7 @@ DRAPE_HD inline double StepMomentByTheta(const Dual<1>& kappa, double theta, dou
   return StepMoment(kappa.v[0], theta, q, h) + kappa.a * h;
 }
 
-// ∂g/∂x, shape [12, 12], w held: −∂θ ⊗ ∇s − s·∂²θ.
+// ∂g/∂x with w held, shape [12, 12]: −∂θ ⊗ ∇s − s·∂²θ [MODEL, M39].
 template <class Law>
 DRAPE_HD void BendStepDerivative(const Law& law, const Hinge& hinge, const BendTable& table,
                                  const HingeCorners& x, const HingeCorners& w, double h,
@@ -93,7 +95,7 @@ DRAPE_HD void BendStepDerivative(const Law& law, const Hinge& hinge, const BendT
     for (int j = 0; j < 12; ++j) out[i][j] = -grad[i] * grad_s[j] - s * out[i][j];
 }
 
-// The parts of ∂g/∂x for those who want single blocks of it.
+// The parts of ∂g/∂x from which single blocks are computed.
 struct BendStepRates {
   HingeGradient grad, grad_s;
   double s;
@@ -119,7 +121,8 @@ DRAPE_HD BendStepRates EvaluateBendStepRates(const Law& law, const Hinge& hinge,
     rates.wing[side] = ComputeRates(wings.edge, wings.apex[side], wings.wing[side]);
   return rates;
 }
-// Adds blocks (a, b) and (b, a) of ∂g/∂x, shape [3, 3] each; for a = b the second is not needed.
+// Adds the blocks (a, b) and (b, a) of ∂g/∂x, shape [3, 3] each. The second one is not needed for a
+// = b.
 DRAPE_HD inline void AddBendStepBlocks(const BendStepRates& rates, int a, int b, double at_ab[9],
                                        double at_ba[9]) {
   double hessian[9] = {};
@@ -134,7 +137,7 @@ DRAPE_HD inline void AddBendStepBlocks(const BendStepRates& rates, int a, int b,
     }
 }
 
-// Adjoint of one hinge's step force: adj_x = (∂g/∂x)ᵀ·λ, shape [12], and ∂(g·λ)/∂κ.
+// Adjoint of the step force of one hinge: adj_x = (∂g/∂x)ᵀ·λ, shape [12], and ∂(g·λ)/∂κ.
 struct BendAdjoint {
   double adj_x[12];
   double adj_kappa;
@@ -159,8 +162,9 @@ DRAPE_HD BendAdjoint AdjBendStep(const Law& law, const Hinge& hinge, const BendT
   return result;
 }
 
-// W(θ) = ∫₀^θ κ(t)·t dt [J], by Gauss–Legendre on each smooth piece (3 points are exact for the
-// reference law's cubic, 5 leave 1e-13 for the smooth one).
+// W(θ) = ∫₀^θ κ(t)·t dt [J] [MODEL, M15] by Gauss–Legendre quadrature on each smooth piece with
+// five points. Three points are exact for the cubic of the reference law; five leave an error of
+// 1e-13 for the smooth law.
 template <class Law>
 DRAPE_HD double BendEnergy(const Law& law, const Hinge& hinge, const BendTable& table,
                            double theta) {

@@ -9,7 +9,7 @@
 
 namespace drape {
 
-// Geometry of one hinge [MODEL, M5, M6]: vertices n0, n1, opposite 0, opposite 1.
+// Geometry of one hinge [MODEL, M5, M6]. The vertices are n0, n1, opposite 0, opposite 1.
 
 struct HingeCorners {
   Vec3<double> x[4];
@@ -20,8 +20,9 @@ DRAPE_HD inline HingeCorners GatherCorners(const Hinge& hinge, const double* nod
            LoadVec3(nodes, hinge.vertex[2]), LoadVec3(nodes, hinge.vertex[3])}};
 }
 
-// One wing: m = N̂/h [1/m] (unit normal over height) and t, the foot of its height along the edge.
-// `side` is +1 for face 0, −1 for face 1, which traverses the edge backwards.
+// One wing: m = N̂/h [1/m] (the unit normal over the height) and t, the foot of the height along
+// the edge [MODEL, M6]. `side` is +1 for face 0 and −1 for face 1, which traverses the edge
+// backwards.
 template <class T>
 struct Wing {
   Vec3<T> m;
@@ -35,14 +36,14 @@ DRAPE_HD Wing<T> EvaluateWing(const Vec3<T>& edge, const Vec3<T>& apex, double s
   return {(sqrt(ee) / Dot(N, N)) * N, Dot(edge, apex) / ee};
 }
 
-// θ = atan2(ê·(N0×N1), N0·N1), ê = unit(x_n0 − x_n1) [rad].
+// The dihedral angle θ = atan2(ê·(N0×N1), N0·N1) with ê = unit(x_n0 − x_n1) [rad] [MODEL, M5].
 DRAPE_HD inline double DihedralAngle(const HingeCorners& c) {
   const Vec3<double> e = c.x[1] - c.x[0];
   const Vec3<double> N0 = Cross(e, c.x[2] - c.x[0]), N1 = Cross(c.x[3] - c.x[0], e);
   return std::atan2(-Dot(e, Cross(N0, N1)) / std::sqrt(Dot(e, e)), Dot(N0, N1));
 }
 
-// Both wings of a hinge, shared by the gradient and the Hessian of θ.
+// Both wings of a hinge, which the gradient and the Hessian of θ share.
 template <class T>
 struct WingPair {
   Vec3<T> edge, apex[2];  // relative to n0
@@ -56,7 +57,7 @@ DRAPE_HD WingPair<T> EvaluateWings(const Vec3<T> (&x)[4]) {
 }
 DRAPE_HD inline HingeWings EvaluateWings(const HingeCorners& c) { return EvaluateWings(c.x); }
 
-// ∂θ/∂x = [(t0−1)m0 + (t1−1)m1, −t0·m0 − t1·m1, m0, m1] [rad/m].
+// ∂θ/∂x = [(t0−1)m0 + (t1−1)m1, −t0·m0 − t1·m1, m0, m1] [rad/m] [MODEL, M6].
 template <class T>
 struct AngleGradientOf {
   Vec3<T> d[4];
@@ -72,8 +73,8 @@ DRAPE_HD inline double Dot(const HingeGradient& g, const HingeCorners& w) {
   return Dot(g.d[0], w.x[0]) + Dot(g.d[1], w.x[1]) + Dot(g.d[2], w.x[2]) + Dot(g.d[3], w.x[3]);
 }
 
-// What one wing's part of ∂²θ/∂x² is made of. From the derivatives of m and t by the apex a and the
-// edge e, p = a − t·e the height, |p| = h:
+// The terms of the contribution of one wing to ∂²θ/∂x² [MODEL, M6]. They follow from the
+// derivatives of m and t by the apex a and the edge e, where p = a − t·e is the height and |p| = h:
 //   ∂m/∂a = S = −(p mᵀ + m pᵀ)/h²,  ∂m/∂e = −t·S − e mᵀ/|e|²,
 //   ∂t/∂a = e/|e|²,                 ∂t/∂e = (p − t·e)/|e|².
 struct WingRates {
@@ -105,8 +106,8 @@ DRAPE_INLINE WingEntry WingRateEntry(const WingRates& r, int i, int k) {
   return entry;
 }
 
-// Adds one wing's part of ∂²θ/∂x² to H [12][12]; `apex` is corner 2 or 3. Rows and columns of n0
-// follow because they sum to zero.
+// Adds the contribution of one wing to ∂²θ/∂x² to H [12][12]; `apex` is corner 2 or 3. The rows and
+// columns of n0 follow because all rows and columns sum to zero.
 DRAPE_HD inline void AddWingHessian(const WingRates& rates, int apex, double H[12][12]) {
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) {
@@ -124,10 +125,10 @@ DRAPE_HD inline void AddWingHessian(const WingRates& rates, int apex, double H[1
     }
 }
 
-// Block (a, b) of the same, times `scale`, added to out [3, 3].
+// Adds block (a, b) of the same matrix, times `scale`, to out [3, 3].
 DRAPE_HD inline void AddWingHessianBlock(const WingRates& rates, int apex, int a, int b,
                                          double scale, double out[9]) {
-  // How a corner moves with the apex and with n1 relative to n0.
+  // Derivatives of a corner by the apex and by n1, both relative to n0.
   const auto by_apex = [&](int corner) { return corner == 0 ? -1.0 : corner == apex ? 1.0 : 0.0; };
   const auto by_n1 = [](int corner) { return corner == 0 ? -1.0 : corner == 1 ? 1.0 : 0.0; };
   const double m = scale * by_apex(a), n1 = scale * by_n1(a);
@@ -149,7 +150,8 @@ DRAPE_HD inline void AngleHessian(const HingeWings& hinge, double H[12][12]) {
     AddWingHessian(ComputeRates(hinge.edge, hinge.apex[side], hinge.wing[side]), 2 + side, H);
 }
 
-// The same for N directions only: ∂θ/∂x with its rates ∂²θ/∂x²·v along v = along[0] …
+// The products of the same matrix with N directions only: ∂θ/∂x and its rates ∂²θ/∂x²·v along v =
+// along[0] …
 template <int N>
 DRAPE_HD AngleGradientOf<Dual<N>> AngleGradientRates(const HingeCorners& c,
                                                      const HingeCorners (&along)[N]) {

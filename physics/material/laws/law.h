@@ -9,7 +9,7 @@
 
 namespace drape {
 
-// How stiffness follows from strain and from curvature: two independent choices.
+// How stiffness depends on strain and on curvature: two independent choices.
 struct Law {
   std::variant<SmoothStretch, ReferenceStretch> stretch;
   std::variant<SmoothBend, ReferenceBend> bend;
@@ -20,7 +20,8 @@ struct Law {
   }
 };
 
-// name: "reference" or "smooth" (both parts). Throws InputError for any other.
+// Makes the law of that name, "reference" or "smooth" (both parts). Throws InputError for any other
+// name.
 Law MakeLaw(const std::string& name);
 
 }  // namespace drape

@@ -8,13 +8,13 @@
 
 namespace drape {
 
-// What the public reference simulator computes, to rounding [MODEL, M16–M19]:
-// its strain grid, its kinks and its clamps included.
+// The law of the public reference simulator, reproduced to rounding [MODEL, M16–M19], including its
+// strain grid, kinks and clamps.
 
-// Weights of one node of the 10³ strain grid over the rows of a stretch table, before the factor 2
-// and the clamp at zero.
+// Weights of one node of the 10³ strain grid over the rows of a stretch table, without the factor 2
+// and the clamp at zero [MODEL, M16].
 struct StretchNode {
-  int row;          // row `row` and row + 1 (1..5) beside row 0
+  int row;          // rows `row` and row + 1 (1..5) contribute beside row 0
   double blend;     // weight of rows ≥ 1 against row 0
   double fraction;  // of row + 1
 
@@ -24,7 +24,7 @@ struct StretchNode {
   }
 };
 
-inline constexpr int kStrainNodes = 10;  // nodes an axis
+inline constexpr int kStrainNodes = 10;  // nodes along each axis
 
 // Node (i, j, k) of the strain grid [MODEL, M16].
 inline StretchNode MakeStretchNode(int i, int j, int k) {
@@ -50,7 +50,8 @@ class ReferenceStretch {
     return Value(g) > 0.0 ? g : T(0.0);
   }
 
-  // The four stiffnesses at a strain [N/m]: trilinear over clamped nodes [MODEL, M17].
+  // The four stiffnesses at a strain [N/m], interpolated trilinearly between clamped nodes [MODEL,
+  // M17].
   template <class T>
   DRAPE_HD void Stiffness(const GreenStrain<T>& G, const StretchTable& table,
                           T c[kStretchCols]) const {
@@ -63,7 +64,8 @@ class ReferenceStretch {
     });
   }
 
-  // ∂(stiffness m)/∂(entry r, m), shape [6, 4]: the derivative through the active clamps.
+  // ∂(stiffness m)/∂(entry r, m), shape [6, 4]. Nodes that are clamped at zero contribute nothing
+  // [MODEL, M17].
   DRAPE_HD void StiffnessByTable(const GreenStrain<double>& G, const StretchTable& table,
                                  double by_entry[kStretchRows][kStretchCols]) const {
     for (int r = 0; r < kStretchRows; ++r)
@@ -108,7 +110,7 @@ class ReferenceStretch {
   const StretchNode* nodes_;
 };
 
-// Linear in the signed curvature, so that every ridge lies in column 0 [MODEL, M19].
+// The column is linear in the signed curvature, so that every ridge lies in column 0 [MODEL, M19].
 struct ReferenceBend {
   static constexpr int kColumns = 2;
   template <class T>
@@ -121,9 +123,9 @@ struct ReferenceBend {
     const T t = column - static_cast<double>(c);
     return {{c, c + 1}, {T(1.0 - t), t}};
   }
-  // The clamp of the interpolated entry at zero.
+  // False where the interpolated entry is clamped at zero.
   DRAPE_HD static bool Active(double B) { return B > 0.0; }
-  // End of smooth piece `knot` = 0..4 [rad].
+  // The angle at the end of smooth piece `knot` = 0..4 [rad].
   DRAPE_HD static double KnotAngle(const Hinge& hinge, int knot) {
     return knot * hinge.rest_area / (0.1 * hinge.rest_length);
   }

@@ -8,12 +8,12 @@
 
 namespace drape {
 
-// The same physics as the reference law without its artefacts [MODEL, M21–M26]: C1 in
-// strain, direction and curvature, symmetric under turning the cloth over, no silent clamp.
+// The same physics as the reference law without its artefacts [MODEL, M21–M26]: C1 in strain,
+// direction and curvature, invariant when the cloth is turned over, and without clamps.
 
-// Quadratic B-spline weights of five columns at q ≥ 0: even about column 0; past column 4 even
-// about it too (`mirror_at_end`, where column 4 is 90°) or constant. NaN, of a diverged shape,
-// stays in range of the table.
+// Weights of the quadratic B-spline over five columns at q ≥ 0 [MODEL, M21], even about column 0.
+// Past column 4 the columns are even about it too (`mirror_at_end`, where column 4 is 90°) or
+// constant. The columns stay within the table even for NaN, which a diverged shape produces.
 template <class T>
 DRAPE_HD ColumnWeights<T, 3> SplineWeights(const T& q, bool mirror_at_end) {
   if (!(Value(q) < 4.5)) return {{4, 4, 4}, {T(0.0), T(1.0), T(0.0)}};
@@ -28,10 +28,10 @@ DRAPE_HD ColumnWeights<T, 3> SplineWeights(const T& q, bool mirror_at_end) {
 }
 
 struct SmoothStretch {
-  double ramp_width = 3e-4;        // of ⟨G⟩; the scale of the strains of a drape is 5e-4
-  double anisotropy_width = 0.02;  // below this principal difference the larger stretch is blended
+  double ramp_width = 3e-4;        // of ⟨G⟩; strains in a drape are about 5e-4 [MODEL, M25]
+  double anisotropy_width = 0.02;  // below this principal difference the larger stretch is rounded
   double direction_width = 0.03;   // below this principal difference the direction is undetermined
-  double onset_half_width = 0.25;  // rounding of the two corners of the row blend, in units of it
+  double onset_half_width = 0.25;  // rounding of the two corners of the onset, in units of q
 
   template <class T>
   DRAPE_HD T Ramp(const T& g) const {
@@ -58,8 +58,8 @@ struct SmoothStretch {
   }
 
  private:
-  // Weights over the six rows, factor 2 included: row 0 below the first onset, then the rows of the
-  // principal direction.
+  // Weights over the six rows, factor 2 included [MODEL, M22–M24]: row 0 below the onset, the rows
+  // of the principal direction above it.
   template <class T>
   DRAPE_HD void RowWeights(const GreenStrain<T>& G, T w[kStretchRows]) const {
     using std::sqrt;
@@ -75,8 +75,8 @@ struct SmoothStretch {
     for (int i = 0; i < 5; ++i) w[1 + i] = kMembranePerEntry * blend * by_direction[i];
   }
 
-  // Ramp from 0 to 1 while the larger stretch goes from 1 to 7/6 (q = 0..1), both corners rounded
-  // by parabolas.
+  // A ramp from 0 to 1 while the larger stretch goes from 1 to 7/6 (q = 0..1), with both corners
+  // rounded by parabolas [MODEL, M22].
   template <class T>
   DRAPE_HD T Onset(const T& stretch_squared) const {
     using std::sqrt;
@@ -90,7 +90,8 @@ struct SmoothStretch {
     return T(1.0);
   }
 
-  // Over principal directions 0/22.5/45/67.5/90°; the mean of all where no direction is preferred.
+  // Weights over the principal directions 0/22.5/45/67.5/90°, or their mean where no direction is
+  // preferred [MODEL, M23].
   template <class T>
   DRAPE_HD void DirectionWeights(const T& difference, const T& shear, const T& squared,
                                  T w[5]) const {
@@ -108,7 +109,7 @@ struct SmoothStretch {
   }
 };
 
-// Column 0.4·|α|, α = sin(θ/2)/(h0+h1) [Gong 2024, eq. 12, 14]; see [MODEL, M26].
+// The column is 0.4·|α| with α = sin(θ/2)/(h0 + h1) [Gong 2024, eq. 12, 14], [MODEL, M26].
 struct SmoothBend {
   static constexpr int kColumns = 3;
   template <class T>
@@ -116,7 +117,7 @@ struct SmoothBend {
     using std::sin;
     return SplineWeights(T(Abs(sin(0.5 * theta)) * ColumnPerSine(hinge)), false);
   }
-  // Negative entries are rejected when the table is read: no clamp.
+  // There is no clamp, since negative entries are rejected when the table is read.
   DRAPE_HD static bool Active(double) { return true; }
   DRAPE_HD static double KnotAngle(const Hinge& hinge, int knot) {
     const double sine = (knot + 0.5) / ColumnPerSine(hinge);
@@ -124,7 +125,7 @@ struct SmoothBend {
   }
 
  private:
-  // h0 + h1 = 2(A0+A1)/l.
+  // 0.4/(h0 + h1) with h0 + h1 = 2(A0 + A1)/l [MODEL, M26].
   DRAPE_HD static double ColumnPerSine(const Hinge& hinge) {
     return 0.2 * hinge.rest_length / hinge.rest_area;
   }

@@ -9,13 +9,14 @@
 namespace drape {
 
 // One triangle as a function of its deformation gradient [MODEL, M4, M10, M11].
-// F = [xu xv] are its columns; shape [3, 2], no unit.
+
+// The columns of the deformation gradient F, shape [3, 2], no unit.
 template <class T>
 struct DeformationGradient {
   Vec3<T> u, v;
 };
 
-// Green strain G = ½(FᵀF − I), no unit.
+// The Green strain G = ½(FᵀF − I), no unit [MODEL, M4].
 template <class T>
 struct GreenStrain {
   T uu, vv, uv;
@@ -26,7 +27,8 @@ DRAPE_HD GreenStrain<T> Green(const DeformationGradient<T>& F) {
   return {T(0.5 * (Dot(F.u, F.u) - 1.0)), T(0.5 * (Dot(F.v, F.v) - 1.0)), T(0.5 * Dot(F.u, F.v))};
 }
 
-// The four stiffnesses at a strain [N/m] and the ramped strains ⟨G⟩ that the step matrix uses.
+// The four stiffnesses at a strain [N/m], and the ramped strains ⟨G⟩ that the step matrix uses
+// [MODEL, M11].
 template <class T>
 struct StretchCoefficients {
   T c11, c12, c22, c33;
@@ -48,7 +50,7 @@ DRAPE_HD StretchCoefficients<double> Values(const StretchCoefficients<Dual<N>>& 
           k.ramp_uu.a, k.ramp_vv.a};
 }
 
-// Stress of a strain at given stiffnesses, symmetric [N/m].
+// The stress S of a strain at given stiffnesses, symmetric [N/m] [MODEL, M10].
 template <class T>
 struct StretchStress {
   T uu, vv, uv;
@@ -63,14 +65,14 @@ template <class T>
 DRAPE_HD StretchStress<T> Stress(const StretchCoefficients<T>& k, const GreenStrain<T>& G) {
   return {k.c11 * G.uu + k.c12 * G.vv, k.c22 * G.vv + k.c12 * G.uu, k.c33 * G.uv};
 }
-// F·S, the columns that Du, Dv carry to the vertices.
+// F·S, the columns that Du and Dv carry to the vertices.
 template <class T>
 DRAPE_HD DeformationGradient<T> operator*(const DeformationGradient<T>& F,
                                           const StretchStress<T>& S) {
   return {S.uu * F.u + S.uv * F.v, S.vv * F.v + S.uv * F.u};
 }
 
-// Force by rest area [MODEL, M10] [N/m]: −F·S(G).
+// The force by rest area, −F·S(G) [N/m] [MODEL, M10].
 template <class T>
 DRAPE_HD DeformationGradient<T> StretchForce(const StretchCoefficients<T>& k,
                                              const DeformationGradient<T>& F) {
@@ -78,7 +80,8 @@ DRAPE_HD DeformationGradient<T> StretchForce(const StretchCoefficients<T>& k,
   return F * StretchStress<T>{-S.uu, -S.vv, -S.uv};
 }
 
-// S(G) + ∂S/∂G·rate [N/m]: the stress that a change of strain leads to, to first order.
+// S(G) + ∂S/∂G·rate [N/m]: the stress after a change of strain by `rate`, to first order [MODEL,
+// M34].
 template <class Law>
 DRAPE_HD StretchStress<double> ExtrapolatedStress(const Law& law, const GreenStrain<double>& G,
                                                   const StretchTable& table,
@@ -91,19 +94,19 @@ DRAPE_HD StretchStress<double> ExtrapolatedStress(const Law& law, const GreenStr
   return {at_rate(S.uu), at_rate(S.vv), at_rate(S.uv)};
 }
 
-// Change of the Green strain along w, given as columns like F.
+// Rate of the Green strain along w, which is given as columns like F.
 template <class T, class W>
 DRAPE_HD GreenStrain<T> StrainRate(const DeformationGradient<T>& F,
                                    const DeformationGradient<W>& w) {
   return {Dot(F.u, w.u), Dot(F.v, w.v), 0.5 * (Dot(F.v, w.u) + Dot(F.u, w.v))};
 }
-// What ⟨G⟩ adds to the step matrix: factors of w.u and w.v.
+// The contribution of ⟨G⟩ to the step matrix: factors of w.u and w.v.
 template <class T>
 DRAPE_HD StretchStress<T> RampStress(const StretchCoefficients<T>& k) {
   return Stress(k, GreenStrain<T>{k.ramp_uu, k.ramp_vv, T(0.0)});
 }
 
-// H·w by rest area, H = the positive approximation of −∂f/∂x [MODEL, M11]: F·S(Ġ) + w·S⟨G⟩.
+// H·w by rest area, with H the positive approximation of −∂f/∂x [MODEL, M11]: F·S(Ġ) + w·S⟨G⟩.
 template <class T, class W>
 DRAPE_HD DeformationGradient<T> StretchStiffnessTimes(const StretchCoefficients<T>& k,
                                                       const DeformationGradient<T>& F,
@@ -113,8 +116,9 @@ DRAPE_HD DeformationGradient<T> StretchStiffnessTimes(const StretchCoefficients<
   return {FS.u + Scale(ramp.uu, w.u), FS.v + Scale(ramp.vv, w.v)};
 }
 
-// The stresses of a step: g = h·f − h²·H·w = F·on_F + w·on_w by rest area [MODEL, M31]. The
-// stress is linear in the strain, so one product with F serves f and H·w. rate: of w.
+// The stresses of a step: g = h·f − h²·H·w = F·on_F + w·on_w by rest area [MODEL, M31]. The stress
+// is linear in the strain, so that one product with F yields both f and H·w. `rate` is the strain
+// rate along w.
 template <class T>
 struct StepStresses {
   StretchStress<T> on_F, on_w;
@@ -129,7 +133,7 @@ DRAPE_HD StepStresses<T> StretchStepStresses(const StretchCoefficients<T>& k,
   return {Stress(k, strain), {b * ramp.uu, b * ramp.vv, T(0.0)}};
 }
 
-// g by rest area: everything about a step derives from it.
+// g by rest area, from which everything about a step derives [MODEL, M31].
 template <class T>
 DRAPE_HD DeformationGradient<T> StretchStepForce(const StretchCoefficients<T>& k,
                                                  const DeformationGradient<T>& F,
@@ -139,8 +143,9 @@ DRAPE_HD DeformationGradient<T> StretchStepForce(const StretchCoefficients<T>& k
   return {FS.u + Scale(S.on_w.uu, w.u), FS.v + Scale(S.on_w.vv, w.v)};
 }
 
-// ∂g/∂F by rest area, w held; shape [6, 6] in the order u.x u.y u.z v.x v.y v.z [N·s/m]. Column by
-// column: F changes, and with it the strain and the rate of w; ∂S/∂G comes from the law's duals.
+// ∂g/∂F by rest area with w held [MODEL, M39], shape [6, 6] in the order u.x u.y u.z v.x v.y v.z
+// [N·s/m]. It is computed column by column: F changes, and with it the strain and the strain rate
+// along w. ∂S/∂G comes from the dual numbers of the law.
 template <class Law>
 DRAPE_HD void StretchStepDerivative(const Law& law, const DeformationGradient<double>& F,
                                     const StretchTable& table, const DeformationGradient<double>& w,
@@ -171,8 +176,8 @@ DRAPE_HD void StretchStepDerivative(const Law& law, const DeformationGradient<do
   }
 }
 
-// The coefficients of a unit stiffness in column m of the table: force and matrix are linear in
-// them.
+// The coefficients of a unit stiffness in column m of the table. Force and step matrix are linear
+// in them.
 DRAPE_HD inline StretchCoefficients<double> UnitStiffness(StretchCoefficients<double> k, int m) {
   k.c11 = m == 0;
   k.c12 = m == 1;
@@ -181,15 +186,15 @@ DRAPE_HD inline StretchCoefficients<double> UnitStiffness(StretchCoefficients<do
   return k;
 }
 
-// Adjoint of one face's step force by rest area, λ given as columns like F: ∂(g·λ)/∂F and, for the
-// table entries, ∂(g·λ)/∂(c11, c12, c22, c33).
+// Adjoint of the step force of one face by rest area, with λ given as columns like F: ∂(g·λ)/∂F
+// and, for the table entries, ∂(g·λ)/∂(c11, c12, c22, c33).
 struct StretchAdjoint {
   DeformationGradient<double> adj_F;
   double adj_stiffness[kStretchCols];
   GreenStrain<double> G;
 };
 
-// g·λ from the strain rates of w and λ and from w·λ of the two columns.
+// g·λ from the strain rates along w and λ and from w·λ of the two columns.
 template <class T>
 DRAPE_HD T StretchStepWork(const StretchCoefficients<T>& k, const GreenStrain<double>& w_rate,
                            const GreenStrain<double>& lambda_rate, double w_lambda_u,
@@ -199,8 +204,8 @@ DRAPE_HD T StretchStepWork(const StretchCoefficients<T>& k, const GreenStrain<do
          S.on_F.uv * (2.0 * lambda_rate.uv) + S.on_w.uu * w_lambda_u + S.on_w.vv * w_lambda_v;
 }
 
-// g·λ depends on F through G and through the two strain rates; it is symmetric in these two, and
-// ∂(rate of w)/∂F is w itself.
+// g·λ depends on F through G and through the two strain rates. It is symmetric in the strain rates,
+// and ∂(rate along w)/∂F is w itself.
 template <class Law>
 DRAPE_HD StretchAdjoint AdjStretchStep(const Law& law, const DeformationGradient<double>& F,
                                        const StretchTable& table,
@@ -224,7 +229,7 @@ DRAPE_HD StretchAdjoint AdjStretchStep(const Law& law, const DeformationGradient
   return result;
 }
 
-// Rows of Du and Dv: how vertex `corner` moves the columns of F [1/m].
+// Rows of Du and Dv: the derivatives of the columns of F by the position of each corner [1/m].
 struct ShapeGradient {
   double u[3], v[3];
 };
@@ -233,8 +238,8 @@ DRAPE_HD inline ShapeGradient GradientOf(const Face& f) {
   return {{-d[0] - d[2], d[0], d[2]}, {-d[1] - d[3], d[1], d[3]}};
 }
 
-// What a stress contributes to the stiffness between two corners, by rest area: ∫S:∂²G/∂x_a∂x_b =
-// weight·I [N/m²]. (u, v) are the corners' rows of Du and Dv.
+// The contribution of a stress to the stiffness between two corners by rest area: ∫S:∂²G/∂x_a∂x_b =
+// weight·I [N/m²]. (ua, va) and (ub, vb) are the rows of Du and Dv of the corners.
 DRAPE_HD inline double GeometricWeight(const StretchStress<double>& S, double ua, double va,
                                        double ub, double vb) {
   return ua * (S.uu * ub + S.uv * vb) + va * (S.uv * ub + S.vv * vb);
@@ -248,7 +253,7 @@ DRAPE_HD inline DeformationGradient<double> GatherColumns(const Face& f, const d
   return {d[0] * s + d[2] * t, d[1] * s + d[3] * t};
 }
 
-// Adds the forces by rest area to the nodes: the transpose of GatherColumns, times the area.
+// Adds the forces by rest area, times the area, to the nodes: the transpose of GatherColumns.
 DRAPE_HD inline void ScatterColumns(const Face& f, const DeformationGradient<double>& by_area,
                                     double* nodes) {
   const ShapeGradient s = GradientOf(f);
@@ -256,8 +261,9 @@ DRAPE_HD inline void ScatterColumns(const Face& f, const DeformationGradient<dou
     AddTo(nodes, f.vertex[a], (f.area * s.u[a]) * by_area.u + (f.area * s.v[a]) * by_area.v);
 }
 
-// Strain energy by rest area [N/m] with the stiffnesses held at this strain: a true energy for
-// constant tables, a merit function otherwise (C(λ,φ)ε is in general no gradient).
+// The strain energy by rest area [N/m] with the stiffnesses held at this strain [MODEL, M12]: a
+// true energy for constant tables, otherwise a merit function only, since the stress is in general
+// not a gradient.
 DRAPE_HD inline double StretchEnergy(const StretchCoefficients<double>& k) {
   return 0.5 * (k.c11 * k.G.uu * k.G.uu + k.c22 * k.G.vv * k.G.vv) + k.c12 * k.G.uu * k.G.vv +
          k.c33 * k.G.uv * k.G.uv;

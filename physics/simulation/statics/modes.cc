@@ -15,7 +15,7 @@
 namespace drape {
 namespace {
 
-// (M^-½·K·M^-½ − σ)⁻¹ = M^½·(K − σM)⁻¹·M^½ with a factor of K − σM that is there.
+// (M^-½·K·M^-½ − σ)⁻¹ = M^½·(K − σM)⁻¹·M^½ with an existing factor of K − σM.
 class ShiftInvert {
  public:
   using Scalar = double;
@@ -25,7 +25,7 @@ class ShiftInvert {
 
   Eigen::Index rows() const { return root_mass_.size(); }
   Eigen::Index cols() const { return root_mass_.size(); }
-  void set_shift(double) {}  // factored before
+  void set_shift(double) {}  // already factored
   void perform_op(const double* in, double* out) const {
     Eigen::VectorXd y = root_mass_.cwiseProduct(Eigen::Map<const Eigen::VectorXd>(in, rows()));
     linear_.Solve(y);
@@ -65,7 +65,7 @@ class ScaledStiffness {
 using Lanczos = Spectra::SymEigsShiftSolver<ShiftInvert>;
 constexpr int kMaxRestarts = 1000;
 
-// Calls `found` with the converged iteration for the lowest eigenvalues, if it converges.
+// Calls `found` with the iteration for the lowest eigenvalues if it converges.
 void FindLowest(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& x,
                 int count, const std::function<void(const Lanczos&)>& found) {
   constexpr double kTolerance = 1e-10;
@@ -83,7 +83,7 @@ void FindLowest(StepSolver& solver, const MaterialField& material, const Eigen::
     lanczos.init();
     lanczos.compute(Spectra::SortRule::LargestMagn, kMaxRestarts, kTolerance,
                     Spectra::SortRule::SmallestAlge);
-  } catch (const std::runtime_error&) {  // its dense algebra, of numbers that are not finite
+  } catch (const std::runtime_error&) {  // from its dense algebra when numbers are not finite
     return;
   }
   if (lanczos.info() == Spectra::CompInfo::Successful) found(lanczos);

@@ -9,13 +9,15 @@
 namespace drape {
 
 // The `count` lowest eigenvalues ω² [s⁻²], ascending, of ½(K + Kᵀ)·φ = ω²·M·φ at x, with the exact
-// K = −∂f/∂x and the lumped mass M: squared angular frequencies of small vibrations; the lowest is
-// negative where x is unstable. Empty when they are not found. 1 ≤ count < 3V.
-// Spectra's Lanczos iteration on (K + μM)⁻¹, μ the shift that makes K + μM positive definite.
+// K = −∂f/∂x and the lumped mass M [MODEL, M36]. They are the squared angular frequencies of small
+// vibrations; the lowest is negative where x is unstable. The result is empty when the iteration
+// does not converge. 1 ≤ count < 3V. The method is Spectra's Lanczos iteration on (K + μM)⁻¹, with
+// μ the shift that makes K + μM positive definite.
 Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& material,
                                   const Eigen::VectorXd& x, int count);
 
-// The same with their shapes φ, shape [3V, count], φᵀ·M·φ = 1; both empty when they are not found.
+// The same with their shapes φ, shape [3V, count], φᵀ·M·φ = 1. Both are empty when the iteration
+// does not converge.
 struct VibrationModes {
   Eigen::VectorXd eigenvalues;  // ω² [s⁻²], ascending
   Eigen::MatrixXd shapes;       // [kg^-½]
@@ -23,12 +25,12 @@ struct VibrationModes {
 VibrationModes LowestModes(StepSolver& solver, const MaterialField& material,
                            const Eigen::VectorXd& x, int count);
 
-// The largest ω² [s⁻²], to 1e-6: an explicit step is stable for h < 2/ω
-// [Courant 1928]. None when it is not found.
+// The largest ω² [s⁻²] to 1e-6: an explicit step is stable for h < 2/ω [Courant 1928], [MODEL,
+// M32]. std::nullopt when the iteration does not converge.
 std::optional<double> HighestEigenvalue(StepSolver& solver, const MaterialField& material,
                                         const Eigen::VectorXd& x);
 
-// Of the lowest eigenvalues: all are positive beyond rounding, and there are some.
+// True when there are eigenvalues and all of them are positive by more than rounding [MODEL, M36].
 inline bool IsStable(const Eigen::VectorXd& lowest_eigenvalues) {
   constexpr double kRounding = 1e-6;  // [s⁻²]
   return lowest_eigenvalues.size() > 0 && lowest_eigenvalues[0] > kRounding;

@@ -7,13 +7,14 @@
 namespace drape {
 namespace {
 
-constexpr int kLongestNonMonotone = 8;  // steps above the lowest energy
-constexpr double kRadiusGrowth = 1.5, kRadiusDecay = 0.35, kLeastRadius = 1e-9;  // [m]
-constexpr double kShiftDecay = 0.25, kLeastShift = 0.2;  // the latter of StiffnessShift::first
+constexpr int kMaxNonMonotoneSteps = 8;  // consecutive steps above the lowest energy
+constexpr double kRadiusGrowth = 1.5, kRadiusDecay = 0.35, kMinRadius = 1e-9;  // [m]
+constexpr double kShiftDecay = 0.25,
+                 kMinShift = 0.2;  // the latter relative to StiffnessShift::first
 constexpr double kResidualDecrease = 0.9;
 
-// Of a drape that counts as stable: nearer to a fold bifurcation Ks⁻¹ lets the skew part of K rule,
-// and Newton with a factor of Ks alone no longer converges.
+// Largest asymmetry of a drape that counts as stable [MODEL, M36]. Nearer to a fold bifurcation the
+// skew part of K dominates, and Newton's method with a factor of Ks alone no longer converges.
 constexpr double kMaxAsymmetry = 1.0;
 
 }  // namespace
@@ -38,7 +39,7 @@ NewtonControl::NewtonControl(const EquilibriumOptions& options, double residual,
 NewtonNext NewtonControl::Next() const {
   if (here_.residual <= options_.tolerance) return NewtonNext::kConverged;
   if (options_.cancel != nullptr && options_.cancel->load()) return NewtonNext::kCancelled;
-  if (no_shift_left_ || iterations() == options_.max_iterations || radius_ < kLeastRadius)
+  if (no_shift_left_ || iterations() == options_.max_iterations || radius_ < kMinRadius)
     return NewtonNext::kGiveUp;
   return NewtonNext::kStep;
 }
@@ -77,7 +78,7 @@ NewtonVerdict NewtonControl::Judge(double residual, double energy) {
     best_ = here_;
     return EndNonMonotone(NewtonVerdict::kAccept);
   }
-  if (++excursion_ <= kLongestNonMonotone && std::isfinite(energy))
+  if (++excursion_ <= kMaxNonMonotoneSteps && std::isfinite(energy))
     return NewtonVerdict::kNonMonotone;
   here_ = best_;
   radius_ = kRadiusDecay * move_;
@@ -90,8 +91,8 @@ EquilibriumStatus NewtonControl::Conclude(std::optional<double> asymmetry) {
                                                  : EquilibriumStatus::kUnstable;
 }
 
-// Where the energy no longer resolves the progress, or is none (its stretch part is held at the
-// present stiffness), the residual counts.
+// The residual decides where the energy no longer resolves the progress, or where no energy exists
+// (its stretch part is held at the present stiffness).
 bool NewtonControl::IsBetter(const Shape& shape) const {
   return shape.energy < best_.energy || (best_.residual < options_.residual_regime &&
                                          shape.residual < kResidualDecrease * best_.residual);
@@ -102,7 +103,7 @@ void NewtonControl::AdaptShift() {
     shift_ = std::max(shift_, options_.shift.first);
   } else if (!was_raised_) {
     shift_ *= kShiftDecay;
-    if (shift_ < kLeastShift * options_.shift.first) shift_ = 0.0;
+    if (shift_ < kMinShift * options_.shift.first) shift_ = 0.0;
   }
 }
 

@@ -13,10 +13,11 @@ struct EquilibriumOptions {
   double tolerance = 1e-9;                  // ‖f‖ ≤ tolerance × weight
   int max_iterations = 100;                 // Newton steps
   StiffnessShift shift = {.length = 0.03};  // where K is not positive definite
-  double first_radius = 3e-3;  // largest change of a coordinate in a step, at first [m]
-  double max_radius = 0.02;    // and at most
-  // ‖f‖ / weight below which a step may also lower ‖f‖ instead of the energy. Under a load that
-  // strains a nonlinear table by percents, no energy has its minimum at the equilibrium: infinity.
+  double first_radius = 3e-3;               // largest change of a coordinate in the first step [m]
+  double max_radius = 0.02;                 // and in any step [m]
+  // The value of ‖f‖ / weight below which a step may also lower ‖f‖ instead of the energy [MODEL,
+  // M34]. Use infinity under a load that strains a nonlinear table by percents, where no energy has
+  // its minimum at the equilibrium.
   double residual_regime = 1e-3;
   const std::atomic<bool>* cancel = nullptr;
 
@@ -25,9 +26,9 @@ struct EquilibriumOptions {
 
 enum class EquilibriumStatus {
   kStable,    // converged, K positive definite
-  kUnstable,  // converged, but K has lost definiteness or its unsymmetric part rules: at or past
-              // a fold bifurcation, where derivatives blow up
-  kNotConverged,  // iteration limit, or no step lowers energy or residual: x is the best shape
+  kUnstable,  // converged, but K is not positive definite or its skew part dominates: at or past
+              // a fold bifurcation, where derivatives diverge
+  kNotConverged,  // iteration limit, or no step lowers energy or residual; x is the best shape
   kCancelled
 };
 const char* ToString(EquilibriumStatus status);
@@ -37,46 +38,47 @@ struct NewtonStep {
   double residual;  // ‖f‖ / weight before the step
   double energy;    // after it [J]
   double shift;     // μ that was factored [s⁻²]
-  bool accepted;    // lowers the energy, or near the end the residual, of all shapes before
+  bool accepted;    // the shape has the lowest energy so far or, near the end, a lower residual
 };
 
 enum class NewtonNext {
   kStep,
-  kConverged,  // the present shape is at rest
+  kConverged,  // the present shape is an equilibrium
   kCancelled,
-  kGiveUp  // iteration limit, steps of no length, or no shift left
+  kGiveUp  // iteration limit, steps of zero length, or no shift left
 };
 enum class NewtonVerdict {
   kAccept,       // the new shape is the best one
-  kNonMonotone,  // it is not, but the next steps go on from it
-  kRejectStep    // back to the best one
+  kNonMonotone,  // it is not, but the next steps start from it
+  kRejectStep    // return to the best one
 };
 
-// The decisions of Newton's method for a drape at rest, in scalars: those who compute shapes one by
-// one or in batches ask the same object. A step is
+// The decisions of Newton's method for an equilibrium [MODEL, M34, M35], in scalars: solvers of
+// single shapes and of batches ask the same object. A step is
 //   Next() → FirstShift(), NextShift() while a factorisation fails → Scale() → Judge().
-// The geometric stiffness is that of the stress extrapolated along the step before; after kAccept
+// The geometric stiffness is that of the stress extrapolated along the previous step; after kAccept
 // and kRejectStep it is that of the shape itself.
 class NewtonControl {
  public:
-  // ‖f‖ / weight and the energy [J] of the shape to start from.
+  // Takes ‖f‖ / weight and the energy [J] of the shape to start from.
   NewtonControl(const EquilibriumOptions& options, double residual, double energy);
 
   NewtonNext Next() const;
 
-  // The shift μ to factor K with first [s⁻²], and after a failed factorisation the next one; none
-  // when the step cannot be done. Each is counted as a factorisation.
+  // The shift μ [s⁻²] for the first factorisation of K in a step, and the next one after a failed
+  // factorisation; std::nullopt when the step cannot be computed. Each counts as a factorisation.
   double FirstShift();
   std::optional<double> NextShift();
 
-  // The factor that shortens a step, of which no coordinate changes more than `move` [m].
+  // The factor by which a step is shortened in which no coordinate changes by more than `move` [m].
   double Scale(double move);
 
-  // Of the shape after the step, as in the constructor.
+  // Judges the shape after the step by its residual and energy, as in the constructor.
   NewtonVerdict Judge(double residual, double energy);
 
-  // The status of a converged shape, where K was factored without a shift (one more factorisation):
-  // none when it is not positive definite, else Stiffness::Asymmetry().
+  // The status of a converged shape after a factorisation of K without a shift, which is counted
+  // here [MODEL, M36]. `asymmetry` is Stiffness::Asymmetry(), or std::nullopt when K is not
+  // positive definite.
   EquilibriumStatus Conclude(std::optional<double> asymmetry);
 
   int iterations() const { return static_cast<int>(steps_.size()); }
@@ -95,7 +97,7 @@ class NewtonControl {
   Shape here_, best_;  // the present shape; the last accepted one
   double radius_;      // largest change of a coordinate [m]
   double shift_ = 0.0;
-  double move_ = 0.0;           // of the present step, shortened [m]
+  double move_ = 0.0;           // of the present step, after shortening [m]
   bool was_shortened_ = false;  // the present step
   bool was_raised_ = false;     // its shift
   bool no_shift_left_ = false;

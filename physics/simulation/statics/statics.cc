@@ -10,7 +10,7 @@
 namespace drape {
 namespace {
 
-// A shape, and what is known of it.
+// A shape with its force, energy and stress.
 struct Iterate {
   Eigen::VectorXd x, force;
   double residual = 0.0, energy = 0.0;
@@ -78,7 +78,8 @@ class EquilibriumSearch {
     stress_ = here_.stress;
   }
 
-  // K at here_ with the geometric stiffness of stress_, shifted. False when no shift helps.
+  // Factors K at here_ with the geometric stiffness of stress_, shifted where necessary. Returns
+  // false when no shift makes it positive definite.
   bool FactorHere() {
     stiffness_.Assemble(here_.x);
     StressField change = stress_;
@@ -167,13 +168,13 @@ bool EquilibriumJvpColumn(StepSolver& solver, const MaterialField& material,
 }
 
 bool EquilibriumAdjoint(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& x,
-                        const RowMatrix& seeds, MaterialGradient* gradient) {
+                        const RowMatrix& dL_dx, MaterialGradient* gradient) {
   const ClothModel& model = solver.model();
   Stiffness stiffness(solver, material);
   stiffness.Assemble(x);
   RowMatrix lambda;
-  if (!stiffness.Factor() || !stiffness.SolveTransposed(seeds, &lambda)) return false;
-  *gradient = MaterialGradient::Zero(material, static_cast<int>(seeds.cols()));
+  if (!stiffness.Factor() || !stiffness.SolveTransposed(dL_dx, &lambda)) return false;
+  *gradient = MaterialGradient::Zero(material, static_cast<int>(dL_dx.cols()));
   const Eigen::VectorXd no_velocity = Eigen::VectorXd::Zero(x.size());
   AddMaterialGradient(model, material, x, no_velocity, 1.0, lambda, *gradient);
   return true;

@@ -51,7 +51,7 @@ std::vector<double> Norms(const RowMatrix& a) {
   return norms;
 }
 
-// x, before ← before + weight·(step + x − before), x.
+// (x, before) ← (before + weight·(step + x − before), x), column by column.
 void Advance(std::span<const double> weight, const RowMatrix& step, RowMatrix& before,
              RowMatrix& x) {
   for (Eigen::Index i = 0; i < x.rows(); ++i)
@@ -99,7 +99,7 @@ bool Stiffness::SolveTransposed(const RowMatrix& rhs, RowMatrix* solution) {
   return SolveWith(AddTransposeMultiply, rhs, solution);
 }
 
-// multiply: the product of −K that goes with the system.
+// `multiply` is the product with −K or −Kᵀ, as the system requires.
 bool Stiffness::SolveWith(decltype(AddMultiply)& multiply, const RowMatrix& rhs,
                           RowMatrix* solution) {
   CgwRecurrence columns(Norms(rhs));

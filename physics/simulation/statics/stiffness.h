@@ -10,36 +10,39 @@
 
 namespace drape {
 
-// The random vector of Stiffness::Asymmetry, shape [dofs, 1], and how often it is multiplied.
+// The random start vector of Stiffness::Asymmetry, shape [dofs, 1], and the number of
+// multiplications.
 RowMatrix AsymmetryStart(int dofs);
 inline constexpr int kAsymmetryRounds = 8;
 
-// K = −∂f/∂x of a cloth at rest and a factor of its symmetric part Ks. K is slightly unsymmetric
-// because a stretch table is in general not the gradient of an energy.
+// K = −∂f/∂x of a cloth in equilibrium and a factor of its symmetric part Ks [MODEL, M33]. K is
+// slightly unsymmetric because a stretch table is in general not the gradient of an energy.
 class Stiffness {
  public:
-  // References outlive the object; the factor is kept in solver.linear().
+  // Both arguments must outlive the object; the factor is kept in solver.linear().
   Stiffness(StepSolver& solver, const MaterialField& material);
 
-  // K at x.
+  // Assembles K at x.
   void Assemble(const Eigen::VectorXd& x);
   // Adds the geometric stiffness of a change of stress to Ks, until the next Assemble.
   void AddStress(const StressField& change);
 
-  // Factors Ks. False when it is not positive definite.
+  // Factors Ks. Returns false when it is not positive definite.
   [[nodiscard]] bool Factor();
-  // Factors Ks + μ·(M + ℓ²·L) of StiffnessShift with μ = *mu [s⁻²] or, until it is positive
-  // definite, the larger ones that `next` names after that which failed. False when it names none.
+  // Factors Ks + μ·(M + ℓ²·L) of StiffnessShift [MODEL, M35] with ℓ = `length` [m] and μ = *mu
+  // [s⁻²]. While the factorisation fails, `next` receives the μ that failed and returns a larger
+  // one. Returns false when `next` returns std::nullopt.
   [[nodiscard]] bool FactorShifted(double length, double* mu,
                                    const std::function<std::optional<double>(double failed)>& next);
 
-  // Solves K·solution = rhs, or Kᵀ·solution = rhs, each column to the accuracy of CgwRecurrence;
-  // shapes [3V, m]. Needs Factor(). False when it does not converge.
+  // Solves K·solution = rhs or Kᵀ·solution = rhs, each column to the accuracy of CgwRecurrence
+  // [MODEL, M44]; shapes [3V, m]. Requires a successful Factor(). Returns false when it does not
+  // converge.
   [[nodiscard]] bool Solve(const RowMatrix& rhs, RowMatrix* solution);
   [[nodiscard]] bool SolveTransposed(const RowMatrix& rhs, RowMatrix* solution);
 
-  // How far from symmetric K is: the growth of a random vector under Ks⁻¹·(K − Ks), about its
-  // spectral radius. Needs Factor().
+  // A measure of the asymmetry of K: the growth of a random vector under Ks⁻¹·(K − Ks),
+  // approximately its spectral radius [MODEL, M36]. Requires a successful Factor().
   double Asymmetry();
 
  private:

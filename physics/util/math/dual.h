@@ -7,7 +7,8 @@
 
 namespace drape {
 
-// Forward-mode dual number with N derivatives, for host and device (ceres::Jet is host only).
+// A forward-mode dual number with the value `a` and N derivatives `v`, for host and device
+// (ceres::Jet is host only).
 template <int N>
 struct Dual {
   double a = 0.0;
@@ -20,13 +21,13 @@ struct Dual {
   DRAPE_INLINE Dual& operator+=(const Dual& o) { return *this = *this + o; }
   DRAPE_INLINE Dual operator-() const { return Chain(*this, -a, -1.0); }
 
-  // f(x) given its value and derivative at x.a.
+  // f(x), given its value and its derivative at x.a.
   DRAPE_INLINE static Dual Chain(const Dual& x, double value, double derivative) {
     Dual r(value);
     for (int i = 0; i < N; ++i) r.v[i] = derivative * x.v[i];
     return r;
   }
-  // f(x, y) given its value and its two partial derivatives.
+  // f(x, y), given its value and its two partial derivatives.
   DRAPE_INLINE static Dual Chain(const Dual& x, double dx, const Dual& y, double dy, double value) {
     Dual r(value);
     for (int i = 0; i < N; ++i) r.v[i] = dx * x.v[i] + dy * y.v[i];
@@ -71,7 +72,7 @@ DRAPE_INLINE Dual<N> atan2(const Dual<N>& y, const Dual<N>& x) {
   return Dual<N>::Chain(y, x.a * inverse, x, -y.a * inverse, ::atan2(y.a, x.a));
 }
 
-// The plain value of a scalar, for branches.
+// The plain value of a scalar, for comparisons that select a branch of a formula.
 DRAPE_INLINE double Value(double x) { return x; }
 DRAPE_INLINE double Value(float x) { return x; }
 template <int N>

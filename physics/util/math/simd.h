@@ -5,10 +5,11 @@
 
 namespace drape {
 
-// Four doubles that the compiler maps to the machine's vector registers (GCC and Clang extension).
+// Four doubles that the compiler maps to the vector registers of the machine (a GCC and Clang
+// extension).
 using Vec4 = double __attribute__((vector_size(32)));
 
-// A register of T = Vec4 or double at an address of any alignment.
+// Loads T = Vec4 or double from an address of any alignment.
 template <class T>
 inline __attribute__((always_inline)) T LoadAs(const double* from) {
   T value;
@@ -20,8 +21,8 @@ inline __attribute__((always_inline)) void Store(const T& value, double* to) {
   std::memcpy(to, &value, sizeof value);
 }
 
-// Calls visit.template operator()<V>(first) for chunks of V registers, V ≤ Max, that cover `count`
-// registers: as many of the longest as fit, then one shorter.
+// Calls visit.template operator()<V>(first) for chunks of V registers, V ≤ Max, which together
+// cover `count` registers: as many chunks of the maximum length as fit, then one shorter chunk.
 template <int Max, class Visit>
 inline void ForEachChunk(int count, Visit visit) {
   int first = 0;

@@ -23,7 +23,7 @@ template <class S, class T>
 DRAPE_INLINE Vec3<T> operator*(const S& s, const Vec3<T>& a) {
   return {s * a.x, s * a.y, s * a.z};
 }
-// A double vector scaled by another scalar type (a dual coefficient of a fixed direction).
+// A vector of doubles scaled by another scalar type (a fixed direction times a dual coefficient).
 template <class T>
 DRAPE_INLINE Vec3<T> Scale(const T& s, const Vec3<double>& a) {
   return {s * a.x, s * a.y, s * a.z};
@@ -37,7 +37,7 @@ DRAPE_INLINE Vec3<T> Cross(const Vec3<T>& a, const Vec3<T>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// Vertex `i` of a node-major array.
+// Reads vertex `i` of a node-major array, or adds to it.
 DRAPE_INLINE Vec3<double> LoadVec3(const double* nodes, int i) {
   return {nodes[3 * i], nodes[3 * i + 1], nodes[3 * i + 2]};
 }

@@ -25,7 +25,7 @@ TEST(Camera, OrthographicPutsFifteenCentimetresAt107Point9Pixels) {
   EXPECT_DOUBLE_EQ(image[1], 127.5 + 71.95);
 }
 
-TEST(Camera, PinholeEdgeOfViewIsHalfAPixelOutsideOfTheLastRow) {
+TEST(Camera, PinholeEdgeOfViewIsHalfAPixelOutsideTheLastRow) {
   const double x[3] = {0, 0.7 * std::tan(0.25), 0};
   double image[2];
   Pinhole().Project(x, image);
@@ -80,16 +80,16 @@ TEST(Camera, CheckNamesTheFieldAndTheValue) {
 }
 
 TEST(CalibrateFromCircle, FindsScaleAndCentre) {
-  Camera truth;
-  truth.scale = 640.25;
-  truth.cx = 121.3;
-  truth.cy = 130.8;
+  Camera actual;
+  actual.scale = 640.25;
+  actual.cx = 121.3;
+  actual.cy = 130.8;
   const Mesh disc = MakeDisc(4, 360, 0.15);
-  const GrayImage image = Rasterize(disc, disc.rest_x, truth, 8);
+  const GrayImage image = Rasterize(disc, disc.rest_x, actual, 8);
   const Camera found = CalibrateFromCircle(image, 0.15, "circle.png");
-  EXPECT_NEAR(found.scale, truth.scale, 0.05);
-  EXPECT_NEAR(found.cx, truth.cx, 0.01);
-  EXPECT_NEAR(found.cy, truth.cy, 0.01);
+  EXPECT_NEAR(found.scale, actual.scale, 0.05);
+  EXPECT_NEAR(found.cx, actual.cx, 0.01);
+  EXPECT_NEAR(found.cy, actual.cy, 0.01);
 }
 
 TEST(CalibrateFromCircle, RejectsADrape) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loader on the published files [Gong 2024], read in place.
+// The loader on the published files [Gong 2024], which are read in place.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -26,7 +26,7 @@ TEST_F(CusickDataset, HoldsFiveFabricsOfTwelveSamplesInFourCaptures) {
   EXPECT_TRUE(dataset.notes.empty());
 }
 
-// Four meshes of fabric 2 are turned; fabric 3's of sample 2, capture 1 is that of capture 3.
+// Four meshes of fabric 2 are turned; that of fabric 3, sample 2, capture 1 belongs to capture 3.
 TEST_F(CusickDataset, MeshesFitTheirImagesAfterAQuarterTurn) {
   std::vector<FileNote> skipped;
   const auto captures = KeepUsable(ReadDataset(root_).captures, &skipped);

@@ -27,7 +27,7 @@ std::set<std::pair<int, int>> ListSamples(const std::vector<Capture>& captures) 
 
 class SplitFile : public FileFixture {};
 
-TEST_F(SplitFile, KeepsSamplesWholeAndDrawsInEachFabric) {
+TEST_F(SplitFile, KeepsSamplesTogetherAndSelectsInEachFabric) {
   const Split split = SplitBySample(TwoFabrics().captures, 2, 5);
   EXPECT_EQ(split.train.size(), 2u * 2 * 4);
   EXPECT_EQ(split.held_out.size(), 2u * 4 * 4);
@@ -42,14 +42,14 @@ TEST_F(SplitFile, FollowsFromTheSeedAlone) {
   const auto captures = TwoFabrics().captures;
   EXPECT_EQ(ListSamples(SplitBySample(captures, 3, 5).train),
             ListSamples(SplitBySample(captures, 3, 5).train));
-  std::set<std::set<std::pair<int, int>>> drawn;
+  std::set<std::set<std::pair<int, int>>> selected;
   std::set<std::pair<int, int>> ever;
   for (int seed = 0; seed < 40; ++seed) {
     const auto train = ListSamples(SplitBySample(captures, 1, seed).train);
-    drawn.insert(train);
+    selected.insert(train);
     ever.insert(train.begin(), train.end());
   }
-  EXPECT_GT(drawn.size(), 15u);  // of 36
+  EXPECT_GT(selected.size(), 15u);  // of 36
   EXPECT_EQ(ever.size(), 12u);
   EXPECT_EQ(ListSamples(SplitBySample(captures, 2, 1).train),
             (std::set<std::pair<int, int>>{{1, 1}, {1, 2}, {2, 2}, {2, 3}}));
@@ -57,7 +57,7 @@ TEST_F(SplitFile, FollowsFromTheSeedAlone) {
 
 TEST_F(SplitFile, NeedsASampleToHoldOut) {
   EXPECT_INPUT_ERROR(SplitBySample(TwoFabrics().captures, 6, 1),
-                     "found 6 samples to learn from, expected fewer than the 6 of fabric 1");
+                     "found 6 training samples, expected fewer than the 6 of fabric 1");
 }
 
 TEST_F(SplitFile, IsReadBackAsItWasWritten) {

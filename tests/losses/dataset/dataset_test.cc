@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each irregularity of the published layout [MODEL, M52] on a small tree.
+// Tests each irregularity of the published layout [MODEL, M52] on a small tree of files.
 #include "losses/dataset/dataset.h"
 
 #include <gmock/gmock.h>
@@ -29,7 +29,7 @@ std::vector<std::string> Found(const std::vector<Capture>& captures) {
 
 class DatasetTest : public testing::Test {
  protected:
-  // An empty file at data/<name>: names are all that ReadDataset looks at.
+  // Adds an empty file at data/<name>: ReadDataset looks at names only.
   std::string Add(const std::string& name) const { return tree_.AddFile("data/" + name, ""); }
   Dataset Read() const { return ReadDataset(tree_.path()); }
 
@@ -163,7 +163,7 @@ TEST_F(DatasetTest, SelectionNamesWhatIsThere) {
                      "no capture of the selection with face down");
 }
 
-TEST_F(DatasetTest, FilesThatAreOfNoUseAreLeftOutWithTheReason) {
+TEST_F(DatasetTest, UnusableFilesAreLeftOutWithTheReason) {
   const auto image = [](int n) {
     return "data/Fabric 1/silhouettes/Sample_" + std::to_string(n) + ".jpg";
   };

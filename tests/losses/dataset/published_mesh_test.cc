@@ -16,7 +16,8 @@ TEST(PublishedMesh, TheFillerVtIsDropped) {
   EXPECT_EQ(mesh.surface.x.size(), 3 * 121);
   EXPECT_EQ(mesh.surface.triangles.size(), 120u);
   ASSERT_TRUE(mesh.cloth.has_value());
-  EXPECT_NEAR(mesh.cloth->uv(0, 1), 0.15, 1e-6);  // off by one it would be the centre's 0
+  EXPECT_NEAR(mesh.cloth->uv(0, 1), 0.15,
+              1e-6);  // with an offset of one it would be 0, as at the centre
   EXPECT_NEAR(mesh.cloth->uv.col(31).y(), 0.15, 1e-6);
 }
 
@@ -59,7 +60,7 @@ TEST(TurnedAboutZ, MirrorsFirst) {
   EXPECT_NEAR((turned - Eigen::Vector3d(2, 1, 3)).norm(), 0, 1e-15);
 }
 
-TEST(Rasterize, ASurfaceAsItsMesh) {
+TEST(Rasterize, ASurfaceEqualsItsMesh) {
   const SyntheticDataset tree;
   const PublishedMesh mesh = ReadPublishedMesh(tree.AddMesh("a.obj", true));
   EXPECT_EQ(Rasterize(mesh.surface, Camera(), 2).coverage,

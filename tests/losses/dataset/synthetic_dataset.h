@@ -10,7 +10,7 @@
 
 namespace drape {
 
-// Files in the layout of the public data set, in a folder of the test's own.
+// Files in the layout of the public data set, in a temporary folder.
 class SyntheticDataset {
  public:
   const std::string& path() const { return folder_.path(); }
@@ -35,8 +35,8 @@ class SyntheticDataset {
     return path;
   }
 
-  // A fan of triangles with that outline [m], turned by quarters·90° counter-clockwise. With vt: a
-  // filler line, then the flat disc; without: of another topology.
+  // Adds a fan of triangles with that outline [m], turned by quarters·90° counter-clockwise. With
+  // vt it has a dummy line and the flat disc; without vt it is of another topology.
   std::string AddMesh(const std::string& name, bool with_vt, double radius = 85 / 719.5,
                       int folds = 5, double phase = 0, int quarters = 0) const {
     const int n = with_vt ? 120 : 90;

@@ -10,11 +10,12 @@
 namespace drape {
 namespace {
 
-// Mean squared error of two concentric discs, or what area [m²] comes to in it.
+// The mean squared error of two concentric discs whose areas differ by `area` [m²].
 double ErrorOfArea(double area) { return std::abs(area) * 719.5 * 719.5 / (256 * 256); }
 double DiscError(double a, double b) { return ErrorOfArea(M_PI * (a * a - b * b)); }
 
-// Grey pixels on the edges of both discs count less than black ones: up to this.
+// Grey pixels on the edges of both discs count less than black ones: the difference is at most
+// this.
 constexpr double kGreyEdges = 3.5e-3;
 
 ObservedCapture Disc(int fabric, int sample, int capture, double radius) {
@@ -33,7 +34,7 @@ const PredictorRow& Row(const TrivialPredictors& predictors, const std::string& 
 
 class TrivialPredictorsOfDiscs : public testing::Test {
  protected:
-  // Samples of radius 10, 11 and 12 cm; the other face is 14 cm wide and no use.
+  // Samples of radius 10, 11 and 12 cm; the other face is 14 cm wide and must not be used.
   const std::vector<ObservedCapture> train_ = {Disc(1, 1, 1, 0.10), Disc(1, 1, 2, 0.10),
                                                Disc(1, 2, 1, 0.11), Disc(1, 2, 3, 0.14)};
   const std::vector<ObservedCapture> held_out_ = {Disc(1, 3, 1, 0.12), Disc(1, 3, 2, 0.125)};
@@ -66,7 +67,7 @@ TEST_F(TrivialPredictorsOfDiscs, InClosedForm) {
   EXPECT_NEAR(circle.mean.mse, 0.5 * (DiscError(mean_radius, 0.12) + DiscError(mean_radius, 0.125)),
               kGreyEdges);
   EXPECT_NEAR(circle.mean.profile_rms, 0.1225 - mean_radius, 2e-4);
-  // Two thirds of the ring between 10 and 11 cm are white in the mean.
+  // Two thirds of the samples are white in the ring between 10 and 11 cm.
   const double ring = 4.0 / 9 * M_PI * (0.0121 - 0.01);
   const PredictorRow& grey = Row(predictors, "grey mean image");
   EXPECT_NEAR(grey.mean.mse,
@@ -76,7 +77,7 @@ TEST_F(TrivialPredictorsOfDiscs, InClosedForm) {
   ASSERT_TRUE(predictors.other_samples);
   EXPECT_EQ(predictors.other_samples->observed, 2);
   EXPECT_NEAR(predictors.other_samples->mean_image_mse, grey.mean.mse, 1e-6);
-  // A draw that never differs scores its distance.
+  // A prediction without scatter scores its distance.
   ASSERT_TRUE(predictors.circle);
   EXPECT_NEAR(predictors.circle->mean_image_mse, circle.mean.mse, 1e-6);
   EXPECT_NEAR(predictors.circle->outline_energy, circle.mean.profile_rms, 1e-9);

@@ -42,14 +42,15 @@ struct RadiusRange {
   bool IsPhysical() const { return min >= kSupport - 1 && max <= 108.5; }
 };
 
-// Smallest and largest distance of the outline from `centre` [px, y up, from the camera's centre].
+// The smallest and largest distance of the outline from `centre` [px, y up, from the camera
+// centre].
 RadiusRange RangeAbout(const Eigen::Matrix2Xd& outline, const Eigen::Vector2d& centre) {
   const Eigen::ArrayXd distance = (outline.colwise() - centre).colwise().norm().array();
   return {distance.minCoeff(), distance.maxCoeff()};
 }
 
-// The same about the centre, on a grid of 0.25 px, from which the outline violates least that the
-// cloth covers the support and reaches nowhere beyond its flat radius.
+// The same about that centre on a grid of 0.25 px from which the outline least violates the bounds:
+// the cloth covers the support and does not exceed its flat radius.
 RadiusRange RangeAboutBestCentre(const Eigen::Matrix2Xd& outline) {
   RadiusRange best{};
   double least = 1e9;
@@ -65,8 +66,8 @@ RadiusRange RangeAboutBestCentre(const Eigen::Matrix2Xd& outline) {
   return best;
 }
 
-// Not every image is centred: 18 of the 300 files break the bounds about the nominal centre, by up
-// to 10 px (fabric 3, sample 7, capture 3), and none does about its own centre.
+// Not every image is centred: 18 of the 300 files violate the bounds about the nominal centre, by
+// up to 10 px (fabric 3, sample 7, capture 3), but none does about its own centre.
 TEST_F(CusickImages, AllLoadAndLieBetweenSupportAndFlatCloth) {
   const auto paths = JpegsBelow(root_);
   EXPECT_EQ(paths.size(), 300u);
@@ -93,7 +94,7 @@ TEST_F(CusickImages, AllLoadAndLieBetweenSupportAndFlatCloth) {
 TEST_F(CusickImages, MeanDrapeCoefficientsAndFoldsOfTheFabrics) {
   const std::map<int, std::pair<double, double>> expected = {
       {2, {0.73, 7.6}}, {3, {0.15, 11.5}}, {5, {0.79, 7.6}}};  // fabric → DC, folds
-  for (const auto& [fabric, truth] : expected) {
+  for (const auto& [fabric, published] : expected) {
     const auto paths =
         JpegsBelow(root_ + "/data/Fabric " + std::to_string(fabric) + "/silhouettes");
     ASSERT_EQ(paths.size(), 48u);
@@ -109,10 +110,10 @@ TEST_F(CusickImages, MeanDrapeCoefficientsAndFoldsOfTheFabrics) {
     }
     std::printf("fabric %d: DC by area %.4f, by profile %.4f, folds %.2f\n", fabric, area_dc,
                 profile_dc, folds);
-    EXPECT_NEAR(area_dc, truth.first, 0.02) << "fabric " << fabric;
-    EXPECT_NEAR(profile_dc, truth.first, 0.02) << "fabric " << fabric;
-    // The expected means were taken over a choice of captures that was not recorded.
-    EXPECT_NEAR(folds, truth.second, 0.4) << "fabric " << fabric;
+    EXPECT_NEAR(area_dc, published.first, 0.02) << "fabric " << fabric;
+    EXPECT_NEAR(profile_dc, published.first, 0.02) << "fabric " << fabric;
+    // The expected means were computed over a selection of captures that was not recorded.
+    EXPECT_NEAR(folds, published.second, 0.4) << "fabric " << fabric;
   }
 }
 

@@ -13,9 +13,9 @@
 
 namespace drape {
 
-// Encoders of small test files in formats that the library itself never writes.
+// Encoders of small test files in formats that the library itself does not write.
 
-// pixels: row-major, channels interleaved (1 grey, 3 RGB, 4 CMYK).
+// pixels are row-major with interleaved channels (1 grey, 3 RGB, 4 CMYK).
 inline std::vector<uint8_t> EncodeJpeg(const std::vector<uint8_t>& pixels, int width, int height,
                                        int channels) {
   jpeg_compress_struct info;
@@ -43,7 +43,7 @@ inline std::vector<uint8_t> EncodeJpeg(const std::vector<uint8_t>& pixels, int w
   return bytes;
 }
 
-// format: PNG_FORMAT_*; with PNG_FORMAT_FLAG_COLORMAP pixels are indices and `palette` holds
+// format is PNG_FORMAT_*; with PNG_FORMAT_FLAG_COLORMAP pixels are indices and `palette` holds the
 // entries.
 inline std::vector<uint8_t> EncodePng(const void* pixels, int width, int height, png_uint_32 format,
                                       const std::vector<uint8_t>& palette = {}, int entries = 0) {

@@ -20,7 +20,7 @@ using testing::HasSubstr;
 using testing::JoinAll;
 using testing::ThrowsMessage;
 
-// A dark box on white; values are grey levels.
+// A dark box on white, as grey levels.
 std::vector<uint8_t> Box(int width, int height, uint8_t dark = 0) {
   std::vector<uint8_t> gray(size_t(width) * height, 255);
   for (int row = height / 4; row < height / 2; ++row) {
@@ -158,8 +158,8 @@ TEST(CheckSilhouette, RejectsCoverageOutOfRange) {
   EXPECT_NO_THROW(CheckSilhouette(image, "raster"));
 }
 
-// Runs `body` in a child, so that its limits and user do not reach the other tests; true if it
-// returned true.
+// Runs `body` in a child process, so that its limits and user do not affect the other tests.
+// Returns whether it returned true.
 bool InChild(const std::function<bool()>& body) {
   const pid_t child = fork();
   if (child == 0) _exit(body() ? 0 : 1);
@@ -168,7 +168,7 @@ bool InChild(const std::function<bool()>& body) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-// Writing fails with an InputError that names the path.
+// Returns whether writing fails with an InputError that names the path.
 bool WriteIsRefused(const std::string& path) {
   try {
     WritePng(GrayImage(200, 200, 0.25f), path);
@@ -226,17 +226,17 @@ TEST_F(OldFile, WritingIntoNoFolderOrOverAFolderIsRefused) {
 // JPEG blurs a hard edge; the threshold brings the picture back bit for bit.
 TEST(HardEdged, UndoesJpeg) {
   std::vector<uint8_t> gray(64 * 64, 255);
-  GrayImage truth(64, 64);
+  GrayImage expected(64, 64);
   for (int i = 0; i < 64 * 64; ++i) {
     if (std::hypot(i % 64 - 31.5, i / 64 - 31.5) > 20.3) continue;
     gray[i] = 0;
-    truth.coverage[i] = 1;
+    expected.coverage[i] = 1;
   }
   const TempFolder folder;
   WriteAll(folder / "a.jpg", EncodeJpeg(gray, 64, 64, 1));
   const GrayImage image = ReadSilhouette(folder / "a.jpg");
-  EXPECT_NE(image.coverage, truth.coverage);
-  EXPECT_EQ(HardEdged(image).coverage, truth.coverage);
+  EXPECT_NE(image.coverage, expected.coverage);
+  EXPECT_EQ(HardEdged(image).coverage, expected.coverage);
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ ObjSurface Moved(double rotation, bool mirrored) {
   return surface;
 }
 
-TEST(ObserveSurface, IsSeeImageOfItsRaster) {
+TEST(ObserveSurface, IsObserveImageOfItsRaster) {
   const ObservedDrape seen = ObserveSurface(Surface(), Camera(), "s");
   EXPECT_EQ(seen.image.coverage, Rasterize(Surface(), Camera(), 4).coverage);
   EXPECT_EQ(seen.radius, ObserveImage(seen.image, Camera(), "i").radius);
@@ -62,9 +62,9 @@ TEST(TurnedImage, IsTheImageOfTheTurnedSurface) {
     const double turn = 37.3 * kDegree;
     const GrayImage turned =
         TurnedImage(ObserveSurface(Surface(), Camera(), "s").image, Camera(), turn, mirrored);
-    const GrayImage truth = ObserveSurface(Moved(turn, mirrored), Camera(), "s").image;
-    EXPECT_LT(MeanSquaredError(turned, truth), 3e-4);
-    EXPECT_GT(IntersectionOverUnion(turned, truth), 0.995);
+    const GrayImage expected = ObserveSurface(Moved(turn, mirrored), Camera(), "s").image;
+    EXPECT_LT(MeanSquaredError(turned, expected), 3e-4);
+    EXPECT_GT(IntersectionOverUnion(turned, expected), 0.995);
   }
 }
 
@@ -75,7 +75,7 @@ TEST(CompareDrapes, FindsRotationAndFlip) {
     for (const double degrees : {0.0, 37.3, 200.6}) {
       const ObservedDrape there = ObserveSurface(Moved(degrees * kDegree, mirrored), camera, "b");
       const DrapeComparison c = CompareDrapes(here, there, camera);
-      // Undone by −φ; a mirrored one by the same angle, since the mirror turns it round.
+      // The rotation is undone by −φ; that of a mirrored drape by φ, since the mirror reverses it.
       const double expected = (mirrored ? degrees : -degrees) * kDegree;
       EXPECT_EQ(c.alignment.mirrored, mirrored);
       EXPECT_NEAR(std::remainder(c.alignment.rotation - expected, 2 * M_PI), 0, 0.05 * kDegree);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the published drapes give without a model, see losses/README.md; read in place.
+// Baselines of the published drapes without a model, see losses/README.md; the data are read in
+// place.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -33,7 +34,7 @@ const PredictorRow& Row(const TrivialPredictors& predictors, const std::string& 
   return none;
 }
 
-// Each sample of fabrics 1–5 left out in turn, as the drapes lie.
+// Each sample of fabrics 1–5 is left out in turn, without alignment.
 TEST_F(CusickMetrics, TrivialPredictorsAreThoseOfTheTable) {
   const auto captures = See({});
   const auto predictors = EvaluateTrivialPredictors(captures, captures, Camera(), false);
@@ -44,7 +45,8 @@ TEST_F(CusickMetrics, TrivialPredictorsAreThoseOfTheTable) {
   EXPECT_NEAR(repeat.mean.outline_hausdorff, 0.0112, 2e-4);
   const PredictorRow& sample = Row(predictors, "another sample, same face");
   EXPECT_EQ(sample.pairs, 5280);
-  EXPECT_NEAR(sample.mean.mse, 0.048, 1.5e-3);  // .0489: the table's choice of pairs is not stated
+  EXPECT_NEAR(sample.mean.mse, 0.048,
+              1.5e-3);  // .0489: the choice of pairs of the table is not documented
   EXPECT_NEAR(sample.mean.outline_hausdorff, 0.0237, 5e-4);
   const PredictorRow& fabric = Row(predictors, "another fabric");
   EXPECT_NEAR(fabric.mean.mse, 0.118, 3e-3);
@@ -55,7 +57,7 @@ TEST_F(CusickMetrics, TrivialPredictorsAreThoseOfTheTable) {
   EXPECT_NEAR(Row(predictors, "grey mean image").mean.mse, 0.026, 5e-4);
 }
 
-// Other samples of the fabric are the best draws there are: their intervals hold what they say.
+// Other samples of the fabric are the best prediction there is: their intervals are calibrated.
 TEST_F(CusickMetrics, OtherSamplesAreACalibratedPrediction) {
   const auto captures = See({.fabrics = {2, 5}});
   const auto predictors = EvaluateTrivialPredictors(captures, captures, Camera(), false);
@@ -70,7 +72,7 @@ TEST_F(CusickMetrics, OtherSamplesAreACalibratedPrediction) {
               1e-9);
 }
 
-// A choice of pairs: captures 1 and 3, samples up to three apart.
+// A selection of pairs: captures 1 and 3, samples up to three apart.
 TEST_F(CusickMetrics, AlignedOtherSamples) {
   const auto captures = See({.captures = {1, 3}});
   double mse = 0, hausdorff = 0;
@@ -88,7 +90,7 @@ TEST_F(CusickMetrics, AlignedOtherSamples) {
   }
   EXPECT_EQ(pairs, 5 * 2 * 30);
   EXPECT_NEAR(mse / pairs, 0.032, 2e-3);
-  // .0195: aligning by the images' MSE instead gives .0211 for .0199 on 30 pairs.
+  // .0195: alignment by the MSE of the images instead gives .0211 for .0199 on 30 pairs.
   EXPECT_NEAR(hausdorff / pairs, 0.0209, 2e-3);
 }
 

@@ -12,7 +12,7 @@
 namespace drape {
 namespace {
 
-// Flat discs, whose features are known: DC by the radius, no fold, no band.
+// Flat discs, whose features are known: DC from the radius, no folds, no bands.
 class Discs {
  public:
   DistributionScorer::Drapes Of(const std::vector<double>& radii) {
@@ -36,7 +36,7 @@ TEST(DistributionScorer, DiscsInClosedForm) {
   scorer.Add(discs.Of({0.10, 0.12}), discs.Of({0.11, 0.13}));
   const DistributionScore score = scorer.Score();
   EXPECT_EQ(score.observed, 2);
-  // Grey rings of ½ between 10 and 12 cm; beyond 12 cm the second one is missed.
+  // The mean image has a ring of ½ between 10 and 12 cm; outside 12 cm it misses the second disc.
   const double px = 719.5 * 719.5 * M_PI / (256 * 256);
   const double first = 0.25 * (0.12 * 0.12 - 0.10 * 0.10);
   const double second = first + 0.13 * 0.13 - 0.12 * 0.12;
@@ -57,7 +57,7 @@ TEST(DistributionScorer, DiscsInClosedForm) {
   EXPECT_NEAR(score.feature_energy, dc.crps / kFeatureScales[0], 0.02);
 }
 
-TEST(DistributionScorer, IsTheMeanOverAllThatWasAdded) {
+TEST(DistributionScorer, IsTheMeanOverAllPredictions) {
   Discs discs;
   const auto draws = discs.Of({0.10, 0.11, 0.125}), observed = discs.Of({0.11, 0.12, 0.14});
   DistributionScorer at_once, one_by_one;
@@ -71,7 +71,7 @@ TEST(DistributionScorer, IsTheMeanOverAllThatWasAdded) {
   EXPECT_NEAR(a.features[0].half.coverage, b.features[0].half.coverage, 1e-12);
 }
 
-TEST(DistributionScorer, ScalesSayWhatAFeatureCounts) {
+TEST(DistributionScorer, ScalesWeightTheFeatures) {
   Discs discs;
   const auto draws = discs.Of({0.10, 0.12}), observed = discs.Of({0.14});
   DistributionScorer twice(2 * kFeatureScales), once;

@@ -19,14 +19,14 @@ std::vector<double> Normals(int count, uint64_t seed) {
   return draws;
 }
 
-// Of a standard normal distribution [Gneiting 2007, eq. 21].
+// The score of a standard normal distribution [Gneiting 2007, eq. 21].
 double NormalCrps(double z) {
   const double density = std::exp(-0.5 * z * z) / std::sqrt(2 * M_PI);
   const double below = 0.5 * std::erfc(-z / std::sqrt(2.0));
   return z * (2 * below - 1) + 2 * density - 1 / std::sqrt(M_PI);
 }
 
-TEST(EnsembleCrps, OfTwoDrawsByHand) {
+TEST(EnsembleCrps, OfTwoSamplesByHand) {
   EXPECT_NEAR(EnsembleCrps({4, 1}, 2), (1 + 2) / 2.0 - 3 / 2.0, 1e-15);
   EXPECT_NEAR(EnsembleCrps({1, 1, 1}, 3), 2, 1e-15);
 }
@@ -36,8 +36,8 @@ TEST(EnsembleCrps, ApproachesThatOfANormal) {
   for (const double z : {-2.0, 0.0, 0.7}) EXPECT_NEAR(EnsembleCrps(draws, z), NormalCrps(z), 0.01);
 }
 
-// The mean over ensembles of three is that of the distribution; with m² in place of m(m−1) it would
-// be 1/(3·√π) = 0.19 more.
+// The mean over ensembles of three is that of the distribution; with m² instead of m(m−1) it would
+// be larger by 1/(3·√π) = 0.19.
 TEST(EnsembleCrps, IsFairToSmallEnsembles) {
   const std::vector<double> draws = Normals(60000, 2);
   double mean = 0;
@@ -71,19 +71,19 @@ TEST(ComputeInterval, ExactQuantiles) {
   EXPECT_NEAR(ninety.nominal, 0.9, 1e-12);
   EXPECT_NEAR(half.low, 5, 1e-12);
   EXPECT_NEAR(half.high, 15, 1e-12);
-  EXPECT_TRUE(half.Holds(5.1));
-  EXPECT_FALSE(half.Holds(15.1));
+  EXPECT_TRUE(half.Contains(5.1));
+  EXPECT_FALSE(half.Contains(15.1));
 }
 
-TEST(ComputeInterval, SaysWhatFewDrawsCanReach) {
+TEST(ComputeInterval, ReportsWhatFewSamplesCanReach) {
   const CentralInterval interval = ComputeInterval({1, 2, 3}, 0.9);
   EXPECT_EQ(interval.low, 1);
   EXPECT_EQ(interval.high, 3);
   EXPECT_NEAR(interval.nominal, 0.5, 1e-12);
 }
 
-// A further draw lies in the interval as often as it says, for any number of draws.
-TEST(ComputeInterval, CoversAFurtherDrawAsOftenAsItSays) {
+// Another sample lies in the interval with the stated probability, for any number of samples.
+TEST(ComputeInterval, CoversAnotherSampleAsOftenAsStated) {
   for (const int m : {4, 12, 40}) {
     const std::vector<double> all = Normals(3000 * (m + 1), 5);
     int inside = 0;
@@ -91,7 +91,7 @@ TEST(ComputeInterval, CoversAFurtherDrawAsOftenAsItSays) {
     for (int i = 0; i < 3000; ++i) {
       const auto begin = all.begin() + i * (m + 1);
       const CentralInterval interval = ComputeInterval({begin, begin + m}, 0.5);
-      inside += interval.Holds(begin[m]);
+      inside += interval.Contains(begin[m]);
       nominal = interval.nominal;
     }
     EXPECT_NEAR(inside / 3000.0, nominal, 0.03) << m;

@@ -35,7 +35,7 @@ TEST(HausdorffOfPolygons, IsZeroForTheSameCurveInOtherVertices) {
   EXPECT_LT(HausdorffOfPolygons(circle, finer), 1e-12);
 }
 
-// The farthest point lies inside of an edge: between the teeth of the other curve, not at a vertex.
+// The farthest point lies inside an edge: between the teeth of the other curve, not at a vertex.
 TEST(HausdorffOfPolygons, CountsThePointsBetweenVertices) {
   Eigen::Matrix2Xd flat(2, 4), notched(2, 5);
   flat << 0, 4, 4, 0,  //
@@ -44,13 +44,14 @@ TEST(HausdorffOfPolygons, CountsThePointsBetweenVertices) {
       0, 1, 0, -1, -1;
   // (2, 0) of the flat edge is 2/√5 away from both slopes; (2, 1) is 1 away from the flat edge.
   EXPECT_NEAR(HausdorffOfPolygons(flat, notched), 1, 1e-7);
-  // Notched down to almost the other side: now the farthest point is the middle of the flat edge.
+  // With a notch almost down to the other side, the farthest point is the middle of the flat edge.
   Eigen::Matrix2Xd deep = notched;
   deep.col(1) << 2, -0.999;
   EXPECT_NEAR(HausdorffOfPolygons(flat, deep), 2 * 0.999 / std::hypot(2, 0.999), 1e-6);
 }
 
-// Dense samples of one curve against all segments of the other, for two curves with many folds.
+// Compares with dense samples of one curve against all segments of the other, for two curves with
+// many folds.
 TEST(HausdorffOfPolygons, IsThatOfDenseSamples) {
   const auto folded = [](int n, int folds, double phase) {
     Eigen::VectorXd radius(n);
@@ -108,10 +109,10 @@ ObjSurface Quad(double z, double width) {
 
 TEST(HausdorffOfSurfaces, OfTrianglesThatAreNoManifold) {
   ObjSurface a = Quad(0, 0.1);
-  a.triangles.push_back({2, 1, 0});  // the first one once more, the other way round
+  a.triangles.push_back({2, 1, 0});  // the first triangle again, reversed
   a.triangles.push_back({0, 1, 1});
   a.x.conservativeResize(15);
-  a.x.tail<3>() << 9, 9, 9;  // of no triangle
+  a.x.tail<3>() << 9, 9, 9;  // a vertex without a triangle
   EXPECT_NEAR(HausdorffOfSurfaces(a, Quad(0.03, 0.1), "s"), 0.03, 2e-4);
   EXPECT_NEAR(HausdorffOfSurfaces(a, Quad(0, 0.14), "s"), 0.04, 2e-4);
   EXPECT_NEAR(HausdorffOfSurfaces(Quad(0, 0.14), a, "s"), 0.04, 2e-4);

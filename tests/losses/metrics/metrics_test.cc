@@ -41,7 +41,7 @@ TEST_P(FoldCount, OfACosine) {
 INSTANTIATE_TEST_SUITE_P(From0To12, FoldCount, testing::Range(0, 13));
 
 TEST(CountFolds, NeedsTheProminence) {
-  // Prominence of a cosine is 2·amplitude; the smoothing takes 2 % of it at order 6.
+  // The prominence of a cosine is 2·amplitude; the smoothing reduces it by 2 % at order 6.
   EXPECT_EQ(CountFolds(Profile(360, 0.12, 1.32e-3, 6)), 6);
   EXPECT_EQ(CountFolds(Profile(360, 0.12, 1.20e-3, 6)), 0);
 }
@@ -49,7 +49,8 @@ TEST(CountFolds, NeedsTheProminence) {
 TEST(CountFolds, IgnoresNoiseButNotANotchedPeak) {
   const Eigen::VectorXd noise = 3e-4 * RandomVector(360, 3);
   EXPECT_EQ(CountFolds(Profile(360, 0.12, 0.01, 7) + noise), 7);
-  // Two unequal peaks in each period of 3: the small one of prominence 2a(…) counts as well.
+  // There are two unequal peaks in each period of 3; the small one of prominence 2a(…) counts as
+  // well.
   EXPECT_EQ(CountFolds(Profile(360, 0.12, 0.006, 3) + Profile(360, 0, 0.006, 6)), 6);
   EXPECT_EQ(CountFolds(Profile(360, 0.12, 0.006, 3) + Profile(360, 0, 0.001, 6)), 3);
 }
@@ -69,7 +70,7 @@ TEST(IsoperimetricRatio, IsOneForACircleOnly) {
   // A regular N-gon has (π/N)/tan(π/N).
   EXPECT_NEAR(IsoperimetricRatio(Profile(360, 0.12, 0, 0)), M_PI / 360 / std::tan(M_PI / 360),
               1e-12);
-  // Ellipse-free closed form: a square in polar form, r = 1/max(|cos|, |sin|): π/4.
+  // A closed form: a square in polar coordinates, r = 1/max(|cos|, |sin|), has π/4.
   const Eigen::VectorXd square = Eigen::VectorXd::NullaryExpr(720, [](Eigen::Index k) {
     const double angle = 2 * M_PI * k / 720;
     return 1 / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
@@ -106,8 +107,8 @@ TEST(CompareSilhouettes, TwoCirclesInClosedForm) {
   const SilhouetteMetrics m = CompareSilhouettes(
       image, outline.radius, fit, Eigen::VectorXd::Constant(360, small * camera.scale), camera);
   const double ring = M_PI * (large * large - small * small);
-  // A border pixel of coverage c adds c² where the ring's area has c: ∫(c − c²) = 1/6 px a border
-  // px.
+  // A border pixel of coverage c contributes c² where the area of the ring contributes c: ∫(c − c²)
+  // = 1/6 px per border px.
   const double border = 2 * M_PI * (large + small) * camera.scale;
   const double mse = (ring * camera.scale * camera.scale - border / 6) / (256 * 256);
   EXPECT_NEAR(m.mse, mse, 3e-4);

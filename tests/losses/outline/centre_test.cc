@@ -11,8 +11,8 @@
 namespace drape {
 namespace {
 
-// A star of 7 folds with an ellipse, without first harmonic about (column, row): the coverage of a
-// pixel falls from 1 to 0 over the pixel that the outline crosses.
+// A star of 7 folds with an ellipse, without a first harmonic about (column, row). The coverage
+// falls from 1 to 0 over the pixel that the outline crosses.
 GrayImage Star(double column, double row) {
   GrayImage image(256, 256);
   for (int j = 0; j < image.height; ++j) {

@@ -14,7 +14,7 @@ using std::numbers::pi;
 constexpr int kAngles = 360;
 constexpr double kTurn = 2 * pi * 25 / kAngles;
 
-// Folds of one order on a weaker wave that tells left from right.
+// Folds of one order on a weaker wave that distinguishes left from right.
 Eigen::VectorXd Folded(int folds, double phase) {
   Eigen::VectorXd r(kAngles);
   for (int i = 0; i < kAngles; ++i) {

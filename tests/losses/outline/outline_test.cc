@@ -20,12 +20,13 @@ class OutlineOfMesh : public testing::TestWithParam<CameraKind> {
  protected:
   const Camera camera_ = CameraForImage(GetParam());
   const Mesh mesh_ = MakeDisc(5, 50, 0.15);
-  // The noise moves the vertices off the rays: on a ray r has a left and a right derivative.
+  // The noise moves the vertices off the rays, since r has different left and right derivatives on
+  // a ray through a vertex.
   const Eigen::VectorXd x_ =
       Deform(mesh_, {.folds = 5, .twist = 0.1}) + 1e-3 * RandomVector(3 * mesh_.num_vertices(), 6);
 };
 
-// r of ray k through the projected segment, by the textbook formula and in dual numbers.
+// The radius of ray k through the projected segment, by the textbook formula and in dual numbers.
 using Jet = ceres::Jet<double, 6>;
 Jet RayHit(const Camera& camera, const Eigen::VectorXd& x, const OutlineHit& hit, double angle) {
   Jet q[2][2];
@@ -52,8 +53,8 @@ TEST_P(OutlineOfMesh, JacobianAgreesWithDualNumbers) {
   }
 }
 
-// Truncation error falls with h, rounding error rises as 1e-13/h: the best step must do far better
-// than 1e-7, and a step of 1e-5 m must agree to 1e-4.
+// The truncation error decreases with h, and the rounding error grows as 1e-13/h: the best step
+// must be far better than 1e-7, and a step of 1e-5 m must agree to 1e-4.
 TEST_P(OutlineOfMesh, JacobianAgreesWithFiniteDifferences) {
   Outline outline, plus, minus;
   ASSERT_TRUE(OutlineFromMesh(mesh_, x_, camera_, 180, &outline));
@@ -82,7 +83,7 @@ TEST_P(OutlineOfMesh, AllFormsOfTheJacobianAgree) {
   for (int p = 0; p < 4; ++p) dx_dp.col(p) = RandomVector(3 * n, p);
   EXPECT_LT((OutlineJacobianTimes(outline, dx_dp) - jacobian * dx_dp).norm(), 1e-9);
   const Eigen::VectorXd adjoint = RandomVector(90, 9);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Ones(3 * n);  // must be added to
+  Eigen::VectorXd gradient = Eigen::VectorXd::Ones(3 * n);  // AdjOutline must add to it
   AdjOutline(outline, adjoint, &gradient);
   EXPECT_LT((gradient - Eigen::VectorXd::Ones(3 * n) - jacobian.transpose() * adjoint).norm(),
             1e-9);
@@ -102,7 +103,7 @@ TEST(OutlineFromMesh, CircleHasItsRadius) {
             107.925 * (1 - std::cos(M_PI / sectors)) + 1e-9);
 }
 
-// Rays at the very angles of the vertices: rounding must not let one slip between two segments.
+// Rays exactly at the angles of the vertices: rounding must not let one pass between two segments.
 TEST(OutlineFromMesh, RaysThroughVerticesAlwaysHit) {
   for (int sectors = 3; sectors < 200; ++sectors) {
     const Mesh disc = MakeDisc(1, sectors, 0.15);
@@ -140,7 +141,7 @@ TEST(OutlineFromMesh, TakesTheOutermostOfManyCrossings) {
     multiple += count > 1;
     EXPECT_NEAR(outline.radius[k], outermost, 1e-9);
   }
-  EXPECT_GT(multiple, 10);  // the case is what it claims to be
+  EXPECT_GT(multiple, 10);  // confirms that the case has multiple crossings
 }
 
 TEST(OutlineFromMesh, ReportsRaysWithoutCloth) {
@@ -170,14 +171,14 @@ TEST(OutlineFromMesh, ReportsNonFinitePositions) {
 TEST(OutlineFromImage, FindsTheMeshOutlineInSoftAndHardImages) {
   const Mesh mesh = MakeDisc(6, 240, 0.15);
   const Eigen::VectorXd x = Deform(mesh, {.folds = 6});
-  Outline truth, measured;
-  ASSERT_TRUE(OutlineFromMesh(mesh, x, Camera(), 180, &truth));
+  Outline exact, measured;
+  ASSERT_TRUE(OutlineFromMesh(mesh, x, Camera(), 180, &exact));
   ASSERT_TRUE(OutlineFromImage(Rasterize(mesh, x, Camera(), 8), Camera(), 180, &measured));
-  EXPECT_LT((truth.radius - measured.radius).cwiseAbs().maxCoeff(), 0.25);
-  EXPECT_LT(std::abs((truth.radius - measured.radius).mean()), 0.02);
+  EXPECT_LT((exact.radius - measured.radius).cwiseAbs().maxCoeff(), 0.25);
+  EXPECT_LT(std::abs((exact.radius - measured.radius).mean()), 0.02);
   ASSERT_TRUE(OutlineFromImage(Rasterize(mesh, x, Camera(), 1), Camera(), 180, &measured));
-  EXPECT_LT((truth.radius - measured.radius).cwiseAbs().maxCoeff(), 0.8);
-  EXPECT_LT(std::abs((truth.radius - measured.radius).mean()), 0.06);
+  EXPECT_LT((exact.radius - measured.radius).cwiseAbs().maxCoeff(), 0.8);
+  EXPECT_LT(std::abs((exact.radius - measured.radius).mean()), 0.06);
   EXPECT_TRUE(measured.hits.empty());
 }
 

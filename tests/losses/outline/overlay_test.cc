@@ -27,7 +27,7 @@ TEST(RenderOverlay, PaintsEachLineAtItsRadius) {
                                          Eigen::VectorXd::Constant(1440, 80.0), camera, options);
   ASSERT_EQ(picture.width, 768);
   ASSERT_EQ(picture.height, 768);
-  // Right of the centre; column of radius r: 3·(127.5 + r + ½) − ½.
+  // To the right of the centre; the column of radius r is 3·(127.5 + r + ½) − ½.
   const int row = 384;
   ExpectColor(At(picture, int(3 * (128 + 93.5)), row), options.measured);
   ExpectColor(At(picture, int(3 * (128 + 80.0)), row), options.fitted);

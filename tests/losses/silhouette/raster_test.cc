@@ -14,7 +14,7 @@ double Area(const GrayImage& image) {
   return std::accumulate(image.coverage.begin(), image.coverage.end(), 0.0);
 }
 
-// Shoelace area [px²] of the projected hem.
+// The area [px²] of the projected hem by the shoelace formula.
 double HemArea(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera) {
   Eigen::Matrix2Xd p;
   EXPECT_TRUE(ProjectVertices(x, camera, &p));
@@ -39,7 +39,7 @@ TEST(Rasterize, AreaIsThePolygonsArea) {
   }
 }
 
-// Pixel centres lie exactly on shared edges and vertices of this mesh: no pinhole may stay open.
+// Pixel centres lie exactly on shared edges and vertices of this mesh, where no hole may appear.
 TEST(Rasterize, HasNoHolesOnSharedEdges) {
   for (int sectors : {8, 7, 48}) {
     const Mesh mesh = MakeDisc(6, sectors, 0.15);
@@ -71,7 +71,7 @@ TEST(Rasterize, PixelCentresAreAtIntegers) {
   EXPECT_EQ(image.at(11, 20), 1);
 }
 
-TEST(Rasterize, ClothBeyondTheImageIsCutOff) {
+TEST(Rasterize, ClothOutsideTheImageIsCutOff) {
   const Mesh mesh = MakeDisc(2, 60, 0.15);
   Camera camera;
   camera.scale = 1e7;

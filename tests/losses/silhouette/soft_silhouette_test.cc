@@ -20,11 +20,11 @@ struct Case {
 };
 void PrintTo(const Case& c, std::ostream* stream) { *stream << c.name; }
 
-class SoftSilhouetteOf : public testing::TestWithParam<Case> {
+class SoftSilhouetteOfShape : public testing::TestWithParam<Case> {
  protected:
-  SoftSilhouetteOf() {
+  SoftSilhouetteOfShape() {
     camera_.kind = GetParam().kind;
-    // A small random shift takes the symmetric shape away from ties and from the pixel lattice.
+    // A small random shift moves the symmetric shape away from ties and from the pixel lattice.
     x_ = Deform(mesh_, GetParam().shape) + 1e-3 * RandomVector(3 * mesh_.num_vertices(), 5);
   }
   SoftSilhouette Render(const Eigen::VectorXd& x) const {
@@ -38,13 +38,14 @@ class SoftSilhouetteOf : public testing::TestWithParam<Case> {
   Eigen::VectorXd x_;
 };
 
-// The ramp is C1 in the distance, but a pixel that changes its nearest edge within the step adds an
-// error of order h: the error must fall with h until rounding (1e-12/h) takes over.
-TEST_P(SoftSilhouetteOf, AdjointAgreesWithFiniteDifferences) {
+// The ramp is C1 in the distance, but a pixel whose nearest edge changes within the step adds an
+// error of order h: the error must decrease with h until rounding (1e-12/h) dominates.
+TEST_P(SoftSilhouetteOfShape, AdjointAgreesWithFiniteDifferences) {
   const SoftSilhouette soft = Render(x_);
   const Eigen::VectorXd weights = RandomVector(soft.coverage.size(), 11);
   const Eigen::VectorXd dx = RandomVector(x_.size(), 12);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Constant(x_.size(), 3.0);  // must be added to
+  Eigen::VectorXd gradient =
+      Eigen::VectorXd::Constant(x_.size(), 3.0);  // AdjRenderSoft must add to it
   AdjRenderSoft(soft, x_, camera_, weights, &gradient);
   const double exact = (gradient.array() - 3.0).matrix().dot(dx);
   const double scale = (gradient.array() - 3.0).matrix().norm();
@@ -58,7 +59,7 @@ TEST_P(SoftSilhouetteOf, AdjointAgreesWithFiniteDifferences) {
   EXPECT_LT(best, 1e-6);
 }
 
-TEST_P(SoftSilhouetteOf, AgreesWithTheRasterInAreaAndAwayFromTheBorder) {
+TEST_P(SoftSilhouetteOfShape, AgreesWithTheRasterInAreaAndAwayFromTheBorder) {
   const double half_width = GetParam().half_width;
   const SoftSilhouette soft = Render(x_);
   const GrayImage hard = Rasterize(mesh_, x_, camera_, 8);
@@ -76,7 +77,7 @@ constexpr auto kPin = CameraKind::kPinhole;
 const DrapeShape kPlain = {.folds = 6};
 // The hem turns back on itself in the image: folds cover folds, and their edges cross.
 const DrapeShape kOverlap = {.folds = 5, .amplitude = 0.2, .twist = 0.5};
-INSTANTIATE_TEST_SUITE_P(Shapes, SoftSilhouetteOf,
+INSTANTIATE_TEST_SUITE_P(Shapes, SoftSilhouetteOfShape,
                          testing::Values(Case{"plain", kOrtho, kPlain, 1.0},
                                          Case{"plain_wide", kOrtho, kPlain, 2.5},
                                          Case{"plain_pinhole", kPin, kPlain, 1.0},
@@ -85,7 +86,8 @@ INSTANTIATE_TEST_SUITE_P(Shapes, SoftSilhouetteOf,
                                          Case{"overlap_pinhole", kPin, kOverlap, 1.5}),
                          [](const auto& info) { return info.param.name; });
 
-// Signed distance in closed form: coverage on a circle, and its derivative by a common scale of x.
+// The signed distance in closed form: the coverage of a circle and its derivative by a common scale
+// of x.
 TEST(RenderSoft, CircleInClosedForm) {
   const Mesh disc = MakeDisc(3, 1000, 0.15);
   const Camera camera;
@@ -97,14 +99,14 @@ TEST(RenderSoft, CircleInClosedForm) {
     const double u = std::clamp(0.5 + 0.125 * distance, 0.0, 1.0);
     EXPECT_NEAR(soft.coverage[i], u * u * (3 - 2 * u), 1e-3) << "pixel " << i;
   }
-  // dA/ds of A = π(s·r)² at s = 1. The pixel sum is a quadrature of the ramp's slope: its error is
-  // 4e-5 at this width, 4e-3 at a half-width of 1 px.
+  // dA/ds of A = π(s·r)² at s = 1. The sum over the pixels is a quadrature of the slope of the
+  // ramp: its error is 4e-5 at this width, 4e-3 at a half-width of 1 px.
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(disc.rest_x.size());
   AdjRenderSoft(soft, disc.rest_x, camera, Eigen::VectorXd::Ones(256 * 256), &gradient);
   EXPECT_NEAR(gradient.dot(disc.rest_x), 2 * M_PI * radius * radius, 1e-3 * radius * radius);
 }
 
-// The cloth turns in under itself below the hem's widest ring: the outline is an inner ring.
+// The cloth turns under itself below the widest ring: the outline is an inner ring.
 TEST(RenderSoft, AFoldThatHangsOverTheHemIsTheSilhouette) {
   const Mesh disc = MakeDisc(6, 90, 0.15);
   Eigen::VectorXd x = disc.rest_x;
@@ -117,7 +119,7 @@ TEST(RenderSoft, AFoldThatHangsOverTheHemIsTheSilhouette) {
   ASSERT_TRUE(RenderSoft(disc, x, Camera(), {}, &soft));
   const double ring = 0.125 * 719.5;  // ring 5 of 6
   EXPECT_NEAR(soft.coverage.sum(), 45 * std::sin(2 * M_PI / 90) * ring * ring, 0.5);
-  // Nothing of the hem shows: no ramp inside the cloth, no derivative by the hem.
+  // The hem is hidden: there is no ramp inside the cloth and no derivative by the hem.
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(x.size());
   AdjRenderSoft(soft, x, Camera(), Eigen::VectorXd::Ones(256 * 256), &gradient);
   for (int hem : disc.boundary_loops[0]) EXPECT_EQ(gradient.segment<3>(3 * hem).norm(), 0);
@@ -131,7 +133,7 @@ TEST(FindSilhouetteEdges, OverlappingFoldsCrossAndLoseTheirHiddenParts) {
   ASSERT_TRUE(ProjectVertices(x, Camera(), &points));
   const SilhouetteEdges edges = FindSilhouetteEdges(mesh, points);
   EXPECT_GE(edges.crossings.size(), 10u);
-  // The pieces close: each piece end that is a vertex or crossing is met by another one.
+  // The pieces form closed curves: each end of a piece is met by that of another one.
   std::map<std::pair<double, double>, int> ends;
   for (const SilhouettePiece& piece : edges.pieces) {
     for (int end = 0; end < 2; ++end) {
@@ -154,7 +156,7 @@ TEST(RenderSoft, ReportsNonFinitePositions) {
   EXPECT_FALSE(RenderSoft(disc, x, Camera(), {}, &soft));
 }
 
-TEST(RenderSoft, ClothFarOutsideOfTheImageCostsNothing) {
+TEST(RenderSoft, ClothFarOutsideTheImageIsCheap) {
   const Mesh disc = MakeDisc(4, 60, 0.15);
   SoftSilhouette soft;
   const Eigen::VectorXd x = 1e7 * (disc.rest_x + Eigen::VectorXd::Ones(disc.rest_x.size()));
@@ -162,7 +164,7 @@ TEST(RenderSoft, ClothFarOutsideOfTheImageCostsNothing) {
   EXPECT_EQ(soft.coverage.sum(), 0);
 }
 
-// Generous, for loaded machines: about 2 ms were measured for each of them.
+// A generous limit for loaded machines: about 2 ms were measured for each function.
 TEST(RenderSoft, TakesMilliseconds) {
   const Mesh disc = MakeDisc(17, 71, 0.15);  // 1208 vertices
   const Eigen::VectorXd x = Deform(disc, kOverlap);

@@ -63,7 +63,8 @@ Eigen::VectorXd AtRest(const std::string& scene, const std::string& mesh,
   return rest.x;
 }
 
-// Overhang 6 cm; so narrow that the strip is a beam, of triangles that are equilateral.
+// The overhang is 6 cm; the strip is so narrow that it is a beam, and its triangles are
+// equilateral.
 TEST(ShippedScene, CantileverFallsToTheAngleOfTheStandard) {
   const std::string mesh = "strip:0.07x0.00361x84";
   const double EI = 0.2 * 9.81 * std::pow(0.06, 3) / 8.0042;
@@ -88,9 +89,10 @@ TEST(ShippedScene, UniaxialStretchesInClosedForm) {
   EXPECT_NEAR(100.0 * (l * l - 1.0) * l / 2.0, 0.5 / 0.05, 0.01);
 }
 
-// Held from a ring of vertices outwards, the clamp lies half a row of triangles outside that ring.
+// The disc is held from a ring of vertices outwards, and the effective clamp lies half a row of
+// triangles outside that ring.
 TEST(ShippedScene, ClampedDiscSagsAsAPlate) {
-  const double D = 1e-6, density = 2e-5;  // soft beside the springs of the clamp
+  const double D = 1e-6, density = 2e-5;  // soft in comparison with the springs of the clamp
   EquilibriumOptions options;
   options.tolerance = 1e-5;  // of a weight of 14 µN
   const Eigen::VectorXd x =

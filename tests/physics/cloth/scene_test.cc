@@ -29,7 +29,8 @@ TEST(Scene, OnlyADiscIsASupport) {
   EXPECT_FALSE(SupportRadius(Scene()));
 }
 
-// Even by length: a vertex between two loaded edges bears twice as much as one at the corner.
+// The load is even by length: a vertex between two loaded edges carries twice as much as one at the
+// corner.
 TEST(Scene, LoadsTheEndOfAStripEvenly) {
   const ClothModel model(MakeStrip(0.2, 0.04, 10, 4), UniaxialScene(0.2, 8.0), MakeLaw("smooth"));
   ASSERT_EQ(model.loads.size(), 5u);

@@ -16,7 +16,7 @@ namespace {
 
 using std::numbers::pi;
 
-// Height of the hem of a start shape at θ.
+// The height of the hem of a start shape at θ.
 double Height(const StartShape& shape, double theta) {
   double z = 0;
   for (const auto& m : shape.modes) z += m.amplitude_m * std::cos(m.k * theta - m.phase);
@@ -35,7 +35,7 @@ class StartShapes : public FileFixture {
   const StartShape shape_ = {{{3, .004, .5}, {7, .002, -1}}};
 };
 
-TEST_F(StartShapes, LiftTheClothBeyondTheSupportOnly) {
+TEST_F(StartShapes, LiftOnlyTheClothOutsideTheSupport) {
   const Eigen::VectorXd x = ApplyStartShape(mesh_, .09, shape_);
   int inside = 0, hem = 0;
   for (int i = 0; i < mesh_.num_vertices(); ++i) {
@@ -56,7 +56,7 @@ TEST_F(StartShapes, LiftTheClothBeyondTheSupportOnly) {
   EXPECT_GT(hem, 30);
 }
 
-TEST_F(StartShapes, NeedClothBeyondTheSupport) {
+TEST_F(StartShapes, NeedClothOutsideTheSupport) {
   EXPECT_INPUT_ERROR(ApplyStartShape(mesh_, .2, shape_), "start shape: the mesh reaches to 0.15");
 }
 
@@ -101,23 +101,23 @@ TEST_F(StartShapes, RandomOnesFollowFromTheSeed) {
   }
 }
 
-TEST_F(StartShapes, RandomOnesHaveTheHemRmsAskedFor) {
+TEST_F(StartShapes, RandomOnesHaveTheRequestedHemRms) {
   constexpr int kDraws = 2000;
   double sum = 0;
   for (int seed = 0; seed < kDraws; ++seed) {
     const double rms = HemRms(RandomStartShape(seed, 3e-3, {3, 6}));
     sum += rms * rms / kDraws;
   }
-  // Mean of 8 · 2000 squared normals: relative deviation √(2/16000) = .011.
+  // This is the mean of 8 · 2000 squared normal numbers: relative deviation √(2/16000) = .011.
   EXPECT_NEAR(std::sqrt(sum), 3e-3, .02 * 3e-3);
 }
 
-TEST(Random, UniformDrawsAreTheSameOnEachPlatform) {
+TEST(Random, UniformNumbersAreTheSameOnEachPlatform) {
   std::mt19937_64 random(5489);  // its first output is fixed by the C++ standard's algorithm
   EXPECT_EQ(SampleUniform(random), static_cast<double>(14514284786278117030ull >> 11) * 0x1p-53);
 }
 
-TEST(Random, NormalDrawsHaveTheMomentsOfANormal) {
+TEST(Random, NormalNumbersHaveTheMomentsOfANormal) {
   std::mt19937_64 random(3);
   constexpr int kDraws = 100000;
   double moments[4] = {};
@@ -214,7 +214,7 @@ TEST_F(StartShapes, FlapsHangAtTheOutlineAndKeepTheirLength) {
   }
 }
 
-TEST_F(StartShapes, AFlapCannotReachBeyondItsLength) {
+TEST_F(StartShapes, AFlapCannotExceedItsLength) {
   const Eigen::VectorXd x = FlapsFromOutline(mesh_, .09, Eigen::VectorXd::Constant(90, .2), 1.0);
   EXPECT_LT((x - mesh_.rest_x).cwiseAbs().maxCoeff(), 1e-12);
 }

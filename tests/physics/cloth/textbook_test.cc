@@ -8,7 +8,7 @@
 namespace drape {
 namespace {
 
-// Master curve of [Romero 2021] and the angle of [ASTM D1388], see [MODEL, M53].
+// The master curve of [Romero 2021] and the angle of [ASTM D1388], see [MODEL, M53].
 TEST(HeavyElastica, FollowsThePublishedCurve) {
   const double curve[][2] = {{.1, .01250},  {.5, .06244},  {1, .12456},
                              {2, .24667},   {5, .58572},   {10, 1.06680},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The recurrence's decisions on made-up norms, and a small system that is solved by them.
+// The decisions of the recurrence on artificial norms, and the solution of a small system by them.
 #include "physics/linalg/cgw_recurrence.h"
 
 #include <gmock/gmock.h>
@@ -38,13 +38,13 @@ TEST(CgwRecurrenceTest, EachColumnIsSolvedByItsOwnRhs) {
   EXPECT_EQ(columns.status(), CgwStatus::kSolved);
 }
 
-TEST(CgwRecurrenceTest, StandingStillIsEnoughBelowRounding) {
+TEST(CgwRecurrenceTest, StagnationIsAcceptedBelowRounding) {
   CgwRecurrence columns(std::array{1.0, 1.0});
   columns.Judge(std::array{2e-6, 1.9e-6});
-  columns.Judge(std::array{2e-6, 1.9e-6});  // above it
+  columns.Judge(std::array{2e-6, 1.9e-6});  // above the bound
   EXPECT_EQ(columns.active().size(), 2u);
   columns.Judge(std::array{9e-7, 9e-7});
-  columns.Judge(std::array{8e-7, 9e-8});  // the worst still falls, by a ninth
+  columns.Judge(std::array{8e-7, 9e-8});  // the largest one still decreases, by a ninth
   EXPECT_EQ(columns.active().size(), 2u);
   columns.Judge(std::array{7.3e-7, 9e-8});
   EXPECT_EQ(columns.status(), CgwStatus::kSolved);
@@ -63,7 +63,7 @@ TEST(CgwRecurrenceTest, GivesUpAfterFortyRounds) {
   EXPECT_EQ(late.status(), CgwStatus::kSolved);
 }
 
-TEST(CgwRecurrenceTest, WhatIsNotANumberIsNeverSolved) {
+TEST(CgwRecurrenceTest, NanIsNeverSolved) {
   CgwRecurrence columns(std::array{1.0, 1.0, kNaN});
   for (int round = 0; round < 40; ++round)
     columns.Judge(std::vector<double>(columns.active().size(), round < 2 ? 1e-7 : kNaN));
@@ -71,7 +71,7 @@ TEST(CgwRecurrenceTest, WhatIsNotANumberIsNeverSolved) {
   EXPECT_THAT(columns.active(), ElementsAre(0, 1, 2));
 }
 
-// ω = 1 at first, then 1 / (1 + ρ/ρ₋/ω₋).
+// ω is 1 at first, then 1 / (1 + ρ/ρ₋/ω₋).
 TEST(CgwRecurrenceTest, WeightsFollowTheirColumns) {
   CgwRecurrence columns(std::array{1.0, 1.0, 1.0});
   EXPECT_THAT(columns.Weights(std::array{8.0, 5.0, 4.0}), ElementsAre(1.0, 1.0, 1.0));

@@ -80,7 +80,7 @@ TEST_F(LinearSolverTest, SavedFactorSolvesBitForBit) {
   ASSERT_TRUE(solver_->Factor(B));
   solver_->SolveSaved(saved, after);
   EXPECT_EQ(before, after);
-  // The present factor stays.
+  // The present factor is unchanged.
   RowMatrix x = b;
   solver_->Solve(x);
   EXPECT_LT(Residual(B, x, b), 1e-11);

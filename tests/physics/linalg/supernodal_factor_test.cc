@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Factors and solves of hand-made patterns against Eigen's dense Cholesky factor.
+// Compares factors and solves on hand-made patterns with Eigen's dense Cholesky factor.
 #include "physics/linalg/supernodal_factor.h"
 
 #include <gmock/gmock.h>
@@ -13,8 +13,8 @@
 namespace drape {
 namespace {
 
-// Supernodes of these widths, each with the rows of later ones that it sees, which those must see
-// too.
+// Makes supernodes of these widths. Each has the rows of the later supernodes that it sees, which
+// those must see too.
 SupernodalPattern MakePattern(const std::vector<int>& widths, auto sees) {
   SupernodalPattern pattern{{0}, {0}, {0}, {}};
   for (const int width : widths)
@@ -31,7 +31,7 @@ SupernodalPattern MakePattern(const std::vector<int>& widths, auto sees) {
   return pattern;
 }
 
-// Each row and column of the lower triangle that the pattern has.
+// Visits each row and column of the lower triangle that the pattern contains.
 void ForEachNumber(const SupernodalPattern& pattern, auto visit) {
   for (int s = 0; s < pattern.num_supernodes(); ++s)
     for (int j = pattern.first_column[s]; j < pattern.first_column[s + 1]; ++j)
@@ -39,7 +39,7 @@ void ForEachNumber(const SupernodalPattern& pattern, auto visit) {
         if (pattern.row[r] >= j) visit(pattern.row[r], j);
 }
 
-// A positive definite matrix whose factor has this pattern.
+// Makes a positive definite matrix whose factor has this pattern.
 Eigen::MatrixXd MakeMatrix(const SupernodalPattern& pattern, std::mt19937_64& random) {
   const int n = pattern.first_column.back();
   Eigen::MatrixXd lower = Eigen::MatrixXd::Zero(n, n);
@@ -73,13 +73,13 @@ void ExpectFactorAndSolves(const SupernodalPattern& pattern, std::mt19937_64& ra
     EXPECT_NEAR(found.number[factor.FindPlace(i, j)], lower(i, j), 1e-13) << i << ", " << j;
   });
   const RowMatrix b = test::RandomMatrix(static_cast<int>(a.rows()), 4, random);
-  const Eigen::MatrixXd truth = dense.solve(Eigen::MatrixXd(b));
+  const Eigen::MatrixXd expected = dense.solve(Eigen::MatrixXd(b));
   RowMatrix many = b;
   factor.SolveRows(found.number.data(), many);
-  EXPECT_LT((many - truth).norm(), 1e-13 * truth.norm());
+  EXPECT_LT((many - expected).norm(), 1e-13 * expected.norm());
   Eigen::VectorXd one = b.col(2);
   factor.Solve(found.number.data(), one.data(), &found.workspace);
-  EXPECT_LT((one - truth.col(2)).norm(), 1e-13 * truth.norm());
+  EXPECT_LT((one - expected.col(2)).norm(), 1e-13 * expected.norm());
 }
 
 class SupernodalFactorTest : public testing::Test {
@@ -94,7 +94,8 @@ TEST_F(SupernodalFactorTest, FactorsOneDenseSupernodeOfEachWidth) {
   }
 }
 
-// Widths and rows that are no multiple of a tile's; the first sees only some rows of the others.
+// Widths and numbers of rows that are not multiples of those of a tile; the first supernode sees
+// only some rows of the others.
 TEST_F(SupernodalFactorTest, SupernodesReceiveFromAllEarlierOnes) {
   for (int first = 1; first <= 9; ++first)
     for (int gap = 1; gap <= 3; ++gap) {

@@ -85,7 +85,7 @@ TEST_F(MaterialIo, PicksOneOfSeveral) {
       R"({"_about":{"what":"x"},"a":)" + Published() + R"(,"b":)" + Arcsim() + "}";
   EXPECT_EQ(Parse(text, "#a").name, "a");
   EXPECT_EQ(Parse(text, "#b").field.stretch[0].c[0][1], 2);
-  ExpectError(text, "m.json: holds several fabrics, pick one with '#name': a, b");
+  ExpectError(text, "m.json: holds several fabrics, select one with '#name': a, b");
   ExpectError(text, "m.json: has no fabric 'c', found: a, b", "#c");
   EXPECT_EQ(Parse(R"({"only":)" + Arcsim() + "}").name, "only");
   EXPECT_EQ(Parse(Ours("arcsim"), "#n").name, "n");

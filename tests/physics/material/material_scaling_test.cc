@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simpler forms of tables.
+// Tests of the simpler forms of tables.
 #include "physics/material/material_scaling.h"
 
 #include <gtest/gtest.h>
@@ -14,8 +14,8 @@
 namespace drape {
 namespace {
 
-// Energy of a flat cloth under one in-plane stretch whose first axis lies at `angle` to weft, in a
-// scene without gravity.
+// The energy of a flat cloth under an in-plane stretch whose first axis lies at `angle` to the
+// weft, in a scene without gravity.
 double PlaneEnergy(const MaterialField& material, double major, double minor, double angle) {
   const auto mesh = test::SmallDisc("smooth", 100)->mesh;
   const ClothModel model(mesh, Scene(), MakeLaw("smooth"));
@@ -28,7 +28,7 @@ double PlaneEnergy(const MaterialField& material, double major, double minor, do
   return Energy(model, material, x);
 }
 
-TEST(TableForm, AnIsotropicTableKnowsNoDirection) {
+TEST(TableForm, AnIsotropicTableHasNoDirection) {
   const MaterialField given = test::TestMaterial();
   const MaterialField isotropic = InForm(given, TableForm::kIsotropic);
   const double along = PlaneEnergy(isotropic, 0.06, 0.02, 0.0);

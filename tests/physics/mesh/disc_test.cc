@@ -34,8 +34,8 @@ double SmallestAngle(const Mesh& mesh) {  // [degrees]
   return smallest;
 }
 
-// Angles in [0, 2π) of the vertices within 1e-15 (relative) of a radius, sorted, with their
-// indices.
+// The sorted angles in [0, 2π) of the vertices within 1e-15 (relative) of a radius, and the indices
+// of these vertices.
 std::map<double, int> Ring(const Mesh& mesh, double radius) {
   std::map<double, int> ring;
   for (int i = 0; i < mesh.num_vertices(); ++i) {
@@ -98,7 +98,7 @@ TEST_P(Disc, HasEvenRingsOnSupportAndHem) {
 }
 
 TEST_P(Disc, HasNoPreferredEdgeDirection) {
-  std::array<double, 12> share = {};  // of 15° each; 1 = even
+  std::array<double, 12> share = {};  // bins of 15°; 1 = uniform
   std::complex<double> second = 0, fourth = 0;
   for (const Hinge& hinge : mesh_.hinges) {
     const Eigen::Vector2d d = mesh_.uv.col(hinge.vertex[1]) - mesh_.uv.col(hinge.vertex[0]);
@@ -110,7 +110,8 @@ TEST_P(Disc, HasNoPreferredEdgeDirection) {
   }
   EXPECT_GT(*std::min_element(share.begin(), share.end()), .75);
   EXPECT_LT(*std::max_element(share.begin(), share.end()), 1.25);
-  // All that a bend stiffness (a fourth-order tensor) can feel of the mesh's directions.
+  // The second and fourth harmonics are all that a bend stiffness (a fourth-order tensor) depends
+  // on in the edge directions of the mesh.
   EXPECT_LT(std::abs(second), .02);
   EXPECT_LT(std::abs(fourth), .02);
 }

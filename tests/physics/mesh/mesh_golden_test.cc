@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The mesh of the reference simulator on a published disc (golden/README.md).
+// Compares with the mesh of the reference simulator on a published disc (golden/README.md).
 #include <gtest/gtest.h>
 
 #include <filesystem>

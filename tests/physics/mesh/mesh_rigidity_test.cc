@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the hinge formula with B = 4·D makes of a bent sheet on the meshes that we generate
-// [MODEL, M3, M54].
+// The rigidity of bent sheets by the hinge formula with B = 4·D on the built-in meshes [MODEL, M3,
+// M54].
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ TEST(MeshRigidity, DiscsBendAsAPlateOfRigidityD) {
     EXPECT_NEAR(CurvatureRigidity(mesh, Symmetric(0, 0, 1)), 1, .02) << vertices;
     EXPECT_NEAR(CurvatureRigidity(mesh, Symmetric(.5, .5, .5)), 1, .02) << vertices;
     EXPECT_NEAR(CurvatureRigidity(mesh, Symmetric(.5, -.5, .5)), 1, .02) << vertices;
-    // Poisson ratio −1/3: a dome costs 2(1 + ν) = 4/3, a saddle 2(1 − ν) = 8/3.
+    // With Poisson ratio −1/3 a dome has 2(1 + ν) = 4/3 and a saddle 2(1 − ν) = 8/3.
     EXPECT_NEAR(CurvatureRigidity(mesh, Symmetric(1, 0, 1)), 4. / 3, .03) << vertices;
     EXPECT_NEAR(CurvatureRigidity(mesh, Symmetric(1, 0, -1)), 8. / 3, .06) << vertices;
   }
@@ -39,8 +39,8 @@ TEST(MeshRigidity, StripsAreSofterByTheirFreeEdgesAsStated) {
   }
 }
 
-// Free to curl, a strip bends as a beam of D(1 − ν²): the edges' missing hinges bear nothing then,
-// only its two ends are softer.
+// A strip that is free to curl bends as a beam of D(1 − ν²): the missing hinges of the edges would
+// then carry no load, and only the two ends are softer.
 TEST(MeshRigidity, StripsThatAreFreeToCurlBendAsBeams) {
   for (const auto& [n_along, n_across] : {std::pair(100, 4), {100, 12}, {400, 12}}) {
     const double width = n_across * std::sqrt(.75) / n_along;

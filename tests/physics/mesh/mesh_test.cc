@@ -17,7 +17,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using Triangles = std::vector<std::array<int, 3>>;
 
-// Two rows of unit squares' corners: 0 1 2 / 3 4 5, 0.1 m apart.
+// The corners of two squares in two rows, 0 1 2 and 3 4 5, 0.1 m apart.
 Eigen::Matrix2Xd SixPoints() {
   Eigen::Matrix2Xd uv(2, 6);
   uv << 0, .1, .2, 0, .1, .2,  //

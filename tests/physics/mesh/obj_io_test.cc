@@ -126,16 +126,16 @@ TEST_F(ObjIo, NamesTheLineOfABadFace) {
   const std::string square(kSquare);
   ExpectError(square + "f 1 2\n", "cloth.obj:5: the face has 2 corners, expected 3");
   ExpectError(square + "f 1 2 3 4\n", "cloth.obj:5: the face has 4 corners, expected 3");
-  ExpectError(square + "f 1 2 0\n", "cloth.obj:5: corner '0': '0' is no index");
-  ExpectError(square + "f 1 2 x\n", "cloth.obj:5: corner 'x': 'x' is no index");
-  ExpectError(square + "f 1 2 3.0\n", "cloth.obj:5: corner '3.0': '3.0' is no index");
+  ExpectError(square + "f 1 2 0\n", "cloth.obj:5: corner '0': '0' is not an index");
+  ExpectError(square + "f 1 2 x\n", "cloth.obj:5: corner 'x': 'x' is not an index");
+  ExpectError(square + "f 1 2 3.0\n", "cloth.obj:5: corner '3.0': '3.0' is not an index");
   ExpectError(square + "f 1 2 3/\n", "cloth.obj:5: corner '3/', expected a, a/b");
-  ExpectError(square + "f 1 2 3//\n", "cloth.obj:5: corner '3//': '' is no index");
+  ExpectError(square + "f 1 2 3//\n", "cloth.obj:5: corner '3//': '' is not an index");
   ExpectError(square + "f 1 2 3/1/1/1\n", "cloth.obj:5: corner '3/1/1/1', expected a, a/b");
   ExpectError(square + "f 1 2 5\n", "cloth.obj:5: v index 5, but the file has 4 'v' lines");
   ExpectError(square + "f 1/1 2 3\n", "cloth.obj:5: vt index 1, but the file has 0 'vt' lines");
   ExpectError(square + "f 1//1 2 3\n", "cloth.obj:5: vn index 1, but the file has 0 'vn' lines");
-  ExpectError(square + "f 1 2 -5\n", "index -5 reaches before the first of 4 entries");
+  ExpectError(square + "f 1 2 -5\n", "index -5 precedes the first of 4 entries");
 }
 
 TEST_F(ObjIo, PassesOnWhatTheMeshRejects) {

@@ -40,7 +40,7 @@ TEST(Strip, FavoursNoDirectionWhenEquilateral) {
     second += std::polar(1., 2 * angle);
     fourth += std::polar(1., 4 * angle);
   }
-  EXPECT_LT(std::abs(second) / mesh.num_hinges(), .03);  // one row of edges less along u
+  EXPECT_LT(std::abs(second) / mesh.num_hinges(), .03);  // there is one row of edges less along u
   EXPECT_LT(std::abs(fourth) / mesh.num_hinges(), .03);
 }
 

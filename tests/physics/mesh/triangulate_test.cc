@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-// A flat rhombus: Delaunay joins 2 and 3, its short diagonal.
+// A flat rhombus: the Delaunay criterion joins 2 and 3, its short diagonal.
 Eigen::Matrix2Xd Rhombus() {
   Eigen::Matrix2Xd points(2, 4);
   points << 0, 4, 2, 2,  //

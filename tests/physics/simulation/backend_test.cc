@@ -64,7 +64,7 @@ TEST_F(BackendTest, BatchIsEqualToOneByOneBitForBit) {
   }
 }
 
-// Rows of a few degrees of freedom, others for each rollout.
+// Rows over a few degrees of freedom, different for each rollout.
 ReadoutJacobian SomeRows(std::size_t i, const Eigen::VectorXd& x) {
   ReadoutJacobian rows(4, x.size());
   for (int k = 0; k < 4; ++k)
@@ -109,7 +109,7 @@ TEST_F(BackendTest, LossGradientsAreThoseOfTheLoss) {
     }
     return backend->LossGradients(Inputs(), options_, loss);
   };
-  const double h = 1e-2;  // of entries of 100 and more: rounding and truncation below 1e-7
+  const double h = 1e-2;  // for entries of 100 and more: rounding and truncation errors below 1e-7
   const auto plus = loss_at(h), minus = loss_at(-h);
   for (int i = 0; i < kBatch; ++i) {
     ASSERT_EQ(found[i].loss.has_value(), i != 3);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ReferenceCases that have a closed form [MODEL, M53, M56, M57].
+// Cases with a closed form [MODEL, M53, M56, M57].
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -19,7 +19,7 @@ class ClosedFormTest : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Laws, ClosedFormTest, testing::Values("reference", "smooth"),
                          [](const auto& info) { return info.param; });
 
-// N = k(l² − 1)l/2 across the section of a strip that is stretched uniformly by l.
+// N = k(l² − 1)l/2 over the section of a strip that is stretched uniformly by l.
 TEST_P(ClosedFormTest, UniaxialPull) {
   const double length = 0.2, width = 0.05, k = 100.0;
   const ClothModel model(MakeStrip(length, width, 20, 6), Scene(), MakeLaw(GetParam()));
@@ -35,7 +35,7 @@ TEST_P(ClosedFormTest, UniaxialPull) {
   }
 }
 
-// Steps with a handle only at the vertices near the origin until nothing moves.
+// Steps with a handle at the vertices near the origin only, until nothing moves.
 State Settle(const std::shared_ptr<const ClothModel>& model, const MaterialField& material,
              double h, int steps) {
   StepSolver solver(model);
@@ -48,7 +48,7 @@ State Settle(const std::shared_ptr<const ClothModel>& model, const MaterialField
 }
 
 // ΔL/L = ρgL/2k under its own weight. N = k(l² − 1)l/2 = kε(1 + 3ε/2 + …) lowers it by the known
-// relative ρgL/k = .6 %, which the ±.1 % do not hide.
+// fraction ρgL/k = .6 %, which the tolerance of .1 % does not hide.
 TEST_P(ClosedFormTest, HangingStrip) {
   const double length = 0.3, width = 0.02, k = 100.0, density = 0.2;
   const auto model = std::make_shared<const ClothModel>(
@@ -63,11 +63,11 @@ TEST_P(ClosedFormTest, HangingStrip) {
   EXPECT_NEAR(strain, expected, 1e-3 * expected);
 }
 
-// A narrow cantilever under its own weight: the tip drops by Γ/8 of its length at small
-// Γ = ρgL³/D_beam (.01250 at Γ = .1) [MODEL, M53]. Free long edges let it curve the other way
-// across, so D_beam = D(1 − ν²) with the hinge model's ν = −1/3. ±2 % for the hinges that the free
-// edges lack (1/(9·12) softer) and for the end of the clamp, which is the last held vertex in one
-// row and half a spacing before it in the next (a quarter of a spacing is 1.7 %).
+// A narrow cantilever under its own weight: the tip drops by Γ/8 of its length at small Γ =
+// ρgL³/D_beam (.01250 at Γ = .1) [MODEL, M53]. Free long edges let it curl across, so that D_beam =
+// D(1 − ν²) with ν = −1/3 of the hinge model. The tolerance of 2 % covers the hinges that the free
+// edges lack (1/(9·12) softer) and the end of the clamp, which is the last held vertex in one row
+// and half a spacing before it in the next (a quarter of a spacing is 1.7 %).
 TEST_P(ClosedFormTest, Cantilever) {
   const double density = 0.2, spacing = 0.1 / 60, length = 60 * spacing, gamma = 0.1;
   const double beam_rigidity = density * kGravity * length * length * length / gamma;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Derivatives of the whole rollout: tangent against adjoint, both against differences.
+// Derivatives of the whole rollout: the tangent is compared with the adjoint, both with
+// differences.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -24,11 +25,11 @@ RolloutOptions ShortRollout(std::size_t factor_memory = kKeepAll) {
 struct Case {
   std::string law;
   bool scattered;  // a table for each face and hinge
-  int kept;        // factors of the last `kept` steps are kept
+  int kept;        // number of final steps whose factors are kept
 };
 class AdjointTest : public testing::TestWithParam<Case> {};
 
-// Everything of a rollout that its derivatives need, from a fixed seed.
+// Everything that the derivatives of a rollout need, from a fixed seed.
 struct Experiment {
   explicit Experiment(const std::string& law, bool scattered)
       : random(17), model(test::SmallDisc(law)), solver(model), material(test::TestMaterial()) {
@@ -61,7 +62,7 @@ TEST_P(AdjointTest, AgreesWithTangentTo1em10) {
   const RowMatrix by_adjoint = adjoint.material.Contract(s.material);
   EXPECT_LT((by_adjoint - by_tangent).norm(), 1e-10 * by_tangent.norm());
   EXPECT_GT(by_tangent.norm(), 0.0);
-  // One gradient takes another path through the element loops than several.
+  // A single gradient takes another path through the element loops than several gradients.
   const AdjointResult first =
       RolloutAdjoint(s.solver, s.material, options, recording, u.leftCols(1));
   EXPECT_LT((first.material.Contract(s.material) - by_adjoint.leftCols(1)).norm(),
@@ -85,7 +86,8 @@ class RolloutDerivativeTest : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Laws, RolloutDerivativeTest, testing::Values("reference", "smooth"),
                          [](const auto& info) { return info.param; });
 
-// Derivatives of x_end·u by the start, against central differences along a random direction.
+// Compares the derivatives of x_end·u by the start with central differences along a random
+// direction.
 TEST_P(RolloutDerivativeTest, AdjointByTheStart) {
   Experiment s(GetParam(), true);
   const RolloutOptions options = ShortRollout();
@@ -110,24 +112,26 @@ TEST_P(RolloutDerivativeTest, AdjointByTheStart) {
   }
 }
 
-// The directional derivative along log-entries by central differences, for a sweep of steps.
+// The directional derivative along the logarithms of the entries by central differences, for a
+// sweep of steps.
 double DifferenceError(Experiment& s, const RowMatrix& exact, const Eigen::VectorXd& direction,
                        double step) {
   const auto end = [&](double sign) {
     MaterialField moved = s.material;
     for (StretchTable& table : moved.stretch)
       for (int k = 0; k < kStretchEntries; ++k)
-        (&table.c[0][0])[k] *= std::exp(sign * step * direction[k]);
+        table.entries()[k] *= std::exp(sign * step * direction[k]);
     for (BendTable& table : moved.bend)
       for (int k = 0; k < kBendEntries; ++k)
-        (&table.b[0][0])[k] *= std::exp(sign * step * direction[kStretchEntries + k]);
+        table.entries()[k] *= std::exp(sign * step * direction[kStretchEntries + k]);
     return Rollout(s.solver, moved, s.start, ShortRollout()).end.x;
   };
   const Eigen::VectorXd difference = (end(1) - end(-1)) / (2 * step), expected = exact * direction;
   return (difference - expected).norm() / expected.norm();
 }
 
-// Along log-entries, one table for the cloth and a random one for each face and hinge.
+// Derivatives by the logarithms of the entries, of one table for the whole cloth and of a random
+// one for each face and hinge.
 TEST_P(RolloutDerivativeTest, TangentAgreesWithFiniteDifferencesOverASweep) {
   for (const bool scattered : {false, true}) {
     Experiment s(GetParam(), scattered);
@@ -136,7 +140,7 @@ TEST_P(RolloutDerivativeTest, TangentAgreesWithFiniteDifferencesOverASweep) {
     Eigen::VectorXd direction = test::RandomMatrix(kMaterialEntries, 1, s.random);
     direction /= direction.cwiseAbs().maxCoeff();
     std::printf("%s, %s: relative error of the tangent against central differences\n",
-                GetParam().c_str(), scattered ? "a random table each element" : "one table");
+                GetParam().c_str(), scattered ? "a random table for each element" : "one table");
     std::vector<double> errors;
     for (double step = 1e-3; step > 0.5e-8; step /= 10) {
       errors.push_back(DifferenceError(s, dx, direction, step));
@@ -144,20 +148,22 @@ TEST_P(RolloutDerivativeTest, TangentAgreesWithFiniteDifferencesOverASweep) {
     }
     EXPECT_LT(*std::min_element(errors.begin(), errors.end()), 1e-6);
     if (GetParam() == "reference") continue;
-    // The smooth law has no kink within a finite step of the optimiser: only the truncation of the
-    // differences is left, which falls with the square of the step.
+    // The smooth law has no kink within a typical step of the optimiser: only the truncation error
+    // of the differences remains, which decreases with the square of the step.
     EXPECT_LT(errors[0], 1e-3);
     EXPECT_NEAR(errors[0] / errors[1], 100.0, 20.0);
   }
 }
 
-// Entry by entry: the error relative to that entry's own derivative, at the best step of the sweep.
+// Entry by entry, with the error relative to the derivative of that entry, at the best step of the
+// sweep.
 TEST_P(RolloutDerivativeTest, EachEntryAgreesWithFiniteDifferences) {
   Experiment s(GetParam(), false);
   const RowMatrix dx = RolloutTangent(s.solver, s.material, s.material, s.start, ShortRollout()).dx;
   int reached = 0;
   for (int k = 0; k < kMaterialEntries; ++k) {
-    if (dx.col(k).norm() < 1e-9 * dx.norm()) continue;  // curvatures that this cloth does not have
+    if (dx.col(k).norm() < 1e-9 * dx.norm())
+      continue;  // curvatures that do not occur in this cloth
     ++reached;
     double best = 1.0;
     for (const double step : {1e-3, 1e-4, 1e-5})

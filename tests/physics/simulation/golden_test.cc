@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parity of the `reference` law with what the public reference simulator computes [MODEL, M20].
+// Parity of the `reference` law with the public reference simulator [MODEL, M20].
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a rollout returns besides its derivatives: recordings, statuses, cancellation.
+// Tests of what a rollout returns besides its derivatives: recordings, statuses, cancellation.
 #include "physics/simulation/rollout.h"
 
 #include <gmock/gmock.h>
@@ -104,7 +104,7 @@ TEST(RolloutDeathTest, OptionsAreChecked) {
   EXPECT_DEATH(options.Check(), "RolloutOptions::h");
 }
 
-// A term that a scene does not list costs no pattern entry.
+// A term that a scene does not list has no pattern entry.
 TEST(ClothModelTest, SceneWithoutBendHasASmallerPattern) {
   const Mesh mesh = test::SmallDisc("smooth")->mesh;
   Scene stretch_only = CusickScene();

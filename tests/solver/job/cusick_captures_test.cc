@@ -40,7 +40,7 @@ TEST_F(CusickCaptures, MeshesSayWhatTheirSilhouettesSay) {
   for (const Capture& capture : job.captures) {
     const Observation mesh = ReadCaptureObservation(capture, ObservationSource::kMeshes, {});
     const Observation image = ReadCaptureObservation(capture, ObservationSource::kSilhouettes, {});
-    EXPECT_LT(ProfileRms(mesh.radius, image.radius), kMostMeshRms) << capture.Name();
+    EXPECT_LT(ProfileRms(mesh.radius, image.radius), kMaxMeshRms) << capture.Name();
   }
 }
 

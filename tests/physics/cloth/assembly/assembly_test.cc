@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Symmetries and balance of the forces of a whole cloth.
+// Tests of the symmetries and the balance of the forces of a whole cloth.
 #include "physics/cloth/assembly/assembly.h"
 
 #include <gmock/gmock.h>
@@ -26,7 +26,7 @@ TEST(MirrorTest, TurningTheClothOverChangesNothingInTheSmoothLaw) {
     if (law == "smooth") {
       EXPECT_LT(difference, 1e-12);
     } else {
-      EXPECT_GT(difference, 1e-6);  // its known artefact
+      EXPECT_GT(difference, 1e-6);  // a known artefact of the reference law
     }
   }
 }
@@ -42,12 +42,12 @@ TEST(RigidMotionTest, NoForceAndNoTorque) {
         x.segment<3>(i) = turn * x.segment<3>(i) + Eigen::Vector3d(0.3, -0.2, 0.7);
       return x;
     };
-    // At rest: no force. The scale is that of a strain of 1 %.
+    // There is no force at rest. The scale is that of a strain of 1 %.
     Eigen::VectorXd force, scale;
     AssembleForce(model, material, 1.01 * model.mesh.rest_x, scale);
     AssembleForce(model, material, rigid(model.mesh.rest_x), force);
     EXPECT_LT(force.norm(), 1e-10 * scale.norm());
-    // Deformed: internal forces balance, and they turn with the cloth.
+    // In a deformed shape internal forces balance, and they turn with the cloth.
     const Eigen::VectorXd x = test::NoisyStart(model, 1e-3, random).x, turned = rigid(x);
     Eigen::VectorXd turned_force;
     AssembleForce(model, material, x, force);

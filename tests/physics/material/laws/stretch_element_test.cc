@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stretch kernels of both laws on one triangle.
+// Tests of the stretch kernels of both laws on one triangle.
 #include <gmock/gmock.h>
 
 #include <Eigen/Dense>
@@ -23,7 +23,7 @@ Columns RandomColumns(double scale, std::mt19937_64& random) {
   for (double& value : std::span(&c.u.x, 6)) value = scale * SampleNormal(random);
   return c;
 }
-// Near the flat rest state, strains of several per cent.
+// A deformation gradient near the flat rest state, with strains of several per cent.
 Columns RandomF(std::mt19937_64& random) {
   Columns F = RandomColumns(0.04, random);
   F.u.x += 1.0;
@@ -52,7 +52,7 @@ TYPED_TEST(StretchTest, StepForceIsForceMinusMatrixTimesVelocity) {
   }
 }
 
-// Duals over F straight through the law, without the chain over the strains.
+// Dual numbers over F go directly through the law, without the chain rule over the strains.
 TYPED_TEST(StretchTest, DerivativeAgreesWithPlainAutomaticDifferentiation) {
   std::mt19937_64 random(2);
   const TypeParam law;
@@ -70,9 +70,9 @@ TYPED_TEST(StretchTest, DerivativeAgreesWithPlainAutomaticDifferentiation) {
   }
 }
 
-// Central differences: the error falls with the square of the step until rounding (about
-// 1e-16/step) or, for the reference law, a kink within the step takes over; the best of the sweep
-// counts.
+// Central differences: the error decreases with the square of the step until rounding (about
+// 1e-16/step) or, for the reference law, a kink within the step dominates; the best step of the
+// sweep counts.
 TYPED_TEST(StretchTest, DerivativeAgreesWithFiniteDifferences) {
   std::mt19937_64 random(3);
   const TypeParam law;
@@ -111,7 +111,7 @@ TYPED_TEST(StretchTest, AdjointIsTheTransposedDerivative) {
     const StretchAdjoint adjoint = AdjStretchStep(law, F, table, w, 0.05, lambda);
     const Eigen::Map<const Eigen::Matrix<double, 6, 1>> adj_F(&adjoint.adj_F.u.x);
     EXPECT_LT((adj_F - Q.transpose() * along).norm(), 1e-12 * Q.norm() * along.norm());
-    // Linear in the stiffnesses: their shares sum to g·λ.
+    // g·λ is linear in the stiffnesses, so that their contributions sum to it.
     double c[kStretchCols], sum = 0.0;
     law.Stiffness(Green(F), table, c);
     for (int m = 0; m < kStretchCols; ++m) sum += c[m] * adjoint.adj_stiffness[m];
@@ -156,8 +156,9 @@ TYPED_TEST(StretchTest, FloatAgreesTo1em5) {
   }
 }
 
-// The cloth turned by 90° with its table turned back pulls the same [MODEL, M59]. At a shear
-// beyond the first strain cell: there the reference grid prefers weft (0° if i ≥ j [MODEL, M16]).
+// A cloth turned by 90°, with its table turned back, exerts the same forces [MODEL, M59]. The shear
+// lies outside the first strain cell, where the reference grid prefers the weft (0° if i ≥ j
+// [MODEL, M16]).
 TYPED_TEST(StretchTest, QuarterTurnOfTheMaterialSwapsC11AndC22) {
   std::mt19937_64 random(6);
   const TypeParam law;

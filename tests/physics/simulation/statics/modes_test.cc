@@ -15,7 +15,7 @@
 namespace drape {
 namespace {
 
-// All of them, by dense algebra.
+// All eigenvalues, by dense algebra.
 Eigen::VectorXd DenseEigenvalues(const ClothModel& model, const MaterialField& material,
                                  const Eigen::VectorXd& x) {
   const int n = model.num_dofs();
@@ -30,7 +30,7 @@ Eigen::VectorXd DenseEigenvalues(const ClothModel& model, const MaterialField& m
       .eigenvalues();
 }
 
-// At a drape and at a shape that is no drape, whose lowest eigenvalues are negative.
+// At a drape and at a shape that is not an equilibrium, whose lowest eigenvalues are negative.
 TEST(LowestEigenvalues, AgreeWithDenseAlgebra) {
   constexpr int kCount = 6;
   for (const char* law : {"reference", "smooth"}) {
@@ -38,8 +38,8 @@ TEST(LowestEigenvalues, AgreeWithDenseAlgebra) {
     const MaterialField material = test::TestMaterial();
     std::mt19937_64 random(4);
     const State start = test::NoisyStart(solver.model(), 2e-3, random);
-    const State fallen = Rollout(solver, material, start, {.h = 0.1, .steps = 20}).end;
-    const EquilibriumResult rest = SolveEquilibrium(solver, material, fallen.x, {});
+    const State relaxed = Rollout(solver, material, start, {.h = 0.1, .steps = 20}).end;
+    const EquilibriumResult rest = SolveEquilibrium(solver, material, relaxed.x, {});
     ASSERT_EQ(rest.status, EquilibriumStatus::kStable) << rest.residual;
     for (const bool at_rest : {true, false}) {
       const Eigen::VectorXd& x = at_rest ? rest.x : start.x;
@@ -53,8 +53,9 @@ TEST(LowestEigenvalues, AgreeWithDenseAlgebra) {
   }
 }
 
-// First bending of a narrow cantilever without gravity: ω² = 1.8751⁴·D(1 − ν²)/(ρL⁴), ν = −1/3 of
-// the hinge formula; ±3 % for the hinges that free edges lack and the uneven end of the clamp.
+// The first bending mode of a narrow cantilever without gravity: ω² = 1.8751⁴·D(1 − ν²)/(ρL⁴), ν =
+// −1/3 of the hinge formula. The tolerance of 3 % covers the hinges that free edges lack and the
+// uneven end of the clamp.
 TEST(LowestEigenvalues, FirstBendingOfACantilever) {
   const double density = 0.2, spacing = 0.1 / 40, clamp = 3.1 * spacing, rigidity = 1e-5;
   Scene scene;

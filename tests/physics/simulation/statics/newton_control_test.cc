@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Newton's decisions on made-up residuals and energies.
+// The decisions of Newton's method on artificial residuals and energies.
 #include "physics/simulation/statics/newton_control.h"
 
 #include <gmock/gmock.h>
@@ -18,7 +18,7 @@ const EquilibriumOptions kOptions{
 
 class NewtonControlTest : public testing::Test {
  protected:
-  // A step whose first factorisation works.
+  // A step whose first factorisation succeeds.
   NewtonVerdict Step(double move, double residual, double energy) {
     EXPECT_EQ(control_.Next(), NewtonNext::kStep);
     control_.FirstShift();
@@ -106,29 +106,29 @@ TEST_F(NewtonControlTest, TheRadiusGrowsAfterShortenedStepsUpToItsMaximum) {
   EXPECT_THAT(Radius(), DoubleEq(kOptions.max_radius));
 }
 
-TEST_F(NewtonControlTest, ALongExcursionThatEndsWellLeavesTheRadius) {
+TEST_F(NewtonControlTest, ALongNonMonotoneRunThatEndsWellKeepsTheRadius) {
   EXPECT_EQ(Step(1.0, 0.9, 1.0), NewtonVerdict::kNonMonotone);
   EXPECT_EQ(Step(1.0, 0.9, 1.0), NewtonVerdict::kNonMonotone);
   EXPECT_EQ(Step(1.0, 0.9, -1.0), NewtonVerdict::kAccept);
   EXPECT_THAT(Radius(), DoubleEq(kRadius));
-  control_.Judge(0.9, 0.0);  // one step above, then one below
+  control_.Judge(0.9, 0.0);  // one step above the best energy, then one below
   EXPECT_EQ(Step(1e-4, 0.9, -2.0), NewtonVerdict::kAccept);
   EXPECT_THAT(Radius(), DoubleEq(1.5 * kRadius));
 }
 
-TEST_F(NewtonControlTest, TheNinthStepAboveTheBestEnergyIsTakenBack) {
+TEST_F(NewtonControlTest, TheNinthStepAboveTheBestEnergyIsRejected) {
   Step(1e-4, 0.5, -1.0);
   for (int i = 0; i < 8; ++i)
     ASSERT_EQ(Step(1e-4, 0.1, -1.0 + 0.01 * i), NewtonVerdict::kNonMonotone) << i;
   EXPECT_EQ(Step(0.5 * kRadius, 1e-10, 0.0), NewtonVerdict::kRejectStep);
-  EXPECT_EQ(control_.Next(), NewtonNext::kStep);  // the best shape is not at rest
+  EXPECT_EQ(control_.Next(), NewtonNext::kStep);  // the best shape is not an equilibrium
   EXPECT_THAT(Radius(), DoubleEq(0.35 * 0.5 * kRadius));
   control_.Judge(0.4, -2.0);
   EXPECT_EQ(control_.steps().back().residual, 0.5);
-  EXPECT_EQ(Step(1e-4, 0.5, 0.0), NewtonVerdict::kNonMonotone);  // counted anew
+  EXPECT_EQ(Step(1e-4, 0.5, 0.0), NewtonVerdict::kNonMonotone);  // the count restarts
 }
 
-TEST_F(NewtonControlTest, AnEnergyThatIsNotFiniteIsTakenBackAtOnce) {
+TEST_F(NewtonControlTest, AnEnergyThatIsNotFiniteIsRejectedAtOnce) {
   for (const double energy :
        {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
     EXPECT_EQ(Step(1e-4, 0.5, energy), NewtonVerdict::kRejectStep) << energy;
@@ -142,7 +142,7 @@ TEST_F(NewtonControlTest, GivesUpWhenStepsHaveNoLength) {
 }
 
 TEST_F(NewtonControlTest, NearTheEndALowerResidualIsEnough) {
-  EXPECT_EQ(Step(1e-4, 1e-4, 1.0), NewtonVerdict::kNonMonotone);  // the best one has 1
+  EXPECT_EQ(Step(1e-4, 1e-4, 1.0), NewtonVerdict::kNonMonotone);  // the best one has energy 1
   EXPECT_EQ(Step(1e-4, 5e-4, -1.0), NewtonVerdict::kAccept);
   EXPECT_EQ(Step(1e-4, 4.6e-4, -0.5), NewtonVerdict::kNonMonotone);
   EXPECT_EQ(Step(1e-4, 4.4e-4, -0.5), NewtonVerdict::kAccept);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drapes at rest: the Newton solve, what it must leave unchanged, and its implicit derivatives.
+// Equilibria: Newton's method, the changes that must not affect it, and the implicit derivatives.
 #include "physics/simulation/statics/statics.h"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@
 namespace drape {
 namespace {
 
-// All rows of a table equal: then the stretch law is the gradient of StretchEnergy.
+// A table with equal rows, for which the stretch law is the gradient of StretchEnergy.
 MaterialField ConstantMaterial() {
   MaterialField material = test::TestMaterial();
   for (auto& row : material.stretch[0].c) std::copy_n(material.stretch[0].c[0], kStretchCols, row);
@@ -24,13 +24,13 @@ MaterialField ConstantMaterial() {
   return material;
 }
 
-// Twenty dynamic steps from a seed: where Newton may start.
-State Fallen(StepSolver& solver, const MaterialField& material) {
+// Twenty dynamic steps from a random start, after which Newton's method may begin.
+State RelaxedStart(StepSolver& solver, const MaterialField& material) {
   State start = solver.model().RestState();
   start.x = ApplyStartShape(solver.model().mesh, 0.09, RandomStartShape(3, 5e-3));
-  const RolloutResult fallen = Rollout(solver, material, start, {.h = 0.1, .steps = 20});
-  EXPECT_EQ(fallen.status, RolloutStatus::kOk);
-  return fallen.end;
+  const RolloutResult relaxed = Rollout(solver, material, start, {.h = 0.1, .steps = 20});
+  EXPECT_EQ(relaxed.status, RolloutStatus::kOk);
+  return relaxed.end;
 }
 
 class StaticsTest : public testing::TestWithParam<std::string> {};
@@ -41,21 +41,22 @@ TEST_P(StaticsTest, EnergyFallsMonotonicallyWithConstantTables) {
   StepSolver solver(test::SmallDisc(GetParam(), 300));
   const MaterialField material = ConstantMaterial();
   const EquilibriumResult rest =
-      SolveEquilibrium(solver, material, Fallen(solver, material).x, {.tolerance = 1e-10});
+      SolveEquilibrium(solver, material, RelaxedStart(solver, material).x, {.tolerance = 1e-10});
   ASSERT_EQ(rest.status, EquilibriumStatus::kStable) << rest.residual;
   ASSERT_EQ(static_cast<int>(rest.steps.size()), rest.iterations);
   EXPECT_GE(rest.iterations, 4);
   double before = rest.start_energy;
   for (const NewtonStep& step : rest.steps) {
     if (!step.accepted) continue;
-    // Rounding of the sum over all elements, where the energy no longer resolves a step.
+    // The tolerance covers the rounding of the sum over all elements, where the energy no longer
+    // resolves a step.
     EXPECT_LE(step.energy, before + 1e-14 * std::fabs(before)) << "at residual " << step.residual;
     before = step.energy;
   }
   EXPECT_LT(before, rest.start_energy - 1e-6 * std::fabs(rest.start_energy));
 }
 
-// Pushed out of its plane and let go without gravity, the cloth is flat again.
+// A cloth that is pushed out of its plane and released without gravity becomes flat again.
 TEST_P(StaticsTest, WithoutGravityFlatIsTheDrape) {
   for (const bool listed : {false, true}) {
     Scene scene = CusickScene();
@@ -79,7 +80,7 @@ TEST_P(StaticsTest, WithoutGravityFlatIsTheDrape) {
   }
 }
 
-// A strip that stands on its clamped end. Greenhill (1881): the straight column is stable up to
+// A strip stands upright on its clamped end. Greenhill (1881): the straight column is stable up to
 // ρgL³/D = 7.837, with D(1 − ν²) of a narrow strip and ν = −1/3 of the hinge formula.
 TEST_P(StaticsTest, StandingStripLosesStabilityAtGreenhillsLoad) {
   const double density = 0.2, gravity = 9.8, spacing = 0.1 / 40, clamp = 3.1 * spacing;
@@ -92,7 +93,7 @@ TEST_P(StaticsTest, StandingStripLosesStabilityAtGreenhillsLoad) {
   for (int i = 0; i < model.mesh.num_vertices(); ++i)
     if (model.mesh.uv(0, i) <= clamp) model.held.push_back(i);
   StepSolver solver(std::make_shared<ClothModel>(std::move(model)));
-  // Where the free length starts: half a spacing back in each second row.
+  // The free length begins half a spacing earlier in every second row.
   const double length = (44 - 3 + 0.25) * spacing;
   const auto solve = [&](double gamma) {
     MaterialField material;
@@ -119,8 +120,8 @@ std::vector<std::array<int, 3>> Triangles(const Mesh& mesh) {
   return triangles;
 }
 
-// Relative difference of the forces on the same drape of `mesh` with `material`, against the
-// original's.
+// The relative difference between the forces on the same drape of `mesh` with `material` and those
+// of the original.
 double ForceChange(const Mesh& mesh, const MaterialField& material, const std::string& law,
                    const Eigen::VectorXd& x, const Eigen::VectorXd& expected) {
   Eigen::VectorXd force;
@@ -128,12 +129,13 @@ double ForceChange(const Mesh& mesh, const MaterialField& material, const std::s
   return (force - expected).norm() / expected.norm();
 }
 
-// The same cloth described from its other side, or with weft and warp along other axes of the mesh.
+// The same cloth is described from its other side, or with weft and warp along other axes of the
+// mesh.
 TEST_P(StaticsTest, OrientationAndAxesOfTheMeshDoNotMatter) {
   StepSolver solver(test::SmallDisc(GetParam(), 300));
   const Mesh& mesh = solver.model().mesh;
   const MaterialField material = test::TestMaterial();
-  State drape = Fallen(solver, material);
+  State drape = RelaxedStart(solver, material);
   std::mt19937_64 random(9);
   drape.x += 1e-3 * test::RandomMatrix(solver.model().num_dofs(), 1, random);
   Eigen::VectorXd force;
@@ -166,25 +168,25 @@ TEST_P(StaticsTest, OrientationAndAxesOfTheMeshDoNotMatter) {
     EXPECT_LT(turned_over, 1e-9);
     EXPECT_LT(rotated_both, 1e-9);
   } else {
-    EXPECT_GT(turned_over, 1e-4);  // the sign of an angle picks its table column
+    EXPECT_GT(turned_over, 1e-4);  // the sign of an angle selects its table column
   }
 }
 
-// All 39 numbers, against central differences of equilibria that are solved anew.
+// Compares all 39 columns with central differences of equilibria that are solved again.
 TEST_P(StaticsTest, TangentAgreesWithResolvedEquilibria) {
   StepSolver solver(test::SmallDisc(GetParam(), 200));
   const MaterialField material = test::TestMaterial();
   const EquilibriumOptions tight{.tolerance = 1e-12, .max_iterations = 8};
   const EquilibriumResult rest =
-      SolveEquilibrium(solver, material, Fallen(solver, material).x, {.tolerance = 1e-12});
+      SolveEquilibrium(solver, material, RelaxedStart(solver, material).x, {.tolerance = 1e-12});
   ASSERT_EQ(rest.status, EquilibriumStatus::kStable) << rest.residual;
   RowMatrix dx;
   ASSERT_TRUE(EquilibriumTangent(solver, material, material, rest.x, &dx));
   const auto solve = [&](int k, double step) {
     MaterialField moved = material;
-    (k < kStretchEntries ? (&moved.stretch[0].c[0][0])[k]
-                         : (&moved.bend[0].b[0][0])[k - kStretchEntries]) *= std::exp(step);
-    // From where the tangent leads, so that both sides end equally near.
+    (k < kStretchEntries ? moved.stretch[0].entries()[k]
+                         : moved.bend[0].entries()[k - kStretchEntries]) *= std::exp(step);
+    // The start is the prediction of the tangent, so that both sides converge equally well.
     const EquilibriumResult result =
         SolveEquilibrium(solver, moved, rest.x + step * dx.col(k), tight);
     EXPECT_LT(result.residual, 1e-11) << "entry " << k << " step " << step;
@@ -195,7 +197,7 @@ TEST_P(StaticsTest, TangentAgreesWithResolvedEquilibria) {
   int reached = 0;
   for (int k = 0; k < kMaterialEntries; ++k) {
     const double size = dx.col(k).norm();
-    if (size < 1e-9 * largest) continue;  // curvatures that this cloth does not have
+    if (size < 1e-9 * largest) continue;  // curvatures that do not occur in this cloth
     ++reached;
     double best = 1.0;
     for (const double step : {1e-3, 1e-4, 1e-5}) {
@@ -218,7 +220,7 @@ TEST_P(StaticsTest, AdjointAgreesWithTangentTo1em9) {
     MaterialField material = test::TestMaterial();
     if (scattered) material = test::Scatter(material, model->mesh, 0.3, random);
     const EquilibriumResult rest =
-        SolveEquilibrium(solver, material, Fallen(solver, material).x, {});
+        SolveEquilibrium(solver, material, RelaxedStart(solver, material).x, {});
     ASSERT_EQ(rest.status, EquilibriumStatus::kStable) << rest.residual;
     const RowMatrix seeds = test::RandomMatrix(model->num_dofs(), 3, random);
     RowMatrix dx;
