@@ -93,8 +93,9 @@ Camera CalibrateFromCircle(const GrayImage& image, double radius, const std::str
   const Moments m = CoverageMoments(image);
   const double moment = 2 * M_PI * m.polar / (m.area * m.area);
   if (moment > kMaxCircleMoment) {
-    throw InputError(where, "the silhouette is no circle (second moment " + std::to_string(moment) +
-                                " of a disc's, expected at most 1.005)");
+    throw InputError(where, "the silhouette is not a circle (second moment " +
+                                std::to_string(moment) +
+                                " times that of a disc, expected at most 1.005)");
   }
   Camera camera;
   camera.width = image.width;

@@ -97,8 +97,8 @@ class CaptureList {
     const auto [it, fresh] = files.try_emplace({fabric, name.sample, capture}, file.string());
     if (!fresh) return Skip(file, "the same capture as " + it->second);
     if (name.fabric.value_or(fabric) == fabric) return;
-    dataset_.notes.push_back({file.string(), "says fabric " + std::to_string(*name.fabric) +
-                                                 ", taken as its folder's " +
+    dataset_.notes.push_back({file.string(), "named as fabric " + std::to_string(*name.fabric) +
+                                                 ", used as that of its folder, " +
                                                  std::to_string(fabric)});
   }
 
@@ -125,7 +125,8 @@ void ReadFabrics(const fs::path& folder, Dataset* dataset) {
     if (fabric && fs::is_directory(entry)) {
       list.AddFabric(*fabric, entry);
     } else {
-      dataset->skipped.push_back({entry.string(), "no folder of a fabric, expected 'Fabric N'"});
+      dataset->skipped.push_back(
+          {entry.string(), "not the folder of a fabric, expected 'Fabric N'"});
     }
   }
   list.Finish();
@@ -169,7 +170,7 @@ Dataset ReadDataset(const std::string& folder) {
     const bool has_data = HasFabrics(data);
     if (!has_data && !HasFabrics(root)) {
       throw InputError(folder,
-                       std::string(fs::is_directory(root) ? "has no fabric" : "is no folder") +
+                       std::string(fs::is_directory(root) ? "has no fabric" : "is not a folder") +
                            ", expected data/Fabric N/silhouettes");
     }
     ReadFabrics(has_data ? data : root, &dataset);

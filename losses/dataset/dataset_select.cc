@@ -38,7 +38,7 @@ void TurnMesh(Capture* capture) {
     char rms[32];
     std::snprintf(rms, sizeof rms, "%.1f", turn->rms);
     throw InputError(capture->mesh, "misses its image by " + std::string(rms) +
-                                        " px, expected at most 3: of another capture");
+                                        " px, expected at most 3: it belongs to another capture");
   }
   capture->mesh_quarters = turn->quarters;
 }

@@ -46,9 +46,10 @@ PublishedMesh ReadPublishedMesh(const std::string& path) {
   mesh.surface = ReadObjSurface(path);
   if (content.vt.empty()) return mesh;
   if (content.vt.size() != content.v.size() && !HasFillerVt(content)) {
-    throw InputError(path, "found " + std::to_string(content.vt.size()) + " vt for " +
-                               std::to_string(content.v.size()) +
-                               " v, expected none, as many, or one more that begin with 0 0");
+    throw InputError(path,
+                     "found " + std::to_string(content.vt.size()) + " vt for " +
+                         std::to_string(content.v.size()) +
+                         " v, expected no vt, as many as v, or one more with a first line 0 0");
   }
   mesh.cloth = ReadObj(path, {.first_vt_is_dummy = HasFillerVt(content)});
   return mesh;

@@ -28,7 +28,7 @@ std::vector<uint8_t> ReadBytes(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) throw InputError(path, std::string("cannot be read: ") + std::strerror(errno));
   std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(stream), {}};
-  if (stream.bad()) throw InputError(path, "reading failed half-way");
+  if (stream.bad()) throw InputError(path, "reading failed before the end of the file");
   if (bytes.empty()) throw InputError(path, "is empty, expected a JPEG or PNG file");
   return bytes;
 }

@@ -43,7 +43,7 @@ Eigen::SparseMatrix<double, Eigen::RowMajor> OutlineJacobian(const Outline& outl
 // J · dx_dp: shape [3V, P] → [K, P]. CHECKs that the outline comes from a mesh.
 RowMatrix OutlineJacobianTimes(const Outline& outline, const RowMatrix& dx_dp);
 
-// Jᵀ as right-hand sides of an adjoint solve, shape [3V, K].
+// Jᵀ as the right-hand sides of an adjoint solve, shape [3V, K].
 Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices);
 
 // gradient += Jᵀ · radius_adjoint: shapes [K] → [3V].

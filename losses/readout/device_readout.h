@@ -10,7 +10,7 @@ enum class ReadoutKind {
   kSoftSilhouette  // SilhouetteReadout
 };
 
-// A readout of one rollout as plain data, with which a device reads it by itself.
+// The readout of one rollout as plain data, from which a device computes it.
 struct DeviceReadout {
   ReadoutKind kind;
   int size;  // K

@@ -129,7 +129,7 @@ void Receive(const Panel& receiver, const Panel& from, int first, int own, const
 
 SupernodalFactor::SupernodalFactor(SupernodalPattern pattern) : pattern_(std::move(pattern)) {
   for (int s = 0; s < pattern_.num_supernodes(); ++s)
-    max_rows_ = std::max(most_rows_, pattern_.first_row[s + 1] - pattern_.first_row[s]);
+    max_rows_ = std::max(max_rows_, pattern_.first_row[s + 1] - pattern_.first_row[s]);
   PlanUpdates();
 }
 

@@ -109,7 +109,7 @@ void OrientCounterClockwise(const ObjContent& content, const Eigen::Matrix2Xd& u
     if (det == 0) continue;  // BuildMesh reports it
     if (clockwise.value_or(det < 0) != (det < 0)) {
       throw InputError(path + ":" + std::to_string(content.faces[f].line),
-                       "the face turns the other way in material coordinates than the first one");
+                       "the face is oriented opposite to the first one in material coordinates");
     }
     clockwise = det < 0;
   }

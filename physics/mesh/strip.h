@@ -9,8 +9,9 @@ namespace drape {
 // cantilever, hanging and uniaxial tests [MODEL, M3]. Rows of vertices run along u, and every
 // second row is shifted by half a spacing (half triangles at both ends), so that no diagonal is
 // preferred. With n_across ≈ 1.155·n_along·width/length the triangles are equilateral, the only
-// pattern on which the hinge formula is isotropic and B = 4·D holds exactly inside the strip. The
-// free edges have no hinges, so that a strip held flat across has D·(1 − 1/(9·n_across) −
+// pattern on which the hinge formula is isotropic and B = 4·D holds exactly inside the strip.
+//
+// The free edges have no hinges, so that a strip held flat across has D·(1 − 1/(9·n_across) −
 // 0.648/n_along) by width [MODEL, M54]. A narrow strip is free to curl across and has D·(1 − ν²)
 // with the Poisson ratio ν = −1/3 of the hinge formula. CHECKs that all arguments are positive.
 Mesh MakeStrip(double length, double width, int n_along, int n_across);

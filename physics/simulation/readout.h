@@ -22,8 +22,8 @@ class Readout {
   // Returns false where the shape cannot be read. May be called from several threads at a time.
   [[nodiscard]] virtual bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
                                   ReadoutJacobian* dr_dx) const = 0;
-  // The data that a device needs to read rollout i by itself, of one kind for all of a batch. It is
-  // null for all rollouts when only Read can read them.
+  // The data from which a device computes the readout of rollout i. All rollouts of a batch have
+  // one kind; the data are null for all of them when only Read can compute the readout.
   virtual const DeviceReadout* device(std::size_t i) const {
     (void)i;
     return nullptr;

@@ -33,7 +33,7 @@ TEST_F(CusickDataset, MeshesFitTheirImagesAfterAQuarterTurn) {
   EXPECT_EQ(captures.size(), 240u);
   ASSERT_EQ(skipped.size(), 1u);
   EXPECT_THAT(skipped[0].path, testing::EndsWith("Fabric_3_Sample_2_Capture_1.obj"));
-  EXPECT_THAT(skipped[0].text, testing::HasSubstr("of another capture"));
+  EXPECT_THAT(skipped[0].text, testing::HasSubstr("belongs to another capture"));
   std::vector<std::string> turned;
   int meshes = 0;
   for (const Capture& capture : captures) {

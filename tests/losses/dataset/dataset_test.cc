@@ -75,7 +75,7 @@ TEST_F(DatasetTest, TheFoldersFabricWins) {
   const Dataset dataset = Read();
   EXPECT_THAT(Found(dataset.captures), ElementsAre("19.1.1 up"));
   ASSERT_EQ(dataset.notes.size(), 1u);
-  EXPECT_EQ(dataset.notes[0].text, "says fabric 20, taken as its folder's 19");
+  EXPECT_EQ(dataset.notes[0].text, "named as fabric 20, used as that of its folder, 19");
 }
 
 TEST_F(DatasetTest, MeshesOfFabrics11To20CarryTheOtherFacesNumbers) {
@@ -115,7 +115,7 @@ TEST_F(DatasetTest, WhatIsSkippedHasAReason) {
   EXPECT_THAT(why(stray), HasSubstr("neither an image"));
   EXPECT_THAT(why(outside), HasSubstr("neither an image"));
   EXPECT_THAT(why(lonely), HasSubstr("without an image"));
-  EXPECT_THAT(why(notes), HasSubstr("no folder of a fabric"));
+  EXPECT_THAT(why(notes), HasSubstr("not the folder of a fabric"));
 }
 
 TEST_F(DatasetTest, TrainingImages) {
@@ -141,7 +141,7 @@ TEST_F(DatasetTest, TrainingImages) {
 
 TEST_F(DatasetTest, NoFabricIsAnError) {
   EXPECT_INPUT_ERROR(ReadDataset(tree_.path()), "has no fabric, expected data/Fabric N");
-  EXPECT_INPUT_ERROR(ReadDataset(tree_.path() + "/nothing"), "is no folder");
+  EXPECT_INPUT_ERROR(ReadDataset(tree_.path() + "/nothing"), "is not a folder");
 }
 
 TEST_F(DatasetTest, SelectionNamesWhatIsThere) {
@@ -189,7 +189,7 @@ TEST_F(DatasetTest, UnusableFilesAreLeftOutWithTheReason) {
   EXPECT_THAT(skipped[1].text, HasSubstr("border"));
   EXPECT_THAT(skipped[2].text, HasSubstr(".obj:2"));
   EXPECT_THAT(skipped[3].text, HasSubstr("found 1 vt for 3 v"));
-  EXPECT_THAT(skipped[4].text, HasSubstr("px, expected at most 3: of another capture"));
+  EXPECT_THAT(skipped[4].text, HasSubstr("px, expected at most 3: it belongs to another capture"));
 }
 
 TEST(IndexList, RangesAndNumbers) {

@@ -105,9 +105,9 @@ TEST_F(ObjIo, TurnsAClockwiseMeshOver) {
 
 TEST_F(ObjIo, RejectsMixedOrientation) {
   ExpectError(std::string(kSquare) + "f 1 2 3\nf 1 4 3\n",
-              "cloth.obj:6: the face turns the other way");
+              "cloth.obj:6: the face is oriented opposite");
   ExpectError(std::string(kSquare) + "f 1 3 2\nf 1 3 4\n",
-              "cloth.obj:6: the face turns the other way");
+              "cloth.obj:6: the face is oriented opposite");
 }
 
 TEST_F(ObjIo, NamesTheLineOfABadLine) {

@@ -110,7 +110,7 @@ TEST_F(FitCapturesTest, MistakesAreNamed) {
   EXPECT_INPUT_ERROR(Selected(), "option 'captures'");
   selection_ = good;
   selection_.folder += "/none";
-  EXPECT_INPUT_ERROR(Selected(), "is no folder");
+  EXPECT_INPUT_ERROR(Selected(), "is not a folder");
   EXPECT_INPUT_ERROR(ParseObservationSource("mesh"), "expected silhouettes or meshes");
 }
 

@@ -166,7 +166,7 @@ TEST_F(MetricsTool, MistakesAreOneLineAndWriteNothing) {
   ExpectOneLineError(Run({data, "--split=" + Path("no.json"), "--fabric=3", out}), "beside it");
   ExpectOneLineError(Run({data, "--train=0", "--save_split=" + Path("s.json"), out}),
                      "no split to store");
-  ExpectOneLineError(Run({"--data=" + Path("nothing"), out}), "is no folder");
+  ExpectOneLineError(Run({"--data=" + Path("nothing"), out}), "is not a folder");
   EXPECT_FALSE(std::filesystem::exists(Path("m.json")));
   EXPECT_FALSE(std::filesystem::exists(Path("s.json")));
 }
