@@ -6,16 +6,18 @@
 
 namespace drape {
 
-// How well an ensemble of samples from a predicted distribution predicts an observation [MODEL,
-// M51]. A lower score is better, and its expectation is smallest for the true distribution. Both
-// scores are the fair versions [Ferro 2014], so that ensembles of different sizes are comparable.
+// How well an ensemble of samples from a predicted distribution predicts an observation
+// [MODEL, M51]. A lower score is better, and its expectation is smallest for the true distribution.
+// Both scores are the fair versions [Ferro 2014], so that ensembles of different sizes are
+// comparable.
 
 // The continuous ranked probability score, in the unit of the numbers: mean |X_i − y| − Σ_{i<j}
 // |X_i − X_j| / (m(m−1)) over m ≥ 2 samples.
 double EnsembleCrps(std::vector<double> samples, double observed);
 
-// The energy score, which is the same for vectors with Euclidean distances [Gneiting 2007, section
-// 4.3], for each column of `observed`, shape [d, n]. samples: shape [d, m], m ≥ 2.
+// The energy score, which is the same for vectors with Euclidean distances
+// [Gneiting 2007, section 4.3], for each column of `observed`, shape [d, n]. samples: shape [d, m],
+// m ≥ 2.
 Eigen::VectorXd EnergyScores(const Eigen::MatrixXd& samples, const Eigen::MatrixXd& observed);
 
 // The mean and standard deviation of values.

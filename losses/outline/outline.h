@@ -35,8 +35,8 @@ bool OutlineFromImage(const GrayImage& image, const Camera& camera, int num_angl
 bool OutlineFromMesh(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                      int num_angles, Outline* outline);
 
-// The Jacobian J = ∂r/∂x [px/m], shape [K, 3V], of an outline of a mesh with V vertices [MODEL,
-// M47].
+// The Jacobian J = ∂r/∂x [px/m], shape [K, 3V], of an outline of a mesh with V vertices
+// [MODEL, M47].
 Eigen::SparseMatrix<double, Eigen::RowMajor> OutlineJacobian(const Outline& outline,
                                                              int num_vertices);
 

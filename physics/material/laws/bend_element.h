@@ -121,8 +121,8 @@ DRAPE_HD BendStepRates EvaluateBendStepRates(const Law& law, const Hinge& hinge,
     rates.wing[side] = ComputeRates(wings.edge, wings.apex[side], wings.wing[side]);
   return rates;
 }
-// Adds the blocks (a, b) and (b, a) of ∂g/∂x, shape [3, 3] each. The second one is not needed for a
-// = b.
+// Adds the blocks (a, b) and (b, a) of ∂g/∂x, shape [3, 3] each. The second one has no use when
+// both corners are the same.
 DRAPE_HD inline void AddBendStepBlocks(const BendStepRates& rates, int a, int b, double at_ab[9],
                                        double at_ba[9]) {
   double hessian[9] = {};

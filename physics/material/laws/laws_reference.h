@@ -50,8 +50,8 @@ class ReferenceStretch {
     return Value(g) > 0.0 ? g : T(0.0);
   }
 
-  // The four stiffnesses at a strain [N/m], interpolated trilinearly between clamped nodes [MODEL,
-  // M17].
+  // The four stiffnesses at a strain [N/m], interpolated trilinearly between clamped nodes
+  // [MODEL, M17].
   template <class T>
   DRAPE_HD void Stiffness(const GreenStrain<T>& G, const StretchTable& table,
                           T c[kStretchCols]) const {

@@ -80,8 +80,8 @@ DRAPE_HD DeformationGradient<T> StretchForce(const StretchCoefficients<T>& k,
   return F * StretchStress<T>{-S.uu, -S.vv, -S.uv};
 }
 
-// S(G) + ∂S/∂G·rate [N/m]: the stress after a change of strain by `rate`, to first order [MODEL,
-// M34].
+// S(G) + ∂S/∂G·rate [N/m]: the stress after a change of strain by `rate`, to first order
+// [MODEL, M34].
 template <class Law>
 DRAPE_HD StretchStress<double> ExtrapolatedStress(const Law& law, const GreenStrain<double>& G,
                                                   const StretchTable& table,

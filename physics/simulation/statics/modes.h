@@ -25,8 +25,8 @@ struct VibrationModes {
 VibrationModes LowestModes(StepSolver& solver, const MaterialField& material,
                            const Eigen::VectorXd& x, int count);
 
-// The largest ω² [s⁻²] to 1e-6: an explicit step is stable for h < 2/ω [Courant 1928], [MODEL,
-// M32]. std::nullopt when the iteration does not converge.
+// The largest ω² [s⁻²] to 1e-6: an explicit step is stable for h < 2/ω [Courant 1928],
+// [MODEL, M32]. std::nullopt when the iteration does not converge.
 std::optional<double> HighestEigenvalue(StepSolver& solver, const MaterialField& material,
                                         const Eigen::VectorXd& x);
 

@@ -15,9 +15,9 @@ struct EquilibriumOptions {
   StiffnessShift shift = {.length = 0.03};  // where K is not positive definite
   double first_radius = 3e-3;               // largest change of a coordinate in the first step [m]
   double max_radius = 0.02;                 // and in any step [m]
-  // The value of ‖f‖ / weight below which a step may also lower ‖f‖ instead of the energy [MODEL,
-  // M34]. Use infinity under a load that strains a nonlinear table by percents, where no energy has
-  // its minimum at the equilibrium.
+  // The value of ‖f‖ / weight below which a step may also lower ‖f‖ instead of the energy
+  // [MODEL, M34]. Use infinity under a load that strains a nonlinear table by percents, where no
+  // energy has its minimum at the equilibrium.
   double residual_regime = 1e-3;
   const std::atomic<bool>* cancel = nullptr;
 

@@ -10,8 +10,8 @@
 
 namespace drape {
 
-// Equilibria of the cloth, f(x) = 0, and their derivatives by the implicit function theorem [MODEL,
-// M33, M43], with the exact K = −∂f/∂x of Stiffness.
+// Equilibria of the cloth, f(x) = 0, and their derivatives by the implicit function theorem
+// [MODEL, M33, M43], with the exact K = −∂f/∂x of Stiffness.
 
 struct EquilibriumResult {
   EquilibriumStatus status = EquilibriumStatus::kNotConverged;
@@ -30,12 +30,10 @@ double CharacteristicForce(const ClothModel& model, const MaterialField& materia
 // Newton's method from x, shape [3V] [MODEL, M34–M37]. Start near the drape, never from the flat
 // cloth: a drape has many stable equilibria, and this finds a near one.
 // - The geometric stiffness is that of the stress extrapolated along the previous step, as in a
-// mixed
-//   method with stresses as unknowns [Magisano 2017]: a finite rotation strains x + dx by ½|dx|²,
-//   and the stress of that would stop the next step. Steps become 3–5 times as long.
+//   mixed method with stresses as unknowns [Magisano 2017]: a finite rotation strains x + dx by
+//   ½|dx|², and the stress of that would stop the next step. Steps become 3–5 times as long.
 // - A step may therefore raise the energy, and the next ones lower it again. Steps that do not do
-// so
-//   within eight are rejected, and the radius is shortened (watchdog [Chamberlain 1982]).
+//   so within eight are rejected, and the radius is shortened (watchdog [Chamberlain 1982]).
 // - K is shifted until it is positive definite.
 EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& material,
                                    const Eigen::VectorXd& x, const EquilibriumOptions& options);

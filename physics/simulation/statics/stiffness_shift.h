@@ -6,10 +6,10 @@
 
 namespace drape {
 
-// A positive shift of a stiffness, μ·(M + ℓ²·L) with the lumped mass M and L = ∫ρ·∇φ·∇φ [MODEL,
-// M35]: ‖u‖² and ℓ²·‖∇u‖² weighted by density. ℓ > 0 suppresses wrinkles, which are the usual
-// instability of a falling cloth, and leaves its soft wide motions free; an equally large mass
-// shift (ℓ = 0) would stop these too.
+// A positive shift of a stiffness, μ·(M + ℓ²·L) with the lumped mass M and L = ∫ρ·∇φ·∇φ
+// [MODEL, M35]: ‖u‖² and ℓ²·‖∇u‖² weighted by density. ℓ > 0 suppresses wrinkles, which are the
+// usual instability of a falling cloth, and leaves its soft wide motions free; an equally large
+// mass shift (ℓ = 0) would stop these too.
 struct StiffnessShift {
   double length = 0.0;  // ℓ [m]
   double first = 25.0;  // smallest μ > 0; it grows by factors of 4 [s⁻²]

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rigidity of bent sheets by the hinge formula with B = 4·D on the built-in meshes [MODEL, M3,
-// M54].
+// The rigidity of bent sheets by the hinge formula with B = 4·D on the built-in meshes
+// [MODEL, M3, M54].
 #include <gtest/gtest.h>
 
 #include <cmath>
