@@ -21,8 +21,7 @@ struct Capture {
   ClothFace face = ClothFace::kUnknown;
   std::string image = {};  // path of the silhouette
   std::string mesh = {};   // path of the reconstructed mesh; empty when there is none
-  int mesh_quarters =
-      0;  // rotation of the mesh onto the image, × 90° counter-clockwise; by KeepUsable
+  int mesh_quarters = 0;   // counter-clockwise quarter turns onto the image (KeepUsable)
 
   std::string Name() const;  // "fabric 1, sample 2, capture 3"
 };
@@ -71,8 +70,7 @@ std::vector<Capture> Select(const Dataset& dataset, const Selection& selection);
 // cannot be read, or that does not fit its image to kMaxMeshRms after any quarter turn, is removed
 // from its capture; the quarter turn of every other mesh is found. `skipped` gets an entry for each
 // file that is left out.
-inline constexpr double kMaxMeshRms =
-    3;  // [px]; of the meshes of fabrics 1–5, 39 fit to 2 px and one to 6 px
+inline constexpr double kMaxMeshRms = 3;  // [px]; of fabrics 1–5, 39 meshes fit to 2 and one to 6
 std::vector<Capture> KeepUsable(std::vector<Capture> captures, std::vector<FileNote>* skipped);
 
 }  // namespace drape

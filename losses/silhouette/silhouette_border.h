@@ -12,8 +12,7 @@ namespace drape {
 // border and pixels, in one source for the host (silhouette_edges, soft_silhouette) and the
 // kernels. `points`: the projected vertices [px], shape [2, V].
 
-inline constexpr double kBorderProbe =
-    1e-6;  // [px] distance from an edge at which its sides are probed
+inline constexpr double kBorderProbe = 1e-6;  // [px] from an edge: where its sides are probed
 inline constexpr double kOnBorder = 1e-9;  // [px] distance below which the offset has no direction
 
 // The point where the projections of the mesh edges a→b and c→d cross.

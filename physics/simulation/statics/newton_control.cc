@@ -9,8 +9,7 @@ namespace {
 
 constexpr int kMaxNonMonotoneSteps = 8;  // consecutive steps above the lowest energy
 constexpr double kRadiusGrowth = 1.5, kRadiusDecay = 0.35, kMinRadius = 1e-9;  // [m]
-constexpr double kShiftDecay = 0.25,
-                 kMinShift = 0.2;  // the latter relative to StiffnessShift::first
+constexpr double kShiftDecay = 0.25, kMinShift = 0.2;  // kMinShift × StiffnessShift::first
 constexpr double kResidualDecrease = 0.9;
 
 // Largest asymmetry of a drape that counts as stable [MODEL, M36]. Nearer to a fold bifurcation the
