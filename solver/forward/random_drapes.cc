@@ -91,7 +91,7 @@ BranchCluster MakeCluster(const std::vector<DrapeSample>& samples, std::vector<i
 
 std::vector<DrapeSample> SampleEquilibria(Backend& backend, const MaterialField& material,
                                           const SamplingOptions& options,
-                                          const SamplingCallbacks& callbacks) {
+                                          const RunControl& control) {
   const ClothModel& model = backend.model();
   std::vector<DrapeSample> samples;
   const auto task = [&](int i) {
@@ -100,12 +100,11 @@ std::vector<DrapeSample> SampleEquilibria(Backend& backend, const MaterialField&
   const auto done = [&](int i, SettledDrape drape) {
     samples.push_back(FromSettled(model, material, std::move(drape)));
     samples.back().seed = options.first_seed + i;
-    if (!callbacks.progress) return;
-    callbacks.progress((i + 1.0) / options.samples,
-                       "start " + std::to_string(i + 1) + " of " + std::to_string(options.samples));
+    control.Report((i + 1.0) / options.samples,
+                   "start " + std::to_string(i + 1) + " of " + std::to_string(options.samples));
   };
   SettleInBatches(backend, options.samples, SettleBatchSize(backend, options.threads), task,
-                  MakeSettleOptions(options, callbacks.cancel), done);
+                  MakeSettleOptions(options, control.cancel), done);
   return samples;
 }
 

@@ -11,6 +11,7 @@
 #include "losses/image/image.h"
 #include "losses/metrics/ensemble_scores.h"
 #include "physics/simulation/backend.h"
+#include "physics/util/run_control.h"
 #include "solver/forward/branch.h"
 
 namespace drape {
@@ -41,16 +42,10 @@ struct DrapeSample {
   GrayImage silhouette;  // through the default camera
 };
 
-struct SamplingCallbacks {
-  const std::atomic<bool>* cancel = nullptr;
-  std::function<void(double fraction, const std::string& note)> progress;
-  std::function<void(const std::string& line)> log = {};
-};
-
 // In the order of their seeds; fewer when *cancel turns true.
 std::vector<DrapeSample> SampleEquilibria(Backend& backend, const MaterialField& material,
                                           const SamplingOptions& options,
-                                          const SamplingCallbacks& callbacks);
+                                          const RunControl& control);
 
 enum class BranchMetric {
   kVertices,  // VertexDistance

@@ -4,7 +4,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
-#include "solver/studies/bench/accuracy_table.h"
+#include "solver/forward/accuracy_table.h"
 #include "tools/inputs/built_in_accuracy.h"
 
 namespace drape {

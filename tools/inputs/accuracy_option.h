@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/studies/bench/accuracy_table.h"
+#include "solver/forward/accuracy_table.h"
 #include "tools/cli/option_table.h"
 
 namespace drape {

@@ -16,10 +16,10 @@ Option BackendOption(std::string& backend) {
 
 std::unique_ptr<Backend> MakeLoggedBackend(const std::string& name,
                                            std::shared_ptr<const ClothModel> model, int threads,
-                                           const std::function<void(const std::string&)>& log) {
+                                           const RunControl& control) {
   std::string choice;
   std::unique_ptr<Backend> backend = MakeBackend(name, std::move(model), threads, &choice);
-  if (log) log("backend: " + choice);
+  control.Log("backend: " + choice);
   return backend;
 }
 

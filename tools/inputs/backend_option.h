@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 
 #include "physics/simulation/backend.h"
+#include "physics/util/run_control.h"
 #include "tools/cli/option_table.h"
 
 namespace drape {
@@ -13,9 +13,9 @@ namespace drape {
 // --backend of each program that runs rollouts.
 Option BackendOption(std::string& backend);
 
-// MakeBackend; `log`, unless it is empty, is told in one line what was chosen and why.
+// MakeBackend; one line of the log names the backend and the reason for the choice.
 std::unique_ptr<Backend> MakeLoggedBackend(const std::string& name,
                                            std::shared_ptr<const ClothModel> model, int threads,
-                                           const std::function<void(const std::string&)>& log);
+                                           const RunControl& control);
 
 }  // namespace drape

@@ -24,9 +24,9 @@ std::string ClothKey(const BenchSetting& setting) {
 
 class Bench {
  public:
-  Bench(const BenchJob& job, const BenchCallbacks& callbacks)
+  Bench(const BenchJob& job, const RunControl& control)
       : job_(job),
-        callbacks_(callbacks),
+        control_(control),
         cells_(ListRuns(job.work, job.axes)),
         file_(job.out + "/cells.csv", job.common, job.resume) {
     CheckInput();
@@ -83,7 +83,7 @@ class Bench {
 
   void Done(double guess, const std::string& note) {
     done_ += guess;
-    if (callbacks_.progress) callbacks_.progress(done_ / total_, note);
+    control_.Report(done_ / total_, note);
   }
 
   // nullptr when cancelled.
@@ -99,9 +99,9 @@ class Bench {
     } else {
       ChildResult child = RunInChild(
           [&] {
-            return ReferenceText(cell, job_.problem, job_.reference, job_.work, callbacks_.cancel);
+            return ReferenceText(cell, job_.problem, job_.reference, job_.work, control_.cancel);
           },
-          callbacks_.cancel);
+          control_.cancel);
       if (child.cancelled) return nullptr;
       text = std::move(child.output);
       WriteFileAtomically(path, text);
@@ -125,9 +125,9 @@ class Bench {
 
   BenchRecord Measure(const BenchSetting& cell) const {
     if (job_.work == BenchWork::kFit)
-      return RunFitCell(cell, job_.fit, job_.out + "/fits", callbacks_.cancel);
+      return RunFitCell(cell, job_.fit, job_.out + "/fits", control_.cancel);
     return RunBenchSetting(job_.work, cell, job_.problem, references_.at(ClothKey(cell)), job_.cell,
-                           callbacks_.cancel);
+                           control_.cancel);
   }
 
   void RunOne(const BenchSetting& cell) {
@@ -138,8 +138,8 @@ class Bench {
       return;
     }
     const ChildResult child =
-        RunInChild([&] { return RecordLine(Measure(cell)); }, callbacks_.cancel);
-    result_.cancelled = child.cancelled || (callbacks_.cancel && *callbacks_.cancel);
+        RunInChild([&] { return RecordLine(Measure(cell)); }, control_.cancel);
+    result_.cancelled = child.cancelled || control_.cancelled();
     if (result_.cancelled) return;
     BenchRecord record = ParseRecordLine(child.output, identity);
     record[kPeakMegabytes] = (child.peak_bytes - idle_bytes_) / kBytesPerMegabyte;
@@ -149,7 +149,7 @@ class Bench {
   }
 
   const BenchJob& job_;
-  const BenchCallbacks& callbacks_;
+  const RunControl& control_;
   std::vector<BenchSetting> cells_;
   BenchFile file_;
   std::map<std::string, int> vertices_;               // by mesh
@@ -160,8 +160,8 @@ class Bench {
 
 }  // namespace
 
-BenchResult RunBench(const BenchJob& job, const BenchCallbacks& callbacks) {
-  return Bench(job, callbacks).Run();
+BenchResult RunBench(const BenchJob& job, const RunControl& control) {
+  return Bench(job, control).Run();
 }
 
 }  // namespace drape

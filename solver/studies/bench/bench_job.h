@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/util/run_control.h"
 #include "solver/studies/bench/cases/bench_fit.h"
 #include "solver/studies/bench/work_precision.h"
 
@@ -25,12 +26,6 @@ struct BenchJob {
   bool resume = false;  // go on with the cells and references that are there
 };
 
-struct BenchCallbacks {
-  const std::atomic<bool>* cancel = nullptr;
-  std::function<void(double fraction, const std::string& note)> progress;
-  std::function<void(const std::string& line)> log = {};
-};
-
 struct BenchCell {
   BenchSetting setting;
   BenchRecord record;
@@ -43,6 +38,6 @@ struct BenchResult {
 };
 
 // Throws InputError.
-BenchResult RunBench(const BenchJob& job, const BenchCallbacks& callbacks);
+BenchResult RunBench(const BenchJob& job, const RunControl& control);
 
 }  // namespace drape

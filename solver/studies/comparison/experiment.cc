@@ -69,14 +69,14 @@ auto OrNothing(const Read& read) -> std::optional<decltype(read())> {
 }
 
 // RunFitJob in the cell's folder, from its checkpoint unless that is broken.
-bool RunFit(const ExperimentTask& task, const ExperimentCallbacks& callbacks) {
+bool RunFit(const ExperimentTask& task, const RunControl& control) {
   FitJob job = task.fit;
   job.out = task.folder;
   job.keep_checkpoint = true;
   job.log = task.folder + "/fit.log";
   fs::remove(task.folder + "/prediction.json");  // of an earlier fit
-  FitJobCallbacks fit{callbacks.cancel, [&](const FitProgress& progress) {
-                        callbacks.progress(kFitShare * progress.fraction, progress.stage);
+  FitJobCallbacks fit{control.cancel, [&](const FitProgress& progress) {
+                        control.Report(kFitShare * progress.fraction, progress.stage);
                       }};
   job.resume = fs::exists(job.checkpoint) &&
                OrNothing([&] { return ReadJsonFile(job.checkpoint); }).has_value();
@@ -101,15 +101,15 @@ ordered_json CaptureScores(const std::vector<PredictedDrape>& drapes,
 // Draws of one fit, on one backend.
 class Predictor {
  public:
-  Predictor(const ExperimentTask& task, const ExperimentCallbacks& callbacks)
+  Predictor(const ExperimentTask& task, const RunControl& control)
       : task_(task),
-        callbacks_(callbacks),
+        control_(control),
         model_(std::make_shared<const ClothModel>(ParseMeshSpec(task.fit.mesh), CusickScene(),
                                                   MakeLaw(task.fit.law))),
         backend_(MakeBackend(task.fit.backend, model_, task.fit.threads)),
         options_(task.prediction),
         materials_(ReadMaterialSource(task.folder, *model_, options_.seed)) {
-    options_.settle.steps.cancel = options_.settle.equilibrium.cancel = callbacks.cancel;
+    options_.settle.steps.cancel = options_.settle.equilibrium.cancel = control.cancel;
     options_.batch = SettleBatchSize(*backend_, task.fit.threads);
   }
 
@@ -130,15 +130,15 @@ class Predictor {
     return SampleDrapes(*backend_, materials_, options_);
   }
 
-  bool Cancelled() const { return callbacks_.cancel != nullptr && *callbacks_.cancel; }
+  bool Cancelled() const { return control_.cancelled(); }
 
  private:
   void Report(double share, const std::string& stage) const {
-    callbacks_.progress(kFitShare + (1 - kFitShare) * share, stage);
+    control_.Report(kFitShare + (1 - kFitShare) * share, stage);
   }
 
   const ExperimentTask& task_;
-  const ExperimentCallbacks& callbacks_;
+  const RunControl& control_;
   std::shared_ptr<const ClothModel> model_;
   std::unique_ptr<Backend> backend_;
   PredictionOptions options_;
@@ -179,9 +179,9 @@ void WritePrediction(const ExperimentTask& task, ordered_json json) {
   WriteFileAtomically(task.folder + "/prediction.json", json.dump(1) + "\n");
 }
 
-bool Predict(const ExperimentTask& task, const ExperimentCallbacks& callbacks) {
+bool Predict(const ExperimentTask& task, const RunControl& control) {
   const auto start = std::chrono::steady_clock::now();
-  Predictor predictor(task, callbacks);
+  Predictor predictor(task, control);
   const std::vector<PredictedDrape> as_fitted = predictor.Draw();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   ordered_json json;
@@ -244,12 +244,12 @@ std::optional<ExperimentResult> ReadExperiment(const std::string& folder) {
   return OrNothing([&] { return ReadResult(folder); });
 }
 
-bool RunExperiment(const ExperimentTask& task, const ExperimentCallbacks& callbacks) {
+bool RunExperiment(const ExperimentTask& task, const RunControl& control) {
   fs::create_directories(task.folder);
   const bool fitted = OrNothing([&] { return FinishedFit(task.folder); }).has_value();
-  if (!fitted && !RunFit(task, callbacks)) return false;
+  if (!fitted && !RunFit(task, control)) return false;
   const std::string failure = DescribeFailure(FinishedFit(task.folder), task.fit.model);
-  if (failure.empty()) return Predict(task, callbacks);
+  if (failure.empty()) return Predict(task, control);
   WritePrediction(task, {{"failure", failure}});
   return true;
 }

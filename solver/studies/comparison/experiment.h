@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "losses/dataset/trivial_predictors.h"
+#include "physics/util/run_control.h"
 #include "solver/job/fit_job.h"
 #include "solver/prediction/bend_calibration.h"
 #include "solver/prediction/prediction.h"
@@ -50,16 +51,11 @@ struct ExperimentResult {
 // What the files of a finished cell say; none where one is missing or broken.
 std::optional<ExperimentResult> ReadExperiment(const std::string& folder);
 
-struct ExperimentCallbacks {
-  const std::atomic<bool>* cancel = nullptr;
-  std::function<void(double fraction, const std::string& note)> progress;
-};
-
 // Does what is still to be done: the fit (RunFitJob; from its checkpoint, where there is one), then
 // the prediction (SampleDrapes), whose scores go to prediction.json, those of a calibrated one
 // beside those of the fit as it is; so a cell that was stopped goes on to the same numbers. False
 // when it was cancelled. Throws InputError.
-bool RunExperiment(const ExperimentTask& task, const ExperimentCallbacks& callbacks);
+bool RunExperiment(const ExperimentTask& task, const RunControl& control);
 
 // Mean distance of the outlines of draws and the captures of their face [m]; NaN without a pair.
 double MeanPairHausdorff(const std::vector<PredictedDrape>& drapes,

@@ -83,11 +83,11 @@ ComparisonJob WithMaterialSettings(ComparisonJob job) {
 }
 
 std::vector<Capture> UsableCaptures(const ComparisonJob& job, const Dataset& dataset, int fabric,
-                                    const ComparisonCallbacks& callbacks) {
+                                    const RunControl& control) {
   std::vector<FileNote> skipped;
   const std::vector<Capture> usable =
       KeepUsable(Select(dataset, {.fabrics = {fabric}, .face = job.face}), &skipped);
-  for (const FileNote& note : skipped) callbacks.log("skipped: " + note.text);
+  for (const FileNote& note : skipped) control.Log("skipped: " + note.text);
   return usable;
 }
 
@@ -161,11 +161,11 @@ void CheckFits(const ComparisonJob& job, const std::vector<SharedSplit>& splits)
       for (const std::string& model : job.models) LoadJob(MakeTask(job, shared, model).fit);
 }
 
-std::vector<SharedSplit> ShareAll(const ComparisonJob& job, const ComparisonCallbacks& callbacks) {
+std::vector<SharedSplit> ShareAll(const ComparisonJob& job, const RunControl& control) {
   const Dataset dataset = ReadDataset(job.data);
   std::vector<SharedSplit> all;
   for (std::size_t i = 0; i < job.fabrics.size(); ++i) {
-    const std::vector<Capture> usable = UsableCaptures(job, dataset, job.fabrics[i], callbacks);
+    const std::vector<Capture> usable = UsableCaptures(job, dataset, job.fabrics[i], control);
     for (const int seed : job.seeds) all.push_back(Share(job, usable, i, seed));
   }
   return all;
@@ -180,7 +180,7 @@ std::string NameFor(const ExperimentTask& task, const std::string& model, int se
 
 // Computes what is missing; false when it was cancelled.
 bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
-              const ComparisonCallbacks& callbacks, ComparisonRun* run) {
+              const RunControl& control, ComparisonRun* run) {
   struct Todo {
     ExperimentTask task;
     std::string model;
@@ -198,15 +198,15 @@ bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
       }
     }
   if (run->done > 0)
-    callbacks.log(std::to_string(run->done) + " of " + std::to_string(run->cells) +
-                  " cells are taken over from " + job.out);
+    control.Log(std::to_string(run->done) + " of " + std::to_string(run->cells) +
+                " cells are taken over from " + job.out);
   const double count = static_cast<double>(todo.size());
   for (std::size_t i = 0; i < todo.size(); ++i) {
     const std::string name =
         NameFor(todo[i].task, todo[i].model, todo[i].seed, run->done + 1, run->cells);
-    const ExperimentCallbacks cell{callbacks.cancel, [&](double fraction, const std::string& note) {
-                                     callbacks.progress((i + fraction) / count, name + ", " + note);
-                                   }};
+    const RunControl cell{control.cancel, [&](double fraction, const std::string& note) {
+                            control.Report((i + fraction) / count, name + ", " + note);
+                          }};
     if (!RunExperiment(todo[i].task, cell)) return false;
     ++run->done;
   }
@@ -215,15 +215,15 @@ bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
 
 }  // namespace
 
-ComparisonRun RunComparison(const ComparisonJob& given, const ComparisonCallbacks& callbacks) {
+ComparisonRun RunComparison(const ComparisonJob& given, const RunControl& control) {
   CheckJob(given);
   const ComparisonJob job = WithMaterialSettings(given);
   CheckSettings(job);
-  const std::vector<SharedSplit> splits = ShareAll(job, callbacks);
+  const std::vector<SharedSplit> splits = ShareAll(job, control);
   CheckFits(job, splits);
   WriteSettings(job, splits);
   ComparisonRun run;
-  if (!RunCells(job, splits, callbacks, &run)) {
+  if (!RunCells(job, splits, control, &run)) {
     run.cancelled = true;
     return run;
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/util/run_control.h"
 #include "solver/studies/comparison/compared_model.h"
 #include "solver/studies/comparison/comparison_table.h"
 #include "solver/studies/comparison/experiment.h"
@@ -38,17 +39,11 @@ struct ComparisonRun {
   Comparison comparison;  // once all are done
 };
 
-struct ComparisonCallbacks {
-  const std::atomic<bool>* cancel = nullptr;
-  std::function<void(double fraction, const std::string& note)> progress;
-  std::function<void(const std::string& line)> log;
-};
-
 // Cell by cell: out/fabric_<N>/<model>/seed_<K>, beside out/fabric_<N>/split_<K>.json, and
 // out/settings.json. Cells that are there are taken over, so a run that was stopped goes on to the
 // same answer. The split's side to learn from holds the captures that are fitted and no others:
 // the trivial predictors, "other samples" and "circle", learn from the same. Reads all input before
 // it computes. Throws InputError, also where `out` holds cells of other settings.
-ComparisonRun RunComparison(const ComparisonJob& job, const ComparisonCallbacks& callbacks);
+ComparisonRun RunComparison(const ComparisonJob& job, const RunControl& control);
 
 }  // namespace drape

@@ -89,9 +89,8 @@ std::vector<StabilityCase> Missing(std::span<const StabilityMap> maps, const Sta
 // Where the runs of all threads come together.
 class Collector {
  public:
-  Collector(const std::string& path, int count, const SurveyCallbacks& callbacks,
-            StabilityRuns& runs)
-      : path_(path), file_(path, std::ios::app), count_(count), callbacks_(callbacks), runs_(runs) {
+  Collector(const std::string& path, int count, const RunControl& control, StabilityRuns& runs)
+      : path_(path), file_(path, std::ios::app), count_(count), control_(control), runs_(runs) {
     if (!file_) throw InputError(path, "cannot be written");
   }
 
@@ -101,14 +100,13 @@ class Collector {
       throw InputError(path_, "cannot be written, is the disk full?");
     runs_[inputs] = result;
     ++done_;
-    if (callbacks_.progress)
-      callbacks_.progress(done_ / static_cast<double>(count_),
-                          "run " + std::to_string(done_) + " of " + std::to_string(count_));
+    control_.Report(done_ / static_cast<double>(count_),
+                    "run " + std::to_string(done_) + " of " + std::to_string(count_));
   }
   void Fail(std::exception_ptr error) {
     if (!error_) error_ = std::move(error);
   }
-  bool MustEnd() const { return error_ || *callbacks_.cancel; }
+  bool MustEnd() const { return error_ || *control_.cancel; }
   void Rethrow() const {
     if (error_) std::rethrow_exception(error_);
   }
@@ -117,7 +115,7 @@ class Collector {
   std::string path_;
   std::ofstream file_;
   int count_, done_ = 0;
-  const SurveyCallbacks& callbacks_;
+  const RunControl& control_;
   StabilityRuns& runs_;
   std::exception_ptr error_;
 };
@@ -168,15 +166,14 @@ void WriteStabilityRuns(const std::string& path, const std::string& shared,
 }
 
 bool SurveyStability(StabilityRunner& bench, std::span<const StabilityMap> maps, int threads,
-                     const std::string& path, const SurveyCallbacks& callbacks,
-                     StabilityRuns& runs) {
+                     const std::string& path, const RunControl& control, StabilityRuns& runs) {
   const std::vector<StabilityCase> missing = Missing(maps, runs);
-  Collector collector(path, static_cast<int>(missing.size()), callbacks, runs);
+  Collector collector(path, static_cast<int>(missing.size()), control, runs);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
   for (int i = 0; i < static_cast<int>(missing.size()); ++i)
-    RunOne(bench, missing[i], *callbacks.cancel, collector);
+    RunOne(bench, missing[i], *control.cancel, collector);
   collector.Rethrow();
-  return !*callbacks.cancel;
+  return !*control.cancel;
 }
 
 }  // namespace drape

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "physics/util/run_control.h"
 #include "solver/studies/stability/stability_map.h"
 #include "solver/studies/stability/stability_runner.h"
 
@@ -22,16 +23,10 @@ StabilityRuns ReadStabilityRuns(const std::string& path, const std::string& shar
 void WriteStabilityRuns(const std::string& path, const std::string& shared,
                         const StabilityRuns& runs);
 
-struct SurveyCallbacks {
-  const std::atomic<bool>* cancel = nullptr;  // not null
-  std::function<void(double fraction, const std::string& note)> progress;
-};
-
 // Runs the cases of all maps that are not among `runs`, each once, on `threads` threads, and adds
 // them; a row is appended to the file at `path` as soon as its run has ended. False when cancelled.
 // Throws InputError where the file cannot be written or a scene cannot be made.
 bool SurveyStability(StabilityRunner& bench, std::span<const StabilityMap> maps, int threads,
-                     const std::string& path, const SurveyCallbacks& callbacks,
-                     StabilityRuns& runs);
+                     const std::string& path, const RunControl& control, StabilityRuns& runs);
 
 }  // namespace drape

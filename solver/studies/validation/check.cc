@@ -43,11 +43,12 @@ bool HasEqualRows(const StretchTable& table) {
 class SceneChecks {
  public:
   SceneChecks(std::shared_ptr<const ClothModel> model, const MaterialField& material,
-              const State& start, const CheckOptions& options)
+              const State& start, const CheckOptions& options, const RunControl& control)
       : model_(std::move(model)),
         material_(material),
         start_(start),
         options_(options),
+        control_(control),
         random_(options.seed),
         solver_(model_),
         edge_(MeanEdge(model_->mesh)) {
@@ -70,7 +71,7 @@ class SceneChecks {
   }
 
  private:
-  bool Cancelled() const { return options_.cancel != nullptr && options_.cancel->load(); }
+  bool Cancelled() const { return control_.cancelled(); }
 
   // Normal numbers, the largest 1 in size.
   Vector Direction(Eigen::Index size) {
@@ -97,7 +98,7 @@ class SceneChecks {
     }
     Add(group, name + ", best step", best, bound);
     constexpr double kSweeps = 5;
-    if (options_.progress) options_.progress(++sweeps_done_ / kSweeps, group);
+    control_.Report(++sweeps_done_ / kSweeps, group);
   }
 
   Vector Force(const ClothModel& model, const Vector& x) const {
@@ -221,6 +222,7 @@ class SceneChecks {
   const MaterialField& material_;
   State start_;
   const CheckOptions& options_;
+  const RunControl& control_;
   std::mt19937_64 random_;
   StepSolver solver_;
   double edge_;  // mean rest length of the inner edges [m]
@@ -234,11 +236,11 @@ class SceneChecks {
 
 std::vector<CheckRow> CheckScene(std::shared_ptr<const ClothModel> model,
                                  const MaterialField& material, const State& start,
-                                 const CheckOptions& options) {
+                                 const CheckOptions& options, const RunControl& control) {
   CHECK_GE(options.steps, 1);
   CHECK_EQ(material.stretch.size(), 1u);
   CHECK_EQ(material.bend.size(), 1u);
-  return SceneChecks(std::move(model), material, start, options).Run();
+  return SceneChecks(std::move(model), material, start, options, control).Run();
 }
 
 bool AllPass(const std::vector<CheckRow>& rows) {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "physics/simulation/rollout.h"
+#include "physics/util/run_control.h"
 
 namespace drape {
 
@@ -31,8 +30,6 @@ struct CheckOptions {
   int steps = 10;       // of the rollouts, ≥ 1
   int seed = 1;         // of the directions and of the noise
   double noise = 0.02;  // of each coordinate of the start, in mean edge lengths: breaks symmetry
-  const std::atomic<bool>* cancel = nullptr;  // stops before the next sweep
-  std::function<void(double fraction, const std::string& group)> progress;  // after each sweep
 };
 
 // All checks, in the order of a table:
@@ -49,10 +46,10 @@ struct CheckOptions {
 // relative for entries): too long a step crosses kinks and sees curvature, too short a one drowns
 // in rounding, so the best of the sweep is what is judged, bound 1e-6. Over long rollouts of the
 // reference law even the best step can cross its kinks (100 steps of 1,200 vertices: 5e-6).
-// material: one table of each kind.
+// material: one table of each kind. A cancelled run ends before the next sweep.
 std::vector<CheckRow> CheckScene(std::shared_ptr<const ClothModel> model,
                                  const MaterialField& material, const State& start,
-                                 const CheckOptions& options);
+                                 const CheckOptions& options, const RunControl& control = {});
 
 bool AllPass(const std::vector<CheckRow>& rows);
 

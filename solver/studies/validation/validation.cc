@@ -85,15 +85,15 @@ std::vector<std::string> ValidationGroups() {
   return names;
 }
 
-std::vector<ReferenceCase> Validate(const ValidationOptions& options) {
+std::vector<ReferenceCase> Validate(const ValidationOptions& options, const RunControl& control) {
   const Law law = MakeLaw(options.law);
   const std::vector<Group> groups = Chosen(options.only);
   std::vector<ReferenceCase> truths;
   double done = 0.0;
   for (const auto& [name, measure] : groups) {
-    if (options.cancel != nullptr && options.cancel->load()) break;
+    if (control.cancelled()) break;
     for (ReferenceCase& truth : measure(law)) truths.push_back(std::move(truth));
-    if (options.progress) options.progress(++done / static_cast<double>(groups.size()), name);
+    control.Report(++done / static_cast<double>(groups.size()), name);
   }
   return truths;
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
-#include <functional>
 #include <string>
 #include <vector>
+
+#include "physics/util/run_control.h"
 
 namespace drape {
 
@@ -29,9 +29,7 @@ struct ReferenceCase {
 
 struct ValidationOptions {
   std::string law = "smooth";
-  std::vector<std::string> only;              // groups; empty: all
-  const std::atomic<bool>* cancel = nullptr;  // ends after the group in progress
-  std::function<void(double fraction, const std::string& group)> progress;  // after each group
+  std::vector<std::string> only;  // groups; empty: all
 };
 
 //  rigidity    D that a mesh makes of a bend table B = 4·D, on discs and strips
@@ -45,8 +43,9 @@ struct ValidationOptions {
 //  turn        a quarter turn of the material exchanges c11 and c22
 std::vector<std::string> ValidationGroups();
 
-// InputError for an unknown group or law.
-std::vector<ReferenceCase> Validate(const ValidationOptions& options);
+// A cancelled run ends after the group in progress. Throws InputError for an unknown group or law.
+std::vector<ReferenceCase> Validate(const ValidationOptions& options,
+                                    const RunControl& control = {});
 
 bool AllPass(const std::vector<ReferenceCase>& truths);
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "physics/cloth/start_shape.h"
-#include "solver/studies/bench/accuracy_table.h"
+#include "solver/forward/accuracy_table.h"
 #include "solver/studies/bench/work_precision.h"
 #include "tools/inputs/built_in_accuracy.h"
 
@@ -36,7 +36,7 @@ TEST_P(Accuracy, HoldsOnAFabricThatTheTableHasNotSeen) {
     setting.h = row.h;
     setting.fall = row.h * row.steps;
     const BenchRecord found =
-        RunExperiment(BenchWork::kForward, setting, problem, reference, {.repeats = 1}, nullptr);
+        RunBenchSetting(BenchWork::kForward, setting, problem, reference, {.repeats = 1}, nullptr);
     EXPECT_EQ(found.status, "ok") << level;
     EXPECT_GT(found[kRadiusMm], 0) << level;
     EXPECT_LE(found[kRadiusMm], row.error_mm) << level << " " << row.mesh;

@@ -4,7 +4,7 @@
 #include "physics/cloth/state_io.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/equilibria/equilibria_tool.h"
-#include "tools/programs/simulate/simulate.h"
+#include "tools/programs/simulate/simulate_tool.h"
 
 namespace drape::test {
 namespace {
@@ -93,7 +93,7 @@ TEST_F(BackendTool, ItIsSaidOnceWhatWasChosenAndWhy) {
   simulate.scene.material = kFabric;
   simulate.steps = 1;
   simulate.out = Path("simulate");
-  drape::Simulate(simulate, {nullptr, nullptr, log});
+  drape::RunSimulate(simulate, {nullptr, nullptr, log});
   EXPECT_THAT(lines, testing::ElementsAre(line));
   EquilibriaOptions branches;
   branches.scene = simulate.scene;
@@ -118,8 +118,8 @@ TEST_F(BackendTool, ACheckpointIsOfNoBackend) {
   const CudaSurvey survey = SurveyCuda();
   EXPECT_EQ(Name("out/summary.json"), survey.usable ? "cuda" : "cpu");
   EXPECT_THAT(Read(Path("out/fit.log")),
-              testing::JoinAll(testing::StartsWith("backend: cpu (as asked)\n"),
-                               testing::HasSubstr("(auto: " + survey.text + ")\n")));
+              testing::AllOf(testing::StartsWith("backend: cpu (as asked)\n"),
+                             testing::HasSubstr("(auto: " + survey.text + ")\n")));
 }
 
 // Writing states in between does not change the drape: its pieces are one rollout.

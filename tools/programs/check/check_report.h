@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "solver/studies/validation/check.h"
@@ -15,8 +16,8 @@ struct CheckToolOptions {
   CheckOptions check;
 };
 
-// On stdout: group, name, value, bound and ok or FAIL a row, then how many failed.
-void PrintCheckTable(const std::vector<CheckRow>& rows);
+// One row per check: group, name, value, bound and ok or FAIL; then how many failed.
+std::string CheckTableText(const std::vector<CheckRow>& rows);
 
 // Points into `options`, which outlives it.
 OptionTable CheckTable(CheckToolOptions& options);

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/cli/progress.h"
-#include "tools/cli/run_tool.h"
+#include "tools/cli/tool_main.h"
 #include "tools/programs/check/validate.h"
 
+namespace drape {
+namespace {
+
+ToolOutcome Run(const ValidateToolOptions& options, const RunControl& control) {
+  const std::vector<ReferenceCase> cases = RunValidation(options, control);
+  return {.text = ValidationText(cases),
+          .cancelled = control.cancelled(),
+          .exit_code = AllPass(cases) ? kExitOk : kExitCheckFailed};
+}
+
+}  // namespace
+}  // namespace drape
+
 int main(int argc, char** argv) {
-  drape::ValidateToolOptions options;
-  const auto body = [&](const std::atomic<bool>& cancel) {
-    drape::Progress progress("validate");
-    options.validation.cancel = &cancel;
-    options.validation.progress = [&](double fraction, const std::string& group) {
-      progress.Update(fraction, group);
-    };
-    const auto truths = drape::RunValidation(options);
-    if (cancel) return drape::kExitCancelled;
-    return drape::AllPass(truths) ? drape::kExitOk : drape::kExitCheckFailed;
-  };
-  return drape::RunTool(argc, argv, drape::ValidateTable(options), body);
+  return drape::ToolMain(argc, argv, drape::ValidateTable, drape::Run);
 }

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "physics/util/atomic_file.h"
+#include "physics/util/text_format.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/versions.h"
 #include "tools/inputs/common_options.h"
@@ -18,45 +18,33 @@ using Json = nlohmann::ordered_json;
 
 Json NumberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
-Json ReferenceCaseJson(const ReferenceCase& truth) {
+Json ReferenceCaseJson(const ReferenceCase& one) {
   Json computed = Json::array();
-  for (const double value : truth.computed) computed.push_back(NumberOrNull(value));
-  return {{"group", truth.group},
-          {"name", truth.name},
-          {"truth", truth.expected},
+  for (const double value : one.computed) computed.push_back(NumberOrNull(value));
+  return {{"group", one.group},
+          {"name", one.name},
+          {"reference", one.expected},
           {"computed", computed},
-          {"error", NumberOrNull(truth.Error())},
-          {"tolerance", truth.tolerance},
-          {"order", NumberOrNull(truth.Order())},
-          {"pass", truth.Holds()}};
+          {"error", NumberOrNull(one.Error())},
+          {"tolerance", one.tolerance},
+          {"order", NumberOrNull(one.Order())},
+          {"pass", one.Holds()}};
 }
 
-void PrintRow(const ReferenceCase& truth) {
-  std::printf("%-10s %-50s %10.5g", truth.group.c_str(), truth.name.c_str(), truth.expected);
-  for (const double value : truth.computed) std::printf(" %10.5g", value);
-  std::printf(" %8.1e %7.0e", truth.Error(), truth.tolerance);
-  if (std::isfinite(truth.Order())) {
-    std::printf(" %5.2f", truth.Order());
-  } else {
-    std::printf(" %5s", "-");
-  }
-  std::printf("  %s\n", truth.Holds() ? "pass" : "FAIL");
-}
-
-void PrintTable(const std::vector<ReferenceCase>& truths) {
-  std::printf("%-10s %-50s %10s %10s %10s %10s %8s %7s %5s\n", "group", "truth", "", "coarse",
-              "medium", "fine", "error", "bound", "order");
-  for (const ReferenceCase& truth : truths) PrintRow(truth);
-  const auto failed = std::count_if(truths.begin(), truths.end(),
-                                    [](const ReferenceCase& t) { return !t.Holds(); });
-  std::printf("%td of %zu truths failed\n", failed, truths.size());
+std::string RowText(const ReferenceCase& one) {
+  std::string text =
+      Format("%-10s %-50s %10.5g", one.group.c_str(), one.name.c_str(), one.expected);
+  for (const double value : one.computed) text += Format(" %10.5g", value);
+  text += Format(" %8.1e %7.0e", one.Error(), one.tolerance);
+  text += std::isfinite(one.Order()) ? Format(" %5.2f", one.Order()) : Format(" %5s", "-");
+  return text + Format("  %s\n", one.Holds() ? "pass" : "FAIL");
 }
 
 void WriteSummary(const std::string& path, const std::string& law, bool complete,
-                  const std::vector<ReferenceCase>& truths) {
-  Json json = {{"law", law}, {"complete", complete}, {"pass", AllPass(truths)}};
-  json["truths"] = Json::array();
-  for (const ReferenceCase& truth : truths) json["truths"].push_back(ReferenceCaseJson(truth));
+                  const std::vector<ReferenceCase>& cases) {
+  Json json = {{"law", law}, {"complete", complete}, {"pass", AllPass(cases)}};
+  json["cases"] = Json::array();
+  for (const ReferenceCase& one : cases) json["cases"].push_back(ReferenceCaseJson(one));
   for (const auto& [name, version] : Versions()) json["versions"][name] = version;
   WriteFileAtomically(path, json.dump(2) + "\n");
 }
@@ -66,31 +54,40 @@ void WriteSummary(const std::string& path, const std::string& law, bool complete
 OptionTable ValidateTable(ValidateToolOptions& options) {
   std::string groups;
   for (const std::string& name : ValidationGroups()) groups += (groups.empty() ? "" : ", ") + name;
-  return {.tool = "drape_validate",
-          .summary = "our stiffness against textbooks, on the built-in meshes, as a table",
-          .example = "drape_validate --filter=cantilever,disc --out=out/validate",
-          .notes =
-              "files: summary.json\n"
-              "columns: the truth, what is computed on three meshes of halved width, the "
-              "error of the finest and its bound\n  (relative, in degrees for the angle), the "
-              "order of convergence (-: the meshes agree, or not monotone)\n"
-              "exit code 1: a truth failed\n",
-          .options = {{.key = "filter",
-                       .value = &options.validation.only,
-                       .doc = "groups of truths, none: all of " + groups},
-                      LawOption(options.validation.law),
-                      OutOption(options.out)}};
+  return {
+      .tool = "drape_validate",
+      .summary = "our stiffness against textbooks, on the built-in meshes, as a table",
+      .example = "drape_validate --filter=cantilever,disc --out=out/validate",
+      .notes =
+          "files: summary.json\n"
+          "columns: the reference value, the values computed on three meshes of halved width, the "
+          "error of the finest and its bound\n  (relative, in degrees for the angle), the "
+          "order of convergence (-: the meshes agree, or not monotone)\n"
+          "exit code 1: a reference case failed\n",
+      .options = {{.key = "filter",
+                   .value = &options.validation.only,
+                   .doc = "groups of reference cases; empty: all of " + groups},
+                  LawOption(options.validation.law),
+                  OutOption(options.out)}};
 }
 
-std::vector<ReferenceCase> RunValidation(const ValidateToolOptions& options) {
+std::vector<ReferenceCase> RunValidation(const ValidateToolOptions& options,
+                                         const RunControl& control) {
   const OutputFolder out(options.out);
-  const std::vector<ReferenceCase> truths = Validate(options.validation);
-  PrintTable(truths);
-  const auto* cancel = options.validation.cancel;
-  WriteSummary(out.Staged("summary.json"), options.validation.law,
-               cancel == nullptr || !cancel->load(), truths);
+  const std::vector<ReferenceCase> cases = Validate(options.validation, control);
+  WriteSummary(out.Staged("summary.json"), options.validation.law, !control.cancelled(), cases);
   out.Publish();
-  return truths;
+  return cases;
+}
+
+std::string ValidationText(const std::vector<ReferenceCase>& cases) {
+  std::string text =
+      Format("%-10s %-50s %10s %10s %10s %10s %8s %7s %5s\n", "group", "reference case", "",
+             "coarse", "medium", "fine", "error", "bound", "order");
+  for (const ReferenceCase& one : cases) text += RowText(one);
+  const auto failed =
+      std::count_if(cases.begin(), cases.end(), [](const auto& one) { return !one.Holds(); });
+  return text + Format("%td of %zu reference cases failed\n", failed, cases.size());
 }
 
 }  // namespace drape

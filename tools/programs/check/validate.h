@@ -17,8 +17,12 @@ struct ValidateToolOptions {
 
 OptionTable ValidateTable(ValidateToolOptions& options);
 
-// Measures the truths, prints them as a table on stdout and writes summary.json; a cancelled run
-// keeps the groups that were done, "complete" is then false. Throws InputError.
-std::vector<ReferenceCase> RunValidation(const ValidateToolOptions& options);
+// Computes the reference cases and writes summary.json; a cancelled run keeps the groups that are
+// complete, and its "complete" is false. Throws InputError.
+std::vector<ReferenceCase> RunValidation(const ValidateToolOptions& options,
+                                         const RunControl& control);
+
+// One row per reference case, then how many failed.
+std::string ValidationText(const std::vector<ReferenceCase>& cases);
 
 }  // namespace drape

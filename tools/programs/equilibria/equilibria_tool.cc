@@ -96,20 +96,18 @@ OptionTable EquilibriaTable(EquilibriaOptions& options) {
           .options = std::move(all)};
 }
 
-EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options,
-                                   const SamplingCallbacks& callbacks) {
+EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunControl& control) {
   const auto begin = std::chrono::steady_clock::now();
   const BranchMetric metric = ParseBranchMetric(options.distance);
   const LoadedScene scene = LoadScene(options.scene);
   SamplingOptions sampling = options.sampling;
   if (sampling.threads == 0)
     sampling.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const auto backend =
-      MakeLoggedBackend(options.backend, scene.model, sampling.threads, callbacks.log);
+  const auto backend = MakeLoggedBackend(options.backend, scene.model, sampling.threads, control);
   const OutputFolder out(options.out);
   EquilibriumSurvey survey;
   survey.backend = backend->name();
-  survey.samples = SampleEquilibria(*backend, scene.material.field, sampling, callbacks);
+  survey.samples = SampleEquilibria(*backend, scene.material.field, sampling, control);
   survey.cancelled = static_cast<int>(survey.samples.size()) < sampling.samples;
   survey.clusters = ClusterSamples(survey.samples, metric, options.tolerance);
   survey.spread = ComputeSpread(survey.samples);

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "physics/util/run_control.h"
 #include "solver/forward/random_drapes.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/scene_input.h"
@@ -35,7 +36,6 @@ struct EquilibriumSurvey {
 // Reads all input before it computes. Writes to options.out summary.json, branches.png and, of each
 // cluster, branch_<i>.json, its drape of least energy as a state to start from (i from 1). A
 // cancelled run writes what it has. Throws InputError; then what lay in the folder is as it was.
-EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options,
-                                   const SamplingCallbacks& callbacks);
+EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunControl& control);
 
 }  // namespace drape

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
-
-#include "tools/cli/run_tool.h"
+#include "tools/cli/tool_main.h"
 #include "tools/programs/metrics/metrics_tool.h"
 
+namespace drape {
+namespace {
+
+ToolOutcome Run(const MetricsOptions& options, const RunControl& control) {
+  return {.text = RunMetrics(options, control), .cancelled = control.cancelled()};
+}
+
+}  // namespace
+}  // namespace drape
+
 int main(int argc, char** argv) {
-  drape::MetricsOptions options;
-  const auto body = [&](const std::atomic<bool>& cancel) {
-    std::printf("%s", drape::RunMetrics(options, cancel).c_str());
-    return cancel ? drape::kExitCancelled : drape::kExitOk;
-  };
-  return drape::RunTool(argc, argv, drape::MetricsTable(options), body);
+  return drape::ToolMain(argc, argv, drape::MetricsTable, drape::Run);
 }

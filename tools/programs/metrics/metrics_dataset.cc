@@ -118,7 +118,7 @@ std::string NotesText(const char* what, const std::vector<FileNote>& notes) {
 }  // namespace
 
 DatasetReport EvaluateDataset(const DatasetInput& input, const Camera& camera,
-                              const std::atomic<bool>& cancel) {
+                              const RunControl& control) {
   const Dataset dataset = ReadDataset(input.folder);
   DatasetReport report;
   report.training_images = dataset.training_images.size();
@@ -131,7 +131,7 @@ DatasetReport EvaluateDataset(const DatasetInput& input, const Camera& camera,
   }
   if (!input.save_split.empty() && report.in_turn)
     throw InputError("option 'save_split'", "there is no split to store with train = 0");
-  if (cancel) return report;
+  if (control.cancelled()) return report;
   report.seen_train = ObserveCaptures(report.split.train, camera, input.hard_edged);
   report.seen_held_out = report.in_turn
                              ? report.seen_train

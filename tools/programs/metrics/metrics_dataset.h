@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "losses/dataset/dataset_split.h"
 #include "losses/dataset/trivial_predictors.h"
+#include "physics/util/run_control.h"
 #include "tools/inputs/dataset_input.h"
 
 namespace drape {
@@ -26,7 +26,7 @@ struct DatasetReport {
 // Also stores the split where `input` says so. A cancelled one has neither seen captures nor
 // predictors. Throws InputError.
 DatasetReport EvaluateDataset(const DatasetInput& input, const Camera& camera,
-                              const std::atomic<bool>& cancel);
+                              const RunControl& control);
 std::string DatasetText(const DatasetReport& report);
 nlohmann::ordered_json DatasetJson(const DatasetReport& report);
 

@@ -40,12 +40,11 @@ struct Found {
   Json json;
 };
 
-Found CompareRuns(const MetricsOptions& options, const Camera& camera,
-                  const std::atomic<bool>& cancel) {
+Found CompareRuns(const MetricsOptions& options, const Camera& camera, const RunControl& control) {
   Found found{"", {{"pairs", Json::array()}, {"alone", Json::array()}}};
   std::vector<std::string> alone;
   for (const auto& [a, b] : PairDrapes(options.operands[0], options.operands[1], &alone)) {
-    if (cancel) break;
+    if (control.cancelled()) break;
     const ComparedPair pair = Compare(a, b, camera, options);
     found.text += PairText(pair);
     found.json["pairs"].push_back(PairJson(pair));
@@ -59,12 +58,12 @@ Found CompareRuns(const MetricsOptions& options, const Camera& camera,
 
 // The drapes in A as draws of a distribution that those in B were drawn from.
 Found CompareDistributions(const MetricsOptions& options, const Camera& camera,
-                           const std::atomic<bool>& cancel) {
+                           const RunControl& control) {
   std::vector<ObservedDrape> drapes[2];
   DistributionScorer::Drapes views[2];
   for (int side = 0; side < 2; ++side) {
     for (const std::string& path : DrapesIn(options.operands[side], side == 0 ? 2 : 1)) {
-      if (cancel) return {};
+      if (control.cancelled()) return {};
       drapes[side].push_back(ViewFile(path, camera, options.data.hard_edged).seen);
     }
     for (const ObservedDrape& drape : drapes[side]) views[side].push_back(&drape);
@@ -80,16 +79,17 @@ Found CompareDistributions(const MetricsOptions& options, const Camera& camera,
 }
 
 Found CompareOperands(const MetricsOptions& options, const Camera& camera,
-                      const std::atomic<bool>& cancel) {
+                      const RunControl& control) {
   const std::vector<std::string>& operands = options.operands;
   if (operands.size() != 2) {
     throw InputError("command line", "found " + std::to_string(operands.size()) +
                                          " files or folders, expected two (A and B) or --data");
   }
   const OperandKind a = KindOfOperand(operands[0]), b = KindOfOperand(operands[1]);
-  if (a == OperandKind::kRun && b == OperandKind::kRun) return CompareRuns(options, camera, cancel);
+  if (a == OperandKind::kRun && b == OperandKind::kRun)
+    return CompareRuns(options, camera, control);
   if (a != OperandKind::kFile && b != OperandKind::kFile)
-    return CompareDistributions(options, camera, cancel);
+    return CompareDistributions(options, camera, control);
   if (a != b)
     throw InputError(operands[a == OperandKind::kFile],
                      "is a folder, expected a file like " + operands[b == OperandKind::kFile]);
@@ -97,11 +97,10 @@ Found CompareOperands(const MetricsOptions& options, const Camera& camera,
   return {PairText(pair), PairJson(pair)};
 }
 
-Found EvaluateData(const MetricsOptions& options, const Camera& camera,
-                   const std::atomic<bool>& cancel) {
+Found EvaluateData(const MetricsOptions& options, const Camera& camera, const RunControl& control) {
   if (!options.operands.empty())
     throw InputError("command line", "found '" + options.operands[0] + "' beside --data");
-  const DatasetReport report = EvaluateDataset(options.data, camera, cancel);
+  const DatasetReport report = EvaluateDataset(options.data, camera, control);
   return {DatasetText(report), DatasetJson(report)};
 }
 
@@ -132,11 +131,11 @@ OptionTable MetricsTable(MetricsOptions& options) {
           .operand_names = "[A B]"};
 }
 
-std::string RunMetrics(const MetricsOptions& options, const std::atomic<bool>& cancel) {
+std::string RunMetrics(const MetricsOptions& options, const RunControl& control) {
   const Camera camera = MakeCamera(options.camera);
-  const Found found = options.data.folder.empty() ? CompareOperands(options, camera, cancel)
-                                                  : EvaluateData(options, camera, cancel);
-  if (cancel) return "";
+  const Found found = options.data.folder.empty() ? CompareOperands(options, camera, control)
+                                                  : EvaluateData(options, camera, control);
+  if (control.cancelled()) return "";
   if (!options.out.empty()) {
     Json json = found.json;
     json["camera"] = CameraJson(camera);

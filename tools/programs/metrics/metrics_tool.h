@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
 #include <string>
 #include <vector>
 
+#include "physics/util/run_control.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/dataset_input.h"
 #include "tools/inputs/drape_view.h"
@@ -25,6 +25,6 @@ OptionTable MetricsTable(MetricsOptions& options);
 // Compares two files, runs or folders, or lists a data set and evaluates its trivial predictors.
 // Returns the table for a terminal, nothing when cancelled; writes the JSON file when there is one
 // to write. Throws InputError.
-std::string RunMetrics(const MetricsOptions& options, const std::atomic<bool>& cancel);
+std::string RunMetrics(const MetricsOptions& options, const RunControl& control);
 
 }  // namespace drape

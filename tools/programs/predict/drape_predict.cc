@@ -1,33 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
-
-#include "tools/cli/progress.h"
-#include "tools/cli/run_tool.h"
+#include "tools/cli/tool_main.h"
 #include "tools/programs/predict/predict_report.h"
 
+namespace drape {
 namespace {
 
-drape::PredictionRun Run(const drape::PredictToolOptions& options,
-                         const std::atomic<bool>& cancel) {
-  drape::Progress progress("predict");
-  const auto report = [&](double fraction, const std::string& note) {
-    progress.Update(fraction, note);
-  };
-  const auto say = [&](const std::string& line) { progress.Say(line); };
-  return drape::RunPrediction(options, {&cancel, report, say});
+ToolOutcome Run(const PredictToolOptions& options, const RunControl& control) {
+  const PredictionRun run = RunPrediction(options, control);
+  return {.text = PredictionText(run),
+          .cancelled = run.cancelled,
+          .failure = run.at_rest() > 0 ? "" : "no sample came to rest, see summary.json"};
 }
 
 }  // namespace
+}  // namespace drape
 
 int main(int argc, char** argv) {
-  drape::PredictToolOptions options;
-  const auto body = [&](const std::atomic<bool>& cancel) {
-    const drape::PredictionRun run = Run(options, cancel);
-    std::printf("%s", drape::PredictionText(run).c_str());
-    if (run.cancelled) return drape::kExitCancelled;
-    if (run.at_rest() > 0) return drape::kExitOk;
-    std::fprintf(stderr, "drape_predict: failed: no draw came to rest, see summary.json\n");
-    return drape::kExitNumerical;
-  };
-  return drape::RunTool(argc, argv, drape::PredictTable(options), body);
+  return drape::ToolMain(argc, argv, drape::PredictTable, drape::Run);
 }

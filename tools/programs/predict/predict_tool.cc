@@ -150,9 +150,9 @@ PredictionOptions MakePredictionOptions(const PredictToolOptions& options,
 
 // The data that are to be foretold: of one fabric, since the material is of one.
 std::optional<DatasetReport> ReadData(const DatasetInput& input, const Camera& camera,
-                                      const std::atomic<bool>& cancel) {
+                                      const RunControl& control) {
   if (input.folder.empty()) return {};
-  DatasetReport report = EvaluateDataset(input, camera, cancel);
+  DatasetReport report = EvaluateDataset(input, camera, control);
   std::set<int> fabrics;
   for (const Capture& capture : report.split.held_out) fabrics.insert(capture.fabric);
   if (fabrics.size() != 1) {
@@ -174,11 +174,11 @@ void CheckCalibration(const PredictToolOptions& options, const PredictionRun& ru
     throw InputError(where, "the side to learn from holds no capture, expected some");
 }
 
-void Calibrate(Backend& backend, const MaterialSource& materials, const PredictCallbacks& callbacks,
+void Calibrate(Backend& backend, const MaterialSource& materials, const RunControl& control,
                PredictionRun* run) {
   run->calibration = CalibrateBend(
       backend, materials, run->prediction, run->data->seen_train, {},
-      [&](int trials) { callbacks.progress(0.0, "calibration, trial " + std::to_string(trials)); });
+      [&](int trials) { control.Report(0.0, "calibration, trial " + std::to_string(trials)); });
   run->prediction.bend = run->calibration->factors;
 }
 
@@ -248,24 +248,24 @@ OptionTable PredictTable(PredictToolOptions& options) {
       .options = std::move(all)};
 }
 
-PredictionRun RunPrediction(const PredictToolOptions& options, const PredictCallbacks& callbacks) {
+PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl& control) {
   const auto begin = std::chrono::steady_clock::now();
   RequireOneMaterial(options);
   PredictionRun run;
-  run.prediction = MakePredictionOptions(options, callbacks.cancel);
+  run.prediction = MakePredictionOptions(options, control.cancel);
   run.scene = LoadScene(options.scene);
   const MaterialSource materials = MakeMaterials(options, run);
-  run.data = ReadData(options.data, run.prediction.camera, *callbacks.cancel);
-  if (!*callbacks.cancel) CheckCalibration(options, run);
+  run.data = ReadData(options.data, run.prediction.camera, control);
+  if (!control.cancelled()) CheckCalibration(options, run);
   const auto backend =
-      MakeLoggedBackend(options.backend, run.scene.model, Threads(options), callbacks.log);
+      MakeLoggedBackend(options.backend, run.scene.model, Threads(options), control);
   const OutputFolder out(options.out);
   run.backend = backend->name();
   run.prediction.batch = SettleBatchSize(*backend, Threads(options));
-  if (options.calibrate && !*callbacks.cancel) Calibrate(*backend, materials, callbacks, &run);
+  if (options.calibrate && !control.cancelled()) Calibrate(*backend, materials, control, &run);
   run.drapes = SampleDrapes(*backend, materials, run.prediction, [&](int done) {
-    callbacks.progress(static_cast<double>(done) / options.draws,
-                       "draw " + std::to_string(done) + " of " + std::to_string(options.draws));
+    control.Report(static_cast<double>(done) / options.draws,
+                   "draw " + std::to_string(done) + " of " + std::to_string(options.draws));
   });
   run.cancelled = static_cast<int>(run.drapes.size()) < options.draws;
   if (run.data) run.score = ScorePrediction(run.drapes, run.data->seen_held_out);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/util/run_control.h"
 #include "solver/prediction/bend_calibration.h"
 #include "solver/prediction/prediction.h"
 #include "tools/cli/option_table.h"
@@ -52,16 +53,10 @@ struct PredictionRun {
   int at_rest() const;
 };
 
-struct PredictCallbacks {
-  const std::atomic<bool>* cancel;
-  std::function<void(double fraction, const std::string& note)> progress;
-  std::function<void(const std::string& line)> log;
-};
-
 // Reads all input before it computes. Writes to options.out summary.json, mean_image.png, draws.png
 // and, with keep_meshes, draw_<i>.obj of each drape at rest (i from 1); with calibrate and one
 // material, material_up.json and material_down.json with the factors in them. A cancelled run
 // writes what it has. Throws InputError; then what lay in the folder is as it was.
-PredictionRun RunPrediction(const PredictToolOptions& options, const PredictCallbacks& callbacks);
+PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl& control);
 
 }  // namespace drape

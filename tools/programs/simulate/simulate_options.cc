@@ -3,7 +3,7 @@
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/tool_options.h"
-#include "tools/programs/simulate/simulate.h"
+#include "tools/programs/simulate/simulate_tool.h"
 
 namespace drape {
 
@@ -13,13 +13,13 @@ std::string ApplyAccuracy(SimulateOptions* options) {
   if (options->scene.scene != "cusick")
     throw InputError("option 'accuracy'", "found the scene " + options->scene.scene +
                                               ", expected cusick: the table is of the drape test");
-  const bool has_integrator = choice.given.contains("solve");
-  if (has_integrator && options->integrator == "static")
-    throw InputError("option 'accuracy'", "found integrator static, expected dynamic or hybrid");
-  const AccuracyRow row = PickAccuracy(choice, has_integrator ? options->integrator : "");
+  const bool has_solve = choice.given.contains("solve");
+  if (has_solve && options->solve == "static")
+    throw InputError("option 'accuracy'", "found solve = static, expected dynamic or hybrid");
+  const AccuracyRow row = PickAccuracy(choice, has_solve ? options->solve : "");
   AccuracyFilling filling(choice);
   filling.Set("mesh", row.mesh, &options->scene.mesh);
-  filling.Set("solve", row.integrator, &options->integrator);
+  filling.Set("solve", row.integrator, &options->solve);
   filling.Set("time_step", row.h, &options->h);
   filling.Set("steps", row.steps, &options->steps);
   return filling.Line(row);
@@ -35,7 +35,7 @@ OptionTable SimulateTable(SimulateOptions& options) {
   };
   const std::vector<Option> steps = {
       {.key = "solve",
-       .value = &options.integrator,
+       .value = &options.solve,
        .doc = "steps in time, steps and then Newton to rest, or Newton from --start",
        .choices = {"dynamic", "hybrid", "static"}},
       {.key = "time_step",

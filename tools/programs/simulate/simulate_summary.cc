@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/simulate/simulate_summary.h"
-
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -9,19 +7,20 @@
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/atomic_file.h"
 #include "tools/cli/versions.h"
+#include "tools/programs/simulate/simulate_result.h"
 
 namespace drape {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-const char* OutcomeName(SimulateOutcome outcome) {
+const char* OutcomeName(SimulationOutcome outcome) {
   switch (outcome) {
-    case SimulateOutcome::kDone:
+    case SimulationOutcome::kDone:
       return "done";
-    case SimulateOutcome::kFailed:
+    case SimulationOutcome::kFailed:
       return "failed";
-    case SimulateOutcome::kCancelled:
+    case SimulationOutcome::kCancelled:
       return "cancelled";
   }
   return "unknown";
@@ -63,10 +62,10 @@ std::string BenchLine(const StripTesterView& bench) {
   return text;
 }
 
-Json SecondsJson(const SimulateSummary& summary) {
+Json SecondsJson(const SimulateResult& result) {
   Json seconds;
   double total = 0.0;
-  for (const auto& [phase, value] : summary.seconds) {
+  for (const auto& [phase, value] : result.simulation.seconds) {
     seconds[phase] = value;
     total += value;
   }
@@ -92,20 +91,20 @@ std::string StabilityNote(const Eigen::VectorXd& lowest_eigenvalues) {
 }  // namespace
 
 void WriteSummary(const std::string& path, const SimulateOptions& options, const LoadedScene& scene,
-                  const Camera& camera, const SimulateSummary& summary) {
-  const auto& view = summary.view;
-  Json json = {{"outcome", OutcomeName(summary.outcome)},
-               {"status", summary.status},
+                  const Camera& camera, const SimulateResult& result) {
+  const auto& view = result.view;
+  Json json = {{"outcome", OutcomeName(result.simulation.outcome)},
+               {"status", result.simulation.status},
                {"dc", view ? OrNull(view->drape_coefficient) : Json(nullptr)},
                {"folds", view ? OrNull(view->folds) : Json(nullptr)},
-               {"force_residual", summary.force_residual},
-               {"stability", StabilityJson(summary.lowest_eigenvalues)},
-               {"steps", summary.steps},
+               {"force_residual", result.force_residual},
+               {"stability", StabilityJson(result.lowest_eigenvalues)},
+               {"steps", result.simulation.steps},
                {"steps_wanted", options.steps},
                {"time_step", options.h},
-               {"solve", options.integrator},
-               {"backend", summary.backend},
-               {"newton_iterations", OrNull(summary.newton_iterations)},
+               {"solve", options.solve},
+               {"backend", result.backend},
+               {"newton_iterations", OrNull(result.simulation.newton_iterations)},
                {"law", options.scene.law},
                {"start", options.scene.start},
                {"material", scene.material.name},
@@ -114,33 +113,35 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"camera", CameraJson(camera)}};
   if (options.scene.scene != "cusick") json["scene"] = options.scene.scene;
   if (!options.accuracy.accuracy.empty()) json["accuracy"] = options.accuracy.accuracy;
-  if (summary.bench) {
+  if (result.bench) {
     for (const char* key : {"dc", "folds", "camera"}) json.erase(key);
-    json.update(BenchJson(*summary.bench));
+    json.update(BenchJson(*result.bench));
   }
   if (view && view->metrics) {
     json["image"] = MetricsJson(*view->metrics);
     json["image"]["file"] = options.image;
   }
-  if (summary.gradient_disagreement) json["gradient_disagreement"] = *summary.gradient_disagreement;
-  json["seconds"] = SecondsJson(summary);
+  if (result.simulation.gradient)
+    json["gradient_disagreement"] = result.simulation.gradient->Disagreement();
+  json["seconds"] = SecondsJson(result);
   json["versions"] = VersionsJson();
   WriteFileAtomically(path, json.dump(2) + "\n");
 }
 
-std::string SummaryLine(const SimulateSummary& summary) {
+std::string SummaryLine(const SimulateResult& result) {
   char residual[32], dc[32] = "";
-  std::snprintf(residual, sizeof residual, "%.2g", summary.force_residual);
-  std::string line = summary.status + " after " + std::to_string(summary.steps) + " steps: ";
-  if (summary.view) {
-    if (summary.view->drape_coefficient)
-      std::snprintf(dc, sizeof dc, "DC %.3f, ", *summary.view->drape_coefficient);
+  std::snprintf(residual, sizeof residual, "%.2g", result.force_residual);
+  std::string line =
+      result.simulation.status + " after " + std::to_string(result.simulation.steps) + " steps: ";
+  if (result.view) {
+    if (result.view->drape_coefficient)
+      std::snprintf(dc, sizeof dc, "DC %.3f, ", *result.view->drape_coefficient);
     line += dc;
-    if (summary.view->folds) line += std::to_string(*summary.view->folds) + " folds, ";
+    if (result.view->folds) line += std::to_string(*result.view->folds) + " folds, ";
   }
-  if (summary.bench) line += BenchLine(*summary.bench);
+  if (result.bench) line += BenchLine(*result.bench);
   return line + "force residual " + residual + " of the weight" +
-         StabilityNote(summary.lowest_eigenvalues);
+         StabilityNote(result.lowest_eigenvalues);
 }
 
 }  // namespace drape

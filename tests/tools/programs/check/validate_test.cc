@@ -21,17 +21,17 @@ TEST_F(ValidateTool, PrintsAndWritesTheTruthsThatAreAskedFor) {
       RunProcess({kValidate, "--filter=uniaxial,turn", "--out=" + Path("out")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("l at N = 5.381 N/m"));
-  EXPECT_THAT(result.out, testing::HasSubstr("0 of 4 truths failed"));
+  EXPECT_THAT(result.out, testing::HasSubstr("0 of 4 reference cases failed"));
   const Json summary = ReadJson(Path("out/summary.json"));
   EXPECT_EQ(summary.at("law"), "smooth");
   EXPECT_EQ(summary.at("complete"), true);
   EXPECT_EQ(summary.at("pass"), true);
-  ASSERT_EQ(summary.at("truths").size(), 4u);
-  const Json& pull = summary.at("truths")[0];
-  EXPECT_EQ(pull.at("ground_truth"), 1.05);
+  ASSERT_EQ(summary.at("cases").size(), 4u);
+  const Json& pull = summary.at("cases")[0];
+  EXPECT_EQ(pull.at("reference"), 1.05);
   EXPECT_EQ(pull.at("computed").size(), 3u);
   EXPECT_LE(pull.at("error"), pull.at("tolerance"));
-  EXPECT_EQ(summary.at("truths")[3].at("group"), "turn");
+  EXPECT_EQ(summary.at("cases")[3].at("group"), "turn");
 }
 
 TEST_F(ValidateTool, UnknownGroupsAreOneLineAndLeaveNothing) {

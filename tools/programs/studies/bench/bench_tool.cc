@@ -7,7 +7,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
-#include "solver/studies/bench/accuracy_table.h"
+#include "solver/studies/bench/make_accuracy_table.h"
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/studies/bench/bench_report.h"
@@ -275,11 +275,11 @@ OptionTable BenchTable(BenchToolOptions& options) {
           .options = std::move(all)};
 }
 
-BenchToolResult RunBenchTool(BenchToolOptions options, const BenchCallbacks& callbacks) {
+BenchToolResult RunBenchTool(BenchToolOptions options, const RunControl& control) {
   CheckOptions(options);
   const OutputFolder out(options.out);
-  const BenchJob job = MakeJob(&options, callbacks.cancel);
-  const BenchResult result = RunBench(job, callbacks);
+  const BenchJob job = MakeJob(&options, control.cancel);
+  const BenchResult result = RunBench(job, control);
   const BenchMeasure time = TimeMeasure(options.clock);
   WriteBenchJson(out.Staged("bench.json"), job, result, time);
   RenderBenchCharts(out.Staged(""), job, result, time);

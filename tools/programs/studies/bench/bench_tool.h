@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/util/run_control.h"
 #include "solver/studies/bench/bench_job.h"
 #include "tools/cli/option_table.h"
 
@@ -35,6 +36,6 @@ struct BenchToolResult {
 
 // Runs the cells and writes cells.csv (as they end), bench.json, and the charts front_<error> and
 // growth as PNG and SVG; a cancelled run writes what it has. Throws InputError.
-BenchToolResult RunBenchTool(BenchToolOptions options, const BenchCallbacks& callbacks);
+BenchToolResult RunBenchTool(BenchToolOptions options, const RunControl& control);
 
 }  // namespace drape

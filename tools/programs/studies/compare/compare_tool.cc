@@ -115,7 +115,7 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
 
 // A comparison without charts is one all the same.
 void RenderCharts(const OutputFolder& out, const Comparison& comparison,
-                  const ComparisonCallbacks& callbacks) {
+                  const RunControl& control) {
   try {
     for (const ComparisonTable& table : comparison.tables)
       RenderModelChart(
@@ -123,7 +123,7 @@ void RenderCharts(const OutputFolder& out, const Comparison& comparison,
                                        : "models_fabric_" + std::to_string(table.fabric)),
           table);
   } catch (const InputError& error) {
-    callbacks.log(std::string("no charts: ") + error.what());
+    control.Log(std::string("no charts: ") + error.what());
   }
 }
 
@@ -156,14 +156,13 @@ OptionTable CompareTable(CompareToolOptions& options) {
       .options = std::move(all)};
 }
 
-CompareResult RunCompareTool(const CompareToolOptions& options,
-                             const ComparisonCallbacks& callbacks) {
+CompareResult RunCompareTool(const CompareToolOptions& options, const RunControl& control) {
   const ComparisonJob job = MakeJob(options);
   const OutputFolder out(options.out);
-  CompareResult result{RunComparison(job, callbacks), ""};
+  CompareResult result{RunComparison(job, control), ""};
   if (result.run.cancelled) return result;
   WriteComparison(out.Staged(""), result.run.comparison, job.settings);
-  RenderCharts(out, result.run.comparison, callbacks);
+  RenderCharts(out, result.run.comparison, control);
   out.Publish();
   result.text = ComparisonText(result.run.comparison);
   return result;

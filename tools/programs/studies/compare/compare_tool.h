@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/util/run_control.h"
 #include "solver/studies/comparison/model_comparison.h"
 #include "tools/cli/option_table.h"
 #include "tools/programs/fit/fit_tool.h"
@@ -33,7 +34,6 @@ struct CompareResult {
   ComparisonRun run;
   std::string text;
 };
-CompareResult RunCompareTool(const CompareToolOptions& options,
-                             const ComparisonCallbacks& callbacks);
+CompareResult RunCompareTool(const CompareToolOptions& options, const RunControl& control);
 
 }  // namespace drape

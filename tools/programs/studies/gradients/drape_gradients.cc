@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
-
-#include "tools/cli/progress.h"
-#include "tools/cli/run_tool.h"
+#include "tools/cli/tool_main.h"
 #include "tools/programs/studies/gradients/gradients_tool.h"
 
+namespace drape {
+namespace {
+
+ToolOutcome Run(const GradientsOptions& options, const RunControl& control) {
+  const GradientStudy study = StudyGradients(options, control);
+  return {.text = GradientReportText(study), .cancelled = study.cancelled};
+}
+
+}  // namespace
+}  // namespace drape
+
 int main(int argc, char** argv) {
-  drape::GradientsOptions options;
-  const auto body = [&](const std::atomic<bool>& cancel) {
-    drape::Progress progress("gradients");
-    const auto report = [&](double fraction, const std::string& note) {
-      progress.Update(fraction, note);
-    };
-    const drape::GradientStudy study = drape::StudyGradients(options, {&cancel, report});
-    std::printf("%s", drape::GradientReportText(study).c_str());
-    return study.cancelled ? drape::kExitCancelled : drape::kExitOk;
-  };
-  return drape::RunTool(argc, argv, drape::GradientsTable(options), body);
+  return drape::ToolMain(argc, argv, drape::GradientsTable, drape::Run);
 }

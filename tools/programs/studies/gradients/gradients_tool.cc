@@ -36,8 +36,8 @@ SceneInput MakeInput(const GradientsOptions& options, const std::string& law) {
 
 class Study {
  public:
-  Study(const GradientsOptions& options, const GradientsCallbacks& callbacks)
-      : options_(options), callbacks_(callbacks) {
+  Study(const GradientsOptions& options, const RunControl& control)
+      : options_(options), control_(control) {
     for (const char* law : {"smooth", "reference"}) {
       scenes_.push_back(LoadScene(MakeInput(options, law)));
       backends_.push_back(MakeCpuBackend(scenes_.back().model, 1));
@@ -54,12 +54,12 @@ class Study {
   }
 
  private:
-  bool Cancelled() const { return callbacks_.cancel != nullptr && callbacks_.cancel->load(); }
+  bool Cancelled() const { return control_.cancelled(); }
   const char* MakeLawFor(int law) const { return law == 0 ? "smooth" : "reference"; }
   // False once cancelled.
   bool Begin(const std::string& note) {
     const double parts = 2.0 + 2.0 * double(options_.time_steps.size()) + options_.fold_starts;
-    if (callbacks_.progress) callbacks_.progress(done_++ / parts, note);
+    control_.Report(done_++ / parts, note);
     return !Cancelled();
   }
   TableParametrisation MakeLine(int law) const {
@@ -115,7 +115,7 @@ class Study {
     ContinuationOptions options;
     options.end = kFoldEnd;
     options.min_step = kShortest;
-    options.corrector.cancel = callbacks_.cancel;
+    options.corrector.cancel = control_.cancel;
     FollowedBranch branch{
         seed,
         FollowBranch(solver, TableParametrisation(scene.material.field, ParameterTying::kScales),
@@ -126,7 +126,7 @@ class Study {
   }
 
   const GradientsOptions& options_;
-  const GradientsCallbacks& callbacks_;
+  const RunControl& control_;
   std::vector<LoadedScene> scenes_;  // smooth, reference
   std::vector<std::unique_ptr<Backend>> backends_;
   GradientStudy study_;
@@ -196,8 +196,8 @@ OptionTable GradientsTable(GradientsOptions& options) {
                       OutOption(options.out)}};
 }
 
-GradientStudy StudyGradients(const GradientsOptions& options, const GradientsCallbacks& callbacks) {
-  Study study(options, callbacks);
+GradientStudy StudyGradients(const GradientsOptions& options, const RunControl& control) {
+  Study study(options, control);
   const OutputFolder out(options.out);
   GradientStudy found = study.Run();
   WriteGradientReport(found, out);

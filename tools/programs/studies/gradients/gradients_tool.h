@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/util/run_control.h"
 #include "solver/studies/gradients/gradient_study.h"
 #include "tools/cli/option_table.h"
 
@@ -52,14 +53,9 @@ struct GradientStudy {
   std::vector<FollowedBranch> branches;
 };
 
-struct GradientsCallbacks {
-  const std::atomic<bool>* cancel = nullptr;
-  std::function<void(double fraction, const std::string& note)> progress;
-};
-
 // Writes to options.out summary.json, report.md, differences.png, horizons.png and fold.png; a
 // cancelled run what it has. Throws InputError.
-GradientStudy StudyGradients(const GradientsOptions& options, const GradientsCallbacks& callbacks);
+GradientStudy StudyGradients(const GradientsOptions& options, const RunControl& control);
 
 // The tables of report.md.
 std::string GradientReportText(const GradientStudy& study);

@@ -151,8 +151,8 @@ std::string DescribeSettings(const OptimiserBenchmarkOptions& options,
 
 class BenchmarkRunner {
  public:
-  BenchmarkRunner(const OptimiserBenchmarkOptions& options, const BenchmarkCallbacks& callbacks)
-      : options_(options), callbacks_(callbacks) {
+  BenchmarkRunner(const OptimiserBenchmarkOptions& options, const RunControl& control)
+      : options_(options), control_(control) {
     race_.methods = ListMethods(options);
   }
 
@@ -161,7 +161,7 @@ class BenchmarkRunner {
     total_ = static_cast<double>(images.size() * RunsAnImage());
     for (const BenchmarkImage& image : images) {
       Report(image.name + ", seeds");
-      const BenchmarkStart start = FindBenchmarkStart(options_, image, callbacks_.cancel);
+      const BenchmarkStart start = FindBenchmarkStart(options_, image, control_.cancel);
       if (Cancelled()) break;
       if (start.branch.valid()) {
         for (const int parameters : options_.parameters) RunProblem(image, start, parameters);
@@ -176,9 +176,9 @@ class BenchmarkRunner {
 
  private:
   std::size_t RunsAnImage() const { return options_.parameters.size() * race_.methods.size(); }
-  bool Cancelled() const { return callbacks_.cancel != nullptr && callbacks_.cancel->load(); }
+  bool Cancelled() const { return control_.cancelled(); }
   void Report(const std::string& note) const {
-    if (callbacks_.progress) callbacks_.progress(static_cast<double>(done_) / total_, note);
+    control_.Report(static_cast<double>(done_) / total_, note);
   }
 
   void RunProblem(const BenchmarkImage& image, const BenchmarkStart& start, int parameters) {
@@ -201,14 +201,14 @@ class BenchmarkRunner {
     const std::string settings = DescribeSettings(options_, start);
     if (std::optional<BenchmarkRecord> kept = ReadBenchmarkRecord(path, settings))
       return std::move(*kept);
-    BenchmarkRecord record = RunMethod(start, options_, parameters, method, callbacks_.cancel);
+    BenchmarkRecord record = RunMethod(start, options_, parameters, method, control_.cancel);
     record.problem = problem;
     if (!Cancelled()) WriteBenchmarkRecord(path, settings, record);
     return record;
   }
 
   const OptimiserBenchmarkOptions& options_;
-  const BenchmarkCallbacks& callbacks_;
+  const RunControl& control_;
   OptimiserBenchmark race_;
   double total_ = 1.0;
   std::size_t done_ = 0;
@@ -233,9 +233,9 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
 }
 
 OptimiserBenchmark RunOptimiserBenchmark(const OptimiserBenchmarkOptions& options,
-                                         const BenchmarkCallbacks& callbacks) {
+                                         const RunControl& control) {
   CheckOptions(options);
-  BenchmarkRunner racer(options, callbacks);
+  BenchmarkRunner racer(options, control);
   const OutputFolder out(options.out);
   std::filesystem::create_directories(options.out + "/runs");
   OptimiserBenchmark race = racer.Run();

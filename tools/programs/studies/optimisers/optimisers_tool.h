@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/util/run_control.h"
 #include "solver/job/fit_job.h"
 #include "solver/studies/optimisers/optimiser_problem.h"
 #include "solver/studies/optimisers/optimiser_record.h"
@@ -15,11 +16,6 @@ namespace drape {
 
 // Points into `options`, which outlives it.
 OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options);
-
-struct BenchmarkCallbacks {
-  const std::atomic<bool>* cancel = nullptr;
-  std::function<void(double fraction, const std::string& note)> progress;
-};
 
 struct OptimiserBenchmark {
   bool cancelled = false;
@@ -34,6 +30,6 @@ struct OptimiserBenchmark {
 // and not repeated; the reports appear in `out` at the end, on a cancel with the problems that are
 // complete. Throws InputError.
 OptimiserBenchmark RunOptimiserBenchmark(const OptimiserBenchmarkOptions& options,
-                                         const BenchmarkCallbacks& callbacks);
+                                         const RunControl& control);
 
 }  // namespace drape

@@ -222,8 +222,7 @@ OptionTable StabilityTable(StabilityOptions& options) {
           .options = std::move(all)};
 }
 
-StabilityAtlas MakeStabilityAtlas(const StabilityOptions& options,
-                                  const StabilityCallbacks& callbacks) {
+StabilityAtlas MakeStabilityAtlas(const StabilityOptions& options, const RunControl& control) {
   const auto begin = std::chrono::steady_clock::now();
   StabilityAtlas atlas;
   atlas.maps = SelectMaps(options);
@@ -234,8 +233,7 @@ StabilityAtlas MakeStabilityAtlas(const StabilityOptions& options,
   if (options.resume && std::filesystem::exists(path)) atlas.runs = ReadStabilityRuns(path, shared);
   WriteStabilityRuns(path, shared, atlas.runs);
   const int threads = CountThreads(options);
-  atlas.cancelled = !SurveyStability(bench, atlas.maps, threads, path,
-                                     {callbacks.cancel, callbacks.progress}, atlas.runs);
+  atlas.cancelled = !SurveyStability(bench, atlas.maps, threads, path, control, atlas.runs);
   if (!atlas.cancelled) {
     FindLimits(bench, threads, atlas);
     FindDamping(bench, options.damping_h, atlas);

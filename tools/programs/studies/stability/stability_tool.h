@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/util/run_control.h"
 #include "solver/studies/stability/stability_survey.h"
 #include "solver/studies/stability/stability_theory.h"
 #include "tools/cli/option_table.h"
@@ -60,15 +61,9 @@ struct StabilityAtlas {
   StabilityLine MakeLine(int map) const;
 };
 
-struct StabilityCallbacks {
-  const std::atomic<bool>* cancel = nullptr;  // not null
-  std::function<void(double fraction, const std::string& note)> progress;
-};
-
 // Reads all input before it computes. Writes to options.out runs.csv, to which each finished run is
 // appended, and at the end findings.json and a PNG a map. A cancelled run draws what it has. Throws
 // InputError; then what lay in the folder is as it was.
-StabilityAtlas MakeStabilityAtlas(const StabilityOptions& options,
-                                  const StabilityCallbacks& callbacks);
+StabilityAtlas MakeStabilityAtlas(const StabilityOptions& options, const RunControl& control);
 
 }  // namespace drape

@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/simulate/material_gradient.h"
+#include "solver/forward/rollout_gradient.h"
 
-#include <nlohmann/json.hpp>
-
-#include "physics/util/atomic_file.h"
-#include "physics/util/json_input.h"
+#include <algorithm>
+#include <vector>
 
 namespace drape {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // A material whose every entry is 1: ∂/∂entry itself.
 MaterialField Ones() {
@@ -20,17 +16,6 @@ MaterialField Ones() {
   for (auto& row : ones.bend[0].b) std::fill(std::begin(row), std::end(row), 1.0);
   return ones;
 }
-
-Json Tables(const Eigen::VectorXd& entries) {
-  Json stretch = Json::array(), bend = Json::array();
-  for (int c = 0; c < kStretchCols; ++c)
-    for (int r = 0; r < kStretchRows; ++r) stretch[c][r] = entries[r * kStretchCols + c];
-  for (int r = 0; r < kBendRows; ++r)
-    for (int c = 0; c < kBendCols; ++c) bend[r][c] = entries[kStretchEntries + r * kBendCols + c];
-  return {{"stretch", stretch}, {"bend", bend}};
-}
-
-std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
 
 }  // namespace
 
@@ -57,28 +42,6 @@ RolloutGradient DifferentiateRollout(Backend& backend, const MaterialField& mate
   gradient.status = tangent.rollout.status;
   gradient.tangent = tangent.dx.transpose() * w;
   return gradient;
-}
-
-Eigen::VectorXd ReadLossWeights(const std::string& path, int num_dofs) {
-  const nlohmann::json file = ReadJsonFile(path);
-  const JsonInput input(file, path);
-  const JsonInput w = input.ExpectKeys({"w"}).At("w").ExpectArray();
-  if (w.Size() != num_dofs) {
-    w.Fail("an array of " + std::to_string(num_dofs) + ", three numbers for each vertex");
-  }
-  Eigen::VectorXd weights(num_dofs);
-  for (int i = 0; i < num_dofs; ++i) weights[i] = w.At(i).Number();
-  return weights;
-}
-
-void WriteLossGradient(const std::string& path, const RolloutGradient& gradient) {
-  const Json json = {{"L", gradient.loss},
-                     {"convention", "arcsim"},
-                     {"adjoint", Tables(gradient.adjoint)},
-                     {"tangent", Tables(gradient.tangent)},
-                     {"v0", List(gradient.v0)},
-                     {"x0", List(gradient.x0)}};
-  WriteFileAtomically(path, json.dump(1) + "\n");
 }
 
 }  // namespace drape

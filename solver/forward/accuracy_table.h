@@ -4,12 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "solver/studies/bench/bench_job.h"
-
 namespace drape {
 
 // Settings with the error that a user may expect of them: what --accuracy picks from. Made by
-// drape_bench --table from the cells of several fabrics, kept in configs/accuracy.json.
+// drape_bench --table from runs with several fabrics, kept in configs/accuracy.json.
 
 // The error is that of the radius of the circle of the silhouette's area, so that of the drape
 // coefficient as a length, against an infinitely fine mesh. Not of the outline angle by angle:
@@ -19,7 +17,7 @@ struct AccuracyRow {
   std::string integrator;  // dynamic or hybrid
   double h = 0.1;          // time step [s]
   int steps = 100;
-  double error_mm = 0.0;  // promised: the largest of the table's fabrics, with its safety factor
+  double error_mm = 0.0;  // promised: the largest of the table's fabrics, with its error margin
   double cost = 0.0;      // time by that of the row "exact"
 };
 
@@ -34,11 +32,6 @@ struct AccuracyTable {
   // and for less than the table has.
   const AccuracyRow& Pick(const std::string& accuracy, const std::string& integrator) const;
 };
-
-// Of the cells of a forward work; `time` is the clock that counts. A setting that loses the branch
-// for one of the fabrics is no row. Throws InputError where none is left.
-AccuracyTable MakeAccuracyTable(const BenchJob& job, const BenchResult& result, BenchMeasure time,
-                                double safety);
 
 std::string AccuracyTableText(const AccuracyTable& table);  // JSON
 // Throws InputError, prefix `where`.

@@ -23,11 +23,4 @@ RolloutGradient DifferentiateRollout(Backend& backend, const MaterialField& mate
                                      const State& start, const RolloutOptions& options,
                                      const Eigen::VectorXd& w);
 
-// Reads {"w": [3V numbers]}. Throws InputError.
-Eigen::VectorXd ReadLossWeights(const std::string& path, int num_dofs);
-
-// {"L", "convention": "arcsim", "adjoint" and "tangent": {"stretch" [4][6] (rows c11 c12 c22 c33),
-// "bend" [3][5]}, "v0" and "x0" [3V]}; numbers read back bit for bit. Throws InputError.
-void WriteLossGradient(const std::string& path, const RolloutGradient& gradient);
-
 }  // namespace drape

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/cli/run_tool.h"
+#include "tools/cli/tool_main.h"
 
 #include <glog/logging.h>
 #include <unistd.h>
@@ -10,6 +10,8 @@
 #include <cstdio>
 #include <exception>
 #include <string>
+
+#include "tools/cli/progress.h"
 
 namespace drape {
 namespace {
@@ -43,16 +45,39 @@ ExitCode ReportError(const std::string& tool, std::string message) {
   return kExitBadInput;
 }
 
+// "drape_fit" → "fit".
+std::string ProgressName(const std::string& tool) {
+  constexpr char kPrefix[] = "drape_";
+  return tool.starts_with(kPrefix) ? tool.substr(sizeof kPrefix - 1) : tool;
+}
+
+ToolOutcome RunWithProgress(const std::string& tool,
+                            const std::function<ToolOutcome(const RunControl&)>& run) {
+  Progress progress(ProgressName(tool));
+  return run({.cancel = &cancel_requested,
+              .progress = [&](double fraction,
+                              const std::string& note) { progress.Update(fraction, note); },
+              .log = [&](const std::string& line) { progress.Say(line); }});
+}
+
+ExitCode Finish(const std::string& tool, const ToolOutcome& outcome) {
+  std::fputs(outcome.text.c_str(), stdout);
+  if (outcome.cancelled) return kExitCancelled;
+  if (outcome.failure.empty()) return outcome.exit_code;
+  std::fprintf(stderr, "%s: failed: %s\n", tool.c_str(), outcome.failure.c_str());
+  return kExitNumerical;
+}
+
 }  // namespace
 
 int RunTool(int argc, char** argv, const OptionTable& table,
-            const std::function<ExitCode(const std::atomic<bool>& cancel)>& body) {
+            const std::function<ToolOutcome(const RunControl& control)>& run) {
   StartLogging(argv[0]);
-  Eigen::setNbThreads(1);  // what runs in parallel are batches, on --threads
+  Eigen::setNbThreads(1);  // batches run in parallel instead, on --threads
   try {
     if (ParseCommandLine(table, argc, argv) == ParseOutcome::kHelpShown) return kExitOk;
     HandleSignals();
-    return body(cancel_requested);
+    return Finish(table.tool, RunWithProgress(table.tool, run));
   } catch (const std::exception& error) {  // InputError, NotCompiled, or out of memory
     return ReportError(table.tool, error.what());
   }

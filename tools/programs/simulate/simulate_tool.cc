@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/simulate/simulate_tool.h"
+
+#include <glog/logging.h>
+
+#include <chrono>
+#include <optional>
+
+#include "physics/cloth/state_io.h"
+#include "physics/mesh/obj_io.h"
+#include "physics/simulation/statics/modes.h"
+#include "physics/util/errors.h"
+#include "tools/cli/output_folder.h"
+#include "tools/inputs/backend_option.h"
+#include "tools/programs/simulate/gradient_io.h"
+#include "tools/programs/simulate/simulate_summary.h"
+
+namespace drape {
+namespace {
+
+constexpr int kReportedModes = 3;
+
+double SecondsSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// The input, read and checked.
+struct Input {
+  explicit Input(const SimulateOptions& options)
+      : camera(MakeCamera(options.camera)), scene(LoadScene(options.scene)) {
+    const bool on_support = SupportRadius(scene.model->scene).has_value();
+    if (!options.image.empty() && !on_support) {
+      throw InputError("option 'image'", "needs a drape over a support, which the scene " +
+                                             options.scene.scene + " does not have");
+    }
+    const bool only_newton =
+        options.solve == "static" || (options.solve == "hybrid" && options.steps == 0);
+    if (only_newton && options.scene.start == "flat" && on_support) {
+      throw InputError("option 'solve'", options.solve +
+                                             " without steps needs a start near the drape (a state "
+                                             "or a start shape), not flat");
+    }
+    if (options.solve != "dynamic" && !scene.model->scene.handles) {
+      throw InputError("option 'solve'", options.solve +
+                                             " needs a scene that holds the cloth, which " +
+                                             options.scene.scene + " does not");
+    }
+    if (!options.image.empty()) ReadImage(options);
+    if (!options.gradient_weights.empty()) {
+      weights = ReadLossWeights(options.gradient_weights, scene.model->num_dofs());
+    }
+  }
+
+  void ReadImage(const SimulateOptions& options) {
+    image = ReadSilhouette(options.image);
+    if (image->width != camera.width || image->height != camera.height) {
+      const auto size = [](int w, int h) { return std::to_string(w) + "×" + std::to_string(h); };
+      throw InputError(options.image, "found " + size(image->width, image->height) +
+                                          " pixels, expected those of the camera, " +
+                                          size(camera.width, camera.height));
+    }
+    LOG_IF(WARNING, camera.kind == CameraKind::kPinhole)
+        << "the published images were not taken by this pinhole camera: a perfect drape "
+           "appears 4-8 % too small in it";
+  }
+
+  Camera camera;
+  LoadedScene scene;
+  std::optional<GrayImage> image;
+  std::optional<Eigen::VectorXd> weights;
+};
+
+void CheckOptions(const SimulateOptions& options) {
+  if (options.solve == "static" && !options.dump_steps.empty())
+    throw InputError("option 'dump_steps'",
+                     "found solve = static, which takes no steps; expected dynamic or hybrid");
+  for (const int step : options.dump_steps) {
+    if (step <= options.steps) continue;
+    throw InputError("option 'dump_steps'",
+                     "found " + std::to_string(step) +
+                         ", expected at most steps = " + std::to_string(options.steps));
+  }
+  const bool is_dynamic = options.solve == "dynamic";
+  if (!is_dynamic && !options.gradient_weights.empty()) {
+    throw InputError("option 'gradient_weights'", "needs solve = dynamic");
+  }
+}
+
+SimulationTask MakeTask(const SimulateOptions& options, const Input& input,
+                        const OutputFolder& out) {
+  SimulationTask task;
+  task.material = &input.scene.material.field;
+  task.start = input.scene.start;
+  task.load_path = options.solve == "static" && options.scene.start == "flat";
+  task.steps = options.solve == "static" ? 0 : options.steps;
+  task.h = options.h;
+  task.newton = options.solve != "dynamic";
+  task.stops = options.dump_steps;
+  task.on_state = [&out](int step, const State& state) {
+    WriteState(out.Staged("state_" + std::to_string(step) + ".json"), state);
+  };
+  task.gradient_weights = input.weights;
+  return task;
+}
+
+// What the camera or the strip's tester sees of the last shape.
+void MeasureEnd(const Input& input, SimulateResult* result) {
+  const ClothModel& model = *input.scene.model;
+  const MaterialField& material = input.scene.material.field;
+  const Eigen::VectorXd& x = result->simulation.end.x;
+  result->force_residual = ForceResidual(model, material, x);
+  if (!x.allFinite()) return;
+  StepSolver solver(input.scene.model);
+  result->lowest_eigenvalues = LowestEigenvalues(solver, material, x, kReportedModes);
+  if (SupportRadius(model.scene)) {
+    result->view = ViewDrape(model, x, input.camera, input.image ? &*input.image : nullptr);
+  } else {
+    result->bench = ViewBench(model, x);
+  }
+}
+
+void WriteFiles(const Input& input, const SimulateResult& result, const OutputFolder& out) {
+  const SimulationResult& simulation = result.simulation;
+  if (simulation.end.x.allFinite()) {
+    if (simulation.newton_iterations) WriteState(out.Staged("state_rest.json"), simulation.end);
+    WriteObj(out.Staged("drape.obj"), input.scene.model->mesh, simulation.end.x);
+  }
+  if (simulation.gradient) WriteLossGradient(out.Staged("gradient.json"), *simulation.gradient);
+  if (result.view) WritePng(result.view->silhouette, out.Staged("silhouette.png"));
+}
+
+SimulateResult RunChecked(const SimulateOptions& options, const RunControl& control) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Input input(options);
+  const auto backend = MakeLoggedBackend(options.backend, input.scene.model, 1, control);
+  const OutputFolder out(options.out);
+  const double set_up = SecondsSince(begin);
+  SimulateResult result;
+  result.backend = backend->name();
+  result.simulation = Simulate(*backend, MakeTask(options, input, out), control);
+  auto& seconds = result.simulation.seconds;
+  seconds.insert(seconds.begin(), {"setup", set_up});
+  const auto end = std::chrono::steady_clock::now();
+  MeasureEnd(input, &result);
+  WriteFiles(input, result, out);
+  seconds.emplace_back("output", SecondsSince(end));
+  WriteSummary(out.Staged("summary.json"), options, input.scene, input.camera, result);
+  out.Publish();
+  result.line = SummaryLine(result);
+  return result;
+}
+
+}  // namespace
+
+SimulateResult RunSimulate(const SimulateOptions& given, const RunControl& control) {
+  SimulateOptions options = given;
+  const std::string picked = ApplyAccuracy(&options);
+  CheckOptions(options);
+  SimulateResult result = RunChecked(options, control);
+  if (!picked.empty()) result.line = picked + "\n" + result.line;
+  return result;
+}
+
+}  // namespace drape
