@@ -3,19 +3,62 @@
 
 #include <poll.h>
 #include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <stdexcept>
 #include <thread>
 
 #include "physics/util/errors.h"
 
+extern char** environ;
+
 namespace drape {
 namespace {
 
-constexpr char kDone = 'd', kBadInput = 'i', kFailed = 'f';  // first byte of what a child says
+// In memory, so that no folder for temporary files is needed; gone when closed.
+class MemoryFile {
+ public:
+  explicit MemoryFile(const std::string& content = "")
+      : descriptor_(memfd_create("drape", MFD_CLOEXEC)) {
+    const std::size_t size = content.size();
+    for (std::size_t at = 0; descriptor_ >= 0 && at < size;) {
+      const ssize_t written = pwrite(descriptor_, content.data() + at, size - at, off_t(at));
+      if (written <= 0) throw std::runtime_error("no memory for the files of a child process");
+      at += static_cast<std::size_t>(written);
+    }
+    if (descriptor_ < 0) throw std::runtime_error("no memory for the files of a child process");
+  }
+  ~MemoryFile() { close(descriptor_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+
+  int descriptor() const { return descriptor_; }
+  std::string Content() const {
+    std::string content;
+    char piece[65536];
+    for (ssize_t got; (got = pread(descriptor_, piece, sizeof piece, off_t(content.size()))) > 0;)
+      content.append(piece, static_cast<std::size_t>(got));
+    return content;
+  }
+
+ private:
+  int descriptor_;
+};
+
+// The status of the child once it has ended.
+int WaitFor(pid_t child, rusage* used) {
+  int status = 0;
+  while (wait4(child, &status, 0, used) < 0 && errno == EINTR) {
+  }
+  return status;
+}
+
+constexpr char kDone = 'd', kBadInput = 'i', kFailed = 'f';  // first byte of a child's answer
 constexpr int kPollMilliseconds = 100;
 constexpr double kBytesPerUnit = 1024.0;  // ru_maxrss is in KiB
 
@@ -27,7 +70,7 @@ void WriteAll(int descriptor, const std::string& text) {
   }
 }
 
-// What a child said, as its exception said it: "where: problem".
+// A child's answer, the text of its exception: "where: problem".
 [[noreturn]] void ThrowInputError(const std::string& line) {
   const std::size_t colon = line.find(": ");
   if (colon == std::string::npos) throw InputError("child process", line);
@@ -60,6 +103,26 @@ bool ReadAll(int descriptor, const std::atomic<bool>* cancel, std::string* text)
 
 }  // namespace
 
+ProgramResult RunProgram(const std::vector<std::string>& arguments, const std::string& input) {
+  const MemoryFile in(input), out, errors;
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_adddup2(&files, in.descriptor(), STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&files, out.descriptor(), STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&files, errors.descriptor(), STDERR_FILENO);
+  std::vector<char*> texts;
+  for (const std::string& argument : arguments)
+    texts.push_back(const_cast<char*>(argument.c_str()));
+  texts.push_back(nullptr);
+  pid_t child = 0;
+  const int refused = posix_spawnp(&child, texts[0], &files, nullptr, texts.data(), environ);
+  posix_spawn_file_actions_destroy(&files);
+  if (refused != 0)
+    throw InputError(arguments[0], "cannot be started, expected it to be installed");
+  const int status = WaitFor(child, nullptr);
+  return {status, out.Content(), errors.Content()};
+}
+
 ChildResult RunInChild(const std::function<std::string()>& work, const std::atomic<bool>* cancel) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("no pipe to a child process");
@@ -77,8 +140,7 @@ ChildResult RunInChild(const std::function<std::string()>& work, const std::atom
   close(ends[0]);
   if (result.cancelled) kill(child, SIGKILL);
   rusage used = {};
-  int status = 0;
-  wait4(child, &status, 0, &used);
+  const int status = WaitFor(child, &used);
   if (result.cancelled) return result;
   if (status != 0 || result.output.empty())
     throw std::runtime_error("a child process died (out of memory?)");

@@ -1,41 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/job/plot/gnuplot.h"
 
-#include <spawn.h>
-#include <sys/wait.h>
-
-#include <cstdio>
-#include <memory>
-
+#include "physics/util/child_process.h"
 #include "physics/util/errors.h"
-
-extern char** environ;
 
 namespace drape {
 namespace {
 
-// Unnamed, gone when closed.
-class ScratchFile {
- public:
-  explicit ScratchFile(const std::string& content = "") : file_(std::tmpfile(), &std::fclose) {
-    if (!file_ || std::fwrite(content.data(), 1, content.size(), file_.get()) != content.size() ||
-        std::fflush(file_.get()) != 0)
-      throw InputError("gnuplot", "no space for temporary files");
-    std::rewind(file_.get());
-  }
-  int descriptor() const { return fileno(file_.get()); }
-  std::string Content() const {
-    std::string content;
-    std::rewind(file_.get());
-    char piece[4096];
-    while (const std::size_t n = std::fread(piece, 1, sizeof piece, file_.get()))
-      content.append(piece, n);
-    return content;
-  }
-
- private:
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
-};
+// The length in bytes of the UTF-8 character at `at`; 0 where there is none.
+std::size_t CharacterLength(const std::string& text, std::size_t at) {
+  const auto byte = [&](std::size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
+  };
+  const unsigned first = byte(at), second = byte(at + 1);
+  if (first < 0x80) return 1;
+  if (first < 0xc2 || first > 0xf4) return 0;
+  const std::size_t length = first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
+  for (std::size_t i = 1; i < length; ++i)
+    if ((byte(at + i) & 0xc0) != 0x80) return 0;
+  const bool overlong = (first == 0xe0 && second < 0xa0) || (first == 0xf0 && second < 0x90);
+  const bool no_character = (first == 0xed && second >= 0xa0) || (first == 0xf4 && second >= 0x90);
+  return overlong || no_character ? 0 : length;
+}
 
 std::string FirstLine(const std::string& text) {
   const std::size_t begin = text.find_first_not_of(" \n\t^");
@@ -44,23 +30,30 @@ std::string FirstLine(const std::string& text) {
 
 }  // namespace
 
+std::string QuoteForGnuplot(const std::string& text) {
+  constexpr unsigned char kBlank = ' ', kDelete = 0x7f;
+  std::string quoted = "'";
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = CharacterLength(text, at);
+    const unsigned char c = static_cast<unsigned char>(text[at]);
+    if (length == 0) {
+      quoted += '?';
+    } else if (c < kBlank || c == kDelete) {
+      quoted += ' ';
+    } else if (c == '\'') {
+      quoted += "''";
+    } else {
+      quoted.append(text, at, length);
+    }
+    at += length == 0 ? 1 : length;
+  }
+  return quoted + "'";
+}
+
 std::string RunGnuplot(const std::string& script) {
-  const ScratchFile in(script), out, complaints;
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_adddup2(&files, in.descriptor(), 0);
-  posix_spawn_file_actions_adddup2(&files, out.descriptor(), 1);
-  posix_spawn_file_actions_adddup2(&files, complaints.descriptor(), 2);
-  char name[] = "gnuplot";
-  char* const arguments[] = {name, nullptr};
-  pid_t process = 0;
-  const int refused = posix_spawnp(&process, name, &files, nullptr, arguments, environ);
-  posix_spawn_file_actions_destroy(&files);
-  if (refused != 0) throw InputError("gnuplot", "cannot be started, expected it to be installed");
-  int status = 0;
-  waitpid(process, &status, 0);
-  if (status != 0) throw InputError("gnuplot", FirstLine(complaints.Content()));
-  return out.Content();
+  const ProgramResult result = RunProgram({"gnuplot", "-d"}, script);
+  if (result.status != 0) throw InputError("gnuplot", FirstLine(result.errors));
+  return result.output;
 }
 
 }  // namespace drape

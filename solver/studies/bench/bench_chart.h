@@ -6,21 +6,20 @@
 
 namespace drape {
 
-// Charts of a bench by gnuplot, each as PNG and SVG. Throw InputError when gnuplot is not installed
-// or a file cannot be written.
+// Charts of a benchmark, each as PNG and SVG. Throw InputError as WritePicture does.
 
 struct ChartPoint {
   double cost = 0.0;
   double error = 0.0;
   double vertices = 0.0;  // colour
   int series = 0;         // mark
-  bool on_branch = true;  // else grey and no part of the front
+  bool on_branch = true;  // otherwise grey and not part of the front
   std::string label;      // in the list of the front
 };
 
 struct FrontChart {
   std::string title, cost_name, error_name;  // with units
-  std::vector<std::string> series;           // what the marks stand for
+  std::vector<std::string> series;           // meaning of the marks
   std::vector<ChartPoint> points;            // cost and error above 0
   double reference_error = 0.0;              // drawn as a line; 0: none
 };

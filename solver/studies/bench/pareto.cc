@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/bench/pareto.h"
 
-#include <glog/logging.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -26,24 +24,6 @@ std::vector<int> ParetoFront(const std::vector<CostAndError>& points) {
     front.push_back(i);
   }
   return front;
-}
-
-double FittedExponent(const std::vector<double>& x, const std::vector<double>& y) {
-  CHECK_EQ(x.size(), y.size());
-  double mean_x = 0.0, mean_y = 0.0, xx = 0.0, xy = 0.0;
-  const double n = static_cast<double>(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    CHECK(x[i] > 0 && y[i] > 0) << x[i] << " " << y[i];
-    mean_x += std::log(x[i]) / n;
-    mean_y += std::log(y[i]) / n;
-  }
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double dx = std::log(x[i]) - mean_x;
-    xx += dx * dx;
-    xy += dx * (std::log(y[i]) - mean_y);
-  }
-  CHECK_GT(xx, 0.0);
-  return xy / xx;
 }
 
 }  // namespace drape

@@ -14,8 +14,4 @@ struct CostAndError {
 // first. Points with a number that is not finite are left out.
 std::vector<int> ParetoFront(const std::vector<CostAndError>& points);
 
-// p of y ≈ a·x^p, by least squares of the logarithms. CHECKs two different x at least, and positive
-// numbers.
-double FittedExponent(const std::vector<double>& x, const std::vector<double>& y);
-
 }  // namespace drape

@@ -1,23 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <optional>
+#include <utility>
 
-#include "physics/util/atomic_file.h"
-#include "solver/job/plot/gnuplot.h"
+#include "physics/util/text_format.h"
+#include "solver/job/plot/chart.h"
 #include "solver/studies/comparison/comparison_table.h"
 
 namespace drape {
 namespace {
 
-constexpr int kRing = 6, kDisc = 7;  // gnuplot's point types
-
 struct ModelPoint {
   std::string model;
   double rollouts = 0.0, own = 0.0, held_out = 0.0;
   double error = 0.0;                     // standard error of the difference from the best
-  bool chosen = false, compared = false;  // not compared: a cell has no score
+  bool chosen = false, compared = false;  // not compared: an experiment has no score
 };
 
 std::optional<double> ComputeMean(const ComparisonRow& row, const std::string& key) {
@@ -43,64 +40,78 @@ std::vector<ModelPoint> MakePoints(const ComparisonTable& table) {
   return points;
 }
 
-std::string Line(const char* format, auto... values) {
-  char text[320];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
+double ComputeHeight(std::size_t model) { return static_cast<double>(model + 1); }
 
-// Columns: line of the model, held out, its error, own, rollouts, mark, colour.
-std::string MakeData(const std::vector<ModelPoint>& points) {
-  std::string data = "$models << END\n";
-  int line = 0;
-  for (const ModelPoint& point : points)
-    data += Line("%d %.9g %.9g %.9g %.9g %d %s\n", ++line, point.held_out, point.error, point.own,
-                 point.rollouts, point.compared ? kDisc : kRing,
-                 point.chosen ? "0xd62728" : "0x21918c");
-  return data + "END\n";
-}
-
-// A line a model, the simplest above, with its name or bare.
-std::string MakeLines(const std::vector<ModelPoint>& points, bool named) {
-  std::string tics;
+// A row for each model, the simplest above.
+ChartAxis ModelAxis(const std::vector<ModelPoint>& points, bool named) {
+  ChartAxis axis{.range = {{static_cast<double>(points.size()) + 0.6, 0.4}}};
+  axis.ticks.emplace();
   for (std::size_t i = 0; i < points.size(); ++i)
-    tics +=
-        (tics.empty() ? "" : ", ") + Line("'%s' %zu", named ? points[i].model.c_str() : "", i + 1);
-  return Line("set yrange [%zu.6:0.4]\n", points.size()) + "set ytics (" + tics + ") noenhanced\n";
+    axis.ticks->emplace_back(ComputeHeight(i), named ? points[i].model : "");
+  return axis;
+}
+
+// The points of one look; `of` takes the number from the point.
+template <class Of, class Keep>
+ChartSeries SelectPoints(const std::vector<ModelPoint>& points, const Of& of, ChartSeries series,
+                         const Keep& keep) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!keep(points[i])) continue;
+    series.points.emplace_back(of(points[i]), ComputeHeight(i));
+    if (series.mark == Mark::kErrorBars) series.values.push_back(points[i].error);
+  }
+  return series;
+}
+
+// left, right: shares of the picture.
+template <class Of>
+Chart MakePanel(const std::vector<ModelPoint>& points, double left, double right, const Of& of,
+                Mark mark) {
+  constexpr char kTeal[] = "#21918c", kRed[] = "#d62728";
+  constexpr double kSize = 1.3;
+  return {.x = {.room = 0.05, .tilt = -45},
+          .y = ModelAxis(points, false),
+          .series = {SelectPoints(points, of, {.mark = mark, .colour = kTeal, .size = kSize},
+                                  [](const ModelPoint& p) { return p.compared && !p.chosen; }),
+                     SelectPoints(points, of, {.mark = mark, .colour = kRed, .size = kSize},
+                                  [](const ModelPoint& p) { return p.compared && p.chosen; }),
+                     SelectPoints(points, of,
+                                  {.title = "an experiment has no score: not compared",
+                                   .mark = Mark::kPoints,
+                                   .colour = kTeal,
+                                   .symbol = Symbol::kRing,
+                                   .size = kSize},
+                                  [](const ModelPoint& p) { return !p.compared; })},
+          .key = KeyPlace::kNone,
+          .box = ChartBox{left, right, 0.21, 0.85}};
 }
 
 // Drapes of other samples, a circle: a dashed line each where it is not far off.
-std::string TrivialLines(const ComparisonTable& table, const std::vector<ModelPoint>& points) {
+void AddTrivialLines(const ComparisonTable& table, const std::vector<ModelPoint>& points,
+                     Chart* chart) {
   double most = 0.0;
   for (const ModelPoint& point : points) most = std::max(most, point.held_out + point.error);
-  std::string lines;
   for (const ComparisonRow& row : table.rows) {
     const auto energy = ComputeMean(row, "feature_energy");
     if (!energy || ComputeMean(row, "rollouts") || *energy > 2 * most) continue;
-    lines += Line(
-        ", '+' using (%.9g):($0 == 0 ? 0.4 : %zu.6) with lines dt 2 "
-        "lc rgb '#555555' title '%s'",
-        *energy, points.size(), row.model.c_str());
+    const auto [bottom, top] = *chart->y.range;
+    chart->series.push_back({.title = row.model,
+                             .points = {{*energy, bottom}, {*energy, top}},
+                             .colour = "#555555",
+                             .width = 1.0,
+                             .dashed = true});
   }
-  return lines;
 }
 
-// What a ring means, where there is one.
-std::string RingKey(const std::vector<ModelPoint>& points) {
-  const bool none = std::all_of(points.begin(), points.end(),
-                                [](const ModelPoint& point) { return point.compared; });
-  return none ? ""
-              : Line(
-                    ", NaN with points pt %d ps 1.3 lc rgb '#21918c' title "
-                    "'a cell has no score: not compared'",
-                    kRing);
-}
-
-// left, right: of the screen.
-std::string MakePanel(double left, double right, const char* title, const char* axis,
-                      const std::string& plots) {
-  return Line("set lmargin at screen %g\nset rmargin at screen %g\n", left, right) +
-         Line("set title '%s'\nset xlabel '%s'\n", title, axis) + "plot " + plots + "\n";
+Chart HeldOutPanel(const ComparisonTable& table, const std::vector<ModelPoint>& points) {
+  Chart chart = MakePanel(
+      points, 0.13, 0.42, [](const ModelPoint& point) { return point.held_out; }, Mark::kErrorBars);
+  chart.title = "held-out drapes";
+  chart.x.label = "energy score of the features";
+  chart.y = ModelAxis(points, true);
+  chart.key_at = Eigen::Vector2d(0.01, 0.07);
+  AddTrivialLines(table, points, &chart);
+  return chart;
 }
 
 }  // namespace
@@ -108,33 +119,24 @@ std::string MakePanel(double left, double right, const char* title, const char* 
 void RenderModelChart(const std::string& path, const ComparisonTable& table) {
   const std::vector<ModelPoint> points = MakePoints(table);
   if (points.empty()) return;
-  const std::string dots = " with points ps 1.3 pt variable lc rgb variable notitle";
-  const std::string script =
-      "set encoding utf8\nset grid lc rgb '#dddddd'\nset tics out\nset samples 2\n"
-      "set offsets graph 0.05, graph 0.05, 0, 0\n"
-      "set key at screen 0.01, 0.07 left Left reverse samplen 2 font ',9'\n"
-      "set xtics rotate by -45 font ',9'\nset tmargin at screen 0.85\n"
-      "set bmargin at screen 0.21\n" +
-      MakeData(points) + MakeLines(points, true) +
-      Line(
-          "set multiplot layout 1,3 title '%s: the simplest model within one standard error of "
-          "the best is red' font ',13'\n",
-          table.fabric == 0 ? "All fabrics" : Line("Fabric %d", table.fabric).c_str()) +
-      MakePanel(0.1, 0.42, "held-out drapes", "energy score of the features",
-                "$models using 2:1:3:7 with xerrorbars pt 0 lc rgb variable notitle, "
-                "$models using 2:1:6:7" +
-                    dots + TrivialLines(table, points) + RingKey(points)) +
-      MakeLines(points, false) +
-      MakePanel(0.45, 0.7, "own silhouettes", "mean squared error of the image",
-                "$models using 4:1:6:7" + dots) +
-      "set logscale x\n" +
-      MakePanel(0.73, 0.98, "cost of the fit", "rollouts", "$models using 5:1:6:7" + dots) +
-      "unset multiplot\n";
-  WriteFileAtomically(path + ".png",
-                      RunGnuplot("set terminal pngcairo size 1100,520 font 'Sans,11'\n" + script));
-  WriteFileAtomically(
-      path + ".svg",
-      RunGnuplot("set terminal svg size 1100,520 font 'Sans,11' background 'white'\n" + script));
+  Chart own = MakePanel(
+      points, 0.45, 0.7, [](const ModelPoint& point) { return point.own; }, Mark::kPoints);
+  own.title = "own silhouettes";
+  own.x.label = "mean squared error of the image";
+  Chart cost = MakePanel(
+      points, 0.73, 0.98, [](const ModelPoint& point) { return point.rollouts; }, Mark::kPoints);
+  cost.title = "cost of the fit";
+  cost.x.label = "rollouts";
+  cost.x.log = true;
+  const Picture picture{
+      .title = (table.fabric == 0 ? "All fabrics" : Format("Fabric %d", table.fabric)) +
+               ": the simplest model within one standard error of the best is red",
+      .width = 1100,
+      .height = 520,
+      .columns = 3,
+      .charts = {HeldOutPanel(table, points), std::move(own), std::move(cost)}};
+  WritePicture(path + ".png", picture);
+  WritePicture(path + ".svg", picture);
 }
 
 }  // namespace drape

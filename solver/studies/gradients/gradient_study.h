@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/util/math/power_law.h"
 #include "solver/fit/continuation.h"
 #include "solver/fit/outline_residuals.h"
 
@@ -25,14 +26,6 @@ std::vector<GradientError> CompareDifferences(Backend& backend, const MaterialPa
                                               const State& start, SolveMode integrator,
                                               const RolloutOptions& rollout,
                                               std::span<const double> steps);
-
-// y = c·x^exponent by least squares of the logarithms.
-struct PowerLaw {
-  double exponent = 0.0;
-  double factor = 0.0;
-};
-// None for fewer than two distinct x. CHECKs that all are positive.
-std::optional<PowerLaw> FitPowerLaw(std::span<const double> x, std::span<const double> y);
 
 // How the derivative grows towards the end of a branch. At a fold s* the lowest eigenvalue goes as
 // (s* − s)^½ and |∂x/∂s| as its inverse, (s* − s)^−½.

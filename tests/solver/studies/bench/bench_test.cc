@@ -52,11 +52,6 @@ TEST(ParetoFront, HoldsWhatNoPointBeatsFastestFirst) {
   EXPECT_TRUE(ParetoFront({}).empty());
 }
 
-TEST(FittedExponent, IsThatOfAPowerLaw) {
-  EXPECT_NEAR(FittedExponent({1, 2, 4}, {3, 3 * std::pow(2, 1.5), 3 * std::pow(4, 1.5)}), 1.5,
-              1e-12);
-}
-
 TEST(Extrapolate, IsExactForItsOrder) {
   const auto quantity = [](double size, double order) {
     return Eigen::Vector2d(3 + 2 * std::pow(size, order), 5 - std::pow(size, order)).eval();
@@ -179,26 +174,6 @@ TEST_F(BenchFileTest, RefusesWhatIsNotItsOwn) {
   Write("cells.csv", Read(path) + "forward,wool\n");
   EXPECT_THAT(ComputeError([&] { BenchFile(path, "seed=a", true); }),
               HasSubstr("cells.csv:4: found 2 fields"));
-}
-
-TEST(RunInChild, ReturnsTextAndPassesErrorsOn) {
-  const ChildResult small = RunInChild([] { return std::string("result"); }, nullptr);
-  EXPECT_EQ(small.output, "result");
-  const ChildResult large =
-      RunInChild([] { return std::string(std::vector<char>(100 << 20, 'x').data(), 10); }, nullptr);
-  EXPECT_GT(large.peak_bytes - small.peak_bytes, 90e6);
-  EXPECT_EQ(ComputeError([] {
-              RunInChild([]() -> std::string { throw InputError("a.json", "bad"); }, nullptr);
-            }),
-            "a.json: bad");
-  EXPECT_THROW(RunInChild([]() -> std::string { _exit(3); }, nullptr), std::runtime_error);
-  const std::atomic<bool> cancel = true;
-  EXPECT_TRUE(RunInChild(
-                  []() -> std::string {
-                    for (;;) pause();
-                  },
-                  &cancel)
-                  .cancelled);
 }
 
 // Threads of the parent do not survive the fork; the child would wait for them forever.

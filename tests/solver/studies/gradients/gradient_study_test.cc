@@ -3,23 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {
 namespace {
-
-TEST(GradientStudy, APowerLawIsFoundFromItsPoints) {
-  const std::array<double, 4> x = {1, 2, 5, 80},
-                              y = {3, 3 / std::sqrt(2), 3 / std::sqrt(5), 3 / std::sqrt(80)};
-  const auto law = FitPowerLaw(x, y);
-  ASSERT_TRUE(law);
-  EXPECT_NEAR(law->exponent, -0.5, 1e-12);
-  EXPECT_NEAR(law->factor, 3.0, 1e-12);
-  EXPECT_FALSE(FitPowerLaw(std::span(x).first(1), std::span(y).first(1)));
-}
 
 // x = (s* − s)^½ at s* = 0.3: the speed is ½(s* − s)^−½ and λ₁ grows as (s* − s)^½.
 TEST(GradientStudy, AFoldHasItsExponents) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "physics/util/atomic_file.h"
+#include "physics/util/math/power_law.h"
 #include "physics/util/text_format.h"
 #include "solver/studies/bench/bench_chart.h"
 #include "solver/studies/bench/pareto.h"
@@ -180,9 +181,10 @@ void WriteBenchJson(const std::string& path, const BenchJob& job, const BenchRes
     for (const int i : AccuracyFront(result, time, error))
       json["fronts"][NameFor(error)].push_back(BenchCellJson(result.cells[i]));
   for (const GrowthSeries& one : MakeGrowth(job, result, time))
-    json["growth"].push_back({{"setting", one.name},
-                              {"seconds_exponent", FittedExponent(one.vertices, one.seconds)},
-                              {"memory_exponent", FittedExponent(one.vertices, one.megabytes)}});
+    json["growth"].push_back(
+        {{"setting", one.name},
+         {"seconds_exponent", FitPowerLaw(one.vertices, one.seconds)->exponent},
+         {"memory_exponent", FitPowerLaw(one.vertices, one.megabytes)->exponent}});
   json["cells"] = Json::array();
   for (const BenchCell& cell : result.cells) json["cells"].push_back(BenchCellJson(cell));
   for (const auto& [name, version] : Versions()) json["versions"][name] = version;

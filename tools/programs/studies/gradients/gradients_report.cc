@@ -6,7 +6,7 @@
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
-#include "solver/job/plot/line_chart.h"
+#include "solver/job/plot/chart.h"
 
 namespace drape {
 namespace {
@@ -53,55 +53,55 @@ nlohmann::json MakeSummary(const GradientStudy& study) {
 
 Chart DifferencesChart(const GradientStudy& study) {
   Chart chart{.title = "Central differences against the tangent",
-              .x_label = "step of the difference [log units]",
-              .y_label = "relative error",
-              .log_x = true,
-              .log_y = true,
-              .key = "top center"};
+              .x = {.label = "step of the difference [log units]", .log = true},
+              .y = {.label = "relative error", .log = true},
+              .key = KeyPlace::kTop};
   for (const GradientSweep& sweep : study.sweeps) {
-    ChartLine line{sweep.name, {}, true};
+    ChartSeries line{.title = sweep.name, .mark = Mark::kLinePoints, .size = 0.6};
     for (const GradientError& error : sweep.errors)
       line.points.emplace_back(error.step, error.error);
-    chart.lines.push_back(std::move(line));
+    chart.series.push_back(std::move(line));
   }
   return chart;
 }
 
 Chart HorizonChart(const GradientStudy& study, bool of_error) {
-  Chart chart{.title = of_error ? "Error of differences" : "Size of the gradient",
-              .x_label = "simulated time [s]",
-              .y_label = of_error ? "relative error" : "|∂x/∂s|, root mean square [m]",
-              .log_x = true,
-              .log_y = true,
-              .key = of_error ? "off" : "bottom right"};  // the colours are those beside
+  Chart chart{
+      .title = of_error ? "Error of differences" : "Size of the gradient",
+      .x = {.label = "simulated time [s]", .log = true},
+      .y = {.label = of_error ? "relative error" : "|∂x/∂s|, root mean square [m]", .log = true},
+      .key = of_error ? KeyPlace::kNone : KeyPlace::kBottomRight};  // the colours are those beside
   for (const HorizonSeries& series : study.horizons) {
-    ChartLine line{series.law + Format(", h = %g s", series.h), {}, true};
+    ChartSeries line{.title = series.law + Format(", h = %g s", series.h),
+                     .mark = Mark::kLinePoints,
+                     .size = 0.6};
     for (std::size_t i = 0; i < series.errors.size(); ++i)
       line.points.emplace_back(series.h * series.horizons[i],
                                of_error ? series.errors[i].error : series.errors[i].size);
-    chart.lines.push_back(std::move(line));
+    chart.series.push_back(std::move(line));
   }
   return chart;
 }
 
 Chart FoldChart(const GradientStudy& study, bool by_distance) {
   Chart chart{.title = "Towards the end of a branch",
-              .x_label = by_distance ? "distance s* − s to the end [log units of bend]"
-                                     : "lowest eigenvalue of K by M [1/s²]",
-              .y_label = "|∂x/∂s|, root mean square [m]",
-              .log_x = true,
-              .log_y = true,
-              .key = "top right"};
+              .x = {.label = by_distance ? "distance s* − s to the end [log units of bend]"
+                                         : "lowest eigenvalue of K by M [1/s²]",
+                    .log = true},
+              .y = {.label = "|∂x/∂s|, root mean square [m]", .log = true},
+              .key = KeyPlace::kTopRight};
   for (const FollowedBranch& branch : study.branches) {
     if (!branch.approach) continue;
     const FoldApproach& approach = *branch.approach;
     const auto& law = by_distance ? approach.speed_by_distance : approach.speed_by_stiffness;
     if (!law) continue;
-    ChartLine line{Format("start %d, slope %.2f", branch.seed, law->exponent), {}, true};
+    ChartSeries line{.title = Format("start %d, slope %.2f", branch.seed, law->exponent),
+                     .mark = Mark::kLinePoints,
+                     .size = 0.6};
     for (std::size_t i = 0; i < approach.speed.size(); ++i)
       line.points.emplace_back(by_distance ? approach.distance[i] : approach.stiffness[i],
                                approach.speed[i]);
-    chart.lines.push_back(std::move(line));
+    chart.series.push_back(std::move(line));
   }
   return chart;
 }
@@ -152,9 +152,11 @@ std::string GradientReportText(const GradientStudy& study) {
 void WriteGradientReport(const GradientStudy& study, const OutputFolder& out) {
   WriteFileAtomically(out.Staged("report.md"), GradientReportText(study));
   WriteFileAtomically(out.Staged("summary.json"), MakeSummary(study).dump(1) + "\n");
-  RenderCharts(out.Staged("differences.png"), {DifferencesChart(study)});
-  RenderCharts(out.Staged("horizons.png"), {HorizonChart(study, false), HorizonChart(study, true)});
-  RenderCharts(out.Staged("fold.png"), {FoldChart(study, true), FoldChart(study, false)});
+  WritePicture(out.Staged("differences.png"), {.charts = {DifferencesChart(study)}});
+  WritePicture(out.Staged("horizons.png"),
+               {.charts = {HorizonChart(study, false), HorizonChart(study, true)}});
+  WritePicture(out.Staged("fold.png"),
+               {.charts = {FoldChart(study, true), FoldChart(study, false)}});
 }
 
 }  // namespace drape

@@ -9,7 +9,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
 #include "solver/forward/branch.h"
-#include "solver/job/plot/line_chart.h"
+#include "solver/job/plot/chart.h"
 
 namespace drape {
 namespace {
@@ -65,19 +65,16 @@ Chart ConvergenceChart(const OptimiserBenchmark& race, double budget) {
   constexpr int kPoints = 150;
   constexpr double kLeastGap = 1e-2;
   Chart chart{.title = "Median over " + std::to_string(NumProblems(race)) + " problems",
-              .x_label = "spent [rollouts]",
-              .y_label = "(cost − best) / (start − best)",
-              .log_x = true,
-              .log_y = true,
-              .y_range = "1e-2:1.5",
-              .key = "outside right top noenhanced"};
+              .x = {.label = "spent [rollouts]", .log = true},
+              .y = {.label = "(cost − best) / (start − best)", .log = true, .range = {{1e-2, 1.5}}},
+              .key = KeyPlace::kOutside};
   for (int m = 0; m < NumMethods(race); ++m) {
-    ChartLine line{race.methods[m], {}};
+    ChartSeries line{.title = race.methods[m]};
     for (int i = 0; i <= kPoints; ++i) {
       const double spent = std::pow(budget, double(i) / kPoints);
       line.points.emplace_back(spent, std::max(kLeastGap, MedianGapAt(race, m, spent)));
     }
-    chart.lines.push_back(std::move(line));
+    chart.series.push_back(std::move(line));
   }
   return chart;
 }
@@ -86,21 +83,39 @@ Chart ProfileChart(const OptimiserBenchmark& race, double tolerance, BudgetUnit 
   constexpr double kLargestFactor = 100.0;
   const bool budget = currency == BudgetUnit::kBudget;
   Chart chart{.title = Format("Solved: %g of the way to the best", 1.0 - tolerance),
-              .x_label = budget ? "rollouts by those of the quickest method"
-                                : "CPU seconds by those of the quickest method",
-              .y_label = "share of the problems",
-              .log_x = true,
-              .steps = true,
-              .y_range = "0:1.02",
-              .key = "outside right top noenhanced"};
+              .x = {.label = budget ? "rollouts by those of the quickest method"
+                                    : "CPU seconds by those of the quickest method",
+                    .log = true},
+              .y = {.label = "share of the problems", .range = {{0.0, 1.02}}},
+              .key = KeyPlace::kOutside};
   const Eigen::MatrixXd ratios = PerformanceRatios(SpentToSolve(race, tolerance, currency));
   for (int m = 0; m < NumMethods(race); ++m) {
-    ChartLine line{race.methods[m], {}};
+    ChartSeries line{.title = race.methods[m], .mark = Mark::kSteps};
     for (const ProfileStep& step : ProfileSteps(ratios.col(m)))
       if (step.factor <= kLargestFactor) line.points.emplace_back(step.factor, step.share);
     line.points.emplace_back(kLargestFactor, ProfileAt(ratios.col(m), kLargestFactor));
-    chart.lines.push_back(std::move(line));
+    chart.series.push_back(std::move(line));
   }
+  return chart;
+}
+
+Chart BranchChart(const OptimiserBenchmark& race, double branch_tolerance) {
+  Chart chart{.title = "Ends on the branch of the best method",
+              .x = {.tilt = -30},
+              .y = {.label = "share of the problems", .range = {{0.0, 1.1}}}};
+  ChartSeries bars{.mark = Mark::kBars, .colour = "#0072b2"};
+  chart.x.ticks.emplace();
+  for (const MethodScore& score : ScoreMethods(race, branch_tolerance)) {
+    const double x = static_cast<double>(bars.points.size());
+    bars.points.emplace_back(x, score.best_branch);
+    chart.x.ticks->emplace_back(x, score.method);
+    chart.labels.push_back({.text = Format("%.2f", score.best_branch),
+                            .at = {x, score.best_branch + 0.04},
+                            .align = ChartLabel::Align::kCentre,
+                            .font_size = 11});
+  }
+  chart.x.range = {-0.6, static_cast<double>(bars.points.size()) - 0.4};
+  chart.series.push_back(std::move(bars));
   return chart;
 }
 
@@ -253,16 +268,16 @@ void WriteBenchmarkReport(const OptimiserBenchmarkOptions& options, const Optimi
                           ProblemTable(race));
   WriteFileAtomically(out.Staged("traces.csv"), TraceCsv(race));
   WriteFileAtomically(out.Staged("summary.json"), MakeSummary(options, race).dump(1) + "\n");
-  RenderCharts(out.Staged("convergence.png"), {ConvergenceChart(race, options.race.budget)});
-  RenderCharts(out.Staged("profiles.png"),
-               {ProfileChart(race, kLooseTolerance, BudgetUnit::kBudget),
-                ProfileChart(race, kLooseTolerance, BudgetUnit::kSeconds),
-                ProfileChart(race, kTightTolerance, BudgetUnit::kBudget),
-                ProfileChart(race, kTightTolerance, BudgetUnit::kSeconds)});
-  std::vector<std::pair<std::string, double>> shares;
-  for (const MethodScore& score : ScoreMethods(race, options.branch_tolerance))
-    shares.emplace_back(score.method, score.best_branch);
-  DrawShares(out.Staged("branches.png"), "Ends on the branch of the best method", shares);
+  WritePicture(out.Staged("convergence.png"),
+               {.charts = {ConvergenceChart(race, options.race.budget)}});
+  WritePicture(out.Staged("profiles.png"),
+               {.charts = {ProfileChart(race, kLooseTolerance, BudgetUnit::kBudget),
+                           ProfileChart(race, kLooseTolerance, BudgetUnit::kSeconds),
+                           ProfileChart(race, kTightTolerance, BudgetUnit::kBudget),
+                           ProfileChart(race, kTightTolerance, BudgetUnit::kSeconds)}});
+  WritePicture(
+      out.Staged("branches.png"),
+      {.width = 820, .height = 420, .charts = {BranchChart(race, options.branch_tolerance)}});
 }
 
 }  // namespace drape

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/util/child_process.h"
+
+#include <unistd.h>
+
+#include <stdexcept>
+#include <vector>
+
+#include "tests/physics/file_fixture.h"
+
+namespace drape {
+namespace {
+
+TEST(RunProgram, PassesInputAndReturnsBothOutputs) {
+  const std::string large(1 << 20, 'x');
+  const ProgramResult copy = RunProgram({"cat"}, large);
+  EXPECT_EQ(copy.status, 0);
+  EXPECT_EQ(copy.output, large);
+  EXPECT_EQ(copy.errors, "");
+  const ProgramResult failed = RunProgram({"cat", "/absent `touch x`\n"}, "");
+  EXPECT_NE(failed.status, 0);
+  EXPECT_THAT(failed.errors, testing::HasSubstr("/absent"));
+}
+
+TEST(RunProgram, NamesAProgramThatIsMissing) {
+  EXPECT_INPUT_ERROR(RunProgram({"drape_absent"}, ""), "drape_absent: cannot be started");
+}
+
+TEST(RunInChild, ReturnsTextAndPassesErrorsOn) {
+  const ChildResult small = RunInChild([] { return std::string("result"); }, nullptr);
+  EXPECT_EQ(small.output, "result");
+  const ChildResult large =
+      RunInChild([] { return std::string(std::vector<char>(100 << 20, 'x').data(), 10); }, nullptr);
+  EXPECT_GT(large.peak_bytes - small.peak_bytes, 90e6);
+  EXPECT_INPUT_ERROR(
+      RunInChild([]() -> std::string { throw InputError("a.json", "bad"); }, nullptr),
+      "a.json: bad");
+  EXPECT_THROW(RunInChild([]() -> std::string { _exit(3); }, nullptr), std::runtime_error);
+  const std::atomic<bool> cancel = true;
+  EXPECT_TRUE(RunInChild(
+                  []() -> std::string {
+                    for (;;) pause();
+                  },
+                  &cancel)
+                  .cancelled);
+}
+
+}  // namespace
+}  // namespace drape
