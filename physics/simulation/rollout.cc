@@ -63,6 +63,13 @@ const char* ToString(RolloutStatus status) {
   return "unknown";
 }
 
+RolloutStatus AdvanceOneStep(StepSolver& solver, const MaterialField& material,
+                             const Eigen::VectorXd& mass, double h, State& state) {
+  const RolloutStatus status = SolveVelocity(solver, material, mass, h, state);
+  if (status == RolloutStatus::kOk) state.x += h * state.v;
+  return status;
+}
+
 RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const State& start,
                       const RolloutOptions& options, Recording* recording) {
   options.Check();
@@ -76,9 +83,8 @@ RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const S
   for (; result.steps < options.steps; ++result.steps) {
     result.status = Cancelled(options)
                         ? RolloutStatus::kCancelled
-                        : SolveVelocity(solver, material, mass, options.h, result.end);
+                        : AdvanceOneStep(solver, material, mass, options.h, result.end);
     if (result.status != RolloutStatus::kOk) break;
-    result.end.x += options.h * result.end.v;
     if (recording != nullptr) Record(solver.linear(), options, result, *recording);
   }
   if (recording != nullptr) recording->factor.resize(result.steps);

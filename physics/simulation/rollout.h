@@ -65,6 +65,12 @@ struct AdjointResult {
   RowMatrix x0, v0;  // ∂L/∂x_start, ∂L/∂v_start, shape [3V, m]
 };
 
+// The step of all rollouts, the only implementation of [MODEL, M30]: v' at state.x, then
+// x' = x + h·v'. mass: LumpedMass(material.density), shape [3V]. The factor stays in the solver.
+// Positions are unchanged after another status than kOk.
+RolloutStatus AdvanceOneStep(StepSolver& solver, const MaterialField& material,
+                             const Eigen::VectorXd& mass, double h, State& state);
+
 // Steps from `start`. `recording`, when given, keeps what RolloutAdjoint needs.
 RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const State& start,
                       const RolloutOptions& options, Recording* recording = nullptr);

@@ -14,6 +14,8 @@ namespace drape {
 class StepSolver {
  public:
   explicit StepSolver(std::shared_ptr<const ClothModel> model);
+  // Uses `linear` in place of MakeLinearSolver's.
+  StepSolver(std::shared_ptr<const ClothModel> model, std::unique_ptr<LinearSolver> linear);
   // Returns a solver for another thread, which shares the symbolic analysis.
   StepSolver Clone() const { return StepSolver(model_, linear_->Clone()); }
 
@@ -28,8 +30,6 @@ class StepSolver {
                                     const Eigen::VectorXd& w, double h);
 
  private:
-  StepSolver(std::shared_ptr<const ClothModel> model, std::unique_ptr<LinearSolver> linear);
-
   std::shared_ptr<const ClothModel> model_;
   std::unique_ptr<LinearSolver> linear_;
   Eigen::VectorXd force_;

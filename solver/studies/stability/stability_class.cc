@@ -45,10 +45,10 @@ bool IsFoldedOver(const ClothModel& model, const Eigen::VectorXd& x, const Stabi
 StabilityClass Classify(const ClothModel& model, const StabilityEnd& end,
                         const Eigen::VectorXd& reference, const RestOf& rest,
                         const StabilityRules& rules) {
-  if (end.status == TimeStepStatus::kNotFinite || IsLost(end.x, rules))
+  if (end.status == IntegratorStatus::kNotFinite || IsLost(end.x, rules))
     return StabilityClass::kDiverged;
-  if (end.status == TimeStepStatus::kNotPositiveDefinite) return StabilityClass::kFactorFailed;
-  if (end.status == TimeStepStatus::kNotConverged) return StabilityClass::kNotConverged;
+  if (end.status == IntegratorStatus::kNotPositiveDefinite) return StabilityClass::kFactorFailed;
+  if (end.status == IntegratorStatus::kNotConverged) return StabilityClass::kNotConverged;
   if (IsFoldedOver(model, end.x, rules)) return StabilityClass::kFoldedOver;
   if (!(end.speed <= rules.speed)) return StabilityClass::kStillMoving;
   const auto is_reference = [&](const Eigen::VectorXd& x) {

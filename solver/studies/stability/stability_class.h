@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "physics/cloth/cloth_model.h"
+#include "solver/studies/stability/methods/integrator.h"
 #include "solver/studies/stability/stability_case.h"
-#include "solver/studies/stability/steps/time_step.h"
 
 namespace drape {
 
@@ -31,7 +31,7 @@ struct StabilityRules {
 
 // What a method leaves behind.
 struct StabilityEnd {
-  TimeStepStatus status = TimeStepStatus::kOk;
+  IntegratorStatus status = IntegratorStatus::kOk;
   Eigen::VectorXd x;   // [m], shape [3V]
   double speed = 0.0;  // rms over the vertices [m/s]; 0 at a rest that Newton found
 };

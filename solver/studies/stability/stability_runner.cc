@@ -11,8 +11,8 @@
 #include "physics/simulation/rollout.h"
 #include "physics/util/random.h"
 #include "solver/forward/branch.h"
-#include "solver/studies/stability/steps/projected_newton.h"
-#include "solver/studies/stability/steps/slivers.h"
+#include "solver/studies/stability/methods/projected_newton.h"
+#include "solver/studies/stability/slivers.h"
 
 namespace drape {
 namespace {
@@ -64,13 +64,13 @@ struct Course {
   bool MustEnd() const { return cancel || clock.Seconds() > setting.most_seconds; }
 };
 
-StabilityEnd RunInTime(TimeStep& step, State state, double h, int most_steps, Course& course) {
+StabilityEnd RunInTime(Integrator& step, State state, double h, int most_steps, Course& course) {
   const int standstill = static_cast<int>(std::ceil(kStandstillTime / h)) + 3;
   StabilityEnd end;
   for (int calm = 0; course.steps < most_steps && calm < standstill && !course.MustEnd();) {
     end.status = step.Advance(state);
     ++course.steps;
-    if (end.status != TimeStepStatus::kOk || IsLost(state.x, course.setting.rules)) break;
+    if (end.status != IntegratorStatus::kOk || IsLost(state.x, course.setting.rules)) break;
     calm = RmsSpeed(state.v) < kStandstill ? calm + 1 : 0;
   }
   end.x = std::move(state.x);
@@ -90,20 +90,20 @@ EquilibriumResult RunNewton(StabilityMethod method, StepSolver& solver,
 }
 
 // Where a shift may grow, that it cannot grow on reads "not converged" too.
-TimeStepStatus StepStatus(StabilityMethod method, const EquilibriumResult& result) {
+IntegratorStatus StepStatus(StabilityMethod method, const EquilibriumResult& result) {
   if (result.status == EquilibriumStatus::kStable || result.status == EquilibriumStatus::kUnstable)
-    return TimeStepStatus::kOk;
+    return IntegratorStatus::kOk;
   const bool is_bare =
       method == StabilityMethod::kStaticNoShift || method == StabilityMethod::kStaticProjected;
-  return is_bare && EndedByFactorisation(result) ? TimeStepStatus::kNotPositiveDefinite
-                                                 : TimeStepStatus::kNotConverged;
+  return is_bare && EndedByFactorisation(result) ? IntegratorStatus::kNotPositiveDefinite
+                                                 : IntegratorStatus::kNotConverged;
 }
 
-StabilityEnd RunAtRest(const StabilityCase& run, const StabilityScene& scene, TimeStep& step,
+StabilityEnd RunAtRest(const StabilityCase& run, const StabilityScene& scene, Integrator& step,
                        Course& course) {
   StabilityEnd end = RunInTime(step, scene.start, run.h, static_cast<int>(run.calm), course);
   course.steps = 0;
-  if (end.status != TimeStepStatus::kOk || IsLost(end.x, course.setting.rules)) return end;
+  if (end.status != IntegratorStatus::kOk || IsLost(end.x, course.setting.rules)) return end;
   StepSolver solver(scene.model);
   EquilibriumOptions options;
   options.max_iterations = course.setting.most_newton_steps;
@@ -151,16 +151,17 @@ StabilityScene StabilityRunner::MakeScene(const StabilityCase& run) const {
   return scene;
 }
 
-std::unique_ptr<TimeStep> StabilityRunner::MakeStep(const StabilityCase& run,
-                                                    const StabilityScene& scene) const {
+std::unique_ptr<Integrator> StabilityRunner::MakeStep(const StabilityCase& run,
+                                                      const StabilityScene& scene) const {
   if (run.method == StabilityMethod::kExplicit)
     return MakeExplicitEuler(scene.model, scene.material, run.h, setting_.drag);
   if (run.method == StabilityMethod::kImplicit)
     return MakeImplicitEuler(scene.model, scene.material, run.h);
-  const StepSystem system = run.method == StabilityMethod::kStepPcg     ? StepSystem::kPcg
-                            : run.method == StabilityMethod::kStepFloat ? StepSystem::kFloat
-                                                                        : StepSystem::kDirect;
-  return MakeOneSolveStep(scene.model, scene.material, run.h, system);
+  const StepLinearSolver system = run.method == StabilityMethod::kStepPcg ? StepLinearSolver::kPcg
+                                  : run.method == StabilityMethod::kStepFloat
+                                      ? StepLinearSolver::kFloat
+                                      : StepLinearSolver::kDirect;
+  return MakeLinearlyImplicitEuler(scene.model, scene.material, run.h, system);
 }
 
 const Eigen::VectorXd& StabilityRunner::ReferenceShape(const StabilityCase& run) {
@@ -187,7 +188,7 @@ std::optional<StabilityRun> StabilityRunner::Run(const StabilityCase& run,
   const StabilityScene scene = MakeScene(run);
   const Eigen::VectorXd& reference = ReferenceShape(run);
   Course course{setting_, cancel};
-  const std::unique_ptr<TimeStep> step = MakeStep(run, scene);
+  const std::unique_ptr<Integrator> step = MakeStep(run, scene);
   const int wanted = std::max(kFewestSteps, static_cast<int>(std::ceil(setting_.duration / run.h)));
   const int budget =
       run.method == StabilityMethod::kExplicit ? setting_.most_explicit_steps : setting_.most_steps;

@@ -56,7 +56,7 @@ class StabilityRunner {
 
   StabilityScene MakeScene(const StabilityCase& run) const;
   // The run's own integrator; of a static method the one-solve step before it.
-  std::unique_ptr<TimeStep> MakeStep(const StabilityCase& run, const StabilityScene& scene) const;
+  std::unique_ptr<Integrator> MakeStep(const StabilityCase& run, const StabilityScene& scene) const;
 
   // The drape of the case from its start shape, neither compressed nor tangled: one-solve steps of
   // 0.05 s, then Newton, and again until it is stable; shape [3V], empty when none is found. Made

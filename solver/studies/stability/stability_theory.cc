@@ -13,10 +13,10 @@ namespace {
 
 bool StaysBounded(const StabilityRunner& bench, const StabilityCase& run,
                   const StabilityScene& scene, int steps) {
-  const std::unique_ptr<TimeStep> step = bench.MakeStep(run, scene);
+  const std::unique_ptr<Integrator> step = bench.MakeStep(run, scene);
   State state = scene.start;
   for (int i = 0; i < steps; ++i)
-    if (step->Advance(state) != TimeStepStatus::kOk || IsLost(state.x, bench.setting().rules))
+    if (step->Advance(state) != IntegratorStatus::kOk || IsLost(state.x, bench.setting().rules))
       return false;
   return true;
 }
@@ -88,12 +88,12 @@ std::optional<StepDamping> MeasureDamping(StabilityRunner& bench, const Stabilit
   const double decay = 0.5 * std::log1p(std::pow(run.h * damping.omega, 2));
   damping.theory = std::exp(-decay);
   damping.steps = static_cast<int>(std::clamp(std::round(kDecay / decay), 1.0, 1000.0));
-  const std::unique_ptr<TimeStep> step = bench.MakeStep(run, scene);
+  const std::unique_ptr<Integrator> step = bench.MakeStep(run, scene);
   State state{rest + kMove / shape.cwiseAbs().maxCoeff() * shape,
               Eigen::VectorXd::Zero(rest.size())};
   const double first = EnergyNorm(state, rest, weighed, damping.omega);
   for (int i = 0; i < damping.steps; ++i)
-    if (step->Advance(state) != TimeStepStatus::kOk) return std::nullopt;
+    if (step->Advance(state) != IntegratorStatus::kOk) return std::nullopt;
   damping.measured =
       std::pow(EnergyNorm(state, rest, weighed, damping.omega) / first, 1.0 / damping.steps);
   return damping;

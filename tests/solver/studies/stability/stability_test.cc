@@ -146,11 +146,11 @@ TEST_F(ClassifyTest, NamesWhatIsNoDrape) {
   end.x[7] = 2.5;
   EXPECT_EQ(FindKind(end), Class::kDiverged);
   end = Flat();
-  end.status = TimeStepStatus::kNotFinite;
+  end.status = IntegratorStatus::kNotFinite;
   EXPECT_EQ(FindKind(end), Class::kDiverged);
-  end.status = TimeStepStatus::kNotPositiveDefinite;
+  end.status = IntegratorStatus::kNotPositiveDefinite;
   EXPECT_EQ(FindKind(end), Class::kFactorFailed);
-  end.status = TimeStepStatus::kNotConverged;
+  end.status = IntegratorStatus::kNotConverged;
   EXPECT_EQ(FindKind(end), Class::kNotConverged);
 }
 

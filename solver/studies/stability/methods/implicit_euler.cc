@@ -8,7 +8,7 @@
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/simulation/statics/statics.h"
 #include "physics/simulation/statics/stiffness.h"
-#include "solver/studies/stability/steps/time_step.h"
+#include "solver/studies/stability/methods/integrator.h"
 
 namespace drape {
 namespace {
@@ -25,7 +25,7 @@ struct Trial {
   double potential = 0.0;
 };
 
-class ImplicitEuler final : public TimeStep {
+class ImplicitEuler final : public Integrator {
  public:
   ImplicitEuler(std::shared_ptr<const ClothModel> model, const MaterialField& material, double h,
                 const ImplicitEulerOptions& options)
@@ -39,20 +39,20 @@ class ImplicitEuler final : public TimeStep {
     CHECK_GT(h, 0.0);
   }
 
-  TimeStepStatus Advance(State& state) override {
+  IntegratorStatus Advance(State& state) override {
     const Eigen::VectorXd coasted = state.x + h_ * state.v;
     Trial here = At(state.x, coasted);
     for (int i = 0; here.residual > options_.tolerance; ++i) {
-      if (i == options_.max_iterations) return TimeStepStatus::kNotConverged;
-      if (!std::isfinite(here.residual)) return TimeStepStatus::kNotFinite;
-      if (!Factor(here.x)) return TimeStepStatus::kNotPositiveDefinite;
+      if (i == options_.max_iterations) return IntegratorStatus::kNotConverged;
+      if (!std::isfinite(here.residual)) return IntegratorStatus::kNotFinite;
+      if (!Factor(here.x)) return IntegratorStatus::kNotPositiveDefinite;
       Eigen::VectorXd dx = here.unbalanced;
       solver_.linear().Solve(dx);
-      if (!Backtrack(coasted, dx, here)) return TimeStepStatus::kNotConverged;
+      if (!Backtrack(coasted, dx, here)) return IntegratorStatus::kNotConverged;
     }
     state.v = (here.x - state.x) / h_;
     state.x = here.x;
-    return state.x.allFinite() ? TimeStepStatus::kOk : TimeStepStatus::kNotFinite;
+    return state.x.allFinite() ? IntegratorStatus::kOk : IntegratorStatus::kNotFinite;
   }
 
  private:
@@ -99,9 +99,9 @@ class ImplicitEuler final : public TimeStep {
 
 }  // namespace
 
-std::unique_ptr<TimeStep> MakeImplicitEuler(std::shared_ptr<const ClothModel> model,
-                                            const MaterialField& material, double h,
-                                            const ImplicitEulerOptions& options) {
+std::unique_ptr<Integrator> MakeImplicitEuler(std::shared_ptr<const ClothModel> model,
+                                              const MaterialField& material, double h,
+                                              const ImplicitEulerOptions& options) {
   return std::make_unique<ImplicitEuler>(std::move(model), material, h, options);
 }
 

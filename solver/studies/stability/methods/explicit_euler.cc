@@ -4,12 +4,12 @@
 #include <utility>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "solver/studies/stability/steps/time_step.h"
+#include "solver/studies/stability/methods/integrator.h"
 
 namespace drape {
 namespace {
 
-class ExplicitEuler final : public TimeStep {
+class ExplicitEuler final : public Integrator {
  public:
   ExplicitEuler(std::shared_ptr<const ClothModel> model, const MaterialField& material, double h,
                 double drag)
@@ -22,11 +22,11 @@ class ExplicitEuler final : public TimeStep {
     CHECK_GE(drag, 0.0);
   }
 
-  TimeStepStatus Advance(State& state) override {
+  IntegratorStatus Advance(State& state) override {
     AssembleForce(*model_, material_, state.x, force_);
     state.v = slowing_ * (state.v + h_ * inverse_mass_.cwiseProduct(force_));
     state.x += h_ * state.v;
-    return state.x.allFinite() ? TimeStepStatus::kOk : TimeStepStatus::kNotFinite;
+    return state.x.allFinite() ? IntegratorStatus::kOk : IntegratorStatus::kNotFinite;
   }
 
  private:
@@ -38,8 +38,9 @@ class ExplicitEuler final : public TimeStep {
 
 }  // namespace
 
-std::unique_ptr<TimeStep> MakeExplicitEuler(std::shared_ptr<const ClothModel> model,
-                                            const MaterialField& material, double h, double drag) {
+std::unique_ptr<Integrator> MakeExplicitEuler(std::shared_ptr<const ClothModel> model,
+                                              const MaterialField& material, double h,
+                                              double drag) {
   return std::make_unique<ExplicitEuler>(std::move(model), material, h, drag);
 }
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The integrators and Newton variants that the stability atlas compares.
-#include "solver/studies/stability/steps/time_step.h"
-
 #include <gmock/gmock.h>
 
 #include <Eigen/Eigenvalues>
@@ -10,8 +8,9 @@
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/simulation/rollout.h"
 #include "physics/simulation/statics/modes.h"
-#include "solver/studies/stability/steps/projected_newton.h"
-#include "solver/studies/stability/steps/slivers.h"
+#include "solver/studies/stability/methods/integrator.h"
+#include "solver/studies/stability/methods/projected_newton.h"
+#include "solver/studies/stability/slivers.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 
@@ -26,7 +25,7 @@ Eigen::MatrixXd Dense(const BlockPattern& pattern, const BlockMatrix& matrix, do
   return 0.5 * sign * (K + K.transpose());
 }
 
-class TimeStepTest : public testing::Test {
+class IntegratorTest : public testing::Test {
  protected:
   Eigen::MatrixXd DenseStiffness(const Eigen::VectorXd& x) const {
     BlockMatrix negative(model_->pattern);
@@ -57,12 +56,12 @@ class OscillatorTest : public testing::Test {
     material_.density = 0.2;
   }
   // √(ω²a² + v²) of each coordinate after a step by that before it.
-  Eigen::ArrayXd ComputeFactors(TimeStep& step, double h) const {
+  Eigen::ArrayXd ComputeFactors(Integrator& step, double h) const {
     State state = model_->RestState();
     state.x.array() += 1e-3;
     state.v.array() += 2e-3;
     const Eigen::ArrayXd before = Norm(state);
-    EXPECT_EQ(step.Advance(state), TimeStepStatus::kOk) << h;
+    EXPECT_EQ(step.Advance(state), IntegratorStatus::kOk) << h;
     return Norm(state) / before;
   }
   Eigen::ArrayXd OmegaSquared() const {
@@ -82,9 +81,9 @@ TEST_F(OscillatorTest, ImplicitStepsShrinkItAsTheoryOfImplicitEulerSays) {
   for (const double h : {1e-3, 0.05, 0.5}) {
     const Eigen::ArrayXd expected = (1.0 + h * h * OmegaSquared()).rsqrt();
     const auto newton = MakeImplicitEuler(model_, material_, h, {.tolerance = 1e-13});
-    const auto direct = MakeOneSolveStep(model_, material_, h, StepSystem::kDirect);
-    const auto pcg = MakeOneSolveStep(model_, material_, h, StepSystem::kPcg);
-    for (TimeStep* step : {newton.get(), direct.get(), pcg.get()})
+    const auto direct = MakeLinearlyImplicitEuler(model_, material_, h, StepLinearSolver::kDirect);
+    const auto pcg = MakeLinearlyImplicitEuler(model_, material_, h, StepLinearSolver::kPcg);
+    for (Integrator* step : {newton.get(), direct.get(), pcg.get()})
       EXPECT_LT((ComputeFactors(*step, h) / expected - 1.0).abs().maxCoeff(), 1e-6) << h;
   }
 }
@@ -95,7 +94,7 @@ TEST_F(OscillatorTest, ExplicitStepsKeepItBelowTheLimitAndNotAbove) {
     const auto step = MakeExplicitEuler(model_, material_, share * limit, 0.0);
     State state = model_->RestState();
     state.x.array() += 1e-3;
-    for (int i = 0; i < 300; ++i) ASSERT_EQ(step->Advance(state), TimeStepStatus::kOk);
+    for (int i = 0; i < 300; ++i) ASSERT_EQ(step->Advance(state), IntegratorStatus::kOk);
     EXPECT_EQ((state.x - model_->mesh.rest_x).cwiseAbs().maxCoeff() < 1.0, share < 1.0) << share;
   }
 }
@@ -104,19 +103,21 @@ TEST_F(OscillatorTest, DragSlows) {
   const auto step = MakeExplicitEuler(model_, material_, 1e-6, 5.0);
   State state = model_->RestState();
   state.v.setConstant(1.0);
-  ASSERT_EQ(step->Advance(state), TimeStepStatus::kOk);
+  ASSERT_EQ(step->Advance(state), IntegratorStatus::kOk);
   EXPECT_NEAR(state.v[0], 1.0 - 5e-6, 1e-9);
 }
 
-TEST_F(TimeStepTest, OneSolveStepIsThatOfRollout) {
+TEST_F(IntegratorTest, OneSolveStepIsThatOfRollout) {
   State direct = start_, pcg = start_, single = start_;
-  const auto direct_step = MakeOneSolveStep(model_, material_, 0.05, StepSystem::kDirect);
-  const auto pcg_step = MakeOneSolveStep(model_, material_, 0.05, StepSystem::kPcg);
-  const auto float_step = MakeOneSolveStep(model_, material_, 0.05, StepSystem::kFloat);
+  const auto direct_step =
+      MakeLinearlyImplicitEuler(model_, material_, 0.05, StepLinearSolver::kDirect);
+  const auto pcg_step = MakeLinearlyImplicitEuler(model_, material_, 0.05, StepLinearSolver::kPcg);
+  const auto float_step =
+      MakeLinearlyImplicitEuler(model_, material_, 0.05, StepLinearSolver::kFloat);
   for (int i = 0; i < 5; ++i) {
-    ASSERT_EQ(direct_step->Advance(direct), TimeStepStatus::kOk);
-    ASSERT_EQ(pcg_step->Advance(pcg), TimeStepStatus::kOk);
-    ASSERT_EQ(float_step->Advance(single), TimeStepStatus::kOk);
+    ASSERT_EQ(direct_step->Advance(direct), IntegratorStatus::kOk);
+    ASSERT_EQ(pcg_step->Advance(pcg), IntegratorStatus::kOk);
+    ASSERT_EQ(float_step->Advance(single), IntegratorStatus::kOk);
   }
   const State expected = Fallen(5);
   EXPECT_EQ(direct.x, expected.x);
@@ -126,12 +127,12 @@ TEST_F(TimeStepTest, OneSolveStepIsThatOfRollout) {
   EXPECT_EQ(single.x, single.x.cast<float>().cast<double>());
 }
 
-TEST_F(TimeStepTest, ImplicitEulerSolvesItsEquation) {
+TEST_F(IntegratorTest, ImplicitEulerSolvesItsEquation) {
   constexpr double kStep = 0.03;
   const auto step = MakeImplicitEuler(model_, material_, kStep);
   State state = Fallen(5);
   const State before = state;
-  ASSERT_EQ(step->Advance(state), TimeStepStatus::kOk);
+  ASSERT_EQ(step->Advance(state), IntegratorStatus::kOk);
   Eigen::VectorXd force;
   AssembleForce(*model_, material_, state.x, force);
   const Eigen::VectorXd mass = model_->LumpedMass(material_.density);
@@ -140,31 +141,32 @@ TEST_F(TimeStepTest, ImplicitEulerSolvesItsEquation) {
   EXPECT_LT((state.x - before.x - kStep * state.v).norm(), 1e-12);
 }
 
-TEST_F(TimeStepTest, FailuresAreNamed) {
+TEST_F(IntegratorTest, FailuresAreNamed) {
   State state = start_;
-  EXPECT_EQ(MakeOneSolveStep(model_, material_, 0.1, StepSystem::kPcg, {.max_iterations = 1})
+  EXPECT_EQ(MakeLinearlyImplicitEuler(model_, material_, 0.1, StepLinearSolver::kPcg,
+                                      {.max_iterations = 1})
                 ->Advance(state),
-            TimeStepStatus::kNotConverged);
+            IntegratorStatus::kNotConverged);
   state = start_;
   EXPECT_EQ(MakeImplicitEuler(model_, material_, 0.1, {.max_iterations = 1})->Advance(state),
-            TimeStepStatus::kNotConverged);
+            IntegratorStatus::kNotConverged);
   MaterialField negative = material_;  // which no file reader lets pass
   for (double& entry : std::span(&negative.stretch[0].c[0][0], kStretchEntries)) entry *= -1.0;
-  for (const StepSystem system : {StepSystem::kDirect, StepSystem::kFloat}) {
+  for (const StepLinearSolver system : {StepLinearSolver::kDirect, StepLinearSolver::kFloat}) {
     state = start_;
-    EXPECT_EQ(MakeOneSolveStep(model_, negative, 0.1, system)->Advance(state),
-              TimeStepStatus::kNotPositiveDefinite);
+    EXPECT_EQ(MakeLinearlyImplicitEuler(model_, negative, 0.1, system)->Advance(state),
+              IntegratorStatus::kNotPositiveDefinite);
   }
   for (const bool is_explicit : {true, false}) {
     state = start_;
     state.x[4] = std::numeric_limits<double>::quiet_NaN();
     const auto step = is_explicit ? MakeExplicitEuler(model_, material_, 1e-4, 0.0)
                                   : MakeImplicitEuler(model_, material_, 0.1);
-    EXPECT_EQ(step->Advance(state), TimeStepStatus::kNotFinite);
+    EXPECT_EQ(step->Advance(state), IntegratorStatus::kNotFinite);
   }
 }
 
-TEST_F(TimeStepTest, HighestEigenvalueAndShapesAgreeWithDenseAlgebra) {
+TEST_F(IntegratorTest, HighestEigenvalueAndShapesAgreeWithDenseAlgebra) {
   const Eigen::VectorXd x = Fallen(10).x;
   const Eigen::MatrixXd K = DenseStiffness(x);
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> dense(K, DenseMass());
@@ -182,7 +184,7 @@ TEST_F(TimeStepTest, HighestEigenvalueAndShapesAgreeWithDenseAlgebra) {
   }
 }
 
-TEST_F(TimeStepTest, ProjectedStiffnessIsAboveKAndNeverNegative) {
+TEST_F(IntegratorTest, ProjectedStiffnessIsAboveKAndNeverNegative) {
   const Eigen::VectorXd x = 0.9 * start_.x;  // compressed: K itself is indefinite
   BlockMatrix projected(model_->pattern);
   AssembleProjectedStiffness(*model_, material_, x, projected);
@@ -197,7 +199,7 @@ TEST_F(TimeStepTest, ProjectedStiffnessIsAboveKAndNeverNegative) {
   EXPECT_GT(lowest(P - K), -1e-9);
 }
 
-TEST_F(TimeStepTest, ProjectedNewtonFindsTheSameDrapeAndNoShiftNeedsLuck) {
+TEST_F(IntegratorTest, ProjectedNewtonFindsTheSameDrapeAndNoShiftNeedsLuck) {
   StepSolver solver(model_);
   const Eigen::VectorXd x = Fallen(100).x;
   const EquilibriumResult usual = SolveEquilibrium(solver, material_, x, {});

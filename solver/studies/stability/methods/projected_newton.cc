@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/studies/stability/steps/projected_newton.h"
+#include "solver/studies/stability/methods/projected_newton.h"
 
 #include <Eigen/Eigenvalues>
 #include <optional>
