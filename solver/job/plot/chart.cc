@@ -58,7 +58,9 @@ bool IsOnColourAxis(const ChartSeries& series) {
 }
 
 std::string MakeData(const Chart& chart, const ChartSeries& series, const std::string& name) {
-  CHECK(series.values.empty() || series.values.size() == series.points.size()) << series.title;
+  const bool needs_values = series.mark == Mark::kErrorBars || series.mark == Mark::kPolygons;
+  CHECK(series.values.size() == series.points.size() || (series.values.empty() && !needs_values))
+      << series.title;
   std::string data = name + " << END\n";
   for (std::size_t i = 0; i < series.points.size(); ++i) {
     const bool has_value = series.values.empty() || std::isfinite(series.values[i]);

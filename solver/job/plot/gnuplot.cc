@@ -23,9 +23,12 @@ std::size_t CharacterLength(const std::string& text, std::size_t at) {
   return overlong || no_character ? 0 : length;
 }
 
-std::string FirstLine(const std::string& text) {
-  const std::size_t begin = text.find_first_not_of(" \n\t^");
-  return begin == std::string::npos ? "" : text.substr(begin, text.find('\n', begin) - begin);
+// The line that names the problem comes after an echo of the command.
+std::string FindMessage(const std::string& errors) {
+  std::size_t begin = errors.rfind("line ");
+  if (begin == std::string::npos) begin = errors.find_first_not_of(" \n\t^");
+  if (begin == std::string::npos) return "failed without a message";
+  return errors.substr(begin, errors.find('\n', begin) - begin);
 }
 
 }  // namespace
@@ -41,7 +44,7 @@ std::string QuoteForGnuplot(const std::string& text) {
     } else if (c < kBlank || c == kDelete) {
       quoted += ' ';
     } else if (c == '\'') {
-      quoted += "''";
+      quoted += "’";  // gnuplot 5.4 takes a doubled quote at the start for an empty text
     } else {
       quoted.append(text, at, length);
     }
@@ -52,7 +55,7 @@ std::string QuoteForGnuplot(const std::string& text) {
 
 std::string RunGnuplot(const std::string& script) {
   const ProgramResult result = RunProgram({"gnuplot", "-d"}, script);
-  if (result.status != 0) throw InputError("gnuplot", FirstLine(result.errors));
+  if (result.status != 0) throw InputError("gnuplot", FindMessage(result.errors));
   return result.output;
 }
 

@@ -6,7 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <functional>
+#include <string>
+#include <vector>
 
 #include "losses/image/image.h"
 #include "physics/util/atomic_file.h"
@@ -40,48 +41,51 @@ Picture PictureOf(const std::string& text) {
                          {.text = text, .at = {0.5, 0.5}, .in_picture = true}}};
   for (const Mark mark : {Mark::kLine, Mark::kSteps, Mark::kLinePoints, Mark::kPoints,
                           Mark::kErrorBars, Mark::kBars, Mark::kSquares})
-    chart.series.push_back({.title = text, .mark = mark, .points = {{1, 1}, {2, 2}}});
+    chart.series.push_back(
+        {.title = text, .mark = mark, .points = {{1, 1}, {2, 2}}, .values = {0.1, 0.2}});
   chart.series.push_back({.title = text, .mark = Mark::kSquares});
   chart.series.push_back(
       {.mark = Mark::kPolygons, .points = {{1, 1}, {2, 1}, {1, 2}}, .values = {1, 1, 1}});
-  return {.title = text, .charts = {chart, chart}};
+  return {.title = text, .charts = {chart}};
 }
 
 // Names of files and methods come from users.
 TEST_F(ChartTest, NoTextIsExecuted) {
   const std::string planted = Path("planted"), command = "touch " + planted;
-  for (const std::string& text : {"`" + command + "`",
-                                  "$(" + command + ")",
-                                  "\"; system('" + command + "') #",
-                                  "'; system('" + command + "') #",
-                                  "''; system(\"" + command + "\") #",
-                                  "\\'; system('" + command + "') #",
-                                  "a\nsystem '" + command + "'\n",
-                                  "a\r!" + command + "\r",
-                                  "a\n!" + command + "\n",
-                                  "\nEND\nsystem '" + command + "'\n",
-                                  "@ARGV[1]",
-                                  "a' . system('" + command + "') . '",
-                                  "<" + command,
-                                  "%s%n%d%%%",
-                                  "\\\n!" + command,
-                                  std::string("a\0b\x01\x7f", 5),
-                                  std::string("\xff\xfe\xc3(\xed\xa0\x80"),
-                                  std::string(20000, 'x'),
-                                  "{/Bold a}_b^c&{d}~e{.8-}@f",
-                                  "columnheader(1)",
-                                  "\\"}) {
+  const std::vector<std::string> texts = {"`" + command + "`",
+                                          "$(" + command + ")",
+                                          "\"; system('" + command + "') #",
+                                          "'; system('" + command + "') #",
+                                          "''; system(\"" + command + "\") #",
+                                          "\\'; system('" + command + "') #",
+                                          "a\nsystem '" + command + "'\n",
+                                          "a\r!" + command + "\r",
+                                          "a\n!" + command + "\n",
+                                          "\nEND\nsystem '" + command + "'\n",
+                                          "'",
+                                          "''",
+                                          "@ARGV[1]",
+                                          "a' . system('" + command + "') . '",
+                                          "<" + command,
+                                          "%s%n%d%%%",
+                                          "\\\n!" + command,
+                                          std::string("a\0b\x01\x7f", 5),
+                                          std::string("\xff\xfe\xc3(\xed\xa0\x80"),
+                                          std::string(20000, 'x'),
+                                          "{/Bold a}_b^c&{d}~e{.8-}@f",
+                                          "columnheader(1)",
+                                          "\\"};
+  for (const std::string& text : texts) {
     SCOPED_TRACE(text.substr(0, 60));
     ASSERT_NO_THROW(WritePicture(Path("chart.png"), PictureOf(text)));
     EXPECT_GT(ReadImage(Path("chart.png")).width, 0);
-    ASSERT_NO_THROW(WritePicture(Path("chart.svg"), PictureOf(text)));
     EXPECT_FALSE(std::filesystem::exists(planted));
   }
 }
 
 TEST_F(ChartTest, TextsAreShownAsTheyAre) {
   const std::string svg = Svg(PictureOf("50% of {a}_b^c `d` 'e' \"f\" \\n @g µ"));
-  EXPECT_THAT(svg, HasSubstr("50% of {a}_b^c `d` 'e' "));
+  EXPECT_THAT(svg, HasSubstr("50% of {a}_b^c `d` ’e’ "));
   EXPECT_THAT(svg, HasSubstr("\\n @g µ"));
   EXPECT_THAT(Svg(PictureOf("<script>&</script>")), Not(HasSubstr("<script>")));
 }
@@ -116,9 +120,11 @@ TEST_F(ChartTest, AFolderThatIsMissingIsNamed) {
 }
 
 TEST(QuoteForGnuplot, KeepsUtf8AndNothingThatEndsTheText) {
-  EXPECT_EQ(QuoteForGnuplot("it's `a`\n\"b\"\t\\"), "'it''s `a` \"b\" \\'");
+  EXPECT_EQ(QuoteForGnuplot("it's `a`\n\"b\"\t\\"), "'it’s `a` \"b\" \\'");
   EXPECT_EQ(QuoteForGnuplot("µ→𝜃"), "'µ→𝜃'");
-  EXPECT_EQ(QuoteForGnuplot("\xff\xc2\xe2\x82"), "'????'");
+  EXPECT_EQ(QuoteForGnuplot("\xff-\xc2-\xe2\x82"),
+            "'?-?-?"
+            "?'");
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ TEST_F(FieldMapTest, AFolderThatIsMissingIsNamed) {
 }
 
 TEST(RunGnuplot, SaysWhatItRefuses) {
-  EXPECT_INPUT_ERROR(RunGnuplot("plott x\n"), "gnuplot: ");
+  EXPECT_INPUT_ERROR(RunGnuplot("plott x\n"), "gnuplot: line 0: invalid command");
   EXPECT_THAT(RunGnuplot("set terminal dumb 40 10\nplot [0:1] x notitle\n"),
               testing::HasSubstr("*"));
 }
