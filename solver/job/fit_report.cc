@@ -41,7 +41,7 @@ ordered_json ImageJson(const Observation& target, const DrapeReport& drape, doub
           {"settled",
            {{"metrics", MetricsJson(drape.settled.metrics)},
             {"status", ToString(drape.status)},
-            {"moved_m", drape.moved},
+            {"drift_m", drape.moved},
             {"force_residual", drape.settled_force_residual}}},
           {"from_seed", ReplayJson(drape.from_seed)},
           {"from_flat", ReplayJson(drape.from_flat)},
@@ -209,12 +209,12 @@ std::string MaterialTable(const MaterialField& fitted, const MaterialField* trut
 std::string ImageTable(const FitProblem& problem, const FitReport& report) {
   if (report.drapes.empty()) return "";
   std::string table =
-      Format("%-28s %8s %7s %6s %8s %8s %7s %10s %9s %8s\n", "image", "rms [px]", "mse", "iou",
-             "dc image", "dc fit", "folds", "settled px", "moved mm", "stable");
+      Format("%-28s %8s %7s %6s %8s %8s %7s %16s %10s %8s\n", "image", "rms [px]", "mse", "iou",
+             "dc image", "dc fit", "folds", "settled rms [px]", "drift [mm]", "stable");
   for (std::size_t i = 0; i < report.drapes.size(); ++i) {
     const DrapeReport& drape = report.drapes[i];
     const SilhouetteMetrics& m = drape.fitted.metrics;
-    table += Format("%-28.28s %8.2f %7.4f %6.3f %8.3f %8.3f %3d/%-3d %10.2f %9.2g %8s\n",
+    table += Format("%-28.28s %8.2f %7.4f %6.3f %8.3f %8.3f %3d/%-3d %16.2f %10.2g %8s\n",
                     problem.targets[i].name.c_str(), m.profile_rms, m.mse, m.iou,
                     m.image.drape_coefficient, m.fitted.drape_coefficient, m.image.folds,
                     m.fitted.folds, drape.settled.metrics.profile_rms, drape.moved / kMillimetre,

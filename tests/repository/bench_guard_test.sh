@@ -31,7 +31,7 @@ mkdir -p "$out"
       echo "disc:300,dynamic,adjoint,9,10"
       echo "disc:300,dynamic,tangent,9,4" ;;
   esac
-} >"$out/cells.csv"
+} >"$out/runs.csv"
 END
 chmod +x "$bench"
 

@@ -108,12 +108,13 @@ std::string OptionTable::Help() const {
       " [--key=value …]\nexample: " + example + "\n\n" +
       "  --config  <path>, default: none\n"
       "      JSON file with any of the keys below (// comments allowed); its paths are "
-      "relative to its folder; the command line wins\n";
+      "relative to its folder; options of the command line take precedence\n";
   for (const Option& option : options) text += Describe(option);
   return text + "  --help, --version\n\n" + notes +
-         "exit codes: 0 done, 2 bad input (one line on stderr, earlier results untouched), 130 "
-         "cancelled by Ctrl-C\nglog's --v, --vmodule, --logtostderr, --minloglevel, --log_dir work "
-         "too\n";
+         "exit codes: 0 done, 2 bad input (one line on stderr, earlier results are unchanged), 130 "
+         "cancelled by Ctrl-C\nThe flags --v, --vmodule, --logtostderr, --minloglevel and "
+         "--log_dir of glog work as "
+         "well.\n";
 }
 
 }  // namespace drape

@@ -18,12 +18,12 @@ std::vector<Option> AccuracyOptions(AccuracyChoice& choice) {
   return {
       {.key = "accuracy",
        .value = &choice.accuracy,
-       .doc = "fast, balanced, exact or an error of the outline's mean radius such as 5mm: picks "
-              "mesh, integrator and steps, as far as they are not given (a given one wins), and "
-              "says what to expect"},
+       .doc = "accuracy to choose mesh, solve mode and time steps by: fast, balanced, exact, or an "
+              "error of the outline's mean radius such as 5mm; options that are given take "
+              "precedence"},
       {.key = "accuracy_table",
        .value = &choice.table,
-       .doc = "what --accuracy picks from; built-in: configs/accuracy.json",
+       .doc = "table that --accuracy chooses from; built-in: configs/accuracy.json",
        .is_path = true,
        .words = {kBuiltIn}},
   };

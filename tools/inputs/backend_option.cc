@@ -10,7 +10,7 @@ namespace drape {
 Option BackendOption(std::string& backend) {
   return {.key = "backend",
           .value = &backend,
-          .doc = "where the rollouts run; auto: on all CUDA devices where there are some",
+          .doc = "device of the rollouts; auto: all CUDA devices if there are any, else the CPU",
           .choices = {"auto", "cpu", "cuda"}};
 }
 

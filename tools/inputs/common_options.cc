@@ -6,7 +6,7 @@ namespace drape {
 Option OutOption(std::string& folder) {
   return {.key = "out",
           .value = &folder,
-          .doc = "output folder, made when missing",
+          .doc = "output folder, created if missing",
           .is_path = true,
           .required = true};
 }
@@ -14,14 +14,14 @@ Option OutOption(std::string& folder) {
 Option LawOption(std::string& law) {
   return {.key = "law",
           .value = &law,
-          .doc = "how stiffness follows from strain and curvature",
+          .doc = "constitutive law: how stiffness depends on strain and curvature",
           .choices = {"reference", "smooth"}};
 }
 
 Option ThreadsOption(int& threads) {
   return {.key = "threads",
           .value = &threads,
-          .doc = "rollouts at a time; 0: all cores",
+          .doc = "number of parallel rollouts; 0: one for each core",
           .least = 0,
           .most = 1024};
 }

@@ -38,8 +38,8 @@ std::optional<StripView> ViewStrip(const ClothModel& model, const Eigen::VectorX
 
 }  // namespace
 
-StripTesterView ViewBench(const ClothModel& model, const Eigen::VectorXd& x) {
-  StripTesterView view{0.0, 0.0, ViewStrip(model, x)};
+UnsupportedView ViewWithoutSupport(const ClothModel& model, const Eigen::VectorXd& x) {
+  UnsupportedView view{0.0, 0.0, ViewStrip(model, x)};
   for (int i = 0; i < model.mesh.num_vertices(); ++i) {
     const Eigen::Vector3d move = x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i);
     view.largest_move = std::max(view.largest_move, move.norm());

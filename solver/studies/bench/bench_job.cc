@@ -28,7 +28,7 @@ class Bench {
       : job_(job),
         control_(control),
         cells_(ListRuns(job.work, job.axes)),
-        file_(job.out + "/cells.csv", job.common, job.resume) {
+        file_(job.out + "/runs.csv", job.common, job.resume) {
     CheckInput();
   }
 

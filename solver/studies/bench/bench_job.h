@@ -22,7 +22,7 @@ struct BenchJob {
   ExperimentOptions cell;
   FitBenchOptions fit;
   std::string common;   // what all cells have in common, in one line (BenchFile)
-  std::string out;      // existing folder: cells.csv, reference_<cloth>.json, fits/
+  std::string out;      // existing folder: runs.csv, reference_<cloth>.json, fits/
   bool resume = false;  // go on with the cells and references that are there
 };
 

@@ -27,7 +27,7 @@ ordered_json RowJson(const ComparisonRow& row) {
     const auto& [spread, seeds] = found->second;
     numbers[number.key] = {{"mean", spread.mean}, {"sd", spread.sd}, {"seeds", seeds}};
   }
-  return {{"model", row.model}, {"cells", row.cells}, {"failed", row.failed}, {"numbers", numbers}};
+  return {{"model", row.model}, {"runs", row.cells}, {"failed", row.failed}, {"numbers", numbers}};
 }
 
 ordered_json ChoiceJson(const ModelChoice& choice) {
@@ -67,7 +67,7 @@ ordered_json ComparisonJson(const Comparison& comparison,
 }
 
 std::string ComparisonCsv(const Comparison& comparison) {
-  std::string csv = "fabric,model,number,mean,sd,seeds,cells,failed\n";
+  std::string csv = "fabric,model,number,mean,sd,seeds,runs,failed\n";
   for (const ComparisonTable& table : comparison.tables)
     for (const ComparisonRow& row : table.rows)
       for (const ComparedNumber& number : kComparedNumbers) {
@@ -108,7 +108,7 @@ std::string TableText(const ComparisonTable& table) {
 }
 
 std::string ChoiceText(const ModelChoice& choice) {
-  if (choice.chosen.empty()) return "No model has a score in all of its cells.\n";
+  if (choice.chosen.empty()) return "No model has a score in all of its runs.\n";
   std::string text =
       "**" + choice.chosen + "** is the simplest model within one standard error of the best, " +
       choice.best + Text(" (energy score of features, %d captures held out):", choice.captures);

@@ -44,7 +44,7 @@ void CheckSettings(const ComparisonJob& job) {
     if (!input.Has(key)) continue;  // of a fabric that has no cells yet
     const std::string before = input.At(key).String();
     if (before == value) continue;
-    throw InputError(path, "the cells there have " + key + " '" + before + "', found '" + value +
+    throw InputError(path, "the runs there have " + key + " '" + before + "', found '" + value +
                                "', expected the same: take another --out, or undo the change");
   }
 }
@@ -173,7 +173,7 @@ std::vector<SharedSplit> ShareAll(const ComparisonJob& job, const RunControl& co
 
 std::string NameFor(const ExperimentTask& task, const std::string& model, int seed, int number,
                     int of) {
-  return "cell " + std::to_string(number) + " of " + std::to_string(of) + ", fabric " +
+  return "run " + std::to_string(number) + " of " + std::to_string(of) + ", fabric " +
          std::to_string(task.fit.captures[0].fabric) + ", " + model + ", seed " +
          std::to_string(seed);
 }
@@ -199,7 +199,7 @@ bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
     }
   if (run->done > 0)
     control.Log(std::to_string(run->done) + " of " + std::to_string(run->cells) +
-                " cells are taken over from " + job.out);
+                " runs are kept from " + job.out);
   const double count = static_cast<double>(todo.size());
   for (std::size_t i = 0; i < todo.size(); ++i) {
     const std::string name =

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "solver/fit/outline_residuals.h"
-#include "solver/studies/optimisers/optimiser.h"
+#include "solver/studies/optimisers/methods/optimiser.h"
 
 namespace drape {
 

@@ -104,7 +104,7 @@ OutlineResidualOptions BatchOptionsFor(const BenchmarkStart& start, bool derivat
 
 }  // namespace
 
-std::vector<BenchmarkImage> BenchmarkImages(const OptimiserBenchmarkOptions& options) {
+std::vector<BenchmarkImage> MakeBenchmarkImages(const OptimiserBenchmarkOptions& options) {
   std::vector<BenchmarkImage> images;
   for (std::size_t i = 0; i < options.twins.size(); ++i)
     images.push_back(MakeTwin(options, static_cast<int>(i)));
@@ -163,13 +163,13 @@ BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkO
   DrapeFunction function(loaded.fine.get(), &parametrisation, &targets,
                          BatchOptionsFor(start, FindOptimiser(method).derivatives, cancel),
                          loaded.fit.prior_sigma);
-  OptimiserOptions race = options.race;
-  race.published_rates =
+  OptimiserOptions benchmark = options.optimiser;
+  benchmark.published_rates =
       PublishedAdamRates(parametrisation.base(), *parametrisation.log_entries_by_theta());
-  race.cancel = cancel;
+  benchmark.cancel = cancel;
   BenchmarkRecord record;
   record.parameters = parameters;
-  record.run = RunOptimiser(method, function, race);
+  record.run = RunOptimiser(method, function, benchmark);
   if (function.best_shapes().empty() || record.run.cancelled) return record;
   record.shape = function.best_shapes().front();
   Settle(loaded, parametrisation.Material(record.run.theta), &record);

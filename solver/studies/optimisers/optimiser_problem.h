@@ -22,12 +22,12 @@ struct OptimiserBenchmarkOptions {
   std::vector<std::string> image_materials;  // their start tables: one of each, or one for all
   std::vector<int> parameters = {7, 39};     // ParameterTying
   std::vector<std::string> methods;          // none: all that this build has
-  OptimiserOptions race;
+  OptimiserOptions optimiser;
   double branch_tolerance = 3e-3;  // drapes nearer than this are one branch [m]
   std::string out;
 };
 
-// An image of a race and where its fits begin.
+// An image of a benchmark and where its fits begin.
 struct BenchmarkImage {
   std::string name;
   FitJob job;
@@ -36,7 +36,7 @@ struct BenchmarkImage {
 
 // The images of the options: twins are draped and written to out/twins/<fabric>.png unless they are
 // there. Throws InputError, also for names that appear twice.
-std::vector<BenchmarkImage> BenchmarkImages(const OptimiserBenchmarkOptions& options);
+std::vector<BenchmarkImage> MakeBenchmarkImages(const OptimiserBenchmarkOptions& options);
 
 // An image read, with the seed that all methods start from.
 struct BenchmarkStart {

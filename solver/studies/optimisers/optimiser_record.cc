@@ -70,7 +70,7 @@ void WriteBenchmarkRecord(const std::string& path, const std::string& settings,
                      {"shape", ToJson(record.shape)},
                      {"rms_px", record.rms_px},
                      {"settled_rms_px", record.settled_rms_px},
-                     {"moved_m", record.moved},
+                     {"drift_m", record.drift},
                      {"stiffness", record.stiffness}};
   WriteFileAtomically(path, file.dump() + "\n");
 }
@@ -91,7 +91,7 @@ std::optional<BenchmarkRecord> ReadBenchmarkRecord(const std::string& path,
   record.shape = Vector(input.At("shape"));
   record.rms_px = input.At("rms_px").Number();
   record.settled_rms_px = input.At("settled_rms_px").Number();
-  record.moved = input.At("moved_m").Number();
+  record.drift = input.At("drift_m").Number();
   record.stiffness = input.At("stiffness").Number();
   return record;
 }

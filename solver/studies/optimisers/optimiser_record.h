@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "solver/studies/optimisers/optimiser.h"
+#include "solver/studies/optimisers/methods/optimiser.h"
 
 namespace drape {
 
@@ -16,7 +16,7 @@ struct BenchmarkRecord {
   Eigen::VectorXd shape;  // the drape of the least cost [m], shape [3V]; empty when none was found
   double rms_px = 0.0;    // its outline error
   double settled_rms_px = 0.0;  // the same after more steps from rest
-  double moved = 0.0;           // largest way of a vertex in them [m]
+  double drift = 0.0;           // largest displacement of a vertex in them [m]
   double stiffness = 0.0;       // lowest eigenvalue of K by mass [s⁻²]
 };
 

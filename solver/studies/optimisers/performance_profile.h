@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "solver/studies/optimisers/optimiser.h"
+#include "solver/studies/optimisers/methods/optimiser.h"
 
 namespace drape {
 

@@ -11,6 +11,23 @@ trap 'rm -rf "$scratch"' EXIT
 "$cmake" --install "$build" --component devel --prefix "$scratch/first" >"$scratch/log" ||
   { cat "$scratch/log"; exit 1; }
 mv "$scratch/first" "$scratch/prefix"
+
+# Public headers only, each with all headers that it includes; no studies and no programs.
+include=$scratch/prefix/include/drapefit
+for path in tools solver/studies solver/job/plot cuda/engine cuda/kernels losses/image/image_codec.h; do
+  if [ -e "$include/$path" ]; then echo "installed, but no public header: $path"; exit 1; fi
+done
+if find "$scratch/prefix" -name 'libdrape_*' | grep -E 'tools|studies|validation|program'; then
+  echo "installed, but internal libraries"
+  exit 1
+fi
+missing=$(cd "$include" && grep -rhoE '^#include "[^"]+"' . | sort -u | cut -d'"' -f2 |
+  while read -r header; do [ -e "$header" ] || echo "$header"; done)
+if [ -n "$missing" ]; then
+  echo "included by public headers, but not installed:"
+  echo "$missing"
+  exit 1
+fi
 "$cmake" -S "$source" -B "$scratch/build" -G "$generator" -DCMAKE_BUILD_TYPE=Release \
   -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_PREFIX_PATH="$scratch/prefix"
 "$cmake" --build "$scratch/build"

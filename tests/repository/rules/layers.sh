@@ -33,6 +33,11 @@ files=$(while IFS= read -r f; do [ ! -e "$f" ] || printf '%s\n' "$f"; done <<<"$
 
   $1 == "R" && $2 == "@things" { most_things[$3] = $4; next }
   $1 == "R" && $2 == "@names" { most_names[$3] = $4; next }
+  $1 == "R" && $2 == "@apart" {
+    ++groups
+    for (i = 3; i <= NF; ++i) apart[$i] = groups
+    next
+  }
   $1 == "R" {
     if ($2 in rank) Report("layers.txt", "lists " $2 " twice")
     rank[$2] = ++rooms
@@ -78,7 +83,7 @@ files=$(while IFS= read -r f; do [ ! -e "$f" ] || printf '%s\n' "$f"; done <<<"$
     if (from == "" || to == "" || from == to) next
     if (rank[to] > rank[from]) Report(where, "includes " header ", but " to " is above " from)
     n = split(rules[from], rule, " ")
-    forbidden = ""
+    forbidden = from in apart && to in apart && apart[from] == apart[to] ? to : ""
     for (i = 1; i <= n; ++i) {
       if (rule[i] == "+" header) { forbidden = ""; break }
       if (substr(rule[i], 1, 1) == "!" && Inside(to, substr(rule[i], 2))) forbidden = substr(rule[i], 2)
@@ -87,6 +92,7 @@ files=$(while IFS= read -r f; do [ ! -e "$f" ] || printf '%s\n' "$f"; done <<<"$
   }
 
   END {
+    for (r in apart) if (!(r in rank)) Report("layers.txt", "@apart names " r ", which it does not list")
     for (r in rank) if (!(r in used)) Report("layers.txt", "lists " r ", which holds no source")
     for (f in things) {
       most = f in most_things ? most_things[f] : 9

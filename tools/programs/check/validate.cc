@@ -54,21 +54,24 @@ void WriteSummary(const std::string& path, const std::string& law, bool complete
 OptionTable ValidateTable(ValidateToolOptions& options) {
   std::string groups;
   for (const std::string& name : ValidationGroups()) groups += (groups.empty() ? "" : ", ") + name;
-  return {
-      .tool = "drape_validate",
-      .summary = "our stiffness against textbooks, on the built-in meshes, as a table",
-      .example = "drape_validate --filter=cantilever,disc --out=out/validate",
-      .notes =
-          "files: summary.json\n"
-          "columns: the reference value, the values computed on three meshes of halved width, the "
-          "error of the finest and its bound\n  (relative, in degrees for the angle), the "
-          "order of convergence (-: the meshes agree, or not monotone)\n"
-          "exit code 1: a reference case failed\n",
-      .options = {{.key = "filter",
-                   .value = &options.validation.only,
-                   .doc = "groups of reference cases; empty: all of " + groups},
-                  LawOption(options.validation.law),
-                  OutOption(options.out)}};
+  return {.tool = "drape_validate",
+          .summary =
+              "compares simulated stiffness with textbook solutions on the built-in meshes and "
+              "prints a table",
+          .example = "drape_validate --filter=cantilever,disc --out=out/validate",
+          .notes =
+              "files: summary.json\n"
+              "columns: the reference value, the values computed on three meshes, each twice as "
+              "fine as the one before, the error\n"
+              "  of the finest and its bound (relative; in degrees for the angle), and the order "
+              "of convergence (-: the meshes\n"
+              "  agree, or the convergence is not monotone)\n"
+              "exit code 1: a reference case failed\n",
+          .options = {{.key = "filter",
+                       .value = &options.validation.only,
+                       .doc = "groups of reference cases; none: all of " + groups},
+                      LawOption(options.validation.law),
+                      OutOption(options.out)}};
 }
 
 std::vector<ReferenceCase> RunValidation(const ValidateToolOptions& options,

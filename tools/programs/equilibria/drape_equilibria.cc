@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/tool_main.h"
 #include "tools/programs/equilibria/equilibria_report.h"
+#include "tools/programs/equilibria/equilibria_tool.h"
 
 namespace drape {
 namespace {

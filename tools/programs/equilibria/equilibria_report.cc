@@ -38,8 +38,8 @@ std::string RestlessText(const EquilibriumSurvey& survey) {
   std::string text;
   for (const DrapeSample& sample : survey.samples) {
     if (sample.at_rest) continue;
-    text += Format("no rest from seed %d: %s, force residual %.2g of the weight\n", sample.seed,
-                   sample.status.c_str(), sample.residual);
+    text += Format("seed %d did not come to rest: %s, force residual %.2g of the weight\n",
+                   sample.seed, sample.status.c_str(), sample.residual);
   }
   return text;
 }

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "losses/image/image.h"
-#include "tools/programs/equilibria/equilibria_tool.h"
+#include "tools/programs/equilibria/equilibria_result.h"
 
 namespace drape {
 

@@ -27,17 +27,17 @@ std::vector<Option> SampleOptions(SamplingOptions& sampling) {
   return {
       {.key = "samples",
        .value = &sampling.samples,
-       .doc = "random starts",
+       .doc = "number of random starts",
        .least = 1,
        .most = 1000},
       {.key = "first_seed",
        .value = &sampling.first_seed,
-       .doc = "of the random start shapes; the others follow",
+       .doc = "random seed of the first start shape; the others use the following ones",
        .least = 0,
        .most = 1000000000},
       {.key = "hem_rms",
        .value = &sampling.hem_rms,
-       .doc = "size of the start shapes at the hem, root mean square",
+       .doc = "root mean square height of the start shapes at the hem",
        .unit = "m",
        .least = 0,
        .most = 0.05,
@@ -51,7 +51,7 @@ std::vector<Option> SampleOptions(SamplingOptions& sampling) {
        .above_least = true},
       {.key = "steps",
        .value = &sampling.steps,
-       .doc = "time steps before Newton",
+       .doc = "number of time steps before Newton's method",
        .least = 0,
        .most = 100000},
       ThreadsOption(sampling.threads),
@@ -62,12 +62,13 @@ std::vector<Option> ReportOptions(EquilibriaOptions& options) {
   return {
       {.key = "distance",
        .value = &options.distance,
-       .doc = "of two drapes: of their vertices, or of their outlines as they lie, turned, or "
-              "turned and mirrored",
+       .doc = "distance of two drapes: between their vertices, or between their outlines as they "
+              "lie (outline), after the best rotation (rotated), or after the best rotation and "
+              "reflection (mirrored)",
        .choices = {"vertices", "outline", "rotated", "mirrored"}},
       {.key = "tolerance",
        .value = &options.tolerance,
-       .doc = "drapes nearer than this are one branch",
+       .doc = "largest distance of two drapes on the same branch",
        .unit = "m",
        .least = 0,
        .most = 1,
@@ -83,17 +84,21 @@ OptionTable EquilibriaTable(EquilibriaOptions& options) {
   for (const Option& option : SampleOptions(options.sampling)) all.push_back(option);
   all.push_back(BackendOption(options.backend));
   for (const Option& option : ReportOptions(options)) all.push_back(option);
-  return {.tool = "drape_equilibria",
-          .summary = "the stable drapes of a fabric: random starts, settled and grouped by shape",
-          .example =
-              "drape_equilibria --config=configs/programs/equilibria.json --samples=32 "
-              "--out=out/branches",
-          .notes =
-              "files: summary.json, branches.png (all silhouettes, one colour a branch) and of "
-              "each branch branch_<i>.json,\n  its drape of least energy, a start for "
-              "drape_simulate; they replace those of an earlier run together, at the end\n"
-              "exit code 3: no start came to rest\nCtrl-C writes what there is\n",
-          .options = std::move(all)};
+  return {
+      .tool = "drape_equilibria",
+      .summary =
+          "finds the stable drapes of a fabric: random starts, taken to rest and grouped by shape",
+      .example =
+          "drape_equilibria --config=configs/programs/equilibria.json --samples=32 "
+          "--out=out/branches",
+      .notes =
+          "files: summary.json, branches.png (all silhouettes, one colour per branch) and, for "
+          "each branch,\n"
+          "  branch_<i>.json, its drape of least energy, which drape_simulate can start from. They "
+          "replace the files of an earlier run together, at the end.\n"
+          "exit code 3: no start came to rest\n"
+          "Ctrl-C writes the results so far.\n",
+      .options = std::move(all)};
 }
 
 EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunControl& control) {

@@ -1,37 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
 #include "physics/util/run_control.h"
-#include "solver/forward/random_drapes.h"
 #include "tools/cli/option_table.h"
-#include "tools/inputs/scene_input.h"
+#include "tools/programs/equilibria/equilibria_result.h"
 
 namespace drape {
 
-// What a user of drape_equilibria sets.
-struct EquilibriaOptions {
-  SceneInput scene;                        // its start is not used
-  SamplingOptions sampling{.threads = 0};  // 0: all cores
-  std::string distance = "vertices";       // ParseBranchMetric
-  double tolerance = 1e-3;                 // of a cluster [m]
-  std::string backend = "auto";            // MakeBackend
-  std::string out;                         // folder, made when missing
-};
-
 // Points into `options`, which outlives it.
 OptionTable EquilibriaTable(EquilibriaOptions& options);
-
-// What was found, for the reports.
-struct EquilibriumSurvey {
-  bool cancelled = false;
-  std::string backend;  // Backend::name
-  std::vector<DrapeSample> samples;
-  std::vector<BranchCluster> clusters;
-  BranchSpread spread;
-  double seconds = 0.0;
-};
 
 // Reads all input before it computes. Writes to options.out summary.json, branches.png and, of each
 // cluster, branch_<i>.json, its drape of least energy as a state to start from (i from 1). A

@@ -5,9 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "losses/dataset/trivial_predictors.h"
 #include "losses/metrics/comparison.h"
-#include "tools/programs/metrics/metrics_input.h"
+#include "losses/outline/shape_features.h"
 
 namespace drape {
 
@@ -21,10 +20,5 @@ struct ComparedPair {
 };
 std::string PairText(const ComparedPair& pair);
 nlohmann::ordered_json PairJson(const ComparedPair& pair);
-
-std::string ScoreText(const DistributionScore& score);
-
-std::string PredictorsText(const TrivialPredictors& predictors);
-nlohmann::ordered_json PredictorsJson(const TrivialPredictors& predictors);
 
 }  // namespace drape

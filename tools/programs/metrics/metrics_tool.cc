@@ -8,9 +8,10 @@
 #include "physics/util/errors.h"
 #include "tools/cli/versions.h"
 #include "tools/inputs/tool_options.h"
-#include "tools/programs/metrics/metrics_dataset.h"
 #include "tools/programs/metrics/metrics_input.h"
 #include "tools/programs/metrics/metrics_report.h"
+#include "tools/programs/reports/dataset_report.h"
+#include "tools/programs/reports/score_report.h"
 
 namespace drape {
 namespace {
@@ -111,21 +112,23 @@ OptionTable MetricsTable(MetricsOptions& options) {
   DatasetInput& data = options.data;
   all.push_back({.key = "aligned",
                  .value = &data.aligned,
-                 .doc = "with --data: also after the best rotation and flip, which takes longer"});
+                 .doc = "with --data: also evaluate after the best rotation and reflection, which "
+                        "takes longer"});
   for (const Option& option : DatasetOptions(data, "seed")) all.push_back(option);
   all.push_back(
-      {.key = "out", .value = &options.out, .doc = "JSON file for the figures", .is_path = true});
+      {.key = "out", .value = &options.out, .doc = "JSON file for the results", .is_path = true});
   return {.tool = "drape_metrics",
           .summary =
-              "how far two drapes are apart, how well draws foretell drapes, and what a "
-              "data set gives without a model",
+              "compares two drapes, scores predicted drapes, and evaluates predictors without a "
+              "model on a data set",
           .example = "drape_metrics silhouette.png out/drape/drape.obj --out=metrics.json",
           .notes =
-              "A and B: two images or OBJ meshes; two folders of drape_simulate or drape_fit "
-              "(drapes of the same name are compared);\n  or two other folders of images and "
-              "meshes: A holds draws of a distribution, B what was observed\n"
-              "aligned: after the rotation and flip of B that brings its outline next to "
-              "A's\n",
+              "A and B: two images or OBJ meshes; two output folders of drape_simulate or "
+              "drape_fit, whose drapes of the same name\n"
+              "  are compared; or two other folders of images and meshes: A holds samples of a "
+              "distribution, B what was observed\n"
+              "aligned: after the rotation and reflection of B that brings its outline closest to "
+              "that of A\n",
           .options = std::move(all),
           .operands = &options.operands,
           .operand_names = "[A B]"};

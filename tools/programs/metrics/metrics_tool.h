@@ -15,7 +15,7 @@ namespace drape {
 struct MetricsOptions {
   std::vector<std::string> operands;  // A and B; none with a data set
   CameraInput camera;
-  DatasetInput data;  // its folder: none with operands
+  DatasetQuery data;  // its folder: none with operands
   std::string out;    // JSON file
 };
 

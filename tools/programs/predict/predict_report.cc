@@ -10,7 +10,8 @@
 #include "physics/util/text_format.h"
 #include "solver/forward/random_drapes.h"
 #include "tools/cli/versions.h"
-#include "tools/programs/metrics/metrics_report.h"
+#include "tools/programs/reports/dataset_report.h"
+#include "tools/programs/reports/score_report.h"
 
 namespace drape {
 namespace {
@@ -136,8 +137,8 @@ std::string PredictionText(const PredictionRun& run) {
     text += Format("no drape of %d: ", count) + status + "\n";
   text += FeaturesText(run);
   if (!run.data) return text;
-  text += run.score ? "foretells the drapes held out\n" + ScoreText(*run.score)
-                    : "not scored: a face held out has fewer than two draws at rest\n";
+  text += run.score ? "scores on the held-out drapes\n" + ScoreText(*run.score)
+                    : "not scored: a held-out face has fewer than two predicted drapes at rest\n";
   return text + DatasetText(*run.data);
 }
 

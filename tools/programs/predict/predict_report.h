@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tools/programs/predict/predict_tool.h"
+#include "tools/programs/predict/predict_result.h"
 
 namespace drape {
 

@@ -15,6 +15,7 @@
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/dataset_input.h"
 #include "tools/inputs/tool_options.h"
 #include "tools/programs/predict/predict_report.h"
 
@@ -32,22 +33,25 @@ std::vector<Option> DrawOptions(PredictToolOptions& options) {
   return {
       {.key = "draws",
        .value = &options.draws,
-       .doc = "drapes in all: of specimens, on each face asked for, so often repeated",
+       .doc = "number of drapes: a multiple of repeats times faces",
        .least = 2,
        .most = 4096},
       {.key = "repeats",
        .value = &prediction.repeats,
-       .doc = "drapes of a specimen on each face, which differ by the capture's noise only",
+       .doc = "number of drapes of each specimen on each face, which differ only by the noise of "
+              "the capture",
        .least = 1,
        .most = 1000},
       height("start_rms", &prediction.start_rms,
-             "size of a specimen's random start shape at the hem, root mean square"),
+             "root mean square height of a specimen's random start shape at the hem"),
       height("capture_rms", &prediction.capture_rms,
-             "noise of each vertex on the start of each drape, root mean square"),
-      sigma("specimen_stretch_sigma", &prediction.specimen_stretch_sigma,
-            "how specimens differ: standard deviation of the log of all stretch entries"),
-      sigma("specimen_bend_sigma", &prediction.specimen_bend_sigma, "the same of all bend entries"),
-      {.key = "seed", .value = &options.seed, .doc = "of all draws", .least = 0},
+             "root mean square noise of each vertex at the start of each drape"),
+      sigma(
+          "specimen_stretch_sigma", &prediction.specimen_stretch_sigma,
+          "variation between specimens: standard deviation of a log factor on all stretch entries"),
+      sigma("specimen_bend_sigma", &prediction.specimen_bend_sigma,
+            "variation between specimens: standard deviation of a log factor on all bend entries"),
+      {.key = "seed", .value = &options.seed, .doc = "random seed of all samples", .least = 0},
       {.key = "time_step",
        .value = &prediction.settle.steps.h,
        .doc = "time step",
@@ -57,7 +61,7 @@ std::vector<Option> DrawOptions(PredictToolOptions& options) {
        .above_least = true},
       {.key = "steps",
        .value = &prediction.settle.steps.steps,
-       .doc = "time steps before Newton",
+       .doc = "number of time steps before Newton's method",
        .least = 0,
        .most = 100000},
       ThreadsOption(options.threads),
@@ -68,8 +72,8 @@ Option CalibrateOption(PredictToolOptions& options) {
   return {.key = "calibrate",
           .value = &options.calibrate,
           .doc =
-              "before the draws, a factor on bend for each face, by which falling drapes look like "
-              "those of the side to learn from"};
+              "fit a factor on the bend stiffness for each face first, so that simulated drapes "
+              "look like those of the training samples"};
 }
 
 std::vector<Option> FileOptions(PredictToolOptions& options) {
@@ -88,9 +92,9 @@ std::vector<Option> MaterialOptions(PredictToolOptions& options) {
     if (option.key == "material") option.required = false;
   all.push_back({.key = "posterior",
                  .value = &options.posterior,
-                 .doc = "instead of a material, the output folder of drape_fit: each specimen is a "
-                        "draw of the posterior of model bayes or bdp, or has the tables of homo or "
-                        "heterogeneous",
+                 .doc = "output folder of drape_fit to use instead of a material: specimens are "
+                        "samples of the posterior (models bayes and bdp) or have the fitted tables "
+                        "(models homogeneous and heterogeneous)",
                  .is_path = true});
   return all;
 }
@@ -105,7 +109,7 @@ MaterialSource MakeMaterials(const PredictToolOptions& options, PredictionRun& r
   if (scaled && run.kind == ToString(PosteriorKind::kHierarchy)) {
     throw InputError("option 'specimen_stretch_sigma' or 'specimen_bend_sigma'",
                      "found a positive value beside " + options.posterior +
-                         ", whose posterior says how specimens differ, expected 0");
+                         ", whose posterior already describes how specimens differ; expected 0");
   }
   return materials;
 }
@@ -148,11 +152,11 @@ PredictionOptions MakePredictionOptions(const PredictToolOptions& options,
   return prediction;
 }
 
-// The data that are to be foretold: of one fabric, since the material is of one.
-std::optional<DatasetReport> ReadData(const DatasetInput& input, const Camera& camera,
+// The held-out data: of one fabric, since the material is that of one fabric.
+std::optional<DatasetReport> ReadData(const DatasetQuery& query, const Camera& camera,
                                       const RunControl& control) {
-  if (input.folder.empty()) return {};
-  DatasetReport report = EvaluateDataset(input, camera, control);
+  if (query.folder.empty()) return {};
+  DatasetReport report = EvaluateDataset(query, camera, control);
   std::set<int> fabrics;
   for (const Capture& capture : report.split.held_out) fabrics.insert(capture.fabric);
   if (fabrics.size() != 1) {
@@ -166,12 +170,12 @@ std::optional<DatasetReport> ReadData(const DatasetInput& input, const Camera& c
 void CheckCalibration(const PredictToolOptions& options, const PredictionRun& run) {
   if (!options.calibrate) return;
   const char* where = "option 'calibrate'";
-  if (!run.data)
-    throw InputError(where, "found true without 'data', expected drapes to learn from");
+  if (!run.data) throw InputError(where, "found true without 'data', expected training samples");
   if (run.data->in_turn)
     throw InputError(where, "found true with train = 0, expected samples that are not held out");
   if (run.data->seen_train.empty())
-    throw InputError(where, "the side to learn from holds no capture, expected some");
+    throw InputError(where,
+                     "the training side of the split is empty, expected at least one capture");
 }
 
 void Calibrate(Backend& backend, const MaterialSource& materials, const RunControl& control,
@@ -230,22 +234,24 @@ OptionTable PredictTable(PredictToolOptions& options) {
   all.push_back(CalibrateOption(options));
   for (const Option& option : CameraOptions(options.camera)) all.push_back(option);
   for (const Option& option : FileOptions(options)) all.push_back(option);
-  return {
-      .tool = "drape_predict",
-      .summary = "the drapes of a fabric as a distribution, and how well it foretells real ones",
-      .example =
-          "drape_predict --config=configs/programs/predict.json --draws=64 --out=out/predict",
-      .notes =
-          "files: summary.json (features of each draw, their intervals, scores), "
-          "mean_image.png (coverage in the mean),\n  draws.png (silhouettes, one colour a "
-          "specimen) and draw_<i>.obj; they replace those of an earlier run together, at the "
-          "end\n"
-          "--calibrate: the factors are in summary.json, and with --material in material_up.json "
-          "and material_down.json\n"
-          "--data: held-out samples of --fabric are foretold, beside predictors without a "
-          "model; the material should be\n  learnt from other samples\n"
-          "exit code 3: no draw came to rest\nCtrl-C writes what there is\n",
-      .options = std::move(all)};
+  return {.tool = "drape_predict",
+          .summary =
+              "predicts the drapes of a fabric as a distribution and scores it on held-out drapes",
+          .example =
+              "drape_predict --config=configs/programs/predict.json --draws=64 --out=out/predict",
+          .notes =
+              "files: summary.json (features of each drape, their intervals, scores), "
+              "mean_image.png (mean coverage),\n"
+              "  draws.png (silhouettes, one colour per specimen) and draw_<i>.obj. They replace "
+              "the files of an earlier run together, at the end.\n"
+              "--calibrate: the factors are in summary.json and, with --material, in "
+              "material_up.json and material_down.json.\n"
+              "--data: the prediction is scored on held-out samples of --fabric, beside predictors "
+              "without a model; the material\n"
+              "  should have been fitted to other samples.\n"
+              "exit code 3: no sample came to rest\n"
+              "Ctrl-C writes the results so far.\n",
+          .options = std::move(all)};
 }
 
 PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl& control) {

@@ -29,14 +29,15 @@ OptionTable SimulateTable(SimulateOptions& options) {
   const std::vector<Option> scene = {
       {.key = "scene",
        .value = &options.scene.scene,
-       .doc = "what acts and who is held: cusick, or a scene file (configs/scenes)",
+       .doc = "loads and supports: cusick, or a scene file (configs/scenes)",
        .is_path = true,
        .words = {"cusick"}},
   };
   const std::vector<Option> steps = {
       {.key = "solve",
        .value = &options.solve,
-       .doc = "steps in time, steps and then Newton to rest, or Newton from --start",
+       .doc = "method: time steps (dynamic), time steps followed by Newton's method (hybrid), or "
+              "Newton's method from --start (static)",
        .choices = {"dynamic", "hybrid", "static"}},
       {.key = "time_step",
        .value = &options.h,
@@ -59,30 +60,33 @@ OptionTable SimulateTable(SimulateOptions& options) {
        .is_path = true},
       {.key = "dump_steps",
        .value = &options.dump_steps,
-       .doc = "write state_<step>.json after these steps; 0 is the start",
+       .doc = "steps whose states are written to state_<step>.json; 0: the start",
        .least = 0},
       {.key = "gradient_weights",
        .value = &options.gradient_weights,
-       .doc = "file {\"w\": [3 a vertex]}: writes gradient.json of L = sum of w*x at the end",
+       .doc = "file {\"w\": [three numbers per vertex]}: writes the gradient of L = sum of w*x at "
+              "the end to gradient.json",
        .is_path = true},
       OutOption(options.out),
   };
-  return {
-      .tool = "drape_simulate",
-      .summary = "one drape of a fabric over the support of the Cusick test, or on another scene",
-      .example =
-          "drape_simulate --mesh=disc:1200 --material=configs/fabrics/cotton_blue.json "
-          "--steps=100 --dump_steps=10,100 --out=out/drape",
-      .notes =
-          "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
-          "drape.obj, silhouette.png,\n  state_<step>.json, state_rest.json (hybrid, static), "
-          "gradient.json; they replace those of an earlier run together, at the end\n"
-          "exit code 3: the computation failed (see outcome and status in summary.json); what "
-          "is written is the last good shape\n",
-      .options =
-          Concatenate(SceneOptions(options.scene), scene, steps, AccuracyOptions(options.accuracy),
-                      CameraOptions(options.camera), files),
-      .given = &options.accuracy.given};
+  return {.tool = "drape_simulate",
+          .summary =
+              "simulates one drape of a fabric, over the support of the Cusick test or in another "
+              "scene",
+          .example =
+              "drape_simulate --mesh=disc:1200 --material=configs/fabrics/cotton_blue.json "
+              "--steps=100 --dump_steps=10,100 --out=out/drape",
+          .notes =
+              "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
+              "drape.obj, silhouette.png,\n"
+              "  state_<step>.json, state_rest.json (hybrid and static), gradient.json. They "
+              "replace the files of an earlier run together, at the end.\n"
+              "exit code 3: the computation failed (outcome and status in summary.json); the files "
+              "show the last good shape\n",
+          .options =
+              Concatenate(SceneOptions(options.scene), scene, steps,
+                          AccuracyOptions(options.accuracy), CameraOptions(options.camera), files),
+          .given = &options.accuracy.given};
 }
 
 }  // namespace drape

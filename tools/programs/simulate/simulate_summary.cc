@@ -38,26 +38,26 @@ Json MeshJson(const std::string& name, const Mesh& mesh) {
           {"hinges", mesh.num_hinges()}};
 }
 
-Json BenchJson(const StripTesterView& bench) {
-  Json json = {{"largest_move_m", bench.largest_move}, {"sag_m", bench.sag}};
-  if (bench.strip)
-    json["strip"] = {{"length_m", bench.strip->length},
-                     {"drop_m", bench.strip->drop},
-                     {"reach_m", bench.strip->reach},
-                     {"chord_deg", bench.strip->chord},
-                     {"end_stretch", bench.strip->stretch}};
+Json UnsupportedJson(const UnsupportedView& unsupported) {
+  Json json = {{"largest_move_m", unsupported.largest_move}, {"sag_m", unsupported.sag}};
+  if (unsupported.strip)
+    json["strip"] = {{"length_m", unsupported.strip->length},
+                     {"drop_m", unsupported.strip->drop},
+                     {"reach_m", unsupported.strip->reach},
+                     {"chord_deg", unsupported.strip->chord},
+                     {"end_stretch", unsupported.strip->stretch}};
   return json;
 }
 
-std::string BenchLine(const StripTesterView& bench) {
+std::string UnsupportedLine(const UnsupportedView& unsupported) {
   char text[160];
-  if (bench.strip) {
+  if (unsupported.strip) {
     std::snprintf(text, sizeof text,
                   "tip drop %.2f mm, reach %.2f mm, chord %.2f deg, end stretch %.5f, ",
-                  1e3 * bench.strip->drop, 1e3 * bench.strip->reach, bench.strip->chord,
-                  bench.strip->stretch);
+                  1e3 * unsupported.strip->drop, 1e3 * unsupported.strip->reach,
+                  unsupported.strip->chord, unsupported.strip->stretch);
   } else {
-    std::snprintf(text, sizeof text, "sag %.3g mm, ", 1e3 * bench.sag);
+    std::snprintf(text, sizeof text, "sag %.3g mm, ", 1e3 * unsupported.sag);
   }
   return text;
 }
@@ -113,9 +113,9 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"camera", CameraJson(camera)}};
   if (options.scene.scene != "cusick") json["scene"] = options.scene.scene;
   if (!options.accuracy.accuracy.empty()) json["accuracy"] = options.accuracy.accuracy;
-  if (result.bench) {
+  if (result.unsupported) {
     for (const char* key : {"dc", "folds", "camera"}) json.erase(key);
-    json.update(BenchJson(*result.bench));
+    json.update(UnsupportedJson(*result.unsupported));
   }
   if (view && view->metrics) {
     json["image"] = MetricsJson(*view->metrics);
@@ -139,7 +139,7 @@ std::string SummaryLine(const SimulateResult& result) {
     line += dc;
     if (result.view->folds) line += std::to_string(*result.view->folds) + " folds, ";
   }
-  if (result.bench) line += BenchLine(*result.bench);
+  if (result.unsupported) line += UnsupportedLine(*result.unsupported);
   return line + "force residual " + residual + " of the weight" +
          StabilityNote(result.lowest_eigenvalues);
 }

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tools/programs/simulate/simulate_tool.h"
+#include "tools/programs/simulate/simulate_result.h"
 
 namespace drape {
 

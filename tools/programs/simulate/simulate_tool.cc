@@ -115,7 +115,7 @@ void MeasureEnd(const Input& input, SimulateResult* result) {
   if (SupportRadius(model.scene)) {
     result->view = ViewDrape(model, x, input.camera, input.image ? &*input.image : nullptr);
   } else {
-    result->bench = ViewBench(model, x);
+    result->unsupported = ViewWithoutSupport(model, x);
   }
 }
 

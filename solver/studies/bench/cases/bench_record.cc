@@ -97,7 +97,7 @@ BenchFile::BenchFile(std::string path, const std::string& common, bool resume)
   const bool has_cells = std::count(content.begin(), content.end(), '\n') > kLinesBeforeCells;
   if (has_cells && !resume)
     throw InputError(path_,
-                     "holds the cells of an earlier run, expected --resume to go on with "
+                     "holds the results of earlier runs, expected --resume to continue with "
                      "them or another --out");
   continues_ = resume && !content.empty();
   if (continues_) {

@@ -36,7 +36,7 @@ enum BenchMeasure {
   kHeldOutMse,       // of the fitted drapes on the images held out
   kBenchMeasures
 };
-// The column of cells.csv, "vertex_mm".
+// The column of runs.csv, "vertex_mm".
 const char* NameFor(BenchMeasure measure);
 
 struct BenchRecord {
@@ -52,7 +52,7 @@ struct BenchRecord {
 std::string RecordLine(const BenchRecord& record);
 BenchRecord ParseRecordLine(const std::string& line, const std::string& where);
 
-// cells.csv: a comment line with what all cells have in common, a line of names, a line a cell.
+// runs.csv: a comment line with what all cells have in common, a line of names, a line a cell.
 // Lines are appended as cells end, so that an interrupted run goes on where it was.
 class BenchFile {
  public:

@@ -151,8 +151,8 @@ TEST_F(BenchFileTest, IsReadBackByAResumedRun) {
   BenchRecord record;
   record.status = "other branch";
   record[kVertexMm] = 1.0 / 3;
-  BenchFile(Path("cells.csv"), "seed=a", false).Add(BenchWork::kForward, Cell(0.1), record);
-  const BenchFile resumed(Path("cells.csv"), "seed=a", true);
+  BenchFile(Path("runs.csv"), "seed=a", false).Add(BenchWork::kForward, Cell(0.1), record);
+  const BenchFile resumed(Path("runs.csv"), "seed=a", true);
   EXPECT_TRUE(resumed.continues());
   EXPECT_FALSE(BenchFile(Path("new.csv"), "seed=a", true).continues());
   const BenchRecord* found = resumed.Find(CheckpointKey(BenchWork::kForward, Cell(0.1)));
@@ -165,15 +165,15 @@ TEST_F(BenchFileTest, IsReadBackByAResumedRun) {
 }
 
 TEST_F(BenchFileTest, RefusesWhatIsNotItsOwn) {
-  const std::string path = Path("cells.csv");
+  const std::string path = Path("runs.csv");
   BenchFile(path, "seed=0", false);  // without cells it may begin anew
   BenchFile(path, "seed=a", false).Add(BenchWork::kForward, Cell(0.1), BenchRecord());
   EXPECT_THAT(ComputeError([&] { BenchFile(path, "seed=a", false); }), HasSubstr("--resume"));
   EXPECT_THAT(ComputeError([&] { BenchFile(path, "seed=b", true); }),
               HasSubstr("found '# seed=a', expected '# seed=b'"));
-  Write("cells.csv", Read(path) + "forward,wool\n");
+  Write("runs.csv", Read(path) + "forward,wool\n");
   EXPECT_THAT(ComputeError([&] { BenchFile(path, "seed=a", true); }),
-              HasSubstr("cells.csv:4: found 2 fields"));
+              HasSubstr("runs.csv:4: found 2 fields"));
 }
 
 // Threads of the parent do not survive the fork; the child would wait for them forever.

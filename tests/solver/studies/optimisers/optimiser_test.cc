@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The meter, and each method on problems whose minimum is known.
-#include "solver/studies/optimisers/optimiser.h"
+#include "solver/studies/optimisers/methods/optimiser.h"
 
 #include <gmock/gmock.h>
 

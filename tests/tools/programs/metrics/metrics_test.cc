@@ -140,7 +140,7 @@ TEST_F(MetricsTool, EachSampleInTurn) {
   const ProcessResult result =
       Run({data, "--samples=1-4", "--train=0", "--noaligned", "--out=" + Path("m.json")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("each sample held out in turn"));
+  EXPECT_THAT(result.out, HasSubstr("each sample is held out in turn"));
   const Json json = ReadJson(Path("m.json"));
   EXPECT_EQ(json["held_out_in_turn"].size(), 16u);
   EXPECT_EQ(json["trivial_predictors"]["other_samples"]["observed"], 16);

@@ -30,7 +30,7 @@ TEST_F(PredictTool, DrawsDrapesAndScoresThem) {
   const ProcessResult result =
       Run({"--data=" + AddData(), "--samples=1-4", "--train=2", "--split_seed=4", "--keep_meshes"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("foretells the drapes held out"));
+  EXPECT_THAT(result.out, HasSubstr("scores on the held-out drapes"));
   EXPECT_THAT(result.out, HasSubstr("circle of the mean area"));
   const Json summary = ReadJson(Path("out/summary.json"));
   EXPECT_EQ(summary["outcome"], "done");

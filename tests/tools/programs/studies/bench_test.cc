@@ -15,7 +15,7 @@ class BenchTool : public ToolFixture {
                       const ProcessLimits& limits = {}) const {
     std::vector<std::string> command = {kBench,
                                         "--material=" + kWool,
-                                        "--seed=" + kSeed,
+                                        "--start=" + kSeed,
                                         "--mesh=disc:120,disc:160",
                                         "--solve=hybrid,static",
                                         "--time_step=0.2",
@@ -35,8 +35,8 @@ TEST_F(BenchTool, MeasuresTheProductAndResumes) {
   ASSERT_EQ(first.exit_code, 0) << first.err;
   EXPECT_THAT(first.out, testing::HasSubstr("4 cells, "));
   const Json json = ReadJson(Path("out/bench.json"));
-  ASSERT_EQ(json["cells"].size(), 4u);
-  for (const Json& cell : json["cells"]) {
+  ASSERT_EQ(json["runs"].size(), 4u);
+  for (const Json& cell : json["runs"]) {
     EXPECT_GT(cell["seconds"].get<double>(), 0);
     EXPECT_GT(cell["peak_mb"].get<double>(), 0);
     EXPECT_GT(cell["vertex_mm"].get<double>(), 0);
@@ -45,9 +45,9 @@ TEST_F(BenchTool, MeasuresTheProductAndResumes) {
   for (const char* chart : {"front_outline_mm", "front_vertex_mm", "front_radius_mm", "growth"})
     for (const char* kind : {".png", ".svg"})
       EXPECT_GT(Read(Path("out/") + chart + kind).size(), 1000u) << chart;
-  const std::string cells = Read(Path("out/cells.csv"));
+  const std::string cells = Read(Path("out/runs.csv"));
   ASSERT_EQ(Bench({"--resume"}).exit_code, 0);
-  EXPECT_EQ(Read(Path("out/cells.csv")), cells);
+  EXPECT_EQ(Read(Path("out/runs.csv")), cells);
   ExpectOneLineError(Bench(), "--resume");
   ExpectOneLineError(Bench({"--resume", "--order=1"}), "the options are not those");
 }
@@ -59,7 +59,7 @@ TEST_F(BenchTool, MeasuresDerivatives) {
         Bench({std::string("--work=") + work, "--solve=dynamic,static", "--mode=adjoint,tangent",
                "--mesh=disc:120", "--out=" + out});
     ASSERT_EQ(result.exit_code, 0) << result.err;
-    const Json cells = ReadJson(out + "/bench.json")["cells"];
+    const Json cells = ReadJson(out + "/bench.json")["runs"];
     ASSERT_EQ(cells.size(), 4u);
     // Adjoint and tangent find the same.
     for (const int i : {0, 2}) {
@@ -76,7 +76,7 @@ TEST_F(BenchTool, WithoutCellsTheReferenceIsMadeAnew) {
   ASSERT_EQ(Bench({"--mesh=disc:120", "--solve=hybrid"}).exit_code, 0);
   const std::string reference = Path("out/reference_synthetic_wool_smooth_homo.json");
   const std::string first = Read(reference);
-  std::filesystem::remove(Path("out/cells.csv"));
+  std::filesystem::remove(Path("out/runs.csv"));
   const ProcessResult other =
       Bench({"--mesh=disc:120", "--solve=hybrid", "--resume", "--reference=disc:160,disc:200"});
   ASSERT_EQ(other.exit_code, 0) << other.err;
@@ -85,11 +85,11 @@ TEST_F(BenchTool, WithoutCellsTheReferenceIsMadeAnew) {
 
 TEST_F(BenchTool, FitsOfDistributionsHaveDraws) {
   const ProcessResult result =
-      Bench({"--work=fit", "--ground_truth=" + kWool, "--truth_mesh=disc:160", "--mesh=disc:120",
+      Bench({"--work=fit", "--ground_truth=" + kWool, "--ground_truth_mesh=disc:160", "--mesh=disc:120",
              "--relax_time=4", "--solve=static", "--model=homogeneous,bdp", "--draws=2,4",
              "--candidates_per_round=1", "--iterations=2", "--posterior_iterations=1"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const Json cells = ReadJson(Path("out/bench.json"))["cells"];
+  const Json cells = ReadJson(Path("out/bench.json"))["runs"];
   ASSERT_EQ(cells.size(), 3u);
   EXPECT_EQ(cells[2]["draws"], "4");
   for (const Json& cell : cells) EXPECT_GT(cell["mse"].get<double>(), 0) << cell;
@@ -100,7 +100,7 @@ TEST_F(BenchTool, KeepsTheCellsThatEndedBeforeCtrlC) {
                                      {.interrupt_when = Path("out/reference_synthetic_wool_"
                                                              "smooth_homo.json")});
   EXPECT_EQ(result.exit_code, 130) << result.err;
-  EXPECT_LT(ReadJson(Path("out/bench.json"))["cells"].size(), 16u);
+  EXPECT_LT(ReadJson(Path("out/bench.json"))["runs"].size(), 16u);
 }
 
 TEST_F(BenchTool, RefusesBadInput) {

@@ -23,19 +23,19 @@ BenchmarkRecord MadeUp(const std::string& problem, const std::string& method,
 }
 
 // Costs 100 → 10 and 100 → 19 (within a tenth) on a, 50 → 40 and 50 → 20 on b, on other branches.
-OptimiserBenchmark MadeUpRace() {
-  OptimiserBenchmark race;
-  race.methods = {"quick", "slow"};
-  race.problems = {"a", "b"};
-  race.records = {MadeUp("a", "quick", {{1, 0.1, 100}, {4, 0.4, 10}}, 0.0),
-                  MadeUp("a", "slow", {{1, 0.2, 100}, {8, 1.2, 19}}, 1e-4),
-                  MadeUp("b", "quick", {{1, 0.1, 50}, {6, 0.7, 40}}, 0.0),
-                  MadeUp("b", "slow", {{1, 0.2, 50}, {9, 1.8, 20}}, 0.1)};
-  return race;
+OptimiserBenchmark MadeUpBenchmark() {
+  OptimiserBenchmark benchmark;
+  benchmark.methods = {"quick", "slow"};
+  benchmark.problems = {"a", "b"};
+  benchmark.records = {MadeUp("a", "quick", {{1, 0.1, 100}, {4, 0.4, 10}}, 0.0),
+                       MadeUp("a", "slow", {{1, 0.2, 100}, {8, 1.2, 19}}, 1e-4),
+                       MadeUp("b", "quick", {{1, 0.1, 50}, {6, 0.7, 40}}, 0.0),
+                       MadeUp("b", "slow", {{1, 0.2, 50}, {9, 1.8, 20}}, 0.1)};
+  return benchmark;
 }
 
 TEST(Optimisers, ScoresOfMadeUpTraces) {
-  const std::vector<MethodScore> scores = ScoreMethods(MadeUpRace(), 1e-3);
+  const std::vector<MethodScore> scores = ScoreMethods(MadeUpBenchmark(), 1e-3);
   EXPECT_DOUBLE_EQ(scores[0].solved_loose, 0.5);
   EXPECT_DOUBLE_EQ(scores[1].solved_loose, 1.0);
   EXPECT_DOUBLE_EQ(scores[1].solved_tight, 0.5);
@@ -44,7 +44,7 @@ TEST(Optimisers, ScoresOfMadeUpTraces) {
   EXPECT_DOUBLE_EQ(scores[1].best_branch, 1.0);
   EXPECT_DOUBLE_EQ(scores[0].median_gap, 0.5 * (0.0 + 20.0 / 30.0));
   EXPECT_DOUBLE_EQ(scores[0].failed, 0.25);
-  const Eigen::MatrixXd spent = SpentToSolve(MadeUpRace(), 0.1, BudgetUnit::kBudget);
+  const Eigen::MatrixXd spent = SpentToSolve(MadeUpBenchmark(), 0.1, BudgetUnit::kBudget);
   EXPECT_EQ(spent(0, 0), 4);
   EXPECT_EQ(spent(0, 1), 8);
   EXPECT_FALSE(std::isfinite(spent(1, 0)));

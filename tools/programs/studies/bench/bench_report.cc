@@ -185,8 +185,8 @@ void WriteBenchJson(const std::string& path, const BenchJob& job, const BenchRes
         {{"setting", one.name},
          {"seconds_exponent", FitPowerLaw(one.vertices, one.seconds)->exponent},
          {"memory_exponent", FitPowerLaw(one.vertices, one.megabytes)->exponent}});
-  json["cells"] = Json::array();
-  for (const BenchCell& cell : result.cells) json["cells"].push_back(BenchCellJson(cell));
+  json["runs"] = Json::array();
+  for (const BenchCell& cell : result.cells) json["runs"].push_back(BenchCellJson(cell));
   for (const auto& [name, version] : Versions()) json["versions"][name] = version;
   WriteFileAtomically(path, json.dump(2) + "\n");
 }

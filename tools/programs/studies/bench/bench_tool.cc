@@ -19,53 +19,55 @@ std::vector<Option> AxisOptions(BenchAxes& axes) {
   return {
       {.key = "material",
        .value = &axes.material,
-       .doc = "axis: material files; of a fit, its start tables",
+       .doc = "axis: material files; for fits, those of the start tables",
        .is_path = true,
        .required = true},
-      {.key = "law", .value = &axes.law, .doc = "axis: smooth, reference"},
+      {.key = "law", .value = &axes.law, .doc = "axis: constitutive laws, smooth or reference"},
       {.key = "model",
        .value = &axes.model,
-       .doc = "axis: homo (one table), heter_modes (smooth fields), heter_elements (a table for "
-              "each face and hinge); of fits also bdp and bayes"},
+       .doc = "axis: homogeneous (one table), heterogeneous_modes (smooth fields), "
+              "heterogeneous_elements (one table per face and hinge); for fits also bdp and bayes"},
       {.key = "draws",
        .value = &axes.draws,
-       .doc = "axis: draws behind the distribution of a fit of model bdp or bayes, even",
+       .doc = "axis: number of posterior samples of a fit of the model bdp or bayes, even",
        .least = 2,
        .most = 10000},
-      MeshOption("mesh", &axes.mesh, "axis: OBJ files or disc:N"),
+      MeshOption("mesh", &axes.mesh, "axis: meshes, OBJ files or disc:N"),
       {.key = "solve",
        .value = &axes.integrator,
-       .doc = "axis: dynamic (falls), hybrid (falls, then Newton), static (a drape that "
-              "fell on coarse_mesh, 20 steps, then Newton)"},
+       .doc = "axis: dynamic (time steps), hybrid (time steps, then Newton's method), static (a "
+              "drape relaxed on coarse_mesh, 20 time steps, then Newton's method)"},
       {.key = "time_step",
        .value = &axes.h,
-       .doc = "axis: time step of the fall",
+       .doc = "axis: time step",
        .unit = "s",
        .least = 0,
        .most = 10,
        .above_least = true},
       {.key = "relax_time",
        .value = &axes.fall,
-       .doc = "axis: how long it falls; steps = fall / h",
+       .doc = "axis: simulated time; the number of steps is relax_time / time_step",
        .unit = "s",
        .least = 0,
        .most = 1000,
        .above_least = true},
       {.key = "tolerance",
        .value = &axes.tolerance,
-       .doc = "axis: force residual by weight at which Newton ends",
+       .doc = "axis: force residual, relative to the weight, at which Newton's method ends",
        .least = 0,
        .above_least = true},
-      {.key = "mode", .value = &axes.mode, .doc = "axis: adjoint, tangent (of a derivative)"},
-      {.key = "backend", .value = &axes.backend, .doc = "axis: cpu, cuda, auto"},
+      {.key = "mode",
+       .value = &axes.mode,
+       .doc = "axis: mode of differentiation, adjoint or tangent"},
+      {.key = "backend", .value = &axes.backend, .doc = "axis: backends cpu, cuda or auto"},
       {.key = "threads",
        .value = &axes.threads,
-       .doc = "axis: threads of a cell",
+       .doc = "axis: number of threads of a run",
        .least = 1,
        .most = 1024},
       {.key = "batch",
        .value = &axes.batch,
-       .doc = "axis: equal drapes at once; seconds are those of one",
+       .doc = "axis: number of equal drapes computed together; the times are for one of them",
        .least = 1,
        .most = 65536},
   };
@@ -76,46 +78,47 @@ std::vector<Option> ProblemOptions(BenchToolOptions& options) {
   return {
       {.key = "work",
        .value = &options.work,
-       .doc = "a drape, with the gradient of a loss, with the Jacobian of its outline, or a fit",
+       .doc = "work to measure: a drape, the gradient of a loss, the Jacobian of the outline, or a "
+              "fit",
        .choices = {"forward", "gradient", "jacobian", "fit"}},
-      {.key = "seed",
-       .value = &options.seed,
-       .doc = "start shape, which holds the branch",
+      {.key = "start",
+       .value = &options.start,
+       .doc = "start shape of all drapes, which selects the branch",
        .is_path = true,
        .required = true},
       MeshOption("coarse_mesh", &job.problem.coarse_mesh,
-                 "on which a static cell falls; of a fit, the mesh of the seed grid"),
+                 "mesh on which static drapes are relaxed first; for fits, the mesh of the "
+                 "initial-guess grid"),
       MeshOption("reference", &options.references,
-                 "the two meshes, coarse then fine, whose drapes are extrapolated to the "
-                 "reference"),
+                 "coarse and fine mesh whose drapes are extrapolated to the reference"),
       MeshOption("reference_relax_mesh", &job.reference.fall,
-                 "mesh on which the reference falls before Newton on these two"),
+                 "mesh on which the reference is relaxed before Newton's method on these two"),
       {.key = "order",
        .value = &job.reference.order,
-       .doc = "of the error in the size of the elements, for the extrapolation",
+       .doc = "order of convergence in the element size, used for the extrapolation",
        .least = 0.5,
        .most = 8},
       {.key = "branch_mm",
        .value = &job.cell.branch_mm,
-       .doc = "a drape whose outline, turned to match, is further from the reference (rms), or "
-              "that has "
-              "other folds, is on another branch",
+       .doc = "largest rms distance of the aligned outlines for a drape on the branch of the "
+              "reference; the number of folds must be equal too",
        .unit = "mm",
        .least = 0,
        .above_least = true},
       {.key = "repeats",
        .value = &job.cell.repeats,
-       .doc = "runs of each cell",
+       .doc = "number of repeats of each run",
        .least = 1,
        .most = 1000},
-      {.key = "cell_seconds",
+      {.key = "run_seconds",
        .value = &job.cell.seconds,
-       .doc = "no further run of a cell once it has taken that long",
+       .doc = "time after which a run is not repeated again",
        .unit = "s",
        .least = 0},
       {.key = "clock",
        .value = &options.clock,
-       .doc = "of the charts; cpu: processor time, for a machine that others use too",
+       .doc = "time in the charts: wall clock, or processor time for a machine that others use as "
+              "well",
        .choices = {"wall", "cpu"}},
   };
 }
@@ -125,46 +128,48 @@ std::vector<Option> FitAndFileOptions(BenchToolOptions& options) {
   return {
       {.key = "images",
        .value = &options.images,
-       .doc = "work fit: silhouettes, fitted jointly; none: that of `truth`",
+       .doc = "fits: silhouettes, fitted jointly; none: the silhouette of ground_truth",
        .is_path = true},
       {.key = "held_out",
        .value = &options.held_out,
-       .doc = "work fit: silhouettes on which the fitted drapes are scored",
+       .doc = "fits: silhouettes on which the fitted drapes are scored",
        .is_path = true},
       {.key = "ground_truth",
        .value = &options.truth,
-       .doc = "work fit without images: the fabric whose silhouette is made and fitted",
+       .doc = "fits without images: material of a synthetic silhouette",
        .is_path = true},
-      MeshOption("truth_mesh", &options.truth_mesh, "and on which mesh"),
+      MeshOption("ground_truth_mesh", &options.truth_mesh, "mesh of the synthetic silhouette"),
       {.key = "candidates_per_round",
        .value = &job.fit.keep,
-       .doc = "work fit: as in drape_fit",
+       .doc = "fits: as in drape_fit",
        .least = 1},
       {.key = "iterations",
        .value = &job.fit.iterations,
-       .doc = "work fit: as in drape_fit",
+       .doc = "fits: as in drape_fit",
        .least = 1},
       {.key = "posterior_iterations",
        .value = &job.posterior.iterations,
-       .doc = "work fit: as in drape_fit",
+       .doc = "fits: as in drape_fit",
        .least = 0,
        .most = 10000},
       {.key = "min_relative_stiffness",
        .value = &job.floor,
-       .doc = "work fit: as in drape_fit",
+       .doc = "fits: as in drape_fit",
        .least = 0,
        .most = 1},
       {.key = "table",
        .value = &options.table,
-       .doc = "work forward: write the table of --accuracy to this file",
+       .doc = "drapes: file to write the table of --accuracy to",
        .is_path = true},
       {.key = "error_margin",
        .value = &options.safety,
-       .doc = "factor on the errors that the table promises",
+       .doc = "factor on the errors in that table",
        .least = 1,
        .most = 10},
       OutOption(options.out),
-      {.key = "resume", .value = &options.job.resume, .doc = "go on with out/cells.csv"},
+      {.key = "resume",
+       .value = &options.job.resume,
+       .doc = "keep the finished runs of runs.csv in --out"},
   };
 }
 
@@ -189,7 +194,7 @@ std::string CommonText(const BenchToolOptions& options) {
     AppendNumber(digits, value);
     return digits;
   };
-  add("seed", Joined({options.seed}));
+  add("start", Joined({options.start}));
   add("coarse_mesh", job.problem.coarse_mesh);
   if (options.work == "fit") {
     add("images", options.images.empty() ? Joined({options.truth}) : Joined(job.fit.job.images));
@@ -213,7 +218,7 @@ std::vector<std::string> Expanded(const std::vector<std::string>& texts) {
 void MakeTruth(BenchToolOptions* options, const std::atomic<bool>* cancel) {
   if (options->truth.empty())
     throw InputError("option 'ground_truth'",
-                     "found none, expected a fabric where there are no images");
+                     "is missing, expected a material where there are no images");
   const std::string path = options->out + "/silhouette.png";
   const BenchSetting truth{.material = options->truth, .mesh = options->truth_mesh};
   RunInChild(
@@ -228,7 +233,7 @@ void MakeTruth(BenchToolOptions* options, const std::atomic<bool>* cancel) {
 BenchJob MakeJob(BenchToolOptions* options, const std::atomic<bool>* cancel) {
   BenchJob& job = options->job;
   job.work = ParseBenchWork(options->work);
-  job.problem.seed = ReadStartShape(options->seed);
+  job.problem.seed = ReadStartShape(options->start);
   if (options->references.size() != 2)
     throw InputError("option 'reference'", "found " + std::to_string(options->references.size()) +
                                                " meshes, expected two: coarse, fine");
@@ -248,8 +253,9 @@ void CheckOptions(const BenchToolOptions& options) {
     throw InputError("option 'table'", "found work " + options.work + ", expected forward");
   const auto& fit = options.job.fit.job.fit;
   if (fit.keep.size() != fit.iterations.size())
-    throw InputError("option 'iterations'", "found " + std::to_string(fit.iterations.size()) +
-                                                " values, expected as many as 'keep' has");
+    throw InputError("option 'iterations'",
+                     "found " + std::to_string(fit.iterations.size()) +
+                         " values, expected as many as 'candidates_per_round' has");
 }
 
 }  // namespace
@@ -260,18 +266,20 @@ OptionTable BenchTable(BenchToolOptions& options) {
   for (const Option& option : FitAndFileOptions(options)) all.push_back(option);
   return {.tool = "drape_bench",
           .summary =
-              "work against precision: what drapes, derivatives and fits cost, and how far off "
-              "they are, over the product of some settings (axes, given as lists)",
+              "measures the cost and the error of drapes, derivatives and fits over the product of "
+              "several settings (axes, given as lists)",
           .example = "drape_bench --config=configs/studies/bench/quick.json --out=out/bench",
           .notes =
-              "files: cells.csv (a line a cell, as they end), bench.json (fronts, exponents of "
-              "growth, all cells),\n  front_<error>.png and .svg, growth.png and .svg\n"
-              "Errors are against the drape at rest on an infinitely fine mesh: those of two "
-              "meshes extrapolated, with an estimate\n  of their own error. Newton leaves no "
-              "error of the time step. Each cell runs in a process of its own: peak memory is "
-              "its own.\n"
-              "exit code 3: no cell has a result\nCtrl-C keeps the cells that ended for "
-              "--resume\n",
+              "files: runs.csv (one line per run, written as it ends), bench.json (fronts, "
+              "exponents of growth, all runs),\n"
+              "  front_<error>.png and .svg, growth.png and .svg\n"
+              "Errors are relative to the drape at rest on an infinitely fine mesh, which is "
+              "extrapolated from two meshes with an\n"
+              "  estimate of its own error. Newton's method leaves no error of the time step. Each "
+              "run is a process of its own, so\n"
+              "  that its peak memory is its own.\n"
+              "exit code 3: no run has a result\n"
+              "Ctrl-C keeps the finished runs for --resume.\n",
           .options = std::move(all)};
 }
 

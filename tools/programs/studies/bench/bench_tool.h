@@ -14,7 +14,7 @@ namespace drape {
 struct BenchToolOptions {
   BenchJob job;
   std::string work = "forward";                                      // ParseBenchWork
-  std::string seed;                                                  // ReadStartShape
+  std::string start;                                                 // ReadStartShape
   std::vector<std::string> references = {"disc:2400", "disc:4800"};  // coarse, fine
   std::string clock = "wall";                 // by which charts and the table count
   std::vector<std::string> images, held_out;  // of fits (ExpandImages)
@@ -30,12 +30,12 @@ OptionTable BenchTable(BenchToolOptions& options);
 
 struct BenchToolResult {
   bool cancelled = false;
-  int measured = 0;   // cells with a result
+  int measured = 0;   // runs with a result
   std::string table;  // for a person
 };
 
-// Runs the cells and writes cells.csv (as they end), bench.json, and the charts front_<error> and
-// growth as PNG and SVG; a cancelled run writes what it has. Throws InputError.
+// Runs the benchmark and writes runs.csv (as runs end), bench.json, and the charts front_<error>
+// and growth as PNG and SVG; a cancelled run writes what it has. Throws InputError.
 BenchToolResult RunBenchTool(BenchToolOptions options, const RunControl& control);
 
 }  // namespace drape

@@ -31,34 +31,34 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
        .doc = "folder of the published data set",
        .is_path = true,
        .required = true},
-      {.key = "fabrics", .value = &options.fabrics, .doc = "of the data set, like 1,3-5"},
+      {.key = "fabrics", .value = &options.fabrics, .doc = "fabrics of the data set, as in 1,3-5"},
       {.key = "models",
        .value = &job.models,
-       .doc = "some of homo, heter, bdp, bayes, as drape_fit --model has them; of isotropic and "
-              "linear "
-              "tables; of scales and columns, 2 and 7 numbers; of bend and bend_rows, 1 and 3 "
-              "numbers with stretch "
-              "as the seed grid has it; of elements, heter's other basis"},
+       .doc = "models to compare: homogeneous, heterogeneous, bdp and bayes of drape_fit; "
+              "isotropic and linear tables; scales and columns (2 and 7 parameters); bend and "
+              "bend_rows (1 and 3 parameters, with the initial guess of stretch); elements (the "
+              "other basis of the heterogeneous model)"},
       {.key = "seeds",
        .value = &job.seeds,
-       .doc = "each draws a split, the same for all models, and the draws of posterior and drapes",
+       .doc = "random seeds, each of one split that all models share and of the samples of "
+              "posteriors and drapes",
        .least = 0},
       {.key = "materials",
        .value = &job.materials,
-       .doc = "start tables: one file for all fabrics, or one for each in their order",
+       .doc = "files of the start tables: one for all fabrics, or one per fabric in their order",
        .is_path = true,
        .required = true},
       {.key = "train",
        .value = &job.train,
-       .doc = "samples of each fabric to learn from; the others are held out",
+       .doc = "number of training samples of each fabric; the others are held out",
        .least = 1,
        .most = 9999},
       {.key = "train_captures",
        .value = &options.train_captures,
-       .doc = "captures of these samples that are fitted, like 1,3; none: all"},
+       .doc = "captures of the training samples to fit, as in 1,3; none: all"},
       {.key = "face",
        .value = &options.face,
-       .doc = "which face lies up: captures 1 and 2 are up, 3 and 4 down",
+       .doc = "face of the cloth that lies up: captures 1 and 2 show it up, 3 and 4 down",
        .choices = {"up", "down", "both"}},
   };
 }
@@ -68,29 +68,28 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
   return {
       {.key = "draws",
        .value = &options.job.draws,
-       .doc = "drapes drawn of each cell's fit, as many on each face that is held out",
+       .doc = "number of drapes predicted by each fit, shared equally by the held-out faces",
        .least = 4,
        .most = 4096},
       {.key = "calibrate",
        .value = &options.job.calibrate,
-       .doc =
-           "a factor on the bend of a fit, for each face, by which falling drapes look like those "
-           "it learnt from"},
+       .doc = "fit a factor on the bend stiffness for each face, so that simulated drapes look "
+              "like the training captures"},
       {.key = "start_rms",
        .value = &prediction.start_rms,
-       .doc = "size of a specimen's random start shape at the hem, root mean square",
+       .doc = "root mean square height of a specimen's random start shape at the hem",
        .unit = "m",
        .least = 0,
        .most = 0.05},
       {.key = "capture_rms",
        .value = &prediction.capture_rms,
-       .doc = "noise of each vertex on the start of each drape, root mean square",
+       .doc = "root mean square noise of each vertex at the start of each drape",
        .unit = "m",
        .least = 0,
        .most = 0.05},
       {.key = "out",
        .value = &options.out,
-       .doc = "output folder, made when missing; cells that are there are taken over",
+       .doc = "output folder, created if missing; finished runs that it holds are kept",
        .is_path = true,
        .required = true},
   };
@@ -100,9 +99,11 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
   ComparisonJob job = options.job;
   job.fit = MakeFitJob(options.fit);
   job.fabrics = ParseIndexList(options.fabrics, "option 'fabrics'");
-  if (job.fabrics.empty()) throw InputError("option 'fabrics'", "none, expected some");
-  if (job.models.empty()) throw InputError("option 'models'", "none, expected some");
-  if (job.seeds.empty()) throw InputError("option 'seeds'", "none, expected some");
+  if (job.fabrics.empty())
+    throw InputError("option 'fabrics'", "is empty, expected at least one fabric");
+  if (job.models.empty())
+    throw InputError("option 'models'", "is empty, expected at least one model");
+  if (job.seeds.empty()) throw InputError("option 'seeds'", "is empty, expected at least one seed");
   job.train_captures = ParseIndexList(options.train_captures, "option 'train_captures'");
   if (options.face != "both") job.face = options.face == "up" ? ClothFace::kUp : ClothFace::kDown;
   job.out = options.out;
@@ -137,22 +138,25 @@ OptionTable CompareTable(CompareToolOptions& options) {
   return {
       .tool = "drape_compare",
       .summary =
-          "which model of a fabric the data need: fits of the same images, scored on the "
-          "same held-out drapes",
+          "compares models of a fabric: fits to the same images, scored on the same held-out "
+          "drapes",
       .example =
           "drape_compare --config=configs/studies/compare/quick.json --data=DIR --out=out/compare",
       .notes =
-          "files: comparison.md, comparison.csv, comparison.json; of each fabric, model and seed "
-          "fabric_<N>/<model>/seed_<K>\n  with the files of drape_fit and prediction.json, and "
-          "fabric_<N>/split_<K>.json\n"
-          "models_fabric_<N>.png and .svg, models.png and .svg for all fabrics: a line a model, "
-          "its errors and the rollouts of its fit\n"
-          "chosen is the simplest model (isotropic < linear < bend < bend_rows < scales < columns "
-          "< homo < heter < elements < bdp < bayes) whose\n  held-out energy score "
-          "of the features is within\n  one standard error of the best; that of the paired "
-          "differences over held-out captures, taken as independent\n"
-          "Ctrl-C or a kill loses no cell that is done: the same command goes on to the same "
-          "numbers\n",
+          "files: comparison.md, comparison.csv and comparison.json; for each fabric, model and "
+          "seed,\n"
+          "  fabric_<N>/<model>/seed_<K> with the files of drape_fit and prediction.json, and "
+          "fabric_<N>/split_<K>.json;\n"
+          "  models_fabric_<N>.png and .svg, and models.png and .svg for all fabrics: error and "
+          "rollouts of each model\n"
+          "The chosen model is the simplest one (isotropic < linear < bend < bend_rows < scales < "
+          "columns < homogeneous <\n"
+          "  heterogeneous < elements < bdp < bayes) whose held-out energy score of the features "
+          "is within one standard error\n"
+          "  of the best; the standard error is that of the paired differences over held-out "
+          "captures, taken as independent.\n"
+          "After Ctrl-C or a kill the same command continues with the unfinished runs and gives "
+          "the identical result.\n",
       .options = std::move(all)};
 }
 

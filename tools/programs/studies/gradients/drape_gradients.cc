@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/tool_main.h"
+#include "tools/programs/studies/gradients/gradients_report.h"
 #include "tools/programs/studies/gradients/gradients_tool.h"
 
 namespace drape {
 namespace {
 
 ToolOutcome Run(const GradientsOptions& options, const RunControl& control) {
-  const GradientStudy study = StudyGradients(options, control);
+  const GradientStudy study = RunGradients(options, control);
   return {.text = GradientReportText(study), .cancelled = study.cancelled};
 }
 

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
+#include "solver/studies/gradients/gradient_survey.h"
 #include "tools/cli/output_folder.h"
-#include "tools/programs/studies/gradients/gradients_tool.h"
 
 namespace drape {
+
+// The tables of report.md.
+std::string GradientReportText(const GradientStudy& study);
 
 // All files of drape_gradients.
 void WriteGradientReport(const GradientStudy& study, const OutputFolder& out);

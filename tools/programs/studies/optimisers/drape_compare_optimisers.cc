@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/tool_main.h"
 #include "tools/programs/studies/optimisers/optimisers_report.h"
+#include "tools/programs/studies/optimisers/optimisers_tool.h"
 
 namespace drape {
 namespace {
 
 ToolOutcome Run(const OptimiserBenchmarkOptions& options, const RunControl& control) {
-  const OptimiserBenchmark benchmark = RunOptimiserBenchmark(options, control);
+  const OptimiserBenchmark benchmark = RunBenchmarkTool(options, control);
   std::string text;
   for (const std::string& note : benchmark.notes) text += note + "\n";
   const bool has_problems = !benchmark.problems.empty();

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/tool_main.h"
 #include "tools/programs/studies/stability/stability_report.h"
+#include "tools/programs/studies/stability/stability_tool.h"
 
 namespace drape {
 namespace {
 
 ToolOutcome Run(const StabilityOptions& options, const RunControl& control) {
-  const StabilityAtlas atlas = MakeStabilityAtlas(options, control);
+  const StabilityAtlas atlas = RunStability(options, control);
   return {.text = StabilityTableText(atlas), .cancelled = atlas.cancelled};
 }
 

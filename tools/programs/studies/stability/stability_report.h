@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tools/programs/studies/stability/stability_tool.h"
+#include "tools/programs/studies/stability/stability_result.h"
 
 namespace drape {
 

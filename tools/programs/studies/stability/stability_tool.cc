@@ -2,8 +2,6 @@
 #include "tools/programs/studies/stability/stability_tool.h"
 
 #include <algorithm>
-#include <chrono>
-#include <filesystem>
 #include <thread>
 #include <utility>
 
@@ -55,53 +53,9 @@ StabilitySetting MakeSetting(const StabilityOptions& options) {
           .drag = options.drag};
 }
 
-// Throws what the scenes of a run would.
-void TryCorners(const StabilityRunner& bench, const std::vector<StabilityMap>& maps) {
-  for (const StabilityMap& map : maps) {
-    bench.MakeScene(map.At(0, 0));
-    bench.MakeScene(map.Cases().back());
-  }
-}
-
 int CountThreads(const StabilityOptions& options) {
   return options.threads > 0 ? options.threads
                              : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
-// Which axis of an explicit map is h; −1: neither.
-int AxisOfH(const StabilityMap& map) {
-  if (map.base.method != StabilityMethod::kExplicit) return -1;
-  for (const int k : {0, 1})
-    if (map.axis[k]->name == std::string("time_step")) return k;
-  return -1;
-}
-
-void FindLimits(const StabilityRunner& bench, int threads, StabilityAtlas& atlas) {
-  std::vector<StabilityCase> runs;
-  for (int m = 0; m < static_cast<int>(atlas.maps.size()); ++m) {
-    const StabilityMap& map = atlas.maps[m];
-    const int h = AxisOfH(map);
-    if (h < 0) continue;
-    for (const double value : map.values[1 - h]) {
-      runs.push_back(map.base);
-      map.axis[1 - h]->Set(runs.back(), value);
-      atlas.limits.push_back({m, value, {}});
-    }
-  }
-  const std::vector<ExplicitLimit> limits = MeasureLimits(bench, runs, threads);
-  for (std::size_t i = 0; i < limits.size(); ++i) atlas.limits[i].limit = limits[i];
-}
-
-void FindDamping(StabilityRunner& bench, const std::vector<double>& steps, StabilityAtlas& atlas) {
-  for (const StabilityMethod method : {StabilityMethod::kStep, StabilityMethod::kImplicit})
-    for (const int mode : {0, 9})
-      for (const double h : steps) {
-        StabilityCase run;
-        run.method = method;
-        run.h = h;
-        if (const std::optional<StepDamping> damping = MeasureDamping(bench, run, mode))
-          atlas.damping.push_back({run, mode, *damping});
-      }
 }
 
 std::vector<Option> SettingOptions(StabilityOptions& o) {
@@ -109,46 +63,50 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
       MeshOption("mesh", &o.mesh, "disc:N, or a mesh file"),
       {.key = "material",
        .value = &o.material,
-       .doc = "fabric; its density is each run's own",
+       .doc = "material file; each run sets the density",
        .is_path = true,
        .required = true},
       {.key = "start",
        .value = &o.start,
-       .doc = "start shape, which decides the branch",
+       .doc = "start shape, which selects the branch",
        .is_path = true,
        .required = true},
-      {.key = "seed", .value = &o.seed, .doc = "of tangled starts", .least = 0, .most = 1000000000},
+      {.key = "seed",
+       .value = &o.seed,
+       .doc = "random seed of tangled starts",
+       .least = 0,
+       .most = 1000000000},
       {.key = "drag",
        .value = &o.drag,
-       .doc = "of the air in the explicit method",
+       .doc = "air drag of the explicit method",
        .unit = "1/s",
        .least = 0,
        .most = 1000},
       {.key = "duration",
        .value = &o.duration,
-       .doc = "simulated time of a run; at least 40 steps",
+       .doc = "simulated time of a run, at least 40 steps",
        .unit = "s",
        .least = 0,
        .most = 1000,
        .above_least = true},
       {.key = "max_steps",
        .value = &o.most_steps,
-       .doc = "budget of an implicit run",
+       .doc = "largest number of steps of an implicit run",
        .least = 10,
        .most = 10000000},
       {.key = "max_newton_steps",
        .value = &o.most_newton_steps,
-       .doc = "budget of a static run",
+       .doc = "largest number of Newton steps of a static run",
        .least = 10,
        .most = 10000000},
       {.key = "max_explicit_steps",
        .value = &o.most_explicit_steps,
-       .doc = "budget of an explicit run",
+       .doc = "largest number of steps of an explicit run",
        .least = 10,
        .most = 100000000},
       {.key = "max_seconds",
        .value = &o.most_seconds,
-       .doc = "budget of a run",
+       .doc = "largest computing time of a run",
        .unit = "s",
        .least = 0,
        .most = 1e6,
@@ -160,10 +118,13 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
   return {
       {.key = "maps",
        .value = &o.maps,
-       .doc = "'methods axis=values axis=values', as 'step+implicit h=1e-3:0.5:9 "
-              "stiffness=0.1/1/10'; one value sets, law=reference too",
+       .doc =
+           "maps as 'methods axis=values axis=values', such as 'step+implicit time_step=1e-3:0.5:9 "
+           "stiffness=0.1/1/10'; an axis with one value is constant, as is law=reference",
        .required = true},
-      {.key = "filter", .value = &o.only, .doc = "the maps with this text in their name"},
+      {.key = "filter",
+       .value = &o.only,
+       .doc = "text in the names of the maps to compute; none: all maps"},
       {.key = "damping_time_step",
        .value = &o.damping_h,
        .doc = "time steps at which the damping of vibrations is measured",
@@ -173,35 +134,15 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
        .above_least = true},
       {.key = "threads",
        .value = &o.threads,
-       .doc = "runs at a time; 0: all cores",
+       .doc = "number of parallel runs; 0: one for each core",
        .least = 0,
        .most = 1024},
-      {.key = "resume", .value = &o.resume, .doc = "keep the runs that runs.csv in --out has"},
+      {.key = "resume", .value = &o.resume, .doc = "keep the finished runs of runs.csv in --out"},
       OutOption(o.out),
   };
 }
 
 }  // namespace
-
-std::vector<int> StabilityAtlas::ClassifyRuns(const StabilityMap& map) const {
-  std::vector<int> kinds;
-  for (const StabilityCase& run : map.Cases()) {
-    const auto found = runs.find(StabilityInputs(run));
-    kinds.push_back(found == runs.end() ? kNoRun : static_cast<int>(found->second.kind));
-  }
-  return kinds;
-}
-
-StabilityLine StabilityAtlas::MakeLine(int map) const {
-  StabilityLine line{.title = "2/ω, theory", .x = {}, .y = {}};
-  const int h = AxisOfH(maps[map]);
-  for (const Limit& each : limits) {
-    if (each.map != map || !each.limit.theory) continue;
-    (h == 0 ? line.x : line.y).push_back(*each.limit.theory);
-    (h == 0 ? line.y : line.x).push_back(each.value);
-  }
-  return line;
-}
 
 OptionTable StabilityTable(StabilityOptions& options) {
   std::string axes;
@@ -212,33 +153,29 @@ OptionTable StabilityTable(StabilityOptions& options) {
     methods += std::string(" ") + ToString(static_cast<StabilityMethod>(i));
   std::vector<Option> all = SettingOptions(options);
   for (const Option& option : SurveyOptions(options)) all.push_back(option);
-  return {.tool = "drape_stability",
-          .summary = "where methods of solving a drape fail: a run a cell of maps over two axes",
-          .example =
-              "drape_stability --config=configs/studies/stability_quick.json --out=out/stability",
-          .notes = "methods:" + methods + "\naxes:\n" + axes +
-                   "files: runs.csv, to which each finished run is appended, findings.json and a "
-                   "PNG a map\nCtrl-C keeps the finished runs; --resume goes on\n",
-          .options = std::move(all)};
+  return {
+      .tool = "drape_stability",
+      .summary = "maps the outcome of solvers of a drape over two parameters",
+      .example =
+          "drape_stability --config=configs/studies/stability_quick.json --out=out/stability",
+      .notes = "methods:" + methods + "\naxes:\n" + axes +
+               "files: runs.csv, to which each finished run is appended, findings.json and one "
+               "PNG per map\nCtrl-C keeps the finished runs; --resume continues with the others.\n",
+      .options = std::move(all)};
 }
 
-StabilityAtlas MakeStabilityAtlas(const StabilityOptions& options, const RunControl& control) {
-  const auto begin = std::chrono::steady_clock::now();
-  StabilityAtlas atlas;
-  atlas.maps = SelectMaps(options);
-  StabilityRunner bench(MakeSetting(options));
-  TryCorners(bench, atlas.maps);
+StabilityAtlas RunStability(const StabilityOptions& options, const RunControl& control) {
+  StabilityRunner runner(MakeSetting(options));
+  std::vector<StabilityMap> maps = SelectMaps(options);
+  CheckScenes(runner, maps);
   const OutputFolder out(options.out);
-  const std::string path = options.out + "/runs.csv", shared = SharedText(options);
-  if (options.resume && std::filesystem::exists(path)) atlas.runs = ReadStabilityRuns(path, shared);
-  WriteStabilityRuns(path, shared, atlas.runs);
-  const int threads = CountThreads(options);
-  atlas.cancelled = !SurveyStability(bench, atlas.maps, threads, path, control, atlas.runs);
-  if (!atlas.cancelled) {
-    FindLimits(bench, threads, atlas);
-    FindDamping(bench, options.damping_h, atlas);
-  }
-  atlas.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  StabilityAtlas atlas = MakeStabilityAtlas(runner, std::move(maps),
+                                            {.runs = options.out + "/runs.csv",
+                                             .shared = SharedText(options),
+                                             .resume = options.resume,
+                                             .damping_h = options.damping_h,
+                                             .threads = CountThreads(options)},
+                                            control);
   for (int m = 0; m < static_cast<int>(atlas.maps.size()); ++m)
     RenderStabilityMap(out.Staged(atlas.maps[m].name + ".png"), atlas.maps[m],
                        atlas.ClassifyRuns(atlas.maps[m]), atlas.MakeLine(m));

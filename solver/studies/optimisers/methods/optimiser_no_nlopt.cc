@@ -2,7 +2,7 @@
 // IsUsable for optimiser_nlopt.cc in a build without NLopt.
 #include <glog/logging.h>
 
-#include "solver/studies/optimisers/optimiser_methods.h"
+#include "solver/studies/optimisers/methods/optimiser_methods.h"
 
 namespace drape {
 

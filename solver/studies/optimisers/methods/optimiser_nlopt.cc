@@ -6,7 +6,7 @@
 #include <map>
 #include <nlopt.hpp>
 
-#include "solver/studies/optimisers/optimiser_methods.h"
+#include "solver/studies/optimisers/methods/optimiser_methods.h"
 
 namespace drape {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/studies/optimisers/optimiser.h"
+#include "solver/studies/optimisers/methods/optimiser.h"
 
 #include <glog/logging.h>
 
@@ -7,7 +7,7 @@
 #include <ctime>
 
 #include "physics/util/errors.h"
-#include "solver/studies/optimisers/optimiser_methods.h"
+#include "solver/studies/optimisers/methods/optimiser_methods.h"
 
 namespace drape {
 namespace {

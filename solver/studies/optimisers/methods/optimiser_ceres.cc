@@ -5,7 +5,7 @@
 
 #include "solver/fit/fit.h"
 #include "solver/fit/protocol/staged_fit.h"
-#include "solver/studies/optimisers/optimiser_methods.h"
+#include "solver/studies/optimisers/methods/optimiser_methods.h"
 
 namespace drape {
 namespace {

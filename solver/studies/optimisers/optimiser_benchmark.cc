@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/optimisers/optimiser_benchmark.h"
+
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "physics/util/errors.h"
+#include "physics/util/text_format.h"
+
+namespace drape {
+namespace {
+
+std::vector<std::string> ListMethods(const OptimiserBenchmarkOptions& options) {
+  std::vector<std::string> methods = options.methods;
+  for (const std::string& name : methods) FindOptimiser(name);
+  if (methods.empty())
+    for (const OptimiserMethod& method : OptimiserMethods())
+      if (method.available) methods.push_back(method.name);
+  return methods;
+}
+
+void CheckOptions(const OptimiserBenchmarkOptions& options) {
+  if (options.twins.empty() && options.images.empty())
+    throw InputError("twins", "is empty like images, expected at least one problem");
+  if (!options.twins.empty() && options.job.material.empty())
+    throw InputError("material", "missing, expected the start tables of the twins' fits");
+  if (!options.images.empty() && options.image_materials.empty())
+    throw InputError("image_materials", "missing, expected start tables of the images' fits");
+  for (const int count : options.parameters) ParseParameterTying(std::to_string(count));
+}
+
+// What must be the same for a run to be taken over.
+std::string DescribeSettings(const OptimiserBenchmarkOptions& options,
+                             const BenchmarkStart& start) {
+  const OptimiserOptions& optimiser = options.optimiser;
+  std::string settings = CheckpointKey(start.job, start.loaded);
+  for (const double value : {optimiser.budget, optimiser.jacobian_cost_units, optimiser.bound,
+                             optimiser.failed_cost_factor, static_cast<double>(optimiser.seed)})
+    settings += Format(" %.17g", value);
+  return settings;
+}
+
+class BenchmarkRunner {
+ public:
+  BenchmarkRunner(const OptimiserBenchmarkOptions& options, const RunControl& control)
+      : options_(options), control_(control) {
+    benchmark_.methods = ListMethods(options);
+  }
+
+  OptimiserBenchmark Run() {
+    const std::vector<BenchmarkImage> images = MakeBenchmarkImages(options_);
+    total_ = static_cast<double>(images.size() * RunsAnImage());
+    for (const BenchmarkImage& image : images) {
+      Report(image.name + ", initial guesses");
+      const BenchmarkStart start = FindBenchmarkStart(options_, image, control_.cancel);
+      if (Cancelled()) break;
+      if (start.branch.valid()) {
+        for (const int parameters : options_.parameters) RunProblem(image, start, parameters);
+      } else {
+        benchmark_.notes.push_back(image.name + ": left out, since no initial guess comes to rest");
+        done_ += RunsAnImage();
+      }
+    }
+    benchmark_.cancelled = Cancelled();
+    return std::move(benchmark_);
+  }
+
+ private:
+  std::size_t RunsAnImage() const { return options_.parameters.size() * benchmark_.methods.size(); }
+  bool Cancelled() const { return control_.cancelled(); }
+  void Report(const std::string& note) const {
+    control_.Report(static_cast<double>(done_) / total_, note);
+  }
+
+  void RunProblem(const BenchmarkImage& image, const BenchmarkStart& start, int parameters) {
+    const std::string problem = image.name + "_" + std::to_string(parameters);
+    std::vector<BenchmarkRecord> records;
+    for (const std::string& method : benchmark_.methods) {
+      if (Cancelled()) return;
+      Report(problem + ", " + method);
+      records.push_back(RunOne(problem, start, parameters, method));
+      ++done_;
+    }
+    if (Cancelled()) return;
+    benchmark_.problems.push_back(problem);
+    for (BenchmarkRecord& record : records) benchmark_.records.push_back(std::move(record));
+  }
+
+  BenchmarkRecord RunOne(const std::string& problem, const BenchmarkStart& start, int parameters,
+                         const std::string& method) const {
+    const std::string path = options_.out + "/runs/" + problem + "." + method + ".json";
+    const std::string settings = DescribeSettings(options_, start);
+    if (std::optional<BenchmarkRecord> kept = ReadBenchmarkRecord(path, settings))
+      return std::move(*kept);
+    BenchmarkRecord record = RunMethod(start, options_, parameters, method, control_.cancel);
+    record.problem = problem;
+    if (!Cancelled()) WriteBenchmarkRecord(path, settings, record);
+    return record;
+  }
+
+  const OptimiserBenchmarkOptions& options_;
+  const RunControl& control_;
+  OptimiserBenchmark benchmark_;
+  double total_ = 1.0;
+  std::size_t done_ = 0;
+};
+
+}  // namespace
+
+const BenchmarkRecord& OptimiserBenchmark::Best(int problem) const {
+  int best = 0;
+  for (int m = 1; m < num_methods(); ++m)
+    if (Record(problem, m).run.cost < Record(problem, best).run.cost) best = m;
+  return Record(problem, best);
+}
+
+double OptimiserBenchmark::StartCost(int problem) const {
+  for (int m = 0; m < num_methods(); ++m)
+    if (!Record(problem, m).run.trace.empty()) return Record(problem, m).run.trace.front().cost;
+  return std::numeric_limits<double>::infinity();
+}
+
+OptimiserBenchmark RunOptimiserBenchmark(const OptimiserBenchmarkOptions& options,
+                                         const RunControl& control) {
+  CheckOptions(options);
+  BenchmarkRunner runner(options, control);
+  std::filesystem::create_directories(options.out + "/runs");
+  return runner.Run();
+}
+
+}  // namespace drape

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "physics/util/run_control.h"
+#include "solver/studies/optimisers/optimiser_problem.h"
+#include "solver/studies/optimisers/optimiser_record.h"
+
+namespace drape {
+
+struct OptimiserBenchmark {
+  bool cancelled = false;
+  std::vector<std::string> methods;
+  std::vector<std::string> problems;     // those that all methods ran on, in order
+  std::vector<BenchmarkRecord> records;  // shape [problems · methods], method fastest
+  std::vector<std::string> notes;        // problems left out, and why
+
+  int num_methods() const { return static_cast<int>(methods.size()); }
+  int num_problems() const { return static_cast<int>(problems.size()); }
+  const BenchmarkRecord& Record(int problem, int method) const {
+    return records[problem * num_methods() + method];
+  }
+  // The run of least cost on a problem.
+  const BenchmarkRecord& Best(int problem) const;
+  // The cost at the common start of all methods: the first cost of any run.
+  double StartCost(int problem) const;
+};
+
+// Runs each method on each problem: an image (real, or the silhouette of a twin) with 2, 7 or 39
+// free parameters, from the best initial guess of the grid as RunStagedFit finds it. Runs are kept
+// in options.out/runs and not repeated. A cancelled benchmark has the problems that are complete.
+// Throws InputError.
+OptimiserBenchmark RunOptimiserBenchmark(const OptimiserBenchmarkOptions& options,
+                                         const RunControl& control);
+
+}  // namespace drape

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/stability/stability_atlas.h"
+
+#include <chrono>
+#include <filesystem>
+#include <utility>
+
+namespace drape {
+namespace {
+
+// Which axis of an explicit map is h; −1: neither.
+int AxisOfH(const StabilityMap& map) {
+  if (map.base.method != StabilityMethod::kExplicit) return -1;
+  for (const int k : {0, 1})
+    if (map.axis[k]->name == std::string("time_step")) return k;
+  return -1;
+}
+
+void FindLimits(const StabilityRunner& runner, int threads, StabilityAtlas& atlas) {
+  std::vector<StabilityCase> runs;
+  for (int m = 0; m < static_cast<int>(atlas.maps.size()); ++m) {
+    const StabilityMap& map = atlas.maps[m];
+    const int h = AxisOfH(map);
+    if (h < 0) continue;
+    for (const double value : map.values[1 - h]) {
+      runs.push_back(map.base);
+      map.axis[1 - h]->Set(runs.back(), value);
+      atlas.limits.push_back({m, value, {}});
+    }
+  }
+  const std::vector<ExplicitLimit> limits = MeasureLimits(runner, runs, threads);
+  for (std::size_t i = 0; i < limits.size(); ++i) atlas.limits[i].limit = limits[i];
+}
+
+void FindDamping(StabilityRunner& runner, const std::vector<double>& steps, StabilityAtlas& atlas) {
+  for (const StabilityMethod method : {StabilityMethod::kStep, StabilityMethod::kImplicit})
+    for (const int mode : {0, 9})
+      for (const double h : steps) {
+        StabilityCase run;
+        run.method = method;
+        run.h = h;
+        if (const std::optional<StepDamping> damping = MeasureDamping(runner, run, mode))
+          atlas.damping.push_back({run, mode, *damping});
+      }
+}
+
+}  // namespace
+
+std::vector<int> StabilityAtlas::ClassifyRuns(const StabilityMap& map) const {
+  std::vector<int> kinds;
+  for (const StabilityCase& run : map.Cases()) {
+    const auto found = runs.find(StabilityInputs(run));
+    kinds.push_back(found == runs.end() ? kNoRun : static_cast<int>(found->second.kind));
+  }
+  return kinds;
+}
+
+StabilityLine StabilityAtlas::MakeLine(int map) const {
+  StabilityLine line{.title = "2/ω, theory", .x = {}, .y = {}};
+  const int h = AxisOfH(maps[map]);
+  for (const Limit& each : limits) {
+    if (each.map != map || !each.limit.theory) continue;
+    (h == 0 ? line.x : line.y).push_back(*each.limit.theory);
+    (h == 0 ? line.y : line.x).push_back(each.value);
+  }
+  return line;
+}
+
+void CheckScenes(const StabilityRunner& runner, const std::vector<StabilityMap>& maps) {
+  for (const StabilityMap& map : maps) {
+    runner.MakeScene(map.At(0, 0));
+    runner.MakeScene(map.Cases().back());
+  }
+}
+
+StabilityAtlas MakeStabilityAtlas(StabilityRunner& runner, std::vector<StabilityMap> maps,
+                                  const StabilityAtlasOptions& options, const RunControl& control) {
+  const auto begin = std::chrono::steady_clock::now();
+  StabilityAtlas atlas;
+  atlas.maps = std::move(maps);
+  if (options.resume && std::filesystem::exists(options.runs))
+    atlas.runs = ReadStabilityRuns(options.runs, options.shared);
+  WriteStabilityRuns(options.runs, options.shared, atlas.runs);
+  atlas.cancelled =
+      !SurveyStability(runner, atlas.maps, options.threads, options.runs, control, atlas.runs);
+  if (!atlas.cancelled) {
+    FindLimits(runner, options.threads, atlas);
+    FindDamping(runner, options.damping_h, atlas);
+  }
+  atlas.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return atlas;
+}
+
+}  // namespace drape

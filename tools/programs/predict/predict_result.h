@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "losses/dataset/dataset_evaluation.h"
+#include "solver/prediction/bend_calibration.h"
+#include "solver/prediction/prediction.h"
+#include "tools/inputs/drape_view.h"
+#include "tools/inputs/scene_input.h"
+
+namespace drape {
+
+// What a user of drape_predict sets.
+struct PredictToolOptions {
+  SceneInput scene;              // its start is not used
+  std::string posterior;         // instead of scene.material: folder of a fit (ReadMaterialSource)
+  PredictionOptions prediction;  // RunPrediction sets its specimens, faces, seed, camera, batch
+  int draws = 64;                // drapes in all
+  int seed = 1;
+  int threads = 0;         // 0: all cores
+  DatasetQuery data;       // scored where it has a folder; its face is that of the draws too
+  bool calibrate = false;  // on the side of the split to learn from
+  CameraInput camera;
+  std::string backend = "auto";  // MakeBackend
+  bool keep_meshes = false;
+  std::string out;  // folder, made when missing
+};
+
+// What was found, for the reports.
+struct PredictionRun {
+  bool cancelled = false;
+  std::string backend;  // Backend::name
+  LoadedScene scene;    // without a material where a posterior is given
+  std::string kind;     // of the materials (ReadMaterialSource); empty: of one material file
+  PredictionOptions prediction;
+  std::optional<BendCalibration> calibration;  // `prediction` has its factors
+  std::vector<PredictedDrape> drapes;
+  std::optional<DatasetReport> data;
+  std::optional<DistributionScore> score;  // ScorePrediction on the data held out
+  double seconds = 0.0;
+
+  int at_rest() const;
+};
+
+}  // namespace drape

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/reports/score_report.h"
+
+#include <nlohmann/json.hpp>
+
+#include "losses/metrics/report_json.h"
+#include "physics/util/text_format.h"
+
+namespace drape {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kMm = 1e-3;
+constexpr double kMm2 = 1e-6;
+constexpr char kGreyImage[] = "grey mean image";  // has no outline
+
+std::string PredictorLine(const PredictorRow& row) {
+  std::string text =
+      Format("%-26s %6d %8.4f %8.4f", row.name.c_str(), row.pairs, row.mean.mse, row.median.mse);
+  if (row.name == kGreyImage) return text + Format(" %7s %8s\n", "-", "-");
+  text += Format(" %7.3f %8.2f", row.mean.iou, row.mean.outline_hausdorff / kMm);
+  if (row.aligned_mean)
+    text +=
+        Format(" %9.4f %8.2f", row.aligned_mean->mse, row.aligned_mean->outline_hausdorff / kMm);
+  return text + "\n";
+}
+
+Json PredictorJson(const PredictorRow& row) {
+  Json json = {{"name", row.name}, {"pairs", row.pairs}};
+  if (row.name == kGreyImage) {
+    json["mean"] = {{"mse", row.mean.mse}};
+    json["median"] = {{"mse", row.median.mse}};
+    return json;
+  }
+  json["mean"] = DistanceJson(row.mean);
+  json["median"] = DistanceJson(row.median);
+  if (row.aligned_mean) json["aligned_mean"] = DistanceJson(*row.aligned_mean);
+  return json;
+}
+
+}  // namespace
+
+Json DistanceJson(const DrapeDistance& distance) {
+  return {{"mse", distance.mse},
+          {"iou", distance.iou},
+          {"outline_rms_m", distance.profile_rms},
+          {"outline_hausdorff_m", distance.outline_hausdorff}};
+}
+
+std::string ScoreText(const DistributionScore& score) {
+  std::string text = Format("%-12s %10s %10s %10s %10s %15s %15s\n", "", "observed", "predicted",
+                            "sd", "CRPS", "in 50 % (of)", "in 90 % (of)");
+  for (int k = 0; k < kNumFeatures; ++k) {
+    const FeatureScore& f = score.features[k];
+    const double unit = k < 2 ? 1 : kMm2;
+    text += Format("%-12s %10.4g %10.4g %10.3g %10.3g %8.2f (%.2f) %8.2f (%.2f)%s\n",
+                   kFeatureNames[k], f.observed_mean / unit, f.predicted_mean / unit,
+                   f.predicted_sd / unit, f.crps / unit, f.half.coverage, f.half.nominal,
+                   f.ninety.coverage, f.ninety.nominal, k < 2 ? "" : "  mm2");
+  }
+  return text + Format(
+                    "MSE of the mean image %.4f, energy score of the features %.3f, of the "
+                    "outlines %.2f mm, %d observed\n",
+                    score.mean_image_mse, score.feature_energy, score.outline_energy / kMm,
+                    score.observed);
+}
+
+std::string PredictorsText(const TrivialPredictors& predictors) {
+  std::string text = Format("%-26s %6s %8s %8s %7s %8s %9s %8s\n", "predicted by", "pairs", "MSE",
+                            "median", "IoU", "H [mm]", "aligned", "H [mm]");
+  for (const PredictorRow& row : predictors.rows) text += PredictorLine(row);
+  if (predictors.other_samples)
+    text += "other samples of the fabric and face, as a distribution\n" +
+            ScoreText(*predictors.other_samples);
+  if (predictors.circle)
+    text += "circle of the mean area, as a distribution\n" + ScoreText(*predictors.circle);
+  return text;
+}
+
+Json PredictorsJson(const TrivialPredictors& predictors) {
+  Json json = {{"rows", Json::array()}};
+  for (const PredictorRow& row : predictors.rows) json["rows"].push_back(PredictorJson(row));
+  json["other_samples"] =
+      predictors.other_samples ? ScoreJson(*predictors.other_samples) : Json(nullptr);
+  json["circle"] = predictors.circle ? ScoreJson(*predictors.circle) : Json(nullptr);
+  return json;
+}
+
+}  // namespace drape

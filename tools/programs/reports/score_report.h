@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "losses/dataset/trivial_predictors.h"
+
+namespace drape {
+
+// Distances and scores of drapes: tables for a terminal (mm, mm²), JSON in SI units.
+
+nlohmann::ordered_json DistanceJson(const DrapeDistance& distance);
+
+std::string ScoreText(const DistributionScore& score);
+
+std::string PredictorsText(const TrivialPredictors& predictors);
+nlohmann::ordered_json PredictorsJson(const TrivialPredictors& predictors);
+
+}  // namespace drape
