@@ -12,7 +12,7 @@
 #include "physics/util/random.h"
 #include "solver/forward/branch.h"
 #include "solver/studies/stability/methods/projected_newton.h"
-#include "solver/studies/stability/slivers.h"
+#include "solver/studies/stability/methods/slivers.h"
 
 namespace drape {
 namespace {

@@ -10,7 +10,7 @@
 #include "physics/simulation/statics/modes.h"
 #include "solver/studies/stability/methods/integrator.h"
 #include "solver/studies/stability/methods/projected_newton.h"
-#include "solver/studies/stability/slivers.h"
+#include "solver/studies/stability/methods/slivers.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 

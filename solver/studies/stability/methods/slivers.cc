@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/studies/stability/slivers.h"
+#include "solver/studies/stability/methods/slivers.h"
 
 #include <glog/logging.h>
 
