@@ -4,44 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/math/power_law.h"
 #include "physics/util/text_format.h"
-#include "solver/studies/bench/bench_chart.h"
-#include "solver/studies/bench/pareto.h"
 #include "tools/cli/versions.h"
 
 namespace drape {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string UnitName(BenchMeasure error) {
-  switch (error) {
-    case kVertexMm:
-      return "rms distance of the vertices [mm]";
-    case kOutlineMm:
-      return "rms distance of the outline [mm]";
-    case kRadiusMm:
-      return "error of the outline's mean radius [mm]";
-    case kDerivativeError:
-      return "relative error of the derivative by 39 log entries";
-    case kOutlinePx:
-      return "rms distance of the outline, at rest [px]";
-    case kHausdorffMm:
-      return "Hausdorff distance of the outlines, at rest [mm]";
-    case kMse:
-      return "MSE of the silhouettes, at rest";
-    default:
-      return NameFor(error);
-  }
-}
-
-std::string TimeName(BenchMeasure time) {
-  return time == kCpuSeconds ? "processor time [s]" : "wall-clock time [s]";
-}
 
 Json MeasuresJson(const BenchRecord& record) {
   Json json;
@@ -59,98 +31,7 @@ Json BenchCellJson(const BenchCell& cell) {
   return json;
 }
 
-// Of cells that differ in nothing but the mesh.
-std::vector<GrowthSeries> MakeGrowth(const BenchJob& job, const BenchResult& result,
-                                     BenchMeasure time) {
-  BenchAxes varied = job.axes;
-  varied.mesh.resize(1);
-  std::vector<GrowthSeries> all;
-  for (const BenchCell& cell : result.cells) {
-    const BenchRecord& record = cell.record;
-    if (!(record[time] > 0 && record[kPeakMegabytes] > 0)) continue;
-    const std::string name = MakeLabel(cell.setting, varied);
-    auto it = std::find_if(all.begin(), all.end(), [&](const auto& s) { return s.name == name; });
-    if (it == all.end())
-      it = all.insert(all.end(), {.name = name, .vertices = {}, .seconds = {}, .megabytes = {}});
-    it->vertices.push_back(record[kVertices]);
-    it->seconds.push_back(record[time]);
-    it->megabytes.push_back(record[kPeakMegabytes]);
-  }
-  std::erase_if(all, [](const GrowthSeries& one) {
-    return std::set<double>(one.vertices.begin(), one.vertices.end()).size() < 2;
-  });
-  return all;
-}
-
-// One series a method, that of its first other settings: more than a picture can hold.
-std::vector<GrowthSeries> ShownGrowth(const BenchJob& job, const BenchResult& result,
-                                      BenchMeasure time) {
-  BenchResult shown;
-  std::set<std::string> kept;  // settings but the mesh
-  std::set<std::string> methods;
-  for (const BenchCell& cell : result.cells) {
-    BenchSetting rest = cell.setting;
-    rest.mesh.clear();
-    const std::string identity = CheckpointKey(job.work, rest);
-    if (!kept.contains(identity) && !methods.insert(MethodName(rest, job.axes)).second) continue;
-    kept.insert(identity);
-    shown.cells.push_back(cell);
-  }
-  return MakeGrowth(job, shown, time);
-}
-
-FrontChart MakeChart(const BenchJob& job, const BenchResult& result, BenchMeasure time,
-                     BenchMeasure error) {
-  FrontChart chart{.title = std::string("Work against precision: ") + ToString(job.work),
-                   .cost_name = TimeName(time),
-                   .error_name = UnitName(error),
-                   .series = {},
-                   .points = {}};
-  for (const BenchCell& cell : result.cells) {
-    auto& series = chart.series;
-    const std::string method = MethodName(cell.setting, job.axes);
-    auto at = std::find(series.begin(), series.end(), method);
-    if (at == series.end()) at = series.insert(at, method);
-    chart.points.push_back({.cost = cell.record[time],
-                            .error = cell.record[error],
-                            .vertices = cell.record[kVertices],
-                            .series = static_cast<int>(at - series.begin()),
-                            .on_branch = cell.record.status == "ok",
-                            .label = MakeLabel(cell.setting, job.axes)});
-  }
-  for (const auto& [cloth, estimate] : result.reference_errors)
-    if (std::isfinite(estimate[error]))
-      chart.reference_error = std::max(chart.reference_error, estimate[error]);
-  return chart;
-}
-
 }  // namespace
-
-BenchMeasure TimeMeasure(const std::string& clock) {
-  return clock == "cpu" ? kCpuSeconds : kWallSeconds;
-}
-
-std::vector<BenchMeasure> ListErrors(BenchWork work) {
-  switch (work) {
-    case BenchWork::kForward:
-      return {kRadiusMm, kOutlineMm, kVertexMm};
-    case BenchWork::kGradient:
-    case BenchWork::kJacobian:
-      return {kDerivativeError, kOutlineMm};
-    case BenchWork::kFit:
-      return {kOutlinePx, kMse, kHausdorffMm, kHeldOutMse};
-  }
-  return {};
-}
-
-std::vector<int> AccuracyFront(const BenchResult& result, BenchMeasure time, BenchMeasure error) {
-  std::vector<CostAndError> points;
-  for (const BenchCell& cell : result.cells) {
-    const bool stands = cell.record.status == "ok";
-    points.push_back({stands ? cell.record[time] : std::nan(""), cell.record[error]});
-  }
-  return ParetoFront(points);
-}
 
 std::string BenchTableText(const BenchJob& job, const BenchResult& result, BenchMeasure time) {
   const BenchMeasure error = ListErrors(job.work).front();
@@ -162,7 +43,7 @@ std::string BenchTableText(const BenchJob& job, const BenchResult& result, Bench
   }
   const auto off = std::count_if(result.cells.begin(), result.cells.end(),
                                  [](const auto& cell) { return cell.record.status != "ok"; });
-  text += Format("%zu cells, %td of them on another branch or without a result\n",
+  text += Format("%zu runs, %td of them on another branch or without a result\n",
                  result.cells.size(), off);
   for (const auto& [cloth, estimate] : result.reference_errors)
     text += Format("reference of %s: estimated error %.3g (%s)\n", cloth.c_str(), estimate[error],
@@ -189,14 +70,6 @@ void WriteBenchJson(const std::string& path, const BenchJob& job, const BenchRes
   for (const BenchCell& cell : result.cells) json["runs"].push_back(BenchCellJson(cell));
   for (const auto& [name, version] : Versions()) json["versions"][name] = version;
   WriteFileAtomically(path, json.dump(2) + "\n");
-}
-
-void RenderBenchCharts(const std::string& folder, const BenchJob& job, const BenchResult& result,
-                       BenchMeasure time) {
-  for (const BenchMeasure error : ListErrors(job.work))
-    RenderFrontChart(folder + "/front_" + NameFor(error), MakeChart(job, result, time, error));
-  RenderGrowthChart(folder + "/growth", std::string("Growth with the mesh: ") + ToString(job.work),
-                    TimeName(time), ShownGrowth(job, result, time));
 }
 
 }  // namespace drape

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solver/studies/bench/bench_chart.h"
+#include "solver/studies/bench/bench_job.h"
+
+namespace drape {
+
+// What the runs of a benchmark show together.
+
+// The measure of time of a clock, "wall" or "cpu".
+BenchMeasure TimeMeasure(const std::string& clock);
+
+// Errors of the runs of a work; the first is that of the printed table.
+std::vector<BenchMeasure> ListErrors(BenchWork work);
+
+// Indices of the runs on the Pareto front of time and an error, fastest first, without runs on
+// another branch or without a result.
+std::vector<int> AccuracyFront(const BenchResult& result, BenchMeasure time, BenchMeasure error);
+
+// One series of runs that differ only in the mesh.
+std::vector<GrowthSeries> MakeGrowth(const BenchJob& job, const BenchResult& result,
+                                     BenchMeasure time);
+
+// front_<error>.png and .svg for each error, growth.png and .svg, in `folder`.
+void RenderBenchCharts(const std::string& folder, const BenchJob& job, const BenchResult& result,
+                       BenchMeasure time);
+
+}  // namespace drape
