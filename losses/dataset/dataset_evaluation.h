@@ -15,12 +15,12 @@ namespace drape {
 struct DatasetQuery {
   std::string folder;                                    // empty: no data set
   std::string fabric, samples, captures, face = "both";  // ParseIndexList, ClothFace
-  int train = 6;                                         // samples a fabric; 0: each left out
-  int seed = 1;                                          // of the split
-  std::string split;                                     // a stored split in place of a drawn one
-  std::string save_split;                                // file to store it in
-  bool hard_edged = false;                               // HardEdged
-  bool aligned = true;                                   // EvaluateTrivialPredictors
+  int train = 6;            // samples of each fabric; 0: each is left out in turn
+  int seed = 1;             // of the split
+  std::string split;        // a stored split instead of a random one
+  std::string save_split;   // file to store it in
+  bool hard_edged = false;  // HardEdged
+  bool aligned = true;      // EvaluateTrivialPredictors
 };
 
 // A data set: what the loader found, the split, and what it gives without a model.

@@ -16,7 +16,7 @@
 
 namespace drape {
 
-// The many drapes of one fabric: random starts, each taken to rest, grouped by branch.
+// The stable drapes of one fabric: random starts, each taken to rest, grouped by branch.
 
 struct SamplingOptions {
   int samples = 32;

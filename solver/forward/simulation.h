@@ -18,7 +18,7 @@ struct SimulationTask {
   const MaterialField* material = nullptr;  // outlives the simulation
   State start;
   bool load_path = false;  // Newton's method takes the flat rest shape along a load path
-                           // (SolveFromRest) instead of going on from the steps
+                           // (SolveFromRest) instead of starting from the last state
   int steps = 100;         // 0: none
   double h = 0.05;         // time step [s]
   bool newton = false;     // Newton's method after the steps

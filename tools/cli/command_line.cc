@@ -68,7 +68,7 @@ int Distance(const std::string& a, const std::string& b) {
                                " (--help lists all)");
 }
 
-// Splits an argument and, for a value that stands apart, takes the next one.
+// Splits an argument and, takes the next argument as its value where there is no "=".
 Flag ReadFlag(const OptionTable& table, int argc, char** argv, int& i) {
   const std::string argument = argv[i];
   if (argument.size() < 2 || argument[0] != '-') {

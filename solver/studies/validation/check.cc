@@ -128,8 +128,8 @@ class SceneChecks {
     const Eigen::Matrix3Xd turned = turn * f;
     Add("forces", "a rigid motion turns the forces",
         RelativeError(Force(cloth, moved.reshaped()), turned.reshaped()), kRigid);
-    Add("forces", "the flat rest bears none", Force(cloth, cloth.mesh.rest_x).norm() / force.norm(),
-        kRounding);
+    Add("forces", "the flat rest carries no load",
+        Force(cloth, cloth.mesh.rest_x).norm() / force.norm(), kRounding);
   }
 
   void AddEnergySweep(const std::string& name, const ClothModel& cloth, double bound) {

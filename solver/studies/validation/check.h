@@ -35,7 +35,7 @@ struct CheckOptions {
 // All checks, in the order of a table:
 //  forces     sums of internal forces and torques are zero; a rigid motion turns the forces with
 //  it;
-//             the flat rest bears none
+//             the flat rest carries no load
 //  energy     force = −∇energy of bending, gravity and handles. Stretch joins in where every table
 //             has equal rows; else its force has no energy (assembly.h) and the row informs. The
 //             rise of the total energy informs too: one Newton step a time step promises no

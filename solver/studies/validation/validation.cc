@@ -88,19 +88,18 @@ std::vector<std::string> ValidationGroups() {
 std::vector<ReferenceCase> Validate(const ValidationOptions& options, const RunControl& control) {
   const Law law = MakeLaw(options.law);
   const std::vector<Group> groups = Chosen(options.only);
-  std::vector<ReferenceCase> truths;
+  std::vector<ReferenceCase> cases;
   double done = 0.0;
   for (const auto& [name, measure] : groups) {
     if (control.cancelled()) break;
-    for (ReferenceCase& truth : measure(law)) truths.push_back(std::move(truth));
+    for (ReferenceCase& one : measure(law)) cases.push_back(std::move(one));
     control.Report(++done / static_cast<double>(groups.size()), name);
   }
-  return truths;
+  return cases;
 }
 
-bool AllPass(const std::vector<ReferenceCase>& truths) {
-  return std::all_of(truths.begin(), truths.end(),
-                     [](const ReferenceCase& t) { return t.Holds(); });
+bool AllPass(const std::vector<ReferenceCase>& cases) {
+  return std::all_of(cases.begin(), cases.end(), [](const ReferenceCase& t) { return t.Holds(); });
 }
 
 }  // namespace drape

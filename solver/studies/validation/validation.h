@@ -47,6 +47,6 @@ std::vector<std::string> ValidationGroups();
 std::vector<ReferenceCase> Validate(const ValidationOptions& options,
                                     const RunControl& control = {});
 
-bool AllPass(const std::vector<ReferenceCase>& truths);
+bool AllPass(const std::vector<ReferenceCase>& cases);
 
 }  // namespace drape

@@ -66,7 +66,7 @@ Eigen::Matrix2d Diagonal(double uu, double vv) {
 
 std::vector<ReferenceCase> RigidityCases() {
   const double nu = kHingePoisson;
-  std::vector<ReferenceCase> truths = {
+  std::vector<ReferenceCase> cases = {
       RelativeReference("rigidity", "disc: D_mesh / D along u", 1.0, .02),
       RelativeReference("rigidity", "disc: D_mesh / D along v", 1.0, .02),
       RelativeReference("rigidity", "disc: dome, 2 (1 + nu)", 2.0 * (1.0 + nu), .02),
@@ -77,15 +77,15 @@ std::vector<ReferenceCase> RigidityCases() {
   const Eigen::Matrix2d bent[] = {Diagonal(1, 0), Diagonal(0, 1), Diagonal(1, 1), Diagonal(1, -1)};
   for (const int vertices : kDiscs) {
     const Mesh disc = MakeDisc({.target_vertices = vertices});
-    for (int i = 0; i < 4; ++i) truths[i].computed.push_back(CurvatureRigidity(disc, bent[i]));
+    for (int i = 0; i < 4; ++i) cases[i].computed.push_back(CurvatureRigidity(disc, bent[i]));
   }
   for (const int n : {40, 80, 160}) {
     const int across = n / 8;
     const Mesh strip = MakeStrip(0.1, across * std::sqrt(0.75) * 0.1 / n, n, across);
-    truths[4].computed.push_back(CurvatureRigidity(strip, bent[0]));
-    truths[5].computed.push_back(BeamRigidity(strip));
+    cases[4].computed.push_back(CurvatureRigidity(strip, bent[0]));
+    cases[5].computed.push_back(BeamRigidity(strip));
   }
-  return truths;
+  return cases;
 }
 
 // Held from a ring of vertices outwards: the clamp lies half a row of triangles outside that ring,
@@ -95,8 +95,8 @@ std::vector<ReferenceCase> RigidityCases() {
 std::vector<ReferenceCase> ClampedDiscCases(const Law& law) {
   constexpr double kRadius = 0.1, kRigidity = 1e-2, kStiffness = 10.0, kDensity = 0.2;
   const double q = kDensity * kReferenceGravity;
-  ReferenceCase truth = RelativeReference("disc", "w0 [m], clamped",
-                                          q * std::pow(kRadius, 4) / (64.0 * kRigidity), .02);
+  ReferenceCase one = RelativeReference("disc", "w0 [m], clamped",
+                                        q * std::pow(kRadius, 4) / (64.0 * kRigidity), .02);
   for (const int vertices : kDiscs) {
     const double row = kRadius * std::sqrt(M_PI * std::sqrt(0.75) / vertices);
     const double inner = kRadius - 0.5 * row;
@@ -110,16 +110,16 @@ std::vector<ReferenceCase> ClampedDiscCases(const Law& law) {
     int centre = 0;
     const double r2 = model->mesh.uv.colwise().squaredNorm().minCoeff(&centre);
     const double shape = std::pow(1.0 - r2 / (kRadius * kRadius), 2);
-    truth.computed.push_back(-x[3 * centre + 2] / shape);
+    one.computed.push_back(-x[3 * centre + 2] / shape);
   }
-  return {truth};
+  return {one};
 }
 
 std::vector<ReferenceCase> RigidMotionCases(const Law& law) {
-  std::vector<ReferenceCase> truths = {Nothing("rigid", "net force / sum of forces"),
-                                       Nothing("rigid", "net torque / sum of torques"),
-                                       Nothing("rigid", "forces after a rigid motion of the rest"),
-                                       Nothing("rigid", "forces turn with a rigid motion")};
+  std::vector<ReferenceCase> cases = {Nothing("rigid", "net force / sum of forces"),
+                                      Nothing("rigid", "net torque / sum of torques"),
+                                      Nothing("rigid", "forces after a rigid motion of the rest"),
+                                      Nothing("rigid", "forces turn with a rigid motion")};
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(1.0, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   const Eigen::Vector3d shift(0.1, -0.2, 0.3);
@@ -132,17 +132,17 @@ std::vector<ReferenceCase> RigidMotionCases(const Law& law) {
     Eigen::Vector3d torque = Eigen::Vector3d::Zero();
     for (int i = 0; i < vertices; ++i) torque += x.col(i).cross(f.col(i));
     const Eigen::RowVectorXd size = f.colwise().norm();
-    truths[0].computed.push_back(f.rowwise().sum().norm() / size.sum());
-    truths[1].computed.push_back(torque.norm() / size.dot(x.colwise().norm()));
-    truths[2].computed.push_back(forces((turn * rest).colwise() + shift).norm() / f.norm());
-    truths[3].computed.push_back((forces((turn * x).colwise() + shift) - turn * f).norm() /
-                                 f.norm());
+    cases[0].computed.push_back(f.rowwise().sum().norm() / size.sum());
+    cases[1].computed.push_back(torque.norm() / size.dot(x.colwise().norm()));
+    cases[2].computed.push_back(forces((turn * rest).colwise() + shift).norm() / f.norm());
+    cases[3].computed.push_back((forces((turn * x).colwise() + shift) - turn * f).norm() /
+                                f.norm());
   }
-  return truths;
+  return cases;
 }
 
 std::vector<ReferenceCase> TurnCases(const Law& law) {
-  ReferenceCase truth = Nothing("turn", "forces after a quarter turn of material and table");
+  ReferenceCase one = Nothing("turn", "forces after a quarter turn of material and table");
   for (const int vertices : kDiscs) {
     const Wrinkled cloth = MakeWrinkled(law, vertices);
     const Mesh& mesh = cloth.model.mesh;
@@ -155,9 +155,9 @@ std::vector<ReferenceCase> TurnCases(const Law& law) {
     const Matrix3X x = cloth.x.reshaped(3, vertices);
     const Matrix3X f = Forces(cloth.model, Anisotropic(), x);
     const Matrix3X g = Forces(turned, TurnedByQuarter(Anisotropic()), x);
-    truth.computed.push_back((f - g).norm() / f.norm());
+    one.computed.push_back((f - g).norm() / f.norm());
   }
-  return {truth};
+  return {one};
 }
 
 }  // namespace drape

@@ -18,7 +18,7 @@ std::vector<ReferenceCase> ClampedDiscCases(const Law& law);
 std::vector<ReferenceCase> RigidMotionCases(const Law& law);
 std::vector<ReferenceCase> TurnCases(const Law& law);
 
-// A truth whose error is relative to its value.
+// A reference case whose error is relative to its value.
 ReferenceCase RelativeReference(std::string group, std::string name, double expected,
                                 double tolerance);
 

@@ -106,7 +106,7 @@ TEST_F(BackendTool, ItIsSaidOnceWhatWasChosenAndWhy) {
   EXPECT_THAT(Read(Path("out/fit.log")), testing::StartsWith(line + "\n"));
 }
 
-// A fit goes on where auto chooses another backend.
+// A fit continues where auto chooses another backend.
 TEST_F(BackendTool, ACheckpointIsOfNoBackend) {
   MakeImage();
   ASSERT_EQ(Fit({"--backend=cpu", "--iterations=30,30", "--prior_sigma=9"},

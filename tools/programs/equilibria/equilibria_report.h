@@ -8,7 +8,7 @@
 
 namespace drape {
 
-// A row a cluster, then the spread over the drapes and the starts that found no rest.
+// One row per cluster, then the spread over the drapes and the starts that did not come to rest.
 std::string EquilibriaTableText(const EquilibriumSurvey& survey);
 
 // Throws InputError when the file cannot be written.

@@ -19,7 +19,7 @@ struct EquilibriaOptions {
   std::string out;                         // folder, made when missing
 };
 
-// What was found, for the reports.
+// What drape_equilibria found, for its report.
 struct EquilibriumSurvey {
   bool cancelled = false;
   std::string backend;  // Backend::name

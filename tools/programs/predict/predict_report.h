@@ -7,8 +7,8 @@
 
 namespace drape {
 
-// The distribution of each feature, the draws that found no rest, and the scores beside those of
-// the trivial predictors.
+// The distribution of each feature, the samples that did not come to rest, and the scores beside
+// those of the trivial predictors.
 std::string PredictionText(const PredictionRun& run);
 
 // Throws InputError when the file cannot be written.

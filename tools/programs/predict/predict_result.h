@@ -29,7 +29,7 @@ struct PredictToolOptions {
   std::string out;  // folder, made when missing
 };
 
-// What was found, for the reports.
+// What drape_predict found, for its report.
 struct PredictionRun {
   bool cancelled = false;
   std::string backend;  // Backend::name

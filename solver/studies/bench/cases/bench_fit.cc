@@ -83,8 +83,9 @@ void CheckFitCell(const BenchSetting& setting) {
                      "found " + std::to_string(setting.draws) + ", expected an even number");
 }
 
-void DrawTruth(const BenchSetting& truth, const BenchProblem& problem, const std::string& path) {
-  BenchRun run(truth, problem, nullptr);
+void RenderReference(const BenchSetting& reference, const BenchProblem& problem,
+                     const std::string& path) {
+  BenchRun run(reference, problem, nullptr);
   const BenchDrape drape = run.Run(BenchWork::kForward);
   if (drape.status != "ok")
     throw InputError("option 'ground_truth'",

@@ -21,7 +21,8 @@ struct FitBenchOptions {
 void CheckFitCell(const BenchSetting& setting);
 
 // Draws the silhouette of a drape as a fit's image. Throws InputError where there is no drape.
-void DrawTruth(const BenchSetting& truth, const BenchProblem& problem, const std::string& path);
+void RenderReference(const BenchSetting& reference, const BenchProblem& problem,
+                     const std::string& path);
 
 // Runs one fit in this process with its files in a folder of `folder`: seconds, and errors from its
 // summary.json, after it has settled. Axes: mesh, law, material (the start tables), h and fall (of

@@ -22,16 +22,15 @@ INSTANTIATE_TEST_SUITE_P(All, ValidationTest,
 
 TEST_P(ValidationTest, Holds) {
   const auto& [law, group] = GetParam();
-  const std::vector<ReferenceCase> truths = Validate({.law = law, .only = {group}});
-  ASSERT_FALSE(truths.empty());
-  for (const ReferenceCase& truth : truths) {
-    EXPECT_EQ(truth.group, group);
-    ASSERT_EQ(truth.computed.size(), 3u) << truth.name;
+  const std::vector<ReferenceCase> cases = Validate({.law = law, .only = {group}});
+  ASSERT_FALSE(cases.empty());
+  for (const ReferenceCase& one : cases) {
+    EXPECT_EQ(one.group, group);
+    ASSERT_EQ(one.computed.size(), 3u) << one.name;
     std::printf("%-10s %-48s %12.6g %12.6g %12.6g %12.6g  %8.1e of %7.0e  order %5.2f\n",
-                group.c_str(), truth.name.c_str(), truth.expected, truth.computed[0],
-                truth.computed[1], truth.computed[2], truth.Error(), truth.tolerance,
-                truth.Order());
-    EXPECT_TRUE(truth.Holds()) << truth.name << ": " << truth.Error();
+                group.c_str(), one.name.c_str(), one.expected, one.computed[0], one.computed[1],
+                one.computed[2], one.Error(), one.tolerance, one.Order());
+    EXPECT_TRUE(one.Holds()) << one.name << ": " << one.Error();
   }
 }
 

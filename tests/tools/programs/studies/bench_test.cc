@@ -84,10 +84,10 @@ TEST_F(BenchTool, WithoutCellsTheReferenceIsMadeAnew) {
 }
 
 TEST_F(BenchTool, FitsOfDistributionsHaveDraws) {
-  const ProcessResult result =
-      Bench({"--work=fit", "--ground_truth=" + kWool, "--ground_truth_mesh=disc:160", "--mesh=disc:120",
-             "--relax_time=4", "--solve=static", "--model=homogeneous,bdp", "--draws=2,4",
-             "--candidates_per_round=1", "--iterations=2", "--posterior_iterations=1"});
+  const ProcessResult result = Bench(
+      {"--work=fit", "--ground_truth=" + kWool, "--ground_truth_mesh=disc:160", "--mesh=disc:120",
+       "--relax_time=4", "--solve=static", "--model=homogeneous,bdp", "--draws=2,4",
+       "--candidates_per_round=1", "--iterations=2", "--posterior_iterations=1"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json cells = ReadJson(Path("out/bench.json"))["runs"];
   ASSERT_EQ(cells.size(), 3u);

@@ -135,10 +135,11 @@ std::vector<Option> FitAndFileOptions(BenchToolOptions& options) {
        .doc = "fits: silhouettes on which the fitted drapes are scored",
        .is_path = true},
       {.key = "ground_truth",
-       .value = &options.truth,
+       .value = &options.ground_truth,
        .doc = "fits without images: material of a synthetic silhouette",
        .is_path = true},
-      MeshOption("ground_truth_mesh", &options.truth_mesh, "mesh of the synthetic silhouette"),
+      MeshOption("ground_truth_mesh", &options.ground_truth_mesh,
+                 "mesh of the synthetic silhouette"),
       {.key = "candidates_per_round",
        .value = &job.fit.keep,
        .doc = "fits: as in drape_fit",
@@ -182,7 +183,7 @@ std::string Joined(const std::vector<std::string>& paths) {
   return text;
 }
 
-// What a resumed run must have in common with the run that it goes on with.
+// What a resumed run must have in common with the run that it continues.
 std::string CommonText(const BenchToolOptions& options) {
   const BenchJob& job = options.job;
   std::string text = options.work;
@@ -197,7 +198,8 @@ std::string CommonText(const BenchToolOptions& options) {
   add("start", Joined({options.start}));
   add("coarse_mesh", job.problem.coarse_mesh);
   if (options.work == "fit") {
-    add("images", options.images.empty() ? Joined({options.truth}) : Joined(job.fit.job.images));
+    add("images",
+        options.images.empty() ? Joined({options.ground_truth}) : Joined(job.fit.job.images));
     add("held_out", Joined(job.fit.held_out));
     return text;
   }
@@ -215,15 +217,16 @@ std::vector<std::string> Expanded(const std::vector<std::string>& texts) {
   return all;
 }
 
-void MakeTruth(BenchToolOptions* options, const std::atomic<bool>* cancel) {
-  if (options->truth.empty())
+void MakeSyntheticImage(BenchToolOptions* options, const std::atomic<bool>* cancel) {
+  if (options->ground_truth.empty())
     throw InputError("option 'ground_truth'",
                      "is missing, expected a material where there are no images");
   const std::string path = options->out + "/silhouette.png";
-  const BenchSetting truth{.material = options->truth, .mesh = options->truth_mesh};
+  const BenchSetting reference{.material = options->ground_truth,
+                               .mesh = options->ground_truth_mesh};
   RunInChild(
       [&] {
-        DrawTruth(truth, options->job.problem, path);
+        RenderReference(reference, options->job.problem, path);
         return std::string();
       },
       cancel);
@@ -243,7 +246,8 @@ BenchJob MakeJob(BenchToolOptions* options, const std::atomic<bool>* cancel) {
   job.fit.job.coarse_mesh = job.problem.coarse_mesh;
   job.fit.held_out = Expanded(options->held_out);
   job.out = options->out;
-  if (job.work == BenchWork::kFit && job.fit.job.images.empty()) MakeTruth(options, cancel);
+  if (job.work == BenchWork::kFit && job.fit.job.images.empty())
+    MakeSyntheticImage(options, cancel);
   job.common = CommonText(*options);
   return job;
 }

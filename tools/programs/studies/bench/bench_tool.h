@@ -18,8 +18,8 @@ struct BenchToolOptions {
   std::vector<std::string> references = {"disc:2400", "disc:4800"};  // coarse, fine
   std::string clock = "wall";                 // by which charts and the table count
   std::vector<std::string> images, held_out;  // of fits (ExpandImages)
-  std::string truth;                          // without images: whose silhouette is fitted
-  std::string truth_mesh = "disc:1200";
+  std::string ground_truth;                   // without images: whose silhouette is fitted
+  std::string ground_truth_mesh = "disc:1200";
   std::string table;     // accuracy table to write; empty: none
   double safety = 1.25;  // factor on the errors that it promises
   std::string out;       // folder, made when missing

@@ -28,7 +28,7 @@ struct CompareToolOptions {
 // Points into `options`, which outlives it. What is set for each cell is not among its options.
 OptionTable CompareTable(CompareToolOptions& options);
 
-// Runs or goes on with a comparison; comparison.csv, .json, .md and charts appear in `out` once all
+// Runs or continues a comparison; comparison.csv, .json, .md and charts appear in `out` once all
 // cells are done. `text` is what they say. Throws InputError; then what lay there is as it was.
 struct CompareResult {
   ComparisonRun run;

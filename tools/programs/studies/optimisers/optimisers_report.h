@@ -8,7 +8,7 @@
 
 namespace drape {
 
-// A row a method.
+// One row per method.
 std::string MethodTableText(const OptimiserBenchmark& benchmark, double branch_tolerance);
 
 // All files of the folder.

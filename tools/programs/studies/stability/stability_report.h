@@ -7,8 +7,8 @@
 
 namespace drape {
 
-// A row a map: how many of its runs ended in each class; then the limits of the explicit method and
-// the damping of the implicit ones, theory beside measurement.
+// One row per map: how many of its runs ended in each class; then the limits of the explicit method
+// and the damping of the implicit ones, theory beside measurement.
 std::string StabilityTableText(const StabilityAtlas& atlas);
 
 // The same as JSON, with the axes of the maps. Throws InputError when the file cannot be written.

@@ -11,7 +11,7 @@ namespace drape {
 OptionTable StabilityTable(StabilityOptions& options);
 
 // Reads all input before it computes. Writes to options.out runs.csv, to which each finished run is
-// appended, and at the end findings.json and a PNG a map. A cancelled run renders what it has.
+// appended, and at the end findings.json and one PNG per map. A cancelled run renders what it has.
 // Throws InputError; then what lay in the folder is as it was.
 StabilityAtlas RunStability(const StabilityOptions& options, const RunControl& control);
 
