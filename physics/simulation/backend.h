@@ -41,7 +41,7 @@ struct ReadoutLoss {
 };
 struct LossGradient {
   RolloutStatus status = RolloutStatus::kOk;
-  std::optional<double> loss;  // none where the rollout failed or its end cannot be read
+  std::optional<double> loss;  // empty where the rollout failed or its end cannot be read
   MaterialGradient material;   // ∂L/∂(table entry), one column; empty without a loss
 };
 
@@ -69,18 +69,18 @@ class Backend {
   virtual std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
                                                       std::span<const MaterialField* const> weights,
                                                       const RolloutOptions& options,
-                                                      const Readout& readout);
-  // seeds[i]: ∂L/∂x_end of rollout i, shape [3V, m_i].
+                                                      const Readout& readout) = 0;
+  // dL_dx[i]: by the end of rollout i, shape [3V, m_i].
   virtual std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
                                               std::span<const Recording> recordings,
-                                              std::span<const RowMatrix> seeds,
+                                              std::span<const RowMatrix> dL_dx,
                                               const RolloutOptions& options) = 0;
 
   // The loss of the end of each rollout and its gradient by the material, through the adjoint. From
   // a device only these come back, for the readouts that it knows (Readout::device).
   virtual std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
                                                   const RolloutOptions& options,
-                                                  const ReadoutLoss& loss);
+                                                  const ReadoutLoss& loss) = 0;
 
   // Drapes at rest near the starts (their velocities do not count).
   virtual std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
@@ -89,21 +89,21 @@ class Backend {
   // positive definite.
   virtual std::vector<RowMatrix> EquilibriumTangents(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) = 0;
-  // How these equilibria move, to first order in changes[i] of each table entry; shape [3V] each,
-  // empty as above.
+  // How these equilibria move, to first order in changes[i] of each table entry, by one solve each;
+  // shape [3V] each, empty as above.
   virtual std::vector<Eigen::VectorXd> EquilibriumJvp(
-      std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes);
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes) = 0;
   // The same where only what `readout` reads of the equilibria is wanted.
   virtual std::vector<LinearReadout> EquilibriumReadoutTangents(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
-      const Readout& readout);
-  // Gradients of scalars of equilibria that are given as the starts; seeds[i]: ∂L/∂x, shape
-  // [3V, m_i]. None where K is not positive definite.
+      const Readout& readout) = 0;
+  // Gradients of scalars of equilibria that are given as the starts; dL_dx[i]: shape
+  // [3V, m_i]. Empty where K is not positive definite.
   virtual std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
-      std::span<const RolloutInput> batch, std::span<const RowMatrix> seeds) = 0;
+      std::span<const RolloutInput> batch, std::span<const RowMatrix> dL_dx) = 0;
 };
 
-// The sequential truth: one rollout a thread. threads ≥ 1.
+// The reference implementation: one rollout per thread. threads ≥ 1.
 std::unique_ptr<Backend> MakeCpuBackend(std::shared_ptr<const ClothModel> model, int threads);
 
 }  // namespace drape

@@ -19,18 +19,19 @@ namespace drape {
 namespace {
 
 enum class CallKind {
-  kAlone,
+  kUnbatched,
   kRollouts,
   kTangents,
   kReadoutTangents,
   kEquilibria,
   kEquilibriumTangents,
+  kEquilibriumJvp,
   kEquilibriumReadoutTangents
 };
 
-// Calls of equal keys can be joined, those of kAlone aside.
+// Calls of equal keys can be joined, except those of kUnbatched.
 struct CallKey {
-  CallKind kind = CallKind::kAlone;
+  CallKind kind = CallKind::kUnbatched;
   RolloutOptions rollout;
   EquilibriumOptions equilibrium;
   bool operator==(const CallKey&) const = default;
@@ -46,7 +47,7 @@ class Call {
   // Answers this and all others of `joined`, whose first this is.
   virtual void Answer(std::span<Call* const> joined) = 0;
 
-  bool in_order = false;
+  bool serial = false;
   bool answered = false;
   std::exception_ptr error;
 
@@ -54,9 +55,9 @@ class Call {
   CallKey key_;
 };
 
-class LoneCall final : public Call {
+class UnbatchedCall final : public Call {
  public:
-  LoneCall(std::size_t size, const std::function<void()>& act)
+  UnbatchedCall(std::size_t size, const std::function<void()>& act)
       : Call(CallKey()), size_(size), act_(act) {}
   std::size_t size() const override { return size_; }
   void Answer(std::span<Call* const>) override { act_(); }
@@ -69,7 +70,7 @@ class LoneCall final : public Call {
 // The inputs of one call or of several together.
 struct Inputs {
   std::vector<RolloutInput> batch;
-  std::vector<const MaterialField*> weights;  // as many, or none where the kind has none
+  std::vector<const MaterialField*> weights;  // as many, or empty where the kind takes none
 };
 
 template <class Result>
@@ -108,11 +109,11 @@ class JoinedCall final : public Call {
   std::vector<Result> results_;
 };
 
-// The readout of a joined batch: that of the call in which a rollout lies.
+// The readout of a joined batch: each rollout is read by the readout of its own call.
 class JoinedReadout final : public Readout {
  public:
   template <class Result>
-  static JoinedReadout Of(std::span<Call* const> joined) {
+  static JoinedReadout Make(std::span<Call* const> joined) {
     JoinedReadout all;
     for (Call* call : joined)
       for (std::size_t i = 0; i < call->size(); ++i)
@@ -132,7 +133,7 @@ class JoinedReadout final : public Readout {
   std::vector<std::pair<const Readout*, std::size_t>> places_;  // and number in it
 };
 
-// Where the tasks' threads and the one that answers them meet.
+// Synchronises the threads of the tasks with the one that answers their calls.
 class BatchScheduler {
  public:
   explicit BatchScheduler(int threads) : running_(threads) {}
@@ -141,26 +142,26 @@ class BatchScheduler {
   void Wait(int task, Call& call) {
     std::unique_lock lock(mutex_);
     waiting_.emplace(task, &call);
-    NotifyWhenQuiet();
+    NotifyWhenAllWait();
     answered_.wait(lock, [&] { return call.answered; });
     if (call.error) std::rethrow_exception(call.error);
   }
 
-  void Fail(int task, std::exception_ptr error) {
+  void ReportError(int task, std::exception_ptr error) {
     const std::lock_guard lock(mutex_);
     errors_.emplace(task, std::move(error));
   }
-  void Leave(int threads) {
+  void Deregister(int threads) {
     const std::lock_guard lock(mutex_);
     running_ -= threads;
-    NotifyWhenQuiet();
+    NotifyWhenAllWait();
   }
 
-  // Answers until all threads have left.
-  void Serve() {
+  // Answers calls until all threads are deregistered.
+  void ServeUntilDone() {
     std::unique_lock lock(mutex_);
     for (;;) {
-      quiet_.wait(lock, [&] { return Quiet(); });
+      all_wait_.wait(lock, [&] { return AllWait(); });
       if (running_ == 0) return;
       const std::vector<Call*> joined = TakeNext();
       const std::exception_ptr failure = errors_.empty() ? nullptr : errors_.begin()->second;
@@ -184,9 +185,9 @@ class BatchScheduler {
   }
 
  private:
-  bool Quiet() const { return static_cast<int>(waiting_.size()) == running_; }
-  void NotifyWhenQuiet() {
-    if (Quiet()) quiet_.notify_one();
+  bool AllWait() const { return static_cast<int>(waiting_.size()) == running_; }
+  void NotifyWhenAllWait() {
+    if (AllWait()) all_wait_.notify_one();
   }
 
   static std::exception_ptr Answer(const std::vector<Call*>& joined) {
@@ -198,9 +199,9 @@ class BatchScheduler {
     return nullptr;
   }
 
-  // The calls that `first` is joined with, itself in front.
-  std::vector<Call*> SliceBatch(Call* first) const {
-    if (first->key().kind == CallKind::kAlone) return {first};
+  // The waiting calls that are answered together with `first`, which is among them.
+  std::vector<Call*> FindJoinable(Call* first) const {
+    if (first->key().kind == CallKind::kUnbatched) return {first};
     std::vector<Call*> group;
     for (const auto& [task, call] : waiting_)
       if (call->key() == first->key()) group.push_back(call);
@@ -211,11 +212,11 @@ class BatchScheduler {
     std::vector<Call*> best;
     std::size_t most = 0;
     for (const auto& [task, call] : waiting_) {
-      if (call->in_order) {
+      if (call->serial) {
         best = {call};
         break;
       }
-      std::vector<Call*> group = SliceBatch(call);
+      std::vector<Call*> group = FindJoinable(call);
       std::size_t size = 0;
       for (const Call* member : group) size += member->size();
       if (!best.empty() && size <= most) continue;
@@ -229,7 +230,7 @@ class BatchScheduler {
   }
 
   std::mutex mutex_;
-  std::condition_variable quiet_, answered_;
+  std::condition_variable all_wait_, answered_;
   std::map<int, Call*> waiting_;              // by task
   std::map<int, std::exception_ptr> errors_;  // that left a task
   int running_;                               // threads
@@ -237,25 +238,26 @@ class BatchScheduler {
 
 class Task final : public BatchingBackend {
  public:
-  Task(Backend* inner, BatchScheduler* gathering, int index)
-      : inner_(inner), gathering_(gathering), index_(index) {}
+  Task(Backend* inner, BatchScheduler* scheduler, int index)
+      : inner_(inner), scheduler_(scheduler), index_(index) {}
 
   int index() const override { return index_; }
   std::string name() const override { return inner_->name(); }
   const ClothModel& model() const override { return inner_->model(); }
   int threads() const override { return inner_->threads(); }
 
-  void InOrder(const std::function<void()>& act) override {
-    LoneCall call(0, act);
-    call.in_order = true;
-    gathering_->Wait(index_, call);
+  void RunSerially(const std::function<void()>& act) override {
+    UnbatchedCall call(0, act);
+    call.serial = true;
+    scheduler_->Wait(index_, call);
   }
 
   std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
                                       const RolloutOptions& options,
                                       std::vector<Recording>* recordings) override {
     if (recordings != nullptr)
-      return Alone(batch.size(), [&] { return inner_->Rollouts(batch, options, recordings); });
+      return CallUnbatched(batch.size(),
+                           [&] { return inner_->Rollouts(batch, options, recordings); });
     return Join<RolloutResult>({CallKind::kRollouts, options, {}}, batch, {},
                                [&](const Inputs& all, std::span<Call* const>) {
                                  return inner_->Rollouts(all.batch, options, nullptr);
@@ -281,22 +283,23 @@ class Task final : public BatchingBackend {
         {CallKind::kReadoutTangents, options, {}}, batch, weights,
         [&](const Inputs& all, std::span<Call* const> joined) {
           return inner_->ReadoutTangents(all.batch, all.weights, options,
-                                         JoinedReadout::Of<ReadoutTangent>(joined));
+                                         JoinedReadout::Make<ReadoutTangent>(joined));
         },
         &readout);
   }
 
   std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
                                       std::span<const Recording> recordings,
-                                      std::span<const RowMatrix> seeds,
+                                      std::span<const RowMatrix> dL_dx,
                                       const RolloutOptions& options) override {
-    return Alone(batch.size(), [&] { return inner_->Adjoints(batch, recordings, seeds, options); });
+    return CallUnbatched(batch.size(),
+                         [&] { return inner_->Adjoints(batch, recordings, dL_dx, options); });
   }
 
   std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
                                           const RolloutOptions& options,
                                           const ReadoutLoss& loss) override {
-    return Alone(batch.size(), [&] { return inner_->LossGradients(batch, options, loss); });
+    return CallUnbatched(batch.size(), [&] { return inner_->LossGradients(batch, options, loss); });
   }
 
   std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
@@ -316,6 +319,15 @@ class Task final : public BatchingBackend {
                            });
   }
 
+  std::vector<Eigen::VectorXd> EquilibriumJvp(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes) override {
+    CHECK_EQ(changes.size(), batch.size());
+    return Join<Eigen::VectorXd>({CallKind::kEquilibriumJvp, {}, {}}, batch, changes,
+                                 [&](const Inputs& all, std::span<Call* const>) {
+                                   return inner_->EquilibriumJvp(all.batch, all.weights);
+                                 });
+  }
+
   std::vector<LinearReadout> EquilibriumReadoutTangents(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
       const Readout& readout) override {
@@ -324,14 +336,14 @@ class Task final : public BatchingBackend {
         {CallKind::kEquilibriumReadoutTangents, {}, {}}, batch, weights,
         [&](const Inputs& all, std::span<Call* const> joined) {
           return inner_->EquilibriumReadoutTangents(all.batch, all.weights,
-                                                    JoinedReadout::Of<LinearReadout>(joined));
+                                                    JoinedReadout::Make<LinearReadout>(joined));
         },
         &readout);
   }
 
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
-      std::span<const RolloutInput> batch, std::span<const RowMatrix> seeds) override {
-    return Alone(batch.size(), [&] { return inner_->EquilibriumAdjoints(batch, seeds); });
+      std::span<const RolloutInput> batch, std::span<const RowMatrix> dL_dx) override {
+    return CallUnbatched(batch.size(), [&] { return inner_->EquilibriumAdjoints(batch, dL_dx); });
   }
 
  private:
@@ -342,21 +354,21 @@ class Task final : public BatchingBackend {
                            const Readout* readout = nullptr) {
     JoinedCall<Result> call(key, {{batch.begin(), batch.end()}, {weights.begin(), weights.end()}},
                             readout, run);
-    gathering_->Wait(index_, call);
+    scheduler_->Wait(index_, call);
     return call.TakeResults();
   }
 
   template <class Act>
-  std::invoke_result_t<Act> Alone(std::size_t size, const Act& act) {
+  std::invoke_result_t<Act> CallUnbatched(std::size_t size, const Act& act) {
     std::invoke_result_t<Act> results;
     const std::function<void()> answer = [&] { results = act(); };
-    LoneCall call(size, answer);
-    gathering_->Wait(index_, call);
+    UnbatchedCall call(size, answer);
+    scheduler_->Wait(index_, call);
     return results;
   }
 
   Backend* inner_;
-  BatchScheduler* gathering_;
+  BatchScheduler* scheduler_;
   int index_;
 };
 
@@ -366,29 +378,29 @@ void RunBatched(Backend& inner, int count, int max_threads,
                 const std::function<void(BatchingBackend&)>& work) {
   CHECK_GE(max_threads, 1);
   const int wanted = std::min(count, max_threads);
-  BatchScheduler gathering(wanted);
+  BatchScheduler scheduler(wanted);
   std::atomic<int> next = 0;
   const auto run_tasks = [&] {
-    for (int i = next++; i < count && !gathering.failed(); i = next++) {
-      Task task(&inner, &gathering, i);
+    for (int i = next++; i < count && !scheduler.failed(); i = next++) {
+      Task task(&inner, &scheduler, i);
       try {
         work(task);
       } catch (...) {
-        gathering.Fail(i, std::current_exception());
+        scheduler.ReportError(i, std::current_exception());
       }
     }
-    gathering.Leave(1);
+    scheduler.Deregister(1);
   };
   std::vector<std::jthread> threads;
   try {
     while (static_cast<int>(threads.size()) < wanted) threads.emplace_back(run_tasks);
-  } catch (const std::system_error&) {  // the system's limit: fewer do
+  } catch (const std::system_error&) {  // the system's limit: fewer threads suffice
     if (threads.empty()) throw;
-    gathering.Leave(wanted - static_cast<int>(threads.size()));
+    scheduler.Deregister(wanted - static_cast<int>(threads.size()));
   }
-  gathering.Serve();
+  scheduler.ServeUntilDone();
   threads.clear();
-  gathering.RethrowFirst();
+  scheduler.RethrowFirst();
 }
 
 }  // namespace drape

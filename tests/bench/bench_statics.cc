@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cost of equilibria and of their derivatives as ratios to the dynamic step, and how many of 60
-// drapes converge. usage: bench_statics [--benchmark_filter=Ratios|Settle]
+// drapes converge. usage: bench_statics [--benchmark_filter=Ratios|EquilibriumJvp|Settle]
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/disc.h"
+#include "physics/simulation/host_readouts.h"
 #include "physics/simulation/rollout.h"
 #include "physics/simulation/statics/statics.h"
 #include "tests/bench/cpu_time.h"
@@ -82,6 +83,50 @@ BENCHMARK(BM_Ratios)
     ->ArgNames({"vertices", "fabric"})
     ->ArgsProduct({{300, 1200, 2700}, {kCottonBlue, kWoolRed}})
     ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
+
+// How drapes move in one direction of the tables, a solve each (EquilibriumJvp), against the sum of
+// their 39 weighted tangents (SumEquilibriumTangents).
+void BM_EquilibriumJvp(benchmark::State& bench) {
+  constexpr int kBatch = 4;
+  const auto model = MakeModel(static_cast<int>(bench.range(0)));
+  const auto backend = MakeCpuBackend(model, 1);
+  const MaterialField material = PublishedFabric(kFabrics[kWoolRed]);
+  std::vector<State> states;
+  for (int seed = 1; seed <= kBatch; ++seed) states.push_back(Start(*model, seed));
+  std::vector<RolloutInput> inputs;
+  for (const State& state : states) inputs.push_back({&material, &state});
+  const auto relaxed = backend->Rollouts(inputs, kFall, nullptr);
+  for (int i = 0; i < kBatch; ++i) states[i] = relaxed[i].end;
+  const auto rest = backend->Equilibria(inputs, {});
+  for (int i = 0; i < kBatch; ++i) states[i].x = rest[i].x;
+  const std::vector<const MaterialField*> changes(kBatch, &material);
+  std::vector<Eigen::VectorXd> one, summed;
+  double one_s = std::numeric_limits<double>::infinity(), summed_s = one_s;
+  for (auto _ : bench) {
+    one_s = std::min(one_s, Seconds([&] { one = backend->EquilibriumJvp(inputs, changes); }));
+    summed_s = std::min(
+        summed_s, Seconds([&] { summed = SumEquilibriumTangents(*backend, inputs, changes); }));
+  }
+  double difference = 0.0;
+  int solved = 0;
+  for (int i = 0; i < kBatch; ++i) {
+    if (one[i].size() == 0 || summed[i].size() == 0) continue;
+    ++solved;
+    difference = std::max(difference, (one[i] - summed[i]).norm() / summed[i].norm());
+  }
+  bench.counters["jvp_ms"] = 1e3 * one_s / kBatch;
+  bench.counters["39_columns_ms"] = 1e3 * summed_s / kBatch;
+  bench.counters["speedup"] = summed_s / one_s;
+  bench.counters["difference"] = difference;
+  bench.counters["solved"] = solved;
+}
+BENCHMARK(BM_EquilibriumJvp)
+    ->ArgNames({"vertices"})
+    ->Arg(300)
+    ->Arg(600)
+    ->Arg(1200)
+    ->Iterations(5)
     ->Unit(benchmark::kMillisecond);
 
 // Five fabrics × four seeds for each mesh: does the drape converge to 1e-8 × weight within 60

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/simulation/backend.h"
+#include "physics/simulation/host_readouts.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape::test {
@@ -16,7 +16,7 @@ namespace drape::test {
 // A cloth without physics: the drape of a material is the rest shape, each point moved along its
 // radius by the factor g(θ, p) = 1 − kShrink·tanh(s) + kRipple·tanh(b)·cos 3θ of its angle θ, where
 // s and b are the mean logarithms of the stretch and bend entries over those of TestMaterial.
-// Derivatives are exact. Options make it fail where a test wants it to.
+// Derivatives are exact. A test chooses where it fails.
 class FakeBackend final : public Backend {
  public:
   static constexpr double kShrink = 0.2, kRipple = 0.05;
@@ -112,13 +112,32 @@ class FakeBackend final : public Backend {
     }
     return results;
   }
-
+  std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
+                                              std::span<const MaterialField* const> weights,
+                                              const RolloutOptions& options,
+                                              const Readout& readout) override {
+    return ReadTangents(*this, batch, weights, options, readout);
+  }
+  std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
+                                          const RolloutOptions& options,
+                                          const ReadoutLoss& loss) override {
+    return DifferentiateLosses(*this, batch, options, loss);
+  }
+  std::vector<Eigen::VectorXd> EquilibriumJvp(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes) override {
+    return SumEquilibriumTangents(*this, batch, changes);
+  }
+  std::vector<LinearReadout> EquilibriumReadoutTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+      const Readout& readout) override {
+    return ReadEquilibriumTangents(*this, batch, weights, readout);
+  }
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
       std::span<const RolloutInput> batch, std::span<const RowMatrix>) override {
     return std::vector<std::optional<MaterialGradient>>(batch.size());
   }
 
-  int equilibria = 0;             // asked for so far
+  int equilibria = 0;             // requested so far
   std::size_t largest_batch = 0;  // of them
 
  private:

@@ -127,7 +127,7 @@ std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialFiel
     for (std::size_t i = 0; i < targets.size(); ++i)
       by_target.push_back(RankLifts(task, scaled, targets[i], seeds[i], options, cancel));
     found[task.index()] = Combine(stretch, bend, by_target);
-    if (progress) task.InOrder([&] { progress(++done / double(count)); });
+    if (progress) task.RunSerially([&] { progress(++done / double(count)); });
   });
   std::vector<InitialGuess> ranked;
   for (const auto& candidates : found)

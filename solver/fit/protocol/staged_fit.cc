@@ -101,12 +101,12 @@ class StagedFitter {
     Gather(work, round,
            [&](const CandidateFitter& fitter, CandidateTask& mine, BatchingBackend& task) {
              FitOneCandidate(fitter, round, mine, [&](double share) {
-               task.InOrder([&] {
+               task.RunSerially([&] {
                  shares_[task.index()] = share;
                  ReportEquilibria(state);
                });
              });
-             task.InOrder([&] {
+             task.RunSerially([&] {
                shares_[task.index()] = 0.0;
                Finish(state, mine);
              });

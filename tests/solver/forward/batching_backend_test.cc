@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls of several tasks joined, on a backend whose answers are sums that are known.
+// Joined calls of several tasks, on a backend whose answers are known sums.
 #include "solver/forward/batching_backend.h"
 
 #include <gmock/gmock.h>
@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "physics/simulation/host_readouts.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/row_readout.h"
 
@@ -23,6 +24,7 @@ class SumBackend final : public Backend {
  public:
   std::string name() const override { return "sum"; }
   const ClothModel& model() const override { return *model_; }
+  std::shared_ptr<const ClothModel> shared_model() const { return model_; }
   int threads() const override { return 1; }
 
   std::vector<RolloutResult> Rollouts(std::span<const RolloutInput> batch,
@@ -67,6 +69,30 @@ class SumBackend final : public Backend {
     for (std::size_t i = 0; i < batch.size(); ++i)
       results.push_back(RowMatrix::Constant(1, 1, weights[i]->density + batch[i].start->x[0]));
     return results;
+  }
+  std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
+                                              std::span<const MaterialField* const> weights,
+                                              const RolloutOptions& options,
+                                              const Readout& readout) override {
+    return ReadTangents(*this, batch, weights, options, readout);
+  }
+  std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
+                                          const RolloutOptions& options,
+                                          const ReadoutLoss& loss) override {
+    return DifferentiateLosses(*this, batch, options, loss);
+  }
+  std::vector<Eigen::VectorXd> EquilibriumJvp(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes) override {
+    Keep('j', batch.size());
+    std::vector<Eigen::VectorXd> results;
+    for (std::size_t i = 0; i < batch.size(); ++i)
+      results.push_back(Eigen::VectorXd::Constant(1, changes[i]->density + batch[i].start->x[0]));
+    return results;
+  }
+  std::vector<LinearReadout> EquilibriumReadoutTangents(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+      const Readout& readout) override {
+    return ReadEquilibriumTangents(*this, batch, weights, readout);
   }
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
       std::span<const RolloutInput> batch, std::span<const RowMatrix>) override {
@@ -128,6 +154,12 @@ class BatchingBackendTest : public testing::Test {
     ASSERT_EQ(results.size(), count);
     for (int i = 0; i < count; ++i) EXPECT_EQ(results[i](0, 0), 1000.0 * task + i) << task;
   }
+  static void Jvp(Backend& backend, int task, int count) {
+    const OwnInputs own(task, count);
+    const auto results = backend.EquilibriumJvp(own.batch, own.weights);
+    ASSERT_EQ(results.size(), count);
+    for (int i = 0; i < count; ++i) EXPECT_EQ(results[i][0], 1000.0 * task + i) << task;
+  }
   static void Tangent(Backend& backend, int task, int count) {
     const OwnInputs own(task, count);
     const auto results = backend.Tangents(own.batch, own.weights, {});
@@ -146,9 +178,38 @@ TEST_F(BatchingBackendTest, CallsOfOneKindAreOneBatch) {
     Tangent(task, task.index(), 1 + task.index() % 2);
     Rest(task, task.index(), 3);
     Differentiate(task, task.index(), task.index() == 5 ? 0 : 1);
+    Jvp(task, task.index(), 2);
   });
-  EXPECT_THAT(inner_.batches, ElementsAre("r16", "t12", "e24", "d7"));
+  EXPECT_THAT(inner_.batches, ElementsAre("r16", "t12", "e24", "d7", "j16"));
   EXPECT_THAT(inner_.callers, ElementsAre(std::this_thread::get_id()));
+}
+
+// Of a real backend: the bits of a joined call are those of a call of its own.
+TEST_F(BatchingBackendTest, JoinedJvpsOfACpuBackendAreItsOwn) {
+  const auto cpu = MakeCpuBackend(inner_.shared_model(), 2);
+  const MaterialField material = test::TestMaterial();
+  State rest = cpu->model().RestState();
+  std::mt19937_64 random(5);
+  rest = cpu->Rollouts(std::vector<RolloutInput>{{&material, &rest}}, {.h = 0.1, .steps = 60},
+                       nullptr)[0]
+             .end;
+  const RolloutInput input{&material, &rest};
+  rest.x = cpu->Equilibria({&input, 1}, {})[0].x;
+  std::vector<MaterialField> changes;
+  for (int i = 0; i < 4; ++i)
+    changes.push_back(test::Scatter(material, cpu->model().mesh, 0.5, random));
+  std::vector<Eigen::VectorXd> found(changes.size());
+  RunBatched(*cpu, static_cast<int>(changes.size()), 64, [&](BatchingBackend& task) {
+    const MaterialField* change = &changes[task.index()];
+    found[task.index()] = task.EquilibriumJvp({&input, 1}, {&change, 1})[0];
+  });
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const MaterialField* change = &changes[i];
+    ASSERT_GT(found[i].size(), 0) << i;
+    EXPECT_EQ(found[i], cpu->EquilibriumJvp({&input, 1}, {&change, 1})[0]) << i;
+    const auto summed = SumEquilibriumTangents(*cpu, {&input, 1}, {&change, 1});
+    EXPECT_LT((found[i] - summed[0]).norm(), 1e-10 * summed[0].norm()) << i;
+  }
 }
 
 TEST_F(BatchingBackendTest, OtherOptionsAreAnotherBatch) {
@@ -162,7 +223,7 @@ TEST_F(BatchingBackendTest, OtherOptionsAreAnotherBatch) {
   EXPECT_THAT(inner_.batches, ElementsAre("r4", "r2", "r1"));
 }
 
-TEST_F(BatchingBackendTest, TheLargestGroupGoesFirstAndTheOthersWaitForMore) {
+TEST_F(BatchingBackendTest, TheLargestGroupIsAnsweredFirst) {
   Gather(5, [](BatchingBackend& task) {
     if (task.index() >= 2) Rest(task, task.index(), 1);
     Differentiate(task, task.index(), 1);
@@ -188,7 +249,7 @@ TEST_F(BatchingBackendTest, NoMoreThanTheLimitRunAtATime) {
   Gather(0, [](BatchingBackend&) { FAIL(); });
 }
 
-TEST_F(BatchingBackendTest, RecordingsAndAdjointsAreAlone) {
+TEST_F(BatchingBackendTest, RecordingsAndAdjointsAreNotJoined) {
   std::vector<std::vector<Recording>> recordings(2);
   Gather(2, [&](BatchingBackend& task) {
     const OwnInputs own(task.index(), 3);
@@ -223,7 +284,7 @@ TEST_F(BatchingBackendTest, EachTaskReadsItsOwn) {
   EXPECT_THAT(inner_.batches, ElementsAre("t6", "d6"));
 }
 
-TEST_F(BatchingBackendTest, LossesAreAlone) {
+TEST_F(BatchingBackendTest, LossesAreNotJoined) {
   Gather(2, [](BatchingBackend& task) {
     const OwnInputs own(task.index(), 2);
     const test::RowReadout readout(1, [&](std::size_t i, const Eigen::VectorXd&) {
@@ -271,13 +332,13 @@ TEST_F(BatchingBackendTest, AnErrorThatLeavesATaskEndsAll) {
   EXPECT_THAT(inner_.batches, ElementsAre("e8", "e8"));
 }
 
-TEST_F(BatchingBackendTest, InOrderRunsByTaskOnTheCallersThread) {
+TEST_F(BatchingBackendTest, RunSeriallyRunsByTaskOnTheCallersThread) {
   std::vector<int> order;  // without a lock: all in one thread
   const auto caller = std::this_thread::get_id();
   Gather(6, [&](BatchingBackend& task) {
     for (int round = 0; round < 3; ++round) {
       if (task.index() % 2 == 1) Rest(task, task.index(), 1);
-      task.InOrder([&] {
+      task.RunSerially([&] {
         EXPECT_EQ(std::this_thread::get_id(), caller);
         order.push_back(10 * round + task.index());
       });
@@ -286,9 +347,10 @@ TEST_F(BatchingBackendTest, InOrderRunsByTaskOnTheCallersThread) {
   EXPECT_THAT(order, ElementsAre(0, 10, 20, 2, 12, 22, 4, 14, 24, 1, 3, 5, 11, 13, 15, 21, 23, 25));
 }
 
-TEST_F(BatchingBackendTest, AnErrorInOrderReachesItsTask) {
+TEST_F(BatchingBackendTest, AnErrorInRunSeriallyReachesItsTask) {
   EXPECT_THROW(
-      Gather(3, [](BatchingBackend& task) { task.InOrder([] { throw std::logic_error("x"); }); }),
+      Gather(3,
+             [](BatchingBackend& task) { task.RunSerially([] { throw std::logic_error("x"); }); }),
       std::logic_error);
 }
 
@@ -310,7 +372,7 @@ void ManyRounds(BatchingBackend& task) {
         EXPECT_EQ(task.Equilibria(own.batch, {}).size(), own.batch.size());
         break;
       default:
-        task.InOrder([] {});
+        task.RunSerially([] {});
     }
   }
 }
