@@ -10,10 +10,23 @@
 #include <thread>
 #include <utility>
 
-#include "cuda/engine/device_engine.h"
+#include "cuda/engine/readouts/readout_engine.h"
+#include "physics/simulation/host_readouts.h"
 
 namespace drape {
 namespace {
+
+// What runs on one device.
+struct DeviceEngine {
+  DeviceEngine(std::shared_ptr<const ClothModel> model, const FrontPlan& plan,
+               const DeviceInfo& device, int threads)
+      : resources(std::move(model), plan, device, threads) {}
+
+  DeviceResources resources;
+  RolloutEngine rollouts{resources};
+  EquilibriumEngine equilibria{resources};
+  ReadoutEngine readouts{resources, rollouts, equilibria};
+};
 
 // A part of a batch that one device works on.
 struct Share {
@@ -49,11 +62,11 @@ class CudaBackend final : public Backend {
     if (recordings != nullptr) recordings->assign(batch.size(), {});
     const std::span<Recording> kept =
         recordings == nullptr ? std::span<Recording>() : std::span(*recordings);
-    OnDevices(batch.size(), [&](const Share& s) {
-      s.engine->Rollouts(batch.subspan(s.first, s.count), options,
-                         kept.empty() ? kept : kept.subspan(s.first, s.count),
-                         std::span(results).subspan(s.first, s.count),
-                         std::span(failed).subspan(s.first, s.count));
+    SplitOverDevices(batch.size(), [&](const Share& s) {
+      s.engine->rollouts.Rollouts(batch.subspan(s.first, s.count), options,
+                                  kept.empty() ? kept : kept.subspan(s.first, s.count),
+                                  std::span(results).subspan(s.first, s.count),
+                                  std::span(failed).subspan(s.first, s.count));
     });
     for (const std::size_t i : Indices(failed)) {
       std::vector<Recording> recording;
@@ -71,10 +84,11 @@ class CudaBackend final : public Backend {
     CHECK_EQ(weights.size(), batch.size());
     std::vector<TangentResult> results(batch.size());
     std::vector<char> failed(batch.size());
-    OnDevices(batch.size(), [&](const Share& s) {
-      s.engine->Tangents(batch.subspan(s.first, s.count), weights.subspan(s.first, s.count),
-                         options, std::span(results).subspan(s.first, s.count),
-                         std::span(failed).subspan(s.first, s.count));
+    SplitOverDevices(batch.size(), [&](const Share& s) {
+      s.engine->rollouts.Tangents(batch.subspan(s.first, s.count),
+                                  weights.subspan(s.first, s.count), options,
+                                  std::span(results).subspan(s.first, s.count),
+                                  std::span(failed).subspan(s.first, s.count));
     });
     for (const std::size_t i : Indices(failed))
       results[i] =
@@ -90,11 +104,11 @@ class CudaBackend final : public Backend {
     CHECK_EQ(weights.size(), batch.size());
     std::vector<ReadoutTangent> results(batch.size());
     std::vector<char> failed(batch.size());
-    OnDevices(batch.size(), [&](const Share& s) {
-      s.engine->ReadoutTangents(batch.subspan(s.first, s.count), weights.subspan(s.first, s.count),
-                                options, ReadoutFrom(readout, s.first),
-                                std::span(results).subspan(s.first, s.count),
-                                std::span(failed).subspan(s.first, s.count));
+    SplitOverDevices(batch.size(), [&](const Share& s) {
+      s.engine->readouts.ReadoutTangents(
+          batch.subspan(s.first, s.count), weights.subspan(s.first, s.count), options,
+          ReadoutFrom(readout, s.first), std::span(results).subspan(s.first, s.count),
+          std::span(failed).subspan(s.first, s.count));
     });
     for (const std::size_t i : Indices(failed))
       results[i] = std::move(host_->ReadoutTangents(batch.subspan(i, 1), weights.subspan(i, 1),
@@ -104,25 +118,25 @@ class CudaBackend final : public Backend {
 
   std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
                                       std::span<const Recording> recordings,
-                                      std::span<const RowMatrix> seeds,
+                                      std::span<const RowMatrix> dL_dx,
                                       const RolloutOptions& options) override {
     options.Check();
     CHECK_EQ(recordings.size(), batch.size());
-    CHECK_EQ(seeds.size(), batch.size());
+    CHECK_EQ(dL_dx.size(), batch.size());
     std::vector<AdjointResult> results(batch.size());
     std::vector<char> failed(batch.size());
     std::map<DeviceEngine*, std::vector<std::vector<std::size_t>>> of_engine;
-    for (auto& [key, members] : AlikeAdjoints(recordings, seeds))
+    for (auto& [key, members] : GroupAdjoints(recordings, dL_dx))
       of_engine[key.engine].push_back(members);
     std::vector<std::function<void()>> work;
     for (const auto& [engine, groups] : of_engine)
       work.push_back([&, engine = engine, &groups = groups] {
         for (const std::vector<std::size_t>& members : groups)
-          FindAdjointsOf(*engine, members, batch, recordings, seeds, options, results, failed);
+          RunAdjoints(*engine, members, batch, recordings, dL_dx, options, results, failed);
       });
-    RunSideBySide(work);
+    RunConcurrently(work);
     for (const std::size_t i : Indices(failed))
-      results[i] = AdjointOnHost(batch[i], seeds[i], options);
+      results[i] = AdjointOnHost(batch[i], dL_dx[i], options);
     return results;
   }
 
@@ -132,20 +146,20 @@ class CudaBackend final : public Backend {
     options.Check();
     loss.Check(batch.size());
     if (batch.empty() || loss.readout->device(0) == nullptr)
-      return Backend::LossGradients(batch, options, loss);
+      return DifferentiateLosses(*this, batch, options, loss);
     std::vector<LossGradient> results(batch.size());
     std::vector<char> failed(batch.size());
-    OnDevices(batch.size(), [&](const Share& s) {
+    SplitOverDevices(batch.size(), [&](const Share& s) {
       const ReadoutFrom readout(*loss.readout, s.first);
-      s.engine->LossGradients(batch.subspan(s.first, s.count), options,
-                              ComputeLoss(loss, readout, s.first, s.count),
-                              std::span(results).subspan(s.first, s.count),
-                              std::span(failed).subspan(s.first, s.count));
+      s.engine->readouts.LossGradients(batch.subspan(s.first, s.count), options,
+                                       SliceLoss(loss, readout, s.first, s.count),
+                                       std::span(results).subspan(s.first, s.count),
+                                       std::span(failed).subspan(s.first, s.count));
     });
     for (const std::size_t i : Indices(failed)) {
       const ReadoutFrom readout(*loss.readout, i);
       results[i] = std::move(
-          host_->LossGradients(batch.subspan(i, 1), options, ComputeLoss(loss, readout, i, 1))[0]);
+          host_->LossGradients(batch.subspan(i, 1), options, SliceLoss(loss, readout, i, 1))[0]);
     }
     return results;
   }
@@ -153,9 +167,9 @@ class CudaBackend final : public Backend {
   std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
                                             const EquilibriumOptions& options) override {
     std::vector<EquilibriumResult> results(batch.size());
-    OnDevices(batch.size(), [&](const Share& s) {
-      s.engine->Equilibria(batch.subspan(s.first, s.count), options,
-                           std::span(results).subspan(s.first, s.count));
+    SplitOverDevices(batch.size(), [&](const Share& s) {
+      s.engine->equilibria.Equilibria(batch.subspan(s.first, s.count), options,
+                                      std::span(results).subspan(s.first, s.count));
     });
     return results;
   }
@@ -164,10 +178,21 @@ class CudaBackend final : public Backend {
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) override {
     CHECK_EQ(weights.size(), batch.size());
     std::vector<RowMatrix> results(batch.size());
-    OnDevices(batch.size(), [&](const Share& s) {
-      s.engine->EquilibriumTangents(batch.subspan(s.first, s.count),
+    SplitOverDevices(batch.size(), [&](const Share& s) {
+      s.engine->equilibria.Tangents(batch.subspan(s.first, s.count),
                                     weights.subspan(s.first, s.count),
                                     std::span(results).subspan(s.first, s.count));
+    });
+    return results;
+  }
+
+  std::vector<Eigen::VectorXd> EquilibriumJvp(
+      std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes) override {
+    CHECK_EQ(changes.size(), batch.size());
+    std::vector<Eigen::VectorXd> results(batch.size());
+    SplitOverDevices(batch.size(), [&](const Share& s) {
+      s.engine->equilibria.Jvp(batch.subspan(s.first, s.count), changes.subspan(s.first, s.count),
+                               std::span(results).subspan(s.first, s.count));
     });
     return results;
   }
@@ -177,8 +202,8 @@ class CudaBackend final : public Backend {
       const Readout& readout) override {
     CHECK_EQ(weights.size(), batch.size());
     std::vector<LinearReadout> results(batch.size());
-    OnDevices(batch.size(), [&](const Share& s) {
-      s.engine->EquilibriumReadoutTangents(
+    SplitOverDevices(batch.size(), [&](const Share& s) {
+      s.engine->readouts.EquilibriumReadoutTangents(
           batch.subspan(s.first, s.count), weights.subspan(s.first, s.count),
           ReadoutFrom(readout, s.first), std::span(results).subspan(s.first, s.count));
     });
@@ -186,21 +211,21 @@ class CudaBackend final : public Backend {
   }
 
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
-      std::span<const RolloutInput> batch, std::span<const RowMatrix> seeds) override {
-    CHECK_EQ(seeds.size(), batch.size());
+      std::span<const RolloutInput> batch, std::span<const RowMatrix> dL_dx) override {
+    CHECK_EQ(dL_dx.size(), batch.size());
     std::vector<std::optional<MaterialGradient>> results(batch.size());
-    std::map<Eigen::Index, std::vector<std::size_t>> alike;  // by the number of columns
-    for (std::size_t i = 0; i < seeds.size(); ++i) alike[seeds[i].cols()].push_back(i);
-    for (const auto& [columns, members] : alike) {
+    std::map<Eigen::Index, std::vector<std::size_t>> groups;  // by the number of columns
+    for (std::size_t i = 0; i < dL_dx.size(); ++i) groups[dL_dx[i].cols()].push_back(i);
+    for (const auto& [columns, members] : groups) {
       std::vector<RolloutInput> inputs;
       std::vector<const RowMatrix*> of_inputs;
       for (const std::size_t i : members) {
         inputs.push_back(batch[i]);
-        of_inputs.push_back(&seeds[i]);
+        of_inputs.push_back(&dL_dx[i]);
       }
       std::vector<std::optional<MaterialGradient>> found(members.size());
-      OnDevices(members.size(), [&](const Share& s) {
-        s.engine->EquilibriumAdjoints(std::span(inputs).subspan(s.first, s.count),
+      SplitOverDevices(members.size(), [&](const Share& s) {
+        s.engine->equilibria.Adjoints(std::span(inputs).subspan(s.first, s.count),
                                       std::span(of_inputs).subspan(s.first, s.count),
                                       std::span(found).subspan(s.first, s.count));
       });
@@ -218,14 +243,14 @@ class CudaBackend final : public Backend {
   }
 
   // The loss of a part of its batch; `readout`: that of the part.
-  static ReadoutLoss ComputeLoss(const ReadoutLoss& loss, const Readout& readout, std::size_t first,
-                                 std::size_t count) {
+  static ReadoutLoss SliceLoss(const ReadoutLoss& loss, const Readout& readout, std::size_t first,
+                               std::size_t count) {
     const auto begin = loss.targets.begin() + first;
     return {&readout, {begin, begin + count}, loss.sigma};
   }
 
   // A thread each; waits for all and rethrows what one threw.
-  static void RunSideBySide(const std::vector<std::function<void()>>& work) {
+  static void RunConcurrently(const std::vector<std::function<void()>>& work) {
     if (work.size() == 1) return work[0]();
     std::vector<std::exception_ptr> errors(work.size());
     std::vector<std::thread> threads;
@@ -243,14 +268,14 @@ class CudaBackend final : public Backend {
   }
 
   // Splits a batch evenly over the devices.
-  void OnDevices(std::size_t count, const std::function<void(const Share&)>& work) {
+  void SplitOverDevices(std::size_t count, const std::function<void(const Share&)>& work) {
     std::vector<std::function<void()>> shares;
     const std::size_t devices = std::min(engines_.size(), count);
     for (std::size_t d = 0; d < devices; ++d) {
       const std::size_t first = count * d / devices, last = count * (d + 1) / devices;
       shares.push_back([&, d, first, last] { work({engines_[d].get(), first, last - first}); });
     }
-    RunSideBySide(shares);
+    RunConcurrently(shares);
   }
 
   // Adjoints that run as one batch: on the device that has the recording, as many columns.
@@ -260,47 +285,47 @@ class CudaBackend final : public Backend {
     int steps;
     auto operator<=>(const AdjointKey&) const = default;
   };
-  std::map<AdjointKey, std::vector<std::size_t>> AlikeAdjoints(
-      std::span<const Recording> recordings, std::span<const RowMatrix> seeds) {
+  std::map<AdjointKey, std::vector<std::size_t>> GroupAdjoints(
+      std::span<const Recording> recordings, std::span<const RowMatrix> dL_dx) {
     std::map<AdjointKey, std::vector<std::size_t>> groups;
-    for (std::size_t i = 0; i < seeds.size(); ++i) {
+    for (std::size_t i = 0; i < dL_dx.size(); ++i) {
       const auto* own = dynamic_cast<const DeviceRecording*>(recordings[i].backend.get());
-      DeviceEngine* engine = engines_[i * engines_.size() / seeds.size()].get();
+      DeviceEngine* engine = engines_[i * engines_.size() / dL_dx.size()].get();
       if (own != nullptr)
         for (const auto& e : engines_)
-          if (e->device().index == own->history->device) engine = e.get();
+          if (e->resources.device().index == own->history->device) engine = e.get();
       const int steps = own != nullptr ? own->steps : static_cast<int>(recordings[i].factor.size());
-      groups[{engine, seeds[i].cols(), steps}].push_back(i);
+      groups[{engine, dL_dx[i].cols(), steps}].push_back(i);
     }
     return groups;
   }
 
-  void FindAdjointsOf(DeviceEngine& engine, const std::vector<std::size_t>& members,
-                      std::span<const RolloutInput> batch, std::span<const Recording> recordings,
-                      std::span<const RowMatrix> seeds, const RolloutOptions& options,
-                      std::vector<AdjointResult>& results, std::vector<char>& failed) {
+  void RunAdjoints(DeviceEngine& engine, const std::vector<std::size_t>& members,
+                   std::span<const RolloutInput> batch, std::span<const Recording> recordings,
+                   std::span<const RowMatrix> dL_dx, const RolloutOptions& options,
+                   std::vector<AdjointResult>& results, std::vector<char>& failed) {
     std::vector<RolloutInput> inputs;
     std::vector<const Recording*> kept;
     std::vector<const RowMatrix*> columns;
     for (const std::size_t i : members) {
       inputs.push_back(batch[i]);
       kept.push_back(&recordings[i]);
-      columns.push_back(&seeds[i]);
+      columns.push_back(&dL_dx[i]);
     }
     std::vector<AdjointResult> found(members.size());
     std::vector<char> flags(members.size());
-    engine.Adjoints(inputs, kept, columns, options, found, flags);
+    engine.rollouts.Adjoints(inputs, kept, columns, options, found, flags);
     for (std::size_t k = 0; k < members.size(); ++k) {
       results[members[k]] = std::move(found[k]);
       failed[members[k]] = flags[k];
     }
   }
 
-  AdjointResult AdjointOnHost(const RolloutInput& input, const RowMatrix& seed,
+  AdjointResult AdjointOnHost(const RolloutInput& input, const RowMatrix& dL_dx,
                               const RolloutOptions& options) {
     std::vector<Recording> recording;
     host_->Rollouts({&input, 1}, options, &recording);
-    return std::move(host_->Adjoints({&input, 1}, recording, {&seed, 1}, options)[0]);
+    return std::move(host_->Adjoints({&input, 1}, recording, {&dL_dx, 1}, options)[0]);
   }
 
   std::shared_ptr<const ClothModel> model_;

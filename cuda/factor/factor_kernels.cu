@@ -345,18 +345,17 @@ void PrepareFactorKernels(int shared_bytes) {
   AllowSharedMemory(FormUpdateTiles, shared_bytes);
 }
 
-void LaunchFactorLevel(const PlanView& plan, const LevelRange& level, const FactorView& view,
-                       const UpdateTile* tiles, const double* rhs, double* solution, int slots,
-                       int threads, cudaStream_t stream) {
-  FactorFronts<<<dim3(level.end - level.begin, slots), threads, level.shared_panel, stream>>>(
-      plan, level.begin, view, rhs, solution, tiles == nullptr);
+void LaunchFactorLevel(const LevelLaunch& on, const FactorView& view, const UpdateTile* tiles,
+                       const double* rhs, double* solution, int threads) {
+  FactorFronts<<<dim3(on.level.end - on.level.begin, on.slots), threads, on.level.shared_panel,
+                 on.stream>>>(on.plan, on.level.begin, view, rhs, solution, tiles == nullptr);
   CUDA_CHECK(cudaGetLastError());
-  const int count = level.tile_end - level.tile_begin;
+  const int count = on.level.tile_end - on.level.tile_begin;
   if (tiles == nullptr || count == 0) return;
   const int shared =
-      2 * kUpdateTile * (level.largest_pivots + 4) * static_cast<int>(sizeof(double));
-  FormUpdateTiles<<<dim3(count, slots), 256, shared, stream>>>(plan, tiles + level.tile_begin, view,
-                                                               rhs == nullptr ? nullptr : solution);
+      2 * kUpdateTile * (on.level.largest_pivots + 4) * static_cast<int>(sizeof(double));
+  FormUpdateTiles<<<dim3(count, on.slots), 256, shared, on.stream>>>(
+      on.plan, tiles + on.level.tile_begin, view, rhs == nullptr ? nullptr : solution);
   CUDA_CHECK(cudaGetLastError());
 }
 

@@ -74,27 +74,30 @@ void Multifrontal::FactorAndSolve(const FactorView& numbers, const double* rhs, 
                                   int slots, int beside, cudaStream_t stream) const {
   const UpdateTile* tiles = SplitsUpdates(beside) ? tiles_.data() : nullptr;
   for (const LevelRange& level : levels_)
-    LaunchFactorLevel(view_, level, numbers, tiles, rhs, solution, slots, Threads(beside), stream);
+    LaunchFactorLevel({view_, level, slots, stream}, numbers, tiles, rhs, solution,
+                      Threads(beside));
   if (rhs == nullptr) return;
   for (auto level = levels_.rbegin(); level != levels_.rend(); ++level)
-    LaunchBackwardLevel(view_, *level, numbers.factor, solution, slots, stream);
+    LaunchBackwardLevel({view_, *level, slots, stream}, numbers.factor, solution);
 }
 
-void Multifrontal::Solve(const FactorPlace& factor, const double* rhs, double* solution,
-                         double* vectors, int columns, int slots, cudaStream_t stream,
-                         const SolutionSum& sum) const {
+void Multifrontal::Solve(const FactorPlace& factor, const RightHandSides& sides, int slots,
+                         cudaStream_t stream, const SolutionSum& sum) const {
+  const auto& [rhs, solution, vectors, columns] = sides;
   for (const LevelRange& level : levels_) {
+    const LevelLaunch on{view_, level, slots, stream};
     if (columns == 1) {
-      LaunchForwardLevel(view_, level, factor, rhs, solution, vectors, slots, stream);
+      LaunchForwardLevel(on, factor, rhs, solution, vectors);
     } else {
-      LaunchForwardManyLevel(view_, level, factor, rhs, solution, vectors, columns, slots, stream);
+      LaunchForwardManyLevel(on, factor, rhs, solution, vectors, columns);
     }
   }
   for (auto level = levels_.rbegin(); level != levels_.rend(); ++level) {
+    const LevelLaunch on{view_, *level, slots, stream};
     if (columns == 1) {
-      LaunchBackwardLevel(view_, *level, factor, solution, slots, stream);
+      LaunchBackwardLevel(on, factor, solution);
     } else {
-      LaunchBackwardManyLevel(view_, *level, factor, solution, sum, columns, slots, stream);
+      LaunchBackwardManyLevel(on, factor, solution, sum, columns);
     }
   }
 }

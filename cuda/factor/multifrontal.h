@@ -10,6 +10,15 @@
 
 namespace drape {
 
+// Right-hand sides of a batch of systems, shape [dofs, columns] a slot, and where their solutions
+// go; the two may be the same.
+struct RightHandSides {
+  const double* rhs;
+  double* solution;
+  double* vectors;  // workspace [vector_size, columns] a slot
+  int columns;
+};
+
 // A plan on the present device: launches factorisations and solves of batches of systems.
 class Multifrontal {
  public:
@@ -23,11 +32,9 @@ class Multifrontal {
   // work at the same time, these included.
   void FactorAndSolve(const FactorView& numbers, const double* rhs, double* solution, int slots,
                       int beside, cudaStream_t stream) const;
-  // solution = A⁻¹·rhs for `columns` right-hand sides, shape [dofs, columns] a slot; vectors:
-  // workspace [vector_size, columns] a slot. rhs and solution may be the same. `sum`: for columns >
-  // 1.
-  void Solve(const FactorPlace& factor, const double* rhs, double* solution, double* vectors,
-             int columns, int slots, cudaStream_t stream, const SolutionSum& sum = {}) const;
+  // solution = A⁻¹·rhs. `sum`: for columns > 1.
+  void Solve(const FactorPlace& factor, const RightHandSides& sides, int slots, cudaStream_t stream,
+             const SolutionSum& sum = {}) const;
 
  private:
   // Computes updates in blocks of their own where slots are too few to fill the device.

@@ -56,6 +56,14 @@ struct LevelRange {
   int tile_begin, tile_end;  // of the 64 × 64 tiles of the level's updates
 };
 
+// A level of the elimination tree of `slots` systems.
+struct LevelLaunch {
+  const PlanView& plan;
+  const LevelRange& level;
+  int slots;
+  cudaStream_t stream;
+};
+
 // A tile of a front's update matrix.
 struct UpdateTile {
   int front, row, column;  // in tiles of 64
@@ -69,31 +77,26 @@ void PrepareFactorKernels(int shared_bytes);
 void PrepareSolveKernels(int shared_bytes);
 void PrepareSolveManyKernels(int shared_bytes);
 
-// Factors a level of `slots` systems; forward-substitutes right-hand side rhs [dofs] into solution
+// Factors a level; forward-substitutes right-hand side rhs [dofs] into solution
 // [dofs] on the way, unless rhs is null. `tiles`: null, or the updates are computed by blocks of
 // their own (few systems: more parallelism).
-void LaunchFactorLevel(const PlanView& plan, const LevelRange& level, const FactorView& view,
-                       const UpdateTile* tiles, const double* rhs, double* solution, int slots,
-                       int threads, cudaStream_t stream);
+void LaunchFactorLevel(const LevelLaunch& on, const FactorView& view, const UpdateTile* tiles,
+                       const double* rhs, double* solution, int threads);
 // Solves with stored factors, one right-hand side: forward up the tree, backward down it.
 // vectors: workspace [vector_size].
-void LaunchForwardLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
-                        const double* rhs, double* solution, double* vectors, int slots,
-                        cudaStream_t stream);
-void LaunchBackwardLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
-                         double* solution, int slots, cudaStream_t stream);
+void LaunchForwardLevel(const LevelLaunch& on, const FactorPlace& factor, const double* rhs,
+                        double* solution, double* vectors);
+void LaunchBackwardLevel(const LevelLaunch& on, const FactorPlace& factor, double* solution);
 // The same for `columns` right-hand sides, shape [dofs, columns] a slot; vectors [vector_size,
 // columns].
-void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level,
-                            const FactorPlace& factor, const double* rhs, double* solution,
-                            double* vectors, int columns, int slots, cudaStream_t stream);
+void LaunchForwardManyLevel(const LevelLaunch& on, const FactorPlace& factor, const double* rhs,
+                            double* solution, double* vectors, int columns);
 // What is found is added up on the way: sum += scale·solution, unless sum is null.
 struct SolutionSum {
   double* sum = nullptr;  // [dofs, columns] a slot
   double scale = 0.0;
 };
-void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level,
-                             const FactorPlace& factor, double* solution, const SolutionSum& sum,
-                             int columns, int slots, cudaStream_t stream);
+void LaunchBackwardManyLevel(const LevelLaunch& on, const FactorPlace& factor, double* solution,
+                             const SolutionSum& sum, int columns);
 
 }  // namespace drape

@@ -168,18 +168,16 @@ void PrepareSolveKernels(int shared_bytes) {
   AllowSharedMemory(BackwardFronts, shared_bytes);
 }
 
-void LaunchForwardLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
-                        const double* rhs, double* solution, double* vectors, int slots,
-                        cudaStream_t stream) {
-  ForwardFronts<<<dim3(level.end - level.begin, slots), 128, level.shared_solve, stream>>>(
-      plan, level.begin, factor, rhs, solution, vectors);
+void LaunchForwardLevel(const LevelLaunch& on, const FactorPlace& factor, const double* rhs,
+                        double* solution, double* vectors) {
+  ForwardFronts<<<dim3(on.level.end - on.level.begin, on.slots), 128, on.level.shared_solve,
+                  on.stream>>>(on.plan, on.level.begin, factor, rhs, solution, vectors);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchBackwardLevel(const PlanView& plan, const LevelRange& level, const FactorPlace& factor,
-                         double* solution, int slots, cudaStream_t stream) {
-  BackwardFronts<<<dim3(level.end - level.begin, slots), 256, level.shared_solve, stream>>>(
-      plan, level.begin, factor, solution);
+void LaunchBackwardLevel(const LevelLaunch& on, const FactorPlace& factor, double* solution) {
+  BackwardFronts<<<dim3(on.level.end - on.level.begin, on.slots), 256, on.level.shared_solve,
+                   on.stream>>>(on.plan, on.level.begin, factor, solution);
   CUDA_CHECK(cudaGetLastError());
 }
 

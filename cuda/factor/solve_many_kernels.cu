@@ -370,21 +370,19 @@ void PrepareSolveManyKernels(int shared_bytes) {
   AllowSharedMemory(BackwardManyFronts<3>, shared_bytes);
 }
 
-void LaunchForwardManyLevel(const PlanView& plan, const LevelRange& level,
-                            const FactorPlace& factor, const double* rhs, double* solution,
-                            double* vectors, int columns, int slots, cudaStream_t stream) {
-  WithTiles(level, columns, slots, [&](auto tiles, dim3 grid, int bytes) {
-    ForwardManyFronts<decltype(tiles)::value><<<grid, kThreads, bytes, stream>>>(
-        plan, level.begin, factor, rhs, solution, vectors, columns);
+void LaunchForwardManyLevel(const LevelLaunch& on, const FactorPlace& factor, const double* rhs,
+                            double* solution, double* vectors, int columns) {
+  WithTiles(on.level, columns, on.slots, [&](auto tiles, dim3 grid, int bytes) {
+    ForwardManyFronts<decltype(tiles)::value><<<grid, kThreads, bytes, on.stream>>>(
+        on.plan, on.level.begin, factor, rhs, solution, vectors, columns);
   });
 }
 
-void LaunchBackwardManyLevel(const PlanView& plan, const LevelRange& level,
-                             const FactorPlace& factor, double* solution, const SolutionSum& sum,
-                             int columns, int slots, cudaStream_t stream) {
-  WithTiles(level, columns, slots, [&](auto tiles, dim3 grid, int bytes) {
-    BackwardManyFronts<decltype(tiles)::value>
-        <<<grid, kThreads, bytes, stream>>>(plan, level.begin, factor, solution, sum, columns);
+void LaunchBackwardManyLevel(const LevelLaunch& on, const FactorPlace& factor, double* solution,
+                             const SolutionSum& sum, int columns) {
+  WithTiles(on.level, columns, on.slots, [&](auto tiles, dim3 grid, int bytes) {
+    BackwardManyFronts<decltype(tiles)::value><<<grid, kThreads, bytes, on.stream>>>(
+        on.plan, on.level.begin, factor, solution, sum, columns);
   });
 }
 

@@ -11,15 +11,15 @@ __global__ void __launch_bounds__(kElementThreads)
     ElementRecords(ClothView cloth, ShapeBatch batch, StretchLaw stretch, BendLaw bend,
                    StepRecords records) {
   __shared__ Stage stage;
-  const int slot = blockIdx.y, rollout = MakeRollout(batch, slot);
+  const int slot = blockIdx.y, rollout = RolloutAt(batch, slot);
   const MaterialView& material = batch.material[rollout];
   const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
-  const Chunk chunk = MakeChunk(cloth);
+  const Chunk chunk = FindChunk(cloth);
   const int i = chunk.first + threadIdx.x;
   if (!chunk.hinges) {
     const int f = min(i, cloth.num_faces - 1);
     const DeformationGradient<double> F = GatherColumns(cloth.faces[f], x);
-    const FaceRecord record{F, EvaluateStretch(stretch, Green(F), ComputeStretch(material, f))};
+    const FaceRecord record{F, EvaluateStretch(stretch, Green(F), StretchTableAt(material, f))};
     StoreRecord(record, records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces, i,
                 cloth.num_faces, stage);
   } else {
@@ -28,7 +28,7 @@ __global__ void __launch_bounds__(kElementThreads)
     const double theta = DihedralAngle(corners);
     const HingeRecord record{
         AngleGradient(EvaluateWings(corners)), theta,
-        HingeStiffness(bend, cloth.hinges[e], ComputeBend(material, e), theta)};
+        HingeStiffness(bend, cloth.hinges[e], BendTableAt(material, e), theta)};
     StoreRecord(record, records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges, i,
                 cloth.num_hinges, stage);
   }
@@ -112,7 +112,7 @@ __global__ void __launch_bounds__(kElementThreads)
     GatherStep(ClothView cloth, ShapeBatch batch, StepRecords records, const double* v, double h,
                double* matrix, double* rhs) {
   const int item = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
-  const int rollout = MakeRollout(batch, slot);
+  const int rollout = RolloutAt(batch, slot);
   const MaterialView& material = batch.material[rollout];
   const FaceRecord* faces = records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
   const HingeRecord* hinges = records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
@@ -135,7 +135,7 @@ __global__ void __launch_bounds__(kElementThreads)
     GatherForce(ClothView cloth, ShapeBatch batch, StepRecords records, double* force) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (i >= cloth.num_vertices) return;
-  const int rollout = MakeRollout(batch, slot);
+  const int rollout = RolloutAt(batch, slot);
   const Vec3<double> sum =
       ForceOnVertex(cloth, batch.material[rollout],
                     records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces,
@@ -167,37 +167,38 @@ __global__ void CountStep(int* step, int by) { *step += by; }
 
 }  // namespace
 
-void LaunchElementRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                          const StepRecords& records, cudaStream_t stream) {
-  const dim3 grid(ChunksFor(cloth), batch.slots);
+void LaunchElementRecords(const LaunchContext& on, const StepRecords& records) {
+  const dim3 grid(ChunksFor(on.cloth), on.batch.slots);
   if (grid.x == 0) return;
   std::visit(
       [&](const auto& stretch, const auto& bend) {
-        ElementRecords<<<grid, kElementThreads, 0, stream>>>(cloth, batch, stretch, bend, records);
+        ElementRecords<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, stretch, bend,
+                                                                records);
       },
-      law.stretch, law.bend);
+      on.law.stretch, on.law.bend);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchGatherStep(const ClothView& cloth, const ShapeBatch& batch, const StepRecords& records,
-                      const double* v, double h, double* matrix, double* rhs, cudaStream_t stream) {
-  const int vertices = rhs == nullptr ? 0 : cloth.num_vertices;
-  const dim3 grid(BlocksFor(cloth.num_entries + vertices), batch.slots);
-  GatherStep<<<grid, kElementThreads, 0, stream>>>(cloth, batch, records, v, h, matrix, rhs);
+void LaunchGatherStep(const LaunchContext& on, const StepRecords& records, const double* v,
+                      double h, double* matrix, double* rhs) {
+  const int vertices = rhs == nullptr ? 0 : on.cloth.num_vertices;
+  const dim3 grid(BlocksFor(on.cloth.num_entries + vertices), on.batch.slots);
+  GatherStep<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, records, v, h, matrix,
+                                                      rhs);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchGatherForce(const ClothView& cloth, const ShapeBatch& batch, const StepRecords& records,
-                       double* force, cudaStream_t stream) {
-  const dim3 grid(BlocksFor(cloth.num_vertices), batch.slots);
-  GatherForce<<<grid, kElementThreads, 0, stream>>>(cloth, batch, records, force);
+void LaunchGatherForce(const LaunchContext& on, const StepRecords& records, double* force) {
+  const dim3 grid(BlocksFor(on.cloth.num_vertices), on.batch.slots);
+  GatherForce<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, records, force);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchAdvance(const ClothView& cloth, const StepState& state, const double* solution, double h,
-                   const HistoryView& history, int slots, cudaStream_t stream) {
-  const dim3 grid(BlocksFor(cloth.num_dofs()), slots);
-  Advance<<<grid, kElementThreads, 0, stream>>>(cloth.num_dofs(), state, solution, h, history);
+void LaunchAdvance(const LaunchContext& on, const StepState& state, const double* solution,
+                   double h, const HistoryView& history) {
+  const dim3 grid(BlocksFor(on.cloth.num_dofs()), on.batch.slots);
+  Advance<<<grid, kElementThreads, 0, on.stream>>>(on.cloth.num_dofs(), state, solution, h,
+                                                   history);
   CUDA_CHECK(cudaGetLastError());
 }
 

@@ -13,7 +13,7 @@ constexpr int kElementThreads = 128;
 inline int BlocksFor(int count) { return (count + kElementThreads - 1) / kElementThreads; }
 
 // The rollout of a slot.
-__device__ __forceinline__ int MakeRollout(const ShapeBatch& batch, int slot) {
+__device__ __forceinline__ int RolloutAt(const ShapeBatch& batch, int slot) {
   return batch.rollout == nullptr ? slot : batch.rollout[slot];
 }
 __device__ __forceinline__ const double* NodesOf(const double* nodes, int index, int num_dofs) {
@@ -23,11 +23,11 @@ __device__ __forceinline__ double* NodesOf(double* nodes, int index, int num_dof
   return nodes + static_cast<std::int64_t>(index) * num_dofs;
 }
 
-__device__ __forceinline__ const StretchTable& ComputeStretch(const MaterialView& material,
+__device__ __forceinline__ const StretchTable& StretchTableAt(const MaterialView& material,
                                                               int face) {
   return material.stretch[material.stretch_stride * face];
 }
-__device__ __forceinline__ const BendTable& ComputeBend(const MaterialView& material, int hinge) {
+__device__ __forceinline__ const BendTable& BendTableAt(const MaterialView& material, int hinge) {
   return material.bend[material.bend_stride * hinge];
 }
 
@@ -36,7 +36,7 @@ struct Chunk {
   bool hinges;
   int first;  // element
 };
-__device__ __forceinline__ Chunk MakeChunk(const ClothView& cloth) {
+__device__ __forceinline__ Chunk FindChunk(const ClothView& cloth) {
   const int face_chunks = (cloth.num_faces + kElementThreads - 1) / kElementThreads;
   const int chunk = blockIdx.x;
   return chunk < face_chunks ? Chunk{false, chunk * kElementThreads}

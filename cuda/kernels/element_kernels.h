@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cuda_runtime_api.h>
-
-#include "cuda/kernels/cloth/cloth_view.h"
+#include "cuda/kernels/cloth/launch_context.h"
 
 namespace drape {
 
-// Forces and step matrices of a batch: first a record an element, then sums by gather, so that no
+// Forces and step matrices of a batch: first a record per element, then sums by gather, so that no
 // two threads write the same number and each run adds in the same order.
 
 // Workspace of a batch by slot.
@@ -16,17 +14,14 @@ struct StepRecords {
   HingeRecord* hinges;  // [E]
 };
 
-// `law`: on this device, see DeviceLaw.
-void LaunchElementRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                          const StepRecords& records, cudaStream_t stream);
+void LaunchElementRecords(const LaunchContext& on, const StepRecords& records);
 // matrix = M + h²·H, [9·entries] a slot; rhs = M·v + h·f unless null, [3V] a slot; v by slot.
-void LaunchGatherStep(const ClothView& cloth, const ShapeBatch& batch, const StepRecords& records,
-                      const double* v, double h, double* matrix, double* rhs, cudaStream_t stream);
+void LaunchGatherStep(const LaunchContext& on, const StepRecords& records, const double* v,
+                      double h, double* matrix, double* rhs);
 // force = f [N], [3V] by rollout.
-void LaunchGatherForce(const ClothView& cloth, const ShapeBatch& batch, const StepRecords& records,
-                       double* force, cudaStream_t stream);
+void LaunchGatherForce(const LaunchContext& on, const StepRecords& records, double* force);
 
-// Where the rollouts stand, [3V] a slot.
+// The states of the rollouts, [3V] a slot.
 struct StepState {
   double *x, *v;
   int* failed;  // [1] a slot: set where a number is not finite
@@ -39,8 +34,8 @@ struct HistoryView {
   const int* step;      // the present step
 };
 // v ← solution, x += h·v.
-void LaunchAdvance(const ClothView& cloth, const StepState& state, const double* solution, double h,
-                   const HistoryView& history, int slots, cudaStream_t stream);
+void LaunchAdvance(const LaunchContext& on, const StepState& state, const double* solution,
+                   double h, const HistoryView& history);
 // *step += by.
 void LaunchCountStep(int* step, int by, cudaStream_t stream);
 

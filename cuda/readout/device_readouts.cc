@@ -43,7 +43,7 @@ DeviceLosses::DeviceLosses(const ShapesToRead& shapes,
     : dofs_(shapes.cloth->view().num_dofs()),
       sigma_(sigma),
       loss_(Zeros<double>(targets.size())),
-      seeds_(Zeros<double>(targets.size() * dofs_)) {
+      dL_dx_(Zeros<double>(targets.size() * dofs_)) {
   std::map<const Eigen::VectorXd*, std::size_t> starts;
   std::vector<double> all;
   for (const Eigen::VectorXd* target : targets) {
@@ -88,7 +88,7 @@ DeviceOutlines::DeviceOutlines(const ShapesToRead& shapes, DeviceLosses* losses,
     each[s].target = losses->target(s);
     each[s].sigma = losses->sigma();
     each[s].loss = losses->loss(s);
-    each[s].seed = losses->seed(s);
+    each[s].dL_dx = losses->dL_dx(s);
   }
   slots_ = DeviceBuffer<OutlineSlot>(each);
   LaunchOutlines(plan, slots_.data(), slots, stream);
@@ -119,7 +119,7 @@ DeviceSilhouettes::DeviceSilhouettes(const ShapesToRead& shapes, DeviceLosses* l
     slot.target = losses->target(s);
     slot.sigma = losses->sigma();
     slot.loss = losses->loss(s);
-    slot.seed = losses->seed(s);
+    slot.dL_dx = losses->dL_dx(s);
   }
   slots_ = DeviceBuffer<SilhouetteSlot>(host_slots_);
   LaunchCoverage(plan_, slots_.data(), shapes.slots(), stream);

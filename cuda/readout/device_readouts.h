@@ -24,27 +24,27 @@ struct ShapesToRead {
 // Losses ½ Σ ((r − target)/sigma)² of these shapes.
 class DeviceLosses {
  public:
-  // targets: of each slot, [K] on the host. Loss and seed of a slot that cannot be read stay zero.
+  // targets: of each slot, [K] on the host. Loss and dL_dx of a slot that cannot be read stay zero.
   DeviceLosses(const ShapesToRead& shapes, std::span<const Eigen::VectorXd* const> targets,
                double sigma);
 
   const double* target(int slot) const { return targets_.data() + target_start_[slot]; }
   double sigma() const { return sigma_; }
-  double* loss(int slot) { return loss_.data() + slot; }                            // [1]
-  double* seed(int slot) { return seeds_.data() + std::size_t{1} * slot * dofs_; }  // [3V]
+  double* loss(int slot) { return loss_.data() + slot; }                             // [1]
+  double* dL_dx(int slot) { return dL_dx_.data() + std::size_t{1} * slot * dofs_; }  // [3V]
   std::vector<double> Download() const;
 
  private:
   int dofs_;
   double sigma_;
   std::vector<std::size_t> target_start_;
-  DeviceBuffer<double> targets_, loss_, seeds_;  // a target that slots share is there once
+  DeviceBuffer<double> targets_, loss_, dL_dx_;  // a target that slots share is there once
 };
 
 // Outlines of all slots.
 class DeviceOutlines {
  public:
-  // losses: null, or where loss and seed go.
+  // losses: null, or where loss and dL_dx go.
   DeviceOutlines(const ShapesToRead& shapes, DeviceLosses* losses, cudaStream_t stream);
 
   std::vector<double> Radius() const;  // [slots, K]
@@ -76,7 +76,7 @@ class DeviceSilhouettes {
   DeviceBuffer<SilhouetteSlot> slots_;
 };
 
-// Losses and seeds of the kind of readout that the shapes have; ReadStatus of each slot.
+// Losses and dL_dx of the kind of readout that the shapes have; ReadStatus of each slot.
 std::vector<int> MeasureLosses(const ShapesToRead& shapes, DeviceLosses* losses,
                                cudaStream_t stream);
 

@@ -25,12 +25,12 @@ struct OutlineSlot {
   int* dof;        // [K, 6] ∂r/∂x: places in x …
   double* value;   // [K, 6] … and entries; both zero from the start
   double* loss;    // [1]
-  double* seed;    // ∂loss/∂x [3V]; zero from the start
+  double* dL_dx;   // ∂loss/∂x [3V]; zero from the start
   int* status;     // [1] ReadStatus
 };
 
-// From the positions to r(θ), its derivative, the loss and its seed (losses/outline/outline.h),
-// item by item as in border_stages.h.
+// From the positions to r(θ), its derivative, the loss and its derivative
+// (losses/outline/outline.h), item by item as in border_stages.h.
 namespace outline {
 
 // i: vertex of the hem.
@@ -84,7 +84,7 @@ struct AdjHemVertex {
         for (int d = 0; d < 3; ++d) sum[d] += adjoint * s.value[6 * k + 3 * end + d];
       }
     }
-    for (int d = 0; d < 3; ++d) s.seed[dof + d] = sum[d];
+    for (int d = 0; d < 3; ++d) s.dL_dx[dof + d] = sum[d];
   }
 };
 

@@ -168,7 +168,7 @@ struct AdjVertex {
       for (int k = 0; k < piece.count; ++k)
         if (piece.vertex[k] == i) adj_image = adj_image + piece.adj_image[k];
     }
-    s.camera.AdjProject(s.x + 3 * i, adj_image, s.seed + 3 * i);
+    s.camera.AdjProject(s.x + 3 * i, adj_image, s.dL_dx + 3 * i);
   }
 };
 

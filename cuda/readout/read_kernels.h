@@ -13,14 +13,14 @@ namespace drape {
 // radius, dof and value.
 void LaunchOutlines(const OutlinePlan& plan, const OutlineSlot* slots, int count,
                     cudaStream_t stream);
-// Then loss and seed.
+// Then loss and dL_dx.
 void LaunchOutlineLoss(const OutlinePlan& plan, const OutlineSlot* slots, int count,
                        cudaStream_t stream);
 
 // coverage.
 void LaunchCoverage(const SilhouettePlan& plan, const SilhouetteSlot* slots, int count,
                     cudaStream_t stream);
-// Then loss and seed.
+// Then loss and dL_dx.
 void LaunchSilhouetteLoss(const SilhouettePlan& plan, const SilhouetteSlot* slots, int count,
                           cudaStream_t stream);
 

@@ -38,7 +38,7 @@ void RunCoverage(const SilhouettePlan& plan, Runner& run) {
   run.Each(CoverSoftly(), CoverSoftly::Items(plan));
 }
 
-// After RunCoverage: the loss against the target, and its seed.
+// After RunCoverage: the loss against the target, and its derivative.
 template <class Runner>
 void RunLoss(const SilhouettePlan& plan, Runner& run) {
   using namespace silhouette;

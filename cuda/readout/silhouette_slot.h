@@ -76,7 +76,7 @@ struct SilhouetteSlot {
 
   double* coverage;  // [pixels]
   double* loss;      // [1]
-  double* seed;      // ∂loss/∂x [3V]
+  double* dL_dx;     // ∂loss/∂x [3V]
   int* status;       // [1] ReadStatus
 };
 

@@ -15,7 +15,7 @@ __device__ void AdjointOfFace(const ClothView& cloth, const MaterialView& materi
   const int f = chunk * kGradientChunk + threadIdx.x;
   const bool acts = f < cloth.num_faces;
   const Face& face = cloth.faces[acts ? f : 0];
-  const StretchTable& table = ComputeStretch(material, acts ? f : 0);
+  const StretchTable& table = StretchTableAt(material, acts ? f : 0);
   const StretchAdjoint adjoint = AdjStretchStep(
       law, GatherColumns(face, x), table, GatherColumns(face, w), h, GatherColumns(face, lambda));
   if (acts) records[f] = adjoint.adj_F;
@@ -39,7 +39,7 @@ __device__ void AdjointOfHinge(const ClothView& cloth, const MaterialView& mater
   const int e = chunk * kGradientChunk + threadIdx.x;
   const bool acts = e < cloth.num_hinges;
   const Hinge& hinge = cloth.hinges[acts ? e : 0];
-  const BendTable& table = ComputeBend(material, acts ? e : 0);
+  const BendTable& table = BendTableAt(material, acts ? e : 0);
   const HingeCorners corners = GatherCorners(hinge, x);
   const double theta = DihedralAngle(corners);
   const BendAdjoint adjoint = AdjBendStep(law, hinge, table, corners, GatherCorners(hinge, w), h,
@@ -60,7 +60,7 @@ __global__ void __launch_bounds__(kElementThreads)
     AdjointOfElements(ClothView cloth, ShapeBatch batch, StretchLaw stretch, BendLaw bend,
                       const double* all_w, double h, const double* all_lambda,
                       AdjointRecords records, GradientView gradient) {
-  const int slot = blockIdx.y, rollout = MakeRollout(batch, slot);
+  const int slot = blockIdx.y, rollout = RolloutAt(batch, slot);
   const MaterialView& material = batch.material[rollout];
   const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
   const double* w = NodesOf(all_w, slot, cloth.num_dofs());
@@ -100,7 +100,7 @@ __global__ void __launch_bounds__(kElementThreads)
     }
   }
   AddTo(NodesOf(all_x, slot, cloth.num_dofs()), i, sum);
-  const double mass = batch.material[MakeRollout(batch, slot)].density * cloth.vertex_area[i];
+  const double mass = batch.material[RolloutAt(batch, slot)].density * cloth.vertex_area[i];
   double* v = NodesOf(all_v, slot, cloth.num_dofs()) + 3 * i;
   v[0] = mass * lambda.x;
   v[1] = mass * lambda.y;
@@ -109,26 +109,23 @@ __global__ void __launch_bounds__(kElementThreads)
 
 }  // namespace
 
-void LaunchAdjointRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                          const double* w, double h, const double* lambda,
-                          const AdjointRecords& records, const GradientView& gradient,
-                          cudaStream_t stream) {
-  const int chunks = BlocksFor(cloth.num_faces) + BlocksFor(cloth.num_hinges);
+void LaunchAdjointRecords(const LaunchContext& on, const double* w, double h, const double* lambda,
+                          const AdjointRecords& records, const GradientView& gradient) {
+  const int chunks = BlocksFor(on.cloth.num_faces) + BlocksFor(on.cloth.num_hinges);
   if (chunks == 0) return;
   std::visit(
       [&](const auto& stretch, const auto& bend) {
-        AdjointOfElements<<<dim3(chunks, batch.slots), kElementThreads, 0, stream>>>(
-            cloth, batch, stretch, bend, w, h, lambda, records, gradient);
+        AdjointOfElements<<<dim3(chunks, on.batch.slots), kElementThreads, 0, on.stream>>>(
+            on.cloth, on.batch, stretch, bend, w, h, lambda, records, gradient);
       },
-      law.stretch, law.bend);
+      on.law.stretch, on.law.bend);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchGatherAdjoint(const ClothView& cloth, const ShapeBatch& batch,
-                         const AdjointRecords& records, double h, const double* lambda,
-                         double* adj_x, double* adj_v, cudaStream_t stream) {
-  GatherAdjoint<<<dim3(BlocksFor(cloth.num_vertices), batch.slots), kElementThreads, 0, stream>>>(
-      cloth, batch, records, h, lambda, adj_x, adj_v);
+void LaunchGatherAdjoint(const LaunchContext& on, const AdjointRecords& records, double h,
+                         const double* lambda, double* adj_x, double* adj_v) {
+  GatherAdjoint<<<dim3(BlocksFor(on.cloth.num_vertices), on.batch.slots), kElementThreads, 0,
+                  on.stream>>>(on.cloth, on.batch, records, h, lambda, adj_x, adj_v);
   CUDA_CHECK(cudaGetLastError());
 }
 

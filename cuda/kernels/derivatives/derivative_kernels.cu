@@ -26,22 +26,22 @@ __global__ void __launch_bounds__(kElementThreads)
     DerivativeOfElements(ClothView cloth, ShapeBatch batch, StretchLaw stretch, BendLaw bend,
                          const double* all_w, double h, DerivativeRecords records) {
   __shared__ Stage stage;
-  const int slot = blockIdx.y, rollout = MakeRollout(batch, slot);
+  const int slot = blockIdx.y, rollout = RolloutAt(batch, slot);
   const MaterialView& material = batch.material[rollout];
   const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
   const double* w = NodesOf(all_w, slot, cloth.num_dofs());
-  const Chunk chunk = MakeChunk(cloth);
+  const Chunk chunk = FindChunk(cloth);
   const int i = chunk.first + threadIdx.x;
   if (!chunk.hinges) {
     const int f = min(i, cloth.num_faces - 1);
     FaceDerivative record;
-    StretchStepDerivative(stretch, GatherColumns(cloth.faces[f], x), ComputeStretch(material, f),
+    StretchStepDerivative(stretch, GatherColumns(cloth.faces[f], x), StretchTableAt(material, f),
                           GatherColumns(cloth.faces[f], w), h, record.Q);
     StoreRecord(record, records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces, i,
                 cloth.num_faces, stage);
   } else {
     const int e = min(i, cloth.num_hinges - 1);
-    StoreBlocks(EvaluateBendStepRates(bend, cloth.hinges[e], ComputeBend(material, e),
+    StoreBlocks(EvaluateBendStepRates(bend, cloth.hinges[e], BendTableAt(material, e),
                                       GatherCorners(cloth.hinges[e], x),
                                       GatherCorners(cloth.hinges[e], w), h),
                 records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges, i,
@@ -92,17 +92,17 @@ __global__ void __launch_bounds__(kElementThreads)
                       const MaterialView* weights, const double* all_w, double h,
                       FactorRecords records) {
   __shared__ Stage stage;
-  const int slot = blockIdx.y, rollout = MakeRollout(batch, slot);
+  const int slot = blockIdx.y, rollout = RolloutAt(batch, slot);
   const MaterialView &material = batch.material[rollout], &weight = weights[rollout];
   const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
   const double* w = NodesOf(all_w, slot, cloth.num_dofs());
-  const Chunk chunk = MakeChunk(cloth);
+  const Chunk chunk = FindChunk(cloth);
   const int i = chunk.first + threadIdx.x;
   if (!chunk.hinges) {
     const int f = min(i, cloth.num_faces - 1);
     const FaceSensitivity s =
-        EvaluateSensitivity(stretch, cloth.faces[f], ComputeStretch(material, f), x, w, h);
-    const StretchTable& scale = ComputeStretch(weight, f);
+        EvaluateSensitivity(stretch, cloth.faces[f], StretchTableAt(material, f), x, w, h);
+    const StretchTable& scale = StretchTableAt(weight, f);
     FaceFactors record;
     for (int m = 0; m < kStretchCols; ++m) record.basis[m] = s.basis[m];
     for (int r = 0; r < kStretchRows; ++r)
@@ -113,8 +113,8 @@ __global__ void __launch_bounds__(kElementThreads)
   } else {
     const int e = min(i, cloth.num_hinges - 1);
     const HingeSensitivity s =
-        EvaluateSensitivity(bend, cloth.hinges[e], ComputeBend(material, e), x, w, h);
-    const BendTable& scale = ComputeBend(weight, e);
+        EvaluateSensitivity(bend, cloth.hinges[e], BendTableAt(material, e), x, w, h);
+    const BendTable& scale = BendTableAt(weight, e);
     HingeFactors record;
     record.basis = s.basis;
     for (int r = 0; r < kBendRows; ++r)
@@ -127,38 +127,36 @@ __global__ void __launch_bounds__(kElementThreads)
 
 }  // namespace
 
-void LaunchDerivativeRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                             const double* w, double h, const DerivativeRecords& records,
-                             cudaStream_t stream) {
-  const dim3 grid(ChunksFor(cloth), batch.slots);
+void LaunchDerivativeRecords(const LaunchContext& on, const double* w, double h,
+                             const DerivativeRecords& records) {
+  const dim3 grid(ChunksFor(on.cloth), on.batch.slots);
   if (grid.x == 0) return;
   std::visit(
       [&](const auto& stretch, const auto& bend) {
-        DerivativeOfElements<<<grid, kElementThreads, 0, stream>>>(cloth, batch, stretch, bend, w,
-                                                                   h, records);
+        DerivativeOfElements<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, stretch,
+                                                                      bend, w, h, records);
       },
-      law.stretch, law.bend);
+      on.law.stretch, on.law.bend);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchGatherDerivative(const ClothView& cloth, const DerivativeRecords& records, double h,
-                            double* blocks, int slots, cudaStream_t stream) {
-  GatherDerivative<<<dim3(BlocksFor(cloth.num_entries), slots), kElementThreads, 0, stream>>>(
-      cloth, records, h, blocks);
+void LaunchGatherDerivative(const LaunchContext& on, const DerivativeRecords& records, double h,
+                            double* blocks) {
+  GatherDerivative<<<dim3(BlocksFor(on.cloth.num_entries), on.batch.slots), kElementThreads, 0,
+                     on.stream>>>(on.cloth, records, h, blocks);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchFactorRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                         const MaterialView* weight, const double* w, double h,
-                         const FactorRecords& records, cudaStream_t stream) {
-  const dim3 grid(ChunksFor(cloth), batch.slots);
+void LaunchFactorRecords(const LaunchContext& on, const MaterialView* weight, const double* w,
+                         double h, const FactorRecords& records) {
+  const dim3 grid(ChunksFor(on.cloth), on.batch.slots);
   if (grid.x == 0) return;
   std::visit(
       [&](const auto& stretch, const auto& bend) {
-        FactorsOfElements<<<grid, kElementThreads, 0, stream>>>(cloth, batch, stretch, bend, weight,
-                                                                w, h, records);
+        FactorsOfElements<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, stretch,
+                                                                   bend, weight, w, h, records);
       },
-      law.stretch, law.bend);
+      on.law.stretch, on.law.bend);
   CUDA_CHECK(cudaGetLastError());
 }
 

@@ -34,7 +34,7 @@ __device__ void FaceGradient(const ClothView& cloth, const MaterialView& materia
   const bool acts = f < cloth.num_faces;
   const Face& face = cloth.faces[acts ? f : 0];
   const FaceSensitivity s =
-      EvaluateSensitivity(law, face, ComputeStretch(material, acts ? f : 0), x, w, h);
+      EvaluateSensitivity(law, face, StretchTableAt(material, acts ? f : 0), x, w, h);
   const int row = material.stretch_stride != 0 ? f : chunk;
   for (int j = 0; j < columns; ++j) {
     double along[kStretchCols], by_entry[kStretchEntries];
@@ -59,7 +59,7 @@ __device__ void ComputeHingeGradient(const ClothView& cloth, const MaterialView&
   const bool acts = e < cloth.num_hinges;
   const Hinge& hinge = cloth.hinges[acts ? e : 0];
   const HingeSensitivity s =
-      EvaluateSensitivity(law, hinge, ComputeBend(material, acts ? e : 0), x, w, h);
+      EvaluateSensitivity(law, hinge, BendTableAt(material, acts ? e : 0), x, w, h);
   const int row = material.bend_stride != 0 ? e : chunk;
   for (int j = 0; j < columns; ++j) {
     double along = 0.0, by_entry[kBendEntries];
@@ -82,7 +82,7 @@ __global__ void __launch_bounds__(kElementThreads)
     AdjointMaterial(ClothView cloth, ShapeBatch batch, StretchLaw stretch, BendLaw bend,
                     const double* all_w, double h, const double* all_lambda, GradientView gradient,
                     int columns) {
-  const int slot = blockIdx.y, rollout = MakeRollout(batch, slot);
+  const int slot = blockIdx.y, rollout = RolloutAt(batch, slot);
   const MaterialView& material = batch.material[rollout];
   const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
   const double* w = NodesOf(all_w, slot, cloth.num_dofs());
@@ -100,17 +100,16 @@ __global__ void __launch_bounds__(kElementThreads)
 
 }  // namespace
 
-void LaunchAdjointMaterial(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                           const double* w, double h, const double* lambda,
-                           const GradientView& gradient, int columns, cudaStream_t stream) {
-  const int chunks = BlocksFor(cloth.num_faces) + BlocksFor(cloth.num_hinges);
+void LaunchAdjointMaterial(const LaunchContext& on, const double* w, double h, const double* lambda,
+                           const GradientView& gradient, int columns) {
+  const int chunks = BlocksFor(on.cloth.num_faces) + BlocksFor(on.cloth.num_hinges);
   if (chunks == 0) return;
   std::visit(
       [&](const auto& stretch, const auto& bend) {
-        AdjointMaterial<<<dim3(chunks, batch.slots), kElementThreads, 0, stream>>>(
-            cloth, batch, stretch, bend, w, h, lambda, gradient, columns);
+        AdjointMaterial<<<dim3(chunks, on.batch.slots), kElementThreads, 0, on.stream>>>(
+            on.cloth, on.batch, stretch, bend, w, h, lambda, gradient, columns);
       },
-      law.stretch, law.bend);
+      on.law.stretch, on.law.bend);
   CUDA_CHECK(cudaGetLastError());
 }
 

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cuda_runtime_api.h>
-
-#include "cuda/kernels/cloth/cloth_view.h"
+#include "cuda/kernels/cloth/launch_context.h"
 #include "physics/material/laws/bend_element.h"
 
 namespace drape {
@@ -37,21 +35,23 @@ struct FactorRecords {
   HingeFactors* hinges;
 };
 
-void LaunchDerivativeRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                             const double* w, double h, const DerivativeRecords& records,
-                             cudaStream_t stream);
+void LaunchDerivativeRecords(const LaunchContext& on, const double* w, double h,
+                             const DerivativeRecords& records);
 // blocks = ∂g/∂x, [9·num_blocks] a slot.
-void LaunchGatherDerivative(const ClothView& cloth, const DerivativeRecords& records, double h,
-                            double* blocks, int slots, cudaStream_t stream);
+void LaunchGatherDerivative(const LaunchContext& on, const DerivativeRecords& records, double h,
+                            double* blocks);
 // weight: of each entry, by rollout (density unused).
-void LaunchFactorRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                         const MaterialView* weight, const double* w, double h,
-                         const FactorRecords& records, cudaStream_t stream);
+void LaunchFactorRecords(const LaunchContext& on, const MaterialView* weight, const double* w,
+                         double h, const FactorRecords& records);
 
 // Right-hand sides of a step's tangents: dv ← M·dv + ∂g/∂x·dx + ∂g/∂p; shapes [3V, kPaddedEntries]
 // a slot, the padding's columns zero. dx may be null: dv ← ∂g/∂p.
-void LaunchTangentRhs(const ClothView& cloth, const ShapeBatch& batch, const FactorRecords& records,
-                      const double* blocks, const double* dx, double* dv, cudaStream_t stream);
+void LaunchTangentRhs(const LaunchContext& on, const FactorRecords& records, const double* blocks,
+                      const double* dx, double* dv);
+
+// One column, the change of every entry by the weight that `records` were made with: rhs ← the sum
+// of the columns ∂g/∂p, [3V] a slot.
+void LaunchDirectionRhs(const LaunchContext& on, const FactorRecords& records, double* rhs);
 
 // Sparse rows of all slots, one after the other: row r of slot s is start[s·rows + r] ….
 struct SparseRows {
@@ -69,17 +69,16 @@ struct HistorySlot {
   std::int64_t stride;
 };
 // x, v ← the states of step *step, [dofs] a slot.
-void LaunchLoadHistory(const HistorySlot* history, const int* step, double* x, double* v, int dofs,
-                       int slots, cudaStream_t stream);
+void LaunchLoadHistory(const LaunchContext& on, const HistorySlot* history, const int* step,
+                       double* x, double* v);
 
 // The way back through a step, for m columns; shapes [3V, m] a slot.
 // rhs = adj_v + h·adj_x.
-void LaunchAdjointRhs(const ClothView& cloth, const double* adj_x, const double* adj_v, double h,
-                      double* rhs, int columns, int slots, cudaStream_t stream);
+void LaunchAdjointRhs(const LaunchContext& on, const double* adj_x, const double* adj_v, double h,
+                      double* rhs, int columns);
 // adj_x += (∂g/∂x)ᵀ·lambda, adj_v = M·lambda.
-void LaunchAdjointPosition(const ClothView& cloth, const ShapeBatch& batch, const double* blocks,
-                           const double* lambda, double* adj_x, double* adj_v, int columns,
-                           cudaStream_t stream);
+void LaunchAdjointPosition(const LaunchContext& on, const double* blocks, const double* lambda,
+                           double* adj_x, double* adj_v, int columns);
 
 // Sums over elements are kept by chunks of them, to be added up in order at the end: a row of 24 or
 // 15 entries for each element of a field, or for each chunk where one table serves all.
@@ -98,22 +97,18 @@ struct AdjointRecords {
   BendAdjoint* hinges;                 // [E] a slot
 };
 // records, and gradient += (∂g/∂entry)ᵀ·lambda.
-void LaunchAdjointRecords(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                          const double* w, double h, const double* lambda,
-                          const AdjointRecords& records, const GradientView& gradient,
-                          cudaStream_t stream);
+void LaunchAdjointRecords(const LaunchContext& on, const double* w, double h, const double* lambda,
+                          const AdjointRecords& records, const GradientView& gradient);
 // adj_x += (∂g/∂x)ᵀ·lambda, adj_v = M·lambda; [3V] a slot.
-void LaunchGatherAdjoint(const ClothView& cloth, const ShapeBatch& batch,
-                         const AdjointRecords& records, double h, const double* lambda,
-                         double* adj_x, double* adj_v, cudaStream_t stream);
+void LaunchGatherAdjoint(const LaunchContext& on, const AdjointRecords& records, double h,
+                         const double* lambda, double* adj_x, double* adj_v);
 
 // gradient += (∂g/∂entry)ᵀ·lambda.
-void LaunchAdjointMaterial(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                           const double* w, double h, const double* lambda,
-                           const GradientView& gradient, int columns, cudaStream_t stream);
+void LaunchAdjointMaterial(const LaunchContext& on, const double* w, double h, const double* lambda,
+                           const GradientView& gradient, int columns);
 
 // y += blocks·x or blocksᵀ·x, shapes [3V, m] a slot.
-void LaunchMultiply(const ClothView& cloth, const double* blocks, bool transposed, const double* x,
-                    double* y, int columns, int slots, cudaStream_t stream);
+void LaunchMultiply(const LaunchContext& on, const double* blocks, bool transposed, const double* x,
+                    double* y, int columns);
 
 }  // namespace drape

@@ -130,7 +130,7 @@ __global__ void __launch_bounds__(kElementThreads)
                    at.j - kStretchEntries, sum);
   }
   if (dx != nullptr) {
-    const double mass = batch.material[MakeRollout(batch, slot)].density * cloth.vertex_area[at.i];
+    const double mass = batch.material[RolloutAt(batch, slot)].density * cloth.vertex_area[at.i];
 #pragma unroll
     for (int r = 0; r < 3; ++r) {
       const Columns<2> v = Load<2>(dv + rows + r * kPaddedEntries);
@@ -142,6 +142,40 @@ __global__ void __launch_bounds__(kElementThreads)
   }
 #pragma unroll
   for (int r = 0; r < 3; ++r) Store(dv + rows + r * kPaddedEntries, sum[r]);
+}
+
+// rhs = Σ_entries ∂g/∂entry·weight at each vertex.
+__global__ void __launch_bounds__(kElementThreads)
+    DirectionRhs(ClothView cloth, FactorRecords records, double* rhs) {
+  const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  if (i >= cloth.num_vertices) return;
+  const FaceFactors* faces = records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
+  const HingeFactors* hinges = records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
+  Vec3<double> sum{0.0, 0.0, 0.0};
+  for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {
+    const Contribution at = Unpack(cloth.to_vertex.item[k]);
+    if (at.hinge) {
+      const HingeFactors& hinge = hinges[at.element];
+      double factor = 0.0;
+#pragma unroll
+      for (int n = 0; n < kBendEntries; ++n) factor += hinge.factor[n];
+      sum += factor * hinge.basis.d[at.row];
+      continue;
+    }
+    const FaceFactors& face = faces[at.element];
+    const CornerGradient shape = GradientOf(cloth.faces[at.element], at.row);
+#pragma unroll
+    for (int m = 0; m < kStretchCols; ++m) {
+      double factor = 0.0;
+#pragma unroll
+      for (int r = 0; r < kStretchRows; ++r) factor += face.factor[kStretchCols * r + m];
+      sum += factor * (shape.u * face.basis[m].u + shape.v * face.basis[m].v);
+    }
+  }
+  double* to = NodesOf(rhs, slot, cloth.num_dofs()) + 3 * i;
+  to[0] = sum.x;
+  to[1] = sum.y;
+  to[2] = sum.z;
 }
 
 __global__ void ReadRows(int dofs, SparseRows sparse, const double* dx, double* out, int rows) {
@@ -183,7 +217,7 @@ __global__ void __launch_bounds__(kElementThreads)
   const int slot = blockIdx.y;
   const std::int64_t matrix = static_cast<std::int64_t>(slot) * cloth.num_dofs() * columns;
   const std::int64_t rows = matrix + 3LL * at.i * columns + at.j;
-  const double mass = batch.material[MakeRollout(batch, slot)].density * cloth.vertex_area[at.i];
+  const double mass = batch.material[RolloutAt(batch, slot)].density * cloth.vertex_area[at.i];
   Columns<Width> sum[3];
 #pragma unroll
   for (int r = 0; r < 3; ++r) sum[r] = Load<Width>(adj_x + rows + r * columns);
@@ -214,15 +248,12 @@ __global__ void __launch_bounds__(kElementThreads)
   for (int r = 0; r < 3; ++r) Store(rows + r * columns, sum[r]);
 }
 
-template <int Width>
-void LaunchMultiplyBlocks(const ClothView& cloth, const double* blocks, bool transposed,
-                          const double* x, double* y, int columns, int slots, cudaStream_t stream) {
-  const dim3 grid = GridFor<Width>(cloth, columns, slots);
-  if (transposed) {
-    Multiply<Width, true><<<grid, kElementThreads, 0, stream>>>(cloth, blocks, x, y, columns);
-  } else {
-    Multiply<Width, false><<<grid, kElementThreads, 0, stream>>>(cloth, blocks, x, y, columns);
-  }
+template <int Width, bool kTransposed>
+void LaunchMultiplyBlocks(const LaunchContext& on, const double* blocks, const double* x, double* y,
+                          int columns) {
+  const dim3 grid = GridFor<Width>(on.cloth, columns, on.batch.slots);
+  Multiply<Width, kTransposed>
+      <<<grid, kElementThreads, 0, on.stream>>>(on.cloth, blocks, x, y, columns);
   CUDA_CHECK(cudaGetLastError());
 }
 
@@ -232,10 +263,16 @@ dim3 LinearGrid(std::int64_t count, int slots) {
 
 }  // namespace
 
-void LaunchTangentRhs(const ClothView& cloth, const ShapeBatch& batch, const FactorRecords& records,
-                      const double* blocks, const double* dx, double* dv, cudaStream_t stream) {
-  TangentRhs<<<GridFor<2>(cloth, kPaddedEntries, batch.slots), kElementThreads, 0, stream>>>(
-      cloth, batch, records, blocks, dx, dv);
+void LaunchTangentRhs(const LaunchContext& on, const FactorRecords& records, const double* blocks,
+                      const double* dx, double* dv) {
+  TangentRhs<<<GridFor<2>(on.cloth, kPaddedEntries, on.batch.slots), kElementThreads, 0,
+               on.stream>>>(on.cloth, on.batch, records, blocks, dx, dv);
+  CUDA_CHECK(cudaGetLastError());
+}
+
+void LaunchDirectionRhs(const LaunchContext& on, const FactorRecords& records, double* rhs) {
+  DirectionRhs<<<dim3(BlocksFor(on.cloth.num_vertices), on.batch.slots), kElementThreads, 0,
+                 on.stream>>>(on.cloth, records, rhs);
   CUDA_CHECK(cudaGetLastError());
 }
 
@@ -246,39 +283,41 @@ void LaunchReadRows(const ClothView& cloth, const SparseRows& sparse, const doub
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchLoadHistory(const HistorySlot* history, const int* step, double* x, double* v, int dofs,
-                       int slots, cudaStream_t stream) {
-  LoadHistory<<<LinearGrid(dofs, slots), 256, 0, stream>>>(history, step, x, v, dofs);
+void LaunchLoadHistory(const LaunchContext& on, const HistorySlot* history, const int* step,
+                       double* x, double* v) {
+  LoadHistory<<<LinearGrid(on.cloth.num_dofs(), on.batch.slots), 256, 0, on.stream>>>(
+      history, step, x, v, on.cloth.num_dofs());
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchAdjointRhs(const ClothView& cloth, const double* adj_x, const double* adj_v, double h,
-                      double* rhs, int columns, int slots, cudaStream_t stream) {
-  const std::int64_t count = static_cast<std::int64_t>(cloth.num_dofs()) * columns;
-  AdjointRhs<<<LinearGrid(count, slots), 256, 0, stream>>>(adj_x, adj_v, h, rhs, count);
+void LaunchAdjointRhs(const LaunchContext& on, const double* adj_x, const double* adj_v, double h,
+                      double* rhs, int columns) {
+  const std::int64_t count = static_cast<std::int64_t>(on.cloth.num_dofs()) * columns;
+  AdjointRhs<<<LinearGrid(count, on.batch.slots), 256, 0, on.stream>>>(adj_x, adj_v, h, rhs, count);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchAdjointPosition(const ClothView& cloth, const ShapeBatch& batch, const double* blocks,
-                           const double* lambda, double* adj_x, double* adj_v, int columns,
-                           cudaStream_t stream) {
+void LaunchAdjointPosition(const LaunchContext& on, const double* blocks, const double* lambda,
+                           double* adj_x, double* adj_v, int columns) {
   if (columns % 2 == 0) {
-    AdjointPosition<2><<<GridFor<2>(cloth, columns, batch.slots), kElementThreads, 0, stream>>>(
-        cloth, batch, blocks, lambda, adj_x, adj_v, columns);
+    AdjointPosition<2>
+        <<<GridFor<2>(on.cloth, columns, on.batch.slots), kElementThreads, 0, on.stream>>>(
+            on.cloth, on.batch, blocks, lambda, adj_x, adj_v, columns);
   } else {
-    AdjointPosition<1><<<GridFor<1>(cloth, columns, batch.slots), kElementThreads, 0, stream>>>(
-        cloth, batch, blocks, lambda, adj_x, adj_v, columns);
+    AdjointPosition<1>
+        <<<GridFor<1>(on.cloth, columns, on.batch.slots), kElementThreads, 0, on.stream>>>(
+            on.cloth, on.batch, blocks, lambda, adj_x, adj_v, columns);
   }
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchMultiply(const ClothView& cloth, const double* blocks, bool transposed, const double* x,
-                    double* y, int columns, int slots, cudaStream_t stream) {
-  if (columns % 2 == 0) {
-    LaunchMultiplyBlocks<2>(cloth, blocks, transposed, x, y, columns, slots, stream);
-  } else {
-    LaunchMultiplyBlocks<1>(cloth, blocks, transposed, x, y, columns, slots, stream);
-  }
+void LaunchMultiply(const LaunchContext& on, const double* blocks, bool transposed, const double* x,
+                    double* y, int columns) {
+  const bool pairs = columns % 2 == 0;
+  const auto launch =
+      pairs ? (transposed ? LaunchMultiplyBlocks<2, true> : LaunchMultiplyBlocks<2, false>)
+            : (transposed ? LaunchMultiplyBlocks<1, true> : LaunchMultiplyBlocks<1, false>);
+  launch(on, blocks, x, y, columns);
 }
 
 }  // namespace drape

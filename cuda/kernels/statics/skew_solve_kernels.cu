@@ -58,16 +58,18 @@ __global__ void __launch_bounds__(kReduceThreads)
 
 }  // namespace
 
-void LaunchColumnDots(int dofs, const double* a, const double* b, double* dots, int columns,
-                      int slots, cudaStream_t stream) {
-  ColumnDots<<<dim3(columns, slots), kReduceThreads, 0, stream>>>(dofs, a, b, dots, columns);
+void LaunchColumnDots(const LaunchContext& on, const double* a, const double* b, double* dots,
+                      int columns) {
+  ColumnDots<<<dim3(columns, on.batch.slots), kReduceThreads, 0, on.stream>>>(on.cloth.num_dofs(),
+                                                                              a, b, dots, columns);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchCgwAdvance(int dofs, const double* weight, const double* step, double* before, double* x,
-                      int columns, int slots, cudaStream_t stream) {
-  const dim3 grid(BlocksFor(dofs * columns), slots);
-  CgwAdvance<<<grid, kElementThreads, 0, stream>>>(dofs, weight, step, before, x, columns);
+void LaunchCgwAdvance(const LaunchContext& on, const double* weight, const double* step,
+                      double* before, double* x, int columns) {
+  const dim3 grid(BlocksFor(on.cloth.num_dofs() * columns), on.batch.slots);
+  CgwAdvance<<<grid, kElementThreads, 0, on.stream>>>(on.cloth.num_dofs(), weight, step, before, x,
+                                                      columns);
   CUDA_CHECK(cudaGetLastError());
 }
 
@@ -75,9 +77,9 @@ void LaunchCopy(const double* from, double* to, std::int64_t count, cudaStream_t
   CUDA_CHECK(cudaMemcpyAsync(to, from, count * sizeof(double), cudaMemcpyDeviceToDevice, stream));
 }
 
-void LaunchPowerStep(int dofs, double* image, double* direction, double* radius, int slots,
-                     cudaStream_t stream) {
-  PowerStep<<<slots, kReduceThreads, 0, stream>>>(dofs, image, direction, radius);
+void LaunchPowerStep(const LaunchContext& on, double* image, double* direction, double* radius) {
+  PowerStep<<<on.batch.slots, kReduceThreads, 0, on.stream>>>(on.cloth.num_dofs(), image, direction,
+                                                              radius);
   CUDA_CHECK(cudaGetLastError());
 }
 

@@ -12,7 +12,7 @@ __global__ void __launch_bounds__(kElementThreads)
                     StiffnessTerms terms, double* matrix) {
   const int entry = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (entry >= cloth.num_entries) return;
-  const int rollout = MakeRollout(batch, slot);
+  const int rollout = RolloutAt(batch, slot);
   const std::int64_t face0 = static_cast<std::int64_t>(slot) * cloth.num_faces;
   const std::int64_t stress0 = static_cast<std::int64_t>(rollout) * cloth.num_faces;
   const FaceDerivative* faces = records.faces + face0;
@@ -72,7 +72,7 @@ template <class BendLaw>
 __global__ void __launch_bounds__(kReduceThreads)
     Measure(ClothView cloth, ShapeBatch batch, BendLaw bend, const FaceRecord* all_faces,
             const HingeRecord* all_hinges, Shapes shapes, double* sums) {
-  const int slot = blockIdx.x, rollout = MakeRollout(batch, slot);
+  const int slot = blockIdx.x, rollout = RolloutAt(batch, slot);
   const MaterialView& material = batch.material[rollout];
   const double* x = NodesOf(shapes.x, rollout, cloth.num_dofs());
   const double* force = NodesOf(shapes.force, rollout, cloth.num_dofs());
@@ -86,7 +86,7 @@ __global__ void __launch_bounds__(kReduceThreads)
     energy += cloth.faces[f].area * StretchEnergy(faces[f].k);
   }
   for (int e = threadIdx.x; e < cloth.num_hinges; e += kReduceThreads)
-    energy += BendEnergy(bend, cloth.hinges[e], ComputeBend(material, e), hinges[e].theta);
+    energy += BendEnergy(bend, cloth.hinges[e], BendTableAt(material, e), hinges[e].theta);
   for (int i = threadIdx.x; i < cloth.num_vertices; i += kReduceThreads) {
     energy += VertexEnergy(cloth, material, x, i);
     const Vec3<double> f = LoadVec3(force, i);
@@ -128,21 +128,21 @@ __global__ void __launch_bounds__(kElementThreads)
                       const double* scales, StretchStress<double>* geometric) {
   const int f = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (f >= cloth.num_faces) return;
-  const int rollout = MakeRollout(batch, slot);
+  const int rollout = RolloutAt(batch, slot);
   const Face& face = cloth.faces[f];
   const DeformationGradient<double> F =
       GatherColumns(face, NodesOf(batch.x, rollout, cloth.num_dofs()));
   DeformationGradient<double> dF = GatherColumns(face, NodesOf(all_dx, slot, cloth.num_dofs()));
   dF = {scales[slot] * dF.u, scales[slot] * dF.v};
   geometric[static_cast<std::int64_t>(rollout) * cloth.num_faces + f] = ExtrapolatedStress(
-      law, Green(F), ComputeStretch(batch.material[rollout], f), StrainRate(F, dF));
+      law, Green(F), StretchTableAt(batch.material[rollout], f), StrainRate(F, dF));
 }
 
 __global__ void AddStep(int dofs, ShapeBatch batch, const double* dx, const double* scales,
                         double* x) {
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   if (i < dofs)
-    NodesOf(x, MakeRollout(batch, slot), dofs)[i] += scales[slot] * NodesOf(dx, slot, dofs)[i];
+    NodesOf(x, RolloutAt(batch, slot), dofs)[i] += scales[slot] * NodesOf(dx, slot, dofs)[i];
 }
 
 __global__ void ActOnShapes(ClothView cloth, ShapeBatch batch, const ShapeAction* actions,
@@ -150,7 +150,7 @@ __global__ void ActOnShapes(ClothView cloth, ShapeBatch batch, const ShapeAction
   const int i = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   const ShapeAction action = actions[slot];
   if (action == ShapeAction::kGoOn) return;
-  const int rollout = MakeRollout(batch, slot);
+  const int rollout = RolloutAt(batch, slot);
   const Shapes& from = action == ShapeAction::kKeep ? here : best;
   const Shapes& to = action == ShapeAction::kKeep ? best : here;
   const std::int64_t dofs = static_cast<std::int64_t>(rollout) * cloth.num_dofs();
@@ -166,68 +166,63 @@ __global__ void ActOnShapes(ClothView cloth, ShapeBatch batch, const ShapeAction
 
 }  // namespace
 
-void LaunchGatherStiffness(const ClothView& cloth, const ShapeBatch& batch,
-                           const DerivativeRecords& records, const StiffnessTerms& terms,
-                           double* matrix, cudaStream_t stream) {
-  GatherStiffness<<<dim3(BlocksFor(cloth.num_entries), batch.slots), kElementThreads, 0, stream>>>(
-      cloth, batch, records, terms, matrix);
+void LaunchGatherStiffness(const LaunchContext& on, const DerivativeRecords& records,
+                           const StiffnessTerms& terms, double* matrix) {
+  GatherStiffness<<<dim3(BlocksFor(on.cloth.num_entries), on.batch.slots), kElementThreads, 0,
+                    on.stream>>>(on.cloth, on.batch, records, terms, matrix);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchMeasure(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                   const FaceRecord* faces, const HingeRecord* hinges, const Shapes& shapes,
-                   double* sums, cudaStream_t stream) {
+void LaunchMeasure(const LaunchContext& on, const StepRecords& records, const Shapes& shapes,
+                   double* sums) {
   std::visit(
       [&](const auto& bend) {
-        Measure<<<batch.slots, kReduceThreads, 0, stream>>>(cloth, batch, bend, faces, hinges,
-                                                            shapes, sums);
+        Measure<<<on.batch.slots, kReduceThreads, 0, on.stream>>>(
+            on.cloth, on.batch, bend, records.faces, records.hinges, shapes, sums);
       },
-      law.bend);
+      on.law.bend);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchGatherRows(int dofs, const int* rollout, const double* from, double* to, int slots,
-                      cudaStream_t stream) {
-  GatherRows<<<dim3(BlocksFor(dofs), slots), kElementThreads, 0, stream>>>(dofs, rollout, from, to);
+void LaunchGatherRows(const LaunchContext& on, const double* from, double* to) {
+  GatherRows<<<dim3(BlocksFor(on.cloth.num_dofs()), on.batch.slots), kElementThreads, 0,
+               on.stream>>>(on.cloth.num_dofs(), on.batch.rollout, from, to);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchScatterRows(int dofs, const int* rollout, const double* from, double* to, int slots,
-                       cudaStream_t stream) {
-  ScatterRows<<<dim3(BlocksFor(dofs), slots), kElementThreads, 0, stream>>>(dofs, rollout, from,
-                                                                            to);
+void LaunchScatterRows(const LaunchContext& on, const double* from, double* to) {
+  ScatterRows<<<dim3(BlocksFor(on.cloth.num_dofs()), on.batch.slots), kElementThreads, 0,
+                on.stream>>>(on.cloth.num_dofs(), on.batch.rollout, from, to);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchLargestMove(const ClothView& cloth, const double* dx, double* move, int slots,
-                       cudaStream_t stream) {
-  LargestMove<<<slots, kReduceThreads, 0, stream>>>(cloth.num_dofs(), dx, move);
+void LaunchLargestMove(const LaunchContext& on, const double* dx, double* move) {
+  LargestMove<<<on.batch.slots, kReduceThreads, 0, on.stream>>>(on.cloth.num_dofs(), dx, move);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchMoveShapes(const ClothView& cloth, const ShapeBatch& batch, const Law& law,
-                      const double* dx, const double* scale, StretchStress<double>* geometric,
-                      double* x, cudaStream_t stream) {
-  if (cloth.num_faces > 0)
+void LaunchMoveShapes(const LaunchContext& on, const double* dx, const double* scale,
+                      StretchStress<double>* geometric, double* x) {
+  if (on.cloth.num_faces > 0)
     std::visit(
         [&](const auto& stretch) {
-          const dim3 grid(BlocksFor(cloth.num_faces), batch.slots);
-          ExtrapolateStress<<<grid, kElementThreads, 0, stream>>>(cloth, batch, stretch, dx, scale,
-                                                                  geometric);
+          const dim3 grid(BlocksFor(on.cloth.num_faces), on.batch.slots);
+          ExtrapolateStress<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, stretch,
+                                                                     dx, scale, geometric);
         },
-        law.stretch);
+        on.law.stretch);
   CUDA_CHECK(cudaGetLastError());
-  const dim3 grid(BlocksFor(cloth.num_dofs()), batch.slots);
-  AddStep<<<grid, kElementThreads, 0, stream>>>(cloth.num_dofs(), batch, dx, scale, x);
+  const dim3 grid(BlocksFor(on.cloth.num_dofs()), on.batch.slots);
+  AddStep<<<grid, kElementThreads, 0, on.stream>>>(on.cloth.num_dofs(), on.batch, dx, scale, x);
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchShapeAction(const ClothView& cloth, const ShapeBatch& batch, const ShapeAction* action,
-                       const Shapes& here, const Shapes& best, StretchStress<double>* geometric,
-                       cudaStream_t stream) {
-  const int count = cloth.num_dofs() > cloth.num_faces ? cloth.num_dofs() : cloth.num_faces;
-  ActOnShapes<<<dim3(BlocksFor(count), batch.slots), kElementThreads, 0, stream>>>(
-      cloth, batch, action, here, best, geometric);
+void LaunchShapeAction(const LaunchContext& on, const ShapeAction* action, const Shapes& here,
+                       const Shapes& best, StretchStress<double>* geometric) {
+  const int count =
+      on.cloth.num_dofs() > on.cloth.num_faces ? on.cloth.num_dofs() : on.cloth.num_faces;
+  ActOnShapes<<<dim3(BlocksFor(count), on.batch.slots), kElementThreads, 0, on.stream>>>(
+      on.cloth, on.batch, action, here, best, geometric);
   CUDA_CHECK(cudaGetLastError());
 }
 

@@ -3,6 +3,7 @@
 
 #include <tuple>
 
+#include "physics/simulation/host_readouts.h"
 #include "tests/cuda/engine/gpu_fixture.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/row_readout.h"
@@ -103,17 +104,17 @@ TEST_P(CudaBackendTest, ReadoutsAreEquivalentToReference) {
 
 TEST_P(CudaBackendTest, AdjointsAreEquivalentToReference) {
   for (const int columns : {1, 3, 8}) {
-    std::vector<RowMatrix> seeds;
+    std::vector<RowMatrix> dL_dx;
     for (std::size_t i = 0; i < inputs_.size(); ++i)
-      seeds.push_back(test::RandomMatrix(model_->num_dofs(), columns, random_));
+      dL_dx.push_back(test::RandomMatrix(model_->num_dofs(), columns, random_));
     std::vector<Recording> of_device, of_host;
     (void)device_->Rollouts(inputs_, options_, &of_device);
     (void)host_->Rollouts(inputs_, options_, &of_host);
-    const auto expected = host_->Adjoints(inputs_, of_host, seeds, options_);
+    const auto expected = host_->Adjoints(inputs_, of_host, dL_dx, options_);
     // From its own recordings, factors included, and with one of the host among them, without.
-    ExpectEqual(device_->Adjoints(inputs_, of_device, seeds, options_), expected);
+    ExpectEqual(device_->Adjoints(inputs_, of_device, dL_dx, options_), expected);
     of_device.back() = of_host.back();
-    ExpectEqual(device_->Adjoints(inputs_, of_device, seeds, options_), expected);
+    ExpectEqual(device_->Adjoints(inputs_, of_device, dL_dx, options_), expected);
   }
 }
 
@@ -143,17 +144,31 @@ TEST_P(CudaStaticsTest, EquilibriaAndTheirDerivativesAreEquivalentToReference) {
   }
   const auto tangents = device_->EquilibriumTangents(inputs_, weights_);
   const auto of_host = host_->EquilibriumTangents(inputs_, weights_);
-  std::vector<RowMatrix> seeds;
+  std::vector<RowMatrix> dL_dx;
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     if (of_host[i].size() == 0) {
       EXPECT_EQ(tangents[i].size(), 0) << i;
     } else {
       EXPECT_LT(RelativeError(tangents[i], of_host[i]), 1e-7) << i;
     }
-    seeds.push_back(test::RandomMatrix(model_->num_dofs(), 3, random_));
+    dL_dx.push_back(test::RandomMatrix(model_->num_dofs(), 3, random_));
   }
-  const auto adjoints = device_->EquilibriumAdjoints(inputs_, seeds);
-  const auto adjoints_of_host = host_->EquilibriumAdjoints(inputs_, seeds);
+  std::vector<MaterialField> changes;
+  std::vector<const MaterialField*> directions;
+  for (std::size_t i = 0; i < inputs_.size(); ++i)
+    changes.push_back(test::Scatter(fields_[i], model_->mesh, 0.4, random_));
+  for (const MaterialField& change : changes) directions.push_back(&change);
+  const auto moves = device_->EquilibriumJvp(inputs_, directions);
+  const auto summed = SumEquilibriumTangents(*device_, inputs_, directions);
+  const auto moves_of_host = host_->EquilibriumJvp(inputs_, directions);
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    ASSERT_EQ(moves[i].size(), of_host[i].size() == 0 ? 0 : model_->num_dofs()) << i;
+    if (moves[i].size() == 0) continue;
+    EXPECT_LT(RelativeError(moves[i], summed[i]), 1e-10) << i;
+    EXPECT_LT(RelativeError(moves[i], moves_of_host[i]), 1e-7) << i;
+  }
+  const auto adjoints = device_->EquilibriumAdjoints(inputs_, dL_dx);
+  const auto adjoints_of_host = host_->EquilibriumAdjoints(inputs_, dL_dx);
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     ASSERT_EQ(adjoints[i].has_value(), adjoints_of_host[i].has_value()) << i;
     if (!adjoints[i]) continue;

@@ -21,7 +21,7 @@ namespace {
 
 using test::RelativeError;
 
-// Batches of a size, one fabric a rollout, seeded starts; both cameras, each with its own centre.
+// Batches of a size, one fabric per rollout, random starts; both cameras, each with its own centre.
 class DeviceLossesTest : public testing::TestWithParam<std::tuple<int, int, CameraKind>> {
  protected:
   void SetUp() override {
@@ -47,7 +47,7 @@ class DeviceLossesTest : public testing::TestWithParam<std::tuple<int, int, Came
     if (i < starts_.size()) starts_[i].x[0] = std::numeric_limits<double>::quiet_NaN();
   }
   // Targets of two values, shared by the rollouts of each.
-  ReadoutLoss ComputeLoss(const Readout& readout, double a, double b, double sigma) {
+  ReadoutLoss MakeLoss(const Readout& readout, double a, double b, double sigma) {
     targets_ = {Eigen::VectorXd::Constant(readout.size(), a),
                 Eigen::VectorXd::Constant(readout.size(), b)};
     ReadoutLoss loss{&readout, {}, sigma};
@@ -113,23 +113,23 @@ TEST_P(DeviceLossesTest, OutlinesWithAMissingAngleAreNotRead) {
 TEST_P(DeviceLossesTest, LossGradientsAreEquivalentToReference) {
   Spoil(2);
   const OutlineReadout outline(model_->mesh, cameras_, 73);
-  ExpectEqualLosses(ComputeLoss(outline, 90.0, 101.0, 2.0), 2, 1e-7);
+  ExpectEqualLosses(MakeLoss(outline, 90.0, 101.0, 2.0), 2, 1e-7);
   const SilhouetteReadout silhouette(model_->mesh, cameras_, {1.5});
-  ExpectEqualLosses(ComputeLoss(silhouette, 0.3, 0.6, 0.5), 2, 1e-7);
+  ExpectEqualLosses(MakeLoss(silhouette, 0.3, 0.6, 0.5), 2, 1e-7);
 }
 
 // More crossings than a slot has room for, in the first shape of the larger discs.
-TEST_P(DeviceLossesTest, CrumpledClothIsTheHosts) {
+TEST_P(DeviceLossesTest, CrumpledClothIsReadOnTheHost) {
   starts_[0].x += 2e-2 * RandomVector(model_->num_dofs(), 9);
   options_.steps = 0;
   const SilhouetteReadout silhouette(model_->mesh, cameras_, {1.5});
-  ExpectEqualLosses(ComputeLoss(silhouette, 0.3, 0.6, 0.5), inputs_.size(), 1e-7);
+  ExpectEqualLosses(MakeLoss(silhouette, 0.3, 0.6, 0.5), inputs_.size(), 1e-7);
 }
 
 TEST_P(DeviceLossesTest, OtherReadoutsAreReadOnTheHost) {
   const OutlineReadout outline(model_->mesh, cameras_, 36);
   const test::HostReadout readout(outline);
-  ExpectEqualLosses(ComputeLoss(readout, 90.0, 101.0, 2.0), inputs_.size(), 1e-7);
+  ExpectEqualLosses(MakeLoss(readout, 90.0, 101.0, 2.0), inputs_.size(), 1e-7);
 }
 
 TEST_P(DeviceLossesTest, ReadoutsOfEquilibriaAreEquivalentToReference) {
@@ -190,11 +190,11 @@ class DeviceSilhouettesTest : public testing::TestWithParam<CameraKind> {
     for (const Eigen::VectorXd& target : targets_) targets.push_back(&target);
     return targets;
   }
-  Eigen::VectorXd Seed(DeviceLosses& losses, int slot) const {
-    std::vector<double> seed(model_->num_dofs());
-    CopyToHost<double>(losses.seed(slot), seed);
-    Eigen::VectorXd result(seed.size());
-    cloth_->ToMeshOrder(seed.data(), 1, 1, result.data());
+  Eigen::VectorXd LossDerivative(DeviceLosses& losses, int slot) const {
+    std::vector<double> dL_dx(model_->num_dofs());
+    CopyToHost<double>(losses.dL_dx(slot), dL_dx);
+    Eigen::VectorXd result(dL_dx.size());
+    cloth_->ToMeshOrder(dL_dx.data(), 1, 1, result.data());
     return result;
   }
 
@@ -217,9 +217,9 @@ TEST_P(DeviceSilhouettesTest, IsEquivalentToReferencePixelByPixel) {
   for (int s = 0; s < kSlots; ++s) {
     ASSERT_EQ(found.Status()[s], s == kBad ? kUnreadable : s == kCrumpled ? kNoRoom : kRead);
     EXPECT_EQ(losses.Download()[s], again.Download()[s]) << s;
-    EXPECT_EQ(Seed(losses, s), Seed(again, s)) << s;
+    EXPECT_EQ(LossDerivative(losses, s), LossDerivative(again, s)) << s;
     if (found.Status()[s] != kRead) {
-      EXPECT_EQ(Seed(losses, s).norm(), 0.0);
+      EXPECT_EQ(LossDerivative(losses, s).norm(), 0.0);
       continue;
     }
     SoftSilhouette soft;
@@ -230,9 +230,9 @@ TEST_P(DeviceSilhouettesTest, IsEquivalentToReferencePixelByPixel) {
     EXPECT_LT((pixels - soft.coverage).cwiseAbs().maxCoeff(), 1e-9) << s;
     const Eigen::VectorXd residual = (soft.coverage - targets_[s]) / 0.4;
     EXPECT_NEAR(losses.Download()[s], 0.5 * residual.squaredNorm(), 1e-9 * residual.squaredNorm());
-    Eigen::VectorXd seed = Eigen::VectorXd::Zero(model_->num_dofs());
-    AdjRenderSoft(soft, shapes_[s], cameras_[s], residual / 0.4, &seed);
-    EXPECT_LT(RelativeError(Seed(losses, s), seed), 1e-9) << s;
+    Eigen::VectorXd dL_dx = Eigen::VectorXd::Zero(model_->num_dofs());
+    AdjRenderSoft(soft, shapes_[s], cameras_[s], residual / 0.4, &dL_dx);
+    EXPECT_LT(RelativeError(LossDerivative(losses, s), dL_dx), 1e-9) << s;
     Eigen::Matrix2Xd points;
     ASSERT_TRUE(ProjectVertices(shapes_[s], cameras_[s], &points));
     EXPECT_EQ(found.Cuts(s), 2 * FindSilhouetteEdges(model_->mesh, points).crossings.size());

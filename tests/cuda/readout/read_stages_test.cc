@@ -34,7 +34,7 @@ class HostArena {
   std::vector<std::vector<char>> pieces_;
 };
 
-// Items in an order of the seed, as threads might come.
+// Items in a random order, as threads might come.
 template <class Plan, class Slot>
 struct HostRunner {
   const Plan& plan;
@@ -59,7 +59,7 @@ struct HostRunner {
 };
 
 struct Found {
-  Eigen::VectorXd r, seed;  // coverage or radius; ∂loss/∂x
+  Eigen::VectorXd r, dL_dx;  // coverage or radius; ∂loss/∂x
   double loss = 0.0;
   int status = kRead, cuts = 0;
 };
@@ -84,7 +84,7 @@ class ReadStages : public testing::TestWithParam<Case> {
 
   Found Silhouette(const SilhouettePlan& plan, const Eigen::VectorXd& target, int seed) const {
     Found found;
-    found.seed.setZero(x_.size());
+    found.dL_dx.setZero(x_.size());
     HostArena arena;
     SilhouetteSlot slot{};
     TakeSilhouette(arena, plan, &slot);
@@ -94,7 +94,7 @@ class ReadStages : public testing::TestWithParam<Case> {
     slot.camera = camera_.projection();
     slot.half_width = GetParam().half_width;
     slot.loss = &found.loss;
-    slot.seed = found.seed.data();
+    slot.dL_dx = found.dL_dx.data();
     slot.status = &found.status;
     HostRunner<SilhouettePlan, SilhouetteSlot> run{plan, slot, std::mt19937(seed)};
     RunCoverage(plan, run);
@@ -108,14 +108,14 @@ class ReadStages : public testing::TestWithParam<Case> {
   Found Outlines(const Eigen::VectorXd& target, int seed, RowMatrix* jacobian) const {
     const OutlinePlan plan{view_.view(), static_cast<int>(target.size())};
     Found found;
-    found.seed.setZero(x_.size());
+    found.dL_dx.setZero(x_.size());
     found.r.setZero(target.size());
     std::vector<Vec2> points(plan.mesh.num_hem);
     std::vector<int> dof(6 * plan.num_angles);
     std::vector<double> value(6 * plan.num_angles);
-    OutlineSlot slot{x_.data(),     target.data(),     0.3,          camera_.projection(),
-                     points.data(), found.r.data(),    dof.data(),   value.data(),
-                     &found.loss,   found.seed.data(), &found.status};
+    OutlineSlot slot{x_.data(),     target.data(),      0.3,          camera_.projection(),
+                     points.data(), found.r.data(),     dof.data(),   value.data(),
+                     &found.loss,   found.dL_dx.data(), &found.status};
     HostRunner<OutlinePlan, OutlineSlot> run{plan, slot, std::mt19937(seed)};
     RunOutlines(plan, run);
     RunOutlineLoss(plan, run);
@@ -146,9 +146,9 @@ TEST_P(ReadStages, SilhouetteIsEquivalentToReference) {
   EXPECT_LT((found.r - soft.coverage).cwiseAbs().maxCoeff(), 1e-9);
   const Eigen::VectorXd residual = (soft.coverage - target) / 0.3;
   EXPECT_NEAR(found.loss, 0.5 * residual.squaredNorm(), 1e-12 * found.loss);
-  Eigen::VectorXd seed = Eigen::VectorXd::Zero(x_.size());
-  AdjRenderSoft(soft, x_, camera_, residual / 0.3, &seed);
-  EXPECT_LT((found.seed - seed).norm(), 1e-9 * seed.norm());
+  Eigen::VectorXd dL_dx = Eigen::VectorXd::Zero(x_.size());
+  AdjRenderSoft(soft, x_, camera_, residual / 0.3, &dL_dx);
+  EXPECT_LT((found.dL_dx - dL_dx).norm(), 1e-9 * dL_dx.norm());
   Eigen::Matrix2Xd points;
   ASSERT_TRUE(ProjectVertices(x_, camera_, &points));
   EXPECT_EQ(found.cuts, 2 * FindSilhouetteEdges(mesh_, points).crossings.size());
@@ -169,15 +169,15 @@ TEST_P(ReadStages, OutlineIsEquivalentToReference) {
   EXPECT_LT((jacobian - expected).norm(), 1e-12 * expected.norm());
   const Eigen::VectorXd residual = (outline.radius - target) / 0.3;
   EXPECT_NEAR(found.loss, 0.5 * residual.squaredNorm(), 1e-12 * found.loss);
-  const Eigen::VectorXd seed = expected.transpose() * (residual / 0.3);
-  EXPECT_LT((found.seed - seed).norm(), 1e-12 * seed.norm());
+  const Eigen::VectorXd dL_dx = expected.transpose() * (residual / 0.3);
+  EXPECT_LT((found.dL_dx - dL_dx).norm(), 1e-12 * dL_dx.norm());
 }
 
 TEST_P(ReadStages, TheOrderOfItemsChangesNoBit) {
   const Eigen::VectorXd target = Eigen::VectorXd::Constant(camera_.width * camera_.height, 0.4);
   const Found one = Silhouette(Plan(), target, 1), other = Silhouette(Plan(), target, 2);
   EXPECT_EQ(one.r, other.r);
-  EXPECT_EQ(one.seed, other.seed);
+  EXPECT_EQ(one.dL_dx, other.dL_dx);
   EXPECT_EQ(one.loss, other.loss);
 }
 

@@ -14,6 +14,12 @@ namespace drape {
 // Columns that the kernels work on: pairs, but for a single one.
 inline int PaddedColumns(int m) { return m == 1 ? 1 : (m + 1) / 2 * 2; }
 
+// What a gradient needs at most for m columns [bytes of a slot].
+inline std::size_t GradientBytes(const ClothView& cloth, int columns) {
+  return sizeof(double) * columns *
+         (kStretchEntries * std::size_t{1} * cloth.num_faces + kBendEntries * cloth.num_hinges);
+}
+
 // Gradients by the tables of a batch's materials, sums over elements in rows as GradientRows says;
 // zero at first.
 class DeviceGradient {

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <vector>
-
-#include "cuda/engine/device_engine.h"
-#include "cuda/engine/device_gradient.h"
+#include "cuda/engine/resources/step_workspace.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
 
 namespace drape {
 
 // Workspace of the way back through recorded rollouts by slot.
-struct DeviceEngine::AdjointWorkspace {
+struct AdjointWorkspace {
   StepWorkspace step;     // x: of the present step; v: its end
   AdjointRecords single;  // for one column; for more:
   DerivativeRecords derivatives;
@@ -38,20 +35,5 @@ struct DeviceEngine::AdjointWorkspace {
     return w;
   }
 };
-
-// The way back, done. The workspace is the engine's until its next batch.
-struct DeviceEngine::AdjointRun {
-  AdjointWorkspace workspace;
-  DeviceGradient sums;
-  std::vector<int> failed;  // of each slot
-  int done;                 // steps
-};
-
-// What is kept of a rollout, and what a gradient needs at most for m columns [bytes].
-inline std::size_t HistoryBytes(int dofs, int steps) { return 2 * sizeof(double) * dofs * steps; }
-inline std::size_t GradientBytes(const ClothView& cloth, int columns) {
-  return sizeof(double) * columns *
-         (kStretchEntries * std::size_t{1} * cloth.num_faces + kBendEntries * cloth.num_hinges);
-}
 
 }  // namespace drape

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/engine/device_gradient.h"
+#include "cuda/engine/resources/device_gradient.h"
 
 namespace drape {
 namespace {

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "cuda/engine/device_engine.h"
+#include <vector>
+
+#include "cuda/engine/resources/device_resources.h"
+#include "cuda/engine/resources/step_workspace.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
 
 namespace drape {
 
 // Workspace of the implicit derivatives by slot; step.x: the shapes, step.v: zeros.
-struct DeviceEngine::ImplicitWorkspace {
+struct ImplicitWorkspace {
   StepWorkspace step;
   DerivativeRecords derivatives;
   FactorRecords factors;                         // of the tangents only
@@ -38,5 +41,14 @@ struct DeviceEngine::ImplicitWorkspace {
     return w;
   }
 };
+
+// Factors Ks of the batch's shapes, without shift; workspace.step.failed says where it could not.
+void FactorStiffness(const DeviceResources& resources, const ImplicitWorkspace& workspace,
+                     const ShapeBatch& batch);
+// Solves K·X = B or Kᵀ·X = B for workspace.rhs, where its first `used` columns count; true where
+// each of them is solved. The workspace has PaddedColumns(used).
+std::vector<char> SolveStiffness(const DeviceResources& resources,
+                                 const ImplicitWorkspace& workspace, const ShapeBatch& batch,
+                                 bool transposed, int used);
 
 }  // namespace drape

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "cuda/device/arena.h"
+#include "cuda/device/device.h"
+#include "cuda/kernels/cloth/device_cloth.h"
+#include "cuda/kernels/cloth/launch_context.h"
+#include "physics/simulation/backend.h"
+
+namespace drape {
+
+// What the engines of one device share: the cloth and its factorisation plan, streams, and the
+// memory of the present batch's workspace. One thread at a time uses it.
+class DeviceResources {
+ public:
+  // threads: of the host, for what comes back from the device.
+  DeviceResources(std::shared_ptr<const ClothModel> model, const FrontPlan& plan,
+                  const DeviceInfo& device, int threads);
+
+  const DeviceInfo& device() const { return device_; }
+  int threads() const { return threads_; }
+  const DeviceCloth& cloth() const { return *cloth_; }
+  const ClothView& view() const { return cloth_->view(); }
+  const Streams& streams() const { return *streams_; }
+  cudaStream_t stream() const { return streams_->main(); }
+  LaunchContext On(const ShapeBatch& batch) const { return On(batch, stream()); }
+  LaunchContext On(const ShapeBatch& batch, cudaStream_t stream) const {
+    return {view(), batch, cloth_->law(), stream};
+  }
+
+  // Memory of this device that a batch may use [bytes]: what is free and the workspace of the batch
+  // before. Makes it the calling thread's present device, like ForEachChunk.
+  std::size_t FreeBytes() const;
+  using TakeWorkspace = std::function<void(Arena&, int slots)>;
+  // Makes this device the calling thread's present one, then calls work(first, count) for chunks of
+  // a batch of `count` whose workspace fits beside `reserve` bytes a slot. Throws DeviceMemoryError
+  // when not even one slot does.
+  using ChunkWork = std::function<void(std::size_t first, std::size_t count)>;
+  void ForEachChunk(std::size_t count, const TakeWorkspace& take, std::size_t reserve,
+                    const ChunkWork& work) const;
+  // Calls take(arena, slots) with memory for it, which the next batch uses again.
+  void Allocate(int slots, const TakeWorkspace& take);
+
+  void UploadStarts(std::span<const RolloutInput> batch, double* x, double* v) const;
+  void Clear(void* data, std::size_t bytes) const;
+  // Replays `graph` for each step; the steps that were done before `cancel` turned true.
+  int RunSteps(const Graph& graph, int steps, const std::atomic<bool>* cancel) const;
+
+ private:
+  void Bind() const;
+  int SlotsThatFit(int wanted, const TakeWorkspace& take, std::size_t reserve) const;
+
+  DeviceInfo device_;
+  int threads_;
+  std::unique_ptr<DeviceCloth> cloth_;
+  std::unique_ptr<Streams> streams_;
+  DeviceBuffer<char> memory_;
+};
+
+std::vector<const MaterialField*> CollectMaterials(std::span<const RolloutInput> batch);
+
+// The slots [first, first + slots) of a batch whose slots are its rollouts.
+ShapeBatch SliceBatch(const ShapeBatch& batch, int first, int slots, int num_dofs);
+
+}  // namespace drape
