@@ -18,16 +18,20 @@
 #include "losses/readout/readouts.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/mesh_spec.h"
+#include "physics/simulation/host_readouts.h"
 #include "tests/bench/fabrics.h"
+#include "tests/data_folders.h"
 #include "tests/physics/row_readout.h"
 
 DEFINE_string(meshes, "disc:297,disc:1205,disc:2699,disc:7496", "mesh specs, by comma");
-DEFINE_string(batches, "1,16,64,256,1024", "rollouts of a batch");
+DEFINE_string(batches, "1,16,64,256,1024", "numbers of rollouts in a batch");
 DEFINE_string(works,
-              "forward,gradient,jacobian,settle,loss-outline,loss-outline-host,loss-silhouette,"
+              "forward,gradient,jacobian,settle,jvp,loss-outline,loss-outline-host,loss-silhouette,"
               "loss-silhouette-host",
               "what to time; jacobian: of an outline of 72 angles; settle: 60 steps of 0.1 s, then "
-              "Newton to rest and 39 derivatives; loss-: the gradient of a loss of the outline or "
+              "Newton to rest and 39 derivatives; jvp: how drapes at rest move with one change of "
+              "their tables, by one right-hand side each, and by the sum of 39 columns; loss-: the "
+              "gradient of a loss of the outline or "
               "of the soft silhouette; -host: what the device could read is read on the host");
 DEFINE_string(law, "smooth", "smooth or reference");
 DEFINE_int32(steps, 100, "of a rollout");
@@ -35,13 +39,19 @@ DEFINE_double(h, 0.05, "time step [s]");
 DEFINE_int32(repeats, 3, "the fastest counts");
 DEFINE_bool(host, true, "times the CPU path too");
 DEFINE_int32(most, 400000, "skips batches of more vertices");
-DEFINE_string(fabrics, DRAPE_SOURCE_DIR "/configs/fabrics", "folder");
+DEFINE_string(
+    fabrics, "",
+    "folder of the fabrics; by default that of $DRAPE_CONFIGS, of the bundle or of the build");
 
 namespace drape {
 namespace {
 
 const char* const kFabrics[] = {"cotton_white", "cotton_pink", "viscose_white", "cotton_blue",
                                 "wool_red"};
+
+std::string FabricsFolder() {
+  return FLAGS_fabrics.empty() ? test::ConfigsFolder() + "/fabrics" : FLAGS_fabrics;
+}
 
 std::vector<std::string> Split(const std::string& text) {
   std::vector<std::string> parts;
@@ -67,7 +77,7 @@ struct Batch {
   std::vector<State> starts;
   std::vector<RolloutInput> inputs;
   std::vector<const MaterialField*> weights;
-  std::vector<RowMatrix> seeds;
+  std::vector<RowMatrix> dL_dx;
   OutlineReadout outline;
   SilhouetteReadout silhouette;
   test::HostReadout host_outline{outline}, host_silhouette{silhouette};
@@ -77,7 +87,7 @@ struct Batch {
   Batch(const ClothModel& model, int count)
       : outline(model.mesh, {Camera()}, 72), silhouette(model.mesh, {Camera()}, {}) {
     for (const char* name : kFabrics)
-      fields.push_back(ReadFabric(FLAGS_fabrics + "/" + name + ".json"));
+      fields.push_back(ReadFabric(FabricsFolder() + "/" + name + ".json"));
     for (int i = 0; i < count; ++i) {
       State start = model.RestState();
       start.x = ApplyStartShape(model.mesh, 0.09, RandomStartShape(i, 3e-3));
@@ -86,24 +96,41 @@ struct Batch {
     for (int i = 0; i < count; ++i) {
       inputs.push_back({&fields[i % std::size(kFabrics)], &starts[i]});
       weights.push_back(inputs.back().material);
-      seeds.push_back(RowMatrix::Ones(model.num_dofs(), 1));
+      dL_dx.push_back(RowMatrix::Ones(model.num_dofs(), 1));
     }
   }
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
 
-  const Readout& MakeReadout(const std::string& work) const {
+  const Readout& SelectReadout(const std::string& work) const {
     const bool on_host = work.ends_with("-host");
     if (work.starts_with("loss-silhouette"))
       return on_host ? static_cast<const Readout&>(host_silhouette) : silhouette;
     return on_host ? static_cast<const Readout&>(host_outline) : outline;
   }
-  ReadoutLoss ComputeLoss(const std::string& work, int count) const {
-    const Readout& readout = MakeReadout(work);
+  ReadoutLoss MakeLoss(const std::string& work, int count) const {
+    const Readout& readout = SelectReadout(work);
     const bool of_outline = readout.size() == outline.size();
     const Eigen::VectorXd& target = of_outline ? outline_target : silhouette_target;
     return {&readout, std::vector<const Eigen::VectorXd*>(count, &target), 1.0};
   }
+};
+
+// Where a batch comes to rest: 60 steps of 0.1 s, then Newton.
+struct Drapes {
+  std::vector<State> states;
+  std::vector<RolloutInput> inputs;
+
+  Drapes(Backend& backend, std::span<const RolloutInput> starts) {
+    for (const RolloutResult& r : backend.Rollouts(starts, {.h = 0.1, .steps = 60}, nullptr))
+      states.push_back(r.end);
+    for (std::size_t i = 0; i < starts.size(); ++i)
+      inputs.push_back({starts[i].material, &states[i]});
+    const auto rests = backend.Equilibria(inputs, {});
+    for (std::size_t i = 0; i < starts.size(); ++i) states[i].x = rests[i].x;
+  }
+  Drapes(const Drapes&) = delete;
+  Drapes& operator=(const Drapes&) = delete;
 };
 
 void Run(Backend& backend, const std::string& work, const Batch& batch, int count,
@@ -114,21 +141,15 @@ void Run(Backend& backend, const std::string& work, const Batch& batch, int coun
   } else if (work == "gradient") {
     std::vector<Recording> recordings;
     (void)backend.Rollouts(inputs, options, &recordings);
-    (void)backend.Adjoints(inputs, recordings, std::span(batch.seeds.data(), count), options);
+    (void)backend.Adjoints(inputs, recordings, std::span(batch.dL_dx.data(), count), options);
   } else if (work == "settle") {
-    std::vector<State> fallen;
-    for (const RolloutResult& r : backend.Rollouts(inputs, {.h = 0.1, .steps = 60}, nullptr))
-      fallen.push_back(r.end);
-    std::vector<RolloutInput> calm;
-    for (int i = 0; i < count; ++i) calm.push_back({inputs[i].material, &fallen[i]});
-    const auto rests = backend.Equilibria(calm, {});
-    for (int i = 0; i < count; ++i) fallen[i].x = rests[i].x;
-    (void)backend.EquilibriumTangents(calm, std::span(batch.weights.data(), count));
+    const Drapes drapes(backend, inputs);
+    (void)backend.EquilibriumTangents(drapes.inputs, std::span(batch.weights.data(), count));
   } else if (work.starts_with("loss-")) {
-    (void)backend.LossGradients(inputs, options, batch.ComputeLoss(work, count));
+    (void)backend.LossGradients(inputs, options, batch.MakeLoss(work, count));
   } else {
     (void)backend.ReadoutTangents(inputs, std::span(batch.weights.data(), count), options,
-                                  batch.MakeReadout(work));
+                                  batch.SelectReadout(work));
   }
 }
 
@@ -141,6 +162,46 @@ void CompareEnds(Backend& device, Backend& host, const Batch& batch, int count,
   for (int i = 0; i < count; ++i)
     std::printf(" %.1e", (a[i].end.x - b[i].end.x).cwiseAbs().maxCoeff());
   std::printf("\n");
+}
+
+double LargestDifference(const std::vector<Eigen::VectorXd>& a,
+                         const std::vector<Eigen::VectorXd>& b) {
+  double largest = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i].size() != b[i].size()) return INFINITY;
+    if (b[i].size() > 0) largest = std::max(largest, (a[i] - b[i]).norm() / b[i].norm());
+  }
+  return largest;
+}
+
+// EquilibriumJvp beside the sum of the 39 columns of EquilibriumTangents, at the drapes of the
+// device.
+void BenchJvp(Backend& device, Backend& host, const Batch& batch, int count, int host_count) {
+  const Drapes drapes(device, std::span(batch.inputs.data(), count));
+  const std::span changes(batch.weights.data(), count);
+  const std::span<const RolloutInput> inputs = drapes.inputs;
+  std::vector<Eigen::VectorXd> one, summed, of_host;
+  const auto time = [&](const char* name, int rollouts, const std::function<void()>& work) {
+    work();
+    const double seconds = Fastest(work, FLAGS_repeats);
+    std::printf("  %-20s B %4d: %9.1f a second, %9.3f ms a batch\n", name, rollouts,
+                rollouts / seconds, 1e3 * seconds);
+    std::fflush(stdout);
+    return seconds / rollouts;
+  };
+  const double native = time("jvp", count, [&] { one = device.EquilibriumJvp(inputs, changes); });
+  const double columns =
+      time("jvp-columns", count, [&] { summed = SumEquilibriumTangents(device, inputs, changes); });
+  const auto solved = std::ranges::count_if(one, [](const auto& dx) { return dx.size() > 0; });
+  std::printf("  jvp is %.1f x as fast as its 39 columns, difference %.1e, %d of %d solved\n",
+              columns / native, LargestDifference(one, summed), static_cast<int>(solved), count);
+  if (!FLAGS_host) return;
+  const double on_host = time("jvp on the host", host_count, [&] {
+    of_host = host.EquilibriumJvp(inputs.first(host_count), changes.first(host_count));
+  });
+  one.resize(host_count);
+  std::printf("  jvp is %.1f x as fast as on the host, difference %.1e\n", on_host / native,
+              LargestDifference(one, of_host));
 }
 
 void BenchMesh(const std::string& spec) {
@@ -156,8 +217,14 @@ void BenchMesh(const std::string& spec) {
   const Batch batch(*model, most);
   std::printf("%s: %d vertices\n", spec.c_str(), model->mesh.num_vertices());
   CompareEnds(*device, *host, batch, std::min<int>(most, std::size(kFabrics)), options);
+  const int on_host = std::min(most, threads);
   for (const std::string& work : Split(FLAGS_works)) {
-    const int on_host = std::min(most, threads);
+    if (work == "jvp") {
+      for (const std::string& text : counts)
+        if (const int count = std::stoi(text); count * model->mesh.num_vertices() <= FLAGS_most)
+          BenchJvp(*device, *host, batch, count, std::min(on_host, count));
+      continue;
+    }
     const double host_rate =
         FLAGS_host ? on_host / Fastest([&] { Run(*host, work, batch, on_host, options); }, 1) : NAN;
     for (const std::string& text : counts) {
@@ -182,6 +249,7 @@ void BenchMesh(const std::string& spec) {
 int main(int argc, char** argv) try {
   google::InitGoogleLogging(argv[0]);
   gflags::ParseCommandLineFlags(&argc, &argv, true);
+  std::printf("fabrics: %s\n", drape::FabricsFolder().c_str());
   std::printf("devices: %s; law %s, %d steps of %g s\n", drape::SurveyCuda().text.c_str(),
               FLAGS_law.c_str(), FLAGS_steps, FLAGS_h);
   for (const std::string& spec : drape::Split(FLAGS_meshes)) drape::BenchMesh(spec);

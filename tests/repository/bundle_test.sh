@@ -24,13 +24,26 @@ cd /
 env -i "$scratch/moved place/bin/drape_simulate" --mesh=disc:100 --steps=2 \
   --material="$scratch/moved place/configs/fabrics/synthetic_wool.json" --out="$scratch/out"
 [ -s "$scratch/out/summary.json" ] || fail "no summary.json"
+(cd "$1/configs" && find . -type f) | while read -r file; do
+  cmp -s "$1/configs/$file" "$scratch/moved place/configs/$file" || fail "lacks configs/$file"
+done
 
 if "$1/tools/bundle" --test "$2" "$scratch/none" 2>"$scratch/log"; then fail "took --test"; fi
 grep -q 'expected --all or --tests' "$scratch/log"
 if [ -x "$2/bin/cuda_test" ] && [ -x "$2/bin/bench_cuda" ]; then
   "$1/tools/bundle" --tests "$2" "$scratch/tests"
-  grep -q 'bin/bench_cuda --fabrics=configs/fabrics' "$scratch/tests/BUNDLE.txt"
-  env -i "$scratch/tests/bin/cuda_test" --gtest_list_tests | grep -q Cuda || fail "no test of CUDA"
+  mv "$scratch/tests" "$scratch/moved tests"
+  cd "$scratch/moved tests"
+  grep -q 'bin/bench_cuda' BUNDLE.txt
+  env -i bin/cuda_test --gtest_list_tests | grep -q Cuda || fail "no test of CUDA"
+  env -i bin/cuda_test --gtest_filter='CudaGolden*' | grep -q "set DRAPE_SHARED" ||
+    fail "cuda_test does not say why it skips the tests of golden files"
+  # Without a device it ends after these lines.
+  (env -i bin/bench_cuda --meshes= || true) | grep -qF "fabrics: $PWD/configs/fabrics" ||
+    fail "bench_cuda does not look for the fabrics of the bundle"
+  DRAPE_CONFIGS=/elsewhere bin/bench_cuda --meshes= | grep -qxF "fabrics: /elsewhere/fabrics" ||
+    fail "bench_cuda ignores DRAPE_CONFIGS"
+  cd /
 else
   if "$1/tools/bundle" --tests "$2" "$scratch/none" 2>"$scratch/log"; then fail "packed no test"; fi
   grep -q 'needs a CUDA build' "$scratch/log"

@@ -1,23 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parity with what the public reference simulator computes, on the device [MODEL, M20].
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "physics/material/material_io.h"
 #include "physics/mesh/obj_io.h"
 #include "tests/cuda/engine/gpu_fixture.h"
+#include "tests/data_folders.h"
 
 namespace drape {
 namespace {
 
 using Json = nlohmann::json;
-
-// The folder of the build, or DRAPE_SHARED where programs run on another machine.
-std::string SharedFolder() {
-  const char* moved = std::getenv("DRAPE_SHARED");
-  return moved != nullptr ? moved : DRAPE_SHARED_DIR;
-}
 
 Eigen::VectorXd ToVector(const Json& j) {
   const auto v = j.get<std::vector<double>>();
@@ -27,9 +21,11 @@ Eigen::VectorXd ToVector(const Json& j) {
 class CudaGoldenTest : public testing::Test {
  protected:
   void SetUp() override {
-    DRAPE_NEEDS_GPU();
     if (!std::ifstream(shared_ + "/golden/materials.json"))
-      GTEST_SKIP() << "no golden data in " << shared_;
+      GTEST_SKIP() << "needs the golden files, found no " << shared_
+                   << "/golden/materials.json: set DRAPE_SHARED to the folder with golden/ and "
+                      "cusick/";
+    DRAPE_NEEDS_GPU();
     material_ =
         ReadMaterial(shared_ + "/golden/materials.json#cotton_blue", {NegativeEntries::kWarn})
             .field;
@@ -63,7 +59,7 @@ class CudaGoldenTest : public testing::Test {
     }
   }
 
-  std::string shared_ = SharedFolder();
+  std::string shared_ = test::SharedFolder();
   MaterialField material_;
 };
 
