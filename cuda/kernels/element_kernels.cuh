@@ -47,8 +47,8 @@ inline int ChunksFor(const ClothView& cloth) {
 }
 
 // Writes numbers [at, at + N) of one record a thread in whole memory transactions: those of a
-// warp's records go through shared memory. Called by all threads of a block, with its element or
-// beyond.
+// warp's records go through shared memory. Called by all threads of a block; elements may be
+// past the last one.
 constexpr int kStageColumns = 18;
 using Stage = double[kElementThreads][kStageColumns + 1];
 template <int N, class Record>

@@ -20,7 +20,7 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/host_readouts.h"
 #include "tests/bench/fabrics.h"
-#include "tests/data_folders.h"
+#include "tests/cuda/data_folders.h"
 #include "tests/physics/row_readout.h"
 
 DEFINE_string(meshes, "disc:297,disc:1205,disc:2699,disc:7496", "mesh specs, by comma");

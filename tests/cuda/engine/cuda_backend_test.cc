@@ -118,15 +118,15 @@ TEST_P(CudaBackendTest, AdjointsAreEquivalentToReference) {
   }
 }
 
-// From shapes that have fallen for a while: the same decisions, the same drape.
+// From relaxed shapes: the same decisions, the same drape.
 class CudaStaticsTest : public CudaBackendTest {
  protected:
   void SetUp() override {
     CudaBackendTest::SetUp();
     if (IsSkipped()) return;
     for (State& start : starts_) start.v.setZero();
-    const auto fallen = host_->Rollouts(inputs_, {.h = 0.1, .steps = 40}, nullptr);
-    for (std::size_t i = 0; i < inputs_.size(); ++i) starts_[i] = fallen[i].end;
+    const auto relaxed = host_->Rollouts(inputs_, {.h = 0.1, .steps = 40}, nullptr);
+    for (std::size_t i = 0; i < inputs_.size(); ++i) starts_[i] = relaxed[i].end;
   }
 };
 

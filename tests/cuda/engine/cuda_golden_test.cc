@@ -6,7 +6,7 @@
 #include "physics/material/material_io.h"
 #include "physics/mesh/obj_io.h"
 #include "tests/cuda/engine/gpu_fixture.h"
-#include "tests/data_folders.h"
+#include "tests/cuda/data_folders.h"
 
 namespace drape {
 namespace {

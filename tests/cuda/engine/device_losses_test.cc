@@ -133,9 +133,9 @@ TEST_P(DeviceLossesTest, OtherReadoutsAreReadOnTheHost) {
 }
 
 TEST_P(DeviceLossesTest, ReadoutsOfEquilibriaAreEquivalentToReference) {
-  const auto fallen = host_->Rollouts(inputs_, {.h = 0.1, .steps = 40}, nullptr);
+  const auto relaxed = host_->Rollouts(inputs_, {.h = 0.1, .steps = 40}, nullptr);
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    starts_[i] = fallen[i].end;
+    starts_[i] = relaxed[i].end;
     const auto rest = host_->Equilibria({&inputs_[i], 1}, {});
     starts_[i].x = rest[0].x;
   }
