@@ -71,11 +71,11 @@ int Multifrontal::Threads(int slots) const {
 }
 
 void Multifrontal::FactorAndSolve(const FactorView& numbers, const double* rhs, double* solution,
-                                  int slots, int beside, cudaStream_t stream) const {
-  const UpdateTile* tiles = SplitsUpdates(beside) ? tiles_.data() : nullptr;
+                                  int slots, int all_slots, cudaStream_t stream) const {
+  const UpdateTile* tiles = SplitsUpdates(all_slots) ? tiles_.data() : nullptr;
   for (const LevelRange& level : levels_)
     LaunchFactorLevel({view_, level, slots, stream}, numbers, tiles, rhs, solution,
-                      Threads(beside));
+                      Threads(all_slots));
   if (rhs == nullptr) return;
   for (auto level = levels_.rbegin(); level != levels_.rend(); ++level)
     LaunchBackwardLevel({view_, *level, slots, stream}, numbers.factor, solution);

@@ -28,10 +28,10 @@ class Multifrontal {
   const PlanView& view() const { return view_; }
 
   // A = L·Lᵀ for `slots` systems; rhs, when not null, is solved with along the way: solution =
-  // A⁻¹·rhs, shapes [dofs] a slot. Pointers may be the same. `beside`: slots of all streams that
-  // work at the same time, these included.
+  // A⁻¹·rhs, shapes [dofs] a slot. Pointers may be the same. `all_slots`: of all concurrent
+  // streams, these included.
   void FactorAndSolve(const FactorView& numbers, const double* rhs, double* solution, int slots,
-                      int beside, cudaStream_t stream) const;
+                      int all_slots, cudaStream_t stream) const;
   // solution = A⁻¹·rhs. `sum`: for columns > 1.
   void Solve(const FactorPlace& factor, const RightHandSides& sides, int slots, cudaStream_t stream,
              const SolutionSum& sum = {}) const;

@@ -39,7 +39,7 @@ struct FactorPlace {
 #endif
 };
 
-// Numbers of a batch of systems on one plan; slot s has its own at s × the size beside it.
+// Numbers of a batch of systems on one plan; slot s has its own at s × the size given.
 struct FactorView {
   const double* matrix;  // [9·entries] blocks of the lower triangle, row-major
   FactorPlace factor;

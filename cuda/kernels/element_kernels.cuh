@@ -46,7 +46,7 @@ inline int ChunksFor(const ClothView& cloth) {
   return BlocksFor(cloth.num_faces) + BlocksFor(cloth.num_hinges);
 }
 
-// Writes numbers [at, at + N) of one record a thread in whole memory transactions: those of a
+// Writes numbers [at, at + N) of one record per thread in whole memory transactions: those of a
 // warp's records go through shared memory. Called by all threads of a block; elements may be
 // past the last one.
 constexpr int kStageColumns = 18;

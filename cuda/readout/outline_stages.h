@@ -40,7 +40,7 @@ struct ProjectHemVertex {
       *s.status = kUnreadable;
   }
 };
-// i: angle. The hem's segments come in the host's order, so ties fall alike.
+// i: angle. The hem's segments are in the order of the host, so that ties are resolved alike.
 struct ReadRay {
   DRAPE_HD void operator()(const OutlinePlan& plan, const OutlineSlot& s, int i) const {
     const Vec2 ray = RayDirection(i, plan.num_angles);

@@ -40,8 +40,8 @@ class DeviceResources {
   std::size_t FreeBytes() const;
   using TakeWorkspace = std::function<void(Arena&, int slots)>;
   // Makes this device the calling thread's present one, then calls work(first, count) for chunks of
-  // a batch of `count` whose workspace fits beside `reserve` bytes a slot. Throws DeviceMemoryError
-  // when not even one slot does.
+  // a batch of `count` whose workspace fits in addition to `reserve` bytes a slot. Throws
+  // DeviceMemoryError when not even one slot does.
   using ChunkWork = std::function<void(std::size_t first, std::size_t count)>;
   void ForEachChunk(std::size_t count, const TakeWorkspace& take, std::size_t reserve,
                     const ChunkWork& work) const;

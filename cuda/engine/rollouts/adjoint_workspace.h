@@ -6,7 +6,7 @@
 
 namespace drape {
 
-// Workspace of the way back through recorded rollouts by slot.
+// Workspace of the adjoint pass through recorded rollouts by slot.
 struct AdjointWorkspace {
   StepWorkspace step;     // x: of the present step; v: its end
   AdjointRecords single;  // for one column; for more:

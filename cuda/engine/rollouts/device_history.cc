@@ -13,7 +13,7 @@ std::size_t FactorBytes(const DeviceCloth& cloth, int steps) {
   return sizeof(double) * cloth.multifrontal().view().factor_size * steps;
 }
 
-// What is kept may take a part of what is free: the way back needs a workspace of its own.
+// The states may take a part of the free memory: the adjoint pass needs a workspace of its own.
 HistoryChoice ChooseHistory(const DeviceResources& resources, std::size_t rollouts, int steps) {
   constexpr double kHistoryShare = 0.4;
   const double room = kHistoryShare * static_cast<double>(resources.FreeBytes());

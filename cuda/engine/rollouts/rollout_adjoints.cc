@@ -28,7 +28,7 @@ void LaunchAdjointStep(const LaunchContext& on, const Multifrontal& multifrontal
   double *lambda = w.lambda + first * columns, *end_v = w.step.v + first * dofs;
   LaunchLoadHistory(on, back.history + first, w.step.step, w.step.x + first * dofs, end_v);
   LaunchAdjointRhs(on, adj_x, adj_v, back.h, lambda, m);
-  // A single right-hand side rides along with a new factorisation.
+  // A single right-hand side is solved for during a new factorisation.
   if (!back.factors_kept)
     LaunchFactorStep(on, multifrontal, w.step, first, back.h, m == 1 ? lambda : nullptr);
   if (back.factors_kept || m > 1)

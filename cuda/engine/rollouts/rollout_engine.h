@@ -58,7 +58,7 @@ class RolloutEngine {
                            std::span<const MaterialField* const> weights,
                            const RolloutOptions& options, std::span<RolloutResult* const> ends,
                            std::span<char> failed, const VisitTangents& visit);
-  // Chunks of a batch for RunAdjoint; reserve: bytes beside its own, of a slot.
+  // Chunks of a batch for RunAdjoint; reserve: bytes of a slot in addition to its own.
   void ForEachAdjointChunk(std::size_t count, int columns, int steps, std::size_t reserve,
                            const DeviceResources::ChunkWork& work);
   RolloutRun RunRollouts(std::span<const RolloutInput> batch, const RolloutOptions& options,

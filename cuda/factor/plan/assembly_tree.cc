@@ -42,7 +42,7 @@ void ComputeBorders(const BlockPattern& pattern, Tree& tree) {
   }
 }
 
-// Operations of a front, and what a front costs besides them.
+// Operations of a front, and its fixed cost.
 double FrontCost(std::size_t pivot_vertices, std::size_t border_vertices) {
   const double p = 3.0 * pivot_vertices, q = 3.0 * border_vertices;
   return p * p * p / 3 + p * p * q + p * q * q + 30000;

@@ -12,7 +12,7 @@ namespace {
 constexpr int kMaxElements = 1 << 26;  // of a kind: what Contribution::Pack has room for
 
 // Calls add(target, contribution) faces first, each kind by ascending element. `target` gives the
-// index that corners (row, column) of an element add to, −1 for none.
+// index that corners (row, column) of an element add to, −1 where there is none.
 template <class Target, class Add>
 void ForEach(const Mesh& mesh, const Scene& scene, Target&& target, Add&& add) {
   const auto visit = [&](const auto& elements, int corners, bool hinge) {

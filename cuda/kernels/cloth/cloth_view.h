@@ -54,10 +54,10 @@ struct HingeRecord {
   double theta, kappa;
 };
 
-// A batch of shapes: slot s works for rollout `rollout[s]`, or s where that is null.
+// A batch of shapes: slot s holds rollout `rollout[s]`, or s where that is null.
 struct ShapeBatch {
   int slots;
-  int all_slots;  // with those of the streams beside
+  int all_slots;  // of all concurrent streams
   const int* rollout;
   const MaterialView* material;  // by rollout
   const double* x;               // by rollout, [3V]

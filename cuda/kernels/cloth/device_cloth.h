@@ -27,7 +27,7 @@ class DeviceCloth {
 
   int DofInEliminationOrder(int dof) const { return 3 * position_[dof / 3] + dof % 3; }
   // Rows of `columns` numbers a degree of freedom, from the mesh's order to elimination order and
-  // back; on the host. `stride`: numbers a row in elimination order, zeros beyond the columns.
+  // back; on the host. `stride`: numbers a row in elimination order, zeros after the columns.
   void ToEliminationOrder(const double* mesh_order, int columns, int stride, double* to) const;
   void ToMeshOrder(const double* elimination_order, int columns, int stride, double* to) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way back through a step for one right-hand side: adjoints of the element functions, then sums
+// The adjoint of a step for one right-hand side: adjoints of the element functions, then sums
 // by gather.
 #include "cuda/device/cuda_error.h"
 #include "cuda/kernels/derivatives/gradient_sums.cuh"

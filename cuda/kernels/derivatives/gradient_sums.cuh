@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Sums of gradients over the elements of a block of threads, one thread an element.
+// Sums of gradients over the elements of a block of threads, one thread per element.
 
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
 #include "cuda/kernels/element_kernels.cuh"

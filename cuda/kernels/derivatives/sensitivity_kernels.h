@@ -72,7 +72,7 @@ struct HistorySlot {
 void LaunchLoadHistory(const LaunchContext& on, const HistorySlot* history, const int* step,
                        double* x, double* v);
 
-// The way back through a step, for m columns; shapes [3V, m] a slot.
+// The adjoint of a step, for m columns; shapes [3V, m] a slot.
 // rhs = adj_v + h·adj_x.
 void LaunchAdjointRhs(const LaunchContext& on, const double* adj_x, const double* adj_v, double h,
                       double* rhs, int columns);
@@ -91,7 +91,7 @@ struct GradientView {
   double* bend;     // [15·GradientRows(E), m]
   const std::int64_t *stretch_start, *bend_start;  // [slots]
 };
-// The whole way back for a single column, element by element, without the blocks of ∂g/∂x.
+// The whole adjoint of a step for a single column, element by element, without the blocks of ∂g/∂x.
 struct AdjointRecords {
   DeformationGradient<double>* faces;  // ∂(g·λ)/∂F by rest area, [F] a slot
   BendAdjoint* hinges;                 // [E] a slot
