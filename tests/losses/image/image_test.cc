@@ -16,8 +16,8 @@
 namespace drape {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
-using testing::JoinAll;
 using testing::ThrowsMessage;
 
 // A dark box on white, as grey levels.
@@ -58,7 +58,7 @@ class ImageFile : public testing::Test {
   }
   void ExpectBad(const std::string& path, const std::string& problem) {
     EXPECT_THAT([&] { ReadSilhouette(path); },
-                ThrowsMessage<InputError>(JoinAll(HasSubstr(path + ": "), HasSubstr(problem))));
+                ThrowsMessage<InputError>(AllOf(HasSubstr(path + ": "), HasSubstr(problem))));
   }
   TempFolder folder_;
 };

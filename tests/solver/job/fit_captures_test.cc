@@ -89,9 +89,9 @@ TEST_F(FitCapturesTest, CapturesWithoutAMeshOfTheirOwnAreSkippedWithTheReason) {
   targets_ = ObservationSource::kMeshes;
   const FitJob job = Selected();
   EXPECT_THAT(job.notes,
-              testing::JoinAll(testing::Contains(HasSubstr("misses its image")),
-                               testing::Contains(HasSubstr("sample 3, capture 1 has no mesh")),
-                               testing::Contains(HasSubstr("sample 4, capture 3 has no mesh"))));
+              testing::AllOf(testing::Contains(HasSubstr("misses its image")),
+                             testing::Contains(HasSubstr("sample 3, capture 1 has no mesh")),
+                             testing::Contains(HasSubstr("sample 4, capture 3 has no mesh"))));
   selection_.samples = "4";
   EXPECT_INPUT_ERROR(Selected(), "no usable capture to fit, expected some with meshes");
 }

@@ -293,7 +293,7 @@ TEST_F(FitJobTest, TheIntegratorIsPartOfTheJob) {
 TEST_F(FitJobTest, TwoImagesOfOneNameAreRefused) {
   AddImage("other/a.png", DrapeImage());
   EXPECT_THAT(ComputeError(),
-              testing::JoinAll(HasSubstr("other/a.png"), HasSubstr("distinct names")));
+              testing::AllOf(HasSubstr("other/a.png"), HasSubstr("distinct names")));
 }
 
 TEST_F(FitJobTest, BadImagesAreNamed) {

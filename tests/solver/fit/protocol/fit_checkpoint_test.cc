@@ -105,9 +105,8 @@ TEST_F(CheckpointTest, AbsentIsNothing) { EXPECT_EQ(ReadCheckpoint(path_, "job")
 
 TEST_F(CheckpointTest, AnotherJobIsRefused) {
   WriteCheckpoint(path_, "job", SomeState());
-  EXPECT_THAT(
-      ComputeError("another"),
-      testing::JoinAll(testing::HasSubstr(path_), testing::HasSubstr("run without --resume")));
+  EXPECT_THAT(ComputeError("another"), testing::AllOf(testing::HasSubstr(path_),
+                                                      testing::HasSubstr("run without --resume")));
 }
 
 TEST_F(CheckpointTest, ADamagedFileIsRefused) {
