@@ -4,6 +4,7 @@
 #include <random>
 #include <utility>
 
+#include "losses/outline/shape_features.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/util/random.h"
 

@@ -88,7 +88,7 @@ void Settle(const LoadedJob& loaded, const MaterialField& material, BenchmarkRec
           .front();
   if (end.status != RolloutStatus::kOk) return;
   record->settled_rms_px = RmsPx(loaded, end.end.x);
-  record->moved = (end.end.x - rest.x).reshaped(3, rest.x.size() / 3).colwise().norm().maxCoeff();
+  record->drift = (end.end.x - rest.x).reshaped(3, rest.x.size() / 3).colwise().norm().maxCoeff();
 }
 
 // Methods without derivatives look far and wide: for them any stable drape counts.

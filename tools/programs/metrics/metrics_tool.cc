@@ -109,7 +109,7 @@ Found EvaluateData(const MetricsOptions& options, const Camera& camera, const Ru
 
 OptionTable MetricsTable(MetricsOptions& options) {
   std::vector<Option> all = CameraOptions(options.camera);
-  DatasetInput& data = options.data;
+  DatasetQuery& data = options.data;
   all.push_back({.key = "aligned",
                  .value = &data.aligned,
                  .doc = "with --data: also evaluate after the best rotation and reflection, which "
