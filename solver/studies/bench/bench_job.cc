@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr double kBytesPerMegabyte = 1e6;
 
-// Which reference a cell is compared with.
+// Which reference a run is compared with.
 std::string ClothKey(const BenchSetting& setting) {
   return fs::path(setting.material).stem().string() + " " + setting.law + " " + setting.model;
 }
@@ -27,7 +27,7 @@ class Bench {
   Bench(const BenchJob& job, const RunControl& control)
       : job_(job),
         control_(control),
-        cells_(ListRuns(job.work, job.axes)),
+        settings_(ListRuns(job.work, job.axes)),
         file_(job.out + "/runs.csv", job.common, job.resume) {
     CheckInput();
   }
@@ -35,9 +35,9 @@ class Bench {
   BenchResult Run() {
     idle_bytes_ = RunInChild([] { return std::string(); }, nullptr).peak_bytes;
     if (job_.work != BenchWork::kFit) FindReferences();
-    for (const BenchSetting& cell : cells_) {
+    for (const BenchSetting& setting : settings_) {
       if (result_.cancelled) break;
-      RunOne(cell);
+      RunOne(setting);
     }
     return std::move(result_);
   }
@@ -45,32 +45,32 @@ class Bench {
  private:
   // Bad names are found before hours are spent.
   void CheckInput() {
-    for (const BenchSetting& cell : cells_) {
+    for (const BenchSetting& setting : settings_) {
       if (job_.work == BenchWork::kFit) {
-        CheckFitCell(cell);
-      } else if (IsDistribution(cell)) {
-        throw InputError("axis 'model'", "found " + cell.model + ", which only fits have");
+        CheckBenchFit(setting);
+      } else if (IsDistribution(setting)) {
+        throw InputError("axis 'model'", "found " + setting.model + ", which only fits have");
       }
-      if (!vertices_.contains(cell.mesh))
-        vertices_[cell.mesh] = ParseMeshSpec(cell.mesh).num_vertices();
+      if (!vertices_.contains(setting.mesh))
+        vertices_[setting.mesh] = ParseMeshSpec(setting.mesh).num_vertices();
     }
     for (const std::string& mesh : {job_.reference.fine, job_.reference.coarse})
       vertices_[mesh] = ParseMeshSpec(mesh).num_vertices();
-    for (const BenchSetting& cell : cells_) {
-      total_ += Guess(cell);
-      if (job_.work != BenchWork::kFit && !references_.contains(ClothKey(cell))) {
-        references_[ClothKey(cell)] = {};
+    for (const BenchSetting& setting : settings_) {
+      total_ += Guess(setting);
+      if (job_.work != BenchWork::kFit && !references_.contains(ClothKey(setting))) {
+        references_[ClothKey(setting)] = {};
         total_ += GuessOfReference();
       }
     }
   }
 
-  // Work of a cell in steps of a cloth of one vertex, for the time left.
-  double Guess(const BenchSetting& cell) const {
+  // Work of a run in steps of a cloth of one vertex, for the time left.
+  double Guess(const BenchSetting& setting) const {
     constexpr double kNewtonSteps = 40.0, kGrowth = 1.4;
-    const double steps = (cell.integrator == "static" ? 0 : cell.steps()) +
-                         (cell.integrator == "dynamic" ? 0 : kNewtonSteps);
-    return cell.batch * steps * std::pow(vertices_.at(cell.mesh), kGrowth);
+    const double steps = (setting.integrator == "static" ? 0 : setting.steps()) +
+                         (setting.integrator == "dynamic" ? 0 : kNewtonSteps);
+    return setting.batch * steps * std::pow(vertices_.at(setting.mesh), kGrowth);
   }
   double GuessOfReference() const {
     BenchSetting setting;
@@ -78,7 +78,7 @@ class Bench {
     setting.mesh = job_.reference.fine;
     const double fine = Guess(setting);
     setting.mesh = job_.reference.coarse;
-    return (fine + Guess(setting)) / job_.cell.repeats;
+    return (fine + Guess(setting)) / job_.measuring.repeats;
   }
 
   void Done(double guess, const std::string& note) {
@@ -87,8 +87,8 @@ class Bench {
   }
 
   // nullptr when cancelled.
-  const BenchReference* FindReference(const BenchSetting& cell) {
-    const std::string cloth = ClothKey(cell);
+  const BenchReference* FindReference(const BenchSetting& setting) {
+    const std::string cloth = ClothKey(setting);
     std::string name = cloth;
     for (char& c : name)
       if (c == ' ') c = '_';
@@ -99,7 +99,7 @@ class Bench {
     } else {
       ChildResult child = RunInChild(
           [&] {
-            return ReferenceText(cell, job_.problem, job_.reference, job_.work, control_.cancel);
+            return ReferenceText(setting, job_.problem, job_.reference, job_.work, control_.cancel);
           },
           control_.cancel);
       if (child.cancelled) return nullptr;
@@ -113,44 +113,44 @@ class Bench {
   }
 
   void FindReferences() {
-    for (const BenchSetting& cell : cells_) {
-      if (result_.reference_errors.contains(ClothKey(cell))) continue;
-      if (FindReference(cell) == nullptr) {
+    for (const BenchSetting& setting : settings_) {
+      if (result_.reference_errors.contains(ClothKey(setting))) continue;
+      if (FindReference(setting) == nullptr) {
         result_.cancelled = true;
         return;
       }
-      Done(GuessOfReference(), "reference of " + ClothKey(cell));
+      Done(GuessOfReference(), "reference of " + ClothKey(setting));
     }
   }
 
-  BenchRecord Measure(const BenchSetting& cell) const {
+  BenchRecord Measure(const BenchSetting& setting) const {
     if (job_.work == BenchWork::kFit)
-      return RunFitCell(cell, job_.fit, job_.out + "/fits", control_.cancel);
-    return RunBenchSetting(job_.work, cell, job_.problem, references_.at(ClothKey(cell)), job_.cell,
-                           control_.cancel);
+      return RunBenchFit(setting, job_.fit, job_.out + "/fits", control_.cancel);
+    return RunBenchSetting(job_.work, setting, job_.problem, references_.at(ClothKey(setting)),
+                           job_.measuring, control_.cancel);
   }
 
-  void RunOne(const BenchSetting& cell) {
-    const std::string identity = CheckpointKey(job_.work, cell);
+  void RunOne(const BenchSetting& setting) {
+    const std::string identity = CheckpointKey(job_.work, setting);
     if (const BenchRecord* known = file_.Find(identity)) {
-      result_.cells.push_back({cell, *known});
-      total_ -= Guess(cell);
+      result_.runs.push_back({setting, *known});
+      total_ -= Guess(setting);
       return;
     }
     const ChildResult child =
-        RunInChild([&] { return RecordLine(Measure(cell)); }, control_.cancel);
+        RunInChild([&] { return RecordLine(Measure(setting)); }, control_.cancel);
     result_.cancelled = child.cancelled || control_.cancelled();
     if (result_.cancelled) return;
     BenchRecord record = ParseRecordLine(child.output, identity);
     record[kPeakMegabytes] = (child.peak_bytes - idle_bytes_) / kBytesPerMegabyte;
-    file_.Add(job_.work, cell, record);
-    result_.cells.push_back({cell, record});
-    Done(Guess(cell), MakeLabel(cell, job_.axes));
+    file_.Add(job_.work, setting, record);
+    result_.runs.push_back({setting, record});
+    Done(Guess(setting), MakeLabel(setting, job_.axes));
   }
 
   const BenchJob& job_;
   const RunControl& control_;
-  std::vector<BenchSetting> cells_;
+  std::vector<BenchSetting> settings_;
   BenchFile file_;
   std::map<std::string, int> vertices_;               // by mesh
   std::map<std::string, BenchReference> references_;  // by ClothKey

@@ -13,26 +13,26 @@
 
 namespace drape {
 
-// All cells of a plan, one after the other, each in a process of its own: what drape_bench does.
+// All runs of a plan, one after the other, each in a process of its own: what drape_bench does.
 struct BenchJob {
   BenchWork work = BenchWork::kForward;
   BenchAxes axes;
   BenchProblem problem;
   ReferenceOptions reference;
-  ExperimentOptions cell;
+  MeasuringOptions measuring;
   FitBenchOptions fit;
-  std::string common;   // what all cells have in common, in one line (BenchFile)
+  std::string common;   // what all runs have in common, in one line (BenchFile)
   std::string out;      // existing folder: runs.csv, reference_<cloth>.json, fits/
-  bool resume = false;  // go on with the cells and references that are there
+  bool resume = false;  // go on with the runs and references that are there
 };
 
-struct BenchCell {
+struct BenchRun {
   BenchSetting setting;
   BenchRecord record;
 };
 struct BenchResult {
-  bool cancelled = false;        // the cells are those that ended
-  std::vector<BenchCell> cells;  // in the order of the plan
+  bool cancelled = false;      // the runs are those that ended
+  std::vector<BenchRun> runs;  // in the order of the plan
   // The errors of the references, estimated, by "material law model".
   std::map<std::string, BenchRecord> reference_errors;
 };

@@ -41,13 +41,13 @@ std::vector<GrowthSeries> ShownGrowth(const BenchJob& job, const BenchResult& re
   BenchResult shown;
   std::set<std::string> kept;  // settings but the mesh
   std::set<std::string> methods;
-  for (const BenchCell& cell : result.cells) {
-    BenchSetting rest = cell.setting;
+  for (const BenchRun& run : result.runs) {
+    BenchSetting rest = run.setting;
     rest.mesh.clear();
     const std::string identity = CheckpointKey(job.work, rest);
     if (!kept.contains(identity) && !methods.insert(MethodName(rest, job.axes)).second) continue;
     kept.insert(identity);
-    shown.cells.push_back(cell);
+    shown.runs.push_back(run);
   }
   return MakeGrowth(job, shown, time);
 }
@@ -59,17 +59,17 @@ FrontChart MakeChart(const BenchJob& job, const BenchResult& result, BenchMeasur
                    .error_name = UnitName(error),
                    .series = {},
                    .points = {}};
-  for (const BenchCell& cell : result.cells) {
+  for (const BenchRun& run : result.runs) {
     auto& series = chart.series;
-    const std::string method = MethodName(cell.setting, job.axes);
+    const std::string method = MethodName(run.setting, job.axes);
     auto at = std::find(series.begin(), series.end(), method);
     if (at == series.end()) at = series.insert(at, method);
-    chart.points.push_back({.cost = cell.record[time],
-                            .error = cell.record[error],
-                            .vertices = cell.record[kVertices],
+    chart.points.push_back({.cost = run.record[time],
+                            .error = run.record[error],
+                            .vertices = run.record[kVertices],
                             .series = static_cast<int>(at - series.begin()),
-                            .on_branch = cell.record.status == "ok",
-                            .label = MakeLabel(cell.setting, job.axes)});
+                            .on_branch = run.record.status == "ok",
+                            .label = MakeLabel(run.setting, job.axes)});
   }
   for (const auto& [cloth, estimate] : result.reference_errors)
     if (std::isfinite(estimate[error]))
@@ -98,9 +98,9 @@ std::vector<BenchMeasure> ListErrors(BenchWork work) {
 
 std::vector<int> AccuracyFront(const BenchResult& result, BenchMeasure time, BenchMeasure error) {
   std::vector<CostAndError> points;
-  for (const BenchCell& cell : result.cells) {
-    const bool valid = cell.record.status == "ok";
-    points.push_back({valid ? cell.record[time] : std::nan(""), cell.record[error]});
+  for (const BenchRun& run : result.runs) {
+    const bool valid = run.record.status == "ok";
+    points.push_back({valid ? run.record[time] : std::nan(""), run.record[error]});
   }
   return ParetoFront(points);
 }
@@ -110,10 +110,10 @@ std::vector<GrowthSeries> MakeGrowth(const BenchJob& job, const BenchResult& res
   BenchAxes varied = job.axes;
   varied.mesh.resize(1);
   std::vector<GrowthSeries> all;
-  for (const BenchCell& cell : result.cells) {
-    const BenchRecord& record = cell.record;
+  for (const BenchRun& run : result.runs) {
+    const BenchRecord& record = run.record;
     if (!(record[time] > 0 && record[kPeakMegabytes] > 0)) continue;
-    const std::string name = MakeLabel(cell.setting, varied);
+    const std::string name = MakeLabel(run.setting, varied);
     auto it = std::find_if(all.begin(), all.end(), [&](const auto& s) { return s.name == name; });
     if (it == all.end())
       it = all.insert(all.end(), {.name = name, .vertices = {}, .seconds = {}, .megabytes = {}});

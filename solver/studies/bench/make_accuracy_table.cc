@@ -24,9 +24,9 @@ std::vector<Candidate> Candidates(const BenchJob& job, const BenchResult& result
   double reference_error = 0.0;
   for (const auto& [cloth, estimate] : result.reference_errors)
     reference_error = std::max(reference_error, estimate[kRadiusMm]);
-  for (const BenchCell& cell : result.cells) {
-    if (cell.record.status != "ok" || cell.setting.integrator == "static") continue;
-    BenchSetting rest = cell.setting;
+  for (const BenchRun& run : result.runs) {
+    if (run.record.status != "ok" || run.setting.integrator == "static") continue;
+    BenchSetting rest = run.setting;
     rest.material.clear();
     Candidate& candidate = by_setting[CheckpointKey(job.work, rest)];
     AccuracyRow& row = candidate.row;
@@ -34,8 +34,8 @@ std::vector<Candidate> Candidates(const BenchJob& job, const BenchResult& result
     row.integrator = rest.integrator;
     row.h = rest.h;
     row.steps = rest.steps();
-    row.error_mm = std::max(row.error_mm, safety * (cell.record[kRadiusMm] + reference_error));
-    row.cost += cell.record[time] / fabrics;
+    row.error_mm = std::max(row.error_mm, safety * (run.record[kRadiusMm] + reference_error));
+    row.cost += run.record[time] / fabrics;
     ++candidate.fabrics;
   }
   std::vector<Candidate> all;

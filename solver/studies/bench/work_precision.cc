@@ -135,16 +135,16 @@ std::string ReferenceText(const BenchSetting& setting, const BenchProblem& probl
   BenchSetting at_rest = setting;
   at_rest.integrator = "static";
   at_rest.h = options.h;
-  at_rest.fall = options.fall_seconds;
+  at_rest.relax_time = options.relax_seconds;
   at_rest.tolerance = 1e-9;
   at_rest.mode = work == BenchWork::kJacobian ? "tangent" : "adjoint";
   at_rest.batch = 1;
-  BenchProblem from_fall = problem;
-  from_fall.coarse_mesh = options.fall;
+  BenchProblem relaxed_on_coarse = problem;
+  relaxed_on_coarse.coarse_mesh = options.relax_mesh;
   json text;
   for (const auto& [name, mesh] : {std::pair("fine", options.fine), {"coarse", options.coarse}}) {
     at_rest.mesh = mesh;
-    text[name] = DrapeJson(BenchRun(at_rest, from_fall, cancel).Run(work));
+    text[name] = DrapeJson(SettingSolver(at_rest, relaxed_on_coarse, cancel).Run(work));
   }
   return text.dump();
 }
@@ -190,18 +190,18 @@ void MeasureErrors(const BenchReference& reference, const Mesh& mesh, const Benc
 
 BenchRecord RunBenchSetting(BenchWork work, const BenchSetting& setting,
                             const BenchProblem& problem, const BenchReference& reference,
-                            const ExperimentOptions& options, const std::atomic<bool>* cancel) {
+                            const MeasuringOptions& options, const std::atomic<bool>* cancel) {
   const double begin = WallNow();
-  BenchRun run(setting, problem, cancel);
+  SettingSolver solver(setting, problem, cancel);
   BenchRecord record;
-  record[kVertices] = run.mesh().num_vertices();
+  record[kVertices] = solver.mesh().num_vertices();
   const double clock = WallNow();
   record[kSetupSeconds] = clock - begin;
   BenchDrape drape;
   std::vector<double> wall, cpu;
   do {
     const double wall_begin = WallNow(), cpu_begin = CpuNow();
-    drape = run.Run(work);
+    drape = solver.Run(work);
     wall.push_back(WallNow() - wall_begin);
     cpu.push_back(CpuNow() - cpu_begin);
   } while (static_cast<int>(wall.size()) < options.repeats && WallNow() - clock < options.seconds);
@@ -212,10 +212,10 @@ BenchRecord RunBenchSetting(BenchWork work, const BenchSetting& setting,
   if (drape.status != "ok") return record;
   if (drape.x.size() == 0) {  // a gradient alone comes back from the steps
     const Eigen::VectorXd gradient = drape.gradient;
-    drape = run.Run(BenchWork::kForward);
+    drape = solver.Run(BenchWork::kForward);
     drape.gradient = gradient;
   }
-  MeasureErrors(reference, run.mesh(), drape, work, &record);
+  MeasureErrors(reference, solver.mesh(), drape, work, &record);
   if (!IsOnBranch(reference.fine.outline, drape.outline, options.branch_mm))
     record.status = "other branch";
   return record;

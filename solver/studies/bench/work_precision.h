@@ -12,13 +12,13 @@
 namespace drape {
 
 // Work against precision: what a drape or its derivative costs with some setting, and how far it is
-// from the truth of the model, that is from the drape at rest on an infinitely fine mesh.
+// from the exact answer of the model: the drape at rest on an infinitely fine mesh.
 
 struct ReferenceOptions {
   std::string fine = "disc:4800", coarse = "disc:2400";  // the two finest meshes
-  std::string fall = "disc:1200";  // on which the seed falls; Newton goes on from there, so that
-                                   // both are on one branch
-  double h = 0.05, fall_seconds = 10.0;
+  std::string relax_mesh = "disc:1200";  // on which the start relaxes; Newton continues from there,
+                                         // so that both are on one branch
+  double h = 0.05, relax_seconds = 10.0;
   double order = 2.0;  // of the error in the size of the elements
 };
 
@@ -50,7 +50,7 @@ BenchReference ParseReference(const std::string& text, const ReferenceOptions& o
 void MeasureErrors(const BenchReference& reference, const Mesh& mesh, const BenchDrape& drape,
                    BenchWork work, BenchRecord* record);
 
-struct ExperimentOptions {
+struct MeasuringOptions {
   int repeats = 3;          // at most
   double seconds = 10.0;    // and no more runs once so many seconds of wall clock are spent
   double branch_mm = 15.0;  // a drape with other folds than the reference's fine one, or whose
@@ -58,9 +58,10 @@ struct ExperimentOptions {
                             // is on another branch
 };
 
-// Runs a cell of a forward, gradient or jacobian work in this process. Throws what BenchRun throws.
+// Measures one setting of a forward, gradient or jacobian work in this process. Throws what
+// SettingSolver throws.
 BenchRecord RunBenchSetting(BenchWork work, const BenchSetting& setting,
                             const BenchProblem& problem, const BenchReference& reference,
-                            const ExperimentOptions& options, const std::atomic<bool>* cancel);
+                            const MeasuringOptions& options, const std::atomic<bool>* cancel);
 
 }  // namespace drape

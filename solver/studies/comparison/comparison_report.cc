@@ -27,7 +27,10 @@ ordered_json RowJson(const ComparisonRow& row) {
     const auto& [spread, seeds] = found->second;
     numbers[number.key] = {{"mean", spread.mean}, {"sd", spread.sd}, {"seeds", seeds}};
   }
-  return {{"model", row.model}, {"runs", row.cells}, {"failed", row.failed}, {"numbers", numbers}};
+  return {{"model", row.model},
+          {"runs", row.experiments},
+          {"failed", row.failed},
+          {"numbers", numbers}};
 }
 
 ordered_json ChoiceJson(const ModelChoice& choice) {
@@ -75,7 +78,8 @@ std::string ComparisonCsv(const Comparison& comparison) {
         if (found == row.numbers.end()) continue;
         const auto& [spread, seeds] = found->second;
         csv += FabricName(table.fabric) + "," + row.model + "," + number.key +
-               Text(",%.9g,%.9g,%d,%d,%d\n", spread.mean, spread.sd, seeds, row.cells, row.failed);
+               Text(",%.9g,%.9g,%d,%d,%d\n", spread.mean, spread.sd, seeds, row.experiments,
+                    row.failed);
       }
   return csv;
 }
@@ -93,7 +97,7 @@ std::string TableText(const ComparisonTable& table) {
   std::string head = "| |", rule = "|---|";
   for (const ComparisonRow& row : table.rows) {
     head += Text(" %s", row.model.c_str());
-    if (row.failed > 0) head += Text(" (%d of %d failed)", row.failed, row.cells);
+    if (row.failed > 0) head += Text(" (%d of %d failed)", row.failed, row.experiments);
     head += " |";
     rule += "---|";
   }
@@ -156,7 +160,8 @@ std::string ComparisonText(const Comparison& comparison) {
       "standard error is that of the mean difference from the best model over held-out\ncaptures, "
       "taken as independent: those of one sample repeat each other, so it is a lower bound.\nThere "
       "a capture that is "
-      "held out under several seeds counts once, and only models are judged all of whose cells "
+      "held out under several seeds counts once, and only models are judged all of whose "
+      "experiments "
       "have "
       "a score.\n";
   for (const ComparisonTable& table : comparison.tables)

@@ -7,25 +7,28 @@
 namespace drape {
 namespace {
 
-using Cells = std::vector<const ComparedExperiment*>;
+using Experiments = std::vector<const ComparedExperiment*>;
 
-Cells ListRuns(const std::vector<ComparedExperiment>& cells, int fabric, const std::string& model) {
-  Cells found;
-  for (const ComparedExperiment& cell : cells)
-    if (cell.model == model && (fabric == 0 || cell.fabric == fabric)) found.push_back(&cell);
+Experiments SelectExperiments(const std::vector<ComparedExperiment>& experiments, int fabric,
+                              const std::string& model) {
+  Experiments found;
+  for (const ComparedExperiment& experiment : experiments)
+    if (experiment.model == model && (fabric == 0 || experiment.fabric == fabric))
+      found.push_back(&experiment);
   return found;
 }
 
-bool Failed(const ComparedExperiment& cell) { return !cell.result.failure.empty(); }
+bool Failed(const ComparedExperiment& experiment) { return !experiment.result.failure.empty(); }
 
-// The values of one number, one for each seed for which every cell has it.
-std::vector<double> ListValues(const Cells& cells, const std::string& key) {
+// The values of one number, one for each seed for which every experiment has it.
+std::vector<double> ListValues(const Experiments& experiments, const std::string& key) {
   std::map<int, std::vector<double>> by_seed;
   std::map<int, std::size_t> wanted;
-  for (const ComparedExperiment* cell : cells) {
-    ++wanted[cell->seed];
-    const auto number = cell->result.numbers.find(key);
-    if (number != cell->result.numbers.end()) by_seed[cell->seed].push_back(number->second);
+  for (const ComparedExperiment* experiment : experiments) {
+    ++wanted[experiment->seed];
+    const auto number = experiment->result.numbers.find(key);
+    if (number != experiment->result.numbers.end())
+      by_seed[experiment->seed].push_back(number->second);
   }
   std::vector<double> values;
   for (const auto& [seed, numbers] : by_seed)
@@ -33,11 +36,11 @@ std::vector<double> ListValues(const Cells& cells, const std::string& key) {
   return values;
 }
 
-ComparisonRow MakeRow(const Cells& cells, const std::string& model) {
-  ComparisonRow row{model, static_cast<int>(cells.size()), 0, {}};
-  for (const ComparedExperiment* cell : cells) row.failed += Failed(*cell);
+ComparisonRow MakeRow(const Experiments& experiments, const std::string& model) {
+  ComparisonRow row{model, static_cast<int>(experiments.size()), 0, {}};
+  for (const ComparedExperiment* experiment : experiments) row.failed += Failed(*experiment);
   for (const ComparedNumber& number : kComparedNumbers) {
-    const std::vector<double> values = ListValues(cells, number.key);
+    const std::vector<double> values = ListValues(experiments, number.key);
     if (!values.empty())
       row.numbers[number.key] = {SpreadOfValues(values), static_cast<int>(values.size())};
   }
@@ -45,10 +48,10 @@ ComparisonRow MakeRow(const Cells& cells, const std::string& model) {
 }
 
 // The mean score over the seeds of each capture that was held out, in the captures' order.
-ModelScores ListScores(const Cells& cells, const std::string& model) {
+ModelScores ListScores(const Experiments& experiments, const std::string& model) {
   std::map<std::tuple<int, int, int>, std::vector<double>> scores;
-  for (const ComparedExperiment* cell : cells)
-    for (const CaptureScore& capture : cell->result.captures)
+  for (const ComparedExperiment* experiment : experiments)
+    for (const CaptureScore& capture : experiment->result.captures)
       scores[{capture.fabric, capture.sample, capture.capture}].push_back(capture.feature_energy);
   ModelScores all{model, {}};
   for (const auto& [capture, of_seeds] : scores)
@@ -56,33 +59,33 @@ ModelScores ListScores(const Cells& cells, const std::string& model) {
   return all;
 }
 
-ComparisonTable MakeTable(const std::vector<ComparedExperiment>& cells, int fabric,
+ComparisonTable MakeTable(const std::vector<ComparedExperiment>& experiments, int fabric,
                           const std::vector<std::string>& models,
                           const std::vector<std::string>& others) {
   ComparisonTable table{fabric, {}, {}};
   std::vector<ModelScores> candidates;
   for (const std::string& model : models) {
-    const Cells of_model = ListRuns(cells, fabric, model);
+    const Experiments of_model = SelectExperiments(experiments, fabric, model);
     table.rows.push_back(MakeRow(of_model, model));
     if (!of_model.empty() && table.rows.back().failed == 0)
       candidates.push_back(ListScores(of_model, model));
   }
   for (const std::string& other : others) {
-    const Cells of_other = ListRuns(cells, fabric, other);
+    const Experiments of_other = SelectExperiments(experiments, fabric, other);
     if (!of_other.empty()) table.rows.push_back(MakeRow(of_other, other));
   }
   table.choice = ChooseSimplest(candidates);
   return table;
 }
 
-std::optional<PosteriorStiffnessRow> ComputePosteriorStiffness(const Cells& cells) {
+std::optional<PosteriorStiffnessRow> ComputePosteriorStiffness(const Experiments& experiments) {
   PosteriorStiffnessRow row;
   double count = 0;
-  for (const ComparedExperiment* cell : cells) {
-    if (!cell->result.belief) continue;
-    const ExperimentStiffness& belief = *cell->result.belief;
-    row.fabric = cell->fabric;
-    row.model = cell->model;
+  for (const ComparedExperiment* experiment : experiments) {
+    if (!experiment->result.belief) continue;
+    const ExperimentStiffness& belief = *experiment->result.belief;
+    row.fabric = experiment->fabric;
+    row.model = experiment->model;
     ++count;
     for (const auto number :
          {&ExperimentStiffness::stretch, &ExperimentStiffness::stretch_deviation,
@@ -95,23 +98,24 @@ std::optional<PosteriorStiffnessRow> ComputePosteriorStiffness(const Cells& cell
 
 }  // namespace
 
-Comparison SumUp(const std::vector<ComparedExperiment>& cells,
+Comparison SumUp(const std::vector<ComparedExperiment>& experiments,
                  const std::vector<std::string>& models, const std::vector<std::string>& others) {
   Comparison comparison;
   std::set<int> fabrics;
-  for (const ComparedExperiment& cell : cells) fabrics.insert(cell.fabric);
+  for (const ComparedExperiment& experiment : experiments) fabrics.insert(experiment.fabric);
   for (const int fabric : fabrics) {
-    comparison.tables.push_back(MakeTable(cells, fabric, models, others));
+    comparison.tables.push_back(MakeTable(experiments, fabric, models, others));
     for (const std::string& model : models)
-      if (const auto belief = ComputePosteriorStiffness(ListRuns(cells, fabric, model)))
+      if (const auto belief =
+              ComputePosteriorStiffness(SelectExperiments(experiments, fabric, model)))
         comparison.beliefs.push_back(*belief);
   }
-  if (fabrics.size() > 1) comparison.tables.push_back(MakeTable(cells, 0, models, others));
-  for (const ComparedExperiment& cell : cells)
-    if (Failed(cell))
-      comparison.failures.push_back("fabric " + std::to_string(cell.fabric) + ", " + cell.model +
-                                    ", seed " + std::to_string(cell.seed) + ": " +
-                                    cell.result.failure);
+  if (fabrics.size() > 1) comparison.tables.push_back(MakeTable(experiments, 0, models, others));
+  for (const ComparedExperiment& experiment : experiments)
+    if (Failed(experiment))
+      comparison.failures.push_back("fabric " + std::to_string(experiment.fabric) + ", " +
+                                    experiment.model + ", seed " + std::to_string(experiment.seed) +
+                                    ": " + experiment.result.failure);
   return comparison;
 }
 

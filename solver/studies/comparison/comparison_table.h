@@ -12,9 +12,9 @@
 
 namespace drape {
 
-// The cells of a comparison, summed up.
+// The experiments of a comparison, summed up.
 
-// A cell, or what a trivial predictor gives on the same split.
+// An experiment, or what a trivial predictor gives on the same split.
 struct ComparedExperiment {
   int fabric = 0;
   std::string model;
@@ -30,15 +30,15 @@ struct SeedSpread {
 // A line of a table, by key of kComparedNumbers.
 struct ComparisonRow {
   std::string model;
-  int cells = 0, failed = 0;
+  int experiments = 0, failed = 0;
   std::map<std::string, SeedSpread> numbers;
 };
 
 struct ComparisonTable {
   int fabric = 0;  // 0: all; there a seed's number is the mean over the fabrics
   std::vector<ComparisonRow> rows;
-  // Among the models all of whose cells have a score. A capture that is held out under several
-  // seeds counts once, with its mean score.
+  // Among the models all of whose experiments have a score. A capture that is held out under
+  // several seeds counts once, with its mean score.
   ModelChoice choice;
 };
 
@@ -57,7 +57,7 @@ struct Comparison {
 };
 
 // models: from the simplest on; others: trivial predictors, which have lines but are not chosen.
-Comparison SumUp(const std::vector<ComparedExperiment>& cells,
+Comparison SumUp(const std::vector<ComparedExperiment>& experiments,
                  const std::vector<std::string>& models, const std::vector<std::string>& others);
 
 // Writes comparison.csv (a line for each table, model and number), comparison.json and
@@ -67,8 +67,8 @@ void WriteComparison(const std::string& folder, const Comparison& comparison,
 
 // What a scene needs: a line a model with its errors on held-out and on own drapes and the rollouts
 // of its fit, which are the same on each machine; the chosen model in red; bars are standard errors
-// of the difference from the best; a ring for a model that is not compared, as a cell of it has no
-// score. Writes path.png and path.svg by gnuplot; nothing where no model has a score. Throws
+// of the difference from the best; a ring for a model that is not compared, as an experiment of it
+// has no score. Writes path.png and path.svg by gnuplot; nothing where no model has a score. Throws
 // InputError without gnuplot.
 void RenderModelChart(const std::string& path, const ComparisonTable& table);
 

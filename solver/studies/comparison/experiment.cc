@@ -26,7 +26,7 @@ using nlohmann::ordered_json;
 
 constexpr char kFormat[] = "drapefit-prediction";
 constexpr int kVersion = 3;        // 1 knew no calibration, 2 calibrated stretch too
-constexpr double kFitShare = 0.8;  // of the time of a cell
+constexpr double kFitShare = 0.8;  // of the time of an experiment
 
 // The part of summary.json that a model must have got to; empty: the one table is all.
 std::string SummaryPart(const std::string& model) {
@@ -68,7 +68,7 @@ auto OrNothing(const Read& read) -> std::optional<decltype(read())> {
   }
 }
 
-// RunFitJob in the cell's folder, from its checkpoint unless that is broken.
+// RunFitJob in the experiment's folder, from its checkpoint unless that is broken.
 bool RunFit(const ExperimentTask& task, const RunControl& control) {
   FitJob job = task.fit;
   job.out = task.folder;
@@ -117,7 +117,7 @@ class Predictor {
   BendCalibration Calibrate() {
     constexpr double kUsualTrials = 18;
     const BendCalibration calibration =
-        CalibrateBend(*backend_, materials_, options_, *task_.learnt, {}, [&](int trials) {
+        CalibrateBend(*backend_, materials_, options_, *task_.training, {}, [&](int trials) {
           Report(std::min(0.9, 0.3 + 0.6 * trials / kUsualTrials), "calibration");
         });
     options_.bend = calibration.factors;

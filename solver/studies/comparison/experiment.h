@@ -16,20 +16,20 @@
 
 namespace drape {
 
-// One cell of a comparison of models: a fit to the images of one side of a split, drapes drawn from
-// it, and their score on the captures of the other side.
+// An experiment of a comparison of models: a fit to the images of one side of a split, drapes drawn
+// from it, and their score on the captures of the other side.
 struct ExperimentTask {
   std::string folder;            // its files; made when missing
   FitJob fit;                    // its out, log and resume are not used; its checkpoint is shared
                                  // by the models of a split, which go on from one table
   PredictionOptions prediction;  // its cancel and batch are not used
   // Those of the two sides; outlive the task.
-  const std::vector<ObservedCapture>* learnt = nullptr;
+  const std::vector<ObservedCapture>* training = nullptr;
   const std::vector<ObservedCapture>* held_out = nullptr;
-  bool calibrate = true;  // CalibrateBend before the prediction, on what was learnt from
+  bool calibrate = true;  // CalibrateBend before the prediction, on the training captures
 };
 
-// How well one held-out capture was foretold.
+// How well one held-out capture was predicted.
 struct CaptureScore {
   int fabric = 0, sample = 0, capture = 0;
   double feature_energy = 0.0;
@@ -48,13 +48,13 @@ struct ExperimentResult {
   std::optional<ExperimentStiffness> belief;
 };
 
-// What the files of a finished cell say; none where one is missing or broken.
+// What the files of a finished experiment say; none where one is missing or broken.
 std::optional<ExperimentResult> ReadExperiment(const std::string& folder);
 
 // Does what is still to be done: the fit (RunFitJob; from its checkpoint, where there is one), then
 // the prediction (SampleDrapes), whose scores go to prediction.json, those of a calibrated one
-// beside those of the fit as it is; so a cell that was stopped goes on to the same numbers. False
-// when it was cancelled. Throws InputError.
+// beside those of the fit as it is; so an experiment that was stopped continues to the same
+// numbers. False when it was cancelled. Throws InputError.
 bool RunExperiment(const ExperimentTask& task, const RunControl& control);
 
 // Mean distance of the outlines of draws and the captures of their face [m]; NaN without a pair.

@@ -25,7 +25,7 @@ constexpr char kCircle[] = "circle";
 struct SharedSplit {
   int fabric = 0, seed = 0;
   Split split;
-  std::vector<ObservedCapture> learnt, held_out;
+  std::vector<ObservedCapture> training, held_out;
   FitJob fit;  // of all but the model
 };
 
@@ -33,7 +33,7 @@ std::string FabricFolder(const ComparisonJob& job, int fabric) {
   return job.out + "/fabric_" + std::to_string(fabric);
 }
 
-// Cells that lie in `out` have the job's settings.
+// Experiments that lie in `out` have the job's settings.
 void CheckSettings(const ComparisonJob& job) {
   const std::string path = job.out + "/settings.json";
   if (!fs::exists(path)) return;
@@ -41,7 +41,7 @@ void CheckSettings(const ComparisonJob& job) {
   const JsonInput input(stored, path);
   input.ExpectObject();
   for (const auto& [key, value] : job.settings) {
-    if (!input.Has(key)) continue;  // of a fabric that has no cells yet
+    if (!input.Has(key)) continue;  // of a fabric that has no experiments yet
     const std::string before = input.At(key).String();
     if (before == value) continue;
     throw InputError(path, "the runs there have " + key + " '" + before + "', found '" + value +
@@ -49,7 +49,7 @@ void CheckSettings(const ComparisonJob& job) {
   }
 }
 
-// Beside those of cells that are there: fabrics may be compared by runs side by side.
+// Beside those of experiments that are there: fabrics may be compared by runs side by side.
 void WriteSettings(const ComparisonJob& job, const std::vector<SharedSplit>& splits) {
   const std::string path = job.out + "/settings.json";
   nlohmann::json settings = fs::exists(path) ? ReadJsonFile(path) : nlohmann::json::object();
@@ -104,7 +104,7 @@ Split MakeSplit(const ComparisonJob& job, const std::vector<Capture>& usable, in
 SharedSplit Share(const ComparisonJob& job, const std::vector<Capture>& usable, std::size_t fabric,
                   int seed) {
   SharedSplit shared{job.fabrics[fabric], seed, MakeSplit(job, usable, seed), {}, {}, job.fit};
-  shared.learnt = ObserveCaptures(shared.split.train, Camera());
+  shared.training = ObserveCaptures(shared.split.train, Camera());
   shared.held_out = ObserveCaptures(shared.split.held_out, Camera());
   shared.fit.material = FabricMaterial(job, fabric);
   shared.fit.posterior.seed = seed;
@@ -129,7 +129,7 @@ ExperimentTask MakeTask(const ComparisonJob& job, const SharedSplit& shared,
       FabricFolder(job, shared.fabric) + "/" + model + "/seed_" + std::to_string(shared.seed),
       JobOfModel(shared.fit, model),
       MakePredictionOptions(job, shared),
-      &shared.learnt,
+      &shared.training,
       &shared.held_out,
       job.calibrate};
   task.fit.checkpoint = FabricFolder(job, shared.fabric) + "/" + TableName(model) + "_" +
@@ -137,18 +137,19 @@ ExperimentTask MakeTask(const ComparisonJob& job, const SharedSplit& shared,
   return task;
 }
 
-// The trivial predictors of a split, as cells.
-void AddTrivial(const SharedSplit& shared, std::vector<ComparedExperiment>* cells) {
+// The trivial predictors of a split, as experiments.
+void AddTrivial(const SharedSplit& shared, std::vector<ComparedExperiment>* experiments) {
   const TrivialPredictors trivial =
-      EvaluateTrivialPredictors(shared.learnt, shared.held_out, Camera(), false);
+      EvaluateTrivialPredictors(shared.training, shared.held_out, Camera(), false);
   const auto add = [&](const std::string& name, const std::string& row_name,
                        const std::optional<DistributionScore>& score) {
     if (!score) return;
-    ComparedExperiment cell{shared.fabric, name, shared.seed, {}};
-    cell.result.numbers = ComputeNumbers(*score);
+    ComparedExperiment experiment{shared.fabric, name, shared.seed, {}};
+    experiment.result.numbers = ComputeNumbers(*score);
     for (const PredictorRow& row : trivial.rows)
-      if (row.name == row_name) cell.result.numbers["hausdorff_m"] = row.mean.outline_hausdorff;
-    cells->push_back(cell);
+      if (row.name == row_name)
+        experiment.result.numbers["hausdorff_m"] = row.mean.outline_hausdorff;
+    experiments->push_back(experiment);
   };
   add(kOtherSamples, "another sample, same face", trivial.other_samples);
   add(kCircle, "circle of the mean area", trivial.circle);
@@ -179,8 +180,8 @@ std::string NameFor(const ExperimentTask& task, const std::string& model, int se
 }
 
 // Computes what is missing; false when it was cancelled.
-bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
-              const RunControl& control, ComparisonRun* run) {
+bool RunExperiments(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
+                    const RunControl& control, ComparisonRun* run) {
   struct Todo {
     ExperimentTask task;
     std::string model;
@@ -190,7 +191,7 @@ bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
   for (const SharedSplit& shared : splits)
     for (const std::string& model : job.models) {
       ExperimentTask task = MakeTask(job, shared, model);
-      ++run->cells;
+      ++run->experiments;
       if (ReadExperiment(task.folder)) {
         ++run->done;
       } else {
@@ -198,16 +199,16 @@ bool RunCells(const ComparisonJob& job, const std::vector<SharedSplit>& splits,
       }
     }
   if (run->done > 0)
-    control.Log(std::to_string(run->done) + " of " + std::to_string(run->cells) +
+    control.Log(std::to_string(run->done) + " of " + std::to_string(run->experiments) +
                 " runs are kept from " + job.out);
   const double count = static_cast<double>(todo.size());
   for (std::size_t i = 0; i < todo.size(); ++i) {
     const std::string name =
-        NameFor(todo[i].task, todo[i].model, todo[i].seed, run->done + 1, run->cells);
-    const RunControl cell{control.cancel, [&](double fraction, const std::string& note) {
-                            control.Report((i + fraction) / count, name + ", " + note);
-                          }};
-    if (!RunExperiment(todo[i].task, cell)) return false;
+        NameFor(todo[i].task, todo[i].model, todo[i].seed, run->done + 1, run->experiments);
+    const RunControl experiment{control.cancel, [&](double fraction, const std::string& note) {
+                                  control.Report((i + fraction) / count, name + ", " + note);
+                                }};
+    if (!RunExperiment(todo[i].task, experiment)) return false;
     ++run->done;
   }
   return true;
@@ -223,21 +224,21 @@ ComparisonRun RunComparison(const ComparisonJob& given, const RunControl& contro
   CheckFits(job, splits);
   WriteSettings(job, splits);
   ComparisonRun run;
-  if (!RunCells(job, splits, control, &run)) {
+  if (!RunExperiments(job, splits, control, &run)) {
     run.cancelled = true;
     return run;
   }
-  std::vector<ComparedExperiment> cells;
+  std::vector<ComparedExperiment> experiments;
   for (const SharedSplit& shared : splits) {
     for (const std::string& model : job.models) {
       const auto result = ReadExperiment(MakeTask(job, shared, model).folder);
       if (!result)
         throw InputError(MakeTask(job, shared, model).folder, "its files cannot be read back");
-      cells.push_back({shared.fabric, model, shared.seed, *result});
+      experiments.push_back({shared.fabric, model, shared.seed, *result});
     }
-    AddTrivial(shared, &cells);
+    AddTrivial(shared, &experiments);
   }
-  run.comparison = SumUp(cells, InOrderOfComplexity(job.models), {kOtherSamples, kCircle});
+  run.comparison = SumUp(experiments, InOrderOfComplexity(job.models), {kOtherSamples, kCircle});
   return run;
 }
 

@@ -27,23 +27,24 @@ struct ComparisonJob {
   bool calibrate = true;               // each fit before its prediction (CalibrateBend)
   FitJob fit;  // mesh, stages and budget of all; its data, model, material and files are not used
   PredictionOptions prediction;  // its specimens, faces, seed and camera are not used
-  std::string out;               // existing folder of the cells
-  // What must be the same for cells to be taken over from an earlier run, beside the material of
-  // each fabric: key → value.
+  std::string out;               // existing folder of the experiments
+  // What must be the same for experiments to be taken over from an earlier run, beside the material
+  // of each fabric: key → value.
   std::map<std::string, std::string> settings;
 };
 
 struct ComparisonRun {
   bool cancelled = false;
-  int cells = 0, done = 0;
+  int experiments = 0, done = 0;
   Comparison comparison;  // once all are done
 };
 
-// Cell by cell: out/fabric_<N>/<model>/seed_<K>, beside out/fabric_<N>/split_<K>.json, and
-// out/settings.json. Cells that are there are taken over, so a run that was stopped goes on to the
-// same answer. The split's side to learn from holds the captures that are fitted and no others:
-// the trivial predictors, "other samples" and "circle", learn from the same. Reads all input before
-// it computes. Throws InputError, also where `out` holds cells of other settings.
+// Experiment by experiment: out/fabric_<N>/<model>/seed_<K>, beside out/fabric_<N>/split_<K>.json,
+// and out/settings.json. Experiments that are there are taken over, so a run that was stopped goes
+// on to the same answer. The split's side to learn from holds the captures that are fitted and no
+// others: the trivial predictors, "other samples" and "circle", learn from the same. Reads all
+// input before it computes. Throws InputError, also where `out` holds experiments of other
+// settings.
 ComparisonRun RunComparison(const ComparisonJob& job, const RunControl& control);
 
 }  // namespace drape

@@ -15,7 +15,7 @@ bool DrapeFunction::Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* resi
   Eigen::Map<Eigen::VectorXd>(batch_.theta(), size()) = theta;
   const int capped = batch_.counts().capped;
   batch_.PrepareForEvaluation(false, true);
-  price_ = batch_.counts().capped > capped ? 0.0 : 1.0;
+  cost_units_ = batch_.counts().capped > capped ? 0.0 : 1.0;
   // A Jacobian starts from the drape of the trial, which must stand for it.
   if (batch_.all_valid() && jacobian != nullptr) batch_.PrepareForEvaluation(true, false);
   if (!batch_.all_valid()) return false;

@@ -24,7 +24,7 @@ class DrapeFunction final : public ResidualFunction {
   int num_residuals() const override;
   bool Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
                 RowMatrix* jacobian) override;
-  double price() const override { return price_; }
+  double cost_units() const override { return cost_units_; }
 
   // The drapes of least cost so far [m], shape [targets] of [3V]; empty before the first.
   const std::vector<Eigen::VectorXd>& best_shapes() const { return best_shapes_; }
@@ -35,7 +35,7 @@ class DrapeFunction final : public ResidualFunction {
 
   OutlineResiduals batch_;
   double prior_sigma_;
-  double price_ = 1.0;
+  double cost_units_ = 1.0;
   double best_cost_ = std::numeric_limits<double>::infinity();
   std::vector<Eigen::VectorXd> best_shapes_;
 };

@@ -7,9 +7,9 @@
 
 namespace drape {
 
-double SpentToReach(const std::vector<TracePoint>& trace, double target, BudgetUnit currency) {
+double SpentToReach(const std::vector<TracePoint>& trace, double target, BudgetUnit unit) {
   for (const TracePoint& point : trace)
-    if (point.cost <= target) return currency == BudgetUnit::kBudget ? point.spent : point.seconds;
+    if (point.cost <= target) return unit == BudgetUnit::kBudget ? point.spent : point.seconds;
   return std::numeric_limits<double>::infinity();
 }
 

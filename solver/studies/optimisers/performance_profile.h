@@ -12,7 +12,7 @@ namespace drape {
 
 // What was spent when the cost first was ≤ target: budget, or CPU seconds. Infinity when never.
 enum class BudgetUnit { kBudget, kSeconds };
-double SpentToReach(const std::vector<TracePoint>& trace, double target, BudgetUnit currency);
+double SpentToReach(const std::vector<TracePoint>& trace, double target, BudgetUnit unit);
 
 // Solved: cost ≤ best + tolerance·(start − best), where best is the least that any method reached.
 double SolvedBelow(double start, double best, double tolerance);

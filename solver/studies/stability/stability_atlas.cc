@@ -46,13 +46,13 @@ void FindDamping(StabilityRunner& runner, const std::vector<double>& steps, Stab
 
 }  // namespace
 
-std::vector<int> StabilityAtlas::ClassifyRuns(const StabilityMap& map) const {
-  std::vector<int> kinds;
+std::vector<int> StabilityAtlas::ListOutcomes(const StabilityMap& map) const {
+  std::vector<int> outcomes;
   for (const StabilityCase& run : map.Cases()) {
     const auto found = runs.find(StabilityInputs(run));
-    kinds.push_back(found == runs.end() ? kNoRun : static_cast<int>(found->second.kind));
+    outcomes.push_back(found == runs.end() ? kNoRun : static_cast<int>(found->second.outcome));
   }
-  return kinds;
+  return outcomes;
 }
 
 StabilityLine StabilityAtlas::MakeLine(int map) const {

@@ -39,7 +39,7 @@ struct StabilityAtlas {
   double seconds = 0.0;
 
   // Of the cases of a map in their order, kNoRun where one is missing.
-  std::vector<int> ClassifyRuns(const StabilityMap& map) const;
+  std::vector<int> ListOutcomes(const StabilityMap& map) const;
   StabilityLine MakeLine(int map) const;
 };
 

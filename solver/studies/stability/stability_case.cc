@@ -44,21 +44,21 @@ const char* ToString(StabilityMethod method) {
   return "unknown";
 }
 
-const char* ToString(StabilityClass kind) {
-  switch (kind) {
-    case StabilityClass::kSettled:
+const char* ToString(StabilityOutcome outcome) {
+  switch (outcome) {
+    case StabilityOutcome::kSettled:
       return "settled";
-    case StabilityClass::kStillMoving:
+    case StabilityOutcome::kStillMoving:
       return "still moving";
-    case StabilityClass::kOtherBranch:
+    case StabilityOutcome::kOtherBranch:
       return "other branch";
-    case StabilityClass::kFoldedOver:
+    case StabilityOutcome::kFoldedOver:
       return "folded over";
-    case StabilityClass::kDiverged:
+    case StabilityOutcome::kDiverged:
       return "diverged";
-    case StabilityClass::kFactorFailed:
+    case StabilityOutcome::kFactorFailed:
       return "factor failed";
-    case StabilityClass::kNotConverged:
+    case StabilityOutcome::kNotConverged:
       return "not converged";
   }
   return "unknown";
@@ -67,8 +67,8 @@ const char* ToString(StabilityClass kind) {
 StabilityMethod ParseStabilityMethod(const std::string& name, const std::string& where) {
   return Parse<StabilityMethod>(kStabilityMethods, name, where);
 }
-StabilityClass ParseStabilityClass(const std::string& name, const std::string& where) {
-  return Parse<StabilityClass>(kStabilityClasses, name, where);
+StabilityOutcome ParseStabilityOutcome(const std::string& name, const std::string& where) {
+  return Parse<StabilityOutcome>(kStabilityOutcomes, name, where);
 }
 
 bool IsStatic(StabilityMethod method) { return method >= StabilityMethod::kStatic; }
@@ -89,7 +89,7 @@ std::span<const StabilityAxis> StabilityAxes() {
       {"compression", "size of the start in the plane [factor]", 0.1, 2.0, {&Case::compression}},
       {"tangle", "random displacement of the start [edge lengths]", 0.0, 10.0, {&Case::tangle}},
       {"handle", "handle stiffness [factor]", 1e-6, 1e6, {&Case::handle}},
-      {"pre_steps", "steps before Newton", 0.0, 10000.0, {&Case::calm}},
+      {"pre_steps", "steps before Newton", 0.0, 10000.0, {&Case::pre_steps}},
   };
   return axes;
 }
@@ -106,7 +106,7 @@ const StabilityAxis& FindStabilityAxis(const std::string& name, const std::strin
 std::string StabilityInputs(const StabilityCase& run) {
   std::string text = std::string(ToString(run.method)) + ',' + run.law;
   for (const double value : {run.h, run.stretch, run.bend, run.density, run.sliver, run.compression,
-                             run.tangle, run.handle, run.calm})
+                             run.tangle, run.handle, run.pre_steps})
     AppendNumber(text += ',', value);
   return text;
 }

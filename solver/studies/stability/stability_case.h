@@ -8,7 +8,7 @@
 
 namespace drape {
 
-// One run of the stability atlas: how a drape is solved, and what of it is out of the usual.
+// One run of the stability atlas: how a drape is solved, and which of its inputs are unusual.
 
 enum class StabilityMethod {
   kExplicit,         // symplectic Euler with the drag of air
@@ -23,8 +23,8 @@ enum class StabilityMethod {
 };
 inline constexpr int kStabilityMethods = 9;
 
-// How a run ended; the rules are those of StabilityRules.
-enum class StabilityClass {
+// How a run ended, by StabilityRules.
+enum class StabilityOutcome {
   kSettled,
   kStillMoving,
   kOtherBranch,
@@ -33,14 +33,14 @@ enum class StabilityClass {
   kFactorFailed,
   kNotConverged
 };
-inline constexpr int kStabilityClasses = 7;
+inline constexpr int kStabilityOutcomes = 7;
 
 // As configs, files and legends have them: "step_pcg", "folded over". Parsing throws InputError
 // that starts with `where` and lists the names.
 const char* ToString(StabilityMethod method);
-const char* ToString(StabilityClass kind);
+const char* ToString(StabilityOutcome outcome);
 StabilityMethod ParseStabilityMethod(const std::string& name, const std::string& where);
-StabilityClass ParseStabilityClass(const std::string& name, const std::string& where);
+StabilityOutcome ParseStabilityOutcome(const std::string& name, const std::string& where);
 bool IsStatic(StabilityMethod method);
 
 struct StabilityCase {
@@ -54,7 +54,7 @@ struct StabilityCase {
   double compression = 1.0;  // of the start in the plane
   double tangle = 0.0;       // random displacement of free vertices by axis [mean edges]
   double handle = 1.0;       // factor of the handles' stiffness
-  double calm = 20.0;        // one-solve steps before a static method, whole
+  double pre_steps = 20.0;   // one-solve steps before a static method, whole
 
   bool operator==(const StabilityCase&) const = default;
 };
@@ -77,6 +77,6 @@ const StabilityAxis& FindStabilityAxis(const std::string& name, const std::strin
 // The inputs as fields of a CSV row, and the names of the columns. Equal rows are equal cases.
 std::string StabilityInputs(const StabilityCase& run);
 inline constexpr char kStabilityInputColumns[] =
-    "method,law,h_s,stretch,bend,density_kg_m2,sliver,compression,tangle_edges,handle,calm_steps";
+    "method,law,h_s,stretch,bend,density_kg_m2,sliver,compression,tangle_edges,handle,pre_steps";
 
 }  // namespace drape

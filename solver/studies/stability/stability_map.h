@@ -33,10 +33,10 @@ struct StabilityLine {
   std::vector<double> x, y;
 };
 
-// PNG: a square a run, coloured by its class; kinds in the order of Cases(), none of a run that is
-// missing shown white. `line` may be empty. Throws InputError as RenderFaceMap.
+// PNG: one square for each run, coloured by its outcome, in the order of Cases(); a missing run
+// (kNoRun) is white. `line` may be empty. Throws InputError as WritePicture.
 void RenderStabilityMap(const std::string& path, const StabilityMap& map,
-                        const std::vector<int>& kinds, const StabilityLine& line);
-inline constexpr int kNoRun = -1;  // among the kinds
+                        const std::vector<int>& outcomes, const StabilityLine& line);
+inline constexpr int kNoRun = -1;  // among the outcomes
 
 }  // namespace drape

@@ -12,10 +12,10 @@
 namespace drape {
 namespace {
 
-// In the order of StabilityClass: greens for what came to rest at its place or will, warm colours
+// In the order of StabilityOutcome: greens for what came to rest at its place or will, warm colours
 // for wrong answers, dark ones for none.
-constexpr const char* kColours[kStabilityClasses] = {"#1a9850", "#a6d96a", "#fee08b", "#f46d43",
-                                                     "#a50026", "#762a83", "#4d4d4d"};
+constexpr const char* kColours[kStabilityOutcomes] = {"#1a9850", "#a6d96a", "#fee08b", "#f46d43",
+                                                      "#a50026", "#762a83", "#4d4d4d"};
 
 // Squares have unit size, so positions between values go by the logarithm of these, or evenly where
 // a value is zero.
@@ -40,13 +40,13 @@ ChartAxis MakeAxis(const StabilityMap& map, int k) {
   return axis;
 }
 
-ChartSeries MakeSquares(const StabilityMap& map, const std::vector<int>& kinds, int kind) {
+ChartSeries MakeSquares(const StabilityMap& map, const std::vector<int>& outcomes, int outcome) {
   const int across = static_cast<int>(map.values[0].size());
-  ChartSeries squares{.title = ToString(static_cast<StabilityClass>(kind)),
+  ChartSeries squares{.title = ToString(static_cast<StabilityOutcome>(outcome)),
                       .mark = Mark::kSquares,
-                      .colour = kColours[kind]};
-  for (int n = 0; n < static_cast<int>(kinds.size()); ++n)
-    if (kinds[n] == kind) squares.points.emplace_back(n % across, n / across);
+                      .colour = kColours[outcome]};
+  for (int n = 0; n < static_cast<int>(outcomes.size()); ++n)
+    if (outcomes[n] == outcome) squares.points.emplace_back(n % across, n / across);
   return squares;
 }
 
@@ -60,15 +60,15 @@ std::string MakeTitle(const StabilityMap& map) {
 }  // namespace
 
 void RenderStabilityMap(const std::string& path, const StabilityMap& map,
-                        const std::vector<int>& kinds, const StabilityLine& line) {
-  CHECK_EQ(kinds.size(), map.values[0].size() * map.values[1].size());
+                        const std::vector<int>& outcomes, const StabilityLine& line) {
+  CHECK_EQ(outcomes.size(), map.values[0].size() * map.values[1].size());
   Chart chart{.title = MakeTitle(map),
               .x = MakeAxis(map, 0),
               .y = MakeAxis(map, 1),
               .key = KeyPlace::kOutside,
               .grid = false};
-  for (int kind = 0; kind < kStabilityClasses; ++kind)
-    chart.series.push_back(MakeSquares(map, kinds, kind));
+  for (int outcome = 0; outcome < kStabilityOutcomes; ++outcome)
+    chart.series.push_back(MakeSquares(map, outcomes, outcome));
   ChartSeries curve{.title = line.title, .mark = Mark::kLinePoints, .colour = "#000000"};
   for (std::size_t i = 0; i < line.x.size(); ++i)
     curve.points.emplace_back(Position(map.values[0], line.x[i]),

@@ -61,17 +61,18 @@ struct Course {
   Clock clock = {};
   int steps = 0;
 
-  bool MustEnd() const { return cancel || clock.Seconds() > setting.most_seconds; }
+  bool MustEnd() const { return cancel || clock.Seconds() > setting.max_seconds; }
 };
 
-StabilityEnd RunInTime(Integrator& step, State state, double h, int most_steps, Course& course) {
+StabilityEnd RunInTime(Integrator& step, State state, double h, int max_steps, Course& course) {
   const int standstill = static_cast<int>(std::ceil(kStandstillTime / h)) + 3;
   StabilityEnd end;
-  for (int calm = 0; course.steps < most_steps && calm < standstill && !course.MustEnd();) {
+  for (int num_still = 0;
+       course.steps < max_steps && num_still < standstill && !course.MustEnd();) {
     end.status = step.Advance(state);
     ++course.steps;
     if (end.status != IntegratorStatus::kOk || IsLost(state.x, course.setting.rules)) break;
-    calm = RmsSpeed(state.v) < kStandstill ? calm + 1 : 0;
+    num_still = RmsSpeed(state.v) < kStandstill ? num_still + 1 : 0;
   }
   end.x = std::move(state.x);
   end.speed = RmsSpeed(state.v);
@@ -101,12 +102,12 @@ IntegratorStatus StepStatus(StabilityMethod method, const EquilibriumResult& res
 
 StabilityEnd RunAtRest(const StabilityCase& run, const StabilityScene& scene, Integrator& step,
                        Course& course) {
-  StabilityEnd end = RunInTime(step, scene.start, run.h, static_cast<int>(run.calm), course);
+  StabilityEnd end = RunInTime(step, scene.start, run.h, static_cast<int>(run.pre_steps), course);
   course.steps = 0;
   if (end.status != IntegratorStatus::kOk || IsLost(end.x, course.setting.rules)) return end;
   StepSolver solver(scene.model);
   EquilibriumOptions options;
-  options.max_iterations = course.setting.most_newton_steps;
+  options.max_iterations = course.setting.max_newton_steps;
   options.cancel = &course.cancel;
   const EquilibriumResult rest = RunNewton(run.method, solver, scene.material, end.x, options);
   course.steps = rest.iterations;
@@ -169,7 +170,7 @@ const Eigen::VectorXd& StabilityRunner::ReferenceShape(const StabilityCase& run)
   StabilityCase clean = run;
   clean.method = usual.method;
   clean.h = usual.h;
-  clean.calm = usual.calm;
+  clean.pre_steps = usual.pre_steps;
   clean.compression = usual.compression;
   clean.tangle = usual.tangle;
   Reference* reference = nullptr;
@@ -191,7 +192,7 @@ std::optional<StabilityRun> StabilityRunner::Run(const StabilityCase& run,
   const std::unique_ptr<Integrator> step = MakeStep(run, scene);
   const int wanted = std::max(kFewestSteps, static_cast<int>(std::ceil(setting_.duration / run.h)));
   const int budget =
-      run.method == StabilityMethod::kExplicit ? setting_.most_explicit_steps : setting_.most_steps;
+      run.method == StabilityMethod::kExplicit ? setting_.max_explicit_steps : setting_.max_steps;
   const StabilityEnd end =
       IsStatic(run.method) ? RunAtRest(run, scene, *step, course)
                            : RunInTime(*step, scene.start, run.h, std::min(wanted, budget), course);
@@ -200,7 +201,7 @@ std::optional<StabilityRun> StabilityRunner::Run(const StabilityCase& run,
   result.steps = course.steps;
   result.seconds = course.clock.Seconds();
   const auto rest = [&](const Eigen::VectorXd& x) { return RestFrom(scene, x); };
-  result.kind = Classify(*scene.model, end, reference, rest, setting_.rules);
+  result.outcome = Classify(*scene.model, end, reference, rest, setting_.rules);
   if (IsLost(end.x, setting_.rules)) return result;
   const double residual = ForceResidual(*scene.model, scene.material, end.x);
   if (std::isfinite(residual)) result.residual = residual;

@@ -11,7 +11,7 @@
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/material/material.h"
-#include "solver/studies/stability/stability_class.h"
+#include "solver/studies/stability/stability_outcome.h"
 
 namespace drape {
 
@@ -20,18 +20,18 @@ struct StabilitySetting {
   Mesh mesh;
   MaterialField material;  // its density is each case's own
   StartShape start;
-  int seed = 1;                 // of tangled starts
-  double duration = 6.0;        // simulated [s]; at least 40 steps
-  int most_steps = 600;         // of an implicit method
-  int most_newton_steps = 200;  // of a static one
-  int most_explicit_steps = 60000;
-  double most_seconds = 60.0;  // of a run; what is not at rest by then is still moving
-  double drag = 8.0;           // of the explicit method, which damps nothing [1/s]
+  int seed = 1;                // of tangled starts
+  double duration = 6.0;       // simulated [s]; at least 40 steps
+  int max_steps = 600;         // of an implicit method
+  int max_newton_steps = 200;  // of a static one
+  int max_explicit_steps = 60000;
+  double max_seconds = 60.0;  // of a run; what is not at rest by then is still moving
+  double drag = 8.0;          // of the explicit method, which damps nothing [1/s]
   StabilityRules rules = {};
 };
 
 struct StabilityRun {
-  StabilityClass kind = StabilityClass::kSettled;
+  StabilityOutcome outcome = StabilityOutcome::kSettled;
   int steps = 0;  // of time or, of a static method, of Newton
   double seconds = 0.0;
   // Absent where the end is not finite, and the distance also where no reference drape was found.

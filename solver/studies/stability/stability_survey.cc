@@ -17,7 +17,7 @@ namespace drape {
 namespace {
 
 constexpr int kInputs = 11;
-constexpr char kResultColumns[] = ",class,steps,seconds,residual,speed_m_s,distance_m";
+constexpr char kResultColumns[] = ",outcome,steps,seconds,residual,speed_m_s,distance_m";
 constexpr int kColumns = kInputs + 6;
 
 void AppendField(std::string& row, const std::optional<double>& value) {
@@ -26,7 +26,7 @@ void AppendField(std::string& row, const std::optional<double>& value) {
 }
 
 std::string Row(const std::string& inputs, const StabilityRun& run) {
-  std::string row = inputs + ',' + ToString(run.kind) + ',' + std::to_string(run.steps);
+  std::string row = inputs + ',' + ToString(run.outcome) + ',' + std::to_string(run.steps);
   AppendField(row, run.seconds);
   AppendField(row, run.residual);
   AppendField(row, run.speed);
@@ -67,7 +67,7 @@ void AddRow(const std::string& row, const std::string& where, StabilityRuns& run
         where, "has " + std::to_string(f.size()) + " fields, expected " + std::to_string(kColumns));
   std::string inputs = f[0];
   for (int i = 1; i < kInputs; ++i) inputs += ',' + f[i];
-  runs[inputs] = {.kind = ParseStabilityClass(f[kInputs], where),
+  runs[inputs] = {.outcome = ParseStabilityOutcome(f[kInputs], where),
                   .steps = static_cast<int>(Number(f[kInputs + 1], where)),
                   .seconds = Number(f[kInputs + 2], where),
                   .residual = Optional(f[kInputs + 3], where),
@@ -121,14 +121,14 @@ class Collector {
 };
 
 // One run; what it throws ends the survey.
-void RunOne(StabilityRunner& bench, const StabilityCase& run, const std::atomic<bool>& cancel,
+void RunOne(StabilityRunner& runner, const StabilityCase& run, const std::atomic<bool>& cancel,
             Collector& collector) {
   bool must_end = false;
 #pragma omp critical(drape_stability)
   must_end = collector.MustEnd();
   if (must_end) return;
   try {
-    const std::optional<StabilityRun> result = bench.Run(run, cancel);
+    const std::optional<StabilityRun> result = runner.Run(run, cancel);
 #pragma omp critical(drape_stability)
     try {
       if (result) collector.Add(run, *result);
@@ -165,13 +165,13 @@ void WriteStabilityRuns(const std::string& path, const std::string& shared,
   WriteFileAtomically(path, text);
 }
 
-bool SurveyStability(StabilityRunner& bench, std::span<const StabilityMap> maps, int threads,
+bool SurveyStability(StabilityRunner& runner, std::span<const StabilityMap> maps, int threads,
                      const std::string& path, const RunControl& control, StabilityRuns& runs) {
   const std::vector<StabilityCase> missing = Missing(maps, runs);
   Collector collector(path, static_cast<int>(missing.size()), control, runs);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
   for (int i = 0; i < static_cast<int>(missing.size()); ++i)
-    RunOne(bench, missing[i], *control.cancel, collector);
+    RunOne(runner, missing[i], *control.cancel, collector);
   collector.Rethrow();
   return !*control.cancel;
 }

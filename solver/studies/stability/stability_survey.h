@@ -26,7 +26,7 @@ void WriteStabilityRuns(const std::string& path, const std::string& shared,
 // Runs the cases of all maps that are not among `runs`, each once, on `threads` threads, and adds
 // them; a row is appended to the file at `path` as soon as its run has ended. False when cancelled.
 // Throws InputError where the file cannot be written or a scene cannot be made.
-bool SurveyStability(StabilityRunner& bench, std::span<const StabilityMap> maps, int threads,
+bool SurveyStability(StabilityRunner& runner, std::span<const StabilityMap> maps, int threads,
                      const std::string& path, const RunControl& control, StabilityRuns& runs);
 
 }  // namespace drape

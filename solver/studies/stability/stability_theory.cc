@@ -11,12 +11,12 @@
 namespace drape {
 namespace {
 
-bool StaysBounded(const StabilityRunner& bench, const StabilityCase& run,
+bool StaysBounded(const StabilityRunner& runner, const StabilityCase& run,
                   const StabilityScene& scene, int steps) {
-  const std::unique_ptr<Integrator> step = bench.MakeStep(run, scene);
+  const std::unique_ptr<Integrator> step = runner.MakeStep(run, scene);
   State state = scene.start;
   for (int i = 0; i < steps; ++i)
-    if (step->Advance(state) != IntegratorStatus::kOk || IsLost(state.x, bench.setting().rules))
+    if (step->Advance(state) != IntegratorStatus::kOk || IsLost(state.x, runner.setting().rules))
       return false;
   return true;
 }
@@ -37,15 +37,15 @@ double EnergyNorm(const State& state, const Eigen::VectorXd& rest, const Eigen::
 
 }  // namespace
 
-ExplicitLimit MeasureLimit(const StabilityRunner& bench, StabilityCase run, int steps) {
+ExplicitLimit MeasureLimit(const StabilityRunner& runner, StabilityCase run, int steps) {
   constexpr double kPrecision = 1.03, kSearch = 8.0;
   run.method = StabilityMethod::kExplicit;
-  const StabilityScene scene = bench.MakeScene(run);
-  ExplicitLimit limit{.theory = TheoreticalLimit(scene, bench.setting().drag), .measured = {}};
+  const StabilityScene scene = runner.MakeScene(run);
+  ExplicitLimit limit{.theory = TheoreticalLimit(scene, runner.setting().drag), .measured = {}};
   if (!limit.theory) return limit;
   const auto holds = [&](double h) {
     run.h = h;
-    return StaysBounded(bench, run, scene, steps);
+    return StaysBounded(runner, run, scene, steps);
   };
   double low = *limit.theory / kSearch, high = *limit.theory * kSearch;
   if (!holds(low) || holds(high)) return limit;
@@ -57,13 +57,13 @@ ExplicitLimit MeasureLimit(const StabilityRunner& bench, StabilityCase run, int 
   return limit;
 }
 
-std::vector<ExplicitLimit> MeasureLimits(const StabilityRunner& bench,
+std::vector<ExplicitLimit> MeasureLimits(const StabilityRunner& runner,
                                          const std::vector<StabilityCase>& runs, int threads) {
   std::vector<ExplicitLimit> limits(runs.size());
   std::exception_ptr error;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
   for (int i = 0; i < static_cast<int>(runs.size()); ++i) try {
-      limits[i] = MeasureLimit(bench, runs[i]);
+      limits[i] = MeasureLimit(runner, runs[i]);
     } catch (...) {
 #pragma omp critical(drape_stability_limits)
       error = std::current_exception();
@@ -72,12 +72,12 @@ std::vector<ExplicitLimit> MeasureLimits(const StabilityRunner& bench,
   return limits;
 }
 
-std::optional<StepDamping> MeasureDamping(StabilityRunner& bench, const StabilityCase& run,
+std::optional<StepDamping> MeasureDamping(StabilityRunner& runner, const StabilityCase& run,
                                           int mode) {
   constexpr double kMove = 1e-5, kDecay = 3.0;  // largest at first [m]; of the logarithm in all
-  const Eigen::VectorXd& rest = bench.ReferenceShape(run);
+  const Eigen::VectorXd& rest = runner.ReferenceShape(run);
   if (rest.size() == 0) return std::nullopt;
-  const StabilityScene scene = bench.MakeScene(run);
+  const StabilityScene scene = runner.MakeScene(run);
   StepSolver solver(scene.model);
   const VibrationModes modes = LowestModes(solver, scene.material, rest, mode + 1);
   if (modes.eigenvalues.size() <= mode || !(modes.eigenvalues[mode] > 0.0)) return std::nullopt;
@@ -88,7 +88,7 @@ std::optional<StepDamping> MeasureDamping(StabilityRunner& bench, const Stabilit
   const double decay = 0.5 * std::log1p(std::pow(run.h * damping.omega, 2));
   damping.theory = std::exp(-decay);
   damping.steps = static_cast<int>(std::clamp(std::round(kDecay / decay), 1.0, 1000.0));
-  const std::unique_ptr<Integrator> step = bench.MakeStep(run, scene);
+  const std::unique_ptr<Integrator> step = runner.MakeStep(run, scene);
   State state{rest + kMove / shape.cwiseAbs().maxCoeff() * shape,
               Eigen::VectorXd::Zero(rest.size())};
   const double first = EnergyNorm(state, rest, weighed, damping.omega);

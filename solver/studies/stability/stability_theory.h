@@ -17,10 +17,10 @@ struct ExplicitLimit {
   // By bisection to 3 %: from the case's own start the cloth is not lost (IsLost) in `steps` steps.
   std::optional<double> measured;
 };
-ExplicitLimit MeasureLimit(const StabilityRunner& bench, StabilityCase run, int steps = 1500);
+ExplicitLimit MeasureLimit(const StabilityRunner& runner, StabilityCase run, int steps = 1500);
 // Of many cases, in their order, on `threads` threads. Throws InputError where a scene cannot be
 // made.
-std::vector<ExplicitLimit> MeasureLimits(const StabilityRunner& bench,
+std::vector<ExplicitLimit> MeasureLimits(const StabilityRunner& runner,
                                          const std::vector<StabilityCase>& runs, int threads);
 
 // By how much a step of an implicit method shrinks a small vibration about the drape at rest, in
@@ -33,7 +33,7 @@ struct StepDamping {
   int steps = 0;
 };
 // None where the case has no stable drape or its method fails.
-std::optional<StepDamping> MeasureDamping(StabilityRunner& bench, const StabilityCase& run,
+std::optional<StepDamping> MeasureDamping(StabilityRunner& runner, const StabilityCase& run,
                                           int mode);
 
 }  // namespace drape

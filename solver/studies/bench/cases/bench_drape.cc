@@ -76,8 +76,8 @@ Eigen::VectorXd ReadPositions(const Eigen::SparseMatrix<double, Eigen::RowMajor>
   return Eigen::Map<const Eigen::VectorXd>(read.data(), read.size());
 }
 
-BenchRun::BenchRun(const BenchSetting& setting, const BenchProblem& problem,
-                   const std::atomic<bool>* cancel)
+SettingSolver::SettingSolver(const BenchSetting& setting, const BenchProblem& problem,
+                             const std::atomic<bool>* cancel)
     : setting_(setting), problem_(problem), cancel_(cancel) {
   const Law law = MakeLaw(setting.law);
   const auto model = MakeClothModelFor(setting.mesh, law);
@@ -95,12 +95,12 @@ BenchRun::BenchRun(const BenchSetting& setting, const BenchProblem& problem,
   from_coarse_ = InterpolationWeights(coarse->mesh, mesh().uv, Extrapolation::kLinear);
 }
 
-State BenchRun::Seed(const Mesh& mesh) const {
+State SettingSolver::Seed(const Mesh& mesh) const {
   return {ApplyStartShape(mesh, kSupportRadius, problem_.seed),
           Eigen::VectorXd::Zero(mesh.rest_x.size())};
 }
 
-RolloutOptions BenchRun::Steps() const {
+RolloutOptions SettingSolver::Steps() const {
   RolloutOptions steps;
   steps.h = setting_.h;
   steps.steps = setting_.steps();
@@ -108,7 +108,7 @@ RolloutOptions BenchRun::Steps() const {
   return steps;
 }
 
-SettleOptions BenchRun::Settling() const {
+SettleOptions SettingSolver::Settling() const {
   SettleOptions settling{.steps = Steps()};
   settling.integrator = is_dynamic() ? SolveMode::kDynamic : SolveMode::kStatic;
   settling.equilibrium.tolerance = setting_.tolerance;
@@ -116,18 +116,18 @@ SettleOptions BenchRun::Settling() const {
   return settling;
 }
 
-std::vector<RolloutInput> BenchRun::Batch(const State& state) const {
+std::vector<RolloutInput> SettingSolver::Batch(const State& state) const {
   return std::vector<RolloutInput>(setting_.batch, {&material_, &state});
 }
 
-BenchDrape BenchRun::Seen(const std::string& status, Eigen::VectorXd x) const {
+BenchDrape SettingSolver::Seen(const std::string& status, Eigen::VectorXd x) const {
   BenchDrape drape{.status = status, .x = std::move(x)};
   if (status != "ok") return drape;
   if (!DrapeOutline(mesh(), drape.x, &drape.outline)) drape.status = "no outline";
   return drape;
 }
 
-RolloutStatus BenchRun::StartFromCoarse(State* start) {
+RolloutStatus SettingSolver::StartFromCoarse(State* start) {
   const State seed = Seed(coarse_->model().mesh);
   const SettledDrape coarse = Settle(*coarse_, coarse_material_, {&seed, 1}, Settling()).front();
   if (coarse.steps != RolloutStatus::kOk) return coarse.steps;
@@ -136,7 +136,7 @@ RolloutStatus BenchRun::StartFromCoarse(State* start) {
   return RolloutStatus::kOk;
 }
 
-BenchDrape BenchRun::DrapeAlone() {
+BenchDrape SettingSolver::DrapeAlone() {
   State start;
   SettleOptions settling = Settling();
   if (coarse_ != nullptr) {
@@ -153,7 +153,7 @@ BenchDrape BenchRun::DrapeAlone() {
   return Seen(status, std::move(drape.rest.x));
 }
 
-BenchDrape BenchRun::StepTangents() {
+BenchDrape SettingSolver::StepTangents() {
   const State seed = Seed(mesh());
   const std::vector<const MaterialField*> weights(setting_.batch, &material_);
   const ReadoutTangent tangent =
@@ -165,7 +165,7 @@ BenchDrape BenchRun::StepTangents() {
   return drape;
 }
 
-BenchDrape BenchRun::StepGradient() {
+BenchDrape SettingSolver::StepGradient() {
   const State seed = Seed(mesh());
   const Eigen::VectorXd target = LossObservation();
   const ReadoutLoss loss{readout_.get(),
@@ -176,7 +176,7 @@ BenchDrape BenchRun::StepGradient() {
   return drape;
 }
 
-BenchDrape BenchRun::StepJacobianByAdjoint() {
+BenchDrape SettingSolver::StepJacobianByAdjoint() {
   const State seed = Seed(mesh());
   std::vector<Recording> recordings;
   const auto batch = Batch(seed);
@@ -191,7 +191,7 @@ BenchDrape BenchRun::StepJacobianByAdjoint() {
   return drape;
 }
 
-void BenchRun::AddTangents(const State& rest, BenchDrape* drape) {
+void SettingSolver::AddTangents(const State& rest, BenchDrape* drape) {
   const std::vector<const MaterialField*> weights(setting_.batch, &material_);
   const LinearReadout read =
       backend_->EquilibriumReadoutTangents(Batch(rest), weights, *readout_).front();
@@ -203,7 +203,7 @@ void BenchRun::AddTangents(const State& rest, BenchDrape* drape) {
   drape->gradient = read.dr.transpose() * (read.r - LossObservation());
 }
 
-void BenchRun::AddAdjoint(const State& rest, bool of_loss, BenchDrape* drape) {
+void SettingSolver::AddAdjoint(const State& rest, bool of_loss, BenchDrape* drape) {
   Eigen::VectorXd r;
   ReadoutJacobian dr_dx;
   drape->status = kNoDerivative;
@@ -222,7 +222,7 @@ void BenchRun::AddAdjoint(const State& rest, bool of_loss, BenchDrape* drape) {
   drape->status = "ok";
 }
 
-BenchDrape BenchRun::Differentiate(BenchWork work) {
+BenchDrape SettingSolver::Differentiate(BenchWork work) {
   const bool by_tangents = setting_.mode == "tangent";
   const bool of_loss = work == BenchWork::kGradient;
   if (is_dynamic())
@@ -238,7 +238,7 @@ BenchDrape BenchRun::Differentiate(BenchWork work) {
   return drape;
 }
 
-BenchDrape BenchRun::Run(BenchWork work) {
+BenchDrape SettingSolver::Run(BenchWork work) {
   return work == BenchWork::kForward ? DrapeAlone() : Differentiate(work);
 }
 

@@ -15,11 +15,11 @@
 
 namespace drape {
 
-// What all cells of a run have in common: the drape test of BS 5058 from one seed shape, which
+// What all runs of a benchmark have in common: the drape test of BS 5058 from one seed shape, which
 // holds the branch.
 struct BenchProblem {
   StartShape seed;
-  std::string coarse_mesh = "disc:300";  // on which a static cell falls before Newton
+  std::string coarse_mesh = "disc:300";  // on which a static run relaxes before Newton
 };
 
 // What is compared with a reference. The outline is r(θ) [m] at kBranchAngles angles. Derivatives
@@ -35,15 +35,15 @@ struct BenchDrape {
 inline constexpr int kBenchAngles = 90;           // of the outline that is differentiated
 inline constexpr double kBenchLossRadius = 0.12;  // [m]; the loss is ½ Σ (r_k − this)² [px²]
 
-// One cell's model, material and backends, made before the clock starts.
-class BenchRun {
+// The model, material and backends of one setting, made before the clock starts.
+class SettingSolver {
  public:
   // Throws InputError for a mesh, a material or a backend that cannot be had.
-  BenchRun(const BenchSetting& setting, const BenchProblem& problem,
-           const std::atomic<bool>* cancel);
+  SettingSolver(const BenchSetting& setting, const BenchProblem& problem,
+                const std::atomic<bool>* cancel);
 
   const Mesh& mesh() const { return backend_->model().mesh; }
-  // The work of a cell, the outline included: `batch` times the same at once. Not of a fit.
+  // The work of one run, the outline included: `batch` times the same at once. Not of a fit.
   BenchDrape Run(BenchWork work);
 
  private:
@@ -53,7 +53,7 @@ class BenchRun {
   // A drape that fell on the coarse mesh, on this one; its status is the steps'.
   RolloutStatus StartFromCoarse(State* start);
   BenchDrape DrapeAlone();
-  // Derivatives of a dynamic cell run the steps themselves; others follow DrapeAlone.
+  // Derivatives of a dynamic setting repeat the steps; others follow DrapeAlone.
   BenchDrape StepTangents();
   BenchDrape StepGradient();
   BenchDrape StepJacobianByAdjoint();

@@ -72,11 +72,11 @@ void ReadScores(const std::string& folder, BenchRecord* record) {
 
 }  // namespace
 
-void CheckFitCell(const BenchSetting& setting) {
+void CheckBenchFit(const BenchSetting& setting) {
   if (setting.integrator == "hybrid")
-    throw InputError("axis 'integrator'", "found hybrid, expected dynamic or static for a fit");
+    throw InputError("axis 'solve'", "found hybrid, expected dynamic or static for a fit");
   if (setting.integrator == "dynamic" && setting.model != "homogeneous")
-    throw InputError("axis 'integrator'",
+    throw InputError("axis 'solve'",
                      "found dynamic with model " + setting.model + ", expected static");
   if (IsDistribution(setting) && setting.draws % 2 != 0)
     throw InputError("axis 'draws'",
@@ -85,17 +85,17 @@ void CheckFitCell(const BenchSetting& setting) {
 
 void RenderReference(const BenchSetting& reference, const BenchProblem& problem,
                      const std::string& path) {
-  BenchRun run(reference, problem, nullptr);
-  const BenchDrape drape = run.Run(BenchWork::kForward);
+  SettingSolver solver(reference, problem, nullptr);
+  const BenchDrape drape = solver.Run(BenchWork::kForward);
   if (drape.status != "ok")
     throw InputError("option 'ground_truth'",
                      "no silhouette: " + drape.status + ", expected a drape");
   constexpr int kSupersample = 4;
-  WritePng(Rasterize(run.mesh(), drape.x, Camera(), kSupersample), path);
+  WritePng(Rasterize(solver.mesh(), drape.x, Camera(), kSupersample), path);
 }
 
-BenchRecord RunFitCell(const BenchSetting& setting, const FitBenchOptions& options,
-                       const std::string& folder, const std::atomic<bool>* cancel) {
+BenchRecord RunBenchFit(const BenchSetting& setting, const FitBenchOptions& options,
+                        const std::string& folder, const std::atomic<bool>* cancel) {
   std::string name = CheckpointKey(BenchWork::kFit, setting);
   for (char& c : name)
     if (c == ' ' || c == '/' || c == ':' || c == '=') c = '_';

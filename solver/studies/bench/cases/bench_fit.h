@@ -11,14 +11,14 @@
 
 namespace drape {
 
-// Cells whose work is a fit.
+// Runs whose work is a fit.
 struct FitBenchOptions {
   FitJob job;                         // what the axes do not set; images and fit.keep among them
   std::vector<std::string> held_out;  // images that are not fitted, on which the drapes are scored
 };
 
 // InputError for a setting that a fit cannot have.
-void CheckFitCell(const BenchSetting& setting);
+void CheckBenchFit(const BenchSetting& setting);
 
 // Draws the silhouette of a drape as a fit's image. Throws InputError where there is no drape.
 void RenderReference(const BenchSetting& reference, const BenchProblem& problem,
@@ -28,7 +28,7 @@ void RenderReference(const BenchSetting& reference, const BenchProblem& problem,
 // summary.json, after it has settled. Axes: mesh, law, material (the start tables), h and fall (of
 // the seeds), integrator (dynamic or static), backend, threads; model heter_elements and
 // heter_modes are fields on each element or in modes, bdp and bayes have draws. Throws InputError.
-BenchRecord RunFitCell(const BenchSetting& setting, const FitBenchOptions& options,
-                       const std::string& folder, const std::atomic<bool>* cancel);
+BenchRecord RunBenchFit(const BenchSetting& setting, const FitBenchOptions& options,
+                        const std::string& folder, const std::atomic<bool>* cancel);
 
 }  // namespace drape

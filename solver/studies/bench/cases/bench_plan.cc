@@ -32,7 +32,7 @@ void VisitAxes(Axes& axes, const Visit& visit) {
   visit("mesh", axes.mesh, &BenchSetting::mesh);
   visit("solve", axes.integrator, &BenchSetting::integrator);
   visit("time_step", axes.h, &BenchSetting::h);
-  visit("relax_time", axes.fall, &BenchSetting::fall);
+  visit("relax_time", axes.relax_time, &BenchSetting::relax_time);
   visit("tolerance", axes.tolerance, &BenchSetting::tolerance);
   visit("mode", axes.mode, &BenchSetting::mode);
   visit("backend", axes.backend, &BenchSetting::backend);
@@ -82,10 +82,12 @@ void CheckAxis(const std::string& axis, const std::vector<Value>& values) {
 }
 
 // One thread runs the drapes of a batch one after the other.
-bool RunsBatches(const BenchSetting& cell) { return cell.backend != "cpu" || cell.threads > 1; }
+bool RunsBatches(const BenchSetting& setting) {
+  return setting.backend != "cpu" || setting.threads > 1;
+}
 
-bool HasAxis(const BenchSetting& cell, const std::string& name) {
-  return name == "draws" ? IsDistribution(cell) : name == "batch" ? RunsBatches(cell) : true;
+bool HasAxis(const BenchSetting& setting, const std::string& name) {
+  return name == "draws" ? IsDistribution(setting) : name == "batch" ? RunsBatches(setting) : true;
 }
 
 }  // namespace
@@ -111,7 +113,9 @@ const char* ToString(BenchWork work) {
   return "unknown";
 }
 
-int BenchSetting::steps() const { return std::max(1, static_cast<int>(std::lround(fall / h))); }
+int BenchSetting::steps() const {
+  return std::max(1, static_cast<int>(std::lround(relax_time / h)));
+}
 
 std::vector<std::pair<std::string, std::string>> ListAxes(const BenchSetting& setting) {
   std::vector<std::pair<std::string, std::string>> named;
@@ -157,22 +161,22 @@ std::string MethodName(const BenchSetting& setting, const BenchAxes& axes) {
 }
 
 std::vector<BenchSetting> ListRuns(BenchWork work, const BenchAxes& axes) {
-  std::vector<BenchSetting> cells(1);
+  std::vector<BenchSetting> settings(1);
   VisitAxes(axes, [&](const std::string& name, const auto& values, auto member) {
     CheckAxis(name, values);
     const bool derives = work == BenchWork::kGradient || work == BenchWork::kJacobian;
     std::vector<BenchSetting> product;
-    for (const BenchSetting& cell : cells) {
-      const bool counts = name == "mode" ? derives : HasAxis(cell, name);
+    for (const BenchSetting& setting : settings) {
+      const bool counts = name == "mode" ? derives : HasAxis(setting, name);
       for (const auto& value : values) {
-        product.push_back(cell);
+        product.push_back(setting);
         product.back().*member = value;
         if (!counts) break;
       }
     }
-    cells = std::move(product);
+    settings = std::move(product);
   });
-  return cells;
+  return settings;
 }
 
 }  // namespace drape

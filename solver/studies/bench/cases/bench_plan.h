@@ -7,7 +7,7 @@
 
 namespace drape {
 
-// What drape_bench measures: each cell of the product of some axes is one setting of the product.
+// What drape_bench measures: one run for each setting in the product of some axes.
 
 enum class BenchWork {
   kForward,   // a drape
@@ -28,24 +28,24 @@ struct BenchSetting {
                                       // hinge, all alike; of fits also "bdp" and "bayes"
   int draws = 16;                     // of a fit of model bdp or bayes
   std::string mesh = "disc:600";      // ParseMeshSpec
-  std::string integrator = "hybrid";  // dynamic: falls; hybrid: falls, then Newton; static: from
+  std::string integrator = "hybrid";  // dynamic: time steps; hybrid: then Newton; static: from
                                       // a drape that fell on a coarse mesh, 20 steps, then Newton
-  double h = 0.1;                     // time step of the fall [s]
-  double fall = 10.0;                 // how long it falls [s]
+  double h = 0.1;                     // time step [s]
+  double relax_time = 10.0;           // simulated [s]
   double tolerance = 1e-9;            // of Newton: ‖f‖ by weight
   std::string mode = "adjoint";       // of the derivative: adjoint or tangent
   std::string backend = "cpu";        // MakeBackend
   int threads = 1;
   int batch = 1;  // drapes at once
 
-  int steps() const;  // fall by h
+  int steps() const;  // relax_time by h
 };
 
 struct BenchAxes {
   std::vector<std::string> material, law = {"smooth"}, model = {"homogeneous"}, mesh = {"disc:600"},
                                      integrator = {"hybrid"};
   std::vector<int> draws = {16};
-  std::vector<double> h = {0.1}, fall = {10.0}, tolerance = {1e-9};
+  std::vector<double> h = {0.1}, relax_time = {10.0}, tolerance = {1e-9};
   std::vector<std::string> mode = {"adjoint"}, backend = {"cpu"};
   std::vector<int> threads = {1}, batch = {1};
 };
@@ -54,21 +54,21 @@ struct BenchAxes {
 // a material by the stem of its file.
 std::vector<std::pair<std::string, std::string>> ListAxes(const BenchSetting& setting);
 
-// One line that tells a cell from all others, whatever the order of the axes' values.
+// One line that tells a run from all others, whatever the order of the axes' values.
 std::string CheckpointKey(BenchWork work, const BenchSetting& setting);
 
-// "disc:600 hybrid h=0.1": the axes that the cell has and of which `varied` has several values.
+// "disc:600 hybrid h=0.1": the axes that the run has and of which `varied` has several values.
 std::string MakeLabel(const BenchSetting& setting, const BenchAxes& varied);
-// The mark of a cell in a chart, "hybrid cuda": its method (model, integrator, mode, backend) as
+// The mark of a run in a chart, "hybrid cuda": its method (model, integrator, mode, backend) as
 // far as the axes vary it, or its integrator.
 std::string MethodName(const BenchSetting& setting, const BenchAxes& axes);
 
 // Whether the setting is of a model that only fits have.
 bool IsDistribution(const BenchSetting& setting);
 
-// The product; the first axis varies slowest. Axes that a cell does not have (the mode of a forward
+// The product; the first axis varies slowest. Axes that a run does not have (the mode of a forward
 // run, the draws of a table, the batch of one thread) count with their first value only. Throws
-// InputError for an axis without a value, a value that no cell can have, or one that is given
+// InputError for an axis without a value, a value that no run can have, or one that is given
 // twice.
 std::vector<BenchSetting> ListRuns(BenchWork work, const BenchAxes& axes);
 

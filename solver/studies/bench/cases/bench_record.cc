@@ -93,21 +93,21 @@ BenchRecord ParseRecordLine(const std::string& line, const std::string& where) {
 BenchFile::BenchFile(std::string path, const std::string& common, bool resume)
     : path_(std::move(path)) {
   const std::string content = std::filesystem::exists(path_) ? ReadWholeFile(path_) : "";
-  constexpr int kLinesBeforeCells = 2;
-  const bool has_cells = std::count(content.begin(), content.end(), '\n') > kLinesBeforeCells;
-  if (has_cells && !resume)
+  constexpr int kLinesBeforeRuns = 2;
+  const bool has_runs = std::count(content.begin(), content.end(), '\n') > kLinesBeforeRuns;
+  if (has_runs && !resume)
     throw InputError(path_,
                      "holds the results of earlier runs, expected --resume to continue with "
                      "them or another --out");
   continues_ = resume && !content.empty();
   if (continues_) {
-    ReadCells(content, common);
+    ReadRuns(content, common);
   } else {
     WriteFileAtomically(path_, "# " + common + "\n" + HeaderLine() + "\n");
   }
 }
 
-void BenchFile::ReadCells(const std::string& content, const std::string& common) {
+void BenchFile::ReadRuns(const std::string& content, const std::string& common) {
   std::istringstream lines(content);
   std::string line;
   std::getline(lines, line);
@@ -125,20 +125,20 @@ void BenchFile::ReadCells(const std::string& content, const std::string& common)
                                   std::to_string(first + 1 + kBenchMeasures));
     std::string rest = fields[first];
     for (std::size_t i = first + 1; i < fields.size(); ++i) rest += "," + fields[i];
-    cells_[IdentityOfFields(fields)] = ParseRecordLine(rest, where);
+    runs_[IdentityOfFields(fields)] = ParseRecordLine(rest, where);
   }
 }
 
 const BenchRecord* BenchFile::Find(const std::string& identity) const {
-  const auto it = cells_.find(identity);
-  return it == cells_.end() ? nullptr : &it->second;
+  const auto it = runs_.find(identity);
+  return it == runs_.end() ? nullptr : &it->second;
 }
 
 void BenchFile::Add(BenchWork work, const BenchSetting& setting, const BenchRecord& record) {
   std::string line = ToString(work);
   for (const auto& [name, value] : ListAxes(setting)) line += "," + value;
   AppendLine(path_, line + "," + RecordLine(record));
-  cells_[CheckpointKey(work, setting)] = record;
+  runs_[CheckpointKey(work, setting)] = record;
 }
 
 }  // namespace drape

@@ -11,7 +11,7 @@
 
 namespace drape {
 
-// What is measured of a cell. NaN where the work has no such number. Errors are against the
+// What is measured of a run. NaN where the work has no such number. Errors are against the
 // reference of WorkPrecision.
 enum BenchMeasure {
   kVertices,
@@ -21,7 +21,7 @@ enum BenchMeasure {
   kCpuSeconds,   // the same in processor time of all threads
   kCpuSpread,
   kSetupSeconds,   // model, symbolic analysis, backend [s]; wall clock
-  kPeakMegabytes,  // of the cell's process, less that of one that does nothing [MB]
+  kPeakMegabytes,  // of the run's process, less that of one that does nothing [MB]
   kVertexMm,       // root mean square distance of the vertices from the reference there [mm]
   kOutlineMm,      // of the outline r(θ) [mm]
   kRadiusMm,       // of the radius of the circle of the silhouette's area: the error of the drape
@@ -52,13 +52,13 @@ struct BenchRecord {
 std::string RecordLine(const BenchRecord& record);
 BenchRecord ParseRecordLine(const std::string& line, const std::string& where);
 
-// runs.csv: a comment line with what all cells have in common, a line of names, a line a cell.
-// Lines are appended as cells end, so that an interrupted run goes on where it was.
+// runs.csv: a comment line with what all runs have in common, a line of names, a line for each run.
+// Lines are appended as runs end, so that an interrupted benchmark can be resumed.
 class BenchFile {
  public:
-  // Begins the file, or with `resume` reads the cells that it has. Throws InputError when it cannot
+  // Begins the file, or with `resume` reads the runs that it has. Throws InputError when it cannot
   // be written, holds what is no record, or was begun with another `common`; without `resume` also
-  // when it has cells already.
+  // when it has runs already.
   BenchFile(std::string path, const std::string& common, bool resume);
 
   // Whether a file of the same `common` was there.
@@ -68,10 +68,10 @@ class BenchFile {
   void Add(BenchWork work, const BenchSetting& setting, const BenchRecord& record);
 
  private:
-  void ReadCells(const std::string& content, const std::string& common);
+  void ReadRuns(const std::string& content, const std::string& common);
   std::string path_;
   bool continues_ = false;
-  std::map<std::string, BenchRecord> cells_;  // by identity
+  std::map<std::string, BenchRecord> runs_;  // by identity
 };
 
 }  // namespace drape

@@ -86,7 +86,7 @@ bool BudgetedFunction::EvaluateResidual(const Eigen::VectorXd& theta) {
   theta_ = theta;
   jacobian_.resize(0, 0);
   valid_ = function_.Evaluate(theta, &residual_, nullptr);
-  run_.spent += function_.price();
+  run_.spent += function_.cost_units();
   ++run_.evaluations;
   run_.seconds = ThreadSeconds() - start_;
   if (valid_) {

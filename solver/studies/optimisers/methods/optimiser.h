@@ -24,7 +24,7 @@ class ResidualFunction {
   virtual bool Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
                         RowMatrix* jacobian) = 0;
   // Of the last evaluation without a Jacobian: 0 where it was refused before any work.
-  virtual double price() const { return 1.0; }
+  virtual double cost_units() const { return 1.0; }
 };
 
 struct OptimiserOptions {

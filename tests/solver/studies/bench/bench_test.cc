@@ -81,12 +81,12 @@ TEST(BenchPlan, OnlyDistributionsHaveDraws) {
   axes.mode.resize(1);
   axes.model = {"homogeneous", "bdp"};
   axes.draws = {8, 16};
-  const auto cells = ListRuns(BenchWork::kFit, axes);
-  ASSERT_EQ(cells.size(), 3u);
-  EXPECT_EQ(MethodName(cells[0], axes), "homogeneous");
-  EXPECT_EQ(MethodName(cells[2], axes), "bdp");
-  EXPECT_EQ(MakeLabel(cells[2], axes), "bdp draws=16");
-  EXPECT_EQ(MakeLabel(cells[0], axes), "homogeneous");
+  const auto runs = ListRuns(BenchWork::kFit, axes);
+  ASSERT_EQ(runs.size(), 3u);
+  EXPECT_EQ(MethodName(runs[0], axes), "homogeneous");
+  EXPECT_EQ(MethodName(runs[2], axes), "bdp");
+  EXPECT_EQ(MakeLabel(runs[2], axes), "bdp draws=16");
+  EXPECT_EQ(MakeLabel(runs[0], axes), "homogeneous");
 }
 
 TEST(BenchPlan, OneThreadHasNoBatches) {
@@ -103,30 +103,29 @@ TEST(BenchPlan, OneThreadHasNoBatches) {
 TEST(BenchPlan, AMethodIsWhatTheAxesVary) {
   BenchAxes axes = TwoByTwo();
   axes.mode.resize(1);
-  BenchSetting cell;
-  EXPECT_EQ(MethodName(cell, axes), "hybrid");
+  BenchSetting run;
+  EXPECT_EQ(MethodName(run, axes), "hybrid");
   axes.backend = {"cpu", "cuda"};
-  EXPECT_EQ(MethodName(cell, axes), "cpu");
+  EXPECT_EQ(MethodName(run, axes), "cpu");
   axes.integrator = {"hybrid", "static"};
-  EXPECT_EQ(MethodName(cell, axes), "hybrid cpu");
+  EXPECT_EQ(MethodName(run, axes), "hybrid cpu");
 }
 
-TEST(BenchPlan, NamesEachCell) {
-  const auto cells = ListRuns(BenchWork::kGradient, TwoByTwo());
+TEST(BenchPlan, NamesEachRun) {
+  const auto runs = ListRuns(BenchWork::kGradient, TwoByTwo());
   std::set<std::string> identities;
-  for (const BenchSetting& cell : cells)
-    identities.insert(CheckpointKey(BenchWork::kGradient, cell));
-  EXPECT_EQ(identities.size(), cells.size());
-  EXPECT_NE(CheckpointKey(BenchWork::kForward, cells[0]),
-            CheckpointKey(BenchWork::kGradient, cells[0]));
-  EXPECT_EQ(MakeLabel(cells[2], TwoByTwo()), "disc:300 h=0.1 adjoint");
+  for (const BenchSetting& run : runs) identities.insert(CheckpointKey(BenchWork::kGradient, run));
+  EXPECT_EQ(identities.size(), runs.size());
+  EXPECT_NE(CheckpointKey(BenchWork::kForward, runs[0]),
+            CheckpointKey(BenchWork::kGradient, runs[0]));
+  EXPECT_EQ(MakeLabel(runs[2], TwoByTwo()), "disc:300 h=0.1 adjoint");
 }
 
-TEST(BenchPlan, RefusesValuesThatNoCellCanHave) {
+TEST(BenchPlan, RejectsValuesThatNoRunCanHave) {
   BenchAxes axes = TwoByTwo();
   axes.integrator = {"hybrid", "implicit"};
   EXPECT_EQ(ComputeError([&] { ListRuns(BenchWork::kForward, axes); }),
-            "axis 'integrator': found 'implicit', expected one of dynamic, hybrid, static");
+            "axis 'solve': found 'implicit', expected one of dynamic, hybrid, static");
   axes = TwoByTwo();
   axes.h = {0.1, 0.1};
   EXPECT_EQ(ComputeError([&] { ListRuns(BenchWork::kForward, axes); }),
@@ -140,10 +139,10 @@ TEST(BenchPlan, RefusesValuesThatNoCellCanHave) {
 class BenchFileTest : public FileFixture {
  protected:
   BenchSetting Cell(double h) const {
-    BenchSetting cell;
-    cell.material = "wool.json";
-    cell.h = h;
-    return cell;
+    BenchSetting run;
+    run.material = "wool.json";
+    run.h = h;
+    return run;
   }
 };
 
@@ -166,7 +165,7 @@ TEST_F(BenchFileTest, IsReadBackByAResumedRun) {
 
 TEST_F(BenchFileTest, RefusesWhatIsNotItsOwn) {
   const std::string path = Path("runs.csv");
-  BenchFile(path, "seed=0", false);  // without cells it may begin anew
+  BenchFile(path, "seed=0", false);  // without runs it may begin anew
   BenchFile(path, "seed=a", false).Add(BenchWork::kForward, Cell(0.1), BenchRecord());
   EXPECT_THAT(ComputeError([&] { BenchFile(path, "seed=a", false); }), HasSubstr("--resume"));
   EXPECT_THAT(ComputeError([&] { BenchFile(path, "seed=b", true); }),
@@ -213,15 +212,15 @@ struct MadeUpBench {
   }
   void Add(const std::string& material, const std::string& mesh, const std::string& integrator,
            double h, double error, double seconds, const std::string& status = "ok") {
-    BenchCell cell;
-    cell.setting.material = material;
-    cell.setting.mesh = mesh;
-    cell.setting.integrator = integrator;
-    cell.setting.h = h;
-    cell.record.status = status;
-    cell.record[kRadiusMm] = error;
-    cell.record[kWallSeconds] = seconds;
-    result.cells.push_back(cell);
+    BenchRun run;
+    run.setting.material = material;
+    run.setting.mesh = mesh;
+    run.setting.integrator = integrator;
+    run.setting.h = h;
+    run.record.status = status;
+    run.record[kRadiusMm] = error;
+    run.record[kWallSeconds] = seconds;
+    result.runs.push_back(run);
   }
   AccuracyTable Table() const { return MakeAccuracyTable(job, result, kWallSeconds, 1.5); }
 };

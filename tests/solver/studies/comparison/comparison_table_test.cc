@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells summed up, chosen from and written.
+// Experiments summed up, chosen from and written.
 #include "solver/studies/comparison/comparison_table.h"
 
 #include <cmath>
@@ -14,12 +14,12 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-ComparedExperiment Cell(int fabric, const std::string& model, int seed, double energy) {
-  ComparedExperiment cell{fabric, model, seed, {}};
-  cell.result.numbers = {{"feature_energy", energy}, {"outline_energy_m", 0.004}};
+ComparedExperiment MakeExperiment(int fabric, const std::string& model, int seed, double energy) {
+  ComparedExperiment experiment{fabric, model, seed, {}};
+  experiment.result.numbers = {{"feature_energy", energy}, {"outline_energy_m", 0.004}};
   for (int capture = 1; capture <= 4; ++capture)
-    cell.result.captures.push_back({fabric, seed, capture, energy + 0.1 * (capture % 2)});
-  return cell;
+    experiment.result.captures.push_back({fabric, seed, capture, energy + 0.1 * (capture % 2)});
+  return experiment;
 }
 
 class ComparisonTableTest : public FileFixture {
@@ -27,16 +27,17 @@ class ComparisonTableTest : public FileFixture {
   ComparisonTableTest() {
     for (const int fabric : {2, 5})
       for (const int seed : {1, 2}) {
-        cells_.push_back(Cell(fabric, "homogeneous", seed, fabric == 2 ? 2.0 + seed : 1.0));
-        cells_.push_back(Cell(fabric, "bayes", seed, fabric == 2 ? 1.0 : 1.5));
-        cells_.push_back(Cell(fabric, "circle", seed, 9.0));
-        cells_.back().result.captures.clear();
-        cells_[cells_.size() - 2].result.belief = {{100.0 * seed, 10, 1e-6, 1e-7}};
+        experiments_.push_back(
+            MakeExperiment(fabric, "homogeneous", seed, fabric == 2 ? 2.0 + seed : 1.0));
+        experiments_.push_back(MakeExperiment(fabric, "bayes", seed, fabric == 2 ? 1.0 : 1.5));
+        experiments_.push_back(MakeExperiment(fabric, "circle", seed, 9.0));
+        experiments_.back().result.captures.clear();
+        experiments_[experiments_.size() - 2].result.belief = {{100.0 * seed, 10, 1e-6, 1e-7}};
       }
   }
-  Comparison Summed() const { return SumUp(cells_, {"homogeneous", "bayes"}, {"circle"}); }
+  Comparison Summed() const { return SumUp(experiments_, {"homogeneous", "bayes"}, {"circle"}); }
 
-  std::vector<ComparedExperiment> cells_;
+  std::vector<ComparedExperiment> experiments_;
 };
 
 TEST_F(ComparisonTableTest, ATableForEachFabricAndOneForAll) {
@@ -58,14 +59,14 @@ TEST_F(ComparisonTableTest, ATableForEachFabricAndOneForAll) {
 }
 
 TEST_F(ComparisonTableTest, ACaptureHeldOutTwiceCountsOnce) {
-  for (ComparedExperiment& cell : cells_)
-    for (CaptureScore& capture : cell.result.captures) capture.sample = 1;
+  for (ComparedExperiment& experiment : experiments_)
+    for (CaptureScore& capture : experiment.result.captures) capture.sample = 1;
   EXPECT_EQ(Summed().tables[0].choice.captures, 4);
 }
 
-TEST_F(ComparisonTableTest, AModelWithAFailedCellIsNotChosen) {
-  cells_[1].result = {};  // fabric 2, bayes, seed 1
-  cells_[1].result.failure = "nothing could be fitted";
+TEST_F(ComparisonTableTest, AModelWithAFailedExperimentIsNotChosen) {
+  experiments_[1].result = {};  // fabric 2, bayes, seed 1
+  experiments_[1].result.failure = "nothing could be fitted";
   const Comparison comparison = Summed();
   EXPECT_EQ(comparison.tables[0].choice.chosen, "homogeneous");
   EXPECT_EQ(comparison.tables[0].rows[1].failed, 1);
@@ -78,17 +79,17 @@ TEST_F(ComparisonTableTest, AModelWithAFailedCellIsNotChosen) {
 }
 
 TEST_F(ComparisonTableTest, TheChartMarksAModelThatIsNotCompared) {
-  for (ComparedExperiment& cell : cells_) {
-    if (cell.model == "circle") continue;
-    cell.result.numbers["rollouts"] = 900;
-    cell.result.numbers["train_mse"] = 0.02;
+  for (ComparedExperiment& experiment : experiments_) {
+    if (experiment.model == "circle") continue;
+    experiment.result.numbers["rollouts"] = 900;
+    experiment.result.numbers["train_mse"] = 0.02;
   }
   RenderModelChart(Path("whole"), Summed().tables[0]);
-  cells_[1].result = {};  // fabric 2, bayes, seed 1
-  cells_[1].result.failure = "nothing could be fitted";
+  experiments_[1].result = {};  // fabric 2, bayes, seed 1
+  experiments_[1].result.failure = "nothing could be fitted";
   RenderModelChart(Path("lost"), Summed().tables[0]);
   EXPECT_THAT(Read(Path("whole.svg")), Not(HasSubstr("not compared")));
-  EXPECT_THAT(Read(Path("lost.svg")), HasSubstr("a cell has no score: not compared"));
+  EXPECT_THAT(Read(Path("lost.svg")), HasSubstr("an experiment has no score: not compared"));
 }
 
 TEST_F(ComparisonTableTest, BeliefsAreMeansOverSeeds) {

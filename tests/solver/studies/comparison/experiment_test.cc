@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cell is computed once, goes on where it was stopped, and is computed anew where it is broken.
+// An experiment is computed once, goes on where it was stopped, and is computed again where it is
+// broken.
 #include "solver/studies/comparison/experiment.h"
 
 #include <gmock/gmock.h>
@@ -25,7 +26,7 @@ class ExperimentTest : public FileFixture {
       data_.AddImage("Fabric 2/silhouettes/Sample_" + std::to_string(sample) + "_Capture_1.jpg",
                      88 + sample, 4, 0.5 * sample);
     const auto captures = Select(ReadDataset(data_.path()), {});
-    learnt_ = ObserveCaptures({captures[0]}, Camera());
+    training_ = ObserveCaptures({captures[0]}, Camera());
     held_out_ = ObserveCaptures({captures[1], captures[2]}, Camera());
     WriteMaterial(Path("start.json"), {.name = "start",
                                        .field = test::TestMaterial(),
@@ -47,10 +48,10 @@ class ExperimentTest : public FileFixture {
     task_.fit.fit.parameters = ParameterTying::kScales;
     task_.prediction.specimens = 4;
     task_.prediction.settle.steps.steps = 60;
-    task_.learnt = &learnt_;
+    task_.training = &training_;
     task_.held_out = &held_out_;
     task_.calibrate = false;
-    task_.folder = Path("cell");
+    task_.folder = Path("experiment");
     task_.fit.checkpoint = Path("one_table.json");
   }
   bool Run(const std::atomic<bool>* cancel = nullptr) {
@@ -62,15 +63,15 @@ class ExperimentTest : public FileFixture {
                                  }});
   }
   std::string Text() const {
-    nlohmann::json json = ReadJsonFile(Path("cell/prediction.json"));
+    nlohmann::json json = ReadJsonFile(Path("experiment/prediction.json"));
     json.erase("seconds");
     for (const char* timed : {"prediction_seconds", "calibration_seconds"})
       json["numbers"].erase(timed);
-    return json.dump() + Read(Path("cell/material.json"));
+    return json.dump() + Read(Path("experiment/material.json"));
   }
 
   const SyntheticDataset data_;
-  std::vector<ObservedCapture> learnt_, held_out_;
+  std::vector<ObservedCapture> training_, held_out_;
   ExperimentTask task_;
   std::string notes_;
   std::function<void(const std::string&)> on_note_;
@@ -79,49 +80,51 @@ class ExperimentTest : public FileFixture {
 TEST_F(ExperimentTest, HasTheNumbersOfFitAndPrediction) {
   task_.calibrate = true;
   ASSERT_TRUE(Run());
-  const auto cell = ReadExperiment(Path("cell"));
-  ASSERT_TRUE(cell);
-  EXPECT_EQ(cell->failure, "");
+  const auto experiment = ReadExperiment(Path("experiment"));
+  ASSERT_TRUE(experiment);
+  EXPECT_EQ(experiment->failure, "");
   for (const ComparedNumber& number : kComparedNumbers)
-    EXPECT_EQ(cell->numbers.contains(number.key), number.key != std::string("elbo")) << number.key;
-  EXPECT_EQ(cell->numbers.at("parameters"), 2);
-  EXPECT_FALSE(cell->belief);
-  ASSERT_EQ(cell->captures.size(), 2u);
-  EXPECT_EQ(cell->captures[1].sample, 3);
-  EXPECT_NEAR(0.5 * (cell->captures[0].feature_energy + cell->captures[1].feature_energy),
-              cell->numbers.at("feature_energy"), 1e-12);
+    EXPECT_EQ(experiment->numbers.contains(number.key), number.key != std::string("elbo"))
+        << number.key;
+  EXPECT_EQ(experiment->numbers.at("parameters"), 2);
+  EXPECT_FALSE(experiment->belief);
+  ASSERT_EQ(experiment->captures.size(), 2u);
+  EXPECT_EQ(experiment->captures[1].sample, 3);
+  EXPECT_NEAR(
+      0.5 * (experiment->captures[0].feature_energy + experiment->captures[1].feature_energy),
+      experiment->numbers.at("feature_energy"), 1e-12);
 }
 
 TEST_F(ExperimentTest, ABrokenFileIsMadeAnewAndTheSame) {
   ASSERT_TRUE(Run());
   const std::string whole = Text();
-  ASSERT_TRUE(ReadExperiment(Path("cell")));
-  Write("cell/prediction.json", Read(Path("cell/prediction.json")).substr(0, 50));
-  EXPECT_FALSE(ReadExperiment(Path("cell")));
+  ASSERT_TRUE(ReadExperiment(Path("experiment")));
+  Write("experiment/prediction.json", Read(Path("experiment/prediction.json")).substr(0, 50));
+  EXPECT_FALSE(ReadExperiment(Path("experiment")));
   ASSERT_TRUE(Run());
   EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("grid")));  // the fit is taken over
   EXPECT_EQ(Text(), whole);
-  Write("cell/material.json", "{");
+  Write("experiment/material.json", "{");
   Write("one_table.json", "{");
-  EXPECT_FALSE(ReadExperiment(Path("cell")));
+  EXPECT_FALSE(ReadExperiment(Path("experiment")));
   ASSERT_TRUE(Run());
   EXPECT_THAT(notes_, testing::HasSubstr("round"));
   EXPECT_EQ(Text(), whole);
-  std::filesystem::remove(Path("cell/summary.json"));
-  EXPECT_FALSE(ReadExperiment(Path("cell")));
+  std::filesystem::remove(Path("experiment/summary.json"));
+  EXPECT_FALSE(ReadExperiment(Path("experiment")));
 }
 
 TEST_F(ExperimentTest, GoesOnAfterACancelToTheSameNumbers) {
   task_.calibrate = true;
   ASSERT_TRUE(Run());
   const std::string whole = Text();
-  std::filesystem::remove_all(Path("cell"));
+  std::filesystem::remove_all(Path("experiment"));
   std::filesystem::remove(Path("one_table.json"));
   for (const std::string stage : {"round 1", "prediction", "calibration"}) {
     std::atomic<bool> cancel = false;
     on_note_ = [&](const std::string& note) { cancel = cancel || note == stage; };
     EXPECT_FALSE(Run(&cancel)) << stage;
-    EXPECT_FALSE(ReadExperiment(Path("cell"))) << stage;
+    EXPECT_FALSE(ReadExperiment(Path("experiment"))) << stage;
   }
   on_note_ = {};
   ASSERT_TRUE(Run());
@@ -130,17 +133,17 @@ TEST_F(ExperimentTest, GoesOnAfterACancelToTheSameNumbers) {
 
 TEST_F(ExperimentTest, ACalibrationKeepsTheScoresOfTheFitAsItIs) {
   ASSERT_TRUE(Run());
-  const Numbers as_fitted = ReadExperiment(Path("cell"))->numbers;
+  const Numbers as_fitted = ReadExperiment(Path("experiment"))->numbers;
   EXPECT_FALSE(as_fitted.contains("bend_factor_up"));
   EXPECT_FALSE(as_fitted.contains("dc_error_as_fitted"));
   task_.calibrate = true;
-  learnt_ = {{learnt_[0].capture, ObserveDisc(0.1, Camera())}};  // hangs far lower than the fit
-  nlohmann::json earlier = ReadJsonFile(Path("cell/prediction.json"));
+  training_ = {{training_[0].capture, ObserveDisc(0.1, Camera())}};  // hangs far lower than the fit
+  nlohmann::json earlier = ReadJsonFile(Path("experiment/prediction.json"));
   earlier["version"] = 2;
-  Write("cell/prediction.json", earlier.dump());
-  EXPECT_FALSE(ReadExperiment(Path("cell")));
+  Write("experiment/prediction.json", earlier.dump());
+  EXPECT_FALSE(ReadExperiment(Path("experiment")));
   ASSERT_TRUE(Run());
-  const Numbers calibrated = ReadExperiment(Path("cell"))->numbers;
+  const Numbers calibrated = ReadExperiment(Path("experiment"))->numbers;
   for (const std::string key : {"mean_image_mse", "dc_error", "dc_coverage_90", "feature_energy"})
     EXPECT_EQ(calibrated.at(key + "_as_fitted"), as_fitted.at(key)) << key;
   EXPECT_EQ(calibrated.at("bend_factor_up"), calibrated.at("bend_factor_down"));  // not known
@@ -151,7 +154,7 @@ TEST_F(ExperimentTest, ACalibrationKeepsTheScoresOfTheFitAsItIs) {
 TEST_F(ExperimentTest, ModelsGoOnFromTheSameTable) {
   ASSERT_TRUE(Run());
   EXPECT_THAT(notes_, testing::HasSubstr("grid"));
-  const nlohmann::json table = ReadJsonFile(Path("cell/material.json"));
+  const nlohmann::json table = ReadJsonFile(Path("experiment/material.json"));
   task_.folder = Path("fields");
   task_.fit.model = "heterogeneous";
   task_.fit.fields.iterations = 1;
@@ -162,22 +165,22 @@ TEST_F(ExperimentTest, ModelsGoOnFromTheSameTable) {
   EXPECT_EQ(ReadJsonFile(Path("fields/material_homogeneous.json"))["stretch"], table["stretch"]);
 }
 
-TEST_F(ExperimentTest, DrawsThatDoNotComeToRestAreACellWithAReason) {
+TEST_F(ExperimentTest, SamplesThatDoNotComeToRestFailWithAReason) {
   task_.prediction.settle.equilibrium.tolerance = 1e-30;
   ASSERT_TRUE(Run());
-  const auto cell = ReadExperiment(Path("cell"));
-  ASSERT_TRUE(cell);
-  EXPECT_THAT(cell->failure, testing::HasSubstr("fewer than two draws at rest"));
-  EXPECT_TRUE(cell->captures.empty());
+  const auto experiment = ReadExperiment(Path("experiment"));
+  ASSERT_TRUE(experiment);
+  EXPECT_THAT(experiment->failure, testing::HasSubstr("fewer than two draws at rest"));
+  EXPECT_TRUE(experiment->captures.empty());
 }
 
 // Of a model that stayed at its one table there is no prediction: it would be that of homo.
 TEST_F(ExperimentTest, AModelThatCouldNotBeFittedHasNoScore) {
   ASSERT_TRUE(Run());
-  std::filesystem::remove(Path("cell/prediction.json"));
+  std::filesystem::remove(Path("experiment/prediction.json"));
   task_.fit.model = "heterogeneous";
   ASSERT_TRUE(Run());
-  EXPECT_EQ(ReadExperiment(Path("cell"))->failure, "the fields could not be fitted");
+  EXPECT_EQ(ReadExperiment(Path("experiment"))->failure, "the fields could not be fitted");
 }
 
 }  // namespace

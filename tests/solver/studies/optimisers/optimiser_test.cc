@@ -174,8 +174,8 @@ TEST(DrapeFunction, ARefusalBeforeTheRolloutIsFree) {
   OutlineResidualOptions options;
   options.max_outline_change = 1.0;
   DrapeFunction function(&backend, &parametrisation, &targets, options, 1.0);
-  OptimiserOptions race;
-  BudgetedFunction metered(function, race);
+  OptimiserOptions optimiser;
+  BudgetedFunction metered(function, optimiser);
   Eigen::VectorXd residual;
   RowMatrix jacobian;
   ASSERT_TRUE(metered.Evaluate(Eigen::Vector2d::Zero(), &residual, &jacobian));

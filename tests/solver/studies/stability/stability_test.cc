@@ -17,7 +17,7 @@
 namespace drape {
 namespace {
 
-using Class = StabilityClass;
+using Outcome = StabilityOutcome;
 using Method = StabilityMethod;
 
 StabilitySetting FeltSetting() {
@@ -26,35 +26,37 @@ StabilitySetting FeltSetting() {
           .material = ReadMaterial(configs + "fabrics/synthetic_felt.json").field,
           .start = ReadStartShape(configs + "starts/four_waves.json"),
           .duration = 4.0,
-          .most_steps = 600,
-          .most_newton_steps = 300,
-          .most_explicit_steps = 30000};
+          .max_steps = 600,
+          .max_newton_steps = 300,
+          .max_explicit_steps = 30000};
 }
 
 class AtlasTest : public testing::Test {
  protected:
-  Class FindKind(StabilityCase run) { return bench_.Run(run, never_).value().kind; }
+  Outcome FindOutcome(StabilityCase run) { return runner_.Run(run, never_).value().outcome; }
 
   std::atomic<bool> never_ = false;
-  StabilityRunner bench_{FeltSetting()};
+  StabilityRunner runner_{FeltSetting()};
 };
 
 // Each of these runs is a cell of configs/studies/stability.json or lies between two.
 
 TEST_F(AtlasTest, ExplicitStandsAtHalfTheLimitAndFallsAboveIt) {
-  const ExplicitLimit limit = MeasureLimit(bench_, {});
+  const ExplicitLimit limit = MeasureLimit(runner_, {});
   ASSERT_TRUE(limit.theory && limit.measured);
   std::printf("theory %.4g ms, measured %.4g ms\n", 1e3 * *limit.theory, 1e3 * *limit.measured);
   EXPECT_NEAR(*limit.measured / *limit.theory, 1.0, 0.08);
-  EXPECT_EQ(FindKind({.method = Method::kExplicit, .h = 0.5 * *limit.theory}), Class::kSettled);
-  EXPECT_EQ(FindKind({.method = Method::kExplicit, .h = 1.3 * *limit.theory}), Class::kDiverged);
+  EXPECT_EQ(FindOutcome({.method = Method::kExplicit, .h = 0.5 * *limit.theory}),
+            Outcome::kSettled);
+  EXPECT_EQ(FindOutcome({.method = Method::kExplicit, .h = 1.3 * *limit.theory}),
+            Outcome::kDiverged);
 }
 
 TEST_F(AtlasTest, ExplicitLimitFollowsDensityNeedlesAndHandles) {
-  const double usual = MeasureLimit(bench_, {}).measured.value();
-  EXPECT_NEAR(MeasureLimit(bench_, {.density = 0.05}).measured.value() / usual, 0.5, 0.03);
-  EXPECT_NEAR(MeasureLimit(bench_, {.handle = 100.0}).measured.value() / usual, 0.121, 0.02);
-  const ExplicitLimit needles = MeasureLimit(bench_, {.sliver = 100.0});
+  const double usual = MeasureLimit(runner_, {}).measured.value();
+  EXPECT_NEAR(MeasureLimit(runner_, {.density = 0.05}).measured.value() / usual, 0.5, 0.03);
+  EXPECT_NEAR(MeasureLimit(runner_, {.handle = 100.0}).measured.value() / usual, 0.121, 0.02);
+  const ExplicitLimit needles = MeasureLimit(runner_, {.sliver = 100.0});
   EXPECT_LT(*needles.measured / usual, 0.2);
   EXPECT_NEAR(*needles.measured / *needles.theory, 0.85, 0.2);
 }
@@ -62,73 +64,74 @@ TEST_F(AtlasTest, ExplicitLimitFollowsDensityNeedlesAndHandles) {
 TEST_F(AtlasTest, OneSolveStepSettlesAtAnyStepButTheSmallest) {
   for (const Method method : {Method::kStep, Method::kStepPcg, Method::kStepFloat})
     for (const double h : {0.05, 0.5})
-      EXPECT_EQ(FindKind({.method = method, .h = h}), Class::kSettled) << ToString(method) << h;
-  EXPECT_EQ(FindKind({.method = Method::kStep, .h = 1e-3}), Class::kStillMoving);
+      EXPECT_EQ(FindOutcome({.method = method, .h = h}), Outcome::kSettled)
+          << ToString(method) << h;
+  EXPECT_EQ(FindOutcome({.method = Method::kStep, .h = 1e-3}), Outcome::kStillMoving);
 }
 
 TEST_F(AtlasTest, OneSolveStepRecoversFromCompressionAndSomeTangle) {
-  EXPECT_EQ(FindKind({.method = Method::kStep, .compression = 0.5}), Class::kSettled);
-  EXPECT_EQ(FindKind({.method = Method::kStep, .tangle = 0.2}), Class::kSettled);
-  EXPECT_EQ(FindKind({.method = Method::kStep, .tangle = 1.0}), Class::kFoldedOver);
+  EXPECT_EQ(FindOutcome({.method = Method::kStep, .compression = 0.5}), Outcome::kSettled);
+  EXPECT_EQ(FindOutcome({.method = Method::kStep, .tangle = 0.2}), Outcome::kSettled);
+  EXPECT_EQ(FindOutcome({.method = Method::kStep, .tangle = 1.0}), Outcome::kFoldedOver);
 }
 
 TEST_F(AtlasTest, SinglePrecisionFailsAtNeedles) {
   StabilityCase run{.method = Method::kStepFloat, .h = 0.2, .sliver = 100.0};
-  EXPECT_EQ(FindKind(run), Class::kSettled);
+  EXPECT_EQ(FindOutcome(run), Outcome::kSettled);
   run.sliver = 3000.0;
-  EXPECT_EQ(FindKind(run), Class::kFactorFailed);
+  EXPECT_EQ(FindOutcome(run), Outcome::kFactorFailed);
   run.method = Method::kStep;
-  EXPECT_EQ(FindKind(run), Class::kSettled);
+  EXPECT_EQ(FindOutcome(run), Outcome::kSettled);
 }
 
 TEST_F(AtlasTest, ImplicitEulerSettlesWhereItDamps) {
-  EXPECT_EQ(FindKind({.method = Method::kImplicit, .h = 0.05}), Class::kSettled);
-  EXPECT_EQ(FindKind({.method = Method::kImplicit, .h = 0.5}), Class::kSettled);
-  EXPECT_EQ(FindKind({.method = Method::kImplicit, .h = 1e-3}), Class::kStillMoving);
+  EXPECT_EQ(FindOutcome({.method = Method::kImplicit, .h = 0.05}), Outcome::kSettled);
+  EXPECT_EQ(FindOutcome({.method = Method::kImplicit, .h = 0.5}), Outcome::kSettled);
+  EXPECT_EQ(FindOutcome({.method = Method::kImplicit, .h = 1e-3}), Outcome::kStillMoving);
 }
 
 TEST_F(AtlasTest, StaticFromACompressedStartNeedsAShift) {
-  StabilityCase run{.method = Method::kStaticNoShift, .compression = 0.8, .calm = 0.0};
-  EXPECT_EQ(FindKind(run), Class::kFactorFailed);
+  StabilityCase run{.method = Method::kStaticNoShift, .compression = 0.8, .pre_steps = 0.0};
+  EXPECT_EQ(FindOutcome(run), Outcome::kFactorFailed);
   run.method = Method::kStatic;
-  EXPECT_EQ(FindKind(run), Class::kSettled);
-  run = {.method = Method::kStaticNoShift, .compression = 0.8, .calm = 50.0};
-  EXPECT_EQ(FindKind(run), Class::kSettled);
+  EXPECT_EQ(FindOutcome(run), Outcome::kSettled);
+  run = {.method = Method::kStaticNoShift, .compression = 0.8, .pre_steps = 50.0};
+  EXPECT_EQ(FindOutcome(run), Outcome::kSettled);
 }
 
 TEST_F(AtlasTest, ProjectionCrawlsWhereTheShiftConverges) {
-  const StabilityRun shifted = bench_.Run({.method = Method::kStatic}, never_).value();
-  const StabilityRun projected = bench_.Run({.method = Method::kStaticProjected}, never_).value();
-  EXPECT_EQ(shifted.kind, Class::kSettled);
+  const StabilityRun shifted = runner_.Run({.method = Method::kStatic}, never_).value();
+  const StabilityRun projected = runner_.Run({.method = Method::kStaticProjected}, never_).value();
+  EXPECT_EQ(shifted.outcome, Outcome::kSettled);
   EXPECT_GT(projected.steps, 3 * shifted.steps);
-  EXPECT_EQ(FindKind({.method = Method::kStaticProjected, .stretch = 100.0, .bend = 100.0}),
-            Class::kSettled);
+  EXPECT_EQ(FindOutcome({.method = Method::kStaticProjected, .stretch = 100.0, .bend = 100.0}),
+            Outcome::kSettled);
 }
 
 TEST_F(AtlasTest, DampingOfImplicitEulerIsThatOfTheory) {
   for (const double h : {0.01, 0.1, 0.5}) {
     const StepDamping newton =
-        MeasureDamping(bench_, {.method = Method::kImplicit, .h = h}, 0).value();
+        MeasureDamping(runner_, {.method = Method::kImplicit, .h = h}, 0).value();
     EXPECT_NEAR(newton.theory, 1.0 / std::hypot(1.0, h * newton.omega), 1e-12);
     EXPECT_NEAR(newton.measured / newton.theory, 1.0, 0.01) << h;
   }
   // The approximate Jacobian of the one-solve step is not K: large steps hardly damp more.
-  const StepDamping step = MeasureDamping(bench_, {.method = Method::kStep, .h = 0.5}, 0).value();
+  const StepDamping step = MeasureDamping(runner_, {.method = Method::kStep, .h = 0.5}, 0).value();
   EXPECT_LT(step.theory, 0.15);
   EXPECT_GT(step.measured, 0.8);
 }
 
 TEST_F(AtlasTest, ASoftClothHasOtherBranches) {
   StabilityCase run{.method = Method::kExplicit, .h = 2e-4, .bend = 0.1};
-  EXPECT_EQ(FindKind(run), Class::kOtherBranch);
+  EXPECT_EQ(FindOutcome(run), Outcome::kOtherBranch);
   run.bend = 10.0;
-  EXPECT_EQ(FindKind(run), Class::kSettled);
+  EXPECT_EQ(FindOutcome(run), Outcome::kSettled);
 }
 
 // The rules, on a cloth lying flat.
 class ClassifyTest : public testing::Test {
  protected:
-  Class FindKind(const StabilityEnd& end) const {
+  Outcome FindOutcome(const StabilityEnd& end) const {
     return Classify(*model_, end, reference_, [&](const Eigen::VectorXd&) { return rest_; });
   }
   StabilityEnd Flat() const { return {.x = model_->mesh.rest_x}; }
@@ -139,44 +142,44 @@ class ClassifyTest : public testing::Test {
 };
 
 TEST_F(ClassifyTest, NamesWhatIsNoDrape) {
-  EXPECT_EQ(FindKind(Flat()), Class::kSettled);
+  EXPECT_EQ(FindOutcome(Flat()), Outcome::kSettled);
   StabilityEnd end = Flat();
   end.x[7] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(FindKind(end), Class::kDiverged);
+  EXPECT_EQ(FindOutcome(end), Outcome::kDiverged);
   end.x[7] = 2.5;
-  EXPECT_EQ(FindKind(end), Class::kDiverged);
+  EXPECT_EQ(FindOutcome(end), Outcome::kDiverged);
   end = Flat();
   end.status = IntegratorStatus::kNotFinite;
-  EXPECT_EQ(FindKind(end), Class::kDiverged);
+  EXPECT_EQ(FindOutcome(end), Outcome::kDiverged);
   end.status = IntegratorStatus::kNotPositiveDefinite;
-  EXPECT_EQ(FindKind(end), Class::kFactorFailed);
+  EXPECT_EQ(FindOutcome(end), Outcome::kFactorFailed);
   end.status = IntegratorStatus::kNotConverged;
-  EXPECT_EQ(FindKind(end), Class::kNotConverged);
+  EXPECT_EQ(FindOutcome(end), Outcome::kNotConverged);
 }
 
 TEST_F(ClassifyTest, NamesWhatIsFolded) {
   StabilityEnd end = Flat();
   end.x[3 * model_->mesh.boundary_loops[0][0] + 2] = 0.031;
-  EXPECT_EQ(FindKind(end), Class::kFoldedOver);
+  EXPECT_EQ(FindOutcome(end), Outcome::kFoldedOver);
   end = Flat();  // a mirror image lies face down
   for (int i = 0; i < model_->mesh.num_vertices(); ++i) end.x[3 * i] *= -1.0;
-  EXPECT_EQ(FindKind(end), Class::kFoldedOver);
+  EXPECT_EQ(FindOutcome(end), Outcome::kFoldedOver);
 }
 
 TEST_F(ClassifyTest, NamesWhatMovesCreepsOrIsElsewhere) {
   StabilityEnd end = Flat();
   end.speed = 3e-3;
-  EXPECT_EQ(FindKind(end), Class::kStillMoving);
+  EXPECT_EQ(FindOutcome(end), Outcome::kStillMoving);
   end = Flat();
   for (int i = 0; i < model_->mesh.num_vertices(); ++i) end.x[3 * i + 2] -= 4e-3;
   rest_ = reference_;  // Newton leads back to it
-  EXPECT_EQ(FindKind(end), Class::kStillMoving);
+  EXPECT_EQ(FindOutcome(end), Outcome::kStillMoving);
   rest_ = end.x;
-  EXPECT_EQ(FindKind(end), Class::kOtherBranch);
+  EXPECT_EQ(FindOutcome(end), Outcome::kOtherBranch);
   rest_.reset();
-  EXPECT_EQ(FindKind(end), Class::kOtherBranch);
+  EXPECT_EQ(FindOutcome(end), Outcome::kOtherBranch);
   reference_.resize(0);
-  EXPECT_EQ(FindKind(end), Class::kSettled);
+  EXPECT_EQ(FindOutcome(end), Outcome::kSettled);
 }
 
 TEST(StabilityMaps, ALineIsAMapForEachMethod) {
@@ -219,11 +222,11 @@ TEST(StabilityMaps, MistakesAreNamed) {
 class SurveyTest : public FileFixture {
  protected:
   bool Survey(StabilityRuns& runs) {
-    return SurveyStability(bench_, maps_, 2, Path("runs.csv"), {&cancel_, nullptr}, runs);
+    return SurveyStability(runner_, maps_, 2, Path("runs.csv"), {&cancel_, nullptr}, runs);
   }
 
   std::atomic<bool> cancel_ = false;
-  StabilityRunner bench_{FeltSetting()};
+  StabilityRunner runner_{FeltSetting()};
   std::vector<StabilityMap> maps_ =
       ParseStabilityMaps("step time_step=0.1/0.2 stretch=1/2/1e6", "maps");
 };
@@ -237,7 +240,7 @@ TEST_F(SurveyTest, IsResumedFromWhatIsOnDisk) {
   StabilityRuns read = ReadStabilityRuns(Path("runs.csv"), "a");
   ASSERT_EQ(read.size(), 6u);
   for (const auto& [inputs, run] : runs) {
-    EXPECT_EQ(read.at(inputs).kind, run.kind);
+    EXPECT_EQ(read.at(inputs).outcome, run.outcome);
     EXPECT_EQ(read.at(inputs).distance, run.distance);
   }
   Write("runs.csv", whole.substr(0, whole.size() - 5));  // cut off within the last row
@@ -263,7 +266,7 @@ TEST_F(SurveyTest, ForeignFilesAreRefused) {
 TEST_F(SurveyTest, AFolderThatIsNotThereIsAnInputError) {
   StabilityRuns runs;
   EXPECT_INPUT_ERROR(
-      SurveyStability(bench_, maps_, 1, Path("no/runs.csv"), {&cancel_, nullptr}, runs),
+      SurveyStability(runner_, maps_, 1, Path("no/runs.csv"), {&cancel_, nullptr}, runs),
       "no/runs.csv: cannot be written");
 }
 

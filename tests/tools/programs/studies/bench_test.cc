@@ -33,21 +33,21 @@ class BenchTool : public ToolFixture {
 TEST_F(BenchTool, MeasuresTheProductAndResumes) {
   const ProcessResult first = Bench();
   ASSERT_EQ(first.exit_code, 0) << first.err;
-  EXPECT_THAT(first.out, testing::HasSubstr("4 cells, "));
+  EXPECT_THAT(first.out, testing::HasSubstr("4 runs, "));
   const Json json = ReadJson(Path("out/bench.json"));
   ASSERT_EQ(json["runs"].size(), 4u);
-  for (const Json& cell : json["runs"]) {
-    EXPECT_GT(cell["seconds"].get<double>(), 0);
-    EXPECT_GT(cell["peak_mb"].get<double>(), 0);
-    EXPECT_GT(cell["vertex_mm"].get<double>(), 0);
-    EXPECT_EQ(cell["repeats"], 2);
+  for (const Json& run : json["runs"]) {
+    EXPECT_GT(run["seconds"].get<double>(), 0);
+    EXPECT_GT(run["peak_mb"].get<double>(), 0);
+    EXPECT_GT(run["vertex_mm"].get<double>(), 0);
+    EXPECT_EQ(run["repeats"], 2);
   }
   for (const char* chart : {"front_outline_mm", "front_vertex_mm", "front_radius_mm", "growth"})
     for (const char* kind : {".png", ".svg"})
       EXPECT_GT(Read(Path("out/") + chart + kind).size(), 1000u) << chart;
-  const std::string cells = Read(Path("out/runs.csv"));
+  const std::string runs = Read(Path("out/runs.csv"));
   ASSERT_EQ(Bench({"--resume"}).exit_code, 0);
-  EXPECT_EQ(Read(Path("out/runs.csv")), cells);
+  EXPECT_EQ(Read(Path("out/runs.csv")), runs);
   ExpectOneLineError(Bench(), "--resume");
   ExpectOneLineError(Bench({"--resume", "--order=1"}), "the options are not those");
 }
@@ -59,20 +59,19 @@ TEST_F(BenchTool, MeasuresDerivatives) {
         Bench({std::string("--work=") + work, "--solve=dynamic,static", "--mode=adjoint,tangent",
                "--mesh=disc:120", "--out=" + out});
     ASSERT_EQ(result.exit_code, 0) << result.err;
-    const Json cells = ReadJson(out + "/bench.json")["runs"];
-    ASSERT_EQ(cells.size(), 4u);
+    const Json runs = ReadJson(out + "/bench.json")["runs"];
+    ASSERT_EQ(runs.size(), 4u);
     // Adjoint and tangent find the same.
     for (const int i : {0, 2}) {
-      const double adjoint = cells[i]["derivative_error"],
-                   tangent = cells[i + 1]["derivative_error"];
+      const double adjoint = runs[i]["derivative_error"], tangent = runs[i + 1]["derivative_error"];
       EXPECT_GT(adjoint, 0);
       EXPECT_NEAR(adjoint / tangent, 1, 1e-5) << work;
     }
   }
 }
 
-// A reference is not taken over by a run that does not go on with its cells.
-TEST_F(BenchTool, WithoutCellsTheReferenceIsMadeAnew) {
+// A reference is not taken over by a run that does not go on with its runs.
+TEST_F(BenchTool, WithoutRunsTheReferenceIsMadeAgain) {
   ASSERT_EQ(Bench({"--mesh=disc:120", "--solve=hybrid"}).exit_code, 0);
   const std::string reference = Path("out/reference_synthetic_wool_smooth_homo.json");
   const std::string first = Read(reference);
@@ -89,13 +88,13 @@ TEST_F(BenchTool, FitsOfDistributionsHaveDraws) {
        "--relax_time=4", "--solve=static", "--model=homogeneous,bdp", "--draws=2,4",
        "--candidates_per_round=1", "--iterations=2", "--posterior_iterations=1"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const Json cells = ReadJson(Path("out/bench.json"))["runs"];
-  ASSERT_EQ(cells.size(), 3u);
-  EXPECT_EQ(cells[2]["draws"], "4");
-  for (const Json& cell : cells) EXPECT_GT(cell["mse"].get<double>(), 0) << cell;
+  const Json runs = ReadJson(Path("out/bench.json"))["runs"];
+  ASSERT_EQ(runs.size(), 3u);
+  EXPECT_EQ(runs[2]["draws"], "4");
+  for (const Json& run : runs) EXPECT_GT(run["mse"].get<double>(), 0) << run;
 }
 
-TEST_F(BenchTool, KeepsTheCellsThatEndedBeforeCtrlC) {
+TEST_F(BenchTool, KeepsTheRunsThatEndedBeforeCtrlC) {
   const ProcessResult result = Bench({"--relax_time=400,401,402,403"},
                                      {.interrupt_when = Path("out/reference_synthetic_wool_"
                                                              "smooth_homo.json")});

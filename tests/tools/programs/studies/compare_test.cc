@@ -61,13 +61,13 @@ TEST_F(CompareTool, ComparesAndTakesOverWhatIsDone) {
   const Json split = ReadJson(Path("out/fabric_3/split_1.json"));
   EXPECT_EQ(split["train"].size(), 2u);     // capture 1 of two samples
   EXPECT_EQ(split["held_out"].size(), 4u);  // captures 1 and 2 of the other two
-  const std::string cell = Path("out/fabric_3/homo/seed_2/prediction.json");
-  const auto written = std::filesystem::last_write_time(cell);
+  const std::string experiment = Path("out/fabric_3/homo/seed_2/prediction.json");
+  const auto written = std::filesystem::last_write_time(experiment);
   std::filesystem::remove(Path("out/fabric_3/heter/seed_2/prediction.json"));
   ASSERT_EQ(Run({}).exit_code, 0);
-  EXPECT_EQ(std::filesystem::last_write_time(cell), written);
+  EXPECT_EQ(std::filesystem::last_write_time(experiment), written);
   std::filesystem::remove_all(Path("out/fabric_3/heter/seed_1"));
-  ASSERT_EQ(Run({"--models=homo"}).exit_code, 0);  // fewer models need fewer cells
+  ASSERT_EQ(Run({"--models=homo"}).exit_code, 0);  // fewer models need fewer experiments
   EXPECT_FALSE(std::filesystem::exists(Path("out/fabric_3/heter/seed_1")));
 }
 
@@ -103,7 +103,7 @@ TEST_F(CompareTool, CtrlCKeepsWhatIsDone) {
   const ProcessResult stopped =
       Run({}, {.interrupt_when = Path("out/fabric_3/homo/seed_1/prediction.json")});
   ASSERT_EQ(stopped.exit_code, 130) << stopped.err;
-  EXPECT_THAT(stopped.out, HasSubstr("of 4 cells are done"));
+  EXPECT_THAT(stopped.out, HasSubstr("of 4 experiments are done"));
   EXPECT_FALSE(std::filesystem::exists(Path("out/comparison.csv")));
   ASSERT_EQ(Run({}).exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(Path("out/comparison.csv")));
@@ -123,7 +123,7 @@ TEST_F(CompareTool, MistakesAreOneLine) {
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 
-TEST_F(CompareTool, CellsOfOtherSettingsAreNotMixedIn) {
+TEST_F(CompareTool, ExperimentsOfOtherSettingsAreNotMixedIn) {
   std::filesystem::create_directories(Path("out"));
   Write("out/settings.json", "{\"mesh\": \"disc:600\"}");
   const auto before = Snapshot(Path("out"));

@@ -23,11 +23,11 @@ Json MeasuresJson(const BenchRecord& record) {
   return json;
 }
 
-Json BenchCellJson(const BenchCell& cell) {
+Json BenchRunJson(const BenchRun& run) {
   Json json;
-  for (const auto& [name, value] : ListAxes(cell.setting)) json[name] = value;
-  json["status"] = cell.record.status;
-  json.update(MeasuresJson(cell.record));
+  for (const auto& [name, value] : ListAxes(run.setting)) json[name] = value;
+  json["status"] = run.record.status;
+  json.update(MeasuresJson(run.record));
   return json;
 }
 
@@ -37,14 +37,14 @@ std::string BenchTableText(const BenchJob& job, const BenchResult& result, Bench
   const BenchMeasure error = ListErrors(job.work).front();
   std::string text = Format("%10s %10s %8s  %s\n", "seconds", NameFor(error), "peak MB", "front");
   for (const int i : AccuracyFront(result, time, error)) {
-    const BenchCell& cell = result.cells[i];
-    text += Format("%10.3g %10.3g %8.0f  %s\n", cell.record[time], cell.record[error],
-                   cell.record[kPeakMegabytes], MakeLabel(cell.setting, job.axes).c_str());
+    const BenchRun& run = result.runs[i];
+    text += Format("%10.3g %10.3g %8.0f  %s\n", run.record[time], run.record[error],
+                   run.record[kPeakMegabytes], MakeLabel(run.setting, job.axes).c_str());
   }
-  const auto off = std::count_if(result.cells.begin(), result.cells.end(),
-                                 [](const auto& cell) { return cell.record.status != "ok"; });
+  const auto off = std::count_if(result.runs.begin(), result.runs.end(),
+                                 [](const auto& run) { return run.record.status != "ok"; });
   text += Format("%zu runs, %td of them on another branch or without a result\n",
-                 result.cells.size(), off);
+                 result.runs.size(), off);
   for (const auto& [cloth, estimate] : result.reference_errors)
     text += Format("reference of %s: estimated error %.3g (%s)\n", cloth.c_str(), estimate[error],
                    NameFor(error));
@@ -60,14 +60,14 @@ void WriteBenchJson(const std::string& path, const BenchJob& job, const BenchRes
     json["reference_errors"][cloth] = MeasuresJson(estimate);
   for (const BenchMeasure error : ListErrors(job.work))
     for (const int i : AccuracyFront(result, time, error))
-      json["fronts"][NameFor(error)].push_back(BenchCellJson(result.cells[i]));
+      json["fronts"][NameFor(error)].push_back(BenchRunJson(result.runs[i]));
   for (const GrowthSeries& one : MakeGrowth(job, result, time))
     json["growth"].push_back(
         {{"setting", one.name},
          {"seconds_exponent", FitPowerLaw(one.vertices, one.seconds)->exponent},
          {"memory_exponent", FitPowerLaw(one.vertices, one.megabytes)->exponent}});
   json["runs"] = Json::array();
-  for (const BenchCell& cell : result.cells) json["runs"].push_back(BenchCellJson(cell));
+  for (const BenchRun& run : result.runs) json["runs"].push_back(BenchRunJson(run));
   for (const auto& [name, version] : Versions()) json["versions"][name] = version;
   WriteFileAtomically(path, json.dump(2) + "\n");
 }

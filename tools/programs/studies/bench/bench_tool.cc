@@ -45,7 +45,7 @@ std::vector<Option> AxisOptions(BenchAxes& axes) {
        .most = 10,
        .above_least = true},
       {.key = "relax_time",
-       .value = &axes.fall,
+       .value = &axes.relax_time,
        .doc = "axis: simulated time; the number of steps is relax_time / time_step",
        .unit = "s",
        .least = 0,
@@ -91,7 +91,7 @@ std::vector<Option> ProblemOptions(BenchToolOptions& options) {
                  "initial-guess grid"),
       MeshOption("reference", &options.references,
                  "coarse and fine mesh whose drapes are extrapolated to the reference"),
-      MeshOption("reference_relax_mesh", &job.reference.fall,
+      MeshOption("reference_relax_mesh", &job.reference.relax_mesh,
                  "mesh on which the reference is relaxed before Newton's method on these two"),
       {.key = "order",
        .value = &job.reference.order,
@@ -99,19 +99,19 @@ std::vector<Option> ProblemOptions(BenchToolOptions& options) {
        .least = 0.5,
        .most = 8},
       {.key = "branch_mm",
-       .value = &job.cell.branch_mm,
+       .value = &job.measuring.branch_mm,
        .doc = "largest rms distance of the aligned outlines for a drape on the branch of the "
               "reference; the number of folds must be equal too",
        .unit = "mm",
        .least = 0,
        .above_least = true},
       {.key = "repeats",
-       .value = &job.cell.repeats,
+       .value = &job.measuring.repeats,
        .doc = "number of repeats of each run",
        .least = 1,
        .most = 1000},
       {.key = "run_seconds",
-       .value = &job.cell.seconds,
+       .value = &job.measuring.seconds,
        .doc = "time after which a run is not repeated again",
        .unit = "s",
        .least = 0},
@@ -204,9 +204,9 @@ std::string CommonText(const BenchToolOptions& options) {
     return text;
   }
   add("reference", Joined(options.references));
-  add("reference_relax_mesh", job.reference.fall);
+  add("reference_relax_mesh", job.reference.relax_mesh);
   add("order", number(job.reference.order));
-  add("branch_mm", number(job.cell.branch_mm));
+  add("branch_mm", number(job.measuring.branch_mm));
   return text;
 }
 
@@ -301,7 +301,7 @@ BenchToolResult RunBenchTool(BenchToolOptions options, const RunControl& control
                         AccuracyTableText(MakeAccuracyTable(job, result, time, options.safety)));
   BenchToolResult summary{
       .cancelled = result.cancelled, .measured = 0, .table = BenchTableText(job, result, time)};
-  for (const BenchCell& cell : result.cells) summary.measured += cell.record.status == "ok";
+  for (const BenchRun& run : result.runs) summary.measured += run.record.status == "ok";
   return summary;
 }
 

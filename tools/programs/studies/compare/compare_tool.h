@@ -20,16 +20,18 @@ struct CompareToolOptions {
   }
 
   ComparisonJob job;
-  FitToolOptions fit;                                          // of all cells
+  FitToolOptions fit;                                          // of all experiments
   std::string fabrics = "1-5", train_captures, face = "both";  // ParseIndexList, ClothFace
   std::string out;                                             // folder, made when missing
 };
 
-// Points into `options`, which outlives it. What is set for each cell is not among its options.
+// Points into `options`, which outlives it. What is set for each experiment is not among its
+// options.
 OptionTable CompareTable(CompareToolOptions& options);
 
 // Runs or continues a comparison; comparison.csv, .json, .md and charts appear in `out` once all
-// cells are done. `text` is what they say. Throws InputError; then what lay there is as it was.
+// experiments are done. `text` is what they say. Throws InputError; then what lay there is as it
+// was.
 struct CompareResult {
   ComparisonRun run;
   std::string text;

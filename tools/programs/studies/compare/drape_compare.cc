@@ -8,7 +8,8 @@ namespace {
 ToolOutcome Run(const CompareToolOptions& options, const RunControl& control) {
   CompareResult result = RunCompareTool(options, control);
   if (result.run.cancelled)
-    result.text += std::to_string(result.run.done) + " of " + std::to_string(result.run.cells) +
+    result.text += std::to_string(result.run.done) + " of " +
+                   std::to_string(result.run.experiments) +
                    " runs are complete; run the same command again to continue\n";
   return {.text = std::move(result.text), .cancelled = result.run.cancelled};
 }

@@ -12,23 +12,23 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::vector<int> CountKinds(const std::vector<int>& kinds) {
-  std::vector<int> counts(kStabilityClasses);
-  for (const int kind : kinds)
-    if (kind != kNoRun) ++counts[kind];
+std::vector<int> CountOutcomes(const std::vector<int>& outcomes) {
+  std::vector<int> counts(kStabilityOutcomes);
+  for (const int outcome : outcomes)
+    if (outcome != kNoRun) ++counts[outcome];
   return counts;
 }
 
-Json ClassesJson(const std::vector<int>& counts) {
+Json OutcomesJson(const std::vector<int>& counts) {
   Json json = Json::object();
-  for (int i = 0; i < kStabilityClasses; ++i)
-    json[ToString(static_cast<StabilityClass>(i))] = counts[i];
+  for (int i = 0; i < kStabilityOutcomes; ++i)
+    json[ToString(static_cast<StabilityOutcome>(i))] = counts[i];
   return json;
 }
 
 std::vector<int> CountsOfAll(const StabilityAtlas& atlas) {
-  std::vector<int> counts(kStabilityClasses);
-  for (const auto& [inputs, run] : atlas.runs) ++counts[static_cast<int>(run.kind)];
+  std::vector<int> counts(kStabilityOutcomes);
+  for (const auto& [inputs, run] : atlas.runs) ++counts[static_cast<int>(run.outcome)];
   return counts;
 }
 
@@ -42,13 +42,14 @@ Json MapJson(const StabilityAtlas& atlas, int index) {
                {"across", {{"axis", map.axis[0]->name}, {"values", map.values[0]}}},
                {"up", {{"axis", map.axis[1]->name}, {"values", map.values[1]}}}};
   Json rows = Json::array();
-  const std::vector<int> kinds = atlas.ClassifyRuns(map);
-  for (std::size_t i = 0; i < kinds.size(); ++i) {
+  const std::vector<int> outcomes = atlas.ListOutcomes(map);
+  for (std::size_t i = 0; i < outcomes.size(); ++i) {
     if (i % map.values[0].size() == 0) rows.push_back(Json::array());
-    rows.back().push_back(
-        kinds[i] == kNoRun ? Json() : Json(ToString(static_cast<StabilityClass>(kinds[i]))));
+    rows.back().push_back(outcomes[i] == kNoRun
+                              ? Json()
+                              : Json(ToString(static_cast<StabilityOutcome>(outcomes[i]))));
   }
-  json["counts"] = ClassesJson(CountKinds(kinds));
+  json["counts"] = OutcomesJson(CountOutcomes(outcomes));
   json["rows_up"] = rows;
   for (const StabilityAtlas::Limit& each : atlas.limits)
     if (each.map == index)
@@ -97,7 +98,7 @@ std::string StabilityTableText(const StabilityAtlas& atlas) {
     text += Format(" %8s", name);
   text += "\n";
   for (const StabilityMap& map : atlas.maps)
-    text += CountLine(map.name, CountKinds(atlas.ClassifyRuns(map)));
+    text += CountLine(map.name, CountOutcomes(atlas.ListOutcomes(map)));
   text += CountLine(Format("all %zu", atlas.runs.size()), CountsOfAll(atlas));
   return text + LimitText(atlas) + DampingText(atlas);
 }
@@ -106,17 +107,17 @@ void WriteStabilityFindings(const std::string& path, const StabilityOptions& opt
                             const StabilityAtlas& atlas) {
   Json json = {{"outcome", atlas.cancelled ? "cancelled" : "done"},
                {"runs", atlas.runs.size()},
-               {"counts", ClassesJson(CountsOfAll(atlas))},
+               {"counts", OutcomesJson(CountsOfAll(atlas))},
                {"mesh", options.mesh},
                {"material", options.material},
                {"start", options.start},
                {"seed", options.seed},
                {"drag", options.drag},
                {"duration_s", options.duration},
-               {"max_steps", options.most_steps},
-               {"max_newton_steps", options.most_newton_steps},
-               {"max_explicit_steps", options.most_explicit_steps},
-               {"max_seconds", options.most_seconds}};
+               {"max_steps", options.max_steps},
+               {"max_newton_steps", options.max_newton_steps},
+               {"max_explicit_steps", options.max_explicit_steps},
+               {"max_seconds", options.max_seconds}};
   json["maps"] = Json::array();
   for (std::size_t m = 0; m < atlas.maps.size(); ++m)
     json["maps"].push_back(MapJson(atlas, static_cast<int>(m)));

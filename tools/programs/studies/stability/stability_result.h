@@ -15,10 +15,10 @@ struct StabilityOptions {
   std::string start;              // start shape
   int seed = 1;
   double duration = 6.0;
-  int most_steps = 600;
-  int most_newton_steps = 200;
-  int most_explicit_steps = 60000;
-  double most_seconds = 60.0;
+  int max_steps = 600;
+  int max_newton_steps = 200;
+  int max_explicit_steps = 60000;
+  double max_seconds = 60.0;
   double drag = 8.0;
   std::vector<std::string> maps;  // ParseStabilityMaps
   std::string only;               // maps with this in their name; empty: all

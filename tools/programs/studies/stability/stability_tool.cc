@@ -20,10 +20,10 @@ namespace {
 std::string SharedText(const StabilityOptions& o) {
   std::string text = "mesh=" + o.mesh + " material=" + o.material + " start=" + o.start +
                      " seed=" + std::to_string(o.seed) +
-                     " most_steps=" + std::to_string(o.most_steps) +
-                     " most_newton_steps=" + std::to_string(o.most_newton_steps) +
-                     " most_explicit_steps=" + std::to_string(o.most_explicit_steps);
-  AppendNumber(text += " most_seconds=", o.most_seconds);
+                     " max_steps=" + std::to_string(o.max_steps) +
+                     " max_newton_steps=" + std::to_string(o.max_newton_steps) +
+                     " max_explicit_steps=" + std::to_string(o.max_explicit_steps);
+  AppendNumber(text += " max_seconds=", o.max_seconds);
   AppendNumber(text += " duration=", o.duration);
   AppendNumber(text += " drag=", o.drag);
   return text;
@@ -46,10 +46,10 @@ StabilitySetting MakeSetting(const StabilityOptions& options) {
           .start = ReadStartShape(options.start),
           .seed = options.seed,
           .duration = options.duration,
-          .most_steps = options.most_steps,
-          .most_newton_steps = options.most_newton_steps,
-          .most_explicit_steps = options.most_explicit_steps,
-          .most_seconds = options.most_seconds,
+          .max_steps = options.max_steps,
+          .max_newton_steps = options.max_newton_steps,
+          .max_explicit_steps = options.max_explicit_steps,
+          .max_seconds = options.max_seconds,
           .drag = options.drag};
 }
 
@@ -90,22 +90,22 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
        .most = 1000,
        .above_least = true},
       {.key = "max_steps",
-       .value = &o.most_steps,
+       .value = &o.max_steps,
        .doc = "largest number of steps of an implicit run",
        .least = 10,
        .most = 10000000},
       {.key = "max_newton_steps",
-       .value = &o.most_newton_steps,
+       .value = &o.max_newton_steps,
        .doc = "largest number of Newton steps of a static run",
        .least = 10,
        .most = 10000000},
       {.key = "max_explicit_steps",
-       .value = &o.most_explicit_steps,
+       .value = &o.max_explicit_steps,
        .doc = "largest number of steps of an explicit run",
        .least = 10,
        .most = 100000000},
       {.key = "max_seconds",
-       .value = &o.most_seconds,
+       .value = &o.max_seconds,
        .doc = "largest computing time of a run",
        .unit = "s",
        .least = 0,
@@ -178,7 +178,7 @@ StabilityAtlas RunStability(const StabilityOptions& options, const RunControl& c
                                             control);
   for (int m = 0; m < static_cast<int>(atlas.maps.size()); ++m)
     RenderStabilityMap(out.Staged(atlas.maps[m].name + ".png"), atlas.maps[m],
-                       atlas.ClassifyRuns(atlas.maps[m]), atlas.MakeLine(m));
+                       atlas.ListOutcomes(atlas.maps[m]), atlas.MakeLine(m));
   WriteStabilityFindings(out.Staged("findings.json"), options, atlas);
   out.Publish();
   return atlas;

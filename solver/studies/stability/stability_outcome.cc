@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/studies/stability/stability_class.h"
+#include "solver/studies/stability/stability_outcome.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -42,22 +42,22 @@ bool IsFoldedOver(const ClothModel& model, const Eigen::VectorXd& x, const Stabi
   return highest > rules.above || LiesFaceDown(model, x) || IsCreased(model.mesh, x, rules.fold);
 }
 
-StabilityClass Classify(const ClothModel& model, const StabilityEnd& end,
-                        const Eigen::VectorXd& reference, const RestOf& rest,
-                        const StabilityRules& rules) {
+StabilityOutcome Classify(const ClothModel& model, const StabilityEnd& end,
+                          const Eigen::VectorXd& reference, const RestOf& rest,
+                          const StabilityRules& rules) {
   if (end.status == IntegratorStatus::kNotFinite || IsLost(end.x, rules))
-    return StabilityClass::kDiverged;
-  if (end.status == IntegratorStatus::kNotPositiveDefinite) return StabilityClass::kFactorFailed;
-  if (end.status == IntegratorStatus::kNotConverged) return StabilityClass::kNotConverged;
-  if (IsFoldedOver(model, end.x, rules)) return StabilityClass::kFoldedOver;
-  if (!(end.speed <= rules.speed)) return StabilityClass::kStillMoving;
+    return StabilityOutcome::kDiverged;
+  if (end.status == IntegratorStatus::kNotPositiveDefinite) return StabilityOutcome::kFactorFailed;
+  if (end.status == IntegratorStatus::kNotConverged) return StabilityOutcome::kNotConverged;
+  if (IsFoldedOver(model, end.x, rules)) return StabilityOutcome::kFoldedOver;
+  if (!(end.speed <= rules.speed)) return StabilityOutcome::kStillMoving;
   const auto is_reference = [&](const Eigen::VectorXd& x) {
     return reference.size() == 0 || VertexDistance(x, reference) <= rules.branch;
   };
-  if (is_reference(end.x)) return StabilityClass::kSettled;
+  if (is_reference(end.x)) return StabilityOutcome::kSettled;
   const std::optional<Eigen::VectorXd> leads_to = rest(end.x);
-  return leads_to && is_reference(*leads_to) ? StabilityClass::kStillMoving
-                                             : StabilityClass::kOtherBranch;
+  return leads_to && is_reference(*leads_to) ? StabilityOutcome::kStillMoving
+                                             : StabilityOutcome::kOtherBranch;
 }
 
 }  // namespace drape

@@ -11,8 +11,8 @@
 
 namespace drape {
 
-// By what a run is classed, in this order:
-// - diverged: a number that is not finite, or a coordinate beyond `far`;
+// What decides the outcome of a run, in this order:
+// - diverged: a number that is not finite, or a coordinate above `far`;
 // - factor failed, not converged: what the method itself reports;
 // - folded over: a triangle whose corners are all held lies face down, the cloth at a hinge is
 //   folded by more than `fold`, or a vertex is higher than `above` over the support;
@@ -43,8 +43,8 @@ bool IsFoldedOver(const ClothModel& model, const Eigen::VectorXd& x, const Stabi
 // reference: the drape of the same scene, empty where none was found: then whatever is at rest
 // counts as settled. rest: where Newton leads from an x, if anywhere; asked only when it matters.
 using RestOf = std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& x)>;
-StabilityClass Classify(const ClothModel& model, const StabilityEnd& end,
-                        const Eigen::VectorXd& reference, const RestOf& rest,
-                        const StabilityRules& rules = {});
+StabilityOutcome Classify(const ClothModel& model, const StabilityEnd& end,
+                          const Eigen::VectorXd& reference, const RestOf& rest,
+                          const StabilityRules& rules = {});
 
 }  // namespace drape
