@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "solver/fit/outline_residuals.h"
-#include "solver/studies/optimisers/methods/optimiser.h"
+#include "solver/studies/optimisers/methods/budgeted_function.h"
 
 namespace drape {
 

@@ -8,6 +8,7 @@
 
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/studies/optimisers/methods/optimiser.h"
 
 namespace drape {
 namespace {

@@ -18,6 +18,7 @@
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
 #include "solver/studies/optimisers/drape_function.h"
+#include "solver/studies/optimisers/methods/optimiser.h"
 
 namespace drape {
 namespace {
@@ -163,13 +164,13 @@ BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkO
   DrapeFunction function(loaded.fine.get(), &parametrisation, &targets,
                          BatchOptionsFor(start, FindOptimiser(method).derivatives, cancel),
                          loaded.fit.prior_sigma);
-  OptimiserOptions benchmark = options.optimiser;
-  benchmark.published_rates =
+  OptimiserOptions optimiser = options.optimiser;
+  optimiser.published_rates =
       PublishedAdamRates(parametrisation.base(), *parametrisation.log_entries_by_theta());
-  benchmark.cancel = cancel;
+  optimiser.cancel = cancel;
   BenchmarkRecord record;
   record.parameters = parameters;
-  record.run = RunOptimiser(method, function, benchmark);
+  record.run = RunOptimiser(method, function, optimiser);
   if (function.best_shapes().empty() || record.run.cancelled) return record;
   record.shape = function.best_shapes().front();
   Settle(loaded, parametrisation.Material(record.run.theta), &record);

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "solver/studies/optimisers/methods/optimiser.h"
+#include "solver/studies/optimisers/methods/budgeted_function.h"
 
 namespace drape {
 

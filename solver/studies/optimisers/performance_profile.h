@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "solver/studies/optimisers/methods/optimiser.h"
+#include "solver/studies/optimisers/methods/budgeted_function.h"
 
 namespace drape {
 

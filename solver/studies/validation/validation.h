@@ -5,27 +5,12 @@
 #include <vector>
 
 #include "physics/util/run_control.h"
+#include "solver/studies/validation/reference_case.h"
 
 namespace drape {
 
 // Our stiffness against textbooks: closed forms and published figures [MODEL, M53–M59], each on
 // the built-in meshes at three resolutions.
-
-struct ReferenceCase {
-  std::string group;  // one of ValidationGroups()
-  std::string name;   // what is measured, with its unit
-  double expected = 0.0;
-  double tolerance = 0.0;        // of Error() at the finest mesh
-  std::vector<double> computed;  // coarse to fine, each half as wide as the one before; NaN where
-                                 // no equilibrium was found
-  double scale = 0.0;            // Error() = |computed − expected| / scale
-
-  double Error() const;
-  bool Holds() const;  // false for NaN
-  // log2 of the ratio of two successive changes: p of an error h^p. NaN when the changes are
-  // rounding (the meshes agree) or do not shrink in one direction.
-  double Order() const;
-};
 
 struct ValidationOptions {
   std::string law = "smooth";

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "physics/simulation/rollout.h"
-#include "solver/studies/validation/validation.h"
+#include "solver/studies/validation/reference_case.h"
 
 namespace drape {
 

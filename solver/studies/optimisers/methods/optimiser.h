@@ -1,93 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
-#include <atomic>
-#include <limits>
 #include <string>
 #include <vector>
 
-#include "physics/linalg/block_matrix.h"
+#include "solver/studies/optimisers/methods/budgeted_function.h"
 
 namespace drape {
-
-// One cost, many optimisers, equal budgets: what a method reaches for so many evaluations. Knows
-// nothing of cloth.
-
-// r(θ) of the cost ½‖r‖².
-class ResidualFunction {
- public:
-  virtual ~ResidualFunction() = default;
-  virtual int size() const = 0;           // P
-  virtual int num_residuals() const = 0;  // m
-  // residual: [m]; jacobian: nullptr, or ∂r/∂θ, shape [m, P]. False where it cannot be evaluated.
-  virtual bool Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
-                        RowMatrix* jacobian) = 0;
-  // Of the last evaluation without a Jacobian: 0 where it was refused before any work.
-  virtual double cost_units() const { return 1.0; }
-};
-
-struct OptimiserOptions {
-  double budget = 150.0;             // in evaluations without a Jacobian, > 0
-  double jacobian_cost_units = 1.0;  // of a Jacobian beside the evaluation at its point, ≥ 0
-  double bound = 3.0;                // methods that need a box search |θ_i| ≤ bound, > 0
-  double failed_cost_factor = 10.0;  // methods that must be given a number see, where the function
-                                     // cannot be evaluated, so many times the cost of the start
-  Eigen::VectorXd published_rates;   // of Adam, for "adam_published", shape [P]
-  int seed = 1;                      // of methods that draw
-  const std::atomic<bool>* cancel = nullptr;  // ends the run when it turns true
-
-  void Check() const;  // programmer errors
-};
-
-// A point where the cost fell.
-struct TracePoint {
-  double spent = 0.0;    // of the budget, this evaluation included
-  double seconds = 0.0;  // CPU time of this thread since the start of the run
-  double cost = 0.0;
-};
-
-struct OptimiserRun {
-  std::string method;
-  std::string end;  // why it ended: a sentence
-  bool cancelled = false;
-  std::vector<TracePoint> trace;  // the first is the start, costs fall; empty where it failed
-  Eigen::VectorXd theta;          // of the least cost
-  double cost = std::numeric_limits<double>::infinity();
-  double spent = 0.0;
-  double seconds = 0.0;           // as in TracePoint
-  double jacobian_seconds = 0.0;  // of them, for Jacobians
-  int evaluations = 0, jacobians = 0, failed = 0;
-};
-
-// A function behind a meter: counts, times and ends what a method may spend. The evaluation that
-// crosses the budget is finished; those after it are refused, and so are all after ten
-// evaluations for each one that the budget allows, since some may be free.
-class BudgetedFunction {
- public:
-  BudgetedFunction(ResidualFunction& function, const OptimiserOptions& options);
-
-  int size() const { return function_.size(); }
-  int num_residuals() const { return function_.num_residuals(); }
-  // At the point of the call before, only what is missing is computed and paid for. False where the
-  // function fails or nothing is left to spend.
-  bool Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual, RowMatrix* jacobian);
-  bool exhausted() const;
-  const OptimiserRun& run() const { return run_; }
-
- private:
-  bool EvaluateResidual(const Eigen::VectorXd& theta);
-  bool EvaluateJacobian();
-  void Record(double cost);
-
-  ResidualFunction& function_;
-  const OptimiserOptions& options_;
-  double start_;
-  Eigen::VectorXd theta_, residual_;  // of the last call
-  RowMatrix jacobian_;
-  bool valid_ = false;
-  OptimiserRun run_;
-};
 
 struct OptimiserMethod {
   std::string name;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "solver/studies/optimisers/methods/optimiser.h"
+#include "solver/studies/optimisers/methods/budgeted_function.h"
 
 // What RunOptimiser calls; each runs until it converges or the meter refuses, and says in a
 // sentence why it ended.
