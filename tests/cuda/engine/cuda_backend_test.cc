@@ -164,7 +164,7 @@ TEST_P(CudaStaticsTest, EquilibriaAndTheirDerivativesAreEquivalentToReference) {
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     ASSERT_EQ(moves[i].size(), of_host[i].size() == 0 ? 0 : model_->num_dofs()) << i;
     if (moves[i].size() == 0) continue;
-    EXPECT_LT(RelativeError(moves[i], summed[i]), 1e-10) << i;
+    EXPECT_LT(RelativeError(moves[i], summed[i]), 1e-8) << i;  // columns are solved to 1e-9
     EXPECT_LT(RelativeError(moves[i], moves_of_host[i]), 1e-7) << i;
   }
   const auto adjoints = device_->EquilibriumAdjoints(inputs_, dL_dx);
