@@ -7,8 +7,6 @@
 #include <numeric>
 #include <vector>
 
-#include "physics/util/errors.h"
-
 namespace drape {
 namespace {
 
@@ -74,25 +72,6 @@ bool ResistsAllStrains(const MaterialField& material) {
       return c[0] > 0 && c[2] > 0 && c[3] > 0 && c[1] * c[1] < c[0] * c[2];
     });
   });
-}
-
-TableForm ParseTableForm(const std::string& text) {
-  for (const TableForm form : {TableForm::kGiven, TableForm::kLinear, TableForm::kIsotropic})
-    if (text == ToString(form)) return form;
-  throw InputError("table_form",
-                   "unknown name '" + text + "', expected given, linear or isotropic");
-}
-
-const char* ToString(TableForm form) {
-  switch (form) {
-    case TableForm::kGiven:
-      return "given";
-    case TableForm::kLinear:
-      return "linear";
-    case TableForm::kIsotropic:
-      return "isotropic";
-  }
-  return "";
 }
 
 MaterialField InForm(MaterialField material, TableForm form) {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
 #include "physics/material/material.h"
+#include "physics/util/options/enum_names.h"
 
 namespace drape {
 
@@ -24,9 +23,11 @@ enum class TableForm {
   kIsotropic  // also independent of direction: c22 = c11 = their mean, c33 = c11 − c12, one bend
               // entry; the Poisson ratio c12/c11 remains, below 1
 };
-// Parses "given", "linear" or "isotropic". Throws InputError for any other text.
-TableForm ParseTableForm(const std::string& text);
-const char* ToString(TableForm form);
+constexpr auto EnumNames(TableForm) {
+  return MakeNames<TableForm>({{TableForm::kGiven, "given"},
+                               {TableForm::kLinear, "linear"},
+                               {TableForm::kIsotropic, "isotropic"}});
+}
 // Returns `material` with its tables reduced to that form.
 MaterialField InForm(MaterialField material, TableForm form);
 

@@ -84,13 +84,13 @@ class BranchFollower {
   bool FindTangent() {
     ContinuationPoint& point = result_.points.back();
     const MaterialField material = MaterialAt(point.s);
-    const MaterialField change = parametrisation_.Direction(material, direction_);
+    const MaterialField change = parametrisation_.Jvp(material, direction_);
     if (!EquilibriumJvpColumn(solver_, material, change, point.x, &tangent_)) return false;
     point.speed = tangent_.norm() / std::sqrt(static_cast<double>(tangent_.size()) / 3.0);
     return true;
   }
 
-  // One step of length step_ or to the end. False when it is refused.
+  // One step of length step_ or to the end. False when it is rejected.
   bool Advance() {
     const ContinuationPoint& from = result_.points.back();
     const double rest = options_.end - from.s;

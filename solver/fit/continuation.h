@@ -48,7 +48,7 @@ struct ContinuationPoint {
 struct ContinuationResult {
   ContinuationStatus status = ContinuationStatus::kNoStart;
   std::vector<ContinuationPoint> points;  // from s = 0; the last is the farthest
-  int refused = 0;                        // steps that were taken back
+  int refused = 0;                        // rejected steps
   // Of kFold: the branch ends between the last point and lost_at.
   double lost_at = 0.0;
   std::string lost_because;

@@ -11,12 +11,12 @@
 namespace drape {
 namespace {
 
-// θ as parameter blocks of Ceres: one, or many where conjugate gradients are to be used, since the
-// prior of a block is a dense matrix.
+// θ as parameter blocks of Ceres: one, or many for conjugate gradients, since the prior of a block
+// is a dense matrix.
 struct ParameterBlocks {
   explicit ParameterBlocks(double* theta, int size) {
     constexpr int kLargest = 64;
-    const int most = size > kMostDenseParameters ? kLargest : size;
+    const int most = size > kMaxDenseParameters ? kLargest : size;
     for (int first = 0; first < size; first += most) {
       starts.push_back(theta + first);
       sizes.push_back(std::min(most, size - first));
@@ -26,38 +26,38 @@ struct ParameterBlocks {
   std::vector<int> sizes;
 };
 
-// The slice of one target: the batch has done the work.
+// The residuals of one observation, which OutlineResiduals has computed.
 class OutlineCost final : public ceres::CostFunction {
  public:
-  OutlineCost(const OutlineResiduals* batch, int target, const ParameterBlocks& blocks)
-      : batch_(batch), target_(target) {
-    set_num_residuals(batch->num_angles());
+  OutlineCost(const OutlineResiduals* outlines, int observation, const ParameterBlocks& blocks)
+      : outlines_(outlines), target_(observation) {
+    set_num_residuals(outlines->num_angles());
     *mutable_parameter_block_sizes() = blocks.sizes;
   }
   bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
-    if (!batch_->Copy(target_, residuals)) return false;
+    if (!outlines_->Residuals(target_, residuals)) return false;
     int first = 0;
     for (std::size_t b = 0; jacobians != nullptr && b < parameter_block_sizes().size(); ++b) {
       const int size = parameter_block_sizes()[b];
-      if (jacobians[b] != nullptr) batch_->CopyJacobian(target_, first, size, jacobians[b]);
+      if (jacobians[b] != nullptr) outlines_->CopyJacobian(target_, first, size, jacobians[b]);
       first += size;
     }
     return true;
   }
 
  private:
-  const OutlineResiduals* batch_;
+  const OutlineResiduals* outlines_;
   int target_;
 };
 
-// The points of all tests. Computed when asked for: strips are small.
+// All points of the laboratory measurements, computed when Ceres calls for them: strips are small.
 class StripCost final : public ceres::CostFunction {
  public:
   // accepted: where Ceres last had a Jacobian; may be null.
-  StripCost(StripResiduals* tests, const MaterialParametrisation* parametrisation,
+  StripCost(StripResiduals* strips, const MaterialParametrisation* parametrisation,
             Eigen::VectorXd* accepted)
-      : tests_(tests), parametrisation_(parametrisation), accepted_(accepted) {
-    set_num_residuals(tests->num_points());
+      : strips_(strips), parametrisation_(parametrisation), accepted_(accepted) {
+    set_num_residuals(strips->num_points());
     mutable_parameter_block_sizes()->push_back(parametrisation->size());
   }
   bool Evaluate(double const* const* theta, double* residuals, double** jacobians) const override {
@@ -65,7 +65,7 @@ class StripCost final : public ceres::CostFunction {
     Eigen::VectorXd residual;
     RowMatrix jacobian;
     const Eigen::Map<const Eigen::VectorXd> here(theta[0], parametrisation_->size());
-    if (!tests_->Evaluate(*parametrisation_, here, &residual, with_jacobian ? &jacobian : nullptr))
+    if (!strips_->Evaluate(*parametrisation_, here, &residual, with_jacobian ? &jacobian : nullptr))
       return false;
     if (with_jacobian && accepted_ != nullptr) *accepted_ = here;
     std::copy_n(residual.data(), residual.size(), residuals);
@@ -74,14 +74,14 @@ class StripCost final : public ceres::CostFunction {
   }
 
  private:
-  StripResiduals* tests_;
+  StripResiduals* strips_;
   const MaterialParametrisation* parametrisation_;
   Eigen::VectorXd* accepted_;
 };
 
 class Monitor final : public ceres::IterationCallback {
  public:
-  Monitor(const FitOptions& options, TrustRegionRun* run) : options_(options), run_(run) {}
+  Monitor(const TrustRegionOptions& options, TrustRegionRun* run) : options_(options), run_(run) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& s) override {
     FitIteration it{s.iteration,          s.cost,
@@ -104,7 +104,7 @@ class Monitor final : public ceres::IterationCallback {
     return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
   }
 
-  const FitOptions& options_;
+  const TrustRegionOptions& options_;
   TrustRegionRun* run_;
   bool stopped_ = false;
 };
@@ -132,7 +132,7 @@ void AddPrior(ceres::Problem& problem, const ParameterBlocks& blocks, const FitO
 }
 
 void Solve(ceres::Problem& problem, const FitOptions& options, FitSummary* summary) {
-  TrustRegionRun run = RunTrustRegion(problem, options);
+  TrustRegionRun run = RunTrustRegion(problem, options.trust_region);
   summary->termination = run.termination;
   summary->message = std::move(run.message);
   summary->initial_cost = run.initial_cost;
@@ -140,12 +140,12 @@ void Solve(ceres::Problem& problem, const FitOptions& options, FitSummary* summa
   summary->seconds = run.seconds;
 }
 
-// Adds the tests to a summary that holds the best θ. False when they cannot be computed there.
-bool AppendTests(StripResiduals& tests, const MaterialParametrisation& parametrisation,
-                 FitSummary* summary) {
+// Adds the strips to a summary that holds the best θ. False when they cannot be computed there.
+bool AppendStrips(StripResiduals& strips, const MaterialParametrisation& parametrisation,
+                  FitSummary* summary) {
   Eigen::VectorXd residual;
   RowMatrix jacobian;
-  if (!tests.Evaluate(parametrisation, summary->theta, &residual, &jacobian)) return false;
+  if (!strips.Evaluate(parametrisation, summary->theta, &residual, &jacobian)) return false;
   summary->final_cost += 0.5 * residual.squaredNorm();
   Eigen::MatrixXd both(summary->jacobian.rows() + jacobian.rows(), jacobian.cols());
   both << summary->jacobian, jacobian;
@@ -156,16 +156,14 @@ bool AppendTests(StripResiduals& tests, const MaterialParametrisation& parametri
 }  // namespace
 
 void FitOptions::Check() const {
-  CHECK_GT(prior_sigma, 0.0) << "FitOptions::prior_sigma";
-  CHECK_GE(max_iterations, 0) << "FitOptions::max_iterations";
-  CHECK_GT(initial_damping, 0.0) << "FitOptions::initial_damping";
-  CHECK_GT(max_damping, initial_damping) << "FitOptions::max_damping";
+  CheckFields(*this);
+  CHECK_GT(trust_region.max_damping, trust_region.initial_damping) << "max_damping";
 }
 
-ceres::Solver::Options TrustRegionOptions(int parameters, const FitOptions& options) {
+ceres::Solver::Options CeresOptions(int parameters, const TrustRegionOptions& options) {
   ceres::Solver::Options ceres_options;
   ceres_options.linear_solver_type = ceres::DENSE_QR;
-  if (parameters > kMostDenseParameters) UseConjugateGradients(&ceres_options);
+  if (parameters > kMaxDenseParameters) UseConjugateGradients(&ceres_options);
   ceres_options.max_num_iterations = options.max_iterations;
   ceres_options.initial_trust_region_radius = 1.0 / options.initial_damping;
   ceres_options.min_lm_diagonal = options.unit_damping ? 1.0 : options.least_scale;
@@ -173,20 +171,20 @@ ceres::Solver::Options TrustRegionOptions(int parameters, const FitOptions& opti
   ceres_options.function_tolerance = options.cost_tolerance;
   ceres_options.gradient_tolerance = 1e-12;
   ceres_options.parameter_tolerance = 1e-10;
-  ceres_options.num_threads = 1;  // the batch is parallel, the copies are not worth it
+  ceres_options.num_threads = 1;  // the rollouts are parallel, copies need not be
   ceres_options.logging_type = ceres::SILENT;
   ceres_options.update_state_every_iteration = true;
-  // The batch's callback changes starts between evaluations, so the jacobi scaling of the first
+  // The evaluation callback changes starts between evaluations, so the Jacobi scaling of the first
   // Jacobian would be no better than none.
   ceres_options.jacobi_scaling = false;
   return ceres_options;
 }
 
-TrustRegionRun RunTrustRegion(ceres::Problem& problem, const FitOptions& options) {
+TrustRegionRun RunTrustRegion(ceres::Problem& problem, const TrustRegionOptions& options) {
   TrustRegionRun run;
   Monitor monitor(options, &run);
   ceres::Solver::Summary summary;
-  ceres::Solver::Options ceres_options = TrustRegionOptions(problem.NumParameters(), options);
+  ceres::Solver::Options ceres_options = CeresOptions(problem.NumParameters(), options);
   ceres_options.callbacks.push_back(&monitor);
   ceres::Solve(ceres_options, &problem, &summary);
   if (!monitor.stopped()) run.termination = FromCeres(summary);
@@ -215,45 +213,44 @@ const char* ToString(FitTermination termination) {
   return "unknown";
 }
 
-FitSummary Fit(OutlineResiduals& batch, const FitOptions& options, StripResiduals* tests) {
+FitSummary Fit(OutlineResiduals& outlines, const FitOptions& options, StripResiduals* strips) {
   options.Check();
   FitSummary summary;
   ceres::Problem::Options problem_options;
-  problem_options.evaluation_callback = &batch;
+  problem_options.evaluation_callback = &outlines;
   ceres::Problem problem(problem_options);
-  const ParameterBlocks blocks(batch.theta(), batch.num_parameters());
-  for (int i = 0; i < batch.num_targets(); ++i)
-    problem.AddResidualBlock(new OutlineCost(&batch, i, blocks), nullptr, blocks.starts);
-  if (tests != nullptr)
-    problem.AddResidualBlock(new StripCost(tests, &batch.parametrisation(), nullptr), nullptr,
-                             batch.theta());
+  const ParameterBlocks blocks(outlines.theta(), outlines.num_parameters());
+  for (int i = 0; i < outlines.num_observations(); ++i)
+    problem.AddResidualBlock(new OutlineCost(&outlines, i, blocks), nullptr, blocks.starts);
+  if (strips != nullptr)
+    problem.AddResidualBlock(new StripCost(strips, &outlines.parametrisation(), nullptr), nullptr,
+                             outlines.theta());
   AddPrior(problem, blocks, options);
   Solve(problem, options, &summary);
-  summary.counts = batch.counts();
-  // Ceres fails where the Jacobian of an accepted step cannot be had: the point before still
-  // stands.
-  if (!batch.has_accepted()) return summary;
+  summary.counts = outlines.counts();
+  // Ceres fails where an accepted step has no Jacobian: the result is the point before.
+  if (!outlines.has_accepted()) return summary;
   if (summary.termination == FitTermination::kFailed)
     summary.termination = FitTermination::kStalled;
-  batch.StartFromAccepted();
-  summary.theta = batch.accepted().theta;
+  outlines.StartFromAccepted();
+  summary.theta = outlines.accepted().theta;
   summary.final_cost =
-      0.5 * (batch.accepted().residual.squaredNorm() +
+      0.5 * (outlines.accepted().residual.squaredNorm() +
              summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma));
-  summary.jacobian = batch.accepted().jacobian;
-  if (tests != nullptr && !AppendTests(*tests, batch.parametrisation(), &summary))
+  summary.jacobian = outlines.accepted().jacobian;
+  if (strips != nullptr && !AppendStrips(*strips, outlines.parametrisation(), &summary))
     summary.termination = FitTermination::kFailed;
   return summary;
 }
 
-FitSummary FitStrips(StripResiduals& tests, const MaterialParametrisation& parametrisation,
+FitSummary FitStrips(StripResiduals& strips, const MaterialParametrisation& parametrisation,
                      const Eigen::VectorXd& theta, const FitOptions& options) {
   options.Check();
   const int size = parametrisation.size();
   FitSummary summary;
   Eigen::VectorXd block = theta;
   ceres::Problem problem;
-  problem.AddResidualBlock(new StripCost(&tests, &parametrisation, &summary.theta), nullptr,
+  problem.AddResidualBlock(new StripCost(&strips, &parametrisation, &summary.theta), nullptr,
                            block.data());
   AddPrior(problem, ParameterBlocks(block.data(), size), options);
   Solve(problem, options, &summary);
@@ -263,7 +260,8 @@ FitSummary FitStrips(StripResiduals& tests, const MaterialParametrisation& param
   summary.final_cost =
       0.5 * summary.theta.squaredNorm() / (options.prior_sigma * options.prior_sigma);
   summary.jacobian.resize(0, size);
-  if (!AppendTests(tests, parametrisation, &summary)) summary.termination = FitTermination::kFailed;
+  if (!AppendStrips(strips, parametrisation, &summary))
+    summary.termination = FitTermination::kFailed;
   return summary;
 }
 

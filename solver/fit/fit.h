@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/util/options/field.h"
 #include "solver/fit/lab/strip_residuals.h"
 #include "solver/fit/observation.h"
 #include "solver/fit/outline_residuals.h"
@@ -26,29 +27,59 @@ struct FitIteration {
   double seconds = 0.0;  // since the start of the stage
 };
 
+// Of Ceres's trust region, by Levenberg–Marquardt.
+struct TrustRegionOptions {
+  int max_iterations = 30;
+  double max_damping = 1e3;  // stop when damping > max_damping
+  // At first, relative to the squared column norms: a large first step mostly leaves the branch.
+  double initial_damping = 4.0;
+  // Squared column norms below this are damped as if they were this large, so that parameters that
+  // hardly affect the data do not run away while the residuals are large.
+  double least_scale = 1e-6;
+  // All parameters are damped alike, in units of their prior, instead of by their columns' norms:
+  // for fields, whose parameters are of one kind.
+  bool unit_damping = false;
+  double cost_tolerance = 1e-4;               // stop when |Δcost| < cost_tolerance · cost
+  const std::atomic<bool>* cancel = nullptr;  // stop after the present iteration when it turns true
+  std::function<void(const FitIteration&)> progress = {};
+};
+
+template <MutableOrConst<TrustRegionOptions> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [max_iterations, max_damping, initial_damping, least_scale, unit_damping, cost_tolerance,
+         cancel, progress] = options;
+  visit(max_iterations, Field{.key = "max_iterations", .least = 0, .is_option = false});
+  visit(max_damping,
+        Field{.key = "max_damping", .least = 0, .above_least = true, .is_option = false});
+  visit(initial_damping,
+        Field{.key = "initial_damping", .least = 0, .above_least = true, .is_option = false});
+  visit(least_scale, Field{.key = "least_scale", .least = 0, .is_option = false});
+  visit(unit_damping, Field{.key = "unit_damping", .is_option = false});
+  visit(cost_tolerance, Field{.key = "cost_tolerance", .least = 0, .is_option = false});
+}
+
 struct FitOptions {
   double prior_sigma = 1.0;  // of each log factor about its start
-  int max_iterations = 30;
-  double max_damping = 1e3;       // stop when the damping passes it
-  double initial_damping = 1e-2;  // relative to the squared column norms
-  // Squared column norms below this are damped as if they were this large: keeps numbers that the
-  // data hardly feel from running away while the residuals are large.
-  double least_scale = 1e-6;
-  // All numbers are damped alike, in units of their prior, instead of by their columns' norms: for
-  // fields, whose numbers are of one kind.
-  bool unit_damping = false;
-  double cost_tolerance = 1e-4;               // stop when |Δcost|/cost is below
-  const std::atomic<bool>* cancel = nullptr;  // stop after the present iteration when it turns true
-  std::function<void(const FitIteration&)> progress;
+  TrustRegionOptions trust_region;
 
   void Check() const;  // programmer errors
 };
+
+template <MutableOrConst<FitOptions> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [prior_sigma, trust_region] = options;
+  visit(prior_sigma, Field{.key = "prior_sigma",
+                           .doc = "standard deviation of each log factor about its initial guess",
+                           .least = 0,
+                           .above_least = true});
+  VisitFields(trust_region, visit);
+}
 
 enum class FitTermination {
   kConverged,
   kIterationLimit,
   kDampingLimit,  // no smaller step lowers the cost
-  kStalled,       // no derivatives at the last step (an unstable drape): the point before is given
+  kStalled,  // no derivatives at the last step (an unstable drape); the result is the one before
   kCancelled,
   kFailed  // not even the start could be evaluated
 };
@@ -62,23 +93,23 @@ struct FitSummary {
   double final_cost = 0.0;
   std::vector<FitIteration> iterations;
   RolloutCounts counts;
-  // Of all targets, then of all points of tests, at the best point, shape [ΣK + N, P].
+  // Of all observations, then of all points of strips, at the best point, shape [ΣK + N, P].
   Eigen::MatrixXd jacobian;
   double seconds = 0.0;
 };
 
-// Up to this many parameters the steps are Ceres's DENSE_QR. Beyond, CGNR: JᵀJ of m residuals with
-// a prior and damping of one size is a matrix of rank m plus a multiple of 1, so that conjugate
-// gradients end within m + 1 rounds at the solution of the dual system, (J·Jᵀ + c)·y = −r, without
-// a matrix of [P, P].
-inline constexpr int kMostDenseParameters = 1000;
+// Up to this many parameters the steps use Ceres's DENSE_QR; above, CGNR: JᵀJ of m residuals with
+// a prior and damping of one size is a matrix of rank m plus a multiple of 1, so conjugate
+// gradients end within m + 1 iterations at the solution of the dual system, (J·Jᵀ + c)·y = −r,
+// without a matrix of shape [P, P].
+inline constexpr int kMaxDenseParameters = 1000;
 
-// FitOptions::cost_tolerance of the last round: a valley of nearly equal drapes is long, and that
-// round goes to its end.
+// TrustRegionOptions::cost_tolerance of the last round: a valley of nearly equal drapes is long,
+// and that round follows it to its end.
 inline constexpr double kLastCostTolerance = 1e-5;
 
-// How Fit sets Ceres; without callbacks.
-ceres::Solver::Options TrustRegionOptions(int parameters, const FitOptions& options);
+// Ceres's own options, without callbacks.
+ceres::Solver::Options CeresOptions(int parameters, const TrustRegionOptions& options);
 
 // What Ceres's trust region did with a problem.
 struct TrustRegionRun {
@@ -89,18 +120,19 @@ struct TrustRegionRun {
   double seconds = 0.0;
 };
 
-// Runs it with TrustRegionOptions. Each iteration is told to options.progress; *options.cancel and
+// Runs it with CeresOptions. Reports each iteration to options.progress; *options.cancel and
 // options.max_damping end the run.
-TrustRegionRun RunTrustRegion(ceres::Problem& problem, const FitOptions& options);
+TrustRegionRun RunTrustRegion(ceres::Problem& problem, const TrustRegionOptions& options);
 
-// Fits θ to all targets by Ceres's trust region (Levenberg–Marquardt) from batch.theta(). On return
-// the targets' starts are the drapes of the best point. `tests`, if not null: mechanical tests of
-// the same cloth, fitted jointly; a strip that cannot be computed refuses a step as a failed
-// rollout does.
-FitSummary Fit(OutlineResiduals& batch, const FitOptions& options, StripResiduals* tests = nullptr);
+// Fits θ to all observations by Ceres's trust region (Levenberg–Marquardt) from outlines.theta().
+// On return outlines.starts() are the drapes of the best point. `strips`, if not null: laboratory
+// measurements of the same cloth, fitted jointly; a strip that cannot be computed rejects a step as
+// a failed rollout does.
+FitSummary Fit(OutlineResiduals& outlines, const FitOptions& options,
+               StripResiduals* strips = nullptr);
 
-// The same for tests alone, from `theta`.
-FitSummary FitStrips(StripResiduals& tests, const MaterialParametrisation& parametrisation,
+// The same for laboratory measurements alone, from `theta`.
+FitSummary FitStrips(StripResiduals& strips, const MaterialParametrisation& parametrisation,
                      const Eigen::VectorXd& theta, const FitOptions& options);
 
 }  // namespace drape

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <vector>
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
@@ -10,15 +11,20 @@
 
 namespace drape {
 
-// One silhouette to be fitted, and the shape from which its drape starts: many drapes are stable,
-// so the start says which of them is meant [METHODS, P13].
+// One silhouette of a drape, as it was photographed.
 struct Observation {
   std::string name;  // file name without folder and extension
   std::string file;
   GrayImage image;
   Camera camera;           // its centre is the support's centre in this image
-  Eigen::VectorXd radius;  // r(θ) of the image [px], shape [K]
-  State start;
+  Eigen::VectorXd radius;  // outline r(θ) of the image [px], shape [K]
 };
+
+// Shapes [m], each of shape [3V], as states without velocity.
+inline std::vector<State> AtRest(const std::vector<Eigen::VectorXd>& shapes) {
+  std::vector<State> states;
+  for (const Eigen::VectorXd& x : shapes) states.push_back({x, Eigen::VectorXd::Zero(x.size())});
+  return states;
+}
 
 }  // namespace drape

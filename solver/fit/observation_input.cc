@@ -14,7 +14,7 @@
 namespace drape {
 namespace {
 
-// The published images are 256 px wide; others are taken to show as much.
+// The published images are 256 px wide; others are assumed to show the same area.
 Camera CameraForImage(const GrayImage& image, CameraKind kind) {
   Camera camera;
   camera.kind = kind;
@@ -26,23 +26,24 @@ Camera CameraForImage(const GrayImage& image, CameraKind kind) {
   return camera;
 }
 
-Observation Measured(std::string name, std::string file, GrayImage image,
-                     const ObservationOptions& options) {
-  Observation target;
-  target.name = std::move(name);
-  target.file = std::move(file);
-  target.image = std::move(image);
-  target.camera = CameraForImage(target.image, options.camera);
+Observation MakeObservation(std::string name, std::string file, GrayImage image,
+                            const ObservationOptions& options) {
+  Observation observation;
+  observation.name = std::move(name);
+  observation.file = std::move(file);
+  observation.image = std::move(image);
+  observation.camera = CameraForImage(observation.image, options.camera);
   Outline outline;
   const bool measured =
-      (options.centre == CentreMode::kNominal || CentreOnOutline(target.image, &target.camera)) &&
-      OutlineFromImage(target.image, target.camera, options.angles, &outline);
+      (options.centre == CentreMode::kNominal ||
+       CentreOnOutline(observation.image, &observation.camera)) &&
+      OutlineFromImage(observation.image, observation.camera, options.angles, &outline);
   if (!measured)
-    throw InputError(target.file,
+    throw InputError(observation.file,
                      "no closed outline around the support's centre, expected the "
                      "silhouette of a drape");
-  target.radius = outline.radius;
-  return target;
+  observation.radius = outline.radius;
+  return observation;
 }
 
 GrayImage SilhouetteOfMesh(const Capture& capture, CameraKind kind) {
@@ -55,25 +56,9 @@ GrayImage SilhouetteOfMesh(const Capture& capture, CameraKind kind) {
 
 }  // namespace
 
-CentreMode ParseCentreMode(const std::string& text) {
-  if (text == "nominal") return CentreMode::kNominal;
-  if (text == "outline") return CentreMode::kOutline;
-  throw InputError("centre", "unknown name '" + text + "', expected nominal or outline");
-}
-
-ObservationSource ParseObservationSource(const std::string& text) {
-  for (const ObservationSource source :
-       {ObservationSource::kSilhouettes, ObservationSource::kMeshes})
-    if (text == ToString(source)) return source;
-  throw InputError("data_source", "unknown name '" + text + "', expected silhouettes or meshes");
-}
-
-const char* ToString(ObservationSource source) {
-  return source == ObservationSource::kMeshes ? "meshes" : "silhouettes";
-}
-
 Observation ReadImageObservation(const std::string& file, const ObservationOptions& options) {
-  return Measured(std::filesystem::path(file).stem().string(), file, ReadSilhouette(file), options);
+  return MakeObservation(std::filesystem::path(file).stem().string(), file, ReadSilhouette(file),
+                         options);
 }
 
 Observation ReadCaptureObservation(const Capture& capture, ObservationSource source,
@@ -81,8 +66,8 @@ Observation ReadCaptureObservation(const Capture& capture, ObservationSource sou
   const std::string name = "sample_" + std::to_string(capture.sample) + "_capture_" +
                            std::to_string(capture.capture) + "_" + ClothFaceName(capture.face);
   if (source == ObservationSource::kMeshes)
-    return Measured(name, capture.mesh, SilhouetteOfMesh(capture, options.camera), options);
-  return Measured(name, capture.image, ReadSilhouette(capture.image), options);
+    return MakeObservation(name, capture.mesh, SilhouetteOfMesh(capture, options.camera), options);
+  return MakeObservation(name, capture.image, ReadSilhouette(capture.image), options);
 }
 
 }  // namespace drape

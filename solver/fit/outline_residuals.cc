@@ -31,24 +31,21 @@ bool KeepsResistance(const MaterialField& material) {
 }  // namespace
 
 OutlineResiduals::OutlineResiduals(Backend* backend, const MaterialParametrisation* parametrisation,
-                                   std::vector<Observation>* targets,
-                                   const OutlineResidualOptions& options)
+                                   const std::vector<Observation>* observations,
+                                   std::vector<State> starts, const OutlineResidualOptions& options)
     : backend_(backend),
       parametrisation_(parametrisation),
-      targets_(targets),
+      observations_(observations),
+      starts_(std::move(starts)),
       options_(options),
       theta_(Eigen::VectorXd::Zero(parametrisation->size())),
-      evaluations_(targets->size()),
+      evaluations_(observations->size()),
       keeps_resistance_(KeepsResistance(parametrisation->Material(theta_))) {
-  CHECK(!targets->empty());
-  CHECK(by_tangents() || options.integrator == SolveMode::kStatic);
-  for (const Observation& target : *targets) CHECK_EQ(target.radius.size(), num_angles());
-}
-
-void OutlineResiduals::Move(Backend* backend, std::vector<Observation>* targets) {
-  CHECK_EQ(targets->size(), targets_->size());
-  backend_ = backend;
-  targets_ = targets;
+  CHECK(!observations->empty());
+  CHECK_EQ(observations->size(), starts_.size());
+  CHECK(by_tangents() || options.solve_mode == SolveMode::kStatic);
+  for (const Observation& observation : *observations)
+    CHECK_EQ(observation.radius.size(), num_angles());
 }
 
 void OutlineResiduals::PrepareForEvaluation(bool with_jacobians, bool) {
@@ -59,7 +56,7 @@ void OutlineResiduals::PrepareForEvaluation(bool with_jacobians, bool) {
     Accept();
   } else if (IsTooFar()) {
     evaluated_theta_ = theta_;
-    evaluations_.assign(num_targets(), Evaluation());
+    evaluations_.assign(num_observations(), Evaluation());
     ++counts_.capped;
   } else if (!EvaluatedHere()) {
     Evaluate(false);
@@ -78,28 +75,28 @@ bool OutlineResiduals::EvaluatedHere() const {
 }
 
 void OutlineResiduals::RestartFromLastShapes() {
-  for (int i = 0; i < num_targets(); ++i)
+  for (int i = 0; i < num_observations(); ++i)
     if (evaluations_[i].valid)
-      (*targets_)[i].start = {evaluations_[i].x, Eigen::VectorXd::Zero(evaluations_[i].x.size())};
+      starts_[i] = {evaluations_[i].x, Eigen::VectorXd::Zero(evaluations_[i].x.size())};
 }
 
 void OutlineResiduals::Evaluate(bool with_jacobians) {
   const MaterialField material = parametrisation_->Material(theta_);
   evaluated_theta_ = theta_;
-  evaluations_.assign(num_targets(), Evaluation());
+  evaluations_.assign(num_observations(), Evaluation());
   if (keeps_resistance_ && !ResistsAllStrains(material)) {
-    counts_.failed += num_targets();
+    counts_.failed += num_observations();
     return;
   }
   if (!with_jacobians) PredictShapes();
-  if (options_.integrator == SolveMode::kDynamic) {
+  if (options_.solve_mode == SolveMode::kDynamic) {
     RunDynamic(material, with_jacobians);
   } else {
     RunStatic(material, with_jacobians);
   }
-  counts_.rollouts += num_targets();
-  if (with_jacobians) counts_.tangents += num_targets();
-  for (int i = 0; i < num_targets(); ++i) {
+  counts_.rollouts += num_observations();
+  if (with_jacobians) counts_.tangents += num_observations();
+  for (int i = 0; i < num_observations(); ++i) {
     if (!evaluations_[i].valid) {
       ++counts_.failed;
     } else if (!with_jacobians && LeftBranch(i)) {
@@ -113,11 +110,11 @@ void OutlineResiduals::Evaluate(bool with_jacobians) {
 
 void OutlineResiduals::RunDynamic(const MaterialField& material, bool with_jacobians) {
   std::vector<RolloutInput> inputs;
-  for (const Observation& target : *targets_) inputs.push_back({&material, &target.start});
+  for (const State& start : starts_) inputs.push_back({&material, &start});
   if (with_jacobians) {
     const std::vector<const MaterialField*> weights(inputs.size(), &material);
     std::vector<TangentResult> results = backend_->Tangents(inputs, weights, options_.rollout);
-    for (int i = 0; i < num_targets(); ++i)
+    for (int i = 0; i < num_observations(); ++i)
       evaluations_[i] = {results[i].rollout.status == RolloutStatus::kOk,
                          std::move(results[i].rollout.end.x),
                          std::move(results[i].dx),
@@ -125,19 +122,19 @@ void OutlineResiduals::RunDynamic(const MaterialField& material, bool with_jacob
                          {}};
   } else {
     std::vector<RolloutResult> results = backend_->Rollouts(inputs, options_.rollout, nullptr);
-    for (int i = 0; i < num_targets(); ++i)
+    for (int i = 0; i < num_observations(); ++i)
       evaluations_[i] = {
           results[i].status == RolloutStatus::kOk, std::move(results[i].end.x), {}, {}, {}};
   }
 }
 
 void OutlineResiduals::RunStatic(const MaterialField& material, bool with_jacobians) {
-  std::vector<State> starts(num_targets());
-  for (int i = 0; i < num_targets(); ++i)
-    starts[i].x = with_jacobians || !has_accepted() ? (*targets_)[i].start.x : predicted_x_[i];
+  std::vector<State> starts(num_observations());
+  for (int i = 0; i < num_observations(); ++i)
+    starts[i].x = with_jacobians || !has_accepted() ? starts_[i].x : predicted_x_[i];
   std::vector<EquilibriumResult> results =
       backend_->Equilibria(MakeInputs(material, starts), options_.equilibrium);
-  for (int i = 0; i < num_targets(); ++i) {
+  for (int i = 0; i < num_observations(); ++i) {
     evaluations_[i].valid = results[i].status == EquilibriumStatus::kStable;
     evaluations_[i].x = starts[i].x = std::move(results[i].x);
   }
@@ -154,7 +151,7 @@ void OutlineResiduals::FindTangents(const MaterialField& material,
   const std::vector<const MaterialField*> weights(drapes.size(), &material);
   std::vector<RowMatrix> tangents =
       backend_->EquilibriumTangents(MakeInputs(material, drapes), weights);
-  for (int i = 0; i < num_targets(); ++i) {
+  for (int i = 0; i < num_observations(); ++i) {
     evaluations_[i].valid &= tangents[i].size() > 0;
     evaluations_[i].x_by_log_entry = std::move(tangents[i]);
   }
@@ -163,13 +160,13 @@ void OutlineResiduals::FindTangents(const MaterialField& material,
 void OutlineResiduals::FindAdjoints(const MaterialField& material,
                                     const std::vector<State>& drapes) {
   std::vector<RowMatrix> seeds(drapes.size());
-  for (int i = 0; i < num_targets(); ++i) {
+  for (int i = 0; i < num_observations(); ++i) {
     Outline outline;
     evaluations_[i].valid &= ReadOutline(i, &outline);
     seeds[i] = OutlineAdjointSeeds(outline, backend_->model().mesh.num_vertices());
   }
   const auto gradients = backend_->EquilibriumAdjoints(MakeInputs(material, drapes), seeds);
-  for (int i = 0; i < num_targets(); ++i) {
+  for (int i = 0; i < num_observations(); ++i) {
     evaluations_[i].valid &= gradients[i].has_value();
     if (evaluations_[i].valid)
       evaluations_[i].jacobian =
@@ -189,16 +186,17 @@ void OutlineResiduals::PredictShapes() {
   if (!has_accepted()) return;
   const Eigen::VectorXd change = theta_ - accepted_.theta;
   if (by_tangents()) {
-    for (int i = 0; i < num_targets(); ++i) predicted_x_[i] += accepted_.shape_by_theta[i] * change;
+    for (int i = 0; i < num_observations(); ++i)
+      predicted_x_[i] += accepted_.shape_by_theta[i] * change;
     return;
   }
   const MaterialField material = parametrisation_->Material(accepted_.theta);
-  const MaterialField direction = parametrisation_->Direction(material, change);
-  std::vector<State> drapes(num_targets());
-  for (int i = 0; i < num_targets(); ++i) drapes[i].x = accepted_.x[i];
+  const MaterialField direction = parametrisation_->Jvp(material, change);
+  std::vector<State> drapes(num_observations());
+  for (int i = 0; i < num_observations(); ++i) drapes[i].x = accepted_.x[i];
   const std::vector<const MaterialField*> changes(drapes.size(), &direction);
   const auto moves = backend_->EquilibriumJvp(MakeInputs(material, drapes), changes);
-  for (int i = 0; i < num_targets(); ++i)
+  for (int i = 0; i < num_observations(); ++i)
     if (moves[i].size() > 0) predicted_x_[i] += moves[i];
 }
 
@@ -208,7 +206,7 @@ bool OutlineResiduals::LeftBranch(int i) const {
 }
 
 bool OutlineResiduals::ReadOutline(int i, Outline* outline) const {
-  return OutlineFromMesh(backend_->model().mesh, evaluations_[i].x, (*targets_)[i].camera,
+  return OutlineFromMesh(backend_->model().mesh, evaluations_[i].x, (*observations_)[i].camera,
                          num_angles(), outline);
 }
 
@@ -220,7 +218,7 @@ void OutlineResiduals::FillResidual(int i, bool with_jacobian) {
     ++counts_.failed;
     return;
   }
-  evaluation.residual = (outline.radius - (*targets_)[i].radius) / options_.sigma_px;
+  evaluation.residual = (outline.radius - (*observations_)[i].radius) / options_.sigma_px;
   if (with_jacobian && by_tangents())
     evaluation.jacobian = OutlineJacobianTimes(outline, evaluation.x_by_log_entry) *
                           *parametrisation_->log_entries_by_theta() / options_.sigma_px;
@@ -234,11 +232,11 @@ bool OutlineResiduals::all_valid() const {
 void OutlineResiduals::Accept() {
   if (!all_valid()) return;
   accepted_.theta = theta_;
-  accepted_.x.resize(num_targets());
-  accepted_.shape_by_theta.resize(num_targets());
-  accepted_.residual.resize(num_targets() * num_angles());
-  accepted_.jacobian.resize(num_targets() * num_angles(), num_parameters());
-  for (int i = 0; i < num_targets(); ++i) {
+  accepted_.x.resize(num_observations());
+  accepted_.shape_by_theta.resize(num_observations());
+  accepted_.residual.resize(num_observations() * num_angles());
+  accepted_.jacobian.resize(num_observations() * num_angles(), num_parameters());
+  for (int i = 0; i < num_observations(); ++i) {
     Evaluation& evaluation = evaluations_[i];
     accepted_.x[i] = evaluation.x;
     if (by_tangents())
@@ -251,8 +249,8 @@ void OutlineResiduals::Accept() {
 }
 
 void OutlineResiduals::StartFromAccepted() {
-  for (int i = 0; has_accepted() && i < num_targets(); ++i)
-    (*targets_)[i].start = {accepted_.x[i], Eigen::VectorXd::Zero(accepted_.x[i].size())};
+  for (int i = 0; has_accepted() && i < num_observations(); ++i)
+    starts_[i] = {accepted_.x[i], Eigen::VectorXd::Zero(accepted_.x[i].size())};
 }
 
 void OutlineResiduals::Restore(Point point) {
@@ -261,7 +259,7 @@ void OutlineResiduals::Restore(Point point) {
   StartFromAccepted();
 }
 
-bool OutlineResiduals::Copy(int i, double* residuals) const {
+bool OutlineResiduals::Residuals(int i, double* residuals) const {
   const Evaluation& evaluation = evaluations_[i];
   if (!evaluation.valid) return false;
   std::copy_n(evaluation.residual.data(), evaluation.residual.size(), residuals);

@@ -4,12 +4,12 @@
 #include <ceres/evaluation_callback.h>
 
 #include <Eigen/Core>
-#include <limits>
 #include <span>
 #include <vector>
 
 #include "losses/outline/outline.h"
 #include "physics/simulation/backend.h"
+#include "physics/util/options/field.h"
 #include "solver/fit/observation.h"
 #include "solver/fit/parameters/parametrisation.h"
 #include "solver/forward/solve_mode.h"
@@ -17,48 +17,94 @@
 namespace drape {
 
 struct OutlineResidualOptions {
-  SolveMode integrator = SolveMode::kStatic;
-  RolloutOptions rollout;          // dynamic only
-  EquilibriumOptions equilibrium;  // static only
-  double sigma_px = 1.0;  // standard deviation of r(θ): residual = (r_fit − r_image)/sigma
-  // After each accepted step the next rollouts start from the accepted drapes, so that the fit
-  // converges to an equilibrium on one branch instead of chasing a transient [METHODS, P22].
+  SolveMode solve_mode = SolveMode::kStatic;
+  // kDynamic only; the staged fit also relaxes its initial guesses by these steps.
+  RolloutOptions rollout = {.h = 0.1, .steps = 40};
+  // kStatic only. A trial needs more iterations only near a bifurcation.
+  EquilibriumOptions equilibrium = {.max_iterations = 30};
+  double sigma_px = 0.5;  // standard deviation of r(θ): residual = (r_fit − r_image)/sigma
+  // kDynamic: after each accepted step the next rollouts start from the accepted drapes, so that
+  // the fit converges to an equilibrium on one branch instead of chasing a transient
+  // [METHODS, P22].
   bool warm_restart = true;
-  // A trial whose predicted outline differs by more than this (root mean square) is refused without
-  // a rollout: so far the prediction is none [px].
-  double max_outline_change = std::numeric_limits<double>::infinity();
-  double max_jump = 3e-3;  // a trial shape further than this from its linear prediction is another
-                           // branch and is refused [m]
+  // A trial is rejected without a rollout when the root mean square of the predicted change of its
+  // outline is larger [px]. The first evaluation has no prediction.
+  double max_outline_change = 4.0;
+  // A trial is rejected as another branch when a vertex is further from its linear prediction [m].
+  double max_jump = 0.03;
 };
+
+template <MutableOrConst<OutlineResidualOptions> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [solve_mode, rollout, equilibrium, sigma_px, warm_restart, max_outline_change, max_jump] =
+      options;
+  visit(sigma_px, Field{.key = "sigma_px",
+                        .doc = "standard deviation of the outline",
+                        .unit = "px",
+                        .least = 0,
+                        .above_least = true});
+  visit(solve_mode,
+        Field{.key = "solve", .doc = "fit the equilibrium, or the shape after the settle steps"});
+  visit(warm_restart, Field{.key = "warm_restart",
+                            .doc = "solve dynamic: trials start from the last accepted drape, not "
+                                   "from that of the initial guess"});
+  visit(max_outline_change, Field{.key = "max_outline_change",
+                                  .doc = "reject a step that is predicted to move the outline "
+                                         "further",
+                                  .unit = "px",
+                                  .least = 0,
+                                  .above_least = true});
+  visit(max_jump, Field{.key = "max_jump",
+                        .doc = "reject a drape with a vertex further from its prediction: it is on "
+                               "another branch",
+                        .unit = "m",
+                        .least = 0,
+                        .above_least = true});
+  visit(rollout.h, Field{.key = "settle_time_step",
+                         .doc = "time step that relaxes an initial guess",
+                         .unit = "s",
+                         .least = 0,
+                         .most = 10,
+                         .above_least = true});
+  visit(rollout.steps, Field{.key = "settle_steps",
+                             .doc = "number of time steps that relax an initial guess",
+                             .least = 0,
+                             .most = 100000});
+  visit(equilibrium.max_iterations,
+        Field{.key = "newton_iterations", .least = 1, .is_option = false});
+}
 
 struct RolloutCounts {
   int rollouts = 0;
   int tangents = 0;  // of them, with derivatives
   int failed = 0;    // numerical failures
-  int jumps = 0;     // refused: branch jumps
-  int capped = 0;    // refused before: predicted outlines too far away; not among the rollouts
+  int jumps = 0;     // rejected: branch jumps
+  int capped = 0;    // rejected before: predicted outlines too far away; not among the rollouts
 
   RolloutCounts& operator+=(const RolloutCounts& other);
 };
 
-// All rollouts of one evaluation of the optimiser, run as one batch before the cost functions ask:
-// one material, one rollout a target. Where one table resists all strains at θ = 0, one that does
-// not (ResistsAllStrains) fails without a rollout. Jacobians are by tangents where the
-// parametrisation has one table, else by adjoints of the K radii (SolveMode::kStatic only).
+// Evaluates the residuals of all observations at one θ: one material, one rollout per observation.
+// The rollouts run as one batch before Ceres calls the cost functions. If the table at θ = 0
+// resists all strains (ResistsAllStrains), one that does not fails without a rollout. Jacobians use
+// tangents where the parametrisation has one table, else adjoints of the K radii
+// (SolveMode::kStatic only).
 class OutlineResiduals : public ceres::EvaluationCallback {
  public:
-  // Pointers outlive the object.
+  // Pointers outlive the object. starts: of the drape of each observation; many drapes are stable,
+  // and the start says which of them is meant [METHODS, P13].
   OutlineResiduals(Backend* backend, const MaterialParametrisation* parametrisation,
-                   std::vector<Observation>* targets, const OutlineResidualOptions& options);
+                   const std::vector<Observation>* observations, std::vector<State> starts,
+                   const OutlineResidualOptions& options);
 
-  // The same with other objects, which outlive it: what is known of the drapes stays.
-  void Move(Backend* backend, std::vector<Observation>* targets);
+  // Goes on with another backend of the same model, which outlives the object.
+  void Rebind(Backend* backend) { backend_ = backend; }
 
   // The parameter block that the optimiser changes in place, shape [P].
   double* theta() { return theta_.data(); }
   int num_parameters() const { return static_cast<int>(theta_.size()); }
-  int num_targets() const { return static_cast<int>(targets_->size()); }
-  int num_angles() const { return static_cast<int>(targets_->front().radius.size()); }
+  int num_observations() const { return static_cast<int>(observations_->size()); }
+  int num_angles() const { return static_cast<int>(observations_->front().radius.size()); }
   const MaterialParametrisation& parametrisation() const { return *parametrisation_; }
   const RolloutCounts& counts() const { return counts_; }
 
@@ -66,26 +112,29 @@ class OutlineResiduals : public ceres::EvaluationCallback {
 
   // Whether all drapes of the last evaluation were found, and on their branches.
   bool all_valid() const;
-  // Residuals of target i, shape [K]. False when its rollout failed or left its branch.
-  bool Copy(int i, double* residuals) const;
+  // Residuals of observation i, shape [K]. False when its rollout failed or left its branch.
+  bool Residuals(int i, double* residuals) const;
   // Their derivatives by `count` parameters from `first` on, row-major, shape [K, count].
   void CopyJacobian(int i, int first, int count, double* jacobian) const;
 
-  // The drape of target i at the last evaluation, whether or not it stands [m], shape [3V].
+  // The drape of observation i at the last evaluation, valid or not [m], shape [3V].
   const Eigen::VectorXd& shape(int i) const { return evaluations_[i].x; }
 
   // A point at which shapes and Jacobians were found.
   struct Point {
     Eigen::VectorXd theta;
-    std::vector<Eigen::VectorXd> x;         // by target [m], shape [3V]
-    std::vector<RowMatrix> shape_by_theta;  // by target, where found by tangents, shape [3V, P]
-    Eigen::VectorXd residual;               // [targets·K]
-    Eigen::MatrixXd jacobian;               // [targets·K, P]
+    std::vector<Eigen::VectorXd> x;  // by observation [m], shape [3V]
+    std::vector<RowMatrix>
+        shape_by_theta;        // by observation, where found by tangents, shape [3V, P]
+    Eigen::VectorXd residual;  // [observations·K]
+    Eigen::MatrixXd jacobian;  // [observations·K, P]
   };
-  // The last one; none before has_accepted().
+  // The last one; empty before has_accepted().
   bool has_accepted() const { return !accepted_.x.empty(); }
   const Point& accepted() const { return accepted_; }
-  // Makes the drapes of that point the targets' starts.
+  // Where the drapes of the next evaluation start.
+  const std::vector<State>& starts() const { return starts_; }
+  // Makes the drapes of the accepted point the starts.
   void StartFromAccepted();
   // Goes back to an earlier one.
   void Restore(Point point);
@@ -94,7 +143,7 @@ class OutlineResiduals : public ceres::EvaluationCallback {
   struct Evaluation {
     bool valid = false;
     Eigen::VectorXd x;         // shape at the end
-    RowMatrix x_by_log_entry;  // its derivative, where asked for and found by tangents
+    RowMatrix x_by_log_entry;  // its derivative, where computed by tangents
     Eigen::VectorXd residual;
     RowMatrix jacobian;
   };
@@ -118,7 +167,8 @@ class OutlineResiduals : public ceres::EvaluationCallback {
 
   Backend* backend_;
   const MaterialParametrisation* parametrisation_;
-  std::vector<Observation>* targets_;
+  const std::vector<Observation>* observations_;
+  std::vector<State> starts_;
   OutlineResidualOptions options_;
   Eigen::VectorXd theta_, evaluated_theta_;
   std::vector<Evaluation> evaluations_;

@@ -9,9 +9,9 @@
 
 namespace drape {
 
-bool SettledDrape::IsUsable(SolveMode integrator) const {
+bool SettledDrape::IsUsable(SolveMode solve_mode) const {
   return steps == RolloutStatus::kOk &&
-         (integrator == SolveMode::kDynamic || rest.status == EquilibriumStatus::kStable);
+         (solve_mode == SolveMode::kDynamic || rest.status == EquilibriumStatus::kStable);
 }
 
 std::vector<SettledDrape> Settle(Backend& backend, const MaterialField& material,
@@ -23,23 +23,23 @@ std::vector<SettledDrape> Settle(Backend& backend, const MaterialField& material
 
 std::vector<SettledDrape> Settle(Backend& backend, std::span<const RolloutInput> inputs,
                                  const SettleOptions& options) {
-  std::vector<RolloutResult> fallen = backend.Rollouts(inputs, options.steps, nullptr);
-  std::vector<RolloutInput> calm;
-  for (std::size_t i = 0; i < fallen.size(); ++i)
-    if (fallen[i].status == RolloutStatus::kOk)
-      calm.push_back({inputs[i].material, &fallen[i].end});
+  std::vector<RolloutResult> relaxed = backend.Rollouts(inputs, options.steps, nullptr);
+  std::vector<RolloutInput> settling;
+  for (std::size_t i = 0; i < relaxed.size(); ++i)
+    if (relaxed[i].status == RolloutStatus::kOk)
+      settling.push_back({inputs[i].material, &relaxed[i].end});
   std::vector<EquilibriumResult> rests;
-  if (options.integrator == SolveMode::kStatic)
-    rests = backend.Equilibria(calm, options.equilibrium);
-  std::vector<SettledDrape> drapes(fallen.size());
+  if (options.solve_mode == SolveMode::kStatic)
+    rests = backend.Equilibria(settling, options.equilibrium);
+  std::vector<SettledDrape> drapes(relaxed.size());
   auto rest = rests.begin();
   for (std::size_t i = 0; i < drapes.size(); ++i) {
-    drapes[i].steps = fallen[i].status;
-    if (fallen[i].status != RolloutStatus::kOk) continue;
-    if (options.integrator == SolveMode::kStatic) {
+    drapes[i].steps = relaxed[i].status;
+    if (relaxed[i].status != RolloutStatus::kOk) continue;
+    if (options.solve_mode == SolveMode::kStatic) {
       drapes[i].rest = std::move(*rest++);
     } else {
-      drapes[i].rest.x = std::move(fallen[i].end.x);
+      drapes[i].rest.x = std::move(relaxed[i].end.x);
     }
   }
   return drapes;

@@ -10,21 +10,22 @@
 
 namespace drape {
 
-// How a drape grows from a start shape: time steps calm it, then Newton takes it to rest.
+// How a drape is found from a start shape: time steps relax it, then Newton finds the equilibrium.
 struct SettleOptions {
   RolloutOptions steps = {};
-  SolveMode integrator = SolveMode::kStatic;  // kDynamic: without Newton
+  SolveMode solve_mode = SolveMode::kStatic;  // kDynamic: without Newton
   EquilibriumOptions equilibrium = {};
 };
 
 struct SettledDrape {
   RolloutStatus steps = RolloutStatus::kOk;
-  // Of Newton, its x the drape; without Newton, or where the steps failed, only x is set: where
-  // they ended, or empty.
+  // Of Newton; its x is the drape. Without Newton, or where the steps failed, only x is set: the
+  // end of the steps, or empty.
   EquilibriumResult rest;
 
-  // A drape to go on with: at a stable rest, or the end of the steps where there is no Newton.
-  bool IsUsable(SolveMode integrator) const;
+  // Whether there is a drape: a stable equilibrium, or the end of the steps where Newton is not
+  // used.
+  bool IsUsable(SolveMode solve_mode) const;
 };
 
 // In the order of the starts.
@@ -40,12 +41,13 @@ struct DrapeTask {
   State start;
 };
 
-// Starts at a time that keep a backend busy: few keep a device waiting for the host.
+// The number of starts in one batch that keeps a backend busy: few keep a device waiting for the
+// host.
 int SettleBatchSize(const Backend& backend, int threads);
 
-// Settles the tasks 0 … count − 1, `batch` of them at a time, each made when its turn comes, and
-// hands the drapes over in order. Which are settled together changes no bit of them (Backend). When
-// *options.steps.cancel turns true it ends, and what was under way is not handed over.
+// Settles the tasks 0 … count − 1, `batch` of them at a time. task(i) is called when its batch
+// begins; done receives the drapes in order. The batch size does not change a bit of the drapes
+// (Backend). When *options.steps.cancel turns true it ends, and the batch in work is dropped.
 void SettleInBatches(Backend& backend, int count, int batch,
                      const std::function<DrapeTask(int)>& task, const SettleOptions& options,
                      const std::function<void(int, SettledDrape)>& done);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
+#include "physics/util/options/enum_names.h"
 
 namespace drape {
 
@@ -10,7 +10,8 @@ enum class SolveMode {
   kDynamic,  // the shape after time steps
   kStatic    // the equilibrium near the start
 };
-// "dynamic" or "static". Throws InputError for any other.
-SolveMode ParseSolveMode(const std::string& text);
+constexpr auto EnumNames(SolveMode) {
+  return MakeNames<SolveMode>({{SolveMode::kStatic, "static"}, {SolveMode::kDynamic, "dynamic"}});
+}
 
 }  // namespace drape

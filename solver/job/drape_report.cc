@@ -13,27 +13,28 @@ namespace {
 
 constexpr int kReportedModes = 3;
 
-bool Measure(const Mesh& mesh, const Observation& target, Eigen::VectorXd x, MeasuredDrape* drape) {
+bool Measure(const Mesh& mesh, const Observation& observation, Eigen::VectorXd x,
+             MeasuredDrape* drape) {
   constexpr int kSupersample = 4;
   Outline image, fitted;
-  if (!OutlineFromImage(target.image, target.camera, kReportAngles, &image) ||
-      !OutlineFromMesh(mesh, x, target.camera, kReportAngles, &fitted)) {
+  if (!OutlineFromImage(observation.image, observation.camera, kReportAngles, &image) ||
+      !OutlineFromMesh(mesh, x, observation.camera, kReportAngles, &fitted)) {
     return false;
   }
-  drape->metrics = CompareSilhouettes(target.image, image.radius,
-                                      Rasterize(mesh, x, target.camera, kSupersample),
-                                      fitted.radius, target.camera);
+  drape->metrics = CompareSilhouettes(observation.image, image.radius,
+                                      Rasterize(mesh, x, observation.camera, kSupersample),
+                                      fitted.radius, observation.camera);
   drape->x = std::move(x);
   return true;
 }
 
 std::optional<MeasuredDrape> Replay(Backend& backend, const MaterialField& material,
-                                    const Observation& target, const State& start,
+                                    const Observation& observation, const State& start,
                                     const SettleOptions& options) {
   SettledDrape settled = std::move(Settle(backend, material, {&start, 1}, options).front());
   MeasuredDrape drape;
-  if (!settled.IsUsable(options.integrator) ||
-      !Measure(backend.model().mesh, target, std::move(settled.rest.x), &drape))
+  if (!settled.IsUsable(options.solve_mode) ||
+      !Measure(backend.model().mesh, observation, std::move(settled.rest.x), &drape))
     return std::nullopt;
   return drape;
 }
@@ -41,23 +42,23 @@ std::optional<MeasuredDrape> Replay(Backend& backend, const MaterialField& mater
 }  // namespace
 
 bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& material,
-                 const Observation& target, const Eigen::VectorXd& x,
+                 const Observation& observation, const Eigen::VectorXd& x,
                  const DrapeReportOptions& options, DrapeReport* report) {
   const ClothModel& model = backend.model();
   const State rest{x, Eigen::VectorXd::Zero(x.size())};
   const RolloutInput input{&material, &rest};
-  const RolloutResult fallen = backend.Rollouts({&input, 1}, options.settle, nullptr).front();
-  const Eigen::VectorXd& end = fallen.status == RolloutStatus::kOk ? fallen.end.x : x;
-  report->status = fallen.status;
-  report->moved = (end - x).reshaped(3, x.size() / 3).colwise().norm().maxCoeff();
+  const RolloutResult rechecked = backend.Rollouts({&input, 1}, options.recheck, nullptr).front();
+  const Eigen::VectorXd& end = rechecked.status == RolloutStatus::kOk ? rechecked.end.x : x;
+  report->status = rechecked.status;
+  report->drift = (end - x).reshaped(3, x.size() / 3).colwise().norm().maxCoeff();
   report->force_residual = ForceResidual(model, material, x);
   report->settled_force_residual = ForceResidual(model, material, end);
   report->lowest_eigenvalues = LowestEigenvalues(solver, material, x, kReportedModes);
-  report->from_seed = Replay(backend, material, target,
-                             GuessState(model, target, options.seed_lift), options.replay);
-  report->from_flat = Replay(backend, material, target, model.RestState(), options.replay);
-  return Measure(model.mesh, target, x, &report->fitted) &&
-         Measure(model.mesh, target, end, &report->settled);
+  report->from_guess = Replay(backend, material, observation,
+                              GuessState(model, observation, options.lift), options.replay);
+  report->from_flat = Replay(backend, material, observation, model.RestState(), options.replay);
+  return Measure(model.mesh, observation, x, &report->fitted) &&
+         Measure(model.mesh, observation, end, &report->settled);
 }
 
 }  // namespace drape

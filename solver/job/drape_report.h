@@ -11,14 +11,14 @@
 
 namespace drape {
 
-// A shape against the image.
+// A shape and how far it is from the image.
 struct MeasuredDrape {
   Eigen::VectorXd x;  // [m], shape [3V]
   SilhouetteMetrics metrics;
 };
 
-// A fitted drape against its image, whether it is at rest (a drape that only fits while it still
-// falls is no fit), and whether it is the one that the fabric takes by itself.
+// A fitted drape against its image, whether it is an equilibrium (a transient shape that matches
+// the image is no fit), and whether the fabric comes to it by itself.
 struct DrapeReport {
   MeasuredDrape fitted;
   double force_residual = 0.0;         // ‖f‖ / weight
@@ -26,25 +26,25 @@ struct DrapeReport {
                                        // drape is stable when they are positive
   MeasuredDrape settled;               // after more steps from rest
   double settled_force_residual = 0.0;
-  double moved = 0.0;                         // largest distance of a vertex on the way [m]
+  double drift = 0.0;                         // largest distance of a vertex on the way [m]
   RolloutStatus status = RolloutStatus::kOk;  // of these steps; unless kOk, settled is fitted
-  // The drapes of the fitted material from other starts; none where they do not come to rest.
-  std::optional<MeasuredDrape> from_seed, from_flat;
+  // The drapes of the fitted material from other starts; none where they are not stable.
+  std::optional<MeasuredDrape> from_guess, from_flat;
 };
 
 // Angles of the profiles that are compared.
 inline constexpr int kReportAngles = 360;
 
 struct DrapeReportOptions {
-  RolloutOptions settle;   // the further steps
-  SettleOptions replay;    // from the seed and from flat
-  double seed_lift = 1.0;  // of the seed
+  RolloutOptions recheck;  // the further steps
+  SettleOptions replay;    // from the initial guess and from flat
+  double lift = 1.0;       // of the initial guess
 };
 
-// Reports the drape x of a target. False when x has no outline. `solver` works on the backend's
-// model.
+// Reports the drape x of an observation. False when x has no outline. `solver` works on the
+// backend's model.
 bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& material,
-                 const Observation& target, const Eigen::VectorXd& x,
+                 const Observation& observation, const Eigen::VectorXd& x,
                  const DrapeReportOptions& options, DrapeReport* report);
 
 }  // namespace drape

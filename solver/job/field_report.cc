@@ -44,38 +44,24 @@ ordered_json ScatterJson(const Eigen::VectorXd& values) {
       {"mean", s.mean}, {"standard_deviation", s.deviation}, {"least", s.least}, {"most", s.most}};
 }
 
-ordered_json KnownJson(const Eigen::VectorXd& posterior, const Eigen::VectorXd& prior) {
+ordered_json UncertaintyJson(const Eigen::VectorXd& posterior, const Eigen::VectorXd& prior) {
   const Eigen::ArrayXd ratio = posterior.array() / prior.array();
   return {{"mean_of_posterior_over_prior_sd", ratio.mean()}, {"least", ratio.minCoeff()}};
-}
-
-const char* NameFor(FieldGroups groups) {
-  switch (groups) {
-    case FieldGroups::kScales:
-      return "scales";
-    case FieldGroups::kStretch:
-      return "stretch";
-    case FieldGroups::kBend:
-      return "bend";
-    case FieldGroups::kEntries:
-      return "entries";
-  }
-  return "";
 }
 
 }  // namespace
 
 ordered_json FieldJson(const FieldFit& fit, const FieldOptions& options) {
   const bool modes = options.basis == FieldBasis::kModes;
-  ordered_json json = {{"basis", modes ? "modes" : "elements"},
-                       {"groups", NameFor(options.groups)},
+  ordered_json json = {{"basis", ToString(options.basis)},
+                       {"groups", ToString(options.groups)},
                        {"prior_sigma", options.sigma}};
   if (modes) json.update({{"modes", options.modes}, {"length_m", options.length}});
   json.update({{"parameters", fit.summary.theta.size()},
                {"determined_directions", fit.determined},
                {"termination", ToString(fit.summary.termination)},
                {"cost", fit.summary.final_cost},
-               {"start_cost", fit.summary.initial_cost},
+               {"initial_cost", fit.summary.initial_cost},
                {"iterations", fit.iterations},
                {"rollouts", fit.summary.counts.rollouts},
                {"jacobians", fit.summary.counts.tangents},
@@ -84,9 +70,9 @@ ordered_json FieldJson(const FieldFit& fit, const FieldOptions& options) {
                {"seconds", fit.summary.seconds},
                {"stretch_n_per_m", ScatterJson(StretchOfFaces(fit.material))},
                {"bend_n_m", ScatterJson(BendOfHinges(fit.material))},
-               {"stretch_known", KnownJson(fit.posterior_face, fit.prior_face)},
-               {"bend_known", KnownJson(fit.posterior_hinge, fit.prior_hinge)}});
-  // Per element, theta would be the material file once more.
+               {"stretch_uncertainty", UncertaintyJson(fit.posterior_face, fit.prior_face)},
+               {"bend_uncertainty", UncertaintyJson(fit.posterior_hinge, fit.prior_hinge)}});
+  // Of elements, theta would repeat the material file.
   if (modes)
     json["theta"] = std::vector<double>(fit.summary.theta.begin(), fit.summary.theta.end());
   return json;
@@ -120,16 +106,16 @@ std::string WriteFields(const std::string& folder, const Mesh& mesh, const Field
                      mesh);
   const Eigen::VectorXd face = fit.posterior_face.cwiseQuotient(fit.prior_face);
   const Eigen::VectorXd hinge = fit.posterior_hinge.cwiseQuotient(fit.prior_hinge);
-  const char* const known = "posterior / prior standard deviation of the log factor";
+  const char* const ratio = "posterior / prior standard deviation of the log factor";
   try {
     RenderFaceMap(folder + "/field_stretch.png", mesh, StretchOfFaces(fit.material),
                   {"Stretching stiffness", "membrane stiffness, mean of c11 and c22 [N/m]"});
     RenderHingeMap(folder + "/field_bend.png", mesh, 1e6 * BendOfHinges(fit.material),
                    {"Bending stiffness", "plate rigidity D [µN m]"});
     RenderFaceMap(folder + "/posterior_ratio_stretch.png", mesh, face,
-                  {"What the images say of stretching", known});
+                  {"Uncertainty of the stretching stiffness", ratio});
     RenderHingeMap(folder + "/posterior_ratio_bend.png", mesh, hinge,
-                   {"What the images say of bending", known});
+                   {"Uncertainty of the bending stiffness", ratio});
   } catch (const InputError& error) {
     return std::string("no maps of the fields: ") + error.what();
   }

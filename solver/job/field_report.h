@@ -19,8 +19,8 @@ std::string FieldTable(const FieldFit& fit);
 // Writes material.json (WriteMaterialField) and the maps field_stretch.png (membrane stiffness,
 // mean over rows of c11 and c22 [N/m]), field_bend.png (plate rigidity D, mean over the table
 // [µN m]), posterior_ratio_stretch.png and posterior_ratio_bend.png (posterior over prior standard
-// deviation of the log factor: 1 where the image says nothing). Where gnuplot is missing there are
-// no maps, and what it returns says so; else it is empty. Throws InputError when a file cannot be
+// deviation of the log factor: 1 where the image contains no information). Returns why there are no
+// maps if gnuplot is missing, else an empty text. Throws InputError when a file cannot be
 // written.
 std::string WriteFields(const std::string& folder, const Mesh& mesh, const FieldFit& fit,
                         const std::string& source);

@@ -38,41 +38,41 @@ std::vector<int> ListSpecimens(const std::vector<Capture>& captures) {
 
 }  // namespace
 
-void SelectCaptures(const FitSelection& selection, FitJob* job) {
+void SelectCaptures(const FitSelection& selection, FitData* data) {
   if (selection.fabric == 0)
-    throw InputError("option 'fabric'", "none, expected the fabric of --data to fit");
+    throw InputError("option 'fabric'", "not given, expected the fabric of --data to fit");
   const Dataset dataset = ReadDataset(selection.folder);
-  for (const FileNote& note : dataset.notes) job->log_lines.push_back(MakeLine("note: ", note));
+  for (const FileNote& note : dataset.notes) data->log_lines.push_back(MakeLine("note: ", note));
   for (const FileNote& note : dataset.skipped)
-    job->log_lines.push_back(MakeLine("skipped: ", note));
+    data->log_lines.push_back(MakeLine("skipped: ", note));
   std::vector<FileNote> skipped;
   const std::vector<Capture> usable =
       KeepUsable(Select(dataset, MakeSelection(selection)), &skipped);
-  for (const FileNote& note : skipped) job->notes.push_back(MakeLine("skipped: ", note));
-  UseCaptures(usable, job);
+  for (const FileNote& note : skipped) data->notes.push_back(MakeLine("skipped: ", note));
+  UseCaptures(usable, data);
 }
 
-void UseCaptures(const std::vector<Capture>& captures, FitJob* job) {
-  job->captures.clear();
+void UseCaptures(const std::vector<Capture>& captures, FitData* data) {
+  data->captures.clear();
   for (const Capture& capture : captures) {
-    if (job->targets == ObservationSource::kMeshes && capture.mesh.empty())
-      job->notes.push_back("skipped: " + capture.Name() + " has no mesh of its own");
+    if (data->source == ObservationSource::kMeshes && capture.mesh.empty())
+      data->notes.push_back("skipped: " + capture.Name() + " has no mesh of its own");
     else
-      job->captures.push_back(capture);
+      data->captures.push_back(capture);
   }
-  if (job->captures.empty())
+  if (data->captures.empty())
     throw InputError("data", std::string("no usable capture to fit, expected some with ") +
-                                 ToString(job->targets));
-  const int fabric = job->captures[0].fabric;
-  if (job->density == 0.0) {
+                                 ToString(data->source));
+  const int fabric = data->captures[0].fabric;
+  if (data->density == 0.0) {
     const auto density = PublishedDensity(fabric);
     if (!density)
-      throw InputError("option 'density'", "none, and none is published for fabric " +
+      throw InputError("option 'density'", "not given, and none is published for fabric " +
                                                std::to_string(fabric) +
                                                ", expected the density as weighed");
-    job->density = *density;
+    data->density = *density;
   }
-  if (job->posterior.specimen.empty()) job->posterior.specimen = ListSpecimens(job->captures);
+  if (data->specimens.empty()) data->specimens = ListSpecimens(data->captures);
 }
 
 }  // namespace drape

@@ -5,26 +5,26 @@
 #include <vector>
 
 #include "losses/dataset/dataset.h"
-#include "solver/job/fit_job.h"
+#include "solver/job/fit_spec.h"
 
 namespace drape {
 
-// Which drapes of the public data set a fit learns from, all of one fabric.
+// Which drapes of the public data set are fitted, all of one fabric.
 struct FitSelection {
   std::string folder;             // of the data set (ReadDataset); empty: no data set
-  int fabric = 0;                 // 0: none was given
+  int fabric = 0;                 // 0: not given
   std::string samples, captures;  // ParseIndexList; empty: all
   std::string face = "both";      // or "up", "down"
 };
 
-// Reads the list, opens the files (KeepUsable) and gives the captures to the job (UseCaptures).
-// What was left out goes to job->log_lines, of the selection also to job->notes. Throws InputError.
-void SelectCaptures(const FitSelection& selection, FitJob* job);
+// Reads the list, opens the files (KeepUsable) and passes the captures to UseCaptures. What was
+// left out goes to data->log_lines; what of the selection, also to data->notes. Throws InputError.
+void SelectCaptures(const FitSelection& selection, FitData* data);
 
-// Usable captures of one fabric become the job's. With targets kMeshes those without a mesh of
-// their own are left out, with a note. A density that is 0 becomes that of PublishedDensity, an
-// empty list of specimens that of the samples. Throws InputError when none is left, or there is no
+// Takes usable captures of one fabric as the data. With source kMeshes those without a mesh of
+// their own are left out, with a note. A density of 0 becomes that of PublishedDensity, an empty
+// list of specimens that of the samples. Throws InputError if no capture is left or there is no
 // density.
-void UseCaptures(const std::vector<Capture>& captures, FitJob* job);
+void UseCaptures(const std::vector<Capture>& captures, FitData* data);
 
 }  // namespace drape

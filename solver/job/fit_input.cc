@@ -21,13 +21,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-NegativeEntries NegativeEntryPolicy(const FitJob& job) {
-  return job.law == "reference" || job.floor > 0.0 ? NegativeEntries::kWarn
-                                                   : NegativeEntries::kReject;
+NegativeEntries NegativeEntryPolicy(const FitSpec& spec) {
+  return spec.law == LawKind::kReference || spec.min_relative_stiffness > 0.0
+             ? NegativeEntries::kWarn
+             : NegativeEntries::kReject;
 }
 
 // Raises the entries of a column (stride between them) to share · the largest; returns how many.
-int RaiseToFloor(double* entries, int count, int stride, double share) {
+int RaiseSmallEntries(double* entries, int count, int stride, double share) {
   double largest = 0.0;
   for (int i = 0; i < count; ++i) largest = std::max(largest, entries[i * stride]);
   int raised = 0;
@@ -40,64 +41,125 @@ int RaiseToFloor(double* entries, int count, int stride, double share) {
   return raised;
 }
 
-int RaiseToFloor(MaterialField& field, double share) {
+int RaiseSmallEntries(MaterialField& field, double share) {
   int raised = 0;
   for (int c = 0; c < kStretchCols; ++c)
-    raised += RaiseToFloor(&field.stretch[0].c[0][c], kStretchRows, kStretchCols, share);
-  for (auto& row : field.bend[0].b) raised += RaiseToFloor(row, kBendCols, 1, share);
+    raised += RaiseSmallEntries(&field.stretch[0].c[0][c], kStretchRows, kStretchCols, share);
+  for (auto& row : field.bend[0].b) raised += RaiseSmallEntries(row, kBendCols, 1, share);
   return raised;
 }
 
-std::vector<Observation> ReadObservations(const FitJob& job) {
-  const ObservationOptions options{ParseCameraKind(job.camera), ParseCentreMode(job.centre),
-                                   job.fit.angles};
-  std::vector<Observation> targets;
-  for (const std::string& image : job.images)
-    targets.push_back(ReadImageObservation(image, options));
-  for (const Capture& capture : job.captures)
-    targets.push_back(ReadCaptureObservation(capture, job.targets, options));
-  return targets;
+std::vector<Observation> ReadObservations(const FitData& data, const ObservationOptions& options) {
+  std::vector<Observation> observations;
+  for (const std::string& image : data.images)
+    observations.push_back(ReadImageObservation(image, options));
+  for (const Capture& capture : data.captures)
+    observations.push_back(ReadCaptureObservation(capture, data.source, options));
+  return observations;
 }
 
-void RequireDistinctNames(const std::vector<Observation>& targets) {
+void RequireDistinctNames(const std::vector<Observation>& observations) {
   std::set<std::string> names;
-  for (const Observation& target : targets)
-    if (!names.insert(target.name).second)
-      throw InputError(target.file, "a second image of the name '" + target.name +
-                                        "', expected distinct names: they name the output files");
+  for (const Observation& observation : observations)
+    if (!names.insert(observation.name).second)
+      throw InputError(observation.file,
+                       "a second image of the name '" + observation.name +
+                           "', expected distinct names: they name the output files");
 }
 
-void CheckModel(const FitJob& job) {
-  const bool entries = job.fit.parameters == ParameterTying::kEntries;
-  if (job.tables == TableForm::kLinear && entries)
+std::vector<LabMeasurement> ReadLabMeasurements(const std::vector<std::string>& files) {
+  std::vector<LabMeasurement> measurements;
+  std::set<std::string> names;
+  for (const std::string& file : files) {
+    measurements.push_back(ReadLabMeasurement(file));
+    if (!names.insert(measurements.back().name).second)
+      throw InputError(file, "a second measurement of the name '" + measurements.back().name +
+                                 "', expected distinct names");
+  }
+  return measurements;
+}
+
+void CheckTableForm(TableForm form, ParameterTying parameters) {
+  if (form == TableForm::kLinear && parameters == ParameterTying::kEntries)
     throw InputError("num_parameters",
-                     "39 with tables linear, expected 1, 2, 3 or 7: they would bend them");
-  if (job.tables == TableForm::kIsotropic && job.fit.parameters != ParameterTying::kScales &&
-      job.fit.parameters != ParameterTying::kBendScale)
+                     "39 with table_form linear, expected 1, 2, 3 or 7, which keep tables linear");
+  if (form == TableForm::kIsotropic && parameters != ParameterTying::kScales &&
+      parameters != ParameterTying::kBendScale)
     throw InputError("num_parameters",
-                     "more than 2 with tables isotropic, expected 1 or 2: they would "
-                     "tell directions apart");
-  if (job.model == "homogeneous") return;
-  if (job.model != "heterogeneous" && job.model != "bayes" && job.model != "bdp")
-    throw InputError("model", "'" + job.model + "', expected homo, heter, bayes or bdp");
-  if (job.num_targets() == 0)
-    throw InputError("model", job.model + " without images, expected some");
-  if (job.fit.integrator != SolveMode::kStatic)
-    throw InputError("solve", "dynamic with model " + job.model + ", expected static");
-  if (job.model == "bdp" && job.fit.parameters != ParameterTying::kEntries)
-    throw InputError("num_parameters",
-                     "fewer than 39 with model bdp, expected 39: it learns a mean "
-                     "and a deviation of each entry");
-  const std::vector<int>& specimen = job.posterior.specimen;
-  if (specimen.empty()) return;
-  if (specimen.size() != job.num_targets())
-    throw InputError("specimens", "found " + std::to_string(specimen.size()) +
+                     "more than 2 with table_form isotropic, expected 1 or 2, which keep tables "
+                     "isotropic");
+}
+
+void CheckSpecimens(const std::vector<int>& specimens, std::size_t observations) {
+  if (specimens.empty()) return;
+  if (specimens.size() != observations)
+    throw InputError("specimens", "found " + std::to_string(specimens.size()) +
                                       " numbers, expected one for each of the " +
-                                      std::to_string(job.num_targets()) + " images");
-  const std::set<int> names(specimen.begin(), specimen.end());
+                                      std::to_string(observations) + " images");
+  const std::set<int> names(specimens.begin(), specimens.end());
   if (*names.begin() != 1 || *names.rbegin() != static_cast<int>(names.size()))
     throw InputError("specimens", "expected all numbers from 1 to that of the last specimen");
 }
+
+void CheckModel(const FitSpec& spec, const FitData& data) {
+  CheckTableForm(spec.table_form, spec.stages.parameters);
+  if (spec.model == FitModel::kHomogeneous) return;
+  const std::string name = ToString(spec.model);
+  if (data.num_observations() == 0)
+    throw InputError("model", name + " without images, expected some");
+  if (spec.stages.residuals.solve_mode != SolveMode::kStatic)
+    throw InputError("solve", "dynamic with model " + name + ", expected static");
+  if (spec.model == FitModel::kBdp && spec.stages.parameters != ParameterTying::kEntries)
+    throw InputError("num_parameters",
+                     "fewer than 39 with model bdp, expected 39: it estimates a mean and a "
+                     "deviation of each entry");
+  CheckSpecimens(data.specimens, data.num_observations());
+}
+
+MaterialField ReadStartTables(const FitSpec& spec, const FitData& data,
+                              std::vector<std::string>* notes) {
+  MaterialField start = ReadMaterial(data.material, {NegativeEntryPolicy(spec)}).field;
+  if (data.density > 0.0) start.density = data.density;
+  const int raised = RaiseSmallEntries(start, spec.min_relative_stiffness);
+  if (raised > 0) {
+    std::ostringstream note;
+    note << raised << " start entries of " << data.material << " were raised to "
+         << spec.min_relative_stiffness << " of their column's largest";
+    notes->push_back(note.str());
+  }
+  return InForm(std::move(start), spec.table_form);
+}
+
+void MakeBackends(const FitSpec& spec, FitInput* input) {
+  const auto model = [&](const std::string& mesh) {
+    return std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(),
+                                              MakeLaw(spec.law));
+  };
+  input->fine_model = model(spec.mesh);
+  if (input->fine_model->held.size() == static_cast<size_t>(input->fine_model->mesh.num_vertices()))
+    throw InputError(spec.mesh,
+                     "found all vertices on the support of radius 0.09 m, expected a cloth "
+                     "that hangs over it");
+  input->fine = MakeBackend(spec.backend, input->fine_model, spec.threads, &input->backend_choice);
+  input->coarse = MakeBackend(spec.backend, model(spec.coarse_mesh), spec.threads);
+  input->problem.fine = input->fine.get();
+  input->problem.coarse = input->coarse.get();
+}
+
+// Adds the fields of a checkpoint's key.
+struct KeyWriter {
+  nlohmann::json& key;
+
+  template <class T>
+  void operator()(const T& value, const Field& field) const {
+    if (!field.in_key) return;
+    if constexpr (NamedEnum<T>) {
+      key[field.key] = ToString(value);
+    } else {
+      key[field.key] = value;
+    }
+  }
+};
 
 std::vector<std::string> Expand(const std::string& text, const std::string& what,
                                 const std::set<std::string>& extensions,
@@ -127,101 +189,57 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
 
 }  // namespace
 
-LoadedJob LoadJob(const FitJob& job) {
-  if (job.num_targets() == 0 && job.tests.empty())
-    throw InputError("images", "none, and no tests, expected at least one silhouette or test");
-  if (!job.images.empty() && !job.captures.empty())
+FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
+  if (data.num_observations() == 0 && data.lab_measurements.empty())
+    throw InputError(
+        "images", "found none, and no lab_tests, expected at least one silhouette or measurement");
+  if (!data.images.empty() && !data.captures.empty())
     throw InputError("images", "found some beside captures of a data set, expected one of both");
-  CheckModel(job);
-  LoadedJob loaded;
-  loaded.fit = job.fit;
-  loaded.notes = job.notes;
-  std::vector<LabMeasurement> tests;
-  std::set<std::string> names;
-  for (const std::string& file : job.tests) {
-    tests.push_back(ReadLabMeasurement(file));
-    if (!names.insert(tests.back().name).second)
-      throw InputError(
-          file, "a second test of the name '" + tests.back().name + "', expected distinct names");
-  }
-  loaded.problem.targets = ReadObservations(job);
-  RequireDistinctNames(loaded.problem.targets);
-  const Material start = ReadMaterial(job.material, {NegativeEntryPolicy(job)});
-  loaded.problem.material = start.field;
-  if (job.density > 0.0) loaded.problem.material.density = job.density;
-  const int raised = RaiseToFloor(loaded.problem.material, job.floor);
-  if (raised > 0) {
-    std::ostringstream note;
-    note << raised << " start entries of " << job.material << " were raised to " << job.floor
-         << " of their column's largest";
-    loaded.notes.push_back(note.str());
-  }
-  loaded.problem.material = InForm(std::move(loaded.problem.material), job.tables);
-  if (!job.truth.empty())
-    loaded.truth =
-        std::make_unique<MaterialField>(ReadMaterial(job.truth, {NegativeEntries::kWarn}).field);
-  if (!tests.empty())
-    loaded.tests = std::make_unique<StripResiduals>(std::move(tests), MakeLaw(job.law));
-  if (loaded.problem.targets.empty()) return loaded;
-  const auto model = [&](const std::string& mesh) {
-    return std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(), MakeLaw(job.law));
-  };
-  loaded.fine_model = model(job.mesh);
-  if (loaded.fine_model->held.size() == static_cast<size_t>(loaded.fine_model->mesh.num_vertices()))
-    throw InputError(job.mesh,
-                     "found all vertices on the support of radius 0.09 m, expected a cloth "
-                     "that hangs over it");
-  loaded.fine = MakeBackend(job.backend, loaded.fine_model, job.threads, &loaded.backend_choice);
-  loaded.coarse = MakeBackend(job.backend, model(job.coarse_mesh), job.threads);
-  loaded.problem.fine = loaded.fine.get();
-  loaded.problem.coarse = loaded.coarse.get();
-  return loaded;
+  CheckModel(spec, data);
+  FitInput input;
+  input.notes = data.notes;
+  std::vector<LabMeasurement> measurements = ReadLabMeasurements(data.lab_measurements);
+  input.problem.observations = ReadObservations(data, spec.observation);
+  input.problem.specimens = data.specimens;
+  RequireDistinctNames(input.problem.observations);
+  input.problem.material = ReadStartTables(spec, data, &input.notes);
+  if (!data.ground_truth.empty())
+    input.ground_truth = std::make_unique<MaterialField>(
+        ReadMaterial(data.ground_truth, {NegativeEntries::kWarn}).field);
+  if (!measurements.empty())
+    input.strips = std::make_unique<StripResiduals>(std::move(measurements), MakeLaw(spec.law));
+  if (!input.problem.observations.empty()) MakeBackends(spec, &input);
+  return input;
 }
 
-std::string CheckpointKey(const FitJob& job, const LoadedJob& loaded) {
-  const FitProblem& problem = loaded.problem;
-  nlohmann::json id = {{"mesh", job.mesh},
-                       {"coarse_mesh", job.coarse_mesh},
-                       {"material", job.material},
-                       {"law", job.law},
-                       {"camera", job.camera},
-                       {"centre", job.centre},
-                       {"min_relative_stiffness", job.floor},
-                       {"stretch", job.fit.grid.stretch},
-                       {"bend", job.fit.grid.bend},
-                       {"lifts", job.fit.grid.lifts},
-                       {"initial_time_step", job.fit.grid.h},
-                       {"initial_steps", job.fit.grid.steps},
-                       {"candidates_per_round", job.fit.keep},
-                       {"iterations", job.fit.iterations},
-                       {"num_parameters", static_cast<int>(job.fit.parameters)},
-                       {"prior_sigma", job.fit.prior_sigma},
-                       {"sigma_px", job.fit.sigma_px},
-                       {"angles", job.fit.angles},
-                       {"settle_time_step", job.fit.settle_h},
-                       {"settle_steps", job.fit.settle_steps},
-                       {"initial_damping", job.fit.initial_damping},
-                       {"newton_iterations", job.fit.newton_iterations},
-                       {"max_outline_change", job.fit.max_outline_change},
-                       {"max_jump", job.fit.max_jump},
-                       {"warm_restart", job.fit.warm_restart},
-                       {"solve", static_cast<int>(job.fit.integrator)},
-                       {"density", problem.material.density},
-                       {"stretch_table", problem.material.stretch[0].c},
-                       {"bend_table", problem.material.bend[0].b}};
-  for (const Observation& target : problem.targets)
-    id["images"].push_back(
-        {target.name, std::vector<double>(target.radius.begin(), target.radius.end())});
-  for (const Capture& c : job.captures)
-    id["data"].push_back({c.fabric, c.sample, c.capture, ToString(job.targets)});
-  if (!loaded.tests) return id.dump();
-  for (const LabMeasurement& test : loaded.tests->tests()) {
+std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInput& input) {
+  nlohmann::json key;
+  VisitFields(spec, KeyWriter{key});
+  VisitFields(spec.observation, KeyWriter{key});
+  VisitFields(spec.stages, KeyWriter{key});
+  // spec.fields and spec.posterior are not part of it: what they set follows the fit of one table.
+  // The content of the files of `data`, as read, is part of it.
+  const auto& [images, captures, source, specimens, lab_measurements, material, density,
+               ground_truth, notes, log_lines] = data;
+  const FitProblem& problem = input.problem;
+  key["material"] = material;
+  key["density"] = problem.material.density;
+  key["stretch_table"] = problem.material.stretch[0].c;
+  key["bend_table"] = problem.material.bend[0].b;
+  for (const Observation& observation : problem.observations)
+    key["images"].push_back({observation.name, std::vector<double>(observation.radius.begin(),
+                                                                   observation.radius.end())});
+  for (const Capture& c : captures)
+    key["data"].push_back({c.fabric, c.sample, c.capture, ToString(source)});
+  if (!input.strips) return key.dump();
+  for (const LabMeasurement& measurement : input.strips->measurements()) {
     nlohmann::json points;
-    for (const LabPoint& point : test.points) points.push_back({point.set, point.reading});
-    id["tests"].push_back({test.name, ToString(test.kind), test.direction, test.length, test.width,
-                           test.sigma, points});
+    for (const LabPoint& point : measurement.points) points.push_back({point.set, point.reading});
+    key["lab_measurements"].push_back({measurement.name, ToString(measurement.kind),
+                                       measurement.direction, measurement.length, measurement.width,
+                                       measurement.sigma, points});
   }
-  return id.dump();
+  return key.dump();
 }
 
 std::vector<std::string> ExpandImages(const std::string& text) {
@@ -229,9 +247,9 @@ std::vector<std::string> ExpandImages(const std::string& text) {
                 "an image, a folder with .jpg or .png files, or a pattern");
 }
 
-std::vector<std::string> ExpandTests(const std::string& text) {
-  return Expand(text, "tests", {".json", ".JSON"},
-                "a test file, a folder with .json files, or a pattern");
+std::vector<std::string> ExpandLabMeasurements(const std::string& text) {
+  return Expand(text, "lab_tests", {".json", ".JSON"},
+                "a measurement file, a folder with .json files, or a pattern");
 }
 
 }  // namespace drape

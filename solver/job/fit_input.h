@@ -2,32 +2,36 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "solver/job/fit_job.h"
+#include "solver/job/fit_spec.h"
 
 namespace drape {
 
-// The inputs of a job, read and checked, with the backends that the problem points to.
-struct LoadedJob {
+// The inputs of a fit, read and checked, with the backends that the problem points to.
+struct FitInput {
   std::shared_ptr<const ClothModel> fine_model;
   std::unique_ptr<Backend> fine, coarse;
-  std::string backend_choice;  // empty: tests alone, without a backend
-  FitProblem problem;
-  StagedFitOptions fit;
-  std::unique_ptr<StripResiduals> tests;
-  std::optional<FitSummary> tests_alone;
-  std::unique_ptr<MaterialField> truth;
+  std::string backend_choice;  // empty: laboratory measurements alone, without a backend
+  FitProblem problem;          // without strips
+  std::unique_ptr<StripResiduals> strips;
+  std::unique_ptr<MaterialField> ground_truth;
   std::vector<std::string> notes;
 };
 
 // Throws InputError for a file, a name or a combination that cannot be fitted.
-LoadedJob LoadJob(const FitJob& job);
+FitInput ReadFitInput(const FitSpec& spec, const FitData& data);
 
-// What must be the same for a checkpoint to be continued: all that the fit of one table follows
-// from, which is the same for all models.
-std::string CheckpointKey(const FitJob& job, const LoadedJob& loaded);
+// What must be equal for a checkpoint to be continued: all that determines the fit of one table,
+// which is the same for all models.
+std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInput& input);
+
+// JSON files of a list like that of ExpandImages. Throws InputError for one that matches nothing.
+std::vector<std::string> ExpandLabMeasurements(const std::string& text);
+
+// Image files of a comma-separated list of files, folders (all .jpg, .jpeg, .png in it) and glob
+// patterns, sorted within each. Throws InputError for one that matches nothing.
+std::vector<std::string> ExpandImages(const std::string& text);
 
 }  // namespace drape

@@ -9,28 +9,33 @@
 #include <sstream>
 #include <utility>
 
+#include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
+#include "solver/fit/protocol/staged_fit.h"
 #include "solver/job/fit_input.h"
 #include "solver/job/fit_report.h"
+#include "solver/posterior/posterior_fit.h"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Of the fit of tests alone: it takes seconds, so it is run to the end.
-constexpr int kTestIterations = 100;
-constexpr double kTestTolerance = 1e-5;
-constexpr double kTableShare = 0.7;      // of the time of heter and bayes that one table takes
-constexpr double kTestLeastScale = 1e4;  // of a number that its tests determine to 1 %
+// Of the fit of laboratory measurements alone, which takes seconds and so is run to its end.
+constexpr int kLabIterations = 100;
+constexpr double kLabTolerance = 1e-5;
+constexpr double kLabDamping = 1e-2;    // at first: strips do not leave a branch
+constexpr double kLabLeastScale = 1e4;  // of a parameter that is determined to 1 %
+constexpr double kTableShare = 0.7;     // of the time of other models that the one table takes
 
-// Fits the tests alone: few numbers first, because single entries are bent into tables that no
-// strip bears while the whole is far off. First scales about the start tables; what follows has
-// its prior about the tables so scaled, as after the seed grid of a silhouette. The last stage that
-// succeeds stands; `note` says why a later one did not.
-FitSummary FitTestsInStages(const MaterialField& start, ParameterTying last,
-                            const FitOptions& options, StripResiduals& tests, MaterialField* fitted,
-                            std::string* note) {
+// Fits laboratory measurements alone: few parameters first, since far from the solution single
+// entries are changed into tables that no strip resists. First scales about the start tables; the
+// prior of what follows is about the tables so scaled, as after the initial guesses of a
+// silhouette. The result is that of the last stage that succeeds; `note` says why a later one did
+// not.
+FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
+                          const FitOptions& options, StripResiduals& strips, MaterialField* fitted,
+                          std::string* note) {
   FitSummary best;
   MaterialField base = start;
   Eigen::VectorXd log_entries = Eigen::VectorXd::Zero(kMaterialEntries);
@@ -45,11 +50,11 @@ FitSummary FitTestsInStages(const MaterialField& start, ParameterTying last,
     // A group's mean; the columns of T are ones and zeros.
     const Eigen::VectorXd theta =
         (tie.transpose() * log_entries).cwiseQuotient(tie.colwise().sum().transpose());
-    FitSummary summary = FitStrips(tests, parametrisation, theta, options);
+    FitSummary summary = FitStrips(strips, parametrisation, theta, options);
     seconds += summary.seconds;
     if (summary.termination == FitTermination::kFailed) {
-      *note = "the strips of the tests cannot be computed with " +
-              std::to_string(parametrisation.size()) + " free numbers: " + summary.message;
+      *note = "the strips of the laboratory measurements cannot be computed with " +
+              std::to_string(parametrisation.size()) + " free parameters: " + summary.message;
       break;
     }
     best = std::move(summary);
@@ -65,193 +70,222 @@ FitSummary FitTestsInStages(const MaterialField& start, ParameterTying last,
   return best;
 }
 
-// The tables of the tests alone become the problem's.
-void StartFromTests(const FitJob& job, const FitJobCallbacks& callbacks, LoadedJob& loaded) {
+// The fit of the laboratory measurements alone, where there are some. Its tables become the
+// problem's, and the initial guesses do not scale what has been measured.
+std::optional<FitSummary> FitLab(StagedFitOptions& stages, FitInput& input,
+                                 const RunControl& control) {
+  if (!input.strips) return std::nullopt;
   FitOptions options;
-  options.prior_sigma = job.fit.prior_sigma;
-  options.max_iterations = kTestIterations;
-  options.cost_tolerance = kTestTolerance;
-  options.least_scale = kTestLeastScale;
-  options.cancel = callbacks.cancel;
-  options.progress = [&](const FitIteration& iteration) {
-    if (callbacks.progress)
-      callbacks.progress({"tests", double(iteration.iteration) / kTestIterations, 0.0});
+  options.prior_sigma = stages.prior_sigma;
+  options.trust_region.max_iterations = kLabIterations;
+  options.trust_region.cost_tolerance = kLabTolerance;
+  options.trust_region.initial_damping = kLabDamping;
+  options.trust_region.least_scale = kLabLeastScale;
+  options.trust_region.cancel = control.cancel;
+  options.trust_region.progress = [&](const FitIteration& iteration) {
+    control.Report(double(iteration.iteration) / kLabIterations, "laboratory measurements");
   };
-  const MaterialField start = loaded.problem.material;
+  const MaterialField start = input.problem.material;
   std::string note;
-  loaded.tests_alone = FitTestsInStages(start, job.fit.parameters, options, *loaded.tests,
-                                        &loaded.problem.material, &note);
-  if (!note.empty()) loaded.notes.push_back(note);
-  if (loaded.tests_alone->termination == FitTermination::kFailed) return;
-  loaded.problem.tests = loaded.tests.get();
-  for (const LabMeasurement& test : loaded.tests->tests())
-    (test.kind == LabMeasurementKind::kTensile ? loaded.fit.grid.stretch
-                                               : loaded.fit.grid.bend) = {1.0};
+  FitSummary fit = FitLabInStages(start, stages.parameters, options, *input.strips,
+                                  &input.problem.material, &note);
+  if (!note.empty()) input.notes.push_back(note);
+  if (fit.termination == FitTermination::kFailed) return fit;
+  input.problem.strips = input.strips.get();
+  for (const LabMeasurement& measurement : input.strips->measurements())
+    (measurement.kind == LabMeasurementKind::kTensile ? stages.grid.stretch
+                                                      : stages.grid.bend) = {1.0};
+  return fit;
 }
 
-// Readings that the tables do not explain.
+// Notes the readings that the tables do not explain.
 void NoteMisfits(const std::vector<StripReport>& reports, std::vector<std::string>* notes) {
   constexpr double kFar = 3.0;  // sigma
-  for (const StripReport& report : reports)
+  for (const StripReport& report : reports) {
+    const LabMeasurement& measurement = report.measurement;
     for (std::size_t i = 0; i < report.computed.size(); ++i) {
       const double misfit =
-          (report.computed[i] - report.test.points[i].reading) / report.test.sigma;
+          (report.computed[i] - measurement.points[i].reading) / measurement.sigma;
       if (std::abs(misfit) <= kFar) continue;
       std::ostringstream note;
-      note << "test " << report.test.name << ": the reading at " << report.test.points[i].set
-           << " is not met, by " << misfit << " sigma";
+      note << "laboratory measurement " << measurement.name << ": the computed reading at "
+           << measurement.points[i].set << " is off by " << misfit << " sigma";
       notes->push_back(note.str());
     }
+  }
 }
 
-void Log(const std::string& line, const FitJobCallbacks& callbacks, std::ostream& log) {
-  log << line << std::endl;
-  if (callbacks.log) callbacks.log(line);
-}
-
-// What a checkpoint holds, and what it does not.
-std::string ResumeNote(const FitJob& job, const std::optional<StagedFitState>& state) {
+// What is continued from a checkpoint, and what is not.
+std::string ResumeNote(FitModel model, const std::optional<StagedFitState>& state) {
   if (!state) return "resume: no checkpoint, from the beginning";
   std::ostringstream note;
   note << "resume: ";
   if (state->grid_done) {
     note << "round " << state->round + 1 << ", " << DoneCandidates(*state) << " of "
-         << state->branches.size() << " branches done";
+         << state->candidates.size() << " candidates done";
   } else {
-    note << "the seed grid begins anew";
+    note << "the initial guesses start again";
   }
-  if (job.model == "heterogeneous") note << "; the fields begin anew";
-  if (job.model == "bayes" || job.model == "bdp") note << "; the posterior begins anew";
+  if (model == FitModel::kHeterogeneous) note << "; the fields start again";
+  if (HasPosterior(model)) note << "; the posterior starts again";
   return note.str();
 }
 
-// Fills the report that has the fields or the posterior.
-void FillReport(const FitJob& job, const LoadedJob& loaded, const StagedFitState& state,
-                FitReport& report) {
-  const auto start = std::chrono::steady_clock::now();
-  report.notes = loaded.notes;
-  report.tests_alone = loaded.tests_alone;
-  const FitProblem& problem = loaded.problem;
-  const FitCandidate* best = Best(state);
-  if (best == nullptr) {
-    if (!problem.targets.empty()) report.notes.push_back("no branch could be fitted");
-    if (problem.tests == nullptr) return;
-    report.material = problem.material;
-    report.spectrum = ComputeSpectrum(loaded.tests_alone->jacobian, job.fit.prior_sigma);
-    report.tests = ReportStrips(*problem.tests, report.material);
-    NoteMisfits(report.tests, &report.notes);
-    return;
-  }
-  report.material = report.fields      ? report.fields->material
-                    : report.posterior ? report.posterior->Fabric()
-                                       : FittedMaterial(problem, job.fit, *best);
-  if (problem.tests != nullptr) report.tests = ReportStrips(*problem.tests, report.material);
-  NoteMisfits(report.tests, &report.notes);
-  const Eigen::MatrixXd jacobian = FitJacobian(problem, job.fit, *best);
-  if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, job.fit.prior_sigma);
-  StepSolver solver(loaded.fine_model);
+// The drapes that a report shows, the fields' or the posterior's where it has them.
+const std::vector<Eigen::VectorXd>& FittedShapes(const FitReport& report,
+                                                 const FitCandidate& best) {
+  if (report.fields) return report.fields->shapes;
+  return report.posterior ? report.posterior->shapes : best.shapes;
+}
+
+void ReportDrapes(const FitSpec& spec, const FitInput& input, const FitCandidate& best,
+                  FitReport& report) {
+  const FitProblem& problem = input.problem;
+  StepSolver solver(input.fine_model);
   DrapeReportOptions options;
-  options.settle.h = job.fit.settle_h;
-  options.settle.steps = job.evaluation_steps;
-  options.replay = MakeSettleOptions(job.fit);
-  report.drapes.resize(problem.targets.size());
-  for (std::size_t i = 0; i < problem.targets.size(); ++i) {
-    options.seed_lift = best->seed.lifts[i];
-    const auto& shapes = report.fields      ? report.fields->shapes
-                         : report.posterior ? report.posterior->shapes
-                                            : best->shapes;
+  options.recheck.h = spec.stages.residuals.rollout.h;
+  options.recheck.steps = spec.recheck_steps;
+  options.replay = MakeSettleOptions(spec.stages);
+  report.drapes.resize(problem.observations.size());
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    options.lift = best.guess.lifts[i];
     const MaterialField& material =
         report.posterior ? report.posterior->materials[i] : report.material;
-    if (!ReportDrape(*problem.fine, solver, material, problem.targets[i], shapes[i], options,
-                     &report.drapes[i]))
-      report.notes.push_back(problem.targets[i].name +
+    if (!ReportDrape(*problem.fine, solver, material, problem.observations[i],
+                     FittedShapes(report, best)[i], options, &report.drapes[i]))
+      report.notes.push_back(problem.observations[i].name +
                              ": the fitted or the settled drape has no outline");
   }
+}
+
+// Without a candidate: the fit of the laboratory measurements.
+void ReportLab(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
+  if (!problem.observations.empty()) report.notes.push_back("no candidate could be fitted");
+  if (problem.strips == nullptr) return;
+  report.material = problem.material;
+  report.spectrum = ComputeSpectrum(report.lab_fit->jacobian, spec.stages.prior_sigma);
+  report.strips = ReportStrips(*problem.strips, report.material);
+  NoteMisfits(report.strips, &report.notes);
+}
+
+// Fills the rest of a report that has the fits.
+void FillReport(const FitSpec& spec, const FitInput& input, const StagedFitState& state,
+                FitReport& report) {
+  const auto start = std::chrono::steady_clock::now();
+  report.notes = input.notes;
+  const FitProblem& problem = input.problem;
+  const FitCandidate* best = Best(state);
+  if (best == nullptr) return ReportLab(spec, problem, report);
+  report.material = report.fields      ? report.fields->material
+                    : report.posterior ? report.posterior->Fabric()
+                                       : FittedMaterial(problem, spec.stages, *best);
+  if (problem.strips != nullptr) report.strips = ReportStrips(*problem.strips, report.material);
+  NoteMisfits(report.strips, &report.notes);
+  const Eigen::MatrixXd jacobian = FitJacobian(problem, spec.stages, *best);
+  if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
+  ReportDrapes(spec, input, *best, report);
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// The fields of model heter; none where the fit before them or their own failed.
-std::optional<FieldFit> FitJobFields(const FitJob& job, const LoadedJob& loaded,
-                                     const StagedFitState& state,
-                                     const StagedFitCallbacks& callbacks) {
+// The fields of kHeterogeneous, if they could be fitted.
+std::optional<FieldFit> FitJobFields(const FitSpec& spec, const FitProblem& problem,
+                                     const StagedFitState& state, const RunControl& control) {
   const FitCandidate* best = Best(state);
-  const bool cancelled = callbacks.cancel != nullptr && callbacks.cancel->load();
-  if (job.model != "heterogeneous" || best == nullptr || cancelled) return std::nullopt;
-  FieldFit fit = FitFields(loaded.problem, job.fit, job.fields, *best, callbacks);
+  if (spec.model != FitModel::kHeterogeneous || best == nullptr || control.cancelled())
+    return std::nullopt;
+  FieldFit fit = FitFields(problem, spec.stages, spec.fields, *best, control);
   std::ostringstream line;
-  line << "fields: " << fit.summary.theta.size() << " numbers, cost " << fit.summary.initial_cost
+  line << "fields: " << fit.summary.theta.size() << " parameters, cost " << fit.summary.initial_cost
        << " -> " << fit.summary.final_cost << ", " << ToString(fit.summary.termination) << ", "
        << fit.summary.counts.jumps << " branch jumps, " << fit.summary.counts.failed << " failed";
-  callbacks.log(line.str());
+  control.Log(line.str());
   if (!fit.valid()) return std::nullopt;
   return fit;
 }
 
-// The posterior of models bayes and bdp; none as above.
-std::optional<PosteriorFit> FitJobPosterior(const FitJob& job, const LoadedJob& loaded,
+// The posterior of kBayes and kBdp, if it could be fitted.
+std::optional<PosteriorFit> FitJobPosterior(const FitSpec& spec, const FitProblem& problem,
                                             const StagedFitState& state,
-                                            const StagedFitCallbacks& callbacks) {
+                                            const RunControl& control) {
   const FitCandidate* best = Best(state);
-  const bool cancelled = callbacks.cancel != nullptr && callbacks.cancel->load();
-  if ((job.model != "bayes" && job.model != "bdp") || best == nullptr || cancelled)
-    return std::nullopt;
-  PosteriorOptions options = job.posterior;
-  options.kind = job.model == "bdp" ? PosteriorKind::kElements : PosteriorKind::kHierarchy;
-  PosteriorFit fit = FitDrapePosterior(loaded.problem, job.fit, options, *best, callbacks);
+  if (!HasPosterior(spec.model) || best == nullptr || control.cancelled()) return std::nullopt;
+  PosteriorOptions options = spec.posterior;
+  options.kind =
+      spec.model == FitModel::kBdp ? PosteriorKind::kElements : PosteriorKind::kHierarchy;
+  PosteriorFit fit = FitDrapePosterior(problem, spec.stages, options, *best, control);
   std::ostringstream line;
   line << "posterior: mode " << ToString(fit.mode.termination) << " after " << fit.mode.iterations
        << " iterations, sigma " << fit.sigma_px << " px; distribution "
-       << ToString(fit.posterior.termination) << " after " << fit.posterior.iterations << ", bound "
-       << fit.elbo << ", k " << fit.pareto_k << ", " << fit.counts.failed << " failed drapes";
-  callbacks.log(line.str());
+       << ToString(fit.distribution.termination) << " after " << fit.distribution.iterations
+       << ", bound " << fit.elbo << ", k " << fit.pareto_k << ", " << fit.counts.failed
+       << " failed drapes";
+  control.Log(line.str());
   if (!fit.valid()) return std::nullopt;
   return fit;
+}
+
+// Reports to another control as the part [from, to] of its work, and logs to a file alone.
+RunControl PartOf(const RunControl& whole, double from, double to, std::ostream& log) {
+  RunControl part;
+  part.cancel = whole.cancel;
+  part.progress = [&whole, from, to](double fraction, const std::string& note) {
+    whole.Report(from + (to - from) * fraction, note);
+  };
+  part.log = [&log](const std::string& line) { log << line << std::endl; };
+  return part;
+}
+
+// The fit of one table, from its checkpoint on.
+StagedFitState FitStages(const FitProblem& problem, const StagedFitOptions& stages,
+                         StagedFitState state, const RunControl& part,
+                         const std::string& checkpoint, const std::string& key) {
+  StagedFitControl control{part};
+  control.save = [&](const StagedFitState& s) { WriteCheckpoint(checkpoint, key, s); };
+  return RunStagedFit(problem, stages, std::move(state), control);
 }
 
 }  // namespace
 
-FitJobResult RunFitJob(const FitJob& job, const FitJobCallbacks& callbacks) {
-  LoadedJob loaded = LoadJob(job);
-  const std::string identity = CheckpointKey(job, loaded);
-  StagedFitState state;
+FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles& files,
+                       const RunControl& control) {
+  FitInput input = ReadFitInput(spec, data);
+  const std::string key = CheckpointKey(spec, data, input);
   std::optional<StagedFitState> saved;
-  if (job.resume) saved = ReadCheckpoint(job.checkpoint, identity);
-  std::ofstream log(job.log, job.resume ? std::ios::app : std::ios::trunc);
-  if (job.resume) Log(ResumeNote(job, saved), callbacks, log);
-  if (saved) state = *std::move(saved);
-  if (!loaded.backend_choice.empty()) Log("backend: " + loaded.backend_choice, callbacks, log);
-  for (const std::string& line : job.log_lines) log << line << std::endl;
-  for (const std::string& note : loaded.notes) log << note << std::endl;
-  StagedFitCallbacks staged;
-  staged.cancel = callbacks.cancel;
-  staged.save = [&](const StagedFitState& s) { WriteCheckpoint(job.checkpoint, identity, s); };
-  staged.log = [&](const std::string& line) { log << line << std::endl; };
-  staged.progress = [&](const std::string& stage, double fraction, double rms) {
-    if (!callbacks.progress) return;
-    if (job.model != "homogeneous")
-      fraction = stage == "fields" || stage == "posterior"
-                     ? kTableShare + (1 - kTableShare) * fraction
-                     : kTableShare * fraction;
-    callbacks.progress({stage, fraction, rms});
+  if (files.resume) saved = ReadCheckpoint(files.checkpoint, key);
+  std::ofstream log(files.log, files.resume ? std::ios::app : std::ios::trunc);
+  const auto log_both = [&](const std::string& line) {
+    log << line << std::endl;
+    control.Log(line);
   };
-  if (loaded.tests) StartFromTests(job, callbacks, loaded);
-  const bool ready = !loaded.tests || loaded.problem.tests != nullptr;
-  if (ready && !loaded.problem.targets.empty())
-    state = RunStagedFit(loaded.problem, loaded.fit, std::move(state), staged);
+  if (files.resume) log_both(ResumeNote(spec.model, saved));
+  if (!input.backend_choice.empty()) log_both("backend: " + input.backend_choice);
+  for (const std::string& line : data.log_lines) log << line << std::endl;
+  for (const std::string& note : input.notes) log << note << std::endl;
+  const double table_share = spec.model == FitModel::kHomogeneous ? 1.0 : kTableShare;
+  const RunControl of_table = PartOf(control, 0.0, table_share, log);
+  const RunControl of_rest = PartOf(control, table_share, 1.0, log);
   FitReport report;
-  report.fields = FitJobFields(job, loaded, state, staged);
-  report.posterior = FitJobPosterior(job, loaded, state, staged);
-  FillReport(job, loaded, state, report);
-  if (job.model != "homogeneous" && !report.fields && !report.posterior && report.fitted())
-    report.notes.push_back("model " + job.model + " could not be fitted: this is its one table");
-  report.cancelled = callbacks.cancel != nullptr && callbacks.cancel->load();
-  WriteFitReport(job, loaded.problem, state, report);
+  StagedFitOptions stages = spec.stages;
+  report.lab_fit = FitLab(stages, input, control);
+  StagedFitState state = std::move(saved).value_or(StagedFitState());
+  const bool ready = !input.strips || input.problem.strips != nullptr;
+  if (ready && !input.problem.observations.empty())
+    state = FitStages(input.problem, stages, std::move(state), of_table, files.checkpoint, key);
+  report.fields = FitJobFields(spec, input.problem, state, of_rest);
+  report.posterior = FitJobPosterior(spec, input.problem, state, of_rest);
+  FillReport(spec, input, state, report);
+  if (spec.model != FitModel::kHomogeneous && !report.fields && !report.posterior &&
+      report.fitted())
+    report.notes.push_back(std::string("model ") + ToString(spec.model) +
+                           " could not be fitted: this is its one table");
+  report.cancelled = control.cancelled();
+  WriteFitReport(spec, data, files, input.problem, state, report);
   FitJobResult result;
   result.cancelled = report.cancelled;
   result.fitted = report.fitted();
-  if (result.fitted) result.table = FitTable(loaded.problem, report, loaded.truth.get());
-  if (!result.cancelled && !job.keep_checkpoint) fs::remove(job.checkpoint);
+  if (result.fitted) result.table = FitText(input.problem, report, input.ground_truth.get());
+  if (!result.cancelled && !files.keep_checkpoint) fs::remove(files.checkpoint);
   return result;
 }
 

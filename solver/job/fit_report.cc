@@ -14,6 +14,7 @@
 #include "physics/mesh/obj_io.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/atomic_file.h"
+#include "solver/fit/protocol/staged_fit.h"
 #include "solver/job/field_report.h"
 #include "solver/posterior/posterior_report.h"
 
@@ -34,21 +35,21 @@ ordered_json ReplayJson(const std::optional<MeasuredDrape>& drape) {
   return drape ? MetricsJson(drape->metrics) : ordered_json(nullptr);
 }
 
-ordered_json ImageJson(const Observation& target, const DrapeReport& drape, double lift) {
-  return {{"file", target.file},
-          {"name", target.name},
+ordered_json ImageJson(const Observation& observation, const DrapeReport& drape, double lift) {
+  return {{"file", observation.file},
+          {"name", observation.name},
           {"metrics", MetricsJson(drape.fitted.metrics)},
           {"settled",
            {{"metrics", MetricsJson(drape.settled.metrics)},
             {"status", ToString(drape.status)},
-            {"drift_m", drape.moved},
+            {"drift_m", drape.drift},
             {"force_residual", drape.settled_force_residual}}},
-          {"from_seed", ReplayJson(drape.from_seed)},
+          {"from_initial_guess", ReplayJson(drape.from_guess)},
           {"from_flat", ReplayJson(drape.from_flat)},
           {"force_residual", drape.force_residual},
           {"stability", StabilityJson(drape.lowest_eigenvalues)},
-          {"camera", CameraJson(target.camera)},
-          {"seed_lift", lift}};
+          {"camera", CameraJson(observation.camera)},
+          {"initial_lift", lift}};
 }
 
 // Means over the images of each number that ImageJson gives for one.
@@ -76,67 +77,70 @@ ordered_json SpectrumJson(const Spectrum& spectrum) {
           {"determined_directions", spectrum.determined}};
 }
 
-ordered_json ParametersJson(const FitJob& job, const Eigen::VectorXd& theta) {
+ordered_json ParametersJson(double prior_sigma, const Eigen::VectorXd& theta) {
   return {{"count", theta.size()},
           {"log_factors", std::vector<double>(theta.begin(), theta.end())},
-          {"prior_sigma", job.fit.prior_sigma}};
+          {"prior_sigma", prior_sigma}};
 }
 
-// The fit of the mechanical tests alone, about the start tables.
-ordered_json TestFitJson(const FitJob& job, const FitSummary& fit) {
+// The fit of the laboratory measurements alone, about the start tables.
+ordered_json LabFitJson(double prior_sigma, const FitSummary& fit) {
   ordered_json json = {{"termination", ToString(fit.termination)}};
   if (fit.termination == FitTermination::kFailed) return json;
   json.update({{"cost", fit.final_cost},
                {"iterations", std::max<int>(0, static_cast<int>(fit.iterations.size()) - 1)},
                {"seconds", {{"fit", fit.seconds}}},
-               {"parameters", ParametersJson(job, fit.theta)},
-               {"spectrum", SpectrumJson(ComputeSpectrum(fit.jacobian, job.fit.prior_sigma))}});
+               {"parameters", ParametersJson(prior_sigma, fit.theta)},
+               {"spectrum", SpectrumJson(ComputeSpectrum(fit.jacobian, prior_sigma))}});
   return json;
 }
 
-ordered_json Summary(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
+ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& files,
+                     const FitProblem& problem, const StagedFitState& state,
                      const FitReport& report) {
+  const double prior_sigma = spec.stages.prior_sigma;
   ordered_json json = {{"tool", "drape_fit"},
-                       {"model", job.model},
+                       {"model", ToString(spec.model)},
                        {"status", report.cancelled ? "cancelled" : "done"},
-                       {"law", job.law},
-                       {"camera", job.camera},
-                       {"centre", job.centre},
-                       {"mesh", job.mesh},
-                       {"coarse_mesh", job.coarse_mesh},
-                       {"start_material", job.material},
-                       {"versions", job.versions},
+                       {"law", ToString(spec.law)},
+                       {"camera", ToString(spec.observation.camera)},
+                       {"centre", ToString(spec.observation.centre)},
+                       {"mesh", spec.mesh},
+                       {"coarse_mesh", spec.coarse_mesh},
+                       {"start_material", data.material},
+                       {"versions", files.versions},
                        {"notes", report.notes}};
-  if (!report.tests.empty()) json["tests"] = StripsJson(report.tests);
-  if (problem.targets.empty()) {
+  if (!report.strips.empty()) json["lab_measurements"] = StripsJson(report.strips);
+  if (problem.observations.empty()) {
     for (const char* key : {"camera", "centre", "mesh", "coarse_mesh"}) json.erase(key);
-    if (report.tests_alone) json.update(TestFitJson(job, *report.tests_alone));
+    if (report.lab_fit) json.update(LabFitJson(prior_sigma, *report.lab_fit));
     return json;
   }
   json["backend"] = problem.fine->name();
-  if (!job.captures.empty()) {
-    json["fabric"] = job.captures[0].fabric;
-    json["data_source"] = ToString(job.targets);
+  if (!data.captures.empty()) {
+    json["fabric"] = data.captures[0].fabric;
+    json["data_source"] = ToString(data.source);
     json["density"] = problem.material.density;
   }
-  if (report.tests_alone) json["tests_alone"] = TestFitJson(job, *report.tests_alone);
+  if (report.lab_fit) json["lab_fit"] = LabFitJson(prior_sigma, *report.lab_fit);
   const FitCandidate* best = Best(state);
   if (best == nullptr) return json;
   json.update(FitJson(state, *best));
   json["seconds"] = {
       {"grid", state.grid_seconds}, {"fit", state.fit_seconds}, {"report", report.report_seconds}};
-  json["seeds"] = {{"stretch", best->seed.stretch},
-                   {"bend", best->seed.bend},
-                   {"lifts", best->seed.lifts},
-                   {"coarse_profile_rms_px", best->seed.profile_rms}};
-  json["parameters"] = ParametersJson(job, best->theta);
-  json["parameters"]["sigma_px"] = job.fit.sigma_px;
+  json["initial_guess"] = {{"stretch", best->guess.stretch},
+                           {"bend", best->guess.bend},
+                           {"lifts", best->guess.lifts},
+                           {"coarse_profile_rms_px", best->guess.profile_rms}};
+  json["parameters"] = ParametersJson(prior_sigma, best->theta);
+  json["parameters"]["sigma_px"] = spec.stages.residuals.sigma_px;
   json["spectrum"] = SpectrumJson(report.spectrum);
-  if (report.fields) json["fields"] = FieldJson(*report.fields, job.fields);
+  if (report.fields) json["fields"] = FieldJson(*report.fields, spec.fields);
   if (report.posterior) json["posterior"] = PosteriorJson(*report.posterior);
   json["images"] = ordered_json::array();
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
-    json["images"].push_back(ImageJson(problem.targets[i], report.drapes[i], best->seed.lifts[i]));
+    json["images"].push_back(
+        ImageJson(problem.observations[i], report.drapes[i], best->guess.lifts[i]));
   json["mean"] = ComputeMean(json["images"], ordered_json::json_pointer("/metrics"));
   json["mean_settled"] =
       ComputeMean(json["images"], ordered_json::json_pointer("/settled/metrics"));
@@ -154,18 +158,18 @@ Eigen::VectorXd SeenFromNominalCamera(const Eigen::VectorXd& x, const Camera& ca
   return moved;
 }
 
-void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& target,
+void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& observation,
                 const DrapeReport& drape) {
-  if (drape.fitted.x.size() == 0) return;  // it has no outline, as a note says
+  if (drape.fitted.x.size() == 0) return;  // it has no outline; there is a note
   Outline image, fitted;
-  if (OutlineFromImage(target.image, target.camera, kReportAngles, &image) &&
-      OutlineFromMesh(mesh, drape.fitted.x, target.camera, kReportAngles, &fitted)) {
-    WritePng(RenderOverlay(target.image, image.radius, fitted.radius, target.camera),
-             folder + "/fit_" + target.name + ".png");
+  if (OutlineFromImage(observation.image, observation.camera, kReportAngles, &image) &&
+      OutlineFromMesh(mesh, drape.fitted.x, observation.camera, kReportAngles, &fitted)) {
+    WritePng(RenderOverlay(observation.image, image.radius, fitted.radius, observation.camera),
+             folder + "/fit_" + observation.name + ".png");
   }
-  WriteObj(folder + "/drape_" + target.name + ".obj", mesh,
-           SeenFromNominalCamera(drape.fitted.x, target.camera));
-  WriteState(folder + "/start_" + target.name + ".json",
+  WriteObj(folder + "/drape_" + observation.name + ".obj", mesh,
+           SeenFromNominalCamera(drape.fitted.x, observation.camera));
+  WriteState(folder + "/start_" + observation.name + ".json",
              {drape.fitted.x, Eigen::VectorXd::Zero(drape.fitted.x.size())});
 }
 
@@ -175,24 +179,25 @@ double MeanOfEntries(const double* entries, int rows, int cols, int col) {
   return sum / rows;
 }
 
-// "c11  fitted  [truth]": the mean of a column, in mechanical units.
-std::string MaterialLine(const char* name, double fitted, const double* truth, const char* unit) {
+// "c11  fitted  [ground truth  ratio]": the mean of a column, in mechanical units.
+std::string MaterialLine(const char* name, double fitted, const double* reference,
+                         const char* unit) {
   std::string line = Format("  %-22s %10.4g", name, fitted);
-  if (truth != nullptr) line += Format(" %10.4g %6.2f", *truth, fitted / *truth);
+  if (reference != nullptr) line += Format(" %10.4g %6.2f", *reference, fitted / *reference);
   return line + "  " + unit + "\n";
 }
 
-std::string MaterialTable(const MaterialField& fitted, const MaterialField* truth) {
+std::string MaterialTable(const MaterialField& fitted, const MaterialField* reference) {
   std::string table = Format("  %-22s %10s%s\n", "mean of the table", "fitted",
-                             truth == nullptr ? "" : "      truth  ratio");
+                             reference == nullptr ? "" : "  reference  ratio");
   const char* const columns[] = {"c11", "c12", "c22", "c33"};
   for (int c = 0; c < kStretchCols; ++c) {
     const auto mean = [&](const MaterialField& field) {
       return kMembranePerEntry *
              MeanOfEntries(&field.stretch[0].c[0][0], kStretchRows, kStretchCols, c);
     };
-    const double exact = truth == nullptr ? 0.0 : mean(*truth);
-    table += MaterialLine(columns[c], mean(fitted), truth == nullptr ? nullptr : &exact, "N/m");
+    const double exact = reference == nullptr ? 0.0 : mean(*reference);
+    table += MaterialLine(columns[c], mean(fitted), reference == nullptr ? nullptr : &exact, "N/m");
   }
   const char* const rows[] = {"bend, edges along weft", "bend, edges at 45 deg",
                               "bend, edges along warp"};
@@ -200,8 +205,8 @@ std::string MaterialTable(const MaterialField& fitted, const MaterialField* trut
     const auto mean = [&](const MaterialField& field) {
       return MeanOfEntries(field.bend[0].b[r], kBendCols, 1, 0) / kBendPerRigidity;
     };
-    const double exact = truth == nullptr ? 0.0 : mean(*truth);
-    table += MaterialLine(rows[r], mean(fitted), truth == nullptr ? nullptr : &exact, "N m");
+    const double exact = reference == nullptr ? 0.0 : mean(*reference);
+    table += MaterialLine(rows[r], mean(fitted), reference == nullptr ? nullptr : &exact, "N m");
   }
   return table;
 }
@@ -215,9 +220,9 @@ std::string ImageTable(const FitProblem& problem, const FitReport& report) {
     const DrapeReport& drape = report.drapes[i];
     const SilhouetteMetrics& m = drape.fitted.metrics;
     table += Format("%-28.28s %8.2f %7.4f %6.3f %8.3f %8.3f %3d/%-3d %16.2f %10.2g %8s\n",
-                    problem.targets[i].name.c_str(), m.profile_rms, m.mse, m.iou,
+                    problem.observations[i].name.c_str(), m.profile_rms, m.mse, m.iou,
                     m.image.drape_coefficient, m.fitted.drape_coefficient, m.image.folds,
-                    m.fitted.folds, drape.settled.metrics.profile_rms, drape.moved / kMillimetre,
+                    m.fitted.folds, drape.settled.metrics.profile_rms, drape.drift / kMillimetre,
                     IsStable(drape.lowest_eigenvalues) ? "yes" : "no");
   }
   return table;
@@ -225,38 +230,41 @@ std::string ImageTable(const FitProblem& problem, const FitReport& report) {
 
 }  // namespace
 
-void WriteFitReport(const FitJob& job, const FitProblem& problem, const StagedFitState& state,
-                    FitReport& report) {
+void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& files,
+                    const FitProblem& problem, const StagedFitState& state, FitReport& report) {
   const Mesh* mesh = problem.fine == nullptr ? nullptr : &problem.fine->model().mesh;
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
-    WriteDrape(job.out, *mesh, problem.targets[i], report.drapes[i]);
-  const std::string source = ", " + job.law + " law, start " + job.material;
+    WriteDrape(files.out, *mesh, problem.observations[i], report.drapes[i]);
+  const std::string source =
+      std::string(", ") + ToString(spec.law) + " law, start " + data.material;
   const auto write_table = [&](const std::string& name, const MaterialField& table) {
-    WriteMaterial(job.out + "/" + name, {.name = "fit",
-                                         .field = table,
-                                         .source_convention = "mechanical",
-                                         .source = "drape_fit, model homo" + source,
-                                         .warnings = {}});
+    WriteMaterial(files.out + "/" + name, {.name = "fit",
+                                           .field = table,
+                                           .source_convention = "mechanical",
+                                           .source = "drape_fit, model homogeneous" + source,
+                                           .warnings = {}});
   };
   if (report.fields || report.posterior)
-    write_table("material_homogeneous.json", FittedMaterial(problem, job.fit, *Best(state)));
+    write_table("material_homogeneous.json", FittedMaterial(problem, spec.stages, *Best(state)));
   if (report.posterior)
-    WritePosterior(job.out, Stored(*report.posterior), "drape_fit, model " + job.model + source);
+    WritePosterior(files.out, MakeStoredPosterior(*report.posterior),
+                   std::string("drape_fit, model ") + ToString(spec.model) + source);
   if (report.fields) {
     const std::string missing =
-        WriteFields(job.out, *mesh, *report.fields, "drape_fit, model heter" + source);
+        WriteFields(files.out, *mesh, *report.fields, "drape_fit, model heterogeneous" + source);
     if (!missing.empty()) report.notes.push_back(missing);
   } else if (report.fitted()) {
     write_table("material.json", report.material);
   }
-  WriteFileAtomically(job.out + "/summary.json",
-                      Summary(job, problem, state, report).dump(2) + "\n");
+  WriteFileAtomically(files.out + "/summary.json",
+                      Summary(spec, data, files, problem, state, report).dump(2) + "\n");
 }
 
-std::string FitTable(const FitProblem& problem, const FitReport& report,
-                     const MaterialField* truth) {
-  return ImageTable(problem, report) + StripTable(report.tests) +
-         MaterialTable(report.fields ? MeanTables(report.material) : report.material, truth) +
+std::string FitText(const FitProblem& problem, const FitReport& report,
+                    const MaterialField* ground_truth) {
+  return ImageTable(problem, report) + StripTable(report.strips) +
+         MaterialTable(report.fields ? MeanTables(report.material) : report.material,
+                       ground_truth) +
          (report.fields ? FieldTable(*report.fields) : "") +
          (report.posterior ? PosteriorTable(*report.posterior) : "") +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,

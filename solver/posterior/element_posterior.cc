@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Model bdp: its bound is derived in posterior_fit.h.
+#include "solver/posterior/element_posterior.h"
+
 #include <glog/logging.h>
 
 #include <algorithm>
 
 #include "physics/util/random.h"
-#include "solver/posterior/map_estimator.h"
 #include "solver/posterior/samples/elementwise_samples.h"
 
 namespace drape {
 namespace {
 
-// Of the seed: the fit's noise, then that of each batch of fresh draws.
-enum Stream : uint64_t { kFitStream, kFreshStream };
+// Random streams: the noise of the fit, then of each batch of independent samples.
+enum Stream : uint64_t { kFitStream, kIndependentStream };
 
 class ElementFitter {
  public:
@@ -22,22 +23,22 @@ class ElementFitter {
 
   bool Run() {
     if (!FindDistribution() || mode_.Cancelled()) return false;
-    EstimateFreshElbo();
+    EstimateElboOfFit();
     if (mode_.Cancelled()) return false;
-    fit_.posterior.gaussian.factor *= options_.element_sigma / fit_.hierarchy.fabric_sigma;
+    fit_.distribution.gaussian.factor *= options_.element_sigma / fit_.hierarchy.fabric_sigma;
     return true;
   }
 
  private:
-  ElementwiseSamples MakeSamples(int count, uint64_t stream, LostBranchPolicy beyond) const {
+  ElementwiseSamples MakeSamples(int count, uint64_t stream, LostBranchPolicy policy) const {
     return {backend_,
             fit_.hierarchy.base,
             {fit_.hierarchy.fabric_sigma, options_.element_sigma},
-            mode_.targets(),
+            mode_.specimens(),
             mode_.MakeResidualOptions(),
             count,
             SeedOfStream(options_.seed, stream),
-            beyond};
+            policy};
   }
 
   static Eigen::VectorXd ReadPoint(const GaussianPosterior& q) {
@@ -46,8 +47,8 @@ class ElementFitter {
     return point;
   }
 
-  // From elements that scatter less than they may, less still where their drapes do not stand;
-  // where none do, from those of the mode and on by their tangents.
+  // Starts with elements that scatter less than the prior allows, and less again while their drapes
+  // are not stable; if none are, extrapolates from those of the mode.
   bool FindDistribution() {
     for (const double deviation : {0.3, 0.1, 0.03, 0.01})
       if (FitFrom(deviation, deviation)) return true;
@@ -61,32 +62,33 @@ class ElementFitter {
     const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(n, n);
     const Eigen::VectorXd& mean = fit_.mode.gaussian.mean;
     CHECK_EQ(mean.size(), n) << "each entry has a mean of its own";
-    ElementwiseSamples draws = MakeSamples(options_.draws, kFitStream, LostBranchPolicy::kTangent);
+    ElementwiseSamples draws =
+        MakeSamples(options_.draws, kFitStream, LostBranchPolicy::kExtrapolate);
     if (!draws.StartAt(ReadPoint({mean, unit, drapes * unit}))) return false;
-    fit_.posterior =
+    fit_.distribution =
         FitPosterior(draws, {mean, unit, deviation * unit},
                      mode_.MakeOptions(SampleKind::kElementwise, options_.iterations,
                                        MapEstimator::kModeShare, MapEstimator::kFitShare));
     fit_.counts += draws.counts();
-    fit_.beyond = draws.num_extrapolated();
-    return fit_.posterior.termination != FitTermination::kFailed;
+    fit_.num_extrapolated = draws.num_extrapolated();
+    return fit_.distribution.termination != FitTermination::kFailed;
   }
 
-  // Noise that the fit has not seen, as much at a time as the fit had, until too few can stand.
-  void EstimateFreshElbo() {
-    const GaussianPosterior& q = fit_.posterior.gaussian;
+  // By noise that the fit has not used, in batches of its size, until too few samples can be valid.
+  void EstimateElboOfFit() {
+    const GaussianPosterior& q = fit_.distribution.gaussian;
     std::vector<Eigen::VectorXd> residuals;
     Eigen::VectorXd residual;
-    uint64_t stream = kFreshStream;
-    const auto enough = [&](int left) { return int(residuals.size()) + left >= kLeastFresh; };
+    uint64_t stream = kIndependentStream;
+    const auto enough = [&](int left) { return int(residuals.size()) + left >= kMinElboSamples; };
     for (int left = options_.elbo_samples; left > 0 && enough(left) && !mode_.Cancelled();
          left -= options_.draws) {
       const int count = std::min(left, options_.draws);
-      ElementwiseSamples fresh = MakeSamples(count, stream++, LostBranchPolicy::kRefuse);
-      fresh.Prepare(ReadPoint(q).replicate(1, count), false);
-      fit_.counts += fresh.counts();
+      ElementwiseSamples independent = MakeSamples(count, stream++, LostBranchPolicy::kReject);
+      independent.Prepare(ReadPoint(q).replicate(1, count), false);
+      fit_.counts += independent.counts();
       for (int s = 0; s < count; ++s)
-        if (fresh.Copy(s, &residual, nullptr)) residuals.push_back(residual);
+        if (independent.Residuals(s, &residual, nullptr)) residuals.push_back(residual);
     }
     const std::vector<double> log_ratios(residuals.size(), -q.DivergenceFromPrior());
     EstimateElbo(residuals, log_ratios, &fit_);

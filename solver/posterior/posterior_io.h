@@ -14,7 +14,7 @@ enum class PosteriorKind {
   kElements    // "bdp": of each face and hinge, independent normal, the same for all [METHODS, P33]
 };
 
-// What a fit learned, as its files hold it: posterior.json, with base.json beside it,
+// The posterior of a fit as its files hold it: posterior.json, with base.json beside it,
 //   {"format": "drapefit-posterior", "version": 1, "kind", "log_factors_on": "base.json",
 //    "names" [P], "prior_sd" [P], "mean" [P],
 //    kind hierarchy: "covariance" [P][P]; kind bdp: "element_sd" [P]}.

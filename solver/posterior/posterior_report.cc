@@ -12,12 +12,12 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kNarrowed = 0.7;  // posterior over prior deviation of a number that data determine
-constexpr double kTrusted = 0.7;   // k̂ up to which the posterior is near enough
+constexpr double kNarrowed = 0.7;  // posterior over prior deviation of a determined log factor
+constexpr double kReliable = 0.7;  // k̂ up to which the approximation is reliable
 
 bool IsElementwise(const PosteriorFit& fit) { return fit.kind == PosteriorKind::kElements; }
 
-// The prior's standard deviation of the log factor that a latent number stands for.
+// The prior's standard deviation of the log factor of a latent number.
 double PriorDeviation(const HierarchicalModel& hierarchy, int latent) {
   if (latent < hierarchy.num_fabric()) return hierarchy.fabric_sigma;
   return (latent - hierarchy.num_fabric()) % 2 == 0 ? hierarchy.specimen_stretch_sigma
@@ -33,11 +33,11 @@ Eigen::VectorXd PriorDeviations(const HierarchicalModel& hierarchy) {
 }  // namespace
 
 PosteriorStiffness ComputePosteriorStiffness(const PosteriorFit& fit) {
-  constexpr int kDraws = 400;
-  const GaussianPosterior& q = fit.posterior.gaussian;
-  const Eigen::MatrixXd draws = q.Draws(IndependentSamples(q.size(), kDraws, 1));
-  Eigen::ArrayXd stretch(kDraws), bend(kDraws);
-  for (int s = 0; s < kDraws; ++s) {
+  constexpr int kSamples = 400;
+  const GaussianPosterior& q = fit.distribution.gaussian;
+  const Eigen::MatrixXd draws = q.Draws(IndependentSamples(q.size(), kSamples, 1));
+  Eigen::ArrayXd stretch(kSamples), bend(kSamples);
+  for (int s = 0; s < kSamples; ++s) {
     const MaterialField fabric = fit.FabricAt(draws.col(s));
     stretch[s] = MeanStretch(fabric.stretch[0]);
     bend[s] = MeanBend(fabric.bend[0]);
@@ -50,7 +50,7 @@ PosteriorStiffness ComputePosteriorStiffness(const PosteriorFit& fit) {
 
 ordered_json PosteriorJson(const PosteriorFit& fit) {
   const HierarchicalModel& hierarchy = fit.hierarchy;
-  const Eigen::VectorXd deviation = fit.posterior.gaussian.Deviations();
+  const Eigen::VectorXd deviation = fit.distribution.gaussian.Deviations();
   const Eigen::VectorXd laplace = fit.mode.gaussian.Deviations();
   ordered_json numbers = ordered_json::array();
   for (int i = 0; i < hierarchy.num_latents(); ++i) {
@@ -59,7 +59,7 @@ ordered_json PosteriorJson(const PosteriorFit& fit) {
                            {"prior_sd", prior},
                            {"mode", prior * fit.mode.gaussian.mean[i]},
                            {"laplace_sd", prior * laplace[i]},
-                           {"mean", prior * fit.posterior.gaussian.mean[i]}};
+                           {"mean", prior * fit.distribution.gaussian.mean[i]}};
     if (IsElementwise(fit)) {
       number["element_sd"] = prior * deviation[i];
     } else {
@@ -68,31 +68,31 @@ ordered_json PosteriorJson(const PosteriorFit& fit) {
     }
     numbers.push_back(number);
   }
-  const PosteriorStiffness belief = ComputePosteriorStiffness(fit);
+  const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit);
   return {{"kind", ToString(fit.kind)},
           {"specimens", hierarchy.specimens},
           {"sigma_px", fit.sigma_px},
-          {"termination", ToString(fit.posterior.termination)},
+          {"termination", ToString(fit.distribution.termination)},
           {"mode_termination", ToString(fit.mode.termination)},
-          {"iterations", {fit.mode.iterations, fit.posterior.iterations}},
+          {"iterations", {fit.mode.iterations, fit.distribution.iterations}},
           {"rollouts", fit.counts.rollouts},
           {"jacobians", fit.counts.tangents},
           {"failed_rollouts", fit.counts.failed},
-          {"seconds", {fit.mode.seconds, fit.posterior.seconds}},
+          {"seconds", {fit.mode.seconds, fit.distribution.seconds}},
           {"elbo", fit.elbo},
           {"elbo_error", fit.elbo_error},
-          {"divergence_from_prior", fit.posterior.divergence},
+          {"divergence_from_prior", fit.distribution.divergence},
           {"pareto_k", fit.pareto_k},
-          {"draw_rms_px", fit.draw_rms_px},
-          {"elbo_samples_valid", fit.fresh},
-          {"extrapolated_samples", fit.beyond},
-          {"reported_at", fit.shown_at_mode ? "mode" : "mean"},
-          {"stretch_n_per_m", {belief.stretch, belief.stretch_deviation}},
-          {"bend_n_m", {belief.bend, belief.bend_deviation}},
+          {"sample_rms_px", fit.sample_rms_px},
+          {"elbo_samples_valid", fit.elbo_samples_valid},
+          {"extrapolated_samples", fit.num_extrapolated},
+          {"reported_at", fit.reported_at_mode ? "mode" : "mean"},
+          {"stretch_n_per_m", {stiffness.stretch, stiffness.stretch_deviation}},
+          {"bend_n_m", {stiffness.bend, stiffness.bend_deviation}},
           {"log_factors", numbers}};
 }
 
-StoredPosterior Stored(const PosteriorFit& fit) {
+StoredPosterior MakeStoredPosterior(const PosteriorFit& fit) {
   const Eigen::VectorXd prior = PriorDeviations(fit.hierarchy);
   StoredPosterior stored;
   stored.kind = fit.kind;
@@ -100,40 +100,43 @@ StoredPosterior Stored(const PosteriorFit& fit) {
   stored.specimens = fit.hierarchy.has_specimens() ? fit.hierarchy.specimens : 0;
   stored.base = fit.hierarchy.base;
   stored.prior_sd = prior;
-  stored.mean = prior.cwiseProduct(fit.posterior.gaussian.mean);
+  stored.mean = prior.cwiseProduct(fit.distribution.gaussian.mean);
   if (IsElementwise(fit)) {
-    stored.element_sd = prior.cwiseProduct(fit.posterior.gaussian.Deviations());
+    stored.element_sd = prior.cwiseProduct(fit.distribution.gaussian.Deviations());
     return stored;
   }
-  stored.covariance = prior.asDiagonal() * fit.posterior.gaussian.Covariance() * prior.asDiagonal();
+  stored.covariance =
+      prior.asDiagonal() * fit.distribution.gaussian.Covariance() * prior.asDiagonal();
   return stored;
 }
 
 std::string PosteriorTable(const PosteriorFit& fit) {
-  const PosteriorStiffness belief = ComputePosteriorStiffness(fit);
-  const Eigen::VectorXd deviation = fit.posterior.gaussian.Deviations();
+  const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit);
+  const Eigen::VectorXd deviation = fit.distribution.gaussian.Deviations();
   char text[640];
   int length = std::snprintf(
       text, sizeof text, "  %s: stretch %.4g +- %.3g N/m, bend %.3g +- %.2g N m\n",
-      IsElementwise(fit) ? "faces and hinges, mean and scatter" : "posterior of the fabric",
-      belief.stretch, belief.stretch_deviation, belief.bend, belief.bend_deviation);
+      IsElementwise(fit) ? "faces and hinges, mean and standard deviation"
+                         : "posterior of the fabric",
+      stiffness.stretch, stiffness.stretch_deviation, stiffness.bend, stiffness.bend_deviation);
   if (!IsElementwise(fit))
     length += std::snprintf(text + length, sizeof text - length,
-                            "  %d of %d numbers are narrowed to %.1f of their prior\n",
+                            "  %d of %d log factors have less than %.1f of their prior deviation\n",
                             static_cast<int>((deviation.array() < kNarrowed).count()),
                             static_cast<int>(deviation.size()), kNarrowed);
   if (std::isnan(fit.elbo)) {
     std::snprintf(text + length, sizeof text - length,
-                  "  outline known to %.2f px; too few of the fresh draws stand (%d) to judge it\n",
-                  fit.sigma_px, fit.fresh);
+                  "  sigma of the outline %.2f px; too few independent samples are valid (%d) to "
+                  "judge the fit\n",
+                  fit.sigma_px, fit.elbo_samples_valid);
     return text;
   }
   std::snprintf(
       text + length, sizeof text - length,
-      "  outline known to %.2f px; draws miss it by %.2f px\n"
-      "  evidence lower bound %.1f +- %.1f by %d fresh draws, Pareto k %.2f: %s\n",
-      fit.sigma_px, fit.draw_rms_px, fit.elbo, fit.elbo_error, fit.fresh, fit.pareto_k,
-      fit.pareto_k < kTrusted ? "near the exact posterior" : "too far from the exact posterior");
+      "  sigma of the outline %.2f px; root mean square error of samples %.2f px\n"
+      "  evidence lower bound %.1f +- %.1f by %d independent samples, Pareto k %.2f: %s\n",
+      fit.sigma_px, fit.sample_rms_px, fit.elbo, fit.elbo_error, fit.elbo_samples_valid,
+      fit.pareto_k, fit.pareto_k < kReliable ? "reliable" : "not reliable");
   return text;
 }
 

@@ -33,13 +33,13 @@ FeatureVector CalibrationScales() {
 class CompassSearch {
  public:
   CompassSearch(Backend& backend, const MaterialSource& materials,
-                const PredictionOptions& prediction, std::vector<ObservedCapture> learnt,
+                const PredictionOptions& prediction, std::vector<ObservedCapture> training,
                 const CalibrationOptions& options, const std::function<void(int)>& progress,
                 BendCalibration* found)
       : backend_(backend),
         materials_(materials),
         prediction_(prediction),
-        learnt_(std::move(learnt)),
+        training_(std::move(training)),
         options_(options),
         progress_(progress),
         found_(*found) {
@@ -96,16 +96,16 @@ class CompassSearch {
     found_.cancelled = static_cast<int>(drapes.size()) < options.num_drapes();
     found_.drapes += static_cast<int>(drapes.size());
     trial->at_rest = static_cast<int>(ObservedDrapes(drapes, ClothFace::kUnknown).size());
-    const auto score = ScorePrediction(drapes, learnt_, CalibrationScales());
+    const auto score = ScorePrediction(drapes, training_, CalibrationScales());
     if (!score) return std::numeric_limits<double>::infinity();
     const double z = std::log(trial->factor) / options_.sigma;
-    return double(learnt_.size()) * score->feature_energy + z * z / 2;
+    return double(training_.size()) * score->feature_energy + z * z / 2;
   }
 
   Backend& backend_;
   const MaterialSource& materials_;
   PredictionOptions prediction_;
-  const std::vector<ObservedCapture> learnt_;
+  const std::vector<ObservedCapture> training_;
   const CalibrationOptions& options_;
   const std::function<void(int)>& progress_;
   BendCalibration& found_;
@@ -126,10 +126,10 @@ std::vector<ObservedCapture> OfFace(const std::vector<ObservedCapture>& captures
 
 BendCalibration CalibrateBend(Backend& backend, const MaterialSource& materials,
                               const PredictionOptions& prediction,
-                              const std::vector<ObservedCapture>& learnt,
+                              const std::vector<ObservedCapture>& training,
                               const CalibrationOptions& options,
                               const std::function<void(int)>& progress) {
-  CHECK(!learnt.empty());
+  CHECK(!training.empty());
   CHECK_GT(options.sigma, 0.0);
   CHECK_GE(options.specimens, 2);
   BendCalibration found;
@@ -139,12 +139,12 @@ BendCalibration CalibrateBend(Backend& backend, const MaterialSource& materials,
     return CompassSearch(backend, materials, on_faces, std::move(seen), options, progress, &found)
         .Search();
   };
-  if (!OfFace(learnt, ClothFace::kUnknown).empty()) {
-    const double factor = search(prediction.faces, learnt);
+  if (!OfFace(training, ClothFace::kUnknown).empty()) {
+    const double factor = search(prediction.faces, training);
     found.factors = {factor, factor};
     return found;
   }
-  const auto up = OfFace(learnt, ClothFace::kUp), down = OfFace(learnt, ClothFace::kDown);
+  const auto up = OfFace(training, ClothFace::kUp), down = OfFace(training, ClothFace::kDown);
   BendFactors& factors = found.factors;
   if (!up.empty()) factors.up = search({ClothFace::kUp}, up);
   factors.down = down.empty() ? factors.up : search({ClothFace::kDown}, down);

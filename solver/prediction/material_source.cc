@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Keeps the draws apart from the start shapes, which follow from the same seed.
+// Separates the samples from the start shapes, which follow from the same seed.
 constexpr uint64_t kMaterialStream = 0x6d6174;
 
 uint64_t SeedOfSpecimen(uint64_t seed, int specimen) {

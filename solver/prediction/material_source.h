@@ -10,12 +10,10 @@
 
 namespace drape {
 
-// The materials of specimens 0, 1, 2, … of the fabric that a fit has found. From a folder of
-// drape_fit:
-//  - model homo, heter: material.json, the same for all specimens;
-//  - model bayes, bdp: draws of the posterior (MakePosteriorSource). summary.json says which;
-//  without one, a
-//    posterior.json does.
+// The materials of specimens 0, 1, 2, … of a fitted fabric. From a folder of drape_fit:
+//  - model homogeneous, heterogeneous: material.json, the same for all specimens;
+//  - model bayes, bdp: samples of the posterior (MakePosteriorSource). summary.json says which, or,
+//    if it is missing, whether there is a posterior.json.
 // From a file: a table or a field (ReadMaterialFor), the same for all. kind, if not null: "table",
 // "field", "hierarchy" or "bdp". A function of (seed, specimen) alone, which needs neither the
 // files nor the model later. Throws InputError: nothing to read, a bad file, a negative stiffness
@@ -23,11 +21,12 @@ namespace drape {
 MaterialSource ReadMaterialSource(const std::string& folder_or_file, const ClothModel& model,
                                   uint64_t seed, std::string* kind = nullptr);
 
-// Specimens of a posterior that nobody has seen:
-//  - kHierarchy: one table, the fabric's log factors drawn from their mean and covariance, those of
-//    the specimen from their prior;
-//  - kElements: the fabric's 39 means and deviations as learned, and each face and hinge its own
-//    draw exp(mean + deviation·ε).
+// New specimens of a posterior:
+//  - kHierarchy: one table, the fabric's log factors sampled from their mean and covariance, those
+//    of the specimen from their prior;
+//  - kElements: the fabric's 39 fitted means and deviations, and for each face and hinge a sample
+//  of
+//    its own, exp(mean + deviation·ε).
 MaterialSource MakePosteriorSource(const StoredPosterior& posterior, const Mesh& mesh,
                                    uint64_t seed);
 

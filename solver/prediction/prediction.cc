@@ -73,7 +73,7 @@ void Fill(const ClothModel& model, const Camera& camera, SettledDrape settled,
   if (!stepped || settled.rest.status != EquilibriumStatus::kStable) return;
   try {
     drape->seen = See(model.mesh, drape->x, camera);
-  } catch (const InputError& unseen) {  // of one draw: counted like those that found no rest
+  } catch (const InputError& unseen) {  // counted like a drape without equilibrium
     drape->status = unseen.what();
   }
 }
@@ -88,7 +88,7 @@ void PredictionOptions::Check() const {
   for (const double size : {start_rms, capture_rms, specimen_stretch_sigma, specimen_bend_sigma})
     CHECK_GE(size, 0.0);
   CHECK(bend.up > 0.0 && bend.down > 0.0);
-  CHECK(settle.integrator == SolveMode::kStatic) << "drapes are judged at rest";
+  CHECK(settle.solve_mode == SolveMode::kStatic) << "drapes are judged at rest";
 }
 
 DrapeTask MakeDrapeTask(const ClothModel& model, const MaterialSource& materials,

@@ -31,8 +31,8 @@ struct PredictionOptions {
   int repeats = 1;                                  // drapes of a specimen on each face
   std::vector<ClothFace> faces = {ClothFace::kUp};  // kUp, kDown; on kDown the start's sign flips
   uint64_t seed = 1;
-  double start_rms = 3e-3;              // of the start at the hem, k = 2…12, one a specimen [m]
-  double capture_rms = 1e-4;            // of the height of each vertex beyond the support [m]
+  double start_rms = 3e-3;              // of the start at the hem, k = 2…12, one per specimen [m]
+  double capture_rms = 1e-4;            // of the height of each vertex outside the support [m]
   double specimen_stretch_sigma = 0.0;  // standard deviations of a specimen's log factors of all
   double specimen_bend_sigma = 0.0;     // stretch, of all bend entries
   BendFactors bend = {};
@@ -45,38 +45,38 @@ struct PredictionOptions {
   void Check() const;  // programmer errors
 };
 
-// The material of a specimen: the same for all, a posterior's draw, a field. A function of the
-// number alone, which counts from 0; it is asked once for each drape, on the caller's thread.
+// The material of a specimen: the same for all, a sample of a posterior, a field. A function of the
+// number alone, which counts from 0; called once for each drape, on the caller's thread.
 using MaterialSource = std::function<MaterialField(int specimen)>;
 
 struct PredictedDrape {
   int specimen = 0, repeat = 0;  // from 0
   ClothFace face = ClothFace::kUp;
   std::string status;  // "stable", or why there is no drape
-  std::optional<ObservedDrape>
-      seen;               // none: no stable rest was found, or the camera sees no outline
+  // As the camera sees it; none where there is no stable drape or no outline.
+  std::optional<ObservedDrape> seen;
   double residual = 0.0;  // ‖f‖ / weight
   int newton_iterations = 0;
   Eigen::VectorXd x;  // [m], shape [3V]; empty where the steps failed
 };
 
-// What drape number `drape` of num_drapes() falls from: specimen by specimen, face by face. It
-// follows from the seed, the specimen, the face and the repeat alone.
+// Material and start of drape number `drape` of num_drapes(): specimen by specimen, face by face.
+// It depends on the seed, the specimen, the face and the repeat alone.
 DrapeTask MakeDrapeTask(const ClothModel& model, const MaterialSource& materials,
                         const PredictionOptions& options, int drape);
 
-// All drapes in that order, those that found no rest among them; fewer when
-// *options.settle.steps.cancel turns true. The same on each batch size and count of threads.
+// All drapes in that order, also those without a stable drape; fewer when
+// *options.settle.steps.cancel turns true. Independent of batch size and number of threads.
 std::vector<PredictedDrape> SampleDrapes(Backend& backend, const MaterialSource& materials,
                                          const PredictionOptions& options,
                                          const std::function<void(int done)>& progress = {});
 
-// The drapes that there are, of one face or, for kUnknown, of all.
+// The drapes that were found, of one face or, for kUnknown, of all.
 DistributionScorer::Drapes ObservedDrapes(const std::vector<PredictedDrape>& drapes,
                                           ClothFace face);
 
-// Each held-out capture is foretold by the drapes of its face; where the data do not say which, by
-// all. None where one has fewer than two drapes to foretell it, or there is no capture.
+// Each held-out capture is predicted by the drapes of its face, or by all if the face is not known.
+// None if a capture has fewer than two drapes that predict it, or there is no capture.
 std::optional<DistributionScore> ScorePrediction(const std::vector<PredictedDrape>& drapes,
                                                  const std::vector<ObservedCapture>& held_out,
                                                  const FeatureVector& scales = kFeatureScales);

@@ -72,7 +72,7 @@ struct BranchStart {
 };
 
 OutlineResidualOptions MakeOptions(double sigma) {
-  OutlineResidualOptions options;
+  OutlineResidualOptions options = test::CloseOutlineOptions();
   options.sigma_px = sigma;
   options.equilibrium.max_iterations *= 2;
   return options;
@@ -113,19 +113,23 @@ class Trial {
  private:
   int latents() const { return hierarchy_.num_latents(); }
   int num_drapes() const { return FLAGS_specimens * FLAGS_drapes; }
-  Observation& target(int drape) { return targets_[drape / FLAGS_drapes][drape % FLAGS_drapes]; }
+  Observation& observation(int drape) {
+    return specimens_[drape / FLAGS_drapes].observations[drape % FLAGS_drapes];
+  }
+  State& start(int drape) { return specimens_[drape / FLAGS_drapes].starts[drape % FLAGS_drapes]; }
 
   void SampleTrueParameters() {
     true_u_.resize(latents());
     for (double& number : true_u_) number = SampleNormal(random_);
-    targets_.assign(FLAGS_specimens, std::vector<Observation>(FLAGS_drapes));
+    specimens_.assign(FLAGS_specimens,
+                      {std::vector<Observation>(FLAGS_drapes), std::vector<State>(FLAGS_drapes)});
   }
 
   // The stable equilibrium that a start relaxes to; empty where there is none.
   Eigen::VectorXd RelaxedShape(const MaterialField& material, const State& start) const {
     const SettleOptions settling{.steps = {.h = 0.1, .steps = 100}};
     const SettledDrape drape = Settle(*backend_, material, {&start, 1}, settling).front();
-    return drape.IsUsable(settling.integrator) ? drape.rest.x : Eigen::VectorXd();
+    return drape.IsUsable(settling.solve_mode) ? drape.rest.x : Eigen::VectorXd();
   }
   State Start(int drape) const {
     return test::RandomStart(backend_->model(), SeedOfStream(seed_, 1 + drape), 3e-3);
@@ -139,8 +143,8 @@ class Trial {
     for (int i = 0; i < num_drapes(); ++i) {
       const Eigen::VectorXd x = RelaxedShape(hierarchy_.base, Start(i));
       if (x.size() == 0) return false;
-      target(i).start = AtRest(x);
-      target(i).radius = Eigen::VectorXd::Zero(kAngles);
+      start(i) = AtRest(x);
+      observation(i).radius = Eigen::VectorXd::Zero(kAngles);
     }
     return true;
   }
@@ -148,13 +152,13 @@ class Trial {
   // Follows the drapes of the median to those of the true parameters.
   bool FollowToTrueParameters() {
     // With zero outlines and σ = 1 px, the residuals are the outlines themselves.
-    HierarchicalSamples one(backend_.get(), hierarchy_, targets_, MakeOptions(1.0), 1);
+    HierarchicalSamples one(backend_.get(), hierarchy_, specimens_, MakeOptions(1.0), 1);
     if (!one.StartAt(Eigen::VectorXd::Zero(latents()))) return false;
     one.Prepare(true_u_, false);
     Eigen::VectorXd outlines;
-    if (!one.Copy(0, &outlines, nullptr)) return false;
+    if (!one.Residuals(0, &outlines, nullptr)) return false;
     for (int i = 0; i < num_drapes(); ++i)
-      target(i).radius = outlines.segment(i * kAngles, kAngles);
+      observation(i).radius = outlines.segment(i * kAngles, kAngles);
     return true;
   }
 
@@ -166,19 +170,19 @@ class Trial {
       Outline outline;
       if (x.size() == 0 || !OutlineFromMesh(backend_->model().mesh, x, Camera(), kAngles, &outline))
         return false;
-      target(i).radius = outline.radius;
+      observation(i).radius = outline.radius;
     }
     return true;
   }
 
   void AddNoise() {
     for (int i = 0; i < num_drapes(); ++i)
-      for (double& radius : target(i).radius) radius += FLAGS_sigma * SampleNormal(random_);
+      for (double& radius : observation(i).radius) radius += FLAGS_sigma * SampleNormal(random_);
   }
 
   std::vector<BranchStart> GivenStarts() {
     BranchStart median{Eigen::VectorXd::Zero(latents()), {}};
-    for (int i = 0; i < num_drapes(); ++i) median.x.push_back(target(i).start.x);
+    for (int i = 0; i < num_drapes(); ++i) median.x.push_back(start(i).x);
     return {median};
   }
 
@@ -186,9 +190,9 @@ class Trial {
   std::vector<BranchStart> SoughtStarts() {
     const std::vector<double> factors = {0.6, 1.0, 1.6};
     std::vector<Observation> all;
-    for (int i = 0; i < num_drapes(); ++i) all.push_back(target(i));
+    for (int i = 0; i < num_drapes(); ++i) all.push_back(observation(i));
     const auto guesses = RankInitialGuesses(*backend_, hierarchy_.base, all,
-                                            {.stretch = factors, .bend = factors}, nullptr, {});
+                                            {.stretch = factors, .bend = factors}, {});
     std::vector<BranchStart> starts;
     for (const InitialGuess& guess : guesses) {
       if (static_cast<int>(starts.size()) == FLAGS_candidates_per_round) break;
@@ -205,7 +209,7 @@ class Trial {
     return starts;
   }
 
-  // Finds the best mode of all starts; its drapes become the starts of the targets. Where the
+  // Finds the best mode of all starts; its drapes become the starts. Where the
   // branch is sought, σ is estimated from the residual of the mode, as drape_fit does.
   bool FindMode(const std::vector<BranchStart>& starts) {
     constexpr int kIterations = 60, kFirstIterations = 10;
@@ -224,25 +228,25 @@ class Trial {
     for (std::size_t i = 0; i < best.x.size(); ++i) {
       const double rms = residual_.segment(i * kAngles, kAngles).norm() / std::sqrt(kAngles);
       outcome_.mode_error = std::max(outcome_.mode_error, rms * sigma_ / FLAGS_sigma);
-      target(static_cast<int>(i)).start = AtRest(best.x[i]);
+      start(static_cast<int>(i)) = AtRest(best.x[i]);
     }
     return !best.x.empty();
   }
   // Keeps the mode from this start when it is better than *best.
-  void TryMode(const BranchStart& start, int iterations, BranchStart* best) {
-    for (int i = 0; i < num_drapes(); ++i) target(i).start = AtRest(start.x[i]);
-    HierarchicalSamples one(backend_.get(), hierarchy_, targets_, MakeOptions(sigma_), 1);
-    if (!one.StartAt(start.u)) return;
+  void TryMode(const BranchStart& from, int iterations, BranchStart* best) {
+    for (int i = 0; i < num_drapes(); ++i) start(i) = AtRest(from.x[i]);
+    HierarchicalSamples one(backend_.get(), hierarchy_, specimens_, MakeOptions(sigma_), 1);
+    if (!one.StartAt(from.u)) return;
     VariationalOptions options;
     options.kind = SampleKind::kMode;
-    options.max_iterations = iterations;
+    options.trust_region.max_iterations = iterations;
     const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(latents(), latents());
-    VariationalFit mode = FitPosterior(one, {start.u, unit, unit}, options);
+    VariationalFit mode = FitPosterior(one, {from.u, unit, unit}, options);
     if (mode.termination == FitTermination::kFailed) return;
     if (!best->x.empty() && mode.cost >= mode_.cost) return;
     one.Prepare(mode.gaussian.mean, false);
     Eigen::VectorXd residual;
-    if (!one.Copy(0, &residual, nullptr)) return;
+    if (!one.Residuals(0, &residual, nullptr)) return;
     *best = {mode.gaussian.mean, one.Shapes(0)};
     residual_ = std::move(residual);
     mode_ = std::move(mode);
@@ -257,15 +261,15 @@ class Trial {
   }
 
   GaussianPosterior Fit(const GaussianPosterior& start, int rank) {
-    HierarchicalSamples samples(backend_.get(), hierarchy_, targets_, MakeOptions(sigma_),
-                                FLAGS_samples, LostBranchPolicy::kTangent);
+    HierarchicalSamples samples(backend_.get(), hierarchy_, specimens_, MakeOptions(sigma_),
+                                FLAGS_samples, LostBranchPolicy::kExtrapolate);
     if (!samples.StartAt(start.mean)) return start;
     VariationalOptions options;
     options.draws = FLAGS_samples;
     options.rank = rank;
     options.seed = seed_;
-    options.max_iterations = FLAGS_iterations;
-    options.cost_tolerance = 1e-4;
+    options.trust_region.max_iterations = FLAGS_iterations;
+    options.trust_region.cost_tolerance = 1e-4;
     const GaussianPosterior found = FitPosterior(samples, start, options).gaussian;
     outcome_.num_extrapolated = samples.num_extrapolated();
     return found;
@@ -284,7 +288,7 @@ class Trial {
   std::mt19937_64 random_;
   const uint64_t seed_;
   HierarchicalModel hierarchy_;
-  std::vector<std::vector<Observation>> targets_;  // by specimen
+  std::vector<SpecimenDrapes> specimens_;  // by specimen
   Eigen::VectorXd true_u_;
   double sigma_ = FLAGS_sigma;  // of the outlines, as the fit assumes it
   VariationalFit mode_;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -11,7 +12,7 @@
 #include "losses/silhouette/raster.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/simulation/backend.h"
-#include "solver/fit/observation.h"
+#include "solver/fit/outline_residuals.h"
 #include "tests/physics/cloth_fixture.h"
 
 // Synthetic silhouettes with a known truth.
@@ -41,19 +42,29 @@ inline State Settled(Backend& backend, const MaterialField& material, State star
   return {std::move(rest.x), Eigen::VectorXd::Zero(start.x.size())};
 }
 
-// The silhouette of a drape as a target; its start is the drape itself.
+// The silhouette of a drape as an observation.
 inline Observation MakeObservation(const Mesh& mesh, const State& drape, int angles,
                                    const std::string& name) {
   constexpr int kSupersample = 4;
-  Observation target;
-  target.name = name;
-  target.file = name + ".png";
-  target.image = Rasterize(mesh, drape.x, target.camera, kSupersample);
+  Observation observation;
+  observation.name = name;
+  observation.file = name + ".png";
+  observation.image = Rasterize(mesh, drape.x, observation.camera, kSupersample);
   Outline outline;
-  EXPECT_TRUE(OutlineFromImage(target.image, target.camera, angles, &outline));
-  target.radius = outline.radius;
-  target.start = drape;
-  return target;
+  EXPECT_TRUE(OutlineFromImage(observation.image, observation.camera, angles, &outline));
+  observation.radius = outline.radius;
+  return observation;
+}
+
+// Residuals in pixels that reject no step for its length and follow drapes closely.
+inline OutlineResidualOptions CloseOutlineOptions() {
+  OutlineResidualOptions options;
+  options.rollout = {};
+  options.equilibrium = {};
+  options.sigma_px = 1.0;
+  options.max_outline_change = std::numeric_limits<double>::infinity();
+  options.max_jump = 3e-3;
+  return options;
 }
 
 inline double ComputeDrapeCoefficient(const Mesh& mesh, const Eigen::VectorXd& x) {

@@ -43,6 +43,7 @@ std::string ValueText(const Option& option) {
   const auto append_text = [](std::string& text, const std::string& value) { text += value; };
   return std::visit(
       Overloaded{[](const std::string* v) { return *v; },
+                 [](const EnumField& v) { return v.name(); },
                  [](const bool* v) { return std::string(*v ? "true" : "false"); },
                  [](const int* v) { return NumberText(*v); },
                  [](const double* v) { return NumberText(*v); },
@@ -59,6 +60,7 @@ std::string TypeText(const Option& option) {
       Overloaded{[&](const std::string*) {
                    return option.choices.empty() ? text : JoinChoices(option.choices, "|");
                  },
+                 [&](const EnumField&) { return JoinChoices(option.choices, "|"); },
                  [](const bool*) { return std::string("switch"); },
                  [](const int*) { return std::string("integer"); },
                  [](const double*) { return std::string("number"); },

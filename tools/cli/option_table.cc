@@ -96,6 +96,10 @@ struct AssignParts {
   const Given& given;
   const std::vector<std::string>& parts;
 
+  void operator()(const EnumField& value) const {
+    if (parts.size() != 1) given.Fail("a single value");
+    value.set(ParseText(given, parts[0]));
+  }
   template <class Item>
   void operator()(Item* value) const {
     if (parts.size() != 1) given.Fail("a single value");
@@ -116,11 +120,13 @@ template <class T>
 constexpr bool kIsList<std::vector<T>> = true;
 
 bool IsList(const Option::Value& value) {
-  return std::visit([](auto* v) { return kIsList<std::remove_pointer_t<decltype(v)>>; }, value);
+  return std::visit(
+      [](const auto& v) { return kIsList<std::remove_pointer_t<std::decay_t<decltype(v)>>>; },
+      value);
 }
 
 bool HoldsText(const Option::Value& value) {
-  return std::holds_alternative<std::string*>(value) ||
+  return std::holds_alternative<std::string*>(value) || std::holds_alternative<EnumField>(value) ||
          std::holds_alternative<std::vector<std::string>*>(value);
 }
 

@@ -10,11 +10,17 @@
 
 namespace drape {
 
+// An enum, which a user writes by the names of its values (option.choices).
+struct EnumField {
+  std::function<std::string()> name;
+  std::function<void(const std::string&)> set;
+};
+
 // One option of a tool. The field that `value` points to holds the default before Parse and the
 // user's choice after it, so a default stands in one place: the options struct.
 struct Option {
   using Value = std::variant<std::string*, int*, double*, bool*, std::vector<int>*,
-                             std::vector<double>*, std::vector<std::string>*>;
+                             std::vector<double>*, std::vector<std::string>*, EnumField>;
 
   std::string key;
   Value value;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/inputs/common_options.h"
 
+#include "tools/cli/field_options.h"
+
 namespace drape {
 
 Option OutOption(std::string& folder) {
@@ -16,6 +18,10 @@ Option LawOption(std::string& law) {
           .value = &law,
           .doc = "constitutive law: how stiffness depends on strain and curvature",
           .choices = {"reference", "smooth"}};
+}
+
+Option LawOption(LawKind& law) {
+  return EnumOption("law", law, "how stiffness follows from strain and curvature");
 }
 
 Option ThreadsOption(int& threads) {

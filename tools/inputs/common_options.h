@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "physics/material/laws/law_kind.h"
 #include "tools/cli/option_table.h"
 
 namespace drape {
@@ -10,6 +11,7 @@ namespace drape {
 // Options that mean the same in many tools.
 Option OutOption(std::string& folder);
 Option LawOption(std::string& law);  // MakeLaw
+Option LawOption(LawKind& law);
 Option ThreadsOption(int& threads);  // rollouts at a time; 0: all cores
 // A cloth (ParseMeshSpec), or several.
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc);

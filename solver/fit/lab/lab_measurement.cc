@@ -59,38 +59,41 @@ LabMeasurement ReadLabMeasurement(const std::string& path) {
   const nlohmann::json document = ReadJsonFile(path);
   const JsonInput input(document, path);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  LabMeasurement test;
-  test.file = path;
-  test.name = std::filesystem::path(path).stem().string();
-  test.kind = FindKind(input.At("test"));
-  const bool tensile = test.kind == LabMeasurementKind::kTensile;
+  LabMeasurement measurement;
+  measurement.file = path;
+  measurement.name = std::filesystem::path(path).stem().string();
+  measurement.kind = FindKind(input.At("test"));
+  const bool tensile = measurement.kind == LabMeasurementKind::kTensile;
   std::vector<std::string> keys = {"test", "direction", "width", "sigma", "points"};
   if (tensile) keys.push_back("length");
   input.ExpectKeys(keys);
-  test.direction = NumberBetween(input.At("direction"), -360.0, 360.0);
-  if (tensile) test.length = NumberBetween(input.At("length"), 0.0, kLongest);
-  if (tensile || input.Has("width")) test.width = NumberBetween(input.At("width"), 0.0, kLongest);
-  if (tensile && !(test.length >= test.width && test.length <= kMostWidths * test.width))
+  measurement.direction = NumberBetween(input.At("direction"), -360.0, 360.0);
+  if (tensile) measurement.length = NumberBetween(input.At("length"), 0.0, kLongest);
+  if (tensile || input.Has("width"))
+    measurement.width = NumberBetween(input.At("width"), 0.0, kLongest);
+  if (tensile && !(measurement.length >= measurement.width &&
+                   measurement.length <= kMostWidths * measurement.width))
     input.At("length").Fail("between one width and " + std::to_string(int(kMostWidths)) +
                             " widths of the strip");
-  test.sigma = NumberBetween(input.At("sigma"), 0.0, kInfinity);
+  measurement.sigma = NumberBetween(input.At("sigma"), 0.0, kInfinity);
   const JsonInput points = input.At("points");
   if (points.ExpectArray().Size() == 0) points.Fail("at least one point");
   for (int i = 0; i < points.Size(); ++i)
-    test.points.push_back(ReadPoint(points.At(i), MeasurementForm(test.kind)));
-  std::stable_sort(test.points.begin(), test.points.end(),
+    measurement.points.push_back(ReadPoint(points.At(i), MeasurementForm(measurement.kind)));
+  std::stable_sort(measurement.points.begin(), measurement.points.end(),
                    [](const LabPoint& a, const LabPoint& b) { return a.set < b.set; });
-  return test;
+  return measurement;
 }
 
-void WriteLabMeasurement(const std::string& path, const LabMeasurement& test) {
-  nlohmann::ordered_json document = {{"test", ToString(test.kind)}, {"direction", test.direction}};
-  if (test.kind == LabMeasurementKind::kTensile) document["length"] = test.length;
-  if (test.width > 0.0) document["width"] = test.width;
-  document["sigma"] = test.sigma;
+void WriteLabMeasurement(const std::string& path, const LabMeasurement& measurement) {
+  nlohmann::ordered_json document = {{"test", ToString(measurement.kind)},
+                                     {"direction", measurement.direction}};
+  if (measurement.kind == LabMeasurementKind::kTensile) document["length"] = measurement.length;
+  if (measurement.width > 0.0) document["width"] = measurement.width;
+  document["sigma"] = measurement.sigma;
   document["points"] = nlohmann::ordered_json::array();
-  const Form form = MeasurementForm(test.kind);
-  for (const LabPoint& point : test.points)
+  const Form form = MeasurementForm(measurement.kind);
+  for (const LabPoint& point : measurement.points)
     document["points"].push_back({{form.set, point.set}, {form.reading, point.reading}});
   WriteFileAtomically(path, document.dump(2) + "\n");
 }

@@ -37,10 +37,10 @@ struct LabMeasurement {
 //    "points": [{"length": 0.06, "angle": 41.5}, …]}
 //   {"test": "tensile", "direction": 90, "length": 0.2, "width": 0.05, "sigma": 0.002,
 //    "points": [{"force": 5.0, "stretch": 1.02}, …]}
-// `width` of a cantilever may be left out. Points may stand in any order. Throws InputError (file,
+// `width` of a cantilever may be left out. Points may be in any order. Throws InputError (file,
 // key, value, what was expected) for a key that is unknown or missing and a value out of range.
 LabMeasurement ReadLabMeasurement(const std::string& path);
 // Writes such a file atomically. Throws InputError.
-void WriteLabMeasurement(const std::string& path, const LabMeasurement& test);
+void WriteLabMeasurement(const std::string& path, const LabMeasurement& measurement);
 
 }  // namespace drape

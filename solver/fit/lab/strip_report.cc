@@ -23,13 +23,14 @@ std::string Format(const char* format, auto... values) {
 }
 
 double Deviation(const StripReport& report, std::size_t point) {
-  return (report.computed[point] - report.test.points[point].reading) / report.test.sigma;
+  return (report.computed[point] - report.measurement.points[point].reading) /
+         report.measurement.sigma;
 }
 
 ordered_json PointJson(const StripReport& report, std::size_t i) {
-  const LabPoint& point = report.test.points[i];
+  const LabPoint& point = report.measurement.points[i];
   const double computed = report.computed[i];
-  if (report.test.kind == LabMeasurementKind::kTensile)
+  if (report.measurement.kind == LabMeasurementKind::kTensile)
     return {{"force", point.set},
             {"stretch", point.reading},
             {"stretch_computed", computed},
@@ -47,9 +48,10 @@ ordered_json PointJson(const StripReport& report, std::size_t i) {
 }
 
 std::string PointLine(const StripReport& report, std::size_t i) {
-  const LabPoint& point = report.test.points[i];
-  std::string line = Format("%-28.28s %5g deg", report.test.name.c_str(), report.test.direction);
-  if (report.test.kind == LabMeasurementKind::kTensile)
+  const LabPoint& point = report.measurement.points[i];
+  std::string line =
+      Format("%-28.28s %5g deg", report.measurement.name.c_str(), report.measurement.direction);
+  if (report.measurement.kind == LabMeasurementKind::kTensile)
     return line + Format("  force %8.4g N   stretch %9.4f %9.4f %8.2f\n", point.set, point.reading,
                          report.computed[i], Deviation(report, i));
   const BendingEstimate read = EstimateBending(point.set, point.reading, report.density),
@@ -72,15 +74,15 @@ BendingEstimate EstimateBending(double overhang, double angle, double density) {
   return {length, density * kGravity * length * length * length};
 }
 
-std::vector<StripReport> ReportStrips(const StripResiduals& tests, const MaterialField& material) {
+std::vector<StripReport> ReportStrips(const StripResiduals& strips, const MaterialField& material) {
   Eigen::VectorXd readings;
-  if (!tests.Clone().Compute(material, &readings)) return {};
+  if (!strips.Clone().Compute(material, &readings)) return {};
   std::vector<StripReport> reports;
   int next = 0;
-  for (const LabMeasurement& test : tests.tests()) {
-    const auto count = static_cast<Eigen::Index>(test.points.size());
+  for (const LabMeasurement& measurement : strips.measurements()) {
+    const auto count = static_cast<Eigen::Index>(measurement.points.size());
     const Eigen::VectorXd own = readings.segment(next, count);
-    reports.push_back({test, std::vector<double>(own.begin(), own.end()), material.density});
+    reports.push_back({measurement, std::vector<double>(own.begin(), own.end()), material.density});
     next += static_cast<int>(count);
   }
   return reports;
@@ -89,15 +91,15 @@ std::vector<StripReport> ReportStrips(const StripResiduals& tests, const Materia
 ordered_json StripsJson(const std::vector<StripReport>& reports) {
   ordered_json json = ordered_json::array();
   for (const StripReport& report : reports) {
-    ordered_json test = {{"file", report.test.file},
-                         {"name", report.test.name},
-                         {"test", ToString(report.test.kind)},
-                         {"direction", report.test.direction},
-                         {"sigma", report.test.sigma}};
-    test["points"] = ordered_json::array();
+    ordered_json measurement = {{"file", report.measurement.file},
+                                {"name", report.measurement.name},
+                                {"test", ToString(report.measurement.kind)},
+                                {"direction", report.measurement.direction},
+                                {"sigma", report.measurement.sigma}};
+    measurement["points"] = ordered_json::array();
     for (std::size_t i = 0; i < report.computed.size(); ++i)
-      test["points"].push_back(PointJson(report, i));
-    json.push_back(std::move(test));
+      measurement["points"].push_back(PointJson(report, i));
+    json.push_back(std::move(measurement));
   }
   return json;
 }

@@ -10,9 +10,9 @@
 
 namespace drape {
 
-// A test beside what the fitted material makes of it.
+// A measurement beside what the fitted material makes of it.
 struct StripReport {
-  LabMeasurement test;
+  LabMeasurement measurement;
   std::vector<double> computed;  // of each point, as LabPoint::reading
   double density = 0.0;          // [kg/m²]
 };
@@ -26,7 +26,7 @@ struct BendingEstimate {
 BendingEstimate EstimateBending(double overhang, double angle, double density);
 
 // None when a strip cannot be computed.
-std::vector<StripReport> ReportStrips(const StripResiduals& tests, const MaterialField& material);
+std::vector<StripReport> ReportStrips(const StripResiduals& strips, const MaterialField& material);
 
 nlohmann::ordered_json StripsJson(const std::vector<StripReport>& reports);
 // For a person: one line a point.

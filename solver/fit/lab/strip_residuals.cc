@@ -5,19 +5,19 @@
 
 namespace drape {
 
-StripResiduals::StripResiduals(std::vector<LabMeasurement> tests, const Law& law)
-    : tests_(std::move(tests)) {
-  for (const LabMeasurement& test : tests_)
-    for (int point = 0; point < static_cast<int>(test.points.size()); ++point) {
-      strips_.emplace_back(test, point, law);
-      first_of_test_.push_back(point == 0);
+StripResiduals::StripResiduals(std::vector<LabMeasurement> measurements, const Law& law)
+    : measurements_(std::move(measurements)) {
+  for (const LabMeasurement& measurement : measurements_)
+    for (int point = 0; point < static_cast<int>(measurement.points.size()); ++point) {
+      strips_.emplace_back(measurement, point, law);
+      first_of_measurement_.push_back(point == 0);
     }
 }
 
 StripResiduals StripResiduals::Clone() const {
   StripResiduals clone;
-  clone.tests_ = tests_;
-  clone.first_of_test_ = first_of_test_;
+  clone.measurements_ = measurements_;
+  clone.first_of_measurement_ = first_of_measurement_;
   for (const StripSimulation& strip : strips_) clone.strips_.push_back(strip.Clone());
   return clone;
 }
@@ -27,7 +27,7 @@ bool StripResiduals::Compute(const MaterialField& material, Eigen::VectorXd* rea
   readings->resize(num_points());
   if (by_log_entry != nullptr) by_log_entry->resize(num_points(), kMaterialEntries);
   for (int i = 0; i < num_points(); ++i) {
-    if (!first_of_test_[i]) strips_[i].StartLike(strips_[i - 1]);
+    if (!first_of_measurement_[i]) strips_[i].StartLike(strips_[i - 1]);
     Eigen::VectorXd gradient;
     if (!strips_[i].Predict(material, &(*readings)[i],
                             by_log_entry == nullptr ? nullptr : &gradient))
@@ -47,10 +47,10 @@ bool StripResiduals::Evaluate(const MaterialParametrisation& parametrisation,
   }
   if (jacobian != nullptr) *jacobian = by_log_entry * *parametrisation.log_entries_by_theta();
   int row = 0;
-  for (const LabMeasurement& test : tests_)
-    for (const LabPoint& point : test.points) {
-      (*residual)[row] = ((*residual)[row] - point.reading) / test.sigma;
-      if (jacobian != nullptr) jacobian->row(row) /= test.sigma;
+  for (const LabMeasurement& measurement : measurements_)
+    for (const LabPoint& point : measurement.points) {
+      (*residual)[row] = ((*residual)[row] - point.reading) / measurement.sigma;
+      if (jacobian != nullptr) jacobian->row(row) /= measurement.sigma;
       ++row;
     }
   return true;

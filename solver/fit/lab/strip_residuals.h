@@ -10,14 +10,15 @@
 
 namespace drape {
 
-// All points of the mechanical tests of a fit, test by test: the strips that compute them.
+// All points of the laboratory measurement of a fit, measurement by measurement: the strips that
+// compute them.
 class StripResiduals {
  public:
-  StripResiduals(std::vector<LabMeasurement> tests, const Law& law);
-  // Shares meshes; goes on from the present shapes of the strips.
+  StripResiduals(std::vector<LabMeasurement> measurements, const Law& law);
+  // Shares meshes; starts from the present shapes of the strips.
   StripResiduals Clone() const;
 
-  const std::vector<LabMeasurement>& tests() const { return tests_; }
+  const std::vector<LabMeasurement>& measurements() const { return measurements_; }
   int num_points() const { return static_cast<int>(strips_.size()); }
 
   // (computed − read)/σ of each point, shape [N], and, if not null, its derivative by θ, shape
@@ -33,9 +34,9 @@ class StripResiduals {
  private:
   StripResiduals() = default;
 
-  std::vector<LabMeasurement> tests_;
+  std::vector<LabMeasurement> measurements_;
   std::vector<StripSimulation> strips_;
-  std::vector<bool> first_of_test_;  // of each strip
+  std::vector<bool> first_of_measurement_;  // of each strip
 };
 
 }  // namespace drape

@@ -43,15 +43,17 @@ Scene MakeCantileverScene(double clamp) {
 
 }  // namespace
 
-StripSimulation::StripSimulation(const LabMeasurement& test, int point, const Law& law)
-    : kind_(test.kind) {
-  const double set = test.points[point].set, direction = test.direction * kDegree;
+StripSimulation::StripSimulation(const LabMeasurement& measurement, int point, const Law& law)
+    : kind_(measurement.kind) {
+  const double set = measurement.points[point].set, direction = measurement.direction * kDegree;
   if (kind_ == LabMeasurementKind::kTensile) {
-    const int along = std::max(2, int(std::lround(kPulledAcross * test.length / test.width)));
+    const int along =
+        std::max(2, int(std::lround(kPulledAcross * measurement.length / measurement.width)));
     load_ = set;
     tolerance_ = std::max(kPulledTolerance, kLeastForce / set);
-    AddLattice(Laid(MakeStrip(test.length, test.width, along, kPulledAcross), 0.0, direction),
-               UniaxialScene(test.length, set), law, 0.0);
+    AddLattice(Laid(MakeStrip(measurement.length, measurement.width, along, kPulledAcross), 0.0,
+                    direction),
+               UniaxialScene(measurement.length, set), law, 0.0);
     return;
   }
   tolerance_ = kFallenTolerance;
@@ -154,7 +156,7 @@ bool StripSimulation::Differentiate(Lattice& lattice, const MaterialField& strip
   MaterialGradient gradient;
   if (!EquilibriumAdjoint(lattice.solver, strip, lattice.x, seed, &gradient)) return false;
   *by_log_entry = gradient.Contract(strip).col(0);
-  // What keeps a pulled strip flat is none of the material's.
+  // The rigidity that keeps a pulled strip flat is not the material's.
   if (kind_ == LabMeasurementKind::kTensile) by_log_entry->tail(kBendEntries).setZero();
   return true;
 }

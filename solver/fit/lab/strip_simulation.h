@@ -10,24 +10,24 @@
 
 namespace drape {
 
-// One reading of a mechanical test, computed: a strip at rest on its scene.
+// One reading of a laboratory measurement, computed: a strip at rest on its scene.
 //
 // Cantilever: a beam. The chord runs from the clamp's edge to the tip. A strip that is free to curl
 // across has D·(1 − ν²) by the Poisson ratio −1/3 of the hinge formula, which is no property of a
-// cloth; the strip's load is lowered by as much, so that a plate rigidity D falls like a beam of
+// cloth; the strip's load is lowered by as much, so that a plate rigidity D bends like a beam of
 // EI = D and a fit's D is the flexural rigidity G of the standard. The width cancels. The hinges of
 // a triangular lattice lie in three directions only; two lattices, one with rows along the strip
 // and one with rows across, average a bend table over directions as an unstructured disc does.
 //
 // Tensile: held at one end, a dead load [N/m] at the other, which is free to narrow. It is kept
-// flat: wrinkles of a pulled strip bear nothing that a load cell sees.
+// flat: wrinkles of a pulled strip carry no load that a load cell measures.
 class StripSimulation {
  public:
-  // Point `point` of a test.
-  StripSimulation(const LabMeasurement& test, int point, const Law& law);
-  // Goes on from the present shape.
+  // Point `point` of a measurement.
+  StripSimulation(const LabMeasurement& measurement, int point, const Law& law);
+  // Starts from the present shape.
   StripSimulation Clone() const;
-  // Starts the first time from the shape of another point of its test, to scale.
+  // Starts the first time from the shape of another point of its measurement, to scale.
   void StartLike(const StripSimulation& neighbour);
 
   // The reading [°] or [1] for a material, and, if not null, its gradient by the logarithms of the

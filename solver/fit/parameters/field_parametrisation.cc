@@ -101,8 +101,8 @@ MaterialField FieldParametrisation::Material(const Eigen::VectorXd& theta) const
   return field;
 }
 
-MaterialField FieldParametrisation::Direction(const MaterialField& material,
-                                              const Eigen::VectorXd& change) const {
+MaterialField FieldParametrisation::Jvp(const MaterialField& material,
+                                        const Eigen::VectorXd& change) const {
   MaterialField direction = material;
   for (const ElementKind kind : {ElementKind::kFaces, ElementKind::kHinges})
     TableEntries(kind, direction).array() *= LogFactors(kind, change).array();

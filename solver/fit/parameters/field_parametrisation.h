@@ -35,8 +35,7 @@ class FieldParametrisation final : public MaterialParametrisation {
   int size() const override { return size_; }
   MaterialField Material(const Eigen::VectorXd& theta) const override;
   RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const override;
-  MaterialField Direction(const MaterialField& material,
-                          const Eigen::VectorXd& change) const override;
+  MaterialField Jvp(const MaterialField& material, const Eigen::VectorXd& change) const override;
 
   const std::vector<FieldTerm>& terms() const { return terms_; }
   // Log factors on the base's entries: shape [F, 24] and [E, 15].

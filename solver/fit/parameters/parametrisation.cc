@@ -14,7 +14,7 @@ namespace {
 constexpr int kNone = -1;
 
 // Which θ drives table entry `entry` (0..38), or kNone.
-int SliceBatch(int entry, ParameterTying tying) {
+int GroupIndex(int entry, ParameterTying tying) {
   const bool stretch = entry < kStretchEntries;
   if (stretch && !FreesStretch(tying)) return kNone;
   const int row = (entry - kStretchEntries) / kBendCols;  // of bend
@@ -33,7 +33,7 @@ int SliceBatch(int entry, ParameterTying tying) {
   LOG(FATAL) << "unknown tying";
 }
 
-int CountItems(ParameterTying tying) { return SliceBatch(kMaterialEntries - 1, tying) + 1; }
+int CountGroups(ParameterTying tying) { return GroupIndex(kMaterialEntries - 1, tying) + 1; }
 
 const char* const kColumnNames[kStretchCols] = {"c11", "c12", "c22", "c33"};
 
@@ -57,16 +57,10 @@ void ScaleEntries(const Eigen::VectorXd& factor, MaterialField* field) {
 
 }  // namespace
 
-ParameterTying ParseParameterTying(const std::string& text) {
-  for (const ParameterTying tying : kParameterTyings)
-    if (text == std::to_string(CountItems(tying))) return tying;
-  throw InputError("num_parameters", "'" + text + "', expected 1, 2, 3, 7 or 39");
-}
-
 Eigen::MatrixXd TyingMatrix(ParameterTying tying) {
-  Eigen::MatrixXd tie = Eigen::MatrixXd::Zero(kMaterialEntries, CountItems(tying));
+  Eigen::MatrixXd tie = Eigen::MatrixXd::Zero(kMaterialEntries, CountGroups(tying));
   for (int entry = 0; entry < kMaterialEntries; ++entry)
-    if (const int group = SliceBatch(entry, tying); group != kNone) tie(entry, group) = 1.0;
+    if (const int group = GroupIndex(entry, tying); group != kNone) tie(entry, group) = 1.0;
   return tie;
 }
 
@@ -90,8 +84,8 @@ RowMatrix TableParametrisation::Vjp(const MaterialField& material,
   return tie_.transpose() * gradient.Contract(material);
 }
 
-MaterialField TableParametrisation::Direction(const MaterialField& material,
-                                              const Eigen::VectorXd& change) const {
+MaterialField TableParametrisation::Jvp(const MaterialField& material,
+                                        const Eigen::VectorXd& change) const {
   MaterialField direction = material;
   ScaleEntries(tie_ * change, &direction);
   return direction;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "physics/cloth/assembly/material_sensitivity.h"
+#include "physics/util/options/enum_names.h"
 
 namespace drape {
 
@@ -23,8 +24,7 @@ class MaterialParametrisation {
   // Material(θ).
   virtual RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const = 0;
   // The change of each entry of `material`, which is Material(θ), to first order in a change of θ.
-  virtual MaterialField Direction(const MaterialField& material,
-                                  const Eigen::VectorXd& change) const = 0;
+  virtual MaterialField Jvp(const MaterialField& material, const Eigen::VectorXd& change) const = 0;
 };
 
 // How many numbers of a fabric are free [METHODS, P3].
@@ -41,8 +41,14 @@ inline constexpr ParameterTying kParameterTyings[] = {
 inline bool FreesStretch(ParameterTying tying) {
   return tying != ParameterTying::kBendScale && tying != ParameterTying::kBendRows;
 }
-// By its count of numbers: "1", "2", "3", "7" or "39". Throws InputError for any other.
-ParameterTying ParseParameterTying(const std::string& text);
+// By its number of parameters.
+constexpr auto EnumNames(ParameterTying) {
+  return MakeNames<ParameterTying>({{ParameterTying::kBendScale, "1"},
+                                    {ParameterTying::kScales, "2"},
+                                    {ParameterTying::kBendRows, "3"},
+                                    {ParameterTying::kColumns, "7"},
+                                    {ParameterTying::kEntries, "39"}});
+}
 // The T of a tying: ones and zeros, shape [39, P].
 Eigen::MatrixXd TyingMatrix(ParameterTying tying);
 
@@ -60,8 +66,7 @@ class TableParametrisation final : public MaterialParametrisation {
   MaterialField Material(const Eigen::VectorXd& theta) const override;
   const Eigen::MatrixXd* log_entries_by_theta() const override { return &tie_; }
   RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const override;
-  MaterialField Direction(const MaterialField& material,
-                          const Eigen::VectorXd& change) const override;
+  MaterialField Jvp(const MaterialField& material, const Eigen::VectorXd& change) const override;
 
   const MaterialField& base() const { return base_; }
 

@@ -35,10 +35,10 @@ struct MaternOptions {
 // plane, with Σ sd² = sigma²: what the modes left out would have carried is given to those kept.
 Eigen::VectorXd MaternDeviations(const Eigen::VectorXd& eigenvalues, const MaternOptions& options);
 
-// What a field is beyond the cloth, where another mesh of its hem reaches further out.
+// A field outside the cloth, where another mesh of its outer boundary extends further.
 enum class Extrapolation {
   kNearest,  // as at the edge of the nearest triangle: no weight is negative
-  kLinear    // as the nearest triangle goes on: exact for a linear field
+  kLinear    // from the nearest triangle: exact for a linear field
 };
 
 // Rows of weights that read a field of the vertices of `mesh` at points, shape [2, N], in its plane

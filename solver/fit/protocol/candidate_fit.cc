@@ -12,175 +12,170 @@
 namespace drape {
 namespace {
 
-// A seed replaces a fitted drape when it comes this much nearer.
-constexpr double kReseedGain = 0.97;
+// A retried guess replaces a fitted drape when its misfit is lower by this factor.
+constexpr double kRetryGain = 0.97;
 constexpr double kCostTolerance = 1e-3;  // of all rounds but the last
 
 }  // namespace
 
-void CandidateFitter::Log(CandidateTask& work, const char* format, auto... values) const {
+void CandidateFitter::Log(CandidateTask& task, const char* format, auto... values) const {
   char line[256];
   const int place =
-      std::snprintf(line, sizeof line, "round %d, branch %d: ", round_ + 1, work.index + 1);
+      std::snprintf(line, sizeof line, "round %d, candidate %d: ", round_ + 1, task.index + 1);
   std::snprintf(line + place, sizeof line - place, format, values...);
-  work.log.push_back(line);
+  task.log.push_back(line);
 }
 
-// The drape of target i that grows from its seed under a material; empty when it is not stable.
-Eigen::VectorXd CandidateFitter::SettledGuess(const MaterialField& material, int i, double lift,
-                                              CandidateTask& work) const {
+// The drape of observation i from its start shape under a material; empty when it is not stable.
+Eigen::VectorXd CandidateFitter::SettleStart(const MaterialField& material, int i, double lift,
+                                             CandidateTask& task) const {
   SettleOptions settle = MakeSettleOptions(options_);
   settle.steps.cancel = settle.equilibrium.cancel = cancel_;
-  ++work.counts.rollouts;
-  const State seed = GuessState(fine_.model(), problem_.targets[i], lift);
-  SettledDrape drape = std::move(Settle(fine_, material, {&seed, 1}, settle).front());
-  if (drape.IsUsable(options_.integrator)) return std::move(drape.rest.x);
+  ++task.counts.rollouts;
+  const State start = GuessState(fine_.model(), problem_.observations[i], lift);
+  SettledDrape drape = std::move(Settle(fine_, material, {&start, 1}, settle).front());
+  if (drape.IsUsable(settle.solve_mode)) return std::move(drape.rest.x);
   if (drape.steps == RolloutStatus::kOk)
-    Log(work, "a seed's drape is %s after %d Newton iterations (residual %.1e)",
+    Log(task, "the drape of an initial guess is %s after %d Newton iterations (residual %.1e)",
         ToString(drape.rest.status), drape.rest.iterations, drape.rest.residual);
   return {};
 }
 
 // Root mean square distance of a drape from its outline [px]; negative when it has none.
 double CandidateFitter::ComputeProfileRms(int i, const Eigen::VectorXd& x) const {
-  const Observation& target = problem_.targets[i];
+  const Observation& observation = problem_.observations[i];
   Outline outline;
-  if (x.size() == 0 ||
-      !OutlineFromMesh(fine_.model().mesh, x, target.camera, options_.angles, &outline)) {
+  if (x.size() == 0 || !OutlineFromMesh(fine_.model().mesh, x, observation.camera,
+                                        static_cast<int>(observation.radius.size()), &outline)) {
     return -1.0;
   }
-  return ProfileRms(outline.radius, target.radius);
+  return ProfileRms(outline.radius, observation.radius);
 }
 
-void CandidateFitter::Seed(CandidateTask& work) const {
-  FitCandidate& branch = work.branch;
-  branch.theta = Eigen::VectorXd::Zero(Parametrisation(branch).size());
-  const MaterialField material = Scaled(problem_.material, branch.seed.stretch, branch.seed.bend);
+void CandidateFitter::SettleGuess(CandidateTask& task) const {
+  FitCandidate& candidate = task.candidate;
+  candidate.theta = Eigen::VectorXd::Zero(Parametrisation(candidate).size());
+  const MaterialField material =
+      Scaled(problem_.material, candidate.guess.stretch, candidate.guess.bend);
   std::vector<Eigen::VectorXd> shapes;
   double sum = 0.0;
-  for (int i = 0; i < int(problem_.targets.size()); ++i) {
-    shapes.push_back(SettledGuess(material, i, branch.seed.lifts[i], work));
+  for (int i = 0; i < int(problem_.observations.size()); ++i) {
+    shapes.push_back(SettleStart(material, i, candidate.guess.lifts[i], task));
     const double rms = ComputeProfileRms(i, shapes.back());
     if (rms < 0.0) return;
     sum += rms * rms;
   }
-  branch.seed_rms = std::sqrt(sum / double(shapes.size()));
-  branch.shapes = std::move(shapes);
+  candidate.guess_rms = std::sqrt(sum / double(shapes.size()));
+  candidate.shapes = std::move(shapes);
 }
 
-void CandidateFitter::Reseed(CandidateTask& work) const {
-  FitCandidate& branch = work.branch;
-  const MaterialField material = FittedMaterial(problem_, options_, branch);
-  for (int i = 0; i < int(problem_.targets.size()); ++i) {
-    double best = ComputeProfileRms(i, branch.shapes[i]);
+void CandidateFitter::RetryGuesses(CandidateTask& task) const {
+  FitCandidate& candidate = task.candidate;
+  const MaterialField material = FittedMaterial(problem_, options_, candidate);
+  for (int i = 0; i < int(problem_.observations.size()); ++i) {
+    double best = ComputeProfileRms(i, candidate.shapes[i]);
     for (const double lift : options_.grid.lifts) {
       if (Cancelled()) return;
-      Eigen::VectorXd x = SettledGuess(material, i, lift, work);
+      Eigen::VectorXd x = SettleStart(material, i, lift, task);
       const double rms = ComputeProfileRms(i, x);
-      if (rms < 0.0 || rms > kReseedGain * best) continue;
-      Log(work, "image %d seeded anew, lift %g: %.2f -> %.2f px", i + 1, lift, best, rms);
+      if (rms < 0.0 || rms > kRetryGain * best) continue;
+      Log(task, "image %d starts again from lift %g: %.2f -> %.2f px", i + 1, lift, best, rms);
       best = rms;
-      branch.shapes[i] = std::move(x);
+      candidate.shapes[i] = std::move(x);
     }
   }
 }
 
-void CandidateFitter::Fit(CandidateTask& work, const std::function<void(double)>& progress) const {
-  const TableParametrisation parametrisation = Parametrisation(work.branch);
-  std::vector<Observation> targets = WithStarts(work.branch);
-  OutlineResiduals batch(&fine_, &parametrisation, &targets, MakeResidualOptions());
-  const Eigen::VectorXd& theta = work.branch.theta;
-  Eigen::Map<Eigen::VectorXd>(batch.theta(), theta.size()) = theta;
+void CandidateFitter::Fit(CandidateTask& task, const std::function<void(double)>& progress) const {
+  const TableParametrisation parametrisation = Parametrisation(task.candidate);
+  OutlineResiduals outlines = Outlines(parametrisation, task.candidate);
   FitOptions fit_options = MakeFitOptions();
-  fit_options.progress = [&](const FitIteration& iteration) {
-    progress(iteration.iteration / std::max(1.0, double(fit_options.max_iterations)));
+  fit_options.trust_region.progress = [&](const FitIteration& iteration) {
+    progress(iteration.iteration / std::max(1.0, double(fit_options.trust_region.max_iterations)));
   };
-  std::optional<StripResiduals> tests = Tests();
-  const FitSummary summary = drape::Fit(batch, fit_options, tests ? &*tests : nullptr);
-  work.iterations += static_cast<int>(summary.iterations.size()) - 1;
-  work.counts += summary.counts;
+  std::optional<StripResiduals> strips = Strips();
+  const FitSummary summary = drape::Fit(outlines, fit_options, strips ? &*strips : nullptr);
+  task.iterations += static_cast<int>(summary.iterations.size()) - 1;
+  task.counts += summary.counts;
   if (summary.termination == FitTermination::kFailed) {
-    work.branch.shapes.clear();
-    Log(work, "failed, %s", summary.message.c_str());
+    task.candidate.shapes.clear();
+    Log(task, "failed, %s", summary.message.c_str());
   } else {
-    Keep(summary, targets, work);
+    TakeResult(summary, outlines.starts(), task);
   }
 }
 
-void CandidateFitter::Keep(const FitSummary& summary, const std::vector<Observation>& targets,
-                           CandidateTask& work) const {
-  FitCandidate& branch = work.branch;
-  branch.theta = summary.theta;
-  branch.cost = summary.final_cost;
-  branch.termination = summary.termination;
-  branch.iterations += static_cast<int>(summary.iterations.size()) - 1;
+void CandidateFitter::TakeResult(const FitSummary& summary, const std::vector<State>& drapes,
+                                 CandidateTask& task) const {
+  FitCandidate& candidate = task.candidate;
+  candidate.theta = summary.theta;
+  candidate.cost = summary.final_cost;
+  candidate.termination = summary.termination;
+  candidate.iterations += static_cast<int>(summary.iterations.size()) - 1;
   double sum = 0.0;
-  for (int i = 0; i < int(targets.size()); ++i) {
-    branch.shapes[i] = targets[i].start.x;
-    sum += std::pow(ComputeProfileRms(i, branch.shapes[i]), 2);
+  for (int i = 0; i < int(drapes.size()); ++i) {
+    candidate.shapes[i] = drapes[i].x;
+    sum += std::pow(ComputeProfileRms(i, candidate.shapes[i]), 2);
   }
-  branch.profile_rms = std::sqrt(sum / double(targets.size()));
-  Log(work,
+  candidate.profile_rms = std::sqrt(sum / double(drapes.size()));
+  Log(task,
       "stretch %g, bend %g, lift %g, cost %.1f -> %.1f, %.2f px, %s, %d branch jumps, %d failed",
-      branch.seed.stretch, branch.seed.bend, branch.seed.lifts.front(), summary.initial_cost,
-      summary.final_cost, branch.profile_rms, ToString(summary.termination), summary.counts.jumps,
-      summary.counts.failed);
+      candidate.guess.stretch, candidate.guess.bend, candidate.guess.lifts.front(),
+      summary.initial_cost, summary.final_cost, candidate.profile_rms,
+      ToString(summary.termination), summary.counts.jumps, summary.counts.failed);
 }
 
-Eigen::MatrixXd CandidateFitter::Jacobian(const FitCandidate& branch) const {
-  const TableParametrisation parametrisation = Parametrisation(branch);
-  std::vector<Observation> targets = WithStarts(branch);
-  OutlineResiduals batch(&fine_, &parametrisation, &targets, MakeResidualOptions());
-  Eigen::Map<Eigen::VectorXd>(batch.theta(), branch.theta.size()) = branch.theta;
-  batch.PrepareForEvaluation(true, true);
-  if (problem_.tests == nullptr || !batch.has_accepted()) return batch.accepted().jacobian;
+Eigen::MatrixXd CandidateFitter::Jacobian(const FitCandidate& candidate) const {
+  const TableParametrisation parametrisation = Parametrisation(candidate);
+  OutlineResiduals outlines = Outlines(parametrisation, candidate);
+  outlines.PrepareForEvaluation(true, true);
+  if (problem_.strips == nullptr || !outlines.has_accepted()) return outlines.accepted().jacobian;
   Eigen::VectorXd residual;
-  RowMatrix of_tests;
-  if (!Tests()->Evaluate(parametrisation, branch.theta, &residual, &of_tests)) return {};
-  Eigen::MatrixXd jacobian(batch.accepted().jacobian.rows() + of_tests.rows(), of_tests.cols());
-  jacobian << batch.accepted().jacobian, of_tests;
+  RowMatrix by_strips;
+  if (!Strips()->Evaluate(parametrisation, candidate.theta, &residual, &by_strips)) return {};
+  Eigen::MatrixXd jacobian(outlines.accepted().jacobian.rows() + by_strips.rows(),
+                           by_strips.cols());
+  jacobian << outlines.accepted().jacobian, by_strips;
   return jacobian;
 }
 
-TableParametrisation CandidateFitter::Parametrisation(const FitCandidate& branch) const {
-  return {Scaled(problem_.material, branch.seed.stretch, branch.seed.bend), options_.parameters};
+TableParametrisation CandidateFitter::Parametrisation(const FitCandidate& candidate) const {
+  return {Scaled(problem_.material, candidate.guess.stretch, candidate.guess.bend),
+          options_.parameters};
 }
 
-std::vector<Observation> CandidateFitter::WithStarts(const FitCandidate& branch) const {
-  std::vector<Observation> targets = problem_.targets;
-  for (std::size_t i = 0; i < targets.size(); ++i)
-    targets[i].start = {branch.shapes[i], Eigen::VectorXd::Zero(branch.shapes[i].size())};
-  return targets;
+OutlineResiduals CandidateFitter::Outlines(const TableParametrisation& parametrisation,
+                                           const FitCandidate& candidate) const {
+  OutlineResiduals outlines(&fine_, &parametrisation, &problem_.observations,
+                            AtRest(candidate.shapes), MakeResidualOptions());
+  Eigen::Map<Eigen::VectorXd>(outlines.theta(), candidate.theta.size()) = candidate.theta;
+  return outlines;
 }
 
-std::optional<StripResiduals> CandidateFitter::Tests() const {
-  return problem_.tests == nullptr ? std::nullopt : std::optional(problem_.tests->Clone());
+std::optional<StripResiduals> CandidateFitter::Strips() const {
+  return problem_.strips == nullptr ? std::nullopt : std::optional(problem_.strips->Clone());
 }
 
 OutlineResidualOptions CandidateFitter::MakeResidualOptions() const {
-  OutlineResidualOptions batch;
-  batch.integrator = options_.integrator;
-  batch.equilibrium.max_iterations = options_.newton_iterations;
-  batch.equilibrium.cancel = cancel_;
-  batch.rollout.h = options_.settle_h;
-  batch.rollout.steps = options_.settle_steps;
-  batch.rollout.cancel = cancel_;
-  batch.sigma_px = options_.sigma_px;
-  batch.max_outline_change = options_.max_outline_change;
-  batch.max_jump = options_.max_jump;
-  batch.warm_restart = options_.warm_restart;
-  return batch;
+  OutlineResidualOptions residuals = options_.residuals;
+  residuals.rollout.cancel = residuals.equilibrium.cancel = cancel_;
+  return residuals;
 }
 
 FitOptions CandidateFitter::MakeFitOptions() const {
-  const bool last = round_ + 1 == static_cast<int>(options_.keep.size());
+  const bool last = round_ + 1 == static_cast<int>(options_.candidates_per_round.size());
   FitOptions fit;
   fit.prior_sigma = options_.prior_sigma;
-  fit.max_iterations = options_.iterations[round_];
-  fit.initial_damping = options_.initial_damping;
-  fit.cost_tolerance = last ? kLastCostTolerance : kCostTolerance;
-  fit.cancel = cancel_;
+  fit.trust_region.max_iterations = options_.iterations[round_];
+  fit.trust_region.initial_damping = options_.initial_damping;
+  fit.trust_region.cost_tolerance = last ? kLastCostTolerance : kCostTolerance;
+  fit.trust_region.cancel = cancel_;
   return fit;
+}
+
+Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,
+                            const FitCandidate& candidate) {
+  return CandidateFitter(problem, options, *problem.fine, nullptr, 0).Jacobian(candidate);
 }
 
 }  // namespace drape

@@ -6,51 +6,53 @@
 #include <string>
 #include <vector>
 
-#include "solver/fit/protocol/staged_fit.h"
+#include "solver/fit/protocol/fit_types.h"
 
 namespace drape {
 
-// A branch while a round works on it, and what the state is to get of it.
+// A candidate while a round works on it, and what the state gets of it.
 struct CandidateTask {
   int index = 0;  // in the state
-  FitCandidate branch;
+  FitCandidate candidate;
   int iterations = 0;
   RolloutCounts counts;
   std::vector<std::string> log;  // lines
 };
 
-// What a round does to one branch. Several of them may run side by side.
+// What a round does to one candidate. Several may run side by side.
 class CandidateFitter {
  public:
-  // References outlive the object; `fine` stands for problem.fine.
+  // References outlive the object; `fine` takes the place of problem.fine.
   CandidateFitter(const FitProblem& problem, const StagedFitOptions& options, Backend& fine,
                   const std::atomic<bool>* cancel, int round)
       : problem_(problem), options_(options), fine_(fine), cancel_(cancel), round_(round) {}
 
-  // The drapes of the branch's seeds; without shapes where one has none that is stable.
-  void Seed(CandidateTask& work) const;
-  // Seeds that come nearer to their images under the material fitted so far replace the shapes.
-  void Reseed(CandidateTask& work) const;
+  // Finds the drapes of the candidate's initial guess; without shapes where one is not stable.
+  void SettleGuess(CandidateTask& task) const;
+  // Tries all start shapes with the material fitted so far; drapes that come nearer to their images
+  // replace the candidate's.
+  void RetryGuesses(CandidateTask& task) const;
   // Without shapes afterwards when not even the start could be evaluated.
   // progress: share of the iterations.
-  void Fit(CandidateTask& work, const std::function<void(double share)>& progress) const;
-  // The targets with the branch's drapes as their starts.
-  std::vector<Observation> WithStarts(const FitCandidate& branch) const;
+  void Fit(CandidateTask& task, const std::function<void(double share)>& progress) const;
   OutlineResidualOptions MakeResidualOptions() const;
-  // As FitJacobian.
-  Eigen::MatrixXd Jacobian(const FitCandidate& branch) const;
+  // ∂residual/∂θ of all observations, then of all points of strips, at a candidate, shape
+  // [ΣK + N, P]; empty when its drapes or strips are not stable.
+  Eigen::MatrixXd Jacobian(const FitCandidate& candidate) const;
 
  private:
   bool Cancelled() const { return cancel_ != nullptr && cancel_->load(); }
-  void Log(CandidateTask& work, const char* format, auto... values) const;
-  Eigen::VectorXd SettledGuess(const MaterialField& material, int i, double lift,
-                               CandidateTask& work) const;
+  void Log(CandidateTask& task, const char* format, auto... values) const;
+  Eigen::VectorXd SettleStart(const MaterialField& material, int i, double lift,
+                              CandidateTask& task) const;
   double ComputeProfileRms(int i, const Eigen::VectorXd& x) const;
-  TableParametrisation Parametrisation(const FitCandidate& branch) const;
-  std::optional<StripResiduals> Tests() const;
+  TableParametrisation Parametrisation(const FitCandidate& candidate) const;
+  OutlineResiduals Outlines(const TableParametrisation& parametrisation,
+                            const FitCandidate& candidate) const;
+  std::optional<StripResiduals> Strips() const;
   FitOptions MakeFitOptions() const;
-  void Keep(const FitSummary& summary, const std::vector<Observation>& targets,
-            CandidateTask& work) const;
+  void TakeResult(const FitSummary& summary, const std::vector<State>& drapes,
+                  CandidateTask& task) const;
 
   const FitProblem& problem_;
   const StagedFitOptions& options_;
@@ -58,5 +60,9 @@ class CandidateFitter {
   const std::atomic<bool>* cancel_;
   int round_;
 };
+
+// CandidateFitter::Jacobian on the problem's own backend.
+Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,
+                            const FitCandidate& candidate);
 
 }  // namespace drape

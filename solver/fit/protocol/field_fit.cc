@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "physics/mesh/disc.h"
-#include "physics/util/errors.h"
 #include "physics/util/random.h"
 #include "solver/fit/protocol/candidate_fit.h"
 
@@ -20,13 +19,13 @@ namespace {
 constexpr int kModesDisc = 1200;  // vertices of the disc on which modes are found
 // In units of the prior, beside squared singular values up to some 1e5.
 constexpr double kMaxDamping = 1e7;
-// A drape of a single table has been fitted to the edge of its branch: trials fall onto the next
-// one, millimetres away, and Newton needs 30 to 60 steps for that.
+// The drape of a single table has been fitted to the end of its branch: trials move to the next
+// branch, millimetres away, and Newton needs 30 to 60 iterations for that.
 constexpr int kNewtonFactor = 3;
 constexpr double kRestartDamping = 100.0;  // beside the same squares
 constexpr double kCostTolerance = 1e-4;
 
-// A field that one number moves as a whole.
+// A field that one parameter moves as a whole.
 FieldTerm::Basis Constant(int elements, double value) {
   return Eigen::MatrixXd::Constant(elements, 1, value).sparseView();
 }
@@ -66,25 +65,9 @@ int DeterminedDirections(const Eigen::MatrixXd& jacobian) {
 
 }  // namespace
 
-FieldBasis ParseFieldBasis(const std::string& text) {
-  if (text == "modes") return FieldBasis::kModes;
-  if (text == "elements") return FieldBasis::kElements;
-  throw InputError("field_basis", "'" + text + "', expected modes or elements");
-}
-
-FieldGroups ParseFieldGroups(const std::string& text) {
-  if (text == "scales") return FieldGroups::kScales;
-  if (text == "stretch") return FieldGroups::kStretch;
-  if (text == "bend") return FieldGroups::kBend;
-  if (text == "entries") return FieldGroups::kEntries;
-  throw InputError("field_groups", "'" + text + "', expected scales, stretch, bend or entries");
-}
-
 void FieldOptions::Check() const {
-  CHECK_GT(sigma, 0.0);
-  CHECK_GT(length, 0.0);
-  CHECK(modes >= 1 && modes < kModesDisc - 1) << modes;
-  CHECK_GE(iterations, 0);
+  CheckFields(*this);
+  CHECK_LT(modes, kModesDisc - 1);
 }
 
 std::vector<FieldTerm> CommonTerms(const Mesh& mesh, double sigma) {
@@ -142,27 +125,26 @@ namespace {
 class FieldFitter {
  public:
   FieldFitter(const FitProblem& problem, const StagedFitOptions& staged,
-              const FieldOptions& options, const FitCandidate& branch,
-              const StagedFitCallbacks& callbacks)
+              const FieldOptions& options, const FitCandidate& candidate, const RunControl& control)
       : problem_(problem),
         staged_(staged),
         options_(options),
-        callbacks_(callbacks),
-        branch_fitter_(problem, staged, *problem.fine, callbacks.cancel, 0),
-        parametrisation_(FittedMaterial(problem, staged, branch), mesh().num_faces(),
+        control_(control),
+        candidate_fitter_(problem, staged, *problem.fine, control.cancel, 0),
+        parametrisation_(FittedMaterial(problem, staged, candidate), mesh().num_faces(),
                          mesh().num_hinges(), Terms()),
-        best_targets_(branch_fitter_.WithStarts(branch)) {}
+        best_drapes_(AtRest(candidate.shapes)) {}
 
   FieldFit Run() {
-    Attempt(0, Eigen::VectorXd::Zero(parametrisation_.size()), best_targets_);
-    for (int hop = 1; hop <= options_.hops && !Cancelled() && Succeeded(); ++hop)
-      TryNeighbourBranch(hop);
+    Attempt(0, Eigen::VectorXd::Zero(parametrisation_.size()), best_drapes_);
+    for (int restart = 1; restart <= options_.restarts && !Cancelled() && Succeeded(); ++restart)
+      TryNeighbourBranch(restart);
     return Conclude();
   }
 
  private:
   const Mesh& mesh() const { return problem_.fine->model().mesh; }
-  bool Cancelled() const { return callbacks_.cancel != nullptr && callbacks_.cancel->load(); }
+  bool Cancelled() const { return control_.cancelled(); }
   bool Succeeded() const { return best_.termination != FitTermination::kFailed; }
 
   std::vector<FieldTerm> Terms() const {
@@ -170,29 +152,29 @@ class FieldFitter {
     for (FieldTerm& term : MakeFieldTerms(mesh(), options_)) terms.push_back(std::move(term));
     return terms;
   }
-  OutlineResiduals BatchAt(const Eigen::VectorXd& theta, std::vector<Observation>& targets) const {
-    OutlineResidualOptions options = branch_fitter_.MakeResidualOptions();
+  OutlineResiduals OutlinesAt(const Eigen::VectorXd& theta, std::vector<State> starts) const {
+    OutlineResidualOptions options = candidate_fitter_.MakeResidualOptions();
     options.equilibrium.max_iterations *= kNewtonFactor;
-    OutlineResiduals batch(problem_.fine, &parametrisation_, &targets, options);
-    Eigen::Map<Eigen::VectorXd>(batch.theta(), theta.size()) = theta;
-    return batch;
+    OutlineResiduals outlines(problem_.fine, &parametrisation_, &problem_.observations,
+                              std::move(starts), options);
+    Eigen::Map<Eigen::VectorXd>(outlines.theta(), theta.size()) = theta;
+    return outlines;
   }
 
-  void Attempt(int number, const Eigen::VectorXd& theta, std::vector<Observation> targets) {
+  void Attempt(int number, const Eigen::VectorXd& theta, std::vector<State> starts) {
     FitOptions options;
-    options.max_iterations = options_.iterations;
-    options.initial_damping = staged_.initial_damping;
-    options.unit_damping = true;
-    options.max_damping = kMaxDamping;
-    options.cost_tolerance = kCostTolerance;
-    options.cancel = callbacks_.cancel;
-    options.progress = [&](const FitIteration& iteration) {
+    options.trust_region.max_iterations = options_.iterations;
+    options.trust_region.initial_damping = staged_.initial_damping;
+    options.trust_region.unit_damping = true;
+    options.trust_region.max_damping = kMaxDamping;
+    options.trust_region.cost_tolerance = kCostTolerance;
+    options.trust_region.cancel = control_.cancel;
+    options.trust_region.progress = [&](const FitIteration& iteration) {
       const double share = iteration.iteration / std::max(1.0, double(options_.iterations));
-      if (callbacks_.progress)
-        callbacks_.progress("fields", (number + share) / (options_.hops + 1), 0.0);
+      control_.Report((number + share) / (options_.restarts + 1), "fields");
     };
-    OutlineResiduals batch = BatchAt(theta, targets);
-    FitSummary summary = Fit(batch, options);
+    OutlineResiduals outlines = OutlinesAt(theta, std::move(starts));
+    FitSummary summary = Fit(outlines, options);
     counts_ += summary.counts;
     iterations_ += static_cast<int>(summary.iterations.size()) - 1;
     seconds_ += summary.seconds;
@@ -203,32 +185,33 @@ class FieldFitter {
       return;
     }
     best_ = std::move(summary);
-    best_targets_ = std::move(targets);
+    best_drapes_ = outlines.starts();
   }
 
-  // Where Ceres ends, each step towards lower costs falls onto a neighbouring branch, where the
-  // cost is a little higher. One such step is taken all the same, and the fit goes on from there.
+  // Where Ceres ends, each step towards lower costs moves to a neighbouring branch, where the cost
+  // is a little higher. This takes one such step and continues the fit from there.
   void TryNeighbourBranch(int number) {
-    std::vector<Observation> targets = best_targets_;
-    OutlineResiduals batch = BatchAt(best_.theta, targets);
-    batch.PrepareForEvaluation(true, true);
-    if (!batch.has_accepted()) return;
+    std::vector<State> drapes = best_drapes_;
+    OutlineResiduals outlines = OutlinesAt(best_.theta, drapes);
+    outlines.PrepareForEvaluation(true, true);
+    if (!outlines.has_accepted()) return;
     const double damping = 1.0 + kRestartDamping / number;
-    const Eigen::MatrixXd& jacobian = batch.accepted().jacobian;
-    const Eigen::VectorXd gradient = jacobian.transpose() * batch.accepted().residual + best_.theta;
+    const Eigen::MatrixXd& jacobian = outlines.accepted().jacobian;
+    const Eigen::VectorXd gradient =
+        jacobian.transpose() * outlines.accepted().residual + best_.theta;
     // −(JᵀJ + c)⁻¹·gradient by the dual system.
     Eigen::MatrixXd dual = jacobian * jacobian.transpose();
     dual.diagonal().array() += damping;
     const Eigen::VectorXd step =
         (jacobian.transpose() * dual.ldlt().solve(jacobian * gradient) - gradient) / damping;
-    Eigen::Map<Eigen::VectorXd>(batch.theta(), step.size()) += step;
-    batch.PrepareForEvaluation(false, true);
-    Eigen::VectorXd residual(batch.num_angles());
-    for (int i = 0; i < batch.num_targets(); ++i) {
-      if (!batch.Copy(i, residual.data())) return;
-      targets[i].start.x = batch.shape(i);
+    Eigen::Map<Eigen::VectorXd>(outlines.theta(), step.size()) += step;
+    outlines.PrepareForEvaluation(false, true);
+    Eigen::VectorXd residual(outlines.num_angles());
+    for (int i = 0; i < outlines.num_observations(); ++i) {
+      if (!outlines.Residuals(i, residual.data())) return;
+      drapes[i].x = outlines.shape(i);
     }
-    Attempt(number, best_.theta + step, std::move(targets));
+    Attempt(number, best_.theta + step, std::move(drapes));
   }
 
   FieldFit Conclude() {
@@ -240,7 +223,7 @@ class FieldFitter {
     fit.iterations = iterations_;
     if (fit.summary.termination == FitTermination::kFailed) return fit;
     fit.material = parametrisation_.Material(fit.summary.theta);
-    for (const Observation& target : best_targets_) fit.shapes.push_back(target.start.x);
+    for (const State& drape : best_drapes_) fit.shapes.push_back(drape.x);
     fit.determined = DeterminedDirections(fit.summary.jacobian);
     Deviations(parametrisation_.MeanLogFactor(ElementKind::kFaces), fit.summary.jacobian,
                &fit.prior_face, &fit.posterior_face);
@@ -252,11 +235,11 @@ class FieldFitter {
   const FitProblem& problem_;
   const StagedFitOptions& staged_;
   const FieldOptions& options_;
-  const StagedFitCallbacks& callbacks_;
-  const CandidateFitter branch_fitter_;
+  const RunControl& control_;
+  const CandidateFitter candidate_fitter_;
   const FieldParametrisation parametrisation_;
   FitSummary best_;
-  std::vector<Observation> best_targets_;  // their starts are the drapes of the best
+  std::vector<State> best_drapes_;
   double initial_cost_ = 0.0, seconds_ = 0.0;
   int iterations_ = 0;
   RolloutCounts counts_;
@@ -265,9 +248,9 @@ class FieldFitter {
 }  // namespace
 
 FieldFit FitFields(const FitProblem& problem, const StagedFitOptions& staged,
-                   const FieldOptions& options, const FitCandidate& branch,
-                   const StagedFitCallbacks& callbacks) {
-  return FieldFitter(problem, staged, options, branch, callbacks).Run();
+                   const FieldOptions& options, const FitCandidate& candidate,
+                   const RunControl& control) {
+  return FieldFitter(problem, staged, options, candidate, control).Run();
 }
 
 }  // namespace drape

@@ -6,10 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 #include "solver/fit/fit.h"
 #include "solver/fit/parameters/field_parametrisation.h"
 #include "solver/fit/parameters/random_field.h"
-#include "solver/fit/protocol/staged_fit.h"
+#include "solver/fit/protocol/fit_types.h"
 
 namespace drape {
 
@@ -19,18 +21,24 @@ enum class FieldBasis {
   kModes,    // smooth random fields of LaplaceModes: carry over to other meshes
   kElements  // each face and hinge on its own
 };
-// "modes" or "elements". Throws InputError for any other.
-FieldBasis ParseFieldBasis(const std::string& text);
+constexpr auto EnumNames(FieldBasis) {
+  return MakeNames<FieldBasis>(
+      {{FieldBasis::kElements, "elements"}, {FieldBasis::kModes, "modes"}});
+}
 
 // Which entries of a table vary over the cloth, and which of them together.
 enum class FieldGroups {
   kScales,   // one factor on the stretch entries of a face, one on the bend entries of a hinge
   kStretch,  // only the first
   kBend,     // only the second
-  kEntries   // each entry on its own: 24 and 15 numbers an element or mode
+  kEntries   // each entry on its own: 24 and 15 numbers per element or mode
 };
-// "scales", "stretch", "bend" or "entries". Throws InputError for any other.
-FieldGroups ParseFieldGroups(const std::string& text);
+constexpr auto EnumNames(FieldGroups) {
+  return MakeNames<FieldGroups>({{FieldGroups::kScales, "scales"},
+                                 {FieldGroups::kStretch, "stretch"},
+                                 {FieldGroups::kBend, "bend"},
+                                 {FieldGroups::kEntries, "entries"}});
+}
 
 struct FieldOptions {
   FieldBasis basis = FieldBasis::kElements;
@@ -39,10 +47,47 @@ struct FieldOptions {
   double length = 0.03;  // kModes: its correlation length [m]
   int modes = 60;        // kModes: how many
   int iterations = 40;   // of Ceres in each attempt
-  int hops = 3;          // attempts after the first, each from a neighbouring branch of the best
+  int restarts = 3;      // attempts after the first, each from a neighbouring branch of the best
 
   void Check() const;  // programmer errors
 };
+
+template <MutableOrConst<FieldOptions> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [basis, groups, sigma, length, modes, iterations, restarts] = options;
+  visit(basis, Field{.key = "field_basis",
+                     .doc = "model heterogeneous: each face and hinge on its own, or smooth random "
+                            "fields"});
+  visit(groups,
+        Field{.key = "field_groups",
+              .doc = "model heterogeneous, what varies: a factor on all stretch entries and "
+                     "one on all bend entries, one of the two only, or each entry on its "
+                     "own"});
+  visit(sigma, Field{.key = "field_sigma",
+                     .doc = "model heterogeneous: standard deviation of a log factor over the "
+                            "cloth, in the prior",
+                     .least = 0,
+                     .above_least = true});
+  visit(length, Field{.key = "field_length",
+                      .doc = "field_basis modes: correlation length",
+                      .unit = "m",
+                      .least = 0,
+                      .above_least = true});
+  visit(modes, Field{.key = "field_modes",
+                     .doc = "field_basis modes: number of modes",
+                     .least = 1,
+                     .most = 1000});
+  visit(iterations, Field{.key = "field_iterations",
+                          .doc = "model heterogeneous: iterations of Ceres for the fields, in each "
+                                 "attempt",
+                          .least = 0,
+                          .most = 10000});
+  visit(restarts, Field{.key = "field_restarts",
+                        .doc = "model heterogeneous: attempts after the first, each from a branch "
+                               "next to the best one",
+                        .least = 0,
+                        .most = 1000});
+}
 
 // One number for each of the 39 entries, the same for all elements: `sigma` its prior standard
 // deviation. 24 of the stretch, then 15 of the bend entries.
@@ -58,20 +103,21 @@ std::vector<FieldTerm> MakeFieldTerms(const Mesh& mesh, const FieldOptions& opti
 struct FieldFit {
   FitSummary summary;      // θ: 39 log factors of all entries, then those of the terms
   MaterialField material;  // a table for each face and hinge
-  std::vector<Eigen::VectorXd> shapes;  // the fitted drape of each target [m], shape [3V]
+  std::vector<Eigen::VectorXd> shapes;  // the fitted drape of each observation [m], shape [3V]
   // Mean log factor of each element's entries by its prior and with the data, one standard
-  // deviation, linearised at the fit (Laplace): equal where the data say nothing. Shape [F], [E].
+  // deviation, linearised at the fit (Laplace): equal where the data contain no information. Shape
+  // [F], [E].
   Eigen::VectorXd prior_face, posterior_face, prior_hinge, posterior_hinge;
 
   int iterations = 0;  // of all attempts
-  int determined = 0;  // directions of θ that the data know better than the prior
+  int determined = 0;  // directions of θ that the data determine better than the prior
 
   bool valid() const { return !shapes.empty(); }
 };
 
-// Goes on from the tables and drapes of a branch. Drapes at rest only (SolveMode::kStatic).
+// Starts from the tables and drapes of a candidate. Equilibria only (SolveMode::kStatic).
 FieldFit FitFields(const FitProblem& problem, const StagedFitOptions& staged,
-                   const FieldOptions& options, const FitCandidate& branch,
-                   const StagedFitCallbacks& callbacks);
+                   const FieldOptions& options, const FitCandidate& candidate,
+                   const RunControl& control);
 
 }  // namespace drape

@@ -39,42 +39,42 @@ int IntegerUpTo(const JsonInput& input, int last) {
   return value;
 }
 
-json ToJson(const FitCandidate& branch) {
+json ToJson(const FitCandidate& candidate) {
   json shapes = json::array();
-  for (const Eigen::VectorXd& x : branch.shapes) shapes.push_back(ToJson(x));
-  return {{"stretch", branch.seed.stretch},
-          {"bend", branch.seed.bend},
-          {"lifts", branch.seed.lifts},
-          {"coarse_rms", branch.seed.profile_rms},
-          {"seed_rms", branch.seed_rms},
-          {"theta", ToJson(branch.theta)},
+  for (const Eigen::VectorXd& x : candidate.shapes) shapes.push_back(ToJson(x));
+  return {{"stretch", candidate.guess.stretch},
+          {"bend", candidate.guess.bend},
+          {"lifts", candidate.guess.lifts},
+          {"coarse_rms", candidate.guess.profile_rms},
+          {"guess_rms", candidate.guess_rms},
+          {"theta", ToJson(candidate.theta)},
           {"shapes", shapes},
-          {"cost", branch.cost},
-          {"profile_rms", branch.profile_rms},
-          {"termination", static_cast<int>(branch.termination)},
-          {"iterations", branch.iterations},
-          {"done", branch.done}};
+          {"cost", candidate.cost},
+          {"profile_rms", candidate.profile_rms},
+          {"termination", static_cast<int>(candidate.termination)},
+          {"iterations", candidate.iterations},
+          {"done", candidate.done}};
 }
 
 FitCandidate ReadCandidate(const JsonInput& input) {
-  FitCandidate branch;
-  branch.seed = {input.At("stretch").Number(), input.At("bend").Number(),
-                 Numbers(input.At("lifts")), input.At("coarse_rms").Number()};
-  branch.seed_rms = input.At("seed_rms").Number();
-  branch.theta = Vector(input.At("theta"));
+  FitCandidate candidate;
+  candidate.guess = {input.At("stretch").Number(), input.At("bend").Number(),
+                     Numbers(input.At("lifts")), input.At("coarse_rms").Number()};
+  candidate.guess_rms = input.At("guess_rms").Number();
+  candidate.theta = Vector(input.At("theta"));
   const JsonInput shapes = input.At("shapes");
   for (int i = 0; i < shapes.ExpectArray().Size(); ++i)
-    branch.shapes.push_back(Vector(shapes.At(i)));
-  branch.cost = input.At("cost").Number();
-  branch.profile_rms = input.At("profile_rms").Number();
-  branch.termination = static_cast<FitTermination>(
+    candidate.shapes.push_back(Vector(shapes.At(i)));
+  candidate.cost = input.At("cost").Number();
+  candidate.profile_rms = input.At("profile_rms").Number();
+  candidate.termination = static_cast<FitTermination>(
       IntegerUpTo(input.At("termination"), static_cast<int>(FitTermination::kFailed)));
-  branch.iterations = input.At("iterations").Integer();
-  branch.done = Boolean(input.At("done"));
-  return branch;
+  candidate.iterations = input.At("iterations").Integer();
+  candidate.done = Boolean(input.At("done"));
+  return candidate;
 }
 
-// The first key in which two jobs differ; empty when they are the same.
+// The first name in which two keys differ; empty when they are the same.
 std::string FirstDifference(const std::string& saved, const std::string& present) {
   if (saved == present) return "";
   const json a = json::parse(saved, nullptr, false), b = json::parse(present, nullptr, false);
@@ -89,11 +89,11 @@ std::string FirstDifference(const std::string& saved, const std::string& present
 
 }  // namespace
 
-void WriteCheckpoint(const std::string& path, const std::string& job, const StagedFitState& state) {
-  json branches = json::array();
-  for (const FitCandidate& branch : state.branches) branches.push_back(ToJson(branch));
+void WriteCheckpoint(const std::string& path, const std::string& key, const StagedFitState& state) {
+  json candidates = json::array();
+  for (const FitCandidate& candidate : state.candidates) candidates.push_back(ToJson(candidate));
   const json document = {{"format", "drapefit-checkpoint"},
-                         {"job", job},
+                         {"job", key},
                          {"grid_done", state.grid_done},
                          {"round", state.round},
                          {"iterations", state.iterations},
@@ -101,16 +101,16 @@ void WriteCheckpoint(const std::string& path, const std::string& job, const Stag
                           {state.counts.rollouts, state.counts.tangents, state.counts.failed,
                            state.counts.jumps, state.counts.capped}},
                          {"seconds", {state.grid_seconds, state.fit_seconds}},
-                         {"branches", branches}};
+                         {"candidates", candidates}};
   WriteFileAtomically(path, document.dump() + "\n");
 }
 
-std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std::string& job) {
+std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std::string& key) {
   if (!std::filesystem::exists(path)) return std::nullopt;
   const json document = ReadJsonFile(path);
   const JsonInput input(document, path);
-  if (const std::string key = FirstDifference(input.At("job").String(), job); !key.empty())
-    throw InputError(path, "found another '" + key +
+  if (const std::string name = FirstDifference(input.At("job").String(), key); !name.empty())
+    throw InputError(path, "found another '" + name +
                                "', expected the present one: run without --resume, or undo the "
                                "change");
   StagedFitState state;
@@ -122,9 +122,9 @@ std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std:
                   counts.At(3).Integer(), counts.At(4).Integer()};
   state.grid_seconds = input.At("seconds").At(0).Number();
   state.fit_seconds = input.At("seconds").At(1).Number();
-  const JsonInput branches = input.At("branches");
-  for (int i = 0; i < branches.ExpectArray().Size(); ++i)
-    state.branches.push_back(ReadCandidate(branches.At(i)));
+  const JsonInput candidates = input.At("candidates");
+  for (int i = 0; i < candidates.ExpectArray().Size(); ++i)
+    state.candidates.push_back(ReadCandidate(candidates.At(i)));
   return state;
 }
 

@@ -8,13 +8,13 @@
 
 namespace drape {
 
-// A staged fit on disk. `job` names what is fitted and how; a checkpoint of another job is refused.
+// A staged fit on disk. `key` says what is fitted and how; another key is rejected (CheckpointKey).
 
 // Writes atomically, exact to the last bit. Throws InputError when it cannot.
-void WriteCheckpoint(const std::string& path, const std::string& job, const StagedFitState& state);
+void WriteCheckpoint(const std::string& path, const std::string& key, const StagedFitState& state);
 
 // Nothing when there is no such file. Throws InputError for a file that is damaged or of another
-// job.
-std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std::string& job);
+// key.
+std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std::string& key);
 
 }  // namespace drape

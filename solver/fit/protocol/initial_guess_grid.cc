@@ -15,7 +15,7 @@
 namespace drape {
 namespace {
 
-// In one batch, with all lifts: many for a GPU's sake, few for the progress line's.
+// In one batch, with all lifts: many keep a GPU busy, few keep the progress line up to date.
 constexpr int kMaterialsAtATime = 16;
 
 struct Trial {
@@ -23,14 +23,14 @@ struct Trial {
   double profile_rms = 0.0;  // [px]
 };
 
-// The trials of one target under one material that ended well, best first.
+// The trials of one observation under one material that ended well, best first.
 std::vector<Trial> RankLifts(Backend& coarse, const MaterialField& material,
-                             const Observation& target, const std::vector<State>& seeds,
+                             const Observation& observation, const std::vector<State>& starts,
                              const InitialGuessOptions& options, const std::atomic<bool>* cancel) {
   std::vector<RolloutInput> inputs;
-  for (const State& seed : seeds) inputs.push_back({&material, &seed});
+  for (const State& start : starts) inputs.push_back({&material, &start});
   RolloutOptions rollout;
-  rollout.h = options.h;
+  rollout.h = options.time_step;
   rollout.steps = options.steps;
   rollout.cancel = cancel;
   const std::vector<RolloutResult> results = coarse.Rollouts(inputs, rollout, nullptr);
@@ -38,34 +38,34 @@ std::vector<Trial> RankLifts(Backend& coarse, const MaterialField& material,
   for (std::size_t i = 0; i < results.size(); ++i) {
     Outline outline;
     if (results[i].status != RolloutStatus::kOk ||
-        !OutlineFromMesh(coarse.model().mesh, results[i].end.x, target.camera,
-                         static_cast<int>(target.radius.size()), &outline)) {
+        !OutlineFromMesh(coarse.model().mesh, results[i].end.x, observation.camera,
+                         static_cast<int>(observation.radius.size()), &outline)) {
       continue;
     }
-    trials.push_back({options.lifts[i], ProfileRms(outline.radius, target.radius)});
+    trials.push_back({options.lifts[i], ProfileRms(outline.radius, observation.radius)});
   }
   std::stable_sort(trials.begin(), trials.end(),
                    [](const Trial& a, const Trial& b) { return a.profile_rms < b.profile_rms; });
   return trials;
 }
 
-// The j-th best lift of each target together, while each target has one.
+// The j-th best lift of each observation together, while each observation has one.
 std::vector<InitialGuess> Combine(double stretch, double bend,
-                                  const std::vector<std::vector<Trial>>& by_target) {
-  std::size_t count = by_target.front().size();
-  for (const auto& trials : by_target) count = std::min(count, trials.size());
-  std::vector<InitialGuess> candidates;
+                                  const std::vector<std::vector<Trial>>& by_observation) {
+  std::size_t count = by_observation.front().size();
+  for (const auto& trials : by_observation) count = std::min(count, trials.size());
+  std::vector<InitialGuess> guesses;
   for (std::size_t j = 0; j < count; ++j) {
-    InitialGuess candidate{stretch, bend, {}, 0.0};
+    InitialGuess guess{stretch, bend, {}, 0.0};
     double sum = 0.0;
-    for (const auto& trials : by_target) {
-      candidate.lifts.push_back(trials[j].lift);
+    for (const auto& trials : by_observation) {
+      guess.lifts.push_back(trials[j].lift);
       sum += trials[j].profile_rms * trials[j].profile_rms;
     }
-    candidate.profile_rms = std::sqrt(sum / static_cast<double>(by_target.size()));
-    candidates.push_back(candidate);
+    guess.profile_rms = std::sqrt(sum / static_cast<double>(by_observation.size()));
+    guesses.push_back(guess);
   }
-  return candidates;
+  return guesses;
 }
 
 std::vector<double> WithMeans(const std::vector<double>& factors) {
@@ -87,51 +87,46 @@ InitialGuessOptions Refined(InitialGuessOptions grid, int materials) {
 }
 
 void InitialGuessOptions::Check() const {
-  CHECK_GT(h, 0.0);
-  CHECK_GE(steps, 0);
+  CheckFields(*this);
   CHECK(!stretch.empty() && !bend.empty() && !lifts.empty());
-  for (const double factor : stretch) CHECK_GT(factor, 0.0);
-  for (const double factor : bend) CHECK_GT(factor, 0.0);
-  for (const double lift : lifts) CHECK(lift > 0.0 && lift <= 1.0) << lift;
 }
 
-State GuessState(const ClothModel& model, const Observation& target, double lift) {
+State GuessState(const ClothModel& model, const Observation& observation, double lift) {
   const std::optional<double> support = SupportRadius(model.scene);
   CHECK(support.has_value()) << "a drape needs a support";
-  return {
-      FlapsFromOutline(model.mesh, *support, MetresFromPixels(target.radius, target.camera), lift),
-      Eigen::VectorXd::Zero(model.num_dofs())};
+  return {FlapsFromOutline(model.mesh, *support,
+                           MetresFromPixels(observation.radius, observation.camera), lift),
+          Eigen::VectorXd::Zero(model.num_dofs())};
 }
 
 std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& material,
-                                             const std::vector<Observation>& targets,
+                                             const std::vector<Observation>& observations,
                                              const InitialGuessOptions& options,
-                                             const std::atomic<bool>* cancel,
-                                             const std::function<void(double)>& progress) {
+                                             const RunControl& control) {
   options.Check();
-  std::vector<std::vector<State>> seeds;
-  for (const Observation& target : targets) {
-    seeds.emplace_back();
+  std::vector<std::vector<State>> starts;
+  for (const Observation& observation : observations) {
+    starts.emplace_back();
     for (const double lift : options.lifts)
-      seeds.back().push_back(GuessState(coarse.model(), target, lift));
+      starts.back().push_back(GuessState(coarse.model(), observation, lift));
   }
   const int count = static_cast<int>(options.stretch.size() * options.bend.size());
   std::vector<std::vector<InitialGuess>> found(count);
   int done = 0;
   RunBatched(coarse, count, kMaterialsAtATime, [&](BatchingBackend& task) {
-    if (cancel != nullptr && cancel->load()) return;
+    if (control.cancelled()) return;
     const double stretch = options.stretch[task.index() / options.bend.size()];
     const double bend = options.bend[task.index() % options.bend.size()];
     const MaterialField scaled = Scaled(material, stretch, bend);
-    std::vector<std::vector<Trial>> by_target;
-    for (std::size_t i = 0; i < targets.size(); ++i)
-      by_target.push_back(RankLifts(task, scaled, targets[i], seeds[i], options, cancel));
-    found[task.index()] = Combine(stretch, bend, by_target);
-    if (progress) task.RunSerially([&] { progress(++done / double(count)); });
+    std::vector<std::vector<Trial>> by_observation;
+    for (std::size_t i = 0; i < observations.size(); ++i)
+      by_observation.push_back(
+          RankLifts(task, scaled, observations[i], starts[i], options, control.cancel));
+    found[task.index()] = Combine(stretch, bend, by_observation);
+    task.RunSerially([&] { control.Report(++done / double(count), ""); });
   });
   std::vector<InitialGuess> ranked;
-  for (const auto& candidates : found)
-    ranked.insert(ranked.end(), candidates.begin(), candidates.end());
+  for (const auto& guesses : found) ranked.insert(ranked.end(), guesses.begin(), guesses.end());
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const auto& a, const auto& b) { return a.profile_rms < b.profile_rms; });
   return ranked;

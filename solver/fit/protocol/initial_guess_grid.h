@@ -2,50 +2,77 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <atomic>
-#include <functional>
 #include <vector>
 
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/backend.h"
+#include "physics/util/options/field.h"
+#include "physics/util/run_control.h"
 #include "solver/fit/observation.h"
 
 namespace drape {
 
-// Which materials and seed shapes are tried, on a coarse cloth [METHODS, P18].
+// Which materials and start shapes are tried on a coarse cloth [METHODS, P18].
 struct InitialGuessOptions {
   std::vector<double> stretch = {1.0, 4.0, 16.0};  // factors on all stretch entries
   std::vector<double> bend = {0.06, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0};  // on all bend entries
   std::vector<double> lifts = {0.6, 0.8, 1.0};                              // of FlapsFromOutline
-  double h = 0.1;                                                           // time step [s]
+  double time_step = 0.1;                                                   // [s]
   int steps = 60;                                                           // of each trial
 
   void Check() const;  // programmer errors
 };
 
-// At least `materials` pairs of stretch × bend factors: geometric means between neighbouring bend
-// factors are added until there are so many (between stretch factors where bend has but one). A
-// single pair cannot be refined.
+template <MutableOrConst<InitialGuessOptions> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [stretch, bend, lifts, time_step, steps] = options;
+  visit(stretch, Field{.key = "initial_stretch",
+                       .doc = "initial guesses: factors on all stretch entries",
+                       .least = 0,
+                       .above_least = true});
+  visit(bend, Field{.key = "initial_bend",
+                    .doc = "initial guesses: factors on all bend entries",
+                    .least = 0,
+                    .above_least = true});
+  visit(lifts, Field{.key = "initial_lifts",
+                     .doc = "initial guesses: height of the flaps of the start shapes",
+                     .least = 0,
+                     .most = 1,
+                     .above_least = true});
+  visit(time_step, Field{.key = "initial_time_step",
+                         .doc = "initial guesses: time step",
+                         .unit = "s",
+                         .least = 0,
+                         .most = 10,
+                         .above_least = true});
+  visit(steps, Field{.key = "initial_steps",
+                     .doc = "initial guesses: number of time steps of each trial",
+                     .least = 1,
+                     .most = 100000});
+}
+
+// At least `materials` pairs of stretch × bend factors: geometric means are added between
+// neighbouring bend factors until there are so many (between stretch factors if there is one bend
+// factor only). A single pair cannot be refined.
 InitialGuessOptions Refined(InitialGuessOptions grid, int materials);
 
-// A material scale and a seed for each target, and how near its coarse drapes come.
+// A material scale, a start shape for each observation, and the misfit of the coarse drapes.
 struct InitialGuess {
   double stretch = 1.0;
   double bend = 1.0;
-  std::vector<double> lifts;  // shape [targets]
-  double profile_rms = 0.0;   // root mean square over the targets [px]
+  std::vector<double> lifts;  // shape [observations]
+  double profile_rms = 0.0;   // root mean square over the observations [px]
 };
 
-// The seed of a target on a mesh: flaps under its outline, at rest.
-State GuessState(const ClothModel& model, const Observation& target, double lift);
+// The start shape of an observation on a mesh: flaps under its outline, without velocity.
+State GuessState(const ClothModel& model, const Observation& observation, double lift);
 
 // All scales × lifts, best first; trials that fail numerically are left out. For each scale the
-// j-th candidate takes each target's j-th best lift. Fewer, or none, once *cancel is true.
-// progress: share of the trials done.
+// j-th guess takes the j-th best lift of each observation. Fewer, or none, once *control.cancel is
+// true. The note of control.progress is empty.
 std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& material,
-                                             const std::vector<Observation>& targets,
+                                             const std::vector<Observation>& observations,
                                              const InitialGuessOptions& options,
-                                             const std::atomic<bool>* cancel,
-                                             const std::function<void(double)>& progress);
+                                             const RunControl& control);
 
 }  // namespace drape

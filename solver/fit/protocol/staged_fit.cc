@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <numeric>
 #include <utility>
 
@@ -15,15 +16,15 @@
 namespace drape {
 namespace {
 
-// Branches in work at a time: enough for batches that fill a GPU. Each holds derivatives of its
-// drapes: 1.1 MB an image at 1,200 vertices, twice that while it evaluates.
+// Candidates in work at a time: enough for batches that fill a GPU. Each holds derivatives of its
+// drapes: 1.1 MB per image at 1,200 vertices, twice that during an evaluation.
 constexpr int kSideBySide = 64;
 
 class StagedFitter {
  public:
   StagedFitter(const FitProblem& problem, const StagedFitOptions& options,
-               const StagedFitCallbacks& callbacks)
-      : problem_(problem), options_(options), callbacks_(callbacks) {}
+               const StagedFitControl& control)
+      : problem_(problem), options_(options), control_(control) {}
 
   StagedFitState Run(StagedFitState state) {
     while (!Finished(state) && !Cancelled()) {
@@ -34,20 +35,20 @@ class StagedFitter {
         Save(state);
       } else {
         if (DoneCandidates(state) == 0) StartRound(state);
-        RunEquilibria(state);
+        RunRound(state);
       }
     }
     return state;
   }
 
  private:
-  bool Cancelled() const { return callbacks_.cancel != nullptr && callbacks_.cancel->load(); }
-  int rounds() const { return static_cast<int>(options_.keep.size()); }
+  bool Cancelled() const { return control_.cancelled(); }
+  int rounds() const { return static_cast<int>(options_.candidates_per_round.size()); }
   bool Finished(const StagedFitState& state) const {
-    return state.grid_done && (state.round == rounds() || state.branches.empty());
+    return state.grid_done && (state.round == rounds() || state.candidates.empty());
   }
   void Save(const StagedFitState& state) const {
-    if (!Cancelled() && callbacks_.save) callbacks_.save(state);
+    if (!Cancelled() && control_.save) control_.save(state);
   }
   // Seconds since the last one.
   double Lap() {
@@ -56,154 +57,166 @@ class StagedFitter {
   }
 
   void RunGrid(StagedFitState& state) const {
-    const auto progress = [&](double share) { Report("seed grid", kGridShare * share, 0.0); };
-    const std::vector<InitialGuess> seeds = RankInitialGuesses(
-        *problem_.coarse, problem_.material, problem_.targets,
-        Refined(options_.grid, options_.keep.front()), callbacks_.cancel, progress);
+    RunControl control;
+    control.cancel = control_.cancel;
+    control.progress = [&](double share, const std::string&) {
+      Report("initial guesses", kGridShare * share, 0.0);
+    };
+    const std::vector<InitialGuess> guesses =
+        RankInitialGuesses(*problem_.coarse, problem_.material, problem_.observations,
+                           Refined(options_.grid, options_.candidates_per_round.front()), control);
     if (Cancelled()) return;
-    state.counts.rollouts += static_cast<int>(seeds.size() * problem_.targets.size());
-    for (std::size_t i = 0; i < seeds.size() && i < kSpareSeeds * options_.keep.front(); ++i)
-      state.branches.emplace_back().seed = seeds[i];
+    state.counts.rollouts += static_cast<int>(guesses.size() * problem_.observations.size());
+    const std::size_t count = kSpareGuesses * options_.candidates_per_round.front();
+    for (std::size_t i = 0; i < guesses.size() && i < count; ++i)
+      state.candidates.emplace_back().guess = guesses[i];
     state.grid_done = true;
   }
 
-  // The best branches of the round before.
+  // Keeps the best candidates of the round before.
   void StartRound(StagedFitState& state) const {
     if (state.round == 0) return;
-    std::erase_if(state.branches, [](const FitCandidate& branch) { return !branch.valid(); });
-    std::stable_sort(state.branches.begin(), state.branches.end(),
+    std::erase_if(state.candidates,
+                  [](const FitCandidate& candidate) { return !candidate.valid(); });
+    std::stable_sort(state.candidates.begin(), state.candidates.end(),
                      [](const FitCandidate& a, const FitCandidate& b) { return a.cost < b.cost; });
-    if (int(state.branches.size()) > options_.keep[state.round])
-      state.branches.resize(options_.keep[state.round]);
+    if (int(state.candidates.size()) > options_.candidates_per_round[state.round])
+      state.candidates.resize(options_.candidates_per_round[state.round]);
   }
 
-  // Branches of this round that are done, failed seeds aside.
+  // The number of candidates of this round that are done, without failed ones.
   static int Succeeded(const StagedFitState& state) {
-    return static_cast<int>(
-        std::count_if(state.branches.begin(), state.branches.end(),
-                      [](const FitCandidate& branch) { return branch.done && branch.valid(); }));
+    return static_cast<int>(std::count_if(
+        state.candidates.begin(), state.candidates.end(),
+        [](const FitCandidate& candidate) { return candidate.done && candidate.valid(); }));
   }
 
-  // Up to `count` branches that are not done, from `first` on.
+  // Up to `count` candidates that are not done, from `first` on.
   static std::vector<CandidateTask> Open(const StagedFitState& state, int first, int count) {
     std::vector<CandidateTask> open;
-    for (int i = first; i < int(state.branches.size()) && int(open.size()) < count; ++i)
-      if (!state.branches[i].done) open.push_back({i, state.branches[i], 0, {}, {}});
+    for (int i = first; i < int(state.candidates.size()) && int(open.size()) < count; ++i)
+      if (!state.candidates[i].done) open.push_back({i, state.candidates[i], 0, {}, {}});
     return open;
   }
 
-  // The branches of this round that are not done; in the first round, as many as it still wants.
-  void RunEquilibria(StagedFitState& state) {
+  // Fits the candidates of this round that are not done; in the first round, as many as it still
+  // needs.
+  void RunRound(StagedFitState& state) {
     std::vector<CandidateTask> work =
-        state.round == 0 ? Seeded(state) : Open(state, 0, int(state.branches.size()));
+        state.round == 0 ? SettledGuesses(state) : Open(state, 0, int(state.candidates.size()));
     const int round = state.round;
     shares_.assign(work.size(), 0.0);
-    Gather(work, round,
-           [&](const CandidateFitter& fitter, CandidateTask& mine, BatchingBackend& task) {
-             FitOneCandidate(fitter, round, mine, [&](double share) {
-               task.RunSerially([&] {
-                 shares_[task.index()] = share;
-                 ReportEquilibria(state);
-               });
-             });
-             task.RunSerially([&] {
-               shares_[task.index()] = 0.0;
-               Finish(state, mine);
-             });
-           });
+    RunSideBySide(work, round,
+                  [&](const CandidateFitter& fitter, CandidateTask& mine, BatchingBackend& task) {
+                    FitOneCandidate(fitter, round, mine, [&](double share) {
+                      task.RunSerially([&] {
+                        shares_[task.index()] = share;
+                        ReportRound(state);
+                      });
+                    });
+                    task.RunSerially([&] {
+                      shares_[task.index()] = 0.0;
+                      Finish(state, mine);
+                    });
+                  });
   }
 
-  // Next branches with drapes of their own, so that all that succeed fill the first round: no
-  // seed is settled that one branch after the other would not have come to.
-  std::vector<CandidateTask> Seeded(StagedFitState& state) {
-    std::vector<CandidateTask> seeded;
+  // The next candidates with drapes of their own, enough to fill the first round if all succeed. No
+  // guess is settled that fitting one candidate after the other would not have reached.
+  std::vector<CandidateTask> SettledGuesses(StagedFitState& state) {
+    std::vector<CandidateTask> settled;
     for (int next = 0; !Cancelled();) {
-      const int wanted = options_.keep.front() - Succeeded(state) - int(seeded.size());
+      const int wanted =
+          options_.candidates_per_round.front() - Succeeded(state) - int(settled.size());
       std::vector<CandidateTask> work = Open(state, next, wanted);
       if (work.empty()) break;
       next = work.back().index + 1;
-      Gather(work, 0, [](const CandidateFitter& fitter, CandidateTask& mine, BatchingBackend&) {
-        fitter.Seed(mine);
-      });
+      RunSideBySide(work, 0,
+                    [](const CandidateFitter& fitter, CandidateTask& mine, BatchingBackend&) {
+                      fitter.SettleGuess(mine);
+                    });
       for (CandidateTask& mine : work) {
-        state.branches[mine.index].seed_rms = mine.branch.seed_rms;
-        if (SameDrapeBefore(mine, state)) mine.branch.shapes.clear();
-        if (mine.branch.valid()) {
-          seeded.push_back(std::move(mine));
+        state.candidates[mine.index].guess_rms = mine.candidate.guess_rms;
+        if (RepeatsEarlierDrape(mine, state)) mine.candidate.shapes.clear();
+        if (mine.candidate.valid()) {
+          settled.push_back(std::move(mine));
         } else {
           Finish(state, mine);
         }
       }
     }
-    return seeded;
+    return settled;
   }
 
-  // Seeds of one material with different lifts often fall into one drape.
-  static bool SameDrapeBefore(const CandidateTask& work, const StagedFitState& state) {
-    return std::any_of(state.branches.begin(), state.branches.begin() + work.index,
+  // Guesses of one material with different lifts often settle into the same drape.
+  static bool RepeatsEarlierDrape(const CandidateTask& work, const StagedFitState& state) {
+    return std::any_of(state.candidates.begin(), state.candidates.begin() + work.index,
                        [&](const FitCandidate& before) {
-                         return before.seed.stretch == work.branch.seed.stretch &&
-                                before.seed.bend == work.branch.seed.bend &&
-                                std::abs(before.seed_rms - work.branch.seed_rms) < kSameRms;
+                         return before.guess.stretch == work.candidate.guess.stretch &&
+                                before.guess.bend == work.candidate.guess.bend &&
+                                std::abs(before.guess_rms - work.candidate.guess_rms) < kSameRms;
                        });
   }
 
-  void Gather(
+  void RunSideBySide(
       std::vector<CandidateTask>& work, int round,
       const std::function<void(const CandidateFitter&, CandidateTask&, BatchingBackend&)>& act) {
     RunBatched(*problem_.fine, int(work.size()), kSideBySide, [&](BatchingBackend& task) {
-      const CandidateFitter fitter(problem_, options_, task, callbacks_.cancel, round);
+      const CandidateFitter fitter(problem_, options_, task, control_.cancel, round);
       act(fitter, work[task.index()], task);
     });
   }
 
   void FitOneCandidate(const CandidateFitter& fitter, int round, CandidateTask& work,
                        const std::function<void(double)>& progress) const {
-    FitCandidate& branch = work.branch;
-    const FitCandidate before = branch;
-    if (round == 1) fitter.Reseed(work);
+    FitCandidate& candidate = work.candidate;
+    const FitCandidate before = candidate;
+    if (round == 1) fitter.RetryGuesses(work);
     if (!Cancelled()) fitter.Fit(work, progress);
-    // What an earlier round had fitted stands where this one fails, or ends before it has fitted.
-    const bool unfitted = !branch.valid() || (Cancelled() && branch.cost == before.cost);
-    if (round > 0 && unfitted) branch = before;
+    // The result of an earlier round stays if this one fails, or is cancelled before it has one.
+    const bool unfitted = !candidate.valid() || (Cancelled() && candidate.cost == before.cost);
+    if (round > 0 && unfitted) candidate = before;
   }
 
-  // The state gets a branch; a cancelled one is not done.
+  // Stores a candidate in the state; a cancelled one is not done.
   void Finish(StagedFitState& state, const CandidateTask& work) {
-    FitCandidate& branch = state.branches[work.index];
-    branch = work.branch;
-    branch.done = !Cancelled();
+    FitCandidate& candidate = state.candidates[work.index];
+    candidate = work.candidate;
+    candidate.done = !Cancelled();
     state.iterations += work.iterations;
     state.counts += work.counts;
-    for (const std::string& line : work.log) Log(line);
+    for (const std::string& line : work.log) control_.Log(line);
     const int done = DoneCandidates(state), succeeded = Succeeded(state);
-    if (done == int(state.branches.size()) || succeeded == options_.keep[state.round]) {
+    if (done == int(state.candidates.size()) ||
+        succeeded == options_.candidates_per_round[state.round]) {
       if (state.round == 0) LogStarts(succeeded);
-      for (FitCandidate& each : state.branches) each.done = false;
+      for (FitCandidate& each : state.candidates) each.done = false;
       ++state.round;
     }
     state.fit_seconds += Lap();
     Save(state);
   }
 
-  void Log(const std::string& line) const {
-    if (callbacks_.log) callbacks_.log(line);
-  }
   void LogStarts(int count) const {
-    if (count < options_.keep.front())
-      Log("round 1: " + std::to_string(count) + " starts of " +
-          std::to_string(options_.keep.front()) + ": the grid has no more drapes of their own");
+    if (count < options_.candidates_per_round.front())
+      control_.Log("round 1: " + std::to_string(count) + " starts of " +
+                   std::to_string(options_.candidates_per_round.front()) +
+                   ": the initial guesses have no more drapes of their own");
   }
 
+  // rms: the best so far; 0 when not known.
   void Report(const std::string& stage, double fraction, double rms) const {
-    if (callbacks_.progress) callbacks_.progress(stage, fraction, rms);
+    if (rms <= 0) return control_.Report(fraction, stage);
+    char best[48];
+    std::snprintf(best, sizeof best, ", best %.2f px", rms);
+    control_.Report(fraction, stage + best);
   }
-  void ReportEquilibria(const StagedFitState& state) const {
+  void ReportRound(const StagedFitState& state) const {
     double total = 0.0, done = 0.0;
     for (int round = 0; round < rounds(); ++round) {
-      const double each = kBranchOverhead + options_.iterations[round];
-      total += options_.keep[round] * each;
-      if (round < state.round) done += options_.keep[round] * each;
+      const double each = kCandidateOverhead + options_.iterations[round];
+      total += options_.candidates_per_round[round] * each;
+      if (round < state.round) done += options_.candidates_per_round[round] * each;
       if (round == state.round)
         done += (Succeeded(state) + std::accumulate(shares_.begin(), shares_.end(), 0.0)) * each;
     }
@@ -213,75 +226,40 @@ class StagedFitter {
            best == nullptr ? 0.0 : best->profile_rms);
   }
 
-  static constexpr double kGridShare = 0.25;      // of the time, for the progress line
-  static constexpr double kBranchOverhead = 5.0;  // of a branch's seeds, in iterations
-  static constexpr std::size_t kSpareSeeds = 4;
+  static constexpr double kGridShare = 0.25;         // of the time, for the progress line
+  static constexpr double kCandidateOverhead = 5.0;  // of settling a guess, in iterations
+  static constexpr std::size_t kSpareGuesses = 4;
   static constexpr double kSameRms = 1e-4;  // [px]
 
   const FitProblem& problem_;
   const StagedFitOptions& options_;
-  const StagedFitCallbacks& callbacks_;
+  const StagedFitControl& control_;
   std::chrono::steady_clock::time_point lap_;
-  std::vector<double> shares_;  // of the iterations of each branch in work
+  std::vector<double> shares_;  // of the iterations of each candidate in work
 };
 
 }  // namespace
 
-void StagedFitOptions::Check() const {
-  grid.Check();
-  CHECK(!keep.empty() && keep.size() == iterations.size());
-  for (const int count : keep) CHECK_GT(count, 0);
-  for (const int count : iterations) CHECK_GE(count, 0);
-  CHECK_GT(prior_sigma, 0.0);
-  CHECK_GT(sigma_px, 0.0);
-  CHECK_GT(initial_damping, 0.0);
-  CHECK_GT(max_outline_change, 0.0);
-  CHECK_GT(max_jump, 0.0);
-  CHECK_GT(newton_iterations, 0);
-  CHECK_GT(angles, 2);
-}
-
-SettleOptions MakeSettleOptions(const StagedFitOptions& options) {
-  constexpr int kSeedNewtonFactor = 2;  // a seed starts further away than a trial
-  SettleOptions settle;
-  settle.steps.h = options.settle_h;
-  settle.steps.steps = options.settle_steps;
-  settle.integrator = options.integrator;
-  settle.equilibrium.max_iterations = kSeedNewtonFactor * options.newton_iterations;
-  return settle;
-}
-
 StagedFitState RunStagedFit(const FitProblem& problem, const StagedFitOptions& options,
-                            StagedFitState state, const StagedFitCallbacks& callbacks) {
+                            StagedFitState state, const StagedFitControl& control) {
   options.Check();
-  CHECK(!problem.targets.empty());
-  return StagedFitter(problem, options, callbacks).Run(std::move(state));
+  CHECK(!problem.observations.empty());
+  return StagedFitter(problem, options, control).Run(std::move(state));
 }
 
 int DoneCandidates(const StagedFitState& state) {
-  return static_cast<int>(std::count_if(state.branches.begin(), state.branches.end(),
-                                        [](const FitCandidate& branch) { return branch.done; }));
+  return static_cast<int>(
+      std::count_if(state.candidates.begin(), state.candidates.end(),
+                    [](const FitCandidate& candidate) { return candidate.done; }));
 }
 
 const FitCandidate* Best(const StagedFitState& state) {
   const FitCandidate* best = nullptr;
-  for (const FitCandidate& branch : state.branches)
-    if (branch.valid() && branch.termination != FitTermination::kFailed &&
-        (best == nullptr || branch.cost < best->cost))
-      best = &branch;
+  for (const FitCandidate& candidate : state.candidates)
+    if (candidate.valid() && candidate.termination != FitTermination::kFailed &&
+        (best == nullptr || candidate.cost < best->cost))
+      best = &candidate;
   return best;
-}
-
-MaterialField FittedMaterial(const FitProblem& problem, const StagedFitOptions& options,
-                             const FitCandidate& branch) {
-  return TableParametrisation(Scaled(problem.material, branch.seed.stretch, branch.seed.bend),
-                              options.parameters)
-      .Material(branch.theta);
-}
-
-Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,
-                            const FitCandidate& branch) {
-  return CandidateFitter(problem, options, *problem.fine, nullptr, 0).Jacobian(branch);
 }
 
 }  // namespace drape

@@ -11,15 +11,15 @@ namespace drape {
 
 ElementwiseSamples::ElementwiseSamples(Backend* backend, const MaterialField& base,
                                        const Scales& scales,
-                                       const std::vector<std::vector<Observation>>& targets,
+                                       const std::vector<SpecimenDrapes>& specimens,
                                        const OutlineResidualOptions& options, int draws,
-                                       uint64_t seed, LostBranchPolicy beyond)
+                                       uint64_t seed, LostBranchPolicy policy)
     : ratio_(scales.element_sigma / scales.mean_sigma) {
-  CHECK(!targets.empty());
-  for (std::size_t p = 0; p < targets.size(); ++p)
+  CHECK(!specimens.empty());
+  for (std::size_t p = 0; p < specimens.size(); ++p)
     specimens_.push_back(HierarchicalSamples::Elementwise(backend, base, scales.mean_sigma,
-                                                          targets[p], options, draws,
-                                                          SeedOfStream(seed, p), beyond));
+                                                          specimens[p], options, draws,
+                                                          SeedOfStream(seed, p), policy));
 }
 
 int ElementwiseSamples::num_residuals() const {
@@ -38,14 +38,15 @@ void ElementwiseSamples::Prepare(const Eigen::MatrixXd& points, bool with_jacobi
   for (const auto& specimen : specimens_) specimen->Prepare(scaled, with_jacobians);
 }
 
-bool ElementwiseSamples::Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const {
+bool ElementwiseSamples::Residuals(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const {
   residual->resize(num_residuals());
   if (jacobian != nullptr) jacobian->resize(num_residuals(), num_latents());
   Eigen::VectorXd part;
   RowMatrix part_jacobian;
   Eigen::Index row = 0;
   for (const auto& specimen : specimens_) {
-    if (!specimen->Copy(draw, &part, jacobian == nullptr ? nullptr : &part_jacobian)) return false;
+    if (!specimen->Residuals(draw, &part, jacobian == nullptr ? nullptr : &part_jacobian))
+      return false;
     residual->segment(row, part.size()) = part;
     if (jacobian != nullptr) jacobian->middleRows(row, part.size()) = part_jacobian;
     row += part.size();

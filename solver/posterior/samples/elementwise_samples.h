@@ -9,32 +9,33 @@
 namespace drape {
 
 // Model bdp [Gong 2024], [METHODS, P33], as residuals: each face and hinge of each specimen has a
-// draw of its own, exp(m + s·ε) times the base for each of the 39 entries, with
+// sample of its own, exp(m + s·ε) times the base for each of the 39 entries, with
 //   m = mean_sigma · u[0, 39), s = element_sigma · u[39, 78),
-// so that u has the units of the priors of m and of s. Specimens share m and s, not their noise ε,
-// which follows from (seed, draw, specimen) alone.
+// so u has the units of the priors of m and of s. Specimens share m and s, not their noise ε,
+// which depends on (seed, sample, specimen) alone.
 class ElementwiseSamples final : public SampledResiduals {
  public:
   struct Scales {
     double mean_sigma = 1.0, element_sigma = 0.3;
   };
-  // targets[p]: of specimen p, with their drapes as starts. The backend outlives the object.
+  // The backend and the specimens' observations outlive the object.
   ElementwiseSamples(Backend* backend, const MaterialField& base, const Scales& scales,
-                     const std::vector<std::vector<Observation>>& targets,
+                     const std::vector<SpecimenDrapes>& specimens,
                      const OutlineResidualOptions& options, int draws, uint64_t seed,
-                     LostBranchPolicy beyond = LostBranchPolicy::kRefuse);
+                     LostBranchPolicy policy = LostBranchPolicy::kReject);
 
   int num_latents() const override { return 2 * kMaterialEntries; }
   int num_residuals() const override;
   int num_draws() const override { return specimens_[0]->num_draws(); }
-  // Specimen by specimen: the draws of one are a batch.
+  // Specimen by specimen: the samples of one are a batch.
   void Prepare(const Eigen::MatrixXd& points, bool with_jacobians) override;
-  [[nodiscard]] bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override;
+  [[nodiscard]] bool Residuals(int draw, Eigen::VectorXd* residual,
+                               RowMatrix* jacobian) const override;
 
-  // Takes all drapes from the targets' starts to those of u, shape [78]: they then are predicted
-  // from there. False when one is not stable.
+  // Takes all drapes from the starts to those of u, shape [78]; they are then predicted from there.
+  // False when one is not stable.
   [[nodiscard]] bool StartAt(const Eigen::VectorXd& u);
-  // Draws of the last Prepare, of each specimen, with a drape that did not stand.
+  // The number of samples of the last Prepare, over all specimens, with a drape that is not valid.
   int num_extrapolated() const;
   RolloutCounts counts() const;
 

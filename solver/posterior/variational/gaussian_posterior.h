@@ -14,7 +14,7 @@ struct GaussianPosterior {
   Eigen::MatrixXd factor;    // L, lower triangular with a positive diagonal, shape [P, P]
 
   int size() const { return static_cast<int>(mean.size()); }
-  // Columns of draws from columns of standard normal ones, shape [P, S].
+  // Columns of samples from columns of standard normal ones, shape [P, S].
   Eigen::MatrixXd Draws(const Eigen::MatrixXd& standard) const;
   Eigen::MatrixXd Covariance() const;
   Eigen::VectorXd Deviations() const;  // square roots of its diagonal, shape [P]
@@ -26,7 +26,7 @@ struct GaussianPosterior {
 // variance first, which the data determine best, so that L is diagonal.
 GaussianPosterior FromCovariance(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance);
 
-// Standard normal draws as columns, shape [size, count], that follow from the seed alone.
+// Standard normal samples as columns, shape [size, count], that depend on the seed alone.
 Eigen::MatrixXd IndependentSamples(int size, int count, uint64_t seed);
 
 // The same as antithetic pairs (column i + count/2 is minus column i), so that odd moments vanish,

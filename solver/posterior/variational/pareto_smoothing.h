@@ -10,7 +10,7 @@ namespace drape {
 // estimate of [Zhang 2009], drawn towards ½ as there. Below 0.7 estimates by these
 // weights can be trusted; above, the distribution that was drawn from is too far from the other.
 // log_weights: of N ≥ 25 draws, finite, shape [N]. 0 when all are equal, infinite when fewer than 5
-// stand out of the tail.
+// are above the tail threshold.
 double ParetoShape(const Eigen::VectorXd& log_weights);
 
 }  // namespace drape

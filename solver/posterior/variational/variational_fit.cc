@@ -7,7 +7,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -55,7 +54,7 @@ class Layout {
   bool only_mean_;
 };
 
-// What all cost functions of one fit share, evaluated before Ceres asks for it.
+// What all cost functions of one fit share, evaluated before Ceres calls them.
 class Evaluation final : public ceres::EvaluationCallback {
  public:
   Evaluation(SampledResiduals& residuals, const GaussianPosterior& start,
@@ -87,7 +86,7 @@ class Evaluation final : public ceres::EvaluationCallback {
     const double weight = 1 / std::sqrt(double(num_draws()));
     Eigen::VectorXd r;
     RowMatrix by_latent;
-    if (!residuals_.Copy(draw, &r, jacobian == nullptr ? nullptr : &by_latent)) return false;
+    if (!residuals_.Residuals(draw, &r, jacobian == nullptr ? nullptr : &by_latent)) return false;
     Eigen::Map<Eigen::VectorXd>(residual, r.size()) = weight * r;
     if (jacobian == nullptr) return true;
     if (kind_ == SampleKind::kMode)
@@ -97,10 +96,11 @@ class Evaluation final : public ceres::EvaluationCallback {
     return true;
   }
 
-  // Inverse of JᵀJ, with the prior's part of J, at the last point whose derivatives were asked for:
+  // Inverse of JᵀJ, with the prior's part of J, at the last point whose derivatives were computed:
   // after a solution this is it, since Ceres differentiates there alone. Not by ceres::Covariance:
-  // it evaluates once more and goes on when that fails (2.1), and of its algorithms DENSE_SVD
-  // crashes or is wrong where many singular values are equal, as they are where the prior says all.
+  // it evaluates once more and ignores a failure of that (2.1), and of its algorithms DENSE_SVD
+  // crashes or is wrong where many singular values are equal, as they are where the prior
+  // dominates.
   Eigen::MatrixXd LaplaceCovariance() const {
     return information_.llt().solve(
         Eigen::MatrixXd::Identity(information_.rows(), information_.cols()));
@@ -180,19 +180,6 @@ class DivergenceCost final : public ceres::CostFunction {
   int latents_;
 };
 
-// The numbers of a posterior are of one kind, in units of their prior.
-FitOptions MakeTrustRegionOptions(const VariationalOptions& options) {
-  FitOptions fit;
-  fit.max_iterations = options.max_iterations;
-  fit.max_damping = std::numeric_limits<double>::infinity();
-  fit.initial_damping = options.initial_damping;
-  fit.unit_damping = true;
-  fit.cost_tolerance = options.cost_tolerance;
-  fit.cancel = options.cancel;
-  fit.progress = options.progress;
-  return fit;
-}
-
 }  // namespace
 
 double SignedRoot(double log_deviation, double* derivative) {
@@ -218,7 +205,7 @@ VariationalFit FitPosterior(SampledResiduals& residuals, const GaussianPosterior
   for (int s = 0; s < evaluation.num_draws(); ++s)
     problem.AddResidualBlock(new DrawCost(&evaluation, s), nullptr, evaluation.numbers());
   problem.AddResidualBlock(new DivergenceCost(evaluation.layout()), nullptr, evaluation.numbers());
-  const TrustRegionRun run = RunTrustRegion(problem, MakeTrustRegionOptions(options));
+  const TrustRegionRun run = RunTrustRegion(problem, options.trust_region);
   VariationalFit fit;
   fit.termination = run.termination;
   fit.gaussian = start;

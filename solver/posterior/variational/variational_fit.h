@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <functional>
+#include <limits>
 
 #include "physics/linalg/block_matrix.h"
 #include "solver/fit/fit.h"
@@ -11,22 +11,22 @@
 
 namespace drape {
 
-// Residuals r(u), shape [K], of S draws of P latent numbers, computed together.
+// Residuals r(u), shape [K], of S samples of P latent numbers, computed together.
 class SampledResiduals {
  public:
   virtual ~SampledResiduals() = default;
   virtual int num_latents() const = 0;    // P
-  virtual int num_residuals() const = 0;  // K, of each draw
+  virtual int num_residuals() const = 0;  // K, of each sample
   virtual int num_draws() const = 0;      // S
-  // points: u of each draw, shape [P, S].
+  // points: u of each sample, shape [P, S].
   virtual void Prepare(const Eigen::MatrixXd& points, bool with_jacobians) = 0;
-  // Of one draw, as prepared: residuals [K] and, if not null, ∂r/∂u, shape [K, P]. False when they
-  // cannot be had.
-  [[nodiscard]] virtual bool Copy(int draw, Eigen::VectorXd* residual,
-                                  RowMatrix* jacobian) const = 0;
+  // Of one sample, as prepared: residuals [K] and, if not null, ∂r/∂u, shape [K, P]. False when it
+  // has none.
+  [[nodiscard]] virtual bool Residuals(int draw, Eigen::VectorXd* residual,
+                                       RowMatrix* jacobian) const = 0;
 };
 
-// What a draw of the residuals is taken at.
+// The point of each sample of the residuals.
 enum class SampleKind {
   kMode,    // u = mean: the mode of the posterior instead of a distribution
   kShared,  // u = mean + V·L·ε: one number for the whole cloth
@@ -40,13 +40,13 @@ struct VariationalOptions {
   SampleKind kind = SampleKind::kShared;
   int draws = 16;  // S, even
   uint64_t seed = 1;
-  // Leading directions of V whose L is a full triangle; beyond, L is diagonal. 0: mean field.
+  // Leading directions of V whose L is a full triangle; after them, L is diagonal. 0: mean field.
   int rank = 0;
-  int max_iterations = 30;
-  double initial_damping = 1.0;
-  double cost_tolerance = 1e-5;
-  const std::atomic<bool>* cancel = nullptr;
-  std::function<void(const FitIteration&)> progress;
+  // The latent numbers are of one kind, in units of their prior.
+  TrustRegionOptions trust_region = {.max_damping = std::numeric_limits<double>::infinity(),
+                                     .initial_damping = 1.0,
+                                     .unit_damping = true,
+                                     .cost_tolerance = kLastCostTolerance};
 };
 
 struct VariationalFit {
@@ -54,7 +54,7 @@ struct VariationalFit {
   GaussianPosterior gaussian;
   FitTermination termination = FitTermination::kFailed;
   // kShared and kElementwise: −ELBO without the residuals' normalisation ½·K·ln 2π: E_q ½‖r‖² over
-  // the fixed draws + KL.
+  // the fixed samples + KL.
   double cost = 0.0, initial_cost = 0.0;
   double divergence = 0.0;  // KL(q ‖ prior), part of it
   int iterations = 0;
@@ -62,12 +62,12 @@ struct VariationalFit {
 };
 
 // Maximises the evidence lower bound over q = N(mean, V·L·Lᵀ·Vᵀ) against a unit prior, from
-// `start`, whose V is kept. With fixed draws ε (common random numbers, BalancedSamples) its
+// `start`, whose V is kept. With fixed samples ε (common random numbers, BalancedSamples) its
 // negative is a sum of squares [METHODS, P28],
 //   ½ Σ_s ‖r(u_s)‖²/S + ½ Σ mean² + ½ Σ_{i>j} L_ij² + ½ Σ_i (t_i − 1 − ln t_i), t_i = L_ii²,
 // the last with the signed root of t − 1 − ln t, smooth at t = 1, as residual: so Ceres's trust
 // region fits the posterior as it fits a material. L_ii lives on a log scale.
-// Exact for linear r where the draws are at least 2·(rank or, for mean field, P).
+// Exact for linear r where the samples are at least 2·(rank or, for mean field, P).
 VariationalFit FitPosterior(SampledResiduals& residuals, const GaussianPosterior& start,
                             const VariationalOptions& options);
 

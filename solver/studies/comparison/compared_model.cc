@@ -27,61 +27,66 @@ const ComparedModel& Known(const std::string& name) {
 const std::vector<ComparedModel>& ComparedModels() {
   static const std::vector<ComparedModel> models = {
       {"isotropic",
-       "homogeneous",
+       FitModel::kHomogeneous,
        TableForm::kIsotropic,
        ParameterTying::kScales,
        {},
        "linear isotropic tables, 2 numbers"},
       {"linear",
-       "homogeneous",
+       FitModel::kHomogeneous,
        TableForm::kLinear,
        ParameterTying::kColumns,
        {},
        "linear tables, 7 numbers"},
       {"bend",
-       "homogeneous",
+       FitModel::kHomogeneous,
        TableForm::kGiven,
        ParameterTying::kBendScale,
        {},
        "nonlinear tables, 1 number, stretch as the seed grid has it"},
       {"bend_rows",
-       "homogeneous",
+       FitModel::kHomogeneous,
        TableForm::kGiven,
        ParameterTying::kBendRows,
        {},
        "nonlinear tables, 3 numbers, stretch as the seed grid has it"},
       {"scales",
-       "homogeneous",
+       FitModel::kHomogeneous,
        TableForm::kGiven,
        ParameterTying::kScales,
        {},
        "nonlinear tables, 2 numbers"},
       {"columns",
-       "homogeneous",
+       FitModel::kHomogeneous,
        TableForm::kGiven,
        ParameterTying::kColumns,
        {},
        "nonlinear tables, 7 numbers"},
       {"homogeneous",
-       "homogeneous",
+       FitModel::kHomogeneous,
        TableForm::kGiven,
        {},
        {},
        "nonlinear tables, --num_parameters numbers"},
       {"heterogeneous",
-       "heterogeneous",
+       FitModel::kHeterogeneous,
        TableForm::kGiven,
        {},
        {},
        "and smooth fields over the cloth"},
       {"elements",
-       "heterogeneous",
+       FitModel::kHeterogeneous,
        TableForm::kGiven,
        {},
        FieldBasis::kElements,
        "and factors of each face and hinge"},
-      {"bdp", "bdp", TableForm::kGiven, {}, {}, "each face and hinge a draw of a normal"},
-      {"bayes", "bayes", TableForm::kGiven, {}, {}, "a posterior of the fabric and its specimens"},
+      {"bdp", FitModel::kBdp, TableForm::kGiven, {}, {}, "each face and hinge a draw of a normal"},
+      {"bayes",
+       FitModel::kBayes,
+       TableForm::kGiven,
+       {},
+       {},
+       "a posterior of the fabric and its specimens"},
   };
   return models;
 }
@@ -102,18 +107,18 @@ std::vector<std::string> InOrderOfComplexity(const std::vector<std::string>& nam
   return ordered;
 }
 
-FitJob JobOfModel(FitJob job, const std::string& name) {
+FitSpec WithModel(FitSpec spec, const std::string& name) {
   const ComparedModel& model = Known(name);
-  job.model = model.fit;
-  job.tables = model.tables;
-  if (model.parameters) job.fit.parameters = *model.parameters;
-  if (model.basis) job.fields.basis = *model.basis;
-  return job;
+  spec.model = model.fit;
+  spec.table_form = model.table_form;
+  if (model.parameters) spec.stages.parameters = *model.parameters;
+  if (model.basis) spec.fields.basis = *model.basis;
+  return spec;
 }
 
 std::string TableName(const std::string& name) {
   const ComparedModel& model = Known(name);
-  const bool own = model.parameters || model.tables != TableForm::kGiven;
+  const bool own = model.parameters || model.table_form != TableForm::kGiven;
   return own ? "one_table_" + name : "one_table";
 }
 

@@ -5,15 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "solver/job/fit_job.h"
+#include "solver/job/fit_spec.h"
 
 namespace drape {
 
 // What a comparison can fit [METHODS, P43].
 struct ComparedModel {
   std::string name;
-  std::string fit;  // FitJob::model
-  TableForm tables = TableForm::kGiven;
+  FitModel fit = FitModel::kHomogeneous;
+  TableForm table_form = TableForm::kGiven;
   std::optional<ParameterTying> parameters = {};  // none: the job's
   std::optional<FieldBasis> basis = {};           // of fields; none: the job's
   std::string meaning;                            // for a person
@@ -28,8 +28,8 @@ const std::vector<ComparedModel>& ComparedModels();
 // that comes twice.
 std::vector<std::string> InOrderOfComplexity(const std::vector<std::string>& names);
 
-// `job` with what the model of a known name sets.
-FitJob JobOfModel(FitJob job, const std::string& name);
+// `spec` with what the model of a known name sets.
+FitSpec WithModel(FitSpec spec, const std::string& name);
 // Models of equal fits of one table can go on from one checkpoint: "one_table", or with what sets
 // theirs apart.
 std::string TableName(const std::string& name);

@@ -29,13 +29,13 @@ constexpr int kVersion = 3;        // 1 knew no calibration, 2 calibrated stretc
 constexpr double kFitShare = 0.8;  // of the time of an experiment
 
 // The part of summary.json that a model must have got to; empty: the one table is all.
-std::string SummaryPart(const std::string& model) {
-  if (model == "homogeneous") return "";
-  return model == "heterogeneous" ? "fields" : "posterior";
+std::string SummaryPart(FitModel model) {
+  if (model == FitModel::kHomogeneous) return "";
+  return model == FitModel::kHeterogeneous ? "fields" : "posterior";
 }
 
 // The files that a fit leaves behind, by its summary.
-std::vector<std::string> FitFiles(const nlohmann::json& summary) {
+std::vector<std::string> ListFitFiles(const nlohmann::json& summary) {
   if (!summary.contains("mean")) return {};  // nothing could be fitted
   if (summary.contains("posterior")) return {"material.json", "base.json", "posterior.json"};
   return {"material.json"};
@@ -47,12 +47,12 @@ nlohmann::json FinishedFit(const std::string& folder) {
   nlohmann::json summary = ReadJsonFile(path);
   const JsonInput input(summary, path);
   if (input.At("status").String() != "done") input.At("status").Fail("done");
-  for (const std::string& file : FitFiles(summary)) ReadJsonFile(folder + "/" + file);
+  for (const std::string& file : ListFitFiles(summary)) ReadJsonFile(folder + "/" + file);
   return summary;
 }
 
 // Why the fit of a model is none; empty: it is one.
-std::string DescribeFailure(const nlohmann::json& summary, const std::string& model) {
+std::string DescribeFailure(const nlohmann::json& summary, FitModel model) {
   if (!summary.contains("mean")) return "nothing could be fitted";
   const std::string part = SummaryPart(model);
   if (part.empty() || summary.contains(part)) return "";
@@ -70,17 +70,18 @@ auto OrNothing(const Read& read) -> std::optional<decltype(read())> {
 
 // RunFitJob in the experiment's folder, from its checkpoint unless that is broken.
 bool RunFit(const ExperimentTask& task, const RunControl& control) {
-  FitJob job = task.fit;
-  job.out = task.folder;
-  job.keep_checkpoint = true;
-  job.log = task.folder + "/fit.log";
+  FitFiles files{.out = task.folder,
+                 .checkpoint = task.checkpoint,
+                 .keep_checkpoint = true,
+                 .log = task.folder + "/fit.log",
+                 .versions = task.versions};
   fs::remove(task.folder + "/prediction.json");  // of an earlier fit
-  FitJobCallbacks fit{control.cancel, [&](const FitProgress& progress) {
-                        control.Report(kFitShare * progress.fraction, progress.stage);
-                      }};
-  job.resume = fs::exists(job.checkpoint) &&
-               OrNothing([&] { return ReadJsonFile(job.checkpoint); }).has_value();
-  return !RunFitJob(job, fit).cancelled;
+  const RunControl fit{control.cancel, [&](double fraction, const std::string& note) {
+                         control.Report(kFitShare * fraction, note);
+                       }};
+  files.resume = fs::exists(files.checkpoint) &&
+                 OrNothing([&] { return ReadJsonFile(files.checkpoint); }).has_value();
+  return !RunFitJob(task.fit, task.data, files, fit).cancelled;
 }
 
 ordered_json CaptureScores(const std::vector<PredictedDrape>& drapes,

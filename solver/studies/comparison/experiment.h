@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,10 +20,12 @@ namespace drape {
 // An experiment of a comparison of models: a fit to the images of one side of a split, drapes drawn
 // from it, and their score on the captures of the other side.
 struct ExperimentTask {
-  std::string folder;            // its files; made when missing
-  FitJob fit;                    // its out, log and resume are not used; its checkpoint is shared
-                                 // by the models of a split, which go on from one table
-  PredictionOptions prediction;  // its cancel and batch are not used
+  std::string folder;  // its files; made when missing
+  FitSpec fit;
+  FitData data;
+  std::string checkpoint;  // of the fit of one table, shared by the models of a split
+  std::map<std::string, std::string> versions;  // for the summary
+  PredictionOptions prediction;                 // its cancel and batch are not used
   // Those of the two sides; outlive the task.
   const std::vector<ObservedCapture>* training = nullptr;
   const std::vector<ObservedCapture>* held_out = nullptr;

@@ -26,7 +26,8 @@ struct SharedSplit {
   int fabric = 0, seed = 0;
   Split split;
   std::vector<ObservedCapture> training, held_out;
-  FitJob fit;  // of all but the model
+  FitSpec fit;  // of all but the model
+  FitData data;
 };
 
 std::string FabricFolder(const ComparisonJob& job, int fabric) {
@@ -103,12 +104,12 @@ Split MakeSplit(const ComparisonJob& job, const std::vector<Capture>& usable, in
 
 SharedSplit Share(const ComparisonJob& job, const std::vector<Capture>& usable, std::size_t fabric,
                   int seed) {
-  SharedSplit shared{job.fabrics[fabric], seed, MakeSplit(job, usable, seed), {}, {}, job.fit};
+  SharedSplit shared{job.fabrics[fabric], seed, MakeSplit(job, usable, seed), {}, {}, job.fit, {}};
   shared.training = ObserveCaptures(shared.split.train, Camera());
   shared.held_out = ObserveCaptures(shared.split.held_out, Camera());
-  shared.fit.material = FabricMaterial(job, fabric);
+  shared.data.material = FabricMaterial(job, fabric);
   shared.fit.posterior.seed = seed;
-  UseCaptures(shared.split.train, &shared.fit);
+  UseCaptures(shared.split.train, &shared.data);
   return shared;
 }
 
@@ -127,13 +128,15 @@ ExperimentTask MakeTask(const ComparisonJob& job, const SharedSplit& shared,
                         const std::string& model) {
   ExperimentTask task{
       FabricFolder(job, shared.fabric) + "/" + model + "/seed_" + std::to_string(shared.seed),
-      JobOfModel(shared.fit, model),
+      WithModel(shared.fit, model),
+      shared.data,
+      FabricFolder(job, shared.fabric) + "/" + TableName(model) + "_" +
+          std::to_string(shared.seed) + ".json",
+      job.versions,
       MakePredictionOptions(job, shared),
       &shared.training,
       &shared.held_out,
       job.calibrate};
-  task.fit.checkpoint = FabricFolder(job, shared.fabric) + "/" + TableName(model) + "_" +
-                        std::to_string(shared.seed) + ".json";
   return task;
 }
 
@@ -159,7 +162,8 @@ void AddTrivial(const SharedSplit& shared, std::vector<ComparedExperiment>* expe
 void CheckFits(const ComparisonJob& job, const std::vector<SharedSplit>& splits) {
   for (const SharedSplit& shared : splits)
     if (shared.seed == job.seeds[0])
-      for (const std::string& model : job.models) LoadJob(MakeTask(job, shared, model).fit);
+      for (const std::string& model : job.models)
+        ReadFitInput(WithModel(shared.fit, model), shared.data);
 }
 
 std::vector<SharedSplit> ShareAll(const ComparisonJob& job, const RunControl& control) {
@@ -175,7 +179,7 @@ std::vector<SharedSplit> ShareAll(const ComparisonJob& job, const RunControl& co
 std::string NameFor(const ExperimentTask& task, const std::string& model, int seed, int number,
                     int of) {
   return "run " + std::to_string(number) + " of " + std::to_string(of) + ", fabric " +
-         std::to_string(task.fit.captures[0].fabric) + ", " + model + ", seed " +
+         std::to_string(task.data.captures[0].fabric) + ", " + model + ", seed " +
          std::to_string(seed);
 }
 

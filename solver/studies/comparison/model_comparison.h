@@ -19,13 +19,14 @@ struct ComparisonJob {
   std::vector<int> fabrics;
   std::vector<std::string> models;  // names of some ComparedModels
   std::vector<int> seeds;           // each draws the split, the posterior's and the drapes' draws
-  std::vector<std::string> materials;  // start tables: one for all fabrics, or one of each
-  int train = 6;                       // samples of a fabric to learn from
-  std::vector<int> train_captures;     // of them; empty: all
-  std::optional<ClothFace> face;       // of all captures; none: both
-  int draws = 64;                      // drapes of a prediction
-  bool calibrate = true;               // each fit before its prediction (CalibrateBend)
-  FitJob fit;  // mesh, stages and budget of all; its data, model, material and files are not used
+  std::vector<std::string> materials;           // start tables: one for all fabrics, or one of each
+  int train = 6;                                // samples of a fabric to learn from
+  std::vector<int> train_captures;              // of them; empty: all
+  std::optional<ClothFace> face;                // of all captures; none: both
+  int draws = 64;                               // drapes of a prediction
+  bool calibrate = true;                        // each fit before its prediction (CalibrateBend)
+  FitSpec fit;                                  // of all, but for what the model sets
+  std::map<std::string, std::string> versions;  // for the summaries of the fits
   PredictionOptions prediction;  // its specimens, faces, seed and camera are not used
   std::string out;               // existing folder of the experiments
   // What must be the same for experiments to be taken over from an earlier run, beside the material

@@ -9,31 +9,33 @@
 
 namespace drape {
 
-// The residuals of a fit as an optimiser's function: outlines by σ of all targets, then θ by σ of
-// the log-prior; ½‖r‖² is the cost of Fit. Each drape is sought from the linear prediction of the
-// last point with a Jacobian, so the function follows the branch of its targets' starts; where a
-// drape is not found, or refused by the options, it cannot be evaluated.
+// The residuals of a fit as an optimiser's function: outlines by σ of all observations, then θ by σ
+// of the log-prior; ½‖r‖² is the cost of Fit. Each drape is sought from the linear prediction of
+// the last point with a Jacobian, so the function follows the branch of its starts; where a drape
+// is not found, or refused by the options, it cannot be evaluated.
 class DrapeFunction final : public ResidualFunction {
  public:
-  // Pointers outlive the object; the targets' starts are changed.
+  // Pointers outlive the object.
   DrapeFunction(Backend* backend, const MaterialParametrisation* parametrisation,
-                std::vector<Observation>* targets, const OutlineResidualOptions& options,
-                double prior_sigma);
+                const std::vector<Observation>* observations, std::vector<State> starts,
+                const OutlineResidualOptions& options, double prior_sigma);
 
-  int size() const override { return batch_.num_parameters(); }
+  int size() const override { return outlines_.num_parameters(); }
   int num_residuals() const override;
   bool Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
                 RowMatrix* jacobian) override;
   double cost_units() const override { return cost_units_; }
 
-  // The drapes of least cost so far [m], shape [targets] of [3V]; empty before the first.
+  // The drapes of least cost so far [m], shape [observations] of [3V]; empty before the first.
   const std::vector<Eigen::VectorXd>& best_shapes() const { return best_shapes_; }
 
  private:
-  int num_outline_residuals() const { return batch_.num_targets() * batch_.num_angles(); }
+  int num_outline_residuals() const {
+    return outlines_.num_observations() * outlines_.num_angles();
+  }
   void Keep(double cost);
 
-  OutlineResiduals batch_;
+  OutlineResiduals outlines_;
   double prior_sigma_;
   double cost_units_ = 1.0;
   double best_cost_ = std::numeric_limits<double>::infinity();

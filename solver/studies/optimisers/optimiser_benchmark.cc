@@ -25,18 +25,19 @@ std::vector<std::string> ListMethods(const OptimiserBenchmarkOptions& options) {
 void CheckOptions(const OptimiserBenchmarkOptions& options) {
   if (options.twins.empty() && options.images.empty())
     throw InputError("twins", "is empty like images, expected at least one problem");
-  if (!options.twins.empty() && options.job.material.empty())
+  if (!options.twins.empty() && options.material.empty())
     throw InputError("material", "missing, expected the start tables of the twins' fits");
   if (!options.images.empty() && options.image_materials.empty())
     throw InputError("image_materials", "missing, expected start tables of the images' fits");
-  for (const int count : options.parameters) ParseParameterTying(std::to_string(count));
+  for (const int count : options.parameters)
+    ParseName<ParameterTying>(std::to_string(count), "option 'num_parameters'");
 }
 
 // What must be the same for a run to be taken over.
 std::string DescribeSettings(const OptimiserBenchmarkOptions& options,
                              const BenchmarkStart& start) {
   const OptimiserOptions& optimiser = options.optimiser;
-  std::string settings = CheckpointKey(start.job, start.loaded);
+  std::string settings = CheckpointKey(start.spec, start.data, start.input);
   for (const double value : {optimiser.budget, optimiser.jacobian_cost_units, optimiser.bound,
                              optimiser.failed_cost_factor, static_cast<double>(optimiser.seed)})
     settings += Format(" %.17g", value);
@@ -57,7 +58,7 @@ class BenchmarkRunner {
       Report(image.name + ", initial guesses");
       const BenchmarkStart start = FindBenchmarkStart(options_, image, control_.cancel);
       if (Cancelled()) break;
-      if (start.branch.valid()) {
+      if (start.candidate.valid()) {
         for (const int parameters : options_.parameters) RunProblem(image, start, parameters);
       } else {
         benchmark_.notes.push_back(image.name + ": left out, since no initial guess comes to rest");

@@ -17,6 +17,7 @@
 #include "physics/util/errors.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
+#include "solver/fit/protocol/staged_fit.h"
 #include "solver/studies/optimisers/drape_function.h"
 #include "solver/studies/optimisers/methods/optimiser.h"
 
@@ -32,7 +33,7 @@ GrayImage TwinImage(const OptimiserBenchmarkOptions& options, const MaterialFiel
                     int seed) {
   constexpr int kSupersample = 4;
   const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(options.twin_mesh),
-                                                        CusickScene(), MakeLaw(options.job.law));
+                                                        CusickScene(), MakeLaw(options.spec.law));
   State start = model->RestState();
   start.x = ApplyStartShape(model->mesh, kSupportRadius,
                             RandomStartShape(static_cast<uint64_t>(seed), options.twin_hem_rms));
@@ -49,15 +50,15 @@ BenchmarkImage MakeTwin(const OptimiserBenchmarkOptions& options, int index) {
   const std::string& file = options.twins[index];
   const Material fabric = ReadMaterial(file);
   const int seed = options.twin_seed + index;
-  BenchmarkImage twin{fs::path(file).stem().string() + "_" + std::to_string(seed), options.job,
-                      true};
+  BenchmarkImage twin{fs::path(file).stem().string() + "_" + std::to_string(seed), {}, true};
   const std::string path = options.out + "/twins/" + twin.name + ".png";
   if (!fs::exists(path)) {
     fs::create_directories(options.out + "/twins");
     WritePng(TwinImage(options, fabric.field, seed), path);
   }
-  twin.job.images = {path};
-  twin.job.density = fabric.field.density;
+  twin.data.images = {path};
+  twin.data.material = options.material;
+  twin.data.density = fabric.field.density;
   return twin;
 }
 
@@ -69,34 +70,35 @@ void RequireDistinct(const std::vector<BenchmarkImage>& images) {
           "images", "a second problem of the name '" + image.name + "', expected distinct names");
 }
 
-double RmsPx(const LoadedJob& loaded, const Eigen::VectorXd& x) {
-  const Observation& target = loaded.problem.targets.front();
+double RmsPx(const FitInput& input, const Eigen::VectorXd& x) {
+  const Observation& observation = input.problem.observations.front();
   Outline outline;
-  return OutlineFromMesh(loaded.fine_model->mesh, x, target.camera, loaded.fit.angles, &outline)
-             ? ProfileRms(outline.radius, target.radius)
+  return OutlineFromMesh(input.fine_model->mesh, x, observation.camera,
+                         static_cast<int>(observation.radius.size()), &outline)
+             ? ProfileRms(outline.radius, observation.radius)
              : std::numeric_limits<double>::infinity();
 }
 
-void Settle(const LoadedJob& loaded, const MaterialField& material, BenchmarkRecord* record) {
-  record->rms_px = record->settled_rms_px = RmsPx(loaded, record->shape);
-  StepSolver solver(loaded.fine_model);
+void Recheck(const FitInput& input, double time_step, const MaterialField& material,
+             BenchmarkRecord* record) {
+  record->rms_px = record->settled_rms_px = RmsPx(input, record->shape);
+  StepSolver solver(input.fine_model);
   const Eigen::VectorXd lowest = LowestEigenvalues(solver, material, record->shape, 1);
   if (lowest.size() > 0) record->stiffness = lowest[0];
   const State rest{record->shape, Eigen::VectorXd::Zero(record->shape.size())};
-  const RolloutInput input{&material, &rest};
+  const RolloutInput rollout{&material, &rest};
   const RolloutResult end =
-      loaded.fine->Rollouts({&input, 1}, {.h = loaded.fit.settle_h, .steps = kSettleSteps}, nullptr)
-          .front();
+      input.fine->Rollouts({&rollout, 1}, {.h = time_step, .steps = kSettleSteps}, nullptr).front();
   if (end.status != RolloutStatus::kOk) return;
-  record->settled_rms_px = RmsPx(loaded, end.end.x);
+  record->settled_rms_px = RmsPx(input, end.end.x);
   record->drift = (end.end.x - rest.x).reshaped(3, rest.x.size() / 3).colwise().norm().maxCoeff();
 }
 
-// Methods without derivatives look far and wide: for them any stable drape counts.
-OutlineResidualOptions BatchOptionsFor(const BenchmarkStart& start, bool derivatives,
-                                       const std::atomic<bool>* cancel) {
+// Methods without derivatives search globally: for them any stable drape counts.
+OutlineResidualOptions MakeResidualOptions(const BenchmarkStart& start, bool derivatives,
+                                           const std::atomic<bool>* cancel) {
   OutlineResidualOptions options =
-      CandidateFitter(start.loaded.problem, start.loaded.fit, *start.loaded.fine, cancel, 0)
+      CandidateFitter(start.input.problem, start.spec.stages, *start.input.fine, cancel, 0)
           .MakeResidualOptions();
   if (!derivatives)
     options.max_outline_change = options.max_jump = std::numeric_limits<double>::infinity();
@@ -118,9 +120,9 @@ std::vector<BenchmarkImage> MakeBenchmarkImages(const OptimiserBenchmarkOptions&
                                             ", expected one for all or one for each of the " +
                                             std::to_string(files.size()) + " images");
   for (std::size_t i = 0; i < files.size(); ++i) {
-    BenchmarkImage image{fs::path(files[i]).stem().string(), options.job, false};
-    image.job.images = {files[i]};
-    image.job.material = options.image_materials[materials == 1 ? 0 : i];
+    BenchmarkImage image{fs::path(files[i]).stem().string(), {}, false};
+    image.data.images = {files[i]};
+    image.data.material = options.image_materials[materials == 1 ? 0 : i];
     images.push_back(std::move(image));
   }
   RequireDistinct(images);
@@ -129,41 +131,40 @@ std::vector<BenchmarkImage> MakeBenchmarkImages(const OptimiserBenchmarkOptions&
 
 BenchmarkStart FindBenchmarkStart(const OptimiserBenchmarkOptions& options,
                                   const BenchmarkImage& image, const std::atomic<bool>* cancel) {
-  FitJob job = image.job;
-  job.mesh = options.mesh;
-  job.coarse_mesh = options.coarse_mesh;
-  job.fit.keep = {1};
-  job.fit.iterations = {0};
-  job.fit.parameters = ParameterTying::kScales;
-  BenchmarkStart start{job, LoadJob(job), {}};
+  FitSpec spec = options.spec;
+  spec.mesh = options.mesh;
+  spec.coarse_mesh = options.coarse_mesh;
+  spec.stages.candidates_per_round = {1};
+  spec.stages.iterations = {0};
+  spec.stages.parameters = ParameterTying::kScales;
+  BenchmarkStart start{spec, image.data, ReadFitInput(spec, image.data), {}};
   const std::string path = options.out + "/runs/" + image.name + ".start.json";
-  const std::string identity = CheckpointKey(job, start.loaded);
-  StagedFitState state = ReadCheckpoint(path, identity).value_or(StagedFitState());
+  const std::string key = CheckpointKey(spec, image.data, start.input);
+  StagedFitState state = ReadCheckpoint(path, key).value_or(StagedFitState());
   if (Best(state) == nullptr) {
-    StagedFitCallbacks callbacks;
-    callbacks.cancel = cancel;
-    state = RunStagedFit(start.loaded.problem, start.loaded.fit, {}, callbacks);
+    StagedFitControl control;
+    control.cancel = cancel;
+    state = RunStagedFit(start.input.problem, spec.stages, {}, control);
     if (cancel != nullptr && cancel->load()) return start;
-    WriteCheckpoint(path, identity, state);
+    WriteCheckpoint(path, key, state);
   }
-  if (Best(state) != nullptr) start.branch = *Best(state);
+  if (Best(state) != nullptr) start.candidate = *Best(state);
   return start;
 }
 
 BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkOptions& options,
                           int parameters, const std::string& method,
                           const std::atomic<bool>* cancel) {
-  const LoadedJob& loaded = start.loaded;
-  const InitialGuess& seed = start.branch.seed;
+  const FitInput& input = start.input;
+  const StagedFitOptions& stages = start.spec.stages;
+  const InitialGuess& guess = start.candidate.guess;
   const TableParametrisation parametrisation(
-      Scaled(loaded.problem.material, seed.stretch, seed.bend),
-      ParseParameterTying(std::to_string(parameters)));
-  std::vector<Observation> targets = loaded.problem.targets;
-  targets.front().start = {start.branch.shapes.front(),
-                           Eigen::VectorXd::Zero(start.branch.shapes.front().size())};
-  DrapeFunction function(loaded.fine.get(), &parametrisation, &targets,
-                         BatchOptionsFor(start, FindOptimiser(method).derivatives, cancel),
-                         loaded.fit.prior_sigma);
+      Scaled(input.problem.material, guess.stretch, guess.bend),
+      ParseName<ParameterTying>(std::to_string(parameters), "num_parameters"));
+  DrapeFunction function(input.fine.get(), &parametrisation, &input.problem.observations,
+                         AtRest(start.candidate.shapes),
+                         MakeResidualOptions(start, FindOptimiser(method).derivatives, cancel),
+                         stages.prior_sigma);
   OptimiserOptions optimiser = options.optimiser;
   optimiser.published_rates =
       PublishedAdamRates(parametrisation.base(), *parametrisation.log_entries_by_theta());
@@ -173,7 +174,7 @@ BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkO
   record.run = RunOptimiser(method, function, optimiser);
   if (function.best_shapes().empty() || record.run.cancelled) return record;
   record.shape = function.best_shapes().front();
-  Settle(loaded, parametrisation.Material(record.run.theta), &record);
+  Recheck(input, stages.residuals.rollout.h, parametrisation.Material(record.run.theta), &record);
   return record;
 }
 

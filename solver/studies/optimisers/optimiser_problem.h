@@ -12,9 +12,10 @@ namespace drape {
 
 // What a user of drape_compare_optimisers sets.
 struct OptimiserBenchmarkOptions {
-  FitJob job;
+  FitSpec spec;                    // of all fits, but for meshes and stages
+  std::string material;            // start tables of the twins' fits
   std::vector<std::string> twins;  // fabrics whose drapes are made and fitted
-  std::string mesh = "disc:400", coarse_mesh = "disc:200";  // of the job
+  std::string mesh = "disc:400", coarse_mesh = "disc:200";  // of the fits
   std::string twin_mesh = "disc:500";
   int twin_seed = 1;           // of the twins' random starts; the i-th fabric has twin_seed + i
   double twin_hem_rms = 5e-3;  // of the starts [m]
@@ -27,10 +28,10 @@ struct OptimiserBenchmarkOptions {
   std::string out;
 };
 
-// An image of a benchmark and where its fits begin.
+// An image of the benchmark with its start tables.
 struct BenchmarkImage {
   std::string name;
-  FitJob job;
+  FitData data;
   bool is_twin = false;
 };
 
@@ -38,11 +39,12 @@ struct BenchmarkImage {
 // there. Throws InputError, also for names that appear twice.
 std::vector<BenchmarkImage> MakeBenchmarkImages(const OptimiserBenchmarkOptions& options);
 
-// An image read, with the seed that all methods start from.
+// An image read, with the initial guess that all methods start from.
 struct BenchmarkStart {
-  FitJob job;
-  LoadedJob loaded;
-  FitCandidate branch;  // without shapes where no seed comes to rest
+  FitSpec spec;
+  FitData data;
+  FitInput input;
+  FitCandidate candidate;  // without shapes where no initial guess settles into a stable drape
 };
 // The start is kept in out/runs/<name>.start.json. cancel: ends the search; then without shapes.
 BenchmarkStart FindBenchmarkStart(const OptimiserBenchmarkOptions& options,

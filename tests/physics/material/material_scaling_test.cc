@@ -69,8 +69,8 @@ TEST(ResistsAllStrains, IsLostWithOneRow) {
 
 TEST(TableForm, NamesReadBack) {
   for (const TableForm form : {TableForm::kGiven, TableForm::kLinear, TableForm::kIsotropic})
-    EXPECT_EQ(ParseTableForm(ToString(form)), form);
-  EXPECT_THROW(ParseTableForm("cubic"), InputError);
+    EXPECT_EQ(ParseName<TableForm>(ToString(form), ""), form);
+  EXPECT_THROW(ParseName<TableForm>("cubic", ""), InputError);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "losses/outline/outline.h"
 #include "tests/solver/fake_backend.h"
+#include "tests/solver/solver_fixture.h"
 
 namespace drape {
 namespace {
@@ -18,34 +19,35 @@ const Eigen::Vector2d kTruth(0.6, -0.4);
 class FitTest : public testing::Test {
  protected:
   FitTest() {
-    batch_options_.sigma_px = 0.1;
-    batch_options_.max_jump = 1.0;
+    outline_options_.sigma_px = 0.1;
+    outline_options_.max_jump = 1.0;
     fit_options_.prior_sigma = 1e6;
-    fit_options_.cost_tolerance = 1e-12;
-    AddTarget(kTruth);
+    fit_options_.trust_region.cost_tolerance = 1e-12;
+    fit_options_.trust_region.initial_damping = 1e-2;
+    AddObservation(kTruth);
   }
   MaterialField Material(const Eigen::Vector2d& theta) const {
     return parametrisation_.Material(theta);
   }
-  void AddTarget(const Eigen::Vector2d& truth) {
-    Observation target;
+  void AddObservation(const Eigen::Vector2d& truth) {
+    Observation observation;
     Outline outline;
     EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, backend_.Shape(Material(truth)),
-                                target.camera, 90, &outline));
-    target.radius = outline.radius;
-    target.start = backend_.model().RestState();
-    targets_.push_back(target);
+                                observation.camera, 90, &outline));
+    observation.radius = outline.radius;
+    observations_.push_back(observation);
+    starts_.push_back(backend_.model().RestState());
   }
   FitSummary RunFit() {
-    batch_ =
-        std::make_unique<OutlineResiduals>(&backend_, &parametrisation_, &targets_, batch_options_);
-    return Fit(*batch_, fit_options_);
+    outlines_ = std::make_unique<OutlineResiduals>(&backend_, &parametrisation_, &observations_,
+                                                   starts_, outline_options_);
+    return Fit(*outlines_, fit_options_);
   }
-  // The targets' starts are the drapes of the point that is returned, which is the cheapest seen.
+  // The starts are the drapes of the point that is returned, which has the least cost.
   void ExpectConsistent(const FitSummary& summary) const {
     ASSERT_EQ(summary.theta.size(), 2);
-    for (const Observation& target : targets_)
-      EXPECT_EQ(target.start.x, backend_.Shape(Material(summary.theta)));
+    for (const State& start : outlines_->starts())
+      EXPECT_EQ(start.x, backend_.Shape(Material(summary.theta)));
     EXPECT_LE(summary.final_cost, summary.initial_cost);
     for (const FitIteration& iteration : summary.iterations)
       EXPECT_LE(summary.final_cost, iteration.cost * (1 + 1e-12)) << iteration.iteration;
@@ -53,10 +55,11 @@ class FitTest : public testing::Test {
 
   test::FakeBackend backend_;
   TableParametrisation parametrisation_{test::TestMaterial(), ParameterTying::kScales};
-  std::vector<Observation> targets_;
-  OutlineResidualOptions batch_options_;
+  std::vector<Observation> observations_;
+  std::vector<State> starts_;
+  OutlineResidualOptions outline_options_ = test::CloseOutlineOptions();
   FitOptions fit_options_;
-  std::unique_ptr<OutlineResiduals> batch_;
+  std::unique_ptr<OutlineResiduals> outlines_;
 };
 
 TEST_F(FitTest, ConvergesToTheKnownMinimum) {
@@ -71,7 +74,7 @@ TEST_F(FitTest, ConvergesToTheKnownMinimum) {
 }
 
 TEST_F(FitTest, TheDynamicIntegratorFindsTheSame) {
-  batch_options_.integrator = SolveMode::kDynamic;
+  outline_options_.solve_mode = SolveMode::kDynamic;
   const FitSummary summary = RunFit();
   EXPECT_EQ(backend_.equilibria, 0);
   EXPECT_LT((summary.theta - kTruth).norm(), 1e-6) << summary.theta.transpose();
@@ -85,20 +88,20 @@ TEST_F(FitTest, AStrongPriorGivesTheRidgeSolution) {
   const FitSummary summary = RunFit();
   EXPECT_LT(summary.theta.norm(), 0.98 * kTruth.norm());
   EXPECT_GT(summary.theta.norm(), 0.01);
-  batch_->PrepareForEvaluation(true, true);
+  outlines_->PrepareForEvaluation(true, true);
   const Eigen::VectorXd gradient =
-      summary.jacobian.transpose() * batch_->accepted().residual +
+      summary.jacobian.transpose() * outlines_->accepted().residual +
       summary.theta / (fit_options_.prior_sigma * fit_options_.prior_sigma);
   const double scale = (summary.theta / std::pow(fit_options_.prior_sigma, 2)).norm();
   EXPECT_LT(gradient.norm(), 1e-4 * scale);
   EXPECT_NEAR(summary.final_cost,
-              0.5 * batch_->accepted().residual.squaredNorm() +
+              0.5 * outlines_->accepted().residual.squaredNorm() +
                   0.5 * (summary.theta / fit_options_.prior_sigma).squaredNorm(),
               1e-9 * summary.final_cost);
 }
 
 TEST_F(FitTest, TwoTargetsShareOneMaterial) {
-  AddTarget(Eigen::Vector2d(0.7, -0.2));
+  AddObservation(Eigen::Vector2d(0.7, -0.2));
   const FitSummary summary = RunFit();
   EXPECT_EQ(summary.jacobian.rows(), 180);
   EXPECT_GT(summary.theta[0], 0.6);
@@ -113,7 +116,7 @@ TEST_F(FitTest, AFailedTrialShortensTheStep) {
   backend_.fails = [](double s, double b) {
     return (Eigen::Vector2d(s, b) - kTruth).norm() < 0.05;
   };
-  fit_options_.max_iterations = 60;
+  fit_options_.trust_region.max_iterations = 60;
   const FitSummary summary = RunFit();
   EXPECT_GT(summary.counts.failed, 0);
   EXPECT_GE((summary.theta - kTruth).norm(), 0.05);
@@ -137,8 +140,8 @@ TEST_F(FitTest, StallsWhereDerivativesAreMissing) {
 
 TEST_F(FitTest, AJumpToAnotherBranchIsRefusedAndCounted) {
   backend_.other_branch = [](double s, double) { return s > 0.3; };
-  batch_options_.max_jump = 5e-3;
-  fit_options_.max_iterations = 60;
+  outline_options_.max_jump = 5e-3;
+  fit_options_.trust_region.max_iterations = 60;
   const FitSummary summary = RunFit();
   EXPECT_GT(summary.counts.jumps, 0);
   EXPECT_EQ(summary.counts.failed, 0);
@@ -149,7 +152,7 @@ TEST_F(FitTest, AJumpToAnotherBranchIsRefusedAndCounted) {
 
 TEST_F(FitTest, StopsWhenTheDampingIsTooLarge) {
   backend_.fails = [](double s, double b) { return s != 0.0 || b != 0.0; };
-  fit_options_.max_damping = 10.0;
+  fit_options_.trust_region.max_damping = 10.0;
   const FitSummary summary = RunFit();
   EXPECT_EQ(summary.termination, FitTermination::kDampingLimit) << summary.message;
   EXPECT_EQ(summary.theta, Eigen::Vector2d::Zero());
@@ -159,8 +162,10 @@ TEST_F(FitTest, StopsWhenTheDampingIsTooLarge) {
 
 TEST_F(FitTest, CancelEndsAfterTheIteration) {
   std::atomic<bool> cancel = false;
-  fit_options_.cancel = &cancel;
-  fit_options_.progress = [&](const FitIteration& iteration) { cancel = iteration.iteration == 1; };
+  fit_options_.trust_region.cancel = &cancel;
+  fit_options_.trust_region.progress = [&](const FitIteration& iteration) {
+    cancel = iteration.iteration == 1;
+  };
   const FitSummary summary = RunFit();
   EXPECT_EQ(summary.termination, FitTermination::kCancelled);
   EXPECT_EQ(summary.iterations.size(), 2);
@@ -169,7 +174,7 @@ TEST_F(FitTest, CancelEndsAfterTheIteration) {
 }
 
 TEST_F(FitTest, TheIterationLimitKeepsTheBestPoint) {
-  fit_options_.max_iterations = 1;
+  fit_options_.trust_region.max_iterations = 1;
   const FitSummary summary = RunFit();
   EXPECT_EQ(summary.termination, FitTermination::kIterationLimit);
   EXPECT_LT(summary.final_cost, summary.initial_cost);
@@ -181,8 +186,8 @@ TEST_F(FitTest, AStartThatCannotBeEvaluatedFails) {
   const FitSummary summary = RunFit();
   EXPECT_EQ(summary.termination, FitTermination::kFailed);
   EXPECT_EQ(summary.theta.size(), 0);
-  EXPECT_EQ(targets_[0].start.x, backend_.model().mesh.rest_x);
-  EXPECT_FALSE(batch_->has_accepted());
+  EXPECT_EQ(outlines_->starts()[0].x, backend_.model().mesh.rest_x);
+  EXPECT_FALSE(outlines_->has_accepted());
 }
 
 TEST(FitTermination, HasAWordForEach) {

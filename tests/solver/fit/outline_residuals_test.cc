@@ -20,59 +20,63 @@ namespace {
 constexpr int kAngles = 72;
 
 struct Case {
-  SolveMode integrator;
+  SolveMode solve_mode;
   ParameterTying tying;
   std::string name;
 };
 
-class BatchJacobianTest : public testing::TestWithParam<Case> {
+class OutlineJacobianTest : public testing::TestWithParam<Case> {
  protected:
   static void SetUpTestSuite() {
     backend_ = test::SmoothDisc(120);
-    targets_ = new std::vector<Observation>;
+    observations_ = new std::vector<Observation>;
+    starts_ = new std::vector<State>;
     for (const uint64_t seed : {1, 2}) {
       const State start = test::RandomStart(backend_->model(), seed);
       const State drape = test::Settled(*backend_, test::TestMaterial(), start);
-      targets_->push_back(
+      observations_->push_back(
           test::MakeObservation(backend_->model().mesh, drape, kAngles, std::to_string(seed)));
+      starts_->push_back(drape);
     }
   }
   static void TearDownTestSuite() {
-    delete targets_;
+    delete observations_;
+    delete starts_;
     backend_.reset();
   }
 
-  // Residuals of both targets at θ, from the same starts each time.
+  // Residuals of both observations at θ, from the same starts each time.
   Eigen::VectorXd Residual(const Eigen::VectorXd& theta, RowMatrix* jacobian = nullptr) const {
-    std::vector<Observation> targets = *targets_;
-    OutlineResidualOptions options;
-    options.integrator = GetParam().integrator;
+    OutlineResidualOptions options = test::CloseOutlineOptions();
+    options.solve_mode = GetParam().solve_mode;
     options.rollout.h = 0.1;
     options.rollout.steps = 5;
     options.equilibrium.tolerance = 1e-12;
     options.sigma_px = 0.5;
-    OutlineResiduals batch(backend_.get(), &parametrisation_, &targets, options);
-    Eigen::Map<Eigen::VectorXd>(batch.theta(), theta.size()) = theta;
-    batch.PrepareForEvaluation(jacobian != nullptr, true);
+    OutlineResiduals outlines(backend_.get(), &parametrisation_, observations_, *starts_, options);
+    Eigen::Map<Eigen::VectorXd>(outlines.theta(), theta.size()) = theta;
+    outlines.PrepareForEvaluation(jacobian != nullptr, true);
     Eigen::VectorXd residual(2 * kAngles);
     if (jacobian != nullptr) jacobian->resize(2 * kAngles, theta.size());
     for (int i = 0; i < 2; ++i) {
-      EXPECT_TRUE(batch.Copy(i, residual.data() + i * kAngles));
+      EXPECT_TRUE(outlines.Residuals(i, residual.data() + i * kAngles));
       if (jacobian != nullptr)
-        batch.CopyJacobian(i, 0, batch.num_parameters(), jacobian->row(i * kAngles).data());
+        outlines.CopyJacobian(i, 0, outlines.num_parameters(), jacobian->row(i * kAngles).data());
     }
     return residual;
   }
 
   static std::unique_ptr<Backend> backend_;
-  static std::vector<Observation>* targets_;
+  static std::vector<Observation>* observations_;
+  static std::vector<State>* starts_;
   const TableParametrisation parametrisation_{test::TestMaterial(), GetParam().tying};
 };
-std::unique_ptr<Backend> BatchJacobianTest::backend_;
-std::vector<Observation>* BatchJacobianTest::targets_ = nullptr;
+std::unique_ptr<Backend> OutlineJacobianTest::backend_;
+std::vector<Observation>* OutlineJacobianTest::observations_ = nullptr;
+std::vector<State>* OutlineJacobianTest::starts_ = nullptr;
 
 INSTANTIATE_TEST_SUITE_P(
-    Product, BatchJacobianTest,
+    Product, OutlineJacobianTest,
     testing::Values(Case{SolveMode::kDynamic, ParameterTying::kScales, "Dynamic2"},
                     Case{SolveMode::kDynamic, ParameterTying::kColumns, "Dynamic7"},
                     Case{SolveMode::kDynamic, ParameterTying::kEntries, "Dynamic39"},
@@ -83,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // The best of a sweep: truncation falls with the step, rounding (and the equilibrium's tolerance)
 // rises as 1/step. Measured: below 1e-7 at the best step, about 1e-5.
-TEST_P(BatchJacobianTest, AgreesWithCentralDifferences) {
+TEST_P(OutlineJacobianTest, AgreesWithCentralDifferences) {
   std::mt19937_64 random(11);
   const int size = parametrisation_.size();
   const Eigen::VectorXd theta = 0.02 * test::RandomMatrix(size, 1, random);
@@ -104,25 +108,25 @@ TEST_P(BatchJacobianTest, AgreesWithCentralDifferences) {
 }
 
 // Fields have Jacobians by adjoints and predictions by one direction.
-class BatchFieldTest : public testing::Test {
+class OutlineFieldTest : public testing::Test {
  protected:
-  BatchFieldTest() {
-    const State start = test::RandomStart(backend_->model(), 1);
-    targets_ = {test::MakeObservation(mesh_, test::Settled(*backend_, test::TestMaterial(), start),
-                                      kAngles, "1")};
+  OutlineFieldTest() {
+    starts_ = {
+        test::Settled(*backend_, test::TestMaterial(), test::RandomStart(backend_->model(), 1))};
+    observations_ = {test::MakeObservation(mesh_, starts_[0], kAngles, "1")};
     options_.equilibrium.tolerance = 1e-12;
     options_.sigma_px = 0.5;
   }
   OutlineResiduals At(const Eigen::VectorXd& theta) {
-    OutlineResiduals batch(backend_.get(), &fields_, &targets_, options_);
-    Eigen::Map<Eigen::VectorXd>(batch.theta(), theta.size()) = theta;
-    return batch;
+    OutlineResiduals outlines(backend_.get(), &fields_, &observations_, starts_, options_);
+    Eigen::Map<Eigen::VectorXd>(outlines.theta(), theta.size()) = theta;
+    return outlines;
   }
   Eigen::VectorXd Residual(const Eigen::VectorXd& theta) {
-    OutlineResiduals batch = At(theta);
-    batch.PrepareForEvaluation(false, true);
+    OutlineResiduals outlines = At(theta);
+    outlines.PrepareForEvaluation(false, true);
     Eigen::VectorXd residual(kAngles);
-    EXPECT_TRUE(batch.Copy(0, residual.data()));
+    EXPECT_TRUE(outlines.Residuals(0, residual.data()));
     return residual;
   }
 
@@ -130,18 +134,19 @@ class BatchFieldTest : public testing::Test {
   const Mesh& mesh_ = backend_->model().mesh;
   const FieldParametrisation fields_{test::TestMaterial(), mesh_.num_faces(), mesh_.num_hinges(),
                                      MakeFieldTerms(mesh_, {})};
-  std::vector<Observation> targets_;
-  OutlineResidualOptions options_;
+  std::vector<Observation> observations_;
+  std::vector<State> starts_;
+  OutlineResidualOptions options_ = test::CloseOutlineOptions();
   std::mt19937_64 random_{12};
 };
 
-TEST_F(BatchFieldTest, JacobianAgreesWithCentralDifferences) {
+TEST_F(OutlineFieldTest, JacobianAgreesWithCentralDifferences) {
   const Eigen::VectorXd theta = 0.02 * test::RandomMatrix(fields_.size(), 1, random_);
   const Eigen::VectorXd direction = test::RandomMatrix(fields_.size(), 1, random_);
-  OutlineResiduals batch = At(theta);
-  batch.PrepareForEvaluation(true, true);
-  ASSERT_TRUE(batch.has_accepted());
-  const Eigen::VectorXd exact = batch.accepted().jacobian * direction;
+  OutlineResiduals outlines = At(theta);
+  outlines.PrepareForEvaluation(true, true);
+  ASSERT_TRUE(outlines.has_accepted());
+  const Eigen::VectorXd exact = outlines.accepted().jacobian * direction;
   double best = 1.0;
   for (double step = 1e-3; step > 1e-7; step /= 10) {
     const Eigen::VectorXd difference =
@@ -152,56 +157,57 @@ TEST_F(BatchFieldTest, JacobianAgreesWithCentralDifferences) {
 }
 
 // A hundredth of the step is a ten-thousandth of the error.
-TEST_F(BatchFieldTest, ShapesArePredictedToSecondOrder) {
+TEST_F(OutlineFieldTest, ShapesArePredictedToSecondOrder) {
   const Eigen::VectorXd direction = test::RandomMatrix(fields_.size(), 1, random_);
   options_.max_jump = 1e-7;
-  OutlineResiduals batch = At(Eigen::VectorXd::Zero(fields_.size()));
-  batch.PrepareForEvaluation(true, true);
-  ASSERT_TRUE(batch.has_accepted());
+  OutlineResiduals outlines = At(Eigen::VectorXd::Zero(fields_.size()));
+  outlines.PrepareForEvaluation(true, true);
+  ASSERT_TRUE(outlines.has_accepted());
   for (const double step : {1e-2, 1e-4}) {
-    Eigen::Map<Eigen::VectorXd>(batch.theta(), direction.size()) = step * direction;
-    batch.PrepareForEvaluation(false, true);
+    Eigen::Map<Eigen::VectorXd>(outlines.theta(), direction.size()) = step * direction;
+    outlines.PrepareForEvaluation(false, true);
   }
-  EXPECT_EQ(batch.counts().jumps, 1);  // the first
-  EXPECT_GT((batch.shape(0) - targets_[0].start.x).cwiseAbs().maxCoeff(), 1e-7);
+  EXPECT_EQ(outlines.counts().jumps, 1);  // the first
+  EXPECT_GT((outlines.shape(0) - starts_[0].x).cwiseAbs().maxCoeff(), 1e-7);
 }
 
 // Many parameters go to Ceres's conjugate gradients: its first step is that of the dual system.
-TEST_F(BatchFieldTest, AStepOfManyNumbersIsThatOfTheDualSystem) {
+TEST_F(OutlineFieldTest, AStepOfManyNumbersIsThatOfTheDualSystem) {
   FieldOptions every;
   every.groups = FieldGroups::kEntries;
   const FieldParametrisation many(test::TestMaterial(), mesh_.num_faces(), mesh_.num_hinges(),
                                   MakeFieldTerms(mesh_, every));
-  ASSERT_GT(many.size(), kMostDenseParameters);
-  OutlineResiduals batch(backend_.get(), &many, &targets_, options_);
-  batch.PrepareForEvaluation(true, true);
-  ASSERT_TRUE(batch.has_accepted());
+  ASSERT_GT(many.size(), kMaxDenseParameters);
+  OutlineResiduals outlines(backend_.get(), &many, &observations_, starts_, options_);
+  outlines.PrepareForEvaluation(true, true);
+  ASSERT_TRUE(outlines.has_accepted());
   constexpr double kDamping = 1e-2;
-  const Eigen::MatrixXd jacobian = batch.accepted().jacobian;
+  const Eigen::MatrixXd jacobian = outlines.accepted().jacobian;
   Eigen::MatrixXd dual = jacobian * jacobian.transpose();
   dual.diagonal().array() += 1 + kDamping;
-  const Eigen::VectorXd step = -jacobian.transpose() * dual.ldlt().solve(batch.accepted().residual);
+  const Eigen::VectorXd step =
+      -jacobian.transpose() * dual.ldlt().solve(outlines.accepted().residual);
   FitOptions options;
-  options.max_iterations = 1;
-  options.unit_damping = true;
-  options.initial_damping = kDamping;
-  const FitSummary summary = Fit(batch, options);
+  options.trust_region.max_iterations = 1;
+  options.trust_region.unit_damping = true;
+  options.trust_region.initial_damping = kDamping;
+  const FitSummary summary = Fit(outlines, options);
   ASSERT_GT(summary.theta.norm(), 0.0);
   EXPECT_LT((summary.theta - step).norm(), 1e-4 * step.norm());
 }
 
-// Without physics: what the batch keeps and refuses.
-class BatchTest : public testing::Test {
+// Without physics: which points are kept and which rejected.
+class OutlineResidualsTest : public testing::Test {
  protected:
-  BatchTest() {
+  OutlineResidualsTest() {
     for (const double stretch : {0.1, 0.3}) {
-      Observation target;
+      Observation observation;
       Outline outline;
-      EXPECT_TRUE(
-          OutlineFromMesh(backend_.model().mesh, Shape(stretch), target.camera, kAngles, &outline));
-      target.radius = outline.radius;
-      target.start = backend_.model().RestState();
-      targets_.push_back(target);
+      EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, Shape(stretch), observation.camera,
+                                  kAngles, &outline));
+      observation.radius = outline.radius;
+      observations_.push_back(observation);
+      starts_.push_back(backend_.model().RestState());
     }
     options_.max_jump = 5e-3;
   }
@@ -210,99 +216,102 @@ class BatchTest : public testing::Test {
     theta[0] = stretch;
     return backend_.Shape(parametrisation_.Material(theta));
   }
-  OutlineResiduals Make() { return {&backend_, &parametrisation_, &targets_, options_}; }
+  OutlineResiduals Make() {
+    return {&backend_, &parametrisation_, &observations_, starts_, options_};
+  }
 
   test::FakeBackend backend_;
   TableParametrisation parametrisation_{test::TestMaterial(), ParameterTying::kScales};
-  std::vector<Observation> targets_;
-  OutlineResidualOptions options_;
+  std::vector<Observation> observations_;
+  std::vector<State> starts_;
+  OutlineResidualOptions options_ = test::CloseOutlineOptions();
   std::array<double, kAngles> residual_ = {};
 };
 
-TEST_F(BatchTest, SlicesBelongToTheirTargets) {
-  OutlineResiduals batch = Make();
-  batch.theta()[0] = 0.3;
-  batch.PrepareForEvaluation(false, true);
-  ASSERT_TRUE(batch.Copy(0, residual_.data()));
+TEST_F(OutlineResidualsTest, SlicesBelongToTheirTargets) {
+  OutlineResiduals outlines = Make();
+  outlines.theta()[0] = 0.3;
+  outlines.PrepareForEvaluation(false, true);
+  ASSERT_TRUE(outlines.Residuals(0, residual_.data()));
   EXPECT_LT(residual_[0], -1.0);  // the first image was made with a softer shrink: it is wider
-  ASSERT_TRUE(batch.Copy(1, residual_.data()));
+  ASSERT_TRUE(outlines.Residuals(1, residual_.data()));
   EXPECT_NEAR(residual_[0], 0.0, 1e-12);
 }
 
-TEST_F(BatchTest, OnePointIsComputedOnce) {
-  OutlineResiduals batch = Make();
-  batch.PrepareForEvaluation(false, true);
-  batch.PrepareForEvaluation(false, false);
+TEST_F(OutlineResidualsTest, OnePointIsComputedOnce) {
+  OutlineResiduals outlines = Make();
+  outlines.PrepareForEvaluation(false, true);
+  outlines.PrepareForEvaluation(false, false);
   EXPECT_EQ(backend_.equilibria, 2);
-  EXPECT_EQ(batch.counts().rollouts, 2);
-  EXPECT_EQ(batch.counts().tangents, 0);
+  EXPECT_EQ(outlines.counts().rollouts, 2);
+  EXPECT_EQ(outlines.counts().tangents, 0);
 }
 
-TEST_F(BatchTest, AJumpIsMeasuredFromTheLinearPrediction) {
-  OutlineResiduals batch = Make();
-  batch.PrepareForEvaluation(true, true);
-  batch.theta()[0] = 0.1;  // moves the hem by 3 mm, as predicted to 0.01 mm
-  batch.PrepareForEvaluation(false, true);
-  EXPECT_TRUE(batch.Copy(0, residual_.data()));
-  EXPECT_EQ(batch.counts().jumps, 0);
+TEST_F(OutlineResidualsTest, AJumpIsMeasuredFromTheLinearPrediction) {
+  OutlineResiduals outlines = Make();
+  outlines.PrepareForEvaluation(true, true);
+  outlines.theta()[0] = 0.1;  // moves the hem by 3 mm, as predicted to 0.01 mm
+  outlines.PrepareForEvaluation(false, true);
+  EXPECT_TRUE(outlines.Residuals(0, residual_.data()));
+  EXPECT_EQ(outlines.counts().jumps, 0);
   backend_.other_branch = [](double, double) { return true; };
-  batch.theta()[0] = 0.1001;
-  batch.PrepareForEvaluation(false, true);
-  EXPECT_FALSE(batch.Copy(0, residual_.data()));
-  EXPECT_EQ(batch.counts().jumps, 2);
+  outlines.theta()[0] = 0.1001;
+  outlines.PrepareForEvaluation(false, true);
+  EXPECT_FALSE(outlines.Residuals(0, residual_.data()));
+  EXPECT_EQ(outlines.counts().jumps, 2);
 }
 
-TEST_F(BatchTest, AStepThatIsPredictedToGoTooFarIsRefusedWithoutARollout) {
+TEST_F(OutlineResidualsTest, AStepThatIsPredictedToGoTooFarIsRefusedWithoutARollout) {
   options_.max_outline_change = 1.0;
-  OutlineResiduals batch = Make();
-  batch.PrepareForEvaluation(true, true);
-  const double px_per_unit =
-      batch.accepted().jacobian.col(0).norm() / std::sqrt(double(batch.accepted().jacobian.rows()));
-  batch.theta()[0] = 1.01 / px_per_unit;
-  batch.PrepareForEvaluation(false, true);
-  EXPECT_FALSE(batch.Copy(0, residual_.data()));
-  EXPECT_EQ(batch.counts().rollouts, 2);
-  EXPECT_EQ(batch.counts().capped, 1);
-  batch.theta()[0] = 0.99 / px_per_unit;
-  batch.PrepareForEvaluation(false, true);
-  EXPECT_TRUE(batch.Copy(0, residual_.data()));
-  EXPECT_EQ(batch.counts().rollouts, 4);
+  OutlineResiduals outlines = Make();
+  outlines.PrepareForEvaluation(true, true);
+  const double px_per_unit = outlines.accepted().jacobian.col(0).norm() /
+                             std::sqrt(double(outlines.accepted().jacobian.rows()));
+  outlines.theta()[0] = 1.01 / px_per_unit;
+  outlines.PrepareForEvaluation(false, true);
+  EXPECT_FALSE(outlines.Residuals(0, residual_.data()));
+  EXPECT_EQ(outlines.counts().rollouts, 2);
+  EXPECT_EQ(outlines.counts().capped, 1);
+  outlines.theta()[0] = 0.99 / px_per_unit;
+  outlines.PrepareForEvaluation(false, true);
+  EXPECT_TRUE(outlines.Residuals(0, residual_.data()));
+  EXPECT_EQ(outlines.counts().rollouts, 4);
 }
 
-TEST_F(BatchTest, ATableThatDoesNotResistAllStrainsIsRefusedWithoutARollout) {
+TEST_F(OutlineResidualsTest, ATableThatDoesNotResistAllStrainsIsRefusedWithoutARollout) {
   parametrisation_ = TableParametrisation(test::TestMaterial(), ParameterTying::kColumns);
-  OutlineResiduals batch = Make();
-  batch.theta()[1] = 0.1;  // c12
-  batch.PrepareForEvaluation(false, true);
-  EXPECT_TRUE(batch.all_valid());
+  OutlineResiduals outlines = Make();
+  outlines.theta()[1] = 0.1;  // c12
+  outlines.PrepareForEvaluation(false, true);
+  EXPECT_TRUE(outlines.all_valid());
   const int before = backend_.equilibria;
-  batch.theta()[1] = 20.0;
-  batch.PrepareForEvaluation(false, true);
-  EXPECT_FALSE(batch.all_valid());
+  outlines.theta()[1] = 20.0;
+  outlines.PrepareForEvaluation(false, true);
+  EXPECT_FALSE(outlines.all_valid());
   EXPECT_EQ(backend_.equilibria, before);
-  EXPECT_EQ(batch.counts().failed, 2);
+  EXPECT_EQ(outlines.counts().failed, 2);
 }
 
-TEST_F(BatchTest, TheAcceptedPointOutlivesAFailure) {
-  OutlineResiduals batch = Make();
-  EXPECT_FALSE(batch.has_accepted());
-  batch.theta()[0] = 0.05;
-  batch.PrepareForEvaluation(true, true);
-  ASSERT_TRUE(batch.has_accepted());
+TEST_F(OutlineResidualsTest, TheAcceptedPointOutlivesAFailure) {
+  OutlineResiduals outlines = Make();
+  EXPECT_FALSE(outlines.has_accepted());
+  outlines.theta()[0] = 0.05;
+  outlines.PrepareForEvaluation(true, true);
+  ASSERT_TRUE(outlines.has_accepted());
   backend_.fails = [](double, double) { return true; };
-  batch.theta()[0] = 0.06;
-  batch.PrepareForEvaluation(true, true);
-  EXPECT_FALSE(batch.Copy(0, residual_.data()));
-  EXPECT_EQ(batch.counts().failed, 2);
-  EXPECT_EQ(batch.accepted().theta[0], 0.05);
-  batch.StartFromAccepted();
-  EXPECT_EQ(targets_[1].start.x, Shape(0.05));
+  outlines.theta()[0] = 0.06;
+  outlines.PrepareForEvaluation(true, true);
+  EXPECT_FALSE(outlines.Residuals(0, residual_.data()));
+  EXPECT_EQ(outlines.counts().failed, 2);
+  EXPECT_EQ(outlines.accepted().theta[0], 0.05);
+  outlines.StartFromAccepted();
+  EXPECT_EQ(outlines.starts()[1].x, Shape(0.05));
 }
 
-TEST(ParseSolveMode, KnowsTwoNames) {
-  EXPECT_EQ(ParseSolveMode("dynamic"), SolveMode::kDynamic);
-  EXPECT_EQ(ParseSolveMode("static"), SolveMode::kStatic);
-  EXPECT_THROW(ParseSolveMode("Static"), InputError);
+TEST(SolveMode, KnowsTwoNames) {
+  EXPECT_EQ(ParseName<SolveMode>("dynamic", ""), SolveMode::kDynamic);
+  EXPECT_EQ(ParseName<SolveMode>("static", ""), SolveMode::kStatic);
+  EXPECT_THROW(ParseName<SolveMode>("Static", ""), InputError);
 }
 
 }  // namespace

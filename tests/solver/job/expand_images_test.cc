@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "physics/util/errors.h"
-#include "solver/job/fit_job.h"
+#include "solver/job/fit_input.h"
 #include "tests/losses/temp_folder.h"
 
 namespace drape {

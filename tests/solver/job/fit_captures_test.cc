@@ -31,53 +31,53 @@ class FitCapturesTest : public testing::Test {
     return "data/Fabric 7/" + kind + "/Sample " + std::to_string(sample) + " Capture " +
            std::to_string(capture);
   }
-  FitJob Selected() const {
-    FitJob job;
-    job.targets = targets_;
-    SelectCaptures(selection_, &job);
-    return job;
+  FitData Selected() const {
+    FitData data;
+    data.source = observations_;
+    SelectCaptures(selection_, &data);
+    return data;
   }
 
   const SyntheticDataset data_;
   FitSelection selection_;
-  ObservationSource targets_ = ObservationSource::kSilhouettes;
+  ObservationSource observations_ = ObservationSource::kSilhouettes;
 };
 
 TEST_F(FitCapturesTest, TakesTheSelectionWithItsSpecimensAndDensity) {
-  const FitJob job = Selected();
-  ASSERT_EQ(job.captures.size(), 6u);
-  EXPECT_THAT(job.posterior.specimen, ElementsAre(1, 1, 2, 2, 3, 3));
-  EXPECT_EQ(job.density, 0.100);
-  EXPECT_THAT(job.log_lines, testing::Contains(HasSubstr("notes.txt")));
-  EXPECT_THAT(job.notes, ElementsAre(HasSubstr("misses its image")));
+  const FitData data = Selected();
+  ASSERT_EQ(data.captures.size(), 6u);
+  EXPECT_THAT(data.specimens, ElementsAre(1, 1, 2, 2, 3, 3));
+  EXPECT_EQ(data.density, 0.100);
+  EXPECT_THAT(data.log_lines, testing::Contains(HasSubstr("notes.txt")));
+  EXPECT_THAT(data.notes, ElementsAre(HasSubstr("misses its image")));
 }
 
-TEST_F(FitCapturesTest, WhatTheUserSaysStands) {
-  FitJob job;
-  job.density = 0.3;
-  job.posterior.specimen = {1, 1, 1, 1, 1, 1};
-  SelectCaptures(selection_, &job);
-  EXPECT_EQ(job.density, 0.3);
-  EXPECT_EQ(job.posterior.specimen[5], 1);
+TEST_F(FitCapturesTest, WhatTheUserGivesIsKept) {
+  FitData data;
+  data.density = 0.3;
+  data.specimens = {1, 1, 1, 1, 1, 1};
+  SelectCaptures(selection_, &data);
+  EXPECT_EQ(data.density, 0.3);
+  EXPECT_EQ(data.specimens[5], 1);
 }
 
-TEST_F(FitCapturesTest, ATargetIsNamedByItsCapture) {
-  const Observation target =
-      ReadCaptureObservation(Selected().captures[1], targets_, {.angles = 72});
-  EXPECT_EQ(target.name, "sample_2_capture_3_down");
-  EXPECT_THAT(target.file, HasSubstr("Sample 2 Capture 3.jpg"));
-  EXPECT_NEAR(target.radius.mean(), 84, 0.5);
+TEST_F(FitCapturesTest, AnObservationIsNamedByItsCapture) {
+  const Observation observation =
+      ReadCaptureObservation(Selected().captures[1], observations_, {.angles = 72});
+  EXPECT_EQ(observation.name, "sample_2_capture_3_down");
+  EXPECT_THAT(observation.file, HasSubstr("Sample 2 Capture 3.jpg"));
+  EXPECT_NEAR(observation.radius.mean(), 84, 0.5);
 }
 
 // The mesh is that of the image, turned by 270° in its file.
 TEST_F(FitCapturesTest, AMeshGivesTheOutlineOfItsImage) {
-  targets_ = ObservationSource::kMeshes;
-  const FitJob job = Selected();
-  ASSERT_EQ(job.captures.size(), 1u);
+  observations_ = ObservationSource::kMeshes;
+  const FitData data = Selected();
+  ASSERT_EQ(data.captures.size(), 1u);
   const ObservationOptions options{.angles = 72};
-  const Observation mesh = ReadCaptureObservation(job.captures[0], targets_, options);
+  const Observation mesh = ReadCaptureObservation(data.captures[0], observations_, options);
   const Observation image =
-      ReadCaptureObservation(job.captures[0], ObservationSource::kSilhouettes, options);
+      ReadCaptureObservation(data.captures[0], ObservationSource::kSilhouettes, options);
   EXPECT_THAT(mesh.file, HasSubstr("Sample 2 Capture 1.obj"));
   EXPECT_EQ(mesh.name, image.name);
   EXPECT_LT((mesh.radius - image.radius).cwiseAbs().maxCoeff(), 1.0);
@@ -86,9 +86,9 @@ TEST_F(FitCapturesTest, AMeshGivesTheOutlineOfItsImage) {
 }
 
 TEST_F(FitCapturesTest, CapturesWithoutAMeshOfTheirOwnAreSkippedWithTheReason) {
-  targets_ = ObservationSource::kMeshes;
-  const FitJob job = Selected();
-  EXPECT_THAT(job.notes,
+  observations_ = ObservationSource::kMeshes;
+  const FitData data = Selected();
+  EXPECT_THAT(data.notes,
               testing::AllOf(testing::Contains(HasSubstr("misses its image")),
                              testing::Contains(HasSubstr("sample 3, capture 1 has no mesh")),
                              testing::Contains(HasSubstr("sample 4, capture 3 has no mesh"))));
@@ -99,7 +99,7 @@ TEST_F(FitCapturesTest, CapturesWithoutAMeshOfTheirOwnAreSkippedWithTheReason) {
 TEST_F(FitCapturesTest, MistakesAreNamed) {
   const FitSelection good = selection_;
   selection_.fabric = 0;
-  EXPECT_INPUT_ERROR(Selected(), "option 'fabric': none");
+  EXPECT_INPUT_ERROR(Selected(), "option 'fabric': not given");
   selection_.fabric = 3;
   EXPECT_INPUT_ERROR(Selected(), "fabric: found 3, expected some of 7");
   selection_ = good;
@@ -111,29 +111,31 @@ TEST_F(FitCapturesTest, MistakesAreNamed) {
   selection_ = good;
   selection_.folder += "/none";
   EXPECT_INPUT_ERROR(Selected(), "is not a folder");
-  EXPECT_INPUT_ERROR(ParseObservationSource("mesh"), "expected silhouettes or meshes");
+  EXPECT_INPUT_ERROR(ParseName<ObservationSource>("mesh", ""),
+                     "expected one of silhouettes, meshes");
 }
 
 TEST_F(FitCapturesTest, AFabricWithoutAPublishedDensityNeedsOne) {
-  FitJob job;
-  EXPECT_INPUT_ERROR(UseCaptures({{.fabric = 26, .sample = 1, .capture = 1}}, &job),
+  FitData data;
+  EXPECT_INPUT_ERROR(UseCaptures({{.fabric = 26, .sample = 1, .capture = 1}}, &data),
                      "none is published for fabric 26");
-  job.density = 0.2;
-  UseCaptures({{.fabric = 26, .sample = 1, .capture = 1}}, &job);
-  EXPECT_EQ(job.density, 0.2);
+  data.density = 0.2;
+  UseCaptures({{.fabric = 26, .sample = 1, .capture = 1}}, &data);
+  EXPECT_EQ(data.density, 0.2);
 }
 
 TEST_F(FitCapturesTest, AnotherCaptureOrSourceIsAnotherJob) {
-  FitJob job = Selected();
-  LoadedJob loaded;
-  loaded.problem.material = {0.1, {StretchTable{}}, {BendTable{}}};
-  const std::string identity = CheckpointKey(job, loaded);
-  job.captures[0].capture = 2;
-  EXPECT_NE(CheckpointKey(job, loaded), identity);
-  job.captures[0].capture = 1;
-  EXPECT_EQ(CheckpointKey(job, loaded), identity);
-  job.targets = ObservationSource::kMeshes;
-  EXPECT_NE(CheckpointKey(job, loaded), identity);
+  FitData data = Selected();
+  const FitSpec spec;
+  FitInput input;
+  input.problem.material = {0.1, {StretchTable{}}, {BendTable{}}};
+  const std::string key = CheckpointKey(spec, data, input);
+  data.captures[0].capture = 2;
+  EXPECT_NE(CheckpointKey(spec, data, input), key);
+  data.captures[0].capture = 1;
+  EXPECT_EQ(CheckpointKey(spec, data, input), key);
+  data.source = ObservationSource::kMeshes;
+  EXPECT_NE(CheckpointKey(spec, data, input), key);
 }
 
 }  // namespace

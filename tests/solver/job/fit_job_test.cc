@@ -17,6 +17,7 @@
 #include "solver/fit/protocol/initial_guess_grid.h"
 #include "solver/prediction/material_source.h"
 #include "tests/losses/temp_folder.h"
+#include "tests/physics/file_fixture.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {
@@ -28,19 +29,19 @@ class FitJobTest : public testing::Test {
  protected:
   FitJobTest() {
     WriteStart(test::TestMaterial());
-    job_.material = folder_ / "start.json";
-    job_.mesh = "disc:150";
-    job_.coarse_mesh = "disc:100";
-    job_.out = folder_.path();
-    job_.checkpoint = folder_ / "checkpoint.json";
-    job_.log = folder_ / "fit.log";
-    job_.evaluation_steps = 20;
-    job_.fit.grid.stretch = {1.0};
-    job_.fit.grid.bend = {4.0};
-    job_.fit.grid.lifts = {1.0};
-    job_.fit.keep = {1};
-    job_.fit.iterations = {2};
-    job_.fit.angles = 72;
+    data_.material = folder_ / "start.json";
+    spec_.mesh = "disc:150";
+    spec_.coarse_mesh = "disc:100";
+    files_.out = folder_.path();
+    files_.checkpoint = folder_ / "checkpoint.json";
+    files_.log = folder_ / "fit.log";
+    spec_.recheck_steps = 20;
+    spec_.stages.grid.stretch = {1.0};
+    spec_.stages.grid.bend = {4.0};
+    spec_.stages.grid.lifts = {1.0};
+    spec_.stages.candidates_per_round = {1};
+    spec_.stages.iterations = {2};
+    spec_.observation.angles = 72;
     AddImage("a.png", DrapeImage());
   }
   void WriteStart(const MaterialField& field) const {
@@ -62,18 +63,22 @@ class FitJobTest : public testing::Test {
   void AddImage(const std::string& name, const GrayImage& image) {
     std::filesystem::create_directories(std::filesystem::path(folder_ / name).parent_path());
     WritePng(image, folder_ / name);
-    job_.images.push_back(folder_ / name);
+    data_.images.push_back(folder_ / name);
   }
   void UseBdp() {
-    job_.model = "bdp";
-    job_.fit.prior_sigma = 0.3;
-    job_.posterior.draws = 2;
-    job_.posterior.iterations = 3;
-    job_.posterior.elbo_samples = 25;
+    spec_.model = FitModel::kBdp;
+    spec_.stages.prior_sigma = 0.3;
+    spec_.posterior.draws = 2;
+    spec_.posterior.iterations = 3;
+    spec_.posterior.elbo_samples = 25;
+  }
+  static RunControl CancelInRoundOne(std::atomic<bool>* cancel) {
+    return {cancel,
+            [cancel](double, const std::string& note) { *cancel = note.starts_with("round 1"); }};
   }
   std::string ComputeError() const {
     try {
-      RunFitJob(job_, {});
+      RunFitJob(spec_, data_, files_, {});
     } catch (const InputError& error) {
       return error.what();
     }
@@ -83,11 +88,13 @@ class FitJobTest : public testing::Test {
   bool Exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
 
   const TempFolder folder_;
-  FitJob job_;
+  FitSpec spec_;
+  FitData data_;
+  FitFiles files_;
 };
 
 TEST_F(FitJobTest, WritesItsFilesAndRemovesTheCheckpoint) {
-  const FitJobResult result = RunFitJob(job_, {});
+  const FitJobResult result = RunFitJob(spec_, data_, files_, {});
   EXPECT_TRUE(result.fitted);
   EXPECT_FALSE(result.cancelled);
   EXPECT_THAT(result.table, HasSubstr("directions are determined"));
@@ -106,10 +113,10 @@ TEST_F(FitJobTest, WritesItsFilesAndRemovesTheCheckpoint) {
 }
 
 TEST_F(FitJobTest, HeterWritesFieldsThatBelongToTheDrape) {
-  job_.model = "heterogeneous";
-  job_.fields.iterations = 3;
-  job_.fields.hops = 0;
-  const FitJobResult result = RunFitJob(job_, {});
+  spec_.model = FitModel::kHeterogeneous;
+  spec_.fields.iterations = 3;
+  spec_.fields.restarts = 0;
+  const FitJobResult result = RunFitJob(spec_, data_, files_, {});
   EXPECT_THAT(result.table, HasSubstr("over the cloth"));
   for (const std::string name : {"material_homogeneous.json", "field_stretch.png", "field_bend.png",
                                  "posterior_ratio_stretch.png", "posterior_ratio_bend.png"})
@@ -123,19 +130,19 @@ TEST_F(FitJobTest, HeterWritesFieldsThatBelongToTheDrape) {
   const nlohmann::json summary = Summary();
   EXPECT_EQ(summary["model"], "heterogeneous");
   EXPECT_EQ(summary["fields"]["parameters"], 39 + model.mesh.num_faces() + model.mesh.num_hinges());
-  EXPECT_LE(summary["fields"]["cost"], summary["fields"]["start_cost"]);
-  EXPECT_LE(summary["fields"]["bend_known"]["mean_of_posterior_over_prior_sd"], 1.0);
+  EXPECT_LE(summary["fields"]["cost"], summary["fields"]["initial_cost"]);
+  EXPECT_LE(summary["fields"]["bend_uncertainty"]["mean_of_posterior_over_prior_sd"], 1.0);
 }
 
 TEST_F(FitJobTest, BayesSaysHowSureItIs) {
-  job_.model = "bayes";
-  job_.fit.parameters = ParameterTying::kScales;
-  job_.fit.prior_sigma = 0.3;
-  job_.posterior.draws = 8;
-  job_.posterior.rank = 2;
-  job_.posterior.iterations = 8;
-  job_.posterior.elbo_samples = 25;
-  const FitJobResult result = RunFitJob(job_, {});
+  spec_.model = FitModel::kBayes;
+  spec_.stages.parameters = ParameterTying::kScales;
+  spec_.stages.prior_sigma = 0.3;
+  spec_.posterior.draws = 8;
+  spec_.posterior.rank = 2;
+  spec_.posterior.iterations = 8;
+  spec_.posterior.elbo_samples = 25;
+  const FitJobResult result = RunFitJob(spec_, data_, files_, {});
   EXPECT_THAT(result.table, HasSubstr("evidence lower bound"));
   for (const std::string name : {"material_homogeneous.json", "base.json", "posterior.json"})
     EXPECT_TRUE(Exists(name)) << name;
@@ -154,14 +161,14 @@ TEST_F(FitJobTest, BayesSaysHowSureItIs) {
 TEST_F(FitJobTest, BdpSaysHowElementsScatter) {
   AddImage("b.png", DrapeImage());  // another specimen
   UseBdp();
-  const FitJobResult result = RunFitJob(job_, {});
-  EXPECT_THAT(result.table, HasSubstr("faces and hinges, mean and scatter"));
+  const FitJobResult result = RunFitJob(spec_, data_, files_, {});
+  EXPECT_THAT(result.table, HasSubstr("faces and hinges, mean and standard deviation"));
   const nlohmann::json posterior = Summary()["posterior"];
   EXPECT_EQ(posterior["kind"], "bdp");
   EXPECT_EQ(posterior["specimens"], 2);
   ASSERT_EQ(posterior["log_factors"].size(), 39);
   EXPECT_GT(posterior["elbo_samples_valid"], 20);
-  EXPECT_LT(posterior["draw_rms_px"], 3.0);
+  EXPECT_LT(posterior["sample_rms_px"], 3.0);
   EXPECT_GT(posterior["stretch_n_per_m"][1], 0.0);
   std::string kind;
   const auto backend = test::SmoothDisc(150);
@@ -181,35 +188,35 @@ TEST_F(FitJobTest, BdpSaysHowElementsScatter) {
 
 TEST_F(FitJobTest, BdpNeedsAllEntries) {
   UseBdp();
-  job_.fit.parameters = ParameterTying::kColumns;
+  spec_.stages.parameters = ParameterTying::kColumns;
   EXPECT_THAT(ComputeError(), HasSubstr("parameters: fewer than 39 with model bdp, expected 39"));
 }
 
-// The posterior begins anew, from the branch of the checkpoint.
+// The posterior starts again, from the candidate of the checkpoint.
 TEST_F(FitJobTest, PosteriorsGoOnAfterACancelToTheSameFiles) {
   UseBdp();
-  for (const std::string model : {"bdp", "bayes"}) {
-    job_.model = model;
-    job_.resume = false;
-    RunFitJob(job_, {});
+  for (const FitModel model : {FitModel::kBdp, FitModel::kBayes}) {
+    spec_.model = model;
+    files_.resume = false;
+    RunFitJob(spec_, data_, files_, {});
     const auto whole = ReadAll(folder_ / "posterior.json");
     const auto table = ReadAll(folder_ / "material.json");
     nlohmann::json numbers = Summary()["posterior"];
     numbers.erase("seconds");
     std::filesystem::remove(folder_ / "posterior.json");
     std::atomic<bool> cancel = false;
-    const FitJobCallbacks callbacks{
-        &cancel, [&](const FitProgress& p) { cancel = cancel || p.stage == "posterior"; }};
-    EXPECT_TRUE(RunFitJob(job_, callbacks).cancelled);
+    const RunControl control{
+        &cancel, [&](double, const std::string& note) { cancel = cancel || note == "posterior"; }};
+    EXPECT_TRUE(RunFitJob(spec_, data_, files_, control).cancelled);
     EXPECT_TRUE(Exists("checkpoint.json"));
     EXPECT_FALSE(Exists("posterior.json"));
-    job_.resume = true;
+    files_.resume = true;
     std::vector<std::string> lines;
-    FitJobCallbacks listening;
+    RunControl listening;
     listening.log = [&](const std::string& line) { lines.push_back(line); };
-    const FitJobResult resumed = RunFitJob(job_, listening);
+    const FitJobResult resumed = RunFitJob(spec_, data_, files_, listening);
     EXPECT_FALSE(resumed.cancelled);
-    EXPECT_THAT(lines, testing::Contains(HasSubstr("the posterior begins anew")));
+    EXPECT_THAT(lines, testing::Contains(HasSubstr("the posterior starts again")));
     EXPECT_EQ(ReadAll(folder_ / "posterior.json"), whole);
     EXPECT_EQ(ReadAll(folder_ / "material.json"), table);
     nlohmann::json again = Summary()["posterior"];
@@ -219,26 +226,26 @@ TEST_F(FitJobTest, PosteriorsGoOnAfterACancelToTheSameFiles) {
 }
 
 TEST_F(FitJobTest, SpecimensAreOneNumberForEachImage) {
-  job_.model = "bayes";
-  job_.posterior.specimen = {1, 1};
+  spec_.model = FitModel::kBayes;
+  data_.specimens = {1, 1};
   EXPECT_THAT(ComputeError(), HasSubstr("specimens"));
-  job_.posterior.specimen = {2};
+  data_.specimens = {2};
   EXPECT_THAT(ComputeError(), HasSubstr("from 1"));
 }
 
 TEST_F(FitJobTest, HeterNeedsImagesAndRest) {
-  job_.model = "heterogeneous";
-  job_.fit.integrator = SolveMode::kDynamic;
+  spec_.model = FitModel::kHeterogeneous;
+  spec_.stages.residuals.solve_mode = SolveMode::kDynamic;
   EXPECT_THAT(ComputeError(), HasSubstr("dynamic"));
-  job_.fit.integrator = SolveMode::kStatic;
-  job_.images.clear();
-  job_.tests = {"some.json"};
-  EXPECT_THAT(ComputeError(), HasSubstr("heter without images"));
+  spec_.stages.residuals.solve_mode = SolveMode::kStatic;
+  data_.images.clear();
+  data_.lab_measurements = {"some.json"};
+  EXPECT_THAT(ComputeError(), HasSubstr("heterogeneous without images"));
 }
 
 // The stored drape is an equilibrium of the stored material.
 TEST_F(FitJobTest, TheFilesBelongTogether) {
-  RunFitJob(job_, {});
+  RunFitJob(spec_, data_, files_, {});
   const auto backend = test::SmoothDisc(150);
   const MaterialField material = ReadMaterial(folder_ / "material.json").field;
   const State start = ReadStart(folder_ / "start_a.json", backend->model().mesh, kSupportRadius);
@@ -246,47 +253,46 @@ TEST_F(FitJobTest, TheFilesBelongTogether) {
 }
 
 TEST_F(FitJobTest, StartEntriesThatALogScaleCannotMoveAreRaisedAndNoted) {
-  job_.floor = 0.1;
+  spec_.min_relative_stiffness = 0.1;
   MaterialField start = test::TestMaterial();
   start.stretch[0].c[2][1] = 0.0;
   start.bend[0].b[1][0] = 0.0;
   WriteStart(start);
-  job_.fit.prior_sigma = 1e-6;
-  RunFitJob(job_, {});
+  spec_.stages.prior_sigma = 1e-6;
+  RunFitJob(spec_, data_, files_, {});
   EXPECT_THAT(Summary()["notes"].dump(),
-              HasSubstr("2 start entries of " + job_.material + " were raised to 0.1"));
+              HasSubstr("2 start entries of " + data_.material + " were raised to 0.1"));
   const MaterialField fitted = ReadMaterial(folder_ / "material.json").field;
   EXPECT_NEAR(fitted.stretch[0].c[2][1], 0.1 * start.stretch[0].c[5][1], 1e-4);
   EXPECT_NEAR(fitted.bend[0].b[1][0], 4.0 * 0.1 * start.bend[0].b[1][4], 1e-9);
 }
 
 TEST_F(FitJobTest, GoesOnAfterACancelToTheSameFiles) {
-  RunFitJob(job_, {});
+  RunFitJob(spec_, data_, files_, {});
   const auto whole = ReadAll(folder_ / "material.json");
   std::atomic<bool> cancel = false;
-  const FitJobCallbacks callbacks{&cancel,
-                                  [&](const FitProgress& p) { cancel = p.stage == "round 1"; }};
-  EXPECT_TRUE(RunFitJob(job_, callbacks).cancelled);
+  const RunControl control = CancelInRoundOne(&cancel);
+  EXPECT_TRUE(RunFitJob(spec_, data_, files_, control).cancelled);
   EXPECT_TRUE(Exists("checkpoint.json"));
   EXPECT_EQ(Summary()["status"], "cancelled");
-  job_.resume = true;
-  EXPECT_FALSE(RunFitJob(job_, {}).cancelled);
+  files_.resume = true;
+  EXPECT_FALSE(RunFitJob(spec_, data_, files_, {}).cancelled);
   EXPECT_EQ(ReadAll(folder_ / "material.json"), whole);
 }
 
 TEST_F(FitJobTest, AChangedSettingRefusesTheCheckpoint) {
   std::atomic<bool> cancel = false;
-  RunFitJob(job_, {&cancel, [&](const FitProgress& p) { cancel = p.stage == "round 1"; }});
-  job_.resume = true;
-  job_.fit.sigma_px = 0.7;
+  RunFitJob(spec_, data_, files_, CancelInRoundOne(&cancel));
+  files_.resume = true;
+  spec_.stages.residuals.sigma_px = 0.7;
   EXPECT_THAT(ComputeError(), HasSubstr("found another 'sigma_px'"));
 }
 
-TEST_F(FitJobTest, TheIntegratorIsPartOfTheJob) {
+TEST_F(FitJobTest, TheSolveModeIsPartOfTheKey) {
   std::atomic<bool> cancel = false;
-  RunFitJob(job_, {&cancel, [&](const FitProgress& p) { cancel = p.stage == "round 1"; }});
-  job_.resume = true;
-  job_.fit.integrator = SolveMode::kDynamic;
+  RunFitJob(spec_, data_, files_, CancelInRoundOne(&cancel));
+  files_.resume = true;
+  spec_.stages.residuals.solve_mode = SolveMode::kDynamic;
   EXPECT_THAT(ComputeError(), HasSubstr("run without --resume"));
 }
 
@@ -311,33 +317,27 @@ TEST_F(FitJobTest, BadImagesAreNamed) {
   }());
   WriteAll(folder_ / "empty.png", {});
   for (const std::string name : {"empty", "one_pixel", "white", "border", "corner", "absent"}) {
-    job_.images = {folder_ / (name + ".png")};
+    data_.images = {folder_ / (name + ".png")};
     EXPECT_THAT(ComputeError(), HasSubstr(name + ".png")) << name;
   }
   EXPECT_FALSE(Exists("summary.json"));
 }
 
 TEST_F(FitJobTest, BadSettingsAreNamed) {
-  FitJob job = job_;
-  job_.images.clear();
-  EXPECT_THAT(ComputeError(), HasSubstr("images: none"));
-  job_ = job;
-  job_.model = "hetero";
-  EXPECT_THAT(ComputeError(), HasSubstr("'hetero'"));
-  job_ = job;
-  job_.centre = "middle";
-  EXPECT_THAT(ComputeError(), HasSubstr("'middle'"));
-  job_ = job;
+  data_.images.clear();
+  EXPECT_THAT(ComputeError(), HasSubstr("images: found none"));
+  AddImage("a.png", DrapeImage());
   MaterialField negative = test::TestMaterial();
   negative.stretch[0].c[0][1] = -1.0;
   WriteStart(negative);
   EXPECT_THAT(ComputeError(), HasSubstr("start.json"));
 }
 
-TEST(ParseCentreMode, KnowsTwoNames) {
-  EXPECT_EQ(ParseCentreMode("nominal"), CentreMode::kNominal);
-  EXPECT_EQ(ParseCentreMode("outline"), CentreMode::kOutline);
-  EXPECT_THROW(ParseCentreMode("Outline"), InputError);
+TEST(ParseName, KnowsTheNamesOfAnEnum) {
+  EXPECT_EQ(ParseName<CentreMode>("nominal", "centre"), CentreMode::kNominal);
+  EXPECT_EQ(ParseName<FitModel>(ToString(FitModel::kBdp), "model"), FitModel::kBdp);
+  EXPECT_INPUT_ERROR(ParseName<CentreMode>("Outline", "centre"),
+                     "centre: found 'Outline', expected one of nominal, outline");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "tests/physics/file_fixture.h"
+#include "tools/cli/field_options.h"
 #include "tools/cli/progress.h"
 
 namespace drape {
@@ -90,6 +91,44 @@ TEST_F(OptionTables, RequireWhatHasNoDefault) {
   EXPECT_INPUT_ERROR(table_.CheckRequired(), "option 'files': is missing");
   table_.Set("files", "x", "w");
   table_.CheckRequired();
+}
+
+enum class Colour { kRed, kBlue };
+constexpr auto EnumNames(Colour) {
+  return MakeNames<Colour>({{Colour::kRed, "red"}, {Colour::kBlue, "blue"}});
+}
+
+struct Paint {
+  Colour colour = Colour::kBlue;
+  double thickness = 0.5;
+  int layers = 2;
+};
+template <MutableOrConst<Paint> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [colour, thickness, layers] = options;
+  visit(colour, Field{.key = "colour", .doc = "d"});
+  visit(thickness, Field{.key = "thickness", .doc = "d", .unit = "mm", .least = 0});
+  visit(layers, Field{.key = "layers", .doc = "d", .least = 1, .is_option = false});
+}
+
+TEST(FieldOptions, FollowFromTheDescriptionOfTheFields) {
+  Paint paint;
+  const OptionTable table{
+      .tool = "t", .summary = "s", .example = "e", .notes = "n", .options = FieldOptionList(paint)};
+  ASSERT_EQ(table.options.size(), 2u);
+  EXPECT_THAT(table.Help(), testing::HasSubstr("--colour  <red|blue>, default: blue"));
+  EXPECT_THAT(table.Help(), testing::HasSubstr("--thickness  <number>, ≥ 0 [mm], default: 0.5"));
+  table.Set("colour", "red", "w");
+  EXPECT_EQ(paint.colour, Colour::kRed);
+  EXPECT_INPUT_ERROR(table.Set("colour", "green", "w"), "found 'green', expected one of red, blue");
+  EXPECT_EQ(paint.colour, Colour::kRed);
+}
+
+TEST(FieldCheck, NamesAFieldOutOfItsRange) {
+  Paint paint;
+  CheckFields(paint);
+  paint.layers = 0;
+  EXPECT_DEATH(CheckFields(paint), "layers");
 }
 
 TEST(ProgressTexts, SayWhatIsLeft) {

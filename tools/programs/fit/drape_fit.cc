@@ -6,11 +6,7 @@ namespace drape {
 namespace {
 
 ToolOutcome Run(const FitToolOptions& options, const RunControl& control) {
-  const FitJobCallbacks callbacks{
-      control.cancel,
-      [&](const FitProgress& done) { control.Report(done.fraction, ProgressNote(done)); },
-      control.log};
-  FitJobResult result = RunFitTool(options, callbacks);
+  FitJobResult result = RunFitTool(options, control);
   return {.text = std::move(result.table),
           .cancelled = result.cancelled,
           .failure = result.fitted ? "" : "nothing could be fitted, see summary.json"};

@@ -110,7 +110,7 @@ RolloutOptions SettingSolver::Steps() const {
 
 SettleOptions SettingSolver::Settling() const {
   SettleOptions settling{.steps = Steps()};
-  settling.integrator = is_dynamic() ? SolveMode::kDynamic : SolveMode::kStatic;
+  settling.solve_mode = is_dynamic() ? SolveMode::kDynamic : SolveMode::kStatic;
   settling.equilibrium.tolerance = setting_.tolerance;
   settling.equilibrium.cancel = cancel_;
   return settling;
@@ -149,7 +149,7 @@ BenchDrape SettingSolver::DrapeAlone() {
   SettledDrape drape = std::move(Settle(*backend_, Batch(start), settling).front());
   if (drape.steps != RolloutStatus::kOk) return {.status = ToString(drape.steps)};
   const std::string status =
-      drape.IsUsable(settling.integrator) ? "ok" : ToString(drape.rest.status);
+      drape.IsUsable(settling.solve_mode) ? "ok" : ToString(drape.rest.status);
   return Seen(status, std::move(drape.rest.x));
 }
 

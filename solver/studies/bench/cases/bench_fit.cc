@@ -21,26 +21,21 @@ namespace fs = std::filesystem;
 
 constexpr double kMillimetres = 1e3;
 
-FitJob MakeJob(const BenchSetting& setting, const FitBenchOptions& options,
-               const std::string& folder) {
-  FitJob job = options.job;
-  job.material = setting.material;
-  job.law = setting.law;
-  job.mesh = setting.mesh;
-  job.backend = setting.backend;
-  job.threads = setting.threads;
-  job.fit.integrator = ParseSolveMode(setting.integrator);
-  job.fit.settle_h = setting.h;
-  job.fit.settle_steps = setting.steps();
+FitSpec MakeSpec(const BenchSetting& setting, FitSpec spec) {
+  spec.law = ParseName<LawKind>(setting.law, "axis 'law'");
+  spec.mesh = setting.mesh;
+  spec.backend = setting.backend;
+  spec.threads = setting.threads;
+  spec.stages.residuals.solve_mode = ParseName<SolveMode>(setting.integrator, "axis 'solve'");
+  spec.stages.residuals.rollout.h = setting.h;
+  spec.stages.residuals.rollout.steps = setting.steps();
   const bool has_fields = setting.model.starts_with("heterogeneous");
-  job.model = has_fields ? "heterogeneous" : setting.model;
-  job.fields.basis =
+  spec.model =
+      has_fields ? FitModel::kHeterogeneous : ParseName<FitModel>(setting.model, "axis 'model'");
+  spec.fields.basis =
       setting.model == "heterogeneous_modes" ? FieldBasis::kModes : FieldBasis::kElements;
-  job.posterior.draws = setting.draws;
-  job.out = folder;
-  job.checkpoint = folder + "/checkpoint.json";
-  job.log = folder + "/fit.log";
-  return job;
+  spec.posterior.draws = setting.draws;
+  return spec;
 }
 
 // Mean squared error of the fitted drapes on the images held out, each turned to fit best.
@@ -104,7 +99,12 @@ BenchRecord RunBenchFit(const BenchSetting& setting, const FitBenchOptions& opti
   BenchRecord record;
   const auto begin = std::chrono::steady_clock::now();
   const std::clock_t cpu = std::clock();
-  const FitJobResult result = RunFitJob(MakeJob(setting, options, files), {cancel, {}, {}});
+  FitData data = options.data;
+  data.material = setting.material;
+  const FitJobResult result =
+      RunFitJob(MakeSpec(setting, options.spec), data,
+                {.out = files, .checkpoint = files + "/checkpoint.json", .log = files + "/fit.log"},
+                {.cancel = cancel});
   record[kWallSeconds] =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   record[kCpuSeconds] = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;

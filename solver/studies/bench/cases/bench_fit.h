@@ -13,7 +13,8 @@ namespace drape {
 
 // Runs whose work is a fit.
 struct FitBenchOptions {
-  FitJob job;                         // what the axes do not set; images and fit.keep among them
+  FitSpec spec;  // but for what the axes set
+  FitData data;
   std::vector<std::string> held_out;  // images that are not fitted, on which the drapes are scored
 };
 

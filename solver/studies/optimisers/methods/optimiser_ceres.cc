@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "solver/fit/fit.h"
-#include "solver/fit/protocol/staged_fit.h"
 #include "solver/studies/optimisers/methods/optimiser_methods.h"
 
 namespace drape {
@@ -68,9 +67,8 @@ class StopWhenSpent final : public ceres::IterationCallback {
 };
 
 // As the last round of a fit.
-FitOptions MakeFitOptions() {
-  FitOptions options;
-  options.initial_damping = StagedFitOptions().initial_damping;
+TrustRegionOptions MakeTrustRegionOptions() {
+  TrustRegionOptions options;
   options.max_iterations = 1000000;
   options.cost_tolerance = kLastCostTolerance;
   return options;
@@ -90,7 +88,7 @@ std::string Solve(BudgetedFunction& function, ceres::Solver::Options options) {
 }  // namespace
 
 std::string RunLevenbergMarquardt(BudgetedFunction& function, int invalid_steps) {
-  ceres::Solver::Options options = TrustRegionOptions(function.size(), MakeFitOptions());
+  ceres::Solver::Options options = CeresOptions(function.size(), MakeTrustRegionOptions());
   options.max_num_consecutive_invalid_steps = invalid_steps;
   return Solve(function, options);
 }
@@ -99,7 +97,7 @@ std::string RunDogleg(BudgetedFunction& function, bool subspace) {
   Eigen::VectorXd residual;
   if (!function.Evaluate(Eigen::VectorXd::Zero(function.size()), &residual, nullptr))
     return "the start cannot be evaluated";
-  ceres::Solver::Options options = TrustRegionOptions(function.size(), MakeFitOptions());
+  ceres::Solver::Options options = CeresOptions(function.size(), MakeTrustRegionOptions());
   options.trust_region_strategy_type = ceres::DOGLEG;
   options.dogleg_type = subspace ? ceres::SUBSPACE_DOGLEG : ceres::TRADITIONAL_DOGLEG;
   // Of a step in units of the columns' norms, so of the size of the change of r that it predicts.
@@ -111,7 +109,7 @@ std::string RunLbfgs(BudgetedFunction& function) {
   StopWhenSpent stop(function);
   ceres::GradientProblemSolver::Options options;
   options.line_search_direction_type = ceres::LBFGS;
-  options.max_num_iterations = MakeFitOptions().max_iterations;
+  options.max_num_iterations = MakeTrustRegionOptions().max_iterations;
   options.function_tolerance = kLastCostTolerance;
   options.gradient_tolerance = options.parameter_tolerance = 1e-10;
   options.logging_type = ceres::SILENT;

@@ -19,20 +19,20 @@ namespace {
 
 constexpr double kDegree = M_PI / 180.0;
 
-class TestFit : public FileFixture {
+class LabFitTest : public FileFixture {
  protected:
-  TestFit() {
+  LabFitTest() {
     start_ = truth_ = test::TestMaterial();
     for (BendTable& table : truth_.bend)
       for (int r = 0; r < kBendRows; ++r)
         for (double& entry : table.b[r]) entry *= 0.4 + 0.15 * r;
     for (StretchTable& table : truth_.stretch)
       for (auto& row : table.c) row[0] *= 1.5, row[2] *= 1.2;
-    job_.material = WriteTables("start.json", start_);
-    job_.truth = WriteTables("truth.json", truth_);
-    job_.out = Path("");
-    job_.checkpoint = Path("checkpoint.json");
-    job_.log = Path("fit.log");
+    data_.material = WriteTables("start.json", start_);
+    data_.ground_truth = WriteTables("truth.json", truth_);
+    files_.out = Path("");
+    files_.checkpoint = Path("checkpoint.json");
+    files_.log = Path("fit.log");
   }
 
   std::string WriteTables(const std::string& name, const MaterialField& field) const {
@@ -52,7 +52,7 @@ class TestFit : public FileFixture {
     const std::string file =
         Path(std::string(ToString(test.kind)) + std::to_string(int(test.direction)) + ".json");
     WriteLabMeasurement(file, test);
-    job_.tests.push_back(file);
+    data_.lab_measurements.push_back(file);
   }
   void AddCantilever(double direction, double sigma = 0.05) {
     AddTest({.kind = LabMeasurementKind::kCantilever,
@@ -78,16 +78,18 @@ class TestFit : public FileFixture {
   }
 
   MaterialField start_, truth_;
-  FitJob job_;
+  FitSpec spec_;
+  FitData data_;
+  FitFiles files_;
 };
 
-TEST_F(TestFit, RecoversWhatTheTestsDetermine) {
-  job_.fit.parameters = ParameterTying::kColumns;
+TEST_F(LabFitTest, RecoversWhatTheTestsDetermine) {
+  spec_.stages.parameters = ParameterTying::kColumns;
   for (const double direction : {0.0, 90.0}) {
     AddCantilever(direction);
     AddTensile(direction);
   }
-  const FitJobResult result = RunFitJob(job_, {});
+  const FitJobResult result = RunFitJob(spec_, data_, files_, {});
   ASSERT_TRUE(result.fitted);
   EXPECT_THAT(result.table, testing::HasSubstr("cantilever90"));
   const MaterialField fitted = Fitted();
@@ -110,16 +112,16 @@ TEST_F(TestFit, RecoversWhatTheTestsDetermine) {
   }
 }
 
-TEST_F(TestFit, ItsSummaryHasEachPointAndTheStandardsEstimate) {
-  job_.fit.parameters = ParameterTying::kScales;
+TEST_F(LabFitTest, ItsSummaryHasEachPointAndTheStandardsEstimate) {
+  spec_.stages.parameters = ParameterTying::kScales;
   AddCantilever(90.0);
-  RunFitJob(job_, {});
+  RunFitJob(spec_, data_, files_, {});
   const nlohmann::json summary = Summary();
   EXPECT_EQ(summary["status"], "done");
   EXPECT_EQ(summary["spectrum"]["singular_values"].size(), 2);
   EXPECT_EQ(summary["spectrum"]["determined_directions"], 1);
   EXPECT_FALSE(summary.contains("mesh"));
-  const nlohmann::json& test = summary["tests"][0];
+  const nlohmann::json& test = summary["lab_measurements"][0];
   EXPECT_EQ(test["test"], "cantilever");
   EXPECT_EQ(test["direction"], 90.0);
   ASSERT_EQ(test["points"].size(), 2);
@@ -138,15 +140,15 @@ TEST(EstimateBending, HalfTheOverhangAtTheAngleOfTheStandard) {
   EXPECT_TRUE(std::isnan(EstimateBending(0.06, 90.0, 0.2).length));
 }
 
-TEST_F(TestFit, NeitherImagesNorTestsIsAnError) {
-  EXPECT_INPUT_ERROR(RunFitJob(job_, {}), "images: none, and no tests");
+TEST_F(LabFitTest, NeitherImagesNorTestsIsAnError) {
+  EXPECT_INPUT_ERROR(RunFitJob(spec_, data_, files_, {}), "images: found none, and no lab_tests");
 }
 
-TEST_F(TestFit, TheDensityThatWasWeighedCounts) {
-  job_.fit.parameters = ParameterTying::kScales;
+TEST_F(LabFitTest, TheDensityThatWasWeighedCounts) {
+  spec_.stages.parameters = ParameterTying::kScales;
   AddCantilever(0.0);
-  job_.density = 0.3;
-  RunFitJob(job_, {});
+  data_.density = 0.3;
+  RunFitJob(spec_, data_, files_, {});
   EXPECT_EQ(Fitted().density, 0.3);
   // The bending length is what was measured: a heavier cloth is stiffer.
   EXPECT_NEAR(
@@ -155,7 +157,7 @@ TEST_F(TestFit, TheDensityThatWasWeighedCounts) {
 }
 
 // A cloth far from the start tables, and a reading that contradicts another.
-TEST_F(TestFit, MeetsAFarReadingAndNotesOneThatNothingMeets) {
+TEST_F(LabFitTest, MeetsAFarReadingAndNotesOneThatNothingMeets) {
   const auto fit = [&](std::vector<LabPoint> points) {
     WriteLabMeasurement(Path("far.json"), {.kind = LabMeasurementKind::kTensile,
                                            .direction = 90.0,
@@ -163,74 +165,76 @@ TEST_F(TestFit, MeetsAFarReadingAndNotesOneThatNothingMeets) {
                                            .width = 0.05,
                                            .sigma = 0.002,
                                            .points = std::move(points)});
-    job_.tests = {Path("far.json")};
-    EXPECT_TRUE(RunFitJob(job_, {}).fitted);
+    data_.lab_measurements = {Path("far.json")};
+    EXPECT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
     return Summary();
   };
   const nlohmann::json far = fit({{500.0, 1.02}});
-  EXPECT_LT(std::abs(far["tests"][0]["points"][0]["residual"].get<double>()), 0.5);
+  EXPECT_LT(std::abs(far["lab_measurements"][0]["points"][0]["residual"].get<double>()), 0.5);
   EXPECT_TRUE(far["notes"].empty());
   const nlohmann::json torn = fit({{1.0, 1.02}, {1.0, 1.06}});
   ASSERT_FALSE(torn["notes"].empty());
   EXPECT_THAT(torn["notes"][0].get<std::string>(),
-              testing::HasSubstr("test far: the reading at 1"));
+              testing::HasSubstr("laboratory measurement far: the computed reading at 1"));
 }
 
 // Beside an outline of the true cloth, stiff so that its branch is found; and after an
 // interruption, the same bits.
-class JointFit : public TestFit {
+class JointFit : public LabFitTest {
  protected:
   JointFit() {
     for (BendTable& table : truth_.bend)
       for (double& entry : std::span(&table.b[0][0], kBendEntries)) entry *= 10.0;
     const auto backend = test::SmoothDisc(300);
     const State drape = test::Settled(*backend, truth_, test::RandomStart(backend->model(), 1));
-    const Observation target = test::MakeObservation(backend->model().mesh, drape, 72, "drape");
-    WritePng(target.image, Path("drape.png"));
-    job_.images = {Path("drape.png")};
-    job_.mesh = "disc:300";
-    job_.coarse_mesh = "disc:100";
-    job_.evaluation_steps = 20;
-    job_.fit.grid.lifts = {0.6, 1.0};
-    job_.fit.grid.stretch = {1.0, 2.0};
-    job_.fit.keep = {2, 1};
-    job_.fit.iterations = {5, 25};
-    job_.fit.angles = 72;
+    const Observation observation =
+        test::MakeObservation(backend->model().mesh, drape, 72, "drape");
+    WritePng(observation.image, Path("drape.png"));
+    data_.images = {Path("drape.png")};
+    spec_.mesh = "disc:300";
+    spec_.coarse_mesh = "disc:100";
+    spec_.recheck_steps = 20;
+    spec_.stages.grid.lifts = {0.6, 1.0};
+    spec_.stages.grid.stretch = {1.0, 2.0};
+    spec_.stages.candidates_per_round = {2, 1};
+    spec_.stages.iterations = {5, 25};
+    spec_.observation.angles = 72;
     AddCantilever(0.0, 0.5);
     AddCantilever(90.0, 0.5);
   }
 };
 
 TEST_F(JointFit, AgreesWithTestsAndOutline) {
-  ASSERT_TRUE(RunFitJob(job_, {}).fitted) << Read(Path("fit.log")) << Summary();
+  ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted) << Read(Path("fit.log")) << Summary();
   const nlohmann::json summary = Summary();
   EXPECT_LT(summary["images"][0]["metrics"]["profile_rms_px"].get<double>(), 0.3);
-  EXPECT_EQ(summary["seeds"]["bend"], 1.0);  // a cantilever has measured it
-  ASSERT_EQ(summary["tests"].size(), 2);
-  for (const nlohmann::json& test : summary["tests"])
+  EXPECT_EQ(summary["initial_guess"]["bend"], 1.0);  // a cantilever has measured it
+  ASSERT_EQ(summary["lab_measurements"].size(), 2);
+  for (const nlohmann::json& test : summary["lab_measurements"])
     for (const nlohmann::json& point : test["points"])
       EXPECT_LT(std::abs(point["residual"].get<double>()), 3.0) << point;
   EXPECT_GT(summary["spectrum"]["determined_directions"],
-            summary["tests_alone"]["spectrum"]["determined_directions"]);
+            summary["lab_fit"]["spectrum"]["determined_directions"]);
 }
 
 TEST_F(JointFit, GoesOnAfterACancelToTheSameBitsAndKnowsItsTests) {
-  job_.fit.parameters = ParameterTying::kColumns;
-  job_.fit.iterations = {2, 2};
-  RunFitJob(job_, {});
+  spec_.stages.parameters = ParameterTying::kColumns;
+  spec_.stages.iterations = {2, 2};
+  RunFitJob(spec_, data_, files_, {});
   const std::string whole = Read(Path("material.json"));
   std::atomic<bool> cancel = false;
-  const FitJobCallbacks stop{&cancel, [&](const FitProgress& p) { cancel = p.stage == "round 1"; }};
-  EXPECT_TRUE(RunFitJob(job_, stop).cancelled);
-  job_.resume = true;
-  EXPECT_FALSE(RunFitJob(job_, {}).cancelled);
+  const RunControl stop{
+      &cancel, [&](double, const std::string& note) { cancel = note.starts_with("round 1"); }};
+  EXPECT_TRUE(RunFitJob(spec_, data_, files_, stop).cancelled);
+  files_.resume = true;
+  EXPECT_FALSE(RunFitJob(spec_, data_, files_, {}).cancelled);
   EXPECT_EQ(Read(Path("material.json")), whole);
-  job_.resume = false;
+  files_.resume = false;
   cancel = false;
-  EXPECT_TRUE(RunFitJob(job_, stop).cancelled);
-  job_.resume = true;
-  job_.tests.pop_back();
-  EXPECT_INPUT_ERROR(RunFitJob(job_, {}), "run without --resume");
+  EXPECT_TRUE(RunFitJob(spec_, data_, files_, stop).cancelled);
+  files_.resume = true;
+  data_.lab_measurements.pop_back();
+  EXPECT_INPUT_ERROR(RunFitJob(spec_, data_, files_, {}), "run without --resume");
 }
 
 }  // namespace

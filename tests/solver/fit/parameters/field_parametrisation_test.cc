@@ -75,7 +75,7 @@ TEST_P(FieldParametrisationTest, DerivativesAgree) {
   };
   const MaterialField material = fields.Material(theta);
   const Eigen::VectorXd by_theta = fields.Vjp(material, gradient).transpose() * change;
-  const Eigen::VectorXd by_direction = loss(fields.Direction(material, change));
+  const Eigen::VectorXd by_direction = loss(fields.Jvp(material, change));
   constexpr double kStep = 1e-5;
   const Eigen::VectorXd difference = (loss(fields.Material(theta + kStep * change)) -
                                       loss(fields.Material(theta - kStep * change))) /
@@ -121,10 +121,10 @@ TEST(FieldTerms, ModesCarryOverBetweenMeshes) {
 }
 
 TEST(FieldOptions, NamesAreChecked) {
-  EXPECT_EQ(ParseFieldBasis("modes"), FieldBasis::kModes);
-  EXPECT_EQ(ParseFieldGroups("entries"), FieldGroups::kEntries);
-  EXPECT_ANY_THROW(ParseFieldBasis("mode"));
-  EXPECT_ANY_THROW(ParseFieldGroups("all"));
+  EXPECT_EQ(ParseName<FieldBasis>("modes", ""), FieldBasis::kModes);
+  EXPECT_EQ(ParseName<FieldGroups>("entries", ""), FieldGroups::kEntries);
+  EXPECT_ANY_THROW(ParseName<FieldBasis>("mode", ""));
+  EXPECT_ANY_THROW(ParseName<FieldGroups>("all", ""));
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ struct Case {
 class ParametrisationTest : public testing::TestWithParam<Case> {
  protected:
   const MaterialField base_ = test::TestMaterial();
-  const TableParametrisation parametrisation_{base_, ParseParameterTying(GetParam().text)};
+  const TableParametrisation parametrisation_{base_,
+                                              ParseName<ParameterTying>(GetParam().text, "")};
   const Eigen::MatrixXd& tie_ = *parametrisation_.log_entries_by_theta();
 };
 INSTANTIATE_TEST_SUITE_P(Tyings, ParametrisationTest,
@@ -41,7 +42,8 @@ INSTANTIATE_TEST_SUITE_P(Tyings, ParametrisationTest,
 TEST_P(ParametrisationTest, EachFreeEntryFollowsExactlyOneParameter) {
   ASSERT_EQ(parametrisation_.size(), GetParam().size);
   ASSERT_EQ(tie_.rows(), kMaterialEntries);
-  const int fixed = FreesStretch(ParseParameterTying(GetParam().text)) ? 0 : kStretchEntries;
+  const int fixed =
+      FreesStretch(ParseName<ParameterTying>(GetParam().text, "")) ? 0 : kStretchEntries;
   EXPECT_EQ(tie_.rowwise().sum().head(fixed), Eigen::VectorXd::Zero(fixed));
   EXPECT_EQ(tie_.rowwise().sum().tail(kMaterialEntries - fixed),
             Eigen::VectorXd::Ones(kMaterialEntries - fixed));
@@ -52,7 +54,7 @@ TEST_P(ParametrisationTest, EachFreeEntryFollowsExactlyOneParameter) {
 TEST_P(ParametrisationTest, NamesAreDistinct) {
   std::set<std::string> names;
   for (int i = 0; i < parametrisation_.size(); ++i)
-    names.insert(NameFor(ParseParameterTying(GetParam().text), i));
+    names.insert(NameFor(ParseName<ParameterTying>(GetParam().text, ""), i));
   EXPECT_EQ(names.size(), GetParam().size);
 }
 
@@ -82,7 +84,7 @@ TEST_P(ParametrisationTest, ChainRuleAgreesWithDifferences) {
                                        (2 * kStep);
     const Eigen::ArrayXd error = difference - entries.cwiseProduct(tie_.col(j));
     EXPECT_LT((error / entries.array()).abs().maxCoeff(), 1e-9)
-        << NameFor(ParseParameterTying(GetParam().text), j);
+        << NameFor(ParseName<ParameterTying>(GetParam().text, ""), j);
   }
 }
 
@@ -90,7 +92,8 @@ TEST_P(ParametrisationTest, FieldsKeepTheirTableForEachElement) {
   std::mt19937_64 random(9);
   const auto model = test::SmallDisc("smooth");
   const MaterialField scattered = test::Scatter(base_, model->mesh, 0.2, random);
-  const TableParametrisation parametrisation(scattered, ParseParameterTying(GetParam().text));
+  const TableParametrisation parametrisation(scattered,
+                                             ParseName<ParameterTying>(GetParam().text, ""));
   const Eigen::VectorXd theta = SomeTheta(parametrisation.size());
   const MaterialField material = parametrisation.Material(theta);
   ASSERT_EQ(material.stretch.size(), scattered.stretch.size());
@@ -109,13 +112,14 @@ TEST(ParametrisationNames, SayWhatIsFree) {
   EXPECT_EQ(NameFor(ParameterTying::kEntries, 38), "bend[2][4]");
 }
 
-TEST(ParseParameterTying, RefusesOtherNumbers) {
+TEST(ParameterTying, RefusesOtherNumbers) {
   for (const std::string text : {"", "4", "2.0", " 2", "all"}) {
     try {
-      ParseParameterTying(text);
+      ParseName<ParameterTying>(text, "");
       ADD_FAILURE() << "accepted '" << text << "'";
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr("'" + text + "', expected 1, 2, 3, 7 or 39"));
+      EXPECT_THAT(error.what(),
+                  testing::HasSubstr("'" + text + "', expected one of 1, 2, 3, 7, 39"));
     }
   }
 }

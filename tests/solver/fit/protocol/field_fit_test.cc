@@ -37,8 +37,7 @@ class FieldTwinTest : public testing::Test {
     fields_.length = 0.04;
     fields_.sigma = 0.5;
     fields_.iterations = 40;
-    fields_.hops = 2;
-    staged_.angles = 72;
+    fields_.restarts = 2;
     const Mesh& mesh = backend_->model().mesh;
     const FieldParametrisation fields(base_, mesh.num_faces(), mesh.num_hinges(),
                                       MakeFieldTerms(mesh, fields_));
@@ -46,20 +45,21 @@ class FieldTwinTest : public testing::Test {
     const Eigen::VectorXd theta = 0.7 * test::RandomMatrix(fields.size(), 1, random);
     truth_ = fields.LogFactors(ElementKind::kHinges, theta).col(0);
     const MaterialField material = fields.Material(theta);
-    branch_.theta = Eigen::VectorXd::Zero(kMaterialEntries);
+    candidate_.theta = Eigen::VectorXd::Zero(kMaterialEntries);
     problem_.fine = backend_.get();
     problem_.material = base_;
     for (const uint64_t seed : {1, 2, 3}) AddDrape(material, seed);
   }
-  // The image of a drape of the truth; the branch starts from the drape of one table beside it.
+  // The image of a drape of the reference; the candidate starts from the drape of one table beside
+  // it.
   void AddDrape(const MaterialField& truth, uint64_t seed) {
     State drape = test::Settled(*backend_, truth, test::RandomStart(backend_->model(), seed), 60);
-    problem_.targets.push_back(
-        test::MakeObservation(backend_->model().mesh, drape, staged_.angles, std::to_string(seed)));
+    problem_.observations.push_back(
+        test::MakeObservation(backend_->model().mesh, drape, 72, std::to_string(seed)));
     const RolloutInput input{&base_, &drape};
     const EquilibriumResult rest = backend_->Equilibria({&input, 1}, {}).front();
     ASSERT_EQ(rest.status, EquilibriumStatus::kStable);
-    branch_.shapes.push_back(rest.x);
+    candidate_.shapes.push_back(rest.x);
   }
 
   const std::unique_ptr<Backend> backend_ = test::SmoothDisc(300);
@@ -67,13 +67,13 @@ class FieldTwinTest : public testing::Test {
   FieldOptions fields_;
   StagedFitOptions staged_;
   FitProblem problem_;
-  FitCandidate branch_;
+  FitCandidate candidate_;
   Eigen::VectorXd truth_;  // log factor of each hinge
 };
 
 TEST_F(FieldTwinTest, FindsTheFieldWhereTheDataDetermineIt) {
   constexpr double kKnown = 0.7;
-  const FieldFit fit = FitFields(problem_, staged_, fields_, branch_, {});
+  const FieldFit fit = FitFields(problem_, staged_, fields_, candidate_, {});
   ASSERT_TRUE(fit.valid());
   const Mesh& mesh = backend_->model().mesh;
   Eigen::VectorXd fitted(mesh.num_hinges());
@@ -100,8 +100,8 @@ TEST_F(FieldTwinTest, FindsTheFieldWhereTheDataDetermineIt) {
 // The drapes are equilibria of the material that is returned.
 TEST_F(FieldTwinTest, DrapesBelongToTheFields) {
   fields_.iterations = 12;
-  fields_.hops = 0;
-  const FieldFit fit = FitFields(problem_, staged_, fields_, branch_, {});
+  fields_.restarts = 0;
+  const FieldFit fit = FitFields(problem_, staged_, fields_, candidate_, {});
   ASSERT_TRUE(fit.valid());
   EXPECT_LT(fit.summary.final_cost, fit.summary.initial_cost);
   for (const Eigen::VectorXd& x : fit.shapes)

@@ -24,29 +24,30 @@ StagedFitState SomeState() {
   state.grid_seconds = 1.0 / 3.0;
   state.fit_seconds = 1e-17;
   for (int i = 0; i < 2; ++i) {
-    FitCandidate& branch = state.branches.emplace_back();
-    branch.seed = {0.1 + i, std::nextafter(1.0, 2.0), {0.3, 0.6 + 0.1 * i}, M_PI * (1 + i)};
-    branch.seed_rms = std::exp(1.0 + i);
-    branch.theta = test::RandomMatrix(39, 1, random);
-    branch.shapes = {test::RandomMatrix(12, 1, random), 1e-9 * test::RandomMatrix(12, 1, random)};
-    branch.cost = 1e5 / 7.0;
-    branch.profile_rms = std::sqrt(2.0 + i);
-    branch.termination = FitTermination::kStalled;
-    branch.iterations = 4 + i;
-    branch.done = i == 1;
+    FitCandidate& candidate = state.candidates.emplace_back();
+    candidate.guess = {0.1 + i, std::nextafter(1.0, 2.0), {0.3, 0.6 + 0.1 * i}, M_PI * (1 + i)};
+    candidate.guess_rms = std::exp(1.0 + i);
+    candidate.theta = test::RandomMatrix(39, 1, random);
+    candidate.shapes = {test::RandomMatrix(12, 1, random),
+                        1e-9 * test::RandomMatrix(12, 1, random)};
+    candidate.cost = 1e5 / 7.0;
+    candidate.profile_rms = std::sqrt(2.0 + i);
+    candidate.termination = FitTermination::kStalled;
+    candidate.iterations = 4 + i;
+    candidate.done = i == 1;
   }
-  state.branches[1].shapes.clear();  // a branch without a drape
-  state.branches[0].shapes[0][3] = -0.0;
-  state.branches[0].shapes[0][4] = std::numeric_limits<double>::denorm_min();
+  state.candidates[1].shapes.clear();  // a candidate without a drape
+  state.candidates[0].shapes[0][3] = -0.0;
+  state.candidates[0].shapes[0][4] = std::numeric_limits<double>::denorm_min();
   return state;
 }
 
 void ExpectSame(const FitCandidate& a, const FitCandidate& b) {
-  EXPECT_EQ(a.seed.stretch, b.seed.stretch);
-  EXPECT_EQ(a.seed.bend, b.seed.bend);
-  EXPECT_EQ(a.seed.lifts, b.seed.lifts);
-  EXPECT_EQ(a.seed.profile_rms, b.seed.profile_rms);
-  EXPECT_EQ(a.seed_rms, b.seed_rms);
+  EXPECT_EQ(a.guess.stretch, b.guess.stretch);
+  EXPECT_EQ(a.guess.bend, b.guess.bend);
+  EXPECT_EQ(a.guess.lifts, b.guess.lifts);
+  EXPECT_EQ(a.guess.profile_rms, b.guess.profile_rms);
+  EXPECT_EQ(a.guess_rms, b.guess_rms);
   EXPECT_EQ(a.theta, b.theta);
   EXPECT_EQ(a.shapes, b.shapes);
   EXPECT_EQ(a.cost, b.cost);
@@ -95,10 +96,10 @@ TEST_F(CheckpointTest, ReadsBackBitForBit) {
   EXPECT_EQ(read->counts.jumps, state.counts.jumps);
   EXPECT_EQ(read->grid_seconds, state.grid_seconds);
   EXPECT_EQ(read->fit_seconds, state.fit_seconds);
-  ASSERT_EQ(read->branches.size(), 2);
-  for (int i = 0; i < 2; ++i) ExpectSame(read->branches[i], state.branches[i]);
-  EXPECT_TRUE(std::signbit(read->branches[0].shapes[0][3]));
-  EXPECT_FALSE(read->branches[1].valid());
+  ASSERT_EQ(read->candidates.size(), 2);
+  for (int i = 0; i < 2; ++i) ExpectSame(read->candidates[i], state.candidates[i]);
+  EXPECT_TRUE(std::signbit(read->candidates[0].shapes[0][3]));
+  EXPECT_FALSE(read->candidates[1].valid());
 }
 
 TEST_F(CheckpointTest, AbsentIsNothing) { EXPECT_EQ(ReadCheckpoint(path_, "job"), std::nullopt); }

@@ -29,18 +29,18 @@ double LowestVertex(const State& state) {
 
 TEST(GuessState, HangsUnderTheOutlineOutsideTheSupport) {
   const auto model = test::SmallDisc("smooth", 300);
-  Observation target;
-  target.radius = Eigen::VectorXd::Constant(kAngles, 0.12 * target.camera.scale);
-  const State seed = GuessState(*model, target, 1.0);
+  Observation observation;
+  observation.radius = Eigen::VectorXd::Constant(kAngles, 0.12 * observation.camera.scale);
+  const State seed = GuessState(*model, observation, 1.0);
   EXPECT_EQ(seed.v, Eigen::VectorXd::Zero(model->num_dofs()));
   Outline outline;
-  ASSERT_TRUE(OutlineFromMesh(model->mesh, seed.x, target.camera, kAngles, &outline));
-  EXPECT_LT((outline.radius - target.radius).cwiseAbs().maxCoeff(), 0.5);
+  ASSERT_TRUE(OutlineFromMesh(model->mesh, seed.x, observation.camera, kAngles, &outline));
+  EXPECT_LT((outline.radius - observation.radius).cwiseAbs().maxCoeff(), 0.5);
   for (const int held : model->held)
     EXPECT_LT((seed.x - model->mesh.rest_x).segment<3>(3 * held).norm(), 1e-15) << held;
   // A flap of 6 cm that reaches out by 3 cm hangs 6 cm · sin 60° low.
   EXPECT_NEAR(LowestVertex(seed), -0.06 * std::sin(M_PI / 3), 1e-4);
-  EXPECT_NEAR(LowestVertex(GuessState(*model, target, 0.5)), -0.06 * std::sin(M_PI / 6), 1e-4);
+  EXPECT_NEAR(LowestVertex(GuessState(*model, observation, 0.5)), -0.06 * std::sin(M_PI / 6), 1e-4);
 }
 
 TEST(RankInitialGuesses, PutsTheTrueScalesFirst) {
@@ -51,14 +51,14 @@ TEST(RankInitialGuesses, PutsTheTrueScalesFirst) {
   options.bend = {0.25, 1.0, 4.0, 16.0};
   options.lifts = {0.6, 1.0};
   const State drape = test::Settled(*backend, truth, test::RandomStart(backend->model(), 1));
-  const std::vector<Observation> targets = {
+  const std::vector<Observation> observations = {
       test::MakeObservation(backend->model().mesh, drape, kAngles, "truth")};
   double last = 0.0;
-  const auto ranked =
-      RankInitialGuesses(*backend, base, targets, options, nullptr, [&](double share) {
-        EXPECT_GT(share, last);
-        last = share;
-      });
+  const auto ranked = RankInitialGuesses(*backend, base, observations, options,
+                                         {.progress = [&](double share, const std::string&) {
+                                           EXPECT_GT(share, last);
+                                           last = share;
+                                         }});
   EXPECT_EQ(last, 1.0);
   ASSERT_EQ(ranked.size(), 8);
   EXPECT_EQ(ranked[0].stretch, 1.0);
@@ -92,17 +92,18 @@ class InitialGuessTest : public testing::Test {
     options_.lifts = {0.5, 1.0};
   }
   Observation MakeObservation(double stretch, double bend) const {
-    Observation target;
+    Observation observation;
     Outline outline;
     const MaterialField material = Scaled(test::TestMaterial(), stretch, bend);
-    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, backend_.Shape(material), target.camera,
+    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, backend_.Shape(material), observation.camera,
                                 kAngles, &outline));
-    target.radius = outline.radius;
-    return target;
+    observation.radius = outline.radius;
+    return observation;
   }
-  std::vector<InitialGuess> Rank(const std::vector<Observation>& targets,
+  std::vector<InitialGuess> Rank(const std::vector<Observation>& observations,
                                  const std::atomic<bool>* cancel = nullptr) {
-    return RankInitialGuesses(backend_, test::TestMaterial(), targets, options_, cancel, nullptr);
+    return RankInitialGuesses(backend_, test::TestMaterial(), observations, options_,
+                              {.cancel = cancel});
   }
   test::FakeBackend backend_;
   InitialGuessOptions options_;
@@ -139,7 +140,7 @@ TEST_F(InitialGuessTest, SeveralTargetsShareOneScale) {
                         })
         ->profile_rms;
   };
-  // Root mean square over the two targets.
+  // Root mean square over the two observations.
   const auto other = Rank({b});
   EXPECT_NEAR(rms_of(both, 1.0),
               std::hypot(rms_of(alone, 1.0), rms_of(other, 1.0)) / std::sqrt(2.0), 1e-12);

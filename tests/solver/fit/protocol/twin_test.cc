@@ -9,6 +9,7 @@
 
 #include "physics/material/material_io.h"
 #include "physics/util/random.h"
+#include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/fit/spectrum.h"
 #include "tests/solver/solver_fixture.h"
@@ -45,7 +46,7 @@ class TwinTest : public testing::Test {
     options_.grid.stretch = {1.0, 2.0, 4.0};
     options_.grid.bend = {0.25, 0.5, 1.0, 2.0, 4.0, 8.0};
     options_.grid.lifts = {0.3, 0.6, 1.0};
-    options_.keep = {4, 2, 1};
+    options_.candidates_per_round = {4, 2, 1};
     options_.prior_sigma = 0.3;
     problem_.fine = fine_.get();
     problem_.coarse = coarse_.get();
@@ -55,14 +56,13 @@ class TwinTest : public testing::Test {
     truth_ = truth;
     problem_.material.density = truth.density;
     const State drape = test::Settled(*fine_, truth, test::RandomStart(fine_->model(), kImageSeed));
-    problem_.targets = {
-        test::MakeObservation(fine_->model().mesh, drape, options_.angles, "truth")};
+    problem_.observations = {test::MakeObservation(fine_->model().mesh, drape, 90, "truth")};
     const StagedFitState state = RunStagedFit(problem_, options_, {}, {});
     ASSERT_NE(Best(state), nullptr);
     best_ = *Best(state);
     fitted_ = FittedMaterial(problem_, options_, best_);
     std::printf("%.3f px, stretch %g, bend %g, %d rollouts\n", best_.profile_rms,
-                best_.seed.stretch, best_.seed.bend, state.counts.rollouts);
+                best_.guess.stretch, best_.guess.bend, state.counts.rollouts);
   }
   double DrapeCoefficient(const MaterialField& material, uint64_t seed) {
     const State drape = test::Settled(*fine_, material, test::RandomStart(fine_->model(), seed));
@@ -115,7 +115,7 @@ TEST_F(TwinTest, RecoversAStiffFabric) {
 // true tables no seed comes nearer than 3 px to this outline. With the residual's σ at that
 // size the fit stays near the truth; with 0.5 px it bends the tables until the wrong branch fits.
 TEST_F(TwinTest, ASoftFabricIsFoundAsFarAsItsBranchAllows) {
-  options_.sigma_px = 3.0;
+  options_.residuals.sigma_px = 3.0;
   FitTo(Fabric("synthetic_shirt"));
   EXPECT_LT(best_.profile_rms, 5.0);
   EXPECT_LT(std::fabs(CompareUnseen(0.06)), 0.04);

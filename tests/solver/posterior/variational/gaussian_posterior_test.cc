@@ -88,15 +88,15 @@ TEST(EstimateElbo, IsTheMeanLogWeight) {
   const PosteriorFit fit = ScoreOfEqualDraws(30);
   EXPECT_NEAR(fit.elbo, -3.0 - 0.5 - 4 * std::log(2 * std::sqrt(2 * std::numbers::pi)), 1e-12);
   EXPECT_NEAR(fit.elbo_error, 0.0, 1e-12);
-  EXPECT_NEAR(fit.draw_rms_px, 1.0, 1e-12);
-  EXPECT_EQ(fit.fresh, 30);
+  EXPECT_NEAR(fit.sample_rms_px, 1.0, 1e-12);
+  EXPECT_EQ(fit.elbo_samples_valid, 30);
 }
 
 TEST(EstimateElbo, TooFewDrawsSayNothing) {
   const PosteriorFit fit = ScoreOfEqualDraws(24);
   EXPECT_TRUE(std::isnan(fit.elbo));
   EXPECT_TRUE(std::isnan(fit.pareto_k));
-  EXPECT_EQ(fit.fresh, 24);
+  EXPECT_EQ(fit.elbo_samples_valid, 24);
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ class Observations final : public SampledResiduals {
   int num_residuals() const override { return kResiduals; }
   int num_draws() const override { return draws_; }
   void Prepare(const Eigen::MatrixXd& points, bool) override { points_ = points; }
-  bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
+  bool Residuals(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
     const Eigen::VectorXd seen = a * points_.col(draw);
     *residual = seen + 0.5 * bend_ * seen.cwiseAbs2() - b;
     if (jacobian != nullptr) *jacobian = (1 + bend_ * seen.array()).matrix().asDiagonal() * a;
@@ -64,9 +64,9 @@ GaussianPosterior Prior(int latents = kLatents) {
 VariationalOptions Options(int rank) {
   VariationalOptions options;
   options.rank = rank;
-  options.max_iterations = 200;
-  options.cost_tolerance = 1e-15;
-  options.initial_damping = 1e-3;
+  options.trust_region.max_iterations = 200;
+  options.trust_region.cost_tolerance = 1e-15;
+  options.trust_region.initial_damping = 1e-3;
   return options;
 }
 
@@ -131,14 +131,14 @@ TEST(FitPosterior, TheCostIsTheNegativeBound) {
   for (int i = 0; i < kLatents; ++i)
     for (int j = 0; j <= i; ++j) start.factor(i, j) = i == j ? 0.5 + 0.1 * i : 0.05 * (i - j);
   VariationalOptions options = Options(kLatents);
-  options.max_iterations = 0;
+  options.trust_region.max_iterations = 0;
   const VariationalFit fit = FitPosterior(data, start, options);
   const Eigen::MatrixXd points = start.Draws(BalancedSamples(kLatents, kDraws, options.seed));
   data.Prepare(points, false);
   double expected = start.DivergenceFromPrior();
   for (int s = 0; s < kDraws; ++s) {
     Eigen::VectorXd r;
-    ASSERT_TRUE(data.Copy(s, &r, nullptr));
+    ASSERT_TRUE(data.Residuals(s, &r, nullptr));
     expected += 0.5 * r.squaredNorm() / kDraws;
   }
   EXPECT_NEAR(fit.initial_cost, expected, 1e-12 * expected);
@@ -151,7 +151,7 @@ TEST(FitPosterior, TheOptimumOfANonlinearProblemIsStationary) {
   Observations data(kDraws, 0.2);
   VariationalOptions options = Options(3);
   const VariationalFit best = FitPosterior(data, Prior(), options);
-  options.max_iterations = 0;
+  options.trust_region.max_iterations = 0;
   const auto cost = [&](const GaussianPosterior& q) {
     return FitPosterior(data, q, options).initial_cost;
   };
@@ -177,7 +177,7 @@ TEST(FitPosterior, ElementwiseDrawsGetMeansAndDeviations) {
     int num_residuals() const override { return 2; }
     int num_draws() const override { return 4; }
     void Prepare(const Eigen::MatrixXd& points, bool) override { u_ = points; }
-    bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
+    bool Residuals(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
       residual->resize(2);
       *residual << 10 * (u_(0, draw) - 0.4), 10 * (u_(1, draw) - 0.2);
       if (jacobian != nullptr) *jacobian = 10 * RowMatrix::Identity(2, 2);
@@ -214,7 +214,7 @@ class ConjugateElements final : public SampledResiduals {
   int num_residuals() const override { return kResiduals; }
   int num_draws() const override { return kDraws; }
   void Prepare(const Eigen::MatrixXd& points, bool) override { u_ = points; }
-  bool Copy(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
+  bool Residuals(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const override {
     const Eigen::VectorXd ones = Eigen::VectorXd::Ones(kElements);
     *residual = a * (u_(0, draw) * ones + u_(1, draw) * noise_.col(draw)) - b;
     if (jacobian == nullptr) return true;

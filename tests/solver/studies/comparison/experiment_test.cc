@@ -33,26 +33,26 @@ class ExperimentTest : public FileFixture {
                                        .source_convention = "arcsim",
                                        .source = "",
                                        .warnings = {}});
-    UseCaptures({captures[0]}, &task_.fit);
-    task_.fit.material = Path("start.json");
+    UseCaptures({captures[0]}, &task_.data);
+    task_.data.material = Path("start.json");
     task_.fit.mesh = "disc:120";
     task_.fit.coarse_mesh = "disc:100";
     task_.fit.backend = "cpu";
-    task_.fit.evaluation_steps = 5;
-    task_.fit.fit.grid.stretch = {1.0};
-    task_.fit.fit.grid.bend = {4.0};
-    task_.fit.fit.grid.lifts = {0.5, 1.0};
-    task_.fit.fit.keep = {2, 1};
-    task_.fit.fit.iterations = {2, 2};
-    task_.fit.fit.angles = 72;
-    task_.fit.fit.parameters = ParameterTying::kScales;
+    task_.fit.recheck_steps = 5;
+    task_.fit.stages.grid.stretch = {1.0};
+    task_.fit.stages.grid.bend = {4.0};
+    task_.fit.stages.grid.lifts = {0.5, 1.0};
+    task_.fit.stages.candidates_per_round = {2, 1};
+    task_.fit.stages.iterations = {2, 2};
+    task_.fit.observation.angles = 72;
+    task_.fit.stages.parameters = ParameterTying::kScales;
     task_.prediction.specimens = 4;
     task_.prediction.settle.steps.steps = 60;
     task_.training = &training_;
     task_.held_out = &held_out_;
     task_.calibrate = false;
     task_.folder = Path("experiment");
-    task_.fit.checkpoint = Path("one_table.json");
+    task_.checkpoint = Path("one_table.json");
   }
   bool Run(const std::atomic<bool>* cancel = nullptr) {
     notes_.clear();
@@ -156,9 +156,9 @@ TEST_F(ExperimentTest, ModelsGoOnFromTheSameTable) {
   EXPECT_THAT(notes_, testing::HasSubstr("grid"));
   const nlohmann::json table = ReadJsonFile(Path("experiment/material.json"));
   task_.folder = Path("fields");
-  task_.fit.model = "heterogeneous";
+  task_.fit.model = FitModel::kHeterogeneous;
   task_.fit.fields.iterations = 1;
-  task_.fit.fields.hops = 0;
+  task_.fit.fields.restarts = 0;
   ASSERT_TRUE(Run());
   EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("grid")));
   EXPECT_THAT(notes_, testing::HasSubstr("fields"));
@@ -178,7 +178,7 @@ TEST_F(ExperimentTest, SamplesThatDoNotComeToRestFailWithAReason) {
 TEST_F(ExperimentTest, AModelThatCouldNotBeFittedHasNoScore) {
   ASSERT_TRUE(Run());
   std::filesystem::remove(Path("experiment/prediction.json"));
-  task_.fit.model = "heterogeneous";
+  task_.fit.model = FitModel::kHeterogeneous;
   ASSERT_TRUE(Run());
   EXPECT_EQ(ReadExperiment(Path("experiment"))->failure, "the fields could not be fitted");
 }

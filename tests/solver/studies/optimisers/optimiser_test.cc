@@ -140,16 +140,16 @@ TEST(BudgetedFunction, RefusesWhatCannotBePaid) {
   EXPECT_EQ(valley.calls, 2);
 }
 
-// The residuals and their derivatives are those of the fit's batch, the prior's among them.
+// The residuals and their derivatives are those of the fit's outlines, the prior's among them.
 TEST(DrapeFunction, IsTheCostOfAFit) {
   test::FakeBackend backend;
   const TableParametrisation parametrisation(test::TestMaterial(), ParameterTying::kScales);
   const State rest = backend.model().RestState();
-  std::vector<Observation> targets = {
+  std::vector<Observation> observations = {
       test::MakeObservation(backend.model().mesh, rest, 36, "flat")};
-  OutlineResidualOptions options;
+  OutlineResidualOptions options = test::CloseOutlineOptions();
   options.sigma_px = 0.5;
-  DrapeFunction function(&backend, &parametrisation, &targets, options, 2.0);
+  DrapeFunction function(&backend, &parametrisation, &observations, {rest}, options, 2.0);
   ASSERT_EQ(function.num_residuals(), 36 + 2);
   Eigen::VectorXd residual, moved;
   RowMatrix jacobian;
@@ -169,11 +169,12 @@ TEST(DrapeFunction, IsTheCostOfAFit) {
 TEST(DrapeFunction, ARefusalBeforeTheRolloutIsFree) {
   test::FakeBackend backend;
   const TableParametrisation parametrisation(test::TestMaterial(), ParameterTying::kScales);
-  std::vector<Observation> targets = {
+  std::vector<Observation> observations = {
       test::MakeObservation(backend.model().mesh, backend.model().RestState(), 36, "flat")};
-  OutlineResidualOptions options;
+  OutlineResidualOptions options = test::CloseOutlineOptions();
   options.max_outline_change = 1.0;
-  DrapeFunction function(&backend, &parametrisation, &targets, options, 1.0);
+  DrapeFunction function(&backend, &parametrisation, &observations, {backend.model().RestState()},
+                         options, 1.0);
   OptimiserOptions optimiser;
   BudgetedFunction metered(function, optimiser);
   Eigen::VectorXd residual;
@@ -188,9 +189,10 @@ TEST(DrapeFunction, SaysWhereThereIsNoDrape) {
   test::FakeBackend backend;
   backend.fails = [](double stretch, double) { return stretch > 0.5; };
   const TableParametrisation parametrisation(test::TestMaterial(), ParameterTying::kScales);
-  std::vector<Observation> targets = {
+  std::vector<Observation> observations = {
       test::MakeObservation(backend.model().mesh, backend.model().RestState(), 36, "flat")};
-  DrapeFunction function(&backend, &parametrisation, &targets, {}, 1.0);
+  DrapeFunction function(&backend, &parametrisation, &observations, {backend.model().RestState()},
+                         test::CloseOutlineOptions(), 1.0);
   Eigen::VectorXd residual;
   EXPECT_TRUE(function.Evaluate(Eigen::Vector2d(0.4, 0.0), &residual, nullptr));
   EXPECT_FALSE(function.Evaluate(Eigen::Vector2d(0.6, 0.0), &residual, nullptr));

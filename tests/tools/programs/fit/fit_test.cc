@@ -16,7 +16,7 @@ class FitTool : public ToolFixture {
                         "--out=" + Path("ground_truth")})
                   .exit_code,
               0);
-    std::filesystem::copy(Path("truth/silhouette.png"), Path("drape.png"));
+    std::filesystem::copy(Path("ground_truth/silhouette.png"), Path("drape.png"));
   }
 
   std::vector<std::string> FitCommand(const std::string& out,
@@ -54,7 +54,7 @@ TEST_F(FitTool, WritesItsResult) {
     EXPECT_TRUE(metrics.contains(key)) << key;
   EXPECT_GT(metrics.at("iou"), 0.8);
   EXPECT_EQ(summary.at("images").at(0).at("stability").at("stable"), true);
-  for (const char* start : {"from_seed", "from_flat"}) {
+  for (const char* start : {"from_initial_guess", "from_flat"}) {
     const Json& replay = summary.at("images").at(0).at(start);  // null: no drape at rest from there
     EXPECT_TRUE(replay.is_null() || replay.at("iou") > 0.5) << start << " " << replay;
   }
@@ -101,10 +101,10 @@ TEST_F(FitTool, MistakesOfTheDataAreOneLine) {
     return RunProcess(all);
   };
   ExpectOneLineError(with({"--data=" + AddData(), "--fabric=3"}), "found some beside --data");
-  ExpectOneLineError(with({"--samples=1"}), "option 'data': none");
-  ExpectOneLineError(with({"--data_source=meshes"}), "option 'data': none");
+  ExpectOneLineError(with({"--samples=1"}), "option 'data': not given");
+  ExpectOneLineError(with({"--data_source=meshes"}), "option 'data': not given");
   command[1] = "--data=" + Path("set");
-  ExpectOneLineError(with({}), "option 'fabric': none");
+  ExpectOneLineError(with({}), "option 'fabric': not given");
   ExpectOneLineError(with({"--fabric=3", "--data_source=meshes"}), "no usable capture to fit");
   ExpectOneLineError(with({"--fabric=4"}), "fabric: found 4, expected some of 3");
   EXPECT_FALSE(std::filesystem::exists(Path("fit")));

@@ -7,6 +7,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
+#include "solver/job/fit_input.h"
 #include "solver/studies/bench/make_accuracy_table.h"
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/common_options.h"
@@ -124,7 +125,7 @@ std::vector<Option> ProblemOptions(BenchToolOptions& options) {
 }
 
 std::vector<Option> FitAndFileOptions(BenchToolOptions& options) {
-  FitJob& job = options.job.fit.job;
+  FitSpec& spec = options.job.fit.spec;
   return {
       {.key = "images",
        .value = &options.images,
@@ -141,20 +142,20 @@ std::vector<Option> FitAndFileOptions(BenchToolOptions& options) {
       MeshOption("ground_truth_mesh", &options.ground_truth_mesh,
                  "mesh of the synthetic silhouette"),
       {.key = "candidates_per_round",
-       .value = &job.fit.keep,
+       .value = &spec.stages.candidates_per_round,
        .doc = "fits: as in drape_fit",
        .least = 1},
       {.key = "iterations",
-       .value = &job.fit.iterations,
+       .value = &spec.stages.iterations,
        .doc = "fits: as in drape_fit",
        .least = 1},
       {.key = "posterior_iterations",
-       .value = &job.posterior.iterations,
+       .value = &spec.posterior.iterations,
        .doc = "fits: as in drape_fit",
        .least = 0,
        .most = 10000},
       {.key = "min_relative_stiffness",
-       .value = &job.floor,
+       .value = &spec.min_relative_stiffness,
        .doc = "fits: as in drape_fit",
        .least = 0,
        .most = 1},
@@ -199,7 +200,7 @@ std::string CommonText(const BenchToolOptions& options) {
   add("coarse_mesh", job.problem.coarse_mesh);
   if (options.work == "fit") {
     add("images",
-        options.images.empty() ? Joined({options.ground_truth}) : Joined(job.fit.job.images));
+        options.images.empty() ? Joined({options.ground_truth}) : Joined(job.fit.data.images));
     add("held_out", Joined(job.fit.held_out));
     return text;
   }
@@ -230,7 +231,7 @@ void MakeSyntheticImage(BenchToolOptions* options, const std::atomic<bool>* canc
         return std::string();
       },
       cancel);
-  options->job.fit.job.images = {path};
+  options->job.fit.data.images = {path};
 }
 
 BenchJob MakeJob(BenchToolOptions* options, const std::atomic<bool>* cancel) {
@@ -242,11 +243,11 @@ BenchJob MakeJob(BenchToolOptions* options, const std::atomic<bool>* cancel) {
                                                " meshes, expected two: coarse, fine");
   job.reference.coarse = options->references[0];
   job.reference.fine = options->references[1];
-  job.fit.job.images = Expanded(options->images);
-  job.fit.job.coarse_mesh = job.problem.coarse_mesh;
+  job.fit.data.images = Expanded(options->images);
+  job.fit.spec.coarse_mesh = job.problem.coarse_mesh;
   job.fit.held_out = Expanded(options->held_out);
   job.out = options->out;
-  if (job.work == BenchWork::kFit && job.fit.job.images.empty())
+  if (job.work == BenchWork::kFit && job.fit.data.images.empty())
     MakeSyntheticImage(options, cancel);
   job.common = CommonText(*options);
   return job;
@@ -255,10 +256,10 @@ BenchJob MakeJob(BenchToolOptions* options, const std::atomic<bool>* cancel) {
 void CheckOptions(const BenchToolOptions& options) {
   if (!options.table.empty() && options.work != "forward")
     throw InputError("option 'table'", "found work " + options.work + ", expected forward");
-  const auto& fit = options.job.fit.job.fit;
-  if (fit.keep.size() != fit.iterations.size())
+  const StagedFitOptions& stages = options.job.fit.spec.stages;
+  if (stages.candidates_per_round.size() != stages.iterations.size())
     throw InputError("option 'iterations'",
-                     "found " + std::to_string(fit.iterations.size()) +
+                     "found " + std::to_string(stages.iterations.size()) +
                          " values, expected as many as 'candidates_per_round' has");
 }
 

@@ -97,7 +97,8 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
 
 ComparisonJob MakeJob(const CompareToolOptions& options) {
   ComparisonJob job = options.job;
-  job.fit = MakeFitJob(options.fit);
+  job.fit = MakeFitSpec(options.fit);
+  for (const auto& [name, version] : Versions()) job.versions[name] = version;
   job.fabrics = ParseIndexList(options.fabrics, "option 'fabrics'");
   if (job.fabrics.empty())
     throw InputError("option 'fabrics'", "is empty, expected at least one fabric");

@@ -14,7 +14,7 @@ namespace drape {
 // What a user of drape_compare sets.
 struct CompareToolOptions {
   CompareToolOptions() {
-    fit.field_basis = "modes";  // elements do not carry over
+    fit.spec.fields.basis = FieldBasis::kModes;  // elements do not carry over
     job.models = {"homogeneous", "heterogeneous", "bdp", "bayes"};
     job.seeds = {1, 2, 3};
   }

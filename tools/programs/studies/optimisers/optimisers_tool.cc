@@ -9,7 +9,7 @@ namespace drape {
 namespace {
 
 std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
-  FitJob& job = options.job;
+  FitSpec& spec = options.spec;
   return {
       {.key = "twins",
        .value = &options.twins,
@@ -29,7 +29,7 @@ std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
        .most = 0.05,
        .above_least = true},
       {.key = "material",
-       .value = &job.material,
+       .value = &options.material,
        .doc = "start tables of the fits to synthetic silhouettes",
        .is_path = true},
       {.key = "images",
@@ -42,27 +42,27 @@ std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
            "start tables of the fits to real silhouettes: one file for all or one per silhouette",
        .is_path = true},
       {.key = "min_relative_stiffness",
-       .value = &job.floor,
+       .value = &spec.min_relative_stiffness,
        .doc = "smallest start entry relative to the largest of its column; smaller ones are raised "
               "to it",
        .least = 0,
        .most = 1},
       MeshOption("mesh", &options.mesh, "mesh of the fits"),
       MeshOption("coarse_mesh", &options.coarse_mesh, "mesh of the initial-guess grid"),
-      LawOption(job.law),
+      LawOption(spec.law),
       {.key = "num_parameters",
        .value = &options.parameters,
        .doc = "numbers of free parameters, each giving one problem per image: 1, 2, 3, 7, 39",
        .least = 1,
        .most = 39},
       {.key = "sigma_px",
-       .value = &job.fit.sigma_px,
+       .value = &spec.stages.residuals.sigma_px,
        .doc = "standard deviation of the outline",
        .unit = "px",
        .least = 0,
        .above_least = true},
       {.key = "prior_sigma",
-       .value = &job.fit.prior_sigma,
+       .value = &spec.stages.prior_sigma,
        .doc = "prior standard deviation of each log factor",
        .least = 0,
        .above_least = true},
@@ -110,7 +110,7 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
        .most = 1,
        .above_least = true},
       {.key = "threads",
-       .value = &options.job.threads,
+       .value = &options.spec.threads,
        .doc = "number of parallel rollouts of the initial-guess grid",
        .least = 1,
        .most = 1024},

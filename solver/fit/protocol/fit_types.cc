@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/fit/protocol/fit_types.h"
+
+#include <glog/logging.h>
+
+namespace drape {
+
+void StagedFitOptions::Check() const {
+  CheckFields(*this);
+  grid.Check();
+  CHECK(!candidates_per_round.empty() && candidates_per_round.size() == iterations.size());
+}
+
+SettleOptions MakeSettleOptions(const StagedFitOptions& options) {
+  constexpr int kGuessNewtonFactor = 2;  // a guess starts further away than a trial
+  SettleOptions settle;
+  settle.steps.h = options.residuals.rollout.h;
+  settle.steps.steps = options.residuals.rollout.steps;
+  settle.solve_mode = options.residuals.solve_mode;
+  settle.equilibrium.max_iterations =
+      kGuessNewtonFactor * options.residuals.equilibrium.max_iterations;
+  return settle;
+}
+
+MaterialField FittedMaterial(const FitProblem& problem, const StagedFitOptions& options,
+                             const FitCandidate& candidate) {
+  return TableParametrisation(
+             Scaled(problem.material, candidate.guess.stretch, candidate.guess.bend),
+             options.parameters)
+      .Material(candidate.theta);
+}
+
+}  // namespace drape

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "physics/simulation/backend.h"
+#include "physics/util/run_control.h"
+#include "solver/fit/fit.h"
+#include "solver/fit/observation.h"
+#include "solver/fit/protocol/initial_guess_grid.h"
+#include "solver/forward/settle.h"
+
+namespace drape {
+
+// The types that the units of the staged protocol share [METHODS, P18].
+
+// What is fitted. Backends outlive the call; `coarse` has the scene and law of `fine`.
+struct FitProblem {
+  Backend* fine = nullptr;
+  Backend* coarse = nullptr;
+  MaterialField material;  // start tables
+  std::vector<Observation> observations;
+  // The specimen of each observation, from 1 without gaps; empty: each shows its own.
+  std::vector<int> specimens = {};
+  // Laboratory measurements, fitted jointly where given; each candidate has a clone.
+  const StripResiduals* strips = nullptr;
+};
+
+struct StagedFitOptions {
+  InitialGuessOptions grid;
+  // Candidates fitted in each round. A first number above the count of stretch × bend factors
+  // refines the grid (Refined): guesses of one material with other lifts often are the same.
+  std::vector<int> candidates_per_round = {5, 2, 1};
+  std::vector<int> iterations = {5, 8, 40};  // of Ceres for each of them
+  ParameterTying parameters = ParameterTying::kEntries;
+  double prior_sigma = FitOptions().prior_sigma;  // of each log factor about the initial guess
+  double initial_damping = TrustRegionOptions().initial_damping;
+  OutlineResidualOptions residuals;
+
+  void Check() const;  // programmer errors
+};
+
+template <MutableOrConst<StagedFitOptions> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [grid, candidates_per_round, iterations, parameters, prior_sigma, initial_damping,
+         residuals] = options;
+  visit(candidates_per_round,
+        Field{.key = "candidates_per_round",
+              .doc = "candidates fitted in each round; a first number above the count of "
+                     "initial_stretch x initial_bend adds factors between those given",
+              .least = 1,
+              .most = 1000});
+  visit(iterations, Field{.key = "iterations",
+                          .doc = "iterations of Ceres for each candidate of a round",
+                          .least = 0,
+                          .most = 10000});
+  visit(parameters, Field{.key = "num_parameters",
+                          .doc = "free parameters: 2 scales, 7 column scales, or all 39 entries; 1 "
+                                 "scale of bend or 3 of its rows, with stretch as the initial "
+                                 "guess has it"});
+  visit(prior_sigma, Field{.key = "prior_sigma",
+                           .doc = "standard deviation of each log factor about its initial guess",
+                           .least = 0,
+                           .above_least = true});
+  visit(initial_damping,
+        Field{.key = "initial_damping", .least = 0, .above_least = true, .is_option = false});
+  VisitFields(residuals, visit);
+  VisitFields(grid, visit);
+}
+
+// How an initial guess becomes a drape.
+SettleOptions MakeSettleOptions(const StagedFitOptions& options);
+
+// One material with its drapes, each on a branch of its own: one start of the multi-start.
+struct FitCandidate {
+  InitialGuess guess;
+  double guess_rms = 0.0;               // of the guess's settled drapes on the fine cloth [px]
+  Eigen::VectorXd theta;                // log factors on the guess's tables, shape [P]
+  std::vector<Eigen::VectorXd> shapes;  // the fitted drape of each observation [m], shape [3V]
+  double cost = 0.0;                    // ½ Σ residual², prior included
+  double profile_rms = 0.0;             // over all observations [px]
+  FitTermination termination = FitTermination::kFailed;
+  int iterations = 0;
+  bool done = false;  // in this round
+  bool valid() const { return !shapes.empty(); }
+};
+
+// The tables of a candidate.
+MaterialField FittedMaterial(const FitProblem& problem, const StagedFitOptions& options,
+                             const FitCandidate& candidate);
+
+// A staged fit between two units of work. Saved and read back, the fit continues to the identical
+// result.
+struct StagedFitState {
+  bool grid_done = false;
+  // Of this round; in the first round more than are wanted, since some guesses have no stable drape
+  // or the same drape as another.
+  std::vector<FitCandidate> candidates;
+  int round = 0;
+  int iterations = 0;
+  RolloutCounts counts;
+  double grid_seconds = 0.0;
+  double fit_seconds = 0.0;
+};
+
+// The notes of progress are the stage and the best misfit so far: "round 1, best 1.23 px". All
+// functions are called on the thread of RunStagedFit, in an order that does not depend on timing.
+struct StagedFitControl : RunControl {
+  std::function<void(const StagedFitState&)> save = {};  // after each unit of work
+};
+
+}  // namespace drape

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "losses/dataset/dataset.h"
+#include "physics/material/laws/law_kind.h"
+#include "physics/material/material_scaling.h"
+#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
+#include "solver/fit/observation_input.h"
+#include "solver/fit/protocol/field_fit.h"
+#include "solver/fit/protocol/fit_types.h"
+#include "solver/posterior/posterior_types.h"
+
+namespace drape {
+
+// A fit is described by three structs: how it is done (FitSpec), what is fitted (FitData), and the
+// files that it writes (FitFiles).
+
+enum class FitModel {
+  kHomogeneous,    // one table for the whole cloth
+  kHeterogeneous,  // then one for each element (FitFields)
+  kBayes,          // then the uncertainty of the one table (FitDrapePosterior)
+  kBdp             // then the scatter of elements (FitDrapePosterior)
+};
+constexpr auto EnumNames(FitModel) {
+  return MakeNames<FitModel>({{FitModel::kHomogeneous, "homogeneous"},
+                              {FitModel::kHeterogeneous, "heterogeneous"},
+                              {FitModel::kBayes, "bayes"},
+                              {FitModel::kBdp, "bdp"}});
+}
+inline bool HasPosterior(FitModel model) {
+  return model == FitModel::kBayes || model == FitModel::kBdp;
+}
+
+// How a fit is done.
+struct FitSpec {
+  FitModel model = FitModel::kHomogeneous;
+  std::string mesh = "disc:1200";        // ParseMeshSpec
+  std::string coarse_mesh = "disc:300";  // of the initial guesses
+  LawKind law = LawKind::kSmooth;
+  ObservationOptions observation;
+  StagedFitOptions stages;
+  int recheck_steps = 300;  // of residuals.rollout.h: how far the fitted drape still moves
+  // Start entries below this share of their column's largest are raised to it: a log scale cannot
+  // change an entry that is not positive. 0: tables as they are, negative entries as the law
+  // allows.
+  double min_relative_stiffness = 0.0;
+  // Of the start tables, after that. A simpler form is kept by 2 parameters, a linear one by 7 too.
+  TableForm table_form = TableForm::kGiven;
+  std::string backend = "auto";  // MakeBackend
+  int threads = 1;
+  FieldOptions fields;         // of FitModel::kHeterogeneous
+  PosteriorOptions posterior;  // of kBayes and kBdp, which set its kind
+};
+
+// The fields of its own; those of the structs in it have visitors of their own.
+template <MutableOrConst<FitSpec> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [model, mesh, coarse_mesh, law, observation, stages, recheck_steps, min_relative_stiffness,
+         table_form, backend, threads, fields, posterior] = options;
+  visit(model,
+        Field{.key = "model",
+              .doc = "homogeneous: one table for the whole cloth; heterogeneous: then tables "
+                     "that vary over it; bayes: then the uncertainty of the table; bdp: then "
+                     "the scatter of faces and hinges about it, as in Gong et al. 2024",
+              .in_key = false});
+  visit(mesh, Field{.key = "mesh",
+                    .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
+                    .is_path = true,
+                    .word = "disc:"});
+  visit(coarse_mesh, Field{.key = "coarse_mesh",
+                           .doc = "cloth on which the initial guesses are ranked",
+                           .is_path = true,
+                           .word = "disc:"});
+  visit(law, Field{.key = "law", .doc = "how stiffness follows from strain and curvature"});
+  visit(recheck_steps, Field{.key = "recheck_steps",
+                             .doc = "number of time steps of settle_time_step after which the "
+                                    "fitted drape is measured again",
+                             .least = 0,
+                             .most = 100000,
+                             .in_key = false});
+  visit(min_relative_stiffness,
+        Field{.key = "min_relative_stiffness",
+              .doc = "start entries below this share of their column's largest are raised to it: "
+                     "else a negative one is rejected (smooth law) and a zero stays zero",
+              .least = 0,
+              .most = 1});
+  visit(table_form, Field{.key = "table_form",
+                          .doc = "form of the start tables: linear: their means over strain and "
+                                 "curvature, isotropic: and over directions; kept by 2 free "
+                                 "parameters, linear by 7 too"});
+  visit(backend, Field{.key = "backend", .is_option = false, .in_key = false});
+  visit(threads, Field{.key = "threads", .least = 1, .is_option = false, .in_key = false});
+}
+
+// What is fitted: drapes of one fabric, laboratory measurements of it, or both.
+struct FitData {
+  std::vector<std::string> images;  // JPEG or PNG silhouettes, fitted jointly
+  std::vector<Capture> captures;    // of the public data set in place of images (UseCaptures)
+  ObservationSource source = ObservationSource::kSilhouettes;  // of the captures
+  std::vector<int> specimens;  // FitProblem::specimens; one number for each image or capture
+  std::vector<std::string> lab_measurements;  // files (ReadLabMeasurement)
+  std::string material;                       // start tables, "FILE" or "FILE#name"
+  double density = 0.0;                       // of the fabric [kg/m²]; 0: that of the start tables
+  std::string ground_truth;        // tables that the images were made with, compared; empty: none
+  std::vector<std::string> notes;  // on the data, for summary and log
+  std::vector<std::string> log_lines;  // on the data, for the log alone
+
+  std::size_t num_observations() const { return images.size() + captures.size(); }
+};
+
+// Where a fit writes.
+struct FitFiles {
+  std::string out;               // existing folder of the results
+  std::string checkpoint;        // of the fit of one table; removed at the end
+  bool keep_checkpoint = false;  // unless it stays, for another model of the same data
+  bool resume = false;           // continue from the checkpoint
+  std::string log;               // text file, one line for each candidate
+  std::map<std::string, std::string> versions = {};  // for the summary
+};
+
+}  // namespace drape
