@@ -118,8 +118,8 @@ class EquilibriumJvpTest : public BackendTest {
     for (int i = 0; i < kBatch; ++i) {
       starts_[i].x = rest[i].x;
       changes_.push_back(test::Scatter(materials_[i], model_->mesh, 0.5, random_));
-      pointers_.push_back(&changes_[i]);
     }
+    for (const MaterialField& change : changes_) pointers_.push_back(&change);
   }
   std::unique_ptr<Backend> backend_ = MakeCpuBackend(model_, 2);
   std::vector<MaterialField> changes_;
