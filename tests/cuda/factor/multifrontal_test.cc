@@ -101,7 +101,7 @@ TEST_P(MultifrontalTest, SolvesAreEquivalentToReference) {
       multifrontal.FactorAndSolve(numbers, b.data(), x.data(), 1, 1, streams.main());
     }
     multifrontal.FactorAndSolve(numbers, nullptr, nullptr, kSlots, kSlots, streams.main());
-    multifrontal.Solve({factor.data()}, b.data(), x.data(), vectors.data(), columns, kSlots,
+    multifrontal.Solve({factor.data()}, {b.data(), x.data(), vectors.data(), columns}, kSlots,
                        streams.main());
     check("with the stored factor");
   }
