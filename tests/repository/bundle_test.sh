@@ -36,7 +36,8 @@ if [ -x "$2/bin/cuda_test" ] && [ -x "$2/bin/bench_cuda" ]; then
   cd "$scratch/moved tests"
   grep -q 'bin/bench_cuda' BUNDLE.txt
   env -i bin/cuda_test --gtest_list_tests | grep -q Cuda || fail "no test of CUDA"
-  env -i bin/cuda_test --gtest_filter='CudaGolden*' | grep -q "set DRAPE_SHARED" ||
+  env -i DRAPE_SHARED=/elsewhere bin/cuda_test --gtest_filter='CudaGolden*' |
+    grep -q 'found no /elsewhere/golden/materials.json: set DRAPE_SHARED' ||
     fail "cuda_test does not say why it skips the tests of golden files"
   # Without a device it ends after these lines.
   (env -i bin/bench_cuda --meshes= || true) | grep -qF "fabrics: $PWD/configs/fabrics" ||
