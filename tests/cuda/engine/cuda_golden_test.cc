@@ -5,8 +5,8 @@
 
 #include "physics/material/material_io.h"
 #include "physics/mesh/obj_io.h"
-#include "tests/cuda/engine/gpu_fixture.h"
 #include "tests/cuda/data_folders.h"
+#include "tests/cuda/engine/gpu_fixture.h"
 
 namespace drape {
 namespace {
