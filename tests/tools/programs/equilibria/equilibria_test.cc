@@ -7,6 +7,7 @@
 #include "physics/mesh/disc.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/equilibria/equilibria_report.h"
+#include "tools/programs/equilibria/equilibria_tool.h"
 
 namespace drape::test {
 namespace {
