@@ -97,7 +97,7 @@ class OutlineResiduals : public ceres::EvaluationCallback {
                    const std::vector<Observation>* observations, std::vector<State> starts,
                    const OutlineResidualOptions& options);
 
-  // Goes on with another backend of the same model, which outlives the object.
+  // Continues with another backend of the same model, which outlives the object.
   void Rebind(Backend* backend) { backend_ = backend; }
 
   // The parameter block that the optimiser changes in place, shape [P].

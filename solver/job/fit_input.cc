@@ -192,7 +192,8 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
 FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   if (data.num_observations() == 0 && data.lab_measurements.empty())
     throw InputError(
-        "images", "found none, and no lab_tests, expected at least one silhouette or measurement");
+        "images",
+        "found no silhouette and no lab_tests, expected at least one silhouette or measurement");
   if (!data.images.empty() && !data.captures.empty())
     throw InputError("images", "found some beside captures of a data set, expected one of both");
   CheckModel(spec, data);

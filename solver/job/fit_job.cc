@@ -226,7 +226,7 @@ std::optional<PosteriorFit> FitJobPosterior(const FitSpec& spec, const FitProble
 }
 
 // Reports to another control as the part [from, to] of its work, and logs to a file alone.
-RunControl PartOf(const RunControl& whole, double from, double to, std::ostream& log) {
+RunControl SummaryPart(const RunControl& whole, double from, double to, std::ostream& log) {
   RunControl part;
   part.cancel = whole.cancel;
   part.progress = [&whole, from, to](double fraction, const std::string& note) {
@@ -263,8 +263,8 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
   for (const std::string& line : data.log_lines) log << line << std::endl;
   for (const std::string& note : input.notes) log << note << std::endl;
   const double table_share = spec.model == FitModel::kHomogeneous ? 1.0 : kTableShare;
-  const RunControl of_table = PartOf(control, 0.0, table_share, log);
-  const RunControl of_rest = PartOf(control, table_share, 1.0, log);
+  const RunControl of_table = SummaryPart(control, 0.0, table_share, log);
+  const RunControl of_rest = SummaryPart(control, table_share, 1.0, log);
   FitReport report;
   StagedFitOptions stages = spec.stages;
   report.lab_fit = FitLab(stages, input, control);

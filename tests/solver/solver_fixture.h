@@ -15,7 +15,7 @@
 #include "solver/fit/outline_residuals.h"
 #include "tests/physics/cloth_fixture.h"
 
-// Synthetic silhouettes with a known truth.
+// Synthetic silhouettes with a known reference.
 namespace drape::test {
 
 inline std::unique_ptr<Backend> SmoothDisc(int vertices) {

@@ -13,7 +13,7 @@ namespace {
 using Color = std::array<double, 3>;
 
 constexpr int kColumns = 8, kGap = 6, kBar = 6;  // tiles in a row; [px]
-// Told apart by people who see few colours too [Okabe 2008].
+// Distinguishable for people who see few colours too [Okabe 2008].
 constexpr Color kColors[] = {{0, 114, 178},  {230, 159, 0}, {0, 158, 115},  {204, 121, 167},
                              {86, 180, 233}, {213, 94, 0},  {110, 110, 110}};
 constexpr Color kRing = {255, 255, 255};

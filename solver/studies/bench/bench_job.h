@@ -23,7 +23,7 @@ struct BenchJob {
   FitBenchOptions fit;
   std::string common;   // what all runs have in common, in one line (BenchFile)
   std::string out;      // existing folder: runs.csv, reference_<cloth>.json, fits/
-  bool resume = false;  // go on with the runs and references that are there
+  bool resume = false;  // keep the runs and references that are there
 };
 
 struct BenchRun {

@@ -30,7 +30,7 @@ std::vector<std::string> InOrderOfComplexity(const std::vector<std::string>& nam
 
 // `spec` with what the model of a known name sets.
 FitSpec WithModel(FitSpec spec, const std::string& name);
-// Models of equal fits of one table can go on from one checkpoint: "one_table", or with what sets
+// Models of equal fits of one table can resume from one checkpoint: "one_table", or with what sets
 // theirs apart.
 std::string TableName(const std::string& name);
 

@@ -63,7 +63,7 @@ Numbers FitNumbers(const nlohmann::json& summary, const std::string& where) {
     if (input.At("posterior").At("kind").String() == ToString(PosteriorKind::kElements))
       numbers["parameters"] *= 2;  // a mean and a deviation each
     const JsonInput elbo = input.At("posterior").At("elbo");
-    if (!elbo.value().is_null()) numbers["elbo"] = elbo.Number();  // null: no draw stands
+    if (!elbo.value().is_null()) numbers["elbo"] = elbo.Number();  // null: no sample is valid
   }
   return numbers;
 }

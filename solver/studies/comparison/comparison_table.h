@@ -65,11 +65,11 @@ Comparison SumUp(const std::vector<ComparedExperiment>& experiments,
 void WriteComparison(const std::string& folder, const Comparison& comparison,
                      const std::map<std::string, std::string>& settings);
 
-// What a scene needs: a line a model with its errors on held-out and on own drapes and the rollouts
-// of its fit, which are the same on each machine; the chosen model in red; bars are standard errors
-// of the difference from the best; a ring for a model that is not compared, as an experiment of it
-// has no score. Writes path.png and path.svg by gnuplot; nothing where no model has a score. Throws
-// InputError without gnuplot.
+// What a scene needs: one line per model with its errors on held-out and on own drapes and the
+// rollouts of its fit, which are the same on each machine; the chosen model in red; bars are
+// standard errors of the difference from the best; a ring for a model that is not compared, as an
+// experiment of it has no score. Writes path.png and path.svg by gnuplot; nothing where no model
+// has a score. Throws InputError without gnuplot.
 void RenderModelChart(const std::string& path, const ComparisonTable& table);
 
 // The tables for a person, in Markdown.

@@ -114,7 +114,7 @@ class Predictor {
     options_.batch = SettleBatchSize(*backend_, task.fit.threads);
   }
 
-  // From here on draws are calibrated.
+  // Samples from here on are calibrated.
   BendCalibration Calibrate() {
     constexpr double kUsualTrials = 18;
     const BendCalibration calibration =

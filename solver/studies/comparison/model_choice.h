@@ -16,7 +16,7 @@ struct ModelScores {
   std::vector<double> scores;
 };
 
-// A model's scores less those of the best model, capture by capture: what is hard to foretell for
+// A model's scores less those of the best model, capture by capture: what is hard to predict for
 // both cancels, so this standard error is smaller than that of either mean. It takes captures as
 // independent; those of one sample repeat each other, so the true one is up to √(captures of a
 // sample) times as large.

@@ -17,7 +17,7 @@ namespace drape {
 // - folded over: a triangle whose corners are all held lies face down, the cloth at a hinge is
 //   folded by more than `fold`, or a vertex is higher than `above` over the support;
 // - still moving: rms speed of the vertices above `speed`; or slower than that, but the drape at
-//   rest that belongs to the shape (Newton goes on from it) is the reference and the shape is not:
+//   rest that belongs to the shape (Newton starts from it) is the reference and the shape is not:
 //   it creeps;
 // - other branch: rms distance of the vertices from the reference drape above `branch`;
 // - settled.

@@ -16,7 +16,7 @@ namespace drape {
 // Finished runs by StabilityInputs.
 using StabilityRuns = std::map<std::string, StabilityRun>;
 
-// runs.csv: a line "# …" that says what all runs share, the names of the columns, a row a run.
+// runs.csv: a line "# …" that says what all runs share, the names of the columns, one row per run.
 // An unfinished last line, of a run that was cut off, is dropped. Throws InputError where the file
 // is another than WriteStabilityRuns writes, or its first line is another than `shared`.
 StabilityRuns ReadStabilityRuns(const std::string& path, const std::string& shared);

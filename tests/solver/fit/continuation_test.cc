@@ -113,7 +113,7 @@ TEST_F(FollowDrape, APathWithoutAStartHasNoPoints) {
   EXPECT_EQ(Follow(kBend, options).status, ContinuationStatus::kCancelled);
 }
 
-// A strip that stands on its clamped end buckles under its own weight at ρ·g·L³/D = 7.837
+// An upright strip, clamped at its lower end, buckles under its own weight at ρ·g·L³/D = 7.837
 // (Greenhill 1881); D of a narrow strip: strip.h.
 TEST(FollowStrip, FindsTheBucklingLoadOfAStandingStrip) {
   constexpr double kLength = 0.12, kClamped = 0.09, kWidth = 0.02, kGravity = 9.8;

@@ -29,10 +29,10 @@ class FitTest : public testing::Test {
   MaterialField Material(const Eigen::Vector2d& theta) const {
     return parametrisation_.Material(theta);
   }
-  void AddObservation(const Eigen::Vector2d& truth) {
+  void AddObservation(const Eigen::Vector2d& reference) {
     Observation observation;
     Outline outline;
-    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, backend_.Shape(Material(truth)),
+    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, backend_.Shape(Material(reference)),
                                 observation.camera, 90, &outline));
     observation.radius = outline.radius;
     observations_.push_back(observation);

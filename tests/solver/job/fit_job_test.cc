@@ -54,9 +54,10 @@ class FitJobTest : public testing::Test {
   static const GrayImage& DrapeImage() {
     static const GrayImage image = [] {
       const auto backend = test::SmoothDisc(150);
-      const MaterialField truth = Scaled(test::TestMaterial(), 1.0, 4.0);
-      const State drape = test::Settled(*backend, truth, test::RandomStart(backend->model(), 1));
-      return test::MakeObservation(backend->model().mesh, drape, 72, "truth").image;
+      const MaterialField reference = Scaled(test::TestMaterial(), 1.0, 4.0);
+      const State drape =
+          test::Settled(*backend, reference, test::RandomStart(backend->model(), 1));
+      return test::MakeObservation(backend->model().mesh, drape, 72, "reference").image;
     }();
     return image;
   }
@@ -325,7 +326,7 @@ TEST_F(FitJobTest, BadImagesAreNamed) {
 
 TEST_F(FitJobTest, BadSettingsAreNamed) {
   data_.images.clear();
-  EXPECT_THAT(ComputeError(), HasSubstr("images: found none"));
+  EXPECT_THAT(ComputeError(), HasSubstr("images: found no silhouette"));
   AddImage("a.png", DrapeImage());
   MaterialField negative = test::TestMaterial();
   negative.stretch[0].c[0][1] = -1.0;

@@ -19,7 +19,7 @@ class MapEstimatorTest : public testing::Test {
     problem_.material = test::TestMaterial();
     const State drape =
         test::Settled(*backend_, problem_.material, test::RandomStart(backend_->model(), 1));
-    problem_.observations = {test::MakeObservation(backend_->model().mesh, drape, 72, "truth")};
+    problem_.observations = {test::MakeObservation(backend_->model().mesh, drape, 72, "reference")};
     candidate_.guess.lifts = {1.0};
     candidate_.theta = Eigen::VectorXd::Zero(2);
     candidate_.shapes = {drape.x};

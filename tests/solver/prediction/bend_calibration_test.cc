@@ -38,13 +38,13 @@ class BendCalibrationTest : public testing::Test {
                         std::move(*drape.seen)});
     return seen;
   }
-  BendCalibration Calibrate(int threads, const std::vector<ObservedCapture>& learnt,
+  BendCalibration Calibrate(int threads, const std::vector<ObservedCapture>& training,
                             const std::function<void(int)>& progress = {}) const {
     const auto backend = MakeCpuBackend(model_, threads);
     return CalibrateBend(
-        *backend, [](int) { return TestMaterial(); }, options_, learnt, calibration_, progress);
+        *backend, [](int) { return TestMaterial(); }, options_, training, calibration_, progress);
   }
-  // How far the mean drape coefficient of draws is from that of those seen.
+  // How far the mean drape coefficient of samples is from that of those seen.
   static double CoefficientError(const std::vector<PredictedDrape>& drapes,
                                  const std::vector<ObservedCapture>& seen) {
     const FeatureScore dc = ScorePrediction(drapes, seen)->features[0];

@@ -97,7 +97,8 @@ TEST_F(MaterialSourceTest, APosteriorReadsBackBitForBit) {
   }
 }
 
-// Log entries of unseen specimens: those of the fabric from the posterior, their scales anew.
+// Log entries of unseen specimens: those of the fabric from the posterior, their scales sampled
+// again.
 TEST_F(MaterialSourceTest, DrawsOfAHierarchyHaveItsMeanAndCovariance) {
   const StoredPosterior posterior = Hierarchy();
   WritePosterior(folder_.path(), posterior, "test");

@@ -68,14 +68,14 @@ TEST_F(PredictedStarts, HaveTheSizesAskedFor) {
       if (radius[i] > 0.1499) hem += z[i] * z[i], ++count;
   }
   EXPECT_NEAR(std::sqrt(hem / count), options_.start_rms, 0.1 * options_.start_rms);
-  const Eigen::VectorXd calm = Heights(Task(0));
+  const Eigen::VectorXd relaxed = Heights(Task(0));
   options_.capture_rms = 2e-4;
-  const Eigen::VectorXd noise = Heights(Task(0)) - calm;
+  const Eigen::VectorXd noise = Heights(Task(0)) - relaxed;
   constexpr double kEdge = kSupportRadius + 1e-6;
   const double outside = (radius.array() > kEdge).count();
   EXPECT_NEAR(noise.norm() / std::sqrt(outside), 2e-4, 3e-5);
   EXPECT_EQ((radius.array() <= kEdge).select(noise, 0.0).norm(), 0.0);
-  EXPECT_GT(Rms(noise - (Heights(Task(1)) - calm)), 1e-4);  // another capture, other noise
+  EXPECT_GT(Rms(noise - (Heights(Task(1)) - relaxed)), 1e-4);  // another capture, other noise
 }
 
 TEST_F(PredictedStarts, ScalesAreOfTheSpecimen) {

@@ -50,7 +50,7 @@ struct BenchAxes {
   std::vector<int> threads = {1}, batch = {1};
 };
 
-// Names and values of a setting's axes in the order of BenchSetting, as they stand in runs.csv:
+// Names and values of a setting's axes in the order of BenchSetting, as in runs.csv:
 // a material by the stem of its file.
 std::vector<std::pair<std::string, std::string>> ListAxes(const BenchSetting& setting);
 

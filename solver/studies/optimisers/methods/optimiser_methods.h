@@ -7,7 +7,7 @@
 // sentence why it ended.
 namespace drape {
 
-// invalid_steps: trials in a row that cannot be evaluated before it gives up; 5 in drape_fit, by
+// invalid_steps: trials in a row that cannot be evaluated before it stops; 5 in drape_fit, by
 // Ceres's default.
 std::string RunLevenbergMarquardt(BudgetedFunction& function, int invalid_steps);
 // subspace: in the plane of gradient and Gauss–Newton step instead of along the dogleg [Byrd

@@ -33,7 +33,7 @@ class FiniteCost {
 
  private:
   // A function that starts from the last point with derivatives (DrapeFunction) does not find its
-  // way when that stays behind: where the cost has fallen by a tenth they are asked for, and paid.
+  // way when that stays behind: once the cost is lower by a tenth, they are requested and counted.
   void Follow(const Eigen::VectorXd& here, double cost) {
     constexpr double kGain = 0.9;
     if (!(cost < kGain * followed_)) return;

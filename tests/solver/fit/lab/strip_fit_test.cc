@@ -22,14 +22,14 @@ constexpr double kDegree = M_PI / 180.0;
 class LabFitTest : public FileFixture {
  protected:
   LabFitTest() {
-    start_ = truth_ = test::TestMaterial();
-    for (BendTable& table : truth_.bend)
+    start_ = reference_ = test::TestMaterial();
+    for (BendTable& table : reference_.bend)
       for (int r = 0; r < kBendRows; ++r)
         for (double& entry : table.b[r]) entry *= 0.4 + 0.15 * r;
-    for (StretchTable& table : truth_.stretch)
+    for (StretchTable& table : reference_.stretch)
       for (auto& row : table.c) row[0] *= 1.5, row[2] *= 1.2;
     data_.material = WriteTables("start.json", start_);
-    data_.ground_truth = WriteTables("truth.json", truth_);
+    data_.ground_truth = WriteTables("reference.json", reference_);
     files_.out = Path("");
     files_.checkpoint = Path("checkpoint.json");
     files_.log = Path("fit.log");
@@ -47,7 +47,7 @@ class LabFitTest : public FileFixture {
   // A test of the true cloth, exact to rounding.
   void AddTest(LabMeasurement test) {
     Eigen::VectorXd readings;
-    ASSERT_TRUE(StripResiduals({test}, MakeLaw("smooth")).Compute(truth_, &readings));
+    ASSERT_TRUE(StripResiduals({test}, MakeLaw("smooth")).Compute(reference_, &readings));
     for (std::size_t i = 0; i < test.points.size(); ++i) test.points[i].reading = readings[i];
     const std::string file =
         Path(std::string(ToString(test.kind)) + std::to_string(int(test.direction)) + ".json");
@@ -77,7 +77,7 @@ class LabFitTest : public FileFixture {
     return readings[0];
   }
 
-  MaterialField start_, truth_;
+  MaterialField start_, reference_;
   FitSpec spec_;
   FitData data_;
   FitFiles files_;
@@ -99,16 +99,16 @@ TEST_F(LabFitTest, RecoversWhatTheTestsDetermine) {
     const auto rigidity = [&](const MaterialField& material) {
       return EstimateBending(0.05, Reading(material, bend), material.density).rigidity;
     };
-    EXPECT_NEAR(rigidity(fitted) / rigidity(truth_), 1.0, 0.01) << direction;
-    EXPECT_GT(std::abs(rigidity(start_) / rigidity(truth_) - 1.0), 0.3);
+    EXPECT_NEAR(rigidity(fitted) / rigidity(reference_), 1.0, 0.01) << direction;
+    EXPECT_GT(std::abs(rigidity(start_) / rigidity(reference_) - 1.0), 0.3);
     const LabMeasurement pull{.kind = LabMeasurementKind::kTensile,
                               .direction = direction,
                               .length = 0.2,
                               .width = 0.05,
                               .points = {{0.15, 0}}};
     const auto strain = [&](const MaterialField& material) { return Reading(material, pull) - 1; };
-    EXPECT_NEAR(strain(fitted) / strain(truth_), 1.0, 0.01) << direction;
-    EXPECT_GT(std::abs(strain(start_) / strain(truth_) - 1.0), 0.1);
+    EXPECT_NEAR(strain(fitted) / strain(reference_), 1.0, 0.01) << direction;
+    EXPECT_GT(std::abs(strain(start_) / strain(reference_) - 1.0), 0.1);
   }
 }
 
@@ -132,7 +132,7 @@ TEST_F(LabFitTest, ItsSummaryHasEachPointAndTheStandardsEstimate) {
   const double c = point["bending_length_m"];
   EXPECT_NEAR(point["flexural_rigidity"].get<double>(), 0.2 * 9.80665 * c * c * c, 1e-12);
   EXPECT_EQ(point["flexural_rigidity"],
-            EstimateBending(0.06, point["angle"], truth_.density).rigidity);
+            EstimateBending(0.06, point["angle"], reference_.density).rigidity);
 }
 
 TEST(EstimateBending, HalfTheOverhangAtTheAngleOfTheStandard) {
@@ -141,7 +141,8 @@ TEST(EstimateBending, HalfTheOverhangAtTheAngleOfTheStandard) {
 }
 
 TEST_F(LabFitTest, NeitherImagesNorTestsIsAnError) {
-  EXPECT_INPUT_ERROR(RunFitJob(spec_, data_, files_, {}), "images: found none, and no lab_tests");
+  EXPECT_INPUT_ERROR(RunFitJob(spec_, data_, files_, {}),
+                     "images: found no silhouette and no lab_tests");
 }
 
 TEST_F(LabFitTest, TheDensityThatWasWeighedCounts) {
@@ -151,9 +152,9 @@ TEST_F(LabFitTest, TheDensityThatWasWeighedCounts) {
   RunFitJob(spec_, data_, files_, {});
   EXPECT_EQ(Fitted().density, 0.3);
   // The bending length is what was measured: a heavier cloth is stiffer.
-  EXPECT_NEAR(
-      DirectionalRigidity(Fitted().bend[0], 0.0) / (1.5 * DirectionalRigidity(truth_.bend[0], 0.0)),
-      1.0, 0.05);
+  EXPECT_NEAR(DirectionalRigidity(Fitted().bend[0], 0.0) /
+                  (1.5 * DirectionalRigidity(reference_.bend[0], 0.0)),
+              1.0, 0.05);
 }
 
 // A cloth far from the start tables, and a reading that contradicts another.
@@ -183,10 +184,10 @@ TEST_F(LabFitTest, MeetsAFarReadingAndNotesOneThatNothingMeets) {
 class JointFit : public LabFitTest {
  protected:
   JointFit() {
-    for (BendTable& table : truth_.bend)
+    for (BendTable& table : reference_.bend)
       for (double& entry : std::span(&table.b[0][0], kBendEntries)) entry *= 10.0;
     const auto backend = test::SmoothDisc(300);
-    const State drape = test::Settled(*backend, truth_, test::RandomStart(backend->model(), 1));
+    const State drape = test::Settled(*backend, reference_, test::RandomStart(backend->model(), 1));
     const Observation observation =
         test::MakeObservation(backend->model().mesh, drape, 72, "drape");
     WritePng(observation.image, Path("drape.png"));

@@ -43,7 +43,7 @@ class FieldTwinTest : public testing::Test {
                                       MakeFieldTerms(mesh, fields_));
     std::mt19937_64 random(31);
     const Eigen::VectorXd theta = 0.7 * test::RandomMatrix(fields.size(), 1, random);
-    truth_ = fields.LogFactors(ElementKind::kHinges, theta).col(0);
+    reference_ = fields.LogFactors(ElementKind::kHinges, theta).col(0);
     const MaterialField material = fields.Material(theta);
     candidate_.theta = Eigen::VectorXd::Zero(kMaterialEntries);
     problem_.fine = backend_.get();
@@ -52,8 +52,9 @@ class FieldTwinTest : public testing::Test {
   }
   // The image of a drape of the reference; the candidate starts from the drape of one table beside
   // it.
-  void AddDrape(const MaterialField& truth, uint64_t seed) {
-    State drape = test::Settled(*backend_, truth, test::RandomStart(backend_->model(), seed), 60);
+  void AddDrape(const MaterialField& reference, uint64_t seed) {
+    State drape =
+        test::Settled(*backend_, reference, test::RandomStart(backend_->model(), seed), 60);
     problem_.observations.push_back(
         test::MakeObservation(backend_->model().mesh, drape, 72, std::to_string(seed)));
     const RolloutInput input{&base_, &drape};
@@ -68,7 +69,7 @@ class FieldTwinTest : public testing::Test {
   StagedFitOptions staged_;
   FitProblem problem_;
   FitCandidate candidate_;
-  Eigen::VectorXd truth_;  // log factor of each hinge
+  Eigen::VectorXd reference_;  // log factor of each hinge
 };
 
 TEST_F(FieldTwinTest, FindsTheFieldWhereTheDataDetermineIt) {
@@ -84,13 +85,13 @@ TEST_F(FieldTwinTest, FindsTheFieldWhereTheDataDetermineIt) {
           std::log(fit.material.bend[e].entries()[k] / base_.bend[0].entries()[k]) / kBendEntries;
   }
   const Eigen::VectorXd ratio = fit.posterior_hinge.cwiseQuotient(fit.prior_hinge);
-  const double correlation = Correlation(truth_, fitted, ratio, kKnown);
+  const double correlation = Correlation(reference_, fitted, ratio, kKnown);
   std::printf(
       "cost %.1f -> %.1f, %d directions, known at %.0f %% of the hinges: correlation %.3f, "
       "everywhere %.3f\n",
       fit.summary.initial_cost, fit.summary.final_cost, fit.determined,
       100.0 * (ratio.array() < kKnown).count() / double(ratio.size()), correlation,
-      Correlation(truth_, fitted, ratio, 2.0));
+      Correlation(reference_, fitted, ratio, 2.0));
   EXPECT_LT(fit.summary.final_cost, 0.1 * fit.summary.initial_cost);
   EXPECT_GT((ratio.array() < kKnown).count(), ratio.size() / 10);
   EXPECT_GT(correlation, 0.7);

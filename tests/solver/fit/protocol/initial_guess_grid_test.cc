@@ -45,14 +45,14 @@ TEST(GuessState, HangsUnderTheOutlineOutsideTheSupport) {
 
 TEST(RankInitialGuesses, PutsTheTrueScalesFirst) {
   const auto backend = test::SmoothDisc(150);
-  const MaterialField base = test::TestMaterial(), truth = Scaled(base, 1.0, 4.0);
+  const MaterialField base = test::TestMaterial(), reference = Scaled(base, 1.0, 4.0);
   InitialGuessOptions options;
   options.stretch = {1.0};
   options.bend = {0.25, 1.0, 4.0, 16.0};
   options.lifts = {0.6, 1.0};
-  const State drape = test::Settled(*backend, truth, test::RandomStart(backend->model(), 1));
+  const State drape = test::Settled(*backend, reference, test::RandomStart(backend->model(), 1));
   const std::vector<Observation> observations = {
-      test::MakeObservation(backend->model().mesh, drape, kAngles, "truth")};
+      test::MakeObservation(backend->model().mesh, drape, kAngles, "reference")};
   double last = 0.0;
   const auto ranked = RankInitialGuesses(*backend, base, observations, options,
                                          {.progress = [&](double share, const std::string&) {

@@ -31,8 +31,8 @@ class StagedFitTest : public testing::Test {
     problem_.fine = fine_.get();
     problem_.coarse = coarse_.get();
     problem_.material = test::TestMaterial();
-    const State drape = test::Settled(*fine_, truth_, test::RandomStart(fine_->model(), 1));
-    problem_.observations = {test::MakeObservation(fine_->model().mesh, drape, 72, "truth")};
+    const State drape = test::Settled(*fine_, reference_, test::RandomStart(fine_->model(), 1));
+    problem_.observations = {test::MakeObservation(fine_->model().mesh, drape, 72, "reference")};
     control_.save = [this](const StagedFitState& state) { saved_.push_back(state); };
   }
   StagedFitState Run(const StagedFitState& from = {}) {
@@ -40,7 +40,7 @@ class StagedFitTest : public testing::Test {
   }
 
   const std::unique_ptr<Backend> fine_ = test::SmoothDisc(150), coarse_ = test::SmoothDisc(100);
-  const MaterialField truth_ = Scaled(test::TestMaterial(), 1.0, kTrueBend);
+  const MaterialField reference_ = Scaled(test::TestMaterial(), 1.0, kTrueBend);
   FitProblem problem_;
   StagedFitOptions options_;
   StagedFitControl control_;
@@ -61,7 +61,7 @@ TEST_F(StagedFitTest, ComesNearTheOutline) {
   EXPECT_EQ(FitJacobian(problem_, options_, *best).rows(), 72);
 }
 
-// log(fit/truth) of (stretch, bend), along the directions that the data determine to 2 %.
+// log(fit/reference) of (stretch, bend), along the directions that the data determine to 2 %.
 TEST_F(StagedFitTest, UndoesAScalingOfTheStartWhereTheDataTell) {
   options_.parameters = ParameterTying::kScales;
   problem_.material = Scaled(test::TestMaterial(), 1.0, kTrueBend / 4.0);

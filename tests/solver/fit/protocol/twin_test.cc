@@ -52,11 +52,12 @@ class TwinTest : public testing::Test {
     problem_.coarse = coarse_.get();
     problem_.material = Fabric("synthetic_wool");
   }
-  void FitTo(const MaterialField& truth) {
-    truth_ = truth;
-    problem_.material.density = truth.density;
-    const State drape = test::Settled(*fine_, truth, test::RandomStart(fine_->model(), kImageSeed));
-    problem_.observations = {test::MakeObservation(fine_->model().mesh, drape, 90, "truth")};
+  void FitTo(const MaterialField& reference) {
+    reference_ = reference;
+    problem_.material.density = reference.density;
+    const State drape =
+        test::Settled(*fine_, reference, test::RandomStart(fine_->model(), kImageSeed));
+    problem_.observations = {test::MakeObservation(fine_->model().mesh, drape, 90, "reference")};
     const StagedFitState state = RunStagedFit(problem_, options_, {}, {});
     ASSERT_NE(Best(state), nullptr);
     best_ = *Best(state);
@@ -72,10 +73,11 @@ class TwinTest : public testing::Test {
   double CompareUnseen(double tolerance_of_each) {
     double mean = 0.0;
     for (const uint64_t seed : kOtherSeeds) {
-      const double truth = DrapeCoefficient(truth_, seed), fit = DrapeCoefficient(fitted_, seed);
-      std::printf("seed %d: drape coefficient %.4f, fitted %.4f\n", int(seed), truth, fit);
-      EXPECT_NEAR(fit, truth, tolerance_of_each) << seed;
-      mean += (fit - truth) / std::size(kOtherSeeds);
+      const double reference = DrapeCoefficient(reference_, seed),
+                   fit = DrapeCoefficient(fitted_, seed);
+      std::printf("seed %d: drape coefficient %.4f, fitted %.4f\n", int(seed), reference, fit);
+      EXPECT_NEAR(fit, reference, tolerance_of_each) << seed;
+      mean += (fit - reference) / std::size(kOtherSeeds);
     }
     std::printf("mean difference %+.4f\n", mean);
     return mean;
@@ -85,7 +87,7 @@ class TwinTest : public testing::Test {
                                  coarse_ = test::SmoothDisc(kCoarseVertices);
   FitProblem problem_;
   StagedFitOptions options_;
-  MaterialField truth_, fitted_;
+  MaterialField reference_, fitted_;
   FitCandidate best_;
 };
 
@@ -101,7 +103,7 @@ TEST_F(TwinTest, RecoversAStiffFabric) {
   const Spectrum spectrum =
       ComputeSpectrum(FitJacobian(problem_, options_, best_), options_.prior_sigma);
   const Eigen::VectorXd error =
-      spectrum.directions.transpose() * (LogEntries(fitted_) - LogEntries(truth_));
+      spectrum.directions.transpose() * (LogEntries(fitted_) - LogEntries(reference_));
   int determined = 0;
   for (; determined < kMaterialEntries && spectrum.values[determined] > 10.0; ++determined) {
     std::printf("determined to %.3f, error %+.4f\n", 1.0 / spectrum.values[determined],
@@ -113,7 +115,8 @@ TEST_F(TwinTest, RecoversAStiffFabric) {
 
 // The shirt itself, a soft cloth with 9 folds, has more branches than the seeds find: even with its
 // true tables no seed comes nearer than 3 px to this outline. With the residual's σ at that
-// size the fit stays near the truth; with 0.5 px it bends the tables until the wrong branch fits.
+// size the fit stays near the reference; with 0.5 px it bends the tables until the wrong branch
+// fits.
 TEST_F(TwinTest, ASoftFabricIsFoundAsFarAsItsBranchAllows) {
   options_.residuals.sigma_px = 3.0;
   FitTo(Fabric("synthetic_shirt"));

@@ -32,7 +32,7 @@ class ChartTest : public FileFixture {
 };
 
 // A picture with the text at every place that takes one.
-Picture PictureOf(const std::string& text) {
+Picture RenderPicture(const std::string& text) {
   Chart chart{.title = text,
               .x = {.label = text, .ticks = {{{1.0, text}}}},
               .y = {.label = text, .log = true, .room = 0.1},
@@ -77,17 +77,17 @@ TEST_F(ChartTest, NoTextIsExecuted) {
                                           "\\"};
   for (const std::string& text : texts) {
     SCOPED_TRACE(text.substr(0, 60));
-    ASSERT_NO_THROW(WritePicture(Path("chart.png"), PictureOf(text)));
+    ASSERT_NO_THROW(WritePicture(Path("chart.png"), RenderPicture(text)));
     EXPECT_GT(ReadImage(Path("chart.png")).width, 0);
     EXPECT_FALSE(std::filesystem::exists(planted));
   }
 }
 
 TEST_F(ChartTest, TextsAreShownAsTheyAre) {
-  const std::string svg = Svg(PictureOf("50% of {a}_b^c `d` 'e' \"f\" \\n @g µ"));
+  const std::string svg = Svg(RenderPicture("50% of {a}_b^c `d` 'e' \"f\" \\n @g µ"));
   EXPECT_THAT(svg, HasSubstr("50% of {a}_b^c `d` ’e’ "));
   EXPECT_THAT(svg, HasSubstr("\\n @g µ"));
-  EXPECT_THAT(Svg(PictureOf("<script>&</script>")), Not(HasSubstr("<script>")));
+  EXPECT_THAT(Svg(RenderPicture("<script>&</script>")), Not(HasSubstr("<script>")));
 }
 
 TEST_F(ChartTest, TheStartUpFileOfTheUserIsNotRead) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An experiment is computed once, goes on where it was stopped, and is computed again where it is
+// An experiment is computed once, resumes where it was stopped, and is computed again where it is
 // broken.
 #include "solver/studies/comparison/experiment.h"
 

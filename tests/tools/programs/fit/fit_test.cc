@@ -10,7 +10,7 @@ namespace {
 
 class FitTool : public ToolFixture {
  protected:
-  // The silhouette of a drape of the start material, so a fit is at home near its seed.
+  // The silhouette of a drape of the start material, so a fit converges near its initial guess.
   void SetUp() override {
     ASSERT_EQ(Simulate({"--mesh=disc:150", "--steps=60", "--time_step=0.1",
                         "--out=" + Path("ground_truth")})

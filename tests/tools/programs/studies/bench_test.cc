@@ -70,7 +70,7 @@ TEST_F(BenchTool, MeasuresDerivatives) {
   }
 }
 
-// A reference is not taken over by a run that does not go on with its runs.
+// A reference is not reused by a run that does not continue its runs.
 TEST_F(BenchTool, WithoutRunsTheReferenceIsMadeAgain) {
   ASSERT_EQ(Bench({"--mesh=disc:120", "--solve=hybrid"}).exit_code, 0);
   const std::string reference = Path("out/reference_synthetic_wool_smooth_homo.json");
@@ -109,7 +109,7 @@ TEST_F(BenchTool, RefusesBadInput) {
   ExpectOneLineError(Bench({"--reference=disc:300"}), "expected two: coarse, fine");
   ExpectOneLineError(Bench({"--reference=disc:300,disc:200"}), "expected a finer mesh");
   ExpectOneLineError(Bench({"--work=gradient", "--table=" + Path("t.json")}), "expected forward");
-  ExpectOneLineError(Bench({"--work=fit", "--solve=hybrid"}), "'truth'");
+  ExpectOneLineError(Bench({"--work=fit", "--solve=hybrid"}), "'ground_truth'");
   ExpectOneLineError(Bench({"--material=" + Path("none.json")}), "none.json");
 }
 
