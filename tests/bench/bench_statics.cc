@@ -96,7 +96,7 @@ void BM_EquilibriumJvp(benchmark::State& bench) {
   for (int seed = 1; seed <= kBatch; ++seed) states.push_back(Start(*model, seed));
   std::vector<RolloutInput> inputs;
   for (const State& state : states) inputs.push_back({&material, &state});
-  const auto relaxed = backend->Rollouts(inputs, kFall, nullptr);
+  const auto relaxed = backend->Rollouts(inputs, kRelaxation, nullptr);
   for (int i = 0; i < kBatch; ++i) states[i] = relaxed[i].end;
   const auto rest = backend->Equilibria(inputs, {});
   for (int i = 0; i < kBatch; ++i) states[i].x = rest[i].x;

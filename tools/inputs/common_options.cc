@@ -36,4 +36,66 @@ Option MeshOption(const std::string& key, Option::Value mesh, const std::string&
   return {.key = key, .value = mesh, .doc = doc, .is_path = true, .words = {"disc:"}};
 }
 
+std::vector<Option> ClothOptions(SceneInput& scene) {
+  return {
+      {.key = "mesh",
+       .value = &scene.mesh,
+       .doc = "cloth: an OBJ file, disc:N for a built-in disc of N vertices, or "
+              "strip:LENGTHxWIDTHxN for a strip [m] with N edges along its length",
+       .is_path = true,
+       .words = {"disc:", "strip:"}},
+      {.key = "material",
+       .value = &scene.material,
+       .doc = "material file; FILE#name picks one of several materials in it",
+       .is_path = true,
+       .required = true},
+      LawOption(scene.law),
+  };
+}
+
+std::vector<Option> CameraOptions(CameraInput& camera) {
+  return {
+      {.key = "camera",
+       .value = &camera.kind,
+       .doc = "projection of the camera; the published images are orthographic",
+       .choices = {"orthographic", "pinhole"}},
+      {.key = "camera_width",
+       .value = &camera.width,
+       .doc = "width of the silhouette",
+       .unit = "px",
+       .least = 16,
+       .most = 8192},
+      {.key = "camera_height",
+       .value = &camera.height,
+       .doc = "height of the silhouette",
+       .unit = "px",
+       .least = 16,
+       .most = 8192},
+      {.key = "camera_cx",
+       .value = &camera.cx,
+       .doc = "column of the support's centre; none: the centre of the image",
+       .unit = "px"},
+      {.key = "camera_cy",
+       .value = &camera.cy,
+       .doc = "row of the support's centre; none: the centre of the image",
+       .unit = "px"},
+      {.key = "camera_scale",
+       .value = &camera.scale,
+       .doc = "magnification of the orthographic camera",
+       .unit = "px/m",
+       .least = 0,
+       .above_least = true},
+  };
+}
+
+std::vector<Option> SceneOptions(SceneInput& scene) {
+  std::vector<Option> options = ClothOptions(scene);
+  options.push_back({.key = "start",
+                     .value = &scene.start,
+                     .doc = "initial shape: flat, or the file of a start shape or a state",
+                     .is_path = true,
+                     .words = {"flat"}});
+  return options;
+}
+
 }  // namespace drape

@@ -2,18 +2,35 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "physics/material/laws/law_kind.h"
 #include "tools/cli/option_table.h"
+#include "tools/inputs/drape_view.h"
+#include "tools/inputs/scene_input.h"
 
 namespace drape {
 
-// Options that mean the same in many tools.
+// Options that mean the same in several programs.
 Option OutOption(std::string& folder);
 Option LawOption(std::string& law);  // MakeLaw
 Option LawOption(LawKind& law);
 Option ThreadsOption(int& threads);  // rollouts at a time; 0: all cores
 // A cloth (ParseMeshSpec), or several.
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc);
+
+// What names the cloth: mesh, material, law.
+std::vector<Option> ClothOptions(SceneInput& scene);
+// The same and the first shape.
+std::vector<Option> SceneOptions(SceneInput& scene);
+// What sets the camera.
+std::vector<Option> CameraOptions(CameraInput& camera);
+
+template <class... Lists>
+std::vector<Option> Concatenate(Lists... lists) {
+  std::vector<Option> all;
+  (all.insert(all.end(), lists.begin(), lists.end()), ...);
+  return all;
+}
 
 }  // namespace drape

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "physics/util/text_format.h"
-#include "tools/inputs/tool_options.h"
+#include "tools/inputs/common_options.h"
 
 namespace drape {
 

@@ -9,7 +9,6 @@
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
-#include "tools/inputs/tool_options.h"
 #include "tools/programs/equilibria/equilibria_report.h"
 
 namespace drape {

@@ -1,45 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "physics/util/run_control.h"
-#include "solver/job/fit_captures.h"
 #include "solver/job/fit_job.h"
-#include "tools/cli/option_table.h"
-#include "tools/inputs/accuracy_option.h"
+#include "tools/inputs/fit_options.h"
 
 namespace drape {
-
-// What a user of drape_fit sets.
-struct FitToolOptions {
-  FitSpec spec;
-  FitData data;                        // its lists of files follow from the next three
-  std::vector<std::string> images;     // files, folders, patterns (ExpandImages)
-  std::vector<std::string> lab_tests;  // the same (ExpandLabMeasurements)
-  FitSelection selection;              // captures of the data set in place of images
-  AccuracyChoice accuracy;             // fills what the user has not given
-  std::string out;                     // folder, made when missing
-  bool resume = false;
-};
-
-// The spec, checked, with its count of threads. Throws InputError.
-FitSpec MakeFitSpec(const FitToolOptions& options);
-
-// Lists the files of the data and reads the list of the data set. Throws InputError.
-FitData MakeFitData(const FitToolOptions& options);
 
 // Runs the fit. The results appear in `out` together at the end; checkpoint.json and fit.log are
 // there while it runs. Throws InputError; then earlier results are unchanged.
 FitJobResult RunFitTool(const FitToolOptions& options, const RunControl& control);
-
-// Sets the options that the user has not given from --accuracy and returns one line that says what
-// was picked and which error to expect; empty without --accuracy. Throws InputError for an accuracy
-// that the table does not have.
-std::string ApplyAccuracy(FitToolOptions* options);
-
-// Points into `options`, which outlives it.
-OptionTable FitTable(FitToolOptions& options);
 
 }  // namespace drape

@@ -7,7 +7,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "tools/cli/versions.h"
-#include "tools/inputs/tool_options.h"
+#include "tools/inputs/common_options.h"
 #include "tools/programs/metrics/metrics_input.h"
 #include "tools/programs/metrics/metrics_report.h"
 #include "tools/programs/reports/dataset_report.h"

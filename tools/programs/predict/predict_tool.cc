@@ -16,7 +16,6 @@
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/dataset_input.h"
-#include "tools/inputs/tool_options.h"
 #include "tools/programs/predict/predict_report.h"
 
 namespace drape {

@@ -2,7 +2,6 @@
 #include "physics/util/errors.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
-#include "tools/inputs/tool_options.h"
 #include "tools/programs/simulate/simulate_tool.h"
 
 namespace drape {

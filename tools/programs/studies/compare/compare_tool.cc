@@ -9,7 +9,7 @@
 #include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/versions.h"
-#include "tools/inputs/tool_options.h"
+#include "tools/inputs/common_options.h"
 
 namespace drape {
 namespace {

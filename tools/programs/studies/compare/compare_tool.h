@@ -7,7 +7,7 @@
 #include "physics/util/run_control.h"
 #include "solver/studies/comparison/model_comparison.h"
 #include "tools/cli/option_table.h"
-#include "tools/programs/fit/fit_tool.h"
+#include "tools/inputs/fit_options.h"
 
 namespace drape {
 

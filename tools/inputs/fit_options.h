@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "solver/job/fit_captures.h"
+#include "solver/job/fit_spec.h"
+#include "tools/cli/option_table.h"
+#include "tools/inputs/accuracy_option.h"
+
+namespace drape {
+
+// What a user of drape_fit sets.
+struct FitToolOptions {
+  FitSpec spec;
+  FitData data;                        // its lists of files follow from the next three
+  std::vector<std::string> images;     // files, folders, patterns (ExpandImages)
+  std::vector<std::string> lab_tests;  // the same (ExpandLabMeasurements)
+  FitSelection selection;              // captures of the data set in place of images
+  AccuracyChoice accuracy;             // fills what the user has not given
+  std::string out;                     // folder, made when missing
+  bool resume = false;
+};
+
+// The spec, checked, with its count of threads. Throws InputError.
+FitSpec MakeFitSpec(const FitToolOptions& options);
+
+// Lists the files of the data and reads the list of the data set. Throws InputError.
+FitData MakeFitData(const FitToolOptions& options);
+
+// Sets the options that the user has not given from --accuracy and returns one line that says what
+// was picked and which error to expect; empty without --accuracy. Throws InputError for an accuracy
+// that the table does not have.
+std::string ApplyAccuracy(FitToolOptions* options);
+
+// Points into `options`, which outlives it.
+OptionTable FitTable(FitToolOptions& options);
+
+}  // namespace drape
