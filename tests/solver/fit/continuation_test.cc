@@ -8,6 +8,7 @@
 
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/strip.h"
+#include "physics/simulation/rollout.h"
 #include "solver/forward/branch.h"
 #include "tests/physics/cloth_fixture.h"
 
