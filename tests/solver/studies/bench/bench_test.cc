@@ -118,7 +118,7 @@ TEST(BenchPlan, NamesEachRun) {
   EXPECT_EQ(identities.size(), runs.size());
   EXPECT_NE(CheckpointKey(BenchWork::kForward, runs[0]),
             CheckpointKey(BenchWork::kGradient, runs[0]));
-  EXPECT_EQ(MakeLabel(runs[2], TwoByTwo()), "disc:300 h=0.1 adjoint");
+  EXPECT_EQ(MakeLabel(runs[2], TwoByTwo()), "disc:300 time_step=0.1 adjoint");
 }
 
 TEST(BenchPlan, RejectsValuesThatNoRunCanHave) {
@@ -129,10 +129,10 @@ TEST(BenchPlan, RejectsValuesThatNoRunCanHave) {
   axes = TwoByTwo();
   axes.h = {0.1, 0.1};
   EXPECT_EQ(ComputeError([&] { ListRuns(BenchWork::kForward, axes); }),
-            "axis 'h': found 0.1 twice, expected different values");
+            "axis 'time_step': found 0.1 twice, expected different values");
   axes.h = {};
   EXPECT_EQ(ComputeError([&] { ListRuns(BenchWork::kForward, axes); }),
-            "axis 'h': found no value, expected at least one");
+            "axis 'time_step': found no value, expected at least one");
   EXPECT_THAT(ComputeError([] { ParseBenchWork("backward"); }), HasSubstr("found 'backward'"));
 }
 

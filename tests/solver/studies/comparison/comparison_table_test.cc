@@ -103,7 +103,7 @@ TEST_F(ComparisonTableTest, BeliefsAreMeansOverSeeds) {
 TEST_F(ComparisonTableTest, FilesSayTheSame) {
   WriteComparison(Path(""), Summed(), {{"mesh", "disc:600"}});
   const std::string csv = Read(Path("comparison.csv")), text = Read(Path("comparison.md"));
-  EXPECT_THAT(csv, HasSubstr("\n2,homo,feature_energy,3.5,0.707106781,2,2,0\n"));
+  EXPECT_THAT(csv, HasSubstr("\n2,homogeneous,feature_energy,3.5,0.707106781,2,2,0\n"));
   EXPECT_THAT(csv, HasSubstr("\nall,circle,outline_energy_m,0.004,0,2,4,0\n"));
   EXPECT_THAT(csv, Not(HasSubstr("elbo")));
   EXPECT_THAT(text,

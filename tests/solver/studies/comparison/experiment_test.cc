@@ -102,7 +102,8 @@ TEST_F(ExperimentTest, ABrokenFileIsMadeAnewAndTheSame) {
   Write("experiment/prediction.json", Read(Path("experiment/prediction.json")).substr(0, 50));
   EXPECT_FALSE(ReadExperiment(Path("experiment")));
   ASSERT_TRUE(Run());
-  EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("grid")));  // the fit is taken over
+  EXPECT_THAT(notes_,
+              testing::Not(testing::HasSubstr("initial guesses")));  // the fit is taken over
   EXPECT_EQ(Text(), whole);
   Write("experiment/material.json", "{");
   Write("one_table.json", "{");
@@ -153,14 +154,14 @@ TEST_F(ExperimentTest, ACalibrationKeepsTheScoresOfTheFitAsItIs) {
 
 TEST_F(ExperimentTest, ModelsGoOnFromTheSameTable) {
   ASSERT_TRUE(Run());
-  EXPECT_THAT(notes_, testing::HasSubstr("grid"));
+  EXPECT_THAT(notes_, testing::HasSubstr("initial guesses"));
   const nlohmann::json table = ReadJsonFile(Path("experiment/material.json"));
   task_.folder = Path("fields");
   task_.fit.model = FitModel::kHeterogeneous;
   task_.fit.fields.iterations = 1;
   task_.fit.fields.restarts = 0;
   ASSERT_TRUE(Run());
-  EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("grid")));
+  EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("initial guesses")));
   EXPECT_THAT(notes_, testing::HasSubstr("fields"));
   EXPECT_EQ(ReadJsonFile(Path("fields/material_homogeneous.json"))["stretch"], table["stretch"]);
 }
