@@ -16,7 +16,7 @@ const std::string kConfigs = std::string(DRAPE_SOURCE_DIR) + "/configs";
 
 // The reference is made as that of configs/studies/bench/table.json.
 const ReferenceOptions kReference = {
-    .fine = "disc:4800", .coarse = "disc:2400", .fall = "disc:1200"};
+    .fine = "disc:4800", .coarse = "disc:2400", .relax_mesh = "disc:1200"};
 
 class Accuracy : public testing::TestWithParam<const char*> {};
 
@@ -34,7 +34,7 @@ TEST_P(Accuracy, HoldsOnAFabricThatTheTableHasNotSeen) {
     setting.mesh = row.mesh;
     setting.integrator = row.integrator;
     setting.h = row.h;
-    setting.fall = row.h * row.steps;
+    setting.relax_time = row.h * row.steps;
     const BenchRecord found =
         RunBenchSetting(BenchWork::kForward, setting, problem, reference, {.repeats = 1}, nullptr);
     EXPECT_EQ(found.status, "ok") << level;
