@@ -19,7 +19,7 @@ done
 mkdir -p "$out"
 {
   echo "# settings"
-  echo "mesh,integrator,mode,seconds,cpu_seconds"
+  echo "mesh,solve,mode,seconds,cpu_seconds"
   case $work in
     forward)
       echo "disc:300,dynamic,adjoint,9,1"

@@ -36,7 +36,7 @@ const PredictorRow& Row(const TrivialPredictors& predictors, const std::string& 
 
 // Each sample of fabrics 1–5 is left out in turn, without alignment.
 TEST_F(CusickMetrics, TrivialPredictorsAreThoseOfTheTable) {
-  const auto captures = See({});
+  const auto captures = See({.fabrics = {1, 2, 3, 4, 5}});
   const auto predictors = EvaluateTrivialPredictors(captures, captures, Camera(), false);
   const PredictorRow& repeat = Row(predictors, "same sample, same face");
   EXPECT_EQ(repeat.pairs, 240);
@@ -74,7 +74,7 @@ TEST_F(CusickMetrics, OtherSamplesAreACalibratedPrediction) {
 
 // A selection of pairs: captures 1 and 3, samples up to three apart.
 TEST_F(CusickMetrics, AlignedOtherSamples) {
-  const auto captures = See({.captures = {1, 3}});
+  const auto captures = See({.fabrics = {1, 2, 3, 4, 5}, .captures = {1, 3}});
   double mse = 0, hausdorff = 0;
   int pairs = 0;
   for (const ObservedCapture& a : captures) {
@@ -95,7 +95,7 @@ TEST_F(CusickMetrics, AlignedOtherSamples) {
 }
 
 TEST_F(CusickMetrics, AlignedRepeats) {
-  const auto captures = See({});
+  const auto captures = See({.fabrics = {1, 2, 3, 4, 5}});
   double mse = 0, hausdorff = 0;
   for (size_t i = 0; i < captures.size(); i += 2) {  // captures 1 and 2, 3 and 4
     const auto c = CompareDrapes(captures[i].drape, captures[i + 1].drape, Camera()).aligned;

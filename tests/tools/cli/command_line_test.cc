@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Flags, --help and the exit codes of the real programs.
 #include "tests/tools/tool_fixture.h"
-#include "tools/programs/check/check_report.h"
 #include "tools/inputs/fit_options.h"
+#include "tools/programs/check/check_report.h"
 #include "tools/programs/simulate/simulate_tool.h"
 
 namespace drape::test {
