@@ -72,7 +72,7 @@ const BadInput kBadInputs[] = {
     {"ConfigOfAWrongType", "config", "c.json", [] { return std::string(R"({"steps": "3"})"); },
      "key 'steps': found \"3\", expected a number, 0 … 1000000"},
     {"ConfigOutOfRange", "config", "c.json", [] { return std::string(R"({"time_step": 0})"); },
-     "key 'h': found 0, expected a number, > 0 and ≤ 10 s"},
+     "key 'time_step': found 0, expected a number, > 0 and ≤ 10 s"},
     {"ConfigOfAnUnknownChoice", "config", "c.json",
      [] { return std::string(R"({"law": "hooke"})"); }, "expected one of reference, smooth"},
     {"ConfigGivenTwice", "config", "c.json",
@@ -175,7 +175,8 @@ TEST_F(BadOutputTest, FitChecksItsInputFirst) {
   };
   ExpectOneLineError(fit({"--images=" + Path("*.jpg")}), "matches nothing");
   ExpectOneLineError(fit({"--images=" + Path("a.png") + "," + Path("a.png")}), "distinct names");
-  ExpectOneLineError(fit({"--candidates_per_round=4,2"}), "as many rounds as 'keep' has");
+  ExpectOneLineError(fit({"--candidates_per_round=4,2"}),
+                     "as many rounds as 'candidates_per_round' has");
   ExpectOneLineError(fit({"--candidates_per_round="}), "option 'candidates_per_round'");
   ExpectOneLineError(fit({"--model=garment"}), "expected one of homo");
   ExpectOneLineError(fit({"--material=" + Path("none.json")}), "none.json: no such file");

@@ -25,7 +25,7 @@ class SimulationTest : public testing::Test {
     return task;
   }
 
-  std::unique_ptr<Backend> backend_ = SmoothDisc(80);
+  std::unique_ptr<Backend> backend_ = SmoothDisc(100);
   MaterialField material_ = TestMaterial();
 };
 

@@ -175,7 +175,7 @@ TEST_F(ExperimentTest, SamplesThatDoNotComeToRestFailWithAReason) {
   EXPECT_TRUE(experiment->captures.empty());
 }
 
-// Of a model that stayed at its one table there is no prediction: it would be that of homo.
+// Of a model that stayed at its one table there is no prediction: it would be that of homogeneous.
 TEST_F(ExperimentTest, AModelThatCouldNotBeFittedHasNoScore) {
   ASSERT_TRUE(Run());
   std::filesystem::remove(Path("experiment/prediction.json"));

@@ -186,7 +186,7 @@ TEST(StabilityMaps, ALineIsAMapForEachMethod) {
   const std::vector<StabilityMap> maps = ParseStabilityMaps(
       "step+implicit time_step=0.01:1:3 tangle=0.2/0/0.1 density=0.1 law=reference", "maps");
   ASSERT_EQ(maps.size(), 2u);
-  EXPECT_EQ(maps[1].name, "implicit-h-tangle-density0.1-reference");
+  EXPECT_EQ(maps[1].name, "implicit-time_step-tangle-density0.1-reference");
   EXPECT_THAT(maps[0].values[0], testing::ElementsAre(0.01, 0.1, 1.0));
   EXPECT_THAT(maps[0].values[1], testing::ElementsAre(0.0, 0.1, 0.2));
   ASSERT_EQ(maps[1].Cases().size(), 9u);

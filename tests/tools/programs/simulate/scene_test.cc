@@ -82,7 +82,7 @@ TEST_F(TestFitTool, NeedsNoImage) {
   EXPECT_THAT(result.out, testing::HasSubstr("wool_cantilever_warp"));
   EXPECT_EQ(ReadMaterial(Path("fit/material.json")).field.density, 0.27);
   const Json summary = ReadJson(Path("fit/summary.json"));
-  EXPECT_EQ(summary.at("tests").at(0).at("points").size(), 5u);
+  EXPECT_EQ(summary.at("lab_measurements").at(0).at("points").size(), 5u);
 }
 
 TEST_F(TestFitTool, BadTestsAreOneLine) {
@@ -96,13 +96,13 @@ TEST_F(TestFitTool, BadTestsAreOneLine) {
   ExpectOneLineError(Fit({with("0.06", "-0.06")}), "t.json: key 'points[0].length': found -0.06");
   ExpectOneLineError(Fit({with(R"([{"length": 0.06, "angle": 41}])", "[]")}), "at least one point");
   ExpectOneLineError(Fit({"--lab_tests=" + Path("*.none")}), "tests: '");
-  ExpectOneLineError(Fit({}), "images: none, and no tests");
+  ExpectOneLineError(Fit({}), "images: found no silhouette and no lab_tests");
   EXPECT_FALSE(std::filesystem::exists(Path("fit/summary.json")));
 }
 
 TEST_F(TestFitTool, OneNameCannotStandForTwoTests) {
   const std::string test = kConfigs + "lab_tests/wool_cantilever_warp.json";
-  ExpectOneLineError(Fit({"--lab_tests=" + test + "," + test}), "a second test of the name");
+  ExpectOneLineError(Fit({"--lab_tests=" + test + "," + test}), "a second measurement of the name");
 }
 
 }  // namespace

@@ -120,7 +120,8 @@ TEST_F(SimulateTool, TheDrapeCoefficientIsThatOfTheStandardsDisc) {
 TEST_F(SimulateTool, NewtonAloneDoesNotStartFromFlat) {
   for (const char* how : {"static", "hybrid"})
     ExpectOneLineError(Simulate({"--steps=0", std::string("--solve=") + how}), "not flat");
-  ExpectOneLineError(Simulate({"--solve=static", "--dump_steps=0"}), "static takes no steps");
+  ExpectOneLineError(Simulate({"--solve=static", "--dump_steps=0"}),
+                     "solve = static, which takes no steps");
 }
 
 // Its hem is compressed and has no folds yet.

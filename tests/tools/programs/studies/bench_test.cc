@@ -73,7 +73,7 @@ TEST_F(BenchTool, MeasuresDerivatives) {
 // A reference is not reused by a run that does not continue its runs.
 TEST_F(BenchTool, WithoutRunsTheReferenceIsMadeAgain) {
   ASSERT_EQ(Bench({"--mesh=disc:120", "--solve=hybrid"}).exit_code, 0);
-  const std::string reference = Path("out/reference_synthetic_wool_smooth_homo.json");
+  const std::string reference = Path("out/reference_synthetic_wool_smooth_homogeneous.json");
   const std::string first = Read(reference);
   std::filesystem::remove(Path("out/runs.csv"));
   const ProcessResult other =
@@ -97,7 +97,7 @@ TEST_F(BenchTool, FitsOfDistributionsHaveDraws) {
 TEST_F(BenchTool, KeepsTheRunsThatEndedBeforeCtrlC) {
   const ProcessResult result = Bench({"--relax_time=400,401,402,403"},
                                      {.interrupt_when = Path("out/reference_synthetic_wool_"
-                                                             "smooth_homo.json")});
+                                                             "smooth_homogeneous.json")});
   EXPECT_EQ(result.exit_code, 130) << result.err;
   EXPECT_LT(ReadJson(Path("out/bench.json"))["runs"].size(), 16u);
 }

@@ -19,7 +19,7 @@ class CompareTool : public ToolFixture {
     std::vector<std::string> command = {kCompare,
                                         "--data=" + data_,
                                         "--fabrics=3",
-                                        "--models=homo,heter",
+                                        "--models=homogeneous,heterogeneous",
                                         "--seeds=1,2",
                                         "--train=2",
                                         "--train_captures=1",
@@ -56,31 +56,31 @@ TEST_F(CompareTool, ComparesAndTakesOverWhatIsDone) {
   EXPECT_THAT(result.out, HasSubstr("other samples"));
   EXPECT_EQ(Read(Path("out/comparison.md")), result.out);
   const std::string csv = Read(Path("out/comparison.csv"));
-  EXPECT_THAT(csv, HasSubstr("3,heter,parameters,45,"));
+  EXPECT_THAT(csv, HasSubstr("3,heterogeneous,parameters,45,"));
   EXPECT_THAT(csv, HasSubstr("3,circle,feature_energy,"));
   const Json split = ReadJson(Path("out/fabric_3/split_1.json"));
   EXPECT_EQ(split["train"].size(), 2u);     // capture 1 of two samples
   EXPECT_EQ(split["held_out"].size(), 4u);  // captures 1 and 2 of the other two
-  const std::string experiment = Path("out/fabric_3/homo/seed_2/prediction.json");
+  const std::string experiment = Path("out/fabric_3/homogeneous/seed_2/prediction.json");
   const auto written = std::filesystem::last_write_time(experiment);
-  std::filesystem::remove(Path("out/fabric_3/heter/seed_2/prediction.json"));
+  std::filesystem::remove(Path("out/fabric_3/heterogeneous/seed_2/prediction.json"));
   ASSERT_EQ(Run({}).exit_code, 0);
   EXPECT_EQ(std::filesystem::last_write_time(experiment), written);
-  std::filesystem::remove_all(Path("out/fabric_3/heter/seed_1"));
-  ASSERT_EQ(Run({"--models=homo"}).exit_code, 0);  // fewer models need fewer experiments
-  EXPECT_FALSE(std::filesystem::exists(Path("out/fabric_3/heter/seed_1")));
+  std::filesystem::remove_all(Path("out/fabric_3/heterogeneous/seed_1"));
+  ASSERT_EQ(Run({"--models=homogeneous"}).exit_code, 0);  // fewer models need fewer experiments
+  EXPECT_FALSE(std::filesystem::exists(Path("out/fabric_3/heterogeneous/seed_1")));
 }
 
 TEST_F(CompareTool, SimplerModelsHaveFewerNumbersAndTablesOfTheirForm) {
-  const ProcessResult result =
-      Run({"--models=homo,columns,bend,isotropic,linear", "--seeds=1", "--num_parameters=39"});
+  const ProcessResult result = Run(
+      {"--models=homogeneous,columns,bend,isotropic,linear", "--seeds=1", "--num_parameters=39"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const std::string csv = Read(Path("out/comparison.csv"));
   EXPECT_THAT(csv, HasSubstr("3,isotropic,parameters,2,"));
   EXPECT_THAT(csv, HasSubstr("3,linear,parameters,7,"));
   EXPECT_THAT(csv, HasSubstr("3,columns,parameters,7,"));
   EXPECT_THAT(csv, HasSubstr("3,bend,parameters,1,"));
-  EXPECT_THAT(csv, HasSubstr("3,homo,parameters,39,"));
+  EXPECT_THAT(csv, HasSubstr("3,homogeneous,parameters,39,"));
   EXPECT_LT(result.out.find("isotropic ("), result.out.find("linear ("));
   EXPECT_LT(result.out.find("linear ("), result.out.find("columns ("));
   const auto table = [&](const std::string& model) {
@@ -101,7 +101,7 @@ TEST_F(CompareTool, SimplerModelsHaveFewerNumbersAndTablesOfTheirForm) {
 
 TEST_F(CompareTool, CtrlCKeepsWhatIsDone) {
   const ProcessResult stopped =
-      Run({}, {.interrupt_when = Path("out/fabric_3/homo/seed_1/prediction.json")});
+      Run({}, {.interrupt_when = Path("out/fabric_3/homogeneous/seed_1/prediction.json")});
   ASSERT_EQ(stopped.exit_code, 130) << stopped.err;
   EXPECT_THAT(stopped.out, HasSubstr("of 4 experiments are done"));
   EXPECT_FALSE(std::filesystem::exists(Path("out/comparison.csv")));
@@ -110,8 +110,8 @@ TEST_F(CompareTool, CtrlCKeepsWhatIsDone) {
 }
 
 TEST_F(CompareTool, MistakesAreOneLine) {
-  ExpectOneLineError(Run({"--models=homo,best"}), "option 'models': found 'best'");
-  ExpectOneLineError(Run({"--models=homo,homo"}), "option 'models'");
+  ExpectOneLineError(Run({"--models=homogeneous,best"}), "option 'models': found 'best'");
+  ExpectOneLineError(Run({"--models=homogeneous,homogeneous"}), "option 'models'");
   ExpectOneLineError(Run({"--seeds=2,2"}), "option 'seeds'");
   ExpectOneLineError(Run({"--fabrics=9"}), "fabric: found 9, expected some of 3");
   ExpectOneLineError(Run({"--train=4"}), "train: found 4");

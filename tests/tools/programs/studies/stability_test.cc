@@ -30,7 +30,7 @@ TEST_F(StabilityTool, WritesRunsFindingsAndMaps) {
       Run({"--maps=step time_step=0.1/0.5 tangle=0/0.1,explicit time_step=1e-3/2e-3 bend=1/2"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("largest stable explicit step"));
-  EXPECT_GT(ReadImage(Path("out/step-h-tangle.png")).width, 500);
+  EXPECT_GT(ReadImage(Path("out/step-time_step-tangle.png")).width, 500);
   const Json findings = ReadJson(Path("out/findings.json"));
   EXPECT_EQ(findings.at("outcome"), "done");
   EXPECT_EQ(findings.at("runs"), 8);
