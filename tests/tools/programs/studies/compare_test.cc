@@ -103,7 +103,7 @@ TEST_F(CompareTool, CtrlCKeepsWhatIsDone) {
   const ProcessResult stopped =
       Run({}, {.interrupt_when = Path("out/fabric_3/homogeneous/seed_1/prediction.json")});
   ASSERT_EQ(stopped.exit_code, 130) << stopped.err;
-  EXPECT_THAT(stopped.out, HasSubstr("of 4 experiments are done"));
+  EXPECT_THAT(stopped.out, HasSubstr("of 4 experiments are complete"));
   EXPECT_FALSE(std::filesystem::exists(Path("out/comparison.csv")));
   ASSERT_EQ(Run({}).exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(Path("out/comparison.csv")));

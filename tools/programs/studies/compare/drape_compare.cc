@@ -10,7 +10,7 @@ ToolOutcome Run(const CompareToolOptions& options, const RunControl& control) {
   if (result.run.cancelled)
     result.text += std::to_string(result.run.done) + " of " +
                    std::to_string(result.run.experiments) +
-                   " runs are complete; run the same command again to continue\n";
+                   " experiments are complete; run the same command again to continue\n";
   return {.text = std::move(result.text), .cancelled = result.run.cancelled};
 }
 
