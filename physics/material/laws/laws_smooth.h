@@ -17,7 +17,8 @@ namespace drape {
 template <class T>
 DRAPE_HD ColumnWeights<T, 3> SplineWeights(const T& q, bool mirror_at_end) {
   if (!(Value(q) < 4.5)) return {{4, 4, 4}, {T(0.0), T(1.0), T(0.0)}};
-  const int c = static_cast<int>(Value(q) + 0.5);
+  // q ≥ 0 here, and std::lround is not the same on a device.
+  const int c = static_cast<int>(Value(q) + 0.5);  // NOLINT(bugprone-incorrect-roundings)
   const T t = q - static_cast<double>(c);
   const T below = 0.5 * (0.5 - t) * (0.5 - t), above = 0.5 * (0.5 + t) * (0.5 + t);
   return {{c == 0 ? 1 : c - 1, c,

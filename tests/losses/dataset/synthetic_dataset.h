@@ -20,17 +20,18 @@ class SyntheticDataset {
                        double phase = 0) const {
     std::vector<uint8_t> pixels(256 * 256);
     for (int i = 0; i < 256 * 256; ++i) {
-      const double x = i % 256 - 127.5, y = 127.5 - i / 256;
+      const int row = i / 256;
+      const double x = i % 256 - 127.5, y = 127.5 - row;
       const double edge = radius * (1 + 0.1 * std::cos(folds * std::atan2(y, x) - phase));
       pixels[i] = std::hypot(x, y) < edge ? 0 : 255;
     }
-    const std::string path = Prepare(name);
+    std::string path = Prepare(name);
     WriteAll(path, EncodeJpeg(pixels, 256, 256, 1));
     return path;
   }
 
   std::string AddFile(const std::string& name, const std::string& content) const {
-    const std::string path = Prepare(name);
+    std::string path = Prepare(name);
     std::ofstream(path) << content;
     return path;
   }
@@ -55,7 +56,7 @@ class SyntheticDataset {
 
  private:
   std::string Prepare(const std::string& name) const {
-    const std::string path = folder_ / name;
+    std::string path = folder_ / name;
     std::filesystem::create_directories(std::filesystem::path(path).parent_path());
     return path;
   }

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # clang-tidy, with .clang-tidy's checks as errors, on the C++ sources that differ from a base, and on
-# those whose own header differs. Slow: seconds a file.
+# those whose own header differs; tests apart. Slow: seconds per file.
 # usage: tidy.sh <source folder> <build folder> [<base commit> | <file>...]
 #   without a base or files: the sources that the last commit changed
 #   DRAPE_TIDY_MAX=n: at most n files, those with most changed lines first; says what it leaves out
@@ -26,7 +26,7 @@ if [ $# -gt 0 ] && [ -f "$1" ]; then
   files=$(printf '%s\n' "$@")
 else
   base=${1:-HEAD~1}
-  files=$(git diff --numstat -M --diff-filter=d "$base" -- '*.h' '*.cc' | sort -rn | cut -f3 |
+  files=$(git diff --numstat -M --diff-filter=d "$base" -- '*.h' '*.cc' ':!tests' | sort -rn | cut -f3 |
           sed -E 's/\{[^}]* => ([^}]*)\}/\1/; s#//#/#g; s/.* => //' |
           while IFS= read -r f; do f=${f%.h}; f=${f%.cc}.cc; [ ! -f "$f" ] || echo "$f"; done | awk '!seen[$0]++')
 fi

@@ -165,7 +165,7 @@ TEST_F(BenchFileTest, IsReadBackByAResumedRun) {
 
 TEST_F(BenchFileTest, RefusesWhatIsNotItsOwn) {
   const std::string path = Path("runs.csv");
-  BenchFile(path, "seed=0", false);  // without runs it may be replaced
+  { const BenchFile without_runs(path, "seed=0", false); }  // it may be replaced
   BenchFile(path, "seed=a", false).Add(BenchWork::kForward, Cell(0.1), BenchRecord());
   EXPECT_THAT(ComputeError([&] { BenchFile(path, "seed=a", false); }), HasSubstr("--resume"));
   EXPECT_THAT(ComputeError([&] { BenchFile(path, "seed=b", true); }),
