@@ -32,6 +32,16 @@ Option ThreadsOption(int& threads) {
           .most = 1024};
 }
 
+Option TimeStepOption(double& time_step, const std::string& doc) {
+  return {.key = "time_step",
+          .value = &time_step,
+          .doc = doc,
+          .unit = "s",
+          .least = 0,
+          .most = 10,
+          .above_least = true};
+}
+
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc) {
   return {.key = key, .value = mesh, .doc = doc, .is_path = true, .words = {"disc:"}};
 }

@@ -16,6 +16,7 @@ Option OutOption(std::string& folder);
 Option LawOption(std::string& law);  // MakeLaw
 Option LawOption(LawKind& law);
 Option ThreadsOption(int& threads);  // rollouts at a time; 0: all cores
+Option TimeStepOption(double& time_step, const std::string& doc = "time step");  // [s]
 // A cloth (ParseMeshSpec), or several.
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc);
 

@@ -27,13 +27,7 @@ std::string CheckTableText(const std::vector<CheckRow>& rows) {
 
 OptionTable CheckTable(CheckToolOptions& options) {
   const std::vector<Option> checks = {
-      {.key = "time_step",
-       .value = &options.check.h,
-       .doc = "time step of the rollouts",
-       .unit = "s",
-       .least = 0,
-       .most = 10,
-       .above_least = true},
+      TimeStepOption(options.check.h, "time step of the rollouts"),
       {.key = "steps",
        .value = &options.check.steps,
        .doc = "number of time steps of the rollouts",
