@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/inputs/common_options.h"
 
+#include <utility>
+
 #include "tools/cli/field_options.h"
 
 namespace drape {
@@ -43,7 +45,7 @@ Option TimeStepOption(double& time_step, const std::string& doc) {
 }
 
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc) {
-  return {.key = key, .value = mesh, .doc = doc, .is_path = true, .words = {"disc:"}};
+  return {.key = key, .value = std::move(mesh), .doc = doc, .is_path = true, .words = {"disc:"}};
 }
 
 std::vector<Option> ClothOptions(SceneInput& scene) {

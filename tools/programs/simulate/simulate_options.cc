@@ -24,6 +24,29 @@ std::string ApplyAccuracy(SimulateOptions* options) {
   return filling.Line(row);
 }
 
+namespace {
+
+std::vector<Option> FileOptions(SimulateOptions& options) {
+  return {
+      {.key = "image",
+       .value = &options.image,
+       .doc = "silhouette (JPEG or PNG) to compare the drape with",
+       .is_path = true},
+      {.key = "dump_steps",
+       .value = &options.dump_steps,
+       .doc = "steps whose states are written to state_<step>.json; 0: the start",
+       .least = 0},
+      {.key = "gradient_weights",
+       .value = &options.gradient_weights,
+       .doc = "file {\"w\": [three numbers per vertex]}: writes the gradient of L = sum of w*x at "
+              "the end to gradient.json",
+       .is_path = true},
+      OutOption(options.out),
+  };
+}
+
+}  // namespace
+
 OptionTable SimulateTable(SimulateOptions& options) {
   const std::vector<Option> scene = {
       {.key = "scene",
@@ -46,22 +69,6 @@ OptionTable SimulateTable(SimulateOptions& options) {
        .most = 1000000},
       BackendOption(options.backend),
   };
-  const std::vector<Option> files = {
-      {.key = "image",
-       .value = &options.image,
-       .doc = "silhouette (JPEG or PNG) to compare the drape with",
-       .is_path = true},
-      {.key = "dump_steps",
-       .value = &options.dump_steps,
-       .doc = "steps whose states are written to state_<step>.json; 0: the start",
-       .least = 0},
-      {.key = "gradient_weights",
-       .value = &options.gradient_weights,
-       .doc = "file {\"w\": [three numbers per vertex]}: writes the gradient of L = sum of w*x at "
-              "the end to gradient.json",
-       .is_path = true},
-      OutOption(options.out),
-  };
   return {.tool = "drape_simulate",
           .summary =
               "simulates one drape of a fabric, over the support of the Cusick test or in another "
@@ -76,9 +83,9 @@ OptionTable SimulateTable(SimulateOptions& options) {
               "replace the files of an earlier run together, at the end.\n"
               "exit code 3: the computation failed (outcome and status in summary.json); the files "
               "show the last good shape\n",
-          .options =
-              Concatenate(SceneOptions(options.scene), scene, steps,
-                          AccuracyOptions(options.accuracy), CameraOptions(options.camera), files),
+          .options = Concatenate(SceneOptions(options.scene), scene, steps,
+                                 AccuracyOptions(options.accuracy), CameraOptions(options.camera),
+                                 FileOptions(options)),
           .given = &options.accuracy.given};
 }
 
