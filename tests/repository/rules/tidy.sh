@@ -47,8 +47,8 @@ status=0
 while IFS= read -r f; do
   if grep -q "\"[^\"]*/$f\"" "$scratch/compile_commands.json"; then printf '%s\0' "$f"; fi
 done <<<"$files" |
-  xargs -0 -n 1 -P "$(nproc)" "$tool" --quiet --warnings-as-errors='*' -p "$scratch" 2>/dev/null |
-  sed -E "s#^$PWD/##" | grep -E '^[^ ]+:[0-9]+:[0-9]+: (error|warning): ' |
+  { xargs -0 -n 1 -P "$(nproc)" "$tool" --quiet --warnings-as-errors='*' -p "$scratch" 2>/dev/null || true; } |
+  sed -E "s#^$PWD/##" | { grep -E '^[^ ]+:[0-9]+:[0-9]+: (error|warning): ' || true; } |
   sed -E 's/:[0-9]+: (error|warning): /: /; s/,-warnings-as-errors\]/]/' | sort -u |
   awk '{ print; bad = 1 } END { exit bad }' || status=1
 exit $status
