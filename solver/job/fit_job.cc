@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/job/fit_job.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <sstream>
 #include <utility>
 
+#include "physics/material/material_scaling.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
 #include "solver/fit/protocol/staged_fit.h"
@@ -158,12 +160,46 @@ void ReportDrapes(const FitSpec& spec, const FitInput& input, const FitCandidate
   }
 }
 
+// How well the mean stiffness of the fitted cloth is known: by the Laplace approximation at its one
+// table, with the outlines' residuals weighted as those of a posterior: by their own σ, and as many
+// as are independent.
+StiffnessEstimates EstimateFittedStiffness(const FitSpec& spec, const FitProblem& problem,
+                                           const FitCandidate& best,
+                                           const Eigen::MatrixXd& jacobian,
+                                           const MaterialField& material) {
+  const OutlineResidualOptions& residuals = spec.stages.residuals;
+  const double sigma_ratio = residuals.sigma_px / std::max(residuals.sigma_px, best.profile_rms);
+  const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
+  StiffnessEstimates estimates = EstimateStiffness(
+      FittedMaterial(problem, spec.stages, best), TyingMatrix(spec.stages.parameters),
+      {.jacobian = jacobian,
+       .outline_rows = std::min<Eigen::Index>(
+           jacobian.rows(), problem.observations.size() * spec.observation.angles),
+       .outline_weight = sigma_ratio * sigma_ratio * independent},
+      spec.stages.prior_sigma);
+  const MaterialField mean = MeanTables(material);
+  estimates.stretch.value = MeanStretch(mean.stretch[0]);
+  estimates.bend.value = MeanBend(mean.bend[0]);
+  return estimates;
+}
+
+// The fit of laboratory measurements ends with the last of its stages that succeeds.
+StiffnessEstimates EstimateLabStiffness(const FitSummary& fit, const MaterialField& table,
+                                        double prior_sigma) {
+  const auto* const tying =
+      std::find_if(std::begin(kParameterTyings), std::end(kParameterTyings),
+                   [&](ParameterTying t) { return TyingMatrix(t).cols() == fit.jacobian.cols(); });
+  return EstimateStiffness(table, TyingMatrix(*tying), {.jacobian = fit.jacobian}, prior_sigma);
+}
+
 // Without a candidate: the fit of the laboratory measurements.
 void ReportLab(const FitSpec& spec, const FitProblem& problem, FitReport& report) {
   if (!problem.observations.empty()) report.notes.push_back("no candidate could be fitted");
   if (problem.strips == nullptr) return;
   report.material = problem.material;
   report.spectrum = ComputeSpectrum(report.lab_fit->jacobian, spec.stages.prior_sigma);
+  report.stiffness =
+      EstimateLabStiffness(*report.lab_fit, report.material, spec.stages.prior_sigma);
   report.strips = ReportStrips(*problem.strips, report.material);
   NoteMisfits(report.strips, &report.notes);
 }
@@ -183,6 +219,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const StagedFitState
   NoteMisfits(report.strips, &report.notes);
   const Eigen::MatrixXd jacobian = FitJacobian(problem, spec.stages, *best);
   if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
+  report.stiffness = EstimateFittedStiffness(spec, problem, *best, jacobian, report.material);
   ReportDrapes(spec, input, *best, report);
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -280,11 +317,15 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
     report.notes.push_back(std::string("model ") + ToString(spec.model) +
                            " could not be fitted: this is its one table");
   report.cancelled = control.cancelled();
+  report.verdict = JudgeFit(input.problem, report);
   WriteFitReport(spec, data, files, input.problem, state, report);
   FitJobResult result;
   result.cancelled = report.cancelled;
   result.fitted = report.fitted();
-  if (result.fitted) result.table = FitText(input.problem, report, input.ground_truth.get());
+  if (result.fitted) {
+    result.table = FitText(input.problem, report, input.ground_truth.get());
+    result.results = MainFiles(input.problem, report);
+  }
   if (!result.cancelled && !files.keep_checkpoint) fs::remove(files.checkpoint);
   return result;
 }

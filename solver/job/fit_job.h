@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "physics/util/run_control.h"
 #include "solver/job/fit_spec.h"
@@ -13,7 +14,9 @@ namespace drape {
 struct FitJobResult {
   bool cancelled = false;  // the files hold the best so far
   bool fitted = false;     // false: nothing could be fitted, see summary.json
-  std::string table;       // for a person: one line per image and per lab point, and the material
+  std::string table;  // for a person: one line per image and per lab point, the material, and the
+                      // verdict
+  std::vector<std::string> results;  // names of the files to look at: pictures, material
 };
 
 // Laboratory measurements are first fitted alone from the start tables. With images, the staged fit

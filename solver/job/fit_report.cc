@@ -109,6 +109,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
                        {"coarse_mesh", spec.coarse_mesh},
                        {"start_material", data.material},
                        {"versions", files.versions},
+                       {"verdict", VerdictJson(report)},
                        {"notes", report.notes}};
   if (!report.strips.empty()) json["lab_measurements"] = StripsJson(report.strips);
   if (problem.observations.empty()) {
@@ -158,6 +159,10 @@ Eigen::VectorXd SeenFromNominalCamera(const Eigen::VectorXd& x, const Camera& ca
   return moved;
 }
 
+std::string PictureName(const Observation& observation) {
+  return "fit_" + observation.name + ".png";
+}
+
 void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& observation,
                 const DrapeReport& drape) {
   if (drape.fitted.x.size() == 0) return;  // it has no outline; there is a note
@@ -165,7 +170,7 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
   if (OutlineFromImage(observation.image, observation.camera, kReportAngles, &image) &&
       OutlineFromMesh(mesh, drape.fitted.x, observation.camera, kReportAngles, &fitted)) {
     WritePng(RenderOverlay(observation.image, image.radius, fitted.radius, observation.camera),
-             folder + "/fit_" + observation.name + ".png");
+             folder + "/" + PictureName(observation));
   }
   WriteObj(folder + "/drape_" + observation.name + ".obj", mesh,
            SeenFromNominalCamera(drape.fitted.x, observation.camera));
@@ -260,6 +265,14 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
                       Summary(spec, data, files, problem, state, report).dump(2) + "\n");
 }
 
+std::vector<std::string> MainFiles(const FitProblem& problem, const FitReport& report) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+    if (report.drapes[i].fitted.x.size() > 0) names.push_back(PictureName(problem.observations[i]));
+  names.emplace_back(report.posterior ? "posterior.json" : "material.json");
+  return names;
+}
+
 std::string FitText(const FitProblem& problem, const FitReport& report,
                     const MaterialField* ground_truth) {
   return ImageTable(problem, report) + StripTable(report.strips) +
@@ -268,7 +281,8 @@ std::string FitText(const FitProblem& problem, const FitReport& report,
          (report.fields ? FieldTable(*report.fields) : "") +
          (report.posterior ? PosteriorTable(*report.posterior) : "") +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,
-                static_cast<int>(report.spectrum.values.size()));
+                static_cast<int>(report.spectrum.values.size())) +
+         VerdictLine(problem, report);
 }
 
 }  // namespace drape

@@ -10,6 +10,7 @@
 #include "solver/fit/spectrum.h"
 #include "solver/job/drape_report.h"
 #include "solver/job/fit_spec.h"
+#include "solver/job/fit_verdict.h"
 
 namespace drape {
 
@@ -21,10 +22,12 @@ struct FitReport {
   // No tables when nothing could be fitted; of kHeterogeneous those of the fields, of kBayes and
   // kBdp the posterior's median.
   MaterialField material;
-  std::optional<FieldFit> fields;         // kHeterogeneous
-  std::optional<PosteriorFit> posterior;  // kBayes, kBdp
-  Spectrum spectrum;                      // empty when the drapes are not stable
-  std::vector<std::string> notes;         // what a reader of the figures must know
+  std::optional<FieldFit> fields;               // kHeterogeneous
+  std::optional<PosteriorFit> posterior;        // kBayes, kBdp
+  Spectrum spectrum;                            // empty when the drapes are not stable
+  std::optional<StiffnessEstimates> stiffness;  // of `material`, means over the cloth
+  FitVerdict verdict;
+  std::vector<std::string> notes;  // what a reader of the figures must know
   double report_seconds = 0.0;
   bool cancelled = false;
 
@@ -40,7 +43,11 @@ struct FitReport {
 void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& files,
                     const FitProblem& problem, const StagedFitState& state, FitReport& report);
 
-// For a person: one line per image, the means, and the material beside `ground_truth` when given.
+// The names of the files that a person looks at first: pictures of the outlines, and the material.
+std::vector<std::string> MainFiles(const FitProblem& problem, const FitReport& report);
+
+// For a person: one line per image, the means, the material beside `ground_truth` when given, and
+// the verdict.
 std::string FitText(const FitProblem& problem, const FitReport& report,
                     const MaterialField* ground_truth);
 

@@ -99,6 +99,8 @@ TEST_F(FitJobTest, WritesItsFilesAndRemovesTheCheckpoint) {
   EXPECT_TRUE(result.fitted);
   EXPECT_FALSE(result.cancelled);
   EXPECT_THAT(result.table, HasSubstr("directions are determined"));
+  EXPECT_THAT(result.table, HasSubstr("verdict: "));
+  EXPECT_THAT(result.results, testing::ElementsAre("fit_a.png", "material.json"));
   for (const std::string name : {"fit_a.png", "drape_a.obj", "start_a.json", "material.json"})
     EXPECT_TRUE(Exists(name)) << name;
   EXPECT_FALSE(Exists("checkpoint.json"));

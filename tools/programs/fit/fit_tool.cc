@@ -5,6 +5,19 @@
 #include "tools/cli/versions.h"
 
 namespace drape {
+namespace {
+
+// "see out/fit_a.png, out/material.json"; of many pictures the first two.
+std::string SeeLine(const std::string& folder, std::vector<std::string> names) {
+  constexpr std::size_t kMost = 3;
+  std::string line = "see ";
+  if (names.size() > kMost) names.erase(names.begin() + kMost - 1, names.end() - 1);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    line += (i == 0 ? "" : ", ") + folder + "/" + names[i];
+  return line + "\n";
+}
+
+}  // namespace
 
 FitJobResult RunFitTool(const FitToolOptions& given, const RunControl& control) {
   FitToolOptions options = given;
@@ -20,6 +33,7 @@ FitJobResult RunFitTool(const FitToolOptions& given, const RunControl& control) 
   for (const auto& [name, version] : Versions()) files.versions[name] = version;
   FitJobResult result = RunFitJob(spec, data, files, control);
   if (!picked.empty()) result.table = picked + "\n" + result.table;
+  if (result.fitted) result.table += SeeLine(options.out, result.results);
   out.Publish();
   return result;
 }

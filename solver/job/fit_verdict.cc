@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/job/fit_verdict.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "physics/material/material_scaling.h"
+#include "physics/simulation/statics/modes.h"
+#include "physics/util/text_format.h"
+#include "solver/fit/protocol/fit_types.h"
+#include "solver/job/fit_report.h"
+
+namespace drape {
+namespace {
+
+using nlohmann::ordered_json;
+
+// A log factor counts as determined when the data leave less than this share of its prior
+// deviation.
+constexpr double kDetermined = 0.7;
+// Standard deviation of the log mean bending stiffness that silhouettes of twins leave: shear
+// stiffness, nonlinear tables and other branches make up for it [METHODS, P57].
+constexpr double kModelDeviation = 0.9;
+constexpr double kQuantile90 = 1.645;  // of a normal distribution, two-sided
+
+// A quantity that is good up to one limit and usable up to another [METHODS, P57].
+struct Limits {
+  double good, usable;
+};
+constexpr Limits kOutlineError = {3.0, 5.0};        // root mean square [mm]
+constexpr Limits kCoefficientError = {0.02, 0.05};  // of the drape coefficient
+constexpr Limits kFoldError = {0, 1};
+constexpr Limits kForceResidual = {1e-6, 1e-3};  // by the weight
+constexpr Limits kDrift = {1.0, 5.0};            // of a vertex in the steps from rest [mm]
+constexpr Limits kMisfit = {2.0, 3.0};           // of a laboratory reading [sigma]
+constexpr double kReliableK = 0.7;               // of importance weights [Vehtari 2024]
+constexpr double kNearSingular = 0.98;           // c12²/(c11·c22) of a table about to fail
+
+FitGrade ChooseGrade(double value, const Limits& limits) {
+  if (value <= limits.good) return FitGrade::kGood;
+  return value <= limits.usable ? FitGrade::kUsable : FitGrade::kDoNotUse;  // NaN too
+}
+
+class Judge {
+ public:
+  void Add(FitGrade grade, const std::string& reason) {
+    if (grade != FitGrade::kGood) found_.push_back({grade, reason});
+  }
+  FitVerdict Verdict() {
+    std::stable_sort(found_.begin(), found_.end(),
+                     [](const Found& a, const Found& b) { return a.grade > b.grade; });
+    FitVerdict verdict;
+    if (!found_.empty()) verdict.grade = found_.front().grade;
+    for (const Found& found : found_) verdict.reasons.push_back(found.reason);
+    return verdict;
+  }
+
+ private:
+  struct Found {
+    FitGrade grade;
+    std::string reason;
+  };
+  std::vector<Found> found_;
+};
+
+double Millimetres(double pixels, const Observation& observation) {
+  return 1e3 * pixels / observation.camera.pixels_per_metre();
+}
+
+// The root mean square over the images of the outline's error [mm].
+double OutlineError(const FitProblem& problem, const FitReport& report) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+    sum += std::pow(
+        Millimetres(report.drapes[i].fitted.metrics.profile_rms, problem.observations[i]), 2);
+  return std::sqrt(sum / static_cast<double>(report.drapes.size()));
+}
+
+void JudgeDrape(const Observation& observation, const DrapeReport& drape, const std::string& which,
+                Judge& judge) {
+  if (drape.fitted.x.size() == 0)
+    return judge.Add(FitGrade::kDoNotUse, "the fitted drape has no outline" + which);
+  const SilhouetteMetrics& m = drape.fitted.metrics;
+  const double error = Millimetres(m.profile_rms, observation);
+  judge.Add(ChooseGrade(error, kOutlineError),
+            Format("an outline error of %.1f mm (%.1f px), expected at most %.0f mm", error,
+                   m.profile_rms, kOutlineError.good) +
+                which);
+  judge.Add(ChooseGrade(std::abs(m.image.folds - m.fitted.folds), kFoldError),
+            Format("%d folds, the image has %d", m.fitted.folds, m.image.folds) + which);
+  judge.Add(ChooseGrade(std::abs(m.image.drape_coefficient - m.fitted.drape_coefficient),
+                        kCoefficientError),
+            Format("drape coefficient %.1f %%, the image has %.1f %%",
+                   100 * m.fitted.drape_coefficient, 100 * m.image.drape_coefficient) +
+                which);
+  judge.Add(
+      ChooseGrade(drape.force_residual, kForceResidual),
+      Format("not at rest: forces of %.1g of the weight remain", drape.force_residual) + which);
+  if (!IsStable(drape.lowest_eigenvalues))
+    judge.Add(FitGrade::kDoNotUse, "the fitted drape is not stable" + which);
+  judge.Add(drape.status == RolloutStatus::kOk ? ChooseGrade(1e3 * drape.drift, kDrift)
+                                               : FitGrade::kDoNotUse,
+            Format("released, it moves by %.1f mm", 1e3 * drape.drift) + which);
+}
+
+void JudgeStrips(const std::vector<StripReport>& strips, Judge& judge) {
+  for (const StripReport& strip : strips) {
+    const LabMeasurement& measurement = strip.measurement;
+    if (strip.computed.empty())
+      judge.Add(FitGrade::kDoNotUse,
+                "laboratory measurement " + measurement.name + " cannot be computed");
+    double worst = 0.0;
+    for (std::size_t i = 0; i < strip.computed.size(); ++i)
+      worst = std::max(
+          worst, std::abs(strip.computed[i] - measurement.points[i].reading) / measurement.sigma);
+    judge.Add(ChooseGrade(worst, kMisfit), "laboratory measurement " + measurement.name +
+                                               Format(" is off by up to %.1f sigma", worst));
+  }
+}
+
+void JudgePosterior(const PosteriorFit& fit, Judge& judge) {
+  if (!(fit.pareto_k < kReliableK))
+    judge.Add(FitGrade::kUsable,
+              std::isnan(fit.pareto_k)
+                  ? "nothing confirms the posterior: do not use its intervals"
+                  : Format("Pareto k %.2f: do not use the posterior's intervals", fit.pareto_k));
+}
+
+double LargestCoupling(const MaterialField& material) {
+  double largest = 0.0;
+  for (const StretchTable& table : material.stretch)
+    for (const auto& row : table.c)
+      largest = std::max(largest, row[1] * row[1] / (row[0] * row[2]));
+  return largest;
+}
+
+// ∂ ln(mean stiffness)/∂(log entries), shape [39]: the share that each entry has in the mean.
+Eigen::VectorXd SharesInMeanStretch(const StretchTable& table) {
+  Eigen::VectorXd shares = Eigen::VectorXd::Zero(kMaterialEntries);
+  for (int r = 0; r < kStretchRows; ++r)
+    for (const int column : {0, 2}) shares[r * kStretchCols + column] = table.c[r][column];
+  return shares / shares.sum();
+}
+Eigen::VectorXd SharesInMeanBend(const BendTable& table) {
+  Eigen::VectorXd shares = Eigen::VectorXd::Zero(kMaterialEntries);
+  for (int i = 0; i < kBendEntries; ++i) shares[kStretchEntries + i] = table.entries()[i];
+  return shares / shares.sum();
+}
+
+// The standard deviation of gradientᵀ·θ under the prior and rows of weight w, shape [K, P].
+double LaplaceDeviation(const Eigen::VectorXd& gradient, const Eigen::MatrixXd& weighted_rows,
+                        double prior_sigma) {
+  Eigen::MatrixXd precision = weighted_rows.transpose() * weighted_rows;
+  precision.diagonal().array() += 1 / (prior_sigma * prior_sigma);
+  return std::sqrt(gradient.dot(precision.llt().solve(gradient)));
+}
+
+// "bending of 6.2 uN m to a factor of 1.3", "not stretching".
+std::string TrustText(const char* name, const StiffnessEstimate& estimate, double unit,
+                      const char* unit_name) {
+  if (!estimate.determined) return std::string("not ") + name;
+  return Format("%s of %.3g %s to a factor of %.2g", name, estimate.value / unit, unit_name,
+                estimate.factor());
+}
+
+ordered_json EstimateJson(const StiffnessEstimate& estimate) {
+  return {{"value", estimate.value},
+          {"factor_90", estimate.factor()},
+          {"log_sd", estimate.log_deviation},
+          {"determined", estimate.determined}};
+}
+
+}  // namespace
+
+double StiffnessEstimate::factor() const { return std::exp(kQuantile90 * log_deviation); }
+
+StiffnessEstimates EstimateStiffness(const MaterialField& table, const Eigen::MatrixXd& tie,
+                                     const WeightedRows& rows, double prior_sigma) {
+  Eigen::MatrixXd all = rows.jacobian.size() > 0 ? rows.jacobian : Eigen::MatrixXd(0, tie.cols());
+  all.topRows(rows.outline_rows) *= std::sqrt(rows.outline_weight);
+  const Eigen::MatrixXd strips = all.bottomRows(all.rows() - rows.outline_rows);
+  const auto estimate = [&](double value, const Eigen::VectorXd& shares, bool outlines_tell) {
+    const Eigen::VectorXd gradient = tie.transpose() * shares;
+    const double limit = kDetermined * prior_sigma * gradient.norm();
+    const bool by_strips = LaplaceDeviation(gradient, strips, prior_sigma) < limit;
+    const double deviation = LaplaceDeviation(gradient, all, prior_sigma);
+    const double model = by_strips || rows.outline_rows == 0 ? 0.0 : kModelDeviation;
+    return StiffnessEstimate{.value = value,
+                             .log_deviation = std::hypot(deviation, model),
+                             .determined = by_strips || (outlines_tell && deviation < limit)};
+  };
+  return {estimate(MeanStretch(table.stretch[0]), SharesInMeanStretch(table.stretch[0]), false),
+          estimate(MeanBend(table.bend[0]), SharesInMeanBend(table.bend[0]), true)};
+}
+
+FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {
+  Judge judge;
+  if (!report.fitted()) {
+    judge.Add(FitGrade::kDoNotUse, "nothing could be fitted");
+    return judge.Verdict();
+  }
+  if (report.cancelled) judge.Add(FitGrade::kDoNotUse, "the fit was cancelled");
+  const bool several = report.drapes.size() > 1;
+  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+    JudgeDrape(problem.observations[i], report.drapes[i],
+               several ? " (" + problem.observations[i].name + ")" : "", judge);
+  JudgeStrips(report.strips, judge);
+  if (report.posterior) JudgePosterior(*report.posterior, judge);
+  if (LargestCoupling(report.material) > kNearSingular)
+    judge.Add(FitGrade::kUsable, "the stretch table is at the limit of what resists all strains");
+  if (report.spectrum.determined == 0) judge.Add(FitGrade::kDoNotUse, "the data determine nothing");
+  return judge.Verdict();
+}
+
+ordered_json VerdictJson(const FitReport& report) {
+  ordered_json json = {{"grade", ToString(report.verdict.grade)},
+                       {"reasons", report.verdict.reasons}};
+  if (report.stiffness)
+    json.update({{"bend_n_m", EstimateJson(report.stiffness->bend)},
+                 {"stretch_n_per_m", EstimateJson(report.stiffness->stretch)}});
+  return json;
+}
+
+std::string VerdictLine(const FitProblem& problem, const FitReport& report) {
+  const FitVerdict& verdict = report.verdict;
+  constexpr std::size_t kMostReasons = 3;
+  std::string line = std::string("verdict: ") + ToString(verdict.grade);
+  if (verdict.reasons.empty() && !report.drapes.empty())
+    line +=
+        Format(": outline error %.1f mm rms, folds and area as in the image, at rest and stable",
+               OutlineError(problem, report));
+  for (std::size_t i = 0; i < std::min(kMostReasons, verdict.reasons.size()); ++i)
+    line += (i == 0 ? ": " : "; ") + verdict.reasons[i];
+  if (verdict.reasons.size() > kMostReasons)
+    line += Format("; and %zu more", verdict.reasons.size() - kMostReasons);
+  if (report.stiffness && verdict.grade != FitGrade::kDoNotUse)
+    line += ". Trust " + TrustText("bending", report.stiffness->bend, 1e-6, "uN m") + ", " +
+            TrustText("stretching", report.stiffness->stretch, 1.0, "N/m") +
+            ", and no single entry of the tables";
+  return line + "\n";
+}
+
+}  // namespace drape
