@@ -10,6 +10,7 @@
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -109,6 +110,7 @@ JsonInput JsonInput::At(const std::string& key) const {
 
 JsonInput JsonInput::At(int index) const {
   ExpectArray();
+  if (index < 0 || index >= Size()) Fail("an array with an element " + std::to_string(index));
   return {value_.at(index), where_, key_ + "[" + std::to_string(index) + "]"};
 }
 
@@ -124,6 +126,37 @@ int JsonInput::Integer() const {
   if (!fits) Fail("a whole number");
   return value_.get<int>();
 }
+
+double JsonInput::NotNegative() const {
+  const double number = Number();
+  if (number < 0) Fail("a number that is not negative");
+  return number;
+}
+
+double JsonInput::NumberWithin(double least, double most) const {
+  const double number = Number();
+  if (number < least || number > most) Fail(Format("a number from %g to %g", least, most));
+  return number;
+}
+
+int JsonInput::IntegerWithin(int least, int most) const {
+  const int number = Integer();
+  if (number < least || number > most) Fail(Format("a whole number from %d to %d", least, most));
+  return number;
+}
+
+bool JsonInput::Boolean() const {
+  if (!value_.is_boolean()) Fail("true or false");
+  return value_.get<bool>();
+}
+
+Eigen::VectorXd JsonInput::Vector() const {
+  Eigen::VectorXd numbers(ExpectArray().Size());
+  for (int i = 0; i < numbers.size(); ++i) numbers[i] = At(i).Number();
+  return numbers;
+}
+
+Eigen::VectorXd JsonInput::Vector(int size) const { return ExpectArray(size).Vector(); }
 
 std::string JsonInput::String() const {
   if (!value_.is_string()) Fail("a string");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
@@ -31,7 +32,7 @@ class JsonInput {
   bool Has(const std::string& key) const;  // whether the value is an object with that key
 
   // Members and elements. Throw InputError unless the value is an object with that key, or an array
-  // of that size.
+  // that has that element or is of that size.
   JsonInput At(const std::string& key) const;
   JsonInput At(int index) const;
   const JsonInput& ExpectArray() const;
@@ -45,6 +46,14 @@ class JsonInput {
   double Number() const;  // throws InputError unless the value is a finite number
   int Integer() const;
   std::string String() const;
+  bool Boolean() const;
+  // A number ≥ 0, or of [least, most].
+  double NotNegative() const;
+  double NumberWithin(double least, double most) const;
+  int IntegerWithin(int least, int most) const;
+  // An array of numbers; the second has that size.
+  Eigen::VectorXd Vector() const;
+  Eigen::VectorXd Vector(int size) const;
 
   [[noreturn]] void Fail(const std::string& expected) const;  // "found <value>, expected …"
 

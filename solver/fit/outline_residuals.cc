@@ -12,6 +12,15 @@
 
 namespace drape {
 
+std::optional<double> OutlineRms(const Mesh& mesh, const Eigen::VectorXd& x,
+                                 const Observation& observation) {
+  Outline outline;
+  if (!OutlineFromMesh(mesh, x, observation.camera, static_cast<int>(observation.radius.size()),
+                       &outline))
+    return std::nullopt;
+  return ProfileRms(outline.radius, observation.radius);
+}
+
 RolloutCounts& RolloutCounts::operator+=(const RolloutCounts& other) {
   rollouts += other.rollouts;
   tangents += other.tangents;

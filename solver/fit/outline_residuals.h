@@ -4,6 +4,7 @@
 #include <ceres/evaluation_callback.h>
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -73,6 +74,11 @@ void VisitFields(Options& options, Visitor&& visit) {
   visit(equilibrium.max_iterations,
         Field{.key = "newton_iterations", .least = 1, .is_option = false});
 }
+
+// The distance of a drape from the outline of an observation: root mean square over the angles
+// [px]. x: [m], shape [3V]. None where the drape has no outline (OutlineFromMesh).
+std::optional<double> OutlineRms(const Mesh& mesh, const Eigen::VectorXd& x,
+                                 const Observation& observation);
 
 struct RolloutCounts {
   int rollouts = 0;

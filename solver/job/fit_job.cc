@@ -126,7 +126,7 @@ std::string ResumeNote(FitModel model, const std::optional<StagedFitState>& stat
     note << "round " << state->round + 1 << ", " << DoneCandidates(*state) << " of "
          << state->candidates.size() << " candidates done";
   } else {
-    note << "the initial guesses start again";
+    note << state->tried.size() << " scales of the initial guesses done";
   }
   if (model == FitModel::kHeterogeneous) note << "; the fields start again";
   if (HasPosterior(model)) note << "; the posterior starts again";
@@ -288,25 +288,26 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
                        const RunControl& control) {
   FitInput input = ReadFitInput(spec, data);
   const std::string key = CheckpointKey(spec, data, input);
+  FitReport report;
+  StagedFitOptions stages = spec.stages;
+  report.lab_fit = FitLab(stages, input, control);
+  const bool ready = !report.lab_fit || (input.problem.strips != nullptr &&
+                                         report.lab_fit->termination != FitTermination::kCancelled);
   std::optional<StagedFitState> saved;
-  if (files.resume) saved = ReadCheckpoint(files.checkpoint, key);
+  if (files.resume && ready) saved = ReadCheckpoint(files.checkpoint, key, input.problem, stages);
   std::ofstream log(files.log, files.resume ? std::ios::app : std::ios::trunc);
   const auto log_both = [&](const std::string& line) {
     log << line << std::endl;
     control.Log(line);
   };
-  if (files.resume) log_both(ResumeNote(spec.model, saved));
+  if (files.resume && ready) log_both(ResumeNote(spec.model, saved));
   if (!input.backend_choice.empty()) log_both("backend: " + input.backend_choice);
   for (const std::string& line : data.log_lines) log << line << std::endl;
   for (const std::string& note : input.notes) log << note << std::endl;
   const double table_share = spec.model == FitModel::kHomogeneous ? 1.0 : kTableShare;
   const RunControl of_table = SummaryPart(control, 0.0, table_share, log);
   const RunControl of_rest = SummaryPart(control, table_share, 1.0, log);
-  FitReport report;
-  StagedFitOptions stages = spec.stages;
-  report.lab_fit = FitLab(stages, input, control);
   StagedFitState state = std::move(saved).value_or(StagedFitState());
-  const bool ready = !input.strips || input.problem.strips != nullptr;
   if (ready && !input.problem.observations.empty())
     state = FitStages(input.problem, stages, std::move(state), of_table, files.checkpoint, key);
   report.fields = FitJobFields(spec, input.problem, state, of_rest);

@@ -25,15 +25,8 @@ constexpr double kRounding = 1e-9;
 
 std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
 
-Eigen::VectorXd ReadNumbers(const JsonInput& input, int count) {
-  Eigen::VectorXd numbers(count);
-  input.ExpectArray(count);
-  for (int i = 0; i < count; ++i) numbers[i] = input.At(i).Number();
-  return numbers;
-}
-
 Eigen::VectorXd ReadDeviations(const JsonInput& input, int count) {
-  const Eigen::VectorXd deviations = ReadNumbers(input, count);
+  const Eigen::VectorXd deviations = input.Vector(count);
   for (int i = 0; i < count; ++i)
     if (deviations[i] < 0) input.At(i).Fail("a standard deviation, at least 0");
   return deviations;
@@ -42,7 +35,7 @@ Eigen::VectorXd ReadDeviations(const JsonInput& input, int count) {
 Eigen::MatrixXd ReadCovariance(const JsonInput& input, int count) {
   Eigen::MatrixXd covariance(count, count);
   input.ExpectArray(count);
-  for (int i = 0; i < count; ++i) covariance.row(i) = ReadNumbers(input.At(i), count);
+  for (int i = 0; i < count; ++i) covariance.row(i) = input.At(i).Vector(count);
   const double rounding = kRounding * covariance.cwiseAbs().maxCoeff();
   for (int i = 0; i < count; ++i)
     for (int j = 0; j < i; ++j)
@@ -134,7 +127,7 @@ StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& p
   if (elements && count != kMaterialEntries)
     input.At("names").Fail("the 39 entries of a table, of kind bdp");
   posterior.prior_sd = ReadDeviations(input.At("prior_sd"), count);
-  posterior.mean = ReadNumbers(input.At("mean"), count);
+  posterior.mean = input.At("mean").Vector(count);
   if (elements) {
     posterior.element_sd = ReadDeviations(input.At("element_sd"), count);
   } else {

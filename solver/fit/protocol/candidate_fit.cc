@@ -6,9 +6,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "losses/metrics/metrics.h"
-#include "losses/outline/outline.h"
-
 namespace drape {
 namespace {
 
@@ -41,15 +38,10 @@ Eigen::VectorXd CandidateFitter::SettleStart(const MaterialField& material, int 
   return {};
 }
 
-// Root mean square distance of a drape from its outline [px]; negative when it has none.
-double CandidateFitter::ComputeProfileRms(int i, const Eigen::VectorXd& x) const {
-  const Observation& observation = problem_.observations[i];
-  Outline outline;
-  if (x.size() == 0 || !OutlineFromMesh(fine_.model().mesh, x, observation.camera,
-                                        static_cast<int>(observation.radius.size()), &outline)) {
-    return -1.0;
-  }
-  return ProfileRms(outline.radius, observation.radius);
+// None without a drape, too.
+std::optional<double> CandidateFitter::ComputeProfileRms(int i, const Eigen::VectorXd& x) const {
+  if (x.size() == 0) return std::nullopt;
+  return OutlineRms(fine_.model().mesh, x, problem_.observations[i]);
 }
 
 void CandidateFitter::SettleGuess(CandidateTask& task) const {
@@ -61,9 +53,9 @@ void CandidateFitter::SettleGuess(CandidateTask& task) const {
   double sum = 0.0;
   for (int i = 0; i < int(problem_.observations.size()); ++i) {
     shapes.push_back(SettleStart(material, i, candidate.guess.lifts[i], task));
-    const double rms = ComputeProfileRms(i, shapes.back());
-    if (rms < 0.0) return;
-    sum += rms * rms;
+    const std::optional<double> rms = ComputeProfileRms(i, shapes.back());
+    if (!rms) return;
+    sum += *rms * *rms;
   }
   candidate.guess_rms = std::sqrt(sum / double(shapes.size()));
   candidate.shapes = std::move(shapes);
@@ -73,14 +65,14 @@ void CandidateFitter::RetryGuesses(CandidateTask& task) const {
   FitCandidate& candidate = task.candidate;
   const MaterialField material = FittedMaterial(problem_, options_, candidate);
   for (int i = 0; i < int(problem_.observations.size()); ++i) {
-    double best = ComputeProfileRms(i, candidate.shapes[i]);
+    double best = ComputeProfileRms(i, candidate.shapes[i]).value();
     for (const double lift : options_.grid.lifts) {
       if (Cancelled()) return;
       Eigen::VectorXd x = SettleStart(material, i, lift, task);
-      const double rms = ComputeProfileRms(i, x);
-      if (rms < 0.0 || rms > kRetryGain * best) continue;
-      Log(task, "image %d starts again from lift %g: %.2f -> %.2f px", i + 1, lift, best, rms);
-      best = rms;
+      const std::optional<double> rms = ComputeProfileRms(i, x);
+      if (!rms || *rms > kRetryGain * best) continue;
+      Log(task, "image %d starts again from lift %g: %.2f -> %.2f px", i + 1, lift, best, *rms);
+      best = *rms;
       candidate.shapes[i] = std::move(x);
     }
   }
@@ -115,7 +107,7 @@ void CandidateFitter::TakeResult(const FitSummary& summary, const std::vector<St
   double sum = 0.0;
   for (int i = 0; i < int(drapes.size()); ++i) {
     candidate.shapes[i] = drapes[i].x;
-    sum += std::pow(ComputeProfileRms(i, candidate.shapes[i]), 2);
+    sum += std::pow(ComputeProfileRms(i, candidate.shapes[i]).value(), 2);
   }
   candidate.profile_rms = std::sqrt(sum / double(drapes.size()));
   Log(task,

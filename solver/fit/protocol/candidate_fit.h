@@ -45,7 +45,7 @@ class CandidateFitter {
   void Log(CandidateTask& task, const char* format, auto... values) const;
   Eigen::VectorXd SettleStart(const MaterialField& material, int i, double lift,
                               CandidateTask& task) const;
-  double ComputeProfileRms(int i, const Eigen::VectorXd& x) const;
+  std::optional<double> ComputeProfileRms(int i, const Eigen::VectorXd& x) const;
   TableParametrisation Parametrisation(const FitCandidate& candidate) const;
   OutlineResiduals Outlines(const TableParametrisation& parametrisation,
                             const FitCandidate& candidate) const;

@@ -3,49 +3,42 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <limits>
 #include <nlohmann/json.hpp>
 
-#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "solver/fit/protocol/candidate_check.h"
 
 namespace drape {
 namespace {
 
 using nlohmann::json;
 
+constexpr int kMostCounted = 1'000'000'000;
+constexpr double kMostSeconds = 1e9;
+
 json ToJson(const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
 
-std::vector<double> Numbers(const JsonInput& input) {
-  std::vector<double> values;
-  input.ExpectArray();
-  for (int i = 0; i < input.Size(); ++i) values.push_back(input.At(i).Number());
-  return values;
-}
-Eigen::VectorXd Vector(const JsonInput& input) {
-  const std::vector<double> values = Numbers(input);
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+json ToJson(const InitialGuess& guess) {
+  return {{"stretch", guess.stretch},
+          {"bend", guess.bend},
+          {"lifts", guess.lifts},
+          {"coarse_rms", guess.profile_rms}};
 }
 
-bool Boolean(const JsonInput& input) {
-  if (!input.value().is_boolean()) input.Fail("true or false");
-  return input.value().get<bool>();
-}
-
-int IntegerUpTo(const JsonInput& input, int last) {
-  const int value = input.Integer();
-  if (value < 0 || value > last) input.Fail("a number from 0 to " + std::to_string(last));
-  return value;
+json ToJson(const TriedGuesses& tried) {
+  json scales = json::array();
+  for (const std::vector<InitialGuess>& guesses : tried) {
+    scales.push_back(json::array());
+    for (const InitialGuess& guess : guesses) scales.back().push_back(ToJson(guess));
+  }
+  return scales;
 }
 
 json ToJson(const FitCandidate& candidate) {
   json shapes = json::array();
   for (const Eigen::VectorXd& x : candidate.shapes) shapes.push_back(ToJson(x));
-  return {{"stretch", candidate.guess.stretch},
-          {"bend", candidate.guess.bend},
-          {"lifts", candidate.guess.lifts},
-          {"coarse_rms", candidate.guess.profile_rms},
+  return {{"guess", ToJson(candidate.guess)},
           {"guess_rms", candidate.guess_rms},
           {"theta", ToJson(candidate.theta)},
           {"shapes", shapes},
@@ -56,23 +49,147 @@ json ToJson(const FitCandidate& candidate) {
           {"done", candidate.done}};
 }
 
-FitCandidate ReadCandidate(const JsonInput& input) {
-  FitCandidate candidate;
-  candidate.guess = {input.At("stretch").Number(), input.At("bend").Number(),
-                     Numbers(input.At("lifts")), input.At("coarse_rms").Number()};
-  candidate.guess_rms = input.At("guess_rms").Number();
-  candidate.theta = Vector(input.At("theta"));
-  const JsonInput shapes = input.At("shapes");
-  for (int i = 0; i < shapes.ExpectArray().Size(); ++i)
-    candidate.shapes.push_back(Vector(shapes.At(i)));
-  candidate.cost = input.At("cost").Number();
-  candidate.profile_rms = input.At("profile_rms").Number();
-  candidate.termination = static_cast<FitTermination>(
-      IntegerUpTo(input.At("termination"), static_cast<int>(FitTermination::kFailed)));
-  candidate.iterations = input.At("iterations").Integer();
-  candidate.done = Boolean(input.At("done"));
-  return candidate;
+int Count(const JsonInput& input) { return input.IntegerWithin(0, kMostCounted); }
+
+bool Contains(const std::vector<double>& values, double value) {
+  return std::find(values.begin(), values.end(), value) != values.end();
 }
+
+// What a checkpoint of a fit can hold.
+class StateReader {
+ public:
+  StateReader(const FitProblem& problem, const StagedFitOptions& options)
+      : problem_(problem),
+        options_(options),
+        grid_(SearchedGrid(options)),
+        num_parameters_(static_cast<int>(TyingMatrix(options.parameters).cols())) {}
+
+  StagedFitState Read(const JsonInput& input) const {
+    input.ExpectKeys(
+        {"job", "tried", "grid_done", "round", "iterations", "counts", "seconds", "candidates"});
+    StagedFitState state;
+    state.tried = ReadTried(input.At("tried"));
+    state.grid_done = input.At("grid_done").Boolean();
+    state.round = input.At("round").IntegerWithin(0, rounds());
+    state.iterations = Count(input.At("iterations"));
+    const JsonInput counts = input.At("counts").ExpectArray(5);
+    state.counts = {Count(counts.At(0)), Count(counts.At(1)), Count(counts.At(2)),
+                    Count(counts.At(3)), Count(counts.At(4))};
+    const JsonInput seconds = input.At("seconds").ExpectArray(2);
+    state.grid_seconds = seconds.At(0).NumberWithin(0.0, kMostSeconds);
+    state.fit_seconds = seconds.At(1).NumberWithin(0.0, kMostSeconds);
+    const JsonInput candidates = input.At("candidates").ExpectArray();
+    if (candidates.Size() > MostCandidates(state.round))
+      candidates.Fail("at most " + std::to_string(MostCandidates(state.round)));
+    for (int i = 0; i < candidates.Size(); ++i)
+      state.candidates.push_back(ReadCandidate(candidates.At(i)));
+    CheckProgress(state, input);
+    return state;
+  }
+
+ private:
+  int rounds() const { return static_cast<int>(options_.candidates_per_round.size()); }
+  int num_observations() const { return static_cast<int>(problem_.observations.size()); }
+  // The guesses of the grid, which the first round leaves behind; then those of the round before.
+  int MostCandidates(int round) const {
+    return round < 2 ? kSpareGuesses * options_.candidates_per_round.front()
+                     : options_.candidates_per_round[round - 1];
+  }
+
+  TriedGuesses ReadTried(const JsonInput& input) const {
+    if (input.ExpectArray().Size() > grid_.num_scales())
+      input.Fail("at most " + std::to_string(grid_.num_scales()) + ", the scales of the grid");
+    TriedGuesses tried(input.Size());
+    for (int i = 0; i < input.Size(); ++i) {
+      const JsonInput guesses = input.At(i).ExpectArray();
+      if (guesses.Size() > static_cast<int>(grid_.lifts.size())) guesses.Fail("one for each lift");
+      for (int j = 0; j < guesses.Size(); ++j) {
+        tried[i].push_back(ReadGuess(guesses.At(j)));
+        if (tried[i][j].stretch != grid_.stretch[i / grid_.bend.size()] ||
+            tried[i][j].bend != grid_.bend[i % grid_.bend.size()])
+          guesses.At(j).Fail("a guess of scale " + std::to_string(i) + " of the grid");
+      }
+    }
+    return tried;
+  }
+
+  InitialGuess ReadGuess(const JsonInput& input) const {
+    input.ExpectKeys({"stretch", "bend", "lifts", "coarse_rms"});
+    const auto of_grid = [&](const JsonInput& number, const std::vector<double>& values) {
+      if (!Contains(values, number.Number())) number.Fail("one of the initial guesses of this fit");
+      return number.Number();
+    };
+    InitialGuess guess;
+    guess.stretch = of_grid(input.At("stretch"), grid_.stretch);
+    guess.bend = of_grid(input.At("bend"), grid_.bend);
+    const JsonInput lifts = input.At("lifts").ExpectArray(num_observations());
+    for (int i = 0; i < lifts.Size(); ++i) guess.lifts.push_back(of_grid(lifts.At(i), grid_.lifts));
+    guess.profile_rms = input.At("coarse_rms").NotNegative();
+    return guess;
+  }
+
+  FitCandidate ReadCandidate(const JsonInput& input) const {
+    input.ExpectKeys({"guess", "guess_rms", "theta", "shapes", "cost", "profile_rms", "termination",
+                      "iterations", "done"});
+    FitCandidate candidate;
+    candidate.guess = ReadGuess(input.At("guess"));
+    candidate.guess_rms = input.At("guess_rms").NotNegative();
+    const JsonInput shapes = input.At("shapes");
+    if (shapes.ExpectArray().Size() > 0) shapes.ExpectArray(num_observations());
+    for (int i = 0; i < shapes.Size(); ++i)
+      candidate.shapes.push_back(shapes.At(i).Vector(problem_.fine->model().num_dofs()));
+    const JsonInput theta = input.At("theta");
+    if (candidate.valid() || theta.ExpectArray().Size() > 0)
+      candidate.theta = theta.Vector(num_parameters_);
+    candidate.cost = input.At("cost").NotNegative();
+    candidate.profile_rms = input.At("profile_rms").NotNegative();
+    candidate.termination = ReadTermination(input.At("termination"), candidate.valid());
+    candidate.iterations = Count(input.At("iterations"));
+    candidate.done = input.At("done").Boolean();
+    if (candidate.valid()) {
+      CheckCandidate(problem_, options_, candidate, input.Name());
+    } else if (!candidate.theta.isZero(0.0) || candidate.cost != 0 || candidate.profile_rms != 0) {
+      shapes.Fail("the drapes that cost, profile_rms and theta are of");
+    }
+    return candidate;
+  }
+
+  // A candidate that was cancelled is not saved.
+  static FitTermination ReadTermination(const JsonInput& input, bool valid) {
+    const auto last = static_cast<int>(FitTermination::kFailed);
+    const auto termination = static_cast<FitTermination>(input.IntegerWithin(0, last));
+    if (termination == FitTermination::kCancelled ||
+        (termination == FitTermination::kFailed) == valid)
+      input.Fail(valid ? "how a fit ended that has shapes" : "a failed fit, without shapes");
+    return termination;
+  }
+
+  // Whether a fit can be there, so that going on ends.
+  void CheckProgress(const StagedFitState& state, const JsonInput& input) const {
+    const int count = static_cast<int>(state.candidates.size()), done = DoneCandidates(state);
+    if (!state.grid_done && (state.round > 0 || count > 0))
+      input.At("grid_done").Fail("true, since there are candidates or a round has ended");
+    if (state.grid_done && !state.tried.empty())
+      input.At("tried").Fail("no guesses, since the grid is done");
+    if (state.round > 0 && count == 0) input.At("candidates").Fail("those of the round before");
+    if (done == 0) return;
+    if (state.round == rounds() || done == count ||
+        SucceededCandidates(state) >= options_.candidates_per_round[state.round])
+      input.At("candidates").Fail("candidates of which some of this round are still to be fitted");
+    for (int i = 0; i < count; ++i) {
+      const FitCandidate& candidate = state.candidates[i];
+      const JsonInput shapes = input.At("candidates").At(i).At("shapes");
+      if (state.round > 0 && !candidate.valid()) shapes.Fail("a drape of each image");
+      if (state.round == 0 && !candidate.done && candidate.valid())
+        shapes.Fail("no drapes, since its first fit is not done");
+    }
+  }
+
+  const FitProblem& problem_;
+  const StagedFitOptions& options_;
+  const InitialGuessOptions grid_;
+  const int num_parameters_;
+};
 
 // The first name in which two keys differ; empty when they are the same.
 std::string FirstDifference(const std::string& saved, const std::string& present) {
@@ -92,40 +209,30 @@ std::string FirstDifference(const std::string& saved, const std::string& present
 void WriteCheckpoint(const std::string& path, const std::string& key, const StagedFitState& state) {
   json candidates = json::array();
   for (const FitCandidate& candidate : state.candidates) candidates.push_back(ToJson(candidate));
-  const json document = {{"format", "drapefit-checkpoint"},
-                         {"job", key},
-                         {"grid_done", state.grid_done},
-                         {"round", state.round},
-                         {"iterations", state.iterations},
-                         {"counts",
-                          {state.counts.rollouts, state.counts.tangents, state.counts.failed,
-                           state.counts.jumps, state.counts.capped}},
-                         {"seconds", {state.grid_seconds, state.fit_seconds}},
-                         {"candidates", candidates}};
-  WriteFileAtomically(path, document.dump() + "\n");
+  WriteStoredJson(path, kCheckpointFormat,
+                  {{"job", key},
+                   {"tried", ToJson(state.tried)},
+                   {"grid_done", state.grid_done},
+                   {"round", state.round},
+                   {"iterations", state.iterations},
+                   {"counts",
+                    {state.counts.rollouts, state.counts.tangents, state.counts.failed,
+                     state.counts.jumps, state.counts.capped}},
+                   {"seconds", {state.grid_seconds, state.fit_seconds}},
+                   {"candidates", candidates}});
 }
 
-std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std::string& key) {
+std::optional<StagedFitState> ReadCheckpoint(const std::string& path, const std::string& key,
+                                             const FitProblem& problem,
+                                             const StagedFitOptions& options) {
   if (!std::filesystem::exists(path)) return std::nullopt;
-  const json document = ReadJsonFile(path);
+  const json document = ReadStoredJson(path, kCheckpointFormat);
   const JsonInput input(document, path);
   if (const std::string name = FirstDifference(input.At("job").String(), key); !name.empty())
     throw InputError(path, "found another '" + name +
                                "', expected the present one: run without --resume, or undo the "
                                "change");
-  StagedFitState state;
-  state.grid_done = Boolean(input.At("grid_done"));
-  state.round = IntegerUpTo(input.At("round"), std::numeric_limits<int>::max());
-  state.iterations = input.At("iterations").Integer();
-  const JsonInput counts = input.At("counts");
-  state.counts = {counts.At(0).Integer(), counts.At(1).Integer(), counts.At(2).Integer(),
-                  counts.At(3).Integer(), counts.At(4).Integer()};
-  state.grid_seconds = input.At("seconds").At(0).Number();
-  state.fit_seconds = input.At("seconds").At(1).Number();
-  const JsonInput candidates = input.At("candidates");
-  for (int i = 0; i < candidates.ExpectArray().Size(); ++i)
-    state.candidates.push_back(ReadCandidate(candidates.At(i)));
-  return state;
+  return StateReader(problem, options).Read(input);
 }
 
 }  // namespace drape

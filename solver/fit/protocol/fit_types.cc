@@ -11,6 +11,10 @@ void StagedFitOptions::Check() const {
   CHECK(!candidates_per_round.empty() && candidates_per_round.size() == iterations.size());
 }
 
+InitialGuessOptions SearchedGrid(const StagedFitOptions& options) {
+  return Refined(options.grid, options.candidates_per_round.front());
+}
+
 SettleOptions MakeSettleOptions(const StagedFitOptions& options) {
   constexpr int kGuessNewtonFactor = 2;  // a guess starts further away than a trial
   SettleOptions settle;

@@ -71,6 +71,12 @@ void VisitFields(Options& options, Visitor&& visit) {
   VisitFields(grid, visit);
 }
 
+// How many times the candidates of the first round are kept as guesses.
+inline constexpr int kSpareGuesses = 4;
+
+// The grid that is searched.
+InitialGuessOptions SearchedGrid(const StagedFitOptions& options);
+
 // How an initial guess becomes a drape.
 SettleOptions MakeSettleOptions(const StagedFitOptions& options);
 
@@ -95,6 +101,7 @@ MaterialField FittedMaterial(const FitProblem& problem, const StagedFitOptions& 
 // A staged fit between two units of work. Saved and read back, the fit continues to the identical
 // result.
 struct StagedFitState {
+  TriedGuesses tried;  // by the grid; empty once it is done
   bool grid_done = false;
   // Of this round; in the first round more than are wanted, since some guesses have no stable drape
   // or the same drape as another.

@@ -6,10 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "losses/metrics/metrics.h"
-#include "losses/outline/outline.h"
 #include "losses/outline/shape_features.h"
 #include "physics/cloth/start_shape.h"
+#include "solver/fit/outline_residuals.h"
 #include "solver/forward/batching_backend.h"
 
 namespace drape {
@@ -36,13 +35,10 @@ std::vector<Trial> RankLifts(Backend& coarse, const MaterialField& material,
   const std::vector<RolloutResult> results = coarse.Rollouts(inputs, rollout, nullptr);
   std::vector<Trial> trials;
   for (std::size_t i = 0; i < results.size(); ++i) {
-    Outline outline;
-    if (results[i].status != RolloutStatus::kOk ||
-        !OutlineFromMesh(coarse.model().mesh, results[i].end.x, observation.camera,
-                         static_cast<int>(observation.radius.size()), &outline)) {
-      continue;
-    }
-    trials.push_back({options.lifts[i], ProfileRms(outline.radius, observation.radius)});
+    if (results[i].status != RolloutStatus::kOk) continue;
+    const std::optional<double> rms =
+        OutlineRms(coarse.model().mesh, results[i].end.x, observation);
+    if (rms) trials.push_back({options.lifts[i], *rms});
   }
   std::stable_sort(trials.begin(), trials.end(),
                    [](const Trial& a, const Trial& b) { return a.profile_rms < b.profile_rms; });
@@ -68,6 +64,22 @@ std::vector<InitialGuess> Combine(double stretch, double bend,
   return guesses;
 }
 
+// The guesses of one scale of the grid, by its number.
+std::vector<InitialGuess> TryScale(Backend& coarse, const MaterialField& material,
+                                   const std::vector<Observation>& observations,
+                                   const std::vector<std::vector<State>>& starts,
+                                   const InitialGuessOptions& options, int number,
+                                   const std::atomic<bool>* cancel) {
+  const double stretch = options.stretch[number / options.bend.size()];
+  const double bend = options.bend[number % options.bend.size()];
+  const MaterialField scaled = Scaled(material, stretch, bend);
+  std::vector<std::vector<Trial>> by_observation;
+  for (std::size_t i = 0; i < observations.size(); ++i)
+    by_observation.push_back(
+        RankLifts(coarse, scaled, observations[i], starts[i], options, cancel));
+  return Combine(stretch, bend, by_observation);
+}
+
 std::vector<double> WithMeans(const std::vector<double>& factors) {
   std::vector<double> finer = {factors.front()};
   for (std::size_t i = 1; i < factors.size(); ++i) {
@@ -81,8 +93,7 @@ std::vector<double> WithMeans(const std::vector<double>& factors) {
 
 InitialGuessOptions Refined(InitialGuessOptions grid, int materials) {
   std::vector<double>& factors = grid.bend.size() > 1 ? grid.bend : grid.stretch;
-  while (factors.size() > 1 && int(grid.stretch.size() * grid.bend.size()) < materials)
-    factors = WithMeans(factors);
+  while (factors.size() > 1 && grid.num_scales() < materials) factors = WithMeans(factors);
   return grid;
 }
 
@@ -99,10 +110,10 @@ State GuessState(const ClothModel& model, const Observation& observation, double
           Eigen::VectorXd::Zero(model.num_dofs())};
 }
 
-std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& material,
-                                             const std::vector<Observation>& observations,
-                                             const InitialGuessOptions& options,
-                                             const RunControl& control) {
+void TryInitialGuesses(Backend& coarse, const MaterialField& material,
+                       const std::vector<Observation>& observations,
+                       const InitialGuessOptions& options, const RunControl& control,
+                       TriedGuesses& tried, const std::function<void()>& save) {
   options.Check();
   std::vector<std::vector<State>> starts;
   for (const Observation& observation : observations) {
@@ -110,26 +121,39 @@ std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialFiel
     for (const double lift : options.lifts)
       starts.back().push_back(GuessState(coarse.model(), observation, lift));
   }
-  const int count = static_cast<int>(options.stretch.size() * options.bend.size());
-  std::vector<std::vector<InitialGuess>> found(count);
-  int done = 0;
-  RunBatched(coarse, count, kMaterialsAtATime, [&](BatchingBackend& task) {
+  const int count = options.num_scales();
+  while (static_cast<int>(tried.size()) < count) {
+    const int first = static_cast<int>(tried.size());
+    TriedGuesses found(std::min(count - first, kMaterialsAtATime));
+    int done = first;
+    RunBatched(coarse, static_cast<int>(found.size()), kMaterialsAtATime,
+               [&](BatchingBackend& task) {
+                 if (control.cancelled()) return;
+                 found[task.index()] = TryScale(task, material, observations, starts, options,
+                                                first + task.index(), control.cancel);
+                 task.RunSerially([&] { control.Report(++done / double(count), ""); });
+               });
     if (control.cancelled()) return;
-    const double stretch = options.stretch[task.index() / options.bend.size()];
-    const double bend = options.bend[task.index() % options.bend.size()];
-    const MaterialField scaled = Scaled(material, stretch, bend);
-    std::vector<std::vector<Trial>> by_observation;
-    for (std::size_t i = 0; i < observations.size(); ++i)
-      by_observation.push_back(
-          RankLifts(task, scaled, observations[i], starts[i], options, control.cancel));
-    found[task.index()] = Combine(stretch, bend, by_observation);
-    task.RunSerially([&] { control.Report(++done / double(count), ""); });
-  });
+    tried.insert(tried.end(), found.begin(), found.end());
+    if (static_cast<int>(tried.size()) < count) save();
+  }
+}
+
+std::vector<InitialGuess> RankGuesses(const TriedGuesses& tried) {
   std::vector<InitialGuess> ranked;
-  for (const auto& guesses : found) ranked.insert(ranked.end(), guesses.begin(), guesses.end());
+  for (const auto& guesses : tried) ranked.insert(ranked.end(), guesses.begin(), guesses.end());
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const auto& a, const auto& b) { return a.profile_rms < b.profile_rms; });
   return ranked;
+}
+
+std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& material,
+                                             const std::vector<Observation>& observations,
+                                             const InitialGuessOptions& options,
+                                             const RunControl& control) {
+  TriedGuesses tried;
+  TryInitialGuesses(coarse, material, observations, options, control, tried, [] {});
+  return RankGuesses(tried);
 }
 
 }  // namespace drape

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "physics/material/material_scaling.h"
@@ -20,6 +21,7 @@ struct InitialGuessOptions {
   double time_step = 0.1;                                                   // [s]
   int steps = 60;                                                           // of each trial
 
+  int num_scales() const { return static_cast<int>(stretch.size() * bend.size()); }
   void Check() const;  // programmer errors
 };
 
@@ -67,9 +69,22 @@ struct InitialGuess {
 // The start shape of an observation on a mesh: flaps under its outline, without velocity.
 State GuessState(const ClothModel& model, const Observation& observation, double lift);
 
-// All scales × lifts, best first; trials that fail numerically are left out. For each scale the
-// j-th guess takes the j-th best lift of each observation. Fewer, or none, once *control.cancel is
-// true. The note of control.progress is empty.
+// The guesses of each scale that has been tried, best first, in the order of the grid: bend varies
+// fastest. Trials that fail numerically are left out. The j-th guess of a scale takes the j-th best
+// lift of each observation.
+using TriedGuesses = std::vector<std::vector<InitialGuess>>;
+
+// Tries the scales that `tried` does not have yet, a batch at a time; `save` is called between
+// batches. Fewer once *control.cancel is true. The note of control.progress is empty.
+void TryInitialGuesses(Backend& coarse, const MaterialField& material,
+                       const std::vector<Observation>& observations,
+                       const InitialGuessOptions& options, const RunControl& control,
+                       TriedGuesses& tried, const std::function<void()>& save);
+
+// Those of all scales, best first.
+std::vector<InitialGuess> RankGuesses(const TriedGuesses& tried);
+
+// Both at once.
 std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& material,
                                              const std::vector<Observation>& observations,
                                              const InitialGuessOptions& options,

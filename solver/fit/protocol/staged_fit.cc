@@ -56,19 +56,22 @@ class StagedFitter {
     return std::chrono::duration<double>(lap_ - before).count();
   }
 
-  void RunGrid(StagedFitState& state) const {
+  void RunGrid(StagedFitState& state) {
     RunControl control;
     control.cancel = control_.cancel;
     control.progress = [&](double share, const std::string&) {
       Report("initial guesses", kGridShare * share, 0.0);
     };
-    const std::vector<InitialGuess> guesses =
-        RankInitialGuesses(*problem_.coarse, problem_.material, problem_.observations,
-                           Refined(options_.grid, options_.candidates_per_round.front()), control);
+    TryInitialGuesses(*problem_.coarse, problem_.material, problem_.observations,
+                      SearchedGrid(options_), control, state.tried, [&] {
+                        state.grid_seconds += Lap();
+                        Save(state);
+                      });
     if (Cancelled()) return;
+    const std::vector<InitialGuess> guesses = RankGuesses(std::exchange(state.tried, {}));
     state.counts.rollouts += static_cast<int>(guesses.size() * problem_.observations.size());
-    const std::size_t count = kSpareGuesses * options_.candidates_per_round.front();
-    for (std::size_t i = 0; i < guesses.size() && i < count; ++i)
+    const std::size_t kept = kSpareGuesses * options_.candidates_per_round.front();
+    for (std::size_t i = 0; i < guesses.size() && i < kept; ++i)
       state.candidates.emplace_back().guess = guesses[i];
     state.grid_done = true;
   }
@@ -82,13 +85,6 @@ class StagedFitter {
                      [](const FitCandidate& a, const FitCandidate& b) { return a.cost < b.cost; });
     if (int(state.candidates.size()) > options_.candidates_per_round[state.round])
       state.candidates.resize(options_.candidates_per_round[state.round]);
-  }
-
-  // The number of candidates of this round that are done, without failed ones.
-  static int Succeeded(const StagedFitState& state) {
-    return static_cast<int>(std::count_if(
-        state.candidates.begin(), state.candidates.end(),
-        [](const FitCandidate& candidate) { return candidate.done && candidate.valid(); }));
   }
 
   // Up to `count` candidates that are not done, from `first` on.
@@ -127,7 +123,7 @@ class StagedFitter {
     std::vector<CandidateTask> settled;
     for (int next = 0; !Cancelled();) {
       const int wanted =
-          options_.candidates_per_round.front() - Succeeded(state) - int(settled.size());
+          options_.candidates_per_round.front() - SucceededCandidates(state) - int(settled.size());
       std::vector<CandidateTask> work = Open(state, next, wanted);
       if (work.empty()) break;
       next = work.back().index + 1;
@@ -186,7 +182,7 @@ class StagedFitter {
     state.iterations += work.iterations;
     state.counts += work.counts;
     for (const std::string& line : work.log) control_.Log(line);
-    const int done = DoneCandidates(state), succeeded = Succeeded(state);
+    const int done = DoneCandidates(state), succeeded = SucceededCandidates(state);
     if (done == int(state.candidates.size()) ||
         succeeded == options_.candidates_per_round[state.round]) {
       if (state.round == 0) LogStarts(succeeded);
@@ -218,7 +214,9 @@ class StagedFitter {
       total += options_.candidates_per_round[round] * each;
       if (round < state.round) done += options_.candidates_per_round[round] * each;
       if (round == state.round)
-        done += (Succeeded(state) + std::accumulate(shares_.begin(), shares_.end(), 0.0)) * each;
+        done +=
+            (SucceededCandidates(state) + std::accumulate(shares_.begin(), shares_.end(), 0.0)) *
+            each;
     }
     const FitCandidate* best = Best(state);
     Report("round " + std::to_string(state.round + 1),
@@ -228,8 +226,7 @@ class StagedFitter {
 
   static constexpr double kGridShare = 0.25;         // of the time, for the progress line
   static constexpr double kCandidateOverhead = 5.0;  // of settling a guess, in iterations
-  static constexpr std::size_t kSpareGuesses = 4;
-  static constexpr double kSameRms = 1e-4;  // [px]
+  static constexpr double kSameRms = 1e-4;           // [px]
 
   const FitProblem& problem_;
   const StagedFitOptions& options_;
@@ -251,6 +248,12 @@ int DoneCandidates(const StagedFitState& state) {
   return static_cast<int>(
       std::count_if(state.candidates.begin(), state.candidates.end(),
                     [](const FitCandidate& candidate) { return candidate.done; }));
+}
+
+int SucceededCandidates(const StagedFitState& state) {
+  return static_cast<int>(std::count_if(
+      state.candidates.begin(), state.candidates.end(),
+      [](const FitCandidate& candidate) { return candidate.done && candidate.valid(); }));
 }
 
 const FitCandidate* Best(const StagedFitState& state) {

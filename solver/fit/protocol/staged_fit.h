@@ -22,6 +22,9 @@ StagedFitState RunStagedFit(const FitProblem& problem, const StagedFitOptions& o
 // The number of candidates of the present round that are done.
 int DoneCandidates(const StagedFitState& state);
 
+// Of them, those that have a result.
+int SucceededCandidates(const StagedFitState& state);
+
 // The valid candidate of least cost, or nullptr.
 const FitCandidate* Best(const StagedFitState& state);
 

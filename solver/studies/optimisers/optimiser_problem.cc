@@ -6,8 +6,6 @@
 #include <limits>
 #include <set>
 
-#include "losses/metrics/metrics.h"
-#include "losses/outline/outline.h"
 #include "losses/outline/shape_features.h"
 #include "losses/silhouette/raster.h"
 #include "physics/cloth/start_shape.h"
@@ -71,12 +69,8 @@ void RequireDistinct(const std::vector<BenchmarkImage>& images) {
 }
 
 double RmsPx(const FitInput& input, const Eigen::VectorXd& x) {
-  const Observation& observation = input.problem.observations.front();
-  Outline outline;
-  return OutlineFromMesh(input.fine_model->mesh, x, observation.camera,
-                         static_cast<int>(observation.radius.size()), &outline)
-             ? ProfileRms(outline.radius, observation.radius)
-             : std::numeric_limits<double>::infinity();
+  return OutlineRms(input.fine_model->mesh, x, input.problem.observations.front())
+      .value_or(std::numeric_limits<double>::infinity());
 }
 
 void Recheck(const FitInput& input, double time_step, const MaterialField& material,
@@ -140,7 +134,8 @@ BenchmarkStart FindBenchmarkStart(const OptimiserBenchmarkOptions& options,
   BenchmarkStart start{spec, image.data, ReadFitInput(spec, image.data), {}};
   const std::string path = options.out + "/runs/" + image.name + ".start.json";
   const std::string key = CheckpointKey(spec, image.data, start.input);
-  StagedFitState state = ReadCheckpoint(path, key).value_or(StagedFitState());
+  StagedFitState state =
+      ReadCheckpoint(path, key, start.input.problem, spec.stages).value_or(StagedFitState());
   if (Best(state) == nullptr) {
     StagedFitControl control;
     control.cancel = cancel;

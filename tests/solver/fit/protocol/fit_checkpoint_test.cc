@@ -1,52 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
+// A checkpoint is read back to the last bit, or refused.
 #include "solver/fit/protocol/fit_checkpoint.h"
 
-#include <gmock/gmock.h>
-
-#include <cmath>
+#include <algorithm>
 #include <limits>
 
-#include "physics/util/errors.h"
 #include "tests/losses/temp_folder.h"
-#include "tests/physics/cloth_fixture.h"
+#include "tests/physics/file_fixture.h"
+#include "tests/solver/fake_backend.h"
+#include "tests/solver/solver_fixture.h"
+#include "tests/solver/stored/tampering.h"
 
 namespace drape {
 namespace {
 
-// A number in each field that no other has, among them ones that few digits would spoil.
-StagedFitState SomeState() {
-  std::mt19937_64 random(8);
-  StagedFitState state;
-  state.grid_done = true;
-  state.round = 1;
-  state.iterations = 23;
-  state.counts = {101, 57, 13, 7};
-  state.grid_seconds = 1.0 / 3.0;
-  state.fit_seconds = 1e-17;
-  for (int i = 0; i < 2; ++i) {
-    FitCandidate& candidate = state.candidates.emplace_back();
-    candidate.guess = {0.1 + i, std::nextafter(1.0, 2.0), {0.3, 0.6 + 0.1 * i}, M_PI * (1 + i)};
-    candidate.guess_rms = std::exp(1.0 + i);
-    candidate.theta = test::RandomMatrix(39, 1, random);
-    candidate.shapes = {test::RandomMatrix(12, 1, random),
-                        1e-9 * test::RandomMatrix(12, 1, random)};
-    candidate.cost = 1e5 / 7.0;
-    candidate.profile_rms = std::sqrt(2.0 + i);
-    candidate.termination = FitTermination::kStalled;
-    candidate.iterations = 4 + i;
-    candidate.done = i == 1;
-  }
-  state.candidates[1].shapes.clear();  // a candidate without a drape
-  state.candidates[0].shapes[0][3] = -0.0;
-  state.candidates[0].shapes[0][4] = std::numeric_limits<double>::denorm_min();
-  return state;
+using nlohmann::json;
+
+void ExpectSame(const InitialGuess& a, const InitialGuess& b) {
+  EXPECT_EQ(a.stretch, b.stretch);
+  EXPECT_EQ(a.bend, b.bend);
+  EXPECT_EQ(a.lifts, b.lifts);
+  EXPECT_EQ(a.profile_rms, b.profile_rms);
 }
 
 void ExpectSame(const FitCandidate& a, const FitCandidate& b) {
-  EXPECT_EQ(a.guess.stretch, b.guess.stretch);
-  EXPECT_EQ(a.guess.bend, b.guess.bend);
-  EXPECT_EQ(a.guess.lifts, b.guess.lifts);
-  EXPECT_EQ(a.guess.profile_rms, b.guess.profile_rms);
+  ExpectSame(a.guess, b.guess);
   EXPECT_EQ(a.guess_rms, b.guess_rms);
   EXPECT_EQ(a.theta, b.theta);
   EXPECT_EQ(a.shapes, b.shapes);
@@ -57,85 +35,245 @@ void ExpectSame(const FitCandidate& a, const FitCandidate& b) {
   EXPECT_EQ(a.done, b.done);
 }
 
-class CheckpointTest : public testing::Test {
+void ExpectSame(const StagedFitState& a, const StagedFitState& b) {
+  EXPECT_EQ(a.grid_done, b.grid_done);
+  EXPECT_EQ(a.round, b.round);
+  EXPECT_EQ(a.iterations, b.iterations);
+  EXPECT_EQ(a.counts.rollouts, b.counts.rollouts);
+  EXPECT_EQ(a.counts.tangents, b.counts.tangents);
+  EXPECT_EQ(a.counts.failed, b.counts.failed);
+  EXPECT_EQ(a.counts.jumps, b.counts.jumps);
+  EXPECT_EQ(a.counts.capped, b.counts.capped);
+  EXPECT_EQ(a.grid_seconds, b.grid_seconds);
+  EXPECT_EQ(a.fit_seconds, b.fit_seconds);
+  ASSERT_EQ(a.tried.size(), b.tried.size());
+  for (std::size_t i = 0; i < a.tried.size(); ++i) {
+    ASSERT_EQ(a.tried[i].size(), b.tried[i].size());
+    for (std::size_t j = 0; j < a.tried[i].size(); ++j) ExpectSame(a.tried[i][j], b.tried[i][j]);
+  }
+  ASSERT_EQ(a.candidates.size(), b.candidates.size());
+  for (std::size_t i = 0; i < a.candidates.size(); ++i)
+    ExpectSame(a.candidates[i], b.candidates[i]);
+}
+
+// Without physics, so that fits and resumed fits cost little.
+class CheckpointTest : public FileFixture {
  protected:
-  // The error's text; empty when the file is read.
-  std::string ComputeError(const std::string& job = "job") const {
+  CheckpointTest() {
+    problem_.fine = &backend_;
+    problem_.coarse = &coarse_;
+    problem_.material = test::TestMaterial();
+    Observation observation;
+    Outline outline;
+    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh,
+                                backend_.Shape(Scaled(test::TestMaterial(), 3.0, 1.5)),
+                                observation.camera, 45, &outline));
+    observation.radius = outline.radius;
+    problem_.observations = {observation};
+    options_.residuals.solve_mode = SolveMode::kDynamic;
+    options_.parameters = ParameterTying::kScales;
+    options_.candidates_per_round = {3, 2, 1};
+    options_.iterations = {2, 3, 4};
+    backend_.fails = [](double s, double b) { return s > 1.0 && b < 0.0; };
+    control_.save = [this](const StagedFitState& state) { saved_.push_back(state); };
+    whole_ = RunStagedFit(problem_, options_, {}, control_);
+  }
+  std::optional<StagedFitState> ReadBack(const std::string& job = "job") const {
+    return ReadCheckpoint(path_, job, problem_, options_);
+  }
+  // The members of a saved state's file.
+  json Members(const StagedFitState& state) const {
+    WriteCheckpoint(path_, "job", state);
+    return ReadStoredJson(path_, kCheckpointFormat);
+  }
+  // Where a fit is that has both kinds of candidates: the first that `holds`.
+  StagedFitState Saved(const std::function<bool(const StagedFitState&)>& holds) const {
+    const auto found = std::find_if(saved_.begin(), saved_.end(), holds);
+    EXPECT_NE(found, saved_.end());
+    return *found;
+  }
+  StagedFitState InRoundTwo() const {
+    return Saved([](const StagedFitState& s) { return s.round == 1 && DoneCandidates(s) == 1; });
+  }
+  // What is said of changed members by one who knows the checksum; empty: they are read.
+  std::string ComputeError(const json& members) const {
+    test::WriteQuickly(path_, StoredJsonText(kCheckpointFormat, members));
     try {
-      ReadCheckpoint(path_, job);
+      ReadBack();
     } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), testing::StartsWith(path_));
+      EXPECT_THAT(error.what(), testing::Not(testing::HasSubstr("\n")));
       return error.what();
     }
     return "";
   }
-  std::string Text() const {
-    const auto bytes = ReadAll(path_);
-    return {bytes.begin(), bytes.end()};
-  }
-  void Replace(const std::string& from, const std::string& to) const {
-    std::string text = Text();
-    ASSERT_NE(text.find(from), std::string::npos) << from;
-    text.replace(text.find(from), from.size(), to);
-    WriteAll(path_, {text.begin(), text.end()});
-  }
-  const TempFolder folder_;
-  const std::string path_ = folder_ / "checkpoint.json";
+
+  test::FakeBackend backend_, coarse_;
+  FitProblem problem_;
+  StagedFitOptions options_;
+  StagedFitControl control_;
+  std::vector<StagedFitState> saved_;
+  StagedFitState whole_;
+  const std::string path_ = Path("checkpoint.json");
 };
 
-TEST_F(CheckpointTest, ReadsBackBitForBit) {
-  const StagedFitState state = SomeState();
-  WriteCheckpoint(path_, "job", state);
-  const auto read = ReadCheckpoint(path_, "job");
-  ASSERT_TRUE(read.has_value());
-  EXPECT_EQ(read->grid_done, state.grid_done);
-  EXPECT_EQ(read->round, state.round);
-  EXPECT_EQ(read->iterations, state.iterations);
-  EXPECT_EQ(read->counts.rollouts, state.counts.rollouts);
-  EXPECT_EQ(read->counts.tangents, state.counts.tangents);
-  EXPECT_EQ(read->counts.failed, state.counts.failed);
-  EXPECT_EQ(read->counts.jumps, state.counts.jumps);
-  EXPECT_EQ(read->grid_seconds, state.grid_seconds);
-  EXPECT_EQ(read->fit_seconds, state.fit_seconds);
-  ASSERT_EQ(read->candidates.size(), 2);
-  for (int i = 0; i < 2; ++i) ExpectSame(read->candidates[i], state.candidates[i]);
-  EXPECT_TRUE(std::signbit(read->candidates[0].shapes[0][3]));
-  EXPECT_FALSE(read->candidates[1].valid());
+TEST_F(CheckpointTest, EachSavedStateIsReadBackBitForBit) {
+  ASSERT_GT(saved_.size(), 7u);  // part of the grid, the grid, the candidates
+  EXPECT_FALSE(saved_[0].grid_done);
+  EXPECT_EQ(saved_[0].tried.size(), 16u);
+  for (StagedFitState state : saved_) {
+    state.fit_seconds = 1e-17;
+    WriteCheckpoint(path_, "job", state);
+    ExpectSame(*ReadBack(), state);
+  }
+  EXPECT_EQ(saved_.back().round, 3);
 }
 
-TEST_F(CheckpointTest, AbsentIsNothing) { EXPECT_EQ(ReadCheckpoint(path_, "job"), std::nullopt); }
+TEST_F(CheckpointTest, AbsentIsNothing) { EXPECT_FALSE(ReadBack().has_value()); }
 
 TEST_F(CheckpointTest, AnotherJobIsRefused) {
-  WriteCheckpoint(path_, "job", SomeState());
-  EXPECT_THAT(ComputeError("another"), testing::AllOf(testing::HasSubstr(path_),
-                                                      testing::HasSubstr("run without --resume")));
+  WriteCheckpoint(path_, "job", saved_[0]);
+  EXPECT_INPUT_ERROR(ReadBack("another"), "run without --resume");
 }
 
-TEST_F(CheckpointTest, ADamagedFileIsRefused) {
-  WriteCheckpoint(path_, "job", SomeState());
-  const std::string whole = Text();
-  for (const double share : {0.0, 0.1, 0.5, 0.99}) {
-    WriteAll(path_,
-             {whole.begin(), whole.begin() + static_cast<int>(share * double(whole.size()))});
-    EXPECT_THAT(ComputeError(), testing::HasSubstr(path_)) << share;
-  }
-}
-
-TEST_F(CheckpointTest, AWrongValueIsNamed) {
-  const std::pair<std::string, std::string> changes[] = {
-      {"\"grid_done\":true", "\"grid_done\":1"},
-      {"\"round\":1", "\"round\":\"one\""},
-      {"\"round\":1", "\"round\":-1"},
-      {"\"done\":true", "\"done\":2"},
-      {"\"termination\":3", "\"termination\":77"}};
-  for (const auto& [from, to] : changes) {
-    WriteCheckpoint(path_, "job", SomeState());
-    Replace(from, to);
-    EXPECT_THAT(ComputeError(), testing::HasSubstr(path_)) << to;
-  }
+TEST_F(CheckpointTest, AFileOfAnEarlierVersionIsRefused) {
+  Write("checkpoint.json", R"({"format": "drapefit-checkpoint", "job": "job", "round": 0})");
+  EXPECT_INPUT_ERROR(ReadBack(), "is of another version of the program, expected version 2");
 }
 
 TEST_F(CheckpointTest, AFolderThatIsNotThereIsAnError) {
-  EXPECT_THROW(WriteCheckpoint(folder_ / "no/checkpoint.json", "job", SomeState()), InputError);
+  EXPECT_THROW(WriteCheckpoint(Path("no/checkpoint.json"), "job", saved_[0]), InputError);
+}
+
+TEST_F(CheckpointTest, EveryMemberIsChecked) {
+  int tried = 0;
+  const auto expect_error = [&](const std::string& what, const json& tampered) {
+    ++tried;
+    // Earlier in the grid or the round, or a scale without a drape: a state, too.
+    if (what.starts_with("/tried") && what.find("= [") != std::string::npos) return;
+    if (what.starts_with("/candidates = [{")) return;
+    EXPECT_NE(ComputeError(tampered), "") << what;
+  };
+  for (const StagedFitState& state : {saved_[0], InRoundTwo()})
+    const test::Tampering tampering(Members(state), expect_error);
+  EXPECT_GT(tried, 600);
+}
+
+TEST_F(CheckpointTest, WhatAFitCannotHaveSavedIsRefused) {
+  struct Change {
+    const char* at;
+    json value;
+    const char* error;
+  };
+  const int n = backend_.model().num_dofs();
+  const json members = Members(InRoundTwo());
+  const json nothing(std::vector<double>(n, 0.0)), far(std::vector<double>(n, 1e300));
+  json flat = members["candidates"][0]["shapes"][0];
+  for (int i = 0; i < n; i += 3) flat[i] = 0.5 * flat[i].get<double>();
+  json all = members["candidates"], many = members["candidates"];
+  for (json& candidate : all) candidate["done"] = true;
+  many.push_back(many.back());
+  for (int i = 0; i < 12; ++i) many.push_back(many.back());
+  const std::vector<Change> changes = {
+      {"/round", 4, "key 'round': found 4, expected a whole number from 0 to 3"},
+      {"/round", 2147483647, "key 'round'"},
+      {"/round", 0, "no drapes, since its first fit is not done"},
+      {"/round", 3, "key 'candidates'"},
+      {"/grid_done", false, "key 'grid_done'"},
+      {"/counts/2", 2e9, "key 'counts[2]'"},
+      {"/seconds/0", 1e300, "key 'seconds[0]'"},
+      {"/candidates", json::array(), "key 'candidates'"},
+      {"/candidates", all, "still to be fitted"},
+      {"/candidates", many, "expected at most 12"},
+      {"/candidates/0/guess/stretch", 3.0, "one of the initial guesses of this fit"},
+      {"/candidates/0/guess/lifts/0", 1.7, "key 'candidates[0].guess.lifts[0]'"},
+      {"/candidates/0/theta", json::array(), "expected an array of 2"},
+      {"/candidates/0/theta", {1e3, 0.0}, "tables are not finite"},
+      {"/candidates/0/theta", {0.0, 0.1}, "a cost of"},
+      {"/candidates/0/shapes", json::array(), "key 'candidates[0].termination'"},
+      {"/candidates/0/shapes/0", {0, 0, 0}, "key 'candidates[0].shapes[0]'"},
+      {"/candidates/0/shapes/0", nothing, "key 'candidates[0]', drape 1: found a torn or crushed"},
+      {"/candidates/0/shapes/0", far, "found a torn or crushed cloth"},
+      {"/candidates/0/shapes/0", flat, "an outline error [px] of"},
+      {"/candidates/0/profile_rms", 0.0, "found an outline error [px] of 0, expected"},
+      {"/candidates/0/cost", 0.0, "found a cost of 0, expected"},
+      {"/candidates/0/termination", 4, "key 'candidates[0].termination'"},
+      {"/candidates/0/termination", 5, "how a fit ended that has shapes"}};
+  EXPECT_EQ(ComputeError(members), "");
+  for (const Change& change : changes) {
+    json changed = members;
+    changed[json::json_pointer(change.at)] = change.value;
+    EXPECT_THAT(ComputeError(changed), testing::HasSubstr(change.error)) << change.at;
+  }
+}
+
+// Random damage by one who does not know the checksum, and by one who does. From what is read, a
+// fit can continue to its end.
+TEST_F(CheckpointTest, NoMutantIsMoreThanAStateOrAnError) {
+  StagedFitState state = InRoundTwo();
+  control_.save = {};
+  const std::string text = StoredJsonText(kCheckpointFormat, Members(state));
+  const std::string members = Members(state).dump();
+  std::mt19937_64 random(18);
+  int same = 0, other = 0;
+  for (int i = 0; i < test::NumMutants(1000); ++i) {
+    test::WriteQuickly(path_, test::Mutant(text, random));
+    try {
+      ExpectSame(*ReadBack(), state);
+      ++same;
+    } catch (const InputError&) {
+    }
+    const json mutant = json::parse(test::Mutant(members, random), nullptr, false);
+    if (!mutant.is_object()) continue;
+    test::WriteQuickly(path_, StoredJsonText(kCheckpointFormat, mutant));
+    try {
+      const StagedFitState read = *ReadBack();
+      EXPECT_EQ(RunStagedFit(problem_, options_, read, control_).round, 3);
+      ++other;
+    } catch (const InputError&) {
+    }
+  }
+  RecordProperty("read_the_same", same);
+  RecordProperty("read_with_checksum", other);
+}
+
+// With physics: a drape must also be at rest under its tables.
+TEST(CheckpointOfDrapes, ADrapeThatIsNotAtRestIsRefused) {
+  const TempFolder folder;
+  const auto backend = test::SmoothDisc(100);
+  FitProblem problem;
+  problem.fine = problem.coarse = backend.get();
+  problem.material = test::TestMaterial();
+  const State drape = test::Settled(*backend, Scaled(test::TestMaterial(), 1.0, 5.0),
+                                    test::RandomStart(backend->model(), 1));
+  problem.observations = {test::MakeObservation(backend->model().mesh, drape, 72, "reference")};
+  StagedFitOptions options;
+  options.grid.stretch = {1.0};
+  options.grid.bend = {5.0, 7.0};
+  options.grid.lifts = {1.0};
+  options.grid.steps = 30;
+  options.parameters = ParameterTying::kBendScale;
+  options.candidates_per_round = {1};
+  options.iterations = {2};
+  const StagedFitState state = RunStagedFit(problem, options, {}, {});
+  ASSERT_NE(Best(state), nullptr);
+  const std::string path = folder / "checkpoint.json";
+  WriteCheckpoint(path, "job", state);
+  ExpectSame(*ReadCheckpoint(path, "job", problem, options), state);
+  StagedFitState altered = state;
+  for (int i = 2; i < drape.x.size(); i += 3) altered.candidates[0].shapes[0][i] *= 0.99;
+  WriteCheckpoint(path, "job", altered);  // the outline is the same
+  EXPECT_INPUT_ERROR(ReadCheckpoint(path, "job", problem, options),
+                     "found a drape that is not at rest under its tables");
+  altered = state;
+  altered.candidates[0].guess.bend = 7.0;
+  WriteCheckpoint(path, "job", altered);
+  EXPECT_INPUT_ERROR(ReadCheckpoint(path, "job", problem, options), "is not at rest");
+  const double theta = state.candidates[0].theta[0];
+  altered = state;
+  altered.candidates[0].theta[0] = -theta;  // the cost is the same
+  WriteCheckpoint(path, "job", altered);
+  EXPECT_INPUT_ERROR(ReadCheckpoint(path, "job", problem, options), "is not at rest");
 }
 
 }  // namespace

@@ -220,7 +220,8 @@ TEST_F(ManyCandidatesTest, ABranchDoesNotFeelItsNeighbours) {
   options_.candidates_per_round = {8};
   options_.iterations = {4};
   const StagedFitState all = Run();
-  StagedFitState one = saved_.front();
+  StagedFitState one = *std::find_if(saved_.begin(), saved_.end(),
+                                     [](const StagedFitState& state) { return state.grid_done; });
   std::size_t last = all.candidates.size() - 1;
   while (!all.candidates[last].valid()) --last;
   ASSERT_GE(last, 7);
