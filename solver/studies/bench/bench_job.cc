@@ -108,8 +108,17 @@ class Bench {
     }
     BenchReference& reference = references_[cloth];
     reference = ParseReference(text, job_.reference, path);
+    RequireDerivative(reference, path);
     result_.reference_errors[cloth] = reference.ErrorEstimate(job_.work);
     return &reference;
+  }
+
+  void RequireDerivative(const BenchReference& reference, const std::string& path) const {
+    for (const BenchDrape* drape : {&reference.fine, &reference.coarse})
+      if ((job_.work == BenchWork::kGradient && drape->gradient.size() == 0) ||
+          (job_.work == BenchWork::kJacobian && drape->jacobian.size() == 0))
+        throw InputError(path, std::string("has no ") + ToString(job_.work) +
+                                   ", expected a reference of this work");
   }
 
   void FindReferences() {

@@ -17,6 +17,7 @@
 #include "physics/util/json_input.h"
 #include "solver/fit/parameters/random_field.h"
 #include "solver/forward/branch.h"
+#include "solver/stored/stored_json.h"
 #include "solver/studies/bench/richardson.h"
 
 namespace drape {
@@ -25,6 +26,8 @@ namespace {
 using nlohmann::json;
 
 constexpr double kMillimetres = 1e3;  // a metre
+
+constexpr StoredFormat kFormat = {"drapefit-bench-reference", 1};
 
 double WallNow() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -52,23 +55,23 @@ json DrapeJson(const BenchDrape& drape) {
           {"jacobian", Numbers(drape.jacobian)}};
 }
 
-Eigen::VectorXd ReadNumbers(const JsonInput& input) {
-  Eigen::VectorXd numbers(input.ExpectArray().Size());
-  for (int i = 0; i < numbers.size(); ++i) numbers[i] = input.At(i).Number();
-  return numbers;
+// Of that size, or none.
+Eigen::VectorXd ReadDerivative(const JsonInput& input, int size) {
+  return input.ExpectArray().Size() == 0 ? Eigen::VectorXd() : input.Vector(size);
 }
 
 BenchDrape ReadDrape(const JsonInput& input, const Mesh& mesh) {
+  input.ExpectKeys({"status", "x", "outline", "gradient", "jacobian"});
   BenchDrape drape;
   drape.status = input.At("status").String();
   if (drape.status != "ok")
     throw InputError(input.Name(), "no reference: " + drape.status +
                                        ", expected a drape at rest (another seed or mesh?)");
-  drape.x = ReadNumbers(input.At("x"));
-  if (drape.x.size() != mesh.rest_x.size()) input.At("x").Fail("the vertices of its mesh");
-  drape.outline = ReadNumbers(input.At("outline"));
-  drape.gradient = ReadNumbers(input.At("gradient"));
-  const Eigen::VectorXd entries = ReadNumbers(input.At("jacobian"));
+  drape.x = input.At("x").Vector(static_cast<int>(mesh.rest_x.size()));
+  drape.outline = input.At("outline").Vector(kBranchAngles);
+  drape.gradient = ReadDerivative(input.At("gradient"), kMaterialEntries);
+  const Eigen::VectorXd entries =
+      ReadDerivative(input.At("jacobian"), kBenchAngles * kMaterialEntries);
   drape.jacobian = Eigen::Map<const RowMatrix>(entries.data(), entries.size() / kMaterialEntries,
                                                kMaterialEntries);
   return drape;
@@ -146,12 +149,12 @@ std::string ReferenceText(const BenchSetting& setting, const BenchProblem& probl
     at_rest.mesh = mesh;
     text[name] = DrapeJson(SettingSolver(at_rest, relaxed_on_coarse, cancel).Run(work));
   }
-  return text.dump();
+  return StoredJsonText(kFormat, text);
 }
 
 BenchReference ParseReference(const std::string& text, const ReferenceOptions& options,
                               const std::string& where) {
-  const json file = ParseJson(text, where);
+  const json file = ParseStoredJson(text, where, kFormat);
   const JsonInput input(file, where);
   input.ExpectKeys({"fine", "coarse"});
   BenchReference reference;

@@ -13,10 +13,11 @@
 #include "losses/metrics/comparison.h"
 #include "losses/metrics/report_json.h"
 #include "physics/mesh/mesh_spec.h"
-#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "solver/fit/protocol/fit_checkpoint.h"
 #include "solver/prediction/material_source.h"
+#include "solver/stored/stored_json.h"
 
 namespace drape {
 namespace {
@@ -24,8 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr char kFormat[] = "drapefit-prediction";
-constexpr int kVersion = 3;        // 1 knew no calibration, 2 calibrated stretch too
+// Version 1 knew no calibration, 2 calibrated stretch too, 3 had no checksum.
+constexpr StoredFormat kFormat = {"drapefit-prediction", 4};
 constexpr double kFitShare = 0.8;  // of the time of an experiment
 
 // The part of summary.json that a model must have got to; empty: the one table is all.
@@ -68,7 +69,7 @@ auto OrNothing(const Read& read) -> std::optional<decltype(read())> {
   }
 }
 
-// RunFitJob in the experiment's folder, from its checkpoint unless that is broken.
+// RunFitJob in the experiment's folder, from its checkpoint unless that is damaged.
 bool RunFit(const ExperimentTask& task, const RunControl& control) {
   FitFiles files{.out = task.folder,
                  .checkpoint = task.checkpoint,
@@ -79,8 +80,9 @@ bool RunFit(const ExperimentTask& task, const RunControl& control) {
   const RunControl fit{control.cancel, [&](double fraction, const std::string& note) {
                          control.Report(kFitShare * fraction, note);
                        }};
-  files.resume = fs::exists(files.checkpoint) &&
-                 OrNothing([&] { return ReadJsonFile(files.checkpoint); }).has_value();
+  files.resume =
+      fs::exists(files.checkpoint) &&
+      OrNothing([&] { return ReadStoredJson(files.checkpoint, kCheckpointFormat); }).has_value();
   return !RunFitJob(task.fit, task.data, files, fit).cancelled;
 }
 
@@ -174,10 +176,8 @@ void AddAsFitted(const std::vector<PredictedDrape>& drapes,
     (*numbers)[std::string(key) + "_as_fitted"] = all.at(key);
 }
 
-void WritePrediction(const ExperimentTask& task, ordered_json json) {
-  json["format"] = kFormat;
-  json["version"] = kVersion;
-  WriteFileAtomically(task.folder + "/prediction.json", json.dump(1) + "\n");
+void WritePrediction(const ExperimentTask& task, const nlohmann::json& json) {
+  WriteStoredJson(task.folder + "/prediction.json", kFormat, json, 1);
 }
 
 bool Predict(const ExperimentTask& task, const RunControl& control) {
@@ -201,7 +201,7 @@ bool Predict(const ExperimentTask& task, const RunControl& control) {
   }
   if (predictor.Cancelled()) return false;
   if (json.contains("numbers")) json["numbers"]["prediction_seconds"] = seconds.count();
-  WritePrediction(task, std::move(json));
+  WritePrediction(task, json);
   return true;
 }
 
@@ -216,10 +216,8 @@ std::optional<ExperimentStiffness> BeliefIn(const JsonInput& summary) {
 ExperimentResult ReadResult(const std::string& folder) {
   const nlohmann::json summary = FinishedFit(folder);
   const std::string path = folder + "/prediction.json";
-  const nlohmann::json prediction = ReadJsonFile(path);
+  const nlohmann::json prediction = ReadStoredJson(path, kFormat);
   const JsonInput input(prediction, path);
-  if (input.At("format").String() != kFormat) input.At("format").Fail(kFormat);
-  if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
   ExperimentResult result;
   if (input.Has("failure")) {
     result.failure = input.At("failure").String();

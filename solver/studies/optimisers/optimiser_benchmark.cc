@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/optimisers/optimiser_benchmark.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -93,13 +94,29 @@ class BenchmarkRunner {
   BenchmarkRecord RunOne(const std::string& problem, const BenchmarkStart& start, int parameters,
                          const std::string& method) const {
     const std::string path = options_.out + "/runs/" + problem + "." + method + ".json";
-    const std::string settings = DescribeSettings(options_, start);
-    if (std::optional<BenchmarkRecord> kept = ReadBenchmarkRecord(path, settings))
+    const ExpectedRecord expected = Expected(problem, start, parameters, method);
+    if (std::optional<BenchmarkRecord> kept = ReadBenchmarkRecord(path, expected))
       return std::move(*kept);
     BenchmarkRecord record = RunMethod(start, options_, parameters, method, control_.cancel);
     record.problem = problem;
-    if (!Cancelled()) WriteBenchmarkRecord(path, settings, record);
+    if (!Cancelled()) WriteBenchmarkRecord(path, expected.settings, record);
     return record;
+  }
+
+  ExpectedRecord Expected(const std::string& problem, const BenchmarkStart& start, int parameters,
+                          const std::string& method) const {
+    const OptimiserOptions& optimiser = options_.optimiser;
+    ExpectedRecord expected{
+        .settings = DescribeSettings(options_, start),
+        .problem = problem,
+        .method = method,
+        .most_spent = optimiser.budget + std::max(1.0, optimiser.jacobian_cost_units),
+        .fit = start.input.problem,
+        .stages = start.spec.stages,
+        .guess = start.candidate.guess};
+    expected.stages.parameters =
+        ParseName<ParameterTying>(std::to_string(parameters), "num_parameters");
+    return expected;
   }
 
   const OptimiserBenchmarkOptions& options_;

@@ -2,24 +2,22 @@
 #include "solver/studies/optimisers/optimiser_record.h"
 
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 
-#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "solver/fit/protocol/candidate_check.h"
+#include "solver/stored/stored_json.h"
 
 namespace drape {
 namespace {
 
 using nlohmann::json;
 
-json ToJson(const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
+constexpr StoredFormat kFormat = {"drapefit-optimiser-run", 2};
 
-Eigen::VectorXd Vector(const JsonInput& input) {
-  Eigen::VectorXd values(input.ExpectArray().Size());
-  for (int i = 0; i < values.size(); ++i) values[i] = input.At(i).Number();
-  return values;
-}
+json ToJson(const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
 
 json ToJson(const OptimiserRun& run) {
   json trace = json::array();
@@ -37,62 +35,101 @@ json ToJson(const OptimiserRun& run) {
           {"failed", run.failed}};
 }
 
-OptimiserRun ReadRun(const JsonInput& input) {
+// The start, then points where the cost fell.
+std::vector<TracePoint> ReadTrace(const JsonInput& input, double most_spent) {
+  std::vector<TracePoint> trace;
+  for (int i = 0; i < input.ExpectArray().Size(); ++i) {
+    const JsonInput numbers = input.At(i).ExpectArray(3);
+    const TracePoint point = {numbers.At(0).NumberWithin(0.0, most_spent),
+                              numbers.At(1).NotNegative(), numbers.At(2).NotNegative()};
+    if (i > 0 && (point.spent < trace.back().spent || point.seconds < trace.back().seconds))
+      numbers.Fail("no less spent, and no fewer seconds, than at the point before");
+    if (i > 0 && point.cost >= trace.back().cost)
+      numbers.At(2).Fail("a lower cost than that of the point before");
+    trace.push_back(point);
+  }
+  return trace;
+}
+
+OptimiserRun ReadRun(const JsonInput& input, const ExpectedRecord& expected) {
+  input.ExpectKeys({"method", "end", "trace", "theta", "spent", "seconds", "jacobian_seconds",
+                    "evaluations", "jacobians", "failed"});
   OptimiserRun run;
   run.method = input.At("method").String();
+  if (run.method != expected.method) input.At("method").Fail('"' + expected.method + '"');
   run.end = input.At("end").String();
-  const JsonInput trace = input.At("trace");
-  for (int i = 0; i < trace.ExpectArray().Size(); ++i) {
-    const JsonInput point = trace.At(i);
-    point.ExpectArray(3);
-    run.trace.push_back({point.At(0).Number(), point.At(1).Number(), point.At(2).Number()});
-    run.cost = run.trace.back().cost;
-  }
-  run.theta = Vector(input.At("theta"));
-  run.spent = input.At("spent").Number();
-  run.seconds = input.At("seconds").Number();
-  run.jacobian_seconds = input.At("jacobian_seconds").Number();
-  run.evaluations = input.At("evaluations").Integer();
-  run.jacobians = input.At("jacobians").Integer();
-  run.failed = input.At("failed").Integer();
+  run.trace = ReadTrace(input.At("trace"), expected.most_spent);
+  const bool found = !run.trace.empty();
+  if (found) run.cost = run.trace.back().cost;
+  const auto parameters = static_cast<int>(TyingMatrix(expected.stages.parameters).cols());
+  run.theta = input.At("theta").Vector(found ? parameters : 0);
+  run.spent =
+      input.At("spent").NumberWithin(found ? run.trace.back().spent : 0.0, expected.most_spent);
+  run.seconds = input.At("seconds").NotNegative();
+  run.jacobian_seconds = input.At("jacobian_seconds").NumberWithin(0.0, run.seconds);
+  constexpr int kMostCounted = 1'000'000'000;
+  run.evaluations = input.At("evaluations").IntegerWithin(found ? 1 : 0, kMostCounted);
+  run.jacobians = input.At("jacobians").IntegerWithin(0, kMostCounted);
+  run.failed = input.At("failed").IntegerWithin(0, run.evaluations + run.jacobians);
   return run;
+}
+
+// Infinity where the drape had no outline after more steps.
+double ReadSettledRms(const JsonInput& input) {
+  return input.value().is_null() ? std::numeric_limits<double>::infinity() : input.NotNegative();
+}
+
+void CheckDrape(const BenchmarkRecord& record, const ExpectedRecord& expected,
+                const std::string& path) {
+  FitCandidate candidate;
+  candidate.guess = expected.guess;
+  candidate.theta = record.run.theta;
+  candidate.shapes = {record.shape};
+  candidate.cost = record.run.cost;
+  candidate.profile_rms = record.rms_px;
+  CheckCandidate(expected.fit, expected.stages, candidate, path);
 }
 
 }  // namespace
 
 void WriteBenchmarkRecord(const std::string& path, const std::string& settings,
                           const BenchmarkRecord& record) {
-  const json file = {{"format", "drapefit-optimiser-run"},
-                     {"settings", settings},
-                     {"problem", record.problem},
-                     {"parameters", record.parameters},
-                     {"run", ToJson(record.run)},
-                     {"shape", ToJson(record.shape)},
-                     {"rms_px", record.rms_px},
-                     {"settled_rms_px", record.settled_rms_px},
-                     {"drift_m", record.drift},
-                     {"stiffness", record.stiffness}};
-  WriteFileAtomically(path, file.dump() + "\n");
+  WriteStoredJson(path, kFormat,
+                  {{"settings", settings},
+                   {"problem", record.problem},
+                   {"parameters", record.parameters},
+                   {"run", ToJson(record.run)},
+                   {"shape", ToJson(record.shape)},
+                   {"rms_px", record.rms_px},
+                   {"settled_rms_px", record.settled_rms_px},
+                   {"drift_m", record.drift},
+                   {"stiffness", record.stiffness}});
 }
 
 std::optional<BenchmarkRecord> ReadBenchmarkRecord(const std::string& path,
-                                                   const std::string& settings) {
+                                                   const ExpectedRecord& expected) {
   if (!std::filesystem::exists(path)) return std::nullopt;
-  const json file = ReadJsonFile(path);
+  const json file = ReadStoredJson(path, kFormat);
   const JsonInput input(file, path);
-  if (input.At("settings").String() != settings)
+  input.ExpectKeys({"settings", "problem", "parameters", "run", "shape", "rms_px", "settled_rms_px",
+                    "drift_m", "stiffness"});
+  if (input.At("settings").String() != expected.settings)
     throw InputError(path,
                      "found a run with other settings, expected the same ones or another "
                      "--out");
   BenchmarkRecord record;
   record.problem = input.At("problem").String();
-  record.parameters = input.At("parameters").Integer();
-  record.run = ReadRun(input.At("run"));
-  record.shape = Vector(input.At("shape"));
-  record.rms_px = input.At("rms_px").Number();
-  record.settled_rms_px = input.At("settled_rms_px").Number();
-  record.drift = input.At("drift_m").Number();
+  if (record.problem != expected.problem) input.At("problem").Fail('"' + expected.problem + '"');
+  record.run = ReadRun(input.At("run"), expected);
+  const bool found = !record.run.trace.empty();
+  const auto parameters = static_cast<int>(TyingMatrix(expected.stages.parameters).cols());
+  record.parameters = input.At("parameters").IntegerWithin(parameters, parameters);
+  record.shape = input.At("shape").Vector(found ? expected.fit.fine->model().num_dofs() : 0);
+  record.rms_px = input.At("rms_px").NotNegative();
+  record.settled_rms_px = ReadSettledRms(input.At("settled_rms_px"));
+  record.drift = input.At("drift_m").NotNegative();
   record.stiffness = input.At("stiffness").Number();
+  if (found) CheckDrape(record, expected, path);
   return record;
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "solver/fit/protocol/fit_types.h"
 #include "solver/studies/optimisers/methods/budgeted_function.h"
 
 namespace drape {
@@ -20,13 +21,24 @@ struct BenchmarkRecord {
   double stiffness = 0.0;       // lowest eigenvalue of K by mass [s⁻²]
 };
 
-// A record on disk, exact to the last bit. `settings` names all that shaped it. Throws InputError
-// when it cannot be written.
+// What a record on disk must be of. References outlive the object.
+struct ExpectedRecord {
+  std::string settings;  // names all that shaped the run
+  std::string problem, method;
+  double most_spent = 0.0;  // of the budget
+  const FitProblem& fit;    // of one observation
+  StagedFitOptions stages;  // with the parameters of the problem
+  InitialGuess guess;       // that the method started from
+};
+
+// A record on disk, exact to the last bit. Throws InputError when it cannot be written.
 void WriteBenchmarkRecord(const std::string& path, const std::string& settings,
                           const BenchmarkRecord& record);
-// Nothing when there is no such file. Throws InputError for a file that is damaged or was made with
-// other settings.
+// Nothing when there is no such file. Throws InputError, which names the file and the key, for a
+// file that is damaged, was made with other settings, or says what such a run cannot have found:
+// another problem or method, other sizes, values out of range, costs that do not fall, a drape
+// that CheckCandidate refuses.
 std::optional<BenchmarkRecord> ReadBenchmarkRecord(const std::string& path,
-                                                   const std::string& settings);
+                                                   const ExpectedRecord& expected);
 
 }  // namespace drape

@@ -1,78 +1,71 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/stability/stability_survey.h"
 
-#include <charconv>
 #include <cmath>
 #include <exception>
-#include <fstream>
 #include <set>
-#include <sstream>
 #include <utility>
 #include <vector>
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "solver/stored/csv_log.h"
 
 namespace drape {
 namespace {
 
-constexpr int kInputs = 11;
-constexpr char kResultColumns[] = ",outcome,steps,seconds,residual,speed_m_s,distance_m";
-constexpr int kColumns = kInputs + 6;
+const CsvRow kResultColumns = {"outcome",  "steps",     "seconds",
+                               "residual", "speed_m_s", "distance_m"};
 
-void AppendField(std::string& row, const std::optional<double>& value) {
-  row += ',';
-  if (value) AppendNumber(row, *value);
+// The inputs of a run, which have neither quotation marks nor commas in them, and its results.
+CsvRow Columns() {
+  CsvRow columns = ParseCsvRow(kStabilityInputColumns, "columns");
+  columns.insert(columns.end(), kResultColumns.begin(), kResultColumns.end());
+  return columns;
 }
 
-std::string Row(const std::string& inputs, const StabilityRun& run) {
-  std::string row = inputs + ',' + ToString(run.outcome) + ',' + std::to_string(run.steps);
-  AppendField(row, run.seconds);
-  AppendField(row, run.residual);
-  AppendField(row, run.speed);
-  AppendField(row, run.distance);
-  return row + '\n';
+std::string Field(const std::optional<double>& value) {
+  std::string field;
+  if (value) AppendNumber(field, *value);
+  return field;
 }
 
-std::string Header(const std::string& shared) {
-  return "# " + shared + '\n' + kStabilityInputColumns + kResultColumns + '\n';
+CsvRow Row(const std::string& inputs, const StabilityRun& run) {
+  CsvRow row = ParseCsvRow(inputs, "inputs");
+  for (std::string field :
+       {std::string(ToString(run.outcome)), std::to_string(run.steps), Field(run.seconds),
+        Field(run.residual), Field(run.speed), Field(run.distance)})
+    row.push_back(std::move(field));
+  return row;
 }
 
-std::vector<std::string> Fields(const std::string& row) {
-  std::vector<std::string> fields(1);
-  for (const char c : row) {
-    if (c == ',')
-      fields.emplace_back();
-    else
-      fields.back() += c;
-  }
-  return fields;
-}
-
-double Number(const std::string& text, const std::string& where) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    throw InputError(where, "found '" + text + "', expected a number");
+double NotNegative(const std::string& text, const std::string& where) {
+  const double value = ParseCsvNumber(text, where);
+  if (value < 0)
+    throw InputError(where, "found '" + text + "', expected a number that is not negative");
   return value;
 }
 std::optional<double> Optional(const std::string& text, const std::string& where) {
-  return text.empty() ? std::nullopt : std::optional(Number(text, where));
+  return text.empty() ? std::nullopt : std::optional(NotNegative(text, where));
+}
+int Steps(const std::string& text, const std::string& where) {
+  constexpr double kMostSteps = 1e9;
+  const double steps = NotNegative(text, where);
+  if (steps > kMostSteps || steps != std::floor(steps))
+    throw InputError(where, "found '" + text + "', expected a number of steps");
+  return static_cast<int>(steps);
 }
 
-void AddRow(const std::string& row, const std::string& where, StabilityRuns& runs) {
-  const std::vector<std::string> f = Fields(row);
-  if (static_cast<int>(f.size()) != kColumns)
-    throw InputError(
-        where, "has " + std::to_string(f.size()) + " fields, expected " + std::to_string(kColumns));
-  std::string inputs = f[0];
-  for (int i = 1; i < kInputs; ++i) inputs += ',' + f[i];
-  runs[inputs] = {.outcome = ParseStabilityOutcome(f[kInputs], where),
-                  .steps = static_cast<int>(Number(f[kInputs + 1], where)),
-                  .seconds = Number(f[kInputs + 2], where),
-                  .residual = Optional(f[kInputs + 3], where),
-                  .speed = Optional(f[kInputs + 4], where),
-                  .distance = Optional(f[kInputs + 5], where)};
+void AddRow(const CsvRow& row, const std::string& where, StabilityRuns& runs) {
+  const std::size_t inputs = row.size() - kResultColumns.size();
+  const std::string* result = &row[inputs];
+  runs[FormatCsvRow({row.begin(), row.begin() + static_cast<std::ptrdiff_t>(inputs)})] = {
+      .outcome = ParseStabilityOutcome(result[0], where),
+      .steps = Steps(result[1], where),
+      .seconds = NotNegative(result[2], where),
+      .residual = Optional(result[3], where),
+      .speed = Optional(result[4], where),
+      .distance = Optional(result[5], where)};
 }
 
 std::vector<StabilityCase> Missing(std::span<const StabilityMap> maps, const StabilityRuns& runs) {
@@ -90,14 +83,11 @@ std::vector<StabilityCase> Missing(std::span<const StabilityMap> maps, const Sta
 class Collector {
  public:
   Collector(const std::string& path, int count, const RunControl& control, StabilityRuns& runs)
-      : path_(path), file_(path, std::ios::app), count_(count), control_(control), runs_(runs) {
-    if (!file_) throw InputError(path, "cannot be written");
-  }
+      : path_(path), count_(count), control_(control), runs_(runs) {}
 
   void Add(const StabilityCase& run, const StabilityRun& result) {
     const std::string inputs = StabilityInputs(run);
-    if (!(file_ << Row(inputs, result) << std::flush))
-      throw InputError(path_, "cannot be written, is the disk full?");
+    AppendCsvRow(path_, Row(inputs, result));
     runs_[inputs] = result;
     ++done_;
     control_.Report(done_ / static_cast<double>(count_),
@@ -113,7 +103,6 @@ class Collector {
 
  private:
   std::string path_;
-  std::ofstream file_;
   int count_, done_ = 0;
   const RunControl& control_;
   StabilityRuns& runs_;
@@ -144,25 +133,16 @@ void RunOne(StabilityRunner& runner, const StabilityCase& run, const std::atomic
 }  // namespace
 
 StabilityRuns ReadStabilityRuns(const std::string& path, const std::string& shared) {
-  const std::string text = ReadWholeFile(path), header = Header(shared);
-  if (!text.starts_with(header))
-    throw InputError(path, "does not begin with '# " + shared + "': made with other settings");
   StabilityRuns runs;
-  std::istringstream in(text.substr(header.size()));
-  int line = 2;
-  for (std::string row; std::getline(in, row);) {
-    ++line;
-    if (in.eof()) break;  // no end of line: cut off
-    AddRow(row, path + ":" + std::to_string(line), runs);
-  }
+  for (const auto& [where, row] : ReadCsvLog(path, shared, Columns())) AddRow(row, where, runs);
   return runs;
 }
 
 void WriteStabilityRuns(const std::string& path, const std::string& shared,
                         const StabilityRuns& runs) {
-  std::string text = Header(shared);
-  for (const auto& [inputs, run] : runs) text += Row(inputs, run);
-  WriteFileAtomically(path, text);
+  std::vector<CsvRow> rows;
+  for (const auto& [inputs, run] : runs) rows.push_back(Row(inputs, run));
+  WriteCsvLog(path, shared, Columns(), rows);
 }
 
 bool SurveyStability(StabilityRunner& runner, std::span<const StabilityMap> maps, int threads,

@@ -2,12 +2,8 @@
 #include "solver/studies/bench/cases/bench_record.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <utility>
 
 #include "physics/util/atomic_file.h"
@@ -22,31 +18,23 @@ constexpr std::array<const char*, kBenchMeasures> kNames = {
     "dc_error",      "folds",   "derivative_error", "outline_px",     "mse",         "hausdorff_mm",
     "held_out_mse"};
 
-std::vector<std::string> Split(const std::string& line) {
-  std::vector<std::string> parts;
-  std::string part;
-  for (const char c : line) {
-    if (c != ',') {
-      part += c;
-      continue;
-    }
-    parts.push_back(part);
-    part.clear();
-  }
-  parts.push_back(part);
-  return parts;
+CsvRow ColumnNames() {
+  CsvRow names = {"work"};
+  for (const auto& [name, value] : ListAxes(BenchSetting())) names.push_back(name);
+  names.push_back("status");
+  names.insert(names.end(), kNames.begin(), kNames.end());
+  return names;
 }
 
-std::string HeaderLine() {
-  std::string line = "work";
-  for (const auto& [name, value] : ListAxes(BenchSetting())) line += "," + name;
-  line += ",status";
-  for (const char* name : kNames) line += std::string(",") + name;
-  return line;
+// Work and axes of a run.
+CsvRow IdentityFields(BenchWork work, const BenchSetting& setting) {
+  CsvRow fields = {ToString(work)};
+  for (const auto& [name, value] : ListAxes(setting)) fields.push_back(value);
+  return fields;
 }
 
-// "forward material=… law=…", as CheckpointKey has it, of the first fields of a line.
-std::string IdentityOfFields(const std::vector<std::string>& fields) {
+// "forward material=… law=…", as CheckpointKey has it, of the first fields of a row.
+std::string IdentityOfFields(const CsvRow& fields) {
   std::string identity = fields[0];
   std::size_t at = 1;
   for (const auto& [name, value] : ListAxes(BenchSetting()))
@@ -54,27 +42,17 @@ std::string IdentityOfFields(const std::vector<std::string>& fields) {
   return identity;
 }
 
-void AppendLine(const std::string& path, const std::string& line) {
-  std::ofstream file(path, std::ios::app);
-  file << line << std::endl;
-  if (!file) throw InputError(path, "cannot be written");
-}
-
-}  // namespace
-
-const char* NameFor(BenchMeasure measure) { return kNames[measure]; }
-
-std::string RecordLine(const BenchRecord& record) {
-  std::string line = record.status;
+CsvRow RecordFields(const BenchRecord& record) {
+  CsvRow fields = {record.status};
   for (const double value : record.values) {
-    line += ',';
-    if (std::isfinite(value)) AppendNumber(line, value);
+    fields.emplace_back();
+    if (std::isfinite(value)) AppendNumber(fields.back(), value);
   }
-  return line;
+  return fields;
 }
 
-BenchRecord ParseRecordLine(const std::string& line, const std::string& where) {
-  const std::vector<std::string> fields = Split(line);
+// fields: status and numbers.
+BenchRecord ParseRecord(const CsvRow& fields, const std::string& where) {
   if (fields.size() != kBenchMeasures + 1)
     throw InputError(where, "found " + std::to_string(fields.size()) + " fields, expected " +
                                 std::to_string(kBenchMeasures + 1));
@@ -83,50 +61,55 @@ BenchRecord ParseRecordLine(const std::string& line, const std::string& where) {
   for (int m = 0; m < kBenchMeasures; ++m) {
     const std::string& field = fields[m + 1];
     if (field.empty()) continue;
-    const char* const end = field.data() + field.size();
-    if (std::from_chars(field.data(), end, record.values[m]).ptr != end)
-      throw InputError(where, "found '" + field + "' as " + kNames[m] + ", expected a number");
+    record.values[m] = ParseCsvNumber(field, where + ": " + kNames[m]);
+    // A run may take less memory than a process that does nothing.
+    if (record.values[m] < 0 && m != kPeakMegabytes && m != kDrapeCoefficient)
+      throw InputError(where, "found '" + field + "' as " + kNames[m] +
+                                  ", expected a number that is not negative");
   }
   return record;
 }
 
+}  // namespace
+
+const char* NameFor(BenchMeasure measure) { return kNames[measure]; }
+
+std::string RecordLine(const BenchRecord& record) { return FormatCsvRow(RecordFields(record)); }
+
+BenchRecord ParseRecordLine(const std::string& line, const std::string& where) {
+  return ParseRecord(ParseCsvRow(line, where), where);
+}
+
 BenchFile::BenchFile(std::string path, const std::string& common, bool resume)
     : path_(std::move(path)) {
-  const std::string content = std::filesystem::exists(path_) ? ReadWholeFile(path_) : "";
+  std::vector<CsvRow> kept;
+  if (std::filesystem::exists(path_) && std::filesystem::file_size(path_) > 0) {
+    if (!resume) RefuseRuns();
+    continues_ = resume;
+    if (resume) kept = ReadRuns(common);
+  }
+  WriteCsvLog(path_, common, ColumnNames(), kept);
+}
+
+// A file without runs may be replaced.
+void BenchFile::RefuseRuns() const {
   constexpr int kLinesBeforeRuns = 2;
-  const bool has_runs = std::count(content.begin(), content.end(), '\n') > kLinesBeforeRuns;
-  if (has_runs && !resume)
+  const std::string content = ReadWholeFile(path_);
+  if (std::count(content.begin(), content.end(), '\n') > kLinesBeforeRuns)
     throw InputError(path_,
                      "holds the results of earlier runs, expected --resume to continue with "
                      "them or another --out");
-  continues_ = resume && !content.empty();
-  if (continues_) {
-    ReadRuns(content, common);
-  } else {
-    WriteFileAtomically(path_, "# " + common + "\n" + HeaderLine() + "\n");
-  }
 }
 
-void BenchFile::ReadRuns(const std::string& content, const std::string& common) {
-  std::istringstream lines(content);
-  std::string line;
-  std::getline(lines, line);
-  if (line != "# " + common)
-    throw InputError(path_ + ":1", "found '" + line + "', expected '# " + common +
-                                       "': the options are not those that the run began with");
-  std::getline(lines, line);
-  if (line != HeaderLine()) throw InputError(path_ + ":2", "expected '" + HeaderLine() + "'");
-  const std::size_t first = 1 + ListAxes(BenchSetting()).size();
-  for (int number = 3; std::getline(lines, line); ++number) {
-    const std::string where = path_ + ":" + std::to_string(number);
-    std::vector<std::string> fields = Split(line);
-    if (fields.size() != first + 1 + kBenchMeasures)
-      throw InputError(where, "found " + std::to_string(fields.size()) + " fields, expected " +
-                                  std::to_string(first + 1 + kBenchMeasures));
-    std::string rest = fields[first];
-    for (std::size_t i = first + 1; i < fields.size(); ++i) rest += "," + fields[i];
-    runs_[IdentityOfFields(fields)] = ParseRecordLine(rest, where);
+std::vector<CsvRow> BenchFile::ReadRuns(const std::string& common) {
+  const std::size_t first = IdentityFields(BenchWork::kForward, BenchSetting()).size();
+  std::vector<CsvRow> rows;
+  for (auto& [where, fields] : ReadCsvLog(path_, common, ColumnNames())) {
+    const auto begin = fields.begin() + static_cast<std::ptrdiff_t>(first);
+    runs_[IdentityOfFields(fields)] = ParseRecord({begin, fields.end()}, where);
+    rows.push_back(std::move(fields));
   }
+  return rows;
 }
 
 const BenchRecord* BenchFile::Find(const std::string& identity) const {
@@ -135,9 +118,10 @@ const BenchRecord* BenchFile::Find(const std::string& identity) const {
 }
 
 void BenchFile::Add(BenchWork work, const BenchSetting& setting, const BenchRecord& record) {
-  std::string line = ToString(work);
-  for (const auto& [name, value] : ListAxes(setting)) line += "," + value;
-  AppendLine(path_, line + "," + RecordLine(record));
+  CsvRow row = IdentityFields(work, setting);
+  const CsvRow fields = RecordFields(record);
+  row.insert(row.end(), fields.begin(), fields.end());
+  AppendCsvRow(path_, row);
   runs_[CheckpointKey(work, setting)] = record;
 }
 

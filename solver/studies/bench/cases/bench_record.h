@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "solver/stored/csv_log.h"
 #include "solver/studies/bench/cases/bench_plan.h"
 
 namespace drape {
@@ -48,17 +49,17 @@ struct BenchRecord {
   double& operator[](BenchMeasure measure) { return values[measure]; }
 };
 
-// Status and numbers as one line "status,1,2,,3", and back (Throws InputError, prefix `where`).
+// Status and numbers as one row of CSV "status,1,2,,3", and back (throws InputError, prefix
+// `where`).
 std::string RecordLine(const BenchRecord& record);
 BenchRecord ParseRecordLine(const std::string& line, const std::string& where);
 
-// runs.csv: a comment line with what all runs have in common, a line of names, a line for each run.
-// Lines are appended as runs end, so that an interrupted benchmark can be resumed.
+// runs.csv, a CSV log of the runs that have ended, so that an interrupted benchmark can be resumed.
 class BenchFile {
  public:
-  // Begins the file, or with `resume` reads the runs that it has. Throws InputError when it cannot
-  // be written, holds what is no record, or was begun with another `common`; without `resume` also
-  // when it has runs already.
+  // Begins the file, or with `resume` reads the runs that it has; an unfinished last row is
+  // dropped. Throws InputError when it cannot be written, holds what is no record, or was begun
+  // with another `common`; without `resume` also when it has runs already.
   BenchFile(std::string path, const std::string& common, bool resume);
 
   // Whether a file of the same `common` was there.
@@ -68,7 +69,8 @@ class BenchFile {
   void Add(BenchWork work, const BenchSetting& setting, const BenchRecord& record);
 
  private:
-  void ReadRuns(const std::string& content, const std::string& common);
+  void RefuseRuns() const;
+  std::vector<CsvRow> ReadRuns(const std::string& common);
   std::string path_;
   bool continues_ = false;
   std::map<std::string, BenchRecord> runs_;  // by identity

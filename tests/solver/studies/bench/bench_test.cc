@@ -175,6 +175,35 @@ TEST_F(BenchFileTest, RefusesWhatIsNotItsOwn) {
               HasSubstr("runs.csv:4: found 2 fields"));
 }
 
+TEST_F(BenchFileTest, NamesMayHaveCommasAndACutRowIsMeasuredAgain) {
+  const std::string path = Path("runs.csv");
+  BenchSetting odd = Cell(0.1);
+  odd.material = "a,\"b\"\nc.json";
+  BenchRecord record;
+  record.status = "ok";
+  record[kWallSeconds] = 0.25;
+  {
+    BenchFile file(path, "seed=a, b", false);
+    file.Add(BenchWork::kForward, odd, record);
+    file.Add(BenchWork::kForward, Cell(0.2), record);
+  }
+  const std::string whole = Read(path);
+  Write("runs.csv", whole.substr(0, whole.size() - 5));
+  BenchFile resumed(path, "seed=a, b", true);
+  ASSERT_NE(resumed.Find(CheckpointKey(BenchWork::kForward, odd)), nullptr);
+  EXPECT_EQ(resumed.Find(CheckpointKey(BenchWork::kForward, Cell(0.2))), nullptr);
+  resumed.Add(BenchWork::kForward, Cell(0.2), record);
+  EXPECT_EQ(Read(path), whole);
+}
+
+TEST_F(BenchFileTest, NumbersThatNoRunHasAreRefused) {
+  for (const char* line : {"ok,nan", "ok,inf", "ok,1,-1", "ok,1e999", "ok,x"}) {
+    std::string fields = line;
+    while (std::count(fields.begin(), fields.end(), ',') < kBenchMeasures) fields += ',';
+    EXPECT_INPUT_ERROR(ParseRecordLine(fields, "run"), "expected a number");
+  }
+}
+
 // Threads of the parent do not survive the fork; the child would wait for them forever.
 TEST(RunInChild, RunsBatchesInParallelAfterItsParentDid) {
   const auto model = SmallDisc("smooth", 100);
