@@ -65,7 +65,7 @@ int Distance(const std::string& a, const std::string& b) {
   const bool is_near = Distance(key, nearest) <= std::max<int>(1, static_cast<int>(key.size()) / 2);
   throw InputError(kWhere, "unknown option '--" + key + "'" +
                                (is_near ? ", did you mean '--" + nearest + "'?" : "") +
-                               " (--help lists all)");
+                               " (--help=all lists all)");
 }
 
 // Splits an argument and, takes the next argument as its value where there is no "=".
@@ -89,10 +89,14 @@ Flag ReadFlag(const OptionTable& table, int argc, char** argv, int& i) {
   return flag;
 }
 
-bool AsksForHelp(int argc, char** argv) {
-  return std::any_of(argv + 1, argv + argc, [](const std::string& argument) {
-    return argument == "--help" || argument == "-help" || argument == "-h";
-  });
+std::optional<HelpScope> AskedHelp(int argc, char** argv) {
+  std::optional<HelpScope> scope;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (argument == "--help=all" || argument == "-help=all") return HelpScope::kAll;
+    if (argument == "--help" || argument == "-help" || argument == "-h") scope = HelpScope::kCommon;
+  }
+  return scope;
 }
 
 void SetGlogFlag(const Flag& flag) {
@@ -104,8 +108,8 @@ void SetGlogFlag(const Flag& flag) {
 }  // namespace
 
 ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv) {
-  if (AsksForHelp(argc, argv)) {
-    std::fputs(table.Help().c_str(), stdout);
+  if (const std::optional<HelpScope> scope = AskedHelp(argc, argv)) {
+    std::fputs(table.Help(*scope).c_str(), stdout);
     return ParseOutcome::kHelpShown;
   }
   std::vector<Flag> flags;

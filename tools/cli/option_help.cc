@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <glog/logging.h>
+
+#include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "physics/util/atomic_file.h"
 #include "tools/cli/option_text.h"
@@ -70,6 +75,32 @@ std::string TypeText(const Option& option) {
       option.value);
 }
 
+// Where a line of UTF-8 that is longer than 100 columns is to be broken: at a space; else npos.
+std::size_t FindBreak(const std::string& line) {
+  constexpr int kColumns = 100;
+  const std::size_t begin = line.find_first_not_of(' ');
+  std::size_t last_space = std::string::npos;
+  int columns = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == ' ' && i > begin) last_space = i;
+    if ((line[i] & 0xC0) != 0x80 && ++columns > kColumns) return last_space;
+  }
+  return std::string::npos;
+}
+
+// Breaks long lines; what is left of one begins with `indent`.
+std::string Wrap(const std::string& text, const std::string& indent) {
+  std::istringstream lines(text);
+  std::string wrapped;
+  for (std::string line; std::getline(lines, line); wrapped += line + "\n") {
+    for (std::size_t at = 0; (at = FindBreak(line)) != std::string::npos;) {
+      wrapped += line.substr(0, at) + "\n";
+      line = indent + line.substr(at + 1);
+    }
+  }
+  return wrapped;
+}
+
 std::string Describe(const Option& option) {
   std::string text = "  --" + option.key + "  <" + TypeText(option) + ">";
   if (!option.words.empty()) text += " or " + JoinChoices(option.words, "…, ");
@@ -81,8 +112,70 @@ std::string Describe(const Option& option) {
   } else {
     text += value.empty() ? ", default: none" : ", default: " + value;
   }
-  return text + "\n      " + option.doc + "\n";
+  return Wrap(text + "\n      " + option.doc, "      ");
 }
+
+// Options and their headings, in the order in which they are shown.
+struct HelpSection {
+  std::string title;
+  std::vector<const Option*> options;
+};
+
+HelpSection CommonSection(const OptionTable& table) {
+  HelpSection section{"common options", {}};
+  for (const std::string& key : table.common) {
+    const auto option = std::find_if(table.options.begin(), table.options.end(),
+                                     [&](const Option& one) { return one.key == key; });
+    CHECK(option != table.options.end()) << table.tool << " has no option " << key;
+    section.options.push_back(&*option);
+  }
+  return section;
+}
+
+// The options that are not in `shown`, by their groups.
+std::vector<HelpSection> OtherSections(const OptionTable& table, const HelpSection& shown) {
+  std::vector<HelpSection> sections;
+  for (const Option& option : table.options) {
+    if (std::find(shown.options.begin(), shown.options.end(), &option) != shown.options.end())
+      continue;
+    const std::string title = option.group.empty() ? "options" : option.group;
+    const auto same = std::find_if(sections.begin(), sections.end(),
+                                   [&](const HelpSection& one) { return one.title == title; });
+    if (same == sections.end()) {
+      sections.push_back({title, {&option}});
+    } else {
+      same->options.push_back(&option);
+    }
+  }
+  return sections;
+}
+
+std::string SectionText(const HelpSection& section) {
+  std::string text = section.title + ":\n";
+  for (const Option* option : section.options) text += Describe(*option);
+  return text + "\n";
+}
+
+std::string OptionsText(const OptionTable& table, HelpScope scope) {
+  const HelpSection common = CommonSection(table);
+  const std::vector<HelpSection> others = OtherSections(table, common);
+  std::string text = table.common.empty() ? "" : SectionText(common), titles;
+  if (scope == HelpScope::kAll || table.common.empty()) {
+    for (const HelpSection& section : others) text += SectionText(section);
+    return text;
+  }
+  for (const HelpSection& section : others) titles += (titles.empty() ? "" : "; ") + section.title;
+  const std::size_t count = table.options.size() - common.options.size();
+  return text + Wrap(std::to_string(count) + " more with --help=all: " + titles, "  ") + "\n";
+}
+
+constexpr char kCommonNotes[] =
+    "exit codes: 0 done, 2 bad input (one line on stderr, earlier results are unchanged), "
+    "130 cancelled by Ctrl-C\n"
+    "--config: JSON file with any of these keys (// comments allowed); its paths are relative to "
+    "its folder; options of the command line take precedence\n"
+    "--version: the version. The flags --v, --vmodule, --logtostderr, --minloglevel and --log_dir "
+    "of glog work as well.\n";
 
 }  // namespace
 
@@ -101,22 +194,18 @@ std::string RangeText(const Option& option) {
   return most.empty() ? "" : "≤ " + most;
 }
 
-std::string OptionTable::Help() const {
+std::vector<Option> Grouped(const std::string& group, std::vector<Option> options) {
+  for (Option& option : options) option.group = group;
+  return options;
+}
+
+std::string OptionTable::Help(HelpScope scope) const {
   std::string usage = "usage: " + tool + (operands ? " " + operand_names : "") + " [--config=FILE]";
   for (const Option& option : options)
     if (option.required) usage += " --" + option.key + "=…";
-  std::string text =
-      tool + " " + DrapefitVersion() + ": " + summary + "\n\n" + usage +
-      " [--key=value …]\nexample: " + example + "\n\n" +
-      "  --config  <path>, default: none\n"
-      "      JSON file with any of the keys below (// comments allowed); its paths are "
-      "relative to its folder; options of the command line take precedence\n";
-  for (const Option& option : options) text += Describe(option);
-  return text + "  --help, --version\n\n" + notes +
-         "exit codes: 0 done, 2 bad input (one line on stderr, earlier results are unchanged), 130 "
-         "cancelled by Ctrl-C\nThe flags --v, --vmodule, --logtostderr, --minloglevel and "
-         "--log_dir of glog work as "
-         "well.\n";
+  const std::string heading = tool + " " + DrapefitVersion() + ": " + summary + "\n\n" + usage +
+                              " [--key=value …]\nexample: " + example + "\n\n";
+  return Wrap(heading, "  ") + OptionsText(*this, scope) + Wrap(notes + kCommonNotes, "  ");
 }
 
 }  // namespace drape

@@ -34,8 +34,25 @@ struct Option {
   // line, to the working directory.
   bool is_path = false;
   std::vector<std::string> words =
-      {};                 // texts that are no paths: "flat", or, with a colon, a prefix
-  bool required = false;  // no default: the user must give it
+      {};                  // texts that are no paths: "flat", or, with a colon, a prefix
+  bool required = false;   // no default: the user must give it
+  std::string group = {};  // heading in --help=all; empty: "options"
+};
+
+// The options under one heading of --help=all.
+std::vector<Option> Grouped(const std::string& group, std::vector<Option> options);
+
+// All options of several lists.
+template <class... Lists>
+std::vector<Option> Concatenate(Lists... lists) {
+  std::vector<Option> all;
+  (all.insert(all.end(), lists.begin(), lists.end()), ...);
+  return all;
+}
+
+enum class HelpScope {
+  kCommon,  // the options that most runs need, and how to see the others
+  kAll      // every option, under its heading
 };
 
 // What a user can set in one tool: the command line, the config file and --help follow from it.
@@ -43,8 +60,11 @@ struct OptionTable {
   std::string tool;     // "drape_simulate"
   std::string summary;  // one line: what the tool does
   std::string example;  // a command line
-  std::string notes;    // exit codes and files, for --help
+  std::string notes;    // files and exit codes, for --help: one paragraph a line
   std::vector<Option> options;
+  // Keys of the options that --help shows, in its order; the others are left to --help=all. Empty:
+  // --help shows all.
+  std::vector<std::string> common = {};
   // What the command line may hold beside options, in order, and its names in the usage line;
   // nullptr: nothing.
   std::vector<std::string>* operands = nullptr;
@@ -52,8 +72,9 @@ struct OptionTable {
   // Where given, holds the keys that the user has set, by flag or config.
   std::set<std::string>* given = nullptr;
 
-  // The names, types, defaults, ranges, units and docs of all options.
-  std::string Help() const;
+  // The names, types, defaults, ranges, units and docs of the options, in lines of at most 100
+  // columns. A line that begins with "  --" begins an option.
+  std::string Help(HelpScope scope = HelpScope::kCommon) const;
 
   // Sets an option from text, as on a command line: "--key=text". Throws InputError that starts
   // with `where`, names the key and the text, and says what was expected.
@@ -71,9 +92,10 @@ struct OptionTable {
 enum class ParseOutcome { kRun, kHelpShown };
 
 // Reads the command line into the table's fields: --config=FILE first, then the flags on top of it
-// (--key=value, --key value, --switch, --noswitch). --help prints and asks to end; --version too.
-// glog's own flags (--v, --logtostderr, …) are passed on. Throws InputError for an unknown flag (it
-// suggests the nearest), a missing value, and whatever Set, ReadConfig and CheckRequired throw.
+// (--key=value, --key value, --switch, --noswitch). --help prints the common options, --help=all
+// all of them, and asks to end; --version too. glog's own flags (--v, --logtostderr, …) are passed
+// on. Throws InputError for an unknown flag (it suggests the nearest), a missing value, and
+// whatever Set, ReadConfig and CheckRequired throw.
 ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv);
 
 }  // namespace drape

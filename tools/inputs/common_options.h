@@ -27,11 +27,4 @@ std::vector<Option> SceneOptions(SceneInput& scene);
 // What sets the camera.
 std::vector<Option> CameraOptions(CameraInput& camera);
 
-template <class... Lists>
-std::vector<Option> Concatenate(Lists... lists) {
-  std::vector<Option> all;
-  (all.insert(all.end(), lists.begin(), lists.end()), ...);
-  return all;
-}
-
 }  // namespace drape

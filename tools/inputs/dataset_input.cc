@@ -34,7 +34,7 @@ std::vector<Option> DatasetOptions(DatasetQuery& query, const std::string& seed_
       {.key = seed_key, .value = &query.seed, .doc = "random seed of the split", .least = 0},
       {.key = "split",
        .value = &query.split,
-       .doc = "file of a stored split, used instead of a random one" + seed_key,
+       .doc = "file of a stored split, used instead of a random one",
        .is_path = true},
       {.key = "save_split",
        .value = &query.save_split,

@@ -106,19 +106,25 @@ OptionTable FitTable(FitToolOptions& options) {
       .example = "drape_fit --config=configs/programs/fit.json --images=drape.jpg --out=out/fit",
       .notes =
           "files: summary.json, material.json and, for each image, fit_<image>.png, "
-          "drape_<image>.obj, start_<image>.json;\n"
-          "  model heterogeneous also material_homogeneous.json, field_<kind>.png, "
-          "posterior_ratio_<kind>.png;\n"
-          "  models bayes and bdp also material_homogeneous.json, base.json, posterior.json;\n"
-          "  they replace those of an earlier run together, at the end; checkpoint.json and "
-          "fit.log while it runs\n"
+          "drape_<image>.obj, start_<image>.json; model heterogeneous also "
+          "material_homogeneous.json, field_<kind>.png, posterior_ratio_<kind>.png; models bayes "
+          "and bdp also material_homogeneous.json, base.json, posterior.json; they replace those "
+          "of an earlier run together, at the end; checkpoint.json and fit.log while it runs\n"
           "exit code 3: nothing could be fitted (see summary.json)\n"
           "Ctrl-C writes the best fit so far and keeps the checkpoint for --resume\n",
-      .options = Concatenate(DataOptions(options), SelectionOptions(options),
-                             AccuracyOptions(options.accuracy), FieldOptionList(spec),
-                             std::vector{BackendOption(spec.backend), ThreadsOption(spec.threads)},
-                             FieldOptionList(spec.observation), FieldOptionList(spec.stages),
-                             FieldOptionList(spec.fields), FieldOptionList(spec.posterior)),
+      .options = Concatenate(
+          Grouped("data and results", DataOptions(options)),
+          Grouped("published data set (--data)", SelectionOptions(options)),
+          Grouped(
+              "simulation",
+              Concatenate(AccuracyOptions(options.accuracy), FieldOptionList(spec),
+                          std::vector{BackendOption(spec.backend), ThreadsOption(spec.threads)})),
+          Grouped("images and outlines", FieldOptionList(spec.observation)),
+          Grouped("search and optimisation", FieldOptionList(spec.stages)),
+          Grouped("model heterogeneous", FieldOptionList(spec.fields)),
+          Grouped("models bayes and bdp", FieldOptionList(spec.posterior))),
+      .common = {"images", "lab_tests", "data", "fabric", "material", "density", "model", "mesh",
+                 "accuracy", "num_parameters", "threads", "backend", "out", "resume"},
       .given = &options.accuracy.given};
 }
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Flags, --help and the exit codes of the real programs.
+#include <regex>
+
 #include "tests/tools/tool_fixture.h"
 #include "tools/inputs/fit_options.h"
 #include "tools/programs/check/check_report.h"
@@ -11,17 +13,19 @@ namespace {
 class CommandLine : public ToolFixture {};
 
 void ExpectHelpListsAll(const std::string& program, const OptionTable& table) {
-  const ProcessResult help = RunProcess({program, "--help"});
+  const ProcessResult help = RunProcess({program, "--help=all"});
   EXPECT_EQ(help.exit_code, 0);
   EXPECT_EQ(help.err, "");
   EXPECT_GE(table.options.size(), 8u);
+  const std::string unwrapped = std::regex_replace(help.out, std::regex("\n      (?! )"), " ");
   for (const Option& option : table.options) {
     EXPECT_THAT(help.out, testing::HasSubstr("\n  --" + option.key + "  <"));
-    EXPECT_THAT(help.out, testing::HasSubstr(option.doc));
+    EXPECT_THAT(unwrapped, testing::HasSubstr(" " + option.doc + "\n"));
     EXPECT_THAT(option.doc, testing::Not(testing::HasSubstr("\n")));
   }
-  EXPECT_EQ(RunProcess({program, "-h"}).out, help.out);
-  EXPECT_EQ(help.out, table.Help());
+  EXPECT_EQ(help.out, table.Help(HelpScope::kAll));
+  EXPECT_EQ(RunProcess({program, "--help"}).out, table.Help());
+  EXPECT_EQ(RunProcess({program, "-h"}).out, table.Help());
 }
 
 TEST_F(CommandLine, HelpListsEachKeyOfTheTable) {
@@ -40,6 +44,18 @@ TEST_F(CommandLine, HelpGivesTypeRangeUnitAndDefault) {
   EXPECT_THAT(help, testing::HasSubstr("--steps  <integer>, 0 … 1000000, default: 100\n"));
   EXPECT_THAT(help, testing::HasSubstr("--law  <reference|smooth>, default: smooth\n"));
   EXPECT_THAT(help, testing::HasSubstr("--material  <path>, required\n"));
+}
+
+TEST_F(CommandLine, HelpShowsTheCommonOptionsAndCountsTheOthers) {
+  FitToolOptions options;
+  const OptionTable table = FitTable(options);
+  const std::string help = table.Help();
+  EXPECT_THAT(help, testing::HasSubstr("\n  --images  <"));
+  EXPECT_THAT(help, testing::Not(testing::HasSubstr("--field_restarts")));
+  const std::size_t others = table.options.size() - table.common.size();
+  EXPECT_THAT(help, testing::HasSubstr("\n" + std::to_string(others) +
+                                       " more with --help=all: data and results; "));
+  EXPECT_LT(std::count(help.begin(), help.end(), '\n'), 60);
 }
 
 TEST_F(CommandLine, MistakesAreOneLine) {

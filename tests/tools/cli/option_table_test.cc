@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/option_table.h"
 
+#include <algorithm>
 #include <cstdlib>
+#include <sstream>
 
 #include "tests/physics/file_fixture.h"
 #include "tools/cli/field_options.h"
@@ -85,6 +87,32 @@ TEST_F(OptionTables, ConfigTypesAreStrict) {
   EXPECT_INPUT_ERROR(read(R"({"count": {"a": 1}})"), "key 'count'");
   EXPECT_INPUT_ERROR(read("[]"), "c.json");
   EXPECT_INPUT_ERROR(read(R"({"cuont": 1})"), "allowed: path mesh count share loud factors files");
+}
+
+TEST_F(OptionTables, HelpIsGroupedAndWrapped) {
+  OptionTable table = table_;
+  const auto lines = [](const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) lines.push_back(line);
+    return lines;
+  };
+  EXPECT_THAT(lines(table.Help()), testing::Contains("options:"));
+  table.options = Concatenate(Grouped("first", table_.options),
+                              Grouped("second", {{.key = "late", .value = &loud_, .doc = ""}}));
+  for (int i = 0; i < 60; ++i) table.options.back().doc += "wörd ";
+  table.options.back().doc += "end";
+  table.common = {"files", "late"};
+  const std::string all = table.Help(HelpScope::kAll);
+  EXPECT_LT(all.find("common options:\n  --files  <"), all.find("\n  --late  <"));
+  EXPECT_LT(all.find("\n  --late  <"), all.find("\nfirst:\n  --path  <"));
+  EXPECT_EQ(all.find("second"), std::string::npos);  // all of it is common
+  for (const std::string& line : lines(all))
+    EXPECT_LE(line.size() - std::count(line.begin(), line.end(), '\xb6'), 100u) << line;
+  EXPECT_THAT(lines(table.Help()), testing::Contains("6 more with --help=all: first"));
+  EXPECT_THAT(table.Help(), testing::Not(testing::HasSubstr("--path")));
+  table.common = {"nothing"};
+  EXPECT_DEATH(table.Help(), "t has no option nothing");
 }
 
 TEST_F(OptionTables, RequireWhatHasNoDefault) {

@@ -62,10 +62,9 @@ OptionTable ValidateTable(ValidateToolOptions& options) {
           .notes =
               "files: summary.json\n"
               "columns: the reference value, the values computed on three meshes, each twice as "
-              "fine as the one before, the error\n"
-              "  of the finest and its bound (relative; in degrees for the angle), and the order "
-              "of convergence (-: the meshes\n"
-              "  agree, or the convergence is not monotone)\n"
+              "fine as the one before, the error of the finest and its bound (relative; in degrees "
+              "for the angle), and the order of convergence (-: the meshes agree, or the "
+              "convergence is not monotone)\n"
               "exit code 1: a reference case failed\n",
           .options = {{.key = "filter",
                        .value = &options.validation.only,

@@ -73,10 +73,6 @@ std::vector<Option> ReportOptions(EquilibriaOptions& options) {
 }  // namespace
 
 OptionTable EquilibriaTable(EquilibriaOptions& options) {
-  std::vector<Option> all = ClothOptions(options.scene);
-  for (const Option& option : SampleOptions(options.sampling)) all.push_back(option);
-  all.push_back(BackendOption(options.backend));
-  for (const Option& option : ReportOptions(options)) all.push_back(option);
   return {
       .tool = "drape_equilibria",
       .summary =
@@ -86,12 +82,15 @@ OptionTable EquilibriaTable(EquilibriaOptions& options) {
           "--out=out/branches",
       .notes =
           "files: summary.json, branches.png (all silhouettes, one colour per branch) and, for "
-          "each branch,\n"
-          "  branch_<i>.json, its drape of least energy, which drape_simulate can start from. They "
-          "replace the files of an earlier run together, at the end.\n"
+          "each branch, branch_<i>.json, its drape of least energy, which drape_simulate can start "
+          "from. They replace the files of an earlier run together, at the end.\n"
           "exit code 3: no start came to rest\n"
           "Ctrl-C writes the results so far.\n",
-      .options = std::move(all)};
+      .options = Concatenate(
+          Grouped("cloth", ClothOptions(options.scene)),
+          Grouped("simulation", Concatenate(SampleOptions(options.sampling),
+                                            std::vector{BackendOption(options.backend)})),
+          Grouped("branches and results", ReportOptions(options)))};
 }
 
 EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunControl& control) {

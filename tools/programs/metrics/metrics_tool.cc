@@ -108,13 +108,14 @@ Found EvaluateData(const MetricsOptions& options, const Camera& camera, const Ru
 }  // namespace
 
 OptionTable MetricsTable(MetricsOptions& options) {
-  std::vector<Option> all = CameraOptions(options.camera);
+  std::vector<Option> all = Grouped("camera", CameraOptions(options.camera));
   DatasetQuery& data = options.data;
   all.push_back({.key = "aligned",
                  .value = &data.aligned,
                  .doc = "with --data: also evaluate after the best rotation and reflection, which "
                         "takes longer"});
-  for (const Option& option : DatasetOptions(data, "seed")) all.push_back(option);
+  for (const Option& option : Grouped("data set", DatasetOptions(data, "seed")))
+    all.push_back(option);
   all.push_back(
       {.key = "out", .value = &options.out, .doc = "JSON file for the results", .is_path = true});
   return {.tool = "drape_metrics",
@@ -124,9 +125,8 @@ OptionTable MetricsTable(MetricsOptions& options) {
           .example = "drape_metrics silhouette.png out/drape/drape.obj --out=metrics.json",
           .notes =
               "A and B: two images or OBJ meshes; two output folders of drape_simulate or "
-              "drape_fit, whose drapes of the same name\n"
-              "  are compared; or two other folders of images and meshes: A holds samples of a "
-              "distribution, B what was observed\n"
+              "drape_fit, whose drapes of the same name are compared; or two other folders of "
+              "images and meshes: A holds samples of a distribution, B what was observed\n"
               "aligned: after the rotation and reflection of B that brings its outline closest to "
               "that of A\n",
           .options = std::move(all),

@@ -220,31 +220,32 @@ int PredictionRun::at_rest() const {
 }
 
 OptionTable PredictTable(PredictToolOptions& options) {
-  std::vector<Option> all = MaterialOptions(options);
-  for (const Option& option : DrawOptions(options)) all.push_back(option);
-  all.push_back(BackendOption(options.backend));
-  for (const Option& option : DatasetOptions(options.data, "split_seed")) all.push_back(option);
-  all.push_back(CalibrateOption(options));
-  for (const Option& option : CameraOptions(options.camera)) all.push_back(option);
-  for (const Option& option : FileOptions(options)) all.push_back(option);
-  return {.tool = "drape_predict",
-          .summary =
-              "predicts the drapes of a fabric as a distribution and scores it on held-out drapes",
-          .example =
-              "drape_predict --config=configs/programs/predict.json --draws=64 --out=out/predict",
-          .notes =
-              "files: summary.json (features of each drape, their intervals, scores), "
-              "mean_image.png (mean coverage),\n"
-              "  draws.png (silhouettes, one colour per specimen) and draw_<i>.obj. They replace "
-              "the files of an earlier run together, at the end.\n"
-              "--calibrate: the factors are in summary.json and, with --material, in "
-              "material_up.json and material_down.json.\n"
-              "--data: the prediction is scored on held-out samples of --fabric, beside predictors "
-              "without a model; the material\n"
-              "  should have been fitted to other samples.\n"
-              "exit code 3: no sample came to rest\n"
-              "Ctrl-C writes the results so far.\n",
-          .options = std::move(all)};
+  return {
+      .tool = "drape_predict",
+      .summary =
+          "predicts the drapes of a fabric as a distribution and scores it on held-out drapes",
+      .example =
+          "drape_predict --config=configs/programs/predict.json --draws=64 --out=out/predict",
+      .notes =
+          "files: summary.json (features of each drape, their intervals, scores), mean_image.png "
+          "(mean coverage), draws.png (silhouettes, one colour per specimen) and draw_<i>.obj. "
+          "They replace the files of an earlier run together, at the end.\n"
+          "--calibrate: the factors are in summary.json and, with --material, in material_up.json "
+          "and material_down.json.\n"
+          "--data: the prediction is scored on held-out samples of --fabric, beside predictors "
+          "without a model; the material should have been fitted to other samples.\n"
+          "exit code 3: no sample came to rest\n"
+          "Ctrl-C writes the results so far.\n",
+      .options = Concatenate(
+          Grouped("fabric", MaterialOptions(options)),
+          Grouped("samples and simulation",
+                  Concatenate(DrawOptions(options), std::vector{BackendOption(options.backend)})),
+          Grouped("held-out drapes (--data)",
+                  Concatenate(DatasetOptions(options.data, "split_seed"),
+                              std::vector{CalibrateOption(options)})),
+          Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
+      .common = {"material", "posterior", "mesh", "draws", "repeats", "seed", "data", "fabric",
+                 "train", "calibrate", "threads", "backend", "out"}};
 }
 
 PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl& control) {

@@ -69,24 +69,27 @@ OptionTable SimulateTable(SimulateOptions& options) {
        .most = 1000000},
       BackendOption(options.backend),
   };
-  return {.tool = "drape_simulate",
-          .summary =
-              "simulates one drape of a fabric, over the support of the Cusick test or in another "
-              "scene",
-          .example =
-              "drape_simulate --mesh=disc:1200 --material=configs/fabrics/cotton_blue.json "
-              "--steps=100 --dump_steps=10,100 --out=out/drape",
-          .notes =
-              "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
-              "drape.obj, silhouette.png,\n"
-              "  state_<step>.json, state_rest.json (hybrid and static), gradient.json. They "
-              "replace the files of an earlier run together, at the end.\n"
-              "exit code 3: the computation failed (outcome and status in summary.json); the files "
-              "show the last good shape\n",
-          .options = Concatenate(SceneOptions(options.scene), scene, steps,
-                                 AccuracyOptions(options.accuracy), CameraOptions(options.camera),
-                                 FileOptions(options)),
-          .given = &options.accuracy.given};
+  return {
+      .tool = "drape_simulate",
+      .summary =
+          "simulates one drape of a fabric, over the support of the Cusick test or in another "
+          "scene",
+      .example =
+          "drape_simulate --mesh=disc:1200 --material=configs/fabrics/cotton_blue.json "
+          "--steps=100 --dump_steps=10,100 --out=out/drape",
+      .notes =
+          "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
+          "drape.obj, silhouette.png, state_<step>.json, state_rest.json (hybrid and static), "
+          "gradient.json. They replace the files of an earlier run together, at the end.\n"
+          "exit code 3: the computation failed (outcome and status in summary.json); the files "
+          "show the last good shape\n",
+      .options = Concatenate(
+          Grouped("cloth and scene", Concatenate(SceneOptions(options.scene), scene)),
+          Grouped("simulation", Concatenate(steps, AccuracyOptions(options.accuracy))),
+          Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
+      .common = {"mesh", "material", "start", "scene", "solve", "time_step", "steps", "accuracy",
+                 "image", "out"},
+      .given = &options.accuracy.given};
 }
 
 }  // namespace drape

@@ -124,7 +124,7 @@ std::vector<Option> ProblemOptions(BenchToolOptions& options) {
   };
 }
 
-std::vector<Option> FitAndFileOptions(BenchToolOptions& options) {
+std::vector<Option> FitOptionList(BenchToolOptions& options) {
   FitSpec& spec = options.job.fit.spec;
   return {
       {.key = "images",
@@ -159,6 +159,11 @@ std::vector<Option> FitAndFileOptions(BenchToolOptions& options) {
        .doc = "fits: as in drape_fit",
        .least = 0,
        .most = 1},
+  };
+}
+
+std::vector<Option> FileOptions(BenchToolOptions& options) {
+  return {
       {.key = "table",
        .value = &options.table,
        .doc = "drapes: file to write the table of --accuracy to",
@@ -266,9 +271,6 @@ void CheckOptions(const BenchToolOptions& options) {
 }  // namespace
 
 OptionTable BenchTable(BenchToolOptions& options) {
-  std::vector<Option> all = AxisOptions(options.job.axes);
-  for (const Option& option : ProblemOptions(options)) all.push_back(option);
-  for (const Option& option : FitAndFileOptions(options)) all.push_back(option);
   return {.tool = "drape_bench",
           .summary =
               "measures the cost and the error of drapes, derivatives and fits over the product of "
@@ -276,16 +278,19 @@ OptionTable BenchTable(BenchToolOptions& options) {
           .example = "drape_bench --config=configs/studies/bench/quick.json --out=out/bench",
           .notes =
               "files: runs.csv (one line per run, written as it ends), bench.json (fronts, "
-              "exponents of growth, all runs),\n"
-              "  front_<error>.png and .svg, growth.png and .svg\n"
+              "exponents of growth, all runs), front_<error>.png and .svg, growth.png and .svg\n"
               "Errors are relative to the drape at rest on an infinitely fine mesh, which is "
-              "extrapolated from two meshes with an\n"
-              "  estimate of its own error. Newton's method leaves no error of the time step. Each "
-              "run is a process of its own, so\n"
-              "  that its peak memory is its own.\n"
+              "extrapolated from two meshes with an estimate of its own error. Newton's method "
+              "leaves no error of the time step. Each run is a process of its own, so that its "
+              "peak memory is its own.\n"
               "exit code 3: no run has a result\n"
               "Ctrl-C keeps the finished runs for --resume.\n",
-          .options = std::move(all)};
+          .options = Concatenate(
+              Grouped("axes", AxisOptions(options.job.axes)),
+              Grouped("problem, reference and measurement", ProblemOptions(options)),
+              Grouped("fits", FitOptionList(options)), Grouped("files", FileOptions(options))),
+          .common = {"work", "material", "start", "mesh", "solve", "time_step", "relax_time",
+                     "reference", "images", "table", "out", "resume"}};
 }
 
 BenchToolResult RunBenchTool(BenchToolOptions options, const RunControl& control) {

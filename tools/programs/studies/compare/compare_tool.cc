@@ -132,8 +132,8 @@ void RenderCharts(const OutputFolder& out, const Comparison& comparison,
 }  // namespace
 
 OptionTable CompareTable(CompareToolOptions& options) {
-  std::vector<Option> all = SplitOptions(options);
-  for (const Option& option : DrawOptions(options)) all.push_back(option);
+  std::vector<Option> all = Concatenate(Grouped("comparison", SplitOptions(options)),
+                                        Grouped("prediction and results", DrawOptions(options)));
   for (const Option& option : FitTable(options.fit).options)
     if (!kOfCells.contains(option.key)) all.push_back(option);
   return {
@@ -145,20 +145,18 @@ OptionTable CompareTable(CompareToolOptions& options) {
           "drape_compare --config=configs/studies/compare/quick.json --data=DIR --out=out/compare",
       .notes =
           "files: comparison.md, comparison.csv and comparison.json; for each fabric, model and "
-          "seed,\n"
-          "  fabric_<N>/<model>/seed_<K> with the files of drape_fit and prediction.json, and "
-          "fabric_<N>/split_<K>.json;\n"
-          "  models_fabric_<N>.png and .svg, and models.png and .svg for all fabrics: error and "
-          "rollouts of each model\n"
+          "seed, fabric_<N>/<model>/seed_<K> with the files of drape_fit and prediction.json, and "
+          "fabric_<N>/split_<K>.json; models_fabric_<N>.png and .svg, and models.png and .svg for "
+          "all fabrics: error and rollouts of each model\n"
           "The chosen model is the simplest one (isotropic < linear < bend < bend_rows < scales < "
-          "columns < homogeneous <\n"
-          "  heterogeneous < elements < bdp < bayes) whose held-out energy score of the features "
-          "is within one standard error\n"
-          "  of the best; the standard error is that of the paired differences over held-out "
-          "captures, taken as independent.\n"
+          "columns < homogeneous < heterogeneous < elements < bdp < bayes) whose held-out energy "
+          "score of the features is within one standard error of the best; the standard error is "
+          "that of the paired differences over held-out captures, taken as independent.\n"
           "After Ctrl-C or a kill the same command continues with the unfinished runs and gives "
           "the identical result.\n",
-      .options = std::move(all)};
+      .options = std::move(all),
+      .common = {"data", "fabrics", "materials", "models", "seeds", "train", "face", "mesh",
+                 "draws", "calibrate", "threads", "backend", "out"}};
 }
 
 CompareResult RunCompareTool(const CompareToolOptions& options, const RunControl& control) {

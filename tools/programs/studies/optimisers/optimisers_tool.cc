@@ -121,8 +121,6 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
 }  // namespace
 
 OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
-  std::vector<Option> all = ProblemOptions(options);
-  for (const Option& option : MethodOptions(options)) all.push_back(option);
   return {.tool = "drape_compare_optimisers",
           .summary = "compares optimisers with the same cost, start and budget on many silhouettes",
           .example =
@@ -130,12 +128,12 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
               "--out=out/optimisers",
           .notes =
               "files: summary.json, report.md, traces.csv, convergence.png, profiles.png and "
-              "branches.png. They replace the files of\n"
-              "  an earlier run together, at the end. twins/ and runs/: an interrupted run "
-              "continues from them.\n"
+              "branches.png. They replace the files of an earlier run together, at the end. twins/ "
+              "and runs/: an interrupted run continues from them.\n"
               "exit code 3: no problem has a start\n"
               "Ctrl-C keeps the finished runs.\n",
-          .options = std::move(all)};
+          .options = Concatenate(Grouped("problems", ProblemOptions(options)),
+                                 Grouped("methods and results", MethodOptions(options)))};
 }
 
 OptimiserBenchmark RunBenchmarkTool(const OptimiserBenchmarkOptions& options,

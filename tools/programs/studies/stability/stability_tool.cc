@@ -151,17 +151,16 @@ OptionTable StabilityTable(StabilityOptions& options) {
   std::string methods;
   for (int i = 0; i < kStabilityMethods; ++i)
     methods += std::string(" ") + ToString(static_cast<StabilityMethod>(i));
-  std::vector<Option> all = SettingOptions(options);
-  for (const Option& option : SurveyOptions(options)) all.push_back(option);
   return {
       .tool = "drape_stability",
       .summary = "maps the outcome of solvers of a drape over two parameters",
       .example =
           "drape_stability --config=configs/studies/stability_quick.json --out=out/stability",
       .notes = "methods:" + methods + "\naxes:\n" + axes +
-               "files: runs.csv, to which each finished run is appended, findings.json and one "
-               "PNG per map\nCtrl-C keeps the finished runs; --resume continues with the others.\n",
-      .options = std::move(all)};
+               "files: runs.csv, to which each finished run is appended, findings.json and one PNG "
+               "per map\nCtrl-C keeps the finished runs; --resume continues with the others.\n",
+      .options = Concatenate(Grouped("maps and results", SurveyOptions(options)),
+                             Grouped("simulation", SettingOptions(options)))};
 }
 
 StabilityAtlas RunStability(const StabilityOptions& options, const RunControl& control) {
