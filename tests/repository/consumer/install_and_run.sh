@@ -8,8 +8,10 @@ build=$1 source=$2 cmake=$3 generator=$4 compiler=$5
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
-"$cmake" --install "$build" --component devel --prefix "$scratch/first" >"$scratch/log" ||
-  { cat "$scratch/log"; exit 1; }
+for component in devel configs; do
+  "$cmake" --install "$build" --component "$component" --prefix "$scratch/first" >"$scratch/log" ||
+    { cat "$scratch/log"; exit 1; }
+done
 mv "$scratch/first" "$scratch/prefix"
 
 # Public headers only, each with all headers that it includes; no studies and no programs.
