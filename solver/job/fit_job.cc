@@ -28,7 +28,9 @@ constexpr int kLabIterations = 100;
 constexpr double kLabTolerance = 1e-5;
 constexpr double kLabDamping = 1e-2;    // at first: strips do not leave a branch
 constexpr double kLabLeastScale = 1e4;  // of a parameter that is determined to 1 %
-constexpr double kTableShare = 0.7;     // of the time of other models that the one table takes
+// Shares of the time, for the progress line: of all before the drapes of the result, and of the one
+// table in that of other models.
+constexpr double kFitShare = 0.9, kTableShare = 0.3;
 
 // Fits laboratory measurements alone: few parameters first, since far from the solution single
 // entries are changed into tables that no strip resists. First scales about the start tables; the
@@ -301,17 +303,18 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
     control.Log(line);
   };
   if (files.resume && ready) log_both(ResumeNote(spec.model, saved));
-  if (!input.backend_choice.empty()) log_both("backend: " + input.backend_choice);
+  if (!input.device.empty()) log_both("running on " + input.device);
   for (const std::string& line : data.log_lines) log << line << std::endl;
   for (const std::string& note : input.notes) log << note << std::endl;
-  const double table_share = spec.model == FitModel::kHomogeneous ? 1.0 : kTableShare;
+  const double table_share = spec.model == FitModel::kHomogeneous ? kFitShare : kTableShare;
   const RunControl of_table = SummaryPart(control, 0.0, table_share, log);
-  const RunControl of_rest = SummaryPart(control, table_share, 1.0, log);
+  const RunControl of_rest = SummaryPart(control, table_share, kFitShare, log);
   StagedFitState state = std::move(saved).value_or(StagedFitState());
   if (ready && !input.problem.observations.empty())
     state = FitStages(input.problem, stages, std::move(state), of_table, files.checkpoint, key);
   report.fields = FitJobFields(spec, input.problem, state, of_rest);
   report.posterior = FitJobPosterior(spec, input.problem, state, of_rest);
+  control.Report(kFitShare, "drapes of the result");
   FillReport(spec, input, state, report);
   if (spec.model != FitModel::kHomogeneous && !report.fields && !report.posterior &&
       report.fitted())

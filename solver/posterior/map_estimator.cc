@@ -12,12 +12,14 @@
 #include "losses/outline/outline.h"
 #include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
+#include "solver/fit/protocol/fit_work.h"
 #include "solver/posterior/variational/pareto_smoothing.h"
 
 namespace drape {
 namespace {
 
 constexpr int kModeIterations = 40;
+constexpr double kUsualIterations = 10.0;  // of mode or distribution, for the progress line
 constexpr int kSigmaRounds = 2;       // of mode and σ in alternation, from σ of the candidate
 constexpr double kLeastSigma = 0.05;  // of an estimate: that of the measured outline [px]
 constexpr double kCostTolerance = 1e-4;
@@ -103,8 +105,8 @@ VariationalOptions MapEstimator::MakeOptions(SampleKind kind, int iterations, do
   options.trust_region.max_iterations = iterations;
   options.trust_region.cost_tolerance = kCostTolerance;
   options.trust_region.cancel = control_.cancel;
-  options.trust_region.progress = [this, iterations, from, to](const FitIteration& iteration) {
-    const double share = iteration.iteration / std::max(1.0, double(iterations));
+  options.trust_region.progress = [this, from, to](const FitIteration& iteration) {
+    const double share = IterationShare(iteration.iteration, kUsualIterations);
     control_.Report(from + (to - from) * share, "posterior");
   };
   return options;

@@ -35,7 +35,7 @@ class MapEstimator {
   VariationalOptions MakeOptions(SampleKind kind, int iterations, double from, double to) const;
   bool Cancelled() const { return control_.cancelled(); }
 
-  static constexpr double kModeShare = 0.3, kFitShare = 0.95;  // of the time
+  static constexpr double kModeShare = 0.2, kFitShare = 0.65;  // of the time
 
  private:
   void SetHierarchy(const FitCandidate& candidate);

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -10,6 +11,10 @@ namespace drape {
 namespace {
 
 constexpr double kTerminalInterval = 0.1, kPlainInterval = 5.0;  // [s]
+constexpr double kShownStep = 0.01;                              // of the work, on a terminal
+constexpr double kLeastSeconds = 2.0, kLeastFraction = 0.05;     // before a time left is shown
+// The rate is that of the last `kMemory` of the time so far, of kLeastMemory [s] or more.
+constexpr double kMemory = 0.5, kLeastMemory = 10.0;
 constexpr char kClearLine[] = "\r\033[K";
 
 std::string DurationText(double seconds) {
@@ -25,12 +30,28 @@ double Seconds(std::chrono::steady_clock::duration duration) {
 
 }  // namespace
 
-std::string ProgressText(const std::string& what, double fraction, double seconds,
+void TimeLeft::Update(double seconds, double fraction) {
+  const double elapsed = seconds - seconds_, work = std::max(0.0, fraction - fraction_);
+  const double memory = std::max(kLeastMemory, kMemory * seconds);
+  const double kept = std::exp(-elapsed / memory);
+  recent_seconds_ = kept * recent_seconds_ + elapsed;
+  recent_work_ = kept * recent_work_ + work;
+  seconds_ = seconds;
+  fraction_ = std::max(fraction_, fraction);
+}
+
+std::optional<double> TimeLeft::Seconds() const {
+  if (seconds_ < kLeastSeconds || fraction_ < kLeastFraction || recent_work_ <= 0.0)
+    return std::nullopt;
+  return (1.0 - fraction_) * recent_seconds_ / recent_work_;
+}
+
+std::string ProgressText(const std::string& what, double fraction, std::optional<double> left,
                          const std::string& note) {
   std::string text = what + "  " + std::to_string(std::lround(100 * fraction)) + " %";
   if (!note.empty()) text += "  " + note;
-  if (fraction <= 0 || fraction >= 1) return text;
-  return text + ", " + DurationText(seconds * (1 - fraction) / fraction) + " left";
+  if (left && *left > 0) text += ", about " + DurationText(*left) + " left";
+  return text;
 }
 
 Progress::Progress(std::string what) : Progress(std::move(what), stderr, isatty(STDERR_FILENO)) {}
@@ -48,9 +69,14 @@ Progress::~Progress() {
 
 void Progress::Update(double fraction, const std::string& note) {
   const Clock::time_point now = Clock::now();
-  if (Seconds(now - last_) < (is_terminal_ ? kTerminalInterval : kPlainInterval)) return;
+  time_left_.Update(Seconds(now - start_), fraction);
+  // The tasks of a batch end together: the last of their reports is the one that matters.
+  const bool advanced = is_terminal_ && on_screen_ && fraction >= shown_ + kShownStep;
+  if (!advanced && Seconds(now - last_) < (is_terminal_ ? kTerminalInterval : kPlainInterval))
+    return;
   last_ = now;
-  const std::string text = ProgressText(what_, fraction, Seconds(now - start_), note);
+  shown_ = fraction;
+  const std::string text = ProgressText(what_, fraction, time_left_.Seconds(), note);
   if (is_terminal_) std::fputs(kClearLine, out_);
   std::fprintf(out_, is_terminal_ ? "%s%s" : "%s%s\n", unsaid_.c_str(), text.c_str());
   unsaid_.clear();

@@ -3,12 +3,29 @@
 
 #include <chrono>
 #include <cstdio>
+#include <optional>
 #include <string>
 
 namespace drape {
 
-// "simulate  42 %  step 42 of 100, 12 s left". seconds: since the start.
-std::string ProgressText(const std::string& what, double fraction, double seconds,
+// Estimates the time left of a run from the fractions of its work that it reports.
+class TimeLeft {
+ public:
+  // seconds: since the start, not falling. fraction: 0 … 1.
+  void Update(double seconds, double fraction);
+  // [s]; nothing while too little is done to tell: the first seconds also read the input, and a
+  // batch reports nothing before its end.
+  std::optional<double> Seconds() const;
+
+ private:
+  double seconds_ = 0.0, fraction_ = 0.0;
+  // Time and work so far; what is long ago counts less, so that the estimate follows the rate of
+  // the present stage.
+  double recent_seconds_ = 0.0, recent_work_ = 0.0;
+};
+
+// "simulate  42 %  step 42 of 100, about 12 s left".
+std::string ProgressText(const std::string& what, double fraction, std::optional<double> left,
                          const std::string& note);
 
 // Progress of a run on stderr: one line that is rewritten on a terminal, else a plain line every
@@ -33,6 +50,8 @@ class Progress {
   std::FILE* out_;
   bool is_terminal_;
   Clock::time_point start_, last_;
+  TimeLeft time_left_;
+  double shown_ = 0.0;  // fraction
   bool on_screen_ = false;
 };
 

@@ -12,6 +12,7 @@
 #include "physics/mesh/disc.h"
 #include "physics/util/random.h"
 #include "solver/fit/protocol/candidate_fit.h"
+#include "solver/fit/protocol/fit_work.h"
 
 namespace drape {
 namespace {
@@ -24,6 +25,7 @@ constexpr double kMaxDamping = 1e7;
 constexpr int kNewtonFactor = 3;
 constexpr double kRestartDamping = 100.0;  // beside the same squares
 constexpr double kCostTolerance = 1e-4;
+constexpr double kUsualIterations = 10.0;  // of an attempt, for the progress line
 
 // A field that one parameter moves as a whole.
 FieldTerm::Basis Constant(int elements, double value) {
@@ -170,7 +172,7 @@ class FieldFitter {
     options.trust_region.cost_tolerance = kCostTolerance;
     options.trust_region.cancel = control_.cancel;
     options.trust_region.progress = [&](const FitIteration& iteration) {
-      const double share = iteration.iteration / std::max(1.0, double(options_.iterations));
+      const double share = IterationShare(iteration.iteration, kUsualIterations);
       control_.Report((number + share) / (options_.restarts + 1), "fields");
     };
     OutlineResiduals outlines = OutlinesAt(theta, std::move(starts));

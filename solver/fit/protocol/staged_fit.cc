@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "solver/fit/protocol/candidate_fit.h"
+#include "solver/fit/protocol/fit_work.h"
 #include "solver/forward/batching_backend.h"
 
 namespace drape {
@@ -24,7 +25,10 @@ class StagedFitter {
  public:
   StagedFitter(const FitProblem& problem, const StagedFitOptions& options,
                const StagedFitControl& control)
-      : problem_(problem), options_(options), control_(control) {}
+      : problem_(problem),
+        options_(options),
+        control_(control),
+        work_(ExpectFitWork(problem, options)) {}
 
   StagedFitState Run(StagedFitState state) {
     while (!Finished(state) && !Cancelled()) {
@@ -60,7 +64,7 @@ class StagedFitter {
     RunControl control;
     control.cancel = control_.cancel;
     control.progress = [&](double share, const std::string&) {
-      Report("initial guesses", kGridShare * share, 0.0);
+      Report("initial guesses", work_.initial_guesses * share, 0.0);
     };
     TryInitialGuesses(*problem_.coarse, problem_.material, problem_.observations,
                       SearchedGrid(options_), control, state.tried, [&] {
@@ -107,7 +111,7 @@ class StagedFitter {
                     FitOneCandidate(fitter, round, mine, [&](double share) {
                       task.RunSerially([&] {
                         shares_[task.index()] = share;
-                        ReportRound(state);
+                        ReportRound(state, round);
                       });
                     });
                     task.RunSerially([&] {
@@ -200,37 +204,30 @@ class StagedFitter {
                    ": the initial guesses have no more drapes of their own");
   }
 
-  // rms: the best so far; 0 when not known.
-  void Report(const std::string& stage, double fraction, double rms) const {
+  // done: of the expected work. rms: the best so far; 0 when not known.
+  void Report(const std::string& stage, double done, double rms) const {
+    const double fraction = done / work_.total();
     if (rms <= 0) return control_.Report(fraction, stage);
     char best[48];
     std::snprintf(best, sizeof best, ", best %.2f px", rms);
     control_.Report(fraction, stage + best);
   }
-  void ReportRound(const StagedFitState& state) const {
-    double total = 0.0, done = 0.0;
-    for (int round = 0; round < rounds(); ++round) {
-      const double each = kCandidateOverhead + options_.iterations[round];
-      total += options_.candidates_per_round[round] * each;
-      if (round < state.round) done += options_.candidates_per_round[round] * each;
-      if (round == state.round)
-        done +=
-            (SucceededCandidates(state) + std::accumulate(shares_.begin(), shares_.end(), 0.0)) *
-            each;
-    }
+  void ReportRound(const StagedFitState& state, int round) const {
+    const auto begin = work_.rounds.begin();
+    const double candidates =
+        SucceededCandidates(state) + std::accumulate(shares_.begin(), shares_.end(), 0.0);
+    const double done = std::accumulate(begin, begin + round, work_.initial_guesses) +
+                        work_.rounds[round] * candidates / options_.candidates_per_round[round];
     const FitCandidate* best = Best(state);
-    Report("round " + std::to_string(state.round + 1),
-           kGridShare + (1.0 - kGridShare) * done / total,
-           best == nullptr ? 0.0 : best->profile_rms);
+    Report("round " + std::to_string(round + 1), done, best == nullptr ? 0.0 : best->profile_rms);
   }
 
-  static constexpr double kGridShare = 0.25;         // of the time, for the progress line
-  static constexpr double kCandidateOverhead = 5.0;  // of settling a guess, in iterations
-  static constexpr double kSameRms = 1e-4;           // [px]
+  static constexpr double kSameRms = 1e-4;  // [px]
 
   const FitProblem& problem_;
   const StagedFitOptions& options_;
   const StagedFitControl& control_;
+  const FitWork work_;
   std::chrono::steady_clock::time_point lap_;
   std::vector<double> shares_;  // of the iterations of each candidate in work
 };

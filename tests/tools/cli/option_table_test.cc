@@ -160,10 +160,38 @@ TEST(FieldCheck, NamesAFieldOutOfItsRange) {
 }
 
 TEST(ProgressTexts, SayWhatIsLeft) {
-  EXPECT_EQ(ProgressText("fit", 0.0, 3, "grid"), "fit  0 %  grid");
-  EXPECT_EQ(ProgressText("fit", 0.25, 10, "grid"), "fit  25 %  grid, 30 s left");
-  EXPECT_EQ(ProgressText("fit", 0.1, 100, ""), "fit  10 %, 15 min left");
-  EXPECT_EQ(ProgressText("fit", 1.0, 10, "done"), "fit  100 %  done");
+  EXPECT_EQ(ProgressText("fit", 0.0, {}, "grid"), "fit  0 %  grid");
+  EXPECT_EQ(ProgressText("fit", 0.25, 30.0, "grid"), "fit  25 %  grid, about 30 s left");
+  EXPECT_EQ(ProgressText("fit", 0.1, 900.0, ""), "fit  10 %, about 15 min left");
+  EXPECT_EQ(ProgressText("fit", 1.0, 0.0, "done"), "fit  100 %  done");
+}
+
+TEST(TimeLefts, SayNothingBeforeEnoughIsKnown) {
+  TimeLeft left;
+  EXPECT_FALSE(left.Seconds());
+  left.Update(5.5, 0.01);  // the first task of a batch that took the first 18 % of a run
+  EXPECT_FALSE(left.Seconds());
+  left.Update(5.5, 0.18);  // the last one
+  ASSERT_TRUE(left.Seconds());
+  EXPECT_NEAR(*left.Seconds(), 25, 1);
+  TimeLeft quick;
+  quick.Update(0.1, 0.9);
+  EXPECT_FALSE(quick.Seconds());
+}
+
+TEST(TimeLefts, FollowTheRateOfTheRun) {
+  TimeLeft even;
+  for (int second = 1; second <= 50; ++second) even.Update(second, 0.01 * second);
+  EXPECT_NEAR(*even.Seconds(), 50, 1e-9);
+  TimeLeft slower;  // ten times as slow after 20 s: 160 s are left after 60
+  for (int second = 1; second <= 20; ++second) slower.Update(second, 0.025 * second);
+  for (int second = 21; second <= 60; ++second) slower.Update(second, 0.5 + 0.0025 * (second - 20));
+  EXPECT_GT(*slower.Seconds(), 100);  // the mean rate says 40
+  EXPECT_LE(*slower.Seconds(), 160);
+  TimeLeft stuck;  // a fraction that falls back counts as no work
+  stuck.Update(10, 0.5);
+  stuck.Update(12, 0.4);
+  EXPECT_NEAR(*stuck.Seconds(), 12, 1);
 }
 
 std::string Printed(bool is_terminal, int updates, const char* line = nullptr) {
