@@ -13,6 +13,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::size_t kShownBranches = 10;
+
 std::string Seeds(const EquilibriumSurvey& survey, const BranchCluster& cluster) {
   constexpr size_t kShown = 6;
   std::string text;
@@ -42,6 +44,19 @@ std::string RestlessText(const EquilibriumSurvey& survey) {
                    sample.seed, sample.status.c_str(), sample.residual);
   }
   return text;
+}
+
+// How many branches the drapes are, and what that says.
+std::string BranchCountText(const EquilibriumSurvey& survey) {
+  const std::size_t branches = survey.clusters.size();
+  const int drapes = survey.spread.drapes;
+  std::string text =
+      Format("%d drapes at rest, %zu branch%s", drapes, branches, branches == 1 ? "" : "es");
+  if (drapes > 1 && 2 * branches > std::size_t(drapes))
+    text +=
+        ": hardly any two starts end in the same drape, so that the fabric is described by the "
+        "spread of its drapes";
+  return text + "\n";
 }
 
 Json ModesJson(const BranchSignature& signature) {
@@ -84,7 +99,7 @@ Json SpreadJson(const Spread& spread) { return {{"mean", spread.mean}, {"sd", sp
 
 Json SetUpJson(const EquilibriaOptions& options, const LoadedScene& scene) {
   return {{"samples_wanted", options.sampling.samples},
-          {"first_seed", options.sampling.first_seed},
+          {"seed", options.sampling.first_seed},
           {"hem_rms_m", options.sampling.hem_rms},
           {"time_step", options.sampling.h},
           {"steps", options.sampling.steps},
@@ -101,7 +116,7 @@ Json SetUpJson(const EquilibriaOptions& options, const LoadedScene& scene) {
 std::string EquilibriaTableText(const EquilibriumSurvey& survey) {
   std::string text = Format("%7s %7s %6s %13s %6s %7s %9s %7s  %s\n", "branch", "drapes", "share",
                             "energy [mJ]", "folds", "DC", "residual", "stable", "seeds");
-  for (size_t i = 0; i < survey.clusters.size(); ++i) {
+  for (size_t i = 0; i < survey.clusters.size() && i < kShownBranches; ++i) {
     const BranchCluster& cluster = survey.clusters[i];
     const DrapeSample& best = survey.samples[cluster.members[0]];
     text += Format("%7zu %7zu %6.3f %13.5f %6d %7.4f %9.1e %7s  %s\n", i + 1,
@@ -109,7 +124,9 @@ std::string EquilibriaTableText(const EquilibriumSurvey& survey) {
                    best.signature.folds, best.signature.drape_coefficient, cluster.residual,
                    cluster.stable ? "yes" : "no", Seeds(survey, cluster).c_str());
   }
-  return text + SpreadText(survey.spread) + RestlessText(survey);
+  if (survey.clusters.size() > kShownBranches)
+    text += Format("%7s %zu more in summary.json\n", "…", survey.clusters.size() - kShownBranches);
+  return text + BranchCountText(survey) + SpreadText(survey.spread) + RestlessText(survey);
 }
 
 void WriteEquilibriaSummary(const std::string& path, const EquilibriaOptions& options,

@@ -8,7 +8,8 @@
 
 namespace drape {
 
-// One row per cluster, then the spread over the drapes and the starts that did not come to rest.
+// One row for each of the largest clusters, then the spread over the drapes and the starts that did
+// not come to rest.
 std::string EquilibriaTableText(const EquilibriumSurvey& survey);
 
 // Throws InputError when the file cannot be written.

@@ -111,11 +111,30 @@ TEST_F(EquilibriaTool, WritesTableStatesAndPicture) {
   EXPECT_EQ(summary.at("outcome"), "done");
   ASSERT_EQ(summary.at("samples").size(), 4u);
   EXPECT_EQ(summary.at("samples").at(2).at("seed"), 3);
+  const Json& branches = summary.at("branches");
+  EXPECT_THAT(result.out, testing::HasSubstr(std::to_string(summary.at("at_rest").get<int>()) +
+                                             " drapes at rest, " + std::to_string(branches.size()) +
+                                             " branch"));
   double share = 0.0;
-  for (const Json& branch : summary.at("branches")) share += branch.at("frequency").get<double>();
+  for (const Json& branch : branches) share += branch.at("frequency").get<double>();
   EXPECT_NEAR(share, 1.0, 1e-12);
   EXPECT_LT(summary.at("branches").at(0).at("energy_J"), 0.0);
   EXPECT_EQ(ReadImage(Path("out/branches.png")).width, summary.at("at_rest").get<int>() * 134 + 6);
+}
+
+TEST(EquilibriaTable, SaysHowManyBranchesAreLeftOut) {
+  EquilibriumSurvey survey;
+  survey.samples.resize(12);
+  for (int i = 0; i < 12; ++i) {
+    survey.samples[i].at_rest = true;
+    survey.clusters.push_back({.members = {i}});
+  }
+  survey.spread.drapes = 12;
+  const std::string text = EquilibriaTableText(survey);
+  EXPECT_THAT(text, testing::HasSubstr("… 2 more in summary.json\n"));
+  EXPECT_THAT(text, testing::HasSubstr("12 drapes at rest, 12 branches: hardly any two"));
+  survey.clusters.resize(1);
+  EXPECT_THAT(EquilibriaTableText(survey), testing::HasSubstr("12 drapes at rest, 1 branch\n"));
 }
 
 TEST_F(EquilibriaTool, ItsStatesAreDrapesAtRest) {
