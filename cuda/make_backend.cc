@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/make_backend.h"
 
+#include <glog/logging.h>
+
 #include <utility>
 
 #include "cuda/engine/cuda_backend.h"
@@ -8,24 +10,34 @@
 
 namespace drape {
 
+namespace {
+
+std::string CpuText(int threads) {
+  return std::to_string(threads) + (threads == 1 ? " CPU thread" : " CPU threads");
+}
+
+}  // namespace
+
 std::unique_ptr<Backend> MakeBackend(const std::string& name,
                                      std::shared_ptr<const ClothModel> model, int threads,
-                                     std::string* choice) {
+                                     std::string* device) {
   if (name != "cpu" && name != "cuda" && name != "auto")
     throw InputError("backend", "unknown name '" + name + "', expected auto, cpu or cuda");
-  const bool automatic = name == "auto";
-  const CudaSurvey survey = automatic ? SurveyCuda() : CudaSurvey{name == "cuda", ""};
-  std::string why = automatic ? "auto: " + survey.text : "as asked";
-  std::unique_ptr<Backend> backend;
-  try {
-    if (survey.usable) backend = MakeCudaBackend(model, threads);
-  } catch (const InputError& error) {  // a mesh that no device can factor
-    if (!automatic) throw;
-    why = std::string("auto: ") + error.what();
+  const CudaSurvey survey = name == "cpu" ? CudaSurvey{} : SurveyCuda();
+  std::string text = CpuText(threads);
+  if (name == "auto" && !survey.usable) VLOG(1) << "no GPU: " << survey.text;
+  if (name == "cuda" || survey.usable) {
+    try {
+      std::unique_ptr<Backend> backend = MakeCudaBackend(model, threads);
+      if (device != nullptr) *device = survey.text;
+      return backend;
+    } catch (const InputError& error) {  // a mesh that no device can factor
+      if (name == "cuda") throw;
+      text += std::string(", not on ") + survey.text + ": " + error.what();
+    }
   }
-  if (!backend) backend = MakeCpuBackend(std::move(model), threads);
-  if (choice != nullptr) *choice = backend->name() + " (" + why + ")";
-  return backend;
+  if (device != nullptr) *device = text;
+  return MakeCpuBackend(std::move(model), threads);
 }
 
 }  // namespace drape

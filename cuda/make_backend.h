@@ -9,9 +9,10 @@
 namespace drape {
 
 // name: cpu, cuda, or auto (cuda where SurveyCuda says that it is usable). Throws InputError for
-// any other. *choice, when given, says what was chosen and why.
+// any other. *device, when given, names what it runs on: "2 CPU threads", "NVIDIA H200". Why auto
+// found no GPU is logged at --v=1.
 std::unique_ptr<Backend> MakeBackend(const std::string& name,
                                      std::shared_ptr<const ClothModel> model, int threads,
-                                     std::string* choice = nullptr);
+                                     std::string* device = nullptr);
 
 }  // namespace drape

@@ -140,7 +140,7 @@ void MakeBackends(const FitSpec& spec, FitInput* input) {
     throw InputError(spec.mesh,
                      "found all vertices on the support of radius 0.09 m, expected a cloth "
                      "that hangs over it");
-  input->fine = MakeBackend(spec.backend, input->fine_model, spec.threads, &input->backend_choice);
+  input->fine = MakeBackend(spec.backend, input->fine_model, spec.threads, &input->device);
   input->coarse = MakeBackend(spec.backend, model(spec.coarse_mesh), spec.threads);
   input->problem.fine = input->fine.get();
   input->problem.coarse = input->coarse.get();

@@ -13,8 +13,8 @@ namespace drape {
 struct FitInput {
   std::shared_ptr<const ClothModel> fine_model;
   std::unique_ptr<Backend> fine, coarse;
-  std::string backend_choice;  // empty: laboratory measurements alone, without a backend
-  FitProblem problem;          // without strips
+  std::string device;  // of MakeBackend; empty: laboratory measurements alone, without a backend
+  FitProblem problem;  // without strips
   std::unique_ptr<StripResiduals> strips;
   std::unique_ptr<MaterialField> ground_truth;
   std::vector<std::string> notes;

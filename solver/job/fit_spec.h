@@ -57,6 +57,13 @@ struct FitSpec {
   PosteriorOptions posterior;  // of kBayes and kBdp, which set its kind
 };
 
+// The defaults on so many threads.
+inline FitSpec FitSpecWithThreads(int threads) {
+  FitSpec spec;
+  spec.threads = threads;
+  return spec;
+}
+
 // The fields of its own; those of the structs in it have visitors of their own.
 template <MutableOrConst<FitSpec> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {

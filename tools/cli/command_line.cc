@@ -100,6 +100,8 @@ std::optional<HelpScope> AskedHelp(int argc, char** argv) {
 }
 
 void SetGlogFlag(const Flag& flag) {
+  // Verbose lines are INFO, which the programs otherwise leave out.
+  if (flag.key == "v") gflags::SetCommandLineOption("minloglevel", "0");
   if (!gflags::SetCommandLineOption(flag.key.c_str(), flag.text->c_str()).empty()) return;
   throw InputError(kWhere, "option '" + flag.key + "': found '" + *flag.text +
                                "', expected a value that glog takes");

@@ -101,9 +101,17 @@ std::string Wrap(const std::string& text, const std::string& indent) {
   return wrapped;
 }
 
+// Words that are no paths; one that ends in a colon is a prefix.
+std::string WordsText(const std::vector<std::string>& words) {
+  return Join(words, ", ", [](std::string& text, const std::string& word) {
+    text += word;
+    if (word.back() == ':') text += "…";
+  });
+}
+
 std::string Describe(const Option& option) {
   std::string text = "  --" + option.key + "  <" + TypeText(option) + ">";
-  if (!option.words.empty()) text += " or " + JoinChoices(option.words, "…, ");
+  if (!option.words.empty()) text += " or " + WordsText(option.words);
   const std::string range = RangeText(option), value = ValueText(option);
   if (!range.empty()) text += ", " + range;
   if (!option.unit.empty()) text += " [" + option.unit + "]";

@@ -17,9 +17,9 @@ Option BackendOption(std::string& backend) {
 std::unique_ptr<Backend> MakeLoggedBackend(const std::string& name,
                                            std::shared_ptr<const ClothModel> model, int threads,
                                            const RunControl& control) {
-  std::string choice;
-  std::unique_ptr<Backend> backend = MakeBackend(name, std::move(model), threads, &choice);
-  control.Log("backend: " + choice);
+  std::string device;
+  std::unique_ptr<Backend> backend = MakeBackend(name, std::move(model), threads, &device);
+  control.Log("running on " + device);
   return backend;
 }
 

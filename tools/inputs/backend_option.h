@@ -13,7 +13,7 @@ namespace drape {
 // --backend of each program that runs rollouts.
 Option BackendOption(std::string& backend);
 
-// MakeBackend; one line of the log names the backend and the reason for the choice.
+// MakeBackend; one line of the log names what it runs on.
 std::unique_ptr<Backend> MakeLoggedBackend(const std::string& name,
                                            std::shared_ptr<const ClothModel> model, int threads,
                                            const RunControl& control);

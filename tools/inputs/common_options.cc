@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/inputs/common_options.h"
 
+#include <algorithm>
+#include <thread>
 #include <utility>
 
 #include "tools/cli/field_options.h"
@@ -29,9 +31,13 @@ Option LawOption(LawKind& law) {
 Option ThreadsOption(int& threads) {
   return {.key = "threads",
           .value = &threads,
-          .doc = "number of parallel rollouts; 0: one for each core",
+          .doc = "number of threads; 0: one for each core. Results do not depend on it",
           .least = 0,
           .most = 1024};
+}
+
+int CountThreads(int threads) {
+  return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 Option TimeStepOption(double& time_step, const std::string& doc) {

@@ -15,7 +15,8 @@ namespace drape {
 Option OutOption(std::string& folder);
 Option LawOption(std::string& law);  // MakeLaw
 Option LawOption(LawKind& law);
-Option ThreadsOption(int& threads);  // rollouts at a time; 0: all cores
+Option ThreadsOption(int& threads);  // 0: all cores, which is the default of each program
+int CountThreads(int threads);       // that option as a count
 Option TimeStepOption(double& time_step, const std::string& doc = "time step");  // [s]
 // A cloth (ParseMeshSpec), or several.
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc);

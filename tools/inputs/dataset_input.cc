@@ -3,7 +3,7 @@
 
 namespace drape {
 
-std::vector<Option> DatasetOptions(DatasetQuery& query, const std::string& seed_key) {
+std::vector<Option> DatasetOptions(DatasetQuery& query) {
   return {
       {.key = "hard_edged",
        .value = &query.hard_edged,
@@ -31,7 +31,11 @@ std::vector<Option> DatasetOptions(DatasetQuery& query, const std::string& seed_
               "is held out in turn",
        .least = 0,
        .most = 9999},
-      {.key = seed_key, .value = &query.seed, .doc = "random seed of the split", .least = 0},
+      {.key = "split_seed",
+       .value = &query.seed,
+       .doc =
+           "random seed of the split alone, so that it stays the same in other programs and runs",
+       .least = 0},
       {.key = "split",
        .value = &query.split,
        .doc = "file of a stored split, used instead of a random one",

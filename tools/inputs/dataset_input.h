@@ -9,7 +9,7 @@
 
 namespace drape {
 
-// Of all but `aligned`. seed_key: what the option of the split's seed is called.
-std::vector<Option> DatasetOptions(DatasetQuery& query, const std::string& seed_key);
+// Of all but `aligned`.
+std::vector<Option> DatasetOptions(DatasetQuery& query);
 
 }  // namespace drape

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/inputs/fit_options.h"
 
-#include <algorithm>
-#include <thread>
 #include <utility>
 
 #include "physics/util/errors.h"
@@ -141,7 +139,7 @@ FitSpec MakeFitSpec(const FitToolOptions& options) {
     throw InputError("option 'posterior_samples'",
                      "found " + std::to_string(spec.posterior.draws) + ", expected an even number");
   }
-  if (spec.threads == 0) spec.threads = std::max(1u, std::thread::hardware_concurrency());
+  spec.threads = CountThreads(spec.threads);
   return spec;
 }
 

@@ -13,13 +13,13 @@ namespace drape {
 
 // What a user of drape_fit sets.
 struct FitToolOptions {
-  FitSpec spec;
-  FitData data;                        // its lists of files follow from the next three
-  std::vector<std::string> images;     // files, folders, patterns (ExpandImages)
-  std::vector<std::string> lab_tests;  // the same (ExpandLabMeasurements)
-  FitSelection selection;              // captures of the data set in place of images
-  AccuracyChoice accuracy;             // fills what the user has not given
-  std::string out;                     // folder, made when missing
+  FitSpec spec = FitSpecWithThreads(0);  // 0: all cores
+  FitData data;                          // its lists of files follow from the next three
+  std::vector<std::string> images;       // files, folders, patterns (ExpandImages)
+  std::vector<std::string> lab_tests;    // the same (ExpandLabMeasurements)
+  FitSelection selection;                // captures of the data set in place of images
+  AccuracyChoice accuracy;               // fills what the user has not given
+  std::string out;                       // folder, made when missing
   bool resume = false;
 };
 

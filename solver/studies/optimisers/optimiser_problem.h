@@ -12,7 +12,8 @@ namespace drape {
 
 // What a user of drape_compare_optimisers sets.
 struct OptimiserBenchmarkOptions {
-  FitSpec spec;                    // of all fits, but for meshes and stages
+  // Of all fits, but for meshes and stages; threads 0: all cores, to be counted by the caller.
+  FitSpec spec = FitSpecWithThreads(0);
   std::string material;            // start tables of the twins' fits
   std::vector<std::string> twins;  // fabrics whose drapes are made and fitted
   std::string mesh = "disc:400", coarse_mesh = "disc:200";  // of the fits

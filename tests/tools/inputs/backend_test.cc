@@ -82,10 +82,9 @@ TEST_F(BackendTool, AnUnknownNameListsTheChoices) {
   ExpectOneLineError(Fit({"--backend=gpu"}), expected);
 }
 
-TEST_F(BackendTool, ItIsSaidOnceWhatWasChosenAndWhy) {
+TEST_F(BackendTool, TheFirstLineSaysWhereItRuns) {
   const CudaSurvey survey = SurveyCuda();
-  const std::string line =
-      std::string("backend: ") + (survey.usable ? "cuda" : "cpu") + " (auto: " + survey.text + ")";
+  const std::string line = "running on " + (survey.usable ? survey.text : "1 CPU thread");
   std::vector<std::string> lines;
   const auto log = [&](const std::string& said) { lines.push_back(said); };
   SimulateOptions simulate;
@@ -97,13 +96,21 @@ TEST_F(BackendTool, ItIsSaidOnceWhatWasChosenAndWhy) {
   EXPECT_THAT(lines, testing::ElementsAre(line));
   EquilibriaOptions branches;
   branches.scene = simulate.scene;
-  branches.sampling = {.samples = 1, .steps = 1};
+  branches.sampling = {.samples = 1, .steps = 1, .threads = 1};
   branches.out = Path("branches");
   SurveyEquilibria(branches, {nullptr, nullptr, log});
   EXPECT_THAT(lines, testing::ElementsAre(line, line));
   MakeImage();
   ASSERT_EQ(Fit({}).exit_code, 0);
   EXPECT_THAT(Read(Path("out/fit.log")), testing::StartsWith(line + "\n"));
+}
+
+TEST_F(BackendTool, WhyThereIsNoGpuIsAnswered) {
+  DRAPE_NEEDS_NO_GPU();
+  const std::string why = "no GPU: " + SurveyCuda().text;
+  EXPECT_THAT(Simulate({"--v=1"}).err, testing::HasSubstr(why));
+  EXPECT_THAT(Simulate({}).err, testing::Not(testing::HasSubstr("GPU")));
+  EXPECT_THAT(Simulate({"--v=1", "--backend=cpu"}).err, testing::Not(testing::HasSubstr("GPU")));
 }
 
 // A fit continues where auto chooses another backend.
@@ -118,8 +125,9 @@ TEST_F(BackendTool, ACheckpointIsOfNoBackend) {
   const CudaSurvey survey = SurveyCuda();
   EXPECT_EQ(Name("out/summary.json"), survey.usable ? "cuda" : "cpu");
   EXPECT_THAT(Read(Path("out/fit.log")),
-              testing::AllOf(testing::StartsWith("backend: cpu (as asked)\n"),
-                             testing::HasSubstr("(auto: " + survey.text + ")\n")));
+              testing::AllOf(testing::StartsWith("running on 1 CPU thread\n"),
+                             testing::HasSubstr(survey.usable ? "\nrunning on " + survey.text + "\n"
+                                                              : "\nrunning on 1 CPU thread\n")));
 }
 
 // Writing states in between does not change the drape: its pieces are one rollout.

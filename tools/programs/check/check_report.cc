@@ -35,7 +35,7 @@ OptionTable CheckTable(CheckToolOptions& options) {
        .most = 1000},
       {.key = "seed",
        .value = &options.check.seed,
-       .doc = "random seed of the directions and the noise",
+       .doc = "random seed of the run: of the directions and the noise",
        .least = 0},
       {.key = "noise",
        .value = &options.check.noise,

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/equilibria/equilibria_tool.h"
 
-#include <algorithm>
 #include <chrono>
-#include <thread>
 
 #include "physics/cloth/state_io.h"
 #include "tools/cli/output_folder.h"
@@ -29,9 +27,10 @@ std::vector<Option> SampleOptions(SamplingOptions& sampling) {
        .doc = "number of random starts",
        .least = 1,
        .most = 1000},
-      {.key = "first_seed",
+      {.key = "seed",
        .value = &sampling.first_seed,
-       .doc = "random seed of the first start shape; the others use the following ones",
+       .doc = "random seed of the run: that of the first start shape; the others use the following "
+              "ones",
        .least = 0,
        .most = 1000000000},
       {.key = "hem_rms",
@@ -98,8 +97,7 @@ EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunCo
   const BranchMetric metric = ParseBranchMetric(options.distance);
   const LoadedScene scene = LoadScene(options.scene);
   SamplingOptions sampling = options.sampling;
-  if (sampling.threads == 0)
-    sampling.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  sampling.threads = CountThreads(sampling.threads);
   const auto backend = MakeLoggedBackend(options.backend, scene.model, sampling.threads, control);
   const OutputFolder out(options.out);
   EquilibriumSurvey survey;

@@ -114,8 +114,7 @@ OptionTable MetricsTable(MetricsOptions& options) {
                  .value = &data.aligned,
                  .doc = "with --data: also evaluate after the best rotation and reflection, which "
                         "takes longer"});
-  for (const Option& option : Grouped("data set", DatasetOptions(data, "seed")))
-    all.push_back(option);
+  for (const Option& option : Grouped("data set", DatasetOptions(data))) all.push_back(option);
   all.push_back(
       {.key = "out", .value = &options.out, .doc = "JSON file for the results", .is_path = true});
   return {.tool = "drape_metrics",

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/predict/predict_tool.h"
 
-#include <algorithm>
 #include <chrono>
 #include <set>
-#include <thread>
 
 #include "losses/dataset/index_list.h"
 #include "physics/material/material_scaling.h"
@@ -50,7 +48,10 @@ std::vector<Option> DrawOptions(PredictToolOptions& options) {
           "variation between specimens: standard deviation of a log factor on all stretch entries"),
       sigma("specimen_bend_sigma", &prediction.specimen_bend_sigma,
             "variation between specimens: standard deviation of a log factor on all bend entries"),
-      {.key = "seed", .value = &options.seed, .doc = "random seed of all samples", .least = 0},
+      {.key = "seed",
+       .value = &options.seed,
+       .doc = "random seed of the run; the split has split_seed",
+       .least = 0},
       TimeStepOption(prediction.settle.steps.h),
       {.key = "steps",
        .value = &prediction.settle.steps.steps,
@@ -121,11 +122,6 @@ std::vector<ClothFace> ListFaces(const std::string& face) {
   if (face == "up") return {ClothFace::kUp};
   if (face == "down") return {ClothFace::kDown};
   return {ClothFace::kUp, ClothFace::kDown};
-}
-
-int Threads(const PredictToolOptions& options) {
-  if (options.threads > 0) return options.threads;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 PredictionOptions MakePredictionOptions(const PredictToolOptions& options,
@@ -241,8 +237,7 @@ OptionTable PredictTable(PredictToolOptions& options) {
           Grouped("samples and simulation",
                   Concatenate(DrawOptions(options), std::vector{BackendOption(options.backend)})),
           Grouped("held-out drapes (--data)",
-                  Concatenate(DatasetOptions(options.data, "split_seed"),
-                              std::vector{CalibrateOption(options)})),
+                  Concatenate(DatasetOptions(options.data), std::vector{CalibrateOption(options)})),
           Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
       .common = {"material", "posterior", "mesh", "draws", "repeats", "seed", "data", "fabric",
                  "train", "calibrate", "threads", "backend", "out"}};
@@ -258,10 +253,10 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl&
   run.data = ReadData(options.data, run.prediction.camera, control);
   if (!control.cancelled()) CheckCalibration(options, run);
   const auto backend =
-      MakeLoggedBackend(options.backend, run.scene.model, Threads(options), control);
+      MakeLoggedBackend(options.backend, run.scene.model, CountThreads(options.threads), control);
   const OutputFolder out(options.out);
   run.backend = backend->name();
-  run.prediction.batch = SettleBatchSize(*backend, Threads(options));
+  run.prediction.batch = SettleBatchSize(*backend, CountThreads(options.threads));
   if (options.calibrate && !control.cancelled()) Calibrate(*backend, materials, control, &run);
   run.drapes = SampleDrapes(*backend, materials, run.prediction, [&](int done) {
     control.Report(static_cast<double>(done) / options.draws,

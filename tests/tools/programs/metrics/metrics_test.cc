@@ -114,7 +114,7 @@ TEST_F(MetricsTool, FoldersAreDrawsAndWhatWasObserved) {
 
 TEST_F(MetricsTool, DataSetSplitAndTrivialPredictors) {
   const std::string data = "--data=" + AddData();
-  const ProcessResult result = Run({data, "--fabric=3", "--train=2", "--seed=4", "--face=up",
+  const ProcessResult result = Run({data, "--fabric=3", "--train=2", "--split_seed=4", "--face=up",
                                     "--save_split=" + Path("s.json"), "--out=" + Path("m.json")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("8 captures, 0 training images"));

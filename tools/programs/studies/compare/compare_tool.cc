@@ -40,8 +40,9 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
               "other basis of the heterogeneous model)"},
       {.key = "seeds",
        .value = &job.seeds,
-       .doc = "random seeds, each of one split that all models share and of the samples of "
-              "posteriors and drapes",
+       .doc = "random seeds of the run, which is done with each: of the split that all models "
+              "share and "
+              "of the samples of posteriors and drapes",
        .least = 0},
       {.key = "materials",
        .value = &job.materials,

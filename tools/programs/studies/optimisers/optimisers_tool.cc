@@ -98,7 +98,7 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
        .least = 1,
        .most = 1e6,
        .above_least = true},
-      {.key = "seed",
+      {.key = "method_seed",
        .value = &optimiser.seed,
        .doc = "random seed of the stochastic methods",
        .least = 0},
@@ -109,11 +109,7 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
        .least = 0,
        .most = 1,
        .above_least = true},
-      {.key = "threads",
-       .value = &options.spec.threads,
-       .doc = "number of parallel rollouts of the initial-guess grid",
-       .least = 1,
-       .most = 1024},
+      ThreadsOption(options.spec.threads),
       OutOption(options.out),
   };
 }
@@ -136,8 +132,8 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
                                  Grouped("methods and results", MethodOptions(options)))};
 }
 
-OptimiserBenchmark RunBenchmarkTool(const OptimiserBenchmarkOptions& options,
-                                    const RunControl& control) {
+OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const RunControl& control) {
+  options.spec.threads = CountThreads(options.spec.threads);
   const OutputFolder out(options.out);
   OptimiserBenchmark benchmark = RunOptimiserBenchmark(options, control);
   if (benchmark.problems.empty()) return benchmark;

@@ -12,7 +12,6 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options);
 
 // RunOptimiserBenchmark, whose reports appear in options.out together at the end. Throws
 // InputError.
-OptimiserBenchmark RunBenchmarkTool(const OptimiserBenchmarkOptions& options,
-                                    const RunControl& control);
+OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const RunControl& control);
 
 }  // namespace drape

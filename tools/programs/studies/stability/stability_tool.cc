@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/stability/stability_tool.h"
 
-#include <algorithm>
-#include <thread>
 #include <utility>
 
 #include "physics/material/material_io.h"
@@ -53,11 +51,6 @@ StabilitySetting MakeSetting(const StabilityOptions& options) {
           .drag = options.drag};
 }
 
-int CountThreads(const StabilityOptions& options) {
-  return options.threads > 0 ? options.threads
-                             : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
 std::vector<Option> SettingOptions(StabilityOptions& o) {
   return {
       MeshOption("mesh", &o.mesh, "disc:N, or a mesh file"),
@@ -73,7 +66,7 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
        .required = true},
       {.key = "seed",
        .value = &o.seed,
-       .doc = "random seed of tangled starts",
+       .doc = "random seed of the run, which only tangled starts use",
        .least = 0,
        .most = 1000000000},
       {.key = "drag",
@@ -132,11 +125,7 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
        .least = 0,
        .most = 10,
        .above_least = true},
-      {.key = "threads",
-       .value = &o.threads,
-       .doc = "number of parallel runs; 0: one for each core",
-       .least = 0,
-       .most = 1024},
+      ThreadsOption(o.threads),
       {.key = "resume", .value = &o.resume, .doc = "keep the finished runs of runs.csv in --out"},
       OutOption(o.out),
   };
@@ -173,7 +162,7 @@ StabilityAtlas RunStability(const StabilityOptions& options, const RunControl& c
                                              .shared = SharedText(options),
                                              .resume = options.resume,
                                              .damping_h = options.damping_h,
-                                             .threads = CountThreads(options)},
+                                             .threads = CountThreads(options.threads)},
                                             control);
   for (int m = 0; m < static_cast<int>(atlas.maps.size()); ++m)
     RenderStabilityMap(out.Staged(atlas.maps[m].name + ".png"), atlas.maps[m],
