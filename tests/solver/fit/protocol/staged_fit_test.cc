@@ -10,6 +10,7 @@
 
 #include "losses/outline/outline.h"
 #include "solver/fit/protocol/candidate_fit.h"
+#include "solver/fit/protocol/fit_work.h"
 #include "solver/fit/spectrum.h"
 #include "tests/solver/fake_backend.h"
 #include "tests/solver/solver_fixture.h"
@@ -59,6 +60,21 @@ TEST_F(StagedFitTest, ComesNearTheOutline) {
   const MaterialField fitted = FittedMaterial(problem_, options_, *best);
   EXPECT_LT(ForceResidual(fine_->model(), fitted, best->shapes[0]), 1e-8);
   EXPECT_EQ(FitJacobian(problem_, options_, *best).rows(), 72);
+}
+
+TEST_F(StagedFitTest, ReportsSharesOfTheExpectedWork) {
+  double guesses = 0.0, last = 0.0;
+  control_.progress = [&](double fraction, const std::string& note) {
+    EXPECT_LE(fraction, 1.0);
+    if (note == "initial guesses") guesses = fraction;
+    last = fraction;
+  };
+  Run();
+  const FitWork work = ExpectFitWork(problem_, options_);
+  EXPECT_DOUBLE_EQ(guesses, work.initial_guesses / work.total());
+  EXPECT_GT(last, 0.6);
+  options_.iterations = {3, 80};  // of which a fit usually takes half
+  EXPECT_LT(ExpectFitWork(problem_, options_).rounds[1], 5 * work.rounds[1]);
 }
 
 // log(fit/reference) of (stretch, bend), along the directions that the data determine to 2 %.
