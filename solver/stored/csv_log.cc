@@ -106,7 +106,7 @@ std::vector<NumberedCsvRow> ReadCsvLog(const std::string& path, const std::strin
   if (!text.starts_with(head)) {
     const std::string first = text.substr(0, text.find('\n'));
     throw InputError(path + ":1", "found '" + first + "', expected '# " + shared +
-                                      "' and the columns of this program: the file was begun "
+                                      "' and the columns of this program: the file was made "
                                       "with other settings");
   }
   const auto lines_of_head = static_cast<int>(std::count(head.begin(), head.end(), '\n'));

@@ -257,7 +257,7 @@ TEST_F(SurveyTest, IsResumedFromWhatIsOnDisk) {
 
 TEST_F(SurveyTest, ForeignFilesAreRefused) {
   WriteStabilityRuns(Path("runs.csv"), "a", {});
-  EXPECT_INPUT_ERROR(ReadStabilityRuns(Path("runs.csv"), "b"), "begun with other settings");
+  EXPECT_INPUT_ERROR(ReadStabilityRuns(Path("runs.csv"), "b"), "made with other settings");
   Write("runs.csv", Read(Path("runs.csv")) + "step,1,2\n");
   EXPECT_INPUT_ERROR(ReadStabilityRuns(Path("runs.csv"), "a"), "runs.csv:3: found 3 fields");
   EXPECT_INPUT_ERROR(ReadStabilityRuns(Path("none.csv"), "a"), "none.csv");
