@@ -30,7 +30,7 @@ constexpr double kLabDamping = 1e-2;    // at first: strips do not leave a branc
 constexpr double kLabLeastScale = 1e4;  // of a parameter that is determined to 1 %
 // Shares of the time, for the progress line: of all before the drapes of the result, and of the one
 // table in that of other models.
-constexpr double kFitShare = 0.9, kTableShare = 0.3;
+constexpr double kFitShare = 0.9, kTableShare = 0.4;
 
 // Fits laboratory measurements alone: few parameters first, since far from the solution single
 // entries are changed into tables that no strip resists. First scales about the start tables; the

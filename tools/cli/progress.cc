@@ -13,8 +13,8 @@ namespace {
 constexpr double kTerminalInterval = 0.1, kPlainInterval = 5.0;  // [s]
 constexpr double kShownStep = 0.01;                              // of the work, on a terminal
 constexpr double kLeastSeconds = 2.0, kLeastFraction = 0.05;     // before a time left is shown
-// The rate is that of the last `kMemory` of the time so far, of kLeastMemory [s] or more.
-constexpr double kMemory = 0.5, kLeastMemory = 10.0;
+// Work counts e times less after this share of the time so far, and after kLeastMemory [s] or more.
+constexpr double kMemory = 1.0, kLeastMemory = 20.0;
 constexpr char kClearLine[] = "\r\033[K";
 
 std::string DurationText(double seconds) {
@@ -34,13 +34,15 @@ void TimeLeft::Update(double seconds, double fraction) {
   const double elapsed = seconds - seconds_, work = std::max(0.0, fraction - fraction_);
   const double memory = std::max(kLeastMemory, kMemory * seconds);
   const double kept = std::exp(-elapsed / memory);
+  left_ = Estimate();
+  if (left_) *left_ = std::max(0.0, *left_ - elapsed);
   recent_seconds_ = kept * recent_seconds_ + elapsed;
   recent_work_ = kept * recent_work_ + work;
   seconds_ = seconds;
   fraction_ = std::max(fraction_, fraction);
 }
 
-std::optional<double> TimeLeft::Seconds() const {
+std::optional<double> TimeLeft::Estimate() const {
   if (seconds_ < kLeastSeconds || fraction_ < kLeastFraction || recent_work_ <= 0.0)
     return std::nullopt;
   return (1.0 - fraction_) * recent_seconds_ / recent_work_;
@@ -50,7 +52,7 @@ std::string ProgressText(const std::string& what, double fraction, std::optional
                          const std::string& note) {
   std::string text = what + "  " + std::to_string(std::lround(100 * fraction)) + " %";
   if (!note.empty()) text += "  " + note;
-  if (left && *left > 0) text += ", about " + DurationText(*left) + " left";
+  if (left && *left > 0 && fraction < 1) text += ", about " + DurationText(*left) + " left";
   return text;
 }
 

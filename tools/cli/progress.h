@@ -13,11 +13,14 @@ class TimeLeft {
  public:
   // seconds: since the start, not falling. fraction: 0 … 1.
   void Update(double seconds, double fraction);
-  // [s]; nothing while too little is done to tell: the first seconds also read the input, and a
-  // batch reports nothing before its end.
-  std::optional<double> Seconds() const;
+  // [s], by the reports before the latest one: the tasks of a batch end together, and the first of
+  // them reports a long time with little work. Nothing while too little is done to tell.
+  std::optional<double> Seconds() const { return left_; }
 
  private:
+  std::optional<double> Estimate() const;
+
+  std::optional<double> left_;
   double seconds_ = 0.0, fraction_ = 0.0;
   // Time and work so far; what is long ago counts less, so that the estimate follows the rate of
   // the present stage.
