@@ -25,7 +25,8 @@ constexpr double kMaxDamping = 1e7;
 constexpr int kNewtonFactor = 3;
 constexpr double kRestartDamping = 100.0;  // beside the same squares
 constexpr double kCostTolerance = 1e-4;
-constexpr double kUsualIterations = 10.0;  // of an attempt, for the progress line
+// For the progress line: iterations of an attempt, and the share of the time that the first takes.
+constexpr double kUsualIterations = 30.0, kFirstShare = 0.8;
 
 // A field that one parameter moves as a whole.
 FieldTerm::Basis Constant(int elements, double value) {
@@ -173,7 +174,10 @@ class FieldFitter {
     options.trust_region.cancel = control_.cancel;
     options.trust_region.progress = [&](const FitIteration& iteration) {
       const double share = IterationShare(iteration.iteration, kUsualIterations);
-      control_.Report((number + share) / (options_.restarts + 1), "fields");
+      const double restarts = (number - 1 + share) / std::max(1, options_.restarts);
+      control_.Report(
+          number == 0 ? kFirstShare * share : kFirstShare + (1.0 - kFirstShare) * restarts,
+          "fields");
     };
     OutlineResiduals outlines = OutlinesAt(theta, std::move(starts));
     FitSummary summary = Fit(outlines, options);
