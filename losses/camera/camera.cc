@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 
 #include "losses/image/image.h"
+#include "losses/image/segmentation.h"
 #include "physics/util/errors.h"
 
 namespace drape {
@@ -45,16 +46,6 @@ Moments CoverageMoments(const GrayImage& image) {
 
 }  // namespace
 
-CameraKind ParseCameraKind(const std::string& text, const std::string& where) {
-  if (text == "orthographic") return CameraKind::kOrthographic;
-  if (text == "pinhole") return CameraKind::kPinhole;
-  throw InputError(where, "found '" + text + "', expected 'orthographic' or 'pinhole'");
-}
-
-std::string CameraKindName(CameraKind kind) {
-  return kind == CameraKind::kPinhole ? "pinhole" : "orthographic";
-}
-
 void Camera::Check(const std::string& where) const {
   Require(width >= 16, where, "width", width, ">= 16 px");
   Require(height >= 16, where, "height", height, ">= 16 px");
@@ -89,8 +80,7 @@ bool ProjectVertices(const Eigen::VectorXd& x, const Camera& camera,
 
 Camera CalibrateFromCircle(const GrayImage& image, double radius, const std::string& where) {
   CHECK_GT(radius, 0);
-  CheckSilhouette(image, where);
-  const Moments m = CoverageMoments(image);
+  const Moments m = CoverageMoments(SegmentSilhouette(image, where).image);
   const double moment = 2 * M_PI * m.polar / (m.area * m.area);
   if (moment > kMaxCircleMoment) {
     throw InputError(where, "the silhouette is not a circle (second moment " +

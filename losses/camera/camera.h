@@ -6,6 +6,7 @@
 #include <string>
 
 #include "losses/camera/projection.h"
+#include "physics/util/options/enum_names.h"
 
 namespace drape {
 
@@ -16,9 +17,10 @@ enum class CameraKind {
   kPinhole,       // the camera of the published code: for parity runs only [MODEL, M46]
 };
 
-// Parses "orthographic" or "pinhole". Throws InputError (prefix `where`) for any other text.
-CameraKind ParseCameraKind(const std::string& text, const std::string& where = "camera");
-std::string CameraKindName(CameraKind kind);
+constexpr auto EnumNames(CameraKind) {
+  return MakeNames<CameraKind>(
+      {{CameraKind::kOrthographic, "orthographic"}, {CameraKind::kPinhole, "pinhole"}});
+}
 
 // A camera above the support that looks down [MODEL, M46]. World: x right and y up in the image, z
 // towards the camera, support plane z = 0 [m]. Image: (column, row), pixel centres at integers.
@@ -66,7 +68,7 @@ bool ProjectVertices(const Eigen::VectorXd& x, const Camera& camera,
 
 // Calibrates an orthographic camera from an image of a flat circle of known radius [m]: centre =
 // centroid of the coverage, scale = sqrt(area/π)/radius. Throws InputError (prefix `where`) when
-// the silhouette is not plausible (CheckSilhouette) or when its second moment is not that of a
+// the silhouette is not plausible (SegmentSilhouette) or when its second moment is not that of a
 // circle.
 Camera CalibrateFromCircle(const GrayImage& image, double radius, const std::string& where);
 

@@ -6,7 +6,7 @@
 #include "losses/dataset/dataset.h"
 #include "losses/dataset/index_list.h"
 #include "losses/dataset/published_mesh.h"
-#include "losses/image/image.h"
+#include "losses/image/segmentation.h"
 #include "physics/util/errors.h"
 
 namespace drape {
@@ -32,7 +32,7 @@ void Keep(const char* what, int Capture::*number, const std::vector<int>& wanted
 // Finds the quarter turn that brings the mesh onto the image.
 void TurnMesh(Capture* capture) {
   const auto turn = FindQuarterTurn(ReadPublishedMesh(capture->mesh).surface,
-                                    ReadSilhouette(capture->image), Camera());
+                                    ReadSilhouette(capture->image).image, Camera());
   if (!turn) throw InputError(capture->mesh, "its outline or that of its image has gaps");
   if (turn->rms > kMaxMeshRms) {
     char rms[32];

@@ -6,6 +6,7 @@
 #include <map>
 #include <tuple>
 
+#include "losses/image/segmentation.h"
 #include "losses/metrics/metrics.h"
 
 namespace drape {
@@ -166,7 +167,7 @@ std::vector<ObservedCapture> ObserveCaptures(const std::vector<Capture>& capture
                                              const Camera& camera, bool hard_edged) {
   std::vector<ObservedCapture> seen;
   for (const Capture& capture : captures) {
-    GrayImage image = ReadSilhouette(capture.image);
+    GrayImage image = ReadSilhouette(capture.image).image;
     if (hard_edged) image = HardEdged(image);
     seen.push_back({capture, ObserveImage(image, camera, capture.image)});
   }

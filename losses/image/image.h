@@ -29,17 +29,10 @@ struct RgbImage {
 };
 
 // Decodes a JPEG or PNG, which are distinguished by their content: grey, RGB, RGBA (over white),
-// palette, 8 or 16 bit; coverage = 1 − grey. An EXIF orientation is ignored: pixels are used as
-// they are stored. Throws InputError, naming the path, when the file is missing, empty, truncated,
-// not an image, or has more than 2^28 pixels.
+// palette, 8 or 16 bit; coverage = 1 − grey. A JPEG is turned and reflected as its EXIF orientation
+// says. Throws InputError, naming the path, when the file is missing, empty, truncated, not an
+// image, or, before it is decoded, for more than 2^26 pixels.
 GrayImage ReadImage(const std::string& path);
-
-// Throws InputError (prefix `where`) when the image is smaller than 16×16, a coverage is outside
-// [0, 1], there is no cloth or no background, or cloth (coverage ≥ 0.5) touches the border.
-void CheckSilhouette(const GrayImage& image, const std::string& where);
-
-// ReadImage followed by CheckSilhouette; throws as they do.
-GrayImage ReadSilhouette(const std::string& path);
 
 // Returns 1 where the coverage is at least `level`, else 0. The default level restores a hard-edged
 // picture that JPEG has blurred (grey < 128 is cloth). Most published silhouettes have grey edges,

@@ -11,7 +11,8 @@
 // for a damaged or unsupported file.
 namespace drape {
 
-inline constexpr int64_t kMaxPixels = int64_t{1} << 28;
+// Telephones take up to 48 million.
+inline constexpr int64_t kMaxPixels = int64_t{1} << 26;
 
 // Throws InputError (prefix `where`) when the header announces an image that is too large to hold.
 void CheckPixelCount(int64_t width, int64_t height, const std::string& where);

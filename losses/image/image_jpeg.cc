@@ -7,6 +7,9 @@
 #include <jerror.h>
 // clang-format on
 
+#include <utility>
+
+#include "losses/image/exif_orientation.h"
 #include "losses/image/image_codec.h"
 #include "physics/util/errors.h"
 
@@ -31,18 +34,21 @@ class JpegReader {
     if (setjmp(escape_)) return false;
     jpeg_create_decompress(&info_);
     jpeg_mem_src(&info_, bytes_.data(), bytes_.size());
+    jpeg_save_markers(&info_, kApp1, kMaxSegment);
     jpeg_read_header(&info_, TRUE);
     return true;
   }
 
-  // `gray` has room for width()·height() bytes.
-  bool ReadPixels(uint8_t* gray) {
+  // `gray` has room for width() bytes, `coverage` for width()·height() numbers.
+  bool ReadPixels(uint8_t* gray, float* coverage) {
     if (setjmp(escape_)) return false;
     info_.out_color_space = JCS_GRAYSCALE;
     jpeg_start_decompress(&info_);
     while (info_.output_scanline < info_.output_height) {
-      JSAMPROW row = gray + size_t(info_.output_scanline) * info_.output_width;
-      jpeg_read_scanlines(&info_, &row, 1);
+      float* row = coverage + size_t(info_.output_scanline) * info_.output_width;
+      jpeg_read_scanlines(&info_, &gray, 1);
+      for (JDIMENSION col = 0; col < info_.output_width; ++col)
+        row[col] = CoverageFromGray(gray[col]);
     }
     jpeg_finish_decompress(&info_);
     return true;
@@ -51,9 +57,19 @@ class JpegReader {
   int width() const { return static_cast<int>(info_.image_width); }
   int height() const { return static_cast<int>(info_.image_height); }
   int channels() const { return info_.num_components; }
+  int orientation() const {
+    for (const jpeg_marker_struct* marker = info_.marker_list; marker; marker = marker->next) {
+      const int orientation = ReadExifOrientation({marker->data, marker->data_length});
+      if (orientation != 1) return orientation;
+    }
+    return 1;
+  }
   const char* message() const { return message_; }
 
  private:
+  static constexpr int kApp1 = JPEG_APP0 + 1;
+  static constexpr unsigned kMaxSegment = 0xFFFF;
+
   static JpegReader* Self(j_common_ptr info) { return static_cast<JpegReader*>(info->client_data); }
 
   [[noreturn]] void Fail(j_common_ptr info) {
@@ -93,10 +109,9 @@ GrayImage DecodeJpeg(const std::vector<uint8_t>& bytes, const std::string& where
   }
   CheckPixelCount(reader.width(), reader.height(), where);
   GrayImage image(reader.width(), reader.height());
-  std::vector<uint8_t> gray(image.coverage.size());
-  if (!reader.ReadPixels(gray.data())) throw Broken(where, reader);
-  for (size_t i = 0; i < gray.size(); ++i) image.coverage[i] = CoverageFromGray(gray[i]);
-  return image;
+  std::vector<uint8_t> gray(image.width);
+  if (!reader.ReadPixels(gray.data(), image.coverage.data())) throw Broken(where, reader);
+  return Upright(std::move(image), reader.orientation());
 }
 
 }  // namespace drape

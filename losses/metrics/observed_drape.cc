@@ -89,6 +89,15 @@ GrayImage TurnedImage(const GrayImage& image, const Camera& camera, double rotat
   return turned;
 }
 
+GrayImage MovedImage(const GrayImage& image, const Camera& from, const Camera& to) {
+  GrayImage moved(image.width, image.height);
+  for (int row = 0; row < image.height; ++row)
+    for (int col = 0; col < image.width; ++col)
+      moved.at(col, row) =
+          static_cast<float>(Bilinear(image, col + from.cx - to.cx, row + from.cy - to.cy));
+  return moved;
+}
+
 void MeanImage::Add(const GrayImage& image) {
   if (count_ == 0) {
     first_ = image;

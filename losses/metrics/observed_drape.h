@@ -34,6 +34,10 @@ ObservedDrape ObserveDisc(double radius, const Camera& camera);
 // camera centre by `rotation` [rad]; bilinear between pixels, white outside the image.
 GrayImage TurnedImage(const GrayImage& image, const Camera& camera, double rotation, bool mirrored);
 
+// Returns the image moved so that the centre of the camera `from` is at that of `to`; bilinear
+// between pixels, white outside the image.
+GrayImage MovedImage(const GrayImage& image, const Camera& from, const Camera& to);
+
 // The pixel-wise mean of at least one image; all images have equal sizes.
 class MeanImage {
  public:

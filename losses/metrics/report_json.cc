@@ -17,7 +17,7 @@ nlohmann::ordered_json IntervalJson(const IntervalSkill& skill) {
 }  // namespace
 
 nlohmann::ordered_json CameraJson(const Camera& camera) {
-  nlohmann::ordered_json json = {{"kind", CameraKindName(camera.kind)},
+  nlohmann::ordered_json json = {{"kind", ToString(camera.kind)},
                                  {"width", camera.width},
                                  {"height", camera.height},
                                  {"cx", camera.cx},
@@ -28,6 +28,23 @@ nlohmann::ordered_json CameraJson(const Camera& camera) {
     json["field_of_view_rad"] = camera.field_of_view;
   }
   return json;
+}
+
+nlohmann::ordered_json QualityJson(const ImageQuality& quality) {
+  const Segmentation& segmentation = quality.segmentation;
+  return {{"scale", quality.scale_given ? "given" : "of the published images"},
+          {"centre", ToString(quality.centre)},
+          {"centre_offset_px", quality.centre_offset},
+          {"centre_error_px", quality.centre_error},
+          {"dc", quality.drape_coefficient},
+          {"radius_min_m", quality.radius_min},
+          {"radius_max_m", quality.radius_max},
+          {"overhanging_share", quality.overhanging},
+          {"photograph", segmentation.rescaled},
+          {"contrast", segmentation.cloth - segmentation.background},
+          {"cut_px", CountPixels(segmentation.cut)},
+          {"filled_px", CountPixels(segmentation.filled)},
+          {"notes", quality.notes}};
 }
 
 nlohmann::ordered_json MetricsJson(const SilhouetteMetrics& metrics) {

@@ -27,4 +27,21 @@ bool CentreOnOutline(const GrayImage& image, Camera* camera) {
   return true;
 }
 
+void CentreOnFarCloth(const GrayImage& image, Camera* camera) {
+  double area = 0.0, column = 0.0, row = 0.0;
+  for (int r = 0; r < image.height; ++r) {
+    for (int c = 0; c < image.width; ++c) {
+      area += image.at(c, r);
+      column += static_cast<double>(image.at(c, r)) * c;
+      row += static_cast<double>(image.at(c, r)) * r;
+    }
+  }
+  column /= area;
+  row /= area;
+  const double mean_radius = std::sqrt(area / std::numbers::pi);
+  if (!(std::hypot(column - camera->cx, row - camera->cy) > mean_radius / 3)) return;
+  camera->cx = column;
+  camera->cy = row;
+}
+
 }  // namespace drape

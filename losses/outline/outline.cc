@@ -20,6 +20,11 @@ double SampleCoverage(const GrayImage& image, double column, double row) {
          v * ((1 - u) * image.at(c, r + 1) + u * image.at(c + 1, r + 1));
 }
 
+double SampleRay(const GrayImage& image, const Camera& camera, const Vec2& direction,
+                 double radius) {
+  return SampleCoverage(image, camera.cx + radius * direction.x, camera.cy - radius * direction.y);
+}
+
 // The radius of the outermost level crossing [px], or 0.
 double OutermostCrossing(const GrayImage& image, const Camera& camera, const Vec2& direction) {
   const double reach = std::hypot(std::max(camera.cx, image.width - camera.cx),
@@ -27,8 +32,7 @@ double OutermostCrossing(const GrayImage& image, const Camera& camera, const Vec
   double previous = 0;
   for (int i = static_cast<int>(std::ceil(reach / kRayStep)); i >= 0; --i) {
     const double radius = kRayStep * i;
-    const double value =
-        SampleCoverage(image, camera.cx + radius * direction.x, camera.cy - radius * direction.y);
+    const double value = SampleRay(image, camera, direction, radius);
     if (value >= kLevel) return radius + kRayStep * (value - kLevel) / (value - previous);
     previous = value;
   }
@@ -84,6 +88,12 @@ bool OutlineFromImage(const GrayImage& image, const Camera& camera, int num_angl
     outline->radius[k] = OutermostCrossing(image, camera, RayDirection(k, num_angles));
   }
   return CollectMissing(outline);
+}
+
+double FirstExit(const GrayImage& image, const Camera& camera, const Vec2& direction) {
+  double radius = 0;
+  while (SampleRay(image, camera, direction, radius) >= kLevel) radius += kRayStep;
+  return radius;
 }
 
 bool OutlineFromMesh(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,

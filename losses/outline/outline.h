@@ -28,6 +28,10 @@ struct Outline {
 bool OutlineFromImage(const GrayImage& image, const Camera& camera, int num_angles,
                       Outline* outline);
 
+// The distance from the camera's centre at which the coverage first falls below 0.5 along a ray, by
+// samples every 0.25 px [px]; 0 when the centre is not on the cloth.
+double FirstExit(const GrayImage& image, const Camera& camera, const Vec2& direction);
+
 // The outermost crossing of each ray with the projected hem (mesh.boundary_loops[0]) of positions x
 // [m], shape [3V]. A fold that bulges over the hem is not seen here, only by RenderSoft. Returns
 // false when an angle is missing, and with all angles missing when a coordinate is not finite or a

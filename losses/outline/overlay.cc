@@ -84,10 +84,11 @@ struct Glyph {
   char letter;
   uint8_t rows[5];
 };
-constexpr Glyph kGlyphs[] = {
-    {'A', {2, 5, 7, 5, 5}}, {'E', {7, 4, 6, 4, 7}}, {'F', {7, 4, 6, 4, 4}}, {'G', {3, 4, 5, 5, 3}},
-    {'I', {7, 2, 2, 2, 7}}, {'M', {5, 7, 7, 5, 5}}, {'O', {2, 5, 5, 5, 2}}, {'P', {6, 5, 6, 4, 4}},
-    {'R', {6, 5, 6, 5, 5}}, {'S', {3, 4, 2, 1, 6}}, {'T', {7, 2, 2, 2, 2}}, {'U', {5, 5, 5, 5, 7}}};
+constexpr Glyph kGlyphs[] = {{'A', {2, 5, 7, 5, 5}}, {'E', {7, 4, 6, 4, 7}}, {'F', {7, 4, 6, 4, 4}},
+                             {'G', {3, 4, 5, 5, 3}}, {'I', {7, 2, 2, 2, 7}}, {'L', {4, 4, 4, 4, 7}},
+                             {'M', {5, 7, 7, 5, 5}}, {'O', {2, 5, 5, 5, 2}}, {'P', {6, 5, 6, 4, 4}},
+                             {'R', {6, 5, 6, 5, 5}}, {'S', {3, 4, 2, 1, 6}}, {'T', {7, 2, 2, 2, 2}},
+                             {'U', {5, 5, 5, 5, 7}}};
 
 void FillBox(RgbImage* picture, int column, int row, int width, int height, const Color& color) {
   for (int y = row; y < row + height; ++y) {
@@ -110,18 +111,47 @@ void RenderText(const char* text, int column, int row, int dot, RgbImage* pictur
   }
 }
 
-void RenderLegend(const OverlayOptions& options, RgbImage* picture) {
-  const struct {
-    const char* text;
-    Color color;
-  } lines[] = {{"FIT", options.fitted}, {"IMAGE", options.measured}, {"SUPPORT", options.support}};
+struct Line {
+  const char* name;
+  Eigen::VectorXd radius;  // [px]
+  Color color;
+  double relative_width;
+};
+
+void RenderLegend(const std::vector<Line>& lines, RgbImage* picture) {
   const int dot = std::max(1, picture->width / 300);
   int row = 4 * dot;
-  for (const auto& line : lines) {
+  for (const Line& line : lines) {
     FillBox(picture, 4 * dot, row + dot, 10 * dot, 3 * dot, line.color);
-    RenderText(line.text, 17 * dot, row, dot, picture);
+    RenderText(line.name, 17 * dot, row, dot, picture);
     row += 8 * dot;
   }
+}
+
+Line Circle(const char* name, double radius, const Camera& camera, const Color& color) {
+  return {name, Eigen::VectorXd::Constant(kCircleAngles, radius * camera.pixels_per_metre()), color,
+          0.5};
+}
+
+// The lines in the order of the legend; the first one is drawn last, over the others.
+RgbImage RenderLines(const GrayImage& image, const Camera& camera, const std::vector<Line>& lines,
+                     const OverlayOptions& options) {
+  constexpr int kSize = 1000;         // [px] of a picture that needs no enlargement
+  constexpr double kLineShare = 500;  // a line is this part of the width of a larger picture
+  CHECK_GE(options.upscale, 0);
+  CHECK_GE(options.line_width, 0);
+  const int upscale = options.upscale > 0
+                          ? options.upscale
+                          : std::clamp(kSize / std::max(image.width, image.height), 1, 3);
+  const double line_width = options.line_width > 0
+                                ? options.line_width
+                                : std::max(2.0, image.width * upscale / kLineShare);
+  RgbImage picture = PaleUpscaled(image, upscale);
+  for (auto line = lines.rbegin(); line != lines.rend(); ++line)
+    RenderProfile(line->radius, camera, upscale, line->relative_width * line_width, line->color,
+                  &picture);
+  RenderLegend(lines, &picture);
+  return picture;
 }
 
 }  // namespace
@@ -129,19 +159,20 @@ void RenderLegend(const OverlayOptions& options, RgbImage* picture) {
 RgbImage RenderOverlay(const GrayImage& image, const Eigen::VectorXd& measured_radius,
                        const Eigen::VectorXd& fitted_radius, const Camera& camera,
                        const OverlayOptions& options) {
-  CHECK_GE(options.upscale, 1);
-  CHECK_GT(options.line_width, 0);
-  RgbImage picture = PaleUpscaled(image, options.upscale);
-  const Eigen::VectorXd support =
-      Eigen::VectorXd::Constant(kCircleAngles, kSupportRadius * camera.pixels_per_metre());
-  RenderProfile(support, camera, options.upscale, 0.5 * options.line_width, options.support,
-                &picture);
-  RenderProfile(measured_radius, camera, options.upscale, options.line_width, options.measured,
-                &picture);
-  RenderProfile(fitted_radius, camera, options.upscale, options.line_width, options.fitted,
-                &picture);
-  RenderLegend(options, &picture);
-  return picture;
+  return RenderLines(image, camera,
+                     {{"FIT", fitted_radius, options.fitted, 1.0},
+                      {"IMAGE", measured_radius, options.measured, 1.0},
+                      Circle("SUPPORT", kSupportRadius, camera, options.support)},
+                     options);
+}
+
+RgbImage RenderMeasurement(const GrayImage& image, const Eigen::VectorXd& measured_radius,
+                           const Camera& camera, const OverlayOptions& options) {
+  return RenderLines(image, camera,
+                     {{"IMAGE", measured_radius, options.measured, 1.0},
+                      Circle("FLAT", kClothRadius, camera, options.flat),
+                      Circle("SUPPORT", kSupportRadius, camera, options.support)},
+                     options);
 }
 
 }  // namespace drape

@@ -12,11 +12,13 @@ namespace drape {
 using Color = std::array<uint8_t, 3>;
 
 struct OverlayOptions {
-  int upscale = 3;
-  double line_width = 2.0;  // of the outlines [upscaled px]; the support circle is half as wide
+  int upscale = 0;          // 0: 3 for a published image, 1 for a large one (about 1000 px)
+  double line_width = 0.0;  // of the outlines [upscaled px]; the circles are half as wide; 0: 2,
+                            // and more in large pictures
   Color fitted = {220, 40, 30};
   Color measured = {20, 110, 230};
   Color support = {90, 150, 90};
+  Color flat = {150, 120, 60};
 };
 
 // Renders a fit: the image in pale grey, enlarged, and on it the measured and the fitted outline
@@ -25,5 +27,11 @@ struct OverlayOptions {
 RgbImage RenderOverlay(const GrayImage& image, const Eigen::VectorXd& measured_radius,
                        const Eigen::VectorXd& fitted_radius, const Camera& camera,
                        const OverlayOptions& options = {});
+
+// Renders how an image was measured, over the silhouette or over the picture that it was made from:
+// as above, with the measured outline [px], the circle of the flat cloth of radius 15 cm and that
+// of the support.
+RgbImage RenderMeasurement(const GrayImage& image, const Eigen::VectorXd& measured_radius,
+                           const Camera& camera, const OverlayOptions& options = {});
 
 }  // namespace drape

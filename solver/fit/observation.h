@@ -7,6 +7,7 @@
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
+#include "losses/outline/measured_image.h"
 #include "physics/cloth/state.h"
 
 namespace drape {
@@ -18,6 +19,7 @@ struct Observation {
   GrayImage image;
   Camera camera;           // its centre is the support's centre in this image
   Eigen::VectorXd radius;  // outline r(θ) of the image [px], shape [K]
+  ImageQuality quality;    // how far the silhouette can be trusted, and what was done to it
 };
 
 // Shapes [m], each of shape [3V], as states without velocity.

@@ -58,6 +58,21 @@ std::vector<Observation> ReadObservations(const FitData& data, const Observation
   return observations;
 }
 
+void CheckCamera(const CameraInput& camera, const FitData& data) {
+  const bool is_given = camera.gives_scale() || camera.width != 0 || camera.height != 0;
+  if (!data.captures.empty() && is_given)
+    throw InputError("camera_scale, image_width_mm, camera_width, camera_height",
+                     "found beside the published data set, whose scale and size are known");
+}
+
+std::vector<std::string> ListNotes(const std::vector<Observation>& observations) {
+  std::vector<std::string> notes;
+  for (const Observation& observation : observations)
+    for (const std::string& note : observation.quality.notes)
+      notes.push_back(observation.name + ": " + note);
+  return notes;
+}
+
 void RequireDistinctNames(const std::vector<Observation>& observations) {
   std::set<std::string> names;
   for (const Observation& observation : observations)
@@ -197,12 +212,15 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   if (!data.images.empty() && !data.captures.empty())
     throw InputError("images", "found some beside captures of a data set, expected one of both");
   CheckModel(spec, data);
+  CheckCamera(spec.observation.camera, data);
   FitInput input;
   input.notes = data.notes;
   std::vector<LabMeasurement> measurements = ReadLabMeasurements(data.lab_measurements);
   input.problem.observations = ReadObservations(data, spec.observation);
   input.problem.specimens = data.specimens;
   RequireDistinctNames(input.problem.observations);
+  for (std::string& note : ListNotes(input.problem.observations))
+    input.notes.push_back(std::move(note));
   input.problem.material = ReadStartTables(spec, data, &input.notes);
   if (!data.ground_truth.empty())
     input.ground_truth = std::make_unique<MaterialField>(

@@ -302,6 +302,8 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
     log << line << std::endl;
     control.Log(line);
   };
+  for (const Observation& observation : input.problem.observations)
+    log_both(observation.name + ": " + CameraText(observation.camera, observation.quality));
   if (files.resume && ready) log_both(ResumeNote(spec.model, saved));
   if (!input.device.empty()) log_both("running on " + input.device);
   for (const std::string& line : data.log_lines) log << line << std::endl;

@@ -49,6 +49,7 @@ ordered_json ImageJson(const Observation& observation, const DrapeReport& drape,
           {"force_residual", drape.force_residual},
           {"stability", StabilityJson(drape.lowest_eigenvalues)},
           {"camera", CameraJson(observation.camera)},
+          {"quality", QualityJson(observation.quality)},
           {"initial_lift", lift}};
 }
 
@@ -103,7 +104,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
                        {"model", ToString(spec.model)},
                        {"status", report.cancelled ? "cancelled" : "done"},
                        {"law", ToString(spec.law)},
-                       {"camera", ToString(spec.observation.camera)},
+                       {"camera", ToString(spec.observation.camera.kind)},
                        {"centre", ToString(spec.observation.centre)},
                        {"mesh", spec.mesh},
                        {"coarse_mesh", spec.coarse_mesh},
@@ -148,13 +149,14 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
   return json;
 }
 
-// The drape moved so that the nominal camera, centred in the image, sees it where the image has it.
+// The drape moved so that a camera of this scale, centred in the image, sees it where the image has
+// it.
 Eigen::VectorXd SeenFromNominalCamera(const Eigen::VectorXd& x, const Camera& camera) {
-  const Camera nominal;
+  const double cx = 0.5 * (camera.width - 1), cy = 0.5 * (camera.height - 1);
   Eigen::VectorXd moved = x;
   for (Eigen::Index i = 0; i < x.size(); i += 3) {
-    moved[i] += (camera.cx - nominal.cx) / camera.pixels_per_metre();
-    moved[i + 1] -= (camera.cy - nominal.cy) / camera.pixels_per_metre();
+    moved[i] += (camera.cx - cx) / camera.pixels_per_metre();
+    moved[i + 1] -= (camera.cy - cy) / camera.pixels_per_metre();
   }
   return moved;
 }

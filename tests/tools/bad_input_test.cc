@@ -112,6 +112,8 @@ const BadImage kBadImages[] = {
      "bad.png"},
     {"TouchesTheBorder", [](const std::string& path) { WritePng(Circle(256, 130), path); },
      "border"},
+    {"NoScale", [](const std::string& path) { WritePng(Circle(300, 100), path); },
+     "image is 300x300 px and its scale is not given"},
 };
 
 void PrintTo(const BadImage& bad, std::ostream* out) { *out << bad.name; }

@@ -71,40 +71,7 @@ std::vector<Option> ClothOptions(SceneInput& scene) {
   };
 }
 
-std::vector<Option> CameraOptions(CameraInput& camera) {
-  return {
-      {.key = "camera",
-       .value = &camera.kind,
-       .doc = "projection of the camera; the published images are orthographic",
-       .choices = {"orthographic", "pinhole"}},
-      {.key = "camera_width",
-       .value = &camera.width,
-       .doc = "width of the silhouette",
-       .unit = "px",
-       .least = 16,
-       .most = 8192},
-      {.key = "camera_height",
-       .value = &camera.height,
-       .doc = "height of the silhouette",
-       .unit = "px",
-       .least = 16,
-       .most = 8192},
-      {.key = "camera_cx",
-       .value = &camera.cx,
-       .doc = "column of the support's centre; none: the centre of the image",
-       .unit = "px"},
-      {.key = "camera_cy",
-       .value = &camera.cy,
-       .doc = "row of the support's centre; none: the centre of the image",
-       .unit = "px"},
-      {.key = "camera_scale",
-       .value = &camera.scale,
-       .doc = "magnification of the orthographic camera",
-       .unit = "px/m",
-       .least = 0,
-       .above_least = true},
-  };
-}
+std::vector<Option> CameraOptions(CameraInput& camera) { return FieldOptionList(camera); }
 
 std::vector<Option> SceneOptions(SceneInput& scene) {
   std::vector<Option> options = ClothOptions(scene);

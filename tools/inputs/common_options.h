@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "losses/camera/camera_input.h"
 #include "physics/material/laws/law_kind.h"
 #include "tools/cli/option_table.h"
-#include "tools/inputs/drape_view.h"
 #include "tools/inputs/scene_input.h"
 
 namespace drape {

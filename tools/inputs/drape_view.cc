@@ -27,18 +27,6 @@ bool HasStandardRadii(const ClothModel& model) {
 
 }  // namespace
 
-Camera MakeCamera(const CameraInput& input) {
-  Camera camera;
-  camera.kind = ParseCameraKind(input.kind);
-  camera.width = input.width;
-  camera.height = input.height;
-  camera.cx = std::isnan(input.cx) ? 0.5 * (input.width - 1) : input.cx;
-  camera.cy = std::isnan(input.cy) ? 0.5 * (input.height - 1) : input.cy;
-  camera.scale = input.scale;
-  camera.Check("camera");
-  return camera;
-}
-
 std::optional<DrapeView> ViewDrape(const ClothModel& model, const Eigen::VectorXd& x,
                                    const Camera& camera, const GrayImage* image) {
   const Mesh& mesh = model.mesh;

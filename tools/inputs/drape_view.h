@@ -2,9 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
 #include <optional>
-#include <string>
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
@@ -12,19 +10,6 @@
 #include "physics/cloth/cloth_model.h"
 
 namespace drape {
-
-// The camera as a user sets it.
-struct CameraInput {
-  static constexpr double kImageCentre = std::numeric_limits<double>::quiet_NaN();
-
-  std::string kind = "orthographic";
-  int width = 256, height = 256;  // [px]
-  double cx = kImageCentre;       // column and row of the support's centre [px]
-  double cy = kImageCentre;
-  double scale = Camera().scale;  // orthographic only [px/m]
-};
-// Throws InputError.
-Camera MakeCamera(const CameraInput& input);
 
 // A drape as the camera sees it.
 struct DrapeView {

@@ -61,13 +61,6 @@ TEST(Camera, ProjectVerticesReportsNanAndPointsBehindTheCamera) {
   EXPECT_FALSE(ProjectVertices(x, Camera(), &points));
 }
 
-TEST(Camera, ParsesItsKinds) {
-  for (CameraKind kind : {CameraKind::kOrthographic, CameraKind::kPinhole}) {
-    EXPECT_EQ(ParseCameraKind(CameraKindName(kind)), kind);
-  }
-  EXPECT_THROW(ParseCameraKind("Pinhole"), InputError);
-}
-
 TEST(Camera, CheckNamesTheFieldAndTheValue) {
   Camera camera;
   EXPECT_NO_THROW(camera.Check("camera"));

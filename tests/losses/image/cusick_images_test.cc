@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <map>
 
-#include "losses/image/image.h"
+#include "losses/image/segmentation.h"
 #include "losses/metrics/metrics.h"
 #include "losses/outline/outline.h"
 
@@ -79,7 +79,7 @@ TEST_F(CusickImages, AllLoadAndLieBetweenSupportAndFlatCloth) {
   RadiusRange total{1e9, 0};
   for (const std::string& path : paths) {
     Outline outline;
-    const GrayImage image = ReadSilhouette(path);
+    const GrayImage image = ReadSilhouette(path).image;
     ASSERT_EQ(image.width, 256) << path;
     ASSERT_EQ(image.height, 256) << path;
     ASSERT_TRUE(OutlineFromImage(image, Camera(), kNumAngles, &outline)) << path;
@@ -104,7 +104,7 @@ TEST_F(CusickImages, MeanDrapeCoefficientsAndFoldsOfTheFabrics) {
     ASSERT_EQ(paths.size(), 48u);
     double area_dc = 0, profile_dc = 0, folds = 0;
     for (const std::string& path : paths) {
-      const GrayImage image = ReadSilhouette(path);
+      const GrayImage image = ReadSilhouette(path).image;
       Outline outline;
       ASSERT_TRUE(OutlineFromImage(image, Camera(), kNumAngles, &outline)) << path;
       const ShapeFeatures shape = MeasureShape(MetresFromPixels(outline.radius, Camera()));

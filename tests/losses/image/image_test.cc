@@ -9,6 +9,7 @@
 #include <csignal>
 #include <functional>
 
+#include "losses/image/exif_orientation.h"
 #include "physics/util/errors.h"
 #include "tests/losses/image/encode.h"
 #include "tests/losses/temp_folder.h"
@@ -49,7 +50,7 @@ class ImageFile : public testing::Test {
     return folder_ / name;
   }
   void ExpectSame(const std::string& path, const GrayImage& expected, float tolerance) {
-    const GrayImage image = ReadSilhouette(path);
+    const GrayImage image = ReadImage(path);
     ASSERT_EQ(image.width, expected.width);
     ASSERT_EQ(image.height, expected.height);
     EXPECT_THAT(image.coverage,
@@ -57,7 +58,7 @@ class ImageFile : public testing::Test {
         << path;
   }
   void ExpectBad(const std::string& path, const std::string& problem) {
-    EXPECT_THAT([&] { ReadSilhouette(path); },
+    EXPECT_THAT([&] { ReadImage(path); },
                 ThrowsMessage<InputError>(AllOf(HasSubstr(path + ": "), HasSubstr(problem))));
   }
   TempFolder folder_;
@@ -130,32 +131,84 @@ TEST_F(ImageFile, RejectsTooManyPixels) {
   for (size_t i = 0; i + 9 < jpeg.size(); ++i) {  // the size in the start-of-frame marker
     if (jpeg[i] == 0xFF && jpeg[i + 1] == 0xC0) jpeg[i + 5] = jpeg[i + 7] = 0xFF;
   }
-  ExpectBad(Put("huge.jpg", jpeg), "at most 2^28 pixels");
+  ExpectBad(Put("huge.jpg", jpeg), "at most 2^26 pixels");
 }
 
-TEST_F(ImageFile, RejectsImplausibleSilhouettes) {
-  const auto put = [&](const std::string& name, const std::vector<uint8_t>& gray, int w, int h) {
-    return Put(name, EncodePng(gray.data(), w, h, PNG_FORMAT_GRAY));
+// A JPEG that says how the camera was held.
+std::vector<uint8_t> WithOrientation(const std::vector<uint8_t>& jpeg, int orientation,
+                                     bool big_endian) {
+  const auto two = [&](int v) {
+    return big_endian ? std::vector<uint8_t>{uint8_t(v >> 8), uint8_t(v)}
+                      : std::vector<uint8_t>{uint8_t(v), uint8_t(v >> 8)};
   };
-  ExpectBad(put("dot.png", {0}, 1, 1), "image is 1x1, expected at least 16x16");
-  ExpectBad(put("low.png", Box(40, 15), 40, 15), "image is 40x15, expected at least 16x16");
-  ExpectBad(put("white.png", std::vector<uint8_t>(400, 255), 20, 20), "no cloth");
-  ExpectBad(put("black.png", std::vector<uint8_t>(400, 0), 20, 20), "no background");
-  for (int pixel : {7, 399 - 7, 20 * 9, 20 * 9 + 19}) {  // top, bottom, left, right
-    auto gray = Box(20, 20);
-    gray[pixel] = 0;
-    ExpectBad(put("edge.png", gray, 20, 20), "touches the border");
+  const auto append = [](std::vector<uint8_t>* to, const std::vector<uint8_t>& more) {
+    to->insert(to->end(), more.begin(), more.end());
+  };
+  std::vector<uint8_t> exif = {'E', 'x', 'i', 'f', 0, 0};
+  append(&exif, big_endian ? std::vector<uint8_t>{'M', 'M'} : std::vector<uint8_t>{'I', 'I'});
+  append(&exif, two(42));
+  append(&exif, big_endian ? std::vector<uint8_t>{0, 0, 0, 8} : std::vector<uint8_t>{8, 0, 0, 0});
+  append(&exif, two(2));  // entries
+  for (const auto& [tag, value] : {std::pair{0x0100, 77}, std::pair{0x0112, orientation}}) {
+    append(&exif, two(tag));
+    append(&exif, two(3));  // SHORT
+    append(&exif, big_endian ? std::vector<uint8_t>{0, 0, 0, 1} : std::vector<uint8_t>{1, 0, 0, 0});
+    append(&exif, two(value));
+    append(&exif, {0, 0});
   }
+  append(&exif, {0, 0, 0, 0});
+  std::vector<uint8_t> all(jpeg.begin(), jpeg.begin() + 2);
+  const size_t length = exif.size() + 2;
+  append(&all, {0xFF, 0xE1, uint8_t(length >> 8), uint8_t(length)});
+  append(&all, exif);
+  all.insert(all.end(), jpeg.begin() + 2, jpeg.end());
+  return all;
 }
 
-TEST(CheckSilhouette, RejectsCoverageOutOfRange) {
-  GrayImage image(20, 20);
-  image.at(9, 9) = 1.5f;
-  EXPECT_THROW(CheckSilhouette(image, "raster"), InputError);
-  image.at(9, 9) = std::nanf("");
-  EXPECT_THROW(CheckSilhouette(image, "raster"), InputError);
-  image.at(9, 9) = 1.0f;
-  EXPECT_NO_THROW(CheckSilhouette(image, "raster"));
+// The stored image is 64 × 40 with a dark box in its top left corner; where it is shown follows
+// from the definition of the tag.
+TEST_F(ImageFile, HonoursAllExifOrientations) {
+  const int w = 64, h = 40;
+  std::vector<uint8_t> gray(w * h, 255);
+  for (int row = 0; row < 16; ++row)
+    for (int col = 0; col < 24; ++col) gray[row * w + col] = 0;
+  const auto jpeg = EncodeJpeg(gray, w, h, 1);
+  struct Shown {
+    bool exchanged, right, bottom;  // width with height; where the box is
+  };
+  const Shown shown[] = {{false, false, false}, {false, true, false}, {false, true, true},
+                         {false, false, true},  {true, false, false}, {true, true, false},
+                         {true, true, true},    {true, false, true}};
+  for (const bool big_endian : {false, true}) {
+    for (int orientation = 1; orientation <= 8; ++orientation) {
+      const GrayImage image =
+          ReadImage(Put("o.jpg", WithOrientation(jpeg, orientation, big_endian)));
+      const auto& [exchanged, right, bottom] = shown[orientation - 1];
+      ASSERT_EQ(image.width, exchanged ? h : w) << orientation;
+      ASSERT_EQ(image.height, exchanged ? w : h) << orientation;
+      const int wide = exchanged ? 16 : 24, high = exchanged ? 24 : 16;
+      for (int row = 0; row < image.height; ++row) {
+        for (int col = 0; col < image.width; ++col) {
+          const bool inside = (right ? col >= image.width - wide : col < wide) &&
+                              (bottom ? row >= image.height - high : row < high);
+          ASSERT_NEAR(image.at(col, row), inside, 0.1) << orientation << ": " << col << ", " << row;
+        }
+      }
+    }
+  }
+  for (const int unknown : {0, 9, 300})
+    EXPECT_EQ(ReadImage(Put("o.jpg", WithOrientation(jpeg, unknown, true))).width, w);
+}
+
+TEST(ExifOrientation, DamagedDataAreUpright) {
+  const std::vector<uint8_t> jpeg = WithOrientation({0xFF, 0xD8}, 6, false);
+  const std::vector<uint8_t> exif(jpeg.begin() + 6, jpeg.end());
+  ASSERT_EQ(ReadExifOrientation(exif), 6);
+  for (size_t size = 0; size < exif.size() - 6; ++size)  // the last 6 bytes are padding
+    EXPECT_EQ(ReadExifOrientation(std::span(exif).first(size)), 1) << size;
+  std::vector<uint8_t> far = exif;
+  for (int i = 10; i < 14; ++i) far[i] = 0xFF;  // the directory lies outside
+  EXPECT_EQ(ReadExifOrientation(far), 1);
 }
 
 // Runs `body` in a child process, so that its limits and user do not affect the other tests.
@@ -234,7 +287,7 @@ TEST(HardEdged, UndoesJpeg) {
   }
   const TempFolder folder;
   WriteAll(folder / "a.jpg", EncodeJpeg(gray, 64, 64, 1));
-  const GrayImage image = ReadSilhouette(folder / "a.jpg");
+  const GrayImage image = ReadImage(folder / "a.jpg");
   EXPECT_NE(image.coverage, expected.coverage);
   EXPECT_EQ(HardEdged(image).coverage, expected.coverage);
 }

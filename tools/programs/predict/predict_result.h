@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "losses/camera/camera_input.h"
 #include "losses/dataset/dataset_evaluation.h"
 #include "solver/prediction/bend_calibration.h"
 #include "solver/prediction/prediction.h"
-#include "tools/inputs/drape_view.h"
 #include "tools/inputs/scene_input.h"
 
 namespace drape {

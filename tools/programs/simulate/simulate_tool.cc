@@ -6,6 +6,7 @@
 #include <chrono>
 #include <optional>
 
+#include "losses/image/segmentation.h"
 #include "physics/cloth/state_io.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/simulation/statics/modes.h"
@@ -52,13 +53,8 @@ struct Input {
   }
 
   void ReadImage(const SimulateOptions& options) {
-    image = ReadSilhouette(options.image);
-    if (image->width != camera.width || image->height != camera.height) {
-      const auto size = [](int w, int h) { return std::to_string(w) + "×" + std::to_string(h); };
-      throw InputError(options.image, "found " + size(image->width, image->height) +
-                                          " pixels, expected those of the camera, " +
-                                          size(camera.width, camera.height));
-    }
+    image = ReadSilhouette(options.image).image;
+    camera = MakeCamera(options.camera, *image, options.image);
     LOG_IF(WARNING, camera.kind == CameraKind::kPinhole)
         << "the published images were not taken by this pinhole camera: a perfect drape "
            "appears 4-8 % too small in it";

@@ -55,7 +55,7 @@ TEST_F(SimulateTool, SummarisesTheDrape) {
   EXPECT_EQ(summary.at("versions").at("drapefit"), DRAPE_VERSION);
   EXPECT_GT(summary.at("seconds").at("total"), 0.0);
   EXPECT_GT(summary.at("force_residual"), 1e-6);
-  const GrayImage silhouette = ReadSilhouette(Path("out/silhouette.png"));
+  const GrayImage silhouette = ReadImage(Path("out/silhouette.png"));
   const double dc = DrapeCoefficient(CoverageArea(silhouette, Camera()));
   EXPECT_NEAR(summary.at("dc").get<double>(), dc, 1e-3);  // 8 bits a pixel
   EXPECT_GT(dc, 0.3);

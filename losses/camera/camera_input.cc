@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/camera/camera_input.h"
+
+#include <cmath>
+
+#include "physics/util/errors.h"
+
+namespace drape {
+namespace {
+
+std::string SizeText(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
+bool HasPublishedSize(const GrayImage& image) {
+  const Camera published;
+  return image.width == published.width && image.height == published.height;
+}
+
+}  // namespace
+
+bool CameraInput::gives_scale() const { return !std::isnan(scale) || !std::isnan(image_width_mm); }
+bool CameraInput::gives_centre() const { return !std::isnan(cx) || !std::isnan(cy); }
+
+Camera MakeCamera(const CameraInput& input) {
+  constexpr double kMillimetre = 1e-3;
+  if (!std::isnan(input.scale) && !std::isnan(input.image_width_mm))
+    throw InputError("option 'image_width_mm'", "found beside camera_scale, expected one of both");
+  Camera camera;
+  camera.kind = input.kind;
+  if (input.width != 0) camera.width = input.width;
+  if (input.height != 0) camera.height = input.height;
+  camera.cx = std::isnan(input.cx) ? 0.5 * (camera.width - 1) : input.cx;
+  camera.cy = std::isnan(input.cy) ? 0.5 * (camera.height - 1) : input.cy;
+  if (!std::isnan(input.scale)) camera.scale = input.scale;
+  if (!std::isnan(input.image_width_mm))
+    camera.scale = camera.width / (kMillimetre * input.image_width_mm);
+  camera.Check("camera");
+  return camera;
+}
+
+Camera MakeCamera(const CameraInput& input, const GrayImage& image, const std::string& where) {
+  CameraInput sized = input;
+  if (sized.width == 0) sized.width = image.width;
+  if (sized.height == 0) sized.height = image.height;
+  const std::string size = SizeText(image.width, image.height);
+  if (sized.width != image.width || sized.height != image.height)
+    throw InputError(where, "image is " + size + " px, expected " +
+                                SizeText(sized.width, sized.height) +
+                                " (camera_width, "
+                                "camera_height)");
+  if (!HasPublishedSize(image) && input.kind == CameraKind::kPinhole)
+    throw InputError(where, "image is " + size +
+                                " px, expected 256x256: camera = pinhole is that "
+                                "of the published code");
+  if (!HasPublishedSize(image) && !input.gives_scale())
+    throw InputError(where, "image is " + size +
+                                " px and its scale is not given, expected "
+                                "image_width_mm, the width that it shows in the support plane, or "
+                                "camera_scale [px/m]");
+  return MakeCamera(sized);
+}
+
+}  // namespace drape

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <limits>
+#include <string>
+
+#include "losses/camera/camera.h"
+#include "losses/image/image.h"
+#include "physics/util/options/field.h"
+
+namespace drape {
+
+// A camera as a user sets it. What is not given follows from the image or, without an image, from
+// the published ones: 256 × 256 px at 719.5 px/m.
+struct CameraInput {
+  static constexpr double kNotGiven = std::numeric_limits<double>::quiet_NaN();
+
+  CameraKind kind = CameraKind::kOrthographic;
+  int width = 0, height = 0;          // [px]; 0: not given
+  double cx = kNotGiven;              // column and row of the support's centre [px]; not given: the
+  double cy = kNotGiven;              // image's centre
+  double scale = kNotGiven;           // orthographic only [px/m]
+  double image_width_mm = kNotGiven;  // width of the area seen in the support plane: another way to
+                                      // give the scale
+
+  bool gives_scale() const;
+  bool gives_centre() const;
+};
+
+template <MutableOrConst<CameraInput> Input, class Visitor>
+void VisitFields(Input& input, Visitor&& visit) {
+  auto& [kind, width, height, cx, cy, scale, image_width_mm] = input;
+  visit(kind, Field{.key = "camera",
+                    .doc = "projection of the camera; the published images are orthographic"});
+  const auto size = [](const char* key, const char* doc) {
+    return Field{.key = key, .doc = doc, .unit = "px", .least = 0, .most = 8192};
+  };
+  visit(width, size("camera_width", "width of the silhouette; 0: that of the image, or 256"));
+  visit(height, size("camera_height", "height of the silhouette; 0: that of the image, or 256"));
+  visit(cx, Field{.key = "camera_cx",
+                  .doc = "column of the support's centre; none: the centre of the image",
+                  .unit = "px"});
+  visit(cy, Field{.key = "camera_cy",
+                  .doc = "row of the support's centre; none: the centre of the image",
+                  .unit = "px"});
+  visit(scale, Field{.key = "camera_scale",
+                     .doc = "magnification in the support plane; none: 719.5, that of the "
+                            "published images of 256x256 px; an image of another size needs this "
+                            "or image_width_mm",
+                     .unit = "px/m",
+                     .least = 0,
+                     .above_least = true});
+  visit(image_width_mm, Field{.key = "image_width_mm",
+                              .doc = "width of the area that the image shows in the support "
+                                     "plane, in place of camera_scale: lay a ruler on the support",
+                              .unit = "mm",
+                              .least = 0,
+                              .above_least = true});
+}
+
+// The camera of a rendering. Throws InputError.
+Camera MakeCamera(const CameraInput& input);
+
+// The camera of an image. Throws InputError (prefix `where`) also when the image has another size
+// than the given one, or another than the published 256 × 256 px and no scale.
+Camera MakeCamera(const CameraInput& input, const GrayImage& image, const std::string& where);
+
+}  // namespace drape

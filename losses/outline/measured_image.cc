@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/outline/measured_image.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "losses/outline/outline.h"
+#include "losses/outline/shape_features.h"
+#include "physics/util/errors.h"
+#include "physics/util/text_format.h"
+
+namespace drape {
+namespace {
+
+constexpr int kAngles = 360;
+constexpr double kMillimetre = 1e-3;
+constexpr double kOverhang = 0.002;      // [m] by which a ray must enter the cloth again to count
+constexpr double kNotedOverhang = 0.01;  // share of the rays
+constexpr double kNotedSlack = 0.0015;   // [m] one pixel of a published image
+constexpr double kNotedError = 0.003;    // [m] of a centre that is not searched for
+constexpr double kNotedOffset = 0.2;     // of the support's radius
+
+// The share of the rays on which the cloth ends by kOverhang or more before its outermost end.
+double ShareOfOverhangs(const GrayImage& image, const Camera& camera, const Outline& outline) {
+  const double least = kOverhang * camera.pixels_per_metre();
+  int overhanging = 0;
+  for (int k = 0; k < outline.num_angles(); ++k) {
+    const double reach = FirstExit(image, camera, RayDirection(k, outline.num_angles()));
+    overhanging += outline.radius[k] - reach > least;
+  }
+  return static_cast<double>(overhanging) / outline.num_angles();
+}
+
+std::string ScaleRemedy(const Camera& camera, const ImageQuality& quality) {
+  return Format("is the scale of %.1f px/m (%s) right? Give camera_scale or image_width_mm",
+                camera.pixels_per_metre(),
+                quality.scale_given ? "given" : "of the published images");
+}
+
+void CheckBounds(const Camera& camera, const ImageQuality& quality, const std::string& where) {
+  const double least = quality.radius_min / kMillimetre, largest = quality.radius_max / kMillimetre;
+  if (quality.overhanging > kLargestOverhang)
+    throw InputError(where,
+                     Format("%.0f %% of the rays from the centre cross the outline more than once, "
+                            "expected at most %.0f %%: not the outline of one drape",
+                            100 * quality.overhanging, 100 * kLargestOverhang));
+  if (quality.radius_max > kLargestRadius)
+    throw InputError(where, Format("the outline reaches %.0f mm, expected at most %.0f of a cloth "
+                                   "of 150 mm; ",
+                                   largest, kLargestRadius / kMillimetre) +
+                                ScaleRemedy(camera, quality));
+  if (quality.radius_min < kLeastRadius)
+    throw InputError(where, Format("the outline comes to %.0f mm of the centre, expected at least "
+                                   "%.0f with a support of 90 mm; ",
+                                   least, kLeastRadius / kMillimetre) +
+                                ScaleRemedy(camera, quality));
+  if (quality.drape_coefficient < kLeastDrapeCoefficient ||
+      quality.drape_coefficient > kLargestDrapeCoefficient)
+    throw InputError(where, Format("the drape coefficient is %.3f, expected 0 … 1; ",
+                                   quality.drape_coefficient) +
+                                ScaleRemedy(camera, quality));
+}
+
+void AddNotes(const Camera& camera, ImageQuality* quality) {
+  quality->notes = quality->segmentation.Notes();
+  if (quality->overhanging > kNotedOverhang)
+    quality->notes.push_back(Format(
+        "%.1f %% of the rays cross the outline more than once; the outermost crossing counts",
+        100 * quality->overhanging));
+  if (quality->radius_max > kClothRadius + kNotedSlack)
+    quality->notes.push_back(
+        Format("the outline reaches %.1f mm, more than the cloth's 150 mm: "
+               "the scale or the centre is slightly off",
+               quality->radius_max / kMillimetre));
+  if (quality->radius_min < kSupportRadius - kNotedSlack)
+    quality->notes.push_back(
+        Format("the outline comes to %.1f mm of the centre, less than the "
+               "support's 90 mm: the scale or the centre is slightly off",
+               quality->radius_min / kMillimetre));
+  if (quality->centre_error > kNotedError * camera.pixels_per_metre())
+    quality->notes.push_back(
+        Format("the outline's centre is %.1f px from the centre used", quality->centre_error));
+  if (quality->centre_offset > kNotedOffset * kSupportRadius * camera.pixels_per_metre())
+    quality->notes.push_back(
+        Format("the support's centre is %.0f px from the image's centre", quality->centre_offset));
+}
+
+}  // namespace
+
+MeasuredImage MeasureImage(Silhouette silhouette, const CameraInput& input, CentreMode centre,
+                           const std::string& where) {
+  MeasuredImage measured{std::move(silhouette.image), {}, {}};
+  const GrayImage& image = measured.image;
+  Camera& camera = measured.camera;
+  camera = MakeCamera(input, image, where);
+  ImageQuality& quality = measured.quality;
+  quality.segmentation = std::move(silhouette.segmentation);
+  quality.scale_given = input.gives_scale();
+  quality.centre = centre;
+  Camera centred = camera;
+  if (!input.gives_centre()) CentreOnFarCloth(image, &centred);
+  const bool found = CentreOnOutline(image, &centred);
+  if (centre == CentreMode::kOutline) camera = centred;
+  quality.centre_error = std::hypot(camera.cx - centred.cx, camera.cy - centred.cy);
+  quality.centre_offset =
+      std::hypot(camera.cx - 0.5 * (image.width - 1), camera.cy - 0.5 * (image.height - 1));
+  Outline outline;
+  if (!found || !OutlineFromImage(image, camera, kAngles, &outline) ||
+      !OutlineFromImage(image, centred, kAngles, &outline))
+    throw InputError(where,
+                     "no closed outline around the support's centre, expected the silhouette of a "
+                     "drape");
+  const ShapeFeatures shape = MeasureShape(MetresFromPixels(outline.radius, camera));
+  quality.drape_coefficient = shape.drape_coefficient;
+  quality.radius_min = shape.radius_min;
+  quality.radius_max = shape.radius_max;
+  quality.overhanging = ShareOfOverhangs(image, centred, outline);
+  CheckBounds(camera, quality, where);
+  AddNotes(camera, &quality);
+  return measured;
+}
+
+std::string CameraText(const Camera& camera, const ImageQuality& quality) {
+  return Format("%s camera, %dx%d px, %.1f px/m (%s), centre (%.1f, %.1f) %s",
+                ToString(camera.kind), camera.width, camera.height, camera.pixels_per_metre(),
+                quality.scale_given ? "given" : "of the published images", camera.cx, camera.cy,
+                quality.centre == CentreMode::kOutline ? "found from the outline" : "(nominal)");
+}
+
+}  // namespace drape
