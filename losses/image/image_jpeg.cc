@@ -110,8 +110,9 @@ GrayImage DecodeJpeg(const std::vector<uint8_t>& bytes, const std::string& where
   CheckPixelCount(reader.width(), reader.height(), where);
   GrayImage image(reader.width(), reader.height());
   std::vector<uint8_t> gray(image.width);
+  const int orientation = reader.orientation();  // the end of the decompression forgets it
   if (!reader.ReadPixels(gray.data(), image.coverage.data())) throw Broken(where, reader);
-  return Upright(std::move(image), reader.orientation());
+  return Upright(std::move(image), orientation);
 }
 
 }  // namespace drape

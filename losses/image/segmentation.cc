@@ -138,7 +138,7 @@ std::vector<PicturePart> CutOthers(const std::string& where, PictureMask* mask) 
   const PicturePart& chosen = found.parts[cloth];
   if (chosen.touches_border)
     throw InputError(where, "cloth touches the border at the " + BorderText(*mask, found, cloth) +
-                                ", expected background all around it");
+                                ", expected a light background all around it");
   std::vector<PicturePart> others;
   for (const PicturePart& part : found.parts) {
     if (&part == &chosen) continue;

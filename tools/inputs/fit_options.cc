@@ -121,8 +121,9 @@ OptionTable FitTable(FitToolOptions& options) {
           Grouped("search and optimisation", FieldOptionList(spec.stages)),
           Grouped("model heterogeneous", FieldOptionList(spec.fields)),
           Grouped("models bayes and bdp", FieldOptionList(spec.posterior))),
-      .common = {"images", "lab_tests", "data", "fabric", "material", "density", "model", "mesh",
-                 "accuracy", "num_parameters", "threads", "backend", "out", "resume"},
+      .common = {"images", "image_width_mm", "lab_tests", "data", "fabric", "material", "density",
+                 "model", "mesh", "accuracy", "num_parameters", "threads", "backend", "out",
+                 "resume"},
       .given = &options.accuracy.given};
 }
 

@@ -126,6 +126,7 @@ std::vector<BenchmarkImage> MakeBenchmarkImages(const OptimiserBenchmarkOptions&
 BenchmarkStart FindBenchmarkStart(const OptimiserBenchmarkOptions& options,
                                   const BenchmarkImage& image, const std::atomic<bool>* cancel) {
   FitSpec spec = options.spec;
+  if (image.is_twin) spec.observation.camera = {};  // the one that rendered it
   spec.mesh = options.mesh;
   spec.coarse_mesh = options.coarse_mesh;
   spec.stages.candidates_per_round = {1};

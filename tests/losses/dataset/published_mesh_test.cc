@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "losses/image/segmentation.h"
 #include "losses/silhouette/raster.h"
 #include "tests/losses/dataset/synthetic_dataset.h"
 #include "tests/physics/file_fixture.h"
@@ -41,7 +42,7 @@ TEST(PublishedMesh, ACountOfVtThatFitsNothingIsAnError) {
 
 TEST(QuarterTurn, IsFoundAgainstTheImage) {
   const SyntheticDataset tree;
-  const GrayImage image = ReadSilhouette(tree.AddImage("a.jpg", 85, 5, 0.4));
+  const GrayImage image = ReadSilhouette(tree.AddImage("a.jpg", 85, 5, 0.4)).image;
   for (int quarters = 0; quarters < 4; ++quarters) {
     const auto mesh = ReadPublishedMesh(tree.AddMesh("a.obj", true, 85 / 719.5, 5, 0.4, quarters));
     const auto turn = FindQuarterTurn(mesh.surface, image, Camera());

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "losses/image/segmentation.h"
 #include "tests/losses/dataset/synthetic_dataset.h"
 
 namespace drape {
@@ -116,7 +117,7 @@ TEST(ObserveCaptures, ReadsAndMayHarden) {
   const Capture capture{.fabric = 1, .sample = 1, .capture = 1, .image = tree.AddImage("a.jpg")};
   const auto seen = ObserveCaptures({capture}, Camera()),
              hard = ObserveCaptures({capture}, Camera(), true);
-  EXPECT_EQ(seen[0].drape.image.coverage, ReadSilhouette(capture.image).coverage);
+  EXPECT_EQ(seen[0].drape.image.coverage, ReadSilhouette(capture.image).image.coverage);
   EXPECT_EQ(hard[0].drape.image.coverage, HardEdged(seen[0].drape.image).coverage);
   EXPECT_EQ(hard[0].drape.shape.folds, 5);
 }

@@ -52,7 +52,7 @@ TEST(MeasureImage, NeverGuessesAScale) {
   ExpectRefused(photo, {},
                 "image is 1200x900 px and its scale is not given, expected "
                 "image_width_mm");
-  ExpectRefused(photo, {.scale = 2500, .image_width_mm = 480}, "");
+  EXPECT_THROW(Measure(photo, {.scale = 2500, .image_width_mm = 480}), InputError);
   ExpectRefused(photo, {.width = 600, .scale = 2500}, "expected 600x900");
   ExpectRefused(photo, {.kind = CameraKind::kPinhole, .scale = 2500}, "expected 256x256");
   EXPECT_THAT(Measure(StarSilhouette(Camera())).quality.notes, IsEmpty());

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <map>
 
+#include "losses/image/segmentation.h"
+#include "losses/outline/centre.h"
 #include "physics/util/errors.h"
 
 namespace drape {
@@ -51,13 +53,37 @@ OperandKind KindOfOperand(const std::string& path) {
   return fs::exists(fs::path(path) / "summary.json") ? OperandKind::kRun : OperandKind::kFolder;
 }
 
-ViewedFile ViewFile(const std::string& path, const Camera& camera, bool hard_edged) {
+ViewedFile ViewFile(const std::string& path, const View& view) {
   if (IsMesh(path)) {
+    const Camera camera = MakeCamera(view.camera);
     const ObjSurface surface = ReadObjSurface(path);
-    return {path, ObserveSurface(surface, camera, path), surface};
+    return {path, ObserveSurface(surface, camera, path), camera, {}, surface};
   }
-  const GrayImage image = ReadSilhouette(path);
-  return {path, ObserveImage(hard_edged ? HardEdged(image) : image, camera, path), {}};
+  MeasuredImage measured = MeasureImage(ReadSilhouette(path), view.camera, view.centre, path);
+  if (view.hard_edged) measured.image = HardEdged(measured.image);
+  return {path,
+          ObserveImage(measured.image, measured.camera, path),
+          measured.camera,
+          std::move(measured.quality),
+          {}};
+}
+
+ViewedFile ViewFileBeside(const std::string& path, const View& view, const Camera& camera) {
+  View same = view;
+  same.camera.width = camera.width;
+  same.camera.height = camera.height;
+  ViewedFile file = ViewFile(path, same);
+  if (view.centre == CentreMode::kNominal) return file;
+  if (file.surface && !CentreOnOutline(file.seen.image, &file.camera))
+    throw InputError(path, "no closed outline around the support's centre");
+  file.seen = ObserveImage(MovedImage(file.seen.image, file.camera, camera), camera, path);
+  return file;
+}
+
+Camera FindCamera(const CameraInput& input, const std::vector<std::string>& files) {
+  for (const std::string& file : files)
+    if (!IsMesh(file)) return MakeCamera(input, ReadImage(file), file);
+  return MakeCamera(input);
 }
 
 std::vector<std::pair<std::string, std::string>> PairDrapes(const std::string& run_a,

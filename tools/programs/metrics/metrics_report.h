@@ -4,8 +4,10 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "losses/metrics/comparison.h"
+#include "losses/outline/measured_image.h"
 #include "losses/outline/shape_features.h"
 
 namespace drape {
@@ -17,7 +19,25 @@ struct ComparedPair {
   DrapeComparison comparison;
   std::optional<SurfaceDistance> surfaces;  // of two meshes
   ShapeFeatures shape_a, shape_b;
+  std::vector<std::string> notes;  // on the images
 };
+// One drape by itself, or why it could not be measured.
+struct MeasuredDrape {
+  std::string file;
+  std::string error;  // empty: measured
+  Camera camera;
+  std::optional<ImageQuality> quality;  // of an image
+  double area = 0.0;                    // inside the outline [m²]
+  double mean_radius = 0.0;             // [m]
+  ShapeFeatures shape;
+};
+std::string MeasuredText(const MeasuredDrape& drape);
+nlohmann::ordered_json MeasuredJson(const MeasuredDrape& drape);
+// One line for each drape.
+std::string MeasuredTable(const std::vector<MeasuredDrape>& drapes);
+// The same as comma-separated values, with a line of names that hold the units.
+std::string MeasuredCsv(const std::vector<MeasuredDrape>& drapes);
+
 std::string PairText(const ComparedPair& pair);
 nlohmann::ordered_json PairJson(const ComparedPair& pair);
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/metrics/metrics_tool.h"
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "losses/metrics/report_json.h"
+#include "losses/outline/overlay.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "tools/cli/versions.h"
@@ -17,17 +19,29 @@ namespace drape {
 namespace {
 
 using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
 
-ComparedPair Compare(const std::string& a, const std::string& b, const Camera& camera,
-                     const MetricsOptions& options) {
-  const ViewedFile first = ViewFile(a, camera, options.data.hard_edged);
-  const ViewedFile second = ViewFile(b, camera, options.data.hard_edged);
-  ComparedPair pair{a,
-                    b,
-                    CompareDrapes(first.seen, second.seen, camera),
-                    {},
-                    first.seen.shape,
-                    second.seen.shape};
+// How drapes are looked at by themselves and in a comparison.
+View MakeView(const MetricsOptions& options, CentreMode by_default) {
+  const CentreMode centre =
+      options.centre == "auto" ? by_default : ParseName<CentreMode>(options.centre, "centre");
+  return {options.camera, centre, options.data.hard_edged};
+}
+
+void AppendNotes(const ViewedFile& file, std::vector<std::string>* notes) {
+  if (!file.quality) return;
+  for (const std::string& note : file.quality->notes) notes->push_back(file.path + ": " + note);
+}
+
+ComparedPair Compare(const std::string& a, const std::string& b, const View& view,
+                     const Camera& camera) {
+  const ViewedFile first = ViewFileBeside(a, view, camera);
+  const ViewedFile second = ViewFileBeside(b, view, camera);
+  ComparedPair pair{
+      a, b, CompareDrapes(first.seen, second.seen, camera), {}, first.seen.shape, second.seen.shape,
+      {}};
+  AppendNotes(first, &pair.notes);
+  AppendNotes(second, &pair.notes);
   if (first.surface && second.surface) {
     pair.surfaces = CompareSurfaces(*first.surface, *second.surface, pair.comparison.alignment,
                                     a + " and " + b);
@@ -41,12 +55,68 @@ struct Found {
   Json json;
 };
 
-Found CompareRuns(const MetricsOptions& options, const Camera& camera, const RunControl& control) {
+MeasuredDrape Measure(const std::string& path, const View& view, ViewedFile* viewed) {
+  *viewed = ViewFile(path, view);
+  return {path,
+          {},
+          viewed->camera,
+          viewed->quality,
+          ProfileArea(viewed->seen.radius),
+          viewed->seen.radius.mean(),
+          viewed->seen.shape};
+}
+
+Found MeasureOne(const MetricsOptions& options, const std::string& path) {
+  ViewedFile viewed;
+  const MeasuredDrape drape = Measure(path, MakeView(options, CentreMode::kOutline), &viewed);
+  if (!options.csv.empty()) WriteFileAtomically(options.csv, MeasuredCsv({drape}));
+  if (!options.overlay.empty()) {
+    const GrayImage picture = viewed.surface ? viewed.seen.image : ReadImage(path);
+    const Eigen::VectorXd radius_px = viewed.seen.radius * viewed.camera.pixels_per_metre();
+    WritePng(RenderMeasurement(picture, radius_px, viewed.camera), options.overlay);
+  }
+  return {MeasuredText(drape), MeasuredJson(drape)};
+}
+
+// A drape that cannot be measured becomes a line with the reason.
+Found MeasureEach(const MetricsOptions& options, const std::vector<std::string>& files,
+                  const RunControl& control) {
+  const View view = MakeView(options, CentreMode::kOutline);
+  std::vector<MeasuredDrape> drapes;
+  std::string first_error;
+  size_t measured = 0;
+  for (const std::string& file : files) {
+    if (control.cancelled()) return {};
+    control.Report(static_cast<double>(drapes.size()) / static_cast<double>(files.size()), file);
+    try {
+      ViewedFile viewed;
+      drapes.push_back(Measure(file, view, &viewed));
+      ++measured;
+    } catch (const InputError& error) {
+      const std::string reason = error.what();
+      const bool named = reason.starts_with(file + ": ");
+      drapes.push_back({file, named ? reason.substr(file.size() + 2) : reason, {}, {}, 0, 0, {}});
+      if (first_error.empty()) first_error = reason;
+    }
+  }
+  if (measured == 0)
+    throw InputError(options.operands[0], "none of " + std::to_string(files.size()) +
+                                              " drapes can be measured; " + first_error);
+  if (!options.csv.empty()) WriteFileAtomically(options.csv, MeasuredCsv(drapes));
+  Found found{MeasuredTable(drapes), {{"drapes", Json::array()}}};
+  for (const MeasuredDrape& drape : drapes) found.json["drapes"].push_back(MeasuredJson(drape));
+  return found;
+}
+
+Found CompareRuns(const MetricsOptions& options, const RunControl& control) {
   Found found{"", {{"pairs", Json::array()}, {"alone", Json::array()}}};
+  const View view = MakeView(options, CentreMode::kNominal);
+  const Camera camera = MakeCamera(options.camera);
+  found.json["camera"] = CameraJson(camera);
   std::vector<std::string> alone;
   for (const auto& [a, b] : PairDrapes(options.operands[0], options.operands[1], &alone)) {
     if (control.cancelled()) break;
-    const ComparedPair pair = Compare(a, b, camera, options);
+    const ComparedPair pair = Compare(a, b, view, camera);
     found.text += PairText(pair);
     found.json["pairs"].push_back(PairJson(pair));
   }
@@ -58,14 +128,20 @@ Found CompareRuns(const MetricsOptions& options, const Camera& camera, const Run
 }
 
 // The drapes in A as draws of a distribution that those in B were drawn from.
-Found CompareDistributions(const MetricsOptions& options, const Camera& camera,
-                           const RunControl& control) {
+Found CompareDistributions(const MetricsOptions& options, const RunControl& control) {
+  const View view = MakeView(options, CentreMode::kNominal);
+  std::vector<std::string> files[2];
+  for (int side = 0; side < 2; ++side)
+    files[side] = DrapesIn(options.operands[side], side == 0 ? 2 : 1);
+  std::vector<std::string> all = files[0];
+  all.insert(all.end(), files[1].begin(), files[1].end());
+  const Camera camera = FindCamera(options.camera, all);
   std::vector<ObservedDrape> drapes[2];
   DistributionScorer::Drapes views[2];
   for (int side = 0; side < 2; ++side) {
-    for (const std::string& path : DrapesIn(options.operands[side], side == 0 ? 2 : 1)) {
+    for (const std::string& path : files[side]) {
       if (control.cancelled()) return {};
-      drapes[side].push_back(ViewFile(path, camera, options.data.hard_edged).seen);
+      drapes[side].push_back(ViewFileBeside(path, view, camera).seen);
     }
     for (const ObservedDrape& drape : drapes[side]) views[side].push_back(&drape);
   }
@@ -76,33 +152,58 @@ Found CompareDistributions(const MetricsOptions& options, const Camera& camera,
                   ", observed in " + options.operands[1] + "\n" + ScoreText(score),
               ScoreJson(score)};
   found.json["draws"] = views[0].size();
+  found.json["camera"] = CameraJson(camera);
   return found;
 }
 
-Found CompareOperands(const MetricsOptions& options, const Camera& camera,
-                      const RunControl& control) {
+Found CompareTwo(const MetricsOptions& options, const RunControl& control) {
   const std::vector<std::string>& operands = options.operands;
-  if (operands.size() != 2) {
-    throw InputError("command line", "found " + std::to_string(operands.size()) +
-                                         " files or folders, expected two (A and B) or --data");
-  }
   const OperandKind a = KindOfOperand(operands[0]), b = KindOfOperand(operands[1]);
-  if (a == OperandKind::kRun && b == OperandKind::kRun)
-    return CompareRuns(options, camera, control);
+  if (a == OperandKind::kRun && b == OperandKind::kRun) return CompareRuns(options, control);
   if (a != OperandKind::kFile && b != OperandKind::kFile)
-    return CompareDistributions(options, camera, control);
+    return CompareDistributions(options, control);
   if (a != b)
     throw InputError(operands[a == OperandKind::kFile],
                      "is a folder, expected a file like " + operands[b == OperandKind::kFile]);
-  const ComparedPair pair = Compare(operands[0], operands[1], camera, options);
-  return {PairText(pair), PairJson(pair)};
+  const Camera camera = FindCamera(options.camera, operands);
+  const ComparedPair pair =
+      Compare(operands[0], operands[1], MakeView(options, CentreMode::kNominal), camera);
+  Found found{PairText(pair), PairJson(pair)};
+  found.json["camera"] = CameraJson(camera);
+  return found;
 }
 
-Found EvaluateData(const MetricsOptions& options, const Camera& camera, const RunControl& control) {
+void RequireOnlyWith(const std::string& option, const std::string& value, bool fits,
+                     const std::string& expected) {
+  if (!value.empty() && !fits) throw InputError("option '" + option + "'", "expected " + expected);
+}
+
+Found EvaluateOperands(const MetricsOptions& options, const RunControl& control) {
+  const std::vector<std::string>& operands = options.operands;
+  if (operands.empty())
+    throw InputError("command line",
+                     "found no file or folder, expected a drape, a folder of them, "
+                     "two to compare (A and B), or --data");
+  const bool one = operands.size() == 1, folder = one && fs::is_directory(operands[0]);
+  RequireOnlyWith("overlay", options.overlay, one && !folder, "one drape");
+  RequireOnlyWith("csv", options.csv, operands.size() != 2, "drapes that are not compared");
+  if (operands.size() == 2) return CompareTwo(options, control);
+  if (folder) return MeasureEach(options, DrapesIn(operands[0], 1), control);
+  for (const std::string& operand : operands) {
+    if (KindOfOperand(operand) != OperandKind::kFile)
+      throw InputError(operand, "is a folder among files, expected one folder, or files");
+  }
+  return one ? MeasureOne(options, operands[0]) : MeasureEach(options, operands, control);
+}
+
+Found EvaluateData(const MetricsOptions& options, const RunControl& control) {
+  const Camera camera = MakeCamera(options.camera);
   if (!options.operands.empty())
     throw InputError("command line", "found '" + options.operands[0] + "' beside --data");
   const DatasetReport report = EvaluateDataset(options.data, camera, control);
-  return {DatasetText(report), DatasetJson(report)};
+  Found found{DatasetText(report), DatasetJson(report)};
+  found.json["camera"] = CameraJson(camera);
+  return found;
 }
 
 }  // namespace
@@ -110,37 +211,53 @@ Found EvaluateData(const MetricsOptions& options, const Camera& camera, const Ru
 OptionTable MetricsTable(MetricsOptions& options) {
   std::vector<Option> all = Grouped("camera", CameraOptions(options.camera));
   DatasetQuery& data = options.data;
+  all.push_back({.key = "centre",
+                 .value = &options.centre,
+                 .doc = "where the support's centre is: nominal: at camera_cx, camera_cy; outline: "
+                        "found from the outline of each drape; auto: outline for drapes by "
+                        "themselves, nominal for those that are compared",
+                 .choices = {"auto", "nominal", "outline"}});
   all.push_back({.key = "aligned",
                  .value = &data.aligned,
                  .doc = "with --data: also evaluate after the best rotation and reflection, which "
                         "takes longer"});
   for (const Option& option : Grouped("data set", DatasetOptions(data))) all.push_back(option);
+  all.push_back({.key = "csv",
+                 .value = &options.csv,
+                 .doc = "drapes by themselves: file with one line for each",
+                 .is_path = true});
+  all.push_back({.key = "overlay",
+                 .value = &options.overlay,
+                 .doc = "one drape by itself: PNG of its outline, the support and the flat cloth",
+                 .is_path = true});
   all.push_back(
       {.key = "out", .value = &options.out, .doc = "JSON file for the results", .is_path = true});
-  return {.tool = "drape_metrics",
-          .summary =
-              "compares two drapes, scores predicted drapes, and evaluates predictors without a "
-              "model on a data set",
-          .example = "drape_metrics silhouette.png out/drape/drape.obj --out=metrics.json",
-          .notes =
-              "A and B: two images or OBJ meshes; two output folders of drape_simulate or "
-              "drape_fit, whose drapes of the same name are compared; or two other folders of "
-              "images and meshes: A holds samples of a distribution, B what was observed\n"
-              "aligned: after the rotation and reflection of B that brings its outline closest to "
-              "that of A\n",
-          .options = std::move(all),
-          .operands = &options.operands,
-          .operand_names = "[A B]"};
+  return {
+      .tool = "drape_metrics",
+      .summary =
+          "measures drapes, compares two, scores predicted drapes, and evaluates predictors "
+          "without a model on a data set",
+      .example = "drape_metrics photo.jpg --image_width_mm=400 --overlay=outline.png",
+      .notes =
+          "one image or OBJ mesh: drape coefficient, folds, area, radii and other features of the "
+          "outline; a folder, or three or more files: a line for each; what cannot be measured "
+          "becomes a line with the reason (exit code 2 only if nothing can be measured)\n"
+          "two, A and B, are compared: two images or OBJ meshes; two output folders of "
+          "drape_simulate or drape_fit, whose drapes of the same name are compared; or two other "
+          "folders of images and meshes: A holds samples of a distribution, B what was observed\n"
+          "aligned: after the rotation and reflection of B that brings its outline closest to "
+          "that of A\n",
+      .options = std::move(all),
+      .operands = &options.operands,
+      .operand_names = "[A [B …]]"};
 }
 
 std::string RunMetrics(const MetricsOptions& options, const RunControl& control) {
-  const Camera camera = MakeCamera(options.camera);
-  const Found found = options.data.folder.empty() ? CompareOperands(options, camera, control)
-                                                  : EvaluateData(options, camera, control);
+  const Found found = options.data.folder.empty() ? EvaluateOperands(options, control)
+                                                  : EvaluateData(options, control);
   if (control.cancelled()) return "";
   if (!options.out.empty()) {
     Json json = found.json;
-    json["camera"] = CameraJson(camera);
     for (const auto& [name, version] : Versions()) json["versions"][name] = version;
     WriteFileAtomically(options.out, json.dump(2) + "\n");
   }

@@ -4,27 +4,31 @@
 #include <string>
 #include <vector>
 
+#include "losses/camera/camera_input.h"
 #include "physics/util/run_control.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/dataset_input.h"
-#include "tools/inputs/drape_view.h"
 
 namespace drape {
 
 // What a user of drape_metrics sets.
 struct MetricsOptions {
-  std::vector<std::string> operands;  // A and B; none with a data set
+  std::vector<std::string> operands;  // files and folders; none with a data set
   CameraInput camera;
-  DatasetQuery data;  // its folder: none with operands
-  std::string out;    // JSON file
+  std::string centre = "auto";  // CentreMode; auto: outline for drapes by themselves
+  DatasetQuery data;            // its folder: none with operands
+  std::string csv;              // file of the drapes measured by themselves
+  std::string overlay;          // picture of one
+  std::string out;              // JSON file
 };
 
 // Points into `options`, which outlives it.
 OptionTable MetricsTable(MetricsOptions& options);
 
-// Compares two files, runs or folders, or lists a data set and evaluates its trivial predictors.
-// Returns the table for a terminal, nothing when cancelled; writes the JSON file when there is one
-// to write. Throws InputError.
+// Measures one file, a folder or several files, compares two files, runs or folders, or lists a
+// data set and evaluates its trivial predictors. Returns the table for a terminal, nothing when
+// cancelled; writes the files that the options name. Throws InputError, also when not one of
+// several drapes can be measured.
 std::string RunMetrics(const MetricsOptions& options, const RunControl& control);
 
 }  // namespace drape

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "losses/camera/camera_input.h"
+#include "losses/image/segmentation.h"
 #include "losses/metrics/comparison.h"
 #include "losses/silhouette/raster.h"
 #include "physics/mesh/mesh_spec.h"
@@ -39,17 +41,20 @@ FitSpec MakeSpec(const BenchSetting& setting, FitSpec spec) {
 }
 
 // Mean squared error of the fitted drapes on the images held out, each turned to fit best.
-double HeldOutScore(const std::string& folder, const std::vector<std::string>& held_out) {
-  const Camera camera;
+double HeldOutScore(const std::string& folder, const std::vector<std::string>& held_out,
+                    const CameraInput& input) {
   double sum = 0.0;
   int pairs = 0;
   for (const fs::directory_entry& file : fs::directory_iterator(folder)) {
     if (file.path().extension() != ".obj") continue;
     const std::string fitted = file.path().string();
-    const ObservedDrape drape = ObserveSurface(ReadObjSurface(fitted), camera, fitted);
+    const ObjSurface surface = ReadObjSurface(fitted);
     for (const std::string& image : held_out) {
-      const ObservedDrape other = ObserveImage(ReadSilhouette(image), camera, image);
-      sum += CompareDrapes(drape, other, camera).aligned.mse;
+      const GrayImage silhouette = ReadSilhouette(image).image;
+      const Camera camera = MakeCamera(input, silhouette, image);
+      sum += CompareDrapes(ObserveSurface(surface, camera, fitted),
+                           ObserveImage(silhouette, camera, image), camera)
+                 .aligned.mse;
       ++pairs;
     }
   }
@@ -113,7 +118,8 @@ BenchRecord RunBenchFit(const BenchSetting& setting, const FitBenchOptions& opti
   record.status = result.fitted ? "ok" : "nothing fitted";
   if (!result.fitted) return record;
   ReadScores(files, &record);
-  if (!options.held_out.empty()) record[kHeldOutMse] = HeldOutScore(files, options.held_out);
+  if (!options.held_out.empty())
+    record[kHeldOutMse] = HeldOutScore(files, options.held_out, options.spec.observation.camera);
   return record;
 }
 

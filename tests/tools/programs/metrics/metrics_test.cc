@@ -2,6 +2,7 @@
 // drape_metrics as a user runs it.
 #include <cmath>
 
+#include "tests/losses/image/photograph.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/metrics/metrics_tool.h"
 
@@ -39,7 +40,7 @@ TEST_F(MetricsTool, HelpComesFromTheTable) {
   MetricsOptions options;
   const ProcessResult help = Run({"--help"});
   EXPECT_EQ(help.out, MetricsTable(options).Help());
-  EXPECT_THAT(help.out, HasSubstr("usage: drape_metrics [A B] [--config=FILE]"));
+  EXPECT_THAT(help.out, HasSubstr("usage: drape_metrics [A [B …]] [--config=FILE]"));
 }
 
 TEST_F(MetricsTool, TwoImages) {
@@ -54,6 +55,71 @@ TEST_F(MetricsTool, TwoImages) {
   EXPECT_EQ(json["a"]["shape"]["folds"], 0);
   EXPECT_EQ(json["camera"]["px_per_m"], 719.5);
   EXPECT_FALSE(json["raw"].contains("surface_hausdorff_m"));
+}
+
+// A photograph of 1200 × 900 px, off centre, under uneven light, with a label.
+TEST_F(MetricsTool, APhotographByItself) {
+  const Camera camera = PhotographCamera();
+  GrayImage star = StarSilhouette(camera);
+  FillRectangle(&star, 1100, 50, 60, 40, 0.9f);
+  WritePng(Photograph(star, {.cloth = 0.12, .background = 0.48}), Path("photo.png"));
+  ExpectOneLineError(Run({Path("photo.png")}), "its scale is not given, expected image_width_mm");
+  const ProcessResult result =
+      Run({Path("photo.png"), "--image_width_mm=480", "--out=" + Path("m.json"),
+           "--csv=" + Path("m.csv"), "--overlay=" + Path("m.png")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  for (const char* text :
+       {"1200x900 px, 2500.0 px/m (given), centre (640.", "drape coefficient [%]",
+        "note: photograph", "note: cut 1 part outside the cloth: "})
+    EXPECT_THAT(result.out, HasSubstr(text));
+  const Json json = ReadJson(Path("m.json"));
+  EXPECT_NEAR(json["shape"]["dc"], 0.444, 0.01);
+  EXPECT_EQ(json["shape"]["folds"], 7);
+  EXPECT_NEAR(json["camera"]["cx"], camera.cx, 1);
+  EXPECT_EQ(json["quality"]["photograph"], true);
+  EXPECT_THAT(Read(Path("m.csv")), HasSubstr("file,dc,folds,"));
+  EXPECT_EQ(ReadImage(Path("m.png")).width, 1200);
+}
+
+// A bad image is a line with the reason; with nothing else, an error.
+TEST_F(MetricsTool, AFolderIsATable) {
+  AddDisc("many/a.png", 0.10);
+  AddDisc("many/b.png", 0.12);
+  Write("many/c.png", "no image");
+  const ProcessResult result =
+      Run({Path("many"), "--csv=" + Path("m.csv"), "--out=" + Path("m.json")});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("not measured: is neither JPEG nor PNG"));
+  const std::string csv = Read(Path("m.csv"));
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 4);
+  EXPECT_THAT(csv, HasSubstr("\"is neither JPEG nor PNG (by its first bytes)\"\n"));
+  const Json drapes = ReadJson(Path("m.json"))["drapes"];
+  ASSERT_EQ(drapes.size(), 3u);
+  EXPECT_NEAR(drapes[1]["radius_mean_m"], 0.12, 1e-4);
+  EXPECT_THAT(drapes[2]["error"].get<std::string>(), HasSubstr("neither JPEG"));
+  EXPECT_EQ(Run({Path("many/a.png"), Path("many/b.png"), Path("many/c.png")}).out, result.out);
+  std::filesystem::remove(Path("many/a.png"));
+  std::filesystem::remove(Path("many/b.png"));
+  ExpectOneLineError(Run({Path("many")}), "none of 1 drapes can be measured");
+}
+
+TEST_F(MetricsTool, TwoImagesAboutTheirOwnCentres) {
+  Camera moved;
+  moved.cx += 8;
+  WritePng(StarSilhouette(Camera()), Path("a.png"));
+  WritePng(StarSilhouette(moved), Path("b.png"));
+  const auto iou = [&](const std::string& centre) {
+    const ProcessResult result =
+        Run({Path("a.png"), Path("b.png"), "--out=" + Path("m.json"), "--centre=" + centre});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return ReadJson(Path("m.json"))["raw"]["iou"].get<double>();
+  };
+  EXPECT_LT(iou("auto"), 0.92);
+  EXPECT_EQ(iou("auto"), iou("nominal"));
+  EXPECT_GT(iou("outline"), 0.99);
+  WritePng(StarSilhouette(PhotographCamera()), Path("c.png"));
+  ExpectOneLineError(Run({Path("a.png"), Path("c.png"), "--camera_scale=2500"}),
+                     "c.png: image is 1200x900 px, expected 256x256");
 }
 
 TEST_F(MetricsTool, TwoMeshesAndAnImage) {
@@ -150,13 +216,16 @@ TEST_F(MetricsTool, EachSampleInTurn) {
 TEST_F(MetricsTool, MistakesAreOneLineAndWriteNothing) {
   const std::string a = AddDisc("a.png", 0.1), data = "--data=" + AddData();
   const std::string out = "--out=" + Path("m.json");
-  ExpectOneLineError(Run({out}), "found 0 files or folders, expected two (A and B) or --data");
-  ExpectOneLineError(Run({a, a, a, out}), "found 3 files");
+  ExpectOneLineError(Run({out}), "found no file or folder, expected a drape");
+  ExpectOneLineError(Run({a, a, Path("set"), out}), "is a folder among files");
+  ExpectOneLineError(Run({a, a, "--csv=" + Path("m.csv"), out}), "option 'csv'");
+  ExpectOneLineError(Run({Path("set"), "--overlay=" + Path("m.png"), out}), "option 'overlay'");
   ExpectOneLineError(Run({a, Path("none.png"), out}), "none.png: no such file or folder");
   ExpectOneLineError(Run({a, Path("set"), out}), "set: is a folder, expected a file like");
   ExpectOneLineError(Run({a, Write("b.png", "text"), out}), "neither JPEG nor PNG");
   ExpectOneLineError(Run({a, Write("c.obj", "v 0 0"), out}), "c.obj:1");
-  ExpectOneLineError(Run({a, a, "--camera_width=128", out}), "expected the camera's 128x256");
+  ExpectOneLineError(Run({a, a, "--camera_width=128", out}),
+                     "image is 256x256 px, expected 128x256");
   ExpectOneLineError(Run({a, data, out}), "beside --data");
   ExpectOneLineError(Run({data, "--fabric=x", out}), "option 'fabric': found 'x'");
   ExpectOneLineError(Run({data, "--fabric=9", out}), "fabric: found 9, expected some of 3");

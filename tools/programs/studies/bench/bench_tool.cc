@@ -237,6 +237,7 @@ void MakeSyntheticImage(BenchToolOptions* options, const std::atomic<bool>* canc
       },
       cancel);
   options->job.fit.data.images = {path};
+  options->job.fit.spec.observation.camera = {};  // the one that rendered it
 }
 
 BenchJob MakeJob(BenchToolOptions* options, const std::atomic<bool>* cancel) {
@@ -271,26 +272,29 @@ void CheckOptions(const BenchToolOptions& options) {
 }  // namespace
 
 OptionTable BenchTable(BenchToolOptions& options) {
-  return {.tool = "drape_bench",
-          .summary =
-              "measures the cost and the error of drapes, derivatives and fits over the product of "
-              "several settings (axes, given as lists)",
-          .example = "drape_bench --config=configs/studies/bench/quick.json --out=out/bench",
-          .notes =
-              "files: runs.csv (one line per run, written as it ends), bench.json (fronts, "
-              "exponents of growth, all runs), front_<error>.png and .svg, growth.png and .svg\n"
-              "Errors are relative to the drape at rest on an infinitely fine mesh, which is "
-              "extrapolated from two meshes with an estimate of its own error. Newton's method "
-              "leaves no error of the time step. Each run is a process of its own, so that its "
-              "peak memory is its own.\n"
-              "exit code 3: no run has a result\n"
-              "Ctrl-C keeps the finished runs for --resume.\n",
-          .options = Concatenate(
-              Grouped("axes", AxisOptions(options.job.axes)),
-              Grouped("problem, reference and measurement", ProblemOptions(options)),
-              Grouped("fits", FitOptionList(options)), Grouped("files", FileOptions(options))),
-          .common = {"work", "material", "start", "mesh", "solve", "time_step", "relax_time",
-                     "reference", "images", "table", "out", "resume"}};
+  return {
+      .tool = "drape_bench",
+      .summary =
+          "measures the cost and the error of drapes, derivatives and fits over the product of "
+          "several settings (axes, given as lists)",
+      .example = "drape_bench --config=configs/studies/bench/quick.json --out=out/bench",
+      .notes =
+          "files: runs.csv (one line per run, written as it ends), bench.json (fronts, "
+          "exponents of growth, all runs), front_<error>.png and .svg, growth.png and .svg\n"
+          "Errors are relative to the drape at rest on an infinitely fine mesh, which is "
+          "extrapolated from two meshes with an estimate of its own error. Newton's method "
+          "leaves no error of the time step. Each run is a process of its own, so that its "
+          "peak memory is its own.\n"
+          "exit code 3: no run has a result\n"
+          "Ctrl-C keeps the finished runs for --resume.\n",
+      .options = Concatenate(
+          Grouped("axes", AxisOptions(options.job.axes)),
+          Grouped("problem, reference and measurement", ProblemOptions(options)),
+          Grouped("fits", FitOptionList(options)),
+          Grouped("camera of the images", CameraOptions(options.job.fit.spec.observation.camera)),
+          Grouped("files", FileOptions(options))),
+      .common = {"work", "material", "start", "mesh", "solve", "time_step", "relax_time",
+                 "reference", "images", "table", "out", "resume"}};
 }
 
 BenchToolResult RunBenchTool(BenchToolOptions options, const RunControl& control) {

@@ -128,8 +128,10 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
               "and runs/: an interrupted run continues from them.\n"
               "exit code 3: no problem has a start\n"
               "Ctrl-C keeps the finished runs.\n",
-          .options = Concatenate(Grouped("problems", ProblemOptions(options)),
-                                 Grouped("methods and results", MethodOptions(options)))};
+          .options = Concatenate(
+              Grouped("problems", ProblemOptions(options)),
+              Grouped("camera of the images", CameraOptions(options.spec.observation.camera)),
+              Grouped("methods and results", MethodOptions(options)))};
 }
 
 OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const RunControl& control) {
