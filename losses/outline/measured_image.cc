@@ -64,22 +64,26 @@ void CheckBounds(const Camera& camera, const ImageQuality& quality, const std::s
 
 void AddNotes(const Camera& camera, ImageQuality* quality) {
   quality->notes = quality->segmentation.Notes();
+  const auto add_doubt = [&](const std::string& note) {
+    quality->notes.push_back(note);
+    quality->doubtful = true;
+  };
   if (quality->overhanging > kNotedOverhang)
-    quality->notes.push_back(Format(
+    add_doubt(Format(
         "%.1f %% of the rays cross the outline more than once; the outermost crossing counts",
         100 * quality->overhanging));
   if (quality->radius_max > kClothRadius + kNotedSlack)
-    quality->notes.push_back(
+    add_doubt(
         Format("the outline reaches %.1f mm, more than the cloth's 150 mm: "
                "the scale or the centre is slightly off",
                quality->radius_max / kMillimetre));
   if (quality->radius_min < kSupportRadius - kNotedSlack)
-    quality->notes.push_back(
+    add_doubt(
         Format("the outline comes to %.1f mm of the centre, less than the "
                "support's 90 mm: the scale or the centre is slightly off",
                quality->radius_min / kMillimetre));
   if (quality->centre_error > kNotedError * camera.pixels_per_metre())
-    quality->notes.push_back(
+    add_doubt(
         Format("the outline's centre is %.1f px from the centre used", quality->centre_error));
   if (quality->centre_offset > kNotedOffset * kSupportRadius * camera.pixels_per_metre())
     quality->notes.push_back(

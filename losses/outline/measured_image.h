@@ -21,6 +21,7 @@ struct ImageQuality {
   double radius_min = 0.0, radius_max = 0.0;  // in the support plane [m]
   double overhanging = 0.0;        // share of the rays that leave the cloth and enter it again
   std::vector<std::string> notes;  // one sentence for each thing that a user should know
+  bool doubtful = false;           // a note says that scale, centre or outline may be off
 };
 
 struct MeasuredImage {

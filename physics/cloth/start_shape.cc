@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "physics/util/errors.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 namespace {

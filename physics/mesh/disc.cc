@@ -8,7 +8,7 @@
 
 #include "physics/mesh/triangulate.h"
 #include "physics/util/errors.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 namespace {

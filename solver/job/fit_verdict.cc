@@ -105,6 +105,12 @@ void JudgeDrape(const Observation& observation, const DrapeReport& drape, const 
             Format("released, it moves by %.1f mm", 1e3 * drape.drift) + which);
 }
 
+void JudgeImage(const Observation& observation, const std::string& which, Judge& judge) {
+  if (observation.quality.doubtful)
+    judge.Add(FitGrade::kUsable,
+              "scale, centre or outline of the image may be off, see its notes" + which);
+}
+
 void JudgeStrips(const std::vector<StripReport>& strips, Judge& judge) {
   for (const StripReport& strip : strips) {
     const LabMeasurement& measurement = strip.measurement;
@@ -203,9 +209,12 @@ FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {
   }
   if (report.cancelled) judge.Add(FitGrade::kDoNotUse, "the fit was cancelled");
   const bool several = report.drapes.size() > 1;
-  for (std::size_t i = 0; i < report.drapes.size(); ++i)
-    JudgeDrape(problem.observations[i], report.drapes[i],
-               several ? " (" + problem.observations[i].name + ")" : "", judge);
+  for (std::size_t i = 0; i < report.drapes.size(); ++i) {
+    const Observation& observation = problem.observations[i];
+    const std::string which = several ? " (" + observation.name + ")" : "";
+    JudgeDrape(observation, report.drapes[i], which, judge);
+    JudgeImage(observation, which, judge);
+  }
   JudgeStrips(report.strips, judge);
   if (report.posterior) JudgePosterior(*report.posterior, judge);
   if (LargestCoupling(report.material) > kNearSingular)

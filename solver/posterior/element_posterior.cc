@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 #include "solver/posterior/samples/elementwise_samples.h"
 
 namespace drape {

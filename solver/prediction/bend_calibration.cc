@@ -10,7 +10,7 @@
 #include <map>
 #include <utility>
 
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 namespace {

@@ -13,7 +13,7 @@
 #include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 #include "solver/fit/protocol/field_fit.h"
 
 namespace drape {

@@ -9,7 +9,7 @@
 
 #include "physics/cloth/start_shape.h"
 #include "physics/util/errors.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 namespace {

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "physics/mesh/mesh_spec.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 #include "solver/fit/protocol/initial_guess_grid.h"
 #include "solver/forward/settle.h"
 #include "solver/posterior/samples/hierarchical_samples.h"

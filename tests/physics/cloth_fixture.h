@@ -10,7 +10,7 @@
 #include "physics/cloth/cloth_model.h"
 #include "physics/material/material.h"
 #include "physics/mesh/disc.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 // Small cloths and fabrics of the physics tests.
 namespace drape::test {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "physics/linalg/cgw_recurrence.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 namespace {

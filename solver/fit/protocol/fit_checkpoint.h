@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "physics/util/stored/stored_json.h"
 #include "solver/fit/protocol/staged_fit.h"
-#include "solver/stored/stored_json.h"
 
 namespace drape {
 

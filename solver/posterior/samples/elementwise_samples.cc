@@ -5,7 +5,7 @@
 
 #include <utility>
 
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 

@@ -15,9 +15,9 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/stored/stored_json.h"
 #include "solver/fit/parameters/random_field.h"
 #include "solver/forward/branch.h"
-#include "solver/stored/stored_json.h"
 #include "solver/studies/bench/richardson.h"
 
 namespace drape {

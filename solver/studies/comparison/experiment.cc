@@ -15,9 +15,9 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/stored/stored_json.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
 #include "solver/prediction/material_source.h"
-#include "solver/stored/stored_json.h"
 
 namespace drape {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "losses/outline/shape_features.h"
 #include "physics/cloth/start_shape.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 namespace {

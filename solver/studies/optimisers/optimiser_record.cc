@@ -7,8 +7,8 @@
 
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/stored/stored_json.h"
 #include "solver/fit/protocol/candidate_check.h"
-#include "solver/stored/stored_json.h"
 
 namespace drape {
 namespace {

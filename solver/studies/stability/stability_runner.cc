@@ -9,7 +9,7 @@
 
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/rollout.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 #include "solver/forward/branch.h"
 #include "solver/studies/stability/methods/projected_newton.h"
 #include "solver/studies/stability/methods/slivers.h"

@@ -9,7 +9,7 @@
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
-#include "solver/stored/csv_log.h"
+#include "physics/util/stored/csv_log.h"
 
 namespace drape {
 namespace {

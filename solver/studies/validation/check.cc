@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 namespace {

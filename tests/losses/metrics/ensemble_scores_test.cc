@@ -7,7 +7,7 @@
 #include <numeric>
 #include <random>
 
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "physics/cloth/state_io.h"
 #include "physics/mesh/disc.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {

@@ -123,14 +123,18 @@ TEST_F(FitVerdictTest, EachFaultIsFoundAndNamed) {
       {[&] { drape().lowest_eigenvalues[0] = -1; }, FitGrade::kDoNotUse, "not stable"},
       {[&] { drape().drift = 0.01; }, FitGrade::kDoNotUse, "released, it moves by 10.0 mm"},
       {[&] { drape().fitted.x.resize(0); }, FitGrade::kDoNotUse, "no outline"},
+      {[&] { problem_.observations[0].quality.doubtful = true; }, FitGrade::kUsable,
+       "of the image may be off"},
       {[&] { report_.cancelled = true; }, FitGrade::kDoNotUse, "cancelled"},
       {[&] { report_.spectrum.determined = 0; }, FitGrade::kDoNotUse, "determine nothing"},
       {[&] { report_.material.stretch[0].c[2][1] = 99.5; }, FitGrade::kUsable, "at the limit"},
       {[&] { report_.posterior.emplace().pareto_k = 1.3; }, FitGrade::kUsable, "Pareto k 1.30"},
       {[&] { report_.material = {}; }, FitGrade::kDoNotUse, "nothing could be fitted"}};
   const FitReport good = report_;
+  const std::vector<Observation> observations = problem_.observations;
   for (const Fault& fault : faults) {
     report_ = good;
+    problem_.observations = observations;
     fault.plant();
     EXPECT_EQ(Judge().grade, fault.grade) << fault.named;
     EXPECT_THAT(Line(), HasSubstr(fault.named));

@@ -12,7 +12,7 @@
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/mesh_spec.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 #include "solver/fit/parameters/random_field.h"
 #include "solver/forward/branch.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/stored/csv_log.h"
+#include "physics/util/stored/csv_log.h"
 #include "solver/studies/bench/cases/bench_plan.h"
 
 namespace drape {

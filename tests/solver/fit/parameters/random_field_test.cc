@@ -7,7 +7,7 @@
 #include <random>
 
 #include "physics/mesh/disc.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/util/stored/tampering.h"
 #include "tests/solver/fake_backend.h"
 #include "tests/solver/solver_fixture.h"
-#include "tests/solver/stored/tampering.h"
 
 namespace drape {
 namespace {

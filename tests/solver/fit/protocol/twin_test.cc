@@ -8,7 +8,7 @@
 #include <span>
 
 #include "physics/material/material_io.h"
-#include "physics/util/random.h"
+#include "physics/util/math/random.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/fit/spectrum.h"

@@ -6,13 +6,13 @@
 #include <limits>
 
 #include "physics/material/material_scaling.h"
-#include "solver/stored/stored_json.h"
+#include "physics/util/stored/stored_json.h"
 #include "solver/studies/optimisers/drape_function.h"
 #include "solver/studies/optimisers/methods/optimiser.h"
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/util/stored/tampering.h"
 #include "tests/solver/fake_backend.h"
 #include "tests/solver/solver_fixture.h"
-#include "tests/solver/stored/tampering.h"
 
 namespace drape {
 namespace {
@@ -33,10 +33,6 @@ class OptimiserRecordTest : public FileFixture {
                                 observation.camera, 45, &outline));
     observation.radius = outline.radius;
     problem_.observations = {observation};
-    expected_.settings = "budget 20";
-    expected_.problem = "wool_2";
-    expected_.method = "lm";
-    expected_.most_spent = 21.0;
     expected_.stages.residuals.solve_mode = SolveMode::kDynamic;
     expected_.stages.parameters = ParameterTying::kScales;
     record_ = Run();
@@ -83,7 +79,13 @@ class OptimiserRecordTest : public FileFixture {
 
   test::FakeBackend backend_;
   FitProblem problem_;
-  ExpectedRecord expected_{.fit = problem_, .stages = {}, .guess = {}};
+  ExpectedRecord expected_{.settings = "budget 20",
+                           .problem = "wool_2",
+                           .method = {},
+                           .most_spent = 21.0,
+                           .fit = problem_,
+                           .stages = {},
+                           .guess = {}};
   BenchmarkRecord record_;
   const std::string path_ = Path("wool_2.lm.json");
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/stored/csv_log.h"
+#include "physics/util/stored/csv_log.h"
 
 #include "tests/physics/file_fixture.h"
-#include "tests/solver/stored/tampering.h"
+#include "tests/physics/util/stored/tampering.h"
 
 namespace drape {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/stored/stored_json.h"
+#include "physics/util/stored/stored_json.h"
 
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "tests/physics/file_fixture.h"
-#include "tests/solver/stored/tampering.h"
+#include "tests/physics/util/stored/tampering.h"
 
 namespace drape {
 namespace {

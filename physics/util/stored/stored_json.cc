@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/stored/stored_json.h"
+#include "physics/util/stored/stored_json.h"
 
 #include <zlib.h>
 

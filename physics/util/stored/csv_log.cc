@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/stored/csv_log.h"
+#include "physics/util/stored/csv_log.h"
 
 #include <algorithm>
 #include <charconv>
