@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,14 @@ struct Observation {
   std::string file;
   GrayImage image;
   Camera camera;           // its centre is the support's centre in this image
-  Eigen::VectorXd radius;  // outline r(θ) of the image [px], shape [K]
+  Eigen::VectorXd radius;  // outline r(θ) of the image [px of outline_camera()], shape [K]
   ImageQuality quality;    // how far the silhouette can be trusted, and what was done to it
+
+  // The camera at the scale of the published images, in whose pixels (1.39 mm) a fit compares
+  // outlines: σ and the errors of a fit are lengths, whatever the resolution of the image.
+  Camera outline_camera() const;
+  // The image's outline at `angles` angles, in those pixels; nothing when it is not closed.
+  std::optional<Eigen::VectorXd> MeasureRadius(int angles) const;
 };
 
 // Shapes [m], each of shape [3V], as states without velocity.

@@ -24,9 +24,9 @@ Observation MakeObservation(std::string name, std::string file, Silhouette silho
                           .camera = measured.camera,
                           .radius = {},
                           .quality = std::move(measured.quality)};
-  Outline outline;
-  CHECK(OutlineFromImage(observation.image, observation.camera, options.angles, &outline));
-  observation.radius = outline.radius;
+  const auto radius = observation.MeasureRadius(options.angles);
+  CHECK(radius.has_value());  // MeasureImage found a closed outline
+  observation.radius = *radius;
   return observation;
 }
 

@@ -15,8 +15,8 @@ namespace drape {
 std::optional<double> OutlineRms(const Mesh& mesh, const Eigen::VectorXd& x,
                                  const Observation& observation) {
   Outline outline;
-  if (!OutlineFromMesh(mesh, x, observation.camera, static_cast<int>(observation.radius.size()),
-                       &outline))
+  if (!OutlineFromMesh(mesh, x, observation.outline_camera(),
+                       static_cast<int>(observation.radius.size()), &outline))
     return std::nullopt;
   return ProfileRms(outline.radius, observation.radius);
 }
@@ -215,8 +215,8 @@ bool OutlineResiduals::LeftBranch(int i) const {
 }
 
 bool OutlineResiduals::ReadOutline(int i, Outline* outline) const {
-  return OutlineFromMesh(backend_->model().mesh, evaluations_[i].x, (*observations_)[i].camera,
-                         num_angles(), outline);
+  return OutlineFromMesh(backend_->model().mesh, evaluations_[i].x,
+                         (*observations_)[i].outline_camera(), num_angles(), outline);
 }
 
 void OutlineResiduals::FillResidual(int i, bool with_jacobian) {

@@ -40,7 +40,8 @@ void VisitFields(Options& options, Visitor&& visit) {
   auto& [solve_mode, rollout, equilibrium, sigma_px, warm_restart, max_outline_change, max_jump] =
       options;
   visit(sigma_px, Field{.key = "sigma_px",
-                        .doc = "standard deviation of the outline",
+                        .doc = "standard deviation of the outline, in pixels of a published image "
+                               "(1.39 mm) whatever the image's scale",
                         .unit = "px",
                         .least = 0,
                         .above_least = true});

@@ -73,11 +73,11 @@ void MapEstimator::SetSpecimens(const FitCandidate& candidate) {
   const std::vector<State> drapes = AtRest(candidate.shapes);
   for (std::size_t i = 0; i < drapes.size(); ++i) {
     Observation observation = problem_.observations[i];
-    Outline outline;
-    if (!OutlineFromImage(observation.image, observation.camera, options_.angles, &outline))
+    const auto radius = observation.MeasureRadius(options_.angles);
+    if (!radius)
       throw InputError(observation.file, "no closed outline at " + std::to_string(options_.angles) +
                                              " angles, expected the silhouette of a drape");
-    observation.radius = outline.radius;
+    observation.radius = *radius;
     SpecimenDrapes& specimen = specimens_[fit_.specimen[i]];
     specimen.observations.push_back(std::move(observation));
     specimen.starts.push_back(drapes[i]);

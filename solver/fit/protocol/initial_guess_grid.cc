@@ -105,9 +105,10 @@ void InitialGuessOptions::Check() const {
 State GuessState(const ClothModel& model, const Observation& observation, double lift) {
   const std::optional<double> support = SupportRadius(model.scene);
   CHECK(support.has_value()) << "a drape needs a support";
-  return {FlapsFromOutline(model.mesh, *support,
-                           MetresFromPixels(observation.radius, observation.camera), lift),
-          Eigen::VectorXd::Zero(model.num_dofs())};
+  return {
+      FlapsFromOutline(model.mesh, *support,
+                       MetresFromPixels(observation.radius, observation.outline_camera()), lift),
+      Eigen::VectorXd::Zero(model.num_dofs())};
 }
 
 void TryInitialGuesses(Backend& coarse, const MaterialField& material,
