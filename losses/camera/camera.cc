@@ -6,6 +6,7 @@
 #include "losses/image/image.h"
 #include "losses/image/segmentation.h"
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -16,10 +17,7 @@ constexpr double kMaxCircleMoment = 1.005;
 
 void Require(bool holds, const std::string& where, const char* field, double value,
              const char* expected) {
-  if (!holds) {
-    throw InputError(where,
-                     std::string(field) + " = " + std::to_string(value) + ", expected " + expected);
-  }
+  if (!holds) throw InputError(where, Format("%s = %g, expected %s", field, value, expected));
 }
 
 struct Moments {
@@ -47,16 +45,16 @@ Moments CoverageMoments(const GrayImage& image) {
 }  // namespace
 
 void Camera::Check(const std::string& where) const {
-  Require(width >= 16, where, "width", width, ">= 16 px");
-  Require(height >= 16, where, "height", height, ">= 16 px");
-  Require(std::isfinite(cx), where, "cx", cx, "a finite column");
-  Require(std::isfinite(cy), where, "cy", cy, "a finite row");
+  Require(width >= 16, where, "camera_width", width, ">= 16 px");
+  Require(height >= 16, where, "camera_height", height, ">= 16 px");
+  Require(std::isfinite(cx), where, "camera_cx", cx, "a finite column");
+  Require(std::isfinite(cy), where, "camera_cy", cy, "a finite row");
   if (kind == CameraKind::kPinhole) {
     Require(eye_height > 0 && std::isfinite(eye_height), where, "eye_height", eye_height, "> 0 m");
     Require(field_of_view > 0 && field_of_view < M_PI, where, "field_of_view", field_of_view,
             "between 0 and pi rad");
   } else {
-    Require(scale > 0 && std::isfinite(scale), where, "scale", scale, "> 0 px/m");
+    Require(scale > 0 && std::isfinite(scale), where, "camera_scale", scale, "> 0 px/m");
   }
 }
 

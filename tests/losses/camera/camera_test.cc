@@ -66,7 +66,7 @@ TEST(Camera, CheckNamesTheFieldAndTheValue) {
   EXPECT_NO_THROW(camera.Check("camera"));
   camera.scale = -2;
   EXPECT_THAT([&] { camera.Check("a.json"); },
-              testing::ThrowsMessage<InputError>(testing::HasSubstr("a.json: scale = -2")));
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("a.json: camera_scale = -2")));
   camera = Pinhole();
   camera.field_of_view = 4;
   EXPECT_THROW(camera.Check("camera"), InputError);

@@ -74,8 +74,9 @@ class FitJobTest : public testing::Test {
     spec_.posterior.elbo_samples = 25;
   }
   static RunControl CancelInRoundOne(std::atomic<bool>* cancel) {
-    return {cancel,
-            [cancel](double, const std::string& note) { *cancel = note.starts_with("round 1"); }};
+    return {cancel, [cancel](double, const std::string& note) {
+              if (note.starts_with("round 1")) *cancel = true;
+            }};
   }
   std::string ComputeError() const {
     try {

@@ -248,6 +248,8 @@ OptionTable MetricsTable(MetricsOptions& options) {
           "aligned: after the rotation and reflection of B that brings its outline closest to "
           "that of A\n",
       .options = std::move(all),
+      .common = {"image_width_mm", "camera_scale", "centre", "csv", "overlay", "data", "fabric",
+                 "out"},
       .operands = &options.operands,
       .operand_names = "[A [B …]]"};
 }

@@ -49,7 +49,7 @@ TEST_F(BenchTool, MeasuresTheProductAndResumes) {
   ASSERT_EQ(Bench({"--resume"}).exit_code, 0);
   EXPECT_EQ(Read(Path("out/runs.csv")), runs);
   ExpectOneLineError(Bench(), "--resume");
-  ExpectOneLineError(Bench({"--resume", "--order=1"}), "the options are not those");
+  ExpectOneLineError(Bench({"--resume", "--order=1"}), "the file was made with other settings");
 }
 
 TEST_F(BenchTool, MeasuresDerivatives) {
