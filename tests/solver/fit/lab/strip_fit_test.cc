@@ -224,8 +224,9 @@ TEST_F(JointFit, GoesOnAfterACancelToTheSameBitsAndKnowsItsTests) {
   RunFitJob(spec_, data_, files_, {});
   const std::string whole = Read(Path("material.json"));
   std::atomic<bool> cancel = false;
-  const RunControl stop{
-      &cancel, [&](double, const std::string& note) { cancel = note.starts_with("round 1"); }};
+  const RunControl stop{&cancel, [&](double, const std::string& note) {
+                          if (note.starts_with("round 1")) cancel = true;
+                        }};
   EXPECT_TRUE(RunFitJob(spec_, data_, files_, stop).cancelled);
   files_.resume = true;
   EXPECT_FALSE(RunFitJob(spec_, data_, files_, {}).cancelled);
