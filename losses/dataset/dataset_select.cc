@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cstdio>
 #include <set>
 
 #include "losses/dataset/dataset.h"
@@ -8,6 +7,7 @@
 #include "losses/dataset/published_mesh.h"
 #include "losses/image/segmentation.h"
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -35,10 +35,10 @@ void TurnMesh(Capture* capture) {
                                     ReadSilhouette(capture->image).image, Camera());
   if (!turn) throw InputError(capture->mesh, "its outline or that of its image has gaps");
   if (turn->rms > kMaxMeshRms) {
-    char rms[32];
-    std::snprintf(rms, sizeof rms, "%.1f", turn->rms);
-    throw InputError(capture->mesh, "misses its image by " + std::string(rms) +
-                                        " px, expected at most 3: it belongs to another capture");
+    throw InputError(capture->mesh,
+                     Format("misses its image by %.1f px, expected at most 3: it belongs to "
+                            "another capture",
+                            turn->rms));
   }
   capture->mesh_quarters = turn->quarters;
 }

@@ -2,80 +2,160 @@
 #include "physics/util/atomic_file.h"
 
 #include <fcntl.h>
-#include <glog/logging.h>
+#include <sys/file.h>
+#include <sys/random.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
+#include <array>
 #include <cerrno>
 #include <charconv>
+#include <climits>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
 
-// A temporary file beside `path`. The destructor removes it unless it was renamed.
+namespace fs = std::filesystem;
+
+// ": No space left on device"; empty without an error.
+std::string Reason(int error) { return error == 0 ? "" : std::string(": ") + std::strerror(error); }
+
+// Writes to a descriptor and keeps the error of the first write that failed.
+class DescriptorBuffer : public std::streambuf {
+ public:
+  explicit DescriptorBuffer(int descriptor) : descriptor_(descriptor) {
+    setp(piece_.data(), piece_.data() + piece_.size());
+  }
+  int error() const { return error_; }
+  std::uintmax_t written() const { return written_; }
+
+ protected:
+  int_type overflow(int_type c) override {
+    if (sync() != 0) return traits_type::eof();
+    if (!traits_type::eq_int_type(c, traits_type::eof())) {
+      *pptr() = traits_type::to_char_type(c);
+      pbump(1);
+    }
+    return traits_type::not_eof(c);
+  }
+
+  int sync() override {
+    for (const char* at = pbase(); error_ == 0 && at < pptr();) {
+      const ssize_t count = write(descriptor_, at, pptr() - at);
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) {
+        error_ = count < 0 ? errno : EIO;
+      } else {
+        at += count;
+        written_ += count;
+      }
+    }
+    setp(piece_.data(), piece_.data() + piece_.size());
+    return error_ == 0 ? 0 : -1;
+  }
+
+ private:
+  int descriptor_, error_ = 0;
+  std::uintmax_t written_ = 0;
+  std::array<char, 65536> piece_;
+};
+
+// A new file of an unguessable name beside `path`. The destructor removes it unless it was renamed.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& path) : path_(path), temporary_(UniqueName(path)) {
-    errno = 0;
-    out_.open(temporary_, std::ios::binary | std::ios::trunc);
-    if (!out_) Fail("cannot create a file in this folder");
+    descriptor_ =
+        open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) Fail("cannot create a file in this folder", errno);
+    flock(descriptor_, LOCK_EX | LOCK_NB);  // it is in use
   }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile() {
-    std::error_code ignored;
-    if (!renamed_) std::filesystem::remove(temporary_, ignored);
+    close(descriptor_);
+    if (!renamed_) unlink(temporary_.c_str());
   }
 
-  std::ostream& out() { return out_; }
+  void Write(const std::function<void(std::ostream&)>& writer) {
+    DescriptorBuffer buffer(descriptor_);
+    std::ostream out(&buffer);
+    writer(out);
+    out.flush();
+    // Without fsync, a crash of the machine may keep the new name and lose the content.
+    const int error = buffer.error() != 0 ? buffer.error() : fsync(descriptor_) != 0 ? errno : 0;
+    if (error != 0 || !out)
+      Fail("cannot write the whole file, only " + std::to_string(buffer.written()) + " bytes",
+           error);
+  }
 
   void Rename() {
-    errno = 0;
-    out_.close();  // flushes; fails when the disk is full
-    if (!out_ || !FlushToDisk()) Fail("cannot write the whole file");
     std::error_code error;
-    std::filesystem::rename(temporary_, path_, error);
+    fs::rename(temporary_, path_, error);
     if (error) throw InputError(path_, "cannot replace the file: " + error.message());
     renamed_ = true;
   }
 
  private:
   static std::string UniqueName(const std::string& path) {
-    static std::atomic<int> counter = 0;
-    return path + ".tmp." + std::to_string(getpid()) + "." + std::to_string(counter++);
+    std::uint64_t number = 0;
+    if (getrandom(&number, sizeof number, 0) != sizeof number)
+      throw std::runtime_error("the system gives no random numbers");
+    const fs::path folder = fs::path(path).parent_path();
+    const std::string name =
+        kTemporaryPrefix + Format("%016llx", static_cast<unsigned long long>(number)) + ".tmp";
+    return folder.empty() ? name : (folder / name).string();
   }
 
-  // Without the flush, a crash of the machine may keep the new name and lose the content.
-  bool FlushToDisk() const {
-    const int file = open(temporary_.c_str(), O_WRONLY | O_CLOEXEC);
-    const bool flushed = file >= 0 && fsync(file) == 0;
-    if (file >= 0) close(file);
-    return flushed;
-  }
-
-  [[noreturn]] void Fail(const std::string& problem) const {
-    const std::string reason = errno != 0 ? std::string(": ") + std::strerror(errno) : "";
-    throw InputError(path_, problem + reason);
+  [[noreturn]] void Fail(const std::string& problem, int error) const {
+    throw InputError(path_, problem + Reason(error));
   }
 
   std::string path_, temporary_;
-  std::ofstream out_;
+  int descriptor_ = -1;
   bool renamed_ = false;
 };
+
+void RequireShortName(const std::string& path) {
+  const std::size_t size = fs::path(path).filename().string().size();
+  if (size > NAME_MAX)
+    throw InputError(path, "found a name of " + std::to_string(size) + " bytes, expected at most " +
+                               std::to_string(NAME_MAX));
+}
+
+// Opens a file to append to it; `flags` besides. -1 where there is none.
+int OpenRegular(const std::string& path, int flags) {
+  // A pipe without a reader would block.
+  const int descriptor =
+      open(path.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | flags, 0666);
+  if (descriptor < 0 && errno == ENOENT && (flags & O_CREAT) == 0) return -1;
+  if (descriptor < 0 && errno == ELOOP)
+    throw InputError(path, "is a link, expected a file or nothing");
+  if (descriptor < 0 && errno == EISDIR)
+    throw InputError(path, "is a folder, expected a file or nothing");
+  if (descriptor < 0) throw InputError(path, "cannot be written" + Reason(errno));
+  struct stat status = {};
+  if (fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode)) return descriptor;
+  close(descriptor);
+  throw InputError(path, "is not a regular file, expected one or nothing");
+}
 
 }  // namespace
 
 void WriteFileAtomically(const std::string& path,
                          const std::function<void(std::ostream&)>& writer) {
+  RequireShortName(path);
   TemporaryFile file(path);
-  writer(file.out());
+  file.Write(writer);
   file.Rename();
 }
 
@@ -85,11 +165,45 @@ void WriteFileAtomically(const std::string& path, std::string_view content) {
   });
 }
 
-std::string ReadWholeFile(const std::string& path) {
-  if (!std::filesystem::exists(path)) throw InputError(path, "no such file");
-  if (std::filesystem::is_directory(path)) {
-    throw InputError(path, "is a folder, expected a file");
+void CheckReplaceable(const std::string& path) {
+  RequireShortName(path);
+  std::error_code ignored;
+  if (fs::is_directory(fs::symlink_status(path, ignored)))
+    throw InputError(path, "is a folder, expected a file or nothing");
+  const fs::path folder = fs::path(path).parent_path();
+  if (access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
+    throw InputError(path, "cannot create a file in this folder" + Reason(errno));
+}
+
+AppendFile::AppendFile(std::string path, Content content)
+    : path_(std::move(path)),
+      descriptor_(OpenRegular(path_, O_CREAT | (content == Content::kDrop ? O_TRUNC : 0))) {}
+
+AppendFile::~AppendFile() { close(descriptor_); }
+
+void AppendFile::Check(const std::string& path) {
+  CheckReplaceable(path);
+  if (const int descriptor = OpenRegular(path, 0); descriptor >= 0) close(descriptor);
+}
+
+bool AppendFile::TryAppend(std::string_view text) noexcept {
+  errno = 0;
+  while (!text.empty()) {
+    const ssize_t count = write(descriptor_, text.data(), text.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(count));
   }
+  return true;
+}
+
+void AppendFile::Append(std::string_view text) {
+  if (!TryAppend(text)) throw InputError(path_, "cannot be written" + Reason(errno));
+}
+
+std::string ReadWholeFile(const std::string& path) {
+  if (!fs::exists(path)) throw InputError(path, "no such file");
+  if (fs::is_directory(path)) throw InputError(path, "is a folder, expected a file");
   std::ifstream in(path, std::ios::binary);
   std::ostringstream content;
   if (in.peek() != std::ifstream::traits_type::eof()) content << in.rdbuf();
@@ -98,7 +212,8 @@ std::string ReadWholeFile(const std::string& path) {
 }
 
 void AppendNumber(std::string& text, double value) {
-  CHECK(std::isfinite(value)) << "a number to be written is " << value;
+  if (!std::isfinite(value))
+    throw std::domain_error("a number to be written to a file is not finite");
   char buffer[32];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
   text.append(buffer, end);

@@ -12,20 +12,51 @@ namespace drape {
 
 // Replaces the file at `path` in one step: the content is written to a temporary file in the same
 // folder, which is flushed to the disk and then renamed. A reader sees the old file or the new one,
-// never a part of it. On any failure the old file survives and the temporary file is removed.
-// Throws InputError when the folder is missing or not writable, when the disk is full, or when the
-// path is a folder.
+// never a part of it. On any failure the old file survives and the temporary file is removed. Links
+// are replaced, never followed. Throws InputError when the folder is missing or not writable, when
+// the disk is full, or when the path is a folder.
 void WriteFileAtomically(const std::string& path, std::string_view content);
 
 // The same, with a function that writes the content. An exception that it throws is passed on, and
 // the old file survives.
 void WriteFileAtomically(const std::string& path, const std::function<void(std::ostream&)>& writer);
 
+// Throws InputError when WriteFileAtomically cannot replace the path: a folder is in its place, its
+// folder is missing or not writable, or its name is too long. To be called before long work.
+void CheckReplaceable(const std::string& path);
+
+// Temporary files of WriteFileAtomically, and folders for results, begin so; a name that a program
+// which is gone has left behind may be removed when nobody holds a lock (flock) on it.
+inline constexpr char kTemporaryPrefix[] = ".drapefit_";
+
+// A text file that grows, such as a log.
+class AppendFile {
+ public:
+  enum class Content { kKeep, kDrop };  // what the file had before
+  // Throws InputError where it cannot be opened; a link, which could lead to the file of somebody
+  // else, is refused like anything else that is not a regular file.
+  AppendFile(std::string path, Content content);
+  AppendFile(const AppendFile&) = delete;
+  AppendFile& operator=(const AppendFile&) = delete;
+  ~AppendFile();
+
+  // Throws the InputErrors of the constructor and leaves the file as it is.
+  static void Check(const std::string& path);
+
+  // Throws InputError when the text cannot be written, with the reason.
+  void Append(std::string_view text);
+  bool TryAppend(std::string_view text) noexcept;
+
+ private:
+  std::string path_;
+  int descriptor_;
+};
+
 // Returns the bytes of the file. Throws InputError when it is missing, unreadable or a folder.
 std::string ReadWholeFile(const std::string& path);
 
 // Appends the shortest decimal text (at most 17 digits) that reads back to the same double, on
-// every platform and in every locale. CHECKs that the value is finite.
+// every platform and in every locale. Throws std::domain_error unless the value is finite.
 void AppendNumber(std::string& text, double value);
 
 }  // namespace drape

@@ -50,6 +50,14 @@ class MemoryFile {
   int descriptor_;
 };
 
+// As the system takes them, with a null pointer at the end.
+std::vector<char*> ListTexts(const std::vector<std::string>& texts) {
+  std::vector<char*> list;
+  for (const std::string& text : texts) list.push_back(const_cast<char*>(text.c_str()));
+  list.push_back(nullptr);
+  return list;
+}
+
 // The status of the child once it has ended.
 int WaitFor(pid_t child, rusage* used) {
   int status = 0;
@@ -103,19 +111,18 @@ bool ReadAll(int descriptor, const std::atomic<bool>* cancel, std::string* text)
 
 }  // namespace
 
-ProgramResult RunProgram(const std::vector<std::string>& arguments, const std::string& input) {
+ProgramResult RunProgram(const std::vector<std::string>& arguments, const std::string& input,
+                         const std::vector<std::string>& environment) {
   const MemoryFile in(input), out, errors;
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, in.descriptor(), STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&files, out.descriptor(), STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&files, errors.descriptor(), STDERR_FILENO);
-  std::vector<char*> texts;
-  for (const std::string& argument : arguments)
-    texts.push_back(const_cast<char*>(argument.c_str()));
-  texts.push_back(nullptr);
+  std::vector<char*> texts = ListTexts(arguments), variables = ListTexts(environment);
   pid_t child = 0;
-  const int refused = posix_spawnp(&child, texts[0], &files, nullptr, texts.data(), environ);
+  const int refused = posix_spawnp(&child, texts[0], &files, nullptr, texts.data(),
+                                   environment.empty() ? environ : variables.data());
   posix_spawn_file_actions_destroy(&files);
   if (refused != 0)
     throw InputError(arguments[0], "cannot be started, expected it to be installed");

@@ -16,8 +16,10 @@ struct ProgramResult {
 };
 
 // Runs a program, found on PATH and without a shell, and waits for it; `arguments` begins with its
-// name. `input` is its standard input. Throws InputError when it cannot be started.
-ProgramResult RunProgram(const std::vector<std::string>& arguments, const std::string& input);
+// name. `input` is its standard input, `environment` its variables ("NAME=value"), those of this
+// process where it is empty. Throws InputError when it cannot be started.
+ProgramResult RunProgram(const std::vector<std::string>& arguments, const std::string& input,
+                         const std::vector<std::string>& environment = {});
 
 struct ChildResult {
   bool cancelled = false;

@@ -49,6 +49,9 @@ class DuplicateKeyCheck {
 }  // namespace
 
 json ParseJson(const std::string& text, const std::string& where) {
+  // To the parser a NUL is the end of the text, and what follows would be left out.
+  if (const std::size_t nul = text.find('\0'); nul != std::string::npos)
+    throw InputError(where, "found a NUL at byte " + std::to_string(nul + 1) + ", expected text");
   DuplicateKeyCheck check(where);
   try {
     return json::parse(

@@ -1,18 +1,197 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/util/text_format.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdarg>
+#include <cstdint>
 #include <cstdio>
+#include <cstring>
 
 namespace drape {
+namespace {
+
+// A conversion of a printf format: "%-*.3ld" has the flags "-", the width "*", the precision ".3",
+// the length "l" and the type 'd'.
+struct Conversion {
+  std::string flags, width, precision, length;
+  char type = 0;
+
+  std::string Text() const { return "%" + flags + width + precision + length + type; }
+};
+
+std::string TakeWhile(const char*& at, const char* allowed) {
+  const std::size_t count = std::strspn(at, allowed);
+  at += count;
+  return {at - count, count};
+}
+
+// Reads what follows a "%" and moves `at` past it.
+Conversion ReadConversion(const char*& at) {
+  Conversion read;
+  read.flags = TakeWhile(at, "-+ #0");
+  read.width = TakeWhile(at, "*0123456789");
+  if (*at == '.') {
+    ++at;
+    read.precision = "." + TakeWhile(at, "*0123456789");
+  }
+  read.length = TakeWhile(at, "hlzjt");
+  read.type = *at == 0 ? '%' : *at++;
+  return read;
+}
+
+template <class T>
+void AppendPrinted(std::string& text, const std::string& conversion, T value) {
+  const int size = std::snprintf(nullptr, 0, conversion.c_str(), value);
+  if (size < 0) return;
+  const std::size_t begin = text.size();
+  text.resize(begin + size + 1);
+  std::snprintf(text.data() + begin, size + 1, conversion.c_str(), value);
+  text.pop_back();  // the end of the C string
+}
+
+// A list that functions can share.
+struct Arguments {
+  va_list list;
+};
+
+void AppendNumber(std::string& text, const Conversion& conversion, double value) {
+  if (std::isfinite(value)) return AppendPrinted(text, conversion.Text(), value);
+  const bool left = conversion.flags.find('-') != std::string::npos;
+  AppendPrinted(text, std::string(left ? "%-" : "%") + conversion.width + "s", "none");
+}
+
+void AppendConversion(std::string& text, Conversion conversion, Arguments& arguments) {
+  for (std::string* part : {&conversion.width, &conversion.precision})
+    if (const std::size_t star = part->find('*'); star != std::string::npos)
+      part->replace(star, 1, std::to_string(va_arg(arguments.list, int)));
+  switch (conversion.type) {
+    case '%':
+      text += '%';
+      break;
+    case 's':
+      AppendPrinted(text, conversion.Text(), va_arg(arguments.list, const char*));
+      break;
+    case 'p':
+      AppendPrinted(text, conversion.Text(), va_arg(arguments.list, void*));
+      break;
+    case 'c':
+      AppendPrinted(text, conversion.Text(), va_arg(arguments.list, int));
+      break;
+    case 'd':
+    case 'i':
+    case 'u':
+    case 'x':
+    case 'X':
+    case 'o':
+      // long long, long, size_t and ptrdiff_t are passed alike.
+      if (conversion.length.find_first_of("lzjt") != std::string::npos) {
+        AppendPrinted(text, conversion.Text(), va_arg(arguments.list, std::intmax_t));
+      } else {
+        AppendPrinted(text, conversion.Text(), va_arg(arguments.list, int));
+      }
+      break;
+    default:
+      AppendNumber(text, conversion, va_arg(arguments.list, double));
+  }
+}
+
+// Leaves out the middle of a text of UTF-8 characters that is longer than `most` bytes.
+std::string Shorten(std::string_view text, std::size_t most) {
+  if (text.size() <= most) return std::string(text);
+  const auto is_inside = [&](std::size_t at) { return (text[at] & 0xc0) == 0x80; };
+  std::size_t head = 2 * most / 3, tail = text.size() - most / 4;
+  while (head > 0 && is_inside(head)) --head;
+  while (tail < text.size() && is_inside(tail)) ++tail;
+  return std::string(text.substr(0, head)).append("…").append(text.substr(tail));
+}
+
+// Whether a terminal may act on the character instead of showing it: C0 and C1 controls, and the
+// marks of bidirectional text.
+bool IsControl(std::string_view character) {
+  const auto c = static_cast<unsigned char>(character[0]);
+  if (character.size() == 1) return c < 0x20 || c == 0x7f;
+  if (character.size() == 2) return character[0] == '\xc2' && (character[1] & 0xe0) == 0x80;
+  return (character >= "\u202a" && character <= "\u202e") ||
+         (character >= "\u2066" && character <= "\u2069");
+}
+
+std::string EscapeControls(std::string_view text) {
+  std::string shown;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = std::max<std::size_t>(1, Utf8Length(text, at));
+    const std::string_view character = text.substr(at, length);
+    const bool layout = character == "\n" || character == "\t";
+    if (!layout && (Utf8Length(text, at) == 0 || IsControl(character))) {
+      for (const char byte : character)
+        shown += Format("\\x%02x", static_cast<unsigned>(static_cast<unsigned char>(byte)));
+    } else {
+      shown += character;
+    }
+    at += length;
+  }
+  return shown;
+}
+
+}  // namespace
 
 std::string Format(const char* format, ...) {
-  char text[256];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
+  Arguments arguments;
+  va_start(arguments.list, format);
+  std::string text;
+  for (const char* at = format; *at != 0;) {
+    if (*at != '%') {
+      text += *at++;
+    } else {
+      AppendConversion(text, ReadConversion(++at), arguments);
+    }
+  }
+  va_end(arguments.list);
   return text;
+}
+
+std::size_t Utf8Length(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
+  };
+  const unsigned first = byte(at), second = byte(at + 1);
+  if (first < 0x80) return 1;
+  if (first < 0xc2 || first > 0xf4) return 0;
+  const std::size_t length = first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
+  for (std::size_t i = 1; i < length; ++i)
+    if ((byte(at + i) & 0xc0) != 0x80) return 0;
+  const bool overlong = (first == 0xe0 && second < 0xa0) || (first == 0xf0 && second < 0x90);
+  const bool no_character = (first == 0xed && second >= 0xa0) || (first == 0xf4 && second >= 0x90);
+  return overlong || no_character ? 0 : length;
+}
+
+bool IsUtf8(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = Utf8Length(text, at);
+    if (length == 0) return false;
+    at += length;
+  }
+  return true;
+}
+
+std::string MakePrintable(std::string_view text) {
+  constexpr std::size_t kLongestWord = 300;
+  const std::string shown = EscapeControls(text);
+  std::string printable;
+  for (std::size_t at = 0; at < shown.size();) {
+    const std::size_t end = std::min(shown.find_first_of(" \n\t", at), shown.size());
+    printable += Shorten(std::string_view(shown).substr(at, end - at), kLongestWord);
+    if (end < shown.size()) printable += shown[end];
+    at = end + 1;
+  }
+  return printable;
+}
+
+std::string MakePrintableLine(std::string_view text) {
+  constexpr std::size_t kLongestLine = 2000;
+  std::string line(text);
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  return Shorten(MakePrintable(line), kLongestLine);
 }
 
 }  // namespace drape

@@ -1,11 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace drape {
 
-// printf into a string for one line of a table. Longer output is cut to 255 characters.
+// printf into a string. A number that is not finite appears as "none".
 [[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...);
+
+// The length in bytes of the UTF-8 character at `at`; 0 where there is none.
+std::size_t Utf8Length(std::string_view text, std::size_t at);
+bool IsUtf8(std::string_view text);
+
+// A text that holds names or parts of files, as it may be shown to a person: control characters but
+// tabs and ends of line, marks that turn the direction of writing, and bytes that are not UTF-8
+// appear as \xNN, so that none of them reaches a terminal; of a word of more than 300 bytes the
+// middle is left out.
+std::string MakePrintable(std::string_view text);
+
+// The same in one line and at most 2,000 bytes, the middle left out.
+std::string MakePrintableLine(std::string_view text);
 
 }  // namespace drape

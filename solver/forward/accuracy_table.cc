@@ -4,23 +4,19 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
 
 constexpr char kFormat[] = "drapefit-accuracy";
 
-std::string Millimetres(double error) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3gmm", error);
-  return text;
-}
+std::string Millimetres(double error) { return Format("%.3gmm", error); }
 
 // "0.5mm" → 0.5.
 double ParseLength(const std::string& text) {

@@ -4,10 +4,12 @@
 #include <glob.h>
 
 #include <algorithm>
+#include <climits>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 #include "cuda/make_backend.h"
@@ -15,6 +17,7 @@
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -73,7 +76,15 @@ std::vector<std::string> ListNotes(const std::vector<Observation>& observations)
   return notes;
 }
 
-void RequireDistinctNames(const std::vector<Observation>& observations) {
+// Images name the output files of a fit.
+void CheckNames(const std::vector<Observation>& observations) {
+  constexpr std::size_t kLongest = NAME_MAX - std::string_view("start_.json").size();
+  for (const Observation& observation : observations)
+    if (observation.name.size() > kLongest)
+      throw InputError(observation.file,
+                       "found a name of " + std::to_string(observation.name.size()) +
+                           " bytes, expected at most " + std::to_string(kLongest) +
+                           ": it names the output files");
   std::set<std::string> names;
   for (const Observation& observation : observations)
     if (!names.insert(observation.name).second)
@@ -199,6 +210,8 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
       throw InputError(what, "'" + item + "' matches nothing, expected " + expected);
     files.insert(files.end(), found.begin(), found.end());
   }
+  for (const std::string& file : files)
+    if (!IsUtf8(file)) throw InputError(what, "found '" + file + "', expected a name in UTF-8");
   return files;
 }
 
@@ -218,7 +231,7 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   std::vector<LabMeasurement> measurements = ReadLabMeasurements(data.lab_measurements);
   input.problem.observations = ReadObservations(data, spec.observation);
   input.problem.specimens = data.specimens;
-  RequireDistinctNames(input.problem.observations);
+  CheckNames(input.problem.observations);
   for (std::string& note : ListNotes(input.problem.observations))
     input.notes.push_back(std::move(note));
   input.problem.material = ReadStartTables(spec, data, &input.notes);

@@ -5,12 +5,13 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <sstream>
 #include <utility>
 
 #include "physics/material/material_scaling.h"
+#include "physics/util/atomic_file.h"
+#include "physics/util/text_format.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
 #include "solver/fit/protocol/staged_fit.h"
@@ -111,10 +112,9 @@ void NoteMisfits(const std::vector<StripReport>& reports, std::vector<std::strin
       const double misfit =
           (report.computed[i] - measurement.points[i].reading) / measurement.sigma;
       if (std::abs(misfit) <= kFar) continue;
-      std::ostringstream note;
-      note << "laboratory measurement " << measurement.name << ": the computed reading at "
-           << measurement.points[i].set << " is off by " << misfit << " sigma";
-      notes->push_back(note.str());
+      notes->push_back("laboratory measurement " + measurement.name +
+                       Format(": the computed reading at %g is off by %g sigma",
+                              measurement.points[i].set, misfit));
     }
   }
 }
@@ -234,11 +234,10 @@ std::optional<FieldFit> FitJobFields(const FitSpec& spec, const FitProblem& prob
   if (spec.model != FitModel::kHeterogeneous || best == nullptr || control.cancelled())
     return std::nullopt;
   FieldFit fit = FitFields(problem, spec.stages, spec.fields, *best, control);
-  std::ostringstream line;
-  line << "fields: " << fit.summary.theta.size() << " parameters, cost " << fit.summary.initial_cost
-       << " -> " << fit.summary.final_cost << ", " << ToString(fit.summary.termination) << ", "
-       << fit.summary.counts.jumps << " branch jumps, " << fit.summary.counts.failed << " failed";
-  control.Log(line.str());
+  control.Log(Format("fields: %d parameters, cost %g -> %g, %s, %d branch jumps, %d failed",
+                     static_cast<int>(fit.summary.theta.size()), fit.summary.initial_cost,
+                     fit.summary.final_cost, ToString(fit.summary.termination),
+                     fit.summary.counts.jumps, fit.summary.counts.failed));
   if (!fit.valid()) return std::nullopt;
   return fit;
 }
@@ -253,25 +252,27 @@ std::optional<PosteriorFit> FitJobPosterior(const FitSpec& spec, const FitProble
   options.kind =
       spec.model == FitModel::kBdp ? PosteriorKind::kElements : PosteriorKind::kHierarchy;
   PosteriorFit fit = FitDrapePosterior(problem, spec.stages, options, *best, control);
-  std::ostringstream line;
-  line << "posterior: mode " << ToString(fit.mode.termination) << " after " << fit.mode.iterations
-       << " iterations, sigma " << fit.sigma_px << " px; distribution "
-       << ToString(fit.distribution.termination) << " after " << fit.distribution.iterations
-       << ", bound " << fit.elbo << ", k " << fit.pareto_k << ", " << fit.counts.failed
-       << " failed drapes";
-  control.Log(line.str());
+  control.Log(Format(
+      "posterior: mode %s after %d iterations, sigma %g px; distribution %s after %d, bound %g, k "
+      "%g, %d failed drapes",
+      ToString(fit.mode.termination), fit.mode.iterations, fit.sigma_px,
+      ToString(fit.distribution.termination), fit.distribution.iterations, fit.elbo, fit.pareto_k,
+      fit.counts.failed));
   if (!fit.valid()) return std::nullopt;
   return fit;
 }
 
+// A fit is one all the same without its log, such as on a full disk.
+void LogLine(AppendFile& log, const std::string& line) { (void)log.TryAppend(line + "\n"); }
+
 // Reports to another control as the part [from, to] of its work, and logs to a file alone.
-RunControl SummaryPart(const RunControl& whole, double from, double to, std::ostream& log) {
+RunControl SummaryPart(const RunControl& whole, double from, double to, AppendFile& log) {
   RunControl part;
   part.cancel = whole.cancel;
   part.progress = [&whole, from, to](double fraction, const std::string& note) {
     whole.Report(from + (to - from) * fraction, note);
   };
-  part.log = [&log](const std::string& line) { log << line << std::endl; };
+  part.log = [&log](const std::string& line) { LogLine(log, line); };
   return part;
 }
 
@@ -288,6 +289,7 @@ StagedFitState FitStages(const FitProblem& problem, const StagedFitOptions& stag
 
 FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles& files,
                        const RunControl& control) {
+  AppendFile::Check(files.log);
   FitInput input = ReadFitInput(spec, data);
   const std::string key = CheckpointKey(spec, data, input);
   FitReport report;
@@ -297,17 +299,18 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
                                          report.lab_fit->termination != FitTermination::kCancelled);
   std::optional<StagedFitState> saved;
   if (files.resume && ready) saved = ReadCheckpoint(files.checkpoint, key, input.problem, stages);
-  std::ofstream log(files.log, files.resume ? std::ios::app : std::ios::trunc);
+  using Content = AppendFile::Content;
+  AppendFile log(files.log, files.resume ? Content::kKeep : Content::kDrop);
   const auto log_both = [&](const std::string& line) {
-    log << line << std::endl;
+    LogLine(log, line);
     control.Log(line);
   };
   for (const Observation& observation : input.problem.observations)
     log_both(observation.name + ": " + CameraText(observation.camera, observation.quality));
   if (files.resume && ready) log_both(ResumeNote(spec.model, saved));
   if (!input.device.empty()) log_both("running on " + input.device);
-  for (const std::string& line : data.log_lines) log << line << std::endl;
-  for (const std::string& note : input.notes) log << note << std::endl;
+  for (const std::string& line : data.log_lines) LogLine(log, line);
+  for (const std::string& note : input.notes) LogLine(log, note);
   const double table_share = spec.model == FitModel::kHomogeneous ? kFitShare : kTableShare;
   const RunControl of_table = SummaryPart(control, 0.0, table_share, log);
   const RunControl of_rest = SummaryPart(control, table_share, kFitShare, log);

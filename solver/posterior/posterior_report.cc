@@ -2,10 +2,10 @@
 #include "solver/posterior/posterior_report.h"
 
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "physics/material/material_scaling.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -113,31 +113,27 @@ StoredPosterior MakeStoredPosterior(const PosteriorFit& fit) {
 std::string PosteriorTable(const PosteriorFit& fit) {
   const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit);
   const Eigen::VectorXd deviation = fit.distribution.gaussian.Deviations();
-  char text[640];
-  int length = std::snprintf(
-      text, sizeof text, "  %s: stretch %.4g +- %.3g N/m, bend %.3g +- %.2g N m\n",
-      IsElementwise(fit) ? "faces and hinges, mean and standard deviation"
-                         : "posterior of the fabric",
-      stiffness.stretch, stiffness.stretch_deviation, stiffness.bend, stiffness.bend_deviation);
+  std::string text = Format("  %s: stretch %.4g +- %.3g N/m, bend %.3g +- %.2g N m\n",
+                            IsElementwise(fit) ? "faces and hinges, mean and standard deviation"
+                                               : "posterior of the fabric",
+                            stiffness.stretch, stiffness.stretch_deviation, stiffness.bend,
+                            stiffness.bend_deviation);
   if (!IsElementwise(fit))
-    length += std::snprintf(text + length, sizeof text - length,
-                            "  %d of %d log factors have less than %.1f of their prior deviation\n",
-                            static_cast<int>((deviation.array() < kNarrowed).count()),
-                            static_cast<int>(deviation.size()), kNarrowed);
-  if (std::isnan(fit.elbo)) {
-    std::snprintf(text + length, sizeof text - length,
-                  "  sigma of the outline %.2f px; too few independent samples are valid (%d) to "
-                  "judge the fit\n",
-                  fit.sigma_px, fit.elbo_samples_valid);
-    return text;
-  }
-  std::snprintf(
-      text + length, sizeof text - length,
-      "  sigma of the outline %.2f px; root mean square error of samples %.2f px\n"
-      "  evidence lower bound %.1f +- %.1f by %d independent samples, Pareto k %.2f: %s\n",
-      fit.sigma_px, fit.sample_rms_px, fit.elbo, fit.elbo_error, fit.elbo_samples_valid,
-      fit.pareto_k, fit.pareto_k < kReliable ? "reliable" : "not reliable");
-  return text;
+    text += Format("  %d of %d log factors have less than %.1f of their prior deviation\n",
+                   static_cast<int>((deviation.array() < kNarrowed).count()),
+                   static_cast<int>(deviation.size()), kNarrowed);
+  if (std::isnan(fit.elbo))
+    return text + Format(
+                      "  sigma of the outline %.2f px; too few independent samples are valid "
+                      "(%d) to judge the fit\n",
+                      fit.sigma_px, fit.elbo_samples_valid);
+  return text + Format(
+                    "  sigma of the outline %.2f px; root mean square error of samples %.2f px\n"
+                    "  evidence lower bound %.1f +- %.1f by %d independent samples, Pareto k %.2f: "
+                    "%s\n",
+                    fit.sigma_px, fit.sample_rms_px, fit.elbo, fit.elbo_error,
+                    fit.elbo_samples_valid, fit.pareto_k,
+                    fit.pareto_k < kReliable ? "reliable" : "not reliable");
 }
 
 }  // namespace drape

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 #include "tools/cli/option_table.h"
 #include "tools/cli/versions.h"
 
@@ -124,6 +125,8 @@ ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv) {
     }
     if (table.operands != nullptr && argv[i][0] != '-') {
       operands.push_back(argv[i]);
+      if (!IsUtf8(operands.back()))
+        throw InputError(kWhere, "found '" + operands.back() + "', expected UTF-8 text");
       continue;
     }
     const Flag flag = ReadFlag(table, argc, argv, i);

@@ -10,6 +10,7 @@
 
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/text_format.h"
 #include "tools/cli/option_text.h"
 
 namespace drape {
@@ -58,6 +59,8 @@ std::string ParseText(const Given& given, const std::string& text) {
   if (!choices.empty() && std::find(choices.begin(), choices.end(), text) == choices.end()) {
     given.Fail("one of " + JoinChoices(choices, ", "));
   }
+  // Results name their inputs, and those are JSON.
+  if (!IsUtf8(given.folder + text)) given.Fail("UTF-8 text");
   if (!option.is_path || text.empty() || given.folder.empty() || IsNoPath(option, text))
     return text;
   return (std::filesystem::path(given.folder) / text).string();

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/util/text_format.h"
+
 namespace drape {
 namespace {
 
@@ -80,7 +82,8 @@ void Progress::Update(double fraction, const std::string& note) {
   shown_ = fraction;
   const std::string text = ProgressText(what_, fraction, time_left_.Seconds(), note);
   if (is_terminal_) std::fputs(kClearLine, out_);
-  std::fprintf(out_, is_terminal_ ? "%s%s" : "%s%s\n", unsaid_.c_str(), text.c_str());
+  std::fprintf(out_, is_terminal_ ? "%s%s" : "%s%s\n", MakePrintable(unsaid_).c_str(),
+               MakePrintableLine(text).c_str());
   unsaid_.clear();
   std::fflush(out_);
   on_screen_ = is_terminal_;

@@ -12,6 +12,7 @@
 #include "physics/material/material_field_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -49,7 +50,8 @@ LoadedScene LoadScene(const SceneInput& input) {
   if (!input.material.empty())
     loaded.material = ReadMaterialFor(
         mesh, input.material, {is_reference ? NegativeEntries::kWarn : NegativeEntries::kReject});
-  for (const std::string& warning : loaded.material.warnings) LOG(WARNING) << warning;
+  for (const std::string& warning : loaded.material.warnings)
+    LOG(WARNING) << MakePrintableLine(warning);
   const Scene scene = input.scene == "cusick" ? CusickScene() : ReadScene(input.scene);
   RequireRegions(input, scene, mesh);
   loaded.model = std::make_shared<ClothModel>(std::move(mesh), scene, law);

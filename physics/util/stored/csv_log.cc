@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <optional>
 
 #include "physics/util/atomic_file.h"
@@ -128,9 +127,7 @@ void WriteCsvLog(const std::string& path, const std::string& shared, const CsvRo
 }
 
 void AppendCsvRow(const std::string& path, const CsvRow& row) {
-  std::ofstream file(path, std::ios::app);
-  file << FormatCsvRow(row) + "\n" << std::flush;
-  if (!file) throw InputError(path, "cannot be written, is the disk full?");
+  AppendFile(path, AppendFile::Content::kKeep).Append(FormatCsvRow(row) + "\n");
 }
 
 double ParseCsvNumber(const std::string& field, const std::string& where) {

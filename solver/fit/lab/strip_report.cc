@@ -2,11 +2,11 @@
 #include "solver/fit/lab/strip_report.h"
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "physics/cloth/textbook.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -15,12 +15,6 @@ using nlohmann::ordered_json;
 
 constexpr double kDegree = M_PI / 180.0;
 constexpr double kMillimetre = 1e-3;
-
-std::string Format(const char* format, auto... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 double Deviation(const StripReport& report, std::size_t point) {
   return (report.computed[point] - report.measurement.points[point].reading) /

@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
+
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -16,11 +17,8 @@ constexpr double kCostTolerance = 1e-3;  // of all rounds but the last
 }  // namespace
 
 void CandidateFitter::Log(CandidateTask& task, const char* format, auto... values) const {
-  char line[256];
-  const int place =
-      std::snprintf(line, sizeof line, "round %d, candidate %d: ", round_ + 1, task.index + 1);
-  std::snprintf(line + place, sizeof line - place, format, values...);
-  task.log.push_back(line);
+  task.log.push_back(Format("round %d, candidate %d: ", round_ + 1, task.index + 1) +
+                     Format(format, values...));
 }
 
 // The drape of observation i from its start shape under a material; empty when it is not stable.

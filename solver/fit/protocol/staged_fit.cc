@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <utility>
 
+#include "physics/util/text_format.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_work.h"
 #include "solver/forward/batching_backend.h"
@@ -208,9 +208,7 @@ class StagedFitter {
   void Report(const std::string& stage, double done, double rms) const {
     const double fraction = done / work_.total();
     if (rms <= 0) return control_.Report(fraction, stage);
-    char best[48];
-    std::snprintf(best, sizeof best, ", best %.2f px", rms);
-    control_.Report(fraction, stage + best);
+    control_.Report(fraction, stage + Format(", best %.2f px", rms));
   }
   void ReportRound(const StagedFitState& state, int round) const {
     const auto begin = work_.rounds.begin();

@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/job/plot/gnuplot.h"
 
+#include <cstdlib>
+#include <vector>
+
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
 
-// The length in bytes of the UTF-8 character at `at`; 0 where there is none.
-std::size_t CharacterLength(const std::string& text, std::size_t at) {
-  const auto byte = [&](std::size_t i) {
-    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u;
-  };
-  const unsigned first = byte(at), second = byte(at + 1);
-  if (first < 0x80) return 1;
-  if (first < 0xc2 || first > 0xf4) return 0;
-  const std::size_t length = first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
-  for (std::size_t i = 1; i < length; ++i)
-    if ((byte(at + i) & 0xc0) != 0x80) return 0;
-  const bool overlong = (first == 0xe0 && second < 0xa0) || (first == 0xf0 && second < 0x90);
-  const bool no_character = (first == 0xed && second >= 0xa0) || (first == 0xf4 && second >= 0x90);
-  return overlong || no_character ? 0 : length;
+// What gnuplot and its fonts need, and nothing that changes what a script means: its own variables
+// name start-up files, terminals and folders of scripts.
+std::vector<std::string> PictureEnvironment() {
+  std::vector<std::string> variables = {"LC_ALL=C"};
+  for (const char* name :
+       {"PATH", "HOME", "TMPDIR", "LD_LIBRARY_PATH", "XDG_CACHE_HOME", "XDG_CONFIG_HOME",
+        "XDG_DATA_DIRS", "FONTCONFIG_FILE", "FONTCONFIG_PATH"})
+    if (const char* value = std::getenv(name); value != nullptr)
+      variables.push_back(std::string(name) + "=" + value);
+  return variables;
 }
 
 // The line that names the problem comes after an echo of the command.
@@ -37,7 +37,7 @@ std::string QuoteForGnuplot(const std::string& text) {
   constexpr unsigned char kBlank = ' ', kDelete = 0x7f;
   std::string quoted = "'";
   for (std::size_t at = 0; at < text.size();) {
-    const std::size_t length = CharacterLength(text, at);
+    const std::size_t length = Utf8Length(text, at);
     const unsigned char c = static_cast<unsigned char>(text[at]);
     if (length == 0) {
       quoted += '?';
@@ -54,7 +54,7 @@ std::string QuoteForGnuplot(const std::string& text) {
 }
 
 std::string RunGnuplot(const std::string& script) {
-  const ProgramResult result = RunProgram({"gnuplot", "-d"}, script);
+  const ProgramResult result = RunProgram({"gnuplot", "-d"}, script, PictureEnvironment());
   if (result.status != 0) throw InputError("gnuplot", FindMessage(result.errors));
   return result.output;
 }

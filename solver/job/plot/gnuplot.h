@@ -11,7 +11,8 @@ namespace drape {
 std::string QuoteForGnuplot(const std::string& text);
 
 // What gnuplot writes to its standard output for a script: a picture where the script sets a
-// terminal and no output. The user's start-up files are not read. Throws InputError when gnuplot
+// terminal and no output. Neither the user's
+// start-up files nor the locale have a say. Throws InputError when gnuplot
 // cannot be started or rejects the script, with its message.
 std::string RunGnuplot(const std::string& script);
 

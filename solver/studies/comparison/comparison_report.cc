@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "physics/util/atomic_file.h"
+#include "physics/util/text_format.h"
 #include "solver/studies/comparison/compared_model.h"
 #include "solver/studies/comparison/comparison_table.h"
 
@@ -12,12 +12,6 @@ namespace {
 using nlohmann::ordered_json;
 
 std::string FabricName(int fabric) { return fabric == 0 ? "all" : std::to_string(fabric); }
-
-std::string Text(const char* format, auto... values) {
-  char text[256];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 ordered_json RowJson(const ComparisonRow& row) {
   ordered_json numbers = ordered_json::object();
@@ -78,8 +72,8 @@ std::string ComparisonCsv(const Comparison& comparison) {
         if (found == row.numbers.end()) continue;
         const auto& [spread, seeds] = found->second;
         csv += FabricName(table.fabric) + "," + row.model + "," + number.key +
-               Text(",%.9g,%.9g,%d,%d,%d\n", spread.mean, spread.sd, seeds, row.experiments,
-                    row.failed);
+               Format(",%.9g,%.9g,%d,%d,%d\n", spread.mean, spread.sd, seeds, row.experiments,
+                      row.failed);
       }
   return csv;
 }
@@ -89,15 +83,15 @@ std::string Entry(const ComparisonRow& row, const ComparedNumber& number) {
   const auto found = row.numbers.find(number.key);
   if (found == row.numbers.end()) return "–";
   const auto& [spread, seeds] = found->second;
-  const std::string mean = Text("%.4g", spread.mean / number.unit);
-  return seeds < 2 ? mean : mean + Text(" ± %.2g", spread.sd / number.unit);
+  const std::string mean = Format("%.4g", spread.mean / number.unit);
+  return seeds < 2 ? mean : mean + Format(" ± %.2g", spread.sd / number.unit);
 }
 
 std::string TableText(const ComparisonTable& table) {
   std::string head = "| |", rule = "|---|";
   for (const ComparisonRow& row : table.rows) {
-    head += Text(" %s", row.model.c_str());
-    if (row.failed > 0) head += Text(" (%d of %d failed)", row.failed, row.experiments);
+    head += Format(" %s", row.model.c_str());
+    if (row.failed > 0) head += Format(" (%d of %d failed)", row.failed, row.experiments);
     head += " |";
     rule += "---|";
   }
@@ -115,12 +109,12 @@ std::string ChoiceText(const ModelChoice& choice) {
   if (choice.chosen.empty()) return "No model has a score in all of its runs.\n";
   std::string text =
       "**" + choice.chosen + "** is the simplest model within one standard error of the best, " +
-      choice.best + Text(" (energy score of features, %d captures held out):", choice.captures);
+      choice.best + Format(" (energy score of features, %d captures held out):", choice.captures);
   for (const ScoreDifference& d : choice.differences)
-    text +=
-        Text(" %s %.3f", d.model.c_str(), d.mean_score) +
-        (d.model == choice.best ? ";"
-                                : Text(" (+%.3f, standard error %.3f);", d.mean, d.standard_error));
+    text += Format(" %s %.3f", d.model.c_str(), d.mean_score) +
+            (d.model == choice.best
+                 ? ";"
+                 : Format(" (+%.3f, standard error %.3f);", d.mean, d.standard_error));
   text.back() = '.';
   return text + "\n";
 }
@@ -132,9 +126,9 @@ std::string BeliefsText(const std::vector<PosteriorStiffnessRow>& beliefs) {
       "| fabric | model | stretching [N/m] | sd | bending [N m] | sd |\n"
       "|---|---|---|---|---|---|\n";
   for (const PosteriorStiffnessRow& row : beliefs)
-    text += Text("| %d | %s | %.4g | %.2g | %.3g | %.2g |\n", row.fabric, row.model.c_str(),
-                 row.belief.stretch, row.belief.stretch_deviation, row.belief.bend,
-                 row.belief.bend_deviation);
+    text += Format("| %d | %s | %.4g | %.2g | %.3g | %.2g |\n", row.fabric, row.model.c_str(),
+                   row.belief.stretch, row.belief.stretch_deviation, row.belief.bend,
+                   row.belief.bend_deviation);
   return text;
 }
 

@@ -2,11 +2,11 @@
 // ReferenceCases of strips: they bend under their weight or a load on the tip, hang, and are
 // pulled.
 #include <cmath>
-#include <cstdio>
 #include <memory>
 
 #include "physics/cloth/textbook.h"
 #include "physics/mesh/strip.h"
+#include "physics/util/text_format.h"
 #include "solver/studies/validation/validation_groups.h"
 
 namespace drape {
@@ -39,12 +39,6 @@ Eigen::Vector2d DropAndReach(const Cantilever& cantilever, const Eigen::VectorXd
   const Mesh& mesh = cantilever.model->mesh;
   const Eigen::Vector3d move = TipMove(mesh, x);
   return {-move.z(), mesh.uv.row(0).maxCoeff() - cantilever.clamp + move.x()};
-}
-
-std::string Format(const char* format, double value) {
-  char text[80];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
 }
 
 struct HeavyPoint {

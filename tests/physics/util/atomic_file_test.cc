@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/util/atomic_file.h"
 
+#include <sys/stat.h>
+
 #include <cstdlib>
 #include <limits>
 #include <stdexcept>
@@ -46,6 +48,46 @@ TEST_F(AtomicFile, RejectsATargetThatCannotBeAFile) {
   EXPECT_EQ(NumFiles(), 1);
 }
 
+TEST_F(AtomicFile, ReplacesALinkAndLeavesWhereItLeads) {
+  const std::string victim = Write("victim", "theirs");
+  std::filesystem::create_symlink(victim, Path("a.txt"));
+  WriteFileAtomically(Path("a.txt"), "mine");
+  EXPECT_EQ(Read(victim), "theirs");
+  EXPECT_EQ(Read(Path("a.txt")), "mine");
+  EXPECT_FALSE(std::filesystem::is_symlink(Path("a.txt")));
+}
+
+TEST_F(AtomicFile, FindsATargetThatCannotBeAFileBeforehand) {
+  std::filesystem::create_directory(Path("folder"));
+  EXPECT_INPUT_ERROR(CheckReplaceable(Path("folder")), "folder: is a folder");
+  EXPECT_INPUT_ERROR(CheckReplaceable(Path("absent/a.txt")), "No such file or directory");
+  EXPECT_INPUT_ERROR(CheckReplaceable(Path(std::string(256, 'a'))), "256 bytes, expected at most");
+  CheckReplaceable(Write("a.txt", ""));
+  CheckReplaceable(Path("new.txt"));
+  EXPECT_EQ(NumFiles(), 2);
+}
+
+TEST_F(AtomicFile, GrowsAndIsNoLink) {
+  const std::string path = Write("a.log", "old\n"), victim = Write("victim", "theirs");
+  AppendFile(path, AppendFile::Content::kKeep).Append("new\n");
+  EXPECT_EQ(Read(path), "old\nnew\n");
+  AppendFile(path, AppendFile::Content::kDrop).Append("first\n");
+  EXPECT_EQ(Read(path), "first\n");
+  std::filesystem::create_symlink(victim, Path("link"));
+  std::filesystem::create_directory(Path("folder"));
+  ASSERT_EQ(mkfifo(Path("pipe").c_str(), 0600), 0);
+  for (const auto content : {AppendFile::Content::kKeep, AppendFile::Content::kDrop}) {
+    EXPECT_INPUT_ERROR(AppendFile(Path("link"), content), "link: is a link");
+    EXPECT_INPUT_ERROR(AppendFile(Path("folder"), content), "folder: is a folder");
+    EXPECT_INPUT_ERROR(AppendFile(Path("pipe"), content), "pipe: ");
+  }
+  EXPECT_INPUT_ERROR(AppendFile::Check(Path("link")), "is a link");
+  EXPECT_INPUT_ERROR(AppendFile::Check(Path("absent/a.log")), "absent/a.log");
+  AppendFile::Check(Path("new"));
+  EXPECT_EQ(Read(victim), "theirs");
+  EXPECT_FALSE(std::filesystem::exists(Path("new")));
+}
+
 TEST_F(AtomicFile, ReadsEmptyAndBinaryFilesWhole) {
   EXPECT_EQ(ReadWholeFile(Write("empty", "")), "");
   const std::string bytes("a\0\r\n\xff", 5);
@@ -63,9 +105,9 @@ TEST(AppendNumber, ReadsBackBitForBit) {
   }
 }
 
-TEST(AppendNumberDeathTest, RefusesNumbersThatAreNotFinite) {
+TEST(AppendNumber, RefusesNumbersThatAreNotFinite) {
   std::string text;
-  EXPECT_DEATH(AppendNumber(text, std::numeric_limits<double>::quiet_NaN()), "a number");
+  EXPECT_THROW(AppendNumber(text, std::numeric_limits<double>::quiet_NaN()), std::domain_error);
 }
 
 }  // namespace

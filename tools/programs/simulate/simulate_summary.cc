@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "losses/metrics/report_json.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/atomic_file.h"
+#include "physics/util/text_format.h"
 #include "tools/cli/versions.h"
 #include "tools/programs/simulate/simulate_result.h"
 
@@ -50,16 +50,10 @@ Json UnsupportedJson(const UnsupportedView& unsupported) {
 }
 
 std::string UnsupportedLine(const UnsupportedView& unsupported) {
-  char text[160];
-  if (unsupported.strip) {
-    std::snprintf(text, sizeof text,
-                  "tip drop %.2f mm, reach %.2f mm, chord %.2f deg, end stretch %.5f, ",
-                  1e3 * unsupported.strip->drop, 1e3 * unsupported.strip->reach,
-                  unsupported.strip->chord, unsupported.strip->stretch);
-  } else {
-    std::snprintf(text, sizeof text, "sag %.3g mm, ", 1e3 * unsupported.sag);
-  }
-  return text;
+  if (!unsupported.strip) return Format("sag %.3g mm, ", 1e3 * unsupported.sag);
+  return Format("tip drop %.2f mm, reach %.2f mm, chord %.2f deg, end stretch %.5f, ",
+                1e3 * unsupported.strip->drop, 1e3 * unsupported.strip->reach,
+                unsupported.strip->chord, unsupported.strip->stretch);
 }
 
 Json SecondsJson(const SimulateResult& result) {
@@ -82,10 +76,7 @@ Json VersionsJson() {
 std::string StabilityNote(const Eigen::VectorXd& lowest_eigenvalues) {
   if (lowest_eigenvalues.size() == 0) return "";
   if (!IsStable(lowest_eigenvalues)) return ", not stable";
-  char note[64];
-  std::snprintf(note, sizeof note, ", lowest frequency %.3g Hz",
-                std::sqrt(lowest_eigenvalues[0]) / (2.0 * M_PI));
-  return note;
+  return Format(", lowest frequency %.3g Hz", std::sqrt(lowest_eigenvalues[0]) / (2.0 * M_PI));
 }
 
 }  // namespace
@@ -129,18 +120,15 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
 }
 
 std::string SummaryLine(const SimulateResult& result) {
-  char residual[32], dc[32] = "";
-  std::snprintf(residual, sizeof residual, "%.2g", result.force_residual);
   std::string line =
       result.simulation.status + " after " + std::to_string(result.simulation.steps) + " steps: ";
   if (result.view) {
     if (result.view->drape_coefficient)
-      std::snprintf(dc, sizeof dc, "DC %.3f, ", *result.view->drape_coefficient);
-    line += dc;
+      line += Format("DC %.3f, ", *result.view->drape_coefficient);
     if (result.view->folds) line += std::to_string(*result.view->folds) + " folds, ";
   }
   if (result.unsupported) line += UnsupportedLine(*result.unsupported);
-  return line + "force residual " + residual + " of the weight" +
+  return line + Format("force residual %.2g of the weight", result.force_residual) +
          StabilityNote(result.lowest_eigenvalues);
 }
 
