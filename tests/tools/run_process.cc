@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/tools/run_process.h"
 
+#include <fcntl.h>
 #include <glog/logging.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -39,8 +40,17 @@ class Capture {
     const rlimit limit = {static_cast<rlim_t>(limits.file_bytes), RLIM_INFINITY};
     setrlimit(RLIMIT_FSIZE, &limit);
   }
-  dup2(out.descriptor(), STDOUT_FILENO);
-  dup2(err.descriptor(), STDERR_FILENO);
+  if (limits.address_bytes > 0) {
+    const rlimit limit = {static_cast<rlim_t>(limits.address_bytes), RLIM_INFINITY};
+    setrlimit(RLIMIT_AS, &limit);
+  }
+  if (!limits.folder.empty() && chdir(limits.folder.c_str()) != 0) _exit(126);
+  for (const auto& [name, value] : limits.environment) setenv(name.c_str(), value.c_str(), 1);
+  const auto redirect = [](const std::string& file, const Capture& capture, int stream) {
+    dup2(file.empty() ? capture.descriptor() : open(file.c_str(), O_WRONLY | O_CLOEXEC), stream);
+  };
+  redirect(limits.out_file, out, STDOUT_FILENO);
+  redirect(limits.err_file, err, STDERR_FILENO);
   std::vector<char*> arguments;
   for (const std::string& part : command) arguments.push_back(const_cast<char*>(part.c_str()));
   arguments.push_back(nullptr);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace drape::test {
@@ -15,6 +16,12 @@ struct ProcessLimits {
   long file_bytes = 0;              // largest file that it may write (RLIMIT_FSIZE); 0: any
   std::string interrupt_when = {};  // sends SIGINT once this path exists; empty: never
   double interrupt_after = 0.0;     // and this much later [s]
+  long address_bytes = 0;           // largest address space (RLIMIT_AS); 0: any
+  std::string folder = {};          // working directory; empty: that of the test
+  std::string out_file = {};        // takes its stdout; empty: the result
+  std::string err_file = {};        // the same of stderr
+  std::vector<std::pair<std::string, std::string>> environment =
+      {};  // set beside those of the test
 };
 
 // Runs a program to its end and returns what it printed.

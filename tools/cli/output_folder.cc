@@ -1,51 +1,128 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/output_folder.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
+#include <mutex>
+#include <set>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 
 namespace drape {
+namespace {
 
 namespace fs = std::filesystem;
 
-OutputFolder::OutputFolder(std::string path)
-    : path_(std::move(path)), staging_(path_ + "/.drapefit_" + std::to_string(getpid())) {
+// The folders of this process; whoever holds the mutex may publish.
+std::mutex live_mutex;
+std::set<const OutputFolder*>& LiveFolders() {
+  static std::set<const OutputFolder*> folders;
+  return folders;
+}
+
+[[noreturn]] void FailToWrite(const std::string& path, const std::string& reason) {
+  throw InputError(path, "cannot write to the output folder: " + reason);
+}
+
+// Whether a program that is gone has left the entry of an output folder behind. A program holds the
+// folder's lock as long as it has a hidden folder there, and that of each temporary file.
+bool IsLeftover(const fs::directory_entry& entry) {
+  std::error_code ignored;
+  if (!entry.path().filename().string().starts_with(kTemporaryPrefix)) return false;
+  const fs::file_type type = entry.symlink_status(ignored).type();
+  if (type != fs::file_type::regular) return type == fs::file_type::directory;
+  const int file = open(entry.path().c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
+  const bool unused = file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0;
+  if (file >= 0) close(file);
+  return unused;
+}
+
+}  // namespace
+
+OutputFolder::OutputFolder(std::string path) : path_(std::move(path)) {
   std::error_code error;
   made_ = fs::create_directories(path_, error);
   if (!error && !fs::is_directory(path_)) error = std::make_error_code(std::errc::not_a_directory);
-  if (!error) fs::create_directory(staging_, error);
-  if (error) {
-    throw InputError(path_, "cannot write to the output folder: " + error.message());
+  if (error) FailToWrite(path_, error.message());
+  Lock();
+  RemoveLeftovers();
+  std::string name = path_ + "/" + kTemporaryPrefix + "XXXXXX";
+  if (mkdtemp(name.data()) == nullptr) {
+    const int reason = errno;
+    Drop();
+    close(lock_);
+    FailToWrite(path_, std::strerror(reason));
   }
+  staging_ = name;
+  const std::lock_guard guard(live_mutex);
+  LiveFolders().insert(this);
 }
 
 OutputFolder::~OutputFolder() {
+  const std::lock_guard guard(live_mutex);
+  LiveFolders().erase(this);
+  Drop();
+  close(lock_);
+}
+
+// A lock of the folder itself needs no file and ends with the process; processes of other
+// containers see it too.
+void OutputFolder::Lock() {
+  lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (lock_ < 0) FailToWrite(path_, std::strerror(errno));
+  if (flock(lock_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;  // or has no locks
+  close(lock_);
+  throw InputError(path_,
+                   "another program is writing to this folder, expected one of its own for each "
+                   "run");
+}
+
+void OutputFolder::RemoveLeftovers() const {
   std::error_code ignored;
-  fs::remove_all(staging_, ignored);
+  std::vector<fs::path> leftovers;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path_, ignored))
+    if (IsLeftover(entry)) leftovers.push_back(entry.path());
+  for (const fs::path& leftover : leftovers) fs::remove_all(leftover, ignored);
+}
+
+void OutputFolder::Drop() const {
+  std::error_code ignored;
+  if (!staging_.empty()) fs::remove_all(staging_, ignored);
   if (made_) fs::remove(path_, ignored);  // only when it is empty
 }
 
-void OutputFolder::Move(const std::string& name) const {
-  std::error_code error;
-  fs::rename(Staged(name), path_ + "/" + name, error);
-  if (error) throw InputError(path_ + "/" + name, "cannot replace the file: " + error.message());
-}
-
 void OutputFolder::Publish() const {
+  const std::lock_guard guard(live_mutex);
   std::vector<std::string> names;
-  for (const fs::directory_entry& file : fs::directory_iterator(staging_))
+  for (const fs::directory_entry& file : fs::directory_iterator(staging_)) {
     names.push_back(file.path().filename().string());
+    const std::string target = path_ + "/" + names.back();
+    if (fs::is_directory(fs::symlink_status(target)))
+      throw InputError(target, "cannot replace the file: a folder is in its place");
+  }
   std::sort(names.begin(), names.end());
   std::stable_partition(names.begin(), names.end(),
                         [](const std::string& name) { return name != "summary.json"; });
-  for (const std::string& name : names) Move(name);
+  for (const std::string& name : names) {
+    std::error_code error;
+    fs::rename(Staged(name), path_ + "/" + name, error);
+    if (error) throw InputError(path_ + "/" + name, "cannot replace the file: " + error.message());
+  }
+}
+
+void OutputFolder::Abandon() {
+  live_mutex.lock();  // for good
+  for (const OutputFolder* folder : LiveFolders()) folder->Drop();
 }
 
 }  // namespace drape

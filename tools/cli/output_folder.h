@@ -7,11 +7,13 @@ namespace drape {
 
 // The files of one run, which appear together or not at all: they are written to a hidden folder
 // inside the output folder and moved from there at the end, so that an error or a full disk leaves
-// an earlier result as it was.
+// an earlier result as it was. While it exists, no other program can have the same output folder.
 class OutputFolder {
  public:
-  // Makes the folder when it is missing and tries it out, before any work is done. Throws
-  // InputError when it cannot be made or written to.
+  // Makes the folder when it is missing, locks it, removes what programs that were killed have left
+  // behind, and makes the hidden folder, under a name of its own; all before any work is done.
+  // Throws InputError when the folder cannot be made or written to, or when another program writes
+  // to it.
   explicit OutputFolder(std::string path);
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
@@ -21,13 +23,20 @@ class OutputFolder {
   std::string Staged(const std::string& name) const { return staging_ + "/" + name; }
 
   // Moves all files into the folder, summary.json last, over older ones of the same names; others
-  // stay. Throws InputError.
+  // stay. Throws InputError; when a folder is in the place of a file, before anything is replaced.
   void Publish() const;
 
+  // Drops what the folders of this process have not published, for a process that ends at once.
+  // Nothing is published afterwards.
+  static void Abandon();
+
  private:
-  void Move(const std::string& name) const;
+  void Lock();
+  void RemoveLeftovers() const;
+  void Drop() const;
 
   std::string path_, staging_;
+  int lock_ = -1;      // descriptor of the folder
   bool made_ = false;  // by this object: removed again when nothing is published
 };
 
