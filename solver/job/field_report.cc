@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "physics/material/material_field_io.h"
 #include "physics/material/material_scaling.h"
-#include "physics/util/errors.h"
+#include "physics/util/text_format.h"
+#include "solver/job/plot/chart.h"
 #include "solver/job/plot/field_map.h"
 
 namespace drape {
@@ -81,18 +81,14 @@ ordered_json FieldJson(const FieldFit& fit, const FieldOptions& options) {
 std::string FieldTable(const FieldFit& fit) {
   std::string table;
   const auto add = [&](const char* name, const Eigen::VectorXd& values, const char* unit) {
-    char line[160];
     const Scatter s(values);
-    std::snprintf(line, sizeof line, "  %-22s %10.4g  +- %.3g over the cloth, %.3g to %.3g %s\n",
-                  name, s.mean, s.deviation, s.least, s.most, unit);
-    table += line;
+    table += Format("  %-22s %10.4g  +- %.3g over the cloth, %.3g to %.3g %s\n", name, s.mean,
+                    s.deviation, s.least, s.most, unit);
   };
   add("stretch, c11 and c22", StretchOfFaces(fit.material), "N/m");
   add("bend", BendOfHinges(fit.material), "N m");
-  char line[120];
-  std::snprintf(line, sizeof line, "  %d of the fields' %d directions are determined by the data\n",
-                fit.determined, static_cast<int>(fit.summary.theta.size()));
-  return table + line;
+  return table + Format("  %d of the fields' %d directions are determined by the data\n",
+                        fit.determined, static_cast<int>(fit.summary.theta.size()));
 }
 
 std::string WriteFields(const std::string& folder, const Mesh& mesh, const FieldFit& fit,
@@ -107,7 +103,7 @@ std::string WriteFields(const std::string& folder, const Mesh& mesh, const Field
   const Eigen::VectorXd face = fit.posterior_face.cwiseQuotient(fit.prior_face);
   const Eigen::VectorXd hinge = fit.posterior_hinge.cwiseQuotient(fit.prior_hinge);
   const char* const ratio = "posterior / prior standard deviation of the log factor";
-  try {
+  return TryPictures([&] {
     RenderFaceMap(folder + "/field_stretch.png", mesh, StretchOfFaces(fit.material),
                   {"Stretching stiffness", "membrane stiffness, mean of c11 and c22 [N/m]"});
     RenderHingeMap(folder + "/field_bend.png", mesh, 1e6 * BendOfHinges(fit.material),
@@ -116,10 +112,7 @@ std::string WriteFields(const std::string& folder, const Mesh& mesh, const Field
                   {"Uncertainty of the stretching stiffness", ratio});
     RenderHingeMap(folder + "/posterior_ratio_bend.png", mesh, hinge,
                    {"Uncertainty of the bending stiffness", ratio});
-  } catch (const InputError& error) {
-    return std::string("no maps of the fields: ") + error.what();
-  }
-  return "";
+  });
 }
 
 }  // namespace drape

@@ -2,7 +2,6 @@
 #include "solver/job/fit_report.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "losses/metrics/report_json.h"
@@ -14,6 +13,7 @@
 #include "physics/mesh/obj_io.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/atomic_file.h"
+#include "physics/util/text_format.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/job/field_report.h"
 #include "solver/posterior/posterior_report.h"
@@ -24,12 +24,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr double kMillimetre = 1e-3;
-
-std::string Format(const char* format, auto... values) {
-  char text[512];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
 
 ordered_json ReplayJson(const std::optional<MeasuredDrape>& drape) {
   return drape ? MetricsJson(drape->metrics) : ordered_json(nullptr);
@@ -259,7 +253,7 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
   if (report.fields) {
     const std::string missing =
         WriteFields(files.out, *mesh, *report.fields, "drape_fit, model heterogeneous" + source);
-    if (!missing.empty()) report.notes.push_back(missing);
+    if (!missing.empty()) report.notes.push_back(missing.substr(0, missing.find('\n')));
   } else if (report.fitted()) {
     write_table("material.json", report.material);
   }

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 #include "solver/job/plot/gnuplot.h"
 
@@ -269,6 +270,15 @@ std::string MakeScript(const Picture& picture, bool svg) {
 
 void WritePicture(const std::string& path, const Picture& picture) {
   WriteFileAtomically(path, RunGnuplot(MakeScript(picture, path.ends_with(".svg"))));
+}
+
+std::string TryPictures(const std::function<void()>& write) {
+  try {
+    write();
+  } catch (const InputError& error) {
+    return std::string("no pictures: ") + error.what() + "\n";
+  }
+  return "";
 }
 
 }  // namespace drape

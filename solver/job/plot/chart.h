@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -94,5 +95,10 @@ struct Picture {
 // same position in each chart has the same colour. Throws InputError when gnuplot is not installed
 // or the file cannot be written.
 void WritePicture(const std::string& path, const Picture& picture);
+
+// Calls a function that writes pictures of numbers that are in other files and worth keeping
+// without them. Returns an empty text or, when it throws an InputError, such as without gnuplot, a
+// line that says so: "no pictures: gnuplot: cannot be started, …".
+std::string TryPictures(const std::function<void()>& write);
 
 }  // namespace drape

@@ -53,6 +53,7 @@ struct GradientStudy {
   std::vector<GradientSweep> sweeps;
   std::vector<HorizonSeries> horizons;
   std::vector<FollowedBranch> branches;
+  std::string note;  // on what its report lacks, with an end of line; empty: nothing
 };
 
 // cloths: at least one; branches are followed on the first. A cancelled study has what is complete.

@@ -37,6 +37,7 @@ struct StabilityAtlas {
   std::vector<Limit> limits;  // of the explicit maps over h
   std::vector<Damping> damping;
   double seconds = 0.0;
+  std::string note;  // on what its report lacks, with an end of line; empty: nothing
 
   // Of the cases of a map in their order, kNoRun where one is missing.
   std::vector<int> ListOutcomes(const StabilityMap& map) const;

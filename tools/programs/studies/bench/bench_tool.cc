@@ -8,6 +8,7 @@
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
 #include "solver/job/fit_input.h"
+#include "solver/job/plot/chart.h"
 #include "solver/studies/bench/make_accuracy_table.h"
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/common_options.h"
@@ -299,18 +300,21 @@ OptionTable BenchTable(BenchToolOptions& options) {
 
 BenchToolResult RunBenchTool(BenchToolOptions options, const RunControl& control) {
   CheckOptions(options);
+  if (!options.table.empty()) CheckReplaceable(options.table);
   const OutputFolder out(options.out);
   const BenchJob job = MakeJob(&options, control.cancel);
   const BenchResult result = RunBench(job, control);
   const BenchMeasure time = TimeMeasure(options.clock);
   WriteBenchJson(out.Staged("bench.json"), job, result, time);
-  RenderBenchCharts(out.Staged(""), job, result, time);
+  const std::string missing =
+      TryPictures([&] { RenderBenchCharts(out.Staged(""), job, result, time); });
   out.Publish();
   if (!options.table.empty() && !result.cancelled)
     WriteFileAtomically(options.table,
                         AccuracyTableText(MakeAccuracyTable(job, result, time, options.safety)));
-  BenchToolResult summary{
-      .cancelled = result.cancelled, .measured = 0, .table = BenchTableText(job, result, time)};
+  BenchToolResult summary{.cancelled = result.cancelled,
+                          .measured = 0,
+                          .table = BenchTableText(job, result, time) + missing};
   for (const BenchRun& run : result.runs) summary.measured += run.record.status == "ok";
   return summary;
 }

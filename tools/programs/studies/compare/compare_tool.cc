@@ -6,6 +6,7 @@
 
 #include "losses/dataset/index_list.h"
 #include "physics/util/errors.h"
+#include "solver/job/plot/chart.h"
 #include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/versions.h"
@@ -116,18 +117,11 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
   return job;
 }
 
-// A comparison without charts is one all the same.
-void RenderCharts(const OutputFolder& out, const Comparison& comparison,
-                  const RunControl& control) {
-  try {
-    for (const ComparisonTable& table : comparison.tables)
-      RenderModelChart(
-          out.Staged(table.fabric == 0 ? "models"
-                                       : "models_fabric_" + std::to_string(table.fabric)),
-          table);
-  } catch (const InputError& error) {
-    control.Log(std::string("no charts: ") + error.what());
-  }
+void RenderCharts(const OutputFolder& out, const Comparison& comparison) {
+  for (const ComparisonTable& table : comparison.tables)
+    RenderModelChart(
+        out.Staged(table.fabric == 0 ? "models" : "models_fabric_" + std::to_string(table.fabric)),
+        table);
 }
 
 }  // namespace
@@ -166,9 +160,9 @@ CompareResult RunCompareTool(const CompareToolOptions& options, const RunControl
   CompareResult result{RunComparison(job, control), ""};
   if (result.run.cancelled) return result;
   WriteComparison(out.Staged(""), result.run.comparison, job.settings);
-  RenderCharts(out, result.run.comparison, control);
+  const std::string missing = TryPictures([&] { RenderCharts(out, result.run.comparison); });
   out.Publish();
-  result.text = ComparisonText(result.run.comparison);
+  result.text = ComparisonText(result.run.comparison) + missing;
   return result;
 }
 

@@ -146,17 +146,20 @@ std::string GradientReportText(const GradientStudy& study) {
       "\n| start | end | at s | lowest eigenvalue [1/s²] | speed [m] | exponent by distance | "
       "by eigenvalue |\n|---|---|---|---|---|---|---|\n";
   for (const FollowedBranch& branch : study.branches) text += BranchRow(branch);
+  if (!study.note.empty()) text += "\n" + study.note;
   return text;
 }
 
-void WriteGradientReport(const GradientStudy& study, const OutputFolder& out) {
-  WriteFileAtomically(out.Staged("report.md"), GradientReportText(study));
-  WriteFileAtomically(out.Staged("summary.json"), MakeSummary(study).dump(1) + "\n");
-  WritePicture(out.Staged("differences.png"), {.charts = {DifferencesChart(study)}});
-  WritePicture(out.Staged("horizons.png"),
-               {.charts = {HorizonChart(study, false), HorizonChart(study, true)}});
-  WritePicture(out.Staged("fold.png"),
-               {.charts = {FoldChart(study, true), FoldChart(study, false)}});
+void WriteGradientReport(const OutputFolder& out, GradientStudy* study) {
+  study->note = TryPictures([&] {
+    WritePicture(out.Staged("differences.png"), {.charts = {DifferencesChart(*study)}});
+    WritePicture(out.Staged("horizons.png"),
+                 {.charts = {HorizonChart(*study, false), HorizonChart(*study, true)}});
+    WritePicture(out.Staged("fold.png"),
+                 {.charts = {FoldChart(*study, true), FoldChart(*study, false)}});
+  });
+  WriteFileAtomically(out.Staged("report.md"), GradientReportText(*study));
+  WriteFileAtomically(out.Staged("summary.json"), MakeSummary(*study).dump(1) + "\n");
 }
 
 }  // namespace drape

@@ -11,7 +11,7 @@ namespace drape {
 // The tables of report.md.
 std::string GradientReportText(const GradientStudy& study);
 
-// All files of drape_gradients.
-void WriteGradientReport(const GradientStudy& study, const OutputFolder& out);
+// All files of drape_gradients; pictures that cannot be written are noted in the study.
+void WriteGradientReport(const OutputFolder& out, GradientStudy* study);
 
 }  // namespace drape

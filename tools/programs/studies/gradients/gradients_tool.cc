@@ -93,7 +93,7 @@ GradientStudy RunGradients(const GradientsOptions& options, const RunControl& co
   }
   const OutputFolder out(options.out);
   GradientStudy found = SurveyGradients(cloths, options.survey, control);
-  WriteGradientReport(found, out);
+  WriteGradientReport(out, &found);
   out.Publish();
   return found;
 }

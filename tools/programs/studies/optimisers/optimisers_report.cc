@@ -99,6 +99,20 @@ std::string TraceCsv(const OptimiserBenchmark& benchmark) {
   return text;
 }
 
+void WritePictures(const OptimiserBenchmarkOptions& options, const OptimiserBenchmark& benchmark,
+                   const OutputFolder& out) {
+  WritePicture(out.Staged("convergence.png"),
+               {.charts = {ConvergenceChart(benchmark, options.optimiser.budget)}});
+  WritePicture(out.Staged("profiles.png"),
+               {.charts = {ProfileChart(benchmark, kLooseTolerance, BudgetUnit::kBudget),
+                           ProfileChart(benchmark, kLooseTolerance, BudgetUnit::kSeconds),
+                           ProfileChart(benchmark, kTightTolerance, BudgetUnit::kBudget),
+                           ProfileChart(benchmark, kTightTolerance, BudgetUnit::kSeconds)}});
+  WritePicture(
+      out.Staged("branches.png"),
+      {.width = 820, .height = 420, .charts = {BranchChart(benchmark, options.branch_tolerance)}});
+}
+
 nlohmann::json MakeSummary(const OptimiserBenchmarkOptions& options,
                            const OptimiserBenchmark& benchmark) {
   nlohmann::json summary = {{"outcome", benchmark.cancelled ? "cancelled" : "done"},
@@ -149,28 +163,21 @@ std::string MethodTableText(const OptimiserBenchmark& benchmark, double branch_t
   return text;
 }
 
-void WriteBenchmarkReport(const OptimiserBenchmarkOptions& options,
-                          const OptimiserBenchmark& benchmark, const OutputFolder& out) {
-  const std::string table = MethodTableText(benchmark, options.branch_tolerance);
-  WriteFileAtomically(
-      out.Staged("report.md"),
-      table +
-          Format("\nA Jacobian cost %.2f rollouts of CPU time beside its own; "
-                 "it was paid with %g.\n\n",
-                 MeasuredJacobianCost(benchmark), options.optimiser.jacobian_cost_units) +
-          ProblemTable(benchmark));
-  WriteFileAtomically(out.Staged("traces.csv"), TraceCsv(benchmark));
-  WriteFileAtomically(out.Staged("summary.json"), MakeSummary(options, benchmark).dump(1) + "\n");
-  WritePicture(out.Staged("convergence.png"),
-               {.charts = {ConvergenceChart(benchmark, options.optimiser.budget)}});
-  WritePicture(out.Staged("profiles.png"),
-               {.charts = {ProfileChart(benchmark, kLooseTolerance, BudgetUnit::kBudget),
-                           ProfileChart(benchmark, kLooseTolerance, BudgetUnit::kSeconds),
-                           ProfileChart(benchmark, kTightTolerance, BudgetUnit::kBudget),
-                           ProfileChart(benchmark, kTightTolerance, BudgetUnit::kSeconds)}});
-  WritePicture(
-      out.Staged("branches.png"),
-      {.width = 820, .height = 420, .charts = {BranchChart(benchmark, options.branch_tolerance)}});
+void WriteBenchmarkReport(const OptimiserBenchmarkOptions& options, const OutputFolder& out,
+                          OptimiserBenchmark* benchmark) {
+  const std::string missing = TryPictures([&] { WritePictures(options, *benchmark, out); });
+  if (!missing.empty()) benchmark->notes.push_back(missing.substr(0, missing.find('\n')));
+  std::string report =
+      MethodTableText(*benchmark, options.branch_tolerance) +
+      Format(
+          "\nA Jacobian cost %.2f rollouts of CPU time beside its own; "
+          "it was paid with %g.\n\n",
+          MeasuredJacobianCost(*benchmark), options.optimiser.jacobian_cost_units) +
+      ProblemTable(*benchmark);
+  for (const std::string& note : benchmark->notes) report += "\n" + note + "\n";
+  WriteFileAtomically(out.Staged("report.md"), report);
+  WriteFileAtomically(out.Staged("traces.csv"), TraceCsv(*benchmark));
+  WriteFileAtomically(out.Staged("summary.json"), MakeSummary(options, *benchmark).dump(1) + "\n");
 }
 
 }  // namespace drape

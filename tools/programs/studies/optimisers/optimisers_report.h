@@ -12,7 +12,7 @@ namespace drape {
 std::string MethodTableText(const OptimiserBenchmark& benchmark, double branch_tolerance);
 
 // All files of the folder.
-void WriteBenchmarkReport(const OptimiserBenchmarkOptions& options,
-                          const OptimiserBenchmark& benchmark, const OutputFolder& out);
+void WriteBenchmarkReport(const OptimiserBenchmarkOptions& options, const OutputFolder& out,
+                          OptimiserBenchmark* benchmark);
 
 }  // namespace drape

@@ -139,7 +139,7 @@ OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const Run
   const OutputFolder out(options.out);
   OptimiserBenchmark benchmark = RunOptimiserBenchmark(options, control);
   if (benchmark.problems.empty()) return benchmark;
-  WriteBenchmarkReport(options, benchmark, out);
+  WriteBenchmarkReport(options, out, &benchmark);
   out.Publish();
   return benchmark;
 }

@@ -100,7 +100,7 @@ std::string StabilityTableText(const StabilityAtlas& atlas) {
   for (const StabilityMap& map : atlas.maps)
     text += CountLine(map.name, CountOutcomes(atlas.ListOutcomes(map)));
   text += CountLine(Format("all %zu", atlas.runs.size()), CountsOfAll(atlas));
-  return text + LimitText(atlas) + DampingText(atlas);
+  return text + LimitText(atlas) + DampingText(atlas) + atlas.note;
 }
 
 void WriteStabilityFindings(const std::string& path, const StabilityOptions& options,
@@ -131,6 +131,7 @@ void WriteStabilityFindings(const std::string& path, const StabilityOptions& opt
                                {"theory", each.damping.theory},
                                {"measured", each.damping.measured}});
   json["seconds"] = atlas.seconds;
+  if (!atlas.note.empty()) json["note"] = atlas.note.substr(0, atlas.note.find('\n'));
   for (const auto& [name, version] : Versions()) json["versions"][name] = version;
   WriteFileAtomically(path, json.dump(2) + "\n");
 }

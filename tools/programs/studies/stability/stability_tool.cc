@@ -7,6 +7,7 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "solver/job/plot/chart.h"
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/studies/stability/stability_report.h"
@@ -164,9 +165,11 @@ StabilityAtlas RunStability(const StabilityOptions& options, const RunControl& c
                                              .damping_h = options.damping_h,
                                              .threads = CountThreads(options.threads)},
                                             control);
-  for (int m = 0; m < static_cast<int>(atlas.maps.size()); ++m)
-    RenderStabilityMap(out.Staged(atlas.maps[m].name + ".png"), atlas.maps[m],
-                       atlas.ListOutcomes(atlas.maps[m]), atlas.MakeLine(m));
+  atlas.note = TryPictures([&] {
+    for (int m = 0; m < static_cast<int>(atlas.maps.size()); ++m)
+      RenderStabilityMap(out.Staged(atlas.maps[m].name + ".png"), atlas.maps[m],
+                         atlas.ListOutcomes(atlas.maps[m]), atlas.MakeLine(m));
+  });
   WriteStabilityFindings(out.Staged("findings.json"), options, atlas);
   out.Publish();
   return atlas;
