@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/attack/classes/classes.h"
+
+#include <utility>
+
+namespace drape::attack {
+
+const std::vector<AttackClass>& AttackClasses() {
+  static const std::vector<AttackClass> kClasses = {
+      {"options", AttackOptions}, {"files", AttackFiles}, {"mutants", AttackMutants}};
+  return kClasses;
+}
+
+void AddEarlierResults(Sandbox* sandbox) {
+  for (const char* name : {"out/summary.json", "out/drape.obj", "out/notes.txt"})
+    sandbox->Write(name, "earlier");
+}
+
+Request MakeRequest(const Campaign& campaign, std::vector<std::string> command) {
+  command.front() = campaign.Program(command.front());
+  return {.command = std::move(command)};
+}
+
+}  // namespace drape::attack

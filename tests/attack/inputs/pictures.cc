@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/attack/inputs/pictures.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+// After <cstdio>: jpeglib.h needs size_t and FILE.
+#include <jpeglib.h>
+
+#include "tests/losses/image/photograph.h"
+
+namespace drape::attack {
+namespace {
+
+// A block APP1 with one entry, the orientation, in big-endian order.
+std::string MakeExif(int orientation) {
+  std::string block("Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01", 24);
+  block += '\0';
+  block += static_cast<char>(orientation);
+  return block + std::string("\0\0\0\0\0\0", 6);
+}
+
+}  // namespace
+
+std::vector<uint8_t> MakeStarPixels() {
+  const GrayImage star = StarSilhouette(Camera());
+  std::vector<uint8_t> pixels;
+  for (const float coverage : star.coverage)
+    pixels.push_back(static_cast<uint8_t>(255 - static_cast<int>(255 * coverage)));
+  return pixels;
+}
+
+std::string EncodeJpegAs(const std::vector<uint8_t>& pixels, const JpegForm& form) {
+  jpeg_compress_struct info;
+  jpeg_error_mgr errors;
+  info.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&info);
+  unsigned char* buffer = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&info, &buffer, &size);
+  info.image_width = static_cast<JDIMENSION>(form.width);
+  info.image_height = static_cast<JDIMENSION>(form.height);
+  info.input_components = 1;
+  info.in_color_space = JCS_GRAYSCALE;
+  jpeg_set_defaults(&info);
+  jpeg_set_quality(&info, form.quality, TRUE);
+  if (form.progressive) jpeg_simple_progression(&info);
+  jpeg_start_compress(&info, TRUE);
+  if (form.orientation != 0) {
+    const std::string exif = MakeExif(form.orientation);
+    jpeg_write_marker(&info, JPEG_APP0 + 1, reinterpret_cast<const JOCTET*>(exif.data()),
+                      static_cast<unsigned>(exif.size()));
+  }
+  while (info.next_scanline < info.image_height) {
+    auto* row = const_cast<uint8_t*>(&pixels[std::size_t(info.next_scanline) * form.width]);
+    jpeg_write_scanlines(&info, &row, 1);
+  }
+  jpeg_finish_compress(&info);
+  std::string bytes(reinterpret_cast<char*>(buffer), size);
+  jpeg_destroy_compress(&info);
+  std::free(buffer);
+  return bytes;
+}
+
+}  // namespace drape::attack

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/attack/inputs/valid_inputs.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "losses/dataset/dataset_split.h"
+#include "losses/image/image.h"
+#include "losses/metrics/observed_drape.h"
+#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state_io.h"
+#include "physics/material/material_field_io.h"
+#include "physics/mesh/disc.h"
+#include "solver/posterior/posterior_io.h"
+#include "tests/losses/image/photograph.h"
+
+namespace drape::attack {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Valid(const std::string& name) { return kValid + name; }
+
+void WriteText(const std::string& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+// Four samples of round drapes of one fabric, captures 1 to 4.
+void WriteDataset(const std::string& folder) {
+  const std::string silhouettes = folder + "/data/Fabric 3/silhouettes/";
+  fs::create_directories(silhouettes);
+  for (int sample = 1; sample <= 4; ++sample) {
+    for (int capture = 1; capture <= 4; ++capture) {
+      const double radius = 0.095 + 0.005 * sample + (capture > 2 ? 0.002 : 0.0);
+      WritePng(ObserveDisc(radius, Camera()).image, silhouettes + "Sample_" +
+                                                        std::to_string(sample) + "_Capture_" +
+                                                        std::to_string(capture) + ".png");
+    }
+  }
+}
+
+void WritePosteriors(const std::string& folder, const Material& material) {
+  StoredPosterior posterior;
+  posterior.fabric = ParameterTying::kScales;
+  posterior.specimens = 1;
+  posterior.base = material.field;
+  const int size = posterior.size();
+  posterior.prior_sd = Eigen::VectorXd::Constant(size, 1.0);
+  posterior.mean = Eigen::VectorXd::Zero(size);
+  posterior.covariance = 0.01 * Eigen::MatrixXd::Identity(size, size);
+  fs::create_directories(folder + "/posterior");
+  WritePosterior(folder + "/posterior", posterior, "attack");
+  posterior.kind = PosteriorKind::kElements;
+  posterior.fabric = ParameterTying::kEntries;
+  posterior.specimens = 0;
+  posterior.prior_sd = Eigen::VectorXd::Constant(posterior.size(), 1.0);
+  posterior.mean = Eigen::VectorXd::Zero(posterior.size());
+  posterior.covariance = Eigen::MatrixXd();
+  posterior.element_sd = Eigen::VectorXd::Constant(posterior.size(), 0.1);
+  fs::create_directories(folder + "/elements");
+  WritePosterior(folder + "/elements", posterior, "attack");
+}
+
+// One table repeated for each face and hinge.
+Material FieldOn(const Mesh& mesh, Material material) {
+  material.field.stretch.assign(static_cast<std::size_t>(mesh.num_faces()),
+                                material.field.stretch.front());
+  material.field.bend.assign(static_cast<std::size_t>(mesh.num_hinges()),
+                             material.field.bend.front());
+  return material;
+}
+
+const std::map<std::string, std::vector<std::string>>& Commands() {
+  const std::string material = "--material=" + Valid("wool.json");
+  const std::string start = "--start=" + Valid("waves.json");
+  const std::vector<std::string> fit = {
+      "--mesh=disc:100",   "--coarse_mesh=disc:100", "--candidates_per_round=1",
+      "--iterations=1",    "--initial_stretch=1",    "--initial_bend=1",
+      "--initial_lifts=1", "--initial_steps=10",     "--settle_steps=5",
+      "--recheck_steps=5", "--num_parameters=2",     "--threads=1",
+      "--out=out"};
+  std::vector<std::string> compare = {"--data=" + Valid("set"),
+                                      "--fabrics=3",
+                                      "--models=homogeneous",
+                                      "--seeds=1",
+                                      "--train=2",
+                                      "--train_captures=1",
+                                      "--face=up",
+                                      "--draws=4",
+                                      "--calibrate=false",
+                                      "--materials=" + Valid("wool.json")};
+  compare.insert(compare.end(), fit.begin(), fit.end());
+  std::vector<std::string> fit_image = {"--images=" + Valid("drape.png"), material};
+  fit_image.insert(fit_image.end(), fit.begin(), fit.end());
+  static const std::map<std::string, std::vector<std::string>> kCommands = {
+      {"drape_simulate",
+       {"--mesh=disc:100", material, start, "--steps=2", "--time_step=0.1", "--out=out"}},
+      {"drape_fit", fit_image},
+      {"drape_metrics", {Valid("drape.png"), "--out=out/metrics.json"}},
+      {"drape_equilibria",
+       {"--mesh=disc:100", material, "--samples=2", "--steps=10", "--threads=1", "--out=out"}},
+      {"drape_predict",
+       {"--mesh=disc:100", material, "--draws=2", "--steps=10", "--threads=1", "--out=out"}},
+      {"drape_check", {"--mesh=disc:100", material, "--steps=2"}},
+      {"drape_validate", {"--filter=turn", "--out=out"}},
+      {"drape_compare", compare},
+      {"drape_bench",
+       {material, start, "--mesh=disc:120", "--solve=hybrid", "--time_step=0.2",
+        "--coarse_mesh=disc:120", "--reference=disc:140,disc:160",
+        "--reference_relax_mesh=disc:120", "--branch_mm=50", "--run_seconds=0", "--repeats=1",
+        "--out=out"}},
+      {"drape_stability",
+       {"--mesh=disc:100", material, start, "--maps=step time_step=0.1/0.5 bend=1/2",
+        "--damping_time_step=0.1", "--duration=0.5", "--threads=1", "--out=out"}},
+      {"drape_gradients",
+       {material, "--mesh=disc:100", "--horizons=1,3", "--time_steps=0.1", "--sweep_horizon=2",
+        "--fold_starts=0", "--out=out"}},
+      {"drape_compare_optimisers",
+       {"--twins=" + Valid("wool.json"), "--material=" + Valid("shirt.json"),
+        "--twin_mesh=disc:120", "--mesh=disc:100", "--coarse_mesh=disc:100", "--num_parameters=2",
+        "--methods=lm", "--budget=2", "--threads=1", "--out=out"}}};
+  return kCommands;
+}
+
+}  // namespace
+
+void MakeValidInputs(const std::string& work, const std::string& sources) {
+  const std::string folder = work + "/valid/", configs = sources + "/configs/";
+  fs::remove_all(folder);
+  fs::create_directories(folder);
+  const auto copy = [&](const std::string& from, const std::string& to) {
+    fs::copy_file(configs + from, folder + to);
+  };
+  copy("fabrics/synthetic_wool.json", "wool.json");
+  copy("fabrics/synthetic_shirt.json", "shirt.json");
+  copy("starts/six_waves.json", "waves.json");
+  copy("scenes/cusick.json", "scene.json");
+  copy("scenes/uniaxial.json", "pull.json");
+  copy("lab_tests/wool_tensile_warp.json", "tensile.json");
+  copy("lab_tests/wool_cantilever_warp.json", "cantilever.json");
+  copy("accuracy.json", "accuracy.json");
+  const Mesh mesh = MakeDisc({.target_vertices = 100});
+  WriteObj(folder + "disc.obj", mesh, mesh.rest_x);
+  WriteState(folder + "state.json", {mesh.rest_x, 0 * mesh.rest_x});
+  WriteText(folder + "weights.json",
+            nlohmann::json({{"w", std::vector<double>(mesh.rest_x.size(), 0.1)}}).dump());
+  const Material wool = ReadMaterial(folder + "wool.json");
+  WriteMaterialField(folder + "field.json", FieldOn(mesh, wool), mesh);
+  WriteText(folder + "published.json",
+            R"({"density": 0.2, "c11": [150, 140, 130, 120, 110, 100], "c12": [9, 9, 9, 9, 9, 9],
+                "c22": [120, 110, 100, 90, 80, 70], "c33": [20, 20, 20, 20, 20, 20],
+                "bending": [[3e-5, 3e-5, 3e-5, 3e-5, 3e-5], [4e-5, 4e-5, 4e-5, 4e-5, 4e-5],
+                            [5e-5, 5e-5, 5e-5, 5e-5, 5e-5]]})");
+  WritePng(StarSilhouette(Camera()), folder + "drape.png");
+  WritePng(StarSilhouette(PhotographCamera()), folder + "photograph.png");
+  WriteDataset(folder + "set");
+  const Dataset dataset = ReadDataset(folder + "set");
+  WriteSplit(folder + "split.json", SplitBySample(dataset.captures, 2, 1));
+  WritePosteriors(folder, wool);
+  WriteText(folder + "config.json", R"({"steps": 2, "time_step": 0.1, "mesh": "disc:100"})");
+}
+
+const std::vector<std::string>& ProgramNames() {
+  static const std::vector<std::string> kNames = {
+      "drape_simulate", "drape_fit",       "drape_metrics",   "drape_equilibria",
+      "drape_predict",  "drape_check",     "drape_validate",  "drape_compare",
+      "drape_bench",    "drape_stability", "drape_gradients", "drape_compare_optimisers"};
+  return kNames;
+}
+
+std::vector<std::string> QuickCommand(const std::string& program) {
+  std::vector<std::string> command = {program};
+  const std::vector<std::string>& options = Commands().at(program);
+  command.insert(command.end(), options.begin(), options.end());
+  return command;
+}
+
+std::vector<std::string> QuickCommand(const std::string& program,
+                                      const std::vector<std::string>& more) {
+  std::vector<std::string> command = QuickCommand(program);
+  command.insert(command.end(), more.begin(), more.end());
+  return command;
+}
+
+std::vector<std::string> WithoutOption(std::vector<std::string> command, const std::string& flag) {
+  std::erase_if(command, [&](const std::string& word) { return word.rfind(flag + "=", 0) == 0; });
+  return command;
+}
+
+}  // namespace drape::attack

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/attack/run/process.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+namespace drape::attack {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr double kGigabyte = 1e9;
+
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Closed by its end.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {
+    if (fd_ < 0) throw std::runtime_error(std::string("cannot open: ") + std::strerror(errno));
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() { close(fd_); }
+  int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+// Where a stream of the program goes: its descriptor, and the text that arrived there.
+class Sink {
+ public:
+  explicit Sink(Stream kind) : kind_(kind), fd_(Open(kind)) {}
+  bool closed() const { return kind_ == Stream::kClosed; }
+  int descriptor() const { return fd_.get(); }
+  std::string Text() const {
+    if (kind_ != Stream::kFile) return "";
+    std::string text;
+    lseek(fd_.get(), 0, SEEK_SET);
+    char buffer[4096];
+    for (ssize_t n; (n = read(fd_.get(), buffer, sizeof buffer)) > 0;) text.append(buffer, n);
+    return text;
+  }
+
+ private:
+  static int Open(Stream kind) {
+    if (kind == Stream::kFull) return open("/dev/full", O_WRONLY | O_CLOEXEC);
+    if (kind == Stream::kClosed) return open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (kind == Stream::kBroken) {
+      int ends[2];
+      if (pipe2(ends, O_CLOEXEC) != 0) return -1;
+      close(ends[0]);
+      return ends[1];
+    }
+    char name[] = "/tmp/attack_stream_XXXXXX";
+    const int fd = mkostemp(name, O_CLOEXEC);
+    if (fd >= 0) unlink(name);
+    return fd;
+  }
+
+  Stream kind_;
+  Descriptor fd_;
+};
+
+// argv or envp of execve; the texts outlive it.
+std::vector<char*> Pointers(const std::vector<std::string>& texts) {
+  std::vector<char*> pointers;
+  for (const std::string& text : texts) pointers.push_back(const_cast<char*>(text.c_str()));
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+std::vector<std::string> MakeEnvironment(const Request& request) {
+  std::vector<std::string> all;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string text = *entry;
+    if (!request.environment.contains(text.substr(0, text.find('=')))) all.push_back(text);
+  }
+  for (const auto& [key, value] : request.environment)
+    if (value) all.push_back(key + "=" + *value);
+  return all;
+}
+
+void Limit(decltype(RLIMIT_AS) resource, double amount) {
+  if (amount <= 0) return;
+  const rlimit limit = {static_cast<rlim_t>(amount), static_cast<rlim_t>(amount)};
+  setrlimit(resource, &limit);
+}
+
+// Between fork and exec only what is safe after a fork of a program with threads.
+struct Child {
+  const char* folder;
+  char* const* argv;
+  char* const* envp;
+  const Request& request;
+  const Sink& out;
+  const Sink& err;
+
+  [[noreturn]] void Execute() const {
+    setpgid(0, 0);
+    for (const int number : {SIGINT, SIGTERM, SIGPIPE}) signal(number, SIG_DFL);
+    const Limits& limits = request.limits;
+    rlimit core = {0, 0};
+    setrlimit(RLIMIT_CORE, &core);
+    Limit(RLIMIT_AS, limits.memory_gb * kGigabyte);
+    Limit(RLIMIT_FSIZE, static_cast<double>(limits.file_bytes));
+    Limit(RLIMIT_CPU, limits.processor_seconds);
+    if (chdir(folder) != 0) _exit(126);
+    dup2(out.descriptor(), STDOUT_FILENO);
+    dup2(err.descriptor(), STDERR_FILENO);
+    if (out.closed()) close(STDOUT_FILENO);
+    if (err.closed()) close(STDERR_FILENO);
+    if (!request.input) close(STDIN_FILENO);
+    Limit(RLIMIT_NOFILE, limits.files);
+    execve(argv[0], argv, envp);
+    _exit(127);
+  }
+};
+
+// Processor time of a process and its threads so far [s].
+double ProcessorSeconds(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  std::istringstream fields(text.substr(std::min(text.rfind(')') + 1, text.size())));
+  std::string skipped;
+  for (int i = 0; i < 11; ++i) fields >> skipped;
+  double user = 0, system = 0;
+  fields >> user >> system;
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+// Waits, sends what the request says, and ends what does not end by itself.
+class Watch {
+ public:
+  Watch(pid_t pid, const Request& request) : pid_(pid), request_(request) {}
+
+  int Wait(Outcome* outcome) {
+    int status = 0;
+    double pause = 1e-3;
+    while (waitpid(pid_, &status, WNOHANG) == 0) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(pause));
+      pause = std::min(1.2 * pause, 0.02);
+      Act(outcome);
+    }
+    outcome->seconds = SecondsSince(start_);
+    return status;
+  }
+
+ private:
+  void Act(Outcome* outcome) {
+    const double seconds = SecondsSince(start_);
+    const Limits& limits = request_.limits;
+    if (request_.signal.number != 0 && !signalled_ && seconds >= request_.signal.after) {
+      signalled_ = true;
+      kill(pid_, request_.signal.number);
+    }
+    if (!outcome->cancelled && seconds >= limits.seconds) {
+      outcome->cancelled = true;
+      cancelled_at_ = seconds;
+      processor_then_ = ProcessorSeconds(pid_);
+      kill(pid_, SIGINT);
+    }
+    if (!outcome->cancelled || outcome->hung) return;
+    // On a busy machine a program may get little of the time.
+    constexpr double kBusy = 8.0;
+    const double used = ProcessorSeconds(pid_) - processor_then_;
+    if (used < limits.seconds_after_signal &&
+        seconds - cancelled_at_ < kBusy * limits.seconds_after_signal)
+      return;
+    outcome->hung = true;
+    kill(-pid_, SIGKILL);
+  }
+
+  pid_t pid_;
+  const Request& request_;
+  const Clock::time_point start_ = Clock::now();
+  bool signalled_ = false;
+  double cancelled_at_ = 0.0, processor_then_ = 0.0;
+};
+
+bool IsPlain(const std::string& text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) || std::strchr("_-./=,:+", c) != nullptr;
+  });
+}
+
+std::string RedirectText(const std::string& descriptor, Stream stream) {
+  if (stream == Stream::kClosed) return " " + descriptor + ">&-";
+  if (stream == Stream::kFull) return " " + descriptor + ">/dev/full";
+  return "";
+}
+
+}  // namespace
+
+Outcome RunProgramIn(const std::string& folder, const Request& request) {
+  const Sink out(request.out), err(request.err);
+  const std::vector<std::string> environment = MakeEnvironment(request);
+  const std::vector<char*> argv = Pointers(request.command), envp = Pointers(environment);
+  const Child child{folder.c_str(), argv.data(), envp.data(), request, out, err};
+  const pid_t pid = fork();
+  if (pid < 0) throw std::runtime_error("cannot start a process");
+  if (pid == 0) child.Execute();
+  setpgid(pid, pid);
+  Outcome outcome;
+  const int status = Watch(pid, request).Wait(&outcome);
+  outcome.left_process = kill(-pid, SIGKILL) == 0 && !outcome.hung;
+  if (WIFEXITED(status)) outcome.exit_code = WEXITSTATUS(status);
+  if (WIFSIGNALED(status)) outcome.signal = WTERMSIG(status);
+  outcome.out = out.Text();
+  outcome.err = err.Text();
+  return outcome;
+}
+
+std::string ShellWord(const std::string& text) {
+  if (IsPlain(text)) return text;
+  std::string word = "$'";
+  for (const unsigned char c : text) {
+    if (c == '\'' || c == '\\') {
+      word += '\\';
+      word += static_cast<char>(c);
+    } else if (c < 0x20 || c >= 0x7f) {
+      char octal[5];
+      std::snprintf(octal, sizeof octal, "\\%03o", c);
+      word += octal;
+    } else {
+      word += static_cast<char>(c);
+    }
+  }
+  return word + "'";
+}
+
+std::string ShellLine(const Request& request) {
+  std::string line = "(";
+  const Limits& limits = request.limits;
+  const auto add_limit = [&](const std::string& flag, double value) {
+    if (value > 0)
+      line += "ulimit -" + flag + " " + std::to_string(static_cast<long>(value)) + "; ";
+  };
+  add_limit("v", limits.memory_gb * kGigabyte / 1024);
+  add_limit("f", std::max(limits.file_bytes / 1024.0, limits.file_bytes > 0 ? 1.0 : 0.0));
+  add_limit("n", limits.files);
+  add_limit("t", limits.processor_seconds);
+  line += "env";
+  for (const auto& [key, value] : request.environment)
+    line += value ? " " + key + "=" + ShellWord(*value) : " -u " + key;
+  if (request.signal.number != 0)
+    line += " timeout -s " + std::to_string(request.signal.number) + " " +
+            std::to_string(request.signal.after);
+  for (const std::string& word : request.command) line += " " + ShellWord(word);
+  if (!request.input) line += " <&-";
+  return line + RedirectText("1", request.out) + RedirectText("2", request.err) +
+         (request.out == Stream::kBroken ? " | true" : "") + ")";
+}
+
+}  // namespace drape::attack

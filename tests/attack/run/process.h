@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace drape::attack {
+
+// What standard output or error of a program is.
+enum class Stream {
+  kFile,    // read back by the attack
+  kClosed,  // no descriptor
+  kFull,    // /dev/full, where each write fails
+  kBroken   // a pipe that nobody reads
+};
+
+// Bounds of one run; 0: none.
+struct Limits {
+  double seconds = 10.0;               // then it is sent SIGINT and counted as cancelled
+  double seconds_after_signal = 20.0;  // processor time within which it must end then [s]
+  double memory_gb = 4.0;              // address space
+  long file_bytes = 0;                 // largest file that it may write
+  int files = 0;                       // open files
+  double processor_seconds = 0.0;      // the system sends SIGXCPU
+};
+
+struct Signal {
+  int number = 0;      // 0: none
+  double after = 0.0;  // [s]
+};
+
+struct Request {
+  std::vector<std::string> command;  // the path of the program first
+  std::map<std::string, std::optional<std::string>> environment = {};  // changes; nothing: unset
+  Limits limits = {};
+  Signal signal = {};
+  bool input = true;  // false: standard input is closed
+  Stream out = Stream::kFile, err = Stream::kFile;
+};
+
+struct Outcome {
+  int exit_code = -1;  // −1: it was ended by `signal`
+  int signal = 0;
+  bool cancelled = false;     // it was sent SIGINT at the limit of time
+  bool hung = false;          // it did not end then, and was killed
+  bool left_process = false;  // a process of its group outlived it
+  double seconds = 0.0;
+  std::string out, err;
+};
+
+// Runs a program in `folder` to its end, in a process group of its own.
+Outcome RunProgramIn(const std::string& folder, const Request& request);
+
+// The same as a line for a shell, with what the limits and streams need.
+std::string ShellLine(const Request& request);
+
+// One word for a shell, whatever bytes it has.
+std::string ShellWord(const std::string& text);
+
+}  // namespace drape::attack
