@@ -10,11 +10,20 @@
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
+#include "solver/forward/settle.h"
 
 namespace drape {
 namespace {
 
 constexpr char kFormat[] = "drapefit-accuracy";
+constexpr int kVersion = 2;
+
+// Ranges of a table's numbers. Time step and steps are those of --time_step and --steps, though no
+// drape is at rest after a shorter step.
+constexpr double kMinTimeStep = 1e-4, kMaxTimeStep = 10.0;  // [s]
+constexpr int kMaxSteps = 1000000;
+constexpr double kMinError = 1e-6, kMaxError = 1e3;  // [mm]
+constexpr double kMinCost = 1e-9, kMaxCost = 1e9;    // by that of the row "exact"
 
 std::string Millimetres(double error) { return Format("%.3gmm", error); }
 
@@ -31,19 +40,22 @@ double ParseLength(const std::string& text) {
   return length;
 }
 
+double ReadError(const JsonInput& input) { return input.NumberWithin(kMinError, kMaxError); }
+
 AccuracyRow ReadRow(const JsonInput& input) {
-  input.ExpectKeys({"mesh", "solve", "time_step", "steps", "error_mm", "cost"});
+  input.ExpectKeys(
+      {"mesh", "solve", "time_step", "steps", "error_mm", "residual", "drift_mm", "cost"});
   AccuracyRow row;
   row.mesh = input.At("mesh").String();
   row.integrator = input.At("solve").String();
   if (row.integrator != "dynamic" && row.integrator != "hybrid")
     input.At("solve").Fail("dynamic or hybrid");
-  row.h = input.At("time_step").Number();
-  row.steps = input.At("steps").Integer();
-  row.error_mm = input.At("error_mm").Number();
-  row.cost = input.At("cost").Number();
-  for (const char* key : {"time_step", "steps", "error_mm", "cost"})
-    if (!(input.At(key).Number() > 0)) input.At(key).Fail("a number above 0");
+  row.h = input.At("time_step").NumberWithin(kMinTimeStep, kMaxTimeStep);
+  row.steps = input.At("steps").IntegerWithin(1, kMaxSteps);
+  row.error_mm = ReadError(input.At("error_mm"));
+  row.residual = input.At("residual").NumberWithin(0, kAtRestResidual);
+  row.drift_mm = input.At("drift_mm").NumberWithin(0, 1e3 * kAtRestDrift);
+  row.cost = input.At("cost").NumberWithin(kMinCost, kMaxCost);
   return row;
 }
 
@@ -55,10 +67,17 @@ const AccuracyRow& AccuracyTable::Pick(const std::string& accuracy,
                         : accuracy == "balanced" ? balanced
                         : accuracy == "exact"    ? exact
                                                  : ParseLength(accuracy);
+  const auto is_allowed = [&](const AccuracyRow& row) {
+    return integrator.empty() || row.integrator == integrator;
+  };
+  if (std::none_of(rows.begin(), rows.end(), is_allowed))
+    throw InputError("option 'accuracy'",
+                     "found solve = " + integrator + ", expected " + rows.front().integrator +
+                         ": no drape of the table is at rest after " + integrator + " steps alone");
   const AccuracyRow* best = nullptr;
   double least = std::numeric_limits<double>::infinity();
   for (const AccuracyRow& row : rows) {
-    if (!integrator.empty() && row.integrator != integrator) continue;
+    if (!is_allowed(row)) continue;
     least = std::min(least, row.error_mm);
     if (row.error_mm <= wanted && (best == nullptr || row.cost < best->cost)) best = &row;
   }
@@ -71,8 +90,10 @@ const AccuracyRow& AccuracyTable::Pick(const std::string& accuracy,
 
 std::string AccuracyTableText(const AccuracyTable& table) {
   nlohmann::ordered_json json = {{"format", kFormat},
-                                 {"version", 1},
+                                 {"version", kVersion},
                                  {"made_on", table.made_on},
+                                 {"max_residual", kAtRestResidual},
+                                 {"max_drift_mm", 1e3 * kAtRestDrift},
                                  {"fast_mm", table.fast},
                                  {"balanced_mm", table.balanced},
                                  {"exact_mm", table.exact}};
@@ -82,6 +103,8 @@ std::string AccuracyTableText(const AccuracyTable& table) {
                             {"time_step", row.h},
                             {"steps", row.steps},
                             {"error_mm", row.error_mm},
+                            {"residual", row.residual},
+                            {"drift_mm", row.drift_mm},
                             {"cost", row.cost}});
   return json.dump(2) + "\n";
 }
@@ -89,14 +112,18 @@ std::string AccuracyTableText(const AccuracyTable& table) {
 AccuracyTable ParseAccuracyTable(const std::string& text, const std::string& where) {
   const nlohmann::json file = ParseJson(text, where);
   const JsonInput input(file, where);
-  input.ExpectKeys({"format", "version", "made_on", "fast_mm", "balanced_mm", "exact_mm", "rows"});
   if (input.At("format").String() != kFormat) input.At("format").Fail(kFormat);
-  if (input.At("version").Integer() != 1) input.At("version").Fail("1");
+  if (input.At("version").Integer() != kVersion)
+    input.At("version").Fail("2, a table of drapes at rest (make it again by drape_bench --table)");
+  input.ExpectKeys({"format", "version", "made_on", "max_residual", "max_drift_mm", "fast_mm",
+                    "balanced_mm", "exact_mm", "rows"});
   AccuracyTable table;
   table.made_on = input.At("made_on").String();
-  table.fast = input.At("fast_mm").Number();
-  table.balanced = input.At("balanced_mm").Number();
-  table.exact = input.At("exact_mm").Number();
+  input.At("max_residual").NumberWithin(0, kAtRestResidual);
+  input.At("max_drift_mm").NumberWithin(0, 1e3 * kAtRestDrift);
+  table.fast = ReadError(input.At("fast_mm"));
+  table.balanced = ReadError(input.At("balanced_mm"));
+  table.exact = ReadError(input.At("exact_mm"));
   const JsonInput rows = input.At("rows").ExpectArray();
   if (rows.Size() == 0) rows.Fail("at least one row");
   for (int i = 0; i < rows.Size(); ++i) table.rows.push_back(ReadRow(rows.At(i)));

@@ -6,8 +6,9 @@
 
 namespace drape {
 
-// Settings with the error that a user may expect of them: what --accuracy picks from. Made by
-// drape_bench --table from runs with several fabrics, kept in configs/accuracy.json.
+// Settings with the error that a user may expect of them: what --accuracy picks from. All of them
+// end in a drape at rest. Made by drape_bench --table from runs with several fabrics, kept in
+// configs/accuracy.json.
 
 // The error is that of the radius of the circle of the silhouette's area, so that of the drape
 // coefficient as a length, against an infinitely fine mesh. Not of the outline angle by angle:
@@ -18,7 +19,10 @@ struct AccuracyRow {
   double h = 0.1;          // time step [s]
   int steps = 100;
   double error_mm = 0.0;  // promised: the largest of the table's fabrics, with its error margin
-  double cost = 0.0;      // time by that of the row "exact"
+  // What showed that the drapes are at rest (kAtRestResidual, kAtRestDrift), the largest of the
+  // fabrics: forces that remain, by the weight; movement of a vertex once it is released.
+  double residual = 0.0, drift_mm = 0.0;
+  double cost = 0.0;  // time by that of the row "exact"
 };
 
 struct AccuracyTable {
@@ -29,12 +33,13 @@ struct AccuracyTable {
 
   // The cheapest row of an allowed integrator ("" allows both) whose error is within `accuracy`:
   // "fast", "balanced", "exact" or a length such as "0.5mm". Throws InputError for any other text,
-  // and for less than the table has.
+  // for less than the table has, and for an integrator without a row.
   const AccuracyRow& Pick(const std::string& accuracy, const std::string& integrator) const;
 };
 
 std::string AccuracyTableText(const AccuracyTable& table);  // JSON
-// Throws InputError, prefix `where`.
+// Throws InputError, prefix `where`; also for a number out of the range of the option that it sets,
+// and for a row whose drapes were not at rest.
 AccuracyTable ParseAccuracyTable(const std::string& text, const std::string& where);
 
 }  // namespace drape

@@ -10,6 +10,12 @@
 
 namespace drape {
 
+// A drape is at rest when the forces that remain are at most this share of its weight
+// (ForceResidual; Newton's tolerance is a thousandth of it) and, released, no vertex moves further
+// than this.
+inline constexpr double kAtRestResidual = 1e-6;
+inline constexpr double kAtRestDrift = 1e-3;  // [m]
+
 // How a drape is found from a start shape: time steps relax it, then Newton finds the equilibrium.
 struct SettleOptions {
   RolloutOptions steps = {};

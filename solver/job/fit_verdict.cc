@@ -10,6 +10,7 @@
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/protocol/fit_types.h"
+#include "solver/forward/settle.h"
 #include "solver/job/fit_report.h"
 
 namespace drape {
@@ -32,11 +33,11 @@ struct Limits {
 constexpr Limits kOutlineError = {3.0, 5.0};        // root mean square [mm]
 constexpr Limits kCoefficientError = {0.02, 0.05};  // of the drape coefficient
 constexpr Limits kFoldError = {0, 1};
-constexpr Limits kForceResidual = {1e-6, 1e-3};  // by the weight
-constexpr Limits kDrift = {1.0, 5.0};            // of a vertex in the steps from rest [mm]
-constexpr Limits kMisfit = {2.0, 3.0};           // of a laboratory reading [sigma]
-constexpr double kReliableK = 0.7;               // of importance weights [Vehtari 2024]
-constexpr double kNearSingular = 0.98;           // c12²/(c11·c22) of a table about to fail
+constexpr Limits kForceResidual = {kAtRestResidual, 1e-3};  // by the weight
+constexpr Limits kDrift = {1e3 * kAtRestDrift, 5.0};  // of a vertex in the steps from rest [mm]
+constexpr Limits kMisfit = {2.0, 3.0};                // of a laboratory reading [sigma]
+constexpr double kReliableK = 0.7;                    // of importance weights [Vehtari 2024]
+constexpr double kNearSingular = 0.98;                // c12²/(c11·c22) of a table about to fail
 
 FitGrade ChooseGrade(double value, const Limits& limits) {
   if (value <= limits.good) return FitGrade::kGood;

@@ -19,8 +19,8 @@ std::vector<Option> AccuracyOptions(AccuracyChoice& choice) {
       {.key = "accuracy",
        .value = &choice.accuracy,
        .doc = "accuracy to choose mesh, solve mode and time steps by: fast, balanced, exact, or an "
-              "error of the outline's mean radius such as 5mm; options that are given take "
-              "precedence"},
+              "error of the outline's mean radius such as 5mm. The drape is taken to rest, so not "
+              "with solve = dynamic; options that are given take precedence"},
       {.key = "accuracy_table",
        .value = &choice.table,
        .doc = "table that --accuracy chooses from; built-in: configs/accuracy.json",

@@ -20,7 +20,7 @@ struct AccuracyChoice {
 std::vector<Option> AccuracyOptions(AccuracyChoice& choice);
 
 // The row of the chosen table for choice.accuracy; `solve`: dynamic or hybrid, empty: either.
-// Throws InputError for an accuracy that the table does not have.
+// Throws InputError for an accuracy or a solve mode that the table does not have.
 AccuracyRow PickAccuracy(const AccuracyChoice& choice, const std::string& solve);
 
 // Sets what the user has not given and collects the keys of what stays.

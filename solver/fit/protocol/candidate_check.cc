@@ -10,6 +10,7 @@
 #include "physics/simulation/statics/statics.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/forward/settle.h"
 
 namespace drape {
 namespace {
@@ -17,8 +18,6 @@ namespace {
 // By which a stored number may differ from the recomputed one, relative and absolute: what Newton's
 // tolerance leaves of a drape that was solved twice.
 constexpr double kTolerance = 1e-5;
-// ForceResidual of a drape at rest; Newton's tolerance is a thousandth of it.
-constexpr double kRest = 1e-6;
 // Length of an edge by its rest length: far outside what a cloth does.
 constexpr double kCrushed = 0.02, kTorn = 10.0;
 
@@ -65,7 +64,7 @@ double CheckShape(const ClothModel& model, const MaterialField& material, SolveM
                   const Eigen::VectorXd& x, const Observation& observation,
                   const std::string& where) {
   if (!IsCloth(model.mesh, x)) Refuse(where, "found a torn or crushed cloth");
-  if (mode == SolveMode::kStatic && !(ForceResidual(model, material, x) <= kRest))
+  if (mode == SolveMode::kStatic && !(ForceResidual(model, material, x) <= kAtRestResidual))
     Refuse(where, "found a drape that is not at rest under its tables");
   const std::optional<double> rms = OutlineRms(model.mesh, x, observation);
   if (!rms) Refuse(where, "found a drape without an outline around the support");

@@ -37,11 +37,11 @@ std::vector<ChartPoint> Usable(const FrontChart& chart) {
 
 std::vector<ChartPoint> AccuracyFront(const std::vector<ChartPoint>& points) {
   std::vector<CostAndError> candidates;
-  std::vector<ChartPoint> on_branch, front;
+  std::vector<ChartPoint> eligible, front;
   for (const ChartPoint& point : points)
-    if (point.on_branch) on_branch.push_back(point);
-  for (const ChartPoint& point : on_branch) candidates.push_back({point.cost, point.error});
-  for (const int i : ParetoFront(candidates)) front.push_back(on_branch[i]);
+    if (point.excluded.empty()) eligible.push_back(point);
+  for (const ChartPoint& point : eligible) candidates.push_back({point.cost, point.error});
+  for (const int i : ParetoFront(candidates)) front.push_back(eligible[i]);
   return front;
 }
 
@@ -103,20 +103,26 @@ ChartSeries SelectPoints(const std::vector<ChartPoint>& points, ChartSeries seri
 
 std::vector<ChartSeries> FrontSeries(const FrontChart& chart, const std::vector<ChartPoint>& points,
                                      const std::vector<ChartPoint>& front) {
-  std::vector<ChartSeries> series = {
-      SelectPoints(points,
-                   {.title = "other branch",
-                    .mark = Mark::kPoints,
-                    .colour = "#aaaaaa",
-                    .symbol = Symbol::kCross},
-                   [](const ChartPoint& p) { return !p.on_branch; }),
-      SelectPoints(front, {.title = "Pareto front", .colour = "#d62728"},
-                   [](const ChartPoint&) { return true; })};
+  std::vector<ChartSeries> series;
+  std::set<std::string> reasons;
+  for (const ChartPoint& point : points)
+    if (!point.excluded.empty()) reasons.insert(point.excluded);
+  for (const std::string& reason : reasons)
+    series.push_back(SelectPoints(points,
+                                  {.title = reason,
+                                   .mark = Mark::kPoints,
+                                   .colour = "#aaaaaa",
+                                   .symbol = series.empty() ? Symbol::kRing : Symbol::kCross},
+                                  [&](const ChartPoint& p) { return p.excluded == reason; }));
+  series.push_back(SelectPoints(front, {.title = "Pareto front", .colour = "#d62728"},
+                                [](const ChartPoint&) { return true; }));
   for (std::size_t s = 0; s < chart.series.size(); ++s)
     series.push_back(SelectPoints(
         points,
         {.title = chart.series[s], .mark = Mark::kPoints, .symbol = ChooseSymbol(s), .size = 1.5},
-        [&](const ChartPoint& p) { return p.on_branch && p.series == static_cast<int>(s); }));
+        [&](const ChartPoint& p) {
+          return p.excluded.empty() && p.series == static_cast<int>(s);
+        }));
   return series;
 }
 

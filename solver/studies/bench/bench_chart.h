@@ -13,7 +13,7 @@ struct ChartPoint {
   double error = 0.0;
   double vertices = 0.0;  // colour
   int series = 0;         // mark
-  bool on_branch = true;  // otherwise grey and not part of the front
+  std::string excluded;   // why it is no part of the front, and grey; empty: it may be
   std::string label;      // in the list of the front
 };
 

@@ -68,7 +68,7 @@ FrontChart MakeChart(const BenchJob& job, const BenchResult& result, BenchMeasur
                             .error = run.record[error],
                             .vertices = run.record[kVertices],
                             .series = static_cast<int>(at - series.begin()),
-                            .on_branch = run.record.status == "ok",
+                            .excluded = run.record.ok() ? "" : run.record.status,
                             .label = MakeLabel(run.setting, job.axes)});
   }
   for (const auto& [cloth, estimate] : result.reference_errors)
@@ -99,8 +99,7 @@ std::vector<BenchMeasure> ListErrors(BenchWork work) {
 std::vector<int> AccuracyFront(const BenchResult& result, BenchMeasure time, BenchMeasure error) {
   std::vector<CostAndError> points;
   for (const BenchRun& run : result.runs) {
-    const bool valid = run.record.status == "ok";
-    points.push_back({valid ? run.record[time] : std::nan(""), run.record[error]});
+    points.push_back({run.record.ok() ? run.record[time] : std::nan(""), run.record[error]});
   }
   return ParetoFront(points);
 }

@@ -18,7 +18,7 @@ BenchMeasure TimeMeasure(const std::string& clock);
 std::vector<BenchMeasure> ListErrors(BenchWork work);
 
 // Indices of the runs on the Pareto front of time and an error, fastest first, without runs on
-// another branch or without a result.
+// another branch, not at rest or without a result.
 std::vector<int> AccuracyFront(const BenchResult& result, BenchMeasure time, BenchMeasure error);
 
 // One series of runs that differ only in the mesh.

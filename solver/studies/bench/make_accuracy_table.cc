@@ -25,7 +25,7 @@ std::vector<Candidate> Candidates(const BenchJob& job, const BenchResult& result
   for (const auto& [cloth, estimate] : result.reference_errors)
     reference_error = std::max(reference_error, estimate[kRadiusMm]);
   for (const BenchRun& run : result.runs) {
-    if (run.record.status != "ok" || run.setting.integrator == "static") continue;
+    if (!run.record.ok() || run.setting.integrator == "static") continue;
     BenchSetting rest = run.setting;
     rest.material.clear();
     Candidate& candidate = by_setting[CheckpointKey(job.work, rest)];
@@ -35,6 +35,8 @@ std::vector<Candidate> Candidates(const BenchJob& job, const BenchResult& result
     row.h = rest.h;
     row.steps = rest.steps();
     row.error_mm = std::max(row.error_mm, safety * (run.record[kRadiusMm] + reference_error));
+    row.residual = std::max(row.residual, run.record[kForceResidual]);
+    row.drift_mm = std::max(row.drift_mm, run.record[kDriftMm]);
     row.cost += run.record[time] / fabrics;
     ++candidate.fabrics;
   }
@@ -43,6 +45,10 @@ std::vector<Candidate> Candidates(const BenchJob& job, const BenchResult& result
     if (candidate.fabrics == static_cast<int>(job.axes.material.size())) all.push_back(candidate);
   return all;
 }
+
+// A row must promise at least so much less than the next faster one, as a share: what is less is
+// the rounding of Newton's method.
+constexpr double kLeastGain = 0.01;
 
 // Those of an integrator that no other beats.
 std::vector<AccuracyRow> AccuracyFront(const std::vector<Candidate>& candidates,
@@ -54,7 +60,9 @@ std::vector<AccuracyRow> AccuracyFront(const std::vector<Candidate>& candidates,
     rows.push_back(candidate.row);
     points.push_back({candidate.row.cost, candidate.row.error_mm});
   }
-  for (const int i : ParetoFront(points)) front.push_back(rows[i]);
+  for (const int i : ParetoFront(points))
+    if (front.empty() || rows[i].error_mm < (1.0 - kLeastGain) * front.back().error_mm)
+      front.push_back(rows[i]);
   return front;
 }
 
@@ -68,9 +76,9 @@ AccuracyTable MakeAccuracyTable(const BenchJob& job, const BenchResult& result, 
   table.rows = AccuracyFront(candidates, "hybrid");
   if (table.rows.empty())
     throw InputError("option 'table'",
-                     "found no hybrid setting that keeps the branch of all "
-                     "fabrics, expected some");
-  // The levels are those of drapes at rest: a fit needs them.
+                     "found no hybrid setting that keeps the branch of all fabrics and ends at "
+                     "rest, expected some");
+  // A fit needs a hybrid setting of each level.
   table.fast = table.rows.front().error_mm;
   table.exact = table.rows.back().error_mm;
   table.balanced = std::sqrt(table.fast * table.exact);

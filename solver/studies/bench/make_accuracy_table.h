@@ -6,8 +6,8 @@
 
 namespace drape {
 
-// Of the runs of a forward work; `time` is the clock that counts. A setting that loses the branch
-// for one of the fabrics gives no row. Throws InputError where no row is left.
+// Of the runs of a forward work; `time` is the clock that counts. A setting that for one of the
+// fabrics loses the branch or is not at rest gives no row. Throws InputError where no row is left.
 AccuracyTable MakeAccuracyTable(const BenchJob& job, const BenchResult& result, BenchMeasure time,
                                 double safety);
 

@@ -212,15 +212,21 @@ BenchRecord RunBenchSetting(BenchWork work, const BenchSetting& setting,
   FillTimes(wall, setting.batch, kWallSeconds, kWallSpread, &record);
   FillTimes(cpu, setting.batch, kCpuSeconds, kCpuSpread, &record);
   record.status = drape.status;
-  if (drape.status != "ok") return record;
+  if (!record.ok()) return record;
   if (drape.x.size() == 0) {  // a gradient alone comes back from the steps
     const Eigen::VectorXd gradient = drape.gradient;
     drape = solver.Run(BenchWork::kForward);
     drape.gradient = gradient;
   }
   MeasureErrors(reference, solver.mesh(), drape, work, &record);
-  if (!IsOnBranch(reference.fine.outline, drape.outline, options.branch_mm))
-    record.status = "other branch";
+  const RestMeasure rest = solver.MeasureRest(drape.x);
+  record[kForceResidual] = rest.residual;
+  record[kDriftMm] = kMillimetres * rest.drift;
+  if (!IsOnBranch(reference.fine.outline, drape.outline, options.branch_mm)) {
+    record.status = kRunOnOtherBranch;
+  } else if (!rest.IsAtRest()) {
+    record.status = kRunNotAtRest;
+  }
   return record;
 }
 

@@ -14,7 +14,7 @@ std::string ApplyAccuracy(SimulateOptions* options) {
                                               ", expected cusick: the table is of the drape test");
   const bool has_solve = choice.given.contains("solve");
   if (has_solve && options->solve == "static")
-    throw InputError("option 'accuracy'", "found solve = static, expected dynamic or hybrid");
+    throw InputError("option 'accuracy'", "found solve = static, expected hybrid");
   const AccuracyRow row = PickAccuracy(choice, has_solve ? options->solve : "");
   AccuracyFilling filling(choice);
   filling.Set("mesh", row.mesh, &options->scene.mesh);

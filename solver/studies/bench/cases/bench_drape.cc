@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "cuda/make_backend.h"
@@ -12,6 +13,7 @@
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/mesh_spec.h"
+#include "physics/simulation/statics/statics.h"
 #include "physics/util/math/random.h"
 #include "solver/fit/parameters/random_field.h"
 #include "solver/forward/branch.h"
@@ -236,6 +238,18 @@ BenchDrape SettingSolver::Differentiate(BenchWork work) {
     AddAdjoint(rest, of_loss, &drape);
   }
   return drape;
+}
+
+RestMeasure SettingSolver::MeasureRest(const Eigen::VectorXd& x) {
+  const RolloutOptions release{.h = 0.1, .steps = 20, .cancel = cancel_};
+  const State start{x, Eigen::VectorXd::Zero(x.size())};
+  const RolloutInput input{&material_, &start};
+  const RolloutResult released = backend_->Rollouts({&input, 1}, release, nullptr).front();
+  RestMeasure rest{.residual = ForceResidual(backend_->model(), material_, x),
+                   .drift = std::numeric_limits<double>::infinity()};
+  if (released.status == RolloutStatus::kOk)
+    rest.drift = (released.end.x - x).reshaped(3, x.size() / 3).colwise().norm().maxCoeff();
+  return rest;
 }
 
 BenchDrape SettingSolver::Run(BenchWork work) {

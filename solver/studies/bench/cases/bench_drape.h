@@ -35,6 +35,14 @@ struct BenchDrape {
 inline constexpr int kBenchAngles = 90;           // of the outline that is differentiated
 inline constexpr double kBenchLossRadius = 0.12;  // [m]; the loss is ½ Σ (r_k − this)² [px²]
 
+// How far a shape is from rest.
+struct RestMeasure {
+  double residual = 0.0;  // ForceResidual
+  double drift = 0.0;     // largest movement of a vertex [m]; infinite where the steps fail
+
+  bool IsAtRest() const { return residual <= kAtRestResidual && drift <= kAtRestDrift; }
+};
+
 // The model, material and backends of one setting, made before the clock starts.
 class SettingSolver {
  public:
@@ -45,6 +53,9 @@ class SettingSolver {
   const Mesh& mesh() const { return backend_->model().mesh; }
   // The work of one run, the outline included: `batch` times the same at once. Not of a fit.
   BenchDrape Run(BenchWork work);
+  // Whether a shape x, shape [3V], is at rest (kAtRestResidual, kAtRestDrift): the forces that
+  // remain, and the movement in two seconds after it is released.
+  RestMeasure MeasureRest(const Eigen::VectorXd& x);
 
  private:
   bool is_dynamic() const { return setting_.integrator == "dynamic"; }

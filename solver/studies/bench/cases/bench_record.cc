@@ -13,10 +13,12 @@ namespace drape {
 namespace {
 
 constexpr std::array<const char*, kBenchMeasures> kNames = {
-    "vertices",      "repeats", "seconds",          "seconds_spread", "cpu_seconds", "cpu_spread",
-    "setup_seconds", "peak_mb", "vertex_mm",        "outline_mm",     "radius_mm",   "dc",
-    "dc_error",      "folds",   "derivative_error", "outline_px",     "mse",         "hausdorff_mm",
-    "held_out_mse"};
+    "vertices",    "repeats",      "seconds",          "seconds_spread",
+    "cpu_seconds", "cpu_spread",   "setup_seconds",    "peak_mb",
+    "vertex_mm",   "outline_mm",   "radius_mm",        "dc",
+    "dc_error",    "folds",        "derivative_error", "outline_px",
+    "mse",         "hausdorff_mm", "held_out_mse",     "force_residual",
+    "drift_mm"};
 
 CsvRow ColumnNames() {
   CsvRow names = {"work"};

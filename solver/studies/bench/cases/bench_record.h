@@ -35,18 +35,26 @@ enum BenchMeasure {
   kMse,              // of a fit's silhouettes, at rest
   kHausdorffMm,      // of a fit's outlines, at rest [mm]
   kHeldOutMse,       // of the fitted drapes on the images held out
+  kForceResidual,  // of the drape, not of a fit: forces that remain, by the weight
+  kDriftMm,        // largest movement of a vertex once it is released [mm]
   kBenchMeasures
 };
 // The column of runs.csv, "vertex_mm".
 const char* NameFor(BenchMeasure measure);
 
+// Statuses of runs that have a result; only those that are "ok" are on a front.
+inline constexpr char kRunOk[] = "ok", kRunOnOtherBranch[] = "other branch",
+                      kRunNotAtRest[] = "not at rest";
+
 struct BenchRecord {
-  std::string status;  // "ok", "other branch", or why there is no result
+  std::string status;  // one of those above, or why there is no result
   std::array<double, kBenchMeasures> values;
 
   BenchRecord() { values.fill(std::numeric_limits<double>::quiet_NaN()); }
   double operator[](BenchMeasure measure) const { return values[measure]; }
   double& operator[](BenchMeasure measure) { return values[measure]; }
+  bool ok() const { return status == kRunOk; }
+  bool has_result() const { return ok() || status == kRunOnOtherBranch || status == kRunNotAtRest; }
 };
 
 // Status and numbers as one row of CSV "status,1,2,,3", and back (throws InputError, prefix

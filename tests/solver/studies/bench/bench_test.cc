@@ -5,12 +5,14 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <thread>
 
 #include "physics/simulation/backend.h"
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
+#include "solver/studies/bench/bench_summary.h"
 #include "solver/studies/bench/cases/bench_plan.h"
 #include "solver/studies/bench/cases/bench_record.h"
 #include "solver/studies/bench/make_accuracy_table.h"
@@ -237,6 +239,7 @@ struct MadeUpBench {
       Add(material, "disc:1200", "hybrid", 0.2, 1 * worse, 8, worse > 1 ? "other branch" : "ok");
       Add(material, "disc:600", "dynamic", 0.1, 3 * worse, 4);
       Add(material, "disc:4800", "static", 0.1, 0.1, 1);
+      Add(material, "disc:1200", "dynamic", 0.4, 1 * worse, 2, worse > 1 ? "not at rest" : "ok");
     }
   }
   void Add(const std::string& material, const std::string& mesh, const std::string& integrator,
@@ -248,6 +251,8 @@ struct MadeUpBench {
     run.setting.h = h;
     run.record.status = status;
     run.record[kRadiusMm] = error;
+    run.record[kForceResidual] = 1e-10 * error;
+    run.record[kDriftMm] = 1e-3 * error;
     run.record[kWallSeconds] = seconds;
     result.runs.push_back(run);
   }
@@ -263,6 +268,19 @@ TEST(AccuracyTable, PromisesTheWorstFabricTimesTheSafety) {
   EXPECT_DOUBLE_EQ(table.rows[2].error_mm, 3);
   EXPECT_DOUBLE_EQ(table.exact, 3);
   EXPECT_DOUBLE_EQ(table.fast, 24);
+  EXPECT_DOUBLE_EQ(table.rows[0].residual, 16e-10);  // of the worse fabric
+  EXPECT_DOUBLE_EQ(table.rows[0].drift_mm, 16e-3);
+}
+
+// Two seconds for 2 mm would beat every other row, were it at rest with both fabrics.
+TEST(AccuracyTable, ASettingThatIsNotAtRestHasNoRow) {
+  MadeUpBench bench;
+  for (const AccuracyRow& row : bench.Table().rows) EXPECT_NE(row.h, 0.4);
+  std::vector<int> front = AccuracyFront(bench.result, kWallSeconds, kRadiusMm);
+  for (const int i : front) EXPECT_TRUE(bench.result.runs[i].record.ok()) << i;
+  for (BenchRun& run : bench.result.runs)
+    if (run.setting.integrator == "hybrid") run.record.status = kRunNotAtRest;
+  EXPECT_INPUT_ERROR(bench.Table(), "keeps the branch of all fabrics and ends at rest");
 }
 
 TEST(AccuracyTable, PicksTheCheapestThatHolds) {
@@ -283,6 +301,45 @@ TEST(AccuracyTable, RefusesWhatItHasNot) {
     EXPECT_THAT(ComputeError([&] { table.Pick(text, ""); }), HasSubstr("such as 0.5mm")) << text;
   EXPECT_THAT(ComputeError([] { ParseAccuracyTable("{\"format\": \"x\"}", "t"); }),
               HasSubstr("t: key"));
+  AccuracyTable at_rest = table;
+  std::erase_if(at_rest.rows, [](const auto& row) { return row.integrator == "dynamic"; });
+  EXPECT_EQ(ComputeError([&] { at_rest.Pick("fast", "dynamic"); }),
+            "option 'accuracy': found solve = dynamic, expected hybrid: no drape of the table is "
+            "at rest after dynamic steps alone");
+}
+
+TEST(AccuracyTable, TwiceTheTimeForNothingIsNoRow) {
+  MadeUpBench bench;
+  for (const double worse : {1.0, 2.0})
+    bench.Add(worse > 1 ? "b.json" : "a.json", "disc:1200", "hybrid", 0.05, 0.999 * worse, 32);
+  const AccuracyTable table = bench.Table();
+  EXPECT_EQ(table.rows.size(), 3u);
+  EXPECT_EQ(table.Pick("exact", "hybrid").h, 0.1);
+}
+
+// A table goes through the same ranges as the options that it sets.
+TEST(AccuracyTable, RefusesNumbersOutOfRange) {
+  const auto text = nlohmann::json::parse(AccuracyTableText(MadeUpBench().Table()));
+  const auto error = [&](const char* key, const nlohmann::json& value) {
+    nlohmann::json changed = text;
+    (changed.contains(key) ? changed : changed["rows"][1])[key] = value;
+    return ComputeError([&] { ParseAccuracyTable(changed.dump(), "t.json"); });
+  };
+  EXPECT_EQ(error("steps", 2000000000),
+            "t.json: key 'rows[1].steps': found 2000000000, expected a whole number from 1 to "
+            "1000000");
+  EXPECT_EQ(error("time_step", 1e9),
+            "t.json: key 'rows[1].time_step': found 1000000000.0, expected a number from 0.0001 "
+            "to 10");
+  EXPECT_EQ(error("residual", 0.01),
+            "t.json: key 'rows[1].residual': found 0.01, expected a number from 0 to 1e-06");
+  EXPECT_EQ(error("drift_mm", 2),
+            "t.json: key 'rows[1].drift_mm': found 2, expected a number from 0 to 1");
+  EXPECT_THAT(error("error_mm", 0), HasSubstr("'rows[1].error_mm'"));
+  EXPECT_THAT(error("cost", -1), HasSubstr("'rows[1].cost'"));
+  EXPECT_THAT(error("fast_mm", 1e300), HasSubstr("'fast_mm'"));
+  EXPECT_THAT(error("max_residual", 1), HasSubstr("'max_residual'"));
+  EXPECT_THAT(error("version", 1), HasSubstr("found 1, expected 2, a table of drapes at rest"));
 }
 
 }  // namespace

@@ -70,6 +70,23 @@ TEST_F(BenchTool, MeasuresDerivatives) {
   }
 }
 
+// Half a second of falling is no drape, however cheap.
+TEST_F(BenchTool, ShowsWhatIsNotAtRestBesideTheFront) {
+  const ProcessResult result =
+      Bench({"--mesh=disc:120", "--solve=dynamic,hybrid", "--relax_time=1,10", "--branch_mm=1000"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("not at rest"));
+  const Json json = ReadJson(Path("out/bench.json"));
+  for (const Json& run : json["fronts"]["radius_mm"]) EXPECT_EQ(run["solve"], "hybrid");
+  for (const Json& run : json["runs"]) {
+    const double residual = run["force_residual"], drift = run["drift_mm"];
+    const bool is_dynamic = run["solve"] == "dynamic";
+    EXPECT_EQ(residual > 1e-6, is_dynamic) << run;
+    EXPECT_TRUE(is_dynamic || drift < 1e-3) << run;
+    EXPECT_NE(run["status"], is_dynamic ? "ok" : "not at rest") << run;
+  }
+}
+
 // A reference is not reused by a run that does not continue its runs.
 TEST_F(BenchTool, WithoutRunsTheReferenceIsMadeAgain) {
   ASSERT_EQ(Bench({"--mesh=disc:120", "--solve=hybrid"}).exit_code, 0);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/bench/bench_report.h"
 
-#include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "physics/util/atomic_file.h"
@@ -41,10 +41,14 @@ std::string BenchTableText(const BenchJob& job, const BenchResult& result, Bench
     text += Format("%10.3g %10.3g %8.0f  %s\n", run.record[time], run.record[error],
                    run.record[kPeakMegabytes], MakeLabel(run.setting, job.axes).c_str());
   }
-  const auto off = std::count_if(result.runs.begin(), result.runs.end(),
-                                 [](const auto& run) { return run.record.status != "ok"; });
-  text += Format("%zu runs, %td of them on another branch or without a result\n",
-                 result.runs.size(), off);
+  std::map<std::string, int> excluded;  // runs by status
+  for (const BenchRun& run : result.runs)
+    if (!run.record.ok()) ++excluded[run.record.status];
+  text += Format("%zu runs, ", result.runs.size());
+  text += excluded.empty() ? "all at rest and on the branch" : "not on the front:";
+  for (const auto& [status, count] : excluded) text += Format(" %d %s;", count, status.c_str());
+  if (!excluded.empty()) text.pop_back();
+  text += "\n";
   for (const auto& [cloth, estimate] : result.reference_errors)
     text += Format("reference of %s: estimated error %.3g (%s)\n", cloth.c_str(), estimate[error],
                    NameFor(error));
