@@ -13,7 +13,10 @@
 
 namespace drape {
 
-// One rollout of a batch. The pointed-to objects outlive the call.
+// One rollout of a batch. The pointed-to objects outlive the call. Here and in all derivatives by
+// the material the entries are those of MaterialField, in ARCSim's convention [MODEL, M9]: half the
+// membrane stiffness, four times the rigidity. Files are in the mechanical convention:
+// material.json, and gradient.json of drape_simulate, have the same shapes and units.
 struct RolloutInput {
   const MaterialField* material = nullptr;
   const State* start = nullptr;
@@ -42,7 +45,7 @@ struct ReadoutLoss {
 struct LossGradient {
   RolloutStatus status = RolloutStatus::kOk;
   std::optional<double> loss;  // empty where the rollout failed or its end cannot be read
-  MaterialGradient material;   // ∂L/∂(table entry), one column; empty without a loss
+  MaterialGradient material;   // ∂L/∂(entry of MaterialField), one column; empty without a loss
 };
 
 // Runs batches of rollouts of one model: different materials and starts, one mesh, scene and law.

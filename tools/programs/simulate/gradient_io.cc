@@ -12,12 +12,16 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// ∂L/∂(number of a mechanical material file) of ∂L/∂(table entry), shape [39]: such a number is
+// kMembranePerEntry × a stretch entry, or a bend entry / kBendPerRigidity.
 Json Tables(const Eigen::VectorXd& entries) {
   Json stretch = Json::array(), bend = Json::array();
-  for (int c = 0; c < kStretchCols; ++c)
-    for (int r = 0; r < kStretchRows; ++r) stretch[c][r] = entries[r * kStretchCols + c];
+  for (int r = 0; r < kStretchRows; ++r)
+    for (int c = 0; c < kStretchCols; ++c)
+      stretch[r][c] = entries[r * kStretchCols + c] / kMembranePerEntry;
   for (int r = 0; r < kBendRows; ++r)
-    for (int c = 0; c < kBendCols; ++c) bend[r][c] = entries[kStretchEntries + r * kBendCols + c];
+    for (int c = 0; c < kBendCols; ++c)
+      bend[r][c] = entries[kStretchEntries + r * kBendCols + c] * kBendPerRigidity;
   return {{"stretch", stretch}, {"bend", bend}};
 }
 
@@ -38,8 +42,10 @@ Eigen::VectorXd ReadLossWeights(const std::string& path, int num_dofs) {
 }
 
 void WriteLossGradient(const std::string& path, const RolloutGradient& gradient) {
-  const Json json = {{"L", gradient.loss},
-                     {"convention", "arcsim"},
+  const Json json = {{"format", "drapefit-gradient"},
+                     {"version", 1},
+                     {"convention", "mechanical"},
+                     {"L", gradient.loss},
                      {"adjoint", Tables(gradient.adjoint)},
                      {"tangent", Tables(gradient.tangent)},
                      {"v0", List(gradient.v0)},

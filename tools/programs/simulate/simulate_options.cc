@@ -38,8 +38,9 @@ std::vector<Option> FileOptions(SimulateOptions& options) {
        .least = 0},
       {.key = "gradient_weights",
        .value = &options.gradient_weights,
-       .doc = "file {\"w\": [three numbers per vertex]}: writes the gradient of L = sum of w*x at "
-              "the end to gradient.json",
+       .doc = "needs solve = dynamic: file {\"w\": [x0, y0, z0, x1, …]}, one flat list of three "
+              "numbers for each vertex; writes the gradient of L = sum of w*x at the end by each "
+              "number of the material file (convention mechanical) to gradient.json",
        .is_path = true},
       OutOption(options.out),
   };

@@ -78,7 +78,9 @@ void CheckOptions(const SimulateOptions& options) {
   }
   const bool is_dynamic = options.solve == "dynamic";
   if (!is_dynamic && !options.gradient_weights.empty()) {
-    throw InputError("option 'gradient_weights'", "needs solve = dynamic");
+    throw InputError("option 'gradient_weights'",
+                     "found solve = " + options.solve +
+                         ", expected dynamic: the gradient is that of the time steps");
   }
 }
 
