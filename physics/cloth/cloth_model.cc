@@ -3,6 +3,7 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <utility>
 
 namespace drape {
@@ -11,8 +12,16 @@ namespace {
 std::vector<int> HeldVertices(const Mesh& mesh, const Scene& scene) {
   std::vector<int> held;
   if (!scene.handles) return held;
-  for (int i = 0; i < mesh.num_vertices(); ++i)
-    if (Contains(scene.handles->region, mesh.rest_x.segment<3>(3 * i))) held.push_back(i);
+  const auto& [regions, vertices, stiffness] = *scene.handles;
+  for (const int i : vertices) CHECK(i >= 0 && i < mesh.num_vertices()) << "no vertex " << i;
+  for (int i = 0; i < mesh.num_vertices(); ++i) {
+    const Eigen::Vector3d rest = mesh.rest_x.segment<3>(3 * i);
+    const bool in_region = std::any_of(regions.begin(), regions.end(), [&](const Region& region) {
+      return Contains(region, rest);
+    });
+    if (in_region || std::find(vertices.begin(), vertices.end(), i) != vertices.end())
+      held.push_back(i);
+  }
   return held;
 }
 

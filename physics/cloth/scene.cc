@@ -10,10 +10,10 @@ constexpr double kRounding = 1e-12;
 constexpr double kClampStiffness = 1e6;  // [N/m]
 
 bool IsInside(const DiscRegion& disc, const Eigen::Vector3d& x) {
-  return x.norm() < disc.radius * (1.0 + kRounding);
+  return (x - disc.centre).norm() < disc.radius * (1.0 + kRounding);
 }
 bool IsInside(const RingRegion& ring, const Eigen::Vector3d& x) {
-  const double radius = x.norm();
+  const double radius = (x - ring.centre).norm();
   return radius > ring.inner * (1.0 - kRounding) && radius < ring.outer * (1.0 + kRounding);
 }
 bool IsInside(const HalfPlaneRegion& plane, const Eigen::Vector3d& x) {
@@ -23,7 +23,7 @@ bool IsInside(const HalfPlaneRegion& plane, const Eigen::Vector3d& x) {
 Scene Clamped(const Region& region, const Eigen::Vector3d& gravity) {
   Scene scene;
   scene.gravity = gravity;
-  scene.handles = Handles{.region = region, .stiffness = kClampStiffness};
+  scene.handles = Handles{.regions = {region}, .stiffness = kClampStiffness};
   return scene;
 }
 
@@ -40,10 +40,16 @@ Scene CusickScene() {
   return scene;
 }
 
+const Region* OnlyHeldRegion(const Scene& scene) {
+  const auto& handles = scene.handles;
+  const bool is_one = handles && handles->regions.size() == 1 && handles->vertices.empty();
+  return is_one ? &handles->regions.front() : nullptr;
+}
+
 std::optional<double> SupportRadius(const Scene& scene) {
-  const DiscRegion* support =
-      scene.handles ? std::get_if<DiscRegion>(&scene.handles->region) : nullptr;
-  return support == nullptr ? std::nullopt : std::optional(support->radius);
+  const auto* support = std::get_if<DiscRegion>(OnlyHeldRegion(scene));
+  if (support == nullptr || !support->centre.isZero(0.0)) return std::nullopt;
+  return support->radius;
 }
 
 Scene CantileverScene(double clamp, double gravity) {

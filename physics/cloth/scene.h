@@ -5,16 +5,19 @@
 #include <limits>
 #include <optional>
 #include <variant>
+#include <vector>
 
 namespace drape {
 
 // Regions select vertices by their rest position; bounds are included to rounding [m] [MODEL, M28].
 struct DiscRegion {
-  double radius = 0.09;  // |x_rest| ≤ radius
+  double radius = 0.09;  // |x_rest − centre| ≤ radius
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
 };
 struct RingRegion {
-  double inner = 0.0;  // inner ≤ |x_rest| ≤ outer
+  double inner = 0.0;  // inner ≤ |x_rest − centre| ≤ outer
   double outer = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
 };
 struct HalfPlaneRegion {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitX();  // unit length
@@ -25,8 +28,11 @@ bool Contains(const Region& region, const Eigen::Vector3d& rest_x);
 
 // The forces that act [MODEL, M28]. A term that is not listed takes neither memory nor time.
 struct Handles {
-  Region region = DiscRegion();  // the vertices that are held
-  double stiffness = 1e3;        // spring of each held vertex to its rest position [N/m]
+  // Held are the vertices in any of the regions, and those of these numbers (from 0, in the order
+  // of the mesh).
+  std::vector<Region> regions = {DiscRegion()};
+  std::vector<int> vertices = {};
+  double stiffness = 1e3;  // spring of each held vertex to its rest position [N/m]
 };
 
 // A dead load on the part of the hem that lies in the region, distributed evenly by length.
@@ -47,8 +53,11 @@ struct Scene {
 // m/s² along z.
 Scene CusickScene();
 // The radius of the disc on which the cloth lies [m]; std::nullopt when the scene has no such
-// support.
+// support: one disc about the origin that is all that is held.
 std::optional<double> SupportRadius(const Scene& scene);
+
+// The only region that is held, where nothing else is; nullptr otherwise.
+const Region* OnlyHeldRegion(const Scene& scene);
 
 // Scenes of a strip as MakeStrip places it, u = x from 0 to its length [m].
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/cloth/scene_io.h"
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "physics/util/json_input.h"
@@ -24,9 +25,17 @@ Eigen::Vector3d Vector(const JsonInput& input) {
   return {input.At(0).Number(), input.At(1).Number(), input.At(2).Number()};
 }
 
+// x and y; the cloth lies at z = 0.
+Eigen::Vector3d Centre(const JsonInput& region) {
+  if (!region.Has("centre")) return Eigen::Vector3d::Zero();
+  const JsonInput centre = region.At("centre").ExpectArray(2);
+  return {centre.At(0).Number(), centre.At(1).Number(), 0.0};
+}
+
 RingRegion ReadRing(const JsonInput& input) {
-  input.ExpectKeys({"inner", "outer"});
+  input.ExpectKeys({"inner", "outer", "centre"});
   RingRegion ring;
+  ring.centre = Centre(input);
   if (input.Has("inner")) ring.inner = input.At("inner").Number();
   if (input.Has("outer")) ring.outer = input.At("outer").Number();
   if (ring.inner < 0.0 || ring.outer < ring.inner) input.Fail("0 ≤ inner ≤ outer");
@@ -52,13 +61,28 @@ Region ReadRegion(const JsonInput& input) {
   if (input.Has("ring")) return ReadRing(input.At("ring"));
   if (input.Has("half_plane")) return ReadHalfPlane(input.At("half_plane"));
   const JsonInput disc = input.At("disc");
-  disc.ExpectKeys({"radius"});
-  return DiscRegion{Positive(disc.At("radius"))};
+  disc.ExpectKeys({"radius", "centre"});
+  return DiscRegion{Positive(disc.At("radius")), Centre(disc)};
 }
 
 Handles ReadHandles(const JsonInput& input) {
-  input.ExpectKeys({"region", "stiffness"});
-  return {.region = ReadRegion(input.At("region")), .stiffness = Positive(input.At("stiffness"))};
+  input.ExpectKeys({"region", "regions", "vertices", "stiffness"});
+  Handles handles{.regions = {}, .stiffness = Positive(input.At("stiffness"))};
+  if (input.Has("region") && input.Has("regions")) input.Fail("region or regions, not both");
+  if (input.Has("region")) handles.regions.push_back(ReadRegion(input.At("region")));
+  if (input.Has("regions")) {
+    const JsonInput regions = input.At("regions").ExpectArray();
+    for (int i = 0; i < regions.Size(); ++i) handles.regions.push_back(ReadRegion(regions.At(i)));
+  }
+  if (input.Has("vertices")) {
+    const JsonInput vertices = input.At("vertices").ExpectArray();
+    for (int i = 0; i < vertices.Size(); ++i)
+      handles.vertices.push_back(
+          vertices.At(i).IntegerWithin(0, std::numeric_limits<int>::max() - 1));
+  }
+  if (handles.regions.empty() && handles.vertices.empty())
+    input.Fail("region, regions or vertices, of what is held");
+  return handles;
 }
 
 EdgeLoad ReadLoad(const JsonInput& input) {

@@ -11,14 +11,16 @@ namespace drape {
 // absent, except stretch and bend, which act unless they are switched off:
 //   {"stretch": false, "bend": false,
 //    "gravity": [0, 0, -9.81],                                    m/s²
-//    "handles": {"region": …, "stiffness": 1000},                 N/m at each vertex
+//    "handles": {"regions": […, …], "vertices": [0, 20], "stiffness": 1000},  N/m at each vertex
 //    "load": {"region": …, "force": [2, 0, 0]}}                   N in total, on the hem there
-// A region of rest positions [m] is one of
-//   {"disc": {"radius": 0.09}}, {"ring": {"inner": 0.149, "outer": 0.15}},
+// Held are the vertices in any of the regions and those of these numbers, from 0 in the order of
+// the mesh; "region" stands for a list of one. A region of rest positions [m] is one of
+//   {"disc": {"radius": 0.09, "centre": [0, 0]}},
+//   {"ring": {"inner": 0.149, "outer": 0.15, "centre": [0, 0]}},
 //   {"half_plane": {"normal": [1, 0, 0], "offset": 0}}            normal·x ≤ offset
-// By default inner is 0, outer is infinite and normal is [1, 0, 0]; a normal need not have length
-// 1. Comments are allowed. Throws InputError, naming the file, the key, the value and what was
-// expected.
+// By default centre is the origin, inner 0, outer infinite and normal [1, 0, 0]; a normal need not
+// have length 1. Comments are allowed. Throws InputError, naming the file, the key, the value and
+// what was expected.
 Scene ReadScene(const std::string& path);
 
 }  // namespace drape

@@ -39,6 +39,7 @@ EquilibriumResult RaiseLoad(const Newton& newton, const Eigen::VectorXd& rest_x,
     step = 0.25 * (next - share);
     if (step < kMinStep) {
       reached.status = EquilibriumStatus::kNotConverged;
+      reached.load_share = share;
       break;
     }
   }

@@ -9,8 +9,9 @@ namespace drape {
 // with a single equilibrium (strips, clamped plates) [MODEL, M37]. Newton's method goes from one
 // share of the load to the next, and the increment is shortened where it fails. A share of the load
 // is the full load on a cloth that is stiffer by its inverse. `tolerance` refers to the full load.
-// When no smaller increment succeeds, the result of the last share that converged is returned with
-// status kNotConverged. Iterations and factorisations are those of all shares.
+// When no smaller increment succeeds, which is where a cloth loses its stability, the result of the
+// last share that converged is returned with status kNotConverged and this load_share. Iterations
+// and factorisations are those of all shares.
 EquilibriumResult SolveFromRest(StepSolver& solver, const MaterialField& material,
                                 const EquilibriumOptions& options);
 EquilibriumResult SolveFromRest(Backend& backend, const MaterialField& material,

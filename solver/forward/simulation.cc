@@ -6,11 +6,18 @@
 #include <limits>
 
 #include "physics/simulation/load_path.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
 
 constexpr int kLongestPiece = 20;  // steps between two reports of the progress
+
+// Of a load path that ended at this share of the load.
+std::string LostStability(double share) {
+  return share > 0.0 ? Format("lost stability at %.2g %% of the load", 100.0 * share)
+                     : "not stable under any share of the load";
+}
 
 class Simulation {
  public:
@@ -121,6 +128,7 @@ class Simulation {
     result_.newton_iterations = rest.iterations;
     result_.status = ToString(rest.status);
     result_.end = {rest.x, Eigen::VectorXd::Zero(rest.x.size())};
+    if (rest.load_share < 1.0) result_.status = LostStability(rest.load_share);
     const bool cancelled = rest.status == EquilibriumStatus::kCancelled;
     if (cancelled || rest.status == EquilibriumStatus::kNotConverged)
       Stop(cancelled, result_.status);

@@ -80,6 +80,12 @@ std::vector<Option> SceneOptions(SceneInput& scene) {
                      .doc = "initial shape: flat, or the file of a start shape or a state",
                      .is_path = true,
                      .words = {"flat"}});
+  options.push_back({.key = "scene",
+                     .value = &scene.scene,
+                     .doc = "loads and supports: cusick, or a scene file, such as "
+                            "configs/scenes/two_corners.json",
+                     .is_path = true,
+                     .words = {"cusick"}});
   return options;
 }
 

@@ -23,7 +23,7 @@ Option MeshOption(const std::string& key, Option::Value mesh, const std::string&
 
 // What names the cloth: mesh, material, law.
 std::vector<Option> ClothOptions(SceneInput& scene);
-// The same and the first shape.
+// The same, the first shape, and loads and supports.
 std::vector<Option> SceneOptions(SceneInput& scene);
 // What sets the camera.
 std::vector<Option> CameraOptions(CameraInput& camera);

@@ -3,6 +3,7 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -17,19 +18,43 @@
 namespace drape {
 namespace {
 
+// The vertices in each region and of each number.
+void RequireHeld(const SceneInput& input, const Handles& handles, const Mesh& mesh) {
+  const int count = mesh.num_vertices();
+  const std::size_t regions = handles.regions.size();
+  std::vector<char> held(count, 0);
+  for (std::size_t r = 0; r < regions; ++r) {
+    int found = 0;
+    for (int i = 0; i < count; ++i) {
+      if (!Contains(handles.regions[r], mesh.rest_x.segment<3>(3 * i))) continue;
+      held[i] = 1;
+      ++found;
+    }
+    const std::string which = regions == 1 ? "region" : Format("regions[%zu]", r);
+    if (found == 0)
+      throw InputError(input.scene, "key 'handles." + which + "': found no vertex of " +
+                                        input.mesh + " in it, expected some");
+  }
+  for (std::size_t k = 0; k < handles.vertices.size(); ++k) {
+    const int vertex = handles.vertices[k];
+    if (vertex >= count)
+      throw InputError(input.scene,
+                       Format("key 'handles.vertices[%zu]': found %d, expected 0 to %d, the "
+                              "vertices of ",
+                              k, vertex, count - 1) +
+                           input.mesh);
+    held[vertex] = 1;
+  }
+  if (std::all_of(held.begin(), held.end(), [](char is_held) { return is_held != 0; }))
+    throw InputError(input.mesh, "found all vertices held, expected a cloth that can move");
+}
+
 void RequireRegions(const SceneInput& input, const Scene& scene, const Mesh& mesh) {
   const auto in = [&](const Region& region, int i) {
     return Contains(region, mesh.rest_x.segment<3>(3 * i));
   };
-  int held = 0;
+  if (scene.handles) RequireHeld(input, *scene.handles, mesh);
   bool loaded = false;
-  for (int i = 0; scene.handles && i < mesh.num_vertices(); ++i)
-    held += in(scene.handles->region, i);
-  if (scene.handles && held == 0)
-    throw InputError(input.scene, "key 'handles.region': found no vertex of " + input.mesh +
-                                      " in it, expected some");
-  if (scene.handles && held == mesh.num_vertices())
-    throw InputError(input.mesh, "found all vertices held, expected a cloth that can move");
   if (!scene.load) return;
   for (const std::vector<int>& loop : mesh.boundary_loops)
     for (std::size_t k = 0; k < loop.size(); ++k)

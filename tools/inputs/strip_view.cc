@@ -11,8 +11,7 @@ namespace {
 constexpr double kRounding = 1e-9;  // [m]
 
 std::optional<StripView> ViewStrip(const ClothModel& model, const Eigen::VectorXd& x) {
-  const auto* held =
-      model.scene.handles ? std::get_if<HalfPlaneRegion>(&model.scene.handles->region) : nullptr;
+  const auto* held = std::get_if<HalfPlaneRegion>(OnlyHeldRegion(model.scene));
   if (held == nullptr || held->normal.x() < 1.0 - kRounding) return {};
   const Eigen::VectorXd& rest = model.mesh.rest_x;
   double clamp = -std::numeric_limits<double>::infinity(), end = clamp;

@@ -20,6 +20,7 @@ struct EquilibriumResult {
   int factorisations = 0;
   double residual = 0.0;      // ‖f‖ / weight, with the weight of CharacteristicForce
   double start_energy = 0.0;  // [J]
+  double load_share = 1.0;    // of the load that x carries; less than 1: SolveFromRest ended there
   std::vector<NewtonStep> steps;
 };
 

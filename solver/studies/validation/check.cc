@@ -40,6 +40,17 @@ bool HasEqualRows(const StretchTable& table) {
   return true;
 }
 
+// The error of central differences of second and of fourth order, whichever is less. The fourth
+// allows a longer step, which drowns less in rounding: a cloth that swings freely turns so much
+// that none of the second order is good to kDifferences. The second crosses fewer kinks.
+double DifferenceError(double step, const Vector& derivative,
+                       const std::function<Vector(double)>& at) {
+  const Vector near = (at(step) - at(-step)) / (2.0 * step);
+  const Vector far = (at(2.0 * step) - at(-2.0 * step)) / (4.0 * step);
+  return std::min(RelativeError(near, derivative),
+                  RelativeError((4.0 * near - far) / 3.0, derivative));
+}
+
 class SceneChecks {
  public:
   SceneChecks(std::shared_ptr<const ClothModel> model, const MaterialField& material,
@@ -92,7 +103,7 @@ class SceneChecks {
     double best = std::numeric_limits<double>::infinity();
     for (int exponent = 3; exponent <= 8; ++exponent) {
       const double step = unit * std::pow(10.0, -exponent);
-      const double error = RelativeError((at(step) - at(-step)) / (2.0 * step), derivative);
+      const double error = DifferenceError(step, derivative, at);
       Add(group, name + ", step 1e-" + std::to_string(exponent), error);
       best = std::min(best, error);
     }

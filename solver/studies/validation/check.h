@@ -43,8 +43,9 @@ struct CheckOptions {
 //  stiffness  K = −∂f/∂x against central differences; how unsymmetric K is
 //  rollout    tangent = adjoint; both against central differences by the material and by the start
 // Central differences run over steps of 1e-3 … 1e-8 (a row each; mean edge lengths for positions,
-// relative for entries): too long a step crosses kinks and sees curvature, too short a one drowns
-// in rounding, so the best of the sweep is what is judged, bound 1e-6. Over long rollouts of the
+// relative for entries), of second and fourth order: too long a step crosses kinks and sees
+// curvature, too short a one drowns in rounding, so the best of the sweep is what is judged, bound
+// 1e-6. Over long rollouts of the
 // reference law even the best step can cross its kinks (100 steps of 1,200 vertices: 5e-6).
 // material: one table of each kind. A cancelled run ends before the next sweep.
 std::vector<CheckRow> CheckScene(std::shared_ptr<const ClothModel> model,

@@ -4,6 +4,7 @@
 #include "physics/cloth/textbook.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/load_path.h"
+#include "physics/simulation/rollout.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {
@@ -23,7 +24,7 @@ TEST_F(SceneFile, ListsOnlyWhatActs) {
       "handles": {"region": {"ring": {"inner": 0.1}}, "stiffness": 7}})"));
   EXPECT_FALSE(scene.bend);
   EXPECT_EQ(*scene.gravity, Eigen::Vector3d(1, 2, 3));
-  EXPECT_EQ(std::get<RingRegion>(scene.handles->region).inner, 0.1);
+  EXPECT_EQ(std::get<RingRegion>(scene.handles->regions.front()).inner, 0.1);
   EXPECT_EQ(scene.handles->stiffness, 7.0);
   EXPECT_EQ(std::get<HalfPlaneRegion>(scene.load->region).normal, -Eigen::Vector3d::UnitY());
   // normal·x ≤ offset, whatever the length of the normal: here y ≥ 0.05.
@@ -45,6 +46,31 @@ TEST_F(SceneFile, BadValuesAreNamed) {
   expect(R"({"handles": {"region": {"disc": {"radius": 1}}, "stiffness": 0}})",
          "'handles.stiffness'");
   expect(R"({"load": {"region": {"half_plane": {"offset": 1}}}})", "'load.force' is missing");
+  const auto handles = [](const std::string& held) {
+    return R"({"handles": {)" + held + R"(, "stiffness": 1}})";
+  };
+  expect(handles(R"("regions": [{"disc": {"radius": 1}}, {"disk": {"radius": 1}}])"),
+         "a.json: unknown key 'handles.regions[1].disk', allowed: disc ring half_plane");
+  expect(handles(R"("regions": [{"disc": {"radius": 1, "centre": [0, 0, 0]}}])"),
+         "a.json: key 'handles.regions[0].disc.centre': found an array of 3");
+  expect(handles(R"("regions": {"disc": {"radius": 1}})"), "'handles.regions': found an object");
+  expect(handles(R"("region": {"disc": {"radius": 1}}, "regions": [])"),
+         "a.json: key 'handles': found an object, expected region or regions, not both");
+  expect(handles(R"("regions": [])"), "expected region, regions or vertices");
+  expect(handles(R"("vertices": [2, -1])"), "'handles.vertices[1]': found -1, expected a whole");
+  expect(handles(R"("vertices": [0.5])"), "'handles.vertices[0]': found 0.5");
+}
+
+TEST_F(SceneFile, HoldsSeveralRegionsAndVertices) {
+  const Scene scene = ReadScene(Write("a.json", R"({"handles": {"stiffness": 3, "vertices": [5, 2],
+      "regions": [{"ring": {"inner": 0.1, "centre": [0.1, -0.2]}}, {"half_plane": {"offset": 1}},
+                  {"disc": {"radius": 0.02, "centre": [0.3, 0.4]}}]}})"));
+  const auto& regions = scene.handles->regions;
+  ASSERT_EQ(regions.size(), 3u);
+  EXPECT_EQ(std::get<RingRegion>(regions[0]).centre, Eigen::Vector3d(0.1, -0.2, 0));
+  EXPECT_EQ(std::get<HalfPlaneRegion>(regions[1]).offset, 1.0);
+  EXPECT_EQ(std::get<DiscRegion>(regions[2]).centre, Eigen::Vector3d(0.3, 0.4, 0));
+  EXPECT_EQ(scene.handles->vertices, (std::vector<int>{5, 2}));
 }
 
 TEST(ShippedScene, CusickIsTheDefault) {
@@ -61,6 +87,62 @@ Eigen::VectorXd AtRest(const std::string& scene, const std::string& mesh,
   const EquilibriumResult rest = SolveFromRest(solver, material, options);
   EXPECT_EQ(rest.status, EquilibriumStatus::kStable) << scene << " " << rest.residual;
   return rest.x;
+}
+
+// A square with its mesh hangs from two corners; both are symmetric about u = 0.1 m.
+struct TwoCorners {
+  std::shared_ptr<const ClothModel> model = std::make_shared<const ClothModel>(
+      ParseMeshSpec("strip:0.2x0.2x20"), ReadScene(kScenes + "two_corners.json"),
+      MakeLaw("smooth"));
+  MaterialField material = LinearMaterial(100.0, 1e-5, 0.2);
+  StepSolver solver{model};
+
+  Eigen::Vector3d At(const Eigen::VectorXd& x, int i) const { return x.segment<3>(3 * i); }
+  int Mirror(int i) const {
+    const Eigen::Vector2d place(0.2 - model->mesh.uv(0, i), model->mesh.uv(1, i));
+    Eigen::Index nearest;
+    EXPECT_LT((model->mesh.uv.colwise() - place).colwise().norm().minCoeff(&nearest), 1e-12);
+    return static_cast<int>(nearest);
+  }
+};
+
+TEST(ShippedScene, TwoCornersHoldASymmetricDrape) {
+  TwoCorners square;
+  const int count = square.model->mesh.num_vertices();
+  ASSERT_EQ(square.model->held.size(), 2u);
+  const State end =
+      Rollout(square.solver, square.material, square.model->RestState(), {.steps = 20}).end;
+  double lowest = 0.0, asymmetry = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d here = square.At(end.x, i), there = square.At(end.x, square.Mirror(i));
+    asymmetry =
+        std::max(asymmetry, (here - Eigen::Vector3d(0.2 - there.x(), there.y(), there.z())).norm());
+    lowest = std::min(lowest, here.z());
+  }
+  EXPECT_LT(asymmetry, 1e-9);
+  EXPECT_LT(lowest, -0.1);  // it hangs
+  for (const int i : square.model->held)
+    EXPECT_LT((square.At(end.x, i) - square.At(square.model->mesh.rest_x, i)).norm(), 1e-3);
+}
+
+// Σ m·(v' − v) = h·(weight + forces of the handles at x'): forces within the cloth sum to zero.
+TEST(ShippedScene, OnlyGravityAndTheCornersChangeTheMomentum) {
+  TwoCorners square;
+  const Eigen::VectorXd mass = square.model->LumpedMass(square.material.density);
+  const auto momentum = [&](const State& state) -> Eigen::Vector3d {
+    return mass.cwiseProduct(state.v).reshaped(3, mass.size() / 3).rowwise().sum();
+  };
+  const State start =
+      Rollout(square.solver, square.material, square.model->RestState(), {.steps = 5}).end;
+  const RolloutOptions one{.h = 0.05, .steps = 1};
+  const State end = Rollout(square.solver, square.material, start, one).end;
+  Eigen::Vector3d force = mass.sum() / 3.0 * *square.model->scene.gravity;
+  for (const int i : square.model->held)
+    force -= square.model->scene.handles->stiffness *
+             (square.At(end.x, i) - square.At(square.model->mesh.rest_x, i));
+  const Eigen::Vector3d change = momentum(end) - momentum(start);
+  EXPECT_LT((change - one.h * force).norm(), 1e-10 * momentum(start).norm());
+  EXPECT_GT(change.norm(), 1e-3 * momentum(start).norm());
 }
 
 // The overhang is 6 cm; the strip is so narrow that it is a beam, and its triangles are

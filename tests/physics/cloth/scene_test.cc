@@ -18,6 +18,12 @@ TEST(Region, IncludesItsBounds) {
   EXPECT_TRUE(Contains(ring, {0.0, -0.2, 0.0}));
   EXPECT_FALSE(Contains(ring, {0.05, 0.0, 0.0}));
   EXPECT_FALSE(Contains(ring, {0.25, 0.0, 0.0}));
+  const Eigen::Vector3d centre(0.2, -0.1, 0.0);
+  EXPECT_TRUE(Contains(DiscRegion{0.01, centre}, {0.209, -0.1, 0.0}));
+  EXPECT_FALSE(Contains(DiscRegion{0.01, centre}, {0.0, 0.0, 0.0}));
+  const RingRegion there{.inner = 0.1, .outer = 0.2, .centre = centre};
+  EXPECT_TRUE(Contains(there, {0.2, 0.05, 0.0}));
+  EXPECT_FALSE(Contains(there, centre));
   const HalfPlaneRegion plane{.normal = -Eigen::Vector3d::UnitX(), .offset = -0.3};
   EXPECT_TRUE(Contains(plane, {0.3, 5.0, 0.0}));
   EXPECT_FALSE(Contains(plane, {0.29, 5.0, 0.0}));
@@ -27,6 +33,33 @@ TEST(Scene, OnlyADiscIsASupport) {
   EXPECT_EQ(SupportRadius(CusickScene()), 0.09);
   EXPECT_FALSE(SupportRadius(CantileverScene(0.01, 9.81)));
   EXPECT_FALSE(SupportRadius(Scene()));
+  Scene scene = CusickScene();
+  scene.handles->vertices = {7};
+  EXPECT_FALSE(SupportRadius(scene));
+  scene.handles->vertices.clear();
+  scene.handles->regions.push_back(HalfPlaneRegion());
+  EXPECT_FALSE(SupportRadius(scene));
+  scene.handles->regions = {DiscRegion{0.09, {0.01, 0.0, 0.0}}};
+  EXPECT_FALSE(SupportRadius(scene));
+}
+
+// A vertex that is in two regions, or in one and in the list, is held once.
+TEST(Scene, HoldsTheUnionOfRegionsAndVertices) {
+  Scene scene;
+  const Mesh mesh = MakeStrip(0.2, 0.04, 10, 4);
+  scene.handles = Handles{.regions = {HalfPlaneRegion{.offset = 0.0}, DiscRegion{0.001},
+                                      DiscRegion{0.001, {0.2, 0.02, 0.0}}},
+                          .vertices = {3, 0, 3}};
+  const ClothModel model(mesh, scene, MakeLaw("smooth"));
+  std::vector<int> expected;
+  for (int i = 0; i < mesh.num_vertices(); ++i)
+    if (mesh.uv(0, i) == 0.0 || (mesh.uv.col(i) - Eigen::Vector2d(0.2, 0.02)).norm() < 1e-9 ||
+        i == 3 || i == 0)
+      expected.push_back(i);
+  EXPECT_EQ(model.held, expected);
+  EXPECT_GE(model.held.size(), 7u);
+  scene.handles->vertices = {mesh.num_vertices()};
+  EXPECT_DEATH(ClothModel(mesh, scene, MakeLaw("smooth")), "no vertex");
 }
 
 // The load is even by length: a vertex between two loaded edges carries twice as much as one at the

@@ -49,13 +49,6 @@ std::vector<Option> FileOptions(SimulateOptions& options) {
 }  // namespace
 
 OptionTable SimulateTable(SimulateOptions& options) {
-  const std::vector<Option> scene = {
-      {.key = "scene",
-       .value = &options.scene.scene,
-       .doc = "loads and supports: cusick, or a scene file (configs/scenes)",
-       .is_path = true,
-       .words = {"cusick"}},
-  };
   const std::vector<Option> steps = {
       {.key = "solve",
        .value = &options.solve,
@@ -85,7 +78,7 @@ OptionTable SimulateTable(SimulateOptions& options) {
           "exit code 3: the computation failed (outcome and status in summary.json); the files "
           "show the last good shape\n",
       .options = Concatenate(
-          Grouped("cloth and scene", Concatenate(SceneOptions(options.scene), scene)),
+          Grouped("cloth and scene", SceneOptions(options.scene)),
           Grouped("simulation", Concatenate(steps, AccuracyOptions(options.accuracy))),
           Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
       .common = {"mesh", "material", "start", "scene", "solve", "time_step", "steps", "accuracy",

@@ -43,6 +43,40 @@ TEST_F(SceneTool, EachShippedSceneRuns) {
   EXPECT_FALSE(Summary().contains("strip"));
 }
 
+// From the flat shape the cloth folds at once: a load path ends, and says where.
+TEST_F(SceneTool, ASquareHangsFromTwoCorners) {
+  const std::string square = "strip:0.2x0.2x20";
+  const ProcessResult rest = OnScene("two_corners", square, {"--solve=hybrid", "--steps=200"});
+  ASSERT_EQ(rest.exit_code, 0) << rest.out << rest.err;
+  EXPECT_EQ(Summary().at("status"), "stable");
+  EXPECT_GT(Summary().at("sag_m"), 0.15);
+  const ProcessResult path = OnScene("two_corners", square);
+  EXPECT_EQ(path.exit_code, 3);
+  EXPECT_THAT(path.err, testing::HasSubstr("% of the load"));
+  EXPECT_THAT(path.err, testing::Not(testing::HasSubstr("nan")));
+}
+
+TEST_F(SceneTool, HeldCornersMustBeOfTheMesh) {
+  const auto expect = [&](const std::string& held, const std::string& message) {
+    const std::string scene = Write(
+        "s.json", R"({"gravity": [0, 0, -9.81], "handles": {)" + held + R"(, "stiffness": 1000}})");
+    ExpectOneLineError(Simulate({"--scene=" + scene, "--mesh=strip:0.1x0.02x10"}), message);
+  };
+  expect(
+      R"("regions": [{"disc": {"radius": 0.011}}, {"disc": {"radius": 0.001, "centre": [1, 0]}}])",
+      "s.json: key 'handles.regions[1]': found no vertex of strip:0.1x0.02x10 in it");
+  expect(R"("vertices": [0, 4000])",
+         "s.json: key 'handles.vertices[1]': found 4000, expected 0 to ");
+}
+
+TEST_F(SceneTool, CheckTakesAScene) {
+  const ProcessResult result = RunProcess(
+      {kCheck, "--scene=" + kConfigs + "scenes/two_corners.json",
+       "--material=" + kConfigs + "fabrics/synthetic_wool.json", "--mesh=strip:0.2x0.2x20"});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("0 of "));
+}
+
 TEST_F(SceneTool, TheCusickSceneIsTheDefaultToTheBit) {
   ASSERT_EQ(Simulate({"--dump_steps=3"}).exit_code, 0);
   const std::string by_default = Read(Path("out/state_3.json"));

@@ -50,7 +50,7 @@ class OscillatorTest : public testing::Test {
   OscillatorTest() {
     Scene scene;
     scene.stretch = scene.bend = false;
-    scene.handles = Handles{.region = DiscRegion{.radius = 1.0}, .stiffness = 0.5};
+    scene.handles = Handles{.regions = {DiscRegion{.radius = 1.0}}, .stiffness = 0.5};
     model_ =
         std::make_shared<ClothModel>(MakeDisc({.target_vertices = 100}), scene, MakeLaw("smooth"));
     material_.density = 0.2;
