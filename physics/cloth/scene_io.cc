@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "physics/util/json_input.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -14,22 +15,31 @@ bool Boolean(const JsonInput& input) {
   return input.value().get<bool>();
 }
 
-double Positive(const JsonInput& input) {
+// Far more than any cloth has, and far less than what overflows.
+constexpr double kMaxLength = 100.0;   // [m]
+constexpr double kMaxGravity = 1e4;    // [m/s²]
+constexpr double kMaxStiffness = 1e9;  // of a handle [N/m]
+constexpr double kMaxForce = 1e6;      // [N]
+constexpr double kMaxNormal = 1e6;     // any length, which is then divided by
+
+double Positive(const JsonInput& input, double most) {
   const double value = input.Number();
-  if (value <= 0.0) input.Fail("a number > 0");
+  if (value <= 0.0 || value > most) input.Fail(Format("a number > 0 and ≤ %g", most));
   return value;
 }
 
-Eigen::Vector3d Vector(const JsonInput& input) {
+Eigen::Vector3d Vector(const JsonInput& input, double most) {
   input.ExpectArray(3);
-  return {input.At(0).Number(), input.At(1).Number(), input.At(2).Number()};
+  return {input.At(0).NumberWithin(-most, most), input.At(1).NumberWithin(-most, most),
+          input.At(2).NumberWithin(-most, most)};
 }
 
 // x and y; the cloth lies at z = 0.
 Eigen::Vector3d Centre(const JsonInput& region) {
   if (!region.Has("centre")) return Eigen::Vector3d::Zero();
   const JsonInput centre = region.At("centre").ExpectArray(2);
-  return {centre.At(0).Number(), centre.At(1).Number(), 0.0};
+  return {centre.At(0).NumberWithin(-kMaxLength, kMaxLength),
+          centre.At(1).NumberWithin(-kMaxLength, kMaxLength), 0.0};
 }
 
 RingRegion ReadRing(const JsonInput& input) {
@@ -45,11 +55,11 @@ RingRegion ReadRing(const JsonInput& input) {
 HalfPlaneRegion ReadHalfPlane(const JsonInput& input) {
   input.ExpectKeys({"normal", "offset"});
   HalfPlaneRegion plane;
-  plane.offset = input.At("offset").Number();
+  plane.offset = input.At("offset").NumberWithin(-kMaxLength * kMaxNormal, kMaxLength * kMaxNormal);
   if (!input.Has("normal")) return plane;
-  plane.normal = Vector(input.At("normal"));
+  plane.normal = Vector(input.At("normal"), kMaxNormal);
   const double length = plane.normal.norm();
-  if (length == 0.0) input.At("normal").Fail("a direction");
+  if (length < 1.0 / kMaxNormal) input.At("normal").Fail("a direction");
   plane.normal /= length;
   plane.offset /= length;
   return plane;
@@ -62,12 +72,12 @@ Region ReadRegion(const JsonInput& input) {
   if (input.Has("half_plane")) return ReadHalfPlane(input.At("half_plane"));
   const JsonInput disc = input.At("disc");
   disc.ExpectKeys({"radius", "centre"});
-  return DiscRegion{Positive(disc.At("radius")), Centre(disc)};
+  return DiscRegion{Positive(disc.At("radius"), kMaxLength), Centre(disc)};
 }
 
 Handles ReadHandles(const JsonInput& input) {
   input.ExpectKeys({"region", "regions", "vertices", "stiffness"});
-  Handles handles{.regions = {}, .stiffness = Positive(input.At("stiffness"))};
+  Handles handles{.regions = {}, .stiffness = Positive(input.At("stiffness"), kMaxStiffness)};
   if (input.Has("region") && input.Has("regions")) input.Fail("region or regions, not both");
   if (input.Has("region")) handles.regions.push_back(ReadRegion(input.At("region")));
   if (input.Has("regions")) {
@@ -87,7 +97,7 @@ Handles ReadHandles(const JsonInput& input) {
 
 EdgeLoad ReadLoad(const JsonInput& input) {
   input.ExpectKeys({"region", "force"});
-  return {.region = ReadRegion(input.At("region")), .force = Vector(input.At("force"))};
+  return {.region = ReadRegion(input.At("region")), .force = Vector(input.At("force"), kMaxForce)};
 }
 
 }  // namespace
@@ -99,7 +109,7 @@ Scene ReadScene(const std::string& path) {
   Scene scene;
   if (input.Has("stretch")) scene.stretch = Boolean(input.At("stretch"));
   if (input.Has("bend")) scene.bend = Boolean(input.At("bend"));
-  if (input.Has("gravity")) scene.gravity = Vector(input.At("gravity"));
+  if (input.Has("gravity")) scene.gravity = Vector(input.At("gravity"), kMaxGravity);
   if (input.Has("handles")) scene.handles = ReadHandles(input.At("handles"));
   if (input.Has("load")) scene.load = ReadLoad(input.At("load"));
   return scene;

@@ -59,9 +59,10 @@ Eigen::VectorXd FlapsFromOutline(const Mesh& mesh, double support_radius,
                                  const Eigen::VectorXd& outline, double lift);
 
 // Files of the form
-//   {"format": "drapefit-start-shape", "version": 1, "modes": [{"k", "amplitude_m", "phase"}, …]}.
-// Both functions throw InputError naming the file, and reading also the key and index. Writing is
-// atomic, and numbers read back bit for bit.
+//   {"format": "drapefit-start-shape", "version": 1, "modes": [{"k", "amplitude_m", "phase"}, …]}
+// of at most 100 modes with k = 0 … 1000, amplitudes and a HemRms of at most 0.1 m, and phases of
+// at most 1000 rad. Both functions throw InputError naming the file, and reading also the key and
+// index. Writing is atomic, and numbers read back bit for bit.
 StartShape ReadStartShape(const std::string& path);
 void WriteStartShape(const std::string& path, const StartShape& shape);
 

@@ -5,18 +5,22 @@
 #include "physics/cloth/state_io.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
 
 constexpr char kFormat[] = "drapefit-start-shape";
-constexpr int kVersion = 1, kMaxWaves = 1000;
+constexpr int kVersion = 1, kMaxWaves = 1000, kMaxModes = 100;
+constexpr double kMaxAmplitude = 0.1, kMaxHemRms = 0.1;  // [m]; the cloth overhangs by 0.06
+constexpr double kMaxPhase = 1e3;                        // [rad]
 
 StartShape::Mode ParseMode(const JsonInput& input) {
   input.ExpectKeys({"k", "amplitude_m", "phase"});
   const int k = input.At("k").Integer();
   if (k < 0 || k > kMaxWaves) input.At("k").Fail("0.." + std::to_string(kMaxWaves));
-  return {k, input.At("amplitude_m").Number(), input.At("phase").Number()};
+  return {k, input.At("amplitude_m").NumberWithin(-kMaxAmplitude, kMaxAmplitude),
+          input.At("phase").NumberWithin(-kMaxPhase, kMaxPhase)};
 }
 
 StartShape ParseStartShape(const JsonInput& input) {
@@ -27,7 +31,13 @@ StartShape ParseStartShape(const JsonInput& input) {
   if (input.At("version").Integer() != kVersion) input.At("version").Fail("1");
   const JsonInput modes = input.At("modes").ExpectArray();
   StartShape shape;
+  if (modes.Size() > kMaxModes) modes.Fail(Format("at most %d modes", kMaxModes));
   for (int i = 0; i < modes.Size(); ++i) shape.modes.push_back(ParseMode(modes.At(i)));
+  if (HemRms(shape) > kMaxHemRms)
+    modes.Fail(
+        Format("a root mean square height of at most %g m at the hem, which these modes "
+               "exceed with %g m",
+               kMaxHemRms, HemRms(shape)));
   return shape;
 }
 

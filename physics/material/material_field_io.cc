@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "physics/material/material_ranges.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
 
@@ -52,17 +53,14 @@ Eigen::Matrix2Xd ReadPoints(const JsonInput& input) {
 }
 
 template <class Table>
-std::vector<Table> ReadTables(const JsonInput& input, int count, double factor,
+std::vector<Table> ReadTables(const JsonInput& input, int count, double factor, double most,
                               const MaterialPolicy& policy) {
   const int entries = sizeof(Table) / sizeof(double);
   std::vector<Table> tables(input.ExpectArray(count).Size());
   for (int e = 0; e < count; ++e) {
     const JsonInput table = input.At(e).ExpectArray(entries);
     for (int k = 0; k < entries; ++k) {
-      const double number = table.At(k).Number();
-      if (number < 0 && policy.negative_entries == NegativeEntries::kReject)
-        table.At(k).Fail("≥ 0 (only the reference law accepts a negative stiffness)");
-      reinterpret_cast<double*>(&tables[e])[k] = number / factor;
+      reinterpret_cast<double*>(&tables[e])[k] = ReadEntry(table.At(k), most, policy) / factor;
     }
   }
   return tables;
@@ -95,14 +93,13 @@ Material ReadField(const Mesh& mesh, const JsonInput& input, const MaterialPolic
   if (input.Has("name")) material.name = input.At("name").String();
   if (input.Has("source")) material.source = input.At("source").String();
   material.source_convention = "mechanical";
-  material.field.density = input.At("density").Number();
-  if (material.field.density <= 0) input.At("density").Fail("a positive number of kg/m²");
+  material.field.density = ReadDensity(input.At("density"));
   const Eigen::Matrix2Xd faces = ReadPoints(input.At("face_centres"));
   const Eigen::Matrix2Xd hinges = ReadPoints(input.At("hinge_centres"));
   const auto stretch = ReadTables<StretchTable>(input.At("stretch"), static_cast<int>(faces.cols()),
-                                                kMembranePerEntry, policy);
+                                                kMembranePerEntry, kMaxMembraneStiffness, policy);
   const auto bend = ReadTables<BendTable>(input.At("bend"), static_cast<int>(hinges.cols()),
-                                          1 / kBendPerRigidity, policy);
+                                          1 / kBendPerRigidity, kMaxRigidity, policy);
   material.field.stretch = Nearest(stretch, faces, FaceCentres(mesh));
   material.field.bend = Nearest(bend, hinges, HingeCentres(mesh));
   return material;

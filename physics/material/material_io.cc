@@ -4,13 +4,16 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "physics/material/material_ranges.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -49,8 +52,7 @@ class EntryReader {
     } else {
       ReadArcsim();
     }
-    material_.field.density = input_.At("density").Number();
-    if (material_.field.density <= 0) input_.At("density").Fail("a positive number of kg/m²");
+    material_.field.density = ReadDensity(input_.At("density"));
     return std::move(material_);
   }
 
@@ -76,7 +78,8 @@ class EntryReader {
     for (int col = 0; col < kStretchCols; ++col) {
       const JsonInput column = input_.At(kColumns[col]).ExpectArray(kStretchRows);
       for (int row = 0; row < kStretchRows; ++row) {
-        material_.field.stretch[0].c[row][col] = Entry(column.At(row));
+        material_.field.stretch[0].c[row][col] =
+            Entry(column.At(row), kMaxMembraneStiffness / kMembranePerEntry);
       }
     }
     ReadBend("bending", 1);
@@ -109,31 +112,30 @@ class EntryReader {
   }
 
   void ReadStretch(const char* key, double factor) {
+    const double most = kMaxMembraneStiffness / kMembranePerEntry * factor;
     const JsonInput rows = input_.At(key).ExpectArray(kStretchRows);
     for (int row = 0; row < kStretchRows; ++row) {
       const JsonInput values = rows.At(row).ExpectArray(kStretchCols);
       for (int col = 0; col < kStretchCols; ++col) {
-        material_.field.stretch[0].c[row][col] = Entry(values.At(col)) / factor;
+        material_.field.stretch[0].c[row][col] = Entry(values.At(col), most) / factor;
       }
     }
   }
 
   void ReadBend(const char* key, double factor) {
+    const double most = kMaxRigidity * kBendPerRigidity * factor;
     const JsonInput rows = input_.At(key).ExpectArray(kBendRows);
     for (int row = 0; row < kBendRows; ++row) {
       const JsonInput values = rows.At(row).ExpectArray(kBendCols);
       for (int col = 0; col < kBendCols; ++col) {
-        material_.field.bend[0].b[row][col] = Entry(values.At(col)) / factor;
+        material_.field.bend[0].b[row][col] = Entry(values.At(col), most) / factor;
       }
     }
   }
 
-  double Entry(const JsonInput& value) {
-    const double number = value.Number();
+  double Entry(const JsonInput& value, double most) {
+    const double number = ReadEntry(value, most, policy_);
     if (number >= 0) return number;
-    if (policy_.negative_entries == NegativeEntries::kReject) {
-      value.Fail("≥ 0 (only the reference law accepts a negative stiffness)");
-    }
     material_.warnings.push_back(value.Name() + " = " + value.value().dump() +
                                  " is negative and kept");
     return number;
@@ -195,6 +197,21 @@ void AppendTable(std::string& text, const double (&table)[kRows][kCols], double 
 }
 
 }  // namespace
+
+double ReadDensity(const JsonInput& input) {
+  const double density = input.Number();
+  if (density < kMinDensity || density > kMaxDensity)
+    input.Fail(Format("%g to %g kg/m²", kMinDensity, kMaxDensity));
+  return density;
+}
+
+double ReadEntry(const JsonInput& input, double most, const MaterialPolicy& policy) {
+  const double number = input.Number();
+  if (number < 0 && policy.negative_entries == NegativeEntries::kReject)
+    input.Fail("≥ 0 (only the reference law accepts a negative stiffness)");
+  if (std::abs(number) > most) input.Fail(Format("at most %g, a thousand times a fabric's", most));
+  return number;
+}
 
 Material ReadMaterial(const std::string& path, const MaterialPolicy& policy) {
   const size_t hash = path.rfind('#');

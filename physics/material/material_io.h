@@ -41,7 +41,8 @@ struct Material {
 //    plasticity keys are ignored with a warning.
 // A file may hold several fabrics as {"name": {…}, …}; "path#name" selects one. Throws InputError,
 // naming the file and the key with its index, for a syntax error, a wrong shape, a number that is
-// not finite, an unknown key (the message lists the allowed ones), a density ≤ 0, a negative entry
+// not finite, an unknown key (the message lists the allowed ones), a density or an entry far out of
+// the range of fabrics, a negative entry
 // under kReject, and a file of several fabrics without a selection (the message lists them).
 Material ReadMaterial(const std::string& path, const MaterialPolicy& policy = {});
 

@@ -9,6 +9,7 @@
 #include "physics/mesh/triangulate.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -19,6 +20,7 @@ using Triangles = std::vector<std::array<int, 3>>;
 
 constexpr int kMinVertices = 100, kMaxVertices = 1000000;
 constexpr int kRelaxationSteps = 100;
+constexpr double kMaxRadius = 100.0;  // [m]
 
 // The distribution of the vertices over the disc. With triangles of edge h and area √3/4 h²,
 // Euler's formula gives T = 2·V − hem − 2 triangles for the disc and T = 2·inner + ring − 2 inside
@@ -46,14 +48,16 @@ void CheckOptions(const DiscOptions& o) {
     fail(std::to_string(o.target_vertices) + " vertices, expected " + std::to_string(kMinVertices) +
          ".." + std::to_string(kMaxVertices));
   }
-  if (!(o.support_radius > 0 && o.radius > o.support_radius && std::isfinite(o.radius))) {
-    fail("radius " + std::to_string(o.radius) + " m and support radius " +
-         std::to_string(o.support_radius) + " m, expected 0 < support radius < radius");
-  }
+  if (!(o.support_radius > 0 && o.radius > o.support_radius && o.radius <= kMaxRadius))
+    fail(Format("radius %g m and support radius %g m, expected 0 < support radius < radius ≤ %g m",
+                o.radius, o.support_radius, kMaxRadius));
+
   const double h = MakeLayout(o).edge;
   if (o.support_radius < 1.5 * h || o.radius - o.support_radius < 1.5 * h) {
-    fail("too few vertices: edges of " + std::to_string(h) +
-         " m leave no room for rows of triangles inside and outside the support radius");
+    fail(
+        Format("too few vertices: edges of %g m leave no room for rows of triangles inside and "
+               "outside the support radius",
+               h));
   }
 }
 

@@ -66,7 +66,9 @@ const char* ToString(RolloutStatus status) {
 RolloutStatus AdvanceOneStep(StepSolver& solver, const MaterialField& material,
                              const Eigen::VectorXd& mass, double h, State& state) {
   const RolloutStatus status = SolveVelocity(solver, material, mass, h, state);
-  if (status == RolloutStatus::kOk) state.x += h * state.v;
+  if (status != RolloutStatus::kOk) return status;
+  if (!(state.x + h * state.v).allFinite()) return RolloutStatus::kNotFinite;
+  state.x += h * state.v;
   return status;
 }
 

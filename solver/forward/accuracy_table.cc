@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
@@ -40,13 +41,28 @@ double ParseLength(const std::string& text) {
   return length;
 }
 
+// "disc:1200": what the errors of a table are of.
+std::string ReadMesh(const JsonInput& input) {
+  constexpr std::string_view kDisc = "disc:";
+  constexpr int kMinVertices = 100, kMaxVertices = 1000000;  // MakeDisc
+  const std::string mesh = input.String();
+  int vertices = 0;
+  const char* const end = mesh.data() + mesh.size();
+  const char* const number = std::min(mesh.data() + kDisc.size(), end);
+  const auto [rest, error] = std::from_chars(number, end, vertices);
+  if (!mesh.starts_with(kDisc) || error != std::errc() || rest != end || vertices < kMinVertices ||
+      vertices > kMaxVertices)
+    input.Fail(Format("disc:N with N from %d to %d", kMinVertices, kMaxVertices));
+  return mesh;
+}
+
 double ReadError(const JsonInput& input) { return input.NumberWithin(kMinError, kMaxError); }
 
 AccuracyRow ReadRow(const JsonInput& input) {
   input.ExpectKeys(
       {"mesh", "solve", "time_step", "steps", "error_mm", "residual", "drift_mm", "cost"});
   AccuracyRow row;
-  row.mesh = input.At("mesh").String();
+  row.mesh = ReadMesh(input.At("mesh"));
   row.integrator = input.At("solve").String();
   if (row.integrator != "dynamic" && row.integrator != "hybrid")
     input.At("solve").Fail("dynamic or hybrid");

@@ -21,6 +21,13 @@ std::string Fabric(const std::function<void(nlohmann::json&)>& change) {
   return fabric.dump();
 }
 
+std::string StartShape(const std::vector<double>& amplitudes) {
+  nlohmann::json shape = {{"format", "drapefit-start-shape"}, {"version", 1}};
+  for (const double amplitude : amplitudes)
+    shape["modes"].push_back({{"k", 2}, {"amplitude_m", amplitude}, {"phase", 0}});
+  return shape.dump();
+}
+
 // A round silhouette of `radius` px about the centre of a size × size image.
 GrayImage Circle(int size, double radius) {
   GrayImage image(size, size);
@@ -58,6 +65,36 @@ const BadInput kBadInputs[] = {
      "m.json"},
     {"NegativeStiffness", "material", "m.json",
      [] { return Fabric([](auto& f) { f["bend"][0][3] = -1e-5; }); }, "'bend[0][3]'"},
+    {"AbsurdDensity", "material", "m.json",
+     [] { return Fabric([](auto& f) { f["density"] = 1e308; }); },
+     "m.json: key 'density': found 1e+308, expected 1e-05 to 1000 kg/m²"},
+    {"AbsurdStretch", "material", "m.json",
+     [] { return Fabric([](auto& f) { f["stretch"][2][1] = 1e12; }); }, "'stretch[2][1]'"},
+    {"AbsurdBend", "material", "m.json",
+     [] { return Fabric([](auto& f) { f["bend"][2][1] = 1e5; }); }, "'bend[2][1]'"},
+    {"AbsurdAmplitude", "start", "s.json",
+     [] {
+       return StartShape({0.01, 1e308});
+     },
+     "s.json: key 'modes[1].amplitude_m': found 1e+308, expected a number from -0.1 to 0.1"},
+    {"ManyModes", "start", "s.json", [] { return StartShape(std::vector<double>(101, 0.001)); },
+     "'modes': found an array of 101, expected at most 100 modes"},
+    {"HighModes", "start", "s.json",
+     [] {
+       return StartShape({0.1, 0.09, 0.08});
+     },
+     "expected a root mean square height of at most 0.1 m"},
+    {"AbsurdWeights", "gradient_weights", "w.json",
+     [] {
+       return nlohmann::json({{"w", std::vector<double>(360, 1e308)}}).dump();
+     },
+     "'w[0]'"},
+    {"AbsurdGravity", "scene", "g.json",
+     [] { return std::string(R"({"gravity": [0, 0, -1e308]})"); }, "'gravity[2]'"},
+    {"AbsurdHandles", "scene", "g.json",
+     [] { return std::string(R"({"handles": {"vertices": [0], "stiffness": 1e300}})"); },
+     "g.json: key 'handles.stiffness': found 1e+300, expected a number > 0 and ≤ 1e+09"},
+    {"AbsurdRadius", "mesh", "disc:200,radius=1e100", nullptr, "radius 1e+100 m"},
     {"UnknownMaterialKey", "material", "m.json",
      [] { return Fabric([](auto& f) { f["sterch"] = 1; }); }, "'sterch', allowed: "},
     {"StateOfAnotherMesh", "start", "s.json",

@@ -12,6 +12,22 @@ namespace {
 constexpr int kAngles = 360, kSupersample = 4;
 constexpr double kFarthest = 1e6;  // [px] from the corner: what has flown off is no drape
 
+// A coarse mesh may hang a little inside the support's circle.
+constexpr double kSlack = 0.03;  // of the drape coefficient
+
+constexpr double kLeastExtent = 8.0;  // [px]
+
+Eigen::Vector2d Extent(const Eigen::Matrix2Xd& image_points) {
+  return image_points.rowwise().maxCoeff() - image_points.rowwise().minCoeff();
+}
+
+bool IsInPicture(const Eigen::Matrix2Xd& image_points, const Camera& camera) {
+  const Eigen::Array2d least = image_points.rowwise().minCoeff();
+  const Eigen::Array2d most = image_points.rowwise().maxCoeff();
+  return least.minCoeff() >= -0.5 && most.x() <= camera.width - 0.5 &&
+         most.y() <= camera.height - 0.5;
+}
+
 // Those of BS 5058, to 2 %.
 bool HasStandardRadii(const ClothModel& model) {
   constexpr double kTolerance = 0.02;
@@ -35,8 +51,19 @@ std::optional<DrapeView> ViewDrape(const ClothModel& model, const Eigen::VectorX
   if (image_points.cwiseAbs().maxCoeff() > kFarthest) return {};
   DrapeView view;
   view.silhouette = Rasterize(mesh, x, camera, kSupersample);
-  if (HasStandardRadii(model))
-    view.drape_coefficient = DrapeCoefficient(CoverageArea(view.silhouette, camera));
+  if (!IsInPicture(image_points, camera)) {
+    view.fault = "not all in the picture";
+  } else if (Extent(image_points).minCoeff() < kLeastExtent) {
+    view.fault = "too small in the picture";
+  } else if (HasStandardRadii(model)) {
+    const double coefficient = DrapeCoefficient(CoverageArea(view.silhouette, camera));
+    if (coefficient > -kSlack && coefficient < 1.0 + kSlack) {
+      view.drape_coefficient = coefficient;
+    } else {
+      view.fault = "tangled";
+    }
+  }
+  if (!view.fault.empty()) return view;
   Outline fitted, measured;
   if (!OutlineFromMesh(mesh, x, camera, kAngles, &fitted)) return view;
   view.folds = CountFolds(MetresFromPixels(fitted.radius, camera));

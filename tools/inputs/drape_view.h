@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
@@ -13,10 +14,15 @@ namespace drape {
 
 // A drape as the camera sees it.
 struct DrapeView {
-  GrayImage silhouette;                      // coverage by 4×4 samples a pixel
-  std::optional<double> drape_coefficient;   // by the area of the coverage; none for a cloth or a
-                                             // support of other radii than the standard's
-  std::optional<int> folds;                  // none where the outline has gaps
+  GrayImage silhouette;                     // coverage by 4×4 samples a pixel
+  std::optional<double> drape_coefficient;  // by the area of the coverage; none for a cloth or a
+                                            // support of other radii than the standard's, and
+                                            // with a fault
+  std::string fault;                        // why this is no picture of a drape: "tangled" (its
+                                            // area is less than the support's or more than the
+                                            // cloth's), "not all in the picture", "too small in the
+                                            // picture"; or empty
+  std::optional<int> folds;                 // none where the outline has gaps
   std::optional<SilhouetteMetrics> metrics;  // against an image, where one is given
 };
 

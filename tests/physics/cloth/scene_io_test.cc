@@ -61,6 +61,22 @@ TEST_F(SceneFile, BadValuesAreNamed) {
   expect(handles(R"("vertices": [0.5])"), "'handles.vertices[0]': found 0.5");
 }
 
+TEST_F(SceneFile, AbsurdValuesAreRefused) {
+  const auto expect = [&](const std::string& text, const std::string& message) {
+    EXPECT_INPUT_ERROR(ReadScene(Write("a.json", text)), message);
+  };
+  expect(R"({"gravity": [0, 0, -1e308]})", "'gravity[2]': found -1e+308");
+  expect(R"({"handles": {"region": {"disc": {"radius": 1e308}}, "stiffness": 1}})", "radius");
+  expect(R"({"handles": {"vertices": [0], "stiffness": 1e300}})", "'handles.stiffness'");
+  expect(R"({"handles": {"region": {"disc": {"radius": 1, "centre": [0, 1e9]}}, "stiffness": 1}})",
+         "'handles.region.disc.centre[1]'");
+  expect(R"({"load": {"region": {"half_plane": {"offset": 1}}, "force": [1e308, 0, 0]}})",
+         "'load.force[0]'");
+  expect(R"({"load": {"region": {"half_plane": {"offset": 1, "normal": [1e-320, 0, 0]}},
+             "force": [1, 0, 0]}})",
+         "'load.region.half_plane.normal'");
+}
+
 TEST_F(SceneFile, HoldsSeveralRegionsAndVertices) {
   const Scene scene = ReadScene(Write("a.json", R"({"handles": {"stiffness": 3, "vertices": [5, 2],
       "regions": [{"ring": {"inner": 0.1, "centre": [0.1, -0.2]}}, {"half_plane": {"offset": 1}},

@@ -37,7 +37,8 @@ Eigen::VectorXd ReadLossWeights(const std::string& path, int num_dofs) {
     w.Fail("an array of " + std::to_string(num_dofs) + ", three numbers for each vertex");
   }
   Eigen::VectorXd weights(num_dofs);
-  for (int i = 0; i < num_dofs; ++i) weights[i] = w.At(i).Number();
+  constexpr double kMost = 1e30;  // no sum of them overflows
+  for (int i = 0; i < num_dofs; ++i) weights[i] = w.At(i).NumberWithin(-kMost, kMost);
   return weights;
 }
 

@@ -56,6 +56,14 @@ std::string UnsupportedLine(const UnsupportedView& unsupported) {
                 unsupported.strip->chord, unsupported.strip->stretch);
 }
 
+std::string ViewLine(const DrapeView& view) {
+  if (!view.fault.empty()) return "no drape (" + view.fault + "), ";
+  std::string line;
+  if (view.drape_coefficient) line += Format("DC %.3f, ", *view.drape_coefficient);
+  if (view.folds) line += std::to_string(*view.folds) + " folds, ";
+  return line;
+}
+
 Json SecondsJson(const SimulateResult& result) {
   Json seconds;
   double total = 0.0;
@@ -88,7 +96,9 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"status", result.simulation.status},
                {"dc", view ? OrNull(view->drape_coefficient) : Json(nullptr)},
                {"folds", view ? OrNull(view->folds) : Json(nullptr)},
-               {"force_residual", result.force_residual},
+               {"fault", view && !view->fault.empty() ? Json(view->fault) : Json(nullptr)},
+               {"force_residual",
+                std::isfinite(result.force_residual) ? Json(result.force_residual) : Json(nullptr)},
                {"stability", StabilityJson(result.lowest_eigenvalues)},
                {"steps", result.simulation.steps},
                {"steps_wanted", options.steps},
@@ -105,7 +115,7 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
   if (options.scene.scene != "cusick") json["scene"] = options.scene.scene;
   if (!options.accuracy.accuracy.empty()) json["accuracy"] = options.accuracy.accuracy;
   if (result.unsupported) {
-    for (const char* key : {"dc", "folds", "camera"}) json.erase(key);
+    for (const char* key : {"dc", "folds", "fault", "camera"}) json.erase(key);
     json.update(UnsupportedJson(*result.unsupported));
   }
   if (view && view->metrics) {
@@ -122,11 +132,8 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
 std::string SummaryLine(const SimulateResult& result) {
   std::string line =
       result.simulation.status + " after " + std::to_string(result.simulation.steps) + " steps: ";
-  if (result.view) {
-    if (result.view->drape_coefficient)
-      line += Format("DC %.3f, ", *result.view->drape_coefficient);
-    if (result.view->folds) line += std::to_string(*result.view->folds) + " folds, ";
-  }
+  if (!std::isfinite(result.force_residual)) return line + "no drape (its forces overflow)";
+  if (result.view) line += ViewLine(*result.view);
   if (result.unsupported) line += UnsupportedLine(*result.unsupported);
   return line + Format("force residual %.2g of the weight", result.force_residual) +
          StabilityNote(result.lowest_eigenvalues);

@@ -335,6 +335,11 @@ TEST(AccuracyTable, RefusesNumbersOutOfRange) {
             "t.json: key 'rows[1].residual': found 0.01, expected a number from 0 to 1e-06");
   EXPECT_EQ(error("drift_mm", 2),
             "t.json: key 'rows[1].drift_mm': found 2, expected a number from 0 to 1");
+  EXPECT_EQ(error("mesh", "disc:99999999"),
+            "t.json: key 'rows[1].mesh': found \"disc:99999999\", expected disc:N with N from 100 "
+            "to 1000000");
+  for (const char* mesh : {"disc:", "disc", "disc:600,radius=9", "../mesh.obj", ""})
+    EXPECT_THAT(error("mesh", mesh), HasSubstr("'rows[1].mesh'")) << mesh;
   EXPECT_THAT(error("error_mm", 0), HasSubstr("'rows[1].error_mm'"));
   EXPECT_THAT(error("cost", -1), HasSubstr("'rows[1].cost'"));
   EXPECT_THAT(error("fast_mm", 1e300), HasSubstr("'fast_mm'"));
