@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "physics/material/material_scaling.h"
 #include "physics/util/text_format.h"
@@ -30,6 +31,18 @@ Eigen::VectorXd PriorDeviations(const HierarchicalModel& hierarchy) {
   return deviations;
 }
 
+// The rounding of the mean must not make a spread of numbers that are all equal.
+std::pair<double, double> MeanAndDeviation(const Eigen::ArrayXd& numbers) {
+  if ((numbers == numbers[0]).all()) return {numbers[0], 0.0};
+  return {numbers.mean(), std::sqrt((numbers - numbers.mean()).square().mean())};
+}
+
+// "151.7 +- 12 N/m", or "151.7 N/m (not varied)" where the model holds it.
+std::string StiffnessText(double mean, double deviation, const char* unit) {
+  if (deviation == 0.0) return Format("%.4g %s (not varied)", mean, unit);
+  return Format("%.4g +- %.3g %s", mean, deviation, unit);
+}
+
 }  // namespace
 
 PosteriorStiffness ComputePosteriorStiffness(const PosteriorFit& fit) {
@@ -42,10 +55,9 @@ PosteriorStiffness ComputePosteriorStiffness(const PosteriorFit& fit) {
     stretch[s] = MeanStretch(fabric.stretch[0]);
     bend[s] = MeanBend(fabric.bend[0]);
   }
-  const auto deviation = [](const Eigen::ArrayXd& v) {
-    return std::sqrt((v - v.mean()).square().mean());
-  };
-  return {stretch.mean(), deviation(stretch), bend.mean(), deviation(bend)};
+  const auto [mean_stretch, stretch_deviation] = MeanAndDeviation(stretch);
+  const auto [mean_bend, bend_deviation] = MeanAndDeviation(bend);
+  return {mean_stretch, stretch_deviation, mean_bend, bend_deviation};
 }
 
 ordered_json PosteriorJson(const PosteriorFit& fit) {
@@ -113,11 +125,11 @@ StoredPosterior MakeStoredPosterior(const PosteriorFit& fit) {
 std::string PosteriorTable(const PosteriorFit& fit) {
   const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit);
   const Eigen::VectorXd deviation = fit.distribution.gaussian.Deviations();
-  std::string text = Format("  %s: stretch %.4g +- %.3g N/m, bend %.3g +- %.2g N m\n",
-                            IsElementwise(fit) ? "faces and hinges, mean and standard deviation"
-                                               : "posterior of the fabric",
-                            stiffness.stretch, stiffness.stretch_deviation, stiffness.bend,
-                            stiffness.bend_deviation);
+  std::string text = IsElementwise(fit)
+                         ? "  faces and hinges, mean and standard deviation: stretch "
+                         : "  posterior of the fabric: stretch ";
+  text += StiffnessText(stiffness.stretch, stiffness.stretch_deviation, "N/m") + ", bend " +
+          StiffnessText(stiffness.bend, stiffness.bend_deviation, "N m") + "\n";
   if (!IsElementwise(fit))
     text += Format("  %d of %d log factors have less than %.1f of their prior deviation\n",
                    static_cast<int>((deviation.array() < kNarrowed).count()),

@@ -25,7 +25,10 @@ class GradientsTool : public ToolFixture {
 TEST_F(GradientsTool, FindsTangentsByDifferencesAndAFoldAsTheorySays) {
   const ProcessResult result = Run({"--start_seed=4"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(Read(Path("out/report.md")), result.out);
+  const std::string report = Read(Path("out/report.md"));
+  EXPECT_THAT(report, testing::StartsWith("| difference step |"));
+  EXPECT_THAT(result.out, testing::StartsWith("difference step  "));
+  EXPECT_THAT(result.out, testing::Not(testing::HasSubstr("|")));
   const Json summary = ReadJson(Path("out/summary.json"));
   EXPECT_EQ(summary["outcome"], "done");
   ASSERT_EQ(summary["differences"].size(), 4u);  // two laws, after steps and at rest

@@ -86,7 +86,7 @@ class OptimisersTool : public ToolFixture {
 TEST_F(OptimisersTool, WritesTablesAndGoesOnFromTheRunsThatAreDone) {
   const ProcessResult first = Run({});
   ASSERT_EQ(first.exit_code, 0) << first.err;
-  EXPECT_THAT(first.out, testing::HasSubstr("| lm |"));
+  EXPECT_THAT(first.out, testing::HasSubstr("\nlm "));
   const Json summary = ReadJson(Path("out/summary.json"));
   EXPECT_EQ(summary.at("outcome"), "done");
   ASSERT_EQ(summary.at("runs").size(), 2u);

@@ -8,7 +8,13 @@ namespace {
 
 ToolOutcome Run(const GradientsOptions& options, const RunControl& control) {
   const GradientStudy study = RunGradients(options, control);
-  return {.text = GradientReportText(study), .cancelled = study.cancelled};
+  std::string text;
+  for (const TextTable& table : MakeGradientTables(study)) {
+    if (!text.empty()) text += '\n';
+    text += table.Aligned();
+  }
+  if (!study.note.empty()) text += '\n' + study.note;
+  return {.text = std::move(text), .cancelled = study.cancelled};
 }
 
 }  // namespace

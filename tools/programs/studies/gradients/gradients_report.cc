@@ -106,48 +106,54 @@ Chart FoldChart(const GradientStudy& study, bool by_distance) {
   return chart;
 }
 
-std::string BranchRow(const FollowedBranch& branch) {
-  const ContinuationResult& path = branch.path;
-  if (path.points.empty()) return Format("| %d | %s ||||||\n", branch.seed, ToString(path.status));
-  const ContinuationPoint &first = path.points.front(), &last = path.points.back();
-  std::string row =
-      Format("| %d | %s | %.5f | %.3g → %.3g | %.3g → %.3g |", branch.seed, ToString(path.status),
-             last.s, first.stiffness, last.stiffness, first.speed, last.speed);
-  const bool fitted =
-      branch.approach && branch.approach->speed_by_distance && branch.approach->speed_by_stiffness;
-  if (!fitted) return row + " – | – |\n";
-  return row + Format(" %.2f | %.2f |\n", branch.approach->speed_by_distance->exponent,
-                      branch.approach->speed_by_stiffness->exponent);
+TextTable DifferencesTable(const GradientStudy& study) {
+  std::vector<std::string> columns = {"difference step"};
+  for (const GradientSweep& sweep : study.sweeps) columns.push_back(sweep.name);
+  TextTable table(columns);
+  if (study.sweeps.empty()) return table;
+  for (std::size_t i = 0; i < study.sweeps.front().errors.size(); ++i) {
+    std::vector<std::string> row = {Format("%.0e", study.sweeps.front().errors[i].step)};
+    for (const GradientSweep& sweep : study.sweeps)
+      row.push_back(i < sweep.errors.size() ? Format("%.1e", sweep.errors[i].error) : "–");
+    table.Add(row);
+  }
+  return table;
+}
+
+TextTable HorizonTable(const GradientStudy& study) {
+  TextTable table({"law", "h [s]", "steps", "size of the gradient [m]", "error"});
+  for (const HorizonSeries& series : study.horizons)
+    for (std::size_t i = 0; i < series.errors.size(); ++i)
+      table.Add({series.law, Format("%g", series.h), std::to_string(series.horizons[i]),
+                 Format("%.2g", series.errors[i].size), Format("%.0e", series.errors[i].error)});
+  return table;
+}
+
+TextTable BranchTable(const GradientStudy& study) {
+  TextTable table({"start", "end", "at s", "lowest eigenvalue [1/s²]", "speed [m]",
+                   "exponent by distance", "by eigenvalue"});
+  for (const FollowedBranch& branch : study.branches) {
+    const ContinuationResult& path = branch.path;
+    std::vector<std::string> row = {std::to_string(branch.seed), ToString(path.status)};
+    if (!path.points.empty()) {
+      const ContinuationPoint &first = path.points.front(), &last = path.points.back();
+      row.push_back(Format("%.5f", last.s));
+      row.push_back(Format("%.3g → %.3g", first.stiffness, last.stiffness));
+      row.push_back(Format("%.3g → %.3g", first.speed, last.speed));
+      const auto& approach = branch.approach;
+      const bool fitted = approach && approach->speed_by_distance && approach->speed_by_stiffness;
+      row.push_back(fitted ? Format("%.2f", approach->speed_by_distance->exponent) : "–");
+      row.push_back(fitted ? Format("%.2f", approach->speed_by_stiffness->exponent) : "–");
+    }
+    table.Add(row);
+  }
+  return table;
 }
 
 }  // namespace
 
-std::string GradientReportText(const GradientStudy& study) {
-  std::string text = "| difference step |";
-  for (const GradientSweep& sweep : study.sweeps) text += " " + sweep.name + " |";
-  text += "\n|---|";
-  for (std::size_t i = 0; i < study.sweeps.size(); ++i) text += "---|";
-  text += "\n";
-  for (std::size_t i = 0; !study.sweeps.empty() && i < study.sweeps.front().errors.size(); ++i) {
-    text += Format("| %.0e |", study.sweeps.front().errors[i].step);
-    for (const GradientSweep& sweep : study.sweeps)
-      text += i < sweep.errors.size() ? Format(" %.1e |", sweep.errors[i].error) : " – |";
-    text += "\n";
-  }
-  text += "\n| law | h [s] | steps: size of the gradient [m], error |\n|---|---|---|\n";
-  for (const HorizonSeries& series : study.horizons) {
-    text += "| " + series.law + Format(" | %g |", series.h);
-    for (std::size_t i = 0; i < series.errors.size(); ++i)
-      text += Format("%s %d: %.2g, %.0e", i == 0 ? "" : ";", series.horizons[i],
-                     series.errors[i].size, series.errors[i].error);
-    text += " |\n";
-  }
-  text +=
-      "\n| start | end | at s | lowest eigenvalue [1/s²] | speed [m] | exponent by distance | "
-      "by eigenvalue |\n|---|---|---|---|---|---|---|\n";
-  for (const FollowedBranch& branch : study.branches) text += BranchRow(branch);
-  if (!study.note.empty()) text += "\n" + study.note;
-  return text;
+std::vector<TextTable> MakeGradientTables(const GradientStudy& study) {
+  return {DifferencesTable(study), HorizonTable(study), BranchTable(study)};
 }
 
 void WriteGradientReport(const OutputFolder& out, GradientStudy* study) {
@@ -158,7 +164,13 @@ void WriteGradientReport(const OutputFolder& out, GradientStudy* study) {
     WritePicture(out.Staged("fold.png"),
                  {.charts = {FoldChart(*study, true), FoldChart(*study, false)}});
   });
-  WriteFileAtomically(out.Staged("report.md"), GradientReportText(*study));
+  std::string report;
+  for (const TextTable& table : MakeGradientTables(*study)) {
+    if (!report.empty()) report += '\n';
+    report += table.Markdown();
+  }
+  if (!study->note.empty()) report += '\n' + study->note;
+  WriteFileAtomically(out.Staged("report.md"), report);
   WriteFileAtomically(out.Staged("summary.json"), MakeSummary(*study).dump(1) + "\n");
 }
 

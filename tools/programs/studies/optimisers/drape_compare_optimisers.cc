@@ -11,7 +11,7 @@ ToolOutcome Run(const OptimiserBenchmarkOptions& options, const RunControl& cont
   std::string text;
   for (const std::string& note : benchmark.notes) text += note + "\n";
   const bool has_problems = !benchmark.problems.empty();
-  if (has_problems) text += MethodTableText(benchmark, options.branch_tolerance);
+  if (has_problems) text += MakeMethodTable(benchmark, options.branch_tolerance).Aligned();
   return {.text = std::move(text),
           .cancelled = benchmark.cancelled,
           .failure = has_problems ? "" : "no problem has a start"};

@@ -70,24 +70,21 @@ Chart BranchChart(const OptimiserBenchmark& benchmark, double branch_tolerance) 
   return chart;
 }
 
-std::string ProblemTable(const OptimiserBenchmark& benchmark) {
-  std::string text = "| problem | start |", rule = "|---|---|";
-  for (const std::string& method : benchmark.methods) {
-    text += " " + method + " |";
-    rule += "---|";
-  }
-  text += "\n" + rule + "\n";
+TextTable ProblemTable(const OptimiserBenchmark& benchmark) {
+  std::vector<std::string> columns = {"problem", "start"};
+  columns.insert(columns.end(), benchmark.methods.begin(), benchmark.methods.end());
+  TextTable table(columns);
   for (int p = 0; p < benchmark.num_problems(); ++p) {
-    text += "| " + benchmark.problems[p] + Format(" | %.4g |", benchmark.StartCost(p));
+    std::vector<std::string> row = {benchmark.problems[p], Format("%.4g", benchmark.StartCost(p))};
     for (int m = 0; m < benchmark.num_methods(); ++m) {
       const BenchmarkRecord& record = benchmark.Record(p, m);
       const bool best = &record == &benchmark.Best(p);
-      text += Format(best ? " **%.4g** (%.2f px) |" : " %.4g (%.2f px) |", record.run.cost,
-                     record.rms_px);
+      row.push_back(
+          Format(best ? "**%.4g** (%.2f px)" : "%.4g (%.2f px)", record.run.cost, record.rms_px));
     }
-    text += "\n";
+    table.Add(row);
   }
-  return text;
+  return table;
 }
 
 std::string TraceCsv(const OptimiserBenchmark& benchmark) {
@@ -150,17 +147,16 @@ nlohmann::json MakeSummary(const OptimiserBenchmarkOptions& options,
 
 }  // namespace
 
-std::string MethodTableText(const OptimiserBenchmark& benchmark, double branch_tolerance) {
-  std::string text =
-      "| method | within 10 % | within 1 % | best | best branch | median gap | rms [px] | settled "
-      "rms "
-      "[px] | failed | CPU s |\n|---|---|---|---|---|---|---|---|---|---|\n";
+TextTable MakeMethodTable(const OptimiserBenchmark& benchmark, double branch_tolerance) {
+  TextTable table({"method", "within 10 %", "within 1 %", "best", "best branch", "median gap",
+                   "rms [px]", "settled rms [px]", "failed", "CPU s"});
   for (const MethodScore& score : ScoreMethods(benchmark, branch_tolerance))
-    text += Format("| %s | %.2f | %.2f | %.2f | %.2f | %.4f | %.2f | %.2f | %.2f | %.1f |\n",
-                   score.method.c_str(), score.solved_loose, score.solved_tight, score.wins,
-                   score.best_branch, score.median_gap, score.mean_rms_px,
-                   score.mean_settled_rms_px, score.failed, score.median_seconds);
-  return text;
+    table.Add({score.method, Format("%.2f", score.solved_loose), Format("%.2f", score.solved_tight),
+               Format("%.2f", score.wins), Format("%.2f", score.best_branch),
+               Format("%.4f", score.median_gap), Format("%.2f", score.mean_rms_px),
+               Format("%.2f", score.mean_settled_rms_px), Format("%.2f", score.failed),
+               Format("%.1f", score.median_seconds)});
+  return table;
 }
 
 void WriteBenchmarkReport(const OptimiserBenchmarkOptions& options, const OutputFolder& out,
@@ -168,12 +164,12 @@ void WriteBenchmarkReport(const OptimiserBenchmarkOptions& options, const Output
   const std::string missing = TryPictures([&] { WritePictures(options, *benchmark, out); });
   if (!missing.empty()) benchmark->notes.push_back(missing.substr(0, missing.find('\n')));
   std::string report =
-      MethodTableText(*benchmark, options.branch_tolerance) +
+      MakeMethodTable(*benchmark, options.branch_tolerance).Markdown() +
       Format(
           "\nA Jacobian cost %.2f rollouts of CPU time beside its own; "
           "it was paid with %g.\n\n",
           MeasuredJacobianCost(*benchmark), options.optimiser.jacobian_cost_units) +
-      ProblemTable(*benchmark);
+      ProblemTable(*benchmark).Markdown();
   for (const std::string& note : benchmark->notes) report += "\n" + note + "\n";
   WriteFileAtomically(out.Staged("report.md"), report);
   WriteFileAtomically(out.Staged("traces.csv"), TraceCsv(*benchmark));

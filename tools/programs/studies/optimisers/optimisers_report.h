@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-
 #include "solver/studies/optimisers/benchmark_scores.h"
 #include "tools/cli/output_folder.h"
+#include "tools/programs/reports/text_table.h"
 
 namespace drape {
 
 // One row per method.
-std::string MethodTableText(const OptimiserBenchmark& benchmark, double branch_tolerance);
+TextTable MakeMethodTable(const OptimiserBenchmark& benchmark, double branch_tolerance);
 
 // All files of the folder.
 void WriteBenchmarkReport(const OptimiserBenchmarkOptions& options, const OutputFolder& out,
