@@ -42,13 +42,25 @@ std::vector<std::string> ListFitFiles(const nlohmann::json& summary) {
   return {"material.json"};
 }
 
-// summary.json, once the fit is done and its files can be read. Throws InputError otherwise.
+std::optional<ExperimentStiffness> BeliefIn(const JsonInput& summary) {
+  if (!summary.Has("posterior")) return {};
+  const JsonInput posterior = summary.At("posterior");
+  const JsonInput stretch = posterior.At("stretch_n_per_m"), bend = posterior.At("bend_n_m");
+  return ExperimentStiffness{stretch.At(0).Number(), stretch.At(1).Number(), bend.At(0).Number(),
+                             bend.At(1).Number()};
+}
+
+// summary.json, once the fit is done and it and its files can be read. Throws InputError otherwise.
 nlohmann::json FinishedFit(const std::string& folder) {
   const std::string path = folder + "/summary.json";
   nlohmann::json summary = ReadJsonFile(path);
   const JsonInput input(summary, path);
   if (input.At("status").String() != "done") input.At("status").Fail("done");
   for (const std::string& file : ListFitFiles(summary)) ReadJsonFile(folder + "/" + file);
+  if (summary.contains("mean")) {
+    FitNumbers(summary, path);
+    BeliefIn(input);
+  }
   return summary;
 }
 
@@ -203,14 +215,6 @@ bool Predict(const ExperimentTask& task, const RunControl& control) {
   if (json.contains("numbers")) json["numbers"]["prediction_seconds"] = seconds.count();
   WritePrediction(task, json);
   return true;
-}
-
-std::optional<ExperimentStiffness> BeliefIn(const JsonInput& summary) {
-  if (!summary.Has("posterior")) return {};
-  const JsonInput posterior = summary.At("posterior");
-  const JsonInput stretch = posterior.At("stretch_n_per_m"), bend = posterior.At("bend_n_m");
-  return ExperimentStiffness{stretch.At(0).Number(), stretch.At(1).Number(), bend.At(0).Number(),
-                             bend.At(1).Number()};
 }
 
 ExperimentResult ReadResult(const std::string& folder) {

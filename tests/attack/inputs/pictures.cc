@@ -6,6 +6,9 @@
 
 // After <cstdio>: jpeglib.h needs size_t and FILE.
 #include <jpeglib.h>
+#include <zlib.h>
+
+#include <stdexcept>
 
 #include "tests/losses/image/photograph.h"
 
@@ -18,6 +21,12 @@ std::string MakeExif(int orientation) {
   block += '\0';
   block += static_cast<char>(orientation);
   return block + std::string("\0\0\0\0\0\0", 6);
+}
+
+std::string BigEndian(uint32_t value) {
+  std::string bytes;
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 0xff);
+  return bytes;
 }
 
 }  // namespace
@@ -60,6 +69,34 @@ std::string EncodeJpegAs(const std::vector<uint8_t>& pixels, const JpegForm& for
   jpeg_destroy_compress(&info);
   std::free(buffer);
   return bytes;
+}
+
+std::string Deflate(const std::string& data) {
+  uLongf size = compressBound(data.size());
+  std::string packed(size, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
+                reinterpret_cast<const Bytef*>(data.data()), data.size(), 9) != Z_OK)
+    throw std::runtime_error("cannot compress");
+  packed.resize(size);
+  return packed;
+}
+
+std::string MakePngChunk(const std::string& type, const std::string& data) {
+  const std::string body = type + data;
+  const auto checksum = static_cast<uint32_t>(
+      crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size())));
+  return BigEndian(static_cast<uint32_t>(data.size())) + body + BigEndian(checksum);
+}
+
+std::string EncodePngAs(const std::string& rows, std::size_t bytes_per_row, const PngForm& form) {
+  std::string filtered;
+  for (std::size_t at = 0; at < rows.size(); at += bytes_per_row)
+    filtered += '\0' + rows.substr(at, bytes_per_row);
+  std::string header = BigEndian(form.width) + BigEndian(form.height);
+  for (const uint8_t byte : {form.depth, form.colour, uint8_t{0}, uint8_t{0}, form.interlace})
+    header += static_cast<char>(byte);
+  return "\x89PNG\r\n\x1a\n" + MakePngChunk("IHDR", header) + form.chunks +
+         MakePngChunk("IDAT", Deflate(filtered)) + MakePngChunk("IEND", "");
 }
 
 }  // namespace drape::attack

@@ -11,6 +11,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "tests/attack/run/process.h"
+
 namespace drape::attack {
 namespace {
 
@@ -26,7 +28,7 @@ void WriteRecord(int fd, char kind, const std::string& text) {
 [[noreturn]] void RunChild(int fd, int first, int count,
                            const std::function<std::vector<std::string>(int)>& try_one) {
   const rlimit memory = {static_cast<rlim_t>(kMemory), static_cast<rlim_t>(kMemory)};
-  setrlimit(RLIMIT_AS, &memory);
+  if (kCanLimitMemory) setrlimit(RLIMIT_AS, &memory);
   const rlimit core = {0, 0};
   setrlimit(RLIMIT_CORE, &core);
   // The trace of a crash is known by its signal.

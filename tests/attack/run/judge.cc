@@ -130,7 +130,7 @@ class Judgement {
   }
 
   void JudgeFiles() {
-    const bool killed = expectation_.may_be_killed && outcome_.signal != 0;
+    const bool killed = expectation_.may_be_killed && outcome_.signal == SIGKILL;
     for (const auto& [path, content] : after_) {
       const auto old = before_.find(path);
       const bool is_new = old == before_.end();

@@ -22,8 +22,9 @@ struct Expectation {
   std::vector<std::string> named = {};  // an error names one of these: the file, key or option
   std::vector<std::string> results = {"out"};  // files and folders that it may write
   bool keeps_results = true;                   // at exit code 2 they have not changed
-  bool may_be_killed = false;                  // by the signal or limit that it was sent
-  bool prints_numbers = true;                  // its results may not be nan or inf
+  // By the signal or limit that it was sent; only SIGKILL excuses what it left.
+  bool may_be_killed = false;
+  bool prints_numbers = true;  // its results may not be nan or inf
 };
 
 // Relative path → "file" and content, "folder", or "link" and its target. Links are not followed.

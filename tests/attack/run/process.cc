@@ -115,7 +115,7 @@ struct Child {
     const Limits& limits = request.limits;
     rlimit core = {0, 0};
     setrlimit(RLIMIT_CORE, &core);
-    Limit(RLIMIT_AS, limits.memory_gb * kGigabyte);
+    if (kCanLimitMemory) Limit(RLIMIT_AS, limits.memory_gb * kGigabyte);
     Limit(RLIMIT_FSIZE, static_cast<double>(limits.file_bytes));
     Limit(RLIMIT_CPU, limits.processor_seconds);
     if (chdir(folder) != 0) _exit(126);

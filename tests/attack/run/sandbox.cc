@@ -31,11 +31,11 @@ Outcome Sandbox::Run(Request request, const Expectation& expectation) {
   request.environment.emplace("HOME", folder_ + "/home");
   script_ += ShellLine(request) + "\n";
   const FolderState before = ReadFolder(folder_);
-  last_ = RunProgramIn(folder_, request);
+  outcomes_.push_back(RunProgramIn(folder_, request));
   for (const std::string& reason :
-       JudgeRun(request, last_, expectation, before, ReadFolder(folder_)))
+       JudgeRun(request, outcomes_.back(), expectation, before, ReadFolder(folder_)))
     reasons_.push_back(reason);
-  return last_;
+  return outcomes_.back();
 }
 
 void Sandbox::Keep() const {
@@ -43,8 +43,11 @@ void Sandbox::Keep() const {
                                      << script_;
   std::ofstream reasons(folder_ + "/reasons.txt");
   for (const std::string& reason : reasons_) reasons << Visible(reason) << "\n";
-  std::ofstream(folder_ + "/stdout.txt", std::ios::binary) << last_.out;
-  std::ofstream(folder_ + "/stderr.txt", std::ios::binary) << last_.err;
+  for (std::size_t i = 0; i < outcomes_.size(); ++i) {
+    const std::string run = folder_ + "/run_" + std::to_string(i + 1);
+    std::ofstream(run + ".stdout", std::ios::binary) << outcomes_[i].out;
+    std::ofstream(run + ".stderr", std::ios::binary) << outcomes_[i].err;
+  }
 }
 
 }  // namespace drape::attack

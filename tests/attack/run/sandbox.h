@@ -27,12 +27,12 @@ class Sandbox {
   void Fail(const std::string& reason) { reasons_.push_back(reason); }
 
   const std::vector<std::string>& reasons() const { return reasons_; }
-  // Keeps what reproduces the runs: run.sh, reasons.txt and the streams of the last one.
+  // Keeps what reproduces the runs: run.sh, reasons.txt and the streams of each.
   void Keep() const;
 
  private:
   std::string folder_, script_;
-  Outcome last_;
+  std::vector<Outcome> outcomes_;
   std::vector<std::string> reasons_;
 };
 

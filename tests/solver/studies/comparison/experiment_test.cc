@@ -112,6 +112,12 @@ TEST_F(ExperimentTest, ABrokenFileIsMadeAnewAndTheSame) {
   ASSERT_TRUE(Run());
   EXPECT_THAT(notes_, testing::HasSubstr("round"));
   EXPECT_EQ(Text(), whole);
+  nlohmann::json summary = nlohmann::json::parse(Read(Path("experiment/summary.json")));
+  summary["mean"] = nlohmann::json::array();
+  Write("experiment/summary.json", summary.dump());
+  EXPECT_FALSE(ReadExperiment(Path("experiment")));
+  ASSERT_TRUE(Run());
+  EXPECT_EQ(Text(), whole);
   std::filesystem::remove(Path("experiment/summary.json"));
   EXPECT_FALSE(ReadExperiment(Path("experiment")));
 }
