@@ -87,9 +87,9 @@ const AccuracyRow& AccuracyTable::Pick(const std::string& accuracy,
     return integrator.empty() || row.integrator == integrator;
   };
   if (std::none_of(rows.begin(), rows.end(), is_allowed))
-    throw InputError("option 'accuracy'",
-                     "found solve = " + integrator + ", expected " + rows.front().integrator +
-                         ": no drape of the table is at rest after " + integrator + " steps alone");
+    throw InputError("option 'accuracy'", "found solve = " + integrator + ", expected " +
+                                              rows.front().integrator + ": the table has no " +
+                                              integrator + " setting whose drapes are at rest");
   const AccuracyRow* best = nullptr;
   double least = std::numeric_limits<double>::infinity();
   for (const AccuracyRow& row : rows) {

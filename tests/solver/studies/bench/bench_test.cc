@@ -304,8 +304,8 @@ TEST(AccuracyTable, RefusesWhatItHasNot) {
   AccuracyTable at_rest = table;
   std::erase_if(at_rest.rows, [](const auto& row) { return row.integrator == "dynamic"; });
   EXPECT_EQ(ComputeError([&] { at_rest.Pick("fast", "dynamic"); }),
-            "option 'accuracy': found solve = dynamic, expected hybrid: no drape of the table is "
-            "at rest after dynamic steps alone");
+            "option 'accuracy': found solve = dynamic, expected hybrid: the table has no dynamic "
+            "setting whose drapes are at rest");
 }
 
 TEST(AccuracyTable, TwiceTheTimeForNothingIsNoRow) {
