@@ -13,8 +13,8 @@ namespace drape {
 // that is not finite.
 State ReadState(const std::string& path, int num_vertices);
 
-// Writes a state file atomically. Numbers read back bit for bit. CHECKs equal sizes and finite
-// numbers. Throws InputError when the file cannot be written.
+// Writes a state file atomically. Numbers read back bit for bit. CHECKs equal sizes. Throws
+// InputError when the file cannot be written, std::domain_error for a number that is not finite.
 void WriteState(const std::string& path, const State& state);
 
 }  // namespace drape

@@ -62,6 +62,7 @@ std::vector<std::string> FindResults(const ListedOption& option, const std::stri
 void TryValue(const Campaign& campaign, const std::string& program, const ListedOption& option,
               const OptionValue& value, bool has_results, Sandbox& sandbox) {
   if (has_results) AddEarlierResults(&sandbox);
+  sandbox.Write("here/notes.txt", "earlier");
   if (program == "drape_metrics" && !has_results) sandbox.Write("out/notes.txt", "earlier");
   Request request = MakeRequest(campaign, MakeCommand(program, option, value.text));
   request.limits.seconds = kSeconds;

@@ -193,13 +193,28 @@ Values MakeTexts() {
   return values;
 }
 
-Values MakePaths(const ListedOption& option) {
+// Where results go must stay within the sandbox, whatever rights the attack has.
+bool LeavesFolder(const OptionValue& value) {
+  return value.text.rfind('/', 0) == 0 || Contains(value.text, "..");
+}
+
+Values MakeResultPaths() {
   Values values = MakeTexts();
-  const bool is_result = option.key == "out" || option.key == "csv" || option.key == "overlay" ||
-                         option.key == "table" || option.key == "save_split";
+  std::erase_if(values, LeavesFolder);
+  for (const char* text : {"no/such/folder", "here", "here/", "./here", "here/notes.txt"})
+    values.push_back({text});
+  for (const char* text : {"here/notes.txt/x", "/dev/full/x", "/proc/x", "/dev/null/x"})
+    values.push_back({text, true});
+  return values;
+}
+
+Values MakePaths(const ListedOption& option) {
+  for (const char* result : {"out", "csv", "overlay", "table", "save_split"})
+    if (option.key == result) return MakeResultPaths();
+  Values values = MakeTexts();
   for (const char* text : {"/no/such",
                            "no/such.json",
-                           "tmp",
+                           "here",
                            "disc:",
                            "disc:0",
                            "disc:-1",
@@ -218,14 +233,12 @@ Values MakePaths(const ListedOption& option) {
                            "disc:200000",
                            "file.json#",
                            "#",
-                           "a.json#b#c"})
+                           "a.json#b#c",
+                           "/dev/null",
+                           "/dev/zero",
+                           "/proc/self/mem",
+                           "/dev/full"})
     values.push_back({text});
-  if (!is_result)
-    for (const char* text : {"/dev/null", "/dev/zero", "/proc/self/mem", "/dev/full"})
-      values.push_back({text});
-  if (is_result)
-    for (const char* text : {"/dev/full/x", "/proc/x", "/dev/null/x", "home/../../../../../proc/x"})
-      values.push_back({text, true});
   return values;
 }
 

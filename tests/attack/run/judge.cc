@@ -125,7 +125,9 @@ class Judgement {
   bool IsResult(const std::string& path) const {
     const std::vector<std::string>& results = expectation_.results;
     return std::any_of(results.begin(), results.end(), [&](const std::string& result) {
-      return path == result || path.rfind(result + "/", 0) == 0;
+      // The folders above it are made with it.
+      return result == "." || path == result || path.rfind(result + "/", 0) == 0 ||
+             result.rfind(path + "/", 0) == 0;
     });
   }
 
