@@ -67,6 +67,13 @@ void RequireRegions(const SceneInput& input, const Scene& scene, const Mesh& mes
 
 }  // namespace
 
+void RequireOneTable(const Material& material, const std::string& option) {
+  if (material.field.stretch.size() == 1 && material.field.bend.size() == 1) return;
+  throw InputError("option '" + option + "'", "found a material with a table for each element (" +
+                                                  material.name +
+                                                  "), expected one table for the whole cloth");
+}
+
 LoadedScene LoadScene(const SceneInput& input) {
   const Law law = MakeLaw(input.law);
   const bool is_reference = !law.rejects_negative_entries();

@@ -31,4 +31,8 @@ struct LoadedScene {
 // support.
 LoadedScene LoadScene(const SceneInput& input);
 
+// Throws InputError, prefix "option '<option>'", for a material with a table for each element:
+// what the option does is by the 39 entries of one table.
+void RequireOneTable(const Material& material, const std::string& option);
+
 }  // namespace drape

@@ -7,6 +7,7 @@ namespace {
 
 ToolOutcome Run(const CheckToolOptions& options, const RunControl& control) {
   const LoadedScene scene = LoadScene(options.scene);
+  RequireOneTable(scene.material, "material");
   const std::vector<CheckRow> rows =
       CheckScene(scene.model, scene.material.field, scene.start, options.check, control);
   return {.text = CheckTableText(rows),

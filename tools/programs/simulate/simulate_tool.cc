@@ -48,6 +48,7 @@ struct Input {
     }
     if (!options.image.empty()) ReadImage(options);
     if (!options.gradient_weights.empty()) {
+      RequireOneTable(scene.material, "gradient_weights");
       weights = ReadLossWeights(options.gradient_weights, scene.model->num_dofs());
     }
   }

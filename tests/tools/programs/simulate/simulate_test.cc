@@ -3,6 +3,7 @@
 #include "losses/image/image.h"
 #include "losses/metrics/metrics.h"
 #include "physics/cloth/state_io.h"
+#include "physics/material/material_field_io.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/obj_io.h"
@@ -125,6 +126,24 @@ TEST_F(SimulateTool, TheGradientIsByTheNumbersOfTheMaterialFile) {
     const double found = gradient.at("adjoint").at(table).at(row).at(column);
     EXPECT_NEAR(found / change, 1.0, 1e-4) << table << " " << row << " " << column;
   }
+}
+
+// They are by the 39 entries of one table.
+TEST_F(SimulateTool, DerivativesNeedOneTable) {
+  const Mesh mesh = MakeDisc({.target_vertices = kVertices});
+  Material material =
+      ReadMaterial(std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json");
+  material.field.stretch.resize(mesh.num_faces(), material.field.stretch[0]);
+  material.field.bend.resize(mesh.num_hinges(), material.field.bend[0]);
+  WriteMaterialField(Path("field.json"), material, mesh);
+  const std::string field = "--material=" + Path("field.json");
+  ASSERT_EQ(Simulate({field}).exit_code, 0);
+  const std::string weights =
+      Write("w.json", Json({{"w", std::vector<double>(3 * kVertices, 0.1)}}).dump());
+  ExpectOneLineError(Simulate({field, "--gradient_weights=" + weights}),
+                     "option 'gradient_weights': found a material with a table for each element");
+  ExpectOneLineError(RunProcess({kCheck, "--mesh=disc:120", field}),
+                     "option 'material': found a material with a table for each element");
 }
 
 TEST_F(SimulateTool, GoesOnFromAState) {
