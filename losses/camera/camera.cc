@@ -47,14 +47,16 @@ Moments CoverageMoments(const GrayImage& image) {
 void Camera::Check(const std::string& where) const {
   Require(width >= 16, where, "camera_width", width, ">= 16 px");
   Require(height >= 16, where, "camera_height", height, ">= 16 px");
-  Require(std::isfinite(cx), where, "camera_cx", cx, "a finite column");
-  Require(std::isfinite(cy), where, "camera_cy", cy, "a finite row");
+  constexpr double kFarthest = 1e6;  // [px]
+  Require(std::abs(cx) <= kFarthest, where, "camera_cx", cx, "a column from -1e6 to 1e6");
+  Require(std::abs(cy) <= kFarthest, where, "camera_cy", cy, "a row from -1e6 to 1e6");
   if (kind == CameraKind::kPinhole) {
-    Require(eye_height > 0 && std::isfinite(eye_height), where, "eye_height", eye_height, "> 0 m");
+    Require(eye_height > 0 && eye_height <= 1e3, where, "eye_height", eye_height,
+            "more than 0, up to 1000 m");
     Require(field_of_view > 0 && field_of_view < M_PI, where, "field_of_view", field_of_view,
             "between 0 and pi rad");
   } else {
-    Require(scale > 0 && std::isfinite(scale), where, "camera_scale", scale, "> 0 px/m");
+    Require(scale >= 1 && scale <= 1e7, where, "camera_scale", scale, "1 to 1e7 px/m");
   }
 }
 

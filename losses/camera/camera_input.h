@@ -48,14 +48,14 @@ void VisitFields(Input& input, Visitor&& visit) {
                             "published images of 256x256 px; an image of another size needs this "
                             "or image_width_mm",
                      .unit = "px/m",
-                     .least = 0,
-                     .above_least = true});
+                     .least = 1,
+                     .most = 1e7});
   visit(image_width_mm, Field{.key = "image_width_mm",
                               .doc = "width of the area that the image shows in the support "
                                      "plane, in place of camera_scale: lay a ruler on the support",
                               .unit = "mm",
-                              .least = 0,
-                              .above_least = true});
+                              .least = 1,
+                              .most = 1e5});
 }
 
 // The camera of a rendering. Throws InputError.

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <new>
 #include <numeric>
+#include <stdexcept>
 #include <utility>
 
 #include "physics/linalg/supernodal_factor.h"
@@ -89,7 +91,7 @@ class Analyser {
     const int n = p.num_vertices();
     cholmod_sparse* graph =
         cholmod_allocate_sparse(n, n, p.num_blocks(), 1, 1, -1, CHOLMOD_PATTERN, &common_);
-    CHECK(graph != nullptr);
+    Require(graph != nullptr);
     int* start = static_cast<int*>(graph->p);
     int* row = static_cast<int*>(graph->i);
     int nnz = 0;
@@ -100,7 +102,7 @@ class Analyser {
     }
     start[n] = nnz;
     std::vector<int> order(n);
-    CHECK(cholmod_metis(graph, nullptr, 0, 1, order.data(), &common_));
+    Require(cholmod_metis(graph, nullptr, 0, 1, order.data(), &common_) != 0);
     cholmod_free_sparse(&graph, &common_);
     return order;
   }
@@ -109,16 +111,24 @@ class Analyser {
     const std::size_t n = lower.column_start.size() - 1, nnz = lower.row.size();
     cholmod_sparse* matrix =
         cholmod_allocate_sparse(n, n, nnz, 1, 1, -1, CHOLMOD_PATTERN, &common_);
-    CHECK(matrix != nullptr) << "CHOLMOD: out of memory";
+    Require(matrix != nullptr);
     std::memcpy(matrix->p, lower.column_start.data(), (n + 1) * sizeof(int));
     std::memcpy(matrix->i, lower.row.data(), nnz * sizeof(int));
     common_.nmethods = 1;
     common_.method[0].ordering = ordering;
     common_.postorder = ordering != CHOLMOD_NATURAL;
     cholmod_factor* factor = cholmod_analyze_p(matrix, order, nullptr, 0, &common_);
-    CHECK(factor != nullptr) << "CHOLMOD: out of memory in the symbolic analysis";
+    Require(factor != nullptr);
     cholmod_free_sparse(&matrix, &common_);
     return factor;
+  }
+
+  // What a mesh can be too large for, or the memory.
+  void Require(bool succeeded) const {
+    if (succeeded) return;
+    if (common_.status == CHOLMOD_TOO_LARGE)
+      throw std::runtime_error("the mesh is too large: its factor has more than 2^31 numbers");
+    throw std::bad_alloc();
   }
 
   cholmod_common common_{};
@@ -153,10 +163,11 @@ class SupernodalSolver final : public LinearSolver {
   }
 
   bool Factor(const BlockMatrix& A) override {
+    if (cancelled()) return false;
     number_.assign(analysis_->factor.num_numbers(), 0.0);
     for (std::size_t k = 0; k < analysis_->source.size(); ++k)
       number_[analysis_->place[k]] = A.value[analysis_->source[k]];
-    return analysis_->factor.Factor(number_.data(), &workspace_);
+    return analysis_->factor.Factor(number_.data(), &workspace_, cancel_);
   }
 
   void Solve(Eigen::VectorXd& b) override {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -20,7 +21,7 @@ class LinearSolver {
   virtual std::unique_ptr<LinearSolver> Clone() const = 0;
 
   // Factors A = L·Lᵀ with A symmetric (one entry of each pair is read). Returns false when A is not
-  // positive definite; the factor is then unusable.
+  // positive definite or the factorisation is cancelled; the factor is then unusable.
   [[nodiscard]] virtual bool Factor(const BlockMatrix& A) = 0;
 
   // Solves in place, b ← A⁻¹·b, with shapes [3V] and [3V, m].
@@ -32,6 +33,29 @@ class LinearSolver {
   virtual void SaveFactor(std::vector<double>& saved) const = 0;
   virtual void SolveSaved(const std::vector<double>& saved, RowMatrix& b) = 0;
   virtual std::size_t factor_bytes() const = 0;
+
+  bool cancelled() const { return cancel_ != nullptr && cancel_->load(std::memory_order_relaxed); }
+
+ protected:
+  const std::atomic<bool>* cancel_ = nullptr;  // ends Factor early when it turns true
+
+ private:
+  friend class Interruptible;
+};
+
+// While it exists, the factorisations of a solver end early when *cancel turns true. One at a time
+// of a solver; cancel may be null.
+class Interruptible {
+ public:
+  Interruptible(LinearSolver& solver, const std::atomic<bool>* cancel) : solver_(solver) {
+    solver_.cancel_ = cancel;
+  }
+  Interruptible(const Interruptible&) = delete;
+  Interruptible& operator=(const Interruptible&) = delete;
+  ~Interruptible() { solver_.cancel_ = nullptr; }
+
+ private:
+  LinearSolver& solver_;
 };
 
 // Makes a supernodal solver: nested dissection of the vertices [George 1973], symbolic analysis by

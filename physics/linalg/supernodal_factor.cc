@@ -186,16 +186,21 @@ int SupernodalFactor::FindPlace(int row, int column) const {
          static_cast<int>(found - begin);
 }
 
-bool SupernodalFactor::Factor(double* number, std::vector<double>* workspace) const {
+bool SupernodalFactor::Factor(double* number, std::vector<double>* workspace,
+                              const std::atomic<bool>* cancel) const {
+  const auto cancelled = [&] {
+    return cancel != nullptr && cancel->load(std::memory_order_relaxed);
+  };
   workspace->resize(static_cast<std::size_t>(kColumns) * RoundedUp(max_rows_));
   for (int s = 0; s < pattern_.num_supernodes(); ++s) {
     const Panel panel = GetPanel(pattern_, number, s);
     for (int u = first_update_[s]; u < first_update_[s + 1]; ++u) {
+      if (cancelled()) return false;
       const Update& update = updates_[u];
       Receive(panel, GetPanel(pattern_, number, update.from), update.first, update.own,
               receiving_row_.data() + update.place, workspace->data());
     }
-    if (!FactorPanel(panel, workspace->data())) return false;
+    if (cancelled() || !FactorPanel(panel, workspace->data())) return false;
   }
   return true;
 }

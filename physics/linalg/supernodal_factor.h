@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <vector>
 
@@ -34,8 +35,10 @@ class SupernodalFactor {
   int FindPlace(int row, int column) const;
 
   // Factors in place: `number` holds the lower triangle of A at the places of L, zero elsewhere,
-  // and holds L afterwards. Returns false when A is not positive definite.
-  [[nodiscard]] bool Factor(double* number, std::vector<double>* workspace) const;
+  // and holds L afterwards. Returns false when A is not positive definite, and soon after *cancel
+  // turns true (cancel may be null).
+  [[nodiscard]] bool Factor(double* number, std::vector<double>* workspace,
+                            const std::atomic<bool>* cancel = nullptr) const;
 
   // Solves in place, b ← L⁻ᵀ·L⁻¹·b, shape [n].
   void Solve(const double* number, double* b, std::vector<double>* workspace) const;

@@ -124,7 +124,7 @@ void WriteMaterialField(const std::string& path, const Material& material, const
 }
 
 Material ReadMaterialFor(const Mesh& mesh, const std::string& path, const MaterialPolicy& policy) {
-  if (path.find('#') == std::string::npos) {
+  if (SplitMaterialPath(path).name.empty()) {
     const json file = ReadJsonFile(path);
     if (file.is_object() && file.value("format", json()) == kFormat)
       return ReadField(mesh, JsonInput(file, path), policy);

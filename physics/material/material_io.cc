@@ -213,10 +213,17 @@ double ReadEntry(const JsonInput& input, double most, const MaterialPolicy& poli
   return number;
 }
 
-Material ReadMaterial(const std::string& path, const MaterialPolicy& policy) {
+MaterialPath SplitMaterialPath(const std::string& path) {
+  std::error_code ignored;
   const size_t hash = path.rfind('#');
-  const std::string file_path = path.substr(0, hash);
-  const std::string pick = hash == std::string::npos ? "" : path.substr(hash + 1);
+  const bool is_file = hash == std::string::npos || std::filesystem::exists(path, ignored) ||
+                       path.find('/', hash) != std::string::npos;
+  if (is_file) return {path, ""};
+  return {path.substr(0, hash), path.substr(hash + 1)};
+}
+
+Material ReadMaterial(const std::string& path, const MaterialPolicy& policy) {
+  const auto [file_path, pick] = SplitMaterialPath(path);
   const json file = ReadJsonFile(file_path);
   const JsonInput root(file, file_path);
   root.ExpectObject();

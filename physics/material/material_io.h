@@ -46,6 +46,13 @@ struct Material {
 // under kReject, and a file of several fabrics without a selection (the message lists them).
 Material ReadMaterial(const std::string& path, const MaterialPolicy& policy = {});
 
+// "path#name" as path and name. A "#" belongs to the path where a file of the whole name exists, or
+// none of the name before it, as in "folder#1/file.json".
+struct MaterialPath {
+  std::string file, name;
+};
+MaterialPath SplitMaterialPath(const std::string& path);
+
 // Writes our format atomically. Numbers read back bit for bit in both conventions. CHECKs that the
 // field has one table of each kind. Throws InputError when the file cannot be written.
 void WriteMaterial(const std::string& path, const Material& material,

@@ -64,10 +64,10 @@ Mesh ParseStrip(const std::string& spec) {
   const double length = ParseNumber<double>(next_part(), spec, expected);
   const double width = ParseNumber<double>(next_part(), spec, expected);
   const int along = ParseNumber<int>(rest, spec, expected);
-  const double max_length = 10.0;  // [m]
-  if (!(length > 0.0 && length < max_length && width > 0.0 && width < max_length))
+  const auto in_range = [](double metres) { return metres >= 1e-4 && metres < 10.0; };
+  if (!in_range(length) || !in_range(width))
     throw InputError(spec,
-                     "found a length or width out of range, expected more than 0 and less "
+                     "found a length or width out of range, expected 0.0001 m or more and less "
                      "than 10 m");
   const double across = along * width / length / std::sqrt(0.75);
   if (along < 1 || !(2.0 * across * along < kMaxTriangles))

@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 #include <omp.h>
 
+#include <exception>
 #include <utility>
 
 #include "physics/simulation/host_readouts.h"
@@ -119,9 +120,17 @@ class CpuBackend final : public Backend {
   template <class Result, class Work>
   std::vector<Result> ForEach(std::size_t count, const Work& work) {
     std::vector<Result> results(count);
+    std::exception_ptr error;  // out of memory; an exception may not leave a parallel region
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads())
-    for (int i = 0; i < static_cast<int>(count); ++i)
-      results[i] = work(solvers_[omp_get_thread_num()], i);
+    for (int i = 0; i < static_cast<int>(count); ++i) {
+      try {
+        results[i] = work(solvers_[omp_get_thread_num()], i);
+      } catch (...) {
+#pragma omp critical
+        error = std::current_exception();
+      }
+    }
+    if (error) std::rethrow_exception(error);
     return results;
   }
 

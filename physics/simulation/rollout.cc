@@ -20,7 +20,9 @@ bool KeepsFactor(const RolloutOptions& options, std::size_t factor_bytes, int st
 // Replaces state.v by v' at state.x; the factor stays in the solver, the positions as they are.
 RolloutStatus SolveVelocity(StepSolver& solver, const MaterialField& material,
                             const Eigen::VectorXd& mass, double h, State& state) {
-  if (!solver.Factor(material, state.x, h)) return RolloutStatus::kNotPositiveDefinite;
+  if (!solver.Factor(material, state.x, h))
+    return solver.linear().cancelled() ? RolloutStatus::kCancelled
+                                       : RolloutStatus::kNotPositiveDefinite;
   state.v = mass.cwiseProduct(state.v) + h * solver.force();
   solver.linear().Solve(state.v);
   return state.v.allFinite() ? RolloutStatus::kOk : RolloutStatus::kNotFinite;
@@ -75,6 +77,7 @@ RolloutStatus AdvanceOneStep(StepSolver& solver, const MaterialField& material,
 RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const State& start,
                       const RolloutOptions& options, Recording* recording) {
   options.Check();
+  const Interruptible interruptible(solver.linear(), options.cancel);
   const Eigen::VectorXd mass = solver.model().LumpedMass(material.density);
   RolloutResult result{RolloutStatus::kOk, start, 0};
   if (recording != nullptr) {
@@ -97,6 +100,7 @@ TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
                              const MaterialField& weight, const State& start,
                              const RolloutOptions& options) {
   options.Check();
+  const Interruptible interruptible(solver.linear(), options.cancel);
   const ClothModel& model = solver.model();
   const Eigen::VectorXd mass = model.LumpedMass(material.density);
   // One column more than entries: rows of whole vector registers.
@@ -141,6 +145,7 @@ AdjointResult RolloutAdjoint(StepSolver& solver, const MaterialField& material,
                              const RolloutOptions& options, const Recording& recording,
                              const RowMatrix& seeds) {
   options.Check();
+  const Interruptible interruptible(solver.linear(), options.cancel);
   const ClothModel& model = solver.model();
   const int m = static_cast<int>(seeds.cols()), steps = static_cast<int>(recording.factor.size());
   CHECK_EQ(seeds.rows(), model.num_dofs());
@@ -156,6 +161,8 @@ AdjointResult RolloutAdjoint(StepSolver& solver, const MaterialField& material,
       solver.linear().SolveSaved(recording.factor[k], lambda);
     } else if (solver.Factor(material, x, options.h)) {
       solver.linear().Solve(lambda);
+    } else if (Cancelled(options)) {
+      return {RolloutStatus::kCancelled, {}, {}, {}};
     } else {
       result.status = RolloutStatus::kNotPositiveDefinite;
       return result;

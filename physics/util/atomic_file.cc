@@ -211,6 +211,19 @@ std::string ReadWholeFile(const std::string& path) {
   return std::move(content).str();
 }
 
+std::vector<std::string> SplitPaths(const std::string& list) {
+  std::vector<std::string> paths;
+  std::error_code ignored;
+  for (std::size_t begin = 0; begin < list.size();) {
+    std::size_t end = std::min(list.find(',', begin), list.size());
+    for (std::size_t longer = list.size(); longer > end; longer = list.rfind(',', longer - 1))
+      if (fs::exists(list.substr(begin, longer - begin), ignored)) end = longer;
+    paths.push_back(list.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return paths;
+}
+
 void AppendNumber(std::string& text, double value) {
   if (!std::isfinite(value))
     throw std::domain_error("a number to be written to a file is not finite");

@@ -5,6 +5,7 @@
 #include <ostream>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace drape {
 
@@ -54,6 +55,10 @@ class AppendFile {
 
 // Returns the bytes of the file. Throws InputError when it is missing, unreadable or a folder.
 std::string ReadWholeFile(const std::string& path);
+
+// The paths of a list that is separated by commas. A comma belongs to a path where one of the
+// longer name exists.
+std::vector<std::string> SplitPaths(const std::string& list);
 
 // Appends the shortest decimal text (at most 17 digits) that reads back to the same double, on
 // every platform and in every locale. Throws std::domain_error unless the value is finite.

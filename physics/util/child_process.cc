@@ -120,10 +120,18 @@ ProgramResult RunProgram(const std::vector<std::string>& arguments, const std::s
   posix_spawn_file_actions_adddup2(&files, out.descriptor(), STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&files, errors.descriptor(), STDERR_FILENO);
   std::vector<char*> texts = ListTexts(arguments), variables = ListTexts(environment);
+  // The signals that this process blocks, it blocks for itself alone.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t none;
+  sigemptyset(&none);
+  posix_spawnattr_setsigmask(&attributes, &none);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
   pid_t child = 0;
-  const int refused = posix_spawnp(&child, texts[0], &files, nullptr, texts.data(),
+  const int refused = posix_spawnp(&child, texts[0], &files, &attributes, texts.data(),
                                    environment.empty() ? environ : variables.data());
   posix_spawn_file_actions_destroy(&files);
+  posix_spawnattr_destroy(&attributes);
   if (refused != 0)
     throw InputError(arguments[0], "cannot be started, expected it to be installed");
   const int status = WaitFor(child, nullptr);

@@ -175,7 +175,7 @@ bool IsUtf8(std::string_view text) {
 }
 
 std::string MakePrintable(std::string_view text) {
-  constexpr std::size_t kLongestWord = 300;
+  constexpr std::size_t kLongestWord = 200;
   const std::string shown = EscapeControls(text);
   std::string printable;
   for (std::size_t at = 0; at < shown.size();) {
@@ -188,7 +188,7 @@ std::string MakePrintable(std::string_view text) {
 }
 
 std::string MakePrintableLine(std::string_view text) {
-  constexpr std::size_t kLongestLine = 2000;
+  constexpr std::size_t kLongestLine = 390;
   std::string line(text);
   std::replace(line.begin(), line.end(), '\n', ' ');
   return Shorten(MakePrintable(line), kLongestLine);

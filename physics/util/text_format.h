@@ -16,11 +16,11 @@ bool IsUtf8(std::string_view text);
 
 // A text that holds names or parts of files, as it may be shown to a person: control characters but
 // tabs and ends of line, marks that turn the direction of writing, and bytes that are not UTF-8
-// appear as \xNN, so that none of them reaches a terminal; of a word of more than 300 bytes the
+// appear as \xNN, so that none of them reaches a terminal; of a word of more than 200 bytes the
 // middle is left out.
 std::string MakePrintable(std::string_view text);
 
-// The same in one line and at most 2,000 bytes, the middle left out.
+// The same in one line of at most 390 bytes, of a longer one the middle left out.
 std::string MakePrintableLine(std::string_view text);
 
 }  // namespace drape

@@ -43,8 +43,8 @@ void VisitFields(Options& options, Visitor&& visit) {
                         .doc = "standard deviation of the outline, in pixels of a published image "
                                "(1.39 mm) whatever the image's scale",
                         .unit = "px",
-                        .least = 0,
-                        .above_least = true});
+                        .least = 1e-4,
+                        .most = 1e4});
   visit(solve_mode,
         Field{.key = "solve", .doc = "fit the equilibrium, or the shape after the settle steps"});
   visit(warm_restart, Field{.key = "warm_restart",

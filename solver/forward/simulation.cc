@@ -122,14 +122,20 @@ class Simulation {
 
   void RunNewton() {
     const RolloutInput input{task_.material, &result_.end};
+    const EquilibriumOptions options = NewtonOptions();
     const EquilibriumResult rest = task_.load_path
-                                       ? SolveFromRest(backend_, *task_.material, NewtonOptions())
-                                       : backend_.Equilibria({&input, 1}, NewtonOptions())[0];
+                                       ? SolveFromRest(backend_, *task_.material, options)
+                                       : backend_.Equilibria({&input, 1}, options)[0];
     result_.newton_iterations = rest.iterations;
     result_.status = ToString(rest.status);
     result_.end = {rest.x, Eigen::VectorXd::Zero(rest.x.size())};
     if (rest.load_share < 1.0) result_.status = LostStability(rest.load_share);
     const bool cancelled = rest.status == EquilibriumStatus::kCancelled;
+    if (rest.status == EquilibriumStatus::kNotConverged)
+      result_.status += Format(
+          ": a force residual of %.2g of the weight after %d Newton steps, "
+          "expected at most %.2g",
+          rest.residual, rest.iterations, options.tolerance);
     if (cancelled || rest.status == EquilibriumStatus::kNotConverged)
       Stop(cancelled, result_.status);
     result_.seconds.emplace_back("newton", Lap());

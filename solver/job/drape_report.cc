@@ -47,16 +47,20 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
   const ClothModel& model = backend.model();
   const State rest{x, Eigen::VectorXd::Zero(x.size())};
   const RolloutInput input{&material, &rest};
-  const RolloutResult rechecked = backend.Rollouts({&input, 1}, options.recheck, nullptr).front();
+  RolloutOptions recheck = options.recheck;
+  SettleOptions replay = options.replay;
+  recheck.cancel = replay.steps.cancel = replay.equilibrium.cancel = options.cancel;
+  const RolloutResult rechecked = backend.Rollouts({&input, 1}, recheck, nullptr).front();
   const Eigen::VectorXd& end = rechecked.status == RolloutStatus::kOk ? rechecked.end.x : x;
   report->status = rechecked.status;
   report->drift = (end - x).reshaped(3, x.size() / 3).colwise().norm().maxCoeff();
   report->force_residual = ForceResidual(model, material, x);
   report->settled_force_residual = ForceResidual(model, material, end);
-  report->lowest_eigenvalues = LowestEigenvalues(solver, material, x, kReportedModes);
-  report->from_guess = Replay(backend, material, observation,
-                              GuessState(model, observation, options.lift), options.replay);
-  report->from_flat = Replay(backend, material, observation, model.RestState(), options.replay);
+  report->lowest_eigenvalues =
+      LowestEigenvalues(solver, material, x, kReportedModes, options.cancel);
+  report->from_guess =
+      Replay(backend, material, observation, GuessState(model, observation, options.lift), replay);
+  report->from_flat = Replay(backend, material, observation, model.RestState(), replay);
   return Measure(model.mesh, observation, x, &report->fitted) &&
          Measure(model.mesh, observation, end, &report->settled);
 }

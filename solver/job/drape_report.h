@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <optional>
 
 #include "losses/metrics/metrics.h"
@@ -39,6 +40,9 @@ struct DrapeReportOptions {
   RolloutOptions recheck;  // the further steps
   SettleOptions replay;    // from the initial guess and from flat
   double lift = 1.0;       // of the initial guess
+  // When it turns true, what a report tells beyond the fitted drape is left out: no further steps
+  // (status kCancelled), eigenvalues and drapes from other starts.
+  const std::atomic<bool>* cancel = nullptr;
 };
 
 // Reports the drape x of an observation. False when x has no outline. `solver` works on the

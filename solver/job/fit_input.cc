@@ -16,6 +16,7 @@
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 
@@ -129,6 +130,10 @@ void CheckSpecimens(const std::vector<int>& specimens, std::size_t observations)
 
 void CheckModel(const FitSpec& spec, const FitData& data) {
   CheckTableForm(spec.table_form, spec.stages.parameters);
+  if (!HasPosterior(spec.model) && !data.specimens.empty() && data.captures.empty())
+    throw InputError("specimens", std::string("found some with model ") + ToString(spec.model) +
+                                      ", expected none: only models bayes and bdp tell specimens "
+                                      "apart");
   if (spec.model == FitModel::kHomogeneous) return;
   const std::string name = ToString(spec.model);
   if (data.num_observations() == 0)
@@ -191,8 +196,7 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
                                 const std::set<std::string>& extensions,
                                 const std::string& expected) {
   std::vector<std::string> files;
-  std::istringstream items(text);
-  for (std::string item; std::getline(items, item, ',');) {
+  for (const std::string& item : SplitPaths(text)) {
     std::vector<std::string> found;
     if (fs::is_regular_file(item)) {  // its name may look like a pattern
       found.push_back(item);

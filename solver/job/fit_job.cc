@@ -143,13 +143,14 @@ const std::vector<Eigen::VectorXd>& FittedShapes(const FitReport& report,
 }
 
 void ReportDrapes(const FitSpec& spec, const FitInput& input, const FitCandidate& best,
-                  FitReport& report) {
+                  const std::atomic<bool>* cancel, FitReport& report) {
   const FitProblem& problem = input.problem;
   StepSolver solver(input.fine_model);
   DrapeReportOptions options;
   options.recheck.h = spec.stages.residuals.rollout.h;
   options.recheck.steps = spec.recheck_steps;
   options.replay = MakeSettleOptions(spec.stages);
+  options.cancel = cancel;
   report.drapes.resize(problem.observations.size());
   for (std::size_t i = 0; i < problem.observations.size(); ++i) {
     options.lift = best.guess.lifts[i];
@@ -206,9 +207,9 @@ void ReportLab(const FitSpec& spec, const FitProblem& problem, FitReport& report
   NoteMisfits(report.strips, &report.notes);
 }
 
-// Fills the rest of a report that has the fits.
+// Fills the rest of a report that has the fits. Of a cancelled fit, what is at hand.
 void FillReport(const FitSpec& spec, const FitInput& input, const StagedFitState& state,
-                FitReport& report) {
+                const RunControl& control, FitReport& report) {
   const auto start = std::chrono::steady_clock::now();
   report.notes = input.notes;
   const FitProblem& problem = input.problem;
@@ -219,10 +220,11 @@ void FillReport(const FitSpec& spec, const FitInput& input, const StagedFitState
                                        : FittedMaterial(problem, spec.stages, *best);
   if (problem.strips != nullptr) report.strips = ReportStrips(*problem.strips, report.material);
   NoteMisfits(report.strips, &report.notes);
-  const Eigen::MatrixXd jacobian = FitJacobian(problem, spec.stages, *best);
+  const Eigen::MatrixXd jacobian =
+      control.cancelled() ? Eigen::MatrixXd() : FitJacobian(problem, spec.stages, *best);
   if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
   report.stiffness = EstimateFittedStiffness(spec, problem, *best, jacobian, report.material);
-  ReportDrapes(spec, input, *best, report);
+  ReportDrapes(spec, input, *best, control.cancel, report);
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -320,7 +322,7 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
   report.fields = FitJobFields(spec, input.problem, state, of_rest);
   report.posterior = FitJobPosterior(spec, input.problem, state, of_rest);
   control.Report(kFitShare, "drapes of the result");
-  FillReport(spec, input, state, report);
+  FillReport(spec, input, state, control, report);
   if (spec.model != FitModel::kHomogeneous && !report.fields && !report.posterior &&
       report.fitted())
     report.notes.push_back(std::string("model ") + ToString(spec.model) +

@@ -208,7 +208,10 @@ FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {
     judge.Add(FitGrade::kDoNotUse, "nothing could be fitted");
     return judge.Verdict();
   }
-  if (report.cancelled) judge.Add(FitGrade::kDoNotUse, "the fit was cancelled");
+  if (report.cancelled) {  // its drapes have not been examined
+    judge.Add(FitGrade::kDoNotUse, "the fit was cancelled");
+    return judge.Verdict();
+  }
   const bool several = report.drapes.size() > 1;
   for (std::size_t i = 0; i < report.drapes.size(); ++i) {
     const Observation& observation = problem.observations[i];

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The real programs with names, files and surroundings that are meant to do harm.
+#include <chrono>
+
 #include "tests/tools/tool_fixture.h"
+#include "tools/cli/output_folder.h"
 
 namespace drape::test {
 namespace {
@@ -143,6 +146,223 @@ TEST_F(PlantedNames, RunNoCommandInAComparison) {
         "--materials=" + names_[3]})
     options.push_back(more);
   RunPlanted("compare", options);
+}
+
+class HostileFiles : public Hostile {
+ protected:
+  HostileFiles() { Copy(kWool, "wool.json"); }
+
+  ProcessResult Drape(const std::vector<std::string>& more, ProcessLimits limits = {}) const {
+    std::vector<std::string> options = {"--mesh=disc:100", "--material=wool.json", "--steps=2",
+                                        "--out=out"};
+    options.insert(options.end(), more.begin(), more.end());
+    return Run("simulate", options, std::move(limits));
+  }
+
+  // Wool with another member.
+  std::string WriteFabric(const std::string& name, const std::string& key,
+                          const Json& value) const {
+    Json fabric = ReadJson(kWool);
+    fabric[key] = value;
+    Write(name, fabric.dump());
+    return name;
+  }
+};
+
+// One line for a person: printable and short.
+void ExpectRefused(const ProcessResult& result, const std::string& text) {
+  ExpectOneLineError(result, text);
+  EXPECT_FALSE(HasControls(result.err)) << result.err;
+  EXPECT_LT(result.err.size(), 430u);
+}
+
+TEST_F(HostileFiles, ShowNothingThatATerminalActsOn) {
+  Write("red.obj", "v 0 0 0\n\x1b[31mred\x07 1 2 3\n");
+  ExpectRefused(Drape({"--mesh=red.obj"}), "\\x1b[31mred\\x07");
+  ExpectRefused(Drape({"--material=\x1b]0;title\x07.json"}),
+                "\\x1b]0;title\\x07.json: no such file");
+  Write("long.obj", "v 0 0 0\n" + std::string(1 << 20, 'k') + " 1 2 3\n");
+  ExpectRefused(Drape({"--mesh=long.obj"}), "long.obj:2");
+  ExpectRefused(Drape({"--material=" + std::string(5000, 'p')}), "pp…pp");
+  WriteFabric("key.json", std::string(5000, 'n'), 1);
+  ExpectRefused(Drape({"--material=key.json"}), "unknown key");
+  const ProcessResult named =
+      Drape({"--material=" + WriteFabric("name.json", "name", "a\x1b[2Jb")});
+  EXPECT_EQ(named.exit_code, 0) << named.err;
+  EXPECT_FALSE(HasControls(named.out + named.err));
+}
+
+TEST_F(HostileFiles, AreFoundBeforeTheWork) {
+  Write("nul.json", Read(kWool) + std::string("\0 [", 3));
+  ExpectRefused(Drape({"--material=nul.json"}), "nul.json: found a NUL");
+  ExpectRefused(Drape({"--material=" + Copy(kWool, "m\xff.json")}),
+                "'m\\xff.json', expected UTF-8");
+  const std::string silhouette = AddSilhouette("s.png");
+  ExpectRefused(Run("metrics", {Copy(Path(silhouette), "\xff.png")}), "expected UTF-8");
+  std::filesystem::create_directory(Path("images"));
+  Copy(Path(silhouette), "images/im\xff.png");
+  ExpectRefused(Run("fit", FitOptions("images")), "im\\xff.png', expected a name in UTF-8");
+  const std::string name(250, 'L');
+  ExpectRefused(Run("fit", FitOptions(Copy(Path(silhouette), name.substr(4) + ".png"))),
+                "found a name of 246 bytes, expected at most 244");
+  std::vector<std::string> options = FitOptions(silhouette);
+  options.push_back("--specimens=1");
+  ExpectRefused(Run("fit", options), "specimens: found some with model homogeneous");
+  EXPECT_FALSE(std::filesystem::exists(Path("fit")));
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+}
+
+TEST_F(HostileFiles, MayHaveHashesAndCommasInTheirPaths) {
+  for (const char* folder : {"d#1", "a,b"}) std::filesystem::create_directory(Path(folder));
+  Copy(kWool, "d#1/m.json");
+  Copy(kWool, "a,b/m#2.json");
+  for (const char* material : {"d#1/m.json", "a,b/m#2.json", "d#1/m.json#synthetic_wool"})
+    EXPECT_EQ(Drape({std::string("--material=") + material}).exit_code, 0) << material;
+  ExpectRefused(Drape({"--material=d#1/m.json#silk"}), "d#1/m.json: has no fabric 'silk'");
+  Copy(Path(AddSilhouette("s.png")), "a,b/s,1.png");
+  for (const char* images : {"a,b", "a,b/s,1.png", "s.png,a,b/s,1.png"}) {
+    const ProcessResult fit = Run("fit", FitOptions(images));
+    EXPECT_EQ(fit.exit_code, 0) << images << fit.err;
+  }
+}
+
+TEST_F(HostileFiles, GiveNoNumberThatIsNotFinite) {
+  const std::string start = R"({"format": "drapefit-start-shape", "version": 1, "modes": [)";
+  Write("far.json", start + R"({"k": 3, "amplitude_m": 1e308, "phase": 0}]})");
+  ExpectRefused(Drape({"--start=far.json"}), "'modes[0].amplitude_m': found 1e+308");
+  ExpectRefused(Drape({"--material=" + WriteFabric("heavy.json", "density", 1e308)}),
+                "'density': found 1e+308, expected");
+  ExpectRefused(Drape({"--camera_scale=1e-300"}), "camera_scale");
+  ExpectRefused(Drape({"--image_width_mm=1e300"}), "image_width_mm");
+  ExpectRefused(Drape({"--mesh=strip:0.2x1e-300x40"}), "length or width out of range");
+  ExpectRefused(Drape({"--mesh=disc:300,radius=1e300"}), "radius 1e+300 m");
+  for (const char* option : {"--sigma_px=1e-300", "--prior_sigma=1e-300"}) {
+    std::vector<std::string> options = FitOptions("none.png");
+    options.push_back(option);
+    ExpectRefused(Run("fit", options), "expected a number, 1e-04 … 10000");
+  }
+  const Json numbers(100, Json({0, 0, 0}));
+  Write("point.json", Json({{"x", numbers}, {"v", numbers}}).dump());
+  for (const char* solve : {"dynamic", "static"}) {
+    const ProcessResult result =
+        Drape({"--start=point.json", std::string("--solve=") + solve, "--dump_steps="});
+    const std::string all = result.out + result.err;
+    EXPECT_THAT(result.exit_code, testing::AnyOf(0, 3)) << result.err;
+    for (const char* number : {"nan", "inf "}) EXPECT_THAT(all, Not(HasSubstr(number)));
+  }
+}
+
+class HostileFolders : public HostileFiles {};
+
+TEST_F(HostileFolders, AreOfOneProgramAtATime) {
+  ASSERT_EQ(Drape({}).exit_code, 0);
+  const auto before = Snapshot(Path("out"));
+  const OutputFolder other(Path("out"));
+  const ProcessResult second = Drape({"--steps=3"});
+  ExpectRefused(second, "out: another program is writing to this folder");
+  for (const auto& [path, content] : before) EXPECT_EQ(Read(path), content) << path;
+}
+
+TEST_F(HostileFolders, HoldLinksAndFoldersInPlaceOfResults) {
+  const std::string silhouette = AddSilhouette("s.png");
+  std::filesystem::create_directory(Path("fit"));
+  Write("victim", "theirs");
+  std::filesystem::create_symlink(Path("victim"), Path("fit/fit.log"));
+  ExpectRefused(Run("fit", FitOptions(silhouette)), "fit.log: is a link");
+  std::filesystem::remove(Path("fit/fit.log"));
+  std::filesystem::create_directory(Path("fit/fit.log"));
+  ExpectRefused(Run("fit", FitOptions(silhouette)), "fit.log: is a folder");
+  EXPECT_EQ(Read(Path("victim")), "theirs");
+  ASSERT_EQ(Drape({}).exit_code, 0);
+  std::filesystem::remove(Path("out/silhouette.png"));
+  std::filesystem::create_directory(Path("out/silhouette.png"));
+  const auto before = Snapshot(Path("out"));
+  ExpectRefused(Drape({"--steps=3"}), "silhouette.png: cannot replace the file: a folder");
+  EXPECT_EQ(Snapshot(Path("out")), before);
+  std::filesystem::create_directory(Path("table.json"));
+  ExpectRefused(Run("bench", {"--work=forward", "--material=wool.json", "--start=" + kWaves,
+                              "--mesh=disc:100", "--table=table.json", "--out=bench"}),
+                "table.json: is a folder");
+  EXPECT_FALSE(std::filesystem::exists(Path("bench")));
+}
+
+class HostileSurroundings : public HostileFiles {
+ protected:
+  // As on a server where only the programs are.
+  ProcessResult WithoutGnuplot(const std::string& program,
+                               const std::vector<std::string>& options) const {
+    return Run(program, options, {.environment = {{"PATH", "/nowhere"}, {"TMPDIR", "/nowhere"}}});
+  }
+  void ExpectNumbers(const ProcessResult& result, const std::string& file) const {
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("no pictures: gnuplot: cannot be started"));
+    EXPECT_TRUE(ReadJson(Path(file)).is_object()) << file;
+  }
+};
+
+TEST_F(HostileSurroundings, WithoutGnuplotKeepTheNumbers) {
+  ExpectNumbers(
+      WithoutGnuplot("gradients",
+                     {"--mesh=disc:100", "--material=wool.json", "--horizons=1", "--time_steps=0.1",
+                      "--sweep_horizon=1", "--fold_starts=0", "--out=gradients"}),
+      "gradients/summary.json");
+  ExpectNumbers(
+      WithoutGnuplot("stability", {"--mesh=disc:100", "--material=wool.json", "--start=" + kWaves,
+                                   "--maps=step time_step=0.1/0.5 stretch=1/2",
+                                   "--damping_time_step=0.1", "--duration=1", "--out=stability"}),
+      "stability/findings.json");
+  ExpectNumbers(WithoutGnuplot("compare_optimisers",
+                               {"--twins=wool.json", "--material=wool.json", "--twin_mesh=disc:120",
+                                "--mesh=disc:100", "--coarse_mesh=disc:100", "--num_parameters=2",
+                                "--methods=lm", "--budget=4", "--out=optimisers"}),
+                "optimisers/summary.json");
+  ExpectNumbers(
+      WithoutGnuplot("bench", {"--work=forward", "--start=" + kWaves, "--material=wool.json",
+                               "--mesh=disc:100,disc:150", "--solve=hybrid", "--time_step=0.2",
+                               "--relax_time=10", "--branch_mm=100",
+                               "--reference=disc:200,disc:300", "--reference_relax_mesh=disc:100",
+                               "--run_seconds=0", "--repeats=1", "--out=bench"}),
+      "bench/bench.json");
+}
+
+TEST_F(HostileSurroundings, WithAFullStdoutOrStderrSayThatTextIsLost) {
+  const std::string silhouette = AddSilhouette("s.png");
+  const ProcessLimits full = {.out_file = "/dev/full"};
+  const std::string lost = "stdout: cannot be written: No space left on device";
+  ExpectRefused(Run("metrics", {silhouette}, full), lost);
+  ExpectRefused(Run("check", {"--mesh=disc:100", "--material=wool.json"}, full), lost);
+  ExpectRefused(Drape({}, full), lost);
+  EXPECT_EQ(ReadJson(Path("out/summary.json")).at("outcome"), "done");
+  ExpectRefused(Run("metrics", {"--help"}, full), lost);
+  const ProcessResult mute = Run("metrics", {"none.png"}, {.err_file = "/dev/full"});
+  EXPECT_EQ(mute.exit_code, 2);
+  EXPECT_THAT(mute.out, HasSubstr("stderr: cannot be written"));
+}
+
+TEST_F(HostileSurroundings, WithoutMemoryNameTheLimit) {
+  const ProcessResult result = Drape({"--mesh=disc:20000"}, {.address_bytes = 400'000'000});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("error: out of memory: the run reserved 0."));
+  EXPECT_THAT(result.err, HasSubstr("the limit of its address space (ulimit -v) is 0.40 GB"));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/summary.json")));
+}
+
+// Seconds from the signal to the end, wherever it finds the program.
+TEST_F(HostileSurroundings, AnswerASignalSoon) {
+  constexpr double kSoon = 9.0;  // two seconds on a machine of its own, more beside other programs
+  for (const double after : {0.3, 2.0, 6.0}) {
+    const auto begin = std::chrono::steady_clock::now();
+    const ProcessResult result = Drape({"--mesh=disc:20000", "--steps=2000", "--time_step=0.01"},
+                                       {.interrupt_when = Path(""), .interrupt_after = after});
+    const double seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    EXPECT_EQ(result.exit_code, 130) << result.err;
+    EXPECT_LT(seconds - after, kSoon) << result.err;
+    if (std::filesystem::exists(Path("out"))) {
+      for (const auto& entry : std::filesystem::directory_iterator(Path("out")))
+        EXPECT_THAT(entry.path().filename().string(), Not(testing::StartsWith(".")));
+    }
+  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
@@ -173,7 +174,9 @@ void OptionTable::Set(const std::string& key, const std::string& text,
   const Option* option = FindOption(*this, key);
   if (option == nullptr) throw InputError(where, "unknown option '" + key + "'");
   const Given given{*option, where + ": option '" + key + "'", "'" + text + "'", ""};
-  const auto parts = IsList(option->value) ? Split(text) : std::vector<std::string>{text};
+  const auto parts = !IsList(option->value) ? std::vector<std::string>{text}
+                     : option->is_path      ? SplitPaths(text)
+                                            : Split(text);
   std::visit(AssignParts{given, parts}, option->value);
   if (this->given != nullptr) this->given->insert(key);
 }

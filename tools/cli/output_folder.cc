@@ -120,6 +120,11 @@ void OutputFolder::Publish() const {
   }
 }
 
+bool OutputFolder::IsAnyOpen() {
+  const std::lock_guard guard(live_mutex);
+  return !LiveFolders().empty();
+}
+
 void OutputFolder::Abandon() {
   live_mutex.lock();  // for good
   for (const OutputFolder* folder : LiveFolders()) folder->Drop();

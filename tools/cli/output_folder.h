@@ -26,6 +26,9 @@ class OutputFolder {
   // stay. Throws InputError; when a folder is in the place of a file, before anything is replaced.
   void Publish() const;
 
+  // Whether this process has one: something to save.
+  static bool IsAnyOpen();
+
   // Drops what the folders of this process have not published, for a process that ends at once.
   // Nothing is published afterwards.
   static void Abandon();

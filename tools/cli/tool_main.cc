@@ -3,7 +3,7 @@
 
 #include <fcntl.h>
 #include <glog/logging.h>
-#include <semaphore.h>
+#include <pthread.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -30,23 +30,15 @@ namespace drape {
 namespace {
 
 std::atomic<bool> cancel_requested = false;
-static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
-sem_t wake_up;  // posted by each signal, and at the end of the run
 
-extern "C" void OnCancelSignal(int) {
-  const int before = errno;
-  cancel_requested = true;
-  sem_post(&wake_up);
-  errno = before;
-}
+extern "C" void Ignore(int) {}
 
-void HandleSignals() {
-  struct sigaction action = {};
-  action.sa_handler = OnCancelSignal;
-  action.sa_flags = SA_RESTART;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file over the limit becomes a write error, with its message
+sigset_t CancelSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  return signals;
 }
 
 double ProcessorSeconds() {
@@ -55,58 +47,62 @@ double ProcessorSeconds() {
   return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
 }
 
-// A run that is cancelled saves what it has and ends. One that cannot do so soon, because it is in
-// the middle of something that knows no interruption, is ended from here: what it has not published
-// is dropped, and the files that it continues from are whole, as after a kill. A second signal ends
-// it at once.
+// Waits for SIGINT and SIGTERM, which all threads block: METIS has a handler of its own for SIGTERM
+// while it works, which takes it for an error. A run that is cancelled saves what it has and ends.
+// One that cannot do so soon, because it is in the middle of something that knows no interruption,
+// is ended from here: what it has not published is dropped, and the files that it continues from
+// are whole, as after a kill. A second signal ends it at once.
 class InterruptWatch {
  public:
+  // To be made before any other thread, which inherits what is blocked.
   explicit InterruptWatch(std::string tool) : tool_(std::move(tool)) {
-    sem_init(&wake_up, 0, 0);
-    HandleSignals();
+    const sigset_t signals = CancelSignals();
+    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, Ignore);  // not SIG_IGN
+    std::signal(SIGXFSZ, SIG_IGN);  // a file over the limit becomes a write error, with its message
+    pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     try {
       thread_ = std::thread([this] { Watch(); });
-    } catch (const std::system_error&) {  // no more threads: the run must end by itself
+    } catch (const std::system_error&) {  // no more threads: a signal ends the process
+      for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+      pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
     }
   }
   InterruptWatch(const InterruptWatch&) = delete;
   InterruptWatch& operator=(const InterruptWatch&) = delete;
   ~InterruptWatch() {
     ended_ = true;
-    sem_post(&wake_up);
-    if (thread_.joinable()) thread_.join();
+    if (!thread_.joinable()) return;
+    pthread_kill(thread_.native_handle(), SIGTERM);  // wakes it up
+    thread_.join();
   }
 
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr double kPatience = 1.4;         // [s], of which the run has had
-  static constexpr double kLeastProcessor = 0.9;   // so much of a processor [s],
+  static constexpr double kLeastProcessor = 0.9;   // so much of a processor [s] to save files,
   static constexpr double kLongestPatience = 8.0;  // but no longer than this on a busy machine
   static constexpr double kOneSignal = 0.5;        // [s] in which a signal may arrive twice
   static constexpr long kPollNanoseconds = 50'000'000;
 
   void Watch() {
-    while (sem_wait(&wake_up) != 0) {
+    const sigset_t signals = CancelSignals();
+    int signal = 0;
+    while (sigwait(&signals, &signal) != 0) {
     }
+    if (ended_) return;
+    cancel_requested = true;
     const Clock::time_point start = Clock::now();
     const double processor = ProcessorSeconds();
     while (!ended_) {
-      const bool again = Wait();
+      const timespec poll = {0, kPollNanoseconds};
+      const bool again = sigtimedwait(&signals, nullptr, &poll) > 0;
       const double waited = std::chrono::duration<double>(Clock::now() - start).count();
-      const bool had_time = waited > kPatience && ProcessorSeconds() - processor > kLeastProcessor;
+      const bool had_processor =
+          ProcessorSeconds() - processor > kLeastProcessor || !OutputFolder::IsAnyOpen();
+      const bool had_time = waited > kPatience && had_processor;
       if (!ended_ && (had_time || waited > kLongestPatience || (again && waited > kOneSignal)))
         End();
     }
-  }
-
-  // True when a signal arrives within the interval of a poll.
-  static bool Wait() {
-    timespec until = {};
-    clock_gettime(CLOCK_REALTIME, &until);
-    until.tv_nsec += kPollNanoseconds;
-    until.tv_sec += until.tv_nsec / 1'000'000'000;
-    until.tv_nsec %= 1'000'000'000;
-    return sem_timedwait(&wake_up, &until) == 0;
   }
 
   [[noreturn]] void End() const {
@@ -168,6 +164,23 @@ std::string OutOfMemoryText() {
                   : "the machine has " + MemoryText(machine));
 }
 
+std::string running_tool;  // for OnTerminate
+
+// An exception that leaves a thread or a parallel region can only be memory that runs out there.
+[[noreturn]] void OnTerminate() {
+  std::string reason = "ended without a reason";
+  try {
+    if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    reason = OutOfMemoryText();
+  } catch (const std::exception& error) {
+    reason = error.what();
+  } catch (...) {
+  }
+  OutputFolder::Abandon();
+  _exit(ReportError(running_tool, reason));
+}
+
 // "drape_fit" → "fit".
 std::string ProgressName(const std::string& tool) {
   constexpr char kPrefix[] = "drape_";
@@ -223,6 +236,8 @@ ExitCode Run(int argc, char** argv, const OptionTable& table,
 int RunTool(int argc, char** argv, const OptionTable& table,
             const std::function<ToolOutcome(const RunControl& control)>& run) {
   OpenStandardStreams();
+  running_tool = table.tool;
+  std::set_terminate(OnTerminate);
   StartLogging(argv[0]);
   Eigen::setNbThreads(1);  // batches run in parallel instead, on --threads
   return CloseStreams(table.tool, Run(argc, argv, table, run));

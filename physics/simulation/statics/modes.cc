@@ -27,6 +27,7 @@ class ShiftInvert {
   Eigen::Index cols() const { return root_mass_.size(); }
   void set_shift(double) {}  // already factored
   void perform_op(const double* in, double* out) const {
+    if (linear_.cancelled()) throw std::runtime_error("cancelled");
     Eigen::VectorXd y = root_mass_.cwiseProduct(Eigen::Map<const Eigen::VectorXd>(in, rows()));
     linear_.Solve(y);
     Eigen::Map<Eigen::VectorXd>(out, rows()) = root_mass_.cwiseProduct(y);
@@ -67,14 +68,18 @@ constexpr int kMaxRestarts = 1000;
 
 // Calls `found` with the iteration for the lowest eigenvalues if it converges.
 void FindLowest(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& x,
-                int count, const std::function<void(const Lanczos&)>& found) {
+                int count, const std::atomic<bool>* cancel,
+                const std::function<void(const Lanczos&)>& found) {
   constexpr double kTolerance = 1e-10;
   const int n = solver.model().num_dofs();
   CHECK(count >= 1 && count < n) << count;
   double shift = 0.0;
   Stiffness stiffness(solver, material);
   stiffness.Assemble(x);
-  const auto next = [](double failed) { return StiffnessShift{}.After(failed); };
+  const Interruptible interruptible(solver.linear(), cancel);
+  const auto next = [&](double failed) {
+    return solver.linear().cancelled() ? std::nullopt : StiffnessShift{}.After(failed);
+  };
   if (!stiffness.FactorShifted(0.0, &shift, next)) return;
   ShiftInvert inverse(solver.linear(), solver.model().LumpedMass(material.density));
   const int subspace = std::min(n, std::max(2 * count + 1, 20));
@@ -83,7 +88,7 @@ void FindLowest(StepSolver& solver, const MaterialField& material, const Eigen::
     lanczos.init();
     lanczos.compute(Spectra::SortRule::LargestMagn, kMaxRestarts, kTolerance,
                     Spectra::SortRule::SmallestAlge);
-  } catch (const std::runtime_error&) {  // from its dense algebra when numbers are not finite
+  } catch (const std::runtime_error&) {  // cancelled, or numbers are not finite (dense algebra)
     return;
   }
   if (lanczos.info() == Spectra::CompInfo::Successful) found(lanczos);
@@ -92,9 +97,10 @@ void FindLowest(StepSolver& solver, const MaterialField& material, const Eigen::
 }  // namespace
 
 Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& material,
-                                  const Eigen::VectorXd& x, int count) {
+                                  const Eigen::VectorXd& x, int count,
+                                  const std::atomic<bool>* cancel) {
   Eigen::VectorXd eigenvalues;
-  FindLowest(solver, material, x, count,
+  FindLowest(solver, material, x, count, cancel,
              [&](const Lanczos& lanczos) { eigenvalues = lanczos.eigenvalues(); });
   return eigenvalues;
 }
@@ -104,7 +110,7 @@ VibrationModes LowestModes(StepSolver& solver, const MaterialField& material,
   VibrationModes modes;
   const Eigen::VectorXd scale =
       solver.model().LumpedMass(material.density).cwiseSqrt().cwiseInverse();
-  FindLowest(solver, material, x, count, [&](const Lanczos& lanczos) {
+  FindLowest(solver, material, x, count, nullptr, [&](const Lanczos& lanczos) {
     modes = {lanczos.eigenvalues(), scale.asDiagonal() * lanczos.eigenvectors()};
   });
   return modes;

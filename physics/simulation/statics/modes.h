@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <optional>
 
 #include "physics/cloth/assembly/step_solver.h"
@@ -12,9 +13,11 @@ namespace drape {
 // K = −∂f/∂x and the lumped mass M [MODEL, M36]. They are the squared angular frequencies of small
 // vibrations; the lowest is negative where x is unstable. The result is empty when the iteration
 // does not converge. 1 ≤ count < 3V. The method is Spectra's Lanczos iteration on (K + μM)⁻¹, with
-// μ the shift that makes K + μM positive definite.
+// μ the shift that makes K + μM positive definite. Empty soon after *cancel turns true, which may
+// be null.
 Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& material,
-                                  const Eigen::VectorXd& x, int count);
+                                  const Eigen::VectorXd& x, int count,
+                                  const std::atomic<bool>* cancel = nullptr);
 
 // The same with their shapes φ, shape [3V, count], φᵀ·M·φ = 1. Both are empty when the iteration
 // does not converge.

@@ -37,7 +37,7 @@ NewtonControl::NewtonControl(const EquilibriumOptions& options, double residual,
 
 NewtonNext NewtonControl::Next() const {
   if (here_.residual <= options_.tolerance) return NewtonNext::kConverged;
-  if (options_.cancel != nullptr && options_.cancel->load()) return NewtonNext::kCancelled;
+  if (Cancelled()) return NewtonNext::kCancelled;
   if (no_shift_left_ || iterations() == options_.max_iterations || radius_ < kMinRadius)
     return NewtonNext::kGiveUp;
   return NewtonNext::kStep;
@@ -50,7 +50,7 @@ double NewtonControl::FirstShift() {
 }
 
 std::optional<double> NewtonControl::NextShift() {
-  const std::optional<double> next = options_.shift.After(shift_);
+  const std::optional<double> next = Cancelled() ? std::nullopt : options_.shift.After(shift_);
   no_shift_left_ = !next;
   if (!next) return next;
   was_raised_ = true;

@@ -81,6 +81,7 @@ class NewtonControl {
   // positive definite.
   EquilibriumStatus Conclude(std::optional<double> asymmetry);
 
+  bool Cancelled() const { return options_.cancel != nullptr && options_.cancel->load(); }
   int iterations() const { return static_cast<int>(steps_.size()); }
   int factorisations() const { return factorisations_; }
   const std::vector<NewtonStep>& steps() const { return steps_; }

@@ -30,7 +30,8 @@ class EquilibriumSearch {
         best_(here_),
         stress_(here_.stress),
         start_energy_(here_.energy),
-        control_(options, here_.residual, here_.energy) {}
+        control_(options, here_.residual, here_.energy),
+        interruptible_(solver.linear(), options.cancel) {}
 
   EquilibriumResult Run() {
     for (;;) {
@@ -38,8 +39,10 @@ class EquilibriumSearch {
         case NewtonNext::kStep:
           Step();
           break;
-        case NewtonNext::kConverged:
-          return Result(control_.Conclude(AsymmetryHere()), here_);
+        case NewtonNext::kConverged: {
+          const EquilibriumStatus status = control_.Conclude(AsymmetryHere());
+          return Result(control_.Cancelled() ? EquilibriumStatus::kCancelled : status, here_);
+        }
         case NewtonNext::kCancelled:
           return Result(EquilibriumStatus::kCancelled, best_);
         case NewtonNext::kGiveUp:
@@ -115,6 +118,7 @@ class EquilibriumSearch {
   StressField stress_;   // of the geometric stiffness at here_
   double start_energy_;
   NewtonControl control_;
+  Interruptible interruptible_;
 };
 
 // ∂f/∂entry · weight, shape [3V, 39].

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "physics/util/atomic_file.h"
@@ -24,15 +23,15 @@ struct Form {
 
 Form MeasurementForm(LabMeasurementKind kind) {
   if (kind == LabMeasurementKind::kCantilever) return {"length", "angle", kLongest, 0.0, 90.0};
-  return {"force", "stretch", std::numeric_limits<double>::infinity(), 0.9, 5.0};
+  constexpr double kMostForce = 1e6;  // [N]
+  return {"force", "stretch", kMostForce, 0.9, 5.0};
 }
 
 double NumberBetween(const JsonInput& input, double least, double most) {
   const double value = input.Number();
   if (value > least && value < most) return value;
   nlohmann::json low = least, high = most;
-  input.Fail("a number > " + low.dump() +
-             (most < std::numeric_limits<double>::infinity() ? " and < " + high.dump() : ""));
+  input.Fail("a number > " + low.dump() + " and < " + high.dump());
 }
 
 LabMeasurementKind FindKind(const JsonInput& input) {
@@ -58,7 +57,7 @@ const char* ToString(LabMeasurementKind kind) {
 LabMeasurement ReadLabMeasurement(const std::string& path) {
   const nlohmann::json document = ReadJsonFile(path);
   const JsonInput input(document, path);
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kLeastSigma = 1e-8, kMostSigma = 1e4;  // of degrees or stretch
   LabMeasurement measurement;
   measurement.file = path;
   measurement.name = std::filesystem::path(path).stem().string();
@@ -75,7 +74,7 @@ LabMeasurement ReadLabMeasurement(const std::string& path) {
                    measurement.length <= kMostWidths * measurement.width))
     input.At("length").Fail("between one width and " + std::to_string(int(kMostWidths)) +
                             " widths of the strip");
-  measurement.sigma = NumberBetween(input.At("sigma"), 0.0, kInfinity);
+  measurement.sigma = input.At("sigma").NumberWithin(kLeastSigma, kMostSigma);
   const JsonInput points = input.At("points");
   if (points.ExpectArray().Size() == 0) points.Fail("at least one point");
   for (int i = 0; i < points.Size(); ++i)

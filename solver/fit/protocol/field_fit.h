@@ -66,8 +66,8 @@ void VisitFields(Options& options, Visitor&& visit) {
   visit(sigma, Field{.key = "field_sigma",
                      .doc = "model heterogeneous: standard deviation of a log factor over the "
                             "cloth, in the prior",
-                     .least = 0,
-                     .above_least = true});
+                     .least = 1e-4,
+                     .most = 1e4});
   visit(length, Field{.key = "field_length",
                       .doc = "field_basis modes: correlation length",
                       .unit = "m",

@@ -3,8 +3,10 @@
 
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
+#include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/child_process.h"
@@ -25,11 +27,9 @@ std::string ClothKey(const BenchSetting& setting) {
 class Bench {
  public:
   Bench(const BenchJob& job, const RunControl& control)
-      : job_(job),
-        control_(control),
-        settings_(ListRuns(job.work, job.axes)),
-        file_(job.out + "/runs.csv", job.common, job.resume) {
+      : job_(job), control_(control), settings_(ListRuns(job.work, job.axes)) {
     CheckInput();
+    file_.emplace(job.out + "/runs.csv", job.common, job.resume);
   }
 
   BenchResult Run() {
@@ -51,6 +51,7 @@ class Bench {
       } else if (IsDistribution(setting)) {
         throw InputError("axis 'model'", "found " + setting.model + ", which only fits have");
       }
+      ReadMaterial(setting.material, {NegativeEntries::kWarn});
       if (!vertices_.contains(setting.mesh))
         vertices_[setting.mesh] = ParseMeshSpec(setting.mesh).num_vertices();
     }
@@ -94,7 +95,7 @@ class Bench {
       if (c == ' ') c = '_';
     const std::string path = job_.out + "/reference_" + name + ".json";
     std::string text;
-    if (file_.continues() && fs::exists(path)) {
+    if (file_->continues() && fs::exists(path)) {
       text = ReadWholeFile(path);
     } else {
       ChildResult child = RunInChild(
@@ -141,7 +142,7 @@ class Bench {
 
   void RunOne(const BenchSetting& setting) {
     const std::string identity = CheckpointKey(job_.work, setting);
-    if (const BenchRecord* known = file_.Find(identity)) {
+    if (const BenchRecord* known = file_->Find(identity)) {
       result_.runs.push_back({setting, *known});
       total_ -= Guess(setting);
       return;
@@ -152,7 +153,7 @@ class Bench {
     if (result_.cancelled) return;
     BenchRecord record = ParseRecordLine(child.output, identity);
     record[kPeakMegabytes] = (child.peak_bytes - idle_bytes_) / kBytesPerMegabyte;
-    file_.Add(job_.work, setting, record);
+    file_->Add(job_.work, setting, record);
     result_.runs.push_back({setting, record});
     Done(Guess(setting), MakeLabel(setting, job_.axes));
   }
@@ -160,7 +161,7 @@ class Bench {
   const BenchJob& job_;
   const RunControl& control_;
   std::vector<BenchSetting> settings_;
-  BenchFile file_;
+  std::optional<BenchFile> file_;                     // begun when the input is known to be good
   std::map<std::string, int> vertices_;               // by mesh
   std::map<std::string, BenchReference> references_;  // by ClothKey
   double idle_bytes_ = 0.0, total_ = 0.0, done_ = 0.0;

@@ -54,6 +54,7 @@ class BenchmarkRunner {
 
   OptimiserBenchmark Run() {
     const std::vector<BenchmarkImage> images = MakeBenchmarkImages(options_);
+    std::filesystem::create_directories(options_.out + "/runs");
     total_ = static_cast<double>(images.size() * RunsAnImage());
     for (const BenchmarkImage& image : images) {
       Report(image.name + ", initial guesses");
@@ -144,9 +145,7 @@ double OptimiserBenchmark::StartCost(int problem) const {
 OptimiserBenchmark RunOptimiserBenchmark(const OptimiserBenchmarkOptions& options,
                                          const RunControl& control) {
   CheckOptions(options);
-  BenchmarkRunner runner(options, control);
-  std::filesystem::create_directories(options.out + "/runs");
-  return runner.Run();
+  return BenchmarkRunner(options, control).Run();
 }
 
 }  // namespace drape

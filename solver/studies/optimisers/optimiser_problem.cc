@@ -60,6 +60,17 @@ BenchmarkImage MakeTwin(const OptimiserBenchmarkOptions& options, int index) {
   return twin;
 }
 
+// Reads what the problems are made of, before a folder is made for them.
+void CheckFiles(const OptimiserBenchmarkOptions& options, const std::vector<std::string>& images) {
+  for (const std::string& twin : options.twins) ReadMaterial(twin);
+  for (const std::string& image : images) ReadImageObservation(image, options.spec.observation);
+  std::vector<std::string> starts = options.image_materials;
+  if (!options.twins.empty()) starts.push_back(options.material);
+  for (const std::string& start : starts) ReadMaterial(start, {NegativeEntries::kWarn});
+  for (const std::string& mesh : {options.twin_mesh, options.mesh, options.coarse_mesh})
+    ParseMeshSpec(mesh);
+}
+
 void RequireDistinct(const std::vector<BenchmarkImage>& images) {
   std::set<std::string> names;
   for (const BenchmarkImage& image : images)
@@ -103,11 +114,12 @@ OutlineResidualOptions MakeResidualOptions(const BenchmarkStart& start, bool der
 
 std::vector<BenchmarkImage> MakeBenchmarkImages(const OptimiserBenchmarkOptions& options) {
   std::vector<BenchmarkImage> images;
-  for (std::size_t i = 0; i < options.twins.size(); ++i)
-    images.push_back(MakeTwin(options, static_cast<int>(i)));
   std::vector<std::string> files;
   for (const std::string& text : options.images)
     for (std::string& file : ExpandImages(text)) files.push_back(std::move(file));
+  CheckFiles(options, files);
+  for (std::size_t i = 0; i < options.twins.size(); ++i)
+    images.push_back(MakeTwin(options, static_cast<int>(i)));
   const std::size_t materials = options.image_materials.size();
   if (!files.empty() && materials != 1 && materials != files.size())
     throw InputError("image_materials", "found " + std::to_string(materials) +

@@ -255,6 +255,8 @@ OptionTable MetricsTable(MetricsOptions& options) {
 }
 
 std::string RunMetrics(const MetricsOptions& options, const RunControl& control) {
+  for (const std::string& file : {options.out, options.csv, options.overlay})
+    if (!file.empty()) CheckReplaceable(file);
   const Found found = options.data.folder.empty() ? EvaluateOperands(options, control)
                                                   : EvaluateData(options, control);
   if (control.cancelled()) return "";

@@ -96,6 +96,7 @@ SimulationTask MakeTask(const SimulateOptions& options, const Input& input,
   task.newton = options.solve != "dynamic";
   task.stops = options.dump_steps;
   task.on_state = [&out](int step, const State& state) {
+    if (!state.x.allFinite() || !state.v.allFinite()) return;
     WriteState(out.Staged("state_" + std::to_string(step) + ".json"), state);
   };
   task.gradient_weights = input.weights;
@@ -103,14 +104,17 @@ SimulationTask MakeTask(const SimulateOptions& options, const Input& input,
 }
 
 // What the camera or the strip's tester sees of the last shape.
-void MeasureEnd(const Input& input, SimulateResult* result) {
+void MeasureEnd(const Input& input, const RunControl& control, SimulateResult* result) {
   const ClothModel& model = *input.scene.model;
   const MaterialField& material = input.scene.material.field;
   const Eigen::VectorXd& x = result->simulation.end.x;
   result->force_residual = ForceResidual(model, material, x);
   if (!x.allFinite()) return;
-  StepSolver solver(input.scene.model);
-  result->lowest_eigenvalues = LowestEigenvalues(solver, material, x, kReportedModes);
+  if (!control.cancelled()) {
+    StepSolver solver(input.scene.model);
+    result->lowest_eigenvalues =
+        LowestEigenvalues(solver, material, x, kReportedModes, control.cancel);
+  }
   if (SupportRadius(model.scene)) {
     result->view = ViewDrape(model, x, input.camera, input.image ? &*input.image : nullptr);
   } else {
@@ -120,7 +124,7 @@ void MeasureEnd(const Input& input, SimulateResult* result) {
 
 void WriteFiles(const Input& input, const SimulateResult& result, const OutputFolder& out) {
   const SimulationResult& simulation = result.simulation;
-  if (simulation.end.x.allFinite()) {
+  if (simulation.end.x.allFinite() && simulation.end.v.allFinite()) {
     if (simulation.newton_iterations) WriteState(out.Staged("state_rest.json"), simulation.end);
     WriteObj(out.Staged("drape.obj"), input.scene.model->mesh, simulation.end.x);
   }
@@ -140,7 +144,12 @@ SimulateResult RunChecked(const SimulateOptions& options, const RunControl& cont
   auto& seconds = result.simulation.seconds;
   seconds.insert(seconds.begin(), {"setup", set_up});
   const auto end = std::chrono::steady_clock::now();
-  MeasureEnd(input, &result);
+  MeasureEnd(input, control, &result);
+  if (control.cancelled() && result.lowest_eigenvalues.size() == 0 &&
+      result.simulation.outcome == SimulationOutcome::kDone) {
+    result.simulation.outcome = SimulationOutcome::kCancelled;
+    result.simulation.status = "cancelled before the stability of its end was known";
+  }
   WriteFiles(input, result, out);
   seconds.emplace_back("output", SecondsSince(end));
   WriteSummary(out.Staged("summary.json"), options, input.scene, input.camera, result);

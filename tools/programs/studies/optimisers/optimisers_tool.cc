@@ -59,13 +59,13 @@ std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
        .value = &spec.stages.residuals.sigma_px,
        .doc = "standard deviation of the outline",
        .unit = "px",
-       .least = 0,
-       .above_least = true},
+       .least = 1e-4,
+       .most = 1e4},
       {.key = "prior_sigma",
        .value = &spec.stages.prior_sigma,
        .doc = "prior standard deviation of each log factor",
-       .least = 0,
-       .above_least = true},
+       .least = 1e-4,
+       .most = 1e4},
   };
 }
 
