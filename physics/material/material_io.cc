@@ -209,7 +209,7 @@ double ReadEntry(const JsonInput& input, double most, const MaterialPolicy& poli
   const double number = input.Number();
   if (number < 0 && policy.negative_entries == NegativeEntries::kReject)
     input.Fail("≥ 0 (only the reference law accepts a negative stiffness)");
-  if (std::abs(number) > most) input.Fail(Format("at most %g, a thousand times a fabric's", most));
+  if (std::abs(number) > most) input.Fail(Format("at most %g, far above any fabric's", most));
   return number;
 }
 

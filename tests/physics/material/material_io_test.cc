@@ -122,8 +122,15 @@ TEST_F(MaterialIo, RejectsValuesThatAreNoStiffness) {
               "m.json: key 'stretch[0][1]': found \"2\", expected a finite number");
   ExpectError(Replaced(ours, "[1,2,3,4]", "[1,NaN,3,4]"), "m.json: parse error at line 1");
   ExpectError(Replaced(ours, "[1,2,3,4]", "[1,1e999,3,4]"), "m.json: number overflow");
-  ExpectError(Replaced(ours, "0.2", "0"), "m.json: key 'density': found 0, expected a positive");
-  ExpectError(Replaced(ours, "0.2", "-1"), "m.json: key 'density': found -1, expected a positive");
+  ExpectError(Replaced(ours, "0.2", "0"),
+              "m.json: key 'density': found 0, expected 1e-05 to 1000 kg/m²");
+  ExpectError(Replaced(ours, "0.2", "1e308"),
+              "m.json: key 'density': found 1e+308, expected 1e-05");
+  ExpectError(Replaced(ours, "[1,2,3,4]", "[1,5.1e7,3,4]"),
+              "m.json: key 'stretch[0][1]': found 51000000.0, expected at most 5e+07, far above");
+  ExpectError(Replaced(ours, "[6,7,8,9,10]", "[6,7,401,9,10]"),
+              "m.json: key 'bend[1][2]': found 401, expected at most 400, far above");
+  ExpectError(Replaced(ours, "0.2", "-1"), "m.json: key 'density': found -1, expected 1e-05 to");
 }
 
 TEST_F(MaterialIo, RejectsWrongShapes) {
