@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 
 // The folders of this process; whoever holds the mutex may publish.
 std::mutex live_mutex;
+bool any_published = false;
 std::set<const OutputFolder*>& LiveFolders() {
   static std::set<const OutputFolder*> folders;
   return folders;
@@ -118,11 +119,17 @@ void OutputFolder::Publish() const {
     fs::rename(Staged(name), path_ + "/" + name, error);
     if (error) throw InputError(path_ + "/" + name, "cannot replace the file: " + error.message());
   }
+  any_published = true;
 }
 
 bool OutputFolder::IsAnyOpen() {
   const std::lock_guard guard(live_mutex);
   return !LiveFolders().empty();
+}
+
+bool OutputFolder::HasAnyPublished() {
+  const std::lock_guard guard(live_mutex);
+  return any_published;
 }
 
 void OutputFolder::Abandon() {

@@ -28,6 +28,8 @@ class OutputFolder {
 
   // Whether this process has one: something to save.
   static bool IsAnyOpen();
+  // Whether one has published its files.
+  static bool HasAnyPublished();
 
   // Drops what the folders of this process have not published, for a process that ends at once.
   // Nothing is published afterwards.

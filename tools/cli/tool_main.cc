@@ -106,11 +106,12 @@ class InterruptWatch {
   }
 
   [[noreturn]] void End() const {
+    const bool published = OutputFolder::HasAnyPublished();
     OutputFolder::Abandon();
-    std::fprintf(stderr,
-                 "%s: interrupted in the middle of a long computation: its results so far are not "
-                 "saved, earlier files are unchanged\n",
-                 tool_.c_str());
+    std::fprintf(stderr, "%s: interrupted%s\n", tool_.c_str(),
+                 published ? ": its files show the results so far"
+                           : " in the middle of a long computation: its results so far are not "
+                             "saved, earlier files are unchanged");
     _exit(kExitCancelled);
   }
 
