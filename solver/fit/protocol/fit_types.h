@@ -63,7 +63,7 @@ void VisitFields(Options& options, Visitor&& visit) {
                                  "guess has it"});
   visit(prior_sigma, Field{.key = "prior_sigma",
                            .doc = "standard deviation of each log factor about its initial guess",
-                           .least = 1e-4,
+                           .least = 1e-9,
                            .most = 1e4});
   visit(initial_damping,
         Field{.key = "initial_damping", .least = 0, .above_least = true, .is_option = false});

@@ -64,7 +64,7 @@ std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
       {.key = "prior_sigma",
        .value = &spec.stages.prior_sigma,
        .doc = "prior standard deviation of each log factor",
-       .least = 1e-4,
+       .least = 1e-9,
        .most = 1e4},
   };
 }
