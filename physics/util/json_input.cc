@@ -46,6 +46,18 @@ class DuplicateKeyCheck {
   std::vector<std::set<std::string>> keys_;
 };
 
+// "[json.exception.parse_error.101] parse error …; last read: '…'": without the first part, and of
+// what was read, which may be all of the text, the end.
+std::string DescribeSyntaxError(std::string_view message) {
+  constexpr std::string_view kRead = "last read: '";
+  constexpr std::size_t kShown = 60;
+  std::string text(message.substr(message.find("] ") + 2));
+  const std::size_t read = text.find(kRead);
+  if (read != std::string::npos && text.size() - read > kRead.size() + kShown)
+    text.replace(read + kRead.size(), text.size() - read - kRead.size() - kShown, "…");
+  return text;
+}
+
 }  // namespace
 
 json ParseJson(const std::string& text, const std::string& where) {
@@ -58,8 +70,7 @@ json ParseJson(const std::string& text, const std::string& where) {
         text, [&](int, json::parse_event_t event, json& parsed) { return check(event, parsed); },
         /*allow_exceptions=*/true, /*ignore_comments=*/true);
   } catch (const json::exception& error) {
-    const std::string_view message = error.what();  // "[json.exception.parse_error.101] parse …"
-    throw InputError(where, std::string(message.substr(message.find("] ") + 2)));
+    throw InputError(where, DescribeSyntaxError(error.what()));
   }
 }
 

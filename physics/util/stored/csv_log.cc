@@ -104,9 +104,12 @@ std::vector<NumberedCsvRow> ReadCsvLog(const std::string& path, const std::strin
   const std::string text = ReadWholeFile(path), head = Head(shared, columns);
   if (!text.starts_with(head)) {
     const std::string first = text.substr(0, text.find('\n'));
+    if (first == "# " + shared)
+      throw InputError(path + ":2",
+                       "found other columns than those of this program: the file was "
+                       "made by another version, or was cut");
     throw InputError(path + ":1", "found '" + first + "', expected '# " + shared +
-                                      "' and the columns of this program: the file was made "
-                                      "with other settings");
+                                      "': the file was made with other settings");
   }
   const auto lines_of_head = static_cast<int>(std::count(head.begin(), head.end(), '\n'));
   const std::string rest = text.substr(head.size());

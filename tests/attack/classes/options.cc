@@ -42,7 +42,7 @@ std::vector<std::string> FindNames(const ListedOption& option, const OptionValue
   std::vector<std::string> names = {option.key};
   std::string run;
   for (const unsigned char c : value.text + '\n') {
-    const bool printable = c > 0x20 && c < 0x7f;
+    const bool printable = c > 0x20 && c < 0x7f && c != ',' && c != ':';
     if (printable && run.size() < kLongest) run += static_cast<char>(c);
     if (printable || run.empty()) continue;
     names.push_back(run);

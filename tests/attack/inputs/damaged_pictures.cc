@@ -109,7 +109,7 @@ std::vector<BadPicture> MakeDamagedPictures() {
       {"two PNGs", "a.png", png + png, false},
       {"PNG named JPEG", "a.jpg", png, false},
       {"PNG without a name", "a", png, false},
-      {"PNG without an end", "a.png", png.substr(0, png.size() - 12)}};
+      {"PNG without an end", "a.png", png.substr(0, png.size() - 12), false}};
   AddTruncated("PNG", "a.png", png, &bad);
   AddHeaders(&bad);
   AddBombs(&bad);

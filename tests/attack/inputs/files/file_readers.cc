@@ -36,8 +36,7 @@ void AddMaterials(const std::string& valid, std::vector<FileReader>* readers) {
   readers->push_back(
       {.name = "lab test",
        .file = "in/test.json",
-       .commands = {QuickCommand(
-           "drape_fit", {"--images=", "--lab_tests=in/test.json", "--coarse_mesh=disc:100"})},
+       .commands = {WithoutOption(WithOption("drape_fit", "--lab_tests=in/test.json"), "--images")},
        .bad = MakeBadLabTests(valid)});
   AddJson(ReadText(valid + "tensile.json"), readers);
 }

@@ -48,7 +48,7 @@ TEST_F(CsvLogTest, DamageIsNamed) {
   WriteCsvLog(path_, "other", columns_, rows_);
   EXPECT_INPUT_ERROR(ReadRows(), "runs.csv:1: found '# other', expected '# mesh=disc:100'");
   WriteCsvLog(path_, kShared, {"name"}, {});
-  EXPECT_INPUT_ERROR(ReadRows(), "and the columns of this program");
+  EXPECT_INPUT_ERROR(ReadRows(), "runs.csv:2: found other columns than those of this program");
   WriteCsvLog(path_, kShared, columns_, {{"a", "b"}});
   EXPECT_INPUT_ERROR(ReadRows(), "runs.csv:3: found 2 fields, expected 3");
   WriteCsvLog(path_, kShared, columns_, {});
