@@ -204,11 +204,19 @@ void AppendFile::Append(std::string_view text) {
 std::string ReadWholeFile(const std::string& path) {
   if (!fs::exists(path)) throw InputError(path, "no such file");
   if (fs::is_directory(path)) throw InputError(path, "is a folder, expected a file");
+  constexpr std::size_t kLargest = std::size_t{1} << 30, kBlock = std::size_t{1} << 16;
   std::ifstream in(path, std::ios::binary);
-  std::ostringstream content;
-  if (in.peek() != std::ifstream::traits_type::eof()) content << in.rdbuf();
+  std::string content;
+  for (std::size_t read = kBlock; in && read == kBlock && content.size() <= kLargest;) {
+    const std::size_t size = content.size();
+    content.resize(size + kBlock);
+    in.read(content.data() + size, kBlock);
+    read = static_cast<std::size_t>(in.gcount());
+    content.resize(size + read);
+  }
   if (in.bad() || (!in.is_open())) throw InputError(path, "cannot read the file");
-  return std::move(content).str();
+  if (content.size() > kLargest) throw InputError(path, "is larger than 1 GiB, expected less");
+  return content;
 }
 
 std::vector<std::string> SplitPaths(const std::string& list) {

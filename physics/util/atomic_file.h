@@ -53,7 +53,8 @@ class AppendFile {
   int descriptor_;
 };
 
-// Returns the bytes of the file. Throws InputError when it is missing, unreadable or a folder.
+// Returns the bytes of the file. Throws InputError when it is missing, unreadable, a folder or
+// larger than 1 GiB, as an endless device is.
 std::string ReadWholeFile(const std::string& path);
 
 // The paths of a list that is separated by commas. A comma belongs to a path where one of the

@@ -27,6 +27,12 @@ using nlohmann::ordered_json;
 
 // Version 1 knew no calibration, 2 calibrated stretch too, 3 had no checksum.
 constexpr StoredFormat kFormat = {"drapefit-prediction", 4};
+// The numbers that each prediction is scored by.
+constexpr const char* kScores[] = {
+    "mean_image_mse",    "dc_error",       "dc_crps",        "dc_coverage_50",
+    "dc_width_50",       "dc_coverage_90", "dc_width_90",    "folds_error",
+    "folds_crps",        "folds_width_50", "folds_width_90", "folds_coverage_50",
+    "folds_coverage_90", "feature_energy", "hausdorff_m",    "outline_energy_m"};
 constexpr double kFitShare = 0.8;  // of the time of an experiment
 
 // The part of summary.json that a model must have got to; empty: the one table is all.
@@ -230,12 +236,14 @@ ExperimentResult ReadResult(const std::string& folder) {
   result.numbers = FitNumbers(summary, folder + "/summary.json");
   const JsonInput numbers = input.At("numbers");
   for (const auto& [key, value] : numbers.ExpectObject().value().items())
-    result.numbers[key] = numbers.At(key).Number();
+    result.numbers[key] = numbers.At(key).NotNegative();
+  for (const char* key : kScores) numbers.At(key);
   const JsonInput captures = input.At("captures");
-  for (int i = 0; i < captures.ExpectArray().Size(); ++i) {
+  if (captures.ExpectArray().Size() == 0) captures.Fail("the scores of a capture or more");
+  for (int i = 0; i < captures.Size(); ++i) {
     const JsonInput c = captures.At(i);
     result.captures.push_back({c.At("fabric").Integer(), c.At("sample").Integer(),
-                               c.At("capture").Integer(), c.At("feature_energy").Number()});
+                               c.At("capture").Integer(), c.At("feature_energy").NotNegative()});
   }
   result.belief = BeliefIn(JsonInput(summary, folder + "/summary.json"));
   return result;

@@ -21,7 +21,7 @@ std::vector<std::string> CompanionsFor(const std::string& program, const std::st
   const bool of_data = key == "data" || key == "fabric" || key == "samples" || key == "captures" ||
                        key == "train" || key == "split_seed" || key == "split" ||
                        key == "save_split" || key == "face";
-  if (of_data && program == "drape_predict")
+  if (of_data && (program == "drape_predict" || program == "drape_metrics"))
     return {"--data=" + std::string(kValid) + "set", "--train=2"};
   return {};
 }
@@ -29,6 +29,8 @@ std::vector<std::string> CompanionsFor(const std::string& program, const std::st
 std::vector<std::string> MakeCommand(const std::string& program, const ListedOption& option,
                                      const std::string& value) {
   std::vector<std::string> command = QuickCommand(program, CompanionsFor(program, option.key));
+  if (program == "drape_metrics" && !CompanionsFor(program, option.key).empty())
+    command.erase(command.begin() + 1);  // its operand
   command.push_back("--" + option.key + "=" + value);
   return command;
 }
@@ -51,11 +53,17 @@ std::vector<std::string> FindNames(const ListedOption& option, const OptionValue
   return names.size() > 1 ? names : std::vector<std::string>();
 }
 
+std::string WithoutSlash(const std::string& path) {
+  std::string plain = std::filesystem::path(path).lexically_normal();
+  while (plain.size() > 1 && plain.back() == '/') plain.pop_back();
+  return plain;
+}
+
 // Where the value of an option may be written to.
 std::vector<std::string> FindResults(const ListedOption& option, const std::string& value) {
   std::vector<std::string> results = {"out"};
   for (const char* key : {"out", "csv", "overlay", "table", "save_split"})
-    if (option.key == key) results.push_back(std::filesystem::path(value).lexically_normal());
+    if (option.key == key) results.push_back(WithoutSlash(value));
   return results;
 }
 
@@ -85,7 +93,6 @@ void AddCommandLines(const Campaign& campaign, const std::string& program,
                                                        {"operand\x1b[31m"},
                                                        {"--=1"},
                                                        {"---out=x"},
-                                                       {"--config="},
                                                        {"--config=no.json"},
                                                        {"--config=tmp"},
                                                        {"--config=/dev/zero"},

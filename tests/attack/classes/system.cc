@@ -62,19 +62,22 @@ std::vector<Surrounding> Environments() {
 // Results are complete before what a program prints is lost.
 std::vector<Surrounding> Streams() {
   const Expectation lost{.keeps_results = false};
+  const Expectation broken{.keeps_results = false, .may_be_killed = true};  // by SIGPIPE
   const auto out = [](Stream stream) { return [=](Request* r) { r->out = stream; }; };
   const auto err = [](Stream stream) { return [=](Request* r) { r->err = stream; }; };
   return {{"stdin closed", [](Request* r) { r->input = false; }, {.verdict = Verdict::kTaken}},
           {"stdout closed", out(Stream::kClosed), lost},
           {"stdout full", out(Stream::kFull), lost},
-          {"stdout broken", out(Stream::kBroken), lost},
+          {"stdout broken", out(Stream::kBroken), broken},
           {"stderr closed", err(Stream::kClosed), {.verdict = Verdict::kTaken}},
           {"stderr full", err(Stream::kFull), {.verdict = Verdict::kTaken}},
-          {"stderr broken", err(Stream::kBroken), lost},
-          {"all closed", [](Request* r) {
+          {"stderr broken", err(Stream::kBroken), broken},
+          {"all closed",
+           [](Request* r) {
              r->input = false;
              r->out = r->err = Stream::kClosed;
-           }}};
+           },
+           lost}};
 }
 
 std::vector<Surrounding> SmallLimits() {
@@ -85,8 +88,10 @@ std::vector<Surrounding> SmallLimits() {
                    // The loader of libraries ends a program that does not fit, with 127.
                    {.may_be_killed = true}});
   for (const int files : {6, 8, 10, 16})
-    all.push_back({std::to_string(files) + " files", [=](Request* r) { r->limits.files = files; }});
-  for (const long bytes : {1L, 1000L, 5000L, 20000L, 100000L})
+    all.push_back({std::to_string(files) + " files",
+                   [=](Request* r) { r->limits.files = files; },
+                   {.keeps_results = false}});
+  for (const long bytes : {1000L, 5000L, 20000L, 100000L})
     all.push_back({"files of " + std::to_string(bytes) + " bytes",
                    [=](Request* r) { r->limits.file_bytes = bytes; },
                    {.keeps_results = false}});

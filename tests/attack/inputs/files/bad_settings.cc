@@ -59,7 +59,7 @@ std::vector<BadFile> MakeBadSplits(const std::string& valid) {
                                             {"/train", "{}"},
                                             {"/train", ""},
                                             {"/held_out", "[]", false},
-                                            {"/train/0", ""},
+                                            {"/train/0", "", false},
                                             {"/train/0", "[]"},
                                             {"/train/0", "1e308"},
                                             {"/train/0", "null"},

@@ -11,6 +11,7 @@
 #include "physics/material/material_io.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
+#include "physics/util/stored/stored_json.h"
 #include "solver/job/fit_captures.h"
 #include "tests/losses/dataset/synthetic_dataset.h"
 #include "tests/physics/file_fixture.h"
@@ -112,6 +113,17 @@ TEST_F(ExperimentTest, ABrokenFileIsMadeAnewAndTheSame) {
   ASSERT_TRUE(Run());
   EXPECT_THAT(notes_, testing::HasSubstr("round"));
   EXPECT_EQ(Text(), whole);
+  for (const char* damage : {"/captures", "/numbers"}) {
+    nlohmann::json prediction = nlohmann::json::parse(Read(Path("experiment/prediction.json")));
+    const nlohmann::json::json_pointer at(damage);
+    prediction[at] = nlohmann::json(prediction[at].type());  // empty
+    const StoredFormat format = {"drapefit-prediction", prediction["version"]};
+    for (const char* key : {"format", "version", "checksum"}) prediction.erase(key);
+    WriteStoredJson(Path("experiment/prediction.json"), format, prediction);
+    EXPECT_FALSE(ReadExperiment(Path("experiment"))) << damage;
+    ASSERT_TRUE(Run());
+    EXPECT_EQ(Text(), whole);
+  }
   nlohmann::json summary = nlohmann::json::parse(Read(Path("experiment/summary.json")));
   summary["mean"] = nlohmann::json::array();
   Write("experiment/summary.json", summary.dump());
