@@ -109,7 +109,8 @@ const JsonInput& JsonInput::ExpectKeys(const std::vector<std::string>& allowed) 
     std::string list;
     for (const std::string& name : allowed) list += ' ' + name;
     const std::string place = key_.empty() ? "" : key_ + ".";
-    throw InputError(where_, "unknown key '" + MakePrintableLine(place + key) + "', allowed:" + list);
+    throw InputError(where_,
+                     "unknown key '" + MakePrintableLine(place + key) + "', allowed:" + list);
   }
   return *this;
 }
