@@ -29,6 +29,8 @@ constexpr double kMillimetres = 1e3;  // a metre
 
 constexpr StoredFormat kFormat = {"drapefit-bench-reference", 1};
 
+constexpr double kSameOutline = 1e-9;  // [m]
+
 double WallNow() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -69,6 +71,11 @@ BenchDrape ReadDrape(const JsonInput& input, const Mesh& mesh) {
                                        ", expected a drape at rest (another seed or mesh?)");
   drape.x = input.At("x").Vector(static_cast<int>(mesh.rest_x.size()));
   drape.outline = input.At("outline").Vector(kBranchAngles);
+  Eigen::VectorXd outline;
+  if (!DrapeOutline(mesh, drape.x, &outline) ||
+      !((outline - drape.outline).cwiseAbs().maxCoeff() <= kSameOutline))
+    throw InputError(input.Name(),
+                     "the outline is not that of x, expected a file as it was written");
   drape.gradient = ReadDerivative(input.At("gradient"), kMaterialEntries);
   const Eigen::VectorXd entries =
       ReadDerivative(input.At("jacobian"), kBenchAngles * kMaterialEntries);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_bench as a user runs it: files, resume, Ctrl-C, bad input.
+#include "physics/util/stored/stored_json.h"
 #include "tests/tools/tool_fixture.h"
 
 namespace drape::test {
@@ -84,6 +85,21 @@ TEST_F(BenchTool, ShowsWhatIsNotAtRestBesideTheFront) {
     EXPECT_EQ(residual > 1e-6, is_dynamic) << run;
     EXPECT_TRUE(is_dynamic || drift < 1e-3) << run;
     EXPECT_NE(run["status"], is_dynamic ? "ok" : "not at rest") << run;
+  }
+}
+
+// A drape and its outline in a stored reference must agree.
+TEST_F(BenchTool, ATamperedReferenceIsRefused) {
+  ASSERT_EQ(Bench({"--mesh=disc:120", "--solve=hybrid"}).exit_code, 0);
+  const std::string path = Path("out/reference_synthetic_wool_smooth_homogeneous.json");
+  constexpr StoredFormat kFormat = {"drapefit-bench-reference", 1};
+  const Json reference = ReadStoredJson(path, kFormat);
+  for (const char* at : {"/fine/outline/0", "/coarse/outline/359", "/coarse/x/0"}) {
+    Json tampered = reference;
+    tampered[Json::json_pointer(at)] = -1.0;
+    WriteStoredJson(path, kFormat, tampered);
+    ExpectOneLineError(Bench({"--mesh=disc:120", "--solve=hybrid", "--resume"}),
+                       "the outline is not that of x");
   }
 }
 
