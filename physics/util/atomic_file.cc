@@ -220,12 +220,15 @@ std::string ReadWholeFile(const std::string& path) {
 }
 
 std::vector<std::string> SplitPaths(const std::string& list) {
+  constexpr int kMostCommas = 16;  // within one name, so that long lists take no time
   std::vector<std::string> paths;
   std::error_code ignored;
   for (std::size_t begin = 0; begin < list.size();) {
-    std::size_t end = std::min(list.find(',', begin), list.size());
-    for (std::size_t longer = list.size(); longer > end; longer = list.rfind(',', longer - 1))
+    std::size_t end = std::min(list.find(',', begin), list.size()), longer = end;
+    for (int commas = 0; commas < kMostCommas && longer < list.size(); ++commas) {
+      longer = std::min(list.find(',', longer + 1), list.size());
       if (fs::exists(list.substr(begin, longer - begin), ignored)) end = longer;
+    }
     paths.push_back(list.substr(begin, end - begin));
     begin = end + 1;
   }

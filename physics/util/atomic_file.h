@@ -57,8 +57,8 @@ class AppendFile {
 // larger than 1 GiB, as an endless device is.
 std::string ReadWholeFile(const std::string& path);
 
-// The paths of a list that is separated by commas. A comma belongs to a path where one of the
-// longer name exists.
+// The paths of a list that is separated by commas. A comma, at most 16 of them, belongs to a path
+// where one of the longer name exists.
 std::vector<std::string> SplitPaths(const std::string& list);
 
 // Appends the shortest decimal text (at most 17 digits) that reads back to the same double, on
