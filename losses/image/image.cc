@@ -5,9 +5,9 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 
 #include "losses/image/image_codec.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 
 namespace drape {
@@ -19,10 +19,10 @@ std::vector<uint8_t> ReadBytes(const std::string& path) {
     throw InputError(path, "is a folder, expected a JPEG or PNG file");
   }
   errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw InputError(path, std::string("cannot be read: ") + std::strerror(errno));
-  std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(stream), {}};
-  if (stream.bad()) throw InputError(path, "reading failed before the end of the file");
+  if (!std::ifstream(path, std::ios::binary))
+    throw InputError(path, std::string("cannot be read: ") + std::strerror(errno));
+  const std::string text = ReadWholeFile(path);
+  std::vector<uint8_t> bytes(text.begin(), text.end());
   if (bytes.empty()) throw InputError(path, "is empty, expected a JPEG or PNG file");
   return bytes;
 }

@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <spawn.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -141,9 +142,12 @@ ProgramResult RunProgram(const std::vector<std::string>& arguments, const std::s
 ChildResult RunInChild(const std::function<std::string()>& work, const std::atomic<bool>* cancel) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("no pipe to a child process");
-  const pid_t child = fork();
+  const pid_t parent = getpid(), child = fork();
   if (child < 0) throw std::runtime_error("no child process can be started");
   if (child == 0) {
+    // It would outlive a parent that is killed, and keep its locks.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(1);
     close(ends[0]);
     // Threads do not survive a fork, and OpenMP would wait for those of the thread that forked. A
     // new thread starts its own.

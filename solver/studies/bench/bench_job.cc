@@ -55,6 +55,8 @@ class Bench {
       if (!vertices_.contains(setting.mesh))
         vertices_[setting.mesh] = ParseMeshSpec(setting.mesh).num_vertices();
     }
+    for (const std::string& mesh : {job_.problem.coarse_mesh, job_.reference.relax_mesh})
+      ParseMeshSpec(mesh);
     for (const std::string& mesh : {job_.reference.fine, job_.reference.coarse})
       vertices_[mesh] = ParseMeshSpec(mesh).num_vertices();
     for (const BenchSetting& setting : settings_) {

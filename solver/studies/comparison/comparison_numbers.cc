@@ -50,12 +50,12 @@ Numbers FitNumbers(const nlohmann::json& summary, const std::string& where) {
                      {"train_iou", mean.At("iou").Number()},
                      {"train_hausdorff_m", mean.At("outline_hausdorff_m").Number()},
                      {"fit_seconds", ReadSum(input.At("seconds"))},
-                     {"rollouts", input.At("rollouts").Number()},
+                     {"rollouts", input.At("rollouts").NotNegative()},
                      {"parameters", input.At("parameters").At("count").Number()}};
   for (const char* part : {"fields", "posterior"}) {
     if (!input.Has(part)) continue;
     numbers["fit_seconds"] += ReadSum(input.At(part).At("seconds"));
-    numbers["rollouts"] += input.At(part).At("rollouts").Number();
+    numbers["rollouts"] += input.At(part).At("rollouts").NotNegative();
   }
   if (input.Has("fields")) numbers["parameters"] = input.At("fields").At("parameters").Number();
   if (input.Has("posterior")) {

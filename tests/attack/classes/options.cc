@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each option of each program with bad, extreme and hostile values. The options are those that
 // --help=all lists.
+#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 
@@ -11,8 +12,9 @@
 namespace drape::attack {
 namespace {
 
-constexpr std::size_t kFew = 60;  // of a short campaign
-constexpr double kSeconds = 4.0;  // after which a run that took the value is cancelled
+constexpr std::size_t kFew = 60;         // of a short campaign
+constexpr double kSecondsToRead = 60.0;  // an endless file, up to the limit of all files
+constexpr double kSeconds = 4.0;         // after which a run that took the value is cancelled
 
 // An option that needs another one beside it.
 std::vector<std::string> CompanionsFor(const std::string& program, const std::string& key) {
@@ -39,12 +41,14 @@ std::vector<std::string> MakeCommand(const std::string& program, const ListedOpt
 // may be refused for what it does to another input, which the error then names.
 std::vector<std::string> FindNames(const ListedOption& option, const OptionValue& value) {
   const bool is_number = option.type == OptionType::kInteger || option.type == OptionType::kNumber;
-  if (is_number && !value.refused) return {};
+  const bool is_pattern = value.text.find_first_of("*?[") != std::string::npos;
+  const bool is_choice = option.type == OptionType::kChoice;
+  if ((is_number || is_choice || is_pattern) && !value.refused) return {};
   constexpr std::size_t kLongest = 20;
   std::vector<std::string> names = {option.key};
   std::string run;
   for (const unsigned char c : value.text + '\n') {
-    const bool printable = c > 0x20 && c < 0x7f && c != ',' && c != ':';
+    const bool printable = c > 0x20 && c < 0x7f && std::strchr(",:#", c) == nullptr;
     if (printable && run.size() < kLongest) run += static_cast<char>(c);
     if (printable || run.empty()) continue;
     names.push_back(run);
@@ -74,6 +78,7 @@ void TryValue(const Campaign& campaign, const std::string& program, const Listed
   if (program == "drape_metrics" && !has_results) sandbox.Write("out/notes.txt", "earlier");
   Request request = MakeRequest(campaign, MakeCommand(program, option, value.text));
   request.limits.seconds = kSeconds;
+  if (option.key == "threads") request.limits.memory_gb = 0;  // stacks take address space only
   sandbox.Run(request, {.verdict = value.refused ? Verdict::kRefused : Verdict::kAny,
                         .named = FindNames(option, value),
                         .results = FindResults(option, value.text)});
@@ -107,7 +112,7 @@ void AddCommandLines(const Campaign& campaign, const std::string& program,
     attacks->push_back({program + " " + line.front(), [&campaign, program, line](Sandbox& sandbox) {
                           AddEarlierResults(&sandbox);
                           Request request = MakeRequest(campaign, QuickCommand(program, line));
-                          request.limits.seconds = kSeconds;
+                          request.limits.seconds = kSecondsToRead;
                           sandbox.Run(request, {.verdict = Verdict::kRefused});
                         }});
 }

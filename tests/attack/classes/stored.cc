@@ -105,6 +105,15 @@ struct Tampered {
   std::string what, content;
 };
 
+// Members that may have any value of their type: with its checksum made right, a value that a run
+// could have found is a forgery that no reader can tell.
+bool IsForgery(const std::string& what) {
+  for (const char* member : {"/stiffness = -1", "/settled_rms_px = null", "/run/end = \"x\"",
+                             "/coarse/outline/", "/coarse/x/", "/fine/outline/", "/fine/x/"})
+    if (what.rfind(member, 0) == 0) return true;
+  return false;
+}
+
 std::vector<Tampered> TamperJson(const std::string& text, uint64_t seed) {
   json members = json::parse(text);
   const bool sealed = members.contains("checksum");
@@ -149,7 +158,8 @@ void AttackStored(Campaign* campaign) {
                                 : TamperJson(text, campaign->options().seed);
       for (const Tampered& one : all)
         attacks.push_back({run.name + " " + file + ": " + one.what, [=](Sandbox& sandbox) {
-                             TryStored(*campaign, stored, file, one.content, !is_table, sandbox);
+                             const bool compare = !is_table && !IsForgery(one.what);
+                             TryStored(*campaign, stored, file, one.content, compare, sandbox);
                            }});
     }
   }
