@@ -95,7 +95,7 @@ ComparisonJob WithMaterialSettings(ComparisonJob job) {
 std::vector<Capture> UsableCaptures(const ComparisonJob& job, const Dataset& dataset, int fabric,
                                     const RunControl& control) {
   std::vector<FileNote> skipped;
-  const std::vector<Capture> usable =
+  std::vector<Capture> usable =
       KeepUsable(Select(dataset, {.fabrics = {fabric}, .face = job.face}), &skipped);
   for (const FileNote& note : skipped) control.Log("skipped: " + note.text);
   return usable;
