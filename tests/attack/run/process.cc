@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -65,10 +66,7 @@ class Sink {
       close(ends[0]);
       return ends[1];
     }
-    char name[] = "/tmp/attack_stream_XXXXXX";
-    const int fd = mkostemp(name, O_CLOEXEC);
-    if (fd >= 0) unlink(name);
-    return fd;
+    return memfd_create("stream", MFD_CLOEXEC);
   }
 
   Stream kind_;
