@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "losses/outline/outline.h"
-#include "tests/solver/fake_backend.h"
+#include "tests/solver/fake_fit.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {
@@ -30,12 +30,7 @@ class FitTest : public testing::Test {
     return parametrisation_.Material(theta);
   }
   void AddObservation(const Eigen::Vector2d& reference) {
-    Observation observation;
-    Outline outline;
-    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, backend_.Shape(Material(reference)),
-                                observation.camera, 90, &outline));
-    observation.radius = outline.radius;
-    observations_.push_back(observation);
+    observations_.push_back(test::ObserveDrape(backend_, Material(reference), 90));
     starts_.push_back(backend_.model().RestState());
   }
   FitSummary RunFit() {

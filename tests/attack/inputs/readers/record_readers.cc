@@ -6,8 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "losses/outline/outline.h"
-#include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
 #include "physics/util/stored/csv_log.h"
 #include "physics/util/stored/stored_json.h"
@@ -19,7 +17,7 @@
 #include "solver/studies/stability/stability_survey.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
-#include "tests/solver/fake_backend.h"
+#include "tests/solver/fake_fit.h"
 
 namespace drape::attack {
 namespace {
@@ -29,33 +27,8 @@ using nlohmann::json;
 constexpr StoredFormat kRecordFormat = {"drapefit-optimiser-run", 2};
 constexpr char kJob[] = "job";
 
-// One observation of a known drape, fitted by two numbers.
-struct SmallProblem {
-  test::FakeBackend backend, coarse;
-  FitProblem problem;
-  StagedFitOptions options;
-
-  SmallProblem() {
-    problem.fine = &backend;
-    problem.coarse = &coarse;
-    problem.material = test::TestMaterial();
-    Observation observation;
-    Outline outline;
-    if (!OutlineFromMesh(backend.model().mesh, backend.Shape(Scaled(problem.material, 3.0, 1.5)),
-                         observation.camera, 45, &outline))
-      throw std::runtime_error("the drape without physics has no outline");
-    observation.radius = outline.radius;
-    problem.observations = {observation};
-    options.residuals.solve_mode = SolveMode::kDynamic;
-    options.parameters = ParameterTying::kScales;
-    options.candidates_per_round = {3, 2, 1};
-    options.iterations = {2, 3, 4};
-    backend.fails = [](double s, double b) { return s > 1.0 && b < 0.0; };
-  }
-};
-
 // In its second round, with one branch fitted.
-StagedFitState MakeHalfwayState(const SmallProblem& small) {
+StagedFitState MakeHalfwayState(const test::FakeFit& small) {
   std::vector<StagedFitState> saved;
   StagedFitControl control;
   control.save = [&](const StagedFitState& state) { saved.push_back(state); };
@@ -68,7 +41,7 @@ StagedFitState MakeHalfwayState(const SmallProblem& small) {
 }
 
 // What is read must be a state from which the fit continues to its end.
-std::string ReadAndContinue(const SmallProblem& small, const std::string& path) {
+std::string ReadAndContinue(const test::FakeFit& small, const std::string& path) {
   const auto state = ReadCheckpoint(path, kJob, small.problem, small.options);
   if (!state) return "found no checkpoint";
   const int rounds = static_cast<int>(small.options.candidates_per_round.size());
@@ -78,7 +51,7 @@ std::string ReadAndContinue(const SmallProblem& small, const std::string& path) 
 }
 
 std::vector<Reader> MakeCheckpointReaders(const std::string& scratch) {
-  const auto small = std::make_shared<SmallProblem>();
+  const auto small = std::make_shared<test::FakeFit>();
   const std::string path = scratch + "checkpoint.json";
   WriteCheckpoint(path, kJob, MakeHalfwayState(*small));
   const auto read = [small](const std::string& from) { return ReadAndContinue(*small, from); };
@@ -95,7 +68,7 @@ std::vector<Reader> MakeCheckpointReaders(const std::string& scratch) {
 }
 
 // A record of a few steps of a method.
-BenchmarkRecord MakeRecord(SmallProblem& small, ExpectedRecord* expected) {
+BenchmarkRecord MakeRecord(test::FakeFit& small, ExpectedRecord* expected) {
   const TableParametrisation tables(small.problem.material, ParameterTying::kScales);
   const State start = {small.backend.Shape(small.problem.material),
                        Eigen::VectorXd::Zero(small.backend.model().num_dofs())};
@@ -118,7 +91,7 @@ BenchmarkRecord MakeRecord(SmallProblem& small, ExpectedRecord* expected) {
 }
 
 std::vector<Reader> MakeBenchmarkReaders(const std::string& scratch) {
-  const auto small = std::make_shared<SmallProblem>();
+  const auto small = std::make_shared<test::FakeFit>();
   small->backend.fails = [](double, double) { return false; };
   const std::shared_ptr<ExpectedRecord> expected(new ExpectedRecord{.settings = "budget 20",
                                                                     .problem = "wool_2",

@@ -8,7 +8,7 @@
 #include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/util/stored/tampering.h"
-#include "tests/solver/fake_backend.h"
+#include "tests/solver/fake_fit.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {
@@ -60,26 +60,11 @@ void ExpectSame(const StagedFitState& a, const StagedFitState& b) {
 class CheckpointTest : public FileFixture {
  protected:
   CheckpointTest() {
-    problem_.fine = &backend_;
-    problem_.coarse = &coarse_;
-    problem_.material = test::TestMaterial();
-    Observation observation;
-    Outline outline;
-    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh,
-                                backend_.Shape(Scaled(test::TestMaterial(), 3.0, 1.5)),
-                                observation.camera, 45, &outline));
-    observation.radius = outline.radius;
-    problem_.observations = {observation};
-    options_.residuals.solve_mode = SolveMode::kDynamic;
-    options_.parameters = ParameterTying::kScales;
-    options_.candidates_per_round = {3, 2, 1};
-    options_.iterations = {2, 3, 4};
-    backend_.fails = [](double s, double b) { return s > 1.0 && b < 0.0; };
     control_.save = [this](const StagedFitState& state) { saved_.push_back(state); };
-    whole_ = RunStagedFit(problem_, options_, {}, control_);
+    whole_ = RunStagedFit(fit_.problem, fit_.options, {}, control_);
   }
   std::optional<StagedFitState> ReadBack(const std::string& job = "job") const {
-    return ReadCheckpoint(path_, job, problem_, options_);
+    return ReadCheckpoint(path_, job, fit_.problem, fit_.options);
   }
   // The members of a saved state's file.
   json Members(const StagedFitState& state) const {
@@ -108,9 +93,7 @@ class CheckpointTest : public FileFixture {
     return "";
   }
 
-  test::FakeBackend backend_, coarse_;
-  FitProblem problem_;
-  StagedFitOptions options_;
+  test::FakeFit fit_;
   StagedFitControl control_;
   std::vector<StagedFitState> saved_;
   StagedFitState whole_;
@@ -165,7 +148,7 @@ TEST_F(CheckpointTest, WhatAFitCannotHaveSavedIsRefused) {
     json value;
     const char* error;
   };
-  const int n = backend_.model().num_dofs();
+  const int n = fit_.backend.model().num_dofs();
   const json members = Members(InRoundTwo());
   const json nothing(std::vector<double>(n, 0.0)), far(std::vector<double>(n, 1e300));
   json flat = members["candidates"][0]["shapes"][0];
@@ -228,7 +211,7 @@ TEST_F(CheckpointTest, NoMutantIsMoreThanAStateOrAnError) {
     test::WriteQuickly(path_, StoredJsonText(kCheckpointFormat, mutant));
     try {
       const StagedFitState read = *ReadBack();
-      EXPECT_EQ(RunStagedFit(problem_, options_, read, control_).round, 3);
+      EXPECT_EQ(RunStagedFit(fit_.problem, fit_.options, read, control_).round, 3);
       ++other;
     } catch (const InputError&) {
     }

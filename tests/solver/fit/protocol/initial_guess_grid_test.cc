@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/solver/fake_backend.h"
+#include "tests/solver/fake_fit.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {
@@ -92,13 +92,7 @@ class InitialGuessTest : public testing::Test {
     options_.lifts = {0.5, 1.0};
   }
   Observation MakeObservation(double stretch, double bend) const {
-    Observation observation;
-    Outline outline;
-    const MaterialField material = Scaled(test::TestMaterial(), stretch, bend);
-    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, backend_.Shape(material), observation.camera,
-                                kAngles, &outline));
-    observation.radius = outline.radius;
-    return observation;
+    return test::ObserveDrape(backend_, Scaled(test::TestMaterial(), stretch, bend), kAngles);
   }
   std::vector<InitialGuess> Rank(const std::vector<Observation>& observations,
                                  const std::atomic<bool>* cancel = nullptr) {

@@ -12,7 +12,7 @@
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_work.h"
 #include "solver/fit/spectrum.h"
-#include "tests/solver/fake_backend.h"
+#include "tests/solver/fake_fit.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {
@@ -156,13 +156,8 @@ class ManyCandidatesTest : public testing::Test {
     problem_.fine = &backend_;
     problem_.coarse = &coarse_;
     problem_.material = test::TestMaterial();
-    Observation observation;
-    Outline outline;
-    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh,
-                                backend_.Shape(Scaled(test::TestMaterial(), 3.0, 1.5)),
-                                observation.camera, 90, &outline));
-    observation.radius = outline.radius;
-    problem_.observations = {observation};
+    problem_.observations = {
+        test::ObserveDrape(backend_, Scaled(test::TestMaterial(), 3.0, 1.5), 90)};
     options_.candidates_per_round = {8, 3, 1};
     options_.iterations = {2, 3, 6};
     control_.save = [this](const StagedFitState& state) { saved_.push_back(state); };

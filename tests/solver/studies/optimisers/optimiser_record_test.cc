@@ -11,7 +11,7 @@
 #include "solver/studies/optimisers/methods/optimiser.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/util/stored/tampering.h"
-#include "tests/solver/fake_backend.h"
+#include "tests/solver/fake_fit.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {
@@ -26,13 +26,8 @@ class OptimiserRecordTest : public FileFixture {
   OptimiserRecordTest() {
     problem_.fine = &backend_;
     problem_.material = test::TestMaterial();
-    Observation observation;
-    Outline outline;
-    EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh,
-                                backend_.Shape(Scaled(test::TestMaterial(), 3.0, 1.5)),
-                                observation.camera, 45, &outline));
-    observation.radius = outline.radius;
-    problem_.observations = {observation};
+    problem_.observations = {
+        test::ObserveDrape(backend_, Scaled(test::TestMaterial(), 3.0, 1.5), 45)};
     expected_.stages.residuals.solve_mode = SolveMode::kDynamic;
     expected_.stages.parameters = ParameterTying::kScales;
     record_ = Run();
