@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/attack/inputs/pictures.h"
 
-#include <cstdio>
-#include <cstdlib>
-
-// After <cstdio>: jpeglib.h needs size_t and FILE.
-#include <jpeglib.h>
 #include <zlib.h>
 
 #include <stdexcept>
 
+#include "tests/losses/image/encode.h"
 #include "tests/losses/image/photograph.h"
 
 namespace drape::attack {
@@ -40,35 +36,13 @@ std::vector<uint8_t> MakeStarPixels() {
 }
 
 std::string EncodeJpegAs(const std::vector<uint8_t>& pixels, const JpegForm& form) {
-  jpeg_compress_struct info;
-  jpeg_error_mgr errors;
-  info.err = jpeg_std_error(&errors);
-  jpeg_create_compress(&info);
-  unsigned char* buffer = nullptr;
-  unsigned long size = 0;
-  jpeg_mem_dest(&info, &buffer, &size);
-  info.image_width = static_cast<JDIMENSION>(form.width);
-  info.image_height = static_cast<JDIMENSION>(form.height);
-  info.input_components = 1;
-  info.in_color_space = JCS_GRAYSCALE;
-  jpeg_set_defaults(&info);
-  jpeg_set_quality(&info, form.quality, TRUE);
-  if (form.progressive) jpeg_simple_progression(&info);
-  jpeg_start_compress(&info, TRUE);
-  if (form.orientation != 0) {
-    const std::string exif = MakeExif(form.orientation);
-    jpeg_write_marker(&info, JPEG_APP0 + 1, reinterpret_cast<const JOCTET*>(exif.data()),
-                      static_cast<unsigned>(exif.size()));
-  }
-  while (info.next_scanline < info.image_height) {
-    auto* row = const_cast<uint8_t*>(&pixels[std::size_t(info.next_scanline) * form.width]);
-    jpeg_write_scanlines(&info, &row, 1);
-  }
-  jpeg_finish_compress(&info);
-  std::string bytes(reinterpret_cast<char*>(buffer), size);
-  jpeg_destroy_compress(&info);
-  std::free(buffer);
-  return bytes;
+  const std::vector<uint8_t> jpeg =
+      EncodeJpeg(pixels, form.width, form.height, 1, form.quality, form.progressive);
+  std::string bytes(jpeg.begin(), jpeg.end());
+  if (form.orientation == 0) return bytes;
+  const std::string exif = MakeExif(form.orientation);
+  const std::string size = BigEndian(static_cast<uint32_t>(exif.size() + 2)).substr(2);
+  return bytes.insert(2, "\xff\xe1" + size + exif);  // after the mark of the image's start
 }
 
 std::string Deflate(const std::string& data) {

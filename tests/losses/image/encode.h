@@ -17,7 +17,7 @@ namespace drape {
 
 // pixels are row-major with interleaved channels (1 grey, 3 RGB, 4 CMYK).
 inline std::vector<uint8_t> EncodeJpeg(const std::vector<uint8_t>& pixels, int width, int height,
-                                       int channels) {
+                                       int channels, int quality = 95, bool progressive = false) {
   jpeg_compress_struct info;
   jpeg_error_mgr errors;
   info.err = jpeg_std_error(&errors);
@@ -30,7 +30,8 @@ inline std::vector<uint8_t> EncodeJpeg(const std::vector<uint8_t>& pixels, int w
   info.input_components = channels;
   info.in_color_space = channels == 1 ? JCS_GRAYSCALE : channels == 3 ? JCS_RGB : JCS_CMYK;
   jpeg_set_defaults(&info);
-  jpeg_set_quality(&info, 95, TRUE);
+  jpeg_set_quality(&info, quality, TRUE);
+  if (progressive) jpeg_simple_progression(&info);
   jpeg_start_compress(&info, TRUE);
   while (info.next_scanline < info.image_height) {
     JSAMPROW row = const_cast<uint8_t*>(&pixels[size_t(info.next_scanline) * width * channels]);
