@@ -7,7 +7,6 @@
 #include <cmath>
 #include <utility>
 
-#include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
 
 namespace drape {
@@ -30,15 +29,6 @@ RolloutCounts& RolloutCounts::operator+=(const RolloutCounts& other) {
   return *this;
 }
 
-namespace {
-
-// Single elements among thousands may give way without the cloth doing so.
-bool KeepsResistance(const MaterialField& material) {
-  return material.stretch.size() == 1 && ResistsAllStrains(material);
-}
-
-}  // namespace
-
 OutlineResiduals::OutlineResiduals(Backend* backend, const MaterialParametrisation* parametrisation,
                                    const std::vector<Observation>* observations,
                                    std::vector<State> starts, const OutlineResidualOptions& options)
@@ -48,8 +38,7 @@ OutlineResiduals::OutlineResiduals(Backend* backend, const MaterialParametrisati
       starts_(std::move(starts)),
       options_(options),
       theta_(Eigen::VectorXd::Zero(parametrisation->size())),
-      evaluations_(observations->size()),
-      keeps_resistance_(KeepsResistance(parametrisation->Material(theta_))) {
+      evaluations_(observations->size()) {
   CHECK(!observations->empty());
   CHECK_EQ(observations->size(), starts_.size());
   CHECK(by_tangents() || options.solve_mode == SolveMode::kStatic);
@@ -93,10 +82,6 @@ void OutlineResiduals::Evaluate(bool with_jacobians) {
   const MaterialField material = parametrisation_->Material(theta_);
   evaluated_theta_ = theta_;
   evaluations_.assign(num_observations(), Evaluation());
-  if (keeps_resistance_ && !ResistsAllStrains(material)) {
-    counts_.failed += num_observations();
-    return;
-  }
   if (!with_jacobians) PredictShapes();
   if (options_.solve_mode == SolveMode::kDynamic) {
     RunDynamic(material, with_jacobians);
@@ -122,13 +107,14 @@ void OutlineResiduals::RunDynamic(const MaterialField& material, bool with_jacob
   for (const State& start : starts_) inputs.push_back({&material, &start});
   if (with_jacobians) {
     const std::vector<const MaterialField*> weights(inputs.size(), &material);
+    const Eigen::MatrixXd by_theta = parametrisation_->LogEntriesByTheta(theta_);
     std::vector<TangentResult> results = backend_->Tangents(inputs, weights, options_.rollout);
-    for (int i = 0; i < num_observations(); ++i)
-      evaluations_[i] = {results[i].rollout.status == RolloutStatus::kOk,
-                         std::move(results[i].rollout.end.x),
-                         std::move(results[i].dx),
-                         {},
-                         {}};
+    for (int i = 0; i < num_observations(); ++i) {
+      TangentResult& result = results[i];
+      evaluations_[i].valid = result.rollout.status == RolloutStatus::kOk;
+      evaluations_[i].x = std::move(result.rollout.end.x);
+      if (evaluations_[i].valid) evaluations_[i].x_by_theta = result.dx * by_theta;
+    }
   } else {
     std::vector<RolloutResult> results = backend_->Rollouts(inputs, options_.rollout, nullptr);
     for (int i = 0; i < num_observations(); ++i)
@@ -158,11 +144,12 @@ void OutlineResiduals::RunStatic(const MaterialField& material, bool with_jacobi
 void OutlineResiduals::FindTangents(const MaterialField& material,
                                     const std::vector<State>& drapes) {
   const std::vector<const MaterialField*> weights(drapes.size(), &material);
-  std::vector<RowMatrix> tangents =
+  const Eigen::MatrixXd by_theta = parametrisation_->LogEntriesByTheta(theta_);
+  const std::vector<RowMatrix> tangents =
       backend_->EquilibriumTangents(MakeInputs(material, drapes), weights);
   for (int i = 0; i < num_observations(); ++i) {
     evaluations_[i].valid &= tangents[i].size() > 0;
-    evaluations_[i].x_by_log_entry = std::move(tangents[i]);
+    if (tangents[i].size() > 0) evaluations_[i].x_by_theta = tangents[i] * by_theta;
   }
 }
 
@@ -229,8 +216,7 @@ void OutlineResiduals::FillResidual(int i, bool with_jacobian) {
   }
   evaluation.residual = (outline.radius - (*observations_)[i].radius) / options_.sigma_px;
   if (with_jacobian && by_tangents())
-    evaluation.jacobian = OutlineJacobianTimes(outline, evaluation.x_by_log_entry) *
-                          *parametrisation_->log_entries_by_theta() / options_.sigma_px;
+    evaluation.jacobian = OutlineJacobianTimes(outline, evaluation.x_by_theta) / options_.sigma_px;
 }
 
 bool OutlineResiduals::all_valid() const {
@@ -248,10 +234,7 @@ void OutlineResiduals::Accept() {
   for (int i = 0; i < num_observations(); ++i) {
     Evaluation& evaluation = evaluations_[i];
     accepted_.x[i] = evaluation.x;
-    if (by_tangents())
-      accepted_.shape_by_theta[i] =
-          evaluation.x_by_log_entry * *parametrisation_->log_entries_by_theta();
-    evaluation.x_by_log_entry = RowMatrix();  // large, and not needed again
+    accepted_.shape_by_theta[i] = std::exchange(evaluation.x_by_theta, {});
     accepted_.residual.segment(i * num_angles(), num_angles()) = evaluation.residual;
     accepted_.jacobian.middleRows(i * num_angles(), num_angles()) = evaluation.jacobian;
   }

@@ -92,10 +92,8 @@ struct RolloutCounts {
 };
 
 // Evaluates the residuals of all observations at one θ: one material, one rollout per observation.
-// The rollouts run as one batch before Ceres calls the cost functions. If the table at θ = 0
-// resists all strains (ResistsAllStrains), one that does not fails without a rollout. Jacobians use
-// tangents where the parametrisation has one table, else adjoints of the K radii
-// (SolveMode::kStatic only).
+// The rollouts run as one batch before Ceres calls the cost functions. Jacobians use tangents where
+// the parametrisation has one table, else adjoints of the K radii (SolveMode::kStatic only).
 class OutlineResiduals : public ceres::EvaluationCallback {
  public:
   // Pointers outlive the object. starts: of the drape of each observation; many drapes are stable,
@@ -149,12 +147,12 @@ class OutlineResiduals : public ceres::EvaluationCallback {
  private:
   struct Evaluation {
     bool valid = false;
-    Eigen::VectorXd x;         // shape at the end
-    RowMatrix x_by_log_entry;  // its derivative, where computed by tangents
+    Eigen::VectorXd x;     // shape at the end
+    RowMatrix x_by_theta;  // its derivative, where computed by tangents
     Eigen::VectorXd residual;
     RowMatrix jacobian;
   };
-  bool by_tangents() const { return parametrisation_->log_entries_by_theta() != nullptr; }
+  bool by_tangents() const { return parametrisation_->has_one_table(); }
   void Evaluate(bool with_jacobians);
   void RunDynamic(const MaterialField& material, bool with_jacobians);
   void RunStatic(const MaterialField& material, bool with_jacobians);
@@ -182,7 +180,6 @@ class OutlineResiduals : public ceres::EvaluationCallback {
   Point accepted_;
   std::vector<Eigen::VectorXd> predicted_x_;  // shapes at θ, linearised at the accepted point
   RolloutCounts counts_;
-  bool keeps_resistance_;  // one table that resists all strains at θ = 0
 };
 
 }  // namespace drape

@@ -43,7 +43,7 @@ FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
                           std::string* note) {
   FitSummary best;
   MaterialField base = start;
-  Eigen::VectorXd log_entries = Eigen::VectorXd::Zero(kMaterialEntries);
+  Eigen::VectorXd log_factors = Eigen::VectorXd::Zero(kMaterialEntries);
   double seconds = 0.0;
   const std::vector<ParameterTying> stages =
       FreesStretch(last)
@@ -51,10 +51,10 @@ FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
           : std::vector{ParameterTying::kBendScale, ParameterTying::kBendRows};
   for (const ParameterTying tying : stages) {
     const TableParametrisation parametrisation(base, tying);
-    const Eigen::MatrixXd& tie = *parametrisation.log_entries_by_theta();
+    const Eigen::MatrixXd& tie = parametrisation.tie();
     // A group's mean; the columns of T are ones and zeros.
     const Eigen::VectorXd theta =
-        (tie.transpose() * log_entries).cwiseQuotient(tie.colwise().sum().transpose());
+        (tie.transpose() * log_factors).cwiseQuotient(tie.colwise().sum().transpose());
     FitSummary summary = FitStrips(strips, parametrisation, theta, options);
     seconds += summary.seconds;
     if (summary.termination == FitTermination::kFailed) {
@@ -68,7 +68,7 @@ FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
     if (tying == stages[0]) {
       base = *fitted;
     } else {
-      log_entries = tie * best.theta;
+      log_factors = tie * best.theta;
     }
   }
   best.seconds = seconds;

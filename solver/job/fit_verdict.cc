@@ -37,7 +37,7 @@ constexpr Limits kForceResidual = {kAtRestResidual, 1e-3};  // by the weight
 constexpr Limits kDrift = {1e3 * kAtRestDrift, 5.0};  // of a vertex in the steps from rest [mm]
 constexpr Limits kMisfit = {2.0, 3.0};                // of a laboratory reading [sigma]
 constexpr double kReliableK = 0.7;                    // of importance weights [Vehtari 2024]
-constexpr double kNearSingular = 0.98;                // c12²/(c11·c22) of a table about to fail
+constexpr double kNearSingular = 0.95;  // c12²/(c11·c22); kLargestCoupling² is 0.98
 
 FitGrade ChooseGrade(double value, const Limits& limits) {
   if (value <= limits.good) return FitGrade::kGood;

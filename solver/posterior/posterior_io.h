@@ -15,7 +15,7 @@ enum class PosteriorKind {
 };
 
 // The posterior of a fit as its files hold it: posterior.json, with base.json beside it,
-//   {"format": "drapefit-posterior", "version": 1, "kind", "log_factors_on": "base.json",
+//   {"format": "drapefit-posterior", "version": 2, "kind", "log_factors_on": "base.json",
 //    "names" [P], "prior_sd" [P], "mean" [P],
 //    kind hierarchy: "covariance" [P][P]; kind bdp: "element_sd" [P]}.
 // Names say what a log factor is on: those of a tying (NameFor), then of a hierarchy "specimen 1

@@ -53,12 +53,15 @@ MaterialSource HierarchySamples(const StoredPosterior& posterior, uint64_t seed)
 MaterialSource ElementwiseSamples(const StoredPosterior& posterior, const Mesh& mesh,
                                   uint64_t seed) {
   const auto shared = std::make_shared<const Mesh>(mesh);
-  const MaterialField median =
-      TableParametrisation(posterior.base, ParameterTying::kEntries).Material(posterior.mean);
-  return [=, sd = posterior.element_sd](int specimen) {
-    const FieldParametrisation field(median, shared->num_faces(), shared->num_hinges(),
-                                     NoiseTerms(*shared, 1.0, SeedOfSpecimen(seed, specimen)));
-    return field.Material(sd);
+  Eigen::VectorXd theta(2 * kMaterialEntries);
+  theta << posterior.mean, posterior.element_sd;
+  return [=, base = posterior.base](int specimen) {
+    std::vector<FieldTerm> terms = CommonTerms(*shared, 1.0);
+    for (FieldTerm& term : NoiseTerms(*shared, 1.0, SeedOfSpecimen(seed, specimen)))
+      terms.push_back(std::move(term));
+    const FieldParametrisation field(base, shared->num_faces(), shared->num_hinges(),
+                                     std::move(terms));
+    return field.Material(theta);
   };
 }
 

@@ -45,7 +45,7 @@ bool StripResiduals::Evaluate(const MaterialParametrisation& parametrisation,
                jacobian == nullptr ? nullptr : &by_log_entry)) {
     return false;
   }
-  if (jacobian != nullptr) *jacobian = by_log_entry * *parametrisation.log_entries_by_theta();
+  if (jacobian != nullptr) *jacobian = by_log_entry * parametrisation.LogEntriesByTheta(theta);
   int row = 0;
   for (const LabMeasurement& measurement : measurements_)
     for (const LabPoint& point : measurement.points) {

@@ -5,11 +5,12 @@
 
 #include <utility>
 
+#include "solver/fit/parameters/coupled_table.h"
+
 namespace drape {
 namespace {
 
 using Entries = Eigen::Map<RowMatrix>;
-using ConstEntries = Eigen::Map<const RowMatrix>;
 
 int CountEntries(ElementKind kind) {
   return kind == ElementKind::kFaces ? kStretchEntries : kBendEntries;
@@ -28,17 +29,35 @@ Entries TableEntries(ElementKind kind, MaterialField& field) {
   return {ElementTables(kind, field), CountElements(kind, field), CountEntries(kind)};
 }
 
-// Σ over the entries of a group of entry · gradient, shape [elements, m].
-RowMatrix GroupGradient(const FieldTerm& term, int group, const MaterialField& material,
-                        const RowMatrix& gradient) {
-  const int entries = CountEntries(term.kind), elements = CountElements(term.kind, material);
-  const ConstEntries entry(ElementTables(term.kind, material), elements, entries);
-  RowMatrix sum = RowMatrix::Zero(elements, gradient.cols());
+// Σ over the entries of a group of the gradients by log factors, shape [elements, m].
+RowMatrix GroupGradient(const FieldTerm& term, int group, const RowMatrix& by_factors) {
+  const auto entries = static_cast<int>(term.tie.rows());
+  const auto elements = static_cast<int>(by_factors.rows() / entries);
+  RowMatrix sum = RowMatrix::Zero(elements, by_factors.cols());
   for (int e = 0; e < elements; ++e)
     for (int k = 0; k < entries; ++k)
       if (term.tie(k, group) != 0.0)
-        sum.row(e) += term.tie(k, group) * entry(e, k) * gradient.row(e * entries + k);
+        sum.row(e) += term.tie(k, group) * by_factors.row(e * entries + k);
   return sum;
+}
+
+// Gradients by the entries of `material` become those by the log factors on `base`, shape
+// [elements · entries, m].
+RowMatrix ByLogFactors(ElementKind kind, const MaterialField& base, const MaterialField& material,
+                       const RowMatrix& gradient) {
+  const Eigen::Map<const Eigen::VectorXd> entries(ElementTables(kind, material), gradient.rows());
+  RowMatrix by_factors = entries.asDiagonal() * gradient;
+  if (kind == ElementKind::kHinges) return by_factors;
+  Eigen::MatrixXd block(kStretchEntries, gradient.cols());
+  for (std::size_t f = 0; f < base.stretch.size(); ++f) {
+    auto rows =
+        by_factors.middleRows(static_cast<Eigen::Index>(f) * kStretchEntries, kStretchEntries);
+    block = rows;
+    for (auto column : block.colwise())
+      PullLogFactors(base.stretch[f], material.stretch[f], column.data());
+    rows = block;
+  }
+  return by_factors;
 }
 
 }  // namespace
@@ -92,33 +111,41 @@ FieldTerm::Basis FieldParametrisation::MeanLogFactor(ElementKind kind) const {
 
 MaterialField FieldParametrisation::Material(const Eigen::VectorXd& theta) const {
   MaterialField field = base_;
-  for (const ElementKind kind : {ElementKind::kFaces, ElementKind::kHinges}) {
-    // Into aligned memory: which entries Eigen takes by the scalar exp, whose last bit differs,
-    // depends on the address of the tables.
-    const RowMatrix factors = LogFactors(kind, theta).array().exp();
-    TableEntries(kind, field).array() *= factors.array();
-  }
+  const RowMatrix eta = LogFactors(ElementKind::kFaces, theta);
+  for (std::size_t f = 0; f < field.stretch.size(); ++f)
+    field.stretch[f] =
+        ApplyLogFactors(base_.stretch[f], eta.row(static_cast<Eigen::Index>(f)).data());
+  // Into aligned memory: which entries Eigen takes by the scalar exp, whose last bit differs,
+  // depends on the address of the tables.
+  const RowMatrix factors = LogFactors(ElementKind::kHinges, theta).array().exp();
+  TableEntries(ElementKind::kHinges, field).array() *= factors.array();
   return field;
 }
 
 MaterialField FieldParametrisation::Jvp(const MaterialField& material,
                                         const Eigen::VectorXd& change) const {
   MaterialField direction = material;
-  for (const ElementKind kind : {ElementKind::kFaces, ElementKind::kHinges})
-    TableEntries(kind, direction).array() *= LogFactors(kind, change).array();
+  RowMatrix logs = LogFactors(ElementKind::kFaces, change);
+  for (std::size_t f = 0; f < material.stretch.size(); ++f)
+    PushLogFactors(base_.stretch[f], material.stretch[f],
+                   logs.row(static_cast<Eigen::Index>(f)).data());
+  TableEntries(ElementKind::kFaces, direction).array() *= logs.array();
+  TableEntries(ElementKind::kHinges, direction).array() *=
+      LogFactors(ElementKind::kHinges, change).array();
   return direction;
 }
 
 RowMatrix FieldParametrisation::Vjp(const MaterialField& material,
                                     const MaterialGradient& gradient) const {
   RowMatrix by_theta(size(), gradient.stretch.cols());
+  const RowMatrix stretch = ByLogFactors(ElementKind::kFaces, base_, material, gradient.stretch);
+  const RowMatrix bend = ByLogFactors(ElementKind::kHinges, base_, material, gradient.bend);
   int first = 0;
   for (const FieldTerm& term : terms_) {
-    const RowMatrix& entries = term.kind == ElementKind::kFaces ? gradient.stretch : gradient.bend;
+    const RowMatrix& factors = term.kind == ElementKind::kFaces ? stretch : bend;
     const auto modes = term.basis.cols();
     for (int g = 0; g < term.tie.cols(); ++g, first += static_cast<int>(modes))
-      by_theta.middleRows(first, modes) =
-          term.basis.transpose() * GroupGradient(term, g, material, entries);
+      by_theta.middleRows(first, modes) = term.basis.transpose() * GroupGradient(term, g, factors);
   }
   return by_theta;
 }

@@ -11,8 +11,8 @@ namespace drape {
 
 enum class ElementKind { kFaces, kHinges };  // with stretch tables; with bend tables
 
-// A part of the log entries that varies over the elements of a kind:
-//   log entry(e, k) += Σ_g tie(k, g) Σ_j basis(e, j) · θ_(g·J + j).
+// A part of the log factors that varies over the elements of a kind:
+//   log factor(e, k) += Σ_g tie(k, g) Σ_j basis(e, j) · θ_(g·J + j).
 // The basis holds the prior standard deviations, so that θ has a unit prior.
 struct FieldTerm {
   using Basis = Eigen::SparseMatrix<double, Eigen::RowMajor>;
@@ -24,8 +24,8 @@ struct FieldTerm {
   int size() const { return static_cast<int>(basis.cols() * tie.cols()); }
 };
 
-// A table for each face and each hinge [METHODS, P4]: the base's entries times the
-// exponential of a sum of terms.
+// A table for each face and each hinge [METHODS, P4]: that of the base with log factors that are a
+// sum of terms.
 class FieldParametrisation final : public MaterialParametrisation {
  public:
   // base: one table or one each element. CHECKs that bases have a row for each of the elements.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "physics/util/errors.h"
+#include "solver/fit/parameters/coupled_table.h"
 
 namespace drape {
 namespace {
@@ -47,15 +48,16 @@ std::string EntryName(int entry) {
   return BendRowName(k / kBendCols) + "[" + std::to_string(k % kBendCols) + "]";
 }
 
-// Multiplies entry k of all tables by factor[k], shape [39].
-void ScaleEntries(const Eigen::VectorXd& factor, MaterialField* field) {
-  for (StretchTable& table : field->stretch)
-    for (int k = 0; k < kStretchEntries; ++k) table.entries()[k] *= factor[k];
-  for (BendTable& table : field->bend)
-    for (int k = 0; k < kBendEntries; ++k) table.entries()[k] *= factor[kStretchEntries + k];
+// Multiplies entry k of a table by factor[k].
+void ScaleEntries(const double* factor, int count, double* entries) {
+  for (int k = 0; k < count; ++k) entries[k] *= factor[k];
 }
 
 }  // namespace
+
+Eigen::MatrixXd MaterialParametrisation::LogEntriesByTheta(const Eigen::VectorXd&) const {
+  LOG(FATAL) << "tables of their own for the elements";
+}
 
 Eigen::MatrixXd TyingMatrix(ParameterTying tying) {
   Eigen::MatrixXd tie = Eigen::MatrixXd::Zero(kMaterialEntries, CountGroups(tying));
@@ -74,20 +76,54 @@ TableParametrisation::TableParametrisation(MaterialField base, Eigen::MatrixXd t
 
 MaterialField TableParametrisation::Material(const Eigen::VectorXd& theta) const {
   CHECK_EQ(theta.size(), size());
+  const Eigen::VectorXd eta = tie_ * theta;
+  const Eigen::VectorXd bend = eta.tail(kBendEntries).array().exp();
   MaterialField field = base_;
-  ScaleEntries((tie_ * theta).array().exp(), &field);
+  for (StretchTable& table : field.stretch) table = ApplyLogFactors(table, eta.data());
+  for (BendTable& table : field.bend) ScaleEntries(bend.data(), kBendEntries, table.entries());
   return field;
+}
+
+bool TableParametrisation::has_one_table() const {
+  return base_.stretch.size() == 1 && base_.bend.size() == 1;
+}
+
+Eigen::MatrixXd TableParametrisation::LogEntriesByTheta(const Eigen::VectorXd& theta) const {
+  CHECK(has_one_table());
+  const StretchTable table = ApplyLogFactors(base_.stretch[0], (tie_ * theta).eval().data());
+  Eigen::MatrixXd by_theta = tie_;
+  for (auto column : by_theta.colwise()) PushLogFactors(base_.stretch[0], table, column.data());
+  return by_theta;
 }
 
 RowMatrix TableParametrisation::Vjp(const MaterialField& material,
                                     const MaterialGradient& gradient) const {
-  return tie_.transpose() * gradient.Contract(material);
+  RowMatrix by_factors = RowMatrix::Zero(kMaterialEntries, gradient.stretch.cols());
+  Eigen::MatrixXd by_logs(kStretchEntries, gradient.stretch.cols());
+  for (std::size_t f = 0; f < base_.stretch.size(); ++f) {
+    const StretchTable& table = material.stretch[f];
+    const Eigen::Map<const Eigen::VectorXd> entries(table.entries(), kStretchEntries);
+    by_logs =
+        entries.asDiagonal() * gradient.stretch.middleRows(
+                                   static_cast<Eigen::Index>(f) * kStretchEntries, kStretchEntries);
+    for (auto column : by_logs.colwise()) PullLogFactors(base_.stretch[f], table, column.data());
+    by_factors.topRows(kStretchEntries) += by_logs;
+  }
+  by_factors.bottomRows(kBendEntries) = gradient.Contract(material).bottomRows(kBendEntries);
+  return tie_.transpose() * by_factors;
 }
 
 MaterialField TableParametrisation::Jvp(const MaterialField& material,
                                         const Eigen::VectorXd& change) const {
+  const Eigen::VectorXd eta = tie_ * change;
   MaterialField direction = material;
-  ScaleEntries(tie_ * change, &direction);
+  for (std::size_t f = 0; f < direction.stretch.size(); ++f) {
+    Eigen::VectorXd logs = eta.head(kStretchEntries);
+    PushLogFactors(base_.stretch[f], material.stretch[f], logs.data());
+    ScaleEntries(logs.data(), kStretchEntries, direction.stretch[f].entries());
+  }
+  for (BendTable& table : direction.bend)
+    ScaleEntries(eta.data() + kStretchEntries, kBendEntries, table.entries());
   return direction;
 }
 

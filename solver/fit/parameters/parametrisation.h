@@ -9,17 +9,20 @@
 
 namespace drape {
 
-// A map from optimisation variables θ, shape [P], to the tables of a cloth, on a log scale: an
-// entry is its base value times the exponential of a linear function of θ, so signs are kept and no
-// bound is needed.
+// A map from optimisation variables θ, shape [P], to the tables of a cloth. The log factors η of
+// the entries on a base are linear functions of θ. An entry is its base value times e^η, so signs
+// are kept and no bound is needed; c12 is bounded by c11 and c22 (ApplyLogFactors), so that every
+// table resists all strains if the base does.
 class MaterialParametrisation {
  public:
   virtual ~MaterialParametrisation() = default;
 
   virtual int size() const = 0;
   virtual MaterialField Material(const Eigen::VectorXd& theta) const = 0;
-  // T = ∂(log entries)/∂θ, shape [39, P], where one table serves all elements; else nullptr.
-  virtual const Eigen::MatrixXd* log_entries_by_theta() const { return nullptr; }
+  // Whether one table serves all elements; LogEntriesByTheta CHECKs it.
+  virtual bool has_one_table() const { return false; }
+  // ∂(log entries)/∂θ at θ, shape [39, P].
+  virtual Eigen::MatrixXd LogEntriesByTheta(const Eigen::VectorXd& theta) const;
   // ∂L/∂θ of m scalars, shape [P, m], from their gradients by each entry of `material`, which is
   // Material(θ).
   virtual RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const = 0;
@@ -55,7 +58,8 @@ Eigen::MatrixXd TyingMatrix(ParameterTying tying);
 // Of number i of a tying: "stretch", "c11", "bend[2]", "c33[5]", "bend[2][4]".
 std::string NameFor(ParameterTying tying, int i);
 
-// One table for the whole cloth: an entry is its base value times exp((T·θ)_entry).
+// One table for the whole cloth, with log factors η = T·θ. A base of a table for each element keeps
+// them, with the same factors on all.
 class TableParametrisation final : public MaterialParametrisation {
  public:
   TableParametrisation(MaterialField base, ParameterTying tying);
@@ -64,11 +68,13 @@ class TableParametrisation final : public MaterialParametrisation {
 
   int size() const override { return static_cast<int>(tie_.cols()); }
   MaterialField Material(const Eigen::VectorXd& theta) const override;
-  const Eigen::MatrixXd* log_entries_by_theta() const override { return &tie_; }
+  bool has_one_table() const override;
+  Eigen::MatrixXd LogEntriesByTheta(const Eigen::VectorXd& theta) const override;
   RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const override;
   MaterialField Jvp(const MaterialField& material, const Eigen::VectorXd& change) const override;
 
   const MaterialField& base() const { return base_; }
+  const Eigen::MatrixXd& tie() const { return tie_; }
 
  private:
   MaterialField base_;

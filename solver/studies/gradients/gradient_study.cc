@@ -41,7 +41,7 @@ class Line {
             ? backend_.EquilibriumTangents({&input, 1}, {&weight, 1}).front()
             : backend_.Tangents({&input, 1}, {&weight, 1}, rollout_).front().dx;
     if (by_entries.size() == 0) return {};
-    return by_entries * *line_.log_entries_by_theta();
+    return by_entries * line_.LogEntriesByTheta(Eigen::VectorXd::Zero(1));
   }
 
  private:

@@ -174,8 +174,7 @@ BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkO
                          MakeResidualOptions(start, FindOptimiser(method).derivatives, cancel),
                          stages.prior_sigma);
   OptimiserOptions optimiser = options.optimiser;
-  optimiser.published_rates =
-      PublishedAdamRates(parametrisation.base(), *parametrisation.log_entries_by_theta());
+  optimiser.published_rates = PublishedAdamRates(parametrisation.base(), parametrisation.tie());
   optimiser.cancel = cancel;
   BenchmarkRecord record;
   record.parameters = parameters;

@@ -15,7 +15,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr StoredFormat kFormat = {"drapefit-optimiser-run", 2};
+constexpr StoredFormat kFormat = {"drapefit-optimiser-run", 3};
 
 json ToJson(const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
 

@@ -14,6 +14,7 @@
 #include "physics/material/material_field_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "solver/fit/parameters/coupled_table.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/solver/solver_fixture.h"
 
@@ -22,7 +23,8 @@ namespace {
 
 using testing::HasSubstr;
 
-// The log of each of the 39 entries of element e over those of `base`.
+// The log factors of an element's tables on those of `base`: for c12 by the logit of its coupling
+// (ApplyLogFactors).
 Eigen::VectorXd LogFactors(const MaterialField& field, const MaterialField& base, int face = 0,
                            int hinge = 0) {
   Eigen::VectorXd logs(kMaterialEntries);
@@ -31,6 +33,15 @@ Eigen::VectorXd LogFactors(const MaterialField& field, const MaterialField& base
   for (int k = 0; k < kBendEntries; ++k)
     logs[kStretchEntries + k] =
         std::log(field.bend[hinge].entries()[k] / base.bend[0].entries()[k]);
+  const auto logit = [](const double* row) {
+    const double coupling = row[1] / std::sqrt(row[0] * row[2]);
+    return std::log(coupling / (kLargestCoupling - coupling));
+  };
+  for (int r = 0; r < kStretchRows; ++r) {
+    const int k = r * kStretchCols;
+    logs[k + 1] = logit(field.stretch[face].c[r]) - logit(base.stretch[0].c[r]) +
+                  0.5 * (logs[k] + logs[k + 2]);
+  }
   return logs;
 }
 
@@ -210,7 +221,7 @@ TEST_F(MaterialSourceTest, BadFilesAreOneClearLine) {
   EXPECT_EQ(error([](auto&) {}), "");
   EXPECT_THAT(error([](auto& f) { f["format"] = "drapefit-start-shape"; }),
               HasSubstr("posterior.json: found an object, expected a posterior, with \"format\""));
-  EXPECT_THAT(error([](auto& f) { f["version"] = 2; }), HasSubstr("'version': found 2"));
+  EXPECT_THAT(error([](auto& f) { f["version"] = 1; }), HasSubstr("'version': found 1"));
   EXPECT_THAT(error([](auto& f) { f["kind"] = "gan"; }),
               HasSubstr("'kind': found \"gan\", expected \"hierarchy\" or \"bdp\""));
   EXPECT_THAT(error([](auto& f) { f["kind"] = "bdp"; }), HasSubstr("unknown key 'covariance'"));

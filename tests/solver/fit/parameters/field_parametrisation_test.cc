@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "physics/material/material_scaling.h"
 #include "solver/fit/protocol/field_fit.h"
 #include "tests/physics/cloth_fixture.h"
 
@@ -60,6 +61,13 @@ TEST_P(FieldParametrisationTest, IsTheBaseAtZero) {
   ASSERT_EQ(material.bend.size(), static_cast<size_t>(mesh_.num_hinges()));
   EXPECT_EQ(material.stretch[17].c[2][1], test::TestMaterial().stretch[0].c[2][1]);
   EXPECT_EQ(material.bend[17].b[2][1], test::TestMaterial().bend[0].b[2][1]);
+}
+
+TEST_P(FieldParametrisationTest, EveryElementResistsAllStrains) {
+  const FieldParametrisation fields = Make(mesh_);
+  for (const double size : {1.0, 10.0})
+    EXPECT_TRUE(
+        ResistsAllStrains(fields.Material(size * test::RandomMatrix(fields.size(), 1, random_))));
 }
 
 // L = Σ gradient · entry, so that Vjp, Direction and differences all give dL.

@@ -121,7 +121,7 @@ TEST_F(CheckpointTest, AnotherJobIsRefused) {
 
 TEST_F(CheckpointTest, AFileOfAnEarlierVersionIsRefused) {
   Write("checkpoint.json", R"({"format": "drapefit-checkpoint", "job": "job", "round": 0})");
-  EXPECT_INPUT_ERROR(ReadBack(), "is of another version of the program, expected version 2");
+  EXPECT_INPUT_ERROR(ReadBack(), "is of another version of the program, expected version 3");
 }
 
 TEST_F(CheckpointTest, AFolderThatIsNotThereIsAnError) {

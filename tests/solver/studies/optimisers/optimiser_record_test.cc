@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr StoredFormat kFormat = {"drapefit-optimiser-run", 2};
+constexpr StoredFormat kFormat = {"drapefit-optimiser-run", 3};
 
 class OptimiserRecordTest : public FileFixture {
  protected:
