@@ -20,14 +20,6 @@ StartShape::Mode MakeMode(int k, double a, double b) {
   return {k, std::hypot(a, b), std::atan2(b, a)};
 }
 
-double HemRadius(const Mesh& mesh) {
-  double radius = 0;
-  for (int i = 0; i < mesh.num_vertices(); ++i) {
-    radius = std::max(radius, mesh.rest_x.segment<2>(3 * i).norm());
-  }
-  return radius;
-}
-
 double HemHeight(const StartShape& shape, double theta) {
   double z = 0;
   for (const auto& mode : shape.modes) {
@@ -62,6 +54,14 @@ void CheckRange(const ModeRange& range, double hem_rms) {
 }
 
 }  // namespace
+
+double HemRadius(const Mesh& mesh) {
+  double radius = 0;
+  for (int i = 0; i < mesh.num_vertices(); ++i) {
+    radius = std::max(radius, mesh.rest_x.segment<2>(3 * i).norm());
+  }
+  return radius;
+}
 
 Eigen::VectorXd ApplyStartShape(const Mesh& mesh, double support_radius, const StartShape& shape) {
   const double hem = HemBeyondSupport(mesh, support_radius);

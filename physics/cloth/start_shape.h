@@ -34,6 +34,9 @@ struct ModeRange {
 // Throws InputError when no vertex lies outside the support.
 Eigen::VectorXd ApplyStartShape(const Mesh& mesh, double support_radius, const StartShape& shape);
 
+// The distance of the outermost rest vertex from the axis [m].
+double HemRadius(const Mesh& mesh);
+
 // The root mean square of z around the hem [m].
 double HemRms(const StartShape& shape);
 

@@ -5,6 +5,7 @@
 
 #include "losses/outline/outline.h"
 #include "losses/silhouette/raster.h"
+#include "physics/cloth/start_shape.h"
 
 namespace drape {
 namespace {
@@ -31,14 +32,9 @@ bool IsInPicture(const Eigen::Matrix2Xd& image_points, const Camera& camera) {
 // Those of BS 5058, to 2 %.
 bool HasStandardRadii(const ClothModel& model) {
   constexpr double kTolerance = 0.02;
-  const double cloth = model.mesh.rest_x.reshaped(3, model.mesh.num_vertices())
-                           .topRows<2>()
-                           .colwise()
-                           .norm()
-                           .maxCoeff();
   const std::optional<double> support = SupportRadius(model.scene);
   return support && std::abs(*support / kSupportRadius - 1.0) < kTolerance &&
-         std::abs(cloth / kClothRadius - 1.0) < kTolerance;
+         std::abs(HemRadius(model.mesh) / kClothRadius - 1.0) < kTolerance;
 }
 
 }  // namespace
