@@ -125,13 +125,6 @@ class TemporaryFile {
   bool renamed_ = false;
 };
 
-void RequireShortName(const std::string& path) {
-  const std::size_t size = fs::path(path).filename().string().size();
-  if (size > NAME_MAX)
-    throw InputError(path, "found a name of " + std::to_string(size) + " bytes, expected at most " +
-                               std::to_string(NAME_MAX));
-}
-
 // Opens a file to append to it; `flags` besides. -1 where there is none.
 int OpenRegular(const std::string& path, int flags) {
   // A pipe without a reader would block.
@@ -153,7 +146,7 @@ int OpenRegular(const std::string& path, int flags) {
 
 void WriteFileAtomically(const std::string& path,
                          const std::function<void(std::ostream&)>& writer) {
-  RequireShortName(path);
+  CheckNameLength(path, fs::path(path).filename().string());
   TemporaryFile file(path);
   file.Write(writer);
   file.Rename();
@@ -166,13 +159,17 @@ void WriteFileAtomically(const std::string& path, std::string_view content) {
 }
 
 void CheckReplaceable(const std::string& path) {
-  RequireShortName(path);
+  CheckNameLength(path, fs::path(path).filename().string());
   std::error_code ignored;
   if (fs::is_directory(fs::symlink_status(path, ignored)))
     throw InputError(path, "is a folder, expected a file or nothing");
-  const fs::path folder = fs::path(path).parent_path();
-  if (access(folder.empty() ? "." : folder.c_str(), W_OK | X_OK) != 0)
-    throw InputError(path, "cannot create a file in this folder" + Reason(errno));
+  const TemporaryFile file(path);  // rights alone do not tell, as in /proc
+}
+
+void CheckNameLength(const std::string& source, const std::string& name) {
+  if (name.size() > NAME_MAX)
+    throw InputError(source, "found a name of " + std::to_string(name.size()) +
+                                 " bytes for a file, expected at most " + std::to_string(NAME_MAX));
 }
 
 AppendFile::AppendFile(std::string path, Content content)

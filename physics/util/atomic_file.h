@@ -22,9 +22,12 @@ void WriteFileAtomically(const std::string& path, std::string_view content);
 // the old file survives.
 void WriteFileAtomically(const std::string& path, const std::function<void(std::ostream&)>& writer);
 
-// Throws InputError when WriteFileAtomically cannot replace the path: a folder is in its place, its
-// folder is missing or not writable, or its name is too long. To be called before long work.
+// Throws InputError when WriteFileAtomically cannot replace the path: a folder is in its place, no
+// file can be made in its folder, or its name is too long. To be called before long work.
 void CheckReplaceable(const std::string& path);
+
+// Throws InputError when the name of a file, made of that of the input `source`, is too long.
+void CheckNameLength(const std::string& source, const std::string& name);
 
 // Temporary files of WriteFileAtomically, and folders for results, begin so; a name that a program
 // which is gone has left behind may be removed when nobody holds a lock (flock) on it.

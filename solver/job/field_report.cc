@@ -103,15 +103,14 @@ std::string WriteFields(const std::string& folder, const Mesh& mesh, const Field
   const Eigen::VectorXd face = fit.posterior_face.cwiseQuotient(fit.prior_face);
   const Eigen::VectorXd hinge = fit.posterior_hinge.cwiseQuotient(fit.prior_hinge);
   const char* const ratio = "posterior / prior standard deviation of the log factor";
+  const auto picture = [&](int i) { return folder + "/" + kFieldPictures[i]; };
   return TryPictures([&] {
-    RenderFaceMap(folder + "/field_stretch.png", mesh, StretchOfFaces(fit.material),
+    RenderFaceMap(picture(0), mesh, StretchOfFaces(fit.material),
                   {"Stretching stiffness", "membrane stiffness, mean of c11 and c22 [N/m]"});
-    RenderHingeMap(folder + "/field_bend.png", mesh, 1e6 * BendOfHinges(fit.material),
+    RenderHingeMap(picture(1), mesh, 1e6 * BendOfHinges(fit.material),
                    {"Bending stiffness", "plate rigidity D [µN m]"});
-    RenderFaceMap(folder + "/posterior_ratio_stretch.png", mesh, face,
-                  {"Uncertainty of the stretching stiffness", ratio});
-    RenderHingeMap(folder + "/posterior_ratio_bend.png", mesh, hinge,
-                   {"Uncertainty of the bending stiffness", ratio});
+    RenderFaceMap(picture(2), mesh, face, {"Uncertainty of the stretching stiffness", ratio});
+    RenderHingeMap(picture(3), mesh, hinge, {"Uncertainty of the bending stiffness", ratio});
   });
 }
 

@@ -10,6 +10,11 @@ namespace drape {
 
 // How the stiffness of a fitted cloth varies: numbers, files and pictures of a FieldFit.
 
+// The maps of WriteFields.
+inline constexpr const char* kFieldPictures[] = {"field_stretch.png", "field_bend.png",
+                                                 "posterior_ratio_stretch.png",
+                                                 "posterior_ratio_bend.png"};
+
 // For summary.json.
 nlohmann::ordered_json FieldJson(const FieldFit& fit, const FieldOptions& options);
 

@@ -77,23 +77,6 @@ std::vector<std::string> ListNotes(const std::vector<Observation>& observations)
   return notes;
 }
 
-// Images name the output files of a fit.
-void CheckNames(const std::vector<Observation>& observations) {
-  constexpr std::size_t kLongest = NAME_MAX - std::string_view("start_.json").size();
-  for (const Observation& observation : observations)
-    if (observation.name.size() > kLongest)
-      throw InputError(observation.file,
-                       "found a name of " + std::to_string(observation.name.size()) +
-                           " bytes, expected at most " + std::to_string(kLongest) +
-                           ": it names the output files");
-  std::set<std::string> names;
-  for (const Observation& observation : observations)
-    if (!names.insert(observation.name).second)
-      throw InputError(observation.file,
-                       "a second image of the name '" + observation.name +
-                           "', expected distinct names: they name the output files");
-}
-
 std::vector<LabMeasurement> ReadLabMeasurements(const std::vector<std::string>& files) {
   std::vector<LabMeasurement> measurements;
   std::set<std::string> names;
@@ -220,6 +203,22 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
 }
 
 }  // namespace
+
+void CheckNames(const std::vector<Observation>& observations) {
+  constexpr std::size_t kLongest = NAME_MAX - std::string_view("start_.json").size();
+  for (const Observation& observation : observations)
+    if (observation.name.size() > kLongest)
+      throw InputError(observation.file,
+                       "found a name of " + std::to_string(observation.name.size()) +
+                           " bytes, expected at most " + std::to_string(kLongest) +
+                           ": it names the output files");
+  std::set<std::string> names;
+  for (const Observation& observation : observations)
+    if (!names.insert(observation.name).second)
+      throw InputError(observation.file,
+                       "a second image of the name '" + observation.name +
+                           "', expected distinct names: they name the output files");
+}
 
 FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   if (data.num_observations() == 0 && data.lab_measurements.empty())

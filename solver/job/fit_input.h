@@ -20,6 +20,10 @@ struct FitInput {
   std::vector<std::string> notes;
 };
 
+// Throws InputError unless the names of the images can be those of output files: short and
+// distinct.
+void CheckNames(const std::vector<Observation>& observations);
+
 // Throws InputError for a file, a name or a combination that cannot be fitted.
 FitInput ReadFitInput(const FitSpec& spec, const FitData& data);
 

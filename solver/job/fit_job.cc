@@ -264,6 +264,14 @@ std::optional<PosteriorFit> FitJobPosterior(const FitSpec& spec, const FitProble
   return fit;
 }
 
+// A file that cannot be replaced is found before any is.
+void CheckTargets(const FitSpec& spec, const FitProblem& problem, const FitFiles& files) {
+  const std::string folder = files.target.empty() ? files.out : files.target;
+  for (const std::string& name : ListResultFiles(spec, problem))
+    CheckReplaceable(folder + "/" + name);
+  CheckReplaceable(files.checkpoint);
+}
+
 // A fit is one all the same without its log, such as on a full disk.
 void LogLine(AppendFile& log, const std::string& line) { (void)log.TryAppend(line + "\n"); }
 
@@ -293,6 +301,7 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
                        const RunControl& control) {
   AppendFile::Check(files.log);
   FitInput input = ReadFitInput(spec, data);
+  CheckTargets(spec, input.problem, files);
   const std::string key = CheckpointKey(spec, data, input);
   FitReport report;
   StagedFitOptions stages = spec.stages;

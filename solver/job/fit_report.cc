@@ -159,6 +159,13 @@ std::string PictureName(const Observation& observation) {
   return "fit_" + observation.name + ".png";
 }
 
+std::string DrapeName(const Observation& observation) {
+  return "drape_" + observation.name + ".obj";
+}
+std::string StartName(const Observation& observation) {
+  return "start_" + observation.name + ".json";
+}
+
 void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& observation,
                 const DrapeReport& drape) {
   if (drape.fitted.x.size() == 0) return;  // it has no outline; there is a note
@@ -168,9 +175,9 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
     WritePng(RenderOverlay(observation.image, image.radius, fitted.radius, observation.camera),
              folder + "/" + PictureName(observation));
   }
-  WriteObj(folder + "/drape_" + observation.name + ".obj", mesh,
+  WriteObj(folder + "/" + DrapeName(observation), mesh,
            SeenFromNominalCamera(drape.fitted.x, observation.camera));
-  WriteState(folder + "/start_" + observation.name + ".json",
+  WriteState(folder + "/" + StartName(observation),
              {drape.fitted.x, Eigen::VectorXd::Zero(drape.fitted.x.size())});
 }
 
@@ -259,6 +266,19 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
   }
   WriteFileAtomically(files.out + "/summary.json",
                       Summary(spec, data, files, problem, state, report).dump(2) + "\n");
+}
+
+std::vector<std::string> ListResultFiles(const FitSpec& spec, const FitProblem& problem) {
+  std::vector<std::string> names = {"summary.json", "material.json"};
+  for (const Observation& observation : problem.observations)
+    for (const std::string& name :
+         {PictureName(observation), DrapeName(observation), StartName(observation)})
+      names.push_back(name);
+  if (spec.model != FitModel::kHomogeneous) names.emplace_back("material_homogeneous.json");
+  if (HasPosterior(spec.model)) names.insert(names.end(), {"posterior.json", "base.json"});
+  if (spec.model == FitModel::kHeterogeneous)
+    names.insert(names.end(), std::begin(kFieldPictures), std::end(kFieldPictures));
+  return names;
 }
 
 std::vector<std::string> MainFiles(const FitProblem& problem, const FitReport& report) {

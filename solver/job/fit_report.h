@@ -43,6 +43,9 @@ struct FitReport {
 void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& files,
                     const FitProblem& problem, const StagedFitState& state, FitReport& report);
 
+// The names of all files that it may write.
+std::vector<std::string> ListResultFiles(const FitSpec& spec, const FitProblem& problem);
+
 // The names of the files that a person looks at first: pictures of the outlines, and the material.
 std::vector<std::string> MainFiles(const FitProblem& problem, const FitReport& report);
 

@@ -123,6 +123,7 @@ struct FitData {
 // Where a fit writes.
 struct FitFiles {
   std::string out;               // existing folder of the results
+  std::string target = {};       // where they are moved to afterwards; empty: they stay
   std::string checkpoint;        // of the fit of one table; removed at the end
   bool keep_checkpoint = false;  // unless it stays, for another model of the same data
   bool resume = false;           // continue from the checkpoint

@@ -212,6 +212,42 @@ TEST_F(HostileFiles, AreFoundBeforeTheWork) {
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 
+// Names of which files of the results are made are too long for these, not for the inputs.
+TEST_F(HostileFiles, OfLongNamesAreFoundBeforeTheWork) {
+  const std::string longest(230, 'L'), longer(245, 'L'), silhouette = AddSilhouette("s.png");
+  const std::string material = Copy(kWool, longest + ".json");
+  const auto bench = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> options = {"--start=" + kWaves, "--mesh=disc:100",
+                                        "--coarse_mesh=disc:100", "--solve=static", "--out=out"};
+    options.insert(options.end(), more.begin(), more.end());
+    return Run("bench", options);
+  };
+  ExpectRefused(bench({"--work=forward", "--material=" + material}), "expected at most 255");
+  const std::string fit = "--work=fit", wool = "--material=" + kWool;
+  ExpectRefused(bench({fit, wool, "--ground_truth=" + material, "--material=" + material}),
+                "expected at most 255");
+  ExpectRefused(bench({fit, wool, "--images=" + Copy(Path(silhouette), longer + ".png")}),
+                "found a name of 245 bytes, expected at most 244");
+  ExpectRefused(bench({fit, wool, "--ground_truth=" + kWool, "--mesh=none.obj"}), "none.obj");
+  const auto optimisers = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> options = {wool,
+                                        "--image_materials=" + kWool,
+                                        "--mesh=disc:100",
+                                        "--coarse_mesh=disc:100",
+                                        "--twin_mesh=disc:100",
+                                        "--out=out"};
+    options.insert(options.end(), more.begin(), more.end());
+    return Run("compare_optimisers", options);
+  };
+  const std::string image = Copy(Path(silhouette), std::string(234, 'L') + ".png");
+  ExpectRefused(optimisers({"--images=" + image}), "expected at most 255");
+  ExpectRefused(optimisers({"--twins=" + Copy(kWool, std::string(232, 'M') + ".json")}),
+                "expected at most 255");
+  ExpectRefused(optimisers({"--twins=" + kWool + "," + kWool, "--images=" + image}),
+                "expected at most 255");
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+}
+
 TEST_F(HostileFiles, MayHaveHashesAndCommasInTheirPaths) {
   for (const char* folder : {"d#1", "a,b"}) std::filesystem::create_directory(Path(folder));
   Copy(kWool, "d#1/m.json");
@@ -277,13 +313,39 @@ TEST_F(HostileFolders, HoldLinksAndFoldersInPlaceOfResults) {
   std::filesystem::remove(Path("out/silhouette.png"));
   std::filesystem::create_directory(Path("out/silhouette.png"));
   const auto before = Snapshot(Path("out"));
-  ExpectRefused(Drape({"--steps=3"}), "silhouette.png: cannot replace the file: a folder");
+  ExpectRefused(Drape({"--steps=3"}), "silhouette.png: is a folder, expected");
   EXPECT_EQ(Snapshot(Path("out")), before);
   std::filesystem::create_directory(Path("table.json"));
   ExpectRefused(Run("bench", {"--work=forward", "--material=wool.json", "--start=" + kWaves,
                               "--mesh=disc:100", "--table=table.json", "--out=bench"}),
                 "table.json: is a folder");
+  ExpectRefused(Run("bench", {"--work=forward", "--material=wool.json", "--start=" + kWaves,
+                              "--mesh=disc:100", "--table=/proc/x", "--out=bench"}),
+                "/proc/x: cannot create a file");
   EXPECT_FALSE(std::filesystem::exists(Path("bench")));
+}
+
+TEST_F(HostileFolders, StayAsTheyWereWhereOneFileCannotBeReplaced) {
+  const std::string silhouette = AddSilhouette("s.png");
+  std::filesystem::create_directory(Path("fit"));
+  Write("fit/fit.log", "earlier");
+  for (const char* name : {"summary.json", "material.json", "checkpoint.json", "fit_s.png"}) {
+    const std::string folder = std::string("fit/") + name;
+    std::filesystem::create_directory(Path(folder));
+    const auto before = Snapshot(Path("fit"));
+    ExpectRefused(Run("fit", FitOptions(silhouette)), folder + ": is a folder");
+    EXPECT_EQ(Snapshot(Path("fit")), before);
+    std::filesystem::remove(Path(folder));
+  }
+  for (const char* name : {"bench.json", "runs.csv"}) {
+    const std::string folder = std::string("bench/") + name;
+    std::filesystem::create_directories(Path(folder));
+    ExpectRefused(Run("bench", {"--work=forward", "--material=" + kWool, "--start=" + kWaves,
+                                "--mesh=disc:100", "--out=bench"}),
+                  folder + ": is a folder");
+    std::filesystem::remove(Path(folder));
+    EXPECT_TRUE(std::filesystem::is_empty(Path("bench")));
+  }
 }
 
 class HostileSurroundings : public HostileFiles {

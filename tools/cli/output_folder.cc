@@ -50,12 +50,20 @@ bool IsLeftover(const fs::directory_entry& entry) {
 
 }  // namespace
 
-OutputFolder::OutputFolder(std::string path) : path_(std::move(path)) {
+OutputFolder::OutputFolder(std::string path, const std::vector<std::string>& names)
+    : path_(std::move(path)) {
   std::error_code error;
   made_ = fs::create_directories(path_, error);
   if (!error && !fs::is_directory(path_)) error = std::make_error_code(std::errc::not_a_directory);
   if (error) FailToWrite(path_, error.message());
   Lock();
+  try {
+    for (const std::string& file : names) CheckReplaceable(path_ + "/" + file);
+  } catch (...) {
+    Drop();
+    close(lock_);
+    throw;
+  }
   RemoveLeftovers();
   std::string name = path_ + "/" + kTemporaryPrefix + "XXXXXX";
   if (mkdtemp(name.data()) == nullptr) {

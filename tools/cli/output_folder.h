@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace drape {
 
@@ -12,9 +13,10 @@ class OutputFolder {
  public:
   // Makes the folder when it is missing, locks it, removes what programs that were killed have left
   // behind, and makes the hidden folder, under a name of its own; all before any work is done.
-  // Throws InputError when the folder cannot be made or written to, or when another program writes
-  // to it.
-  explicit OutputFolder(std::string path);
+  // `names`: files that will be published, or written to it meanwhile. Throws InputError when the
+  // folder cannot be made or written to, when another program writes to it, or when one of the
+  // files cannot be replaced.
+  explicit OutputFolder(std::string path, const std::vector<std::string>& names = {});
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
   ~OutputFolder();  // what was not published is dropped

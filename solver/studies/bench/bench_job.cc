@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/bench/bench_job.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -24,12 +25,25 @@ std::string ClothKey(const BenchSetting& setting) {
   return fs::path(setting.material).stem().string() + " " + setting.law + " " + setting.model;
 }
 
+std::string ReferenceName(const BenchSetting& setting) {
+  std::string name = ClothKey(setting);
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return "reference_" + name + ".json";
+}
+
 class Bench {
  public:
   Bench(const BenchJob& job, const RunControl& control)
       : job_(job), control_(control), settings_(ListRuns(job.work, job.axes)) {
     CheckInput();
+    const std::optional<BenchSetting>& ground_truth = job.fit.ground_truth;
+    std::string image;
+    if (ground_truth && !control.cancelled())
+      image =
+          RunInChild([&] { return RenderGroundTruth(*ground_truth, job.problem); }, control.cancel)
+              .output;
     file_.emplace(job.out + "/runs.csv", job.common, job.resume);
+    if (!image.empty()) WriteGroundTruth(image, job.fit.data.images.front());
   }
 
   BenchResult Run() {
@@ -45,11 +59,18 @@ class Bench {
  private:
   // Bad names are found before hours are spent.
   void CheckInput() {
+    if (job_.work == BenchWork::kFit) CheckBenchImages(job_.fit);
+    if (const auto& ground_truth = job_.fit.ground_truth) {
+      ReadMaterial(ground_truth->material, {NegativeEntries::kWarn});
+      ParseMeshSpec(ground_truth->mesh);
+    }
     for (const BenchSetting& setting : settings_) {
       if (job_.work == BenchWork::kFit) {
         CheckBenchFit(setting);
       } else if (IsDistribution(setting)) {
         throw InputError("axis 'model'", "found " + setting.model + ", which only fits have");
+      } else {
+        CheckNameLength(setting.material, ReferenceName(setting));
       }
       ReadMaterial(setting.material, {NegativeEntries::kWarn});
       if (!vertices_.contains(setting.mesh))
@@ -92,10 +113,7 @@ class Bench {
   // nullptr when cancelled.
   const BenchReference* FindReference(const BenchSetting& setting) {
     const std::string cloth = ClothKey(setting);
-    std::string name = cloth;
-    for (char& c : name)
-      if (c == ' ') c = '_';
-    const std::string path = job_.out + "/reference_" + name + ".json";
+    const std::string path = job_.out + "/" + ReferenceName(setting);
     std::string text;
     if (file_->continues() && fs::exists(path)) {
       text = ReadWholeFile(path);

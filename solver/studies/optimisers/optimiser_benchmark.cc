@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 #include "solver/studies/optimisers/methods/optimiser.h"
@@ -45,6 +46,13 @@ std::string DescribeSettings(const OptimiserBenchmarkOptions& options,
   return settings;
 }
 
+std::string ProblemName(const BenchmarkImage& image, int parameters) {
+  return image.name + "_" + std::to_string(parameters);
+}
+std::string RunName(const std::string& problem, const std::string& method) {
+  return problem + "." + method + ".json";
+}
+
 class BenchmarkRunner {
  public:
   BenchmarkRunner(const OptimiserBenchmarkOptions& options, const RunControl& control)
@@ -53,7 +61,9 @@ class BenchmarkRunner {
   }
 
   OptimiserBenchmark Run() {
-    const std::vector<BenchmarkImage> images = MakeBenchmarkImages(options_);
+    const std::vector<BenchmarkImage> images = ListBenchmarkImages(options_);
+    for (const BenchmarkImage& image : images) CheckRunNames(image);
+    RenderTwins(options_);
     std::filesystem::create_directories(options_.out + "/runs");
     total_ = static_cast<double>(images.size() * RunsAnImage());
     for (const BenchmarkImage& image : images) {
@@ -78,8 +88,14 @@ class BenchmarkRunner {
     control_.Report(static_cast<double>(done_) / total_, note);
   }
 
+  void CheckRunNames(const BenchmarkImage& image) const {
+    for (const int parameters : options_.parameters)
+      for (const std::string& method : benchmark_.methods)
+        CheckNameLength(image.data.images.front(), RunName(ProblemName(image, parameters), method));
+  }
+
   void RunProblem(const BenchmarkImage& image, const BenchmarkStart& start, int parameters) {
-    const std::string problem = image.name + "_" + std::to_string(parameters);
+    const std::string problem = ProblemName(image, parameters);
     std::vector<BenchmarkRecord> records;
     for (const std::string& method : benchmark_.methods) {
       if (Cancelled()) return;
@@ -94,7 +110,7 @@ class BenchmarkRunner {
 
   BenchmarkRecord RunOne(const std::string& problem, const BenchmarkStart& start, int parameters,
                          const std::string& method) const {
-    const std::string path = options_.out + "/runs/" + problem + "." + method + ".json";
+    const std::string path = options_.out + "/runs/" + RunName(problem, method);
     const ExpectedRecord expected = Expected(problem, start, parameters, method);
     if (std::optional<BenchmarkRecord> kept = ReadBenchmarkRecord(path, expected))
       return std::move(*kept);

@@ -49,12 +49,7 @@ BenchmarkImage MakeTwin(const OptimiserBenchmarkOptions& options, int index) {
   const Material fabric = ReadMaterial(file);
   const int seed = options.twin_seed + index;
   BenchmarkImage twin{fs::path(file).stem().string() + "_" + std::to_string(seed), {}, true};
-  const std::string path = options.out + "/twins/" + twin.name + ".png";
-  if (!fs::exists(path)) {
-    fs::create_directories(options.out + "/twins");
-    WritePng(TwinImage(options, fabric.field, seed), path);
-  }
-  twin.data.images = {path};
+  twin.data.images = {options.out + "/twins/" + twin.name + ".png"};
   twin.data.material = options.material;
   twin.data.density = fabric.field.density;
   return twin;
@@ -112,7 +107,7 @@ OutlineResidualOptions MakeResidualOptions(const BenchmarkStart& start, bool der
 
 }  // namespace
 
-std::vector<BenchmarkImage> MakeBenchmarkImages(const OptimiserBenchmarkOptions& options) {
+std::vector<BenchmarkImage> ListBenchmarkImages(const OptimiserBenchmarkOptions& options) {
   std::vector<BenchmarkImage> images;
   std::vector<std::string> files;
   for (const std::string& text : options.images)
@@ -133,6 +128,17 @@ std::vector<BenchmarkImage> MakeBenchmarkImages(const OptimiserBenchmarkOptions&
   }
   RequireDistinct(images);
   return images;
+}
+
+void RenderTwins(const OptimiserBenchmarkOptions& options) {
+  for (std::size_t i = 0; i < options.twins.size(); ++i) {
+    const int index = static_cast<int>(i);
+    const std::string path = MakeTwin(options, index).data.images.front();
+    if (fs::exists(path)) continue;
+    fs::create_directories(options.out + "/twins");
+    const MaterialField fabric = ReadMaterial(options.twins[i]).field;
+    WritePng(TwinImage(options, fabric, options.twin_seed + index), path);
+  }
 }
 
 BenchmarkStart FindBenchmarkStart(const OptimiserBenchmarkOptions& options,

@@ -36,9 +36,11 @@ struct BenchmarkImage {
   bool is_twin = false;
 };
 
-// The images of the options: twins are draped and written to out/twins/<fabric>.png unless they are
-// there. Throws InputError, also for names that appear twice.
-std::vector<BenchmarkImage> MakeBenchmarkImages(const OptimiserBenchmarkOptions& options);
+// The images of the options; those of twins are out/twins/<fabric>_<seed>.png. Reads what they are
+// made of. Throws InputError, also for names that appear twice.
+std::vector<BenchmarkImage> ListBenchmarkImages(const OptimiserBenchmarkOptions& options);
+// Drapes the twins and writes their images, unless they are there. Throws InputError.
+void RenderTwins(const OptimiserBenchmarkOptions& options);
 
 // An image read, with the initial guess that all methods start from.
 struct BenchmarkStart {

@@ -61,7 +61,9 @@ TEST_F(AtomicFile, FindsATargetThatCannotBeAFileBeforehand) {
   std::filesystem::create_directory(Path("folder"));
   EXPECT_INPUT_ERROR(CheckReplaceable(Path("folder")), "folder: is a folder");
   EXPECT_INPUT_ERROR(CheckReplaceable(Path("absent/a.txt")), "No such file or directory");
-  EXPECT_INPUT_ERROR(CheckReplaceable(Path(std::string(256, 'a'))), "256 bytes, expected at most");
+  EXPECT_INPUT_ERROR(CheckReplaceable(Path(std::string(256, 'a'))),
+                     "256 bytes for a file, expected at most");
+  EXPECT_INPUT_ERROR(CheckReplaceable("/proc/a.txt"), "cannot create a file in this folder");
   CheckReplaceable(Write("a.txt", ""));
   CheckReplaceable(Path("new.txt"));
   EXPECT_EQ(NumFiles(), 2);

@@ -116,6 +116,13 @@ TEST_F(OutputFolders, FindAFolderInPlaceOfAFileBeforeTheyReplaceAny) {
   EXPECT_EQ(Read(Path("a.json")), "earlier");
 }
 
+TEST_F(OutputFolders, FindAFolderInPlaceOfANamedFileAtOnce) {
+  std::filesystem::create_directories(Path("z.png"));
+  EXPECT_INPUT_ERROR(OutputFolder(Path(""), {"a.json", "z.png"}), "z.png: is a folder");
+  EXPECT_EQ(Names(), Set({"z.png"}));
+  const OutputFolder out(Path(""), {"a.json"});  // it is free
+}
+
 TEST_F(OutputFolders, AbandonedOnesLeaveNothing) {
   const pid_t child = fork();
   ASSERT_GE(child, 0);

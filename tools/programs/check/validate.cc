@@ -75,7 +75,7 @@ OptionTable ValidateTable(ValidateToolOptions& options) {
 
 std::vector<ReferenceCase> RunValidation(const ValidateToolOptions& options,
                                          const RunControl& control) {
-  const OutputFolder out(options.out);
+  const OutputFolder out(options.out, {"summary.json"});
   const std::vector<ReferenceCase> cases = Validate(options.validation, control);
   WriteSummary(out.Staged("summary.json"), options.validation.law, !control.cancelled(), cases);
   out.Publish();

@@ -99,7 +99,7 @@ EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunCo
   SamplingOptions sampling = options.sampling;
   sampling.threads = CountThreads(sampling.threads);
   const auto backend = MakeLoggedBackend(options.backend, scene.model, sampling.threads, control);
-  const OutputFolder out(options.out);
+  const OutputFolder out(options.out, {"summary.json", "branches.png"});
   EquilibriumSurvey survey;
   survey.backend = backend->name();
   survey.samples = SampleEquilibria(*backend, scene.material.field, sampling, control);

@@ -27,6 +27,7 @@ FitJobResult RunFitTool(const FitToolOptions& given, const RunControl& control) 
   const FitData data = MakeFitData(options);
   const OutputFolder out(options.out);
   FitFiles files{.out = out.Staged(""),
+                 .target = options.out,
                  .checkpoint = options.out + "/checkpoint.json",
                  .resume = options.resume,
                  .log = options.out + "/fit.log"};

@@ -254,7 +254,7 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl&
   if (!control.cancelled()) CheckCalibration(options, run);
   const auto backend =
       MakeLoggedBackend(options.backend, run.scene.model, CountThreads(options.threads), control);
-  const OutputFolder out(options.out);
+  const OutputFolder out(options.out, {"summary.json", "mean_image.png", "draws.png"});
   run.backend = backend->name();
   run.prediction.batch = SettleBatchSize(*backend, CountThreads(options.threads));
   if (options.calibrate && !control.cancelled()) Calibrate(*backend, materials, control, &run);

@@ -136,7 +136,7 @@ SimulateResult RunChecked(const SimulateOptions& options, const RunControl& cont
   const auto begin = std::chrono::steady_clock::now();
   const Input input(options);
   const auto backend = MakeLoggedBackend(options.backend, input.scene.model, 1, control);
-  const OutputFolder out(options.out);
+  const OutputFolder out(options.out, {"summary.json", "drape.obj", "silhouette.png"});
   const double set_up = SecondsSince(begin);
   SimulateResult result;
   result.backend = backend->name();

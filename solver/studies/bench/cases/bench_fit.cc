@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/bench/cases/bench_fit.h"
 
+#include <glog/logging.h>
+
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -13,8 +16,11 @@
 #include "losses/silhouette/raster.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/obj_io.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "solver/fit/observation_input.h"
+#include "solver/job/fit_input.h"
 
 namespace drape {
 namespace {
@@ -40,6 +46,24 @@ FitSpec MakeSpec(const BenchSetting& setting, FitSpec spec) {
   return spec;
 }
 
+// Of the files of one fit.
+std::string FolderName(const BenchSetting& setting) {
+  std::string name = CheckpointKey(BenchWork::kFit, setting);
+  for (char& c : name)
+    if (c == ' ' || c == '/' || c == ':' || c == '=') c = '_';
+  return name;
+}
+
+struct HeldOutImage {
+  GrayImage silhouette;
+  Camera camera;
+};
+HeldOutImage ReadHeldOut(const std::string& file, const CameraInput& input) {
+  HeldOutImage image{ReadSilhouette(file).image, {}};
+  image.camera = MakeCamera(input, image.silhouette, file);
+  return image;
+}
+
 // Mean squared error of the fitted drapes on the images held out, each turned to fit best.
 double HeldOutScore(const std::string& folder, const std::vector<std::string>& held_out,
                     const CameraInput& input) {
@@ -50,8 +74,7 @@ double HeldOutScore(const std::string& folder, const std::vector<std::string>& h
     const std::string fitted = file.path().string();
     const ObjSurface surface = ReadObjSurface(fitted);
     for (const std::string& image : held_out) {
-      const GrayImage silhouette = ReadSilhouette(image).image;
-      const Camera camera = MakeCamera(input, silhouette, image);
+      const auto [silhouette, camera] = ReadHeldOut(image, input);
       sum += CompareDrapes(ObserveSurface(surface, camera, fitted),
                            ObserveImage(silhouette, camera, image), camera)
                  .aligned.mse;
@@ -81,25 +104,41 @@ void CheckBenchFit(const BenchSetting& setting) {
   if (IsDistribution(setting) && setting.draws % 2 != 0)
     throw InputError("axis 'draws'",
                      "found " + std::to_string(setting.draws) + ", expected an even number");
+  CheckNameLength(setting.material, FolderName(setting));
 }
 
-void RenderReference(const BenchSetting& reference, const BenchProblem& problem,
-                     const std::string& path) {
-  SettingSolver solver(reference, problem, nullptr);
+void CheckBenchImages(const FitBenchOptions& options) {
+  std::vector<Observation> images;
+  if (!options.ground_truth)
+    for (const std::string& image : options.data.images)
+      images.push_back(ReadImageObservation(image, options.spec.observation));
+  CheckNames(images);
+  for (const std::string& image : options.held_out)
+    ReadHeldOut(image, options.spec.observation.camera);
+}
+
+std::string RenderGroundTruth(const BenchSetting& setting, const BenchProblem& problem) {
+  SettingSolver solver(setting, problem, nullptr);
   const BenchDrape drape = solver.Run(BenchWork::kForward);
   if (drape.status != "ok")
     throw InputError("option 'ground_truth'",
                      "no silhouette: " + drape.status + ", expected a drape");
   constexpr int kSupersample = 4;
-  WritePng(Rasterize(solver.mesh(), drape.x, Camera(), kSupersample), path);
+  const std::vector<float> coverage =
+      Rasterize(solver.mesh(), drape.x, Camera(), kSupersample).coverage;
+  return {reinterpret_cast<const char*>(coverage.data()), coverage.size() * sizeof(float)};
+}
+
+void WriteGroundTruth(const std::string& rendered, const std::string& path) {
+  GrayImage image(Camera().width, Camera().height);
+  CHECK_EQ(rendered.size(), image.coverage.size() * sizeof(float));
+  std::memcpy(image.coverage.data(), rendered.data(), rendered.size());
+  WritePng(image, path);
 }
 
 BenchRecord RunBenchFit(const BenchSetting& setting, const FitBenchOptions& options,
                         const std::string& folder, const std::atomic<bool>* cancel) {
-  std::string name = CheckpointKey(BenchWork::kFit, setting);
-  for (char& c : name)
-    if (c == ' ' || c == '/' || c == ':' || c == '=') c = '_';
-  const std::string files = folder + "/" + name;
+  const std::string files = folder + "/" + FolderName(setting);
   fs::create_directories(files);
   BenchRecord record;
   const auto begin = std::chrono::steady_clock::now();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,15 +16,20 @@ namespace drape {
 struct FitBenchOptions {
   FitSpec spec;  // but for what the axes set
   FitData data;
+  // The cloth whose silhouette is drawn as the only image of the data; nothing: it is there.
+  std::optional<BenchSetting> ground_truth;
   std::vector<std::string> held_out;  // images that are not fitted, on which the drapes are scored
 };
 
 // InputError for a setting that a fit cannot have.
 void CheckBenchFit(const BenchSetting& setting);
 
-// Draws the silhouette of a drape as a fit's image. Throws InputError where there is no drape.
-void RenderReference(const BenchSetting& reference, const BenchProblem& problem,
-                     const std::string& path);
+// InputError for images that cannot be read or name the files of a fit.
+void CheckBenchImages(const FitBenchOptions& options);
+
+// The silhouette of a drape, as bytes of its coverage. Throws InputError where there is no drape.
+std::string RenderGroundTruth(const BenchSetting& setting, const BenchProblem& problem);
+void WriteGroundTruth(const std::string& rendered, const std::string& path);
 
 // Runs one fit in this process with its files in a folder of `folder`: seconds, and errors from its
 // summary.json, after it has settled. Axes: mesh, law, material (the start tables), h and fall (of

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "physics/util/atomic_file.h"
-#include "physics/util/child_process.h"
 #include "physics/util/errors.h"
 #include "solver/job/fit_input.h"
 #include "solver/job/plot/chart.h"
@@ -191,8 +190,7 @@ std::string Joined(const std::vector<std::string>& paths) {
 }
 
 // What a resumed run must have in common with the run that it continues.
-std::string CommonText(const BenchToolOptions& options) {
-  const BenchJob& job = options.job;
+std::string CommonText(const BenchToolOptions& options, const BenchJob& job) {
   std::string text = options.work;
   const auto add = [&](const std::string& name, const std::string& value) {
     text += ' ' + name + '=' + value;
@@ -224,39 +222,31 @@ std::vector<std::string> Expanded(const std::vector<std::string>& texts) {
   return all;
 }
 
-void MakeSyntheticImage(BenchToolOptions* options, const std::atomic<bool>* cancel) {
-  if (options->ground_truth.empty())
+void AddSyntheticImage(const BenchToolOptions& options, BenchJob* job) {
+  if (options.ground_truth.empty())
     throw InputError("option 'ground_truth'",
                      "is missing, expected a material where there are no images");
-  const std::string path = options->out + "/silhouette.png";
-  const BenchSetting reference{.material = options->ground_truth,
-                               .mesh = options->ground_truth_mesh};
-  RunInChild(
-      [&] {
-        RenderReference(reference, options->job.problem, path);
-        return std::string();
-      },
-      cancel);
-  options->job.fit.data.images = {path};
-  options->job.fit.spec.observation.camera = {};  // the one that rendered it
+  job->fit.ground_truth =
+      BenchSetting{.material = options.ground_truth, .mesh = options.ground_truth_mesh};
+  job->fit.data.images = {options.out + "/silhouette.png"};
+  job->fit.spec.observation.camera = {};  // the one that renders it
 }
 
-BenchJob MakeJob(BenchToolOptions* options, const std::atomic<bool>* cancel) {
-  BenchJob& job = options->job;
-  job.work = ParseBenchWork(options->work);
-  job.problem.seed = ReadStartShape(options->start);
-  if (options->references.size() != 2)
-    throw InputError("option 'reference'", "found " + std::to_string(options->references.size()) +
+BenchJob MakeJob(const BenchToolOptions& options) {
+  BenchJob job = options.job;
+  job.work = ParseBenchWork(options.work);
+  job.problem.seed = ReadStartShape(options.start);
+  if (options.references.size() != 2)
+    throw InputError("option 'reference'", "found " + std::to_string(options.references.size()) +
                                                " meshes, expected two: coarse, fine");
-  job.reference.coarse = options->references[0];
-  job.reference.fine = options->references[1];
-  job.fit.data.images = Expanded(options->images);
+  job.reference.coarse = options.references[0];
+  job.reference.fine = options.references[1];
+  job.fit.data.images = Expanded(options.images);
   job.fit.spec.coarse_mesh = job.problem.coarse_mesh;
-  job.fit.held_out = Expanded(options->held_out);
-  job.out = options->out;
-  if (job.work == BenchWork::kFit && job.fit.data.images.empty())
-    MakeSyntheticImage(options, cancel);
-  job.common = CommonText(*options);
+  job.fit.held_out = Expanded(options.held_out);
+  job.out = options.out;
+  if (job.work == BenchWork::kFit && job.fit.data.images.empty()) AddSyntheticImage(options, &job);
+  job.common = CommonText(options, job);
   return job;
 }
 
@@ -268,6 +258,18 @@ void CheckOptions(const BenchToolOptions& options) {
     throw InputError("option 'iterations'",
                      "found " + std::to_string(stages.iterations.size()) +
                          " values, expected as many as 'candidates_per_round' has");
+}
+
+// Writes the table of --accuracy; why there is none, where the runs do not give one.
+std::string TryTable(const BenchToolOptions& options, const BenchJob& job,
+                     const BenchResult& result, BenchMeasure time) {
+  try {
+    WriteFileAtomically(options.table,
+                        AccuracyTableText(MakeAccuracyTable(job, result, time, options.safety)));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
 }
 
 }  // namespace
@@ -289,7 +291,7 @@ OptionTable BenchTable(BenchToolOptions& options) {
           "extrapolated from two meshes with an estimate of its own error. Newton's method "
           "leaves no error of the time step. Each run is a process of its own, so that its "
           "peak memory is its own.\n"
-          "exit code 3: no run has a result\n"
+          "exit code 3: no run has a result, or they give no --table\n"
           "Ctrl-C keeps the finished runs for --resume.\n",
       .options = Concatenate(
           Grouped("axes", AxisOptions(options.job.axes)),
@@ -301,24 +303,23 @@ OptionTable BenchTable(BenchToolOptions& options) {
                  "reference", "images", "table", "out", "resume"}};
 }
 
-BenchToolResult RunBenchTool(BenchToolOptions options, const RunControl& control) {
+BenchToolResult RunBenchTool(const BenchToolOptions& options, const RunControl& control) {
   CheckOptions(options);
   if (!options.table.empty()) CheckReplaceable(options.table);
-  const OutputFolder out(options.out);
-  const BenchJob job = MakeJob(&options, control.cancel);
+  const OutputFolder out(options.out, {"bench.json", "runs.csv"});
+  const BenchJob job = MakeJob(options);
   const BenchResult result = RunBench(job, control);
   const BenchMeasure time = TimeMeasure(options.clock);
   WriteBenchJson(out.Staged("bench.json"), job, result, time);
   const std::string missing =
       TryPictures([&] { RenderBenchCharts(out.Staged(""), job, result, time); });
   out.Publish();
-  if (!options.table.empty() && !result.cancelled)
-    WriteFileAtomically(options.table,
-                        AccuracyTableText(MakeAccuracyTable(job, result, time, options.safety)));
   BenchToolResult summary{.cancelled = result.cancelled,
                           .measured = 0,
                           .table = BenchTableText(job, result, time) + missing};
   for (const BenchRun& run : result.runs) summary.measured += run.record.has_result();
+  if (!options.table.empty() && !result.cancelled)
+    summary.no_table = TryTable(options, job, result, time);
   return summary;
 }
 

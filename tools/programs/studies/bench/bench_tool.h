@@ -30,12 +30,13 @@ OptionTable BenchTable(BenchToolOptions& options);
 
 struct BenchToolResult {
   bool cancelled = false;
-  int measured = 0;   // runs with a result
-  std::string table;  // for a person
+  int measured = 0;           // runs with a result
+  std::string table;          // for a person
+  std::string no_table = {};  // why there is no --table
 };
 
 // Runs the benchmark and writes runs.csv (as runs end), bench.json, and the charts front_<error>
 // and growth as PNG and SVG; a cancelled run writes what it has. Throws InputError.
-BenchToolResult RunBenchTool(BenchToolOptions options, const RunControl& control);
+BenchToolResult RunBenchTool(const BenchToolOptions& options, const RunControl& control);
 
 }  // namespace drape

@@ -9,7 +9,7 @@ ToolOutcome Run(const BenchToolOptions& options, const RunControl& control) {
   BenchToolResult result = RunBenchTool(options, control);
   return {.text = std::move(result.table),
           .cancelled = result.cancelled,
-          .failure = result.measured > 0 ? "" : "no run has a result, see runs.csv"};
+          .failure = result.measured > 0 ? result.no_table : "no run has a result, see runs.csv"};
 }
 
 }  // namespace

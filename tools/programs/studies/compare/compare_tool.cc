@@ -156,7 +156,8 @@ OptionTable CompareTable(CompareToolOptions& options) {
 
 CompareResult RunCompareTool(const CompareToolOptions& options, const RunControl& control) {
   const ComparisonJob job = MakeJob(options);
-  const OutputFolder out(options.out);
+  const OutputFolder out(options.out,
+                         {"comparison.json", "comparison.csv", "comparison.md", "settings.json"});
   CompareResult result{RunComparison(job, control), ""};
   if (result.run.cancelled) return result;
   WriteComparison(out.Staged(""), result.run.comparison, job.settings);

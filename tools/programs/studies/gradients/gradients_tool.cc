@@ -91,7 +91,8 @@ GradientStudy RunGradients(const GradientsOptions& options, const RunControl& co
     LoadedScene scene = LoadScene(MakeInput(options, law));
     cloths.push_back({law, std::move(scene.model), std::move(scene.material.field)});
   }
-  const OutputFolder out(options.out);
+  const OutputFolder out(
+      options.out, {"summary.json", "report.md", "differences.png", "horizons.png", "fold.png"});
   GradientStudy found = SurveyGradients(cloths, options.survey, control);
   WriteGradientReport(out, &found);
   out.Publish();

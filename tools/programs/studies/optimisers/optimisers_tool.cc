@@ -136,7 +136,8 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
 
 OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const RunControl& control) {
   options.spec.threads = CountThreads(options.spec.threads);
-  const OutputFolder out(options.out);
+  const OutputFolder out(options.out, {"summary.json", "report.md", "traces.csv", "convergence.png",
+                                       "profiles.png", "branches.png"});
   OptimiserBenchmark benchmark = RunOptimiserBenchmark(options, control);
   if (benchmark.problems.empty()) return benchmark;
   WriteBenchmarkReport(options, out, &benchmark);

@@ -157,7 +157,7 @@ StabilityAtlas RunStability(const StabilityOptions& options, const RunControl& c
   StabilityRunner runner(MakeSetting(options));
   std::vector<StabilityMap> maps = SelectMaps(options);
   CheckScenes(runner, maps);
-  const OutputFolder out(options.out);
+  const OutputFolder out(options.out, {"findings.json", "runs.csv"});
   StabilityAtlas atlas = MakeStabilityAtlas(runner, std::move(maps),
                                             {.runs = options.out + "/runs.csv",
                                              .shared = SharedText(options),
