@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The real programs with names, files and surroundings that are meant to do harm.
 #include <chrono>
+#include <thread>
 
 #include "tests/tools/tool_fixture.h"
 #include "tools/cli/output_folder.h"
@@ -407,6 +408,21 @@ TEST_F(HostileSurroundings, WithoutMemoryNameTheLimit) {
   EXPECT_THAT(result.err, HasSubstr("error: out of memory: the run reserved 0."));
   EXPECT_THAT(result.err, HasSubstr("the limit of its address space (ulimit -v) is 0.40 GB"));
   EXPECT_FALSE(std::filesystem::exists(Path("out/summary.json")));
+}
+
+// OpenMP would end the program when a thread cannot be started.
+TEST_F(HostileSurroundings, WithoutRoomForTheThreadsSaySo) {
+  std::vector<std::string> options = FitOptions(AddSilhouette("s.png"));
+  options.push_back("--threads=64");
+  ExpectRefused(Run("fit", options, {.address_bytes = 400'000'000}),
+                "threads: found 64, expected fewer: ");
+  options.back() = "--threads=100000";
+  ExpectRefused(Run("fit", options), "threads");
+  if (4 * std::thread::hardware_concurrency() < 1000) {
+    options.back() = "--threads=1000";
+    ExpectRefused(Run("fit", options), "threads");
+  }
+  EXPECT_FALSE(std::filesystem::exists(Path("fit")));
 }
 
 // Seconds from the signal to the end, wherever it finds the program.

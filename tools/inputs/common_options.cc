@@ -2,12 +2,21 @@
 #include "tools/inputs/common_options.h"
 
 #include <algorithm>
+#include <latch>
+#include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
+#include "physics/util/errors.h"
 #include "tools/cli/field_options.h"
 
 namespace drape {
+namespace {
+
+int CountCores() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+}  // namespace
 
 Option OutOption(std::string& folder) {
   return {.key = "out",
@@ -33,11 +42,35 @@ Option ThreadsOption(int& threads) {
           .value = &threads,
           .doc = "number of threads; 0: one for each core. Results do not depend on it",
           .least = 0,
-          .most = 1024};
+          .most = static_cast<double>(MostThreads())};
+}
+
+int MostThreads() {
+  constexpr int kPerCore = 4, kLeast = 64, kMost = 1024;
+  return std::clamp(kPerCore * CountCores(), kLeast, kMost);
+}
+
+void RequireThreads(int threads) {
+  std::latch started(1);
+  std::vector<std::thread> others;
+  std::string reason;
+  try {
+    for (int i = 1; i < threads; ++i) others.emplace_back([&] { started.wait(); });
+  } catch (const std::system_error& error) {
+    reason = error.code().message();
+  }
+  started.count_down();
+  for (std::thread& other : others) other.join();
+  if (!reason.empty())
+    throw InputError("threads", "found " + std::to_string(threads) + ", expected fewer: thread " +
+                                    std::to_string(others.size() + 2) +
+                                    " cannot be started: " + reason);
 }
 
 int CountThreads(int threads) {
-  return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const int count = threads > 0 ? threads : CountCores();
+  RequireThreads(count);
+  return count;
 }
 
 Option TimeStepOption(double& time_step, const std::string& doc) {

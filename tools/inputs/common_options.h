@@ -16,7 +16,12 @@ Option OutOption(std::string& folder);
 Option LawOption(std::string& law);  // MakeLaw
 Option LawOption(LawKind& law);
 Option ThreadsOption(int& threads);  // 0: all cores, which is the default of each program
-int CountThreads(int threads);       // that option as a count
+// That option as a count. Throws InputError when so many cannot be started (RequireThreads).
+int CountThreads(int threads);
+int MostThreads();  // that make sense on this machine
+// Throws InputError when so many threads cannot run at once, as under a limit of memory, where
+// OpenMP would end the program.
+void RequireThreads(int threads);
 Option TimeStepOption(double& time_step, const std::string& doc = "time step");  // [s]
 // A cloth (ParseMeshSpec), or several.
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc);

@@ -65,7 +65,7 @@ std::vector<Option> AxisOptions(BenchAxes& axes) {
        .value = &axes.threads,
        .doc = "axis: number of threads of a run",
        .least = 1,
-       .most = 1024},
+       .most = static_cast<double>(MostThreads())},
       {.key = "batch",
        .value = &axes.batch,
        .doc = "axis: number of equal drapes computed together; the times are for one of them",
@@ -253,6 +253,7 @@ BenchJob MakeJob(const BenchToolOptions& options) {
 void CheckOptions(const BenchToolOptions& options) {
   if (!options.table.empty() && options.work != "forward")
     throw InputError("option 'table'", "found work " + options.work + ", expected forward");
+  for (const int threads : options.job.axes.threads) RequireThreads(threads);
   const StagedFitOptions& stages = options.job.fit.spec.stages;
   if (stages.candidates_per_round.size() != stages.iterations.size())
     throw InputError("option 'iterations'",
