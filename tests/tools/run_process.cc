@@ -7,11 +7,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <thread>
 
 namespace drape::test {
@@ -64,10 +67,18 @@ int WaitFor(pid_t child) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
+bool IsReady(const ProcessLimits& limits) {
+  if (!std::filesystem::exists(limits.interrupt_when)) return false;
+  if (limits.interrupt_lines == 0) return true;
+  std::ifstream file(limits.interrupt_when);
+  const std::istreambuf_iterator<char> begin(file), end;
+  return std::count(begin, end, '\n') >= limits.interrupt_lines;
+}
+
 void InterruptWhen(const ProcessLimits& limits, pid_t child) {
   using std::chrono::duration;
-  constexpr int kMostTries = 3000;
-  for (int i = 0; i < kMostTries && !std::filesystem::exists(limits.interrupt_when); ++i)
+  constexpr int kMostTries = 30000;
+  for (int i = 0; i < kMostTries && !IsReady(limits); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   std::this_thread::sleep_for(duration<double>(limits.interrupt_after));
   kill(child, SIGINT);

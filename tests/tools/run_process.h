@@ -15,6 +15,7 @@ struct ProcessResult {
 struct ProcessLimits {
   long file_bytes = 0;              // largest file that it may write (RLIMIT_FSIZE); 0: any
   std::string interrupt_when = {};  // sends SIGINT once this path exists; empty: never
+  int interrupt_lines = 0;          // and is a file of so many lines
   double interrupt_after = 0.0;     // and this much later [s]
   long address_bytes = 0;           // largest address space (RLIMIT_AS); 0: any
   std::string folder = {};          // working directory; empty: that of the test
@@ -23,6 +24,16 @@ struct ProcessLimits {
   std::vector<std::pair<std::string, std::string>> environment =
       {};  // set beside those of the test
 };
+
+// Whether address_bytes leaves a program room: sanitizers reserve terabytes.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kCanLimitAddresses = false;
+#elif defined(__has_feature)
+inline constexpr bool kCanLimitAddresses =
+    !__has_feature(address_sanitizer) && !__has_feature(thread_sanitizer);
+#else
+inline constexpr bool kCanLimitAddresses = true;
+#endif
 
 // Runs a program to its end and returns what it printed.
 ProcessResult RunProcess(const std::vector<std::string>& command, const ProcessLimits& limits = {});

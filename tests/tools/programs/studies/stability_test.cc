@@ -48,16 +48,18 @@ TEST_F(StabilityTool, WritesRunsFindingsAndMaps) {
 
 TEST_F(StabilityTool, CtrlCKeepsTheRunsAndResumeGoesOn) {
   const std::string map = "--maps=step time_step=0.02:0.5:20 stretch=1:2:100";
-  const ProcessResult stopped =
-      Run({map}, {.interrupt_when = Path("out/runs.csv"), .interrupt_after = 1.0});
+  constexpr int kLinesBeforeRuns = 2;
+  const auto after = [&](int runs) -> ProcessLimits {
+    return {.interrupt_when = Path("out/runs.csv"), .interrupt_lines = kLinesBeforeRuns + runs};
+  };
+  const ProcessResult stopped = Run({map}, after(1));
   ASSERT_EQ(stopped.exit_code, 130) << stopped.err;
   const Json findings = ReadJson(Path("out/findings.json"));
   EXPECT_EQ(findings.at("outcome"), "cancelled");
   const int before = findings.at("runs");
   EXPECT_GT(before, 0);
   EXPECT_LT(before, 2000);
-  const ProcessResult again =
-      Run({map, "--resume"}, {.interrupt_when = Path("out/runs.csv"), .interrupt_after = 1.0});
+  const ProcessResult again = Run({map, "--resume"}, after(before + 1));
   ASSERT_EQ(again.exit_code, 130) << again.err;
   EXPECT_GT(ReadJson(Path("out/findings.json")).at("runs"), before);
   ExpectOneLineError(Run({map, "--resume", "--drag=1"}), "made with other settings");
