@@ -9,7 +9,7 @@
 namespace drape::attack {
 namespace {
 
-constexpr std::size_t kFew = 60;  // of a short campaign
+constexpr std::size_t kFew = 45;  // of a short campaign
 constexpr double kSeconds = 6.0;
 
 void TryFile(const Campaign& campaign, const FileReader& reader, const BadFile& bad,

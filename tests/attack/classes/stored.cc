@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::size_t kFew = 40;         // of a short campaign
+constexpr std::size_t kFew = 30;         // of a short campaign
 constexpr std::size_t kMostRules = 220;  // of a file
 constexpr int kMutants = 40;             // of a table
 constexpr double kSeconds = 30.0;

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kFew = 40;  // of a short campaign
+constexpr std::size_t kFew = 20;  // of a short campaign
 constexpr double kSeconds = 30.0;
 constexpr char kVictim[] = "in/victim.txt";
 
