@@ -201,6 +201,7 @@ void AppendFile::Append(std::string_view text) {
 std::string ReadWholeFile(const std::string& path) {
   if (!fs::exists(path)) throw InputError(path, "no such file");
   if (fs::is_directory(path)) throw InputError(path, "is a folder, expected a file");
+  if (fs::is_character_file(path)) throw InputError(path, "is a device, expected a file");
   constexpr std::size_t kLargest = std::size_t{1} << 30, kBlock = std::size_t{1} << 16;
   std::ifstream in(path, std::ios::binary);
   std::string content;

@@ -56,8 +56,8 @@ class AppendFile {
   int descriptor_;
 };
 
-// Returns the bytes of the file. Throws InputError when it is missing, unreadable, a folder or
-// larger than 1 GiB, as an endless device is.
+// Returns the bytes of the file. Throws InputError when it is missing, unreadable, a folder, a
+// device, which may be endless, or larger than 1 GiB.
 std::string ReadWholeFile(const std::string& path);
 
 // The paths of a list that is separated by commas. A comma, at most 16 of them, belongs to a path

@@ -95,6 +95,7 @@ TEST_F(AtomicFile, ReadsEmptyAndBinaryFilesWhole) {
   const std::string bytes("a\0\r\n\xff", 5);
   EXPECT_EQ(ReadWholeFile(Write("bytes", bytes)), bytes);
   EXPECT_INPUT_ERROR(ReadWholeFile(Path("absent")), "absent: no such file");
+  EXPECT_INPUT_ERROR(ReadWholeFile("/dev/zero"), "/dev/zero: is a device, expected a file");
   EXPECT_INPUT_ERROR(ReadWholeFile(Path("")), "is a folder, expected a file");
 }
 
