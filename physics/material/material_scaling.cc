@@ -2,6 +2,7 @@
 #include "physics/material/material_scaling.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <numeric>
@@ -10,20 +11,25 @@
 namespace drape {
 namespace {
 
-void MakeLinear(StretchTable& table) {
-  for (int k = 0; k < kStretchCols; ++k) {
-    double sum = 0.0;
-    for (const auto& row : table.c) sum += row[k];
-    for (auto& row : table.c) row[k] = sum / kStretchRows;
+// Of `count` entries with a stride. A mean of equal entries is that entry to the bit, so that a
+// form taken twice is the form.
+void ReplaceByMean(double* entries, int count, int stride) {
+  double sum = 0.0;
+  bool equal = true;
+  for (int i = 0; i < count; ++i) {
+    sum += entries[i * stride];
+    equal &= entries[i * stride] == entries[0];
   }
+  if (equal) return;
+  for (int i = 0; i < count; ++i) entries[i * stride] = sum / count;
+}
+
+void MakeLinear(StretchTable& table) {
+  for (int k = 0; k < kStretchCols; ++k) ReplaceByMean(&table.c[0][k], kStretchRows, kStretchCols);
 }
 
 void MakeLinear(BendTable& table) {
-  for (auto& row : table.b) {
-    double sum = 0.0;
-    for (const double entry : row) sum += entry;
-    std::fill(std::begin(row), std::end(row), sum / kBendCols);
-  }
+  for (auto& row : table.b) ReplaceByMean(row, kBendCols, 1);
 }
 
 // Makes a linear table isotropic.
@@ -39,9 +45,8 @@ void MakeIsotropic(StretchTable& table) {
 }
 
 void MakeIsotropic(BendTable& table) {
-  double sum = 0.0;
-  for (const auto& row : table.b) sum += row[0];
-  for (auto& row : table.b) std::fill(std::begin(row), std::end(row), sum / kBendRows);
+  ReplaceByMean(table.entries(), kBendRows, kBendCols);
+  for (auto& row : table.b) std::fill(std::begin(row), std::end(row), table.b[0][0]);
 }
 
 template <class Table>
@@ -95,6 +100,14 @@ double MeanBend(const BendTable& table) {
   double sum = 0.0;
   for (const auto& row : table.b) sum = std::accumulate(std::begin(row), std::end(row), sum);
   return sum / (kBendPerRigidity * kBendEntries);
+}
+
+double BendOverWeight(double rigidity, double density) {
+  constexpr double kGravity = 9.80665;  // [m/s²]
+  return rigidity / (density * kGravity);
+}
+double BendingLength(double rigidity, double density) {
+  return std::cbrt(BendOverWeight(rigidity, density));
 }
 
 MaterialField MeanTables(const MaterialField& field) {

@@ -36,6 +36,12 @@ MaterialField InForm(MaterialField material, TableForm form);
 double MeanStretch(const StretchTable& table);
 double MeanBend(const BendTable& table);
 
+// A rigidity over the weight by area, D/(ρg) [m³], and its cube root, the bending length [m] [ASTM
+// D1388]: what a drape shows of a cloth whose weight is not known. density [kg/m²]; standard
+// gravity.
+double BendOverWeight(double rigidity, double density);
+double BendingLength(double rigidity, double density);
+
 // Returns one table of each kind with the arithmetic means over the elements.
 MaterialField MeanTables(const MaterialField& field);
 

@@ -19,6 +19,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/protocol/nested_fit.h"
 
 namespace drape {
 namespace {
@@ -130,18 +131,47 @@ void CheckModel(const FitSpec& spec, const FitData& data) {
   CheckSpecimens(data.specimens, data.num_observations());
 }
 
-MaterialField ReadStartTables(const FitSpec& spec, const FitData& data,
+// density [kg/m²]: 0 as the file has it.
+MaterialField ReadStartTables(const FitSpec& spec, const std::string& file, double density,
                               std::vector<std::string>* notes) {
-  MaterialField start = ReadMaterial(data.material, {NegativeEntryPolicy(spec)}).field;
-  if (data.density > 0.0) start.density = data.density;
+  MaterialField start = ReadMaterial(file, {NegativeEntryPolicy(spec)}).field;
+  if (density > 0.0) start.density = density;
   const int raised = RaiseSmallEntries(start, spec.min_relative_stiffness);
   if (raised > 0) {
     std::ostringstream note;
-    note << raised << " start entries of " << data.material << " were raised to "
+    note << raised << " start entries of " << file << " were raised to "
          << spec.min_relative_stiffness << " of their column's largest";
     notes->push_back(note.str());
   }
   return InForm(std::move(start), spec.table_form);
+}
+
+void ReadAllStartTables(const FitSpec& spec, const FitData& data, FitInput* input) {
+  FitProblem& problem = input->problem;
+  problem.material = ReadStartTables(spec, data.material, data.density, &input->notes);
+  if (!data.other_materials.empty() && data.num_observations() == 0)
+    throw InputError("other_materials",
+                     "found some without images, expected none: laboratory tests are fitted from "
+                     "one start");
+  for (const std::string& file : data.other_materials)
+    problem.other_materials.push_back(
+        ReadStartTables(spec, file, problem.material.density, &input->notes));
+  if (spec.simpler_models && data.lab_measurements.empty())
+    problem.simpler_models = SimplerModels({spec.table_form, spec.stages.parameters});
+}
+
+// Where what is fitted shows stiffness over weight. A tensile test does not.
+void NoteDensity(const std::vector<LabMeasurement>& measurements, FitInput* input) {
+  const bool weighs =
+      !input->problem.observations.empty() ||
+      std::any_of(measurements.begin(), measurements.end(), [](const LabMeasurement& each) {
+        return each.kind == LabMeasurementKind::kCantilever;
+      });
+  if (input->density_is_given || !weighs) return;
+  input->notes.push_back(
+      Format("the density, %g kg/m2, is that of the start tables, not a measurement: stiffnesses "
+             "are in proportion to it, the bending length is not affected",
+             input->problem.material.density));
 }
 
 void MakeBackends(const FitSpec& spec, FitInput* input) {
@@ -237,7 +267,9 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   CheckNames(input.problem.observations);
   for (std::string& note : ListNotes(input.problem.observations))
     input.notes.push_back(std::move(note));
-  input.problem.material = ReadStartTables(spec, data, &input.notes);
+  input.density_is_given = data.density > 0.0;
+  ReadAllStartTables(spec, data, &input);
+  NoteDensity(measurements, &input);
   if (!data.ground_truth.empty())
     input.ground_truth = std::make_unique<MaterialField>(
         ReadMaterial(data.ground_truth, {NegativeEntries::kWarn}).field);
@@ -254,13 +286,15 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
   VisitFields(spec.stages, KeyWriter{key});
   // spec.fields and spec.posterior are not part of it: what they set follows the fit of one table.
   // The content of the files of `data`, as read, is part of it.
-  const auto& [images, captures, source, specimens, lab_measurements, material, density,
-               ground_truth, notes, log_lines] = data;
+  const auto& [images, captures, source, specimens, lab_measurements, material, other_materials,
+               density, ground_truth, notes, log_lines] = data;
   const FitProblem& problem = input.problem;
   key["material"] = material;
   key["density"] = problem.material.density;
   key["stretch_table"] = problem.material.stretch[0].c;
   key["bend_table"] = problem.material.bend[0].b;
+  for (const MaterialField& other : problem.other_materials)
+    key["other_materials"].push_back({other.stretch[0].c, other.bend[0].b});
   for (const Observation& observation : problem.observations)
     key["images"].push_back({observation.name, std::vector<double>(observation.radius.begin(),
                                                                    observation.radius.end())});

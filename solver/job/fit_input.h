@@ -15,6 +15,7 @@ struct FitInput {
   std::unique_ptr<Backend> fine, coarse;
   std::string device;  // of MakeBackend; empty: laboratory measurements alone, without a backend
   FitProblem problem;  // without strips
+  bool density_is_given = false;  // else it is that of the start tables
   std::unique_ptr<StripResiduals> strips;
   std::unique_ptr<MaterialField> ground_truth;
   std::vector<std::string> notes;

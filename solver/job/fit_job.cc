@@ -14,6 +14,7 @@
 #include "physics/util/text_format.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
+#include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/job/fit_input.h"
 #include "solver/job/fit_report.h"
@@ -120,10 +121,14 @@ void NoteMisfits(const std::vector<StripReport>& reports, std::vector<std::strin
 }
 
 // What is continued from a checkpoint, and what is not.
-std::string ResumeNote(FitModel model, const std::optional<StagedFitState>& state) {
+std::string ResumeNote(FitModel model, const FitProblem& problem,
+                       const std::optional<StagedFitState>& state) {
   if (!state) return "resume: no checkpoint, from the beginning";
   std::ostringstream note;
   note << "resume: ";
+  if (!problem.simpler_models.empty())
+    note << "model " << state->models_done + 1 << " of " << problem.simpler_models.size() + 1
+         << ", ";
   if (state->grid_done) {
     note << "round " << state->round + 1 << ", " << DoneCandidates(*state) << " of "
          << state->candidates.size() << " candidates done";
@@ -174,7 +179,7 @@ StiffnessEstimates EstimateFittedStiffness(const FitSpec& spec, const FitProblem
   const double sigma_ratio = residuals.sigma_px / std::max(residuals.sigma_px, best.profile_rms);
   const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
   StiffnessEstimates estimates = EstimateStiffness(
-      FittedMaterial(problem, spec.stages, best), TyingMatrix(spec.stages.parameters),
+      FittedMaterial(spec.stages, best), TyingMatrix(spec.stages.parameters),
       {.jacobian = jacobian,
        .outline_rows = std::min<Eigen::Index>(
            jacobian.rows(), problem.observations.size() * spec.observation.angles),
@@ -212,12 +217,13 @@ void FillReport(const FitSpec& spec, const FitInput& input, const StagedFitState
                 const RunControl& control, FitReport& report) {
   const auto start = std::chrono::steady_clock::now();
   report.notes = input.notes;
+  report.density_is_given = input.density_is_given;
   const FitProblem& problem = input.problem;
   const FitCandidate* best = Best(state);
   if (best == nullptr) return ReportLab(spec, problem, report);
   report.material = report.fields      ? report.fields->material
                     : report.posterior ? report.posterior->Fabric()
-                                       : FittedMaterial(problem, spec.stages, *best);
+                                       : FittedMaterial(spec.stages, *best);
   if (problem.strips != nullptr) report.strips = ReportStrips(*problem.strips, report.material);
   NoteMisfits(report.strips, &report.notes);
   const Eigen::MatrixXd jacobian =
@@ -292,7 +298,7 @@ StagedFitState FitStages(const FitProblem& problem, const StagedFitOptions& stag
                          const std::string& checkpoint, const std::string& key) {
   StagedFitControl control{part};
   control.save = [&](const StagedFitState& s) { WriteCheckpoint(checkpoint, key, s); };
-  return RunStagedFit(problem, stages, std::move(state), control);
+  return RunNestedFit(problem, stages, std::move(state), control);
 }
 
 }  // namespace
@@ -318,7 +324,7 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
   };
   for (const Observation& observation : input.problem.observations)
     log_both(observation.name + ": " + CameraText(observation.camera, observation.quality));
-  if (files.resume && ready) log_both(ResumeNote(spec.model, saved));
+  if (files.resume && ready) log_both(ResumeNote(spec.model, input.problem, saved));
   if (!input.device.empty()) log_both("running on " + input.device);
   for (const std::string& line : data.log_lines) LogLine(log, line);
   for (const std::string& note : input.notes) LogLine(log, note);

@@ -14,6 +14,7 @@
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/job/field_report.h"
 #include "solver/posterior/posterior_report.h"
@@ -90,6 +91,27 @@ ordered_json LabFitJson(double prior_sigma, const FitSummary& fit) {
   return json;
 }
 
+// What does not depend on the density, and where that is from.
+ordered_json BendingJson(const FitReport& report) {
+  const double density = report.material.density;
+  const double rigidity = MeanBend(MeanTables(report.material).bend[0]);
+  return {{"density_kg_m2", density},
+          {"density_from", report.density_is_given ? "given" : "start tables"},
+          {"bend_over_weight_m3", BendOverWeight(rigidity, density)},
+          {"bending_length_m", BendingLength(rigidity, density)}};
+}
+
+// The fits by the models that were fitted first, and whether the result began with their best.
+ordered_json SimplerModelsJson(const FitProblem& problem, const StagedFitState& state,
+                               const FitCandidate& best) {
+  ordered_json fits = ordered_json::array();
+  for (const ModelResult& result : state.simpler_results)
+    fits.push_back({{"model", NameFor(problem.simpler_models[result.model])},
+                    {"cost", result.cost},
+                    {"profile_rms_px", result.profile_rms}});
+  return {{"fits", fits}, {"result_began_with_the_best", best.from_simpler}};
+}
+
 ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& files,
                      const FitProblem& problem, const StagedFitState& state,
                      const FitReport& report) {
@@ -106,6 +128,8 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
                        {"versions", files.versions},
                        {"verdict", VerdictJson(report)},
                        {"notes", report.notes}};
+  if (!data.other_materials.empty()) json["other_start_materials"] = data.other_materials;
+  if (report.fitted()) json["bending"] = BendingJson(report);
   if (!report.strips.empty()) json["lab_measurements"] = StripsJson(report.strips);
   if (problem.observations.empty()) {
     for (const char* key : {"camera", "centre", "mesh", "coarse_mesh"}) json.erase(key);
@@ -124,10 +148,15 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
   json.update(FitJson(state, *best));
   json["seconds"] = {
       {"grid", state.grid_seconds}, {"fit", state.fit_seconds}, {"report", report.report_seconds}};
-  json["initial_guess"] = {{"stretch", best->guess.stretch},
-                           {"bend", best->guess.bend},
-                           {"lifts", best->guess.lifts},
-                           {"coarse_profile_rms_px", best->guess.profile_rms}};
+  if (!problem.simpler_models.empty())
+    json["simpler_models"] = SimplerModelsJson(problem, state, *best);
+  json["initial_guess"] = {
+      {"material",
+       best->guess.table == 0 ? data.material : data.other_materials[best->guess.table - 1]},
+      {"stretch", best->guess.stretch},
+      {"bend", best->guess.bend},
+      {"lifts", best->guess.lifts},
+      {"coarse_profile_rms_px", best->guess.profile_rms}};
   json["parameters"] = ParametersJson(prior_sigma, best->theta);
   json["parameters"]["sigma_px"] = spec.stages.residuals.sigma_px;
   json["spectrum"] = SpectrumJson(report.spectrum);
@@ -195,6 +224,20 @@ std::string MaterialLine(const char* name, double fitted, const double* referenc
   return line + "  " + unit + "\n";
 }
 
+// The mean rigidity without the density, which is not that of the cloth where it is not given.
+std::string BendingLines(const MaterialField& fitted, const MaterialField* reference) {
+  const auto line = [&](const char* name, double (*over_weight)(double, double), double scale,
+                        const char* unit) {
+    const auto of = [&](const MaterialField& field) {
+      return scale * over_weight(MeanBend(field.bend[0]), field.density);
+    };
+    const double exact = reference == nullptr ? 0.0 : of(*reference);
+    return MaterialLine(name, of(fitted), reference == nullptr ? nullptr : &exact, unit);
+  };
+  return line("mean bend over weight", BendOverWeight, 1e6, "cm3") +
+         line("bending length", BendingLength, 1e3, "mm");
+}
+
 std::string MaterialTable(const MaterialField& fitted, const MaterialField* reference) {
   std::string table = Format("  %-22s %10s%s\n", "mean of the table", "fitted",
                              reference == nullptr ? "" : "  reference  ratio");
@@ -216,7 +259,7 @@ std::string MaterialTable(const MaterialField& fitted, const MaterialField* refe
     const double exact = reference == nullptr ? 0.0 : mean(*reference);
     table += MaterialLine(rows[r], mean(fitted), reference == nullptr ? nullptr : &exact, "N m");
   }
-  return table;
+  return table + BendingLines(fitted, reference);
 }
 
 std::string ImageTable(const FitProblem& problem, const FitReport& report) {
@@ -253,7 +296,7 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
                                            .warnings = {}});
   };
   if (report.fields || report.posterior)
-    write_table("material_homogeneous.json", FittedMaterial(problem, spec.stages, *Best(state)));
+    write_table("material_homogeneous.json", FittedMaterial(spec.stages, *Best(state)));
   if (report.posterior)
     WritePosterior(files.out, MakeStoredPosterior(*report.posterior),
                    std::string("drape_fit, model ") + ToString(spec.model) + source);

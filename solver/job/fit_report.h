@@ -26,6 +26,7 @@ struct FitReport {
   std::optional<PosteriorFit> posterior;        // kBayes, kBdp
   Spectrum spectrum;                            // empty when the drapes are not stable
   std::optional<StiffnessEstimates> stiffness;  // of `material`, means over the cloth
+  bool density_is_given = false;                // else it is that of the start tables
   FitVerdict verdict;
   std::vector<std::string> notes;  // what a reader of the figures must know
   double report_seconds = 0.0;

@@ -51,6 +51,8 @@ struct FitSpec {
   double min_relative_stiffness = 0.0;
   // Of the start tables, after that. A simpler form is kept by 2 parameters, a linear one by 7 too.
   TableForm table_form = TableForm::kGiven;
+  // Images: the models that the fitted one contains are fitted first (RunNestedFit).
+  bool simpler_models = true;
   std::string backend = "auto";  // MakeBackend
   int threads = 1;
   FieldOptions fields;         // of FitModel::kHeterogeneous
@@ -68,7 +70,7 @@ inline FitSpec FitSpecWithThreads(int threads) {
 template <MutableOrConst<FitSpec> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
   auto& [model, mesh, coarse_mesh, law, observation, stages, recheck_steps, min_relative_stiffness,
-         table_form, backend, threads, fields, posterior] = options;
+         table_form, simpler_models, backend, threads, fields, posterior] = options;
   visit(model,
         Field{.key = "model",
               .doc = "homogeneous: one table for the whole cloth; heterogeneous: then tables "
@@ -100,6 +102,11 @@ void VisitFields(Options& options, Visitor&& visit) {
                           .doc = "form of the start tables: linear: their means over strain and "
                                  "curvature, isotropic: and over directions; kept by 2 free "
                                  "parameters, linear by 7 too"});
+  visit(simpler_models,
+        Field{.key = "simpler_models",
+              .doc = "fit images by the models that this one contains first (isotropic 2 numbers, "
+                     "linear 7, nonlinear 7, 39) and start also from the best of them, so that "
+                     "more numbers never fit worse"});
   visit(backend, Field{.key = "backend", .is_option = false, .in_key = false});
   visit(threads, Field{.key = "threads", .least = 1, .is_option = false, .in_key = false});
 }
@@ -110,9 +117,10 @@ struct FitData {
   std::vector<Capture> captures;    // of the public data set in place of images (UseCaptures)
   ObservationSource source = ObservationSource::kSilhouettes;  // of the captures
   std::vector<int> specimens;  // FitProblem::specimens; one number for each image or capture
-  std::vector<std::string> lab_measurements;  // files (ReadLabMeasurement)
-  std::string material;                       // start tables, "FILE" or "FILE#name"
-  double density = 0.0;                       // of the fabric [kg/m²]; 0: that of the start tables
+  std::vector<std::string> lab_measurements;      // files (ReadLabMeasurement)
+  std::string material;                           // start tables, "FILE" or "FILE#name"
+  std::vector<std::string> other_materials = {};  // further ones: images are fitted from all
+  double density = 0.0;                           // of the fabric [kg/m²]; 0: that of `material`
   std::string ground_truth;        // tables that the images were made with, compared; empty: none
   std::vector<std::string> notes;  // on the data, for summary and log
   std::vector<std::string> log_lines;  // on the data, for the log alone

@@ -9,6 +9,7 @@
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/parameters/coupled_table.h"
 #include "solver/fit/protocol/fit_types.h"
 #include "solver/forward/settle.h"
 #include "solver/job/fit_report.h"
@@ -135,12 +136,10 @@ void JudgePosterior(const PosteriorFit& fit, Judge& judge) {
                   : Format("Pareto k %.2f: do not use the posterior's intervals", fit.pareto_k));
 }
 
-double LargestCoupling(const MaterialField& material) {
-  double largest = 0.0;
-  for (const StretchTable& table : material.stretch)
-    for (const auto& row : table.c)
-      largest = std::max(largest, row[1] * row[1] / (row[0] * row[2]));
-  return largest;
+bool IsNearlySingular(const MaterialField& material) {
+  return std::any_of(
+      material.stretch.begin(), material.stretch.end(),
+      [](const StretchTable& table) { return LargestSquaredCoupling(table) > kNearSingular; });
 }
 
 // ∂ ln(mean stiffness)/∂(log entries), shape [39]: the share that each entry has in the mean.
@@ -170,6 +169,18 @@ std::string TrustText(const char* name, const StiffnessEstimate& estimate, doubl
   if (!estimate.determined) return std::string("not ") + name;
   return Format("%s of %.3g %s to a factor of %.2g", name, estimate.value / unit, unit_name,
                 estimate.factor());
+}
+
+// Without a density of the cloth, what does not depend on it: the cube root of the rigidity.
+std::string BendingText(const FitReport& report) {
+  const StiffnessEstimate& bend = report.stiffness->bend;
+  if (report.density_is_given || !bend.determined) return TrustText("bending", bend, 1e-6, "uN m");
+  const double density = report.material.density;
+  return Format(
+      "a bending length of %.3g mm to a factor of %.2g (bending of %.3g uN m if the cloth "
+      "weighs %.3g g/m2, as the start tables say)",
+      1e3 * BendingLength(bend.value, density), std::cbrt(bend.factor()), 1e6 * bend.value,
+      1e3 * density);
 }
 
 ordered_json EstimateJson(const StiffnessEstimate& estimate) {
@@ -221,7 +232,7 @@ FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {
   }
   JudgeStrips(report.strips, judge);
   if (report.posterior) JudgePosterior(*report.posterior, judge);
-  if (LargestCoupling(report.material) > kNearSingular)
+  if (IsNearlySingular(report.material))
     judge.Add(FitGrade::kUsable, "the stretch table is at the limit of what resists all strains");
   if (report.spectrum.determined == 0) judge.Add(FitGrade::kDoNotUse, "the data determine nothing");
   return judge.Verdict();
@@ -249,7 +260,7 @@ std::string VerdictLine(const FitProblem& problem, const FitReport& report) {
   if (verdict.reasons.size() > kMostReasons)
     line += Format("; and %zu more", verdict.reasons.size() - kMostReasons);
   if (report.stiffness && verdict.grade != FitGrade::kDoNotUse)
-    line += ". Trust " + TrustText("bending", report.stiffness->bend, 1e-6, "uN m") + ", " +
+    line += ". Trust " + BendingText(report) + ", " +
             TrustText("stretching", report.stiffness->stretch, 1.0, "N/m") +
             ", and no single entry of the tables";
   return line + "\n";

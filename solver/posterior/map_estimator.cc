@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "losses/outline/outline.h"
-#include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
 #include "solver/fit/protocol/fit_work.h"
 #include "solver/posterior/variational/pareto_smoothing.h"
@@ -58,13 +57,12 @@ void MapEstimator::SetHierarchy(const FitCandidate& candidate) {
   for (int i = 0; i < int(problem_.observations.size()); ++i)
     fit_.specimen.push_back(problem_.specimens.empty() ? i : problem_.specimens[i] - 1);
   const bool hierarchical = options_.kind == PosteriorKind::kHierarchy;
-  fit_.hierarchy = {
-      .base = Scaled(problem_.material, candidate.guess.stretch, candidate.guess.bend),
-      .fabric = staged_.parameters,
-      .fabric_sigma = staged_.prior_sigma,
-      .specimen_stretch_sigma = hierarchical ? options_.specimen_stretch_sigma : 0.0,
-      .specimen_bend_sigma = hierarchical ? options_.specimen_bend_sigma : 0.0,
-      .specimens = 1 + *std::max_element(fit_.specimen.begin(), fit_.specimen.end())};
+  fit_.hierarchy = {.base = candidate.base,
+                    .fabric = staged_.parameters,
+                    .fabric_sigma = staged_.prior_sigma,
+                    .specimen_stretch_sigma = hierarchical ? options_.specimen_stretch_sigma : 0.0,
+                    .specimen_bend_sigma = hierarchical ? options_.specimen_bend_sigma : 0.0,
+                    .specimens = 1 + *std::max_element(fit_.specimen.begin(), fit_.specimen.end())};
 }
 
 // With outlines at the posterior's angles.

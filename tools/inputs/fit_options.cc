@@ -29,10 +29,14 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
        .doc = "start tables: a material file; FILE#name picks one of several in it",
        .is_path = true,
        .required = true},
+      {.key = "other_materials",
+       .value = &data.other_materials,
+       .doc = "further start tables: images are fitted from all, and the best result is kept",
+       .is_path = true},
       {.key = "density",
        .value = &data.density,
-       .doc = "areal density of the fabric, as weighed; 0: that of the start tables, with --data "
-              "the published one",
+       .doc = "areal density of the fabric, as weighed; 0: that of `material`, with a warning that "
+              "stiffnesses are in proportion to it; with --data the published one",
        .unit = "kg/m2",
        .least = 0,
        .most = 10},

@@ -20,6 +20,13 @@ double CouplingShare(const double* base, const double* row) {
 
 }  // namespace
 
+double LargestSquaredCoupling(const StretchTable& table) {
+  double largest = 0.0;
+  for (const auto& row : table.c)
+    largest = std::max(largest, row[kC12] * row[kC12] / (row[kC11] * row[kC22]));
+  return largest;
+}
+
 StretchTable ApplyLogFactors(const StretchTable& base, const double* log_factors) {
   StretchTable table;
   for (int r = 0; r < kStretchRows; ++r) {

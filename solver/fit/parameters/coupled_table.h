@@ -22,6 +22,9 @@ namespace drape {
 // mean of c11 and c22. (1 + |ρ₀|)/2 for a base closer to 1.
 inline constexpr double kLargestCoupling = 0.99;
 
+// The largest ρ² = c12²/(c11·c22) of the rows: 1 where a strain meets no resistance.
+double LargestSquaredCoupling(const StretchTable& table);
+
 // log_factors: η of the 24 entries, row by row.
 StretchTable ApplyLogFactors(const StretchTable& base, const double* log_factors);
 

@@ -33,15 +33,14 @@ void ExpectAgreement(double stored, double computed, const std::string& name,
                        stored, computed));
 }
 
-void CheckTables(const MaterialField& guess, const MaterialField& fitted,
-                 const std::string& where) {
+void CheckTables(const MaterialField& base, const MaterialField& fitted, const std::string& where) {
   const StretchTable& stretch = fitted.stretch.front();
   const BendTable& bend = fitted.bend.front();
   const auto is_finite = [](double entry) { return std::isfinite(entry); };
   if (!std::all_of(stretch.entries(), stretch.entries() + kStretchEntries, is_finite) ||
       !std::all_of(bend.entries(), bend.entries() + kBendEntries, is_finite))
     Refuse(where, "found a theta whose tables are not finite");
-  if (ResistsAllStrains(guess) && !ResistsAllStrains(fitted))
+  if (ResistsAllStrains(base) && !ResistsAllStrains(fitted))
     Refuse(where, "found a theta whose tables do not resist all strains");
 }
 
@@ -83,8 +82,7 @@ double StripCost(const StripResiduals& strips, const MaterialParametrisation& pa
 
 void CheckCandidate(const FitProblem& problem, const StagedFitOptions& options,
                     const FitCandidate& candidate, const std::string& where) {
-  const TableParametrisation parametrisation(
-      Scaled(problem.material, candidate.guess.stretch, candidate.guess.bend), options.parameters);
+  const TableParametrisation parametrisation(candidate.base, options.parameters);
   CHECK_EQ(candidate.theta.size(), parametrisation.size());
   CHECK_EQ(candidate.shapes.size(), problem.observations.size());
   const MaterialField material = parametrisation.Material(candidate.theta);

@@ -44,9 +44,9 @@ std::optional<double> CandidateFitter::ComputeProfileRms(int i, const Eigen::Vec
 
 void CandidateFitter::SettleGuess(CandidateTask& task) const {
   FitCandidate& candidate = task.candidate;
+  candidate.base = GuessTables(ListStartTables(problem_), candidate.guess);
   candidate.theta = Eigen::VectorXd::Zero(Parametrisation(candidate).size());
-  const MaterialField material =
-      Scaled(problem_.material, candidate.guess.stretch, candidate.guess.bend);
+  const MaterialField& material = candidate.base;
   std::vector<Eigen::VectorXd> shapes;
   double sum = 0.0;
   for (int i = 0; i < int(problem_.observations.size()); ++i) {
@@ -61,7 +61,7 @@ void CandidateFitter::SettleGuess(CandidateTask& task) const {
 
 void CandidateFitter::RetryGuesses(CandidateTask& task) const {
   FitCandidate& candidate = task.candidate;
-  const MaterialField material = FittedMaterial(problem_, options_, candidate);
+  const MaterialField material = FittedMaterial(options_, candidate);
   for (int i = 0; i < int(problem_.observations.size()); ++i) {
     double best = ComputeProfileRms(i, candidate.shapes[i]).value();
     for (const double lift : options_.grid.lifts) {
@@ -109,10 +109,11 @@ void CandidateFitter::TakeResult(const FitSummary& summary, const std::vector<St
   }
   candidate.profile_rms = std::sqrt(sum / double(drapes.size()));
   Log(task,
-      "stretch %g, bend %g, lift %g, cost %.1f -> %.1f, %.2f px, %s, %d branch jumps, %d failed",
-      candidate.guess.stretch, candidate.guess.bend, candidate.guess.lifts.front(),
-      summary.initial_cost, summary.final_cost, candidate.profile_rms,
-      ToString(summary.termination), summary.counts.jumps, summary.counts.failed);
+      "%sstretch %g, bend %g, lift %g, cost %.1f -> %.1f, %.2f px, %s, %d branch jumps, %d failed",
+      candidate.from_simpler ? "from the simpler model, " : "", candidate.guess.stretch,
+      candidate.guess.bend, candidate.guess.lifts.front(), summary.initial_cost, summary.final_cost,
+      candidate.profile_rms, ToString(summary.termination), summary.counts.jumps,
+      summary.counts.failed);
 }
 
 Eigen::MatrixXd CandidateFitter::Jacobian(const FitCandidate& candidate) const {
@@ -130,8 +131,7 @@ Eigen::MatrixXd CandidateFitter::Jacobian(const FitCandidate& candidate) const {
 }
 
 TableParametrisation CandidateFitter::Parametrisation(const FitCandidate& candidate) const {
-  return {Scaled(problem_.material, candidate.guess.stretch, candidate.guess.bend),
-          options_.parameters};
+  return {candidate.base, options_.parameters};
 }
 
 OutlineResiduals CandidateFitter::Outlines(const TableParametrisation& parametrisation,

@@ -134,8 +134,8 @@ class FieldFitter {
         options_(options),
         control_(control),
         candidate_fitter_(problem, staged, *problem.fine, control.cancel, 0),
-        parametrisation_(FittedMaterial(problem, staged, candidate), mesh().num_faces(),
-                         mesh().num_hinges(), Terms()),
+        parametrisation_(FittedMaterial(staged, candidate), mesh().num_faces(), mesh().num_hinges(),
+                         Terms()),
         best_drapes_(AtRest(candidate.shapes)) {}
 
   FieldFit Run() {

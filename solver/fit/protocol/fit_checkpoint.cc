@@ -8,6 +8,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "solver/fit/protocol/candidate_check.h"
+#include "solver/fit/protocol/nested_fit.h"
 
 namespace drape {
 namespace {
@@ -19,8 +20,17 @@ constexpr double kMostSeconds = 1e9;
 
 json ToJson(const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
 
+// The 39 entries.
+json ToJson(const MaterialField& tables) {
+  std::vector<double> entries(tables.stretch[0].entries(),
+                              tables.stretch[0].entries() + kStretchEntries);
+  entries.insert(entries.end(), tables.bend[0].entries(), tables.bend[0].entries() + kBendEntries);
+  return entries;
+}
+
 json ToJson(const InitialGuess& guess) {
-  return {{"stretch", guess.stretch},
+  return {{"table", guess.table},
+          {"stretch", guess.stretch},
           {"bend", guess.bend},
           {"lifts", guess.lifts},
           {"coarse_rms", guess.profile_rms}};
@@ -39,6 +49,7 @@ json ToJson(const FitCandidate& candidate) {
   json shapes = json::array();
   for (const Eigen::VectorXd& x : candidate.shapes) shapes.push_back(ToJson(x));
   return {{"guess", ToJson(candidate.guess)},
+          {"from_simpler", candidate.from_simpler},
           {"guess_rms", candidate.guess_rms},
           {"theta", ToJson(candidate.theta)},
           {"shapes", shapes},
@@ -59,15 +70,13 @@ bool Contains(const std::vector<double>& values, double value) {
 class StateReader {
  public:
   StateReader(const FitProblem& problem, const StagedFitOptions& options)
-      : problem_(problem),
-        options_(options),
-        grid_(SearchedGrid(options)),
-        num_parameters_(static_cast<int>(TyingMatrix(options.parameters).cols())) {}
+      : problem_(problem), options_(options), grid_(SearchedGrid(options)) {}
 
-  StagedFitState Read(const JsonInput& input) const {
-    input.ExpectKeys(
-        {"job", "tried", "grid_done", "round", "iterations", "counts", "seconds", "candidates"});
+  StagedFitState Read(const JsonInput& input) {
+    input.ExpectKeys({"job", "models_done", "simpler_results", "simpler", "simpler_base", "tried",
+                      "grid_done", "round", "iterations", "counts", "seconds", "candidates"});
     StagedFitState state;
+    ReadSimpler(input, &state);
     state.tried = ReadTried(input.At("tried"));
     state.grid_done = input.At("grid_done").Boolean();
     state.round = input.At("round").IntegerWithin(0, rounds());
@@ -79,8 +88,8 @@ class StateReader {
     state.grid_seconds = seconds.At(0).NumberWithin(0.0, kMostSeconds);
     state.fit_seconds = seconds.At(1).NumberWithin(0.0, kMostSeconds);
     const JsonInput candidates = input.At("candidates").ExpectArray();
-    if (candidates.Size() > MostCandidates(state.round))
-      candidates.Fail("at most " + std::to_string(MostCandidates(state.round)));
+    const int most = MostCandidates(state.round) + (state.round < 2 && state.simpler ? 1 : 0);
+    if (candidates.Size() > most) candidates.Fail("at most " + std::to_string(most));
     for (int i = 0; i < candidates.Size(); ++i)
       state.candidates.push_back(ReadCandidate(candidates.At(i)));
     CheckProgress(state, input);
@@ -96,17 +105,47 @@ class StateReader {
                      : options_.candidates_per_round[round - 1];
   }
 
+  int num_tables() const { return 1 + static_cast<int>(problem_.other_materials.size()); }
+
+  // What the fits by simpler models left; options_.parameters are those of the present one then.
+  void ReadSimpler(const JsonInput& input, StagedFitState* state) {
+    const auto models = static_cast<int>(problem_.simpler_models.size());
+    state->models_done = input.At("models_done").IntegerWithin(0, models);
+    options_.parameters = FittedParameters(problem_, options_, *state);
+    const JsonInput results = input.At("simpler_results").ExpectArray();
+    if (results.Size() > state->models_done)
+      results.Fail("at most one for each model that is done");
+    for (int i = 0; i < results.Size(); ++i) {
+      const JsonInput numbers = results.At(i).ExpectArray(3);
+      state->simpler_results.push_back({numbers.At(0).IntegerWithin(i, state->models_done - 1),
+                                        numbers.At(1).NotNegative(), numbers.At(2).NotNegative()});
+    }
+    tables_ = ListModelTables(problem_, *state);
+    const JsonInput simpler = input.At("simpler"), base = input.At("simpler_base");
+    if (simpler.value().is_null()) {
+      base.ExpectArray(0);
+      return;
+    }
+    simpler_base_ = ReadBase(base);
+    state->simpler = ReadCandidate(simpler);
+    if (state->models_done == 0 || !state->simpler->valid() || !state->simpler->from_simpler)
+      simpler.Fail("the fit by a simpler model, or null");
+  }
+
   TriedGuesses ReadTried(const JsonInput& input) const {
-    if (input.ExpectArray().Size() > grid_.num_scales())
-      input.Fail("at most " + std::to_string(grid_.num_scales()) + ", the scales of the grid");
+    if (input.ExpectArray().Size() > num_tables() * grid_.num_scales())
+      input.Fail("at most " + std::to_string(num_tables() * grid_.num_scales()) +
+                 ", the scales of the grid");
     TriedGuesses tried(input.Size());
     for (int i = 0; i < input.Size(); ++i) {
       const JsonInput guesses = input.At(i).ExpectArray();
       if (guesses.Size() > static_cast<int>(grid_.lifts.size())) guesses.Fail("one for each lift");
       for (int j = 0; j < guesses.Size(); ++j) {
         tried[i].push_back(ReadGuess(guesses.At(j)));
-        if (tried[i][j].stretch != grid_.stretch[i / grid_.bend.size()] ||
-            tried[i][j].bend != grid_.bend[i % grid_.bend.size()])
+        const int scale = i % grid_.num_scales();
+        if (tried[i][j].table != i / grid_.num_scales() ||
+            tried[i][j].stretch != grid_.stretch[scale / grid_.bend.size()] ||
+            tried[i][j].bend != grid_.bend[scale % grid_.bend.size()])
           guesses.At(j).Fail("a guess of scale " + std::to_string(i) + " of the grid");
       }
     }
@@ -114,12 +153,13 @@ class StateReader {
   }
 
   InitialGuess ReadGuess(const JsonInput& input) const {
-    input.ExpectKeys({"stretch", "bend", "lifts", "coarse_rms"});
+    input.ExpectKeys({"table", "stretch", "bend", "lifts", "coarse_rms"});
     const auto of_grid = [&](const JsonInput& number, const std::vector<double>& values) {
       if (!Contains(values, number.Number())) number.Fail("one of the initial guesses of this fit");
       return number.Number();
     };
     InitialGuess guess;
+    guess.table = input.At("table").IntegerWithin(0, num_tables() - 1);
     guess.stretch = of_grid(input.At("stretch"), grid_.stretch);
     guess.bend = of_grid(input.At("bend"), grid_.bend);
     const JsonInput lifts = input.At("lifts").ExpectArray(num_observations());
@@ -128,9 +168,17 @@ class StateReader {
     return guess;
   }
 
+  MaterialField ReadBase(const JsonInput& input) const {
+    const Eigen::VectorXd entries = input.Vector(kMaterialEntries);
+    MaterialField base{problem_.material.density, {StretchTable()}, {BendTable()}};
+    std::copy_n(entries.data(), kStretchEntries, base.stretch[0].entries());
+    std::copy_n(entries.data() + kStretchEntries, kBendEntries, base.bend[0].entries());
+    return base;
+  }
+
   FitCandidate ReadCandidate(const JsonInput& input) const {
-    input.ExpectKeys({"guess", "guess_rms", "theta", "shapes", "cost", "profile_rms", "termination",
-                      "iterations", "done"});
+    input.ExpectKeys({"guess", "from_simpler", "guess_rms", "theta", "shapes", "cost",
+                      "profile_rms", "termination", "iterations", "done"});
     FitCandidate candidate;
     candidate.guess = ReadGuess(input.At("guess"));
     candidate.guess_rms = input.At("guess_rms").NotNegative();
@@ -140,7 +188,13 @@ class StateReader {
       candidate.shapes.push_back(shapes.At(i).Vector(problem_.fine->model().num_dofs()));
     const JsonInput theta = input.At("theta");
     if (candidate.valid() || theta.ExpectArray().Size() > 0)
-      candidate.theta = theta.Vector(num_parameters_);
+      candidate.theta = theta.Vector(static_cast<int>(TyingMatrix(options_.parameters).cols()));
+    candidate.from_simpler = input.At("from_simpler").Boolean();
+    if (candidate.from_simpler && simpler_base_.stretch.empty())
+      input.At("from_simpler").Fail("false, since no simpler model has a fit");
+    if (candidate.theta.size() > 0)  // it has been settled
+      candidate.base =
+          candidate.from_simpler ? simpler_base_ : GuessTables(tables_, candidate.guess);
     candidate.cost = input.At("cost").NotNegative();
     candidate.profile_rms = input.At("profile_rms").NotNegative();
     candidate.termination = ReadTermination(input.At("termination"), candidate.valid());
@@ -174,21 +228,22 @@ class StateReader {
     if (state.round > 0 && count == 0) input.At("candidates").Fail("those of the round before");
     if (done == 0) return;
     if (state.round == rounds() || done == count ||
-        SucceededCandidates(state) >= options_.candidates_per_round[state.round])
+        SucceededCandidates(state) >= CountWanted(options_, state))
       input.At("candidates").Fail("candidates of which some of this round are still to be fitted");
     for (int i = 0; i < count; ++i) {
       const FitCandidate& candidate = state.candidates[i];
       const JsonInput shapes = input.At("candidates").At(i).At("shapes");
       if (state.round > 0 && !candidate.valid()) shapes.Fail("a drape of each image");
-      if (state.round == 0 && !candidate.done && candidate.valid())
+      if (state.round == 0 && !candidate.done && candidate.valid() && !candidate.from_simpler)
         shapes.Fail("no drapes, since its first fit is not done");
     }
   }
 
   const FitProblem& problem_;
-  const StagedFitOptions& options_;
+  StagedFitOptions options_;
   const InitialGuessOptions grid_;
-  const int num_parameters_;
+  std::vector<MaterialField> tables_;  // of the guesses
+  MaterialField simpler_base_;         // without tables where no simpler model has a fit
 };
 
 // The first name in which two keys differ; empty when they are the same.
@@ -209,8 +264,15 @@ std::string FirstDifference(const std::string& saved, const std::string& present
 void WriteCheckpoint(const std::string& path, const std::string& key, const StagedFitState& state) {
   json candidates = json::array();
   for (const FitCandidate& candidate : state.candidates) candidates.push_back(ToJson(candidate));
+  json results = json::array();
+  for (const ModelResult& result : state.simpler_results)
+    results.push_back({result.model, result.cost, result.profile_rms});
   WriteStoredJson(path, kCheckpointFormat,
                   {{"job", key},
+                   {"models_done", state.models_done},
+                   {"simpler_results", results},
+                   {"simpler", state.simpler ? ToJson(*state.simpler) : json()},
+                   {"simpler_base", state.simpler ? ToJson(state.simpler->base) : json::array()},
                    {"tried", ToJson(state.tried)},
                    {"grid_done", state.grid_done},
                    {"round", state.round},

@@ -9,14 +9,14 @@
 
 namespace drape {
 
-// A staged fit on disk. `key` says what is fitted and how; another key is rejected (CheckpointKey).
-// Version 1 had no version, no checksum and nothing of an unfinished grid.
+// A staged or nested fit on disk. `key` says what is fitted and how; another key is rejected
+// (CheckpointKey). Version 1 had no version, no checksum and nothing of an unfinished grid.
 inline constexpr StoredFormat kCheckpointFormat = {"drapefit-checkpoint", 3};
 
 // Writes atomically, exact to the last bit. Throws InputError when it cannot.
 void WriteCheckpoint(const std::string& path, const std::string& key, const StagedFitState& state);
 
-// A state from which RunStagedFit of this problem can continue. Nothing when there is no such file.
+// A state from which RunNestedFit of this problem can continue. Nothing when there is no such file.
 // Throws InputError, which names the file and the key, for a file that is damaged, is of another
 // version or key, or says what this fit cannot have saved: other sizes, values out of range, a
 // round that would have ended, guesses that are not of its grid, candidates that CheckCandidate

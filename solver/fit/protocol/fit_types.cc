@@ -26,12 +26,22 @@ SettleOptions MakeSettleOptions(const StagedFitOptions& options) {
   return settle;
 }
 
-MaterialField FittedMaterial(const FitProblem& problem, const StagedFitOptions& options,
-                             const FitCandidate& candidate) {
-  return TableParametrisation(
-             Scaled(problem.material, candidate.guess.stretch, candidate.guess.bend),
-             options.parameters)
-      .Material(candidate.theta);
+std::vector<MaterialField> ListStartTables(const FitProblem& problem) {
+  std::vector<MaterialField> tables = {problem.material};
+  tables.insert(tables.end(), problem.other_materials.begin(), problem.other_materials.end());
+  return tables;
+}
+
+MaterialField GuessTables(const std::vector<MaterialField>& tables, const InitialGuess& guess) {
+  return Scaled(tables.at(guess.table), guess.stretch, guess.bend);
+}
+
+MaterialField FittedMaterial(const StagedFitOptions& options, const FitCandidate& candidate) {
+  return TableParametrisation(candidate.base, options.parameters).Material(candidate.theta);
+}
+
+int CountWanted(const StagedFitOptions& options, const StagedFitState& state) {
+  return options.candidates_per_round[state.round] + (state.round == 0 && state.simpler ? 1 : 0);
 }
 
 }  // namespace drape

@@ -3,9 +3,11 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "physics/material/material_scaling.h"
 #include "physics/simulation/backend.h"
 #include "physics/util/run_control.h"
 #include "solver/fit/fit.h"
@@ -17,11 +19,21 @@ namespace drape {
 
 // The types that the units of the staged protocol share [METHODS, P18].
 
+// A model of one table: the form of its start tables, which its free numbers keep.
+struct TableModel {
+  TableForm form = TableForm::kGiven;
+  ParameterTying parameters = ParameterTying::kEntries;
+};
+
 // What is fitted. Backends outlive the call; `coarse` has the scene and law of `fine`.
 struct FitProblem {
   Backend* fine = nullptr;
   Backend* coarse = nullptr;
   MaterialField material;  // start tables
+  // Further ones, of the same density: the initial guesses try all.
+  std::vector<MaterialField> other_materials = {};
+  // Models that the fitted one contains, which RunNestedFit fits first, from the simplest on.
+  std::vector<TableModel> simpler_models = {};
   std::vector<Observation> observations;
   // The specimen of each observation, from 1 without gaps; empty: each shows its own.
   std::vector<int> specimens = {};
@@ -83,8 +95,12 @@ SettleOptions MakeSettleOptions(const StagedFitOptions& options);
 // One material with its drapes, each on a branch of its own: one start of the multi-start.
 struct FitCandidate {
   InitialGuess guess;
+  // The tables that its log factors are on, and about which its prior is: those of the guess, or of
+  // a fit by a simpler model. Empty before the guess is settled.
+  MaterialField base;
+  bool from_simpler = false;            // it began with the fit by a simpler model
   double guess_rms = 0.0;               // of the guess's settled drapes on the fine cloth [px]
-  Eigen::VectorXd theta;                // log factors on the guess's tables, shape [P]
+  Eigen::VectorXd theta;                // log factors on `base`, shape [P]
   std::vector<Eigen::VectorXd> shapes;  // the fitted drape of each observation [m], shape [3V]
   double cost = 0.0;                    // ½ Σ residual², prior included
   double profile_rms = 0.0;             // over all observations [px]
@@ -94,13 +110,28 @@ struct FitCandidate {
   bool valid() const { return !shapes.empty(); }
 };
 
-// The tables of a candidate.
-MaterialField FittedMaterial(const FitProblem& problem, const StagedFitOptions& options,
-                             const FitCandidate& candidate);
+// The start tables of a problem, the first of them first.
+std::vector<MaterialField> ListStartTables(const FitProblem& problem);
+// Those of a guess, scaled. tables: ListStartTables, in the form of a model.
+MaterialField GuessTables(const std::vector<MaterialField>& tables, const InitialGuess& guess);
 
-// A staged fit between two units of work. Saved and read back, the fit continues to the identical
-// result.
+// The tables of a candidate.
+MaterialField FittedMaterial(const StagedFitOptions& options, const FitCandidate& candidate);
+
+// The result of a fit by one model.
+struct ModelResult {
+  int model = 0;             // of FitProblem::simpler_models
+  double cost = 0.0;         // ½ Σ residual², prior included
+  double profile_rms = 0.0;  // over all observations [px]
+};
+
+// A staged fit, or a nested one, between two units of work. Saved and read back, the fit continues
+// to the identical result.
 struct StagedFitState {
+  // Of simpler_models that are done, where they could be fitted; their best as a start.
+  int models_done = 0;
+  std::vector<ModelResult> simpler_results;
+  std::optional<FitCandidate> simpler;
   TriedGuesses tried;  // by the grid; empty once it is done
   bool grid_done = false;
   // Of this round; in the first round more than are wanted, since some guesses have no stable drape
@@ -112,6 +143,9 @@ struct StagedFitState {
   double grid_seconds = 0.0;
   double fit_seconds = 0.0;
 };
+
+// Candidates that the present round fits: in the first one more, where a simpler model has a fit.
+int CountWanted(const StagedFitOptions& options, const StagedFitState& state);
 
 // The notes of progress are the stage and the best misfit so far: "round 1, best 1.23 px". All
 // functions are called on the thread of RunStagedFit, in an order that does not depend on timing.

@@ -46,13 +46,13 @@ std::vector<Trial> RankLifts(Backend& coarse, const MaterialField& material,
 }
 
 // The j-th best lift of each observation together, while each observation has one.
-std::vector<InitialGuess> Combine(double stretch, double bend,
+std::vector<InitialGuess> Combine(int table, double stretch, double bend,
                                   const std::vector<std::vector<Trial>>& by_observation) {
   std::size_t count = by_observation.front().size();
   for (const auto& trials : by_observation) count = std::min(count, trials.size());
   std::vector<InitialGuess> guesses;
   for (std::size_t j = 0; j < count; ++j) {
-    InitialGuess guess{stretch, bend, {}, 0.0};
+    InitialGuess guess{table, stretch, bend, {}, 0.0};
     double sum = 0.0;
     for (const auto& trials : by_observation) {
       guess.lifts.push_back(trials[j].lift);
@@ -64,20 +64,21 @@ std::vector<InitialGuess> Combine(double stretch, double bend,
   return guesses;
 }
 
-// The guesses of one scale of the grid, by its number.
-std::vector<InitialGuess> TryScale(Backend& coarse, const MaterialField& material,
+// The guesses of one scale of one table, by their number.
+std::vector<InitialGuess> TryScale(Backend& coarse, const std::vector<MaterialField>& tables,
                                    const std::vector<Observation>& observations,
                                    const std::vector<std::vector<State>>& starts,
                                    const InitialGuessOptions& options, int number,
                                    const std::atomic<bool>* cancel) {
-  const double stretch = options.stretch[number / options.bend.size()];
-  const double bend = options.bend[number % options.bend.size()];
-  const MaterialField scaled = Scaled(material, stretch, bend);
+  const int table = number / options.num_scales(), scale = number % options.num_scales();
+  const double stretch = options.stretch[scale / options.bend.size()];
+  const double bend = options.bend[scale % options.bend.size()];
+  const MaterialField scaled = Scaled(tables[table], stretch, bend);
   std::vector<std::vector<Trial>> by_observation;
   for (std::size_t i = 0; i < observations.size(); ++i)
     by_observation.push_back(
         RankLifts(coarse, scaled, observations[i], starts[i], options, cancel));
-  return Combine(stretch, bend, by_observation);
+  return Combine(table, stretch, bend, by_observation);
 }
 
 std::vector<double> WithMeans(const std::vector<double>& factors) {
@@ -111,7 +112,7 @@ State GuessState(const ClothModel& model, const Observation& observation, double
       Eigen::VectorXd::Zero(model.num_dofs())};
 }
 
-void TryInitialGuesses(Backend& coarse, const MaterialField& material,
+void TryInitialGuesses(Backend& coarse, const std::vector<MaterialField>& tables,
                        const std::vector<Observation>& observations,
                        const InitialGuessOptions& options, const RunControl& control,
                        TriedGuesses& tried, const std::function<void()>& save) {
@@ -122,7 +123,7 @@ void TryInitialGuesses(Backend& coarse, const MaterialField& material,
     for (const double lift : options.lifts)
       starts.back().push_back(GuessState(coarse.model(), observation, lift));
   }
-  const int count = options.num_scales();
+  const int count = static_cast<int>(tables.size()) * options.num_scales();
   while (static_cast<int>(tried.size()) < count) {
     const int first = static_cast<int>(tried.size());
     TriedGuesses found(std::min(count - first, kMaterialsAtATime));
@@ -130,7 +131,7 @@ void TryInitialGuesses(Backend& coarse, const MaterialField& material,
     RunBatched(coarse, static_cast<int>(found.size()), kMaterialsAtATime,
                [&](BatchingBackend& task) {
                  if (control.cancelled()) return;
-                 found[task.index()] = TryScale(task, material, observations, starts, options,
+                 found[task.index()] = TryScale(task, tables, observations, starts, options,
                                                 first + task.index(), control.cancel);
                  task.RunSerially([&] { control.Report(++done / double(count), ""); });
                });
@@ -148,12 +149,12 @@ std::vector<InitialGuess> RankGuesses(const TriedGuesses& tried) {
   return ranked;
 }
 
-std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& material,
+std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& table,
                                              const std::vector<Observation>& observations,
                                              const InitialGuessOptions& options,
                                              const RunControl& control) {
   TriedGuesses tried;
-  TryInitialGuesses(coarse, material, observations, options, control, tried, [] {});
+  TryInitialGuesses(coarse, {table}, observations, options, control, tried, [] {});
   return RankGuesses(tried);
 }
 

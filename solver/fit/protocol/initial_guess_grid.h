@@ -58,8 +58,9 @@ void VisitFields(Options& options, Visitor&& visit) {
 // factor only). A single pair cannot be refined.
 InitialGuessOptions Refined(InitialGuessOptions grid, int materials);
 
-// A material scale, a start shape for each observation, and the misfit of the coarse drapes.
+// Scaled start tables, a start shape for each observation, and the misfit of the coarse drapes.
 struct InitialGuess {
+  int table = 0;  // number of the start tables
   double stretch = 1.0;
   double bend = 1.0;
   std::vector<double> lifts;  // shape [observations]
@@ -69,14 +70,14 @@ struct InitialGuess {
 // The start shape of an observation on a mesh: flaps under its outline, without velocity.
 State GuessState(const ClothModel& model, const Observation& observation, double lift);
 
-// The guesses of each scale that has been tried, best first, in the order of the grid: bend varies
-// fastest. Trials that fail numerically are left out. The j-th guess of a scale takes the j-th best
-// lift of each observation.
+// The guesses of each scale of each start table that has been tried, best first, in the order of
+// the grid: bend varies fastest, tables slowest. Trials that fail numerically are left out. The
+// j-th guess of a scale takes the j-th best lift of each observation.
 using TriedGuesses = std::vector<std::vector<InitialGuess>>;
 
 // Tries the scales that `tried` does not have yet, a batch at a time; `save` is called between
 // batches. Fewer once *control.cancel is true. The note of control.progress is empty.
-void TryInitialGuesses(Backend& coarse, const MaterialField& material,
+void TryInitialGuesses(Backend& coarse, const std::vector<MaterialField>& tables,
                        const std::vector<Observation>& observations,
                        const InitialGuessOptions& options, const RunControl& control,
                        TriedGuesses& tried, const std::function<void()>& save);
@@ -85,7 +86,7 @@ void TryInitialGuesses(Backend& coarse, const MaterialField& material,
 std::vector<InitialGuess> RankGuesses(const TriedGuesses& tried);
 
 // Both at once.
-std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& material,
+std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& table,
                                              const std::vector<Observation>& observations,
                                              const InitialGuessOptions& options,
                                              const RunControl& control);

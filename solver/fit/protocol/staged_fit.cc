@@ -66,7 +66,7 @@ class StagedFitter {
     control.progress = [&](double share, const std::string&) {
       Report("initial guesses", work_.initial_guesses * share, 0.0);
     };
-    TryInitialGuesses(*problem_.coarse, problem_.material, problem_.observations,
+    TryInitialGuesses(*problem_.coarse, ListStartTables(problem_), problem_.observations,
                       SearchedGrid(options_), control, state.tried, [&] {
                         state.grid_seconds += Lap();
                         Save(state);
@@ -75,6 +75,7 @@ class StagedFitter {
     const std::vector<InitialGuess> guesses = RankGuesses(std::exchange(state.tried, {}));
     state.counts.rollouts += static_cast<int>(guesses.size() * problem_.observations.size());
     const std::size_t kept = kSpareGuesses * options_.candidates_per_round.front();
+    if (state.simpler) state.candidates.push_back(*state.simpler);
     for (std::size_t i = 0; i < guesses.size() && i < kept; ++i)
       state.candidates.emplace_back().guess = guesses[i];
     state.grid_done = true;
@@ -127,13 +128,13 @@ class StagedFitter {
     std::vector<CandidateTask> settled;
     for (int next = 0; !Cancelled();) {
       const int wanted =
-          options_.candidates_per_round.front() - SucceededCandidates(state) - int(settled.size());
+          CountWanted(options_, state) - SucceededCandidates(state) - int(settled.size());
       std::vector<CandidateTask> work = Open(state, next, wanted);
       if (work.empty()) break;
       next = work.back().index + 1;
       RunSideBySide(work, 0,
                     [](const CandidateFitter& fitter, CandidateTask& mine, BatchingBackend&) {
-                      fitter.SettleGuess(mine);
+                      if (!mine.candidate.from_simpler) fitter.SettleGuess(mine);
                     });
       for (CandidateTask& mine : work) {
         state.candidates[mine.index].guess_rms = mine.candidate.guess_rms;
@@ -152,7 +153,9 @@ class StagedFitter {
   static bool RepeatsEarlierDrape(const CandidateTask& work, const StagedFitState& state) {
     return std::any_of(state.candidates.begin(), state.candidates.begin() + work.index,
                        [&](const FitCandidate& before) {
-                         return before.guess.stretch == work.candidate.guess.stretch &&
+                         return !before.from_simpler &&
+                                before.guess.table == work.candidate.guess.table &&
+                                before.guess.stretch == work.candidate.guess.stretch &&
                                 before.guess.bend == work.candidate.guess.bend &&
                                 std::abs(before.guess_rms - work.candidate.guess_rms) < kSameRms;
                        });
@@ -173,9 +176,11 @@ class StagedFitter {
     const FitCandidate before = candidate;
     if (round == 1) fitter.RetryGuesses(work);
     if (!Cancelled()) fitter.Fit(work, progress);
-    // The result of an earlier round stays if this one fails, or is cancelled before it has one.
+    // The result of an earlier round or of a simpler model stays if this one fails, or is cancelled
+    // before it has one; that of a simpler model also if this one is worse.
     const bool unfitted = !candidate.valid() || (Cancelled() && candidate.cost == before.cost);
-    if (round > 0 && unfitted) candidate = before;
+    const bool worse = candidate.from_simpler && candidate.cost > before.cost;
+    if ((round > 0 || before.from_simpler) && (unfitted || worse)) candidate = before;
   }
 
   // Stores a candidate in the state; a cancelled one is not done.
@@ -187,9 +192,8 @@ class StagedFitter {
     state.counts += work.counts;
     for (const std::string& line : work.log) control_.Log(line);
     const int done = DoneCandidates(state), succeeded = SucceededCandidates(state);
-    if (done == int(state.candidates.size()) ||
-        succeeded == options_.candidates_per_round[state.round]) {
-      if (state.round == 0) LogStarts(succeeded);
+    if (done == int(state.candidates.size()) || succeeded == CountWanted(options_, state)) {
+      if (state.round == 0) LogStarts(succeeded, CountWanted(options_, state));
       for (FitCandidate& each : state.candidates) each.done = false;
       ++state.round;
     }
@@ -197,10 +201,9 @@ class StagedFitter {
     Save(state);
   }
 
-  void LogStarts(int count) const {
-    if (count < options_.candidates_per_round.front())
-      control_.Log("round 1: " + std::to_string(count) + " starts of " +
-                   std::to_string(options_.candidates_per_round.front()) +
+  void LogStarts(int count, int wanted) const {
+    if (count < wanted)
+      control_.Log("round 1: " + std::to_string(count) + " starts of " + std::to_string(wanted) +
                    ": the initial guesses have no more drapes of their own");
   }
 
@@ -215,7 +218,7 @@ class StagedFitter {
     const double candidates =
         SucceededCandidates(state) + std::accumulate(shares_.begin(), shares_.end(), 0.0);
     const double done = std::accumulate(begin, begin + round, work_.initial_guesses) +
-                        work_.rounds[round] * candidates / options_.candidates_per_round[round];
+                        work_.rounds[round] * candidates / CountWanted(options_, state);
     const FitCandidate* best = Best(state);
     Report("round " + std::to_string(round + 1), done, best == nullptr ? 0.0 : best->profile_rms);
   }

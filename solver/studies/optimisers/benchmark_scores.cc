@@ -37,6 +37,7 @@ MethodScore ScoreMethod(const OptimiserBenchmark& benchmark, int method, double 
     evaluations += record.run.evaluations + record.run.jacobians;
     if (record.shape.size() == 0) continue;
     ++drapes;
+    score.largest_coupling = std::max(score.largest_coupling, record.coupling);
     score.mean_rms_px += record.rms_px;
     score.mean_settled_rms_px += record.settled_rms_px;
     score.best_branch += VertexDistance(record.shape, best.shape) <= branch_tolerance;

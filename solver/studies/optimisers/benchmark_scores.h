@@ -21,6 +21,7 @@ struct MethodScore {
   double best_branch = 0.0;  // share whose drape lies within the tolerance of the best method's
   double median_gap = 0.0;   // (cost − best)/(start − best) at the end
   double mean_rms_px = 0.0, mean_settled_rms_px = 0.0;  // over the problems where it has a drape
+  double largest_coupling = 0.0;                        // of all its tables, c12²/(c11·c22)
   double failed = 0.0;                                  // share of the evaluations
   double median_seconds = 0.0;                          // CPU, of a run
 };

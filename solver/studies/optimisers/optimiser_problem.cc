@@ -13,6 +13,7 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/errors.h"
+#include "solver/fit/parameters/coupled_table.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
 #include "solver/fit/protocol/staged_fit.h"
@@ -81,6 +82,7 @@ double RmsPx(const FitInput& input, const Eigen::VectorXd& x) {
 
 void Recheck(const FitInput& input, double time_step, const MaterialField& material,
              BenchmarkRecord* record) {
+  record->coupling = LargestSquaredCoupling(material.stretch.front());
   record->rms_px = record->settled_rms_px = RmsPx(input, record->shape);
   StepSolver solver(input.fine_model);
   const Eigen::VectorXd lowest = LowestEigenvalues(solver, material, record->shape, 1);
@@ -147,6 +149,7 @@ BenchmarkStart FindBenchmarkStart(const OptimiserBenchmarkOptions& options,
   if (image.is_twin) spec.observation.camera = {};  // the one that rendered it
   spec.mesh = options.mesh;
   spec.coarse_mesh = options.coarse_mesh;
+  spec.simpler_models = false;
   spec.stages.candidates_per_round = {1};
   spec.stages.iterations = {0};
   spec.stages.parameters = ParameterTying::kScales;
@@ -171,9 +174,8 @@ BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkO
                           const std::atomic<bool>* cancel) {
   const FitInput& input = start.input;
   const StagedFitOptions& stages = start.spec.stages;
-  const InitialGuess& guess = start.candidate.guess;
   const TableParametrisation parametrisation(
-      Scaled(input.problem.material, guess.stretch, guess.bend),
+      start.candidate.base,
       ParseName<ParameterTying>(std::to_string(parameters), "num_parameters"));
   DrapeFunction function(input.fine.get(), &parametrisation, &input.problem.observations,
                          AtRest(start.candidate.shapes),

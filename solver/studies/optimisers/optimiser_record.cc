@@ -8,6 +8,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/stored/stored_json.h"
+#include "solver/fit/parameters/coupled_table.h"
 #include "solver/fit/protocol/candidate_check.h"
 
 namespace drape {
@@ -79,15 +80,18 @@ double ReadSettledRms(const JsonInput& input) {
   return input.value().is_null() ? std::numeric_limits<double>::infinity() : input.NotNegative();
 }
 
-void CheckDrape(const BenchmarkRecord& record, const ExpectedRecord& expected,
-                const std::string& path) {
+// Also finds the coupling of its table.
+void CheckDrape(BenchmarkRecord& record, const ExpectedRecord& expected, const std::string& path) {
   FitCandidate candidate;
   candidate.guess = expected.guess;
+  candidate.base = GuessTables(ListStartTables(expected.fit), expected.guess);
   candidate.theta = record.run.theta;
   candidate.shapes = {record.shape};
   candidate.cost = record.run.cost;
   candidate.profile_rms = record.rms_px;
   CheckCandidate(expected.fit, expected.stages, candidate, path);
+  record.coupling =
+      LargestSquaredCoupling(FittedMaterial(expected.stages, candidate).stretch.front());
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ struct BenchmarkRecord {
   double rms_px = 0.0;    // its outline error
   double settled_rms_px = 0.0;  // the same after more steps from rest
   double drift = 0.0;           // largest displacement of a vertex in them [m]
+  double coupling = 0.0;        // LargestSquaredCoupling of its table
   double stiffness = 0.0;       // lowest eigenvalue of K by mass [s⁻²]
 };
 

@@ -6,7 +6,9 @@
 
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "physics/cloth/state_io.h"
 #include "physics/material/material_field_io.h"
@@ -30,6 +32,8 @@ class FitJobTest : public testing::Test {
   FitJobTest() {
     WriteStart(test::TestMaterial());
     data_.material = folder_ / "start.json";
+    data_.density = test::TestMaterial().density;
+    spec_.simpler_models = false;
     spec_.mesh = "disc:150";
     spec_.coarse_mesh = "disc:100";
     files_.out = folder_.path();
@@ -254,6 +258,56 @@ TEST_F(FitJobTest, TheFilesBelongTogether) {
   const MaterialField material = ReadMaterial(folder_ / "material.json").field;
   const State start = ReadStart(folder_ / "start_a.json", backend->model().mesh, kSupportRadius);
   EXPECT_LT(ForceResidual(backend->model(), material, start.x), 1e-8);
+}
+
+// As drape_fit does by default.
+TEST_F(FitJobTest, MoreNumbersStartFromTheFitsByFewer) {
+  spec_.simpler_models = true;
+  double last = std::numeric_limits<double>::infinity();
+  for (const auto& [form, parameters] : {std::pair(TableForm::kIsotropic, ParameterTying::kScales),
+                                         std::pair(TableForm::kLinear, ParameterTying::kColumns),
+                                         std::pair(TableForm::kGiven, ParameterTying::kEntries)}) {
+    spec_.table_form = form;
+    spec_.stages.parameters = parameters;
+    ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
+    const nlohmann::json summary = Summary();
+    EXPECT_LE(summary["cost"].get<double>(), last) << ToString(form);
+    last = summary["cost"].get<double>();
+  }
+  EXPECT_EQ(Summary()["simpler_models"]["fits"].size(), 3u);
+}
+
+TEST_F(FitJobTest, KeepsTheBestOfSeveralStartTables) {
+  MaterialField far = Scaled(test::TestMaterial(), 1.0, 1e-2);
+  WriteStart(far);
+  std::filesystem::copy(folder_ / "start.json", folder_ / "far.json");
+  WriteStart(test::TestMaterial());
+  data_.material = folder_ / "far.json";
+  data_.other_materials = {folder_ / "start.json"};
+  ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
+  const nlohmann::json summary = Summary();
+  EXPECT_EQ(summary["initial_guess"]["material"], data_.other_materials[0]);
+  EXPECT_EQ(summary["other_start_materials"].size(), 1u);
+}
+
+// D/(ρg) and its cube root do not change with the density that is assumed.
+TEST_F(FitJobTest, SaysWhenTheDensityIsThatOfTheStartTables) {
+  data_.density = 0.0;
+  const FitJobResult result = RunFitJob(spec_, data_, files_, {});
+  EXPECT_THAT(result.table, HasSubstr("bending length"));
+  EXPECT_THAT(result.table, HasSubstr("as the start tables say"));
+  nlohmann::json summary = Summary();
+  EXPECT_THAT(summary["notes"].dump(), HasSubstr("0.2 kg/m2, is that of the start tables"));
+  EXPECT_EQ(summary["bending"]["density_from"], "start tables");
+  const double rigidity = summary["verdict"]["bend_n_m"]["value"];
+  const double over_weight = summary["bending"]["bend_over_weight_m3"];
+  EXPECT_NEAR(over_weight, rigidity / (0.2 * 9.80665), 1e-12 * over_weight);
+  EXPECT_NEAR(std::pow(summary["bending"]["bending_length_m"].get<double>(), 3), over_weight,
+              1e-9 * over_weight);
+  data_.density = 0.2;
+  RunFitJob(spec_, data_, files_, {});
+  EXPECT_EQ(Summary()["bending"]["density_from"], "given");
+  EXPECT_TRUE(Summary()["notes"].empty());
 }
 
 TEST_F(FitJobTest, StartEntriesThatALogScaleCannotMoveAreRaisedAndNoted) {

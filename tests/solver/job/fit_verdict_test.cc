@@ -71,6 +71,7 @@ class FitVerdictTest : public testing::Test {
     observation.name = "drape";
     problem_.observations = {observation};
     report_.material = UniformTables();
+    report_.density_is_given = true;
     report_.spectrum.determined = 5;
     DrapeReport drape;
     drape.fitted.x = Eigen::VectorXd::Zero(3);
@@ -100,6 +101,14 @@ TEST_F(FitVerdictTest, AGoodFitSaysWhatToTrust) {
   EXPECT_THAT(Line(), HasSubstr("bending of 10 uN m to a factor of 4.4"));
   EXPECT_THAT(Line(), HasSubstr("not stretching"));
   EXPECT_EQ(VerdictJson(report_).at("grade"), "good");
+}
+
+// The cube root of a factor on bending, and of bending over weight.
+TEST_F(FitVerdictTest, WithoutADensityItTrustsTheBendingLength) {
+  report_.density_is_given = false;
+  report_.material.density = 0.2;
+  EXPECT_THAT(Line(), HasSubstr("Trust a bending length of 17.2 mm to a factor of 1.6 (bending of "
+                                "10 uN m if the cloth weighs 200 g/m2, as the start tables say)"));
 }
 
 // Each criterion alone lowers the grade, and is named.

@@ -16,7 +16,7 @@ class MapEstimatorTest : public testing::Test {
   MapEstimatorTest() {
     staged_.parameters = ParameterTying::kScales;
     problem_.fine = backend_.get();
-    problem_.material = test::TestMaterial();
+    problem_.material = candidate_.base = test::TestMaterial();
     const State drape =
         test::Settled(*backend_, problem_.material, test::RandomStart(backend_->model(), 1));
     problem_.observations = {test::MakeObservation(backend_->model().mesh, drape, 72, "reference")};

@@ -47,7 +47,7 @@ class FieldTwinTest : public testing::Test {
     const MaterialField material = fields.Material(theta);
     candidate_.theta = Eigen::VectorXd::Zero(kMaterialEntries);
     problem_.fine = backend_.get();
-    problem_.material = base_;
+    problem_.material = candidate_.base = base_;
     for (const uint64_t seed : {1, 2, 3}) AddDrape(material, seed);
   }
   // The image of a drape of the reference; the candidate starts from the drape of one table beside

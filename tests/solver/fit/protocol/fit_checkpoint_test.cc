@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "solver/fit/protocol/nested_fit.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/util/stored/tampering.h"
@@ -17,14 +18,27 @@ namespace {
 using nlohmann::json;
 
 void ExpectSame(const InitialGuess& a, const InitialGuess& b) {
+  EXPECT_EQ(a.table, b.table);
   EXPECT_EQ(a.stretch, b.stretch);
   EXPECT_EQ(a.bend, b.bend);
   EXPECT_EQ(a.lifts, b.lifts);
   EXPECT_EQ(a.profile_rms, b.profile_rms);
 }
 
+void ExpectSame(const MaterialField& a, const MaterialField& b) {
+  ASSERT_EQ(a.stretch.size(), b.stretch.size());
+  ASSERT_EQ(a.bend.size(), b.bend.size());
+  if (a.stretch.empty()) return;
+  EXPECT_EQ(a.density, b.density);
+  for (int k = 0; k < kStretchEntries; ++k)
+    EXPECT_EQ(a.stretch[0].entries()[k], b.stretch[0].entries()[k]);
+  for (int k = 0; k < kBendEntries; ++k) EXPECT_EQ(a.bend[0].entries()[k], b.bend[0].entries()[k]);
+}
+
 void ExpectSame(const FitCandidate& a, const FitCandidate& b) {
   ExpectSame(a.guess, b.guess);
+  ExpectSame(a.base, b.base);
+  EXPECT_EQ(a.from_simpler, b.from_simpler);
   EXPECT_EQ(a.guess_rms, b.guess_rms);
   EXPECT_EQ(a.theta, b.theta);
   EXPECT_EQ(a.shapes, b.shapes);
@@ -36,6 +50,15 @@ void ExpectSame(const FitCandidate& a, const FitCandidate& b) {
 }
 
 void ExpectSame(const StagedFitState& a, const StagedFitState& b) {
+  EXPECT_EQ(a.models_done, b.models_done);
+  ASSERT_EQ(a.simpler_results.size(), b.simpler_results.size());
+  for (std::size_t i = 0; i < a.simpler_results.size(); ++i) {
+    EXPECT_EQ(a.simpler_results[i].model, b.simpler_results[i].model);
+    EXPECT_EQ(a.simpler_results[i].cost, b.simpler_results[i].cost);
+    EXPECT_EQ(a.simpler_results[i].profile_rms, b.simpler_results[i].profile_rms);
+  }
+  ASSERT_EQ(a.simpler.has_value(), b.simpler.has_value());
+  if (a.simpler) ExpectSame(*a.simpler, *b.simpler);
   EXPECT_EQ(a.grid_done, b.grid_done);
   EXPECT_EQ(a.round, b.round);
   EXPECT_EQ(a.iterations, b.iterations);
@@ -110,6 +133,30 @@ TEST_F(CheckpointTest, EachSavedStateIsReadBackBitForBit) {
     ExpectSame(*ReadBack(), state);
   }
   EXPECT_EQ(saved_.back().round, 3);
+}
+
+// A fit by several models, from several start tables.
+TEST_F(CheckpointTest, StatesOfNestedFitsAreReadBackBitForBit) {
+  fit_.problem.other_materials = {Scaled(fit_.problem.material, 2.0, 1.0)};
+  fit_.problem.simpler_models =
+      SimplerModels({TableForm::kGiven, fit_.options.parameters = ParameterTying::kColumns});
+  saved_.clear();
+  RunNestedFit(fit_.problem, fit_.options, {}, control_);
+  ASSERT_EQ(saved_.back().models_done, 2);
+  ASSERT_TRUE(saved_.back().simpler);
+  for (const StagedFitState& state : saved_) {
+    WriteCheckpoint(path_, "job", state);
+    ExpectSame(*ReadBack(), state);
+  }
+  const json members = Members(saved_.back());
+  for (const auto& [at, value] :
+       {std::pair("/simpler/from_simpler", json(false)), std::pair("/simpler_base", json::array()),
+        std::pair("/simpler", json()), std::pair("/models_done", json(0)),
+        std::pair("/simpler_results/0/0", json(2))}) {
+    json changed = members;
+    changed[json::json_pointer(at)] = value;
+    EXPECT_THAT(ComputeError(changed), testing::HasSubstr("key '")) << at;
+  }
 }
 
 TEST_F(CheckpointTest, AbsentIsNothing) { EXPECT_FALSE(ReadBack().has_value()); }

@@ -57,7 +57,7 @@ TEST_F(StagedFitTest, ComesNearTheOutline) {
   EXPECT_EQ(state.round, 2);
   EXPECT_EQ(state.iterations > 0 && state.counts.tangents > 0, true);
   // The drape that is given belongs to the material that is given, and is at rest.
-  const MaterialField fitted = FittedMaterial(problem_, options_, *best);
+  const MaterialField fitted = FittedMaterial(options_, *best);
   EXPECT_LT(ForceResidual(fine_->model(), fitted, best->shapes[0]), 1e-8);
   EXPECT_EQ(FitJacobian(problem_, options_, *best).rows(), 72);
 }
@@ -123,9 +123,7 @@ TEST_F(StagedFitTest, ACancelGivesTheBestSoFar) {
   const FitCandidate* best = Best(part);
   ASSERT_NE(best, nullptr);
   EXPECT_LT(best->profile_rms, best->guess_rms);
-  EXPECT_LT(
-      ForceResidual(fine_->model(), FittedMaterial(problem_, options_, *best), best->shapes[0]),
-      1e-8);
+  EXPECT_LT(ForceResidual(fine_->model(), FittedMaterial(options_, *best), best->shapes[0]), 1e-8);
 }
 
 TEST_F(StagedFitTest, ACancelWithinABranchIsNotSaved) {

@@ -61,7 +61,7 @@ class TwinTest : public testing::Test {
     const StagedFitState state = RunStagedFit(problem_, options_, {}, {});
     ASSERT_NE(Best(state), nullptr);
     best_ = *Best(state);
-    fitted_ = FittedMaterial(problem_, options_, best_);
+    fitted_ = FittedMaterial(options_, best_);
     std::printf("%.3f px, stretch %g, bend %g, %d rollouts\n", best_.profile_rms,
                 best_.guess.stretch, best_.guess.bend, state.counts.rollouts);
   }

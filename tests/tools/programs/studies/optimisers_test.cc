@@ -91,6 +91,10 @@ TEST_F(OptimisersTool, WritesTablesAndGoesOnFromTheRunsThatAreDone) {
   EXPECT_EQ(summary.at("outcome"), "done");
   ASSERT_EQ(summary.at("runs").size(), 2u);
   EXPECT_LT(summary.at("runs").at(0).at("spent"), 14.0);
+  for (const auto& run : summary.at("runs")) {
+    EXPECT_GT(run.at("coupling"), 0.0);
+    EXPECT_LT(run.at("coupling"), 0.99);
+  }
   for (const char* file :
        {"report.md", "traces.csv", "convergence.png", "profiles.png", "branches.png"})
     EXPECT_TRUE(std::filesystem::exists(Path(std::string("out/") + file))) << file;

@@ -127,6 +127,7 @@ nlohmann::json MakeSummary(const OptimiserBenchmarkOptions& options,
                                   {"median_gap", score.median_gap},
                                   {"mean_rms_px", score.mean_rms_px},
                                   {"mean_settled_rms_px", score.mean_settled_rms_px},
+                                  {"largest_coupling", score.largest_coupling},
                                   {"failed_share", score.failed},
                                   {"median_cpu_s", score.median_seconds}});
   for (const BenchmarkRecord& record : benchmark.records)
@@ -141,6 +142,7 @@ nlohmann::json MakeSummary(const OptimiserBenchmarkOptions& options,
          {"rms_px", record.rms_px},
          {"settled_rms_px", record.settled_rms_px},
          {"drift_m", record.drift},
+         {"coupling", record.coupling},
          {"lowest_eigenvalue", record.stiffness}});
   return summary;
 }
@@ -149,13 +151,13 @@ nlohmann::json MakeSummary(const OptimiserBenchmarkOptions& options,
 
 TextTable MakeMethodTable(const OptimiserBenchmark& benchmark, double branch_tolerance) {
   TextTable table({"method", "within 10 %", "within 1 %", "best", "best branch", "median gap",
-                   "rms [px]", "settled rms [px]", "failed", "CPU s"});
+                   "rms [px]", "settled rms [px]", "c12^2/(c11 c22)", "failed", "CPU s"});
   for (const MethodScore& score : ScoreMethods(benchmark, branch_tolerance))
     table.Add({score.method, Format("%.2f", score.solved_loose), Format("%.2f", score.solved_tight),
                Format("%.2f", score.wins), Format("%.2f", score.best_branch),
                Format("%.4f", score.median_gap), Format("%.2f", score.mean_rms_px),
-               Format("%.2f", score.mean_settled_rms_px), Format("%.2f", score.failed),
-               Format("%.1f", score.median_seconds)});
+               Format("%.2f", score.mean_settled_rms_px), Format("%.3f", score.largest_coupling),
+               Format("%.2f", score.failed), Format("%.1f", score.median_seconds)});
   return table;
 }
 
