@@ -60,6 +60,11 @@ std::vector<Option> AxisOptions(BenchAxes& axes) {
       {.key = "mode",
        .value = &axes.mode,
        .doc = "axis: mode of differentiation, adjoint or tangent"},
+  };
+}
+
+std::vector<Option> MachineAxisOptions(BenchAxes& axes) {
+  return {
       {.key = "backend", .value = &axes.backend, .doc = "axis: backends cpu, cuda or auto"},
       {.key = "threads",
        .value = &axes.threads,
@@ -295,7 +300,8 @@ OptionTable BenchTable(BenchToolOptions& options) {
           "exit code 3: no run has a result, or they give no --table\n"
           "Ctrl-C keeps the finished runs for --resume.\n",
       .options = Concatenate(
-          Grouped("axes", AxisOptions(options.job.axes)),
+          Grouped("axes",
+                  Concatenate(AxisOptions(options.job.axes), MachineAxisOptions(options.job.axes))),
           Grouped("problem, reference and measurement", ProblemOptions(options)),
           Grouped("fits", FitOptionList(options)),
           Grouped("camera of the images", CameraOptions(options.job.fit.spec.observation.camera)),
