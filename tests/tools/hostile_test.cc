@@ -403,7 +403,7 @@ TEST_F(HostileSurroundings, WithAFullStdoutOrStderrSayThatTextIsLost) {
 }
 
 TEST_F(HostileSurroundings, WithoutMemoryNameTheLimit) {
-  if (!kCanLimitAddresses) GTEST_SKIP() << "sanitizers reserve more addresses";
+  if (!kCanLimitMemory) GTEST_SKIP() << "sanitizers reserve more addresses";
   const ProcessResult result = Drape({"--mesh=disc:20000"}, {.address_bytes = 400'000'000});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("error: out of memory: the run reserved 0."));
@@ -415,7 +415,7 @@ TEST_F(HostileSurroundings, WithoutMemoryNameTheLimit) {
 TEST_F(HostileSurroundings, WithoutRoomForTheThreadsSaySo) {
   std::vector<std::string> options = FitOptions(AddSilhouette("s.png"));
   options.push_back("--threads=64");
-  if (kCanLimitAddresses)
+  if (kCanLimitMemory)
     ExpectRefused(Run("fit", options, {.address_bytes = 400'000'000}),
                   "threads: found 64, expected fewer: ");
   options.back() = "--threads=100000";

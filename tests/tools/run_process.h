@@ -25,14 +25,15 @@ struct ProcessLimits {
       {};  // set beside those of the test
 };
 
-// Whether address_bytes leaves a program room: sanitizers reserve terabytes.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kCanLimitAddresses = false;
-#elif defined(__has_feature)
-inline constexpr bool kCanLimitAddresses =
-    !__has_feature(address_sanitizer) && !__has_feature(thread_sanitizer);
+// Whether limits leave a program room: sanitizers reserve terabytes of addresses, and the thread
+// sanitizer maps a file of its own as it starts.
+#if defined(__has_feature)
+inline constexpr bool kCanLimitFiles = !__has_feature(thread_sanitizer);
+inline constexpr bool kCanLimitMemory = kCanLimitFiles && !__has_feature(address_sanitizer);
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kCanLimitFiles = true, kCanLimitMemory = false;
 #else
-inline constexpr bool kCanLimitAddresses = true;
+inline constexpr bool kCanLimitFiles = true, kCanLimitMemory = true;
 #endif
 
 // Runs a program to its end and returns what it printed.

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/tools/run_process.h"
+
 namespace drape::attack {
 
 // What standard output or error of a program is.
@@ -16,18 +18,7 @@ enum class Stream {
   kBroken   // a pipe that nobody reads
 };
 
-// Sanitizers reserve address space as large as it gets, so that it cannot be limited beside them.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-inline constexpr bool kCanLimitMemory = false;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-inline constexpr bool kCanLimitMemory = false;
-#else
-inline constexpr bool kCanLimitMemory = true;
-#endif
-#else
-inline constexpr bool kCanLimitMemory = true;
-#endif
+using test::kCanLimitMemory;
 
 // Bounds of one run; 0: none.
 struct Limits {

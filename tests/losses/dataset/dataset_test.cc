@@ -33,7 +33,7 @@ class DatasetTest : public testing::Test {
   std::string Add(const std::string& name) const { return tree_.AddFile("data/" + name, ""); }
   Dataset Read() const { return ReadDataset(tree_.path()); }
 
-  const SyntheticDataset tree_;
+  const SyntheticDataset tree_ = {};
 };
 
 TEST_F(DatasetTest, TheRegularLayout) {
