@@ -172,6 +172,14 @@ void CheckNameLength(const std::string& source, const std::string& name) {
                                  " bytes for a file, expected at most " + std::to_string(NAME_MAX));
 }
 
+void RemoveTemporaries(const std::string& folder) {
+  if (!fs::is_directory(folder)) return;
+  std::vector<fs::path> left;
+  for (const fs::directory_entry& file : fs::recursive_directory_iterator(folder))
+    if (file.path().filename().string().starts_with(kTemporaryPrefix)) left.push_back(file.path());
+  for (const fs::path& path : left) fs::remove_all(path);
+}
+
 AppendFile::AppendFile(std::string path, Content content)
     : path_(std::move(path)),
       descriptor_(OpenRegular(path_, O_CREAT | (content == Content::kDrop ? O_TRUNC : 0))) {}

@@ -33,6 +33,9 @@ void CheckNameLength(const std::string& source, const std::string& name);
 // which is gone has left behind may be removed when nobody holds a lock (flock) on it.
 inline constexpr char kTemporaryPrefix[] = ".drapefit_";
 
+// Removes those below a folder, if there is one, where no other program writes.
+void RemoveTemporaries(const std::string& folder);
+
 // A text file that grows, such as a log.
 class AppendFile {
  public:

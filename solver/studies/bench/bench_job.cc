@@ -43,6 +43,7 @@ class Bench {
           RunInChild([&] { return RenderGroundTruth(*ground_truth, job.problem); }, control.cancel)
               .output;
     file_.emplace(job.out + "/runs.csv", job.common, job.resume);
+    RemoveTemporaries(job.out + "/fits");
     if (!image.empty()) WriteGroundTruth(image, job.fit.data.images.front());
   }
 

@@ -50,14 +50,6 @@ void CheckSettings(const ComparisonJob& job) {
   }
 }
 
-// Parts of files that a run that was killed was writing.
-void RemoveTemporaries(const std::string& folder) {
-  std::vector<fs::path> left;
-  for (const fs::directory_entry& file : fs::recursive_directory_iterator(folder))
-    if (file.path().filename().string().starts_with(kTemporaryPrefix)) left.push_back(file.path());
-  for (const fs::path& path : left) fs::remove_all(path);
-}
-
 // Beside those of experiments that are there: fabrics may be compared by runs side by side.
 void WriteSettings(const ComparisonJob& job, const std::vector<SharedSplit>& splits) {
   const std::string path = job.out + "/settings.json";

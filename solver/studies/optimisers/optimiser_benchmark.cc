@@ -63,6 +63,7 @@ class BenchmarkRunner {
   OptimiserBenchmark Run() {
     const std::vector<BenchmarkImage> images = ListBenchmarkImages(options_);
     for (const BenchmarkImage& image : images) CheckRunNames(image);
+    for (const char* kept : {"/twins", "/runs"}) RemoveTemporaries(options_.out + kept);
     RenderTwins(options_);
     std::filesystem::create_directories(options_.out + "/runs");
     total_ = static_cast<double>(images.size() * RunsAnImage());

@@ -69,6 +69,17 @@ TEST_F(AtomicFile, FindsATargetThatCannotBeAFileBeforehand) {
   EXPECT_EQ(NumFiles(), 2);
 }
 
+TEST_F(AtomicFile, LeavesOfAKillAreRemoved) {
+  std::filesystem::create_directories(Path("a/.drapefit_b"));
+  Write("a/.drapefit_0123.tmp", "half");
+  Write("a/.drapefit_b/c.json", "half");
+  Write("a/c.json", "whole");
+  RemoveTemporaries(Path("a"));
+  RemoveTemporaries(Path("absent"));
+  EXPECT_EQ(NumFiles(), 1);
+  EXPECT_TRUE(std::filesystem::exists(Path("a/c.json")));
+}
+
 TEST_F(AtomicFile, GrowsAndIsNoLink) {
   const std::string path = Write("a.log", "old\n"), victim = Write("victim", "theirs");
   AppendFile(path, AppendFile::Content::kKeep).Append("new\n");
