@@ -22,7 +22,7 @@ std::vector<BadFile> MakeBadConfigs() {
 std::vector<BadFile> MakeBadPosteriors(const std::string& valid) {
   return MakeChanged(valid + "posterior/posterior.json",
                      {{"/format", "\"x\""},
-                      {"/version", "2"},
+                      {"/version", "1"},
                       {"/kind", "\"x\""},
                       {"/kind", "\"bdp\""},
                       {"/log_factors_on", "\"../../../../etc/passwd\""},
