@@ -129,9 +129,12 @@ class Simulation {
     result_.newton_iterations = rest.iterations;
     result_.status = ToString(rest.status);
     result_.end = {rest.x, Eigen::VectorXd::Zero(rest.x.size())};
-    if (rest.load_share < 1.0) result_.status = LostStability(rest.load_share);
     const bool cancelled = rest.status == EquilibriumStatus::kCancelled;
-    if (rest.status == EquilibriumStatus::kNotConverged)
+    if (!cancelled && rest.load_share < 1.0)  // the residual is that of this share, which converged
+      result_.status =
+          LostStability(rest.load_share) +
+          Format(": no larger share converges, after %d Newton steps", rest.iterations);
+    else if (rest.status == EquilibriumStatus::kNotConverged)
       result_.status += Format(
           ": a force residual of %.2g of the weight after %d Newton steps, "
           "expected at most %.2g",
