@@ -60,6 +60,8 @@ std::string ParseText(const Given& given, const std::string& text) {
   if (!choices.empty() && std::find(choices.begin(), choices.end(), text) == choices.end()) {
     given.Fail("one of " + JoinChoices(choices, ", "));
   }
+  if (text.empty() && !option.words.empty())
+    given.Fail("a file or " + JoinChoices(option.words, ", "));
   // Results name their inputs, and those are JSON.
   if (!IsUtf8(given.folder + text)) given.Fail("UTF-8 text");
   if (!option.is_path || text.empty() || given.folder.empty() || IsNoPath(option, text))
