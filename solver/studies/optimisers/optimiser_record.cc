@@ -16,8 +16,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr StoredFormat kFormat = {"drapefit-optimiser-run", 3};
-
 json ToJson(const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); }
 
 json ToJson(const OptimiserRun& run) {
@@ -98,7 +96,7 @@ void CheckDrape(BenchmarkRecord& record, const ExpectedRecord& expected, const s
 
 void WriteBenchmarkRecord(const std::string& path, const std::string& settings,
                           const BenchmarkRecord& record) {
-  WriteStoredJson(path, kFormat,
+  WriteStoredJson(path, kRecordFormat,
                   {{"settings", settings},
                    {"problem", record.problem},
                    {"parameters", record.parameters},
@@ -113,7 +111,7 @@ void WriteBenchmarkRecord(const std::string& path, const std::string& settings,
 std::optional<BenchmarkRecord> ReadBenchmarkRecord(const std::string& path,
                                                    const ExpectedRecord& expected) {
   if (!std::filesystem::exists(path)) return std::nullopt;
-  const json file = ReadStoredJson(path, kFormat);
+  const json file = ReadStoredJson(path, kRecordFormat);
   const JsonInput input(file, path);
   input.ExpectKeys({"settings", "problem", "parameters", "run", "shape", "rms_px", "settled_rms_px",
                     "drift_m", "stiffness"});

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "physics/util/stored/stored_json.h"
 #include "solver/fit/protocol/fit_types.h"
 #include "solver/studies/optimisers/methods/budgeted_function.h"
 
@@ -31,6 +32,8 @@ struct ExpectedRecord {
   StagedFitOptions stages;  // with the parameters of the problem
   InitialGuess guess;       // that the method started from
 };
+
+inline constexpr StoredFormat kRecordFormat = {"drapefit-optimiser-run", 3};
 
 // A record on disk, exact to the last bit. Throws InputError when it cannot be written.
 void WriteBenchmarkRecord(const std::string& path, const std::string& settings,

@@ -24,7 +24,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr StoredFormat kRecordFormat = {"drapefit-optimiser-run", 2};
 constexpr char kJob[] = "job";
 
 // In its second round, with one branch fitted.

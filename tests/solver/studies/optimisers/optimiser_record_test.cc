@@ -19,8 +19,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr StoredFormat kFormat = {"drapefit-optimiser-run", 3};
-
 class OptimiserRecordTest : public FileFixture {
  protected:
   OptimiserRecordTest() {
@@ -57,11 +55,11 @@ class OptimiserRecordTest : public FileFixture {
   }
   json Members() const {
     WriteBenchmarkRecord(path_, expected_.settings, record_);
-    return ReadStoredJson(path_, kFormat);
+    return ReadStoredJson(path_, kRecordFormat);
   }
   // Empty: it is read.
   std::string ComputeError(const json& members) const {
-    test::WriteQuickly(path_, StoredJsonText(kFormat, members));
+    test::WriteQuickly(path_, StoredJsonText(kRecordFormat, members));
     try {
       ReadBenchmarkRecord(path_, expected_);
     } catch (const InputError& error) {
