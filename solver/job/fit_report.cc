@@ -112,6 +112,25 @@ ordered_json SimplerModelsJson(const FitProblem& problem, const StagedFitState& 
   return {{"fits", fits}, {"result_began_with_the_best", best.from_simpler}};
 }
 
+ordered_json GuessJson(const FitData& data, const InitialGuess& guess) {
+  return {{"material", guess.table == 0 ? data.material : data.other_materials[guess.table - 1]},
+          {"stretch", guess.stretch},
+          {"bend", guess.bend},
+          {"lifts", guess.lifts},
+          {"coarse_profile_rms_px", guess.profile_rms}};
+}
+
+// Of each image and in the mean.
+ordered_json ImagesJson(const FitProblem& problem, const FitReport& report,
+                        const InitialGuess& guess) {
+  ordered_json images = ordered_json::array();
+  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+    images.push_back(ImageJson(problem.observations[i], report.drapes[i], guess.lifts[i]));
+  return {{"images", images},
+          {"mean", ComputeMean(images, ordered_json::json_pointer("/metrics"))},
+          {"mean_settled", ComputeMean(images, ordered_json::json_pointer("/settled/metrics"))}};
+}
+
 ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& files,
                      const FitProblem& problem, const StagedFitState& state,
                      const FitReport& report) {
@@ -150,25 +169,13 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
       {"grid", state.grid_seconds}, {"fit", state.fit_seconds}, {"report", report.report_seconds}};
   if (!problem.simpler_models.empty())
     json["simpler_models"] = SimplerModelsJson(problem, state, *best);
-  json["initial_guess"] = {
-      {"material",
-       best->guess.table == 0 ? data.material : data.other_materials[best->guess.table - 1]},
-      {"stretch", best->guess.stretch},
-      {"bend", best->guess.bend},
-      {"lifts", best->guess.lifts},
-      {"coarse_profile_rms_px", best->guess.profile_rms}};
+  json["initial_guess"] = GuessJson(data, best->guess);
   json["parameters"] = ParametersJson(prior_sigma, best->theta);
   json["parameters"]["sigma_px"] = spec.stages.residuals.sigma_px;
   json["spectrum"] = SpectrumJson(report.spectrum);
   if (report.fields) json["fields"] = FieldJson(*report.fields, spec.fields);
   if (report.posterior) json["posterior"] = PosteriorJson(*report.posterior);
-  json["images"] = ordered_json::array();
-  for (std::size_t i = 0; i < report.drapes.size(); ++i)
-    json["images"].push_back(
-        ImageJson(problem.observations[i], report.drapes[i], best->guess.lifts[i]));
-  json["mean"] = ComputeMean(json["images"], ordered_json::json_pointer("/metrics"));
-  json["mean_settled"] =
-      ComputeMean(json["images"], ordered_json::json_pointer("/settled/metrics"));
+  json.update(ImagesJson(problem, report, best->guess));
   return json;
 }
 
