@@ -114,7 +114,10 @@ struct AssignParts {
   template <class Item>
   void operator()(std::vector<Item>* value) const {
     std::vector<Item> items;
-    for (const std::string& part : parts) items.push_back(ParseItem<Item>(given, part));
+    for (const std::string& part : parts) {
+      if (given.option.is_path && part.empty()) given.Fail("paths that are not empty");
+      items.push_back(ParseItem<Item>(given, part));
+    }
     if (items.empty() && !value->empty()) given.Fail("at least one value");
     *value = std::move(items);
   }

@@ -71,6 +71,7 @@ TEST_F(OptionTables, KeepARefusedValueOut) {
   EXPECT_INPUT_ERROR(table_.Set("factors", "1,0", "w"), "expected a number, > 0");
   EXPECT_INPUT_ERROR(table_.Set("factors", "", "w"), "at least one value");
   EXPECT_INPUT_ERROR(table_.Set("mesh", "", "w"), "found '', expected a file or disc:");
+  EXPECT_INPUT_ERROR(table_.Set("files", "a,,", "w"), "option 'files'");
   EXPECT_INPUT_ERROR(table_.Set("volume", "1", "w"), "unknown option 'volume'");
   EXPECT_EQ(count_, 1);
   EXPECT_EQ(share_, 0.5);
