@@ -26,9 +26,10 @@ __global__ void __launch_bounds__(kElementThreads)
     const int e = min(i, cloth.num_hinges - 1);
     const HingeCorners corners = GatherCorners(cloth.hinges[e], x);
     const double theta = DihedralAngle(corners);
-    const HingeRecord record{
-        AngleGradient(EvaluateWings(corners)), theta,
-        HingeStiffness(bend, cloth.hinges[e], BendTableAt(material, e), theta)};
+    const double kappa = HingeStiffness(bend, cloth.hinges[e], BendTableAt(material, e), theta);
+    const HingeMeasure mu = bend.Measure(theta);
+    const HingeRecord record{AngleGradient(EvaluateWings(corners)), kappa * mu.value,
+                             kappa * mu.slope};
     StoreRecord(record, records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges, i,
                 cloth.num_hinges, stage);
   }
@@ -56,7 +57,7 @@ __device__ void AddFaceBlock(const Face& face, const FaceRecord& record, int a, 
 
 __device__ void AddHingeBlock(const HingeRecord& record, int a, int b, double scale,
                               double (&block)[9]) {
-  const Vec3<double> row = (scale * record.kappa) * record.gradient.d[a];
+  const Vec3<double> row = (scale * record.stiffness) * record.gradient.d[a];
   const Vec3<double>& column = record.gradient.d[b];
   const double rows[3] = {row.x, row.y, row.z}, columns[3] = {column.x, column.y, column.z};
 #pragma unroll
@@ -95,7 +96,7 @@ __device__ Vec3<double> ForceOnVertex(const ClothView& cloth, const MaterialView
     const Contribution c = Unpack(cloth.to_vertex.item[k]);
     if (c.hinge) {
       const HingeRecord& hinge = hinges[c.element];
-      force += (-hinge.kappa * hinge.theta) * hinge.gradient.d[c.row];
+      force += -hinge.moment * hinge.gradient.d[c.row];
     } else {
       const Face& face = cloth.faces[c.element];
       const CornerGradient shape = GradientOf(face, c.row);

@@ -47,16 +47,32 @@ std::vector<VertexLoad> LoadedVertices(const Mesh& mesh, const Scene& scene) {
   return loads;
 }
 
+// A face whose vertices are all held cannot turn: the hinge towards a free face bends over the free
+// face alone [MODEL, M26].
+void ClampHeldWings(const std::vector<int>& held, Mesh& mesh) {
+  std::vector<bool> is_held(mesh.num_vertices());
+  for (const int i : held) is_held[i] = true;
+  const auto is_fixed = [&](int f) {
+    const auto& corners = mesh.faces[f].vertex;
+    return std::all_of(std::begin(corners), std::end(corners), [&](int i) { return is_held[i]; });
+  };
+  for (Hinge& hinge : mesh.hinges) {
+    const bool first = is_fixed(hinge.face[0]), second = is_fixed(hinge.face[1]);
+    if (first != second) hinge.rest_area = mesh.faces[hinge.face[first ? 1 : 0]].area;
+  }
+}
+
 }  // namespace
 
 ClothModel::ClothModel(Mesh mesh_in, Scene scene_in, Law law_in)
     : mesh(std::move(mesh_in)),
       scene(std::move(scene_in)),
-      law(std::move(law_in)),
+      law(law_in),
       pattern(MakeBlockPattern(mesh, scene.stretch, scene.bend)),
       vertex_area(Eigen::VectorXd::Zero(mesh.num_vertices())),
       held(HeldVertices(mesh, scene)),
       loads(LoadedVertices(mesh, scene)) {
+  if (!law.held_wing_bends()) ClampHeldWings(held, mesh);
   for (const Face& f : mesh.faces)
     for (int i : f.vertex) vertex_area[i] += f.area / 3.0;
 }

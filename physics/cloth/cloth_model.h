@@ -21,7 +21,7 @@ struct VertexLoad {
 // Everything that the rollouts of one mesh, scene and law share. It is immutable and safe to read
 // from all threads.
 struct ClothModel {
-  Mesh mesh;
+  Mesh mesh;  // the rest areas of its hinges are those of the scene and the law [MODEL, M26]
   Scene scene;
   Law law;
   BlockPattern pattern;

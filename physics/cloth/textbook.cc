@@ -102,6 +102,19 @@ double BeamRigidity(const Mesh& mesh) {
   return 1.0 / form.inverse()(0, 0);
 }
 
+// With b = q = D = 1: w = r⁴/64 + E·r²·ln r + B·ln r + C·r² + const. No shear at the rim gives E;
+// no slope at the support and no moment at the rim give B and C.
+double AnnulusDeflection(double ratio, double nu) {
+  CHECK(ratio > 0.0 && ratio < 1.0) << ratio;
+  constexpr double kE = -1.0 / 8.0;
+  const double a = ratio, log_a = std::log(a);
+  const Eigen::Matrix2d of_b_and_c{{1.0 / a, 2.0 * a}, {nu - 1.0, 2.0 * (1.0 + nu)}};
+  const Eigen::Vector2d slope_and_moment(a * a * a / 16.0 + kE * a * (2.0 * log_a + 1.0),
+                                         (3.0 + nu) / 16.0 + kE * (3.0 + nu));
+  const Eigen::Vector2d bc = of_b_and_c.inverse() * -slope_and_moment;
+  return (1.0 - std::pow(a, 4)) / 64.0 - kE * a * a * log_a - bc[0] * log_a + bc[1] * (1.0 - a * a);
+}
+
 double HeavyElasticaGamma(double chord) {
   CHECK(chord > 0.0 && chord < M_PI / 2) << chord;
   double low = 0.0, high = M_PI / 2;  // slopes of the tip

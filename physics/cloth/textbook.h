@@ -38,6 +38,11 @@ double BeamRigidity(const Mesh& mesh);
 // CHECKs the range.
 double HeavyElasticaGamma(double chord);
 
+// The deflection of the rim of a stiff disc of radius b that lies clamped on a support of radius
+// ratio·b under a small uniform load q: w·D/(q·b⁴), for 0 < ratio < 1 and a plate of Poisson ratio
+// nu [Timoshenko 1959], [MODEL, M58]. CHECKs the range.
+double AnnulusDeflection(double ratio, double nu);
+
 // The plate rigidity D [N·m] that a bend table gives a hardly curved cloth bent along `direction`
 // [rad] to the weft [MODEL, M8]: its hinges lie in all directions φ, and each contributes with the
 // weight sin⁴(φ − direction).

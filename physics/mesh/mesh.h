@@ -20,7 +20,7 @@ struct Hinge {
   int vertex[4];  // n0, n1, vertex opposite in face 0, vertex opposite in face 1
   int face[2];
   double rest_length;  // l [m]
-  double rest_area;    // A0 + A1 [m²]
+  double rest_area;    // over which it bends, A0 + A1 [m²]
   double direction;    // edge direction to the weft, 0 = 0°, 1 = 45°, 2 = 90°, in [0, 2]
 };
 

@@ -50,8 +50,8 @@ struct FaceRecord {
   StretchCoefficients<double> k;
 };
 struct HingeRecord {
-  HingeGradient gradient;  // ∂θ/∂x
-  double theta, kappa;
+  HingeGradient gradient;    // ∂θ/∂x
+  double moment, stiffness;  // κ·μ and its slope at a fixed κ
 };
 
 // A batch of shapes: slot s holds rollout `rollout[s]`, or s where that is null.

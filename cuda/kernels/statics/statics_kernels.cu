@@ -71,13 +71,12 @@ __device__ double VertexEnergy(const ClothView& cloth, const MaterialView& mater
 template <class BendLaw>
 __global__ void __launch_bounds__(kReduceThreads)
     Measure(ClothView cloth, ShapeBatch batch, BendLaw bend, const FaceRecord* all_faces,
-            const HingeRecord* all_hinges, Shapes shapes, double* sums) {
+            Shapes shapes, double* sums) {
   const int slot = blockIdx.x, rollout = RolloutAt(batch, slot);
   const MaterialView& material = batch.material[rollout];
   const double* x = NodesOf(shapes.x, rollout, cloth.num_dofs());
   const double* force = NodesOf(shapes.force, rollout, cloth.num_dofs());
   const FaceRecord* faces = all_faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
-  const HingeRecord* hinges = all_hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
   StretchStress<double>* stress =
       shapes.stress + static_cast<std::int64_t>(rollout) * cloth.num_faces;
   double energy = 0.0, square = 0.0;
@@ -86,7 +85,8 @@ __global__ void __launch_bounds__(kReduceThreads)
     energy += cloth.faces[f].area * StretchEnergy(faces[f].k);
   }
   for (int e = threadIdx.x; e < cloth.num_hinges; e += kReduceThreads)
-    energy += BendEnergy(bend, cloth.hinges[e], BendTableAt(material, e), hinges[e].theta);
+    energy += BendEnergy(bend, cloth.hinges[e], BendTableAt(material, e),
+                         DihedralAngle(GatherCorners(cloth.hinges[e], x)));
   for (int i = threadIdx.x; i < cloth.num_vertices; i += kReduceThreads) {
     energy += VertexEnergy(cloth, material, x, i);
     const Vec3<double> f = LoadVec3(force, i);
@@ -177,8 +177,8 @@ void LaunchMeasure(const LaunchContext& on, const StepRecords& records, const Sh
                    double* sums) {
   std::visit(
       [&](const auto& bend) {
-        Measure<<<on.batch.slots, kReduceThreads, 0, on.stream>>>(
-            on.cloth, on.batch, bend, records.faces, records.hinges, shapes, sums);
+        Measure<<<on.batch.slots, kReduceThreads, 0, on.stream>>>(on.cloth, on.batch, bend,
+                                                                  records.faces, shapes, sums);
       },
       on.law.bend);
   CUDA_CHECK(cudaGetLastError());

@@ -55,8 +55,10 @@ void AddBendStep(const Law& law, const ClothModel& model, const MaterialField& m
     const double theta = DihedralAngle(corners);
     const HingeGradient d = AngleGradient(EvaluateWings(corners));
     const double kappa = HingeStiffness(law, hinge, material.bend_of(e), theta);
-    for (int a = 0; a < 4; ++a) AddTo(force, hinge.vertex[a], (-kappa * theta) * d.d[a]);
-    if (A != nullptr) AddHingeBlocks(d, h * h * kappa, &model.pattern.hinge_block[16 * e], *A);
+    const HingeMeasure mu = law.Measure(theta);
+    for (int a = 0; a < 4; ++a) AddTo(force, hinge.vertex[a], (-kappa * mu.value) * d.d[a]);
+    if (A != nullptr)
+      AddHingeBlocks(d, h * h * kappa * mu.slope, &model.pattern.hinge_block[16 * e], *A);
   }
 }
 

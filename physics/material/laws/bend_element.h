@@ -6,8 +6,8 @@
 
 namespace drape {
 
-// One hinge [MODEL, M13]: its moment is −κ(θ)·θ with κ = B(θ)·l²/(4(A0 + A1)) [N·m/rad].
-// HingeFactor is κ/B [rad⁻¹].
+// One hinge [MODEL, M13]: its moment is −κ(θ)·μ(θ) with κ = B(θ)·l²/(4A) [N·m/rad], where A is its
+// rest area and μ the law's measure of the angle. HingeFactor is κ/B [rad⁻¹].
 DRAPE_HD inline double HingeFactor(const Hinge& hinge) {
   return hinge.rest_length * hinge.rest_length / (4.0 * hinge.rest_area);
 }
@@ -63,14 +63,20 @@ DRAPE_HD void HingeStiffnessByTable(const Law& law, const Hinge& hinge, const Be
           rows.weight[k] * columns.weight[i] * HingeFactor(hinge);
 }
 
-// The step force g = h·f − h²·H·w of a hinge is −s·∂θ/∂x with s = κ·(h·θ + h²·q) and q = ∂θ/∂x·w
-// [MODEL, M31]. StepMoment is s.
-DRAPE_HD inline double StepMoment(double kappa, double theta, double q, double h) {
-  return kappa * (h * theta + h * h * q);
+// What Law::Measure returns: an odd function μ(θ) ≈ θ [rad], ∂μ/∂θ > 0 and ∂²μ/∂θ².
+struct HingeMeasure {
+  double value, slope, curvature;
+};
+
+// The step force g = h·f − h²·H·w of a hinge is −s·∂θ/∂x with s = κ·(h·μ + h²·μ′·q) and
+// q = ∂θ/∂x·w [MODEL, M31]. StepMoment is s.
+DRAPE_HD inline double StepMoment(double kappa, const HingeMeasure& mu, double q, double h) {
+  return kappa * (h * mu.value + h * h * mu.slope * q);
 }
 // ∂s/∂θ at a fixed q.
-DRAPE_HD inline double StepMomentByTheta(const Dual<1>& kappa, double theta, double q, double h) {
-  return StepMoment(kappa.v[0], theta, q, h) + kappa.a * h;
+DRAPE_HD inline double StepMomentByTheta(const Dual<1>& kappa, const HingeMeasure& mu, double q,
+                                         double h) {
+  return StepMoment(kappa.v[0], mu, q, h) + kappa.a * (h * mu.slope + h * h * mu.curvature * q);
 }
 
 // ∂g/∂x with w held, shape [12, 12]: −∂θ ⊗ ∇s − s·∂²θ [MODEL, M39].
@@ -85,12 +91,13 @@ DRAPE_HD void BendStepDerivative(const Law& law, const Hinge& hinge, const BendT
   AngleHessian(wings, out);
   const double* grad = &d.d[0].x;
   const double* direction = &w.x[0].x;
-  const double q = Dot(d, w), s = StepMoment(kappa.a, theta, q, h);
-  const double s_by_theta = StepMomentByTheta(kappa, theta, q, h);
+  const HingeMeasure mu = law.Measure(theta);
+  const double q = Dot(d, w), s = StepMoment(kappa.a, mu, q, h);
+  const double s_by_theta = StepMomentByTheta(kappa, mu, q, h);
   double grad_s[12];
   for (int j = 0; j < 12; ++j) grad_s[j] = s_by_theta * grad[j];
-  for (int i = 0; i < 12; ++i)  // + h²κ·∂²θ·w
-    for (int j = 0; j < 12; ++j) grad_s[j] += h * h * kappa.a * direction[i] * out[i][j];
+  for (int i = 0; i < 12; ++i)  // + h²κμ′·∂²θ·w
+    for (int j = 0; j < 12; ++j) grad_s[j] += h * h * kappa.a * mu.slope * direction[i] * out[i][j];
   for (int i = 0; i < 12; ++i)
     for (int j = 0; j < 12; ++j) out[i][j] = -grad[i] * grad_s[j] - s * out[i][j];
 }
@@ -112,11 +119,12 @@ DRAPE_HD BendStepRates EvaluateBendStepRates(const Law& law, const Hinge& hinge,
   BendStepRates rates;
   rates.grad = AngleGradient(wings);
   const double q = Dot(rates.grad, w);
-  rates.s = StepMoment(kappa.a, theta, q, h);
-  const double s_by_theta = StepMomentByTheta(kappa, theta, q, h);
+  const HingeMeasure mu = law.Measure(theta);
+  rates.s = StepMoment(kappa.a, mu, q, h);
+  const double s_by_theta = StepMomentByTheta(kappa, mu, q, h);
   for (int i = 0; i < 12; ++i)
-    (&rates.grad_s.d[0].x)[i] =
-        s_by_theta * (&rates.grad.d[0].x)[i] + h * h * kappa.a * (&along_w.d[0].x)[i].v[0];
+    (&rates.grad_s.d[0].x)[i] = s_by_theta * (&rates.grad.d[0].x)[i] +
+                                h * h * kappa.a * mu.slope * (&along_w.d[0].x)[i].v[0];
   for (int side = 0; side < 2; ++side)
     rates.wing[side] = ComputeRates(wings.edge, wings.apex[side], wings.wing[side]);
   return rates;
@@ -152,17 +160,18 @@ DRAPE_HD BendAdjoint AdjBendStep(const Law& law, const Hinge& hinge, const BendT
   double q = 0.0, l = 0.0;
   for (int i = 0; i < 12; ++i) q += d[i].a * w_at[i], l += d[i].a * lambda_at[i];
   const Dual<1> kappa = HingeStiffness(law, hinge, table, Dual<1>(theta, 0));
-  const double s = StepMoment(kappa.a, theta, q, h);
-  const double along_d = -l * StepMomentByTheta(kappa, theta, q, h);
-  const double along_w = -l * h * h * kappa.a;
+  const HingeMeasure mu = law.Measure(theta);
+  const double s = StepMoment(kappa.a, mu, q, h);
+  const double along_d = -l * StepMomentByTheta(kappa, mu, q, h);
+  const double along_w = -l * h * h * kappa.a * mu.slope;
   BendAdjoint result;
   for (int i = 0; i < 12; ++i)
     result.adj_x[i] = along_d * d[i].a + along_w * d[i].v[0] - s * d[i].v[1];
-  result.adj_kappa = -l * StepMoment(1.0, theta, q, h);
+  result.adj_kappa = -l * StepMoment(1.0, mu, q, h);
   return result;
 }
 
-// W(θ) = ∫₀^θ κ(t)·t dt [J] [MODEL, M15] by Gauss–Legendre quadrature on each smooth piece with
+// W(θ) = ∫₀^θ κ(t)·μ(t) dt [J] [MODEL, M15] by Gauss–Legendre quadrature on each smooth piece with
 // five points. Three points are exact for the cubic of the reference law; five leave an error of
 // 1e-13 for the smooth law.
 template <class Law>
@@ -179,7 +188,8 @@ DRAPE_HD double BendEnergy(const Law& law, const Hinge& hinge, const BendTable& 
     const double to = end < sign * theta ? end : sign * theta, half = 0.5 * (to - from);
     for (int i = 0; i < 5; ++i) {
       const double t = sign * (from + half * (1.0 + kNode[i]));
-      energy += half * kWeight[i] * sign * t * HingeStiffness(law, hinge, table, t);
+      energy +=
+          half * kWeight[i] * sign * law.Measure(t).value * HingeStiffness(law, hinge, table, t);
     }
     from = to;
   }

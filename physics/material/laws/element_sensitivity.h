@@ -50,7 +50,8 @@ DRAPE_HD HingeSensitivity EvaluateSensitivity(const Law& law, const Hinge& hinge
   const HingeCorners corners = GatherCorners(hinge, x);
   const double theta = DihedralAngle(corners);
   s.basis = AngleGradient(EvaluateWings(corners));
-  const double moment = StepMoment(1.0, theta, Dot(s.basis, GatherCorners(hinge, w)), h);
+  const double q = Dot(s.basis, GatherCorners(hinge, w));
+  const double moment = StepMoment(1.0, law.Measure(theta), q, h);
   for (Vec3<double>& d : s.basis.d) d = -moment * d;
   HingeStiffnessByTable(law, hinge, table, theta, s.by_entry);
   return s;

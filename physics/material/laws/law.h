@@ -18,6 +18,9 @@ struct Law {
     return std::holds_alternative<SmoothStretch>(stretch) ||
            std::holds_alternative<SmoothBend>(bend);
   }
+  bool held_wing_bends() const {
+    return std::visit([](const auto& law) { return law.kHeldWingBends; }, bend);
+  }
 };
 
 // Makes the law of that name, "reference" or "smooth" (both parts). Throws InputError for any other

@@ -113,6 +113,8 @@ class ReferenceStretch {
 // The column is linear in the signed curvature, so that every ridge lies in column 0 [MODEL, M19].
 struct ReferenceBend {
   static constexpr int kColumns = 2;
+  // A hinge on the border of what is held bends over both wings, as inside the cloth.
+  static constexpr bool kHeldWingBends = true;
   template <class T>
   DRAPE_HD static ColumnWeights<T, kColumns> Columns(const Hinge& hinge, const T& theta) {
     const T column = theta * (0.1 * hinge.rest_length / hinge.rest_area);
@@ -123,6 +125,8 @@ struct ReferenceBend {
     const T t = column - static_cast<double>(c);
     return {{c, c + 1}, {T(1.0 - t), t}};
   }
+  // The angle itself [MODEL, M13].
+  DRAPE_HD static HingeMeasure Measure(double theta) { return {theta, 1.0, 0.0}; }
   // False where the interpolated entry is clamped at zero.
   DRAPE_HD static bool Active(double B) { return B > 0.0; }
   // The angle at the end of smooth piece `knot` = 0..4 [rad].

@@ -113,10 +113,17 @@ struct SmoothStretch {
 // The column is 0.4·|α| with α = sin(θ/2)/(h0 + h1) [Gong 2024, eq. 12, 14], [MODEL, M26].
 struct SmoothBend {
   static constexpr int kColumns = 3;
+  // It bends over the free wing alone [MODEL, M26].
+  static constexpr bool kHeldWingBends = false;
   template <class T>
   DRAPE_HD static ColumnWeights<T, kColumns> Columns(const Hinge& hinge, const T& theta) {
     using std::sin;
     return SplineWeights(T(Abs(sin(0.5 * theta)) * ColumnPerSine(hinge)), false);
+  }
+  // μ = θ + θ³/3 [MODEL, M26].
+  DRAPE_HD static HingeMeasure Measure(double theta) {
+    const double square = theta * theta;
+    return {theta * (1.0 + square / 3.0), 1.0 + square, 2.0 * theta};
   }
   // There is no clamp, since negative entries are rejected when the table is read.
   DRAPE_HD static bool Active(double) { return true; }

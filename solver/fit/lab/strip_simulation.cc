@@ -19,8 +19,19 @@ const double kRowByEdge = std::sqrt(0.75);  // of equilateral triangles
 
 // A cantilever's lattices: edges along the strip, and across it.
 constexpr int kAlong = 64, kAcross = 4;
-// Where the strip bends first, in edges from its held end (tested_strip_test).
-constexpr double kClampOfRowsAlong = 0.8, kClampOfRowsAcross = 0.9;
+// Where a beam of the same overhang is clamped, from the held end: in edges with rows along, in
+// rows with rows across. The clamp holds the width flat, which stiffens a strip that is free to
+// curl as if it were shorter by .058 of its width. Where a hinge bends over its held wing too, the
+// strip bends half a row inside the clamp; .8 and .9 include both (strip_simulation_test).
+struct ClampEdge {
+  double along, across;
+};
+ClampEdge FindClampEdge(const Law& law) {
+  if (law.held_wing_bends()) return {0.8, 0.9};
+  constexpr double kFlatLayer = 0.058, kMeanHeldLine = 0.75;  // rows end at 1 and at 1/2 in turn
+  return {kMeanHeldLine + kFlatLayer * kAcross * kRowByEdge,
+          1.0 + kFlatLayer * kAcross / kRowByEdge};
+}
 
 // Springs of the clamp [N/m]: it turns by 1e-5, and their rounding stays below the tolerance.
 constexpr double kClampStiffness = 1e5;
@@ -57,14 +68,15 @@ StripSimulation::StripSimulation(const LabMeasurement& measurement, int point, c
     return;
   }
   tolerance_ = kFallenTolerance;
-  const double edge = set / (kAlong + 1.0 - kClampOfRowsAlong);
+  const ClampEdge clamp = FindClampEdge(law);
+  const double edge = set / (kAlong + 1.0 - clamp.along);
   AddLattice(Laid(MakeStrip((kAlong + 1) * edge, kAcross * kRowByEdge * edge, kAlong + 1, kAcross),
                   0.0, direction),
-             MakeCantileverScene(edge), law, kClampOfRowsAlong * edge);
+             MakeCantileverScene(edge), law, clamp.along * edge);
   const int rows = static_cast<int>(std::lround(kAlong / kRowByEdge)) + 1;
-  const double row = set / (rows - kClampOfRowsAcross), across = row / kRowByEdge;
+  const double row = set / (rows - clamp.across), across = row / kRowByEdge;
   AddLattice(Laid(MakeStrip(kAcross * across, rows * row, kAcross, rows), -M_PI / 2, direction),
-             MakeCantileverScene(row), law, kClampOfRowsAcross * row);
+             MakeCantileverScene(row), law, clamp.across * row);
 }
 
 StripSimulation StripSimulation::Clone() const {

@@ -23,6 +23,7 @@ const std::vector<Group>& Groups() {
       {"hanging", HangingCases},
       {"uniaxial", UniaxialCases},
       {"disc", ClampedDiscCases},
+      {"annulus", AnnulusCases},
       {"rigid", RigidMotionCases},
       {"turn", TurnCases}};
   return groups;

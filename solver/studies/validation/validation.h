@@ -24,6 +24,7 @@ struct ValidationOptions {
 //  hanging     ΔL/L = ρgL/2k
 //  uniaxial    N = k(l² − 1)l/2
 //  disc        clamped plate, w0 = q·a⁴/(64·D) [Timoshenko 1959]
+//  annulus     the drape test of a stiff cloth, clamped at .6 and .4 of its radius
 //  rigid       rigid motions cause no net force or torque
 //  turn        a quarter turn of the material exchanges c11 and c22
 std::vector<std::string> ValidationGroups();

@@ -15,6 +15,7 @@ std::vector<ReferenceCase> TipLoadCases(const Law& law);
 std::vector<ReferenceCase> HangingCases(const Law& law);
 std::vector<ReferenceCase> UniaxialCases(const Law& law);
 std::vector<ReferenceCase> ClampedDiscCases(const Law& law);
+std::vector<ReferenceCase> AnnulusCases(const Law& law);
 std::vector<ReferenceCase> RigidMotionCases(const Law& law);
 std::vector<ReferenceCase> TurnCases(const Law& law);
 

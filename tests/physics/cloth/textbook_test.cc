@@ -18,6 +18,14 @@ TEST(HeavyElastica, FollowsThePublishedCurve) {
   EXPECT_NEAR(HeavyElasticaGamma(41.5 * M_PI / 180.0), 8.0042, 1e-4);
 }
 
+// Values integrated independently; a narrow ring bends as a cantilever, w = L⁴/8.
+TEST(AnnulusDeflection, AgreesWithTablesAndANarrowRing) {
+  EXPECT_NEAR(AnnulusDeflection(0.6, 0.3), 3.508e-3, 1e-6);
+  EXPECT_NEAR(AnnulusDeflection(0.6, 0.0), 3.834e-3, 1e-6);
+  EXPECT_NEAR(AnnulusDeflection(0.6, -1.0 / 3.0), 4.324e-3, 1e-6);
+  EXPECT_NEAR(AnnulusDeflection(0.99, 0.0) * 8e8, 1.0, 0.02);
+}
+
 TEST(DirectionalRigidity, IsTheTablesOwnWhereItIsIsotropic) {
   const MaterialField material = LinearMaterial(100.0, 3e-6, 0.2);
   for (const double direction : {0.0, 0.4, 1.5, -2.0})

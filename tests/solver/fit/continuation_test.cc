@@ -24,7 +24,7 @@ double LargestDistance(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
 class FollowDrape : public testing::Test {
  protected:
   FollowDrape() {
-    const State start = {ApplyStartShape(model_->mesh, 0.09, RandomStartShape(3, 5e-3)),
+    const State start = {ApplyStartShape(model_->mesh, 0.09, RandomStartShape(6, 5e-3)),
                          Eigen::VectorXd::Zero(model_->num_dofs())};
     RolloutOptions steps;
     steps.h = 0.1;

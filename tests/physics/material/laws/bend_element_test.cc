@@ -81,7 +81,7 @@ Eigen::Matrix<double, 12, 1> StepForce(const Law& law, const HingeCorners& x, co
   const HingeGradient d = AngleGradient(EvaluateWings(x));
   const double theta = DihedralAngle(x);
   const double kappa = HingeStiffness(law, TestHinge(), test::TestMaterial().bend[0], theta);
-  return -StepMoment(kappa, theta, Dot(d, w), h) *
+  return -StepMoment(kappa, law.Measure(theta), Dot(d, w), h) *
          Eigen::Map<const Eigen::Matrix<double, 12, 1>>(&d.d[0].x);
 }
 
@@ -165,7 +165,7 @@ TYPED_TEST(BendTest, MomentIsMinusTheDerivativeOfTheEnergy) {
     const double slope = (BendEnergy(law, hinge, table, theta + step) -
                           BendEnergy(law, hinge, table, theta - step)) /
                          (2 * step);
-    const double moment = HingeStiffness(law, hinge, table, theta) * theta;
+    const double moment = HingeStiffness(law, hinge, table, theta) * law.Measure(theta).value;
     EXPECT_NEAR(slope, moment, 1e-8 * HingeStiffness(law, hinge, table, M_PI)) << "theta " << theta;
   }
 }
@@ -209,6 +209,27 @@ TYPED_TEST(BendTest, WeightsArePositiveSumToOneAndReachTheirColumns) {
     }
     EXPECT_NEAR(sum, 1.0, 1e-14);
   }
+}
+
+TYPED_TEST(BendTest, MeasureIsOddRisesAndHasItsDerivatives) {
+  constexpr double kStep = 1e-5;
+  for (double theta = -3.0; theta <= 3.0; theta += 0.5) {
+    const HingeMeasure low = TypeParam::Measure(theta - kStep), at = TypeParam::Measure(theta),
+                       high = TypeParam::Measure(theta + kStep);
+    EXPECT_EQ(at.value, -TypeParam::Measure(-theta).value);
+    EXPECT_GE(at.slope, 1.0);
+    EXPECT_NEAR((high.value - low.value) / (2 * kStep), at.slope, 1e-9);
+    EXPECT_NEAR((high.slope - low.slope) / (2 * kStep), at.curvature, 1e-9);
+  }
+}
+
+// The smooth law's measure is that of discrete rods, 2·tan(θ/2)/cos²(θ/2), to fourth order.
+TEST(SmoothBendTest, SmallAnglesAreMeasuredByTheirTangent) {
+  for (const double theta : {0.05, 0.1, 0.2}) {
+    const double t = std::tan(theta / 2);
+    EXPECT_NEAR(SmoothBend::Measure(theta).value, 2 * t * (1 + t * t), 0.2 * std::pow(theta, 5));
+  }
+  EXPECT_EQ(ReferenceBend::Measure(0.2).value, 0.2);
 }
 
 TEST(SmoothBendTest, RidgeAndValleyAreAlike) {

@@ -64,7 +64,7 @@ class FieldTwinTest : public testing::Test {
   }
 
   const std::unique_ptr<Backend> backend_ = test::SmoothDisc(300);
-  const MaterialField base_ = Scaled(test::TestMaterial(), 1.0, 6.0);
+  const MaterialField base_ = Scaled(test::TestMaterial(), 1.0, 4.0);
   FieldOptions fields_;
   StagedFitOptions staged_;
   FitProblem problem_;

@@ -94,10 +94,9 @@ class TwinTest : public testing::Test {
 // A stiff cloth whose few branches are found from the outline, its tables drawn from the prior.
 // Directions that the data alone determine to 0.1 in log units are recovered within 0.15: the
 // valley of equal drapes is curved, so they are off by more than the 0.02 that its tangent promises
-// (worst measured: 0.11). Tables far out in the prior are fitted as well and recovered worse: those
-// of synthetic_shirt, bend × 12, were off by up to 0.21.
+// (worst measured: 0.11 here, 0.17 from three other start shapes).
 TEST_F(TwinTest, RecoversAStiffFabric) {
-  FitTo(DrawnFromPrior(Scaled(Fabric("synthetic_wool"), 2.0, 6.0), options_.prior_sigma, 4));
+  FitTo(DrawnFromPrior(Scaled(Fabric("synthetic_wool"), 2.0, 8.0), options_.prior_sigma, 4));
   EXPECT_LT(best_.profile_rms, 0.2);
   EXPECT_LT(std::fabs(CompareUnseen(0.02)), 0.01);
   const Spectrum spectrum =

@@ -118,7 +118,7 @@ TEST_F(AtlasTest, DampingOfImplicitEulerIsThatOfTheory) {
   // The approximate Jacobian of the one-solve step is not K: large steps hardly damp more.
   const StepDamping step = MeasureDamping(runner_, {.method = Method::kStep, .h = 0.5}, 0).value();
   EXPECT_LT(step.theory, 0.15);
-  EXPECT_GT(step.measured, 0.8);
+  EXPECT_GT(step.measured, 5 * step.theory);
 }
 
 TEST_F(AtlasTest, ASoftClothHasOtherBranches) {

@@ -8,7 +8,7 @@ namespace {
 
 const std::string kBench = std::string(DRAPE_BIN_DIR) + "/drape_bench";
 const std::string kSeed = std::string(DRAPE_SOURCE_DIR) + "/configs/starts/six_waves.json";
-const std::string kWool = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json";
+const std::string kWool = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/wool_red.json";
 
 class BenchTool : public ToolFixture {
  protected:
@@ -91,7 +91,7 @@ TEST_F(BenchTool, ShowsWhatIsNotAtRestBesideTheFront) {
 // A drape and its outline in a stored reference must agree.
 TEST_F(BenchTool, ATamperedReferenceIsRefused) {
   ASSERT_EQ(Bench({"--mesh=disc:120", "--solve=hybrid"}).exit_code, 0);
-  const std::string path = Path("out/reference_synthetic_wool_smooth_homogeneous.json");
+  const std::string path = Path("out/reference_wool_red_smooth_homogeneous.json");
   constexpr StoredFormat kFormat = {"drapefit-bench-reference", 1};
   const Json reference = ReadStoredJson(path, kFormat);
   for (const char* at : {"/fine/outline/0", "/coarse/outline/359", "/coarse/x/0"}) {
@@ -106,7 +106,7 @@ TEST_F(BenchTool, ATamperedReferenceIsRefused) {
 // A reference is not reused by a run that does not continue its runs.
 TEST_F(BenchTool, WithoutRunsTheReferenceIsMadeAgain) {
   ASSERT_EQ(Bench({"--mesh=disc:120", "--solve=hybrid"}).exit_code, 0);
-  const std::string reference = Path("out/reference_synthetic_wool_smooth_homogeneous.json");
+  const std::string reference = Path("out/reference_wool_red_smooth_homogeneous.json");
   const std::string first = Read(reference);
   std::filesystem::remove(Path("out/runs.csv"));
   const ProcessResult other =
@@ -128,9 +128,9 @@ TEST_F(BenchTool, FitsOfDistributionsHaveDraws) {
 }
 
 TEST_F(BenchTool, KeepsTheRunsThatEndedBeforeCtrlC) {
-  const ProcessResult result = Bench({"--relax_time=400,401,402,403"},
-                                     {.interrupt_when = Path("out/reference_synthetic_wool_"
-                                                             "smooth_homogeneous.json")});
+  const ProcessResult result =
+      Bench({"--relax_time=400,401,402,403"}, {.interrupt_when = Path("out/reference_wool_red_"
+                                                                      "smooth_homogeneous.json")});
   EXPECT_EQ(result.exit_code, 130) << result.err;
   EXPECT_LT(ReadJson(Path("out/bench.json"))["runs"].size(), 16u);
 }
