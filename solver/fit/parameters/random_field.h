@@ -35,17 +35,4 @@ struct MaternOptions {
 // plane, with Σ sd² = sigma²: what the modes left out would have carried is given to those kept.
 Eigen::VectorXd MaternDeviations(const Eigen::VectorXd& eigenvalues, const MaternOptions& options);
 
-// A field outside the cloth, where another mesh of its outer boundary extends further.
-enum class Extrapolation {
-  kNearest,  // as at the edge of the nearest triangle: no weight is negative
-  kLinear    // from the nearest triangle: exact for a linear field
-};
-
-// Rows of weights that read a field of the vertices of `mesh` at points, shape [2, N], in its plane
-// (uv) [m]: linear in the triangle that holds the point, of the nearest one for a point outside.
-// Shape [N, V].
-Eigen::SparseMatrix<double, Eigen::RowMajor> InterpolationWeights(
-    const Mesh& mesh, const Eigen::Matrix2Xd& points,
-    Extrapolation beyond = Extrapolation::kNearest);
-
 }  // namespace drape

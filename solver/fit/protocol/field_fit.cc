@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "physics/mesh/disc.h"
+#include "physics/mesh/interpolation.h"
 #include "physics/util/math/random.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_work.h"

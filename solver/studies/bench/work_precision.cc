@@ -12,11 +12,11 @@
 
 #include "losses/outline/outline_match.h"
 #include "losses/outline/shape_features.h"
+#include "physics/mesh/interpolation.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/stored/stored_json.h"
-#include "solver/fit/parameters/random_field.h"
 #include "solver/forward/branch.h"
 #include "solver/studies/bench/richardson.h"
 

@@ -12,6 +12,7 @@
 #include "losses/readout/readouts.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
+#include "physics/mesh/interpolation.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/statics/statics.h"
 #include "physics/util/math/random.h"
@@ -70,13 +71,6 @@ constexpr int kPreStartSteps = 20;
 constexpr char kNoDerivative[] = "no derivative";
 
 }  // namespace
-
-Eigen::VectorXd ReadPositions(const Eigen::SparseMatrix<double, Eigen::RowMajor>& weights,
-                              const Eigen::VectorXd& x) {
-  const Eigen::Map<const RowMatrix> from(x.data(), x.size() / 3, 3);
-  const RowMatrix read = weights * from;
-  return Eigen::Map<const Eigen::VectorXd>(read.data(), read.size());
-}
 
 SettingSolver::SettingSolver(const BenchSetting& setting, const BenchProblem& problem,
                              const std::atomic<bool>* cancel)

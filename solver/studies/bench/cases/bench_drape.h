@@ -84,9 +84,4 @@ class SettingSolver {
   std::unique_ptr<Readout> readout_;
 };
 
-// Positions [m] of one mesh, shape [3V], read at points of the cloth by weights [N, V]
-// (InterpolationWeights): shape [3N].
-Eigen::VectorXd ReadPositions(const Eigen::SparseMatrix<double, Eigen::RowMajor>& weights,
-                              const Eigen::VectorXd& x);
-
 }  // namespace drape

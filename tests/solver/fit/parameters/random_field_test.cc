@@ -4,10 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "physics/mesh/disc.h"
-#include "physics/util/math/random.h"
+#include "physics/mesh/interpolation.h"
 
 namespace drape {
 namespace {
@@ -66,35 +65,6 @@ TEST(MaternDeviations, GiveTheCorrelationOfTheMaternField) {
     const double r = std::sqrt(2.0) * points(0, i) / options.length;
     EXPECT_NEAR(covariance[i] / covariance[0], r * std::cyl_bessel_k(1.0, r), 0.04) << i;
   }
-}
-
-TEST(InterpolationWeights, AreExactForLinearFieldsInside) {
-  std::mt19937_64 random(3);
-  Eigen::Matrix2Xd points(2, 50);
-  for (double& c : points.reshaped()) c = 0.04 * SampleNormal(random);
-  const auto linear = [](const Eigen::Matrix2Xd& p) -> Eigen::VectorXd {
-    return (Eigen::RowVector2d(2, -1) * p).transpose().array() + 0.5;
-  };
-  ASSERT_LT(points.colwise().norm().maxCoeff(), 0.14);
-  const Eigen::VectorXd read = InterpolationWeights(Disc(), points) * linear(Disc().uv);
-  EXPECT_LT((read - linear(points)).cwiseAbs().maxCoeff(), 1e-13);
-}
-
-TEST(InterpolationWeights, GoOnLinearlyBeyondTheHemWhereAsked) {
-  const auto linear = [](const Eigen::Matrix2Xd& p) -> Eigen::VectorXd {
-    return (0.3 + 2.0 * p.row(0).array() - 5.0 * p.row(1).array()).transpose();
-  };
-  Eigen::Matrix2Xd points(2, 3);
-  points << 0.01, 0.1505, -0.12, 0.02, 0.001, 0.0905;
-  const Eigen::VectorXd read =
-      InterpolationWeights(Disc(), points, Extrapolation::kLinear) * linear(Disc().uv);
-  EXPECT_LT((read - linear(points)).cwiseAbs().maxCoeff(), 1e-12);
-}
-
-TEST(InterpolationWeights, TakeTheNearestTriangleOutside) {
-  const Eigen::Matrix2Xd outside = Eigen::Vector2d(0.1505, 0.0);
-  const Eigen::VectorXd read = InterpolationWeights(Disc(), outside) * Disc().uv.row(0).transpose();
-  EXPECT_NEAR(read[0], kRadius, 1e-3);
 }
 
 }  // namespace
