@@ -6,7 +6,8 @@
 #include "losses/outline/outline.h"
 #include "losses/silhouette/raster.h"
 #include "physics/simulation/statics/modes.h"
-#include "solver/fit/protocol/initial_guess_grid.h"
+#include "solver/fit/protocol/guess/guided_drape.h"
+#include "solver/fit/protocol/guess/initial_guess_grid.h"
 
 namespace drape {
 namespace {
@@ -28,13 +29,10 @@ bool Measure(const Mesh& mesh, const Observation& observation, Eigen::VectorXd x
   return true;
 }
 
-std::optional<MeasuredDrape> Replay(Backend& backend, const MaterialField& material,
-                                    const Observation& observation, const State& start,
-                                    const SettleOptions& options) {
-  SettledDrape settled = std::move(Settle(backend, material, {&start, 1}, options).front());
+std::optional<MeasuredDrape> MeasureSettled(const Mesh& mesh, const Observation& observation,
+                                            SettledDrape settled, SolveMode mode) {
   MeasuredDrape drape;
-  if (!settled.IsUsable(options.solve_mode) ||
-      !Measure(backend.model().mesh, observation, std::move(settled.rest.x), &drape))
+  if (!settled.IsUsable(mode) || !Measure(mesh, observation, std::move(settled.rest.x), &drape))
     return std::nullopt;
   return drape;
 }
@@ -58,9 +56,13 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
   report->settled_force_residual = ForceResidual(model, material, end);
   report->lowest_eigenvalues =
       LowestEigenvalues(solver, material, x, kReportedModes, options.cancel);
-  report->from_guess =
-      Replay(backend, material, observation, GuessState(model, observation, options.lift), replay);
-  report->from_flat = Replay(backend, material, observation, model.RestState(), replay);
+  const State guess = GuessState(model, observation, options.lift), flat = model.RestState();
+  report->from_guess = MeasureSettled(model.mesh, observation,
+                                      SettleGuided(backend, material, guess, observation, replay),
+                                      replay.solve_mode);
+  report->from_flat = MeasureSettled(
+      model.mesh, observation, std::move(Settle(backend, material, {&flat, 1}, replay).front()),
+      replay.solve_mode);
   return Measure(model.mesh, observation, x, &report->fitted) &&
          Measure(model.mesh, observation, end, &report->settled);
 }

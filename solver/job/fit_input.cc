@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <climits>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -174,20 +175,44 @@ void NoteDensity(const std::vector<LabMeasurement>& measurements, FitInput* inpu
              input->problem.material.density));
 }
 
-void MakeBackends(const FitSpec& spec, FitInput* input) {
-  const auto model = [&](const std::string& mesh) {
-    return std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(),
-                                              MakeLaw(spec.law));
-  };
-  input->fine_model = model(spec.mesh);
-  if (input->fine_model->held.size() == static_cast<size_t>(input->fine_model->mesh.num_vertices()))
-    throw InputError(spec.mesh,
+FitInput::Cloth MakeCloth(const FitSpec& spec, const std::string& mesh, std::string* device) {
+  FitInput::Cloth cloth;
+  cloth.model =
+      std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(), MakeLaw(spec.law));
+  if (cloth.model->held.size() == static_cast<size_t>(cloth.model->mesh.num_vertices()))
+    throw InputError(mesh,
                      "found all vertices on the support of radius 0.09 m, expected a cloth "
                      "that hangs over it");
-  input->fine = MakeBackend(spec.backend, input->fine_model, spec.threads, &input->device);
-  input->coarse = MakeBackend(spec.backend, model(spec.coarse_mesh), spec.threads);
-  input->problem.fine = input->fine.get();
-  input->problem.coarse = input->coarse.get();
+  cloth.backend = MakeBackend(spec.backend, cloth.model, spec.threads, device);
+  return cloth;
+}
+
+void MakeBackends(const FitSpec& spec, FitInput* input) {
+  input->fine = MakeCloth(spec, spec.mesh, &input->device);
+  input->coarse = MakeCloth(spec, spec.coarse_mesh, nullptr);
+  input->problem.fine = input->fine.backend.get();
+  input->problem.coarse = input->coarse.backend.get();
+  for (const std::string& mesh : SearchMeshes(spec)) {
+    input->search.push_back(MakeCloth(spec, mesh, nullptr));
+    input->problem.search.push_back(input->search.back().backend.get());
+  }
+}
+
+double LargestRadius(const Mesh& mesh) {
+  return std::sqrt(mesh.uv.colwise().squaredNorm().maxCoeff());
+}
+
+double TotalArea(const Mesh& mesh) {
+  double area = 0.0;
+  for (const Face& face : mesh.faces) area += face.area;
+  return area;
+}
+
+// To what coarse polygons lack of a round cloth.
+bool IsSameCloth(const Mesh& a, const Mesh& b) {
+  constexpr double kShare = 0.03;
+  const auto agree = [](double x, double y) { return std::abs(x - y) <= kShare * std::max(x, y); };
+  return agree(TotalArea(a), TotalArea(b)) && agree(LargestRadius(a), LargestRadius(b));
 }
 
 // Adds the fields of a checkpoint's key.
@@ -233,6 +258,26 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
 }
 
 }  // namespace
+
+std::vector<std::string> SearchMeshes(const FitSpec& spec) {
+  constexpr double kCoarser = 0.7;  // of the vertices
+  constexpr double kMostGrowth = 4.0;
+  constexpr std::string_view kDisc = "disc:";
+  const Mesh search = ParseMeshSpec(spec.search_mesh), fine = ParseMeshSpec(spec.mesh);
+  const double growth = double(fine.num_vertices()) / search.num_vertices();
+  if (growth * kCoarser < 1.0 || !IsSameCloth(search, fine)) return {};
+  std::vector<std::string> meshes = {spec.search_mesh};
+  const bool are_discs = spec.search_mesh.starts_with(kDisc) && spec.mesh.starts_with(kDisc);
+  const int steps = are_discs ? int(std::ceil(std::log(growth) / std::log(kMostGrowth) - 1e-9)) : 1;
+  // The options of a disc, its radius and support, are those of the last one.
+  const std::string options = spec.mesh.substr(std::min(spec.mesh.find(','), spec.mesh.size()));
+  for (int i = 1; i < steps; ++i)
+    meshes.push_back(
+        std::string(kDisc) +
+        std::to_string(std::lround(search.num_vertices() * std::pow(growth, double(i) / steps))) +
+        options);
+  return meshes;
+}
 
 void CheckNames(const std::vector<Observation>& observations) {
   constexpr std::size_t kLongest = NAME_MAX - std::string_view("start_.json").size();

@@ -11,8 +11,13 @@ namespace drape {
 
 // The inputs of a fit, read and checked, with the backends that the problem points to.
 struct FitInput {
-  std::shared_ptr<const ClothModel> fine_model;
-  std::unique_ptr<Backend> fine, coarse;
+  struct Cloth {
+    std::shared_ptr<const ClothModel> model;
+    std::unique_ptr<Backend> backend;
+  };
+  // Without clothes where there are laboratory measurements alone. search: of SearchMeshes.
+  Cloth fine, coarse;
+  std::vector<Cloth> search;
   std::string device;  // of MakeBackend; empty: laboratory measurements alone, without a backend
   FitProblem problem;  // without strips
   bool density_is_given = false;  // else it is that of the start tables
@@ -20,6 +25,12 @@ struct FitInput {
   std::unique_ptr<MaterialField> ground_truth;
   std::vector<std::string> notes;
 };
+
+// The meshes of a fit before spec.mesh: spec.search_mesh and, where both are built-in discs, those
+// between them, each with at most four times the vertices of the one before. None where search_mesh
+// is not clearly coarser than mesh, or is not the same cloth. Throws InputError for a malformed
+// one.
+std::vector<std::string> SearchMeshes(const FitSpec& spec);
 
 // Throws InputError unless the names of the images can be those of output files: short and
 // distinct.

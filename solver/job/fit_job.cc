@@ -12,6 +12,7 @@
 #include "physics/material/material_scaling.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/parameters/effective_stiffness.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
 #include "solver/fit/protocol/nested_fit.h"
@@ -126,9 +127,8 @@ std::string ResumeNote(FitModel model, const FitProblem& problem,
   if (!state) return "resume: no checkpoint, from the beginning";
   std::ostringstream note;
   note << "resume: ";
-  if (!problem.simpler_models.empty())
-    note << "model " << state->models_done + 1 << " of " << problem.simpler_models.size() + 1
-         << ", ";
+  if (CountParts(problem) > 1)
+    note << "part " << state->parts_done + 1 << " of " << CountParts(problem) << ", ";
   if (state->grid_done) {
     note << "round " << state->round + 1 << ", " << DoneCandidates(*state) << " of "
          << state->candidates.size() << " candidates done";
@@ -147,10 +147,17 @@ const std::vector<Eigen::VectorXd>& FittedShapes(const FitReport& report,
   return report.posterior ? report.posterior->shapes : best.shapes;
 }
 
-void ReportDrapes(const FitSpec& spec, const FitInput& input, const FitCandidate& best,
-                  const std::atomic<bool>* cancel, FitReport& report) {
-  const FitProblem& problem = input.problem;
-  StepSolver solver(input.fine_model);
+// The cloth of a part's mesh.
+const FitInput::Cloth& FindCloth(const FitInput& input, const FitProblem& part) {
+  const auto found = std::find_if(input.search.begin(), input.search.end(), [&](const auto& cloth) {
+    return cloth.backend.get() == part.fine;
+  });
+  return found == input.search.end() ? input.fine : *found;
+}
+
+void ReportDrapes(const FitSpec& spec, const FitProblem& problem, const FitInput::Cloth& cloth,
+                  const FitCandidate& best, const std::atomic<bool>* cancel, FitReport& report) {
+  StepSolver solver(cloth.model);
   DrapeReportOptions options;
   options.recheck.h = spec.stages.residuals.rollout.h;
   options.recheck.steps = spec.recheck_steps;
@@ -168,26 +175,27 @@ void ReportDrapes(const FitSpec& spec, const FitInput& input, const FitCandidate
   }
 }
 
-// How well the mean stiffness of the fitted cloth is known: by the Laplace approximation at its one
+// How well the stiffness of the fitted cloth is known: by the Laplace approximation at its one
 // table, with the outlines' residuals weighted as those of a posterior: by their own σ, and as many
 // as are independent.
 StiffnessEstimates EstimateFittedStiffness(const FitSpec& spec, const FitProblem& problem,
                                            const FitCandidate& best,
                                            const Eigen::MatrixXd& jacobian,
-                                           const MaterialField& material) {
+                                           const FitReport& report) {
   const OutlineResidualOptions& residuals = spec.stages.residuals;
   const double sigma_ratio = residuals.sigma_px / std::max(residuals.sigma_px, best.profile_rms);
   const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
   StiffnessEstimates estimates = EstimateStiffness(
-      FittedMaterial(spec.stages, best), TyingMatrix(spec.stages.parameters),
+      FittedMaterial(spec.stages, best), report.stiffness_weights,
+      TyingMatrix(spec.stages.parameters),
       {.jacobian = jacobian,
        .outline_rows = std::min<Eigen::Index>(
            jacobian.rows(), problem.observations.size() * spec.observation.angles),
        .outline_weight = sigma_ratio * sigma_ratio * independent},
       spec.stages.prior_sigma);
-  const MaterialField mean = MeanTables(material);
-  estimates.stretch.value = MeanStretch(mean.stretch[0]);
-  estimates.bend.value = MeanBend(mean.bend[0]);
+  const MaterialField mean = MeanTables(report.material);
+  estimates.stretch.value = EffectiveStretch(mean, report.stiffness_weights);
+  estimates.bend.value = EffectiveBend(mean, report.stiffness_weights);
   return estimates;
 }
 
@@ -197,7 +205,8 @@ StiffnessEstimates EstimateLabStiffness(const FitSummary& fit, const MaterialFie
   const auto* const tying =
       std::find_if(std::begin(kParameterTyings), std::end(kParameterTyings),
                    [&](ParameterTying t) { return TyingMatrix(t).cols() == fit.jacobian.cols(); });
-  return EstimateStiffness(table, TyingMatrix(*tying), {.jacobian = fit.jacobian}, prior_sigma);
+  return EstimateStiffness(table, EqualStiffnessWeights(), TyingMatrix(*tying),
+                           {.jacobian = fit.jacobian}, prior_sigma);
 }
 
 // Without a candidate: the fit of the laboratory measurements.
@@ -213,12 +222,12 @@ void ReportLab(const FitSpec& spec, const FitProblem& problem, FitReport& report
 }
 
 // Fills the rest of a report that has the fits. Of a cancelled fit, what is at hand.
-void FillReport(const FitSpec& spec, const FitInput& input, const StagedFitState& state,
-                const RunControl& control, FitReport& report) {
+// problem: of the last part.
+void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& problem,
+                const StagedFitState& state, const RunControl& control, FitReport& report) {
   const auto start = std::chrono::steady_clock::now();
   report.notes = input.notes;
   report.density_is_given = input.density_is_given;
-  const FitProblem& problem = input.problem;
   const FitCandidate* best = Best(state);
   if (best == nullptr) return ReportLab(spec, problem, report);
   report.material = report.fields      ? report.fields->material
@@ -229,8 +238,13 @@ void FillReport(const FitSpec& spec, const FitInput& input, const StagedFitState
   const Eigen::MatrixXd jacobian =
       control.cancelled() ? Eigen::MatrixXd() : FitJacobian(problem, spec.stages, *best);
   if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
-  report.stiffness = EstimateFittedStiffness(spec, problem, *best, jacobian, report.material);
-  ReportDrapes(spec, input, *best, control.cancel, report);
+  report.stiffness_weights = StiffnessWeights(problem.fine->model(), FittedShapes(report, *best));
+  report.stiffness = EstimateFittedStiffness(spec, problem, *best, jacobian, report);
+  report.mesh_error = EstimateMeshError(input.problem, spec.stages, state);
+  if (problem.fine != input.problem.fine && !control.cancelled())
+    report.notes.push_back(Format("the fit ended on %d vertices: its drapes are not stable on %s",
+                                  problem.fine->model().mesh.num_vertices(), spec.mesh.c_str()));
+  ReportDrapes(spec, problem, FindCloth(input, problem), *best, control.cancel, report);
   report.report_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -334,23 +348,24 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
   StagedFitState state = std::move(saved).value_or(StagedFitState());
   if (ready && !input.problem.observations.empty())
     state = FitStages(input.problem, stages, std::move(state), of_table, files.checkpoint, key);
-  report.fields = FitJobFields(spec, input.problem, state, of_rest);
-  report.posterior = FitJobPosterior(spec, input.problem, state, of_rest);
+  const FitProblem problem = PartProblem(input.problem, state.parts_done);
+  report.fields = FitJobFields(spec, problem, state, of_rest);
+  report.posterior = FitJobPosterior(spec, problem, state, of_rest);
   control.Report(kFitShare, "drapes of the result");
-  FillReport(spec, input, state, control, report);
+  FillReport(spec, input, problem, state, control, report);
   if (spec.model != FitModel::kHomogeneous && !report.fields && !report.posterior &&
       report.fitted())
     report.notes.push_back(std::string("model ") + ToString(spec.model) +
                            " could not be fitted: this is its one table");
   report.cancelled = control.cancelled();
-  report.verdict = JudgeFit(input.problem, report);
+  report.verdict = JudgeFit(problem, report);
   WriteFitReport(spec, data, files, input.problem, state, report);
   FitJobResult result;
   result.cancelled = report.cancelled;
   result.fitted = report.fitted();
   if (result.fitted) {
-    result.table = FitText(input.problem, report, input.ground_truth.get());
-    result.results = MainFiles(input.problem, report);
+    result.table = FitText(problem, report, input.ground_truth.get());
+    result.results = MainFiles(problem, report);
   }
   if (!result.cancelled && !files.keep_checkpoint) fs::remove(files.checkpoint);
   return result;

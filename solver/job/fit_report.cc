@@ -94,22 +94,59 @@ ordered_json LabFitJson(double prior_sigma, const FitSummary& fit) {
 // What does not depend on the density, and where that is from.
 ordered_json BendingJson(const FitReport& report) {
   const double density = report.material.density;
-  const double rigidity = MeanBend(MeanTables(report.material).bend[0]);
+  const double rigidity = EffectiveBend(MeanTables(report.material), report.stiffness_weights);
   return {{"density_kg_m2", density},
           {"density_from", report.density_is_given ? "given" : "start tables"},
           {"bend_over_weight_m3", BendOverWeight(rigidity, density)},
           {"bending_length_m", BendingLength(rigidity, density)}};
 }
 
-// The fits by the models that were fitted first, and whether the result began with their best.
+// The fits by the models that were fitted first, and whether the own model's began with their best.
 ordered_json SimplerModelsJson(const FitProblem& problem, const StagedFitState& state,
                                const FitCandidate& best) {
+  const int own = static_cast<int>(problem.simpler_models.size());
   ordered_json fits = ordered_json::array();
-  for (const ModelResult& result : state.simpler_results)
-    fits.push_back({{"model", NameFor(problem.simpler_models[result.model])},
+  bool began_carried = best.is_carried;
+  for (const PartResult& result : state.part_results) {
+    if (result.part == own) began_carried = result.began_carried;
+    if (result.part >= own) continue;
+    fits.push_back({{"model", NameFor(problem.simpler_models[result.part])},
                     {"cost", result.cost},
                     {"profile_rms_px", result.profile_rms}});
-  return {{"fits", fits}, {"result_began_with_the_best", best.from_simpler}};
+  }
+  return {{"fits", fits}, {"result_began_with_the_best", began_carried}};
+}
+
+ordered_json LevelJson(int vertices, double cost, double rms, double stretch, double bend) {
+  return {{"vertices", vertices},
+          {"cost", cost},
+          {"profile_rms_px", rms},
+          {"stretch_n_per_m", stretch},
+          {"bend_n_m", bend}};
+}
+
+// The fits by the own model, on coarser meshes first.
+ordered_json MeshesJson(const FitSpec& spec, const FitProblem& problem, const StagedFitState& state,
+                        const FitReport& report) {
+  const int own = static_cast<int>(problem.simpler_models.size());
+  ordered_json fits = ordered_json::array();
+  for (const PartResult& result : state.part_results) {
+    if (result.part < own) continue;
+    const ClothModel& model = PartProblem(problem, result.part).fine->model();
+    fits.push_back(LevelJson(model.mesh.num_vertices(), result.cost, result.profile_rms,
+                             result.stretch, result.bend));
+  }
+  const FitCandidate& best = *Best(state);
+  const MaterialField fitted = FittedMaterial(spec.stages, best);
+  const ClothModel& model = PartProblem(problem, state.parts_done).fine->model();
+  const Eigen::VectorXd weights = StiffnessWeights(model, best.shapes);
+  fits.push_back(LevelJson(model.mesh.num_vertices(), best.cost, best.profile_rms,
+                           EffectiveStretch(fitted, weights), EffectiveBend(fitted, weights)));
+  ordered_json json = {{"fits", fits}, {"error", nullptr}};
+  if (report.mesh_error)
+    json["error"] = {{"log_stretch", report.mesh_error->log_stretch},
+                     {"log_bend", report.mesh_error->log_bend}};
+  return json;
 }
 
 ordered_json GuessJson(const FitData& data, const InitialGuess& guess) {
@@ -142,6 +179,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
                        {"camera", ToString(spec.observation.camera.kind)},
                        {"centre", ToString(spec.observation.centre)},
                        {"mesh", spec.mesh},
+                       {"search_mesh", spec.search_mesh},
                        {"coarse_mesh", spec.coarse_mesh},
                        {"start_material", data.material},
                        {"versions", files.versions},
@@ -151,7 +189,8 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
   if (report.fitted()) json["bending"] = BendingJson(report);
   if (!report.strips.empty()) json["lab_measurements"] = StripsJson(report.strips);
   if (problem.observations.empty()) {
-    for (const char* key : {"camera", "centre", "mesh", "coarse_mesh"}) json.erase(key);
+    for (const char* key : {"camera", "centre", "mesh", "search_mesh", "coarse_mesh"})
+      json.erase(key);
     if (report.lab_fit) json.update(LabFitJson(prior_sigma, *report.lab_fit));
     return json;
   }
@@ -169,6 +208,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
       {"grid", state.grid_seconds}, {"fit", state.fit_seconds}, {"report", report.report_seconds}};
   if (!problem.simpler_models.empty())
     json["simpler_models"] = SimplerModelsJson(problem, state, *best);
+  json["meshes"] = MeshesJson(spec, problem, state, report);
   json["initial_guess"] = GuessJson(data, best->guess);
   json["parameters"] = ParametersJson(prior_sigma, best->theta);
   json["parameters"]["sigma_px"] = spec.stages.residuals.sigma_px;
@@ -231,21 +271,26 @@ std::string MaterialLine(const char* name, double fitted, const double* referenc
   return line + "  " + unit + "\n";
 }
 
-// The mean rigidity without the density, which is not that of the cloth where it is not given.
-std::string BendingLines(const MaterialField& fitted, const MaterialField* reference) {
+// The rigidity as the drapes show it, and without the density, which is not that of the cloth where
+// it is not given. weights: FitReport::stiffness_weights.
+std::string BendingLines(const MaterialField& fitted, const MaterialField* reference,
+                         const Eigen::VectorXd& weights) {
   const auto line = [&](const char* name, double (*over_weight)(double, double), double scale,
                         const char* unit) {
     const auto of = [&](const MaterialField& field) {
-      return scale * over_weight(MeanBend(field.bend[0]), field.density);
+      return scale * over_weight(EffectiveBend(field, weights), field.density);
     };
     const double exact = reference == nullptr ? 0.0 : of(*reference);
     return MaterialLine(name, of(fitted), reference == nullptr ? nullptr : &exact, unit);
   };
-  return line("mean bend over weight", BendOverWeight, 1e6, "cm3") +
-         line("bending length", BendingLength, 1e3, "mm");
+  const auto rigidity = [](double bend, double) { return bend; };
+  return line("bend, as it drapes", rigidity, 1.0, "N m") +
+         line("  over the weight", BendOverWeight, 1e6, "cm3") +
+         line("  bending length", BendingLength, 1e3, "mm");
 }
 
-std::string MaterialTable(const MaterialField& fitted, const MaterialField* reference) {
+std::string MaterialTable(const MaterialField& fitted, const MaterialField* reference,
+                          const Eigen::VectorXd& weights) {
   std::string table = Format("  %-22s %10s%s\n", "mean of the table", "fitted",
                              reference == nullptr ? "" : "  reference  ratio");
   const char* const columns[] = {"c11", "c12", "c22", "c33"};
@@ -266,7 +311,7 @@ std::string MaterialTable(const MaterialField& fitted, const MaterialField* refe
     const double exact = reference == nullptr ? 0.0 : mean(*reference);
     table += MaterialLine(rows[r], mean(fitted), reference == nullptr ? nullptr : &exact, "N m");
   }
-  return table + BendingLines(fitted, reference);
+  return table + BendingLines(fitted, reference, weights);
 }
 
 std::string ImageTable(const FitProblem& problem, const FitReport& report) {
@@ -290,7 +335,8 @@ std::string ImageTable(const FitProblem& problem, const FitReport& report) {
 
 void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& files,
                     const FitProblem& problem, const StagedFitState& state, FitReport& report) {
-  const Mesh* mesh = problem.fine == nullptr ? nullptr : &problem.fine->model().mesh;
+  const Backend* backend = PartProblem(problem, state.parts_done).fine;
+  const Mesh* mesh = backend == nullptr ? nullptr : &backend->model().mesh;
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
     WriteDrape(files.out, *mesh, problem.observations[i], report.drapes[i]);
   const std::string source =
@@ -342,8 +388,8 @@ std::vector<std::string> MainFiles(const FitProblem& problem, const FitReport& r
 std::string FitText(const FitProblem& problem, const FitReport& report,
                     const MaterialField* ground_truth) {
   return ImageTable(problem, report) + StripTable(report.strips) +
-         MaterialTable(report.fields ? MeanTables(report.material) : report.material,
-                       ground_truth) +
+         MaterialTable(report.fields ? MeanTables(report.material) : report.material, ground_truth,
+                       report.stiffness_weights) +
          (report.fields ? FieldTable(*report.fields) : "") +
          (report.posterior ? PosteriorTable(*report.posterior) : "") +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,

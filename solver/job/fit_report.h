@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "solver/fit/lab/strip_report.h"
+#include "solver/fit/parameters/effective_stiffness.h"
 #include "solver/fit/protocol/fit_types.h"
+#include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/spectrum.h"
 #include "solver/job/drape_report.h"
 #include "solver/job/fit_spec.h"
@@ -22,10 +24,12 @@ struct FitReport {
   // No tables when nothing could be fitted; of kHeterogeneous those of the fields, of kBayes and
   // kBdp the posterior's median.
   MaterialField material;
-  std::optional<FieldFit> fields;               // kHeterogeneous
-  std::optional<PosteriorFit> posterior;        // kBayes, kBdp
-  Spectrum spectrum;                            // empty when the drapes are not stable
+  std::optional<FieldFit> fields;         // kHeterogeneous
+  std::optional<PosteriorFit> posterior;  // kBayes, kBdp
+  Spectrum spectrum;                      // empty when the drapes are not stable
+  Eigen::VectorXd stiffness_weights = EqualStiffnessWeights();  // of the fitted drapes
   std::optional<StiffnessEstimates> stiffness;  // of `material`, means over the cloth
+  std::optional<MeshError> mesh_error;          // of its one table; none for a fit on one mesh
   bool density_is_given = false;                // else it is that of the start tables
   FitVerdict verdict;
   std::vector<std::string> notes;  // what a reader of the figures must know
@@ -35,6 +39,7 @@ struct FitReport {
   bool fitted() const { return !material.stretch.empty(); }
 };
 
+// `problem`: of the whole fit, whose last part `state` is at.
 // Writes summary.json, material.json and for each observation fit_<name>.png, drape_<name>.obj and
 // start_<name>.json, each atomically. Without observations the fit is that of the laboratory
 // measurements alone. kHeterogeneous: also what WriteFields writes, and material_homogeneous.json;

@@ -40,6 +40,7 @@ inline bool HasPosterior(FitModel model) {
 struct FitSpec {
   FitModel model = FitModel::kHomogeneous;
   std::string mesh = "disc:1200";        // ParseMeshSpec
+  std::string search_mesh = "disc:600";  // on which a fit on a finer mesh begins (SearchMeshes)
   std::string coarse_mesh = "disc:300";  // of the initial guesses
   LawKind law = LawKind::kSmooth;
   ObservationOptions observation;
@@ -69,8 +70,9 @@ inline FitSpec FitSpecWithThreads(int threads) {
 // The fields of its own; those of the structs in it have visitors of their own.
 template <MutableOrConst<FitSpec> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
-  auto& [model, mesh, coarse_mesh, law, observation, stages, recheck_steps, min_relative_stiffness,
-         table_form, simpler_models, backend, threads, fields, posterior] = options;
+  auto& [model, mesh, search_mesh, coarse_mesh, law, observation, stages, recheck_steps,
+         min_relative_stiffness, table_form, simpler_models, backend, threads, fields, posterior] =
+      options;
   visit(model,
         Field{.key = "model",
               .doc = "homogeneous: one table for the whole cloth; heterogeneous: then tables "
@@ -81,6 +83,13 @@ void VisitFields(Options& options, Visitor&& visit) {
                     .doc = "cloth: an OBJ file, or disc:N for a built-in disc of N vertices",
                     .is_path = true,
                     .word = "disc:"});
+  visit(search_mesh,
+        Field{.key = "search_mesh",
+              .doc = "cloth on which the branch and the first numbers are found, when it has "
+                     "fewer vertices than `mesh`; the fit then goes on on finer ones up to "
+                     "`mesh`, and the result has an estimate of its mesh error",
+              .is_path = true,
+              .word = "disc:"});
   visit(coarse_mesh, Field{.key = "coarse_mesh",
                            .doc = "cloth on which the initial guesses are ranked",
                            .is_path = true,

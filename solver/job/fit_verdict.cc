@@ -10,6 +10,7 @@
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/parameters/coupled_table.h"
+#include "solver/fit/parameters/effective_stiffness.h"
 #include "solver/fit/protocol/fit_types.h"
 #include "solver/forward/settle.h"
 #include "solver/job/fit_report.h"
@@ -22,9 +23,9 @@ using nlohmann::ordered_json;
 // A log factor counts as determined when the data leave less than this share of its prior
 // deviation.
 constexpr double kDetermined = 0.7;
-// Standard deviation of the log mean bending stiffness that silhouettes of twins leave: shear
+// Standard deviation of the log bending stiffness that silhouettes of twins leave: shear
 // stiffness, nonlinear tables and other branches make up for it [METHODS, P57].
-constexpr double kModelDeviation = 0.9;
+constexpr double kModelDeviation = 0.3;
 constexpr double kQuantile90 = 1.645;  // of a normal distribution, two-sided
 
 // A quantity that is good up to one limit and usable up to another [METHODS, P57].
@@ -142,19 +143,6 @@ bool IsNearlySingular(const MaterialField& material) {
       [](const StretchTable& table) { return LargestSquaredCoupling(table) > kNearSingular; });
 }
 
-// ∂ ln(mean stiffness)/∂(log entries), shape [39]: the share that each entry has in the mean.
-Eigen::VectorXd SharesInMeanStretch(const StretchTable& table) {
-  Eigen::VectorXd shares = Eigen::VectorXd::Zero(kMaterialEntries);
-  for (int r = 0; r < kStretchRows; ++r)
-    for (const int column : {0, 2}) shares[r * kStretchCols + column] = table.c[r][column];
-  return shares / shares.sum();
-}
-Eigen::VectorXd SharesInMeanBend(const BendTable& table) {
-  Eigen::VectorXd shares = Eigen::VectorXd::Zero(kMaterialEntries);
-  for (int i = 0; i < kBendEntries; ++i) shares[kStretchEntries + i] = table.entries()[i];
-  return shares / shares.sum();
-}
-
 // The standard deviation of gradientᵀ·θ under the prior and rows of weight w, shape [K, P].
 double LaplaceDeviation(const Eigen::VectorXd& gradient, const Eigen::MatrixXd& weighted_rows,
                         double prior_sigma) {
@@ -163,24 +151,35 @@ double LaplaceDeviation(const Eigen::VectorXd& gradient, const Eigen::MatrixXd& 
   return std::sqrt(gradient.dot(precision.llt().solve(gradient)));
 }
 
-// "bending of 6.2 uN m to a factor of 1.3", "not stretching".
-std::string TrustText(const char* name, const StiffnessEstimate& estimate, double unit,
-                      const char* unit_name) {
-  if (!estimate.determined) return std::string("not ") + name;
-  return Format("%s of %.3g %s to a factor of %.2g", name, estimate.value / unit, unit_name,
-                estimate.factor());
+// "to a factor of 1.3 (data) and 3 % (mesh)"; power: of the stiffness that is spoken of.
+std::string ErrorText(const FitReport& report, const StiffnessEstimate& estimate,
+                      double MeshError::*log_error, double power) {
+  std::string text = Format("to a factor of %.2g", std::pow(estimate.factor(), power));
+  if (report.mesh_error)
+    text += Format(" (data) and %.2g %% (mesh)",
+                   100.0 * std::expm1(power * std::abs((*report.mesh_error).*log_error)));
+  return text;
+}
+
+std::string StretchingText(const FitReport& report) {
+  const StiffnessEstimate& stretch = report.stiffness->stretch;
+  if (!stretch.determined) return "not stretching";
+  return Format("stretching of %.3g N/m ", stretch.value) +
+         ErrorText(report, stretch, &MeshError::log_stretch, 1.0);
 }
 
 // Without a density of the cloth, what does not depend on it: the cube root of the rigidity.
 std::string BendingText(const FitReport& report) {
   const StiffnessEstimate& bend = report.stiffness->bend;
-  if (report.density_is_given || !bend.determined) return TrustText("bending", bend, 1e-6, "uN m");
+  if (!bend.determined) return "not bending";
+  if (report.density_is_given)
+    return Format("bending of %.3g uN m ", 1e6 * bend.value) +
+           ErrorText(report, bend, &MeshError::log_bend, 1.0);
   const double density = report.material.density;
-  return Format(
-      "a bending length of %.3g mm to a factor of %.2g (bending of %.3g uN m if the cloth "
-      "weighs %.3g g/m2, as the start tables say)",
-      1e3 * BendingLength(bend.value, density), std::cbrt(bend.factor()), 1e6 * bend.value,
-      1e3 * density);
+  return Format("a bending length of %.3g mm ", 1e3 * BendingLength(bend.value, density)) +
+         ErrorText(report, bend, &MeshError::log_bend, 1.0 / 3.0) +
+         Format(" (bending of %.3g uN m if the cloth weighs %.3g g/m2, as the start tables say)",
+                1e6 * bend.value, 1e3 * density);
 }
 
 ordered_json EstimateJson(const StiffnessEstimate& estimate) {
@@ -194,8 +193,9 @@ ordered_json EstimateJson(const StiffnessEstimate& estimate) {
 
 double StiffnessEstimate::factor() const { return std::exp(kQuantile90 * log_deviation); }
 
-StiffnessEstimates EstimateStiffness(const MaterialField& table, const Eigen::MatrixXd& tie,
-                                     const WeightedRows& rows, double prior_sigma) {
+StiffnessEstimates EstimateStiffness(const MaterialField& table, const Eigen::VectorXd& weights,
+                                     const Eigen::MatrixXd& tie, const WeightedRows& rows,
+                                     double prior_sigma) {
   Eigen::MatrixXd all = rows.jacobian.size() > 0 ? rows.jacobian : Eigen::MatrixXd(0, tie.cols());
   all.topRows(rows.outline_rows) *= std::sqrt(rows.outline_weight);
   const Eigen::MatrixXd strips = all.bottomRows(all.rows() - rows.outline_rows);
@@ -209,8 +209,8 @@ StiffnessEstimates EstimateStiffness(const MaterialField& table, const Eigen::Ma
                              .log_deviation = std::hypot(deviation, model),
                              .determined = by_strips || (outlines_tell && deviation < limit)};
   };
-  return {estimate(MeanStretch(table.stretch[0]), SharesInMeanStretch(table.stretch[0]), false),
-          estimate(MeanBend(table.bend[0]), SharesInMeanBend(table.bend[0]), true)};
+  return {estimate(EffectiveStretch(table, weights), SharesInStretch(table, weights), false),
+          estimate(EffectiveBend(table, weights), SharesInBend(table, weights), true)};
 }
 
 FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {
@@ -260,8 +260,7 @@ std::string VerdictLine(const FitProblem& problem, const FitReport& report) {
   if (verdict.reasons.size() > kMostReasons)
     line += Format("; and %zu more", verdict.reasons.size() - kMostReasons);
   if (report.stiffness && verdict.grade != FitGrade::kDoNotUse)
-    line += ". Trust " + BendingText(report) + ", " +
-            TrustText("stretching", report.stiffness->stretch, 1.0, "N/m") +
+    line += ". Trust " + BendingText(report) + ", " + StretchingText(report) +
             ", and no single entry of the tables";
   return line + "\n";
 }

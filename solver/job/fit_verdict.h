@@ -16,9 +16,9 @@ struct FitReport;
 
 // What a person may do with a fit, and which of its numbers to trust [METHODS, P57].
 
-// A mean stiffness of the fitted cloth and how well its logarithm is known.
+// A stiffness of the fitted cloth, as its drapes show it, and how well its logarithm is known.
 struct StiffnessEstimate {
-  double value = 0.0;          // MeanStretch [N/m] or MeanBend [N m]
+  double value = 0.0;          // EffectiveStretch [N/m] or EffectiveBend [N m]
   double log_deviation = 0.0;  // standard deviation, the model's error included
   bool determined = false;     // by the data; else the prior's
 
@@ -36,10 +36,11 @@ struct WeightedRows {
   double outline_weight = 1.0;    // factor on the squares of the outlines' residuals
 };
 // By the Laplace approximation at a fitted table; what strips do not determine has the error that
-// fits of silhouettes had on twins. tie: T = ∂(log entries)/∂θ, shape [39, P]; prior_sigma: of each
-// θ.
-StiffnessEstimates EstimateStiffness(const MaterialField& table, const Eigen::MatrixXd& tie,
-                                     const WeightedRows& rows, double prior_sigma);
+// fits of silhouettes had on twins. weights: StiffnessWeights; tie: T = ∂(log entries)/∂θ, shape
+// [39, P]; prior_sigma: of each θ.
+StiffnessEstimates EstimateStiffness(const MaterialField& table, const Eigen::VectorXd& weights,
+                                     const Eigen::MatrixXd& tie, const WeightedRows& rows,
+                                     double prior_sigma);
 
 enum class FitGrade { kGood, kUsable, kDoNotUse };
 constexpr auto EnumNames(FitGrade) {

@@ -20,6 +20,9 @@ namespace drape::test {
 class FakeBackend final : public Backend {
  public:
   static constexpr double kShrink = 0.2, kRipple = 0.05;
+
+  explicit FakeBackend(int vertices = 120) : model_(SmallDisc("smooth", vertices)) {}
+
   using Region = std::function<bool(double s, double b)>;
 
   Region fails = [](double, double) { return false; };         // the drape cannot be computed
@@ -155,7 +158,7 @@ class FakeBackend final : public Backend {
     return x;
   }
 
-  std::shared_ptr<const ClothModel> model_ = SmallDisc("smooth", 120);
+  std::shared_ptr<const ClothModel> model_;
 };
 
 }  // namespace drape::test

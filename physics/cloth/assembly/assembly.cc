@@ -219,4 +219,31 @@ double Energy(const ClothModel& model, const MaterialField& material, const Eige
   return energy;
 }
 
+Eigen::VectorXd EnergyByEntry(const ClothModel& model, const Eigen::VectorXd& x) {
+  Eigen::VectorXd energy = Eigen::VectorXd::Zero(kMaterialEntries);
+  const auto add_stretch = [&](const auto& law) {
+    for (const Face& face : model.mesh.faces) {
+      const GreenStrain<double> G = Green(GatherColumns(face, x.data()));
+      for (int i = 0; i < kStretchEntries; ++i) {
+        StretchTable unit;
+        unit.entries()[i] = 1.0;
+        energy[i] += face.area * StretchEnergy(EvaluateStretch(law, G, unit));
+      }
+    }
+  };
+  const auto add_bend = [&](const auto& law) {
+    for (const Hinge& hinge : model.mesh.hinges) {
+      const double theta = DihedralAngle(GatherCorners(hinge, x.data()));
+      for (int i = 0; i < kBendEntries; ++i) {
+        BendTable unit;
+        unit.entries()[i] = 1.0;
+        energy[kStretchEntries + i] += BendEnergy(law, hinge, unit, theta);
+      }
+    }
+  };
+  if (model.scene.stretch) std::visit(add_stretch, model.law.stretch);
+  if (model.scene.bend) std::visit(add_bend, model.law.bend);
+  return energy;
+}
+
 }  // namespace drape

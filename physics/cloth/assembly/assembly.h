@@ -43,4 +43,9 @@ void AddGeometricStiffness(const ClothModel& model, const StressField& stress, B
 // StretchEnergy.
 double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x);
 
+// The energy of stretch and bend by unit of each entry of one table for the whole cloth: they are
+// linear in the entries as long as these are not negative. 24 of stretch [m], then 15 of bend [1],
+// shape [39]; zero for what the scene has not.
+Eigen::VectorXd EnergyByEntry(const ClothModel& model, const Eigen::VectorXd& x);
+
 }  // namespace drape

@@ -10,6 +10,7 @@
 #include "physics/simulation/statics/statics.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/protocol/candidate_fit.h"
 #include "solver/forward/settle.h"
 
 namespace drape {
@@ -70,14 +71,6 @@ double CheckShape(const ClothModel& model, const MaterialField& material, SolveM
   return *rms;
 }
 
-double StripCost(const StripResiduals& strips, const MaterialParametrisation& parametrisation,
-                 const Eigen::VectorXd& theta, const std::string& where) {
-  Eigen::VectorXd residual;
-  if (!strips.Clone().Evaluate(parametrisation, theta, &residual, nullptr))
-    Refuse(where, "found a theta with which the laboratory measurements cannot be computed");
-  return 0.5 * residual.squaredNorm();
-}
-
 }  // namespace
 
 void CheckCandidate(const FitProblem& problem, const StagedFitOptions& options,
@@ -87,23 +80,23 @@ void CheckCandidate(const FitProblem& problem, const StagedFitOptions& options,
   CHECK_EQ(candidate.shapes.size(), problem.observations.size());
   const MaterialField material = parametrisation.Material(candidate.theta);
   CheckTables(parametrisation.base(), material, where);
-  double squares = 0.0, residual_squares = 0.0;
+  std::vector<double> errors;
+  double squares = 0.0;
   for (std::size_t i = 0; i < candidate.shapes.size(); ++i) {
     const Observation& observation = problem.observations[i];
     const double rms =
         CheckShape(problem.fine->model(), material, options.residuals.solve_mode,
                    candidate.shapes[i], observation, where + Format(", drape %zu", i + 1));
+    errors.push_back(rms);
     squares += rms * rms;
-    residual_squares += static_cast<double>(observation.radius.size()) *
-                        std::pow(rms / options.residuals.sigma_px, 2);
   }
   ExpectAgreement(candidate.profile_rms,
                   std::sqrt(squares / static_cast<double>(candidate.shapes.size())),
                   "an outline error [px] of", where);
-  double cost = 0.5 * (residual_squares + (candidate.theta / options.prior_sigma).squaredNorm());
-  if (problem.strips != nullptr)
-    cost += StripCost(*problem.strips, parametrisation, candidate.theta, where);
-  ExpectAgreement(candidate.cost, cost, "a cost of", where);
+  const std::optional<double> cost = ComputeCost(problem, options, candidate, errors);
+  if (!cost)
+    Refuse(where, "found a theta with which the laboratory measurements cannot be computed");
+  ExpectAgreement(candidate.cost, *cost, "a cost of", where);
 }
 
 }  // namespace drape

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "physics/mesh/interpolation.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/protocol/guess/guided_drape.h"
 
 namespace drape {
 namespace {
@@ -13,6 +16,16 @@ namespace {
 // A retried guess replaces a fitted drape when its misfit is lower by this factor.
 constexpr double kRetryGain = 0.97;
 constexpr double kCostTolerance = 1e-3;  // of all rounds but the last
+// A coarse mesh lets a fit drift to stretch stiffnesses under which a fine one has no drape: by how
+// much they are lowered at a time, and at most.
+constexpr double kSoftening = 1.0 / 8, kLeastSoftening = 1e-3;
+constexpr double kNoDrape = std::numeric_limits<double>::infinity();
+
+double RootMeanSquare(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum / double(values.size()));
+}
 
 }  // namespace
 
@@ -24,16 +37,22 @@ void CandidateFitter::Log(CandidateTask& task, const char* format, auto... value
 // The drape of observation i from its start shape under a material; empty when it is not stable.
 Eigen::VectorXd CandidateFitter::SettleStart(const MaterialField& material, int i, double lift,
                                              CandidateTask& task) const {
-  SettleOptions settle = MakeSettleOptions(options_);
-  settle.steps.cancel = settle.equilibrium.cancel = cancel_;
+  const SettleOptions settle = CancellableSettle();
   ++task.counts.rollouts;
-  const State start = GuessState(fine_.model(), problem_.observations[i], lift);
-  SettledDrape drape = std::move(Settle(fine_, material, {&start, 1}, settle).front());
+  const Observation& observation = problem_.observations[i];
+  SettledDrape drape = SettleGuided(fine_, material, GuessState(fine_.model(), observation, lift),
+                                    observation, settle);
   if (drape.IsUsable(settle.solve_mode)) return std::move(drape.rest.x);
   if (drape.steps == RolloutStatus::kOk)
     Log(task, "the drape of an initial guess is %s after %d Newton iterations (residual %.1e)",
         ToString(drape.rest.status), drape.rest.iterations, drape.rest.residual);
   return {};
+}
+
+SettleOptions CandidateFitter::CancellableSettle() const {
+  SettleOptions settle = MakeSettleOptions(options_);
+  settle.steps.cancel = settle.equilibrium.cancel = cancel_;
+  return settle;
 }
 
 // None without a drape, too.
@@ -42,37 +61,91 @@ std::optional<double> CandidateFitter::ComputeProfileRms(int i, const Eigen::Vec
   return OutlineRms(fine_.model().mesh, x, problem_.observations[i]);
 }
 
+std::vector<double> CandidateFitter::ListProfileRms(
+    const std::vector<Eigen::VectorXd>& shapes) const {
+  std::vector<double> errors;
+  for (int i = 0; i < int(shapes.size()); ++i) {
+    const std::optional<double> rms = ComputeProfileRms(i, shapes[i]);
+    if (!rms) return {};
+    errors.push_back(*rms);
+  }
+  return errors;
+}
+
 void CandidateFitter::SettleGuess(CandidateTask& task) const {
   FitCandidate& candidate = task.candidate;
   candidate.base = GuessTables(ListStartTables(problem_), candidate.guess);
   candidate.theta = Eigen::VectorXd::Zero(Parametrisation(candidate).size());
   const MaterialField& material = candidate.base;
   std::vector<Eigen::VectorXd> shapes;
-  double sum = 0.0;
+  std::vector<double> errors;
   for (int i = 0; i < int(problem_.observations.size()); ++i) {
     shapes.push_back(SettleStart(material, i, candidate.guess.lifts[i], task));
     const std::optional<double> rms = ComputeProfileRms(i, shapes.back());
     if (!rms) return;
-    sum += *rms * *rms;
+    errors.push_back(*rms);
   }
-  candidate.guess_rms = std::sqrt(sum / double(shapes.size()));
+  candidate.guess_rms = RootMeanSquare(errors);
   candidate.shapes = std::move(shapes);
 }
 
-void CandidateFitter::RetryGuesses(CandidateTask& task) const {
+void CandidateFitter::CarryOver(const Mesh& from, CandidateTask& task) const {
   FitCandidate& candidate = task.candidate;
-  const MaterialField material = FittedMaterial(options_, candidate);
-  for (int i = 0; i < int(problem_.observations.size()); ++i) {
-    double best = ComputeProfileRms(i, candidate.shapes[i]).value();
-    for (const double lift : options_.grid.lifts) {
-      if (Cancelled()) return;
-      Eigen::VectorXd x = SettleStart(material, i, lift, task);
-      const std::optional<double> rms = ComputeProfileRms(i, x);
-      if (!rms || *rms > kRetryGain * best) continue;
-      Log(task, "image %d starts again from lift %g: %.2f -> %.2f px", i + 1, lift, best, *rms);
-      best = *rms;
-      candidate.shapes[i] = std::move(x);
-    }
+  const MaterialField base = candidate.base;
+  const auto weights = InterpolationWeights(from, fine_.model().mesh.uv, Extrapolation::kLinear);
+  std::vector<State> starts;
+  for (const Eigen::VectorXd& x : candidate.shapes)
+    starts.push_back({ReadPositions(weights, x), Eigen::VectorXd::Zero(fine_.model().num_dofs())});
+  std::vector<double> errors;
+  for (double stretch = 1.0; errors.empty() && stretch >= kLeastSoftening && !Cancelled();
+       stretch *= kSoftening) {
+    candidate.base = Scaled(base, stretch, 1.0);
+    SettleCarried(starts, task);
+    errors = ListProfileRms(candidate.shapes);
+    if (!errors.empty() && stretch < 1.0) Log(task, "its stretch is scaled by %g", stretch);
+  }
+  const std::optional<double> cost =
+      errors.empty() ? std::nullopt : ComputeCost(problem_, options_, candidate, errors);
+  if (!cost) {
+    candidate.shapes.clear();
+    return Log(task, "its drapes are not stable on %d vertices", fine_.model().mesh.num_vertices());
+  }
+  Log(task, "taken over from %d vertices to %d, %.2f -> %.2f px", from.num_vertices(),
+      fine_.model().mesh.num_vertices(), candidate.profile_rms, RootMeanSquare(errors));
+  candidate.cost = *cost;
+  candidate.profile_rms = RootMeanSquare(errors);
+}
+
+// The drapes of the candidate from these starts; where one is not stable, from the start shapes.
+void CandidateFitter::SettleCarried(const std::vector<State>& starts, CandidateTask& task) const {
+  const MaterialField material = FittedMaterial(options_, task.candidate);
+  const SettleOptions settle = CancellableSettle();
+  std::vector<SettledDrape> drapes = Settle(fine_, material, starts, settle);
+  task.counts.rollouts += static_cast<int>(starts.size());
+  for (int i = 0; i < int(drapes.size()); ++i) {
+    const bool usable = drapes[i].IsUsable(settle.solve_mode);
+    task.candidate.shapes[i] = usable ? std::move(drapes[i].rest.x) : Eigen::VectorXd();
+    if (!usable) RetryGuesses(material, i, task);
+  }
+}
+
+void CandidateFitter::RetryGuesses(CandidateTask& task) const {
+  const MaterialField material = FittedMaterial(options_, task.candidate);
+  for (int i = 0; i < int(problem_.observations.size()); ++i) RetryGuesses(material, i, task);
+}
+
+void CandidateFitter::RetryGuesses(const MaterialField& material, int i,
+                                   CandidateTask& task) const {
+  FitCandidate& candidate = task.candidate;
+  double best = ComputeProfileRms(i, candidate.shapes[i]).value_or(kNoDrape);
+  for (const double lift : options_.grid.lifts) {
+    if (Cancelled()) return;
+    Eigen::VectorXd x = SettleStart(material, i, lift, task);
+    const std::optional<double> rms = ComputeProfileRms(i, x);
+    if (!rms || *rms > kRetryGain * best) continue;
+    Log(task, "image %d starts again from lift %g: %.2f -> %.2f px", i + 1, lift, best, *rms);
+    best = *rms;
+    candidate.shapes[i] = std::move(x);
   }
 }
 
@@ -102,15 +175,11 @@ void CandidateFitter::TakeResult(const FitSummary& summary, const std::vector<St
   candidate.cost = summary.final_cost;
   candidate.termination = summary.termination;
   candidate.iterations += static_cast<int>(summary.iterations.size()) - 1;
-  double sum = 0.0;
-  for (int i = 0; i < int(drapes.size()); ++i) {
-    candidate.shapes[i] = drapes[i].x;
-    sum += std::pow(ComputeProfileRms(i, candidate.shapes[i]).value(), 2);
-  }
-  candidate.profile_rms = std::sqrt(sum / double(drapes.size()));
+  for (int i = 0; i < int(drapes.size()); ++i) candidate.shapes[i] = drapes[i].x;
+  candidate.profile_rms = RootMeanSquare(ListProfileRms(candidate.shapes));
   Log(task,
       "%sstretch %g, bend %g, lift %g, cost %.1f -> %.1f, %.2f px, %s, %d branch jumps, %d failed",
-      candidate.from_simpler ? "from the simpler model, " : "", candidate.guess.stretch,
+      candidate.is_carried ? "from the part before, " : "", candidate.guess.stretch,
       candidate.guess.bend, candidate.guess.lifts.front(), summary.initial_cost, summary.final_cost,
       candidate.profile_rms, ToString(summary.termination), summary.counts.jumps,
       summary.counts.failed);
@@ -161,6 +230,23 @@ FitOptions CandidateFitter::MakeFitOptions() const {
   fit.trust_region.cost_tolerance = last ? kLastCostTolerance : kCostTolerance;
   fit.trust_region.cancel = cancel_;
   return fit;
+}
+
+std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOptions& options,
+                                  const FitCandidate& candidate,
+                                  const std::vector<double>& profile_rms) {
+  double squares = (candidate.theta / options.prior_sigma).squaredNorm();
+  for (std::size_t i = 0; i < profile_rms.size(); ++i)
+    squares += static_cast<double>(problem.observations[i].radius.size()) *
+               std::pow(profile_rms[i] / options.residuals.sigma_px, 2);
+  if (problem.strips != nullptr) {
+    const TableParametrisation parametrisation(candidate.base, options.parameters);
+    Eigen::VectorXd residual;
+    if (!problem.strips->Clone().Evaluate(parametrisation, candidate.theta, &residual, nullptr))
+      return std::nullopt;
+    squares += residual.squaredNorm();
+  }
+  return 0.5 * squares;
 }
 
 Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,

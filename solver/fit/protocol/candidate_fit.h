@@ -32,6 +32,10 @@ class CandidateFitter {
   // Tries all start shapes with the material fitted so far; drapes that come nearer to their images
   // replace the candidate's.
   void RetryGuesses(CandidateTask& task) const;
+  // Takes the drapes of a fit on another mesh over to this one, where they settle under the
+  // material fitted so far. Where one is not stable, the start shapes are tried again, then smaller
+  // stretch entries of the base. Without shapes afterwards when nothing is stable here.
+  void CarryOver(const Mesh& from, CandidateTask& task) const;
   // Without shapes afterwards when not even the start could be evaluated.
   // progress: share of the iterations.
   void Fit(CandidateTask& task, const std::function<void(double share)>& progress) const;
@@ -45,7 +49,12 @@ class CandidateFitter {
   void Log(CandidateTask& task, const char* format, auto... values) const;
   Eigen::VectorXd SettleStart(const MaterialField& material, int i, double lift,
                               CandidateTask& task) const;
+  SettleOptions CancellableSettle() const;
+  void SettleCarried(const std::vector<State>& starts, CandidateTask& task) const;
+  void RetryGuesses(const MaterialField& material, int i, CandidateTask& task) const;
   std::optional<double> ComputeProfileRms(int i, const Eigen::VectorXd& x) const;
+  // Empty where a shape has no outline.
+  std::vector<double> ListProfileRms(const std::vector<Eigen::VectorXd>& shapes) const;
   TableParametrisation Parametrisation(const FitCandidate& candidate) const;
   OutlineResiduals Outlines(const TableParametrisation& parametrisation,
                             const FitCandidate& candidate) const;
@@ -60,6 +69,12 @@ class CandidateFitter {
   const std::atomic<bool>* cancel_;
   int round_;
 };
+
+// ½ Σ residual², prior included, from the misfit [px] of each observation's drape; none where the
+// strips of the laboratory measurements cannot be computed.
+std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOptions& options,
+                                  const FitCandidate& candidate,
+                                  const std::vector<double>& profile_rms);
 
 // CandidateFitter::Jacobian on the problem's own backend.
 Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,

@@ -49,7 +49,8 @@ json ToJson(const FitCandidate& candidate) {
   json shapes = json::array();
   for (const Eigen::VectorXd& x : candidate.shapes) shapes.push_back(ToJson(x));
   return {{"guess", ToJson(candidate.guess)},
-          {"from_simpler", candidate.from_simpler},
+          {"is_carried", candidate.is_carried},
+          {"base", candidate.is_carried ? ToJson(candidate.base) : json::array()},
           {"guess_rms", candidate.guess_rms},
           {"theta", ToJson(candidate.theta)},
           {"shapes", shapes},
@@ -69,14 +70,15 @@ bool Contains(const std::vector<double>& values, double value) {
 // What a checkpoint of a fit can hold.
 class StateReader {
  public:
+  // References outlive the object.
   StateReader(const FitProblem& problem, const StagedFitOptions& options)
-      : problem_(problem), options_(options), grid_(SearchedGrid(options)) {}
+      : whole_(problem), whole_options_(options), grid_(SearchedGrid(options)) {}
 
   StagedFitState Read(const JsonInput& input) {
-    input.ExpectKeys({"job", "models_done", "simpler_results", "simpler", "simpler_base", "tried",
-                      "grid_done", "round", "iterations", "counts", "seconds", "candidates"});
+    input.ExpectKeys({"job", "parts_done", "part_results", "carried", "tried", "grid_done", "round",
+                      "iterations", "counts", "seconds", "candidates"});
     StagedFitState state;
-    ReadSimpler(input, &state);
+    ReadPartsBefore(input, &state);
     state.tried = ReadTried(input.At("tried"));
     state.grid_done = input.At("grid_done").Boolean();
     state.round = input.At("round").IntegerWithin(0, rounds());
@@ -88,7 +90,7 @@ class StateReader {
     state.grid_seconds = seconds.At(0).NumberWithin(0.0, kMostSeconds);
     state.fit_seconds = seconds.At(1).NumberWithin(0.0, kMostSeconds);
     const JsonInput candidates = input.At("candidates").ExpectArray();
-    const int most = MostCandidates(state.round) + (state.round < 2 && state.simpler ? 1 : 0);
+    const int most = MostCandidates(state.round) + (state.round < 2 && state.carried ? 1 : 0);
     if (candidates.Size() > most) candidates.Fail("at most " + std::to_string(most));
     for (int i = 0; i < candidates.Size(); ++i)
       state.candidates.push_back(ReadCandidate(candidates.At(i)));
@@ -107,29 +109,33 @@ class StateReader {
 
   int num_tables() const { return 1 + static_cast<int>(problem_.other_materials.size()); }
 
-  // What the fits by simpler models left; options_.parameters are those of the present one then.
-  void ReadSimpler(const JsonInput& input, StagedFitState* state) {
-    const auto models = static_cast<int>(problem_.simpler_models.size());
-    state->models_done = input.At("models_done").IntegerWithin(0, models);
-    options_.parameters = FittedParameters(problem_, options_, *state);
-    const JsonInput results = input.At("simpler_results").ExpectArray();
-    if (results.Size() > state->models_done)
-      results.Fail("at most one for each model that is done");
-    for (int i = 0; i < results.Size(); ++i) {
-      const JsonInput numbers = results.At(i).ExpectArray(3);
-      state->simpler_results.push_back({numbers.At(0).IntegerWithin(i, state->models_done - 1),
-                                        numbers.At(1).NotNegative(), numbers.At(2).NotNegative()});
-    }
-    tables_ = ListModelTables(problem_, *state);
-    const JsonInput simpler = input.At("simpler"), base = input.At("simpler_base");
-    if (simpler.value().is_null()) {
-      base.ExpectArray(0);
-      return;
-    }
-    simpler_base_ = ReadBase(base);
-    state->simpler = ReadCandidate(simpler);
-    if (state->models_done == 0 || !state->simpler->valid() || !state->simpler->from_simpler)
-      simpler.Fail("the fit by a simpler model, or null");
+  // What the parts before left; problem_ and options_ are those of the present part then.
+  void ReadPartsBefore(const JsonInput& input, StagedFitState* state) {
+    state->parts_done = input.At("parts_done").IntegerWithin(0, CountParts(whole_) - 1);
+    problem_ = PartProblem(whole_, state->parts_done);
+    options_ = PartOptions(whole_, whole_options_, state->parts_done);
+    tables_ = ListStartTables(problem_);
+    const JsonInput results = input.At("part_results").ExpectArray();
+    if (results.Size() > state->parts_done) results.Fail("at most one for each part that is done");
+    for (int i = 0; i < results.Size(); ++i)
+      state->part_results.push_back(ReadPartResult(results.At(i), i, state->parts_done));
+    may_be_carried_ = state->parts_done > 0;
+    const JsonInput carried = input.At("carried");
+    if (carried.value().is_null()) return;
+    state->carried = ReadCandidate(carried);
+    if (state->parts_done == 0 || !state->carried->valid() || !state->carried->is_carried)
+      carried.Fail("the fit of the part before, or null");
+  }
+
+  // at: its place in the list.
+  static PartResult ReadPartResult(const JsonInput& input, int at, int parts_done) {
+    input.ExpectKeys({"part", "began_carried", "cost", "profile_rms", "stretch", "bend"});
+    return {.part = input.At("part").IntegerWithin(at, parts_done - 1),
+            .began_carried = input.At("began_carried").Boolean(),
+            .cost = input.At("cost").NotNegative(),
+            .profile_rms = input.At("profile_rms").NotNegative(),
+            .stretch = input.At("stretch").NotNegative(),
+            .bend = input.At("bend").NotNegative()};
   }
 
   TriedGuesses ReadTried(const JsonInput& input) const {
@@ -177,7 +183,7 @@ class StateReader {
   }
 
   FitCandidate ReadCandidate(const JsonInput& input) const {
-    input.ExpectKeys({"guess", "from_simpler", "guess_rms", "theta", "shapes", "cost",
+    input.ExpectKeys({"guess", "is_carried", "base", "guess_rms", "theta", "shapes", "cost",
                       "profile_rms", "termination", "iterations", "done"});
     FitCandidate candidate;
     candidate.guess = ReadGuess(input.At("guess"));
@@ -189,12 +195,16 @@ class StateReader {
     const JsonInput theta = input.At("theta");
     if (candidate.valid() || theta.ExpectArray().Size() > 0)
       candidate.theta = theta.Vector(static_cast<int>(TyingMatrix(options_.parameters).cols()));
-    candidate.from_simpler = input.At("from_simpler").Boolean();
-    if (candidate.from_simpler && simpler_base_.stretch.empty())
-      input.At("from_simpler").Fail("false, since no simpler model has a fit");
-    if (candidate.theta.size() > 0)  // it has been settled
-      candidate.base =
-          candidate.from_simpler ? simpler_base_ : GuessTables(tables_, candidate.guess);
+    candidate.is_carried = input.At("is_carried").Boolean();
+    if (candidate.is_carried && !may_be_carried_)
+      input.At("is_carried").Fail("false, since there is no part before");
+    if (candidate.is_carried) {
+      candidate.base = ReadBase(input.At("base"));
+    } else {
+      input.At("base").ExpectArray(0);
+      if (candidate.theta.size() > 0)  // it has been settled
+        candidate.base = GuessTables(tables_, candidate.guess);
+    }
     candidate.cost = input.At("cost").NotNegative();
     candidate.profile_rms = input.At("profile_rms").NotNegative();
     candidate.termination = ReadTermination(input.At("termination"), candidate.valid());
@@ -234,16 +244,18 @@ class StateReader {
       const FitCandidate& candidate = state.candidates[i];
       const JsonInput shapes = input.At("candidates").At(i).At("shapes");
       if (state.round > 0 && !candidate.valid()) shapes.Fail("a drape of each image");
-      if (state.round == 0 && !candidate.done && candidate.valid() && !candidate.from_simpler)
+      if (state.round == 0 && !candidate.done && candidate.valid() && !candidate.is_carried)
         shapes.Fail("no drapes, since its first fit is not done");
     }
   }
 
-  const FitProblem& problem_;
-  StagedFitOptions options_;
+  const FitProblem& whole_;
+  const StagedFitOptions& whole_options_;
   const InitialGuessOptions grid_;
+  FitProblem problem_;  // of the present part, as what follows
+  StagedFitOptions options_;
   std::vector<MaterialField> tables_;  // of the guesses
-  MaterialField simpler_base_;         // without tables where no simpler model has a fit
+  bool may_be_carried_ = false;        // there is a part before
 };
 
 // The first name in which two keys differ; empty when they are the same.
@@ -265,14 +277,18 @@ void WriteCheckpoint(const std::string& path, const std::string& key, const Stag
   json candidates = json::array();
   for (const FitCandidate& candidate : state.candidates) candidates.push_back(ToJson(candidate));
   json results = json::array();
-  for (const ModelResult& result : state.simpler_results)
-    results.push_back({result.model, result.cost, result.profile_rms});
+  for (const PartResult& result : state.part_results)
+    results.push_back({{"part", result.part},
+                       {"began_carried", result.began_carried},
+                       {"cost", result.cost},
+                       {"profile_rms", result.profile_rms},
+                       {"stretch", result.stretch},
+                       {"bend", result.bend}});
   WriteStoredJson(path, kCheckpointFormat,
                   {{"job", key},
-                   {"models_done", state.models_done},
-                   {"simpler_results", results},
-                   {"simpler", state.simpler ? ToJson(*state.simpler) : json()},
-                   {"simpler_base", state.simpler ? ToJson(state.simpler->base) : json::array()},
+                   {"parts_done", state.parts_done},
+                   {"part_results", results},
+                   {"carried", state.carried ? ToJson(*state.carried) : json()},
                    {"tried", ToJson(state.tried)},
                    {"grid_done", state.grid_done},
                    {"round", state.round},

@@ -11,7 +11,7 @@ namespace drape {
 
 // A staged or nested fit on disk. `key` says what is fitted and how; another key is rejected
 // (CheckpointKey). Version 1 had no version, no checksum and nothing of an unfinished grid.
-inline constexpr StoredFormat kCheckpointFormat = {"drapefit-checkpoint", 3};
+inline constexpr StoredFormat kCheckpointFormat = {"drapefit-checkpoint", 4};
 
 // Writes atomically, exact to the last bit. Throws InputError when it cannot.
 void WriteCheckpoint(const std::string& path, const std::string& key, const StagedFitState& state);

@@ -41,7 +41,7 @@ MaterialField FittedMaterial(const StagedFitOptions& options, const FitCandidate
 }
 
 int CountWanted(const StagedFitOptions& options, const StagedFitState& state) {
-  return options.candidates_per_round[state.round] + (state.round == 0 && state.simpler ? 1 : 0);
+  return options.candidates_per_round[state.round] + (state.round == 0 && state.carried ? 1 : 0);
 }
 
 }  // namespace drape

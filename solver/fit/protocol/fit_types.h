@@ -12,7 +12,7 @@
 #include "physics/util/run_control.h"
 #include "solver/fit/fit.h"
 #include "solver/fit/observation.h"
-#include "solver/fit/protocol/initial_guess_grid.h"
+#include "solver/fit/protocol/guess/initial_guess_grid.h"
 #include "solver/forward/settle.h"
 
 namespace drape {
@@ -25,10 +25,13 @@ struct TableModel {
   ParameterTying parameters = ParameterTying::kEntries;
 };
 
-// What is fitted. Backends outlive the call; `coarse` has the scene and law of `fine`.
+// What is fitted. Backends outlive the call; all have the scene and law of `fine`.
 struct FitProblem {
-  Backend* fine = nullptr;
-  Backend* coarse = nullptr;
+  Backend* fine = nullptr;    // of the result
+  Backend* coarse = nullptr;  // of the trials of initial guesses
+  // Clothes of the same rest shape, the coarsest first: RunNestedFit fits on the first of them,
+  // then goes on, from the fit before, on each of the others and on `fine`.
+  std::vector<Backend*> search = {};
   MaterialField material;  // start tables
   // Further ones, of the same density: the initial guesses try all.
   std::vector<MaterialField> other_materials = {};
@@ -98,7 +101,7 @@ struct FitCandidate {
   // The tables that its log factors are on, and about which its prior is: those of the guess, or of
   // a fit by a simpler model. Empty before the guess is settled.
   MaterialField base;
-  bool from_simpler = false;            // it began with the fit by a simpler model
+  bool is_carried = false;              // it began with the fit of the part before
   double guess_rms = 0.0;               // of the guess's settled drapes on the fine cloth [px]
   Eigen::VectorXd theta;                // log factors on `base`, shape [P]
   std::vector<Eigen::VectorXd> shapes;  // the fitted drape of each observation [m], shape [3V]
@@ -118,20 +121,23 @@ MaterialField GuessTables(const std::vector<MaterialField>& tables, const Initia
 // The tables of a candidate.
 MaterialField FittedMaterial(const StagedFitOptions& options, const FitCandidate& candidate);
 
-// The result of a fit by one model.
-struct ModelResult {
-  int model = 0;             // of FitProblem::simpler_models
-  double cost = 0.0;         // ½ Σ residual², prior included
-  double profile_rms = 0.0;  // over all observations [px]
+// The result of one part of a nested fit.
+struct PartResult {
+  int part = 0;
+  bool began_carried = false;        // FitCandidate::is_carried
+  double cost = 0.0;                 // ½ Σ residual², prior included
+  double profile_rms = 0.0;          // over all observations [px]
+  double stretch = 0.0, bend = 0.0;  // EffectiveStretch [N/m], EffectiveBend [N m]
 };
 
 // A staged fit, or a nested one, between two units of work. Saved and read back, the fit continues
 // to the identical result.
 struct StagedFitState {
-  // Of simpler_models that are done, where they could be fitted; their best as a start.
-  int models_done = 0;
-  std::vector<ModelResult> simpler_results;
-  std::optional<FitCandidate> simpler;
+  // Of a nested fit: parts that are done, their results where they have some, and the best of the
+  // part before as a start of this one.
+  int parts_done = 0;
+  std::vector<PartResult> part_results;
+  std::optional<FitCandidate> carried;
   TriedGuesses tried;  // by the grid; empty once it is done
   bool grid_done = false;
   // Of this round; in the first round more than are wanted, since some guesses have no stable drape
@@ -144,7 +150,7 @@ struct StagedFitState {
   double fit_seconds = 0.0;
 };
 
-// Candidates that the present round fits: in the first one more, where a simpler model has a fit.
+// Candidates that the present round fits: in the first one more, where one is carried over.
 int CountWanted(const StagedFitOptions& options, const StagedFitState& state);
 
 // The notes of progress are the stage and the best misfit so far: "round 1, best 1.23 px". All

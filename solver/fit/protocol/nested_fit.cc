@@ -2,11 +2,17 @@
 #include "solver/fit/protocol/nested_fit.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
+#include "physics/material/material_scaling.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/parameters/effective_stiffness.h"
+#include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
+#include "solver/forward/batching_backend.h"
 
 namespace drape {
 namespace {
@@ -20,16 +26,67 @@ int CountNumbers(ParameterTying parameters) {
   return static_cast<int>(TyingMatrix(parameters).cols());
 }
 
+// Of the time of a part that searches, by the same number of vertices: one candidate and one round
+// take less.
+constexpr double kFinerShare = 0.35;
+constexpr double kGrowth = 1.3;  // time ~ vertices^kGrowth
+// Candidates that go on on a finer mesh, where another branch may be the best.
+constexpr int kCarried = 3;
+constexpr int kCarriedSideBySide = 8;
+
+int CountSimpler(const FitProblem& problem) {
+  return static_cast<int>(problem.simpler_models.size());
+}
+
+bool IsOnFinerMesh(const FitProblem& problem, int part) { return part > CountSimpler(problem); }
+
+Backend* MeshOfPart(const FitProblem& problem, int part) {
+  const std::size_t level = std::max(0, part - CountSimpler(problem));
+  return level < problem.search.size() ? problem.search[level] : problem.fine;
+}
+
+std::string PartName(const FitProblem& problem, int part) {
+  std::string name;
+  if (part < CountSimpler(problem)) name = NameFor(problem.simpler_models[part]) + ", ";
+  if (IsOnFinerMesh(problem, part))
+    name = Format("%d vertices, ", MeshOfPart(problem, part)->model().mesh.num_vertices());
+  return name;
+}
+
+// The time of each part by that of one that searches on the first mesh.
+double ExpectTime(const FitProblem& problem, int part) {
+  if (!IsOnFinerMesh(problem, part)) return 1.0;
+  const auto vertices = [&](int p) {
+    return static_cast<double>(MeshOfPart(problem, p)->model().mesh.num_vertices());
+  };
+  return kFinerShare * std::pow(vertices(part) / vertices(0), kGrowth);
+}
+
+struct PartStiffness {
+  double stretch = 0.0, bend = 0.0;  // EffectiveStretch, EffectiveBend
+};
+
+PartStiffness StiffnessOfPart(const FitProblem& problem, const StagedFitOptions& options, int part,
+                              const FitCandidate& best) {
+  const MaterialField fitted = FittedMaterial(PartOptions(problem, options, part), best);
+  const Eigen::VectorXd weights = StiffnessWeights(MeshOfPart(problem, part)->model(), best.shapes);
+  return {EffectiveStretch(fitted, weights), EffectiveBend(fitted, weights)};
+}
+
+FitCandidate AsCarried(FitCandidate candidate) {
+  candidate.is_carried = true;
+  candidate.done = false;
+  return candidate;
+}
+
 // A fit by one model as a start of another: without its part of the prior, which is about its own
 // tables from here on.
 FitCandidate AsStart(const FitCandidate& fit, const StagedFitOptions& options,
                      ParameterTying next) {
-  FitCandidate start = fit;
+  FitCandidate start = AsCarried(fit);
   start.base = FittedMaterial(options, fit);
   start.cost -= 0.5 * (fit.theta / options.prior_sigma).squaredNorm();
   start.theta = Eigen::VectorXd::Zero(CountNumbers(next));
-  start.from_simpler = true;
-  start.done = false;
   return start;
 }
 
@@ -40,60 +97,68 @@ class NestedFitter {
       : problem_(problem), options_(options), control_(control) {}
 
   StagedFitState Run(StagedFitState state) const {
-    while (state.models_done < num_simpler()) {
-      state = RunModel(std::move(state));
+    for (;;) {
+      const int part = state.parts_done;
+      state = RunStagedFit(PartProblem(problem_, part), PartOptions(problem_, options_, part),
+                           std::move(state), ControlOfPart(part));
       if (control_.cancelled()) return BestSoFar(std::move(state));
-      state = Continue(std::move(state));
+      if (state.parts_done + 1 == CountParts(problem_)) return state;
+      std::optional<StagedFitState> next = Continue(state);
+      if (!next) return state;
+      state = *std::move(next);
       if (control_.save) control_.save(state);
     }
-    return RunStagedFit(problem_, options_, std::move(state), Part(num_simpler(), ""));
   }
 
  private:
-  int num_simpler() const { return static_cast<int>(problem_.simpler_models.size()); }
-
-  StagedFitOptions OptionsFor(const StagedFitState& state) const {
-    StagedFitOptions options = options_;
-    options.parameters = FittedParameters(problem_, options_, state);
-    return options;
-  }
-
-  StagedFitState RunModel(StagedFitState state) const {
-    FitProblem problem = problem_;
-    problem.other_materials = ListModelTables(problem_, state);
-    problem.material = problem.other_materials.front();
-    problem.other_materials.erase(problem.other_materials.begin());
-    const StagedFitOptions options = OptionsFor(state);
-    const std::string name = NameFor(problem_.simpler_models[state.models_done]);
-    const StagedFitControl part = Part(state.models_done, name + ", ");
-    return RunStagedFit(problem, options, std::move(state), part);
-  }
-
-  // Reports one of the models as its share of the whole, under its name.
-  StagedFitControl Part(int number, const std::string& name) const {
-    StagedFitControl part;
-    part.cancel = control_.cancel;
-    part.save = control_.save;
-    part.log = [this, name](const std::string& line) { control_.Log(name + line); };
-    part.progress = [this, number, name](double fraction, const std::string& note) {
-      control_.Report((number + fraction) / (num_simpler() + 1), name + note);
+  // Reports one of the parts as its share of the whole, under its name.
+  StagedFitControl ControlOfPart(int part) const {
+    double before = 0.0, whole = 0.0;
+    for (int p = 0; p < CountParts(problem_); ++p) {
+      if (p < part) before += ExpectTime(problem_, p);
+      whole += ExpectTime(problem_, p);
+    }
+    const double own = ExpectTime(problem_, part);
+    const std::string name = PartName(problem_, part);
+    StagedFitControl control;
+    control.cancel = control_.cancel;
+    control.save = control_.save;
+    control.log = [this, name](const std::string& line) { control_.Log(name + line); };
+    control.progress = [=, this](double fraction, const std::string& note) {
+      control_.Report((before + own * fraction) / whole, name + note);
     };
-    return part;
+    return control;
   }
 
-  // The state in which the next model begins.
-  StagedFitState Continue(StagedFitState done) const {
-    const StagedFitOptions options = OptionsFor(done);
+  // The state in which the next part begins; none where the fit ends because a finer mesh has no
+  // drapes of it, or is cancelled.
+  std::optional<StagedFitState> Continue(const StagedFitState& done) const {
+    StagedFitState next = WithResults(done);
+    if (IsOnFinerMesh(problem_, next.parts_done)) {
+      CarryOver(done, &next);
+      if (control_.cancelled() || next.candidates.empty()) return std::nullopt;
+      return next;
+    }
     const FitCandidate* best = Best(done);
+    if (best == nullptr && done.carried) best = &*done.carried;
+    if (best == nullptr) return next;
+    next.carried = AsStart(*best, PartOptions(problem_, options_, done.parts_done),
+                           PartOptions(problem_, options_, next.parts_done).parameters);
+    return next;
+  }
+
+  StagedFitState WithResults(const StagedFitState& done) const {
     StagedFitState next;
-    next.models_done = done.models_done + 1;
-    next.simpler_results = std::move(done.simpler_results);
-    const ParameterTying parameters = FittedParameters(problem_, options_, next);
-    if (best != nullptr) {
-      next.simpler_results.push_back({done.models_done, best->cost, best->profile_rms});
-      next.simpler = AsStart(*best, options, parameters);
-    } else if (done.simpler) {
-      next.simpler = AsStart(*done.simpler, options, parameters);
+    next.parts_done = done.parts_done + 1;
+    next.part_results = done.part_results;
+    if (const FitCandidate* best = Best(done)) {
+      const PartStiffness stiffness = StiffnessOfPart(problem_, options_, done.parts_done, *best);
+      next.part_results.push_back({.part = done.parts_done,
+                                   .began_carried = best->is_carried,
+                                   .cost = best->cost,
+                                   .profile_rms = best->profile_rms,
+                                   .stretch = stiffness.stretch,
+                                   .bend = stiffness.bend});
     }
     next.iterations = done.iterations;
     next.counts = done.counts;
@@ -102,13 +167,46 @@ class NestedFitter {
     return next;
   }
 
-  // The candidates of a state whose simpler model was cancelled are of that model.
-  StagedFitState BestSoFar(StagedFitState state) const {
-    StagedFitState last = Continue(std::move(state));
-    if (last.simpler) {
-      last.simpler->theta = Eigen::VectorXd::Zero(CountNumbers(options_.parameters));
-      last.candidates = {*last.simpler};
+  // The candidates that are stable on the next mesh.
+  void CarryOver(const StagedFitState& done, StagedFitState* next) const {
+    const auto start = std::chrono::steady_clock::now();
+    const FitProblem problem = PartProblem(problem_, next->parts_done);
+    const StagedFitOptions options = PartOptions(problem_, options_, next->parts_done);
+    const Mesh& from = MeshOfPart(problem_, done.parts_done)->model().mesh;
+    std::vector<CandidateTask> tasks;
+    for (const FitCandidate& candidate : done.candidates) {
+      if (!candidate.valid()) continue;
+      CandidateTask& task = tasks.emplace_back();
+      task.index = static_cast<int>(tasks.size()) - 1;
+      task.candidate = AsCarried(candidate);
     }
+    RunBatched(*problem.fine, static_cast<int>(tasks.size()), kCarriedSideBySide,
+               [&](BatchingBackend& backend) {
+                 CandidateFitter(problem, options, backend, control_.cancel, 0)
+                     .CarryOver(from, tasks[backend.index()]);
+               });
+    if (control_.cancelled()) return;
+    const std::string name = PartName(problem_, next->parts_done);
+    for (CandidateTask& task : tasks) {
+      for (const std::string& line : task.log) control_.Log(name + line);
+      next->counts += task.counts;
+      if (task.candidate.valid()) next->candidates.push_back(std::move(task.candidate));
+    }
+    next->grid_done = true;
+    next->fit_seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  // A cancelled state of a simpler model as one of the problem's own.
+  StagedFitState BestSoFar(StagedFitState state) const {
+    if (state.parts_done >= CountSimpler(problem_)) return state;
+    const FitCandidate* best = Best(state);
+    if (best == nullptr && state.carried) best = &*state.carried;
+    StagedFitState last = WithResults(state);
+    last.parts_done = CountSimpler(problem_);
+    if (best != nullptr)
+      last.candidates = {
+          AsStart(*best, PartOptions(problem_, options_, state.parts_done), options_.parameters)};
     return last;
   }
 
@@ -134,20 +232,54 @@ std::string NameFor(const TableModel& model) {
   return form + Format(", %d numbers", CountNumbers(model.parameters));
 }
 
-ParameterTying FittedParameters(const FitProblem& problem, const StagedFitOptions& options,
-                                const StagedFitState& state) {
-  const auto model = static_cast<std::size_t>(state.models_done);
-  return model < problem.simpler_models.size() ? problem.simpler_models[model].parameters
-                                               : options.parameters;
+int CountParts(const FitProblem& problem) {
+  return CountSimpler(problem) + 1 + static_cast<int>(problem.search.size());
 }
 
-std::vector<MaterialField> ListModelTables(const FitProblem& problem, const StagedFitState& state) {
-  std::vector<MaterialField> tables = ListStartTables(problem);
-  const auto model = static_cast<std::size_t>(state.models_done);
-  if (model < problem.simpler_models.size())
-    for (MaterialField& table : tables)
-      table = InForm(std::move(table), problem.simpler_models[model].form);
-  return tables;
+FitProblem PartProblem(const FitProblem& problem, int part) {
+  FitProblem own = problem;
+  own.fine = MeshOfPart(problem, part);
+  own.search.clear();
+  own.simpler_models.clear();
+  if (part >= CountSimpler(problem)) return own;
+  const TableForm form = problem.simpler_models[part].form;
+  own.material = InForm(own.material, form);
+  for (MaterialField& other : own.other_materials) other = InForm(other, form);
+  return own;
+}
+
+StagedFitOptions PartOptions(const FitProblem& problem, const StagedFitOptions& options, int part) {
+  StagedFitOptions own = options;
+  if (part < CountSimpler(problem)) own.parameters = problem.simpler_models[part].parameters;
+  if (problem.search.empty() || part < CountSimpler(problem)) return own;
+  const int carried = std::min(kCarried, options.candidates_per_round.front());
+  if (IsOnFinerMesh(problem, part)) {
+    const std::size_t rounds = options.iterations.size();
+    own.candidates_per_round = {carried, 1};
+    own.iterations = {options.iterations[rounds - std::min<std::size_t>(2, rounds)],
+                      options.iterations.back()};
+  }
+  if (part + 1 < CountParts(problem))
+    for (int& count : own.candidates_per_round) count = std::max(count, carried);
+  return own;
+}
+
+std::optional<MeshError> EstimateMeshError(const FitProblem& problem,
+                                           const StagedFitOptions& options,
+                                           const StagedFitState& state) {
+  const FitCandidate* best = Best(state);
+  if (!IsOnFinerMesh(problem, state.parts_done) || best == nullptr) return std::nullopt;
+  const auto before =
+      std::find_if(state.part_results.begin(), state.part_results.end(),
+                   [&](const PartResult& result) { return result.part == state.parts_done - 1; });
+  if (before == state.part_results.end()) return std::nullopt;
+  const auto vertices = [&](int part) {
+    return static_cast<double>(MeshOfPart(problem, part)->model().mesh.num_vertices());
+  };
+  const double growth = vertices(state.parts_done) / vertices(state.parts_done - 1);
+  const PartStiffness fitted = StiffnessOfPart(problem, options, state.parts_done, *best);
+  return MeshError{.log_stretch = std::log(fitted.stretch / before->stretch) / (growth - 1),
+                   .log_bend = std::log(fitted.bend / before->bend) / (growth - 1)};
 }
 
 StagedFitState RunNestedFit(const FitProblem& problem, const StagedFitOptions& options,

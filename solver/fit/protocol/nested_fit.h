@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,9 +9,13 @@
 
 namespace drape {
 
-// Models of one table contain one another [METHODS, P18]: isotropic (2 numbers) ⊂ linear (7) ⊂
-// nonlinear tables with a factor on each column (7) ⊂ all 39 entries. A fit by a model that starts
-// also from the fit by the model that it contains cannot have a higher cost.
+// A fit in parts, each a staged fit that starts also from the best of the part before.
+//
+// First by models of one table that contain one another [METHODS, P18]: isotropic (2 numbers) ⊂
+// linear (7) ⊂ nonlinear tables with a factor on each column (7) ⊂ all 39 entries. A fit that
+// starts also from the fit by the model that it contains cannot have a higher cost.
+// Then, by the last of them, on finer and finer meshes [METHODS, P58]: the branch is found on a
+// coarse mesh, where that is cheap, and the numbers on a fine one.
 
 // The models of that chain that `model` contains, from the simplest on; none for a model that is
 // not of it, such as one that leaves stretch as it is.
@@ -19,18 +24,32 @@ std::vector<TableModel> SimplerModels(const TableModel& model);
 // "isotropic, 2 numbers".
 std::string NameFor(const TableModel& model);
 
-// RunStagedFit for each of problem.simpler_models in turn, then for the problem's own with
-// options.parameters. The best candidate of a model is a further one of the first round of the next
-// model, with its tables as base, about which the prior of that candidate is. Continues from
-// `state`; returns the state of the last model, after a cancel with the best so far as its only
-// candidate where that is by a simpler model.
+// The parts of a problem: its simpler_models on the first of its meshes (`search`, then `fine`),
+// its own model on that mesh, then on each of the others.
+int CountParts(const FitProblem& problem);
+// One of them: its mesh is `fine`, its start tables have the form of its model.
+FitProblem PartProblem(const FitProblem& problem, int part);
+// Its parameters and rounds. A part before one on a finer mesh keeps a few candidates to its end,
+// and that one has two rounds: of these, and of the best of them.
+StagedFitOptions PartOptions(const FitProblem& problem, const StagedFitOptions& options, int part);
+
+// Runs all parts from `state` on; returns the state of the last of them. A part begins with the
+// best candidate of the part before: a simpler model's tables become its base, about which its
+// prior is; on a finer mesh the same candidate continues, its drapes settled there. Where they
+// are not stable there, the fit ends with the part before. After a cancel, the best so far is the
+// only candidate where that is by a simpler model.
 StagedFitState RunNestedFit(const FitProblem& problem, const StagedFitOptions& options,
                             StagedFitState state, const StagedFitControl& control);
 
-// The numbers of a candidate of the model that a state is at.
-ParameterTying FittedParameters(const FitProblem& problem, const StagedFitOptions& options,
-                                const StagedFitState& state);
-// The start tables of that model, in its form.
-std::vector<MaterialField> ListModelTables(const FitProblem& problem, const StagedFitState& state);
+// How far the fitted means are from those on an infinitely fine mesh, ln(limit/fitted), by the last
+// two meshes: the error is in proportion to 1/V [METHODS, P58]. It holds what else changed between
+// the two fits too.
+struct MeshError {
+  double log_stretch = 0.0, log_bend = 0.0;
+};
+// None for a fit that was made on one mesh only, or has no result.
+std::optional<MeshError> EstimateMeshError(const FitProblem& problem,
+                                           const StagedFitOptions& options,
+                                           const StagedFitState& state);
 
 }  // namespace drape

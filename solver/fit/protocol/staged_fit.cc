@@ -75,7 +75,7 @@ class StagedFitter {
     const std::vector<InitialGuess> guesses = RankGuesses(std::exchange(state.tried, {}));
     state.counts.rollouts += static_cast<int>(guesses.size() * problem_.observations.size());
     const std::size_t kept = kSpareGuesses * options_.candidates_per_round.front();
-    if (state.simpler) state.candidates.push_back(*state.simpler);
+    if (state.carried) state.candidates.push_back(*state.carried);
     for (std::size_t i = 0; i < guesses.size() && i < kept; ++i)
       state.candidates.emplace_back().guess = guesses[i];
     state.grid_done = true;
@@ -134,7 +134,7 @@ class StagedFitter {
       next = work.back().index + 1;
       RunSideBySide(work, 0,
                     [](const CandidateFitter& fitter, CandidateTask& mine, BatchingBackend&) {
-                      if (!mine.candidate.from_simpler) fitter.SettleGuess(mine);
+                      if (!mine.candidate.is_carried) fitter.SettleGuess(mine);
                     });
       for (CandidateTask& mine : work) {
         state.candidates[mine.index].guess_rms = mine.candidate.guess_rms;
@@ -153,7 +153,7 @@ class StagedFitter {
   static bool RepeatsEarlierDrape(const CandidateTask& work, const StagedFitState& state) {
     return std::any_of(state.candidates.begin(), state.candidates.begin() + work.index,
                        [&](const FitCandidate& before) {
-                         return !before.from_simpler &&
+                         return !before.is_carried &&
                                 before.guess.table == work.candidate.guess.table &&
                                 before.guess.stretch == work.candidate.guess.stretch &&
                                 before.guess.bend == work.candidate.guess.bend &&
@@ -176,11 +176,11 @@ class StagedFitter {
     const FitCandidate before = candidate;
     if (round == 1) fitter.RetryGuesses(work);
     if (!Cancelled()) fitter.Fit(work, progress);
-    // The result of an earlier round or of a simpler model stays if this one fails, or is cancelled
-    // before it has one; that of a simpler model also if this one is worse.
+    // The result of an earlier round or part stays if this one fails, or is cancelled before it has
+    // one; that of an earlier part also if this one is worse.
     const bool unfitted = !candidate.valid() || (Cancelled() && candidate.cost == before.cost);
-    const bool worse = candidate.from_simpler && candidate.cost > before.cost;
-    if ((round > 0 || before.from_simpler) && (unfitted || worse)) candidate = before;
+    const bool worse = candidate.is_carried && candidate.cost > before.cost;
+    if ((round > 0 || before.is_carried) && (unfitted || worse)) candidate = before;
   }
 
   // Stores a candidate in the state; a cancelled one is not done.
@@ -193,7 +193,7 @@ class StagedFitter {
     for (const std::string& line : work.log) control_.Log(line);
     const int done = DoneCandidates(state), succeeded = SucceededCandidates(state);
     if (done == int(state.candidates.size()) || succeeded == CountWanted(options_, state)) {
-      if (state.round == 0) LogStarts(succeeded, CountWanted(options_, state));
+      if (state.round == 0) LogStarts(state, succeeded, CountWanted(options_, state));
       for (FitCandidate& each : state.candidates) each.done = false;
       ++state.round;
     }
@@ -201,8 +201,9 @@ class StagedFitter {
     Save(state);
   }
 
-  void LogStarts(int count, int wanted) const {
-    if (count < wanted)
+  void LogStarts(const StagedFitState& state, int count, int wanted) const {
+    const bool has_guesses = state.candidates.size() > 1 || !state.carried;
+    if (has_guesses && count < wanted)
       control_.Log("round 1: " + std::to_string(count) + " starts of " + std::to_string(wanted) +
                    ": the initial guesses have no more drapes of their own");
   }

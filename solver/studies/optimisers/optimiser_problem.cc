@@ -76,7 +76,7 @@ void RequireDistinct(const std::vector<BenchmarkImage>& images) {
 }
 
 double RmsPx(const FitInput& input, const Eigen::VectorXd& x) {
-  return OutlineRms(input.fine_model->mesh, x, input.problem.observations.front())
+  return OutlineRms(input.fine.model->mesh, x, input.problem.observations.front())
       .value_or(std::numeric_limits<double>::infinity());
 }
 
@@ -84,13 +84,14 @@ void Recheck(const FitInput& input, double time_step, const MaterialField& mater
              BenchmarkRecord* record) {
   record->coupling = LargestSquaredCoupling(material.stretch.front());
   record->rms_px = record->settled_rms_px = RmsPx(input, record->shape);
-  StepSolver solver(input.fine_model);
+  StepSolver solver(input.fine.model);
   const Eigen::VectorXd lowest = LowestEigenvalues(solver, material, record->shape, 1);
   if (lowest.size() > 0) record->stiffness = lowest[0];
   const State rest{record->shape, Eigen::VectorXd::Zero(record->shape.size())};
   const RolloutInput rollout{&material, &rest};
   const RolloutResult end =
-      input.fine->Rollouts({&rollout, 1}, {.h = time_step, .steps = kSettleSteps}, nullptr).front();
+      input.fine.backend->Rollouts({&rollout, 1}, {.h = time_step, .steps = kSettleSteps}, nullptr)
+          .front();
   if (end.status != RolloutStatus::kOk) return;
   record->settled_rms_px = RmsPx(input, end.end.x);
   record->drift = (end.end.x - rest.x).reshaped(3, rest.x.size() / 3).colwise().norm().maxCoeff();
@@ -100,7 +101,7 @@ void Recheck(const FitInput& input, double time_step, const MaterialField& mater
 OutlineResidualOptions MakeResidualOptions(const BenchmarkStart& start, bool derivatives,
                                            const std::atomic<bool>* cancel) {
   OutlineResidualOptions options =
-      CandidateFitter(start.input.problem, start.spec.stages, *start.input.fine, cancel, 0)
+      CandidateFitter(start.input.problem, start.spec.stages, *start.input.fine.backend, cancel, 0)
           .MakeResidualOptions();
   if (!derivatives)
     options.max_outline_change = options.max_jump = std::numeric_limits<double>::infinity();
@@ -148,6 +149,7 @@ BenchmarkStart FindBenchmarkStart(const OptimiserBenchmarkOptions& options,
   FitSpec spec = options.spec;
   if (image.is_twin) spec.observation.camera = {};  // the one that rendered it
   spec.mesh = options.mesh;
+  spec.search_mesh = options.mesh;  // the race itself is on one mesh
   spec.coarse_mesh = options.coarse_mesh;
   spec.simpler_models = false;
   spec.stages.candidates_per_round = {1};
@@ -177,7 +179,7 @@ BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkO
   const TableParametrisation parametrisation(
       start.candidate.base,
       ParseName<ParameterTying>(std::to_string(parameters), "num_parameters"));
-  DrapeFunction function(input.fine.get(), &parametrisation, &input.problem.observations,
+  DrapeFunction function(input.fine.backend.get(), &parametrisation, &input.problem.observations,
                          AtRest(start.candidate.shapes),
                          MakeResidualOptions(start, FindOptimiser(method).derivatives, cancel),
                          stages.prior_sigma);

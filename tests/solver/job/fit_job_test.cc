@@ -16,7 +16,8 @@
 #include "physics/simulation/statics/statics.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
-#include "solver/fit/protocol/initial_guess_grid.h"
+#include "solver/fit/protocol/guess/initial_guess_grid.h"
+#include "solver/job/fit_input.h"
 #include "solver/prediction/material_source.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"
@@ -275,6 +276,41 @@ TEST_F(FitJobTest, MoreNumbersStartFromTheFitsByFewer) {
     last = summary["cost"].get<double>();
   }
   EXPECT_EQ(Summary()["simpler_models"]["fits"].size(), 3u);
+}
+
+// A fit that is found on a coarser mesh has an estimate of its mesh error; one on a single mesh
+// none.
+TEST_F(FitJobTest, AFitOnSeveralMeshesTellsItsMeshError) {
+  spec_.mesh = "disc:300";
+  spec_.search_mesh = "disc:150";
+  spec_.stages.parameters = ParameterTying::kScales;
+  ASSERT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
+  const nlohmann::json meshes = Summary()["meshes"];
+  ASSERT_EQ(meshes["fits"].size(), 2u);
+  const nlohmann::json &coarse = meshes["fits"][0], &fine = meshes["fits"][1];
+  const double growth = fine["vertices"].get<double>() / coarse["vertices"].get<double>();
+  EXPECT_GT(growth, 1.8);
+  EXPECT_NEAR(meshes["error"]["log_bend"].get<double>() * (growth - 1.0),
+              std::log(fine["bend_n_m"].get<double>() / coarse["bend_n_m"].get<double>()), 1e-9);
+  spec_.search_mesh = "disc:300";
+  RunFitJob(spec_, data_, files_, {});
+  EXPECT_EQ(Summary()["meshes"]["fits"].size(), 1u);
+  EXPECT_TRUE(Summary()["meshes"]["error"].is_null());
+}
+
+TEST(SearchMeshes, GrowByAtMostFourTimesUpToTheMesh) {
+  FitSpec spec;
+  EXPECT_EQ(SearchMeshes(spec), std::vector<std::string>{"disc:600"});
+  spec.mesh = "disc:2400";
+  EXPECT_EQ(SearchMeshes(spec), std::vector<std::string>{"disc:600"});
+  spec.mesh = "disc:4800";
+  const std::vector<std::string> meshes = SearchMeshes(spec);
+  ASSERT_EQ(meshes.size(), 2u);
+  EXPECT_THAT(meshes[1], testing::StartsWith("disc:1"));
+  for (const char* mesh : {"disc:600", "disc:800", "disc:300", "disc:2400,radius=0.2"}) {
+    spec.mesh = mesh;
+    EXPECT_TRUE(SearchMeshes(spec).empty()) << mesh;
+  }
 }
 
 TEST_F(FitJobTest, KeepsTheBestOfSeveralStartTables) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/protocol/initial_guess_grid.h"
+#include "solver/fit/protocol/guess/initial_guess_grid.h"
 
 #include <glog/logging.h>
 

@@ -38,7 +38,7 @@ void ExpectSame(const MaterialField& a, const MaterialField& b) {
 void ExpectSame(const FitCandidate& a, const FitCandidate& b) {
   ExpectSame(a.guess, b.guess);
   ExpectSame(a.base, b.base);
-  EXPECT_EQ(a.from_simpler, b.from_simpler);
+  EXPECT_EQ(a.is_carried, b.is_carried);
   EXPECT_EQ(a.guess_rms, b.guess_rms);
   EXPECT_EQ(a.theta, b.theta);
   EXPECT_EQ(a.shapes, b.shapes);
@@ -50,15 +50,18 @@ void ExpectSame(const FitCandidate& a, const FitCandidate& b) {
 }
 
 void ExpectSame(const StagedFitState& a, const StagedFitState& b) {
-  EXPECT_EQ(a.models_done, b.models_done);
-  ASSERT_EQ(a.simpler_results.size(), b.simpler_results.size());
-  for (std::size_t i = 0; i < a.simpler_results.size(); ++i) {
-    EXPECT_EQ(a.simpler_results[i].model, b.simpler_results[i].model);
-    EXPECT_EQ(a.simpler_results[i].cost, b.simpler_results[i].cost);
-    EXPECT_EQ(a.simpler_results[i].profile_rms, b.simpler_results[i].profile_rms);
+  EXPECT_EQ(a.parts_done, b.parts_done);
+  ASSERT_EQ(a.part_results.size(), b.part_results.size());
+  for (std::size_t i = 0; i < a.part_results.size(); ++i) {
+    EXPECT_EQ(a.part_results[i].part, b.part_results[i].part);
+    EXPECT_EQ(a.part_results[i].began_carried, b.part_results[i].began_carried);
+    EXPECT_EQ(a.part_results[i].cost, b.part_results[i].cost);
+    EXPECT_EQ(a.part_results[i].profile_rms, b.part_results[i].profile_rms);
+    EXPECT_EQ(a.part_results[i].stretch, b.part_results[i].stretch);
+    EXPECT_EQ(a.part_results[i].bend, b.part_results[i].bend);
   }
-  ASSERT_EQ(a.simpler.has_value(), b.simpler.has_value());
-  if (a.simpler) ExpectSame(*a.simpler, *b.simpler);
+  ASSERT_EQ(a.carried.has_value(), b.carried.has_value());
+  if (a.carried) ExpectSame(*a.carried, *b.carried);
   EXPECT_EQ(a.grid_done, b.grid_done);
   EXPECT_EQ(a.round, b.round);
   EXPECT_EQ(a.iterations, b.iterations);
@@ -141,22 +144,37 @@ TEST_F(CheckpointTest, StatesOfNestedFitsAreReadBackBitForBit) {
   fit_.problem.simpler_models =
       SimplerModels({TableForm::kGiven, fit_.options.parameters = ParameterTying::kColumns});
   saved_.clear();
+  test::FakeBackend finer(200);
+  fit_.problem.search = {fit_.problem.fine};
+  fit_.problem.fine = &finer;
   RunNestedFit(fit_.problem, fit_.options, {}, control_);
-  ASSERT_EQ(saved_.back().models_done, 2);
-  ASSERT_TRUE(saved_.back().simpler);
+  ASSERT_EQ(saved_.back().parts_done, 3);
   for (const StagedFitState& state : saved_) {
     WriteCheckpoint(path_, "job", state);
     ExpectSame(*ReadBack(), state);
   }
-  const json members = Members(saved_.back());
-  for (const auto& [at, value] :
-       {std::pair("/simpler/from_simpler", json(false)), std::pair("/simpler_base", json::array()),
-        std::pair("/simpler", json()), std::pair("/models_done", json(0)),
-        std::pair("/simpler_results/0/0", json(2))}) {
-    json changed = members;
-    changed[json::json_pointer(at)] = value;
-    EXPECT_THAT(ComputeError(changed), testing::HasSubstr("key '")) << at;
-  }
+  const auto last_of_part = [&](int part) {
+    return *std::find_if(saved_.rbegin(), saved_.rend(),
+                         [&](const StagedFitState& state) { return state.parts_done == part; });
+  };
+  ASSERT_TRUE(last_of_part(2).carried);
+  const auto expect_errors = [&](const json& members,
+                                 const std::vector<std::pair<const char*, json>>& changes) {
+    for (const auto& [at, value] : changes) {
+      json changed = members;
+      changed[json::json_pointer(at)] = value;
+      EXPECT_THAT(ComputeError(changed), testing::HasSubstr("key '")) << at;
+    }
+  };
+  expect_errors(Members(last_of_part(2)), {{"/carried/is_carried", false},
+                                           {"/carried/base", json::array()},
+                                           {"/parts_done", 0},
+                                           {"/part_results/0/part", 2},
+                                           {"/part_results/0/bend", -1}});
+  expect_errors(Members(last_of_part(3)), {{"/candidates/0/base", json::array()},
+                                           {"/candidates/0/is_carried", false},
+                                           {"/parts_done", 2},
+                                           {"/parts_done", 4}});
 }
 
 TEST_F(CheckpointTest, AbsentIsNothing) { EXPECT_FALSE(ReadBack().has_value()); }
@@ -168,7 +186,7 @@ TEST_F(CheckpointTest, AnotherJobIsRefused) {
 
 TEST_F(CheckpointTest, AFileOfAnEarlierVersionIsRefused) {
   Write("checkpoint.json", R"({"format": "drapefit-checkpoint", "job": "job", "round": 0})");
-  EXPECT_INPUT_ERROR(ReadBack(), "is of another version of the program, expected version 3");
+  EXPECT_INPUT_ERROR(ReadBack(), "is of another version of the program, expected version 4");
 }
 
 TEST_F(CheckpointTest, AFolderThatIsNotThereIsAnError) {

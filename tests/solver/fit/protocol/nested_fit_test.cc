@@ -7,6 +7,9 @@
 #include <atomic>
 #include <cmath>
 
+#include "physics/material/material_scaling.h"
+#include "physics/simulation/statics/statics.h"
+#include "solver/fit/parameters/effective_stiffness.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "tests/solver/fake_fit.h"
@@ -87,10 +90,10 @@ TEST_F(NestedFitTest, MoreNumbersNeverFitWorse) {
     const FitCandidate* best = Best(state);
     ASSERT_NE(best, nullptr) << NameFor(model);
     std::printf("%s: cost %.4f, %.3f px, %d results before\n", NameFor(model).c_str(), best->cost,
-                best->profile_rms, int(state.simpler_results.size()));
+                best->profile_rms, int(state.part_results.size()));
     EXPECT_LE(best->cost, last) << NameFor(model);
-    EXPECT_EQ(state.simpler_results.size(), SimplerModels(model).size());
-    for (const ModelResult& simpler : state.simpler_results)
+    EXPECT_EQ(state.part_results.size(), SimplerModels(model).size());
+    for (const PartResult& simpler : state.part_results)
       EXPECT_LE(best->cost, simpler.cost) << NameFor(model);
     EXPECT_LT(ForceResidual(fine_->model(), FittedMaterial(options_, *best), best->shapes[0]),
               1e-8);
@@ -106,6 +109,34 @@ TEST_F(NestedFitTest, OnTheirOwnMoreNumbersFitWorseHere) {
   options_.parameters = ParameterTying::kEntries;
   problem_.material = test::TestMaterial();
   EXPECT_GT(Best(RunStagedFit(problem_, options_, {}, {}))->cost, isotropic);
+}
+
+// The numbers are those of the finest mesh, whose own drape they are of; the error by the two last
+// meshes is what is left of what they change by.
+TEST_F(NestedFitTest, AFinerMeshChangesTheNumbersAndTellsTheirError) {
+  const std::unique_ptr<Backend> finer = test::SmoothDisc(300);
+  const MaterialField reference =
+      Scaled(InForm(test::TestMaterial(), TableForm::kIsotropic), 1.0, 8.0);
+  const State drape = test::Settled(*finer, reference, test::RandomStart(finer->model(), 1));
+  problem_.observations = {test::MakeObservation(finer->model().mesh, drape, 72, "reference")};
+  problem_.material = InForm(test::TestMaterial(), TableForm::kIsotropic);
+  problem_.search = {fine_.get()};
+  problem_.fine = finer.get();
+  options_.parameters = ParameterTying::kScales;
+  options_.iterations = {5, 10};
+  const StagedFitState state = RunNestedFit(problem_, options_, {}, {});
+  const FitCandidate* best = Best(state);
+  ASSERT_NE(best, nullptr);
+  EXPECT_LT(best->profile_rms, 0.5 * state.part_results[0].profile_rms);
+  EXPECT_LT(ForceResidual(finer->model(), FittedMaterial(options_, *best), best->shapes[0]), 1e-8);
+  const std::optional<MeshError> error = EstimateMeshError(problem_, options_, state);
+  ASSERT_TRUE(error.has_value());
+  const double bend = EffectiveBend(FittedMaterial(options_, *best),
+                                    StiffnessWeights(finer->model(), best->shapes));
+  const double growth =
+      double(finer->model().mesh.num_vertices()) / fine_->model().mesh.num_vertices();
+  EXPECT_NEAR(error->log_bend * (growth - 1), std::log(bend / state.part_results[0].bend), 1e-12);
+  EXPECT_NEAR(bend / EffectiveBend(reference, EqualStiffnessWeights()), 1.0, 0.1);
 }
 
 // Without physics.
@@ -159,7 +190,7 @@ TEST_F(NestedStateTest, ACancelInASimplerModelGivesTheBestSoFar) {
   std::atomic<bool> cancel = false;
   control_.cancel = &cancel;
   control_.save = [&](const StagedFitState& state) {
-    cancel = state.models_done == 1 && Best(state) != nullptr;
+    cancel = state.parts_done == 1 && Best(state) != nullptr;
   };
   const StagedFitState part = Run();
   const FitCandidate* best = Best(part);
@@ -167,6 +198,39 @@ TEST_F(NestedStateTest, ACancelInASimplerModelGivesTheBestSoFar) {
   ASSERT_EQ(best->theta.size(), kMaterialEntries);
   const MaterialField material = FittedMaterial(fit_.options, *best);
   EXPECT_LT((fit_.backend.Shape(material) - best->shapes[0]).norm(), 1e-12);
+}
+
+TEST_F(NestedStateTest, GoesOnOnFinerMeshes) {
+  test::FakeBackend finer(200), finest(300);
+  fit_.problem.search = {&fit_.backend, &finer};
+  fit_.problem.fine = &finest;
+  ASSERT_EQ(CountParts(fit_.problem), 6);
+  const StagedFitState whole = Run();
+  ASSERT_EQ(whole.parts_done, 5);
+  const FitCandidate* best = Best(whole);
+  ASSERT_NE(best, nullptr);
+  EXPECT_EQ(best->shapes[0].size(), finest.model().num_dofs());
+  EXPECT_EQ(whole.part_results.size(), 5u);
+  const std::vector<StagedFitState> saved = saved_;
+  for (std::size_t i = 0; i < saved.size(); ++i)
+    EXPECT_EQ(Best(Run(saved[i]))->theta, best->theta) << i;
+}
+
+// Where the drapes are lost on a finer mesh, the fit before it is the result, and no mesh error
+// known beyond it.
+TEST_F(NestedStateTest, EndsOnTheLastMeshThatHasTheDrapes) {
+  test::FakeBackend finer(200), finest(300);
+  finest.fails = [](double, double) { return true; };
+  fit_.problem.search = {&fit_.backend, &finer};
+  fit_.problem.fine = &finest;
+  std::string log;
+  control_.log = [&](const std::string& line) { log += line + "\n"; };
+  const StagedFitState state = Run();
+  EXPECT_EQ(state.parts_done, 4);
+  EXPECT_EQ(PartProblem(fit_.problem, state.parts_done).fine, &finer);
+  ASSERT_NE(Best(state), nullptr);
+  EXPECT_EQ(Best(state)->shapes[0].size(), finer.model().num_dofs());
+  EXPECT_THAT(log, testing::HasSubstr("its drapes are not stable on"));
 }
 
 // The tables of the drape are the second of the start tables.

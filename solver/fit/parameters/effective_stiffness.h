@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "physics/cloth/cloth_model.h"
+#include "physics/material/material.h"
+
+namespace drape {
+
+// The stiffness with which drapes resist [METHODS, P59]: means of the entries of a table, weighted
+// by the energy that each has at these drapes. An entry of strains and curvatures that no drape
+// reaches, which no outline can determine, has no weight; a plain mean consists of such entries for
+// the most part.
+
+// The weights of the 39 entries, shape [39]: those of c11 and c22 over all rows have the sum 1, c12
+// and c33 none; those of bend have the sum 1. shapes: [m], [3V] each, at least one.
+Eigen::VectorXd StiffnessWeights(const ClothModel& model,
+                                 const std::vector<Eigen::VectorXd>& shapes);
+// The same for every entry of c11 and c22, and of bend: plain means, where there is no drape.
+Eigen::VectorXd EqualStiffnessWeights();
+
+// The membrane stiffness along the threads [N/m] and the plate rigidity [N·m] of one table of each
+// kind [MODEL, M7, M8]. weights: shape [39].
+double EffectiveStretch(const MaterialField& table, const Eigen::VectorXd& weights);
+double EffectiveBend(const MaterialField& table, const Eigen::VectorXd& weights);
+
+// ∂ ln(stiffness)/∂(log entries), shape [39].
+Eigen::VectorXd SharesInStretch(const MaterialField& table, const Eigen::VectorXd& weights);
+Eigen::VectorXd SharesInBend(const MaterialField& table, const Eigen::VectorXd& weights);
+
+}  // namespace drape
