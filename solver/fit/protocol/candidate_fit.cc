@@ -120,11 +120,11 @@ void CandidateFitter::CarryOver(const Mesh& from, CandidateTask& task) const {
 void CandidateFitter::SettleCarried(const std::vector<State>& starts, CandidateTask& task) const {
   const MaterialField material = FittedMaterial(options_, task.candidate);
   const SettleOptions settle = CancellableSettle();
-  std::vector<SettledDrape> drapes = Settle(fine_, material, starts, settle);
-  task.counts.rollouts += static_cast<int>(starts.size());
-  for (int i = 0; i < int(drapes.size()); ++i) {
-    const bool usable = drapes[i].IsUsable(settle.solve_mode);
-    task.candidate.shapes[i] = usable ? std::move(drapes[i].rest.x) : Eigen::VectorXd();
+  for (int i = 0; i < int(starts.size()); ++i) {
+    SettledDrape drape = SettleGuided(fine_, material, starts[i], problem_.observations[i], settle);
+    ++task.counts.rollouts;
+    const bool usable = drape.IsUsable(settle.solve_mode);
+    task.candidate.shapes[i] = usable ? std::move(drape.rest.x) : Eigen::VectorXd();
     if (!usable) RetryGuesses(material, i, task);
   }
 }

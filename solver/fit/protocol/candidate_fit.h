@@ -33,8 +33,9 @@ class CandidateFitter {
   // replace the candidate's.
   void RetryGuesses(CandidateTask& task) const;
   // Takes the drapes of a fit on another mesh over to this one, where they settle under the
-  // material fitted so far. Where one is not stable, the start shapes are tried again, then smaller
-  // stretch entries of the base. Without shapes afterwards when nothing is stable here.
+  // material fitted so far, guided by their images. Where one is not stable, the start shapes are
+  // tried again, then smaller stretch entries of the base. Without shapes afterwards when nothing
+  // is stable here.
   void CarryOver(const Mesh& from, CandidateTask& task) const;
   // Without shapes afterwards when not even the start could be evaluated.
   // progress: share of the iterations.
