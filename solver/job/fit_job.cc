@@ -315,6 +315,21 @@ StagedFitState FitStages(const FitProblem& problem, const StagedFitOptions& stag
   return RunNestedFit(problem, stages, std::move(state), control);
 }
 
+// What a log begins with; the data and the device also go to `control`.
+void LogInput(const FitData& data, const FitInput& input, const std::string& resumed,
+              const RunControl& control, AppendFile& log) {
+  const auto log_both = [&](const std::string& line) {
+    LogLine(log, line);
+    control.Log(line);
+  };
+  for (const Observation& observation : input.problem.observations)
+    log_both(observation.name + ": " + CameraText(observation.camera, observation.quality));
+  if (!resumed.empty()) log_both(resumed);
+  if (!input.device.empty()) log_both("running on " + input.device);
+  for (const std::string& line : data.log_lines) LogLine(log, line);
+  for (const std::string& note : input.notes) LogLine(log, note);
+}
+
 }  // namespace
 
 FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles& files,
@@ -332,16 +347,9 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
   if (files.resume && ready) saved = ReadCheckpoint(files.checkpoint, key, input.problem, stages);
   using Content = AppendFile::Content;
   AppendFile log(files.log, files.resume ? Content::kKeep : Content::kDrop);
-  const auto log_both = [&](const std::string& line) {
-    LogLine(log, line);
-    control.Log(line);
-  };
-  for (const Observation& observation : input.problem.observations)
-    log_both(observation.name + ": " + CameraText(observation.camera, observation.quality));
-  if (files.resume && ready) log_both(ResumeNote(spec.model, input.problem, saved));
-  if (!input.device.empty()) log_both("running on " + input.device);
-  for (const std::string& line : data.log_lines) LogLine(log, line);
-  for (const std::string& note : input.notes) LogLine(log, note);
+  LogInput(data, input,
+           files.resume && ready ? ResumeNote(spec.model, input.problem, saved) : std::string(),
+           control, log);
   const double table_share = spec.model == FitModel::kHomogeneous ? kFitShare : kTableShare;
   const RunControl of_table = SummaryPart(control, 0.0, table_share, log);
   const RunControl of_rest = SummaryPart(control, table_share, kFitShare, log);

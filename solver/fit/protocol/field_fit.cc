@@ -101,8 +101,8 @@ std::vector<FieldTerm> MakeFieldTerms(const Mesh& mesh, const FieldOptions& opti
   const bool stretch = options.groups != FieldGroups::kBend;
   const bool bend = options.groups != FieldGroups::kStretch;
   std::vector<FieldTerm> terms;
-  const auto add = [&](ElementKind kind, int entries, FieldTerm::Basis basis) {
-    terms.push_back({kind, std::move(basis), GroupTie(entries, options.groups)});
+  const auto add = [&](ElementKind kind, int entries, const FieldTerm::Basis& basis) {
+    terms.push_back({kind, basis, GroupTie(entries, options.groups)});
   };
   if (options.basis == FieldBasis::kElements) {
     if (stretch)
