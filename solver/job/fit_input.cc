@@ -192,7 +192,7 @@ void MakeBackends(const FitSpec& spec, FitInput* input) {
   input->coarse = MakeCloth(spec, spec.coarse_mesh, nullptr);
   input->problem.fine = input->fine.backend.get();
   input->problem.coarse = input->coarse.backend.get();
-  for (const std::string& mesh : SearchMeshes(spec)) {
+  for (const std::string& mesh : SearchMeshes(spec, &input->notes)) {
     input->search.push_back(MakeCloth(spec, mesh, nullptr));
     input->problem.search.push_back(input->search.back().backend.get());
   }
@@ -259,13 +259,18 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
 
 }  // namespace
 
-std::vector<std::string> SearchMeshes(const FitSpec& spec) {
+std::vector<std::string> SearchMeshes(const FitSpec& spec, std::vector<std::string>* notes) {
   constexpr double kCoarser = 0.7;  // of the vertices
   constexpr double kMostGrowth = 4.0;
   constexpr std::string_view kDisc = "disc:";
   const Mesh search = ParseMeshSpec(spec.search_mesh), fine = ParseMeshSpec(spec.mesh);
   const double growth = double(fine.num_vertices()) / search.num_vertices();
-  if (growth * kCoarser < 1.0 || !IsSameCloth(search, fine)) return {};
+  if (growth * kCoarser < 1.0) return {};
+  if (!IsSameCloth(search, fine)) {
+    notes->push_back("search_mesh " + spec.search_mesh + " is another cloth than " + spec.mesh +
+                     ": the fit is on one mesh, without an estimate of its mesh error");
+    return {};
+  }
   std::vector<std::string> meshes = {spec.search_mesh};
   const bool are_discs = spec.search_mesh.starts_with(kDisc) && spec.mesh.starts_with(kDisc);
   const int steps = are_discs ? int(std::ceil(std::log(growth) / std::log(kMostGrowth) - 1e-9)) : 1;

@@ -300,17 +300,23 @@ TEST_F(FitJobTest, AFitOnSeveralMeshesTellsItsMeshError) {
 
 TEST(SearchMeshes, GrowByAtMostFourTimesUpToTheMesh) {
   FitSpec spec;
-  EXPECT_EQ(SearchMeshes(spec), std::vector<std::string>{"disc:600"});
+  std::vector<std::string> notes;
+  EXPECT_EQ(SearchMeshes(spec, &notes), std::vector<std::string>{"disc:600"});
   spec.mesh = "disc:2400";
-  EXPECT_EQ(SearchMeshes(spec), std::vector<std::string>{"disc:600"});
+  EXPECT_EQ(SearchMeshes(spec, &notes), std::vector<std::string>{"disc:600"});
   spec.mesh = "disc:4800";
-  const std::vector<std::string> meshes = SearchMeshes(spec);
+  const std::vector<std::string> meshes = SearchMeshes(spec, &notes);
   ASSERT_EQ(meshes.size(), 2u);
   EXPECT_THAT(meshes[1], testing::StartsWith("disc:1"));
-  for (const char* mesh : {"disc:600", "disc:800", "disc:300", "disc:2400,radius=0.2"}) {
+  for (const char* mesh : {"disc:600", "disc:800", "disc:300"}) {
     spec.mesh = mesh;
-    EXPECT_TRUE(SearchMeshes(spec).empty()) << mesh;
+    EXPECT_TRUE(SearchMeshes(spec, &notes).empty()) << mesh;
   }
+  EXPECT_TRUE(notes.empty());
+  spec.mesh = "disc:2400,radius=0.2";
+  EXPECT_TRUE(SearchMeshes(spec, &notes).empty());
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_THAT(notes[0], HasSubstr("another cloth"));
 }
 
 TEST_F(FitJobTest, KeepsTheBestOfSeveralStartTables) {
