@@ -103,8 +103,7 @@ double MeanBend(const BendTable& table) {
 }
 
 double BendOverWeight(double rigidity, double density) {
-  constexpr double kGravity = 9.80665;  // [m/s²]
-  return rigidity / (density * kGravity);
+  return rigidity / (density * kStandardGravity);
 }
 double BendingLength(double rigidity, double density) {
   return std::cbrt(BendOverWeight(rigidity, density));

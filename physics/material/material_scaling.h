@@ -36,6 +36,8 @@ MaterialField InForm(MaterialField material, TableForm form);
 double MeanStretch(const StretchTable& table);
 double MeanBend(const BendTable& table);
 
+inline constexpr double kStandardGravity = 9.80665;  // [m/s²]
+
 // A rigidity over the weight by area, D/(ρg) [m³], and its cube root, the bending length [m] [ASTM
 // D1388]: what a drape shows of a cloth whose weight is not known. density [kg/m²]; standard
 // gravity.

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "physics/cloth/textbook.h"
+#include "physics/material/material_scaling.h"
 #include "physics/util/text_format.h"
 
 namespace drape {
@@ -59,13 +60,12 @@ std::string PointLine(const StripReport& report, std::size_t i) {
 }  // namespace
 
 BendingEstimate EstimateBending(double overhang, double angle, double density) {
-  constexpr double kGravity = 9.80665;  // [m/s²]
   if (!(angle > 0.0 && angle < 90.0)) {
     const double none = std::numeric_limits<double>::quiet_NaN();
     return {none, none};
   }
   const double length = overhang / std::cbrt(HeavyElasticaGamma(angle * kDegree));
-  return {length, density * kGravity * length * length * length};
+  return {length, density * kStandardGravity * length * length * length};
 }
 
 std::vector<StripReport> ReportStrips(const StripResiduals& strips, const MaterialField& material) {

@@ -7,13 +7,13 @@
 #include <utility>
 
 #include "physics/cloth/textbook.h"
+#include "physics/material/material_scaling.h"
 #include "physics/mesh/strip.h"
 #include "physics/simulation/load_path.h"
 
 namespace drape {
 namespace {
 
-constexpr double kGravity = 9.80665;  // [m/s²]
 constexpr double kDegree = M_PI / 180.0;
 const double kRowByEdge = std::sqrt(0.75);  // of equilateral triangles
 
@@ -47,7 +47,7 @@ constexpr double kFlat = 1.0;
 constexpr double kPulledTolerance = 1e-11, kLeastForce = 5e-11;
 
 Scene MakeCantileverScene(double clamp) {
-  Scene scene = CantileverScene(clamp, kGravity);
+  Scene scene = CantileverScene(clamp, kStandardGravity);
   scene.handles->stiffness = kClampStiffness;
   return scene;
 }
