@@ -214,7 +214,8 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
   json["parameters"]["sigma_px"] = spec.stages.residuals.sigma_px;
   json["spectrum"] = SpectrumJson(report.spectrum);
   if (report.fields) json["fields"] = FieldJson(*report.fields, spec.fields);
-  if (report.posterior) json["posterior"] = PosteriorJson(*report.posterior);
+  if (report.posterior)
+    json["posterior"] = PosteriorJson(*report.posterior, report.stiffness_weights);
   json.update(ImagesJson(problem, report, best->guess));
   return json;
 }
@@ -391,7 +392,7 @@ std::string FitText(const FitProblem& problem, const FitReport& report,
          MaterialTable(report.fields ? MeanTables(report.material) : report.material, ground_truth,
                        report.stiffness_weights) +
          (report.fields ? FieldTable(*report.fields) : "") +
-         (report.posterior ? PosteriorTable(*report.posterior) : "") +
+         (report.posterior ? PosteriorTable(*report.posterior, report.stiffness_weights) : "") +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,
                 static_cast<int>(report.spectrum.values.size())) +
          VerdictLine(problem, report);

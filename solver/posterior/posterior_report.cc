@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "physics/material/material_scaling.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/parameters/effective_stiffness.h"
 
 namespace drape {
 namespace {
@@ -45,22 +45,23 @@ std::string StiffnessText(double mean, double deviation, const char* unit) {
 
 }  // namespace
 
-PosteriorStiffness ComputePosteriorStiffness(const PosteriorFit& fit) {
+PosteriorStiffness ComputePosteriorStiffness(const PosteriorFit& fit,
+                                             const Eigen::VectorXd& weights) {
   constexpr int kSamples = 400;
   const GaussianPosterior& q = fit.distribution.gaussian;
   const Eigen::MatrixXd draws = q.Draws(IndependentSamples(q.size(), kSamples, 1));
   Eigen::ArrayXd stretch(kSamples), bend(kSamples);
   for (int s = 0; s < kSamples; ++s) {
     const MaterialField fabric = fit.FabricAt(draws.col(s));
-    stretch[s] = MeanStretch(fabric.stretch[0]);
-    bend[s] = MeanBend(fabric.bend[0]);
+    stretch[s] = EffectiveStretch(fabric, weights);
+    bend[s] = EffectiveBend(fabric, weights);
   }
   const auto [mean_stretch, stretch_deviation] = MeanAndDeviation(stretch);
   const auto [mean_bend, bend_deviation] = MeanAndDeviation(bend);
   return {mean_stretch, stretch_deviation, mean_bend, bend_deviation};
 }
 
-ordered_json PosteriorJson(const PosteriorFit& fit) {
+ordered_json PosteriorJson(const PosteriorFit& fit, const Eigen::VectorXd& weights) {
   const HierarchicalModel& hierarchy = fit.hierarchy;
   const Eigen::VectorXd deviation = fit.distribution.gaussian.Deviations();
   const Eigen::VectorXd laplace = fit.mode.gaussian.Deviations();
@@ -80,7 +81,7 @@ ordered_json PosteriorJson(const PosteriorFit& fit) {
     }
     numbers.push_back(number);
   }
-  const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit);
+  const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit, weights);
   return {{"kind", ToString(fit.kind)},
           {"specimens", hierarchy.specimens},
           {"sigma_px", fit.sigma_px},
@@ -122,8 +123,8 @@ StoredPosterior MakeStoredPosterior(const PosteriorFit& fit) {
   return stored;
 }
 
-std::string PosteriorTable(const PosteriorFit& fit) {
-  const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit);
+std::string PosteriorTable(const PosteriorFit& fit, const Eigen::VectorXd& weights) {
+  const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit, weights);
   const Eigen::VectorXd deviation = fit.distribution.gaussian.Deviations();
   std::string text = IsElementwise(fit)
                          ? "  faces and hinges, mean and standard deviation: stretch "

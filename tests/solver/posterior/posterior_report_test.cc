@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "solver/fit/parameters/effective_stiffness.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape::test {
@@ -31,16 +32,16 @@ PosteriorFit WithTables(ParameterTying tying) {
 TEST(PosteriorReport, WhatIsHeldHasNoUncertainty) {
   for (const ParameterTying tying : {ParameterTying::kBendScale, ParameterTying::kBendRows}) {
     const PosteriorFit fit = WithTables(tying);
-    const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit);
+    const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit, EqualStiffnessWeights());
     EXPECT_EQ(stiffness.stretch_deviation, 0.0);
     EXPECT_GT(stiffness.bend_deviation, 0.01 * stiffness.bend);
-    const std::string text = PosteriorTable(fit);
+    const std::string text = PosteriorTable(fit, EqualStiffnessWeights());
     EXPECT_THAT(text, HasSubstr(" N/m (not varied), bend "));
     EXPECT_THAT(text, Not(HasSubstr("e-1")));
   }
   const PosteriorFit all = WithTables(ParameterTying::kEntries);
-  EXPECT_GT(ComputePosteriorStiffness(all).stretch_deviation, 0.0);
-  EXPECT_THAT(PosteriorTable(all), Not(HasSubstr("not varied")));
+  EXPECT_GT(ComputePosteriorStiffness(all, EqualStiffnessWeights()).stretch_deviation, 0.0);
+  EXPECT_THAT(PosteriorTable(all, EqualStiffnessWeights()), Not(HasSubstr("not varied")));
 }
 
 }  // namespace
