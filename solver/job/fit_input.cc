@@ -261,7 +261,9 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
 
 std::vector<std::string> SearchMeshes(const FitSpec& spec, std::vector<std::string>* notes) {
   constexpr double kCoarser = 0.7;  // of the vertices
-  constexpr double kMostGrowth = 4.0;
+  constexpr double kMostGrowth = 2.0;
+  constexpr double kRounding =
+      0.1;  // discs do not have exactly the vertices that they are named by
   constexpr std::string_view kDisc = "disc:";
   const Mesh search = ParseMeshSpec(spec.search_mesh), fine = ParseMeshSpec(spec.mesh);
   const double growth = double(fine.num_vertices()) / search.num_vertices();
@@ -273,7 +275,8 @@ std::vector<std::string> SearchMeshes(const FitSpec& spec, std::vector<std::stri
   }
   std::vector<std::string> meshes = {spec.search_mesh};
   const bool are_discs = spec.search_mesh.starts_with(kDisc) && spec.mesh.starts_with(kDisc);
-  const int steps = are_discs ? int(std::ceil(std::log(growth) / std::log(kMostGrowth) - 1e-9)) : 1;
+  const int steps =
+      are_discs ? int(std::ceil(std::log(growth) / std::log(kMostGrowth) - kRounding)) : 1;
   // The options of a disc, its radius and support, are those of the last one.
   const std::string options = spec.mesh.substr(std::min(spec.mesh.find(','), spec.mesh.size()));
   for (int i = 1; i < steps; ++i)

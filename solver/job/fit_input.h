@@ -27,7 +27,7 @@ struct FitInput {
 };
 
 // The meshes of a fit before spec.mesh: spec.search_mesh and, where both are built-in discs, those
-// between them, each with at most four times the vertices of the one before. None where search_mesh
+// between them, each with at most twice the vertices of the one before. None where search_mesh
 // is not clearly coarser than mesh, or is another cloth, of which there is a note. Throws
 // InputError for a malformed one.
 std::vector<std::string> SearchMeshes(const FitSpec& spec, std::vector<std::string>* notes);
