@@ -262,8 +262,7 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
 std::vector<std::string> SearchMeshes(const FitSpec& spec, std::vector<std::string>* notes) {
   constexpr double kCoarser = 0.7;  // of the vertices
   constexpr double kMostGrowth = 2.0;
-  constexpr double kRounding =
-      0.1;  // discs do not have exactly the vertices that they are named by
+  constexpr double kRounding = 0.1;  // a disc has not exactly the vertices that it is named by
   constexpr std::string_view kDisc = "disc:";
   const Mesh search = ParseMeshSpec(spec.search_mesh), fine = ParseMeshSpec(spec.mesh);
   const double growth = double(fine.num_vertices()) / search.num_vertices();
