@@ -117,31 +117,21 @@ ordered_json SimplerModelsJson(const FitProblem& problem, const StagedFitState& 
   return {{"fits", fits}, {"result_began_with_the_best", began_carried}};
 }
 
-ordered_json LevelJson(int vertices, double cost, double rms, double stretch, double bend) {
-  return {{"vertices", vertices},
-          {"cost", cost},
-          {"profile_rms_px", rms},
-          {"stretch_n_per_m", stretch},
-          {"bend_n_m", bend}};
-}
-
 // The fits by the own model, on coarser meshes first.
 ordered_json MeshesJson(const FitSpec& spec, const FitProblem& problem, const StagedFitState& state,
                         const FitReport& report) {
-  const int own = static_cast<int>(problem.simpler_models.size());
+  std::vector<PartResult> results = state.part_results;
+  results.push_back(FindResult(problem, spec.stages, state).value());
   ordered_json fits = ordered_json::array();
-  for (const PartResult& result : state.part_results) {
-    if (result.part < own) continue;
-    const ClothModel& model = PartProblem(problem, result.part).fine->model();
-    fits.push_back(LevelJson(model.mesh.num_vertices(), result.cost, result.profile_rms,
-                             result.stretch, result.bend));
+  for (const PartResult& result : results) {
+    if (result.part < static_cast<int>(problem.simpler_models.size())) continue;
+    const Backend* backend = PartProblem(problem, result.part).fine;
+    fits.push_back({{"vertices", backend->model().mesh.num_vertices()},
+                    {"cost", result.cost},
+                    {"profile_rms_px", result.profile_rms},
+                    {"stretch_n_per_m", result.stretch},
+                    {"bend_n_m", result.bend}});
   }
-  const FitCandidate& best = *Best(state);
-  const MaterialField fitted = FittedMaterial(spec.stages, best);
-  const ClothModel& model = PartProblem(problem, state.parts_done).fine->model();
-  const Eigen::VectorXd weights = StiffnessWeights(model, best.shapes);
-  fits.push_back(LevelJson(model.mesh.num_vertices(), best.cost, best.profile_rms,
-                           EffectiveStretch(fitted, weights), EffectiveBend(fitted, weights)));
   ordered_json json = {{"fits", fits}, {"error", nullptr}};
   if (report.mesh_error)
     json["error"] = {{"log_stretch", report.mesh_error->log_stretch},

@@ -81,18 +81,13 @@ void CheckCandidate(const FitProblem& problem, const StagedFitOptions& options,
   const MaterialField material = parametrisation.Material(candidate.theta);
   CheckTables(parametrisation.base(), material, where);
   std::vector<double> errors;
-  double squares = 0.0;
   for (std::size_t i = 0; i < candidate.shapes.size(); ++i) {
     const Observation& observation = problem.observations[i];
-    const double rms =
-        CheckShape(problem.fine->model(), material, options.residuals.solve_mode,
-                   candidate.shapes[i], observation, where + Format(", drape %zu", i + 1));
-    errors.push_back(rms);
-    squares += rms * rms;
+    errors.push_back(CheckShape(problem.fine->model(), material, options.residuals.solve_mode,
+                                candidate.shapes[i], observation,
+                                where + Format(", drape %zu", i + 1)));
   }
-  ExpectAgreement(candidate.profile_rms,
-                  std::sqrt(squares / static_cast<double>(candidate.shapes.size())),
-                  "an outline error [px] of", where);
+  ExpectAgreement(candidate.profile_rms, RootMeanSquare(errors), "an outline error [px] of", where);
   const std::optional<double> cost = ComputeCost(problem, options, candidate, errors);
   if (!cost)
     Refuse(where, "found a theta with which the laboratory measurements cannot be computed");

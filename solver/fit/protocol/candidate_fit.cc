@@ -21,12 +21,6 @@ constexpr double kCostTolerance = 1e-3;  // of all rounds but the last
 constexpr double kSoftening = 1.0 / 8, kLeastSoftening = 1e-3;
 constexpr double kNoDrape = std::numeric_limits<double>::infinity();
 
-double RootMeanSquare(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double value : values) sum += value * value;
-  return std::sqrt(sum / double(values.size()));
-}
-
 }  // namespace
 
 void CandidateFitter::Log(CandidateTask& task, const char* format, auto... values) const {
@@ -230,6 +224,12 @@ FitOptions CandidateFitter::MakeFitOptions() const {
   fit.trust_region.cost_tolerance = last ? kLastCostTolerance : kCostTolerance;
   fit.trust_region.cancel = cancel_;
   return fit;
+}
+
+double RootMeanSquare(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum / double(values.size()));
 }
 
 std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOptions& options,

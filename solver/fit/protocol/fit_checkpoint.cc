@@ -228,8 +228,20 @@ class StateReader {
     return termination;
   }
 
+  // A part on a finer mesh has candidates of the mesh before, and a result of it, alone.
+  static void CheckCarried(const StagedFitState& state, const JsonInput& input) {
+    if (!state.grid_done) input.At("grid_done").Fail("true on a finer mesh");
+    if (state.carried) input.At("carried").Fail("null on a finer mesh");
+    if (state.part_results.empty() || state.part_results.back().part != state.parts_done - 1)
+      input.At("part_results").Fail("the result on the mesh before");
+    for (std::size_t i = 0; i < state.candidates.size(); ++i)
+      if (!state.candidates[i].is_carried)
+        input.At("candidates").At(int(i)).At("is_carried").Fail("true on a finer mesh");
+  }
+
   // Whether a fit can be there, so that going on ends.
   void CheckProgress(const StagedFitState& state, const JsonInput& input) const {
+    if (IsOnFinerMesh(whole_, state.parts_done)) CheckCarried(state, input);
     const int count = static_cast<int>(state.candidates.size()), done = DoneCandidates(state);
     if (!state.grid_done && (state.round > 0 || count > 0))
       input.At("grid_done").Fail("true, since there are candidates or a round has ended");

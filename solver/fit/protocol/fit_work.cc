@@ -36,9 +36,8 @@ FitWork ExpectFitWork(const FitProblem& problem, const StagedFitOptions& options
   const auto count = [](const auto& list) { return static_cast<int>(list.size()); };
   const int images = count(problem.observations), threads = problem.fine->threads();
   const InitialGuessOptions grid = Refined(options.grid, options.candidates_per_round.front());
-  const double coarse_step = std::pow(double(problem.coarse->model().mesh.num_vertices()) /
-                                          problem.fine->model().mesh.num_vertices(),
-                                      kGrowth);
+  const double coarse_step = ExpectStepTime(problem.coarse->model().mesh.num_vertices(),
+                                            problem.fine->model().mesh.num_vertices());
   FitWork work;
   work.initial_guesses =
       Elapsed(count(grid.stretch) * count(grid.bend) * count(grid.lifts) * images, threads,
@@ -53,6 +52,10 @@ FitWork ExpectFitWork(const FitProblem& problem, const StagedFitOptions& options
                 starts * settle + ExpectIterations(options.iterations[round]) * iteration));
   }
   return work;
+}
+
+double ExpectStepTime(int vertices, int of_vertices) {
+  return std::pow(double(vertices) / of_vertices, kGrowth);
 }
 
 double IterationShare(int iterations, double usual) {

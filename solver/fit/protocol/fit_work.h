@@ -20,6 +20,9 @@ struct FitWork {
 // take, not those that they may take.
 FitWork ExpectFitWork(const FitProblem& problem, const StagedFitOptions& options);
 
+// The time of a step of a cloth, by that of one of another number of vertices.
+double ExpectStepTime(int vertices, int of_vertices);
+
 // The share of an optimisation that its first iterations are, where it usually takes some `usual`
 // of them, which is not known before: 0 … 1.
 double IterationShare(int iterations, double usual);

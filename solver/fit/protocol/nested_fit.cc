@@ -11,6 +11,7 @@
 #include "physics/util/text_format.h"
 #include "solver/fit/parameters/effective_stiffness.h"
 #include "solver/fit/protocol/candidate_fit.h"
+#include "solver/fit/protocol/fit_work.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/forward/batching_backend.h"
 
@@ -26,11 +27,10 @@ int CountNumbers(ParameterTying parameters) {
   return static_cast<int>(TyingMatrix(parameters).cols());
 }
 
-// Of the time of a part that searches, by the same number of vertices: one candidate and one round
-// take less.
-constexpr double kFinerShare = 0.35;
-constexpr double kGrowth = 1.3;  // time ~ vertices^kGrowth
-// Candidates that go on on a finer mesh, where another branch may be the best.
+// The time of a part on a finer mesh, without a grid, by that of one that searches on a mesh of as
+// many vertices: .5 by two numbers, 1.3 by 39.
+constexpr double kFinerShare = 0.8;
+// Candidates that continue on a finer mesh, where another branch may be the best.
 constexpr int kCarried = 3;
 constexpr int kCarriedSideBySide = 8;
 
@@ -38,39 +38,26 @@ int CountSimpler(const FitProblem& problem) {
   return static_cast<int>(problem.simpler_models.size());
 }
 
-bool IsOnFinerMesh(const FitProblem& problem, int part) { return part > CountSimpler(problem); }
-
 Backend* MeshOfPart(const FitProblem& problem, int part) {
   const std::size_t level = std::max(0, part - CountSimpler(problem));
   return level < problem.search.size() ? problem.search[level] : problem.fine;
 }
 
+int CountVertices(const FitProblem& problem, int part) {
+  return MeshOfPart(problem, part)->model().mesh.num_vertices();
+}
+
 std::string PartName(const FitProblem& problem, int part) {
   std::string name;
   if (part < CountSimpler(problem)) name = NameFor(problem.simpler_models[part]) + ", ";
-  if (IsOnFinerMesh(problem, part))
-    name = Format("%d vertices, ", MeshOfPart(problem, part)->model().mesh.num_vertices());
+  if (IsOnFinerMesh(problem, part)) name = Format("%d vertices, ", CountVertices(problem, part));
   return name;
 }
 
 // The time of each part by that of one that searches on the first mesh.
 double ExpectTime(const FitProblem& problem, int part) {
   if (!IsOnFinerMesh(problem, part)) return 1.0;
-  const auto vertices = [&](int p) {
-    return static_cast<double>(MeshOfPart(problem, p)->model().mesh.num_vertices());
-  };
-  return kFinerShare * std::pow(vertices(part) / vertices(0), kGrowth);
-}
-
-struct PartStiffness {
-  double stretch = 0.0, bend = 0.0;  // EffectiveStretch, EffectiveBend
-};
-
-PartStiffness StiffnessOfPart(const FitProblem& problem, const StagedFitOptions& options, int part,
-                              const FitCandidate& best) {
-  const MaterialField fitted = FittedMaterial(PartOptions(problem, options, part), best);
-  const Eigen::VectorXd weights = StiffnessWeights(MeshOfPart(problem, part)->model(), best.shapes);
-  return {EffectiveStretch(fitted, weights), EffectiveBend(fitted, weights)};
+  return kFinerShare * ExpectStepTime(CountVertices(problem, part), CountVertices(problem, 0));
 }
 
 FitCandidate AsCarried(FitCandidate candidate) {
@@ -151,15 +138,8 @@ class NestedFitter {
     StagedFitState next;
     next.parts_done = done.parts_done + 1;
     next.part_results = done.part_results;
-    if (const FitCandidate* best = Best(done)) {
-      const PartStiffness stiffness = StiffnessOfPart(problem_, options_, done.parts_done, *best);
-      next.part_results.push_back({.part = done.parts_done,
-                                   .began_carried = best->is_carried,
-                                   .cost = best->cost,
-                                   .profile_rms = best->profile_rms,
-                                   .stretch = stiffness.stretch,
-                                   .bend = stiffness.bend});
-    }
+    if (const std::optional<PartResult> result = FindResult(problem_, options_, done))
+      next.part_results.push_back(*result);
     next.iterations = done.iterations;
     next.counts = done.counts;
     next.grid_seconds = done.grid_seconds;
@@ -232,6 +212,8 @@ std::string NameFor(const TableModel& model) {
   return form + Format(", %d numbers", CountNumbers(model.parameters));
 }
 
+bool IsOnFinerMesh(const FitProblem& problem, int part) { return part > CountSimpler(problem); }
+
 int CountParts(const FitProblem& problem) {
   return CountSimpler(problem) + 1 + static_cast<int>(problem.search.size());
 }
@@ -264,22 +246,33 @@ StagedFitOptions PartOptions(const FitProblem& problem, const StagedFitOptions& 
   return own;
 }
 
+std::optional<PartResult> FindResult(const FitProblem& problem, const StagedFitOptions& options,
+                                     const StagedFitState& state) {
+  const FitCandidate* best = Best(state);
+  if (best == nullptr) return std::nullopt;
+  const int part = state.parts_done;
+  const MaterialField fitted = FittedMaterial(PartOptions(problem, options, part), *best);
+  const Eigen::VectorXd weights =
+      StiffnessWeights(MeshOfPart(problem, part)->model(), best->shapes);
+  return PartResult{.part = part,
+                    .began_carried = best->is_carried,
+                    .cost = best->cost,
+                    .profile_rms = best->profile_rms,
+                    .stretch = EffectiveStretch(fitted, weights),
+                    .bend = EffectiveBend(fitted, weights)};
+}
+
 std::optional<MeshError> EstimateMeshError(const FitProblem& problem,
                                            const StagedFitOptions& options,
                                            const StagedFitState& state) {
-  const FitCandidate* best = Best(state);
-  if (!IsOnFinerMesh(problem, state.parts_done) || best == nullptr) return std::nullopt;
-  const auto before =
-      std::find_if(state.part_results.begin(), state.part_results.end(),
-                   [&](const PartResult& result) { return result.part == state.parts_done - 1; });
-  if (before == state.part_results.end()) return std::nullopt;
-  const auto vertices = [&](int part) {
-    return static_cast<double>(MeshOfPart(problem, part)->model().mesh.num_vertices());
-  };
-  const double growth = vertices(state.parts_done) / vertices(state.parts_done - 1);
-  const PartStiffness fitted = StiffnessOfPart(problem, options, state.parts_done, *best);
-  return MeshError{.log_stretch = std::log(fitted.stretch / before->stretch) / (growth - 1),
-                   .log_bend = std::log(fitted.bend / before->bend) / (growth - 1)};
+  const std::optional<PartResult> last = FindResult(problem, options, state);
+  if (!last || !IsOnFinerMesh(problem, last->part)) return std::nullopt;
+  // A part on a finer mesh begins with a result of the part before.
+  const PartResult& before = state.part_results.back();
+  const double growth =
+      double(CountVertices(problem, last->part)) / CountVertices(problem, before.part);
+  return MeshError{.log_stretch = std::log(last->stretch / before.stretch) / (growth - 1),
+                   .log_bend = std::log(last->bend / before.bend) / (growth - 1)};
 }
 
 StagedFitState RunNestedFit(const FitProblem& problem, const StagedFitOptions& options,

@@ -14,7 +14,7 @@ namespace drape {
 // First by models of one table that contain one another [METHODS, P18]: isotropic (2 numbers) ⊂
 // linear (7) ⊂ nonlinear tables with a factor on each column (7) ⊂ all 39 entries. A fit that
 // starts also from the fit by the model that it contains cannot have a higher cost.
-// Then, by the last of them, on finer and finer meshes [METHODS, P58]: the branch is found on a
+// Then, by the last of them, on finer and finer meshes [METHODS, P18]: the branch is found on a
 // coarse mesh, where that is cheap, and the numbers on a fine one.
 
 // The models of that chain that `model` contains, from the simplest on; none for a model that is
@@ -27,6 +27,8 @@ std::string NameFor(const TableModel& model);
 // The parts of a problem: its simpler_models on the first of its meshes (`search`, then `fine`),
 // its own model on that mesh, then on each of the others.
 int CountParts(const FitProblem& problem);
+// Whether a part continues the candidates of the one before on a mesh of more vertices.
+bool IsOnFinerMesh(const FitProblem& problem, int part);
 // One of them: its mesh is `fine`, its start tables have the form of its model.
 FitProblem PartProblem(const FitProblem& problem, int part);
 // Its parameters and rounds. A part before one on a finer mesh keeps a few candidates to its end,
@@ -41,9 +43,13 @@ StagedFitOptions PartOptions(const FitProblem& problem, const StagedFitOptions& 
 StagedFitState RunNestedFit(const FitProblem& problem, const StagedFitOptions& options,
                             StagedFitState state, const StagedFitControl& control);
 
-// How far the fitted means are from those on an infinitely fine mesh, ln(limit/fitted), by the last
-// two meshes: the error is in proportion to 1/V [METHODS, P58]. It holds what else changed between
-// the two fits too.
+// Of the best candidate of the part that a state is at; none without one.
+std::optional<PartResult> FindResult(const FitProblem& problem, const StagedFitOptions& options,
+                                     const StagedFitState& state);
+
+// How far the fitted stiffness is from that on an infinitely fine mesh, ln(limit/fitted), by the
+// last two meshes: the error is in proportion to 1/V [METHODS, P18]. It contains what else changed
+// between the two fits too.
 struct MeshError {
   double log_stretch = 0.0, log_bend = 0.0;
 };

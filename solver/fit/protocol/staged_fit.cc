@@ -202,7 +202,9 @@ class StagedFitter {
   }
 
   void LogStarts(const StagedFitState& state, int count, int wanted) const {
-    const bool has_guesses = state.candidates.size() > 1 || !state.carried;
+    const bool has_guesses =
+        std::any_of(state.candidates.begin(), state.candidates.end(),
+                    [](const FitCandidate& candidate) { return !candidate.is_carried; });
     if (has_guesses && count < wanted)
       control_.Log("round 1: " + std::to_string(count) + " starts of " + std::to_string(wanted) +
                    ": the initial guesses have no more drapes of their own");

@@ -17,7 +17,6 @@
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "solver/fit/protocol/guess/initial_guess_grid.h"
-#include "solver/job/fit_input.h"
 #include "solver/prediction/material_source.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"
@@ -296,28 +295,6 @@ TEST_F(FitJobTest, AFitOnSeveralMeshesTellsItsMeshError) {
   RunFitJob(spec_, data_, files_, {});
   EXPECT_EQ(Summary()["meshes"]["fits"].size(), 1u);
   EXPECT_TRUE(Summary()["meshes"]["error"].is_null());
-}
-
-TEST(SearchMeshes, AtMostDoubleUpToTheMesh) {
-  FitSpec spec;
-  std::vector<std::string> notes;
-  EXPECT_EQ(SearchMeshes(spec, &notes), std::vector<std::string>{"disc:600"});
-  spec.mesh = "disc:2400";
-  EXPECT_EQ(SearchMeshes(spec, &notes).size(), 2u);
-  spec.mesh = "disc:4800";
-  const std::vector<std::string> meshes = SearchMeshes(spec, &notes);
-  ASSERT_EQ(meshes.size(), 3u);
-  EXPECT_THAT(meshes[1], testing::StartsWith("disc:1"));
-  EXPECT_THAT(meshes[2], testing::StartsWith("disc:2"));
-  for (const char* mesh : {"disc:600", "disc:800", "disc:300"}) {
-    spec.mesh = mesh;
-    EXPECT_TRUE(SearchMeshes(spec, &notes).empty()) << mesh;
-  }
-  EXPECT_TRUE(notes.empty());
-  spec.mesh = "disc:2400,radius=0.2";
-  EXPECT_TRUE(SearchMeshes(spec, &notes).empty());
-  ASSERT_EQ(notes.size(), 1u);
-  EXPECT_THAT(notes[0], HasSubstr("another cloth"));
 }
 
 TEST_F(FitJobTest, KeepsTheBestOfSeveralStartTables) {

@@ -173,6 +173,8 @@ TEST_F(CheckpointTest, StatesOfNestedFitsAreReadBackBitForBit) {
                                            {"/part_results/0/bend", -1}});
   expect_errors(Members(last_of_part(3)), {{"/candidates/0/base", json::array()},
                                            {"/candidates/0/is_carried", false},
+                                           {"/grid_done", false},
+                                           {"/part_results", json::array()},
                                            {"/parts_done", 2},
                                            {"/parts_done", 4}});
 }
