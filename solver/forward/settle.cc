@@ -7,6 +7,9 @@
 #include <atomic>
 #include <utility>
 
+#include "losses/outline/shape_features.h"
+#include "physics/cloth/start_shape.h"
+
 namespace drape {
 
 bool SettledDrape::IsUsable(SolveMode solve_mode) const {
@@ -43,6 +46,28 @@ std::vector<SettledDrape> Settle(Backend& backend, std::span<const RolloutInput>
     }
   }
   return drapes;
+}
+
+NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::VectorXd& x,
+                  const EquilibriumOptions& options) {
+  constexpr int kNudges = 4;
+  const Mesh& mesh = backend.model().mesh;
+  std::vector<State> nudged;
+  std::vector<RolloutInput> inputs;
+  nudged.reserve(kNudges);
+  for (int seed = 1; seed <= kNudges; ++seed) {
+    const StartShape waves = RandomStartShape(seed, kNudge);
+    const Eigen::VectorXd moved = x + ApplyStartShape(mesh, kSupportRadius, waves) - mesh.rest_x;
+    nudged.push_back({moved, Eigen::VectorXd::Zero(x.size())});
+    inputs.push_back({&material, &nudged.back()});
+  }
+  NudgedDrape furthest{.x = x};
+  for (EquilibriumResult& end : backend.Equilibria(inputs, options)) {
+    if (end.status != EquilibriumStatus::kStable) return {.status = end.status, .x = x};
+    const double drift = (end.x - x).reshaped(3, x.size() / 3).colwise().norm().maxCoeff();
+    if (drift >= furthest.drift) furthest = {.x = std::move(end.x), .drift = drift};
+  }
+  return furthest;
 }
 
 int SettleBatchSize(const Backend& backend, int threads) {

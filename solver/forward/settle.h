@@ -11,8 +11,8 @@
 namespace drape {
 
 // A drape is at rest when the forces that remain are at most this share of its weight
-// (ForceResidual; Newton's tolerance is a thousandth of it) and, released, no vertex moves further
-// than this.
+// (ForceResidual; Newton's tolerance is a thousandth of it) and, nudged (Nudge), it returns to
+// within this distance of each vertex.
 inline constexpr double kAtRestResidual = 1e-6;
 inline constexpr double kAtRestDrift = 1e-3;  // [m]
 
@@ -40,6 +40,23 @@ std::vector<SettledDrape> Settle(Backend& backend, const MaterialField& material
 // Of several materials, in the order of the inputs.
 std::vector<SettledDrape> Settle(Backend& backend, std::span<const RolloutInput> inputs,
                                  const SettleOptions& options);
+
+// A drape that was nudged and taken to rest.
+struct NudgedDrape {
+  EquilibriumStatus status = EquilibriumStatus::kStable;  // the first that is not, of all nudges
+  Eigen::VectorXd x;   // the drape furthest from the one that was nudged [m], shape [3V]; that one
+                       // itself unless all come to rest
+  double drift = 0.0;  // largest distance of a vertex between them [m]
+};
+
+// Lifts and lowers the hem of the shape x, shape [3V], over the support of the Cusick test by a few
+// random waves of kNudge rms, which is how far a real drape moves between two photographs, and
+// takes each to rest by Newton's method: a drape at rest returns, one on the verge of another does
+// not. Time steps do not tell: the one-solve step [MODEL, M30] can leave a stable drape where a
+// table stiffens steeply.
+inline constexpr double kNudge = 1e-4;  // [m]
+NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::VectorXd& x,
+                  const EquilibriumOptions& options);
 
 // A drape to settle.
 struct DrapeTask {

@@ -43,17 +43,12 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
                  const Observation& observation, const Eigen::VectorXd& x,
                  const DrapeReportOptions& options, DrapeReport* report) {
   const ClothModel& model = backend.model();
-  const State rest{x, Eigen::VectorXd::Zero(x.size())};
-  const RolloutInput input{&material, &rest};
-  RolloutOptions recheck = options.recheck;
   SettleOptions replay = options.replay;
-  recheck.cancel = replay.steps.cancel = replay.equilibrium.cancel = options.cancel;
-  const RolloutResult rechecked = backend.Rollouts({&input, 1}, recheck, nullptr).front();
-  const Eigen::VectorXd& end = rechecked.status == RolloutStatus::kOk ? rechecked.end.x : x;
-  report->status = rechecked.status;
-  report->drift = (end - x).reshaped(3, x.size() / 3).colwise().norm().maxCoeff();
+  replay.steps.cancel = replay.equilibrium.cancel = options.cancel;
+  const NudgedDrape nudged = Nudge(backend, material, x, replay.equilibrium);
+  report->status = nudged.status;
+  report->drift = nudged.drift;
   report->force_residual = ForceResidual(model, material, x);
-  report->settled_force_residual = ForceResidual(model, material, end);
   report->lowest_eigenvalues =
       LowestEigenvalues(solver, material, x, kReportedModes, options.cancel);
   const State guess = GuessState(model, observation, options.lift), flat = model.RestState();
@@ -64,7 +59,7 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
       model.mesh, observation, std::move(Settle(backend, material, {&flat, 1}, replay).front()),
       replay.solve_mode);
   return Measure(model.mesh, observation, x, &report->fitted) &&
-         Measure(model.mesh, observation, end, &report->settled);
+         Measure(model.mesh, observation, nudged.x, &report->settled);
 }
 
 }  // namespace drape

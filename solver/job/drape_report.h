@@ -25,10 +25,10 @@ struct DrapeReport {
   double force_residual = 0.0;         // ‖f‖ / weight
   Eigen::VectorXd lowest_eigenvalues;  // of K by mass [s⁻²], ascending (LowestEigenvalues); the
                                        // drape is stable when they are positive
-  MeasuredDrape settled;               // after more steps from rest
-  double settled_force_residual = 0.0;
-  double drift = 0.0;                         // largest distance of a vertex on the way [m]
-  RolloutStatus status = RolloutStatus::kOk;  // of these steps; unless kOk, settled is fitted
+  // Where the fitted drape comes to rest when it is nudged, as in NudgedDrape.
+  MeasuredDrape settled;
+  double drift = 0.0;  // [m]
+  EquilibriumStatus status = EquilibriumStatus::kStable;
   // The drapes of the fitted material from other starts; none where they are not stable.
   std::optional<MeasuredDrape> from_guess, from_flat;
 };
@@ -37,11 +37,10 @@ struct DrapeReport {
 inline constexpr int kReportAngles = 360;
 
 struct DrapeReportOptions {
-  RolloutOptions recheck;  // the further steps
-  SettleOptions replay;    // from the initial guess and from flat
-  double lift = 1.0;       // of the initial guess
-  // When it turns true, what a report tells beyond the fitted drape is left out: no further steps
-  // (status kCancelled), eigenvalues and drapes from other starts.
+  SettleOptions replay;  // from the initial guess and from flat; its equilibrium for all
+  double lift = 1.0;     // of the initial guess
+  // When it turns true, what a report tells beyond the fitted drape is left out: no nudges (status
+  // kCancelled), eigenvalues and drapes from other starts.
   const std::atomic<bool>* cancel = nullptr;
 };
 

@@ -159,8 +159,6 @@ void ReportDrapes(const FitSpec& spec, const FitProblem& problem, const FitInput
                   const FitCandidate& best, const std::atomic<bool>* cancel, FitReport& report) {
   StepSolver solver(cloth.model);
   DrapeReportOptions options;
-  options.recheck.h = spec.stages.residuals.rollout.h;
-  options.recheck.steps = spec.recheck_steps;
   options.replay = MakeSettleOptions(spec.stages);
   options.cancel = cancel;
   report.drapes.resize(problem.observations.size());

@@ -45,7 +45,6 @@ struct FitSpec {
   LawKind law = LawKind::kSmooth;
   ObservationOptions observation;
   StagedFitOptions stages;
-  int recheck_steps = 300;  // of residuals.rollout.h: how far the fitted drape still moves
   // Start entries below this share of their column's largest are raised to it: a log scale cannot
   // change an entry that is not positive. 0: tables as they are, negative entries as the law
   // allows.
@@ -70,9 +69,8 @@ inline FitSpec FitSpecWithThreads(int threads) {
 // The fields of its own; those of the structs in it have visitors of their own.
 template <MutableOrConst<FitSpec> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
-  auto& [model, mesh, search_mesh, coarse_mesh, law, observation, stages, recheck_steps,
-         min_relative_stiffness, table_form, simpler_models, backend, threads, fields, posterior] =
-      options;
+  auto& [model, mesh, search_mesh, coarse_mesh, law, observation, stages, min_relative_stiffness,
+         table_form, simpler_models, backend, threads, fields, posterior] = options;
   visit(model,
         Field{.key = "model",
               .doc = "homogeneous: one table for the whole cloth; heterogeneous: then tables "
@@ -95,12 +93,6 @@ void VisitFields(Options& options, Visitor&& visit) {
                            .is_path = true,
                            .word = "disc:"});
   visit(law, Field{.key = "law", .doc = "how stiffness follows from strain and curvature"});
-  visit(recheck_steps, Field{.key = "recheck_steps",
-                             .doc = "number of time steps of settle_time_step after which the "
-                                    "fitted drape is measured again",
-                             .least = 0,
-                             .most = 100000,
-                             .in_key = false});
   visit(min_relative_stiffness,
         Field{.key = "min_relative_stiffness",
               .doc = "start entries below this share of their column's largest are raised to it: "

@@ -36,9 +36,9 @@ constexpr Limits kOutlineError = {3.0, 5.0};        // root mean square [mm]
 constexpr Limits kCoefficientError = {0.02, 0.05};  // of the drape coefficient
 constexpr Limits kFoldError = {0, 1};
 constexpr Limits kForceResidual = {kAtRestResidual, 1e-3};  // by the weight
-constexpr Limits kDrift = {1e3 * kAtRestDrift, 5.0};  // of a vertex in the steps from rest [mm]
-constexpr Limits kMisfit = {2.0, 3.0};                // of a laboratory reading [sigma]
-constexpr double kReliableK = 0.7;                    // of importance weights [Vehtari 2024]
+constexpr Limits kDrift = {1e3 * kAtRestDrift, 5.0};        // of a vertex of a nudged drape [mm]
+constexpr Limits kMisfit = {2.0, 3.0};                      // of a laboratory reading [sigma]
+constexpr double kReliableK = 0.7;                          // of importance weights [Vehtari 2024]
 constexpr double kNearSingular = 0.95;  // c12²/(c11·c22); kLargestCoupling² is 0.98
 
 FitGrade ChooseGrade(double value, const Limits& limits) {
@@ -103,9 +103,12 @@ void JudgeDrape(const Observation& observation, const DrapeReport& drape, const 
       Format("not at rest: forces of %.1g of the weight remain", drape.force_residual) + which);
   if (!IsStable(drape.lowest_eigenvalues))
     judge.Add(FitGrade::kDoNotUse, "the fitted drape is not stable" + which);
-  judge.Add(drape.status == RolloutStatus::kOk ? ChooseGrade(1e3 * drape.drift, kDrift)
-                                               : FitGrade::kDoNotUse,
-            Format("released, it moves by %.1f mm", 1e3 * drape.drift) + which);
+  if (drape.status == EquilibriumStatus::kStable) {
+    judge.Add(ChooseGrade(1e3 * drape.drift, kDrift),
+              Format("nudged, it comes to rest %.1f mm away", 1e3 * drape.drift) + which);
+  } else {
+    judge.Add(FitGrade::kDoNotUse, "nudged, it does not come to rest" + which);
+  }
 }
 
 void JudgeImage(const Observation& observation, const std::string& which, Judge& judge) {

@@ -65,7 +65,6 @@ class Hostile : public ToolFixture {
             "--initial_bend=1",
             "--initial_lifts=1",
             "--initial_steps=10",
-            "--recheck_steps=5",
             "--num_parameters=2",
             "--threads=1",
             "--out=fit"};

@@ -77,12 +77,18 @@ Material FieldOn(const Mesh& mesh, Material material) {
 const std::map<std::string, std::vector<std::string>>& Commands() {
   const std::string material = "--material=" + Valid("wool.json");
   const std::string start = "--start=" + Valid("waves.json");
-  const std::vector<std::string> fit = {
-      "--mesh=disc:100",   "--coarse_mesh=disc:100", "--candidates_per_round=1",
-      "--iterations=1",    "--initial_stretch=1",    "--initial_bend=1",
-      "--initial_lifts=1", "--initial_steps=10",     "--settle_steps=5",
-      "--recheck_steps=5", "--num_parameters=2",     "--threads=1",
-      "--out=out"};
+  const std::vector<std::string> fit = {"--mesh=disc:100",
+                                        "--coarse_mesh=disc:100",
+                                        "--candidates_per_round=1",
+                                        "--iterations=1",
+                                        "--initial_stretch=1",
+                                        "--initial_bend=1",
+                                        "--initial_lifts=1",
+                                        "--initial_steps=10",
+                                        "--settle_steps=5",
+                                        "--num_parameters=2",
+                                        "--threads=1",
+                                        "--out=out"};
   std::vector<std::string> compare = {"--data=" + Valid("set"),
                                       "--fabrics=3",
                                       "--models=homogeneous",

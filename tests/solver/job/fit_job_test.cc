@@ -39,7 +39,6 @@ class FitJobTest : public testing::Test {
     files_.out = folder_.path();
     files_.checkpoint = folder_ / "checkpoint.json";
     files_.log = folder_ / "fit.log";
-    spec_.recheck_steps = 20;
     spec_.stages.grid.stretch = {1.0};
     spec_.stages.grid.bend = {4.0};
     spec_.stages.grid.lifts = {1.0};

@@ -47,7 +47,6 @@ class BackendTool : public ToolFixture {
                                         "--iterations=3,5",
                                         "--num_parameters=2",
                                         "--centre=nominal",
-                                        "--recheck_steps=2",
                                         "--threads=1",
                                         "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());

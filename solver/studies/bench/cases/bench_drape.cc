@@ -235,15 +235,11 @@ BenchDrape SettingSolver::Differentiate(BenchWork work) {
 }
 
 RestMeasure SettingSolver::MeasureRest(const Eigen::VectorXd& x) {
-  const RolloutOptions release{.h = 0.1, .steps = 20, .cancel = cancel_};
-  const State start{x, Eigen::VectorXd::Zero(x.size())};
-  const RolloutInput input{&material_, &start};
-  const RolloutResult released = backend_->Rollouts({&input, 1}, release, nullptr).front();
-  RestMeasure rest{.residual = ForceResidual(backend_->model(), material_, x),
-                   .drift = std::numeric_limits<double>::infinity()};
-  if (released.status == RolloutStatus::kOk)
-    rest.drift = (released.end.x - x).reshaped(3, x.size() / 3).colwise().norm().maxCoeff();
-  return rest;
+  const NudgedDrape nudged = Nudge(*backend_, material_, x, {.cancel = cancel_});
+  return {.residual = ForceResidual(backend_->model(), material_, x),
+          .drift = nudged.status == EquilibriumStatus::kStable
+                       ? nudged.drift
+                       : std::numeric_limits<double>::infinity()};
 }
 
 BenchDrape SettingSolver::Run(BenchWork work) {

@@ -38,7 +38,7 @@ inline constexpr double kBenchLossRadius = 0.12;  // [m]; the loss is ½ Σ (r_k
 // How far a shape is from rest.
 struct RestMeasure {
   double residual = 0.0;  // ForceResidual
-  double drift = 0.0;     // largest movement of a vertex [m]; infinite where the steps fail
+  double drift = 0.0;     // of a nudged drape [m]; infinite where it does not come to rest
 
   bool IsAtRest() const { return residual <= kAtRestResidual && drift <= kAtRestDrift; }
 };
@@ -54,7 +54,7 @@ class SettingSolver {
   // The work of one run, the outline included: `batch` times the same at once. Not of a fit.
   BenchDrape Run(BenchWork work);
   // Whether a shape x, shape [3V], is at rest (kAtRestResidual, kAtRestDrift): the forces that
-  // remain, and the movement in two seconds after it is released.
+  // remain, and how far it comes to rest when it is nudged.
   RestMeasure MeasureRest(const Eigen::VectorXd& x);
 
  private:

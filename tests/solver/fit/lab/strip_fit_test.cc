@@ -194,7 +194,6 @@ class JointFit : public LabFitTest {
     data_.images = {Path("drape.png")};
     spec_.mesh = "disc:300";
     spec_.coarse_mesh = "disc:100";
-    spec_.recheck_steps = 20;
     spec_.stages.grid.lifts = {0.6, 1.0};
     spec_.stages.grid.stretch = {1.0, 2.0};
     spec_.stages.candidates_per_round = {2, 1};

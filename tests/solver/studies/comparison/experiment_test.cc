@@ -39,7 +39,6 @@ class ExperimentTest : public FileFixture {
     task_.fit.mesh = "disc:120";
     task_.fit.coarse_mesh = "disc:100";
     task_.fit.backend = "cpu";
-    task_.fit.recheck_steps = 5;
     task_.fit.stages.grid.stretch = {1.0};
     task_.fit.stages.grid.bend = {4.0};
     task_.fit.stages.grid.lifts = {0.5, 1.0};

@@ -32,7 +32,6 @@ class FitTool : public ToolFixture {
             "--candidates_per_round=3,2,1",
             "--iterations=4,4,6",
             "--num_parameters=2",
-            "--recheck_steps=10",
             "--centre=nominal",
             "--threads=1",
             "--out=" + out,

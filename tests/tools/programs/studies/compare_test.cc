@@ -39,7 +39,6 @@ class CompareTool : public ToolFixture {
                                         "--field_iterations=1",
                                         "--num_parameters=2",
                                         "--sigma_px=2",
-                                        "--recheck_steps=3",
                                         "--threads=1",
                                         "--calibrate=false",
                                         "--materials=" + kFabric,
