@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "physics/util/errors.h"
+#include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/option_table.h"
-#include "tools/cli/versions.h"
 
 namespace drape {
 namespace {
@@ -120,7 +120,7 @@ ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv) {
   std::string config;
   for (int i = 1; i < argc; ++i) {
     if (argv[i] == std::string("--version")) {
-      std::printf("%s %s\n", table.tool.c_str(), DrapefitVersion().c_str());
+      std::printf("%s %s\n", table.tool.c_str(), BuildVersion().c_str());
       return ParseOutcome::kHelpShown;
     }
     if (table.operands != nullptr && argv[i][0] != '-') {

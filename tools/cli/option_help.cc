@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "physics/util/atomic_file.h"
+#include "physics/util/stored/build.h"
 #include "tools/cli/option_text.h"
-#include "tools/cli/versions.h"
 
 namespace drape {
 namespace {
@@ -213,7 +213,7 @@ std::string OptionTable::Help(HelpScope scope) const {
   std::string usage = "usage: " + tool + (operands ? " " + operand_names : "") + " [--config=FILE]";
   for (const Option& option : options)
     if (option.required) usage += " --" + option.key + "=…";
-  const std::string heading = tool + " " + DrapefitVersion() + ": " + summary + "\n\n" + usage +
+  const std::string heading = tool + " " + BuildVersion() + ": " + summary + "\n\n" + usage +
                               " [--key=value …]\nexample: " + example + "\n\n";
   return Wrap(heading, "  ") + OptionsText(*this, scope) + Wrap(notes + kCommonNotes, "  ");
 }

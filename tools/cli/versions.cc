@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 
+#include "physics/util/stored/build.h"
+
 namespace drape {
 namespace {
 
@@ -14,10 +16,9 @@ std::string Dotted(int major, int minor, int patch) {
 
 }  // namespace
 
-std::string DrapefitVersion() { return DRAPE_VERSION; }
-
 std::vector<std::pair<std::string, std::string>> Versions() {
-  return {{"drapefit", DrapefitVersion()},
+  return {{"drapefit", BuildVersion()},
+          {"commit", BuildCommit()},
           {"compiler", __VERSION__},
           {"eigen", Dotted(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
           {"cholmod", Dotted(CHOLMOD_MAIN_VERSION, CHOLMOD_SUB_VERSION, CHOLMOD_SUBSUB_VERSION)}};

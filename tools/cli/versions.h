@@ -7,9 +7,8 @@
 
 namespace drape {
 
-std::string DrapefitVersion();
-
-// Name and version of what a result rests on: drapefit, the compiler, Eigen, CHOLMOD.
+// Name and version of what a result rests on: drapefit and its commit, the compiler, Eigen,
+// CHOLMOD.
 std::vector<std::pair<std::string, std::string>> Versions();
 
 }  // namespace drape

@@ -9,6 +9,7 @@
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
 #include "solver/job/plot/gnuplot.h"
 
@@ -248,6 +249,15 @@ std::string MakeChart(const Chart& chart, int number) {
   return script + MakePlot(chart, number);
 }
 
+// Which build drew the picture, in its lower right corner.
+ChartLabel MakeStamp() {
+  return {.text = BuildName(),
+          .at = {0.995, 0.012},
+          .in_picture = true,
+          .align = ChartLabel::Align::kRight,
+          .font_size = 7};
+}
+
 std::string MakeScript(const Picture& picture, bool svg) {
   constexpr int kWidth = 620, kHeight = 440;
   const int count = static_cast<int>(picture.charts.size());
@@ -262,7 +272,9 @@ std::string MakeScript(const Picture& picture, bool svg) {
   if (!picture.title.empty())
     script += " title " + Literal(picture.title) + Format(" font ',%d'", picture.font_size + 2);
   script += "\n";
-  for (int i = 0; i < count; ++i) script += MakeChart(picture.charts[i], i);
+  std::vector<Chart> charts = picture.charts;
+  if (!charts.empty()) charts.back().labels.push_back(MakeStamp());
+  for (int i = 0; i < count; ++i) script += MakeChart(charts[i], i);
   return script + "unset multiplot\n";
 }
 

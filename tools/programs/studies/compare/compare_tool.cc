@@ -6,6 +6,7 @@
 
 #include "losses/dataset/index_list.h"
 #include "physics/util/errors.h"
+#include "physics/util/stored/build.h"
 #include "solver/job/plot/chart.h"
 #include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
@@ -115,15 +116,16 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
   CompareToolOptions copy = options;
   for (const Option& option : CompareTable(copy).options)
     if (!kFree.contains(option.key)) job.settings[option.key] = ValueText(option);
-  job.settings["drapefit"] = DrapefitVersion();
+  job.settings["drapefit"] = BuildVersion();
   return job;
 }
 
 void RenderCharts(const OutputFolder& out, const Comparison& comparison) {
-  for (const ComparisonTable& table : comparison.tables)
-    RenderModelChart(
-        out.Staged(table.fabric == 0 ? "models" : "models_fabric_" + std::to_string(table.fabric)),
-        table);
+  for (const ComparisonTable& table : comparison.tables) {
+    const std::string fabric = table.fabric == 0 ? "" : "_fabric_" + std::to_string(table.fabric);
+    RenderModelChart(out.Staged("models" + fabric), table);
+    RenderHeldOutChart(out.Staged("held_out" + fabric), table);
+  }
 }
 
 }  // namespace
@@ -144,7 +146,8 @@ OptionTable CompareTable(CompareToolOptions& options) {
           "files: comparison.md, comparison.csv and comparison.json; for each fabric, model and "
           "seed, fabric_<N>/<model>/seed_<K> with the files of drape_fit and prediction.json, and "
           "fabric_<N>/split_<K>.json; models_fabric_<N>.png and .svg, and models.png and .svg for "
-          "all fabrics: error and rollouts of each model\n"
+          "all fabrics: error and rollouts of each model; held_out….png and .svg in the same way: "
+          "error on other samples against free numbers and against time\n"
           "The chosen model is the simplest one (isotropic < linear < bend < bend_rows < scales < "
           "columns < homogeneous < heterogeneous < elements < bdp < bayes) whose held-out energy "
           "score of the features is within one standard error of the best; the standard error is "

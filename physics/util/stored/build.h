@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+namespace drape {
+
+// The version, such as "0.1.0".
+std::string BuildVersion();
+
+// The source that the library was built from: its short commit, with "-dirty" after it where files
+// differ from that; empty where it was built outside a checkout.
+std::string BuildCommit();
+
+// "drapefit 0.1.0, commit 763e1da", or without the commit.
+std::string BuildName();
+
+}  // namespace drape
