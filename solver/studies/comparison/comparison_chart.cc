@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <limits>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "physics/util/text_format.h"
@@ -13,6 +15,7 @@ namespace {
 struct ModelPoint {
   std::string model;
   double rollouts = 0.0, own = 0.0, held_out = 0.0;
+  double parameters = 0.0, seconds = 0.0;
   double error = 0.0;                     // standard error of the difference from the best
   bool chosen = false, compared = false;  // not compared: an experiment has no score
 };
@@ -29,7 +32,13 @@ std::vector<ModelPoint> MakePoints(const ComparisonTable& table) {
     const auto rollouts = ComputeMean(row, "rollouts"), own = ComputeMean(row, "train_mse"),
                held_out = ComputeMean(row, "feature_energy");
     if (!rollouts || !own || !held_out) continue;
-    ModelPoint point{row.model, *rollouts, *own, *held_out, 0.0, row.model == table.choice.chosen};
+    ModelPoint point{.model = row.model,
+                     .rollouts = *rollouts,
+                     .own = *own,
+                     .held_out = *held_out,
+                     .parameters = ComputeMean(row, "parameters").value_or(0.0),
+                     .seconds = ComputeMean(row, "fit_seconds").value_or(0.0),
+                     .chosen = row.model == table.choice.chosen};
     for (const ScoreDifference& difference : table.choice.differences)
       if (difference.model == row.model) {
         point.error = difference.standard_error;
@@ -114,7 +123,77 @@ Chart HeldOutPanel(const ComparisonTable& table, const std::vector<ModelPoint>& 
   return chart;
 }
 
+// What the held-out errors are compared with: the drapes of other samples, and a circle.
+struct Bound {
+  double energy;
+  std::string text;
+};
+std::vector<Bound> FindBounds(const ComparisonTable& table) {
+  std::vector<Bound> bounds;
+  for (const ComparisonRow& row : table.rows) {
+    const auto energy = ComputeMean(row, "feature_energy");
+    if (!energy || *energy <= 0.0 || ComputeMean(row, "rollouts")) continue;
+    bounds.push_back({*energy, row.model == kOtherSamples
+                                   ? "drapes of the training samples themselves"
+                               : row.model == kCircle ? "a circle of their mean area"
+                                                      : row.model});
+  }
+  return bounds;
+}
+
+// Held-out error against one cost of the models, named beside their points; `of` takes it.
+template <class Of>
+Chart CostPanel(const std::vector<ModelPoint>& points, const std::vector<Bound>& bounds,
+                const std::string& cost, const Of& of) {
+  constexpr char kBlue[] = "#0072b2", kGrey[] = "#555555";
+  Chart chart{
+      .x = {.label = cost, .log = true},
+      .y = {.label = "energy score of held-out drapes, lower is better", .log = true, .room = 0.12},
+      .key = KeyPlace::kNone};
+  ChartSeries models{.mark = Mark::kPoints, .colour = kBlue, .size = 1.5};
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const ModelPoint& point : points) {
+    if (!(of(point) > 0.0)) continue;
+    models.points.emplace_back(of(point), point.held_out);
+    least = std::min(least, of(point));
+    most = std::max(most, of(point));
+    chart.labels.push_back({.text = point.model,
+                            .at = models.points.back(),
+                            .font_size = 10,
+                            .offset = {0.8, models.points.size() % 2 == 0 ? 0.5 : -0.5}});
+  }
+  if (models.points.empty()) return chart;
+  const double left = least / 2.0, right = most * 6.0;
+  chart.x.range = {{left, right}};
+  for (const Bound& bound : bounds) {
+    chart.series.push_back({.points = {{left, bound.energy}, {right, bound.energy}},
+                            .colour = kGrey,
+                            .width = 1.5,
+                            .dashed = true});
+    chart.labels.push_back(
+        {.text = bound.text, .at = {left, bound.energy}, .font_size = 10, .offset = {0.8, 0.6}});
+  }
+  chart.series.push_back(std::move(models));
+  return chart;
+}
+
 }  // namespace
+
+void RenderHeldOutChart(const std::string& path, const ComparisonTable& table) {
+  const std::vector<ModelPoint> points = MakePoints(table);
+  if (points.empty()) return;
+  const std::vector<Bound> bounds = FindBounds(table);
+  const Picture picture{
+      .title = "How well fitted models predict drapes of other samples",
+      .width = 1100,
+      .height = 460,
+      .charts = {CostPanel(points, bounds, "free numbers of the model",
+                           [](const ModelPoint& point) { return point.parameters; }),
+                 CostPanel(points, bounds, "time of the fit [s]",
+                           [](const ModelPoint& point) { return point.seconds; })}};
+  WritePicture(path + ".png", picture);
+  WritePicture(path + ".svg", picture);
+}
 
 void RenderModelChart(const std::string& path, const ComparisonTable& table) {
   const std::vector<ModelPoint> points = MakePoints(table);

@@ -14,6 +14,9 @@ namespace drape {
 
 // The experiments of a comparison, summed up.
 
+// The trivial predictors, beside the models.
+inline constexpr char kOtherSamples[] = "other samples", kCircle[] = "circle";
+
 // An experiment, or what a trivial predictor gives on the same split.
 struct ComparedExperiment {
   int fabric = 0;
@@ -71,6 +74,11 @@ void WriteComparison(const std::string& folder, const Comparison& comparison,
 // experiment of it has no score. Writes path.png and path.svg by gnuplot; nothing where no model
 // has a score. Throws InputError without gnuplot.
 void RenderModelChart(const std::string& path, const ComparisonTable& table);
+
+// Held-out error against the free numbers of each model and against the time of its fit, with the
+// error of the training samples' own drapes and that of a circle as lines. Files, and what is
+// thrown, as RenderModelChart.
+void RenderHeldOutChart(const std::string& path, const ComparisonTable& table);
 
 // The tables for a person, in Markdown.
 std::string ComparisonText(const Comparison& comparison);

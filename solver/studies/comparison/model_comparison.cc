@@ -18,9 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kOtherSamples[] = "other samples";
-constexpr char kCircle[] = "circle";
-
 // What all models of a fabric and a seed share.
 struct SharedSplit {
   int fabric = 0, seed = 0;

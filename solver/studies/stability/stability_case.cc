@@ -64,6 +64,12 @@ const char* ToString(StabilityOutcome outcome) {
   return "unknown";
 }
 
+char StabilityLetter(StabilityOutcome outcome) {
+  constexpr char kLetters[] = "SmbFDXN";
+  static_assert(sizeof(kLetters) == kStabilityOutcomes + 1);
+  return kLetters[static_cast<int>(outcome)];
+}
+
 StabilityMethod ParseStabilityMethod(const std::string& name, const std::string& where) {
   return Parse<StabilityMethod>(kStabilityMethods, name, where);
 }

@@ -39,6 +39,7 @@ inline constexpr int kStabilityOutcomes = 7;
 // that starts with `where` and lists the names.
 const char* ToString(StabilityMethod method);
 const char* ToString(StabilityOutcome outcome);
+char StabilityLetter(StabilityOutcome outcome);  // in tables and charts
 StabilityMethod ParseStabilityMethod(const std::string& name, const std::string& where);
 StabilityOutcome ParseStabilityOutcome(const std::string& name, const std::string& where);
 bool IsStatic(StabilityMethod method);

@@ -2,11 +2,14 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "physics/util/text_format.h"
 #include "solver/job/plot/chart.h"
+#include "solver/studies/stability/stability_atlas.h"
 #include "solver/studies/stability/stability_map.h"
 
 namespace drape {
@@ -57,7 +60,117 @@ std::string MakeTitle(const StabilityMap& map) {
   return title;
 }
 
+// The overview: a row for each method and a column for each hardship.
+struct Heading {
+  const char* text;
+  std::vector<std::string> axes;  // that belong to it
+};
+const std::vector<Heading>& Hardships() {
+  static const std::vector<Heading> headings = {{"soft … stiff", {"stiffness", "stretch", "bend"}},
+                                                {"light … heavy", {"density"}},
+                                                {"needle triangles", {"sliver"}},
+                                                {"compressed start", {"compression"}},
+                                                {"tangled start", {"tangle"}},
+                                                {"soft … stiff handles", {"handle"}}};
+  return headings;
+}
+
+const char* Describe(StabilityMethod method) {
+  constexpr const char* kTexts[kStabilityMethods] = {"explicit Euler",
+                                                     "one solve per step",
+                                                     "… by conjugate gradients",
+                                                     "… in single precision",
+                                                     "implicit Euler, converged",
+                                                     "Newton to rest",
+                                                     "… shift by the mass",
+                                                     "… no shift",
+                                                     "… projected elements"};
+  return kTexts[static_cast<int>(method)];
+}
+
+using Counts = std::array<int, kStabilityOutcomes>;
+
+// Of a method under a hardship, over all maps of the smooth law.
+Counts CountOutcomes(const StabilityAtlas& atlas, StabilityMethod method, const Heading& heading) {
+  Counts counts = {};
+  for (const StabilityMap& map : atlas.maps) {
+    const auto belongs = [&](const StabilityAxis* axis) {
+      return std::find(heading.axes.begin(), heading.axes.end(), axis->name) != heading.axes.end();
+    };
+    if (map.base.method != method || map.base.law != "smooth" ||
+        !(belongs(map.axis[0]) || belongs(map.axis[1])))
+      continue;
+    for (const int outcome : atlas.ListOutcomes(map))
+      if (outcome != kNoRun) ++counts[outcome];
+  }
+  return counts;
+}
+
+struct ShareClass {
+  double least;  // share of settled runs
+  const char* title;
+  const char* colour;
+};
+constexpr ShareClass kShares[] = {{0.9, "at least 90 % settle", "#66bd63"},
+                                  {0.7, "70 to 90 %", "#b8e186"},
+                                  {0.4, "40 to 70 %", "#fee08b"},
+                                  {0.0, "less", "#f4a582"}};
+
+// "83 % m": the share that settles, and the letter of the most frequent failure.
+void AddCell(const Counts& counts, double x, double y, Chart* chart) {
+  constexpr int kSettled = static_cast<int>(StabilityOutcome::kSettled);
+  const int runs = std::accumulate(counts.begin(), counts.end(), 0);
+  if (runs == 0) {
+    chart->labels.push_back(
+        {.text = "not run", .at = {x, y}, .align = ChartLabel::Align::kCentre, .font_size = 9});
+    return;
+  }
+  const double share = static_cast<double>(counts[kSettled]) / runs;
+  std::size_t shade = 0;
+  while (share < kShares[shade].least) ++shade;
+  chart->series[shade].points.emplace_back(x, y);
+  std::string text = Format("%.0f %%", 100.0 * share);
+  if (counts[kSettled] < runs) {
+    const auto worst = std::max_element(counts.begin() + kSettled + 1, counts.end());
+    text +=
+        std::string(" ") + StabilityLetter(static_cast<StabilityOutcome>(worst - counts.begin()));
+  }
+  chart->labels.push_back(
+      {.text = text, .at = {x, y}, .align = ChartLabel::Align::kCentre, .font_size = 11});
+}
+
+std::string ExplainLetters() {
+  std::string text = "letter: the most frequent failure";
+  for (int i = 1; i < kStabilityOutcomes; ++i) {
+    const auto outcome = static_cast<StabilityOutcome>(i);
+    text += std::string(i == 1 ? ": " : ", ") + StabilityLetter(outcome) + " " + ToString(outcome);
+  }
+  return text;
+}
+
 }  // namespace
+
+void RenderStabilityOverview(const std::string& path, const StabilityAtlas& atlas) {
+  Chart chart{.title = ExplainLetters(), .key = KeyPlace::kOutside, .grid = false};
+  for (const ShareClass& shade : kShares)
+    chart.series.push_back({.title = shade.title, .mark = Mark::kSquares, .colour = shade.colour});
+  const auto columns = static_cast<double>(Hardships().size());
+  chart.x = {.range = {{-0.5, columns - 0.5}}, .ticks = {{}}};
+  chart.y = {.range = {{kStabilityMethods - 0.5, -0.5}}, .ticks = {{}}};
+  for (int row = 0; row < kStabilityMethods; ++row) {
+    const auto method = static_cast<StabilityMethod>(row);
+    chart.y.ticks->emplace_back(row, Describe(method));
+    for (std::size_t column = 0; column < Hardships().size(); ++column)
+      AddCell(CountOutcomes(atlas, method, Hardships()[column]), static_cast<double>(column), row,
+              &chart);
+  }
+  for (std::size_t column = 0; column < Hardships().size(); ++column)
+    chart.x.ticks->emplace_back(column, Hardships()[column].text);
+  WritePicture(path, {.title = "Which solvers of a drape settle, and under what",
+                      .width = 1100,
+                      .height = 480,
+                      .charts = {std::move(chart)}});
+}
 
 void RenderStabilityMap(const std::string& path, const StabilityMap& map,
                         const std::vector<int>& outcomes, const StabilityLine& line) {

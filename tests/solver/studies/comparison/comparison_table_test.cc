@@ -92,6 +92,19 @@ TEST_F(ComparisonTableTest, TheChartMarksAModelThatIsNotCompared) {
   EXPECT_THAT(Read(Path("lost.svg")), HasSubstr("an experiment has no score: not compared"));
 }
 
+TEST_F(ComparisonTableTest, TheHeldOutChartHasEachModelAndTheBounds) {
+  for (ComparedExperiment& experiment : experiments_) {
+    if (experiment.model == "circle") continue;
+    experiment.result.numbers["rollouts"] = 900;
+    experiment.result.numbers["train_mse"] = 0.02;
+    experiment.result.numbers["parameters"] = 39;
+  }
+  RenderHeldOutChart(Path("chart"), Summed().tables[0]);
+  const std::string svg = Read(Path("chart.svg"));
+  for (const char* text : {"bayes", "homogeneous", "a circle of their mean area", "commit"})
+    EXPECT_THAT(svg, HasSubstr(text));
+}
+
 TEST_F(ComparisonTableTest, BeliefsAreMeansOverSeeds) {
   const Comparison comparison = Summed();
   ASSERT_EQ(comparison.beliefs.size(), 2u);

@@ -146,9 +146,11 @@ OptionTable StabilityTable(StabilityOptions& options) {
       .summary = "maps the outcome of solvers of a drape over two parameters",
       .example =
           "drape_stability --config=configs/studies/stability_quick.json --out=out/stability",
-      .notes = "methods:" + methods + "\naxes:\n" + axes +
-               "files: runs.csv, to which each finished run is appended, findings.json and one PNG "
-               "per map\nCtrl-C keeps the finished runs; --resume continues with the others.\n",
+      .notes =
+          "methods:" + methods + "\naxes:\n" + axes +
+          "files: runs.csv, to which each finished run is appended, findings.json, overview.png "
+          "(share of settled runs by method and hardship) and one PNG per map\nCtrl-C keeps the "
+          "finished runs; --resume continues with the others.\n",
       .options = Concatenate(Grouped("maps and results", SurveyOptions(options)),
                              Grouped("simulation", SettingOptions(options)))};
 }
@@ -166,6 +168,7 @@ StabilityAtlas RunStability(const StabilityOptions& options, const RunControl& c
                                              .threads = CountThreads(options.threads)},
                                             control);
   atlas.note = TryPictures([&] {
+    RenderStabilityOverview(out.Staged("overview.png"), atlas);
     for (int m = 0; m < static_cast<int>(atlas.maps.size()); ++m)
       RenderStabilityMap(out.Staged(atlas.maps[m].name + ".png"), atlas.maps[m],
                          atlas.ListOutcomes(atlas.maps[m]), atlas.MakeLine(m));
