@@ -66,12 +66,12 @@ struct Heading {
   std::vector<std::string> axes;  // that belong to it
 };
 const std::vector<Heading>& Hardships() {
-  static const std::vector<Heading> headings = {{"soft … stiff", {"stiffness", "stretch", "bend"}},
-                                                {"light … heavy", {"density"}},
-                                                {"needle triangles", {"sliver"}},
-                                                {"compressed start", {"compression"}},
-                                                {"tangled start", {"tangle"}},
-                                                {"soft … stiff handles", {"handle"}}};
+  static const std::vector<Heading> headings = {{"stiffness", {"stiffness", "stretch", "bend"}},
+                                                {"density", {"density"}},
+                                                {"needles", {"sliver"}},
+                                                {"compressed", {"compression"}},
+                                                {"tangled", {"tangle"}},
+                                                {"handles", {"handle"}}};
   return headings;
 }
 
@@ -166,7 +166,7 @@ void RenderStabilityOverview(const std::string& path, const StabilityAtlas& atla
   }
   for (std::size_t column = 0; column < Hardships().size(); ++column)
     chart.x.ticks->emplace_back(column, Hardships()[column].text);
-  WritePicture(path, {.title = "Which solvers of a drape settle, and under what",
+  WritePicture(path, {.title = "Share of runs that settle, by solver and by what is varied",
                       .width = 1100,
                       .height = 480,
                       .charts = {std::move(chart)}});
