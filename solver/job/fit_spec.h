@@ -54,6 +54,9 @@ struct FitSpec {
   TableForm table_form = TableForm::kGiven;
   // Images: the models that the fitted one contains are fitted first (RunNestedFit).
   bool simpler_models = true;
+  // space.json (ReadSpacePrior): the prior of a fabric in place of one about the initial guess; of
+  // kBayes. Empty: none.
+  std::string prior;
   std::string backend = "auto";  // MakeBackend
   int threads = 1;
   FieldOptions fields;         // of FitModel::kHeterogeneous
@@ -71,8 +74,8 @@ inline FitSpec FitSpecWithThreads(int threads) {
 template <MutableOrConst<FitSpec> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
   auto& [model, mesh, search_mesh, coarse_mesh, law, observation, stages, recheck_steps,
-         min_relative_stiffness, table_form, simpler_models, backend, threads, fields, posterior] =
-      options;
+         min_relative_stiffness, table_form, simpler_models, prior, backend, threads, fields,
+         posterior] = options;
   visit(model,
         Field{.key = "model",
               .doc = "homogeneous: one table for the whole cloth; heterogeneous: then tables "
@@ -116,6 +119,12 @@ void VisitFields(Options& options, Visitor&& visit) {
               .doc = "fit images by the models that this one contains first (isotropic 2 numbers, "
                      "linear 7, nonlinear 7, 39) and start also from the best of them, so that "
                      "more numbers never fit worse"});
+  visit(prior, Field{.key = "prior",
+                     .doc = "model bayes: space.json of drape_space, whose population of fabrics "
+                            "is the prior of the posterior; empty: about the initial guess, by "
+                            "prior_sigma",
+                     .in_key = false,
+                     .is_path = true});
   visit(backend, Field{.key = "backend", .is_option = false, .in_key = false});
   visit(threads, Field{.key = "threads", .least = 1, .is_option = false, .in_key = false});
 }
