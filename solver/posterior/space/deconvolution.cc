@@ -172,23 +172,26 @@ ComponentChoice ChooseComponents(const Observations& observations, int most,
                                  const DeconvolutionOptions& options) {
   const int count = static_cast<int>(observations.size());
   CHECK_GE(count, 2);
-  ComponentChoice choice;
-  for (int k = 1; k <= std::clamp(count / kObservationsForOne, 1, most); ++k) {
-    std::vector<double> left_out;
-    double sum = 0.0;
-    for (int i = 0; i < count; ++i) {
-      Observations others = observations;
-      others.erase(others.begin() + i);
-      left_out.push_back(Deconvolve(others, k, options).LogLikelihood(observations[i]));
-      sum += left_out.back();
-    }
-    const bool better =
-        choice.log_likelihoods.empty() || sum > choice.log_likelihoods[choice.components - 1];
-    choice.log_likelihoods.push_back(sum);
-    if (!better) continue;
-    choice.components = k;
-    choice.left_out = std::move(left_out);
+  const int limit = std::clamp(count / kObservationsForOne, 1, most);
+  Eigen::ArrayXXd logs(count, limit);
+  for (int i = 0; i < count; ++i) {
+    Observations others = observations;
+    others.erase(others.begin() + i);
+    for (int k = 1; k <= limit; ++k)
+      logs(i, k - 1) = Deconvolve(others, k, options).LogLikelihood(observations[i]);
   }
+  ComponentChoice choice;
+  const Eigen::ArrayXd sums = logs.colwise().sum();
+  choice.log_likelihoods = {sums.begin(), sums.end()};
+  int best = 0;
+  sums.maxCoeff(&best);
+  for (int k = best; k >= 0; --k) {
+    const Eigen::ArrayXd loss = logs.col(best) - logs.col(k);
+    const double error = std::sqrt((loss - loss.mean()).square().sum() / (count - 1.0) / count);
+    if (loss.mean() <= error) choice.components = k + 1;
+  }
+  const Eigen::ArrayXd chosen = logs.col(choice.components - 1);
+  choice.left_out = {chosen.begin(), chosen.end()};
   return choice;
 }
 

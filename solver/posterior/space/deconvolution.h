@@ -37,7 +37,8 @@ NormalMixture Deconvolve(const std::vector<NormalDistribution>& observations, in
                          const DeconvolutionOptions& options = {});
 
 // The number of components, 1 … most, by the log likelihood of each observation under the mixture
-// of the others.
+// of the others: the least whose mean is within one standard error of the best, that of the paired
+// differences [Hastie 2009].
 struct ComponentChoice {
   int components = 1;
   // By number of components, from 1: Σ ln p(left out); by observation under the chosen number.

@@ -363,6 +363,7 @@ Recognition Recognise(const RecognitionJob& job, const RunControl& control) {
   for (const std::string& way : ways)
     result.scores.push_back(
         ScoreWay(result.samples, way, static_cast<int>(samples.fabrics.size())));
+  result.scores.back().by_drapes = false;
   return result;
 }
 

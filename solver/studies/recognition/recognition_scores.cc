@@ -118,7 +118,9 @@ std::string RecognitionText(const std::vector<RecognitionScore>& scores,
   for (const RecognitionScore& score : scores) {
     text += Format("| %s | %d | %.3f | %.3f | %.3f |\n", score.way.c_str(), score.samples,
                    score.top_1, score.top_3, score.log_loss);
-    if (score.samples > 0 && (best == nullptr || score.log_loss < best->log_loss)) best = &score;
+    if (score.by_drapes && score.samples > 0 &&
+        (best == nullptr || score.log_loss < best->log_loss))
+      best = &score;
   }
   if (best == nullptr) return text;
   text += "\nReliability of \"" + best->way +

@@ -20,6 +20,7 @@ struct RecognisedSample {
 
 struct RecognitionScore {
   std::string way;
+  bool by_drapes = true;  // else a comparison that does not look at drapes
   int samples = 0;
   double top_1 = 0.0, top_3 = 0.0;  // shares
   double log_loss = 0.0;            // mean −ln p(true fabric) [nat]
@@ -42,8 +43,8 @@ RecognitionScore ScoreWay(const std::vector<RecognisedSample>& samples, const st
 void AddProduct(const std::string& name, const std::vector<std::string>& ways,
                 std::vector<RecognisedSample>* samples);
 
-// Markdown: one row per way, then reliability and the confusions of the way with the least log
-// loss.
+// Markdown: one row per way, then reliability and the confusions of the way by drapes with the
+// least log loss.
 std::string RecognitionText(const std::vector<RecognitionScore>& scores,
                             const std::vector<std::string>& fabrics);
 

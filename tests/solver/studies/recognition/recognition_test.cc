@@ -61,7 +61,7 @@ RecognisedSample Recognised(int fabric, const std::string& way, const Eigen::Vec
 }
 
 TEST(RecognitionScores, CountsRanksAndLosses) {
-  const Eigen::Vector4d logs(std::log(0.1), std::log(0.4), std::log(0.3), std::log(0.2));
+  const Eigen::Vector4d logs(std::log(0.1), std::log(0.45), std::log(0.25), std::log(0.2));
   const std::vector<RecognisedSample> samples = {
       Recognised(1, "way", logs), Recognised(3, "way", (logs.array() + 7).matrix()),
       Recognised(0, "way", logs), Recognised(0, "other", logs)};
@@ -69,11 +69,11 @@ TEST(RecognitionScores, CountsRanksAndLosses) {
   EXPECT_EQ(score.samples, 3);
   EXPECT_DOUBLE_EQ(score.top_1, 1.0 / 3);
   EXPECT_DOUBLE_EQ(score.top_3, 2.0 / 3);
-  EXPECT_NEAR(score.log_loss, -(std::log(0.4) + std::log(0.2) + std::log(0.1)) / 3, 1e-12);
+  EXPECT_NEAR(score.log_loss, -(std::log(0.45) + std::log(0.2) + std::log(0.1)) / 3, 1e-12);
   EXPECT_EQ(score.confusion(3, 1), 1);
   EXPECT_EQ(score.confusion(1, 1), 1);
   EXPECT_DOUBLE_EQ(score.reliability(2, 0), 3.0);
-  EXPECT_NEAR(score.reliability(2, 1), 0.4, 1e-12);
+  EXPECT_NEAR(score.reliability(2, 1), 0.45, 1e-12);
   EXPECT_DOUBLE_EQ(score.reliability(2, 2), 1.0 / 3);
   EXPECT_THAT(RecognitionText({score}, {"a", "b", "c", "d"}), testing::HasSubstr("| d | 0 of 1 |"));
 }
@@ -136,7 +136,10 @@ TEST_F(FabricFitsTest, AFailureIsNamedAndEndsNothing) {
                                      .source = "",
                                      .warnings = {}});
   Write("bad.jpg", "no image");
-  FitCellJob job{.fit = {}, .material = Path("start.json"), .out = Path(""), .threads = 2};
+  FitCellJob job;
+  job.material = Path("start.json");
+  job.out = Path("");
+  job.threads = 2;
   job.fit.model = FitModel::kBayes;
   job.settings = {{"mesh", "a"}};
   const std::vector<FitCell> cells = CellsByFabric(

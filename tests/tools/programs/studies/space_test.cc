@@ -38,7 +38,7 @@ class SpaceTool : public ToolFixture {
 TEST_F(SpaceTool, WritesDistancesPopulationAndPictures) {
   const std::string folders =
       AddPosterior("linen", 0.0, 0.0) + "," + AddPosterior("denim", 0.1, 0.5) + "," +
-      AddPosterior("silk", -0.2, -0.9) + "," + AddPosterior("twill", 0, 0.4);
+      AddPosterior("silk", -0.2, -0.9) + "," + AddPosterior("twill", 0.7, 0.1);
   const std::string added = AddPosterior("found", 0.08, 0.52);
   const ProcessResult result = Run(folders, {"--new=" + added});
   ASSERT_EQ(result.exit_code, 0) << result.err;
