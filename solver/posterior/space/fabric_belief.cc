@@ -4,9 +4,9 @@
 #include <glog/logging.h>
 
 #include <Eigen/Cholesky>
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "physics/material/material_scaling.h"
@@ -208,11 +208,10 @@ FabricBeliefs ReadFabricBeliefs(const std::vector<std::string>& folders, SpaceBy
   SetCommonBase(posteriors, folders, &beliefs.frame);
   for (std::size_t i = 0; i < folders.size(); ++i)
     beliefs.fabrics.push_back(MakeBelief(beliefs.frame, posteriors[i], folders[i]));
+  std::map<std::string, int> uses;
+  for (const FabricBelief& fabric : beliefs.fabrics) ++uses[fabric.name];
   for (FabricBelief& fabric : beliefs.fabrics)
-    if (std::count_if(beliefs.fabrics.begin(), beliefs.fabrics.end(), [&](const FabricBelief& f) {
-          return f.name == fabric.name || f.folder == fabric.name;
-        }) > 1)
-      fabric.name = fabric.folder;
+    if (uses[fabric.name] > 1) fabric.name = fabric.folder;
   return beliefs;
 }
 
