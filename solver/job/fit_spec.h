@@ -119,12 +119,6 @@ void VisitFields(Options& options, Visitor&& visit) {
               .doc = "fit images by the models that this one contains first (isotropic 2 numbers, "
                      "linear 7, nonlinear 7, 39) and start also from the best of them, so that "
                      "more numbers never fit worse"});
-  visit(prior, Field{.key = "prior",
-                     .doc = "model bayes: space.json of drape_space, whose population of fabrics "
-                            "is the prior of the posterior; empty: about the initial guess, by "
-                            "prior_sigma",
-                     .in_key = false,
-                     .is_path = true});
   visit(backend, Field{.key = "backend", .is_option = false, .in_key = false});
   visit(threads, Field{.key = "threads", .least = 1, .is_option = false, .in_key = false});
 }

@@ -152,7 +152,7 @@ NormalDistribution NormalMixture::Moments() const {
 NormalMixture Deconvolve(const Observations& observations, int components,
                          const DeconvolutionOptions& options) {
   CHECK(!observations.empty());
-  const NormalMixture one = DeconvolveOne(observations, options);
+  NormalMixture one = DeconvolveOne(observations, options);
   if (components == 1) return one;
   const Shrinkage shrinkage{one.components[0].covariance, double(observations[0].size())};
   NormalMixture best;

@@ -134,7 +134,7 @@ Eigen::VectorXd SpaceFrame::LogFactors(const MaterialField& table, const std::st
     throw InputError(where,
                      "an entry has another sign than in the other tables, or is zero in one "
                      "of them, expected tables with finite log factors");
-  const Eigen::VectorXd theta = MeanLogFactors(tie, all);
+  Eigen::VectorXd theta = MeanLogFactors(tie, all);
   const double error = (tie * theta - all).cwiseAbs().maxCoeff();
   if (error > kRounding)
     throw InputError(where,

@@ -166,7 +166,7 @@ void FindPopulation(MaterialSpace* space) {
     space->left_out.push_back(Judge(*space, space->beliefs.fabrics[i], i));
 }
 
-FabricBelief AsPoint(const SpaceFrame& frame, const std::string& name, MaterialField table) {
+FabricBelief AsPoint(const SpaceFrame& frame, const std::string& name, const MaterialField& table) {
   constexpr double kDeviation = 1e-6;
   const Eigen::Index n = frame.size();
   const Eigen::VectorXd theta = frame.LogFactors(table, name);

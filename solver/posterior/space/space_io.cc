@@ -159,7 +159,7 @@ Eigen::MatrixXd ReadMatrix(const JsonInput& input, int rows, int columns) {
 }
 
 Eigen::MatrixXd ReadCovariance(const JsonInput& input, int size) {
-  const Eigen::MatrixXd covariance = ReadMatrix(input, size, size);
+  Eigen::MatrixXd covariance = ReadMatrix(input, size, size);
   if (!covariance.isApprox(covariance.transpose(), 1e-9) ||
       covariance.llt().info() != Eigen::Success)
     throw InputError(input.Name(), "is no covariance, expected a positive definite matrix");

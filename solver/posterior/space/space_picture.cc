@@ -54,7 +54,7 @@ Chart TreeChart(const MaterialSpace& space, const std::vector<int>& order, const
   ChartSeries lines{.mark = Mark::kLine, .points = {}, .colour = "#000000", .width = 1.5};
   for (std::size_t k = 0; k < space.tree.size(); ++k) {
     const ClusterMerge& merge = space.tree[k];
-    const Eigen::Vector2d left = places[merge.left], right = places[merge.right];
+    const Eigen::Vector2d &left = places[merge.left], &right = places[merge.right];
     for (const Eigen::Vector2d& at : {left, Eigen::Vector2d(merge.height, left.y()),
                                       Eigen::Vector2d(merge.height, right.y()), right})
       lines.points.push_back(at);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -219,7 +220,7 @@ void RunPredictionCell(const RecognitionJob& job, const Samples& samples,
 
 // Moments of each face; none where a file is missing, damaged or of too few drapes at rest.
 struct PredictedFeatures {
-  NormalDistribution face[2];
+  std::array<NormalDistribution, 2> face;
 };
 
 Eigen::MatrixXd ReadFeatures(const JsonInput& input) {
