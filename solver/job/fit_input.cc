@@ -3,6 +3,7 @@
 
 #include <glob.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <climits>
 #include <cmath>
@@ -21,6 +22,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/protocol/nested_fit.h"
+#include "solver/posterior/space/space_io.h"
 
 namespace drape {
 namespace {
@@ -257,6 +259,22 @@ std::vector<std::string> Expand(const std::string& text, const std::string& what
   return files;
 }
 
+// The population of fabrics about the tables of a fabric of that density [kg/m²].
+std::shared_ptr<const FabricPrior> ReadPrior(const FitSpec& spec, double density) {
+  if (spec.prior.empty()) return nullptr;
+  if (spec.model != FitModel::kBayes)
+    throw InputError("prior", std::string("found with model ") + ToString(spec.model) +
+                                  ", expected bayes: it is the prior of a posterior");
+  const SpacePrior space = ReadSpacePrior(spec.prior);
+  if (space.frame.tying != spec.stages.parameters)
+    throw InputError(spec.prior, std::string("is of fits with num_parameters ") +
+                                     ToString(space.frame.tying) + ", expected that of this fit, " +
+                                     ToString(spec.stages.parameters));
+  FabricPrior prior{space.frame.Table(space.theta.mean, density),
+                    space.theta.covariance.llt().matrixL()};
+  return std::make_shared<const FabricPrior>(std::move(prior));
+}
+
 }  // namespace
 
 std::vector<std::string> SearchMeshes(const FitSpec& spec, std::vector<std::string>* notes) {
@@ -322,6 +340,7 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   input.density_is_given = data.density > 0.0;
   ReadAllStartTables(spec, data, &input);
   NoteDensity(measurements, &input);
+  input.prior = ReadPrior(spec, input.problem.material.density);
   if (!data.ground_truth.empty())
     input.ground_truth = std::make_unique<MaterialField>(
         ReadMaterial(data.ground_truth, {NegativeEntries::kWarn}).field);

@@ -23,6 +23,7 @@ struct FitInput {
   bool density_is_given = false;  // else it is that of the start tables
   std::unique_ptr<StripResiduals> strips;
   std::unique_ptr<MaterialField> ground_truth;
+  std::shared_ptr<const FabricPrior> prior;  // of spec.prior, where it is given
   std::vector<std::string> notes;
 };
 

@@ -12,6 +12,7 @@
 #include "physics/material/material_scaling.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/parameters/coupled_table.h"
 #include "solver/fit/parameters/effective_stiffness.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
@@ -54,9 +55,7 @@ FitSummary FitLabInStages(const MaterialField& start, ParameterTying last,
   for (const ParameterTying tying : stages) {
     const TableParametrisation parametrisation(base, tying);
     const Eigen::MatrixXd& tie = parametrisation.tie();
-    // A group's mean; the columns of T are ones and zeros.
-    const Eigen::VectorXd theta =
-        (tie.transpose() * log_factors).cwiseQuotient(tie.colwise().sum().transpose());
+    const Eigen::VectorXd theta = MeanLogFactors(tie, log_factors);
     FitSummary summary = FitStrips(strips, parametrisation, theta, options);
     seconds += summary.seconds;
     if (summary.termination == FitTermination::kFailed) {
@@ -265,10 +264,12 @@ std::optional<FieldFit> FitJobFields(const FitSpec& spec, const FitProblem& prob
 // The posterior of kBayes and kBdp, if it could be fitted.
 std::optional<PosteriorFit> FitJobPosterior(const FitSpec& spec, const FitProblem& problem,
                                             const StagedFitState& state,
+                                            const std::shared_ptr<const FabricPrior>& prior,
                                             const RunControl& control) {
   const FitCandidate* best = Best(state);
   if (!HasPosterior(spec.model) || best == nullptr || control.cancelled()) return std::nullopt;
   PosteriorOptions options = spec.posterior;
+  options.prior = prior;
   options.kind =
       spec.model == FitModel::kBdp ? PosteriorKind::kElements : PosteriorKind::kHierarchy;
   PosteriorFit fit = FitDrapePosterior(problem, spec.stages, options, *best, control);
@@ -356,7 +357,7 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
     state = FitStages(input.problem, stages, std::move(state), of_table, files.checkpoint, key);
   const FitProblem problem = PartProblem(input.problem, state.parts_done);
   report.fields = FitJobFields(spec, problem, state, of_rest);
-  report.posterior = FitJobPosterior(spec, problem, state, of_rest);
+  report.posterior = FitJobPosterior(spec, problem, state, input.prior, of_rest);
   control.Report(kFitShare, "drapes of the result");
   FillReport(spec, input, problem, state, control, report);
   if (spec.model != FitModel::kHomogeneous && !report.fields && !report.posterior &&

@@ -53,6 +53,9 @@ struct FitSpec {
   TableForm table_form = TableForm::kGiven;
   // Images: the models that the fitted one contains are fitted first (RunNestedFit).
   bool simpler_models = true;
+  // space.json (ReadSpacePrior): the prior of a fabric in place of one about the initial guess; of
+  // kBayes. Empty: none.
+  std::string prior;
   std::string backend = "auto";  // MakeBackend
   int threads = 1;
   FieldOptions fields;         // of FitModel::kHeterogeneous
@@ -70,7 +73,7 @@ inline FitSpec FitSpecWithThreads(int threads) {
 template <MutableOrConst<FitSpec> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
   auto& [model, mesh, search_mesh, coarse_mesh, law, observation, stages, min_relative_stiffness,
-         table_form, simpler_models, backend, threads, fields, posterior] = options;
+         table_form, simpler_models, prior, backend, threads, fields, posterior] = options;
   visit(model,
         Field{.key = "model",
               .doc = "homogeneous: one table for the whole cloth; heterogeneous: then tables "

@@ -11,6 +11,7 @@
 
 #include "losses/outline/outline.h"
 #include "physics/util/errors.h"
+#include "solver/fit/parameters/coupled_table.h"
 #include "solver/fit/protocol/fit_work.h"
 #include "solver/posterior/variational/pareto_smoothing.h"
 
@@ -42,7 +43,7 @@ MapEstimator::MapEstimator(const FitProblem& problem, const StagedFitOptions& st
   SetHierarchy(candidate);
   SetSpecimens(candidate);
   mean_ = Eigen::VectorXd::Zero(fit_.hierarchy.num_latents());
-  mean_.head(fit_.hierarchy.num_fabric()) = candidate.theta / staged.prior_sigma;
+  mean_.head(fit_.hierarchy.num_fabric()) = StartNumbers(candidate);
 }
 
 bool MapEstimator::Find() {
@@ -63,6 +64,20 @@ void MapEstimator::SetHierarchy(const FitCandidate& candidate) {
                     .specimen_stretch_sigma = hierarchical ? options_.specimen_stretch_sigma : 0.0,
                     .specimen_bend_sigma = hierarchical ? options_.specimen_bend_sigma : 0.0,
                     .specimens = 1 + *std::max_element(fit_.specimen.begin(), fit_.specimen.end())};
+  if (!options_.prior) return;
+  fit_.hierarchy.base = options_.prior->median;
+  fit_.hierarchy.fabric_root = options_.prior->root;
+}
+
+// Those of the candidate's tables; where the prior's numbers cannot make them, of the nearest.
+Eigen::VectorXd MapEstimator::StartNumbers(const FitCandidate& candidate) const {
+  if (!options_.prior) return candidate.theta / staged_.prior_sigma;
+  const MaterialField& median = options_.prior->median;
+  Eigen::VectorXd log_factors = FindLogFactors(median, FittedMaterial(staged_, candidate));
+  for (double& factor : log_factors)
+    if (!std::isfinite(factor)) factor = 0.0;
+  return options_.prior->root.triangularView<Eigen::Lower>().solve(
+      MeanLogFactors(TyingMatrix(staged_.parameters), log_factors));
 }
 
 // With outlines at the posterior's angles.

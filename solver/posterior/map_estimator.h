@@ -40,6 +40,7 @@ class MapEstimator {
  private:
   void SetHierarchy(const FitCandidate& candidate);
   void SetSpecimens(const FitCandidate& candidate);
+  Eigen::VectorXd StartNumbers(const FitCandidate& candidate) const;
   bool FindOnce(int round, int rounds);
   void StartFrom(const std::vector<Eigen::VectorXd>& shapes);
   void EstimateSigma(const Eigen::VectorXd& residual);

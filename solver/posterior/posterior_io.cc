@@ -87,6 +87,11 @@ std::string StoredPosterior::NameFor(int i) const {
   return hierarchy.NameFor(i);
 }
 
+Eigen::MatrixXd StoredPosterior::FabricPrior() const {
+  if (fabric_prior.size() > 0) return fabric_prior;
+  return prior_sd.head(num_fabric()).cwiseAbs2().asDiagonal();
+}
+
 void WritePosterior(const std::string& folder, const StoredPosterior& posterior,
                     const std::string& source) {
   CHECK_EQ(posterior.mean.size(), posterior.size());
@@ -104,6 +109,8 @@ void WritePosterior(const std::string& folder, const StoredPosterior& posterior,
     CHECK_EQ(posterior.covariance.rows(), posterior.size());
     for (int i = 0; i < posterior.size(); ++i)
       file["covariance"].push_back(List(posterior.covariance.col(i)));
+    for (const auto& column : posterior.fabric_prior.colwise())
+      file["fabric_prior"].push_back(List(column));
   }
   WriteMaterial(folder + "/" + kBase, {.name = "base",
                                        .field = posterior.base,
@@ -121,8 +128,11 @@ StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& p
   StoredPosterior posterior;
   posterior.kind = ReadKind(input.At("kind"));
   const bool elements = posterior.kind == PosteriorKind::kElements;
-  input.ExpectKeys({"format", "version", "kind", "log_factors_on", "names", "prior_sd", "mean",
-                    elements ? "element_sd" : "covariance"});
+  std::vector<std::string> keys = {
+      "format", "version",  "kind", "log_factors_on",
+      "names",  "prior_sd", "mean", elements ? "element_sd" : "covariance"};
+  if (!elements) keys.emplace_back("fabric_prior");
+  input.ExpectKeys(keys);
   ReadNames(input.At("names"), &posterior);
   const int count = posterior.size();
   if (elements && count != kMaterialEntries)
@@ -133,6 +143,8 @@ StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& p
     posterior.element_sd = ReadDeviations(input.At("element_sd"), count);
   } else {
     posterior.covariance = ReadCovariance(input.At("covariance"), count);
+    if (input.Has("fabric_prior"))
+      posterior.fabric_prior = ReadCovariance(input.At("fabric_prior"), posterior.num_fabric());
   }
   posterior.base = ReadMaterial(folder + "/" + kBase, policy).field;
   return posterior;

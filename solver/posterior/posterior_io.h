@@ -17,7 +17,8 @@ enum class PosteriorKind {
 // The posterior of a fit as its files hold it: posterior.json, with base.json beside it,
 //   {"format": "drapefit-posterior", "version": 2, "kind", "log_factors_on": "base.json",
 //    "names" [P], "prior_sd" [P], "mean" [P],
-//    kind hierarchy: "covariance" [P][P]; kind bdp: "element_sd" [P]}.
+//    kind hierarchy: "covariance" [P][P], and "fabric_prior" [N][N] where the fabric's N log
+//    factors have no independent prior; kind bdp: "element_sd" [P]}.
 // Names say what a log factor is on: those of a tying (NameFor), then of a hierarchy "specimen 1
 // stretch", "specimen 1 bend", "specimen 2 stretch", ….
 struct StoredPosterior {
@@ -29,10 +30,13 @@ struct StoredPosterior {
   Eigen::VectorXd mean;                              // shape [P]
   Eigen::MatrixXd covariance;                        // kHierarchy, shape [P, P]; kElements: empty
   Eigen::VectorXd element_sd;                        // kElements, shape [39]; kHierarchy: empty
+  // Covariance of the fabric's log factors in the prior; empty: independent, of prior_sd.
+  Eigen::MatrixXd fabric_prior = {};
 
   int num_fabric() const { return static_cast<int>(TyingMatrix(fabric).cols()); }
   int size() const { return num_fabric() + 2 * specimens; }
   std::string NameFor(int i) const;
+  Eigen::MatrixXd FabricPrior() const;  // shape [num_fabric(), num_fabric()]
 };
 
 // "hierarchy", "bdp".

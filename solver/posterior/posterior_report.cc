@@ -18,17 +18,9 @@ constexpr double kReliable = 0.7;  // k̂ up to which the approximation is relia
 
 bool IsElementwise(const PosteriorFit& fit) { return fit.kind == PosteriorKind::kElements; }
 
-// The prior's standard deviation of the log factor of a latent number.
-double PriorDeviation(const HierarchicalModel& hierarchy, int latent) {
-  if (latent < hierarchy.num_fabric()) return hierarchy.fabric_sigma;
-  return (latent - hierarchy.num_fabric()) % 2 == 0 ? hierarchy.specimen_stretch_sigma
-                                                    : hierarchy.specimen_bend_sigma;
-}
-
-Eigen::VectorXd PriorDeviations(const HierarchicalModel& hierarchy) {
-  Eigen::VectorXd deviations(hierarchy.num_latents());
-  for (int i = 0; i < deviations.size(); ++i) deviations[i] = PriorDeviation(hierarchy, i);
-  return deviations;
+// Standard deviations of the log factors root·u.
+Eigen::VectorXd LogDeviations(const Eigen::MatrixXd& root, const GaussianPosterior& u) {
+  return (root * u.rotation * u.factor).rowwise().norm();
 }
 
 // The rounding of the mean must not make a spread of numbers that are all equal.
@@ -63,21 +55,24 @@ PosteriorStiffness ComputePosteriorStiffness(const PosteriorFit& fit,
 
 ordered_json PosteriorJson(const PosteriorFit& fit, const Eigen::VectorXd& weights) {
   const HierarchicalModel& hierarchy = fit.hierarchy;
-  const Eigen::VectorXd deviation = fit.distribution.gaussian.Deviations();
-  const Eigen::VectorXd laplace = fit.mode.gaussian.Deviations();
+  const Eigen::MatrixXd root = hierarchy.LatentRoot();
+  const Eigen::VectorXd prior = root.rowwise().norm();
+  const Eigen::VectorXd mode = root * fit.mode.gaussian.mean;
+  const Eigen::VectorXd mean = root * fit.distribution.gaussian.mean;
+  const Eigen::VectorXd laplace = LogDeviations(root, fit.mode.gaussian);
+  const Eigen::VectorXd deviation = LogDeviations(root, fit.distribution.gaussian);
   ordered_json numbers = ordered_json::array();
   for (int i = 0; i < hierarchy.num_latents(); ++i) {
-    const double prior = PriorDeviation(hierarchy, i);
     ordered_json number = {{"name", hierarchy.NameFor(i)},
-                           {"prior_sd", prior},
-                           {"mode", prior * fit.mode.gaussian.mean[i]},
-                           {"laplace_sd", prior * laplace[i]},
-                           {"mean", prior * fit.distribution.gaussian.mean[i]}};
+                           {"prior_sd", prior[i]},
+                           {"mode", mode[i]},
+                           {"laplace_sd", laplace[i]},
+                           {"mean", mean[i]}};
     if (IsElementwise(fit)) {
-      number["element_sd"] = prior * deviation[i];
+      number["element_sd"] = deviation[i];
     } else {
-      number["sd"] = prior * deviation[i];
-      number["sd_over_prior_sd"] = deviation[i];
+      number["sd"] = deviation[i];
+      number["sd_over_prior_sd"] = deviation[i] / prior[i];
     }
     numbers.push_back(number);
   }
@@ -106,26 +101,29 @@ ordered_json PosteriorJson(const PosteriorFit& fit, const Eigen::VectorXd& weigh
 }
 
 StoredPosterior MakeStoredPosterior(const PosteriorFit& fit) {
-  const Eigen::VectorXd prior = PriorDeviations(fit.hierarchy);
+  const Eigen::MatrixXd root = fit.hierarchy.LatentRoot();
   StoredPosterior stored;
   stored.kind = fit.kind;
   stored.fabric = fit.hierarchy.fabric;
   stored.specimens = fit.hierarchy.has_specimens() ? fit.hierarchy.specimens : 0;
   stored.base = fit.hierarchy.base;
-  stored.prior_sd = prior;
-  stored.mean = prior.cwiseProduct(fit.distribution.gaussian.mean);
+  stored.prior_sd = root.rowwise().norm();
+  stored.mean = root * fit.distribution.gaussian.mean;
   if (IsElementwise(fit)) {
-    stored.element_sd = prior.cwiseProduct(fit.distribution.gaussian.Deviations());
+    stored.element_sd = LogDeviations(root, fit.distribution.gaussian);
     return stored;
   }
-  stored.covariance =
-      prior.asDiagonal() * fit.distribution.gaussian.Covariance() * prior.asDiagonal();
+  stored.covariance = root * fit.distribution.gaussian.Covariance() * root.transpose();
+  if (fit.hierarchy.fabric_root.size() > 0)
+    stored.fabric_prior = fit.hierarchy.fabric_root * fit.hierarchy.fabric_root.transpose();
   return stored;
 }
 
 std::string PosteriorTable(const PosteriorFit& fit, const Eigen::VectorXd& weights) {
   const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit, weights);
-  const Eigen::VectorXd deviation = fit.distribution.gaussian.Deviations();
+  const Eigen::MatrixXd root = fit.hierarchy.LatentRoot();
+  const Eigen::VectorXd deviation =
+      LogDeviations(root, fit.distribution.gaussian).cwiseQuotient(root.rowwise().norm());
   std::string text = IsElementwise(fit)
                          ? "  faces and hinges, mean and standard deviation: stretch "
                          : "  posterior of the fabric: stretch ";

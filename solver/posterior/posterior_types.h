@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "physics/util/options/field.h"
@@ -13,6 +14,13 @@
 namespace drape {
 
 // The types that the units of a posterior share [METHODS, P30].
+
+// A normal prior of a fabric's log factors: of covariance root·rootᵀ, shape [N, N], about the
+// tables `median`, of the density of the fabric.
+struct FabricPrior {
+  MaterialField median;
+  Eigen::MatrixXd root;  // lower triangular
+};
 
 // A posterior over a fabric's tables and its specimens' scales, given the branches of their drapes.
 struct PosteriorOptions {
@@ -31,6 +39,8 @@ struct PosteriorOptions {
   int iterations = 20;     // of Ceres
   int elbo_samples = 100;  // for the evidence lower bound and k̂
   uint64_t seed = 1;
+  // kHierarchy: in place of one about the initial guess.
+  std::shared_ptr<const FabricPrior> prior = {};
 
   void Check() const;  // programmer errors
 };
@@ -38,7 +48,7 @@ struct PosteriorOptions {
 template <MutableOrConst<PosteriorOptions> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
   auto& [kind, specimen_stretch_sigma, specimen_bend_sigma, estimate_sigma, element_sigma, angles,
-         draws, rank, iterations, elbo_samples, seed] = options;
+         draws, rank, iterations, elbo_samples, seed, prior] = options;
   visit(kind, Field{.key = "posterior_kind", .is_option = false});
   visit(specimen_stretch_sigma,
         Field{.key = "specimen_stretch_sigma",

@@ -86,6 +86,15 @@ std::vector<Option> SelectionOptions(FitToolOptions& options) {
   };
 }
 
+Option PriorOption(FitSpec& spec) {
+  return {.key = "prior",
+          .value = &spec.prior,
+          .doc =
+              "model bayes: space.json of drape_space, whose population of fabrics is the prior "
+              "of the posterior; empty: about the initial guess, by prior_sigma",
+          .is_path = true};
+}
+
 void CheckNoSelection(const FitToolOptions& options) {
   const FitSelection& given = options.selection;
   const FitSelection unset;
@@ -124,7 +133,8 @@ OptionTable FitTable(FitToolOptions& options) {
           Grouped("images and outlines", FieldOptionList(spec.observation)),
           Grouped("search and optimisation", FieldOptionList(spec.stages)),
           Grouped("model heterogeneous", FieldOptionList(spec.fields)),
-          Grouped("models bayes and bdp", FieldOptionList(spec.posterior))),
+          Grouped("models bayes and bdp",
+                  Concatenate(FieldOptionList(spec.posterior), std::vector{PriorOption(spec)}))),
       .common = {"images", "image_width_mm", "lab_tests", "data", "fabric", "material", "density",
                  "model", "mesh", "accuracy", "num_parameters", "threads", "backend", "out",
                  "resume"},

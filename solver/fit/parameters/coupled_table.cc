@@ -41,6 +41,33 @@ StretchTable ApplyLogFactors(const StretchTable& base, const double* log_factors
   return table;
 }
 
+Eigen::VectorXd FindLogFactors(const StretchTable& base, const StretchTable& table) {
+  Eigen::VectorXd log_factors(kStretchEntries);
+  for (int r = 0; r < kStretchRows; ++r) {
+    const double *from = base.c[r], *to = table.c[r];
+    double* eta = log_factors.data() + r * kStretchCols;
+    for (const Column c : {kC11, kC22, kC33}) eta[c] = std::log(to[c] / from[c]);
+    eta[kC12] = 0.5 * (eta[kC11] + eta[kC22]);
+    if (from[kC12] == 0.0 && to[kC12] == 0.0) continue;
+    // Both shares are on the scale of the base's ρmax: u = logit(share) − logit(share of the base).
+    const double slack = 1.0 - CouplingShare(from, from), left = 1.0 - CouplingShare(from, to);
+    eta[kC12] = std::log(to[kC12] / from[kC12] * slack / left);
+  }
+  return log_factors;
+}
+
+Eigen::VectorXd FindLogFactors(const MaterialField& base, const MaterialField& table) {
+  Eigen::VectorXd factors(kMaterialEntries);
+  factors.head(kStretchEntries) = FindLogFactors(base.stretch[0], table.stretch[0]);
+  for (int i = 0; i < kBendEntries; ++i)
+    factors[kStretchEntries + i] = std::log(table.bend[0].entries()[i] / base.bend[0].entries()[i]);
+  return factors;
+}
+
+Eigen::VectorXd MeanLogFactors(const Eigen::MatrixXd& tie, const Eigen::VectorXd& log_factors) {
+  return (tie.transpose() * log_factors).cwiseQuotient(tie.colwise().sum().transpose());
+}
+
 void PushLogFactors(const StretchTable& base, const StretchTable& table, double* change) {
   for (int r = 0; r < kStretchRows; ++r) {
     double* d = change + r * kStretchCols;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
+
 #include "physics/material/material.h"
 
 namespace drape {
@@ -27,6 +29,17 @@ double LargestSquaredCoupling(const StretchTable& table);
 
 // log_factors: η of the 24 entries, row by row.
 StretchTable ApplyLogFactors(const StretchTable& base, const double* log_factors);
+
+// The inverse: η with ApplyLogFactors(base, η) = table, shape [24]. Where c12 is zero in both, its
+// η is that which leaves it zero, the mean of the row's η11 and η22. Not finite where no η gives
+// the table: another sign, zero in one of them alone, or a coupling of ρmax or more.
+Eigen::VectorXd FindLogFactors(const StretchTable& base, const StretchTable& table);
+
+// The same of one table of each kind, shape [39]; of bend the logarithm of the ratio.
+Eigen::VectorXd FindLogFactors(const MaterialField& base, const MaterialField& table);
+// Their means over the entries that each number of a tying T is on, shape [P]; the columns of T,
+// shape [39, P], are ones and zeros.
+Eigen::VectorXd MeanLogFactors(const Eigen::MatrixXd& tie, const Eigen::VectorXd& log_factors);
 
 // In place, shape [24]: a change of η becomes the change of the log entries at `table`, which is
 // ApplyLogFactors(base, η).

@@ -22,12 +22,22 @@ constexpr double kLeastStep = 0.125;  // share of the way to a point, in one par
 
 Eigen::MatrixXd HierarchicalModel::LogEntries(int specimen) const {
   Eigen::MatrixXd by_latent = Eigen::MatrixXd::Zero(kMaterialEntries, num_latents());
-  by_latent.leftCols(num_fabric()) = fabric_sigma * TyingMatrix(fabric);
+  const int n = num_fabric();
+  by_latent.leftCols(n) = TyingMatrix(fabric) * LatentRoot().topLeftCorner(n, n);
   if (!has_specimens()) return by_latent;
   const int first = num_fabric() + 2 * specimen;
   by_latent.col(first).head(kStretchEntries).setConstant(specimen_stretch_sigma);
   by_latent.col(first + 1).tail(kBendEntries).setConstant(specimen_bend_sigma);
   return by_latent;
+}
+
+Eigen::MatrixXd HierarchicalModel::LatentRoot() const {
+  const int n = num_fabric();
+  Eigen::MatrixXd root = fabric_sigma * Eigen::MatrixXd::Identity(num_latents(), num_latents());
+  if (fabric_root.size() > 0) root.topLeftCorner(n, n) = fabric_root;
+  for (int i = n; i < num_latents(); ++i)
+    root(i, i) = (i - n) % 2 == 0 ? specimen_stretch_sigma : specimen_bend_sigma;
+  return root;
 }
 
 std::string HierarchicalModel::NameFor(int latent) const {

@@ -23,12 +23,17 @@ struct HierarchicalModel {
   // Of the log factors of a specimen on all stretch, on all bend entries; 0: specimens are alike.
   double specimen_stretch_sigma = 0.0, specimen_bend_sigma = 0.0;
   int specimens = 1;
+  // Instead of fabric_sigma: R, and R·Rᵀ is the prior covariance of the fabric's log factors; shape
+  // [num_fabric(), num_fabric()] or empty.
+  Eigen::MatrixXd fabric_root = {};
 
   int num_fabric() const { return static_cast<int>(TyingMatrix(fabric).cols()); }
   bool has_specimens() const { return specimen_stretch_sigma > 0.0 || specimen_bend_sigma > 0.0; }
   int num_latents() const { return num_fabric() + (has_specimens() ? 2 * specimens : 0); }
   // ∂(log entries of a specimen)/∂u, shape [39, num_latents()].
   Eigen::MatrixXd LogEntries(int specimen) const;
+  // Log factors of the fabric and of its specimens by u, shape [num_latents(), num_latents()].
+  Eigen::MatrixXd LatentRoot() const;
   // "bend[2][4]", "specimen 3 bend".
   std::string NameFor(int latent) const;
 };

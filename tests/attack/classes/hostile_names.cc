@@ -72,7 +72,8 @@ std::vector<NamedInput> NamedInputs() {
           {"drape_stability", "--material=", "wool.json", ".json"},
           {"drape_gradients", "--material=", "wool.json", ".json"},
           {"drape_compare_optimisers", "--twins=", "wool.json", ".json", {}, true},
-          {"drape_compare_optimisers", "--material=", "wool.json", ".json"}};
+          {"drape_compare_optimisers", "--material=", "wool.json", ".json"},
+          {"drape_space", "--new=", "wool.json", ".json"}};
 }
 
 // The name of a fabric is then that of its file, which shows in tables and charts.

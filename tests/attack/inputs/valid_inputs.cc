@@ -54,6 +54,9 @@ void WritePosteriors(const std::string& folder, const Material& material) {
   posterior.covariance = 0.01 * Eigen::MatrixXd::Identity(size, size);
   fs::create_directories(folder + "/posterior");
   WritePosterior(folder + "/posterior", posterior, "attack");
+  posterior.mean.setConstant(0.3);
+  fs::create_directories(folder + "/posterior_2");
+  WritePosterior(folder + "/posterior_2", posterior, "attack");
   posterior.kind = PosteriorKind::kElements;
   posterior.fabric = ParameterTying::kEntries;
   posterior.specimens = 0;
@@ -125,6 +128,9 @@ const std::map<std::string, std::vector<std::string>>& Commands() {
       {"drape_gradients",
        {material, "--mesh=disc:100", "--horizons=1,3", "--time_steps=0.1", "--sweep_horizon=2",
         "--fold_starts=0", "--out=out"}},
+      {"drape_space",
+       {"--posteriors=" + Valid("posterior") + "," + Valid("posterior_2"),
+        "--new=" + Valid("posterior"), "--out=out"}},
       {"drape_compare_optimisers",
        {"--twins=" + Valid("wool.json"), "--material=" + Valid("shirt.json"),
         "--twin_mesh=disc:120", "--mesh=disc:100", "--coarse_mesh=disc:100", "--num_parameters=2",
@@ -174,7 +180,8 @@ const std::vector<std::string>& ProgramNames() {
   static const std::vector<std::string> kNames = {
       "drape_simulate", "drape_fit",       "drape_metrics",   "drape_equilibria",
       "drape_predict",  "drape_check",     "drape_validate",  "drape_compare",
-      "drape_bench",    "drape_stability", "drape_gradients", "drape_compare_optimisers"};
+      "drape_bench",    "drape_stability", "drape_gradients", "drape_compare_optimisers",
+      "drape_space"};
   return kNames;
 }
 

@@ -48,6 +48,21 @@ TEST(CoupledTable, ResistsAllStrainsWhateverTheFactors) {
     }
 }
 
+TEST(CoupledTable, LogFactorsAreFoundAgain) {
+  const StretchTable base = ManyCouplings();
+  for (int seed = 0; seed < 20; ++seed) {
+    const Eigen::VectorXd eta = RandomFactors(2.0, seed);
+    const Eigen::VectorXd found = FindLogFactors(base, ApplyLogFactors(base, eta.data()));
+    EXPECT_LT((found - eta).norm(), 1e-9) << seed;
+  }
+  StretchTable none = base, other_sign = base;
+  none.c[0][kC12] = 0.0;
+  other_sign.c[0][kC12] *= -1;
+  EXPECT_FALSE(FindLogFactors(base, none).allFinite());
+  EXPECT_FALSE(FindLogFactors(base, other_sign).allFinite());
+  EXPECT_TRUE(FindLogFactors(none, none).isZero());
+}
+
 TEST(CoupledTable, IsTheBaseAtZeroToTheBit) {
   const StretchTable base = ManyCouplings();
   const StretchTable table = ApplyLogFactors(base, Eigen::VectorXd::Zero(24).eval().data());

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "solver/posterior/space/material_space.h"
+
+namespace drape {
+
+// A space of materials as files.
+
+// Writes space.json,
+//   {"format": "drapefit-space", "version": 1, "by", "kind", "names" [P], "base", "fabrics",
+//   "tree",
+//    "population", "prior", …},
+// and distances.csv, one line per pair of fabrics and level, to `folder`, each atomically.
+// settings: for the JSON. Throws InputError.
+void WriteMaterialSpace(const std::string& folder, const MaterialSpace& space,
+                        const std::map<std::string, std::string>& settings);
+
+// The space for a person: distances to the nearest fabrics, the population, judged materials.
+std::string MaterialSpaceText(const MaterialSpace& space);
+
+// What a new fit takes from space.json: the prior of a fabric's log factors.
+struct SpacePrior {
+  SpaceFrame frame;
+  NormalDistribution theta;
+};
+// Throws InputError naming the file and the key: another format, a space without a population, a
+// covariance that is not positive definite.
+SpacePrior ReadSpacePrior(const std::string& path);
+
+}  // namespace drape

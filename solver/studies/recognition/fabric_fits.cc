@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/recognition/fabric_fits.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <filesystem>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "solver/job/fit_captures.h"
+#include "solver/job/fit_job.h"
+#include "solver/posterior/posterior_io.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+void CheckSettings(const FitCellJob& job) {
+  const std::string path = job.out + "/fits.json";
+  if (fs::exists(path)) {
+    const nlohmann::json stored = ReadJsonFile(path);
+    const JsonInput input(stored, path);
+    for (const auto& [key, value] : job.settings) {
+      if (!input.Has(key) || input.At(key).String() == value) continue;
+      throw InputError(path, "the fits there have " + key + " '" + input.At(key).String() +
+                                 "', found '" + value +
+                                 "', expected the same: take another --out, or undo the change");
+    }
+  }
+  WriteFileAtomically(path, nlohmann::json(job.settings).dump(1) + "\n");
+}
+
+bool HasPosterior(const std::string& folder) {
+  try {
+    const nlohmann::json summary = ReadJsonFile(folder + "/summary.json");
+    if (!summary.contains("posterior") || summary.value("status", "") != "done") return false;
+    ReadPosterior(folder);
+  } catch (const InputError&) {
+    return false;
+  }
+  return true;
+}
+
+// Empty: none.
+std::string ReadFailure(const std::string& folder) {
+  const std::string path = folder + "/failure.json";
+  if (!fs::exists(path)) return "";
+  try {
+    const nlohmann::json file = ReadJsonFile(path);
+    return JsonInput(file, path).At("reason").String();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+void WriteFailure(const std::string& folder, const std::string& reason) {
+  WriteFileAtomically(folder + "/failure.json",
+                      nlohmann::json({{"reason", reason}}).dump(1) + "\n");
+}
+
+// From its checkpoint, where there is a valid one.
+void RunOne(const FitCellJob& job, const FitCell& cell, const RunControl& control) {
+  const std::string folder = job.out + "/" + cell.name;
+  fs::create_directories(folder);
+  RemoveTemporaries(folder);
+  FitData data;
+  data.material = job.material;
+  FitSpec spec = job.fit;
+  spec.threads = 1;
+  FitFiles files{.out = folder,
+                 .checkpoint = folder + "/checkpoint.json",
+                 .log = folder + "/fit.log",
+                 .versions = job.versions};
+  try {
+    UseCaptures(cell.captures, &data);
+    files.resume = fs::exists(files.checkpoint);
+    FitJobResult result;
+    try {
+      result = RunFitJob(spec, data, files, control);
+    } catch (const InputError&) {
+      if (!files.resume) throw;
+      files.resume = false;  // a damaged checkpoint
+      result = RunFitJob(spec, data, files, control);
+    }
+    if (result.cancelled || control.cancelled()) return;
+    if (!result.fitted) return WriteFailure(folder, "nothing could be fitted");
+    if (!HasPosterior(folder)) WriteFailure(folder, "the posterior could not be fitted");
+  } catch (const InputError& error) {
+    WriteFailure(folder, error.what());
+  }
+}
+
+template <class SameCell>
+std::vector<FitCell> MakeCells(const std::vector<Capture>& captures, const SameCell& same,
+                               bool by_sample) {
+  std::vector<FitCell> cells;
+  for (const Capture& capture : captures) {
+    if (cells.empty() || !same(cells.back().captures.front(), capture)) {
+      std::string name = "fabric_" + std::to_string(capture.fabric);
+      if (by_sample) name += "/sample_" + std::to_string(capture.sample);
+      cells.push_back({std::move(name), {}});
+    }
+    cells.back().captures.push_back(capture);
+  }
+  return cells;
+}
+
+}  // namespace
+
+std::vector<FitCell> CellsByFabric(const std::vector<Capture>& captures) {
+  return MakeCells(
+      captures, [](const Capture& a, const Capture& b) { return a.fabric == b.fabric; }, false);
+}
+
+std::vector<FitCell> CellsBySample(const std::vector<Capture>& captures) {
+  return MakeCells(
+      captures,
+      [](const Capture& a, const Capture& b) {
+        return a.fabric == b.fabric && a.sample == b.sample;
+      },
+      true);
+}
+
+FitCellRun RunFitCells(const FitCellJob& job, const std::vector<FitCell>& cells,
+                       const RunControl& control) {
+  CheckSettings(job);
+  std::vector<const FitCell*> todo;
+  for (const FitCell& cell : cells) {
+    const std::string folder = job.out + "/" + cell.name;
+    if (ReadFailure(folder).empty() && !HasPosterior(folder)) todo.push_back(&cell);
+  }
+  std::mutex mutex;
+  int done = static_cast<int>(cells.size() - todo.size());
+  RunCells(static_cast<int>(todo.size()), job.threads, control.cancel, [&](int i) {
+    RunOne(job, *todo[i], {.cancel = control.cancel});
+    const std::scoped_lock lock(mutex);
+    ++done;
+    control.Report(double(done) / double(cells.size()),
+                   "fit " + std::to_string(done) + " of " + std::to_string(cells.size()));
+  });
+  FitCellRun run{.cancelled = control.cancelled(), .done = {}, .failures = {}};
+  for (const FitCell& cell : cells) {
+    const std::string folder = job.out + "/" + cell.name, failure = ReadFailure(folder);
+    if (!failure.empty()) {
+      run.failures.push_back({cell.name, failure});
+    } else if (!run.cancelled || HasPosterior(folder)) {
+      run.done.push_back(cell.name);
+    }
+  }
+  return run;
+}
+
+void RunCells(int count, int threads, const std::atomic<bool>* cancel,
+              const std::function<void(int)>& work) {
+  std::atomic<int> next = 0;
+  std::exception_ptr error;
+  std::mutex mutex;
+  const auto run = [&] {
+    for (int i = next++; i < count; i = next++) {
+      if (cancel != nullptr && cancel->load()) return;
+      try {
+        work(i);
+      } catch (...) {
+        const std::scoped_lock lock(mutex);
+        if (!error) error = std::current_exception();
+        return;
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> pool;
+    for (int i = 0; i < std::min(threads, count); ++i) pool.emplace_back(run);
+  }
+  if (error) std::rethrow_exception(error);
+}
+
+}  // namespace drape

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "physics/util/run_control.h"
+#include "solver/posterior/space/fabric_belief.h"
+#include "solver/prediction/prediction.h"
+#include "tools/cli/option_table.h"
+#include "tools/inputs/fit_options.h"
+
+namespace drape {
+
+// What a user of drape_space sets.
+struct SpaceToolOptions {
+  SpaceToolOptions() {
+    fit.spec.model = FitModel::kBayes;
+    fit.spec.simpler_models = false;  // their tables would be bases of their own
+  }
+
+  std::vector<std::string> posteriors;  // folders of fits
+  std::vector<std::string> added;       // folders of fits, or material files
+  SpaceBy by = SpaceBy::kDrape;
+  std::string out;  // folder, made when missing
+
+  // Fits of a data set instead of posteriors.
+  std::string data, fabrics, samples, captures;  // ParseIndexList; empty: all
+  FitToolOptions fit;
+  bool recognise = false;  // RecognitionJob
+  int draws = 64;
+  bool calibrate = false;
+  PredictionOptions prediction;
+};
+
+// Points into `options`, which outlives it.
+OptionTable SpaceTable(SpaceToolOptions& options);
+
+// Fits what is to be fitted, in options.out/fabrics or options.out/samples, and writes to
+// options.out space.json, distances.csv, heat_map.png, map.png and textile_map.png, or, with
+// `recognise`, recognition.md. `text` is what they say. Throws InputError; then what lay there is
+// as it was, but for fits that were made meanwhile.
+struct SpaceResult {
+  bool cancelled = false;
+  std::string text;
+};
+SpaceResult RunSpaceTool(const SpaceToolOptions& options, const RunControl& control);
+
+}  // namespace drape
