@@ -73,6 +73,15 @@ int CountThreads(int threads) {
   return count;
 }
 
+Option BaseOption(std::string& base) {
+  return {.key = "base",
+          .value = &base,
+          .doc =
+              "for a material TABLE.csv#ROW, a row of bending measurements: the material file "
+              "that its stretch is taken from",
+          .is_path = true};
+}
+
 Option TimeStepOption(double& time_step, const std::string& doc) {
   return {.key = "time_step",
           .value = &time_step,
@@ -114,6 +123,13 @@ std::vector<Option> SceneOptions(SceneInput& scene) {
                      .is_path = true,
                      .words = {"flat"}});
   options.push_back({.key = "scene",
+      BaseOption(scene.base),
+      {.key = "min_relative_stiffness",
+       .value = &scene.min_relative_stiffness,
+       .doc = "smallest table entry relative to the largest of its column; smaller and negative "
+              "ones are raised to it",
+       .least = 0,
+       .most = 1},
                      .value = &scene.scene,
                      .doc = "loads and supports: cusick, or a scene file, such as "
                             "configs/scenes/two_corners.json",

@@ -23,6 +23,8 @@ int MostThreads();  // that make sense on this machine
 // OpenMP would end the program.
 void RequireThreads(int threads);
 Option TimeStepOption(double& time_step, const std::string& doc = "time step");  // [s]
+// Of a program that reads materials (ApplyBase).
+Option BaseOption(std::string& base);
 // A cloth (ParseMeshSpec), or several.
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc);
 

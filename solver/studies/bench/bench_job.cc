@@ -22,7 +22,7 @@ constexpr double kBytesPerMegabyte = 1e6;
 
 // Which reference a run is compared with.
 std::string ClothKey(const BenchSetting& setting) {
-  return fs::path(setting.material).stem().string() + " " + setting.law + " " + setting.model;
+  return MaterialLabel(setting.material) + " " + setting.law + " " + setting.model;
 }
 
 std::string ReferenceName(const BenchSetting& setting) {

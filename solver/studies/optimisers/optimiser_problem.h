@@ -16,6 +16,7 @@ struct OptimiserBenchmarkOptions {
   FitSpec spec = FitSpecWithThreads(0);
   std::string material;            // start tables of the twins' fits
   std::vector<std::string> twins;  // fabrics whose drapes are made and fitted
+  std::string base;                // of materials without stretch; the caller applies it
   std::string mesh = "disc:400", coarse_mesh = "disc:200";  // of the fits
   std::string twin_mesh = "disc:500";
   int twin_seed = 1;           // of the twins' random starts; the i-th fabric has twin_seed + i

@@ -93,3 +93,4 @@ TEST_F(StabilityTool, HelpAndConfigsAreComplete) {
 
 }  // namespace
 }  // namespace drape::test
+  ExpectOneLineError(Run({map, "--base=" + kFabric}), "option 'base'");

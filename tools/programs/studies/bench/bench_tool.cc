@@ -11,6 +11,7 @@
 #include "solver/studies/bench/make_accuracy_table.h"
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/bench/bench_report.h"
 
 namespace drape {
@@ -24,6 +25,7 @@ std::vector<Option> AxisOptions(BenchAxes& axes) {
        .is_path = true,
        .required = true},
       {.key = "law", .value = &axes.law, .doc = "axis: constitutive laws, smooth or reference"},
+      BaseOption(options.base),
       {.key = "model",
        .value = &axes.model,
        .doc = "axis: homogeneous (one table), heterogeneous_modes (smooth fields), "
@@ -237,7 +239,16 @@ void AddSyntheticImage(const BenchToolOptions& options, BenchJob* job) {
   job->fit.spec.observation.camera = {};  // the one that renders it
 }
 
-BenchJob MakeJob(const BenchToolOptions& options) {
+// With the base of the materials that need one.
+BenchToolOptions WithBases(BenchToolOptions options) {
+  std::vector<std::string*> materials = {&options.ground_truth};
+  for (std::string& material : options.job.axes.material) materials.push_back(&material);
+  ApplyBase(options.base, materials);
+  return options;
+}
+
+BenchJob MakeJob(const BenchToolOptions& given) {
+  const BenchToolOptions options = WithBases(given);
   BenchJob job = options.job;
   job.work = ParseBenchWork(options.work);
   job.problem.seed = ReadStartShape(options.start);

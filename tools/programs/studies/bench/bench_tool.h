@@ -21,6 +21,7 @@ struct BenchToolOptions {
   std::string ground_truth;                   // without images: whose silhouette is fitted
   std::string ground_truth_mesh = "disc:1200";
   std::string table;     // accuracy table to write; empty: none
+  std::string base;      // of materials without stretch (ApplyBase)
   double safety = 1.25;  // factor on the errors that it promises
   std::string out;       // folder, made when missing
 };

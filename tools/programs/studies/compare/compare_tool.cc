@@ -11,6 +11,7 @@
 #include "tools/cli/output_folder.h"
 #include "tools/cli/versions.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
 
 namespace drape {
 namespace {
@@ -102,6 +103,9 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
 ComparisonJob MakeJob(const CompareToolOptions& options) {
   ComparisonJob job = options.job;
   job.fit = MakeFitSpec(options.fit);
+  std::vector<std::string*> materials;
+  for (std::string& material : job.materials) materials.push_back(&material);
+  ApplyBase(options.fit.base, materials);
   for (const auto& [name, version] : Versions()) job.versions[name] = version;
   job.fabrics = ParseIndexList(options.fabrics, "option 'fabrics'");
   if (job.fabrics.empty())

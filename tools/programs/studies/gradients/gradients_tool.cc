@@ -14,6 +14,7 @@ SceneInput MakeInput(const GradientsOptions& options, const std::string& law) {
   input.mesh = options.mesh;
   input.material = options.material;
   input.law = law;
+  input.base = options.base;
   return input;
 }
 
@@ -37,6 +38,7 @@ OptionTable GradientsTable(GradientsOptions& options) {
            .is_path = true,
            .required = true},
           {.key = "start_seed",
+          BaseOption(options.base),
            .value = &options.survey.start_seed,
            .doc = "random seed of the start shape",
            .least = 0,

@@ -6,6 +6,7 @@
 #include "tools/programs/studies/optimisers/optimisers_report.h"
 
 namespace drape {
+#include "tools/inputs/scene_input.h"
 namespace {
 
 std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
@@ -35,6 +36,7 @@ std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
       {.key = "images",
        .value = &options.images,
        .doc = "real silhouettes, one problem each: files, folders, patterns",
+      BaseOption(options.base),
        .is_path = true},
       {.key = "image_materials",
        .value = &options.image_materials,
@@ -118,6 +120,15 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
 
 OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
   return {.tool = "drape_compare_optimisers",
+// With the base of the materials that need one.
+OptimiserBenchmarkOptions WithBases(OptimiserBenchmarkOptions options) {
+  std::vector<std::string*> materials = {&options.material};
+  for (std::string& twin : options.twins) materials.push_back(&twin);
+  for (std::string& start : options.image_materials) materials.push_back(&start);
+  ApplyBase(options.base, materials);
+  return options;
+}
+
           .summary = "compares optimisers with the same cost, start and budget on many silhouettes",
           .example =
               "drape_compare_optimisers --config=configs/studies/compare_optimisers.json "
@@ -144,5 +155,6 @@ OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const Run
   out.Publish();
   return benchmark;
 }
+  options = WithBases(std::move(options));
 
 }  // namespace drape

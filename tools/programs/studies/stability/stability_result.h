@@ -12,6 +12,7 @@ namespace drape {
 struct StabilityOptions {
   std::string mesh = "disc:120";  // ParseMeshSpec
   std::string material;           // ReadMaterial
+  std::string base;               // of a material without stretch (ApplyBase)
   std::string start;              // start shape
   int seed = 1;
   double duration = 6.0;

@@ -10,6 +10,7 @@
 #include "solver/job/plot/chart.h"
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/stability/stability_report.h"
 
 namespace drape {
@@ -60,6 +61,7 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
        .doc = "material file; each run sets the density",
        .is_path = true,
        .required = true},
+      BaseOption(o.base),
       {.key = "start",
        .value = &o.start,
        .doc = "start shape, which selects the branch",
