@@ -2,6 +2,7 @@
 #include "tools/programs/studies/gradients/gradients_tool.h"
 
 #include "tools/cli/output_folder.h"
+#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/gradients/gradients_report.h"
@@ -13,8 +14,8 @@ SceneInput MakeInput(const GradientsOptions& options, const std::string& law) {
   SceneInput input;
   input.mesh = options.mesh;
   input.material = options.material;
-  input.law = law;
   input.base = options.base;
+  input.law = law;
   return input;
 }
 
@@ -37,8 +38,8 @@ OptionTable GradientsTable(GradientsOptions& options) {
            .doc = "material file",
            .is_path = true,
            .required = true},
-          {.key = "start_seed",
           BaseOption(options.base),
+          {.key = "start_seed",
            .value = &options.survey.start_seed,
            .doc = "random seed of the start shape",
            .least = 0,
@@ -84,6 +85,7 @@ OptionTable GradientsTable(GradientsOptions& options) {
                   "begin at start_seed",
            .least = 0,
            .most = 1000},
+          BackendOption(options.survey.backend),
           OutOption(options.out)}};
 }
 

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/optimisers/optimisers_tool.h"
 
+#include <utility>
+
 #include "tools/cli/output_folder.h"
+#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/optimisers/optimisers_report.h"
 
 namespace drape {
-#include "tools/inputs/scene_input.h"
 namespace {
 
 std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
@@ -33,10 +36,10 @@ std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
        .value = &options.material,
        .doc = "start tables of the fits to synthetic silhouettes",
        .is_path = true},
+      BaseOption(options.base),
       {.key = "images",
        .value = &options.images,
        .doc = "real silhouettes, one problem each: files, folders, patterns",
-      BaseOption(options.base),
        .is_path = true},
       {.key = "image_materials",
        .value = &options.image_materials,
@@ -111,15 +114,12 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
        .least = 0,
        .most = 1,
        .above_least = true},
+      BackendOption(options.spec.backend),
       ThreadsOption(options.spec.threads),
       OutOption(options.out),
   };
 }
 
-}  // namespace
-
-OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
-  return {.tool = "drape_compare_optimisers",
 // With the base of the materials that need one.
 OptimiserBenchmarkOptions WithBases(OptimiserBenchmarkOptions options) {
   std::vector<std::string*> materials = {&options.material};
@@ -129,6 +129,10 @@ OptimiserBenchmarkOptions WithBases(OptimiserBenchmarkOptions options) {
   return options;
 }
 
+}  // namespace
+
+OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
+  return {.tool = "drape_compare_optimisers",
           .summary = "compares optimisers with the same cost, start and budget on many silhouettes",
           .example =
               "drape_compare_optimisers --config=configs/studies/compare_optimisers.json "
@@ -142,19 +146,27 @@ OptimiserBenchmarkOptions WithBases(OptimiserBenchmarkOptions options) {
           .options = Concatenate(
               Grouped("problems", ProblemOptions(options)),
               Grouped("camera of the images", CameraOptions(options.spec.observation.camera)),
-              Grouped("methods and results", MethodOptions(options)))};
+              Grouped("methods and results",
+                      Concatenate(MethodOptions(options), CellOptions(options.cells))))};
+}
+
+std::string ListOptimiserText(const OptimiserBenchmarkOptions& options) {
+  return ListText(ListOptimiserCells(WithBases(options)), options.cells.ParseShare());
 }
 
 OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const RunControl& control) {
+  options = WithBases(std::move(options));
   options.spec.threads = CountThreads(options.spec.threads);
-  const OutputFolder out(options.out, {"summary.json", "report.md", "traces.csv", "convergence.png",
-                                       "profiles.png", "branches.png"});
+  const bool is_share = options.cells.ParseShare().has_value();
+  const OutputFolder out(options.out,
+                         {"summary.json", "report.md", "traces.csv", "convergence.png",
+                          "profiles.png", "branches.png"},
+                         is_share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
   OptimiserBenchmark benchmark = RunOptimiserBenchmark(options, control);
   if (benchmark.problems.empty()) return benchmark;
   WriteBenchmarkReport(options, out, &benchmark);
   out.Publish();
   return benchmark;
 }
-  options = WithBases(std::move(options));
 
 }  // namespace drape

@@ -26,6 +26,7 @@ struct StabilityOptions {
   std::vector<double> damping_h = {1e-3, 1e-2, 0.05, 0.1, 0.5};
   int threads = 0;  // 0: all cores
   bool resume = false;
+  CellChoice cells;
   std::string out;  // folder, made when missing
 };
 
