@@ -56,6 +56,12 @@ std::size_t FindColumn(const CsvRow& names, const std::string& name, const std::
   throw InputError(path + ":1", "column '" + name + "' is missing, found: " + list);
 }
 
+void RequireColumns(const CsvRow& names, const std::string& path) {
+  FindColumn(names, kDensity, path);
+  for (const auto& columns : {kLinear, kNonlinear})
+    for (int r = 0; r < kBendRows; ++r) FindColumn(names, columns[r], path);
+}
+
 int ParseRow(const BendingRow& row, int count) {
   int number = 0;
   const char* const end = row.row.data() + row.row.size();
@@ -86,6 +92,7 @@ BendingMeasurement ReadBendingRow(const BendingRow& row) {
   const auto lines = ReadLines(row.table);
   if (lines.empty()) throw InputError(row.table, "is empty, expected a line of column names");
   const CsvRow names = ReadFields(lines[0].second, row.table + ":1");
+  RequireColumns(names, row.table);
   const int number = ParseRow(row, static_cast<int>(lines.size()) - 1);
   const auto& [line, text] = lines[static_cast<std::size_t>(number)];
   const std::string where = row.table + ":" + std::to_string(line);

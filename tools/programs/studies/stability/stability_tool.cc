@@ -61,7 +61,6 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
        .doc = "material file; each run sets the density",
        .is_path = true,
        .required = true},
-      BaseOption(o.base),
       {.key = "start",
        .value = &o.start,
        .doc = "start shape, which selects the branch",
@@ -167,9 +166,11 @@ OptionTable StabilityTable(StabilityOptions& options) {
       .notes = "methods:" + methods + "\naxes:\n" + axes +
                "files: runs.csv, to which each finished run is appended, findings.json and one PNG "
                "per map\nCtrl-C keeps the finished runs; --resume continues with the others.\n",
-      .options = Concatenate(Grouped("maps and results", Concatenate(SurveyOptions(options),
-                                                                     CellOptions(options.cells))),
-                             Grouped("simulation", SettingOptions(options)))};
+      .options = Concatenate(
+          Grouped("maps and results",
+                  Concatenate(SurveyOptions(options), CellOptions(options.cells))),
+          Grouped("simulation",
+                  Concatenate(SettingOptions(options), std::vector{BaseOption(options.base)})))};
 }
 
 std::string ListStabilityText(const StabilityOptions& options) {
