@@ -36,7 +36,6 @@ std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
        .value = &options.material,
        .doc = "start tables of the fits to synthetic silhouettes",
        .is_path = true},
-      BaseOption(options.base),
       {.key = "images",
        .value = &options.images,
        .doc = "real silhouettes, one problem each: files, folders, patterns",
@@ -52,6 +51,13 @@ std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
               "to it",
        .least = 0,
        .most = 1},
+      BaseOption(options.base),
+  };
+}
+
+std::vector<Option> CommonFitOptions(OptimiserBenchmarkOptions& options) {
+  FitSpec& spec = options.spec;
+  return {
       MeshOption("mesh", &options.mesh, "mesh of the fits"),
       MeshOption("coarse_mesh", &options.coarse_mesh, "mesh of the initial-guess grid"),
       LawOption(spec.law),
@@ -144,7 +150,7 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
               "exit code 3: no problem has a start\n"
               "Ctrl-C keeps the finished runs.\n",
           .options = Concatenate(
-              Grouped("problems", ProblemOptions(options)),
+              Grouped("problems", Concatenate(ProblemOptions(options), CommonFitOptions(options))),
               Grouped("camera of the images", CameraOptions(options.spec.observation.camera)),
               Grouped("methods and results",
                       Concatenate(MethodOptions(options), CellOptions(options.cells))))};

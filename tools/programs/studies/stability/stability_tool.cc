@@ -84,6 +84,12 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
        .least = 0,
        .most = 1000,
        .above_least = true},
+      BaseOption(o.base),
+  };
+}
+
+std::vector<Option> LimitOptions(StabilityOptions& o) {
+  return {
       {.key = "max_steps",
        .value = &o.max_steps,
        .doc = "largest number of steps of an implicit run",
@@ -169,8 +175,7 @@ OptionTable StabilityTable(StabilityOptions& options) {
       .options = Concatenate(
           Grouped("maps and results",
                   Concatenate(SurveyOptions(options), CellOptions(options.cells))),
-          Grouped("simulation",
-                  Concatenate(SettingOptions(options), std::vector{BaseOption(options.base)})))};
+          Grouped("simulation", Concatenate(SettingOptions(options), LimitOptions(options))))};
 }
 
 std::string ListStabilityText(const StabilityOptions& options) {
