@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <mutex>
 #include <new>
 #include <numeric>
 #include <stdexcept>
@@ -102,7 +103,13 @@ class Analyser {
     }
     start[n] = nnz;
     std::vector<int> order(n);
-    Require(cholmod_metis(graph, nullptr, 0, 1, order.data(), &common_) != 0);
+    {
+      // METIS seeds the one random number generator of the process at each call. Calls at the same
+      // time would take numbers from one another: another order, and other last digits of results.
+      static std::mutex one_at_a_time;
+      const std::lock_guard guard(one_at_a_time);
+      Require(cholmod_metis(graph, nullptr, 0, 1, order.data(), &common_) != 0);
+    }
     cholmod_free_sparse(&graph, &common_);
     return order;
   }

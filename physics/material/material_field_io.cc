@@ -124,7 +124,8 @@ void WriteMaterialField(const std::string& path, const Material& material, const
 }
 
 Material ReadMaterialFor(const Mesh& mesh, const std::string& path, const MaterialPolicy& policy) {
-  if (SplitMaterialPath(path).name.empty()) {
+  const bool is_table = IsBendingRow(path) || path.ends_with(".csv");
+  if (!is_table && SplitMaterialPath(path).name.empty()) {
     const json file = ReadJsonFile(path);
     if (file.is_object() && file.value("format", json()) == kFormat)
       return ReadField(mesh, JsonInput(file, path), policy);

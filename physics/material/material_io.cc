@@ -7,8 +7,11 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
 #include <string_view>
 
+#include "physics/material/bending_table.h"
 #include "physics/material/material_ranges.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
@@ -23,10 +26,18 @@ using nlohmann::json;
 constexpr char kFormat[] = "drapefit-material";
 constexpr int kVersion = 1;
 constexpr const char* kColumns[kStretchCols] = {"c11", "c12", "c22", "c33"};
-// Settings of ARCSim beside the tables; none of them changes the meaning of the tables.
-const std::vector<std::string> kIgnoredArcsimKeys = {
-    "damping",    "strain_min",   "strain_max",    "strain_limits", "weakening",
-    "yield_curv", "plastic_flow", "plastic_limit", "toughness",     "fracture_bend_thickness"};
+// Settings of ARCSim beside the tables, and the moduli of another bending law [Feng 2022]; none of
+// them changes the meaning of the tables.
+const std::vector<std::string> kIgnoredArcsimKeys = {"damping",          "strain_min",
+                                                     "strain_max",       "strain_limits",
+                                                     "weakening",        "yield_curv",
+                                                     "plastic_flow",     "plastic_limit",
+                                                     "toughness",        "fracture_bend_thickness",
+                                                     "pcb_bending_weft", "pcb_bending_warp",
+                                                     "pcb_bending_bias"};
+constexpr char kHowToRaise[] =
+    "only the reference law accepts a negative stiffness; --min_relative_stiffness=0.1, where a "
+    "program has it, raises such entries";
 
 // The value in a file is the table entry × this factor.
 double StretchFactor(Convention c) { return c == Convention::kMechanical ? kMembranePerEntry : 1; }
@@ -53,6 +64,7 @@ class EntryReader {
       ReadArcsim();
     }
     material_.field.density = ReadDensity(input_.At("density"));
+    RefuseNegatives();
     return std::move(material_);
   }
 
@@ -134,16 +146,33 @@ class EntryReader {
   }
 
   double Entry(const JsonInput& value, double most) {
-    const double number = ReadEntry(value, most, policy_);
+    const double number = ReadEntry(value, most, {NegativeEntries::kWarn});
     if (number >= 0) return number;
-    material_.warnings.push_back(value.Name() + " = " + value.value().dump() +
-                                 " is negative and kept");
+    negatives_.emplace_back(value.Name(), value.value().dump());
+    if (policy_.negative_entries == NegativeEntries::kWarn)
+      material_.warnings.push_back(value.Name() + " = " + value.value().dump() +
+                                   " is negative and kept");
     return number;
+  }
+
+  // All of them in one message: a measured table often has several.
+  void RefuseNegatives() const {
+    if (negatives_.empty() || policy_.negative_entries != NegativeEntries::kReject) return;
+    const auto& [first, value] = negatives_.front();
+    std::string others;
+    for (std::size_t i = 1; i < negatives_.size(); ++i) {
+      const std::string& name = negatives_[i].first;
+      const std::size_t key = name.rfind("key '") + 5;
+      others += (i > 1 ? ", " : "; also negative: ") + name.substr(key, name.size() - 1 - key) +
+                " = " + negatives_[i].second;
+    }
+    throw InputError(first, "found " + value + ", expected ≥ 0 (" + kHowToRaise + ")" + others);
   }
 
   const JsonInput& input_;
   const MaterialPolicy& policy_;
   Material material_;
+  std::vector<std::pair<std::string, std::string>> negatives_;  // JsonInput::Name, value
 };
 
 bool IsEntry(const json& value) {
@@ -182,6 +211,39 @@ std::string PickedName(const json& file, const std::string& path, const std::str
   return pick;
 }
 
+// A row of a table of bending measurements with the stretch of its base.
+Material ReadMeasuredBending(const BendingRow& row, const MaterialPolicy& policy) {
+  const std::string path = row.table + "#" + row.row;
+  const BendingMeasurement measured = ReadBendingRow(row);
+  if (row.base.empty())
+    throw InputError(path,
+                     "has bending alone, expected --base=FILE, a material file that gives "
+                     "the stretch");
+  if (SplitBendingRow(row.base))
+    throw InputError(row.base, "has bending alone, expected a material file with stretch as base");
+  Material material = ReadMaterial(row.base, policy);
+  if (measured.density < kMinDensity || measured.density > kMaxDensity)
+    throw InputError(path, Format("found a density of %g, expected %g to %g kg/m²",
+                                  measured.density, kMinDensity, kMaxDensity));
+  for (const double entry : std::span(measured.bend.entries(), kBendEntries)) {
+    if (std::abs(entry) > kMaxRigidity * kBendPerRigidity)
+      throw InputError(path, Format("found a rigidity of %g N m, expected at most %g, far above "
+                                    "any fabric's",
+                                    entry / kBendPerRigidity, kMaxRigidity));
+    if (entry >= 0 || policy.negative_entries == NegativeEntries::kRaise) continue;
+    const std::string found = Format("a rigidity of %g N m within 40 /m", entry / kBendPerRigidity);
+    if (policy.negative_entries == NegativeEntries::kReject)
+      throw InputError(path, "found " + found + ", expected ≥ 0 (" + kHowToRaise + ")");
+    material.warnings.push_back(path + " has " + found + ", which is negative and kept");
+  }
+  material.source = "bending of " + path + ", stretch of " + material.name;
+  material.name = MaterialLabel(path);
+  material.field.density = measured.density;
+  material.field.bend[0] = measured.bend;
+  material.source_convention = ConventionName(Convention::kMechanical);
+  return material;
+}
+
 template <int kRows, int kCols>
 void AppendTable(std::string& text, const double (&table)[kRows][kCols], double factor) {
   text += "[";
@@ -208,7 +270,7 @@ double ReadDensity(const JsonInput& input) {
 double ReadEntry(const JsonInput& input, double most, const MaterialPolicy& policy) {
   const double number = input.Number();
   if (number < 0 && policy.negative_entries == NegativeEntries::kReject)
-    input.Fail("≥ 0 (only the reference law accepts a negative stiffness)");
+    input.Fail(std::string("≥ 0 (") + kHowToRaise + ")");
   if (std::abs(number) > most) input.Fail(Format("at most %g, far above any fabric's", most));
   return number;
 }
@@ -222,7 +284,26 @@ MaterialPath SplitMaterialPath(const std::string& path) {
   return {path.substr(0, hash), path.substr(hash + 1)};
 }
 
+std::string WithBase(const std::string& path, const std::string& base) {
+  const std::optional<BendingRow> row = SplitBendingRow(path);
+  return row && row->base.empty() && !base.empty() ? path + ":" + base : path;
+}
+
+bool IsBendingRow(const std::string& path) { return SplitBendingRow(path).has_value(); }
+
+std::string MaterialLabel(const std::string& path) {
+  const auto stem = [](const std::string& file) {
+    return std::filesystem::path(file).stem().string();
+  };
+  if (const auto row = SplitBendingRow(path)) return stem(row->table) + "#" + row->row;
+  const MaterialPath split = SplitMaterialPath(path);
+  return stem(split.file) + (split.name.empty() ? "" : "#" + split.name);
+}
+
 Material ReadMaterial(const std::string& path, const MaterialPolicy& policy) {
+  if (const auto row = SplitBendingRow(path)) return ReadMeasuredBending(*row, policy);
+  if (path.ends_with(".csv") && std::filesystem::is_regular_file(path))
+    throw InputError(path, "is a table of several fabrics, select a row with '#1', '#2', …");
   const auto [file_path, pick] = SplitMaterialPath(path);
   const json file = ReadJsonFile(file_path);
   const JsonInput root(file, file_path);

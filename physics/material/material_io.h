@@ -17,6 +17,7 @@ enum class Convention {
 enum class NegativeEntries {
   kReject,  // smooth law: a negative stiffness has no meaning
   kWarn,    // reference law: kept with a warning; the law clamps samples at 0 [MODEL, M16]
+  kRaise,   // kept without a warning: the caller raises them
 };
 
 struct MaterialPolicy {
@@ -38,12 +39,13 @@ struct Material {
 //  - published start tables: "density", "c11" "c12" "c22" "c33" [6] each, "bending" [3][5]
 //    (arcsim convention; *_prior_std are ignored);
 //  - ARCSim: "density", "stretching" [6][4], "bending" [3][5]; its damping, strain-limit and
-//    plasticity keys are ignored with a warning.
-// A file may hold several fabrics as {"name": {…}, …}; "path#name" selects one. Throws InputError,
-// naming the file and the key with its index, for a syntax error, a wrong shape, a number that is
-// not finite, an unknown key (the message lists the allowed ones), a density or an entry far out of
-// the range of fabrics, a negative entry
-// under kReject, and a file of several fabrics without a selection (the message lists them).
+//    plasticity keys, and the bending moduli of [Feng 2022], are ignored with a warning.
+// A file may hold several fabrics as {"name": {…}, …}; "path#name" selects one.
+// "table.csv#ROW" is a row of bending measurements (ReadBendingRow), whose stretch a base gives:
+// WithBase. Throws InputError, naming the file and the key with its index, for a syntax error, a
+// wrong shape, a number that is not finite, an unknown key (the message lists the allowed ones), a
+// density or an entry far out of the range of fabrics, negative entries under kReject (the message
+// lists all of them), and a file of several fabrics without a selection (the message lists them).
 Material ReadMaterial(const std::string& path, const MaterialPolicy& policy = {});
 
 // "path#name" as path and name. A "#" belongs to the path where a file of the whole name exists, or
@@ -52,6 +54,17 @@ struct MaterialPath {
   std::string file, name;
 };
 MaterialPath SplitMaterialPath(const std::string& path);
+
+// What ReadMaterial is to read where a user names `path`, and `base` as the material file of the
+// stretch of measurements that have none: "table.csv#ROW:base.json" for a row of such a table,
+// `path` for anything else, and for an empty base.
+std::string WithBase(const std::string& path, const std::string& base);
+// Whether `path` is such a row, "table.csv#ROW", with or without its base.
+bool IsBendingRow(const std::string& path);
+
+// A short name for columns and files: the stem of the file, and the name or row that is selected
+// in it: "felt", "fabrics#felt", "table#12".
+std::string MaterialLabel(const std::string& path);
 
 // Writes our format atomically. Numbers read back bit for bit in both conventions. CHECKs that the
 // field has one table of each kind. Throws InputError when the file cannot be written.

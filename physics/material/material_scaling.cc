@@ -24,6 +24,19 @@ void ReplaceByMean(double* entries, int count, int stride) {
   for (int i = 0; i < count; ++i) entries[i * stride] = sum / count;
 }
 
+int RaiseToShare(double* entries, int count, int stride, double share) {
+  double largest = 0.0;
+  for (int i = 0; i < count; ++i) largest = std::max(largest, entries[i * stride]);
+  int raised = 0;
+  for (int i = 0; i < count; ++i) {
+    double& entry = entries[i * stride];
+    if (entry >= share * largest) continue;
+    entry = share * largest;
+    ++raised;
+  }
+  return raised;
+}
+
 void MakeLinear(StretchTable& table) {
   for (int k = 0; k < kStretchCols; ++k) ReplaceByMean(&table.c[0][k], kStretchRows, kStretchCols);
 }
@@ -69,6 +82,16 @@ MaterialField Scaled(MaterialField material, double stretch, double bend) {
     for (auto& row : table.b)
       for (double& entry : row) entry *= bend;
   return material;
+}
+
+int RaiseSmallEntries(MaterialField& field, double share) {
+  int raised = 0;
+  for (StretchTable& table : field.stretch)
+    for (int col = 0; col < kStretchCols; ++col)
+      raised += RaiseToShare(&table.c[0][col], kStretchRows, kStretchCols, share);
+  for (BendTable& table : field.bend)
+    for (auto& row : table.b) raised += RaiseToShare(row, kBendCols, 1, share);
+  return raised;
 }
 
 bool ResistsAllStrains(const MaterialField& material) {

@@ -30,31 +30,8 @@ namespace {
 namespace fs = std::filesystem;
 
 NegativeEntries NegativeEntryPolicy(const FitSpec& spec) {
-  return spec.law == LawKind::kReference || spec.min_relative_stiffness > 0.0
-             ? NegativeEntries::kWarn
-             : NegativeEntries::kReject;
-}
-
-// Raises the entries of a column (stride between them) to share · the largest; returns how many.
-int RaiseSmallEntries(double* entries, int count, int stride, double share) {
-  double largest = 0.0;
-  for (int i = 0; i < count; ++i) largest = std::max(largest, entries[i * stride]);
-  int raised = 0;
-  for (int i = 0; i < count; ++i) {
-    double& entry = entries[i * stride];
-    if (entry >= share * largest) continue;
-    entry = share * largest;
-    ++raised;
-  }
-  return raised;
-}
-
-int RaiseSmallEntries(MaterialField& field, double share) {
-  int raised = 0;
-  for (int c = 0; c < kStretchCols; ++c)
-    raised += RaiseSmallEntries(&field.stretch[0].c[0][c], kStretchRows, kStretchCols, share);
-  for (auto& row : field.bend[0].b) raised += RaiseSmallEntries(row, kBendCols, 1, share);
-  return raised;
+  if (spec.min_relative_stiffness > 0.0) return NegativeEntries::kRaise;
+  return spec.law == LawKind::kReference ? NegativeEntries::kWarn : NegativeEntries::kReject;
 }
 
 std::vector<Observation> ReadObservations(const FitData& data, const ObservationOptions& options) {
@@ -137,7 +114,9 @@ void CheckModel(const FitSpec& spec, const FitData& data) {
 // density [kg/m²]: 0 as the file has it.
 MaterialField ReadStartTables(const FitSpec& spec, const std::string& file, double density,
                               std::vector<std::string>* notes) {
-  MaterialField start = ReadMaterial(file, {NegativeEntryPolicy(spec)}).field;
+  const Material material = ReadMaterial(file, {NegativeEntryPolicy(spec)});
+  notes->insert(notes->end(), material.warnings.begin(), material.warnings.end());
+  MaterialField start = material.field;
   if (density > 0.0) start.density = density;
   const int raised = RaiseSmallEntries(start, spec.min_relative_stiffness);
   if (raised > 0) {

@@ -81,7 +81,7 @@ void InterruptWhen(const ProcessLimits& limits, pid_t child) {
   for (int i = 0; i < kMostTries && !IsReady(limits); ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   std::this_thread::sleep_for(duration<double>(limits.interrupt_after));
-  kill(child, SIGINT);
+  kill(child, limits.interrupt_signal);
 }
 
 }  // namespace

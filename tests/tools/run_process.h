@@ -17,6 +17,7 @@ struct ProcessLimits {
   std::string interrupt_when = {};  // sends SIGINT once this path exists; empty: never
   int interrupt_lines = 0;          // and is a file of so many lines
   double interrupt_after = 0.0;     // and this much later [s]
+  int interrupt_signal = 2;         // instead of SIGINT
   long address_bytes = 0;           // largest address space (RLIMIT_AS); 0: any
   std::string folder = {};          // working directory; empty: that of the test
   std::string out_file = {};        // takes its stdout; empty: the result

@@ -2,6 +2,7 @@
 #include "tools/cli/output_folder.h"
 
 #include <fcntl.h>
+#include <glog/logging.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -50,13 +51,13 @@ bool IsLeftover(const fs::directory_entry& entry) {
 
 }  // namespace
 
-OutputFolder::OutputFolder(std::string path, const std::vector<std::string>& names)
+OutputFolder::OutputFolder(std::string path, const std::vector<std::string>& names, Use use)
     : path_(std::move(path)) {
   std::error_code error;
   made_ = fs::create_directories(path_, error);
   if (!error && !fs::is_directory(path_)) error = std::make_error_code(std::errc::not_a_directory);
   if (error) FailToWrite(path_, error.message());
-  Lock();
+  Lock(use);
   try {
     for (const std::string& file : names) CheckReplaceable(path_ + "/" + file);
   } catch (...) {
@@ -64,6 +65,12 @@ OutputFolder::OutputFolder(std::string path, const std::vector<std::string>& nam
     close(lock_);
     throw;
   }
+  if (use == Use::kAlone) MakeStaging();
+  const std::lock_guard guard(live_mutex);
+  LiveFolders().insert(this);
+}
+
+void OutputFolder::MakeStaging() {
   RemoveLeftovers();
   std::string name = path_ + "/" + kTemporaryPrefix + "XXXXXX";
   if (mkdtemp(name.data()) == nullptr) {
@@ -73,8 +80,6 @@ OutputFolder::OutputFolder(std::string path, const std::vector<std::string>& nam
     FailToWrite(path_, std::strerror(reason));
   }
   staging_ = name;
-  const std::lock_guard guard(live_mutex);
-  LiveFolders().insert(this);
 }
 
 OutputFolder::~OutputFolder() {
@@ -86,10 +91,11 @@ OutputFolder::~OutputFolder() {
 
 // A lock of the folder itself needs no file and ends with the process; processes of other
 // containers see it too.
-void OutputFolder::Lock() {
+void OutputFolder::Lock(Use use) {
   lock_ = open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (lock_ < 0) FailToWrite(path_, std::strerror(errno));
-  if (flock(lock_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;  // or has no locks
+  const int kind = use == Use::kAlone ? LOCK_EX : LOCK_SH;
+  if (flock(lock_, kind | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;  // or has no locks
   close(lock_);
   throw InputError(path_,
                    "another program is writing to this folder, expected one of its own for each "
@@ -111,6 +117,7 @@ void OutputFolder::Drop() const {
 }
 
 void OutputFolder::Publish() const {
+  CHECK(!staging_.empty()) << "a shared folder has nothing to publish";
   const std::lock_guard guard(live_mutex);
   std::vector<std::string> names;
   for (const fs::directory_entry& file : fs::directory_iterator(staging_)) {

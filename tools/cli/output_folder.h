@@ -11,12 +11,19 @@ namespace drape {
 // an earlier result as it was. While it exists, no other program can have the same output folder.
 class OutputFolder {
  public:
+  enum class Use {
+    kAlone,  // of this program alone
+    kShared  // of several that write files of their own below it, such as cells of a study: no
+             // other program can have it alone; nothing is removed, staged or published
+  };
+
   // Makes the folder when it is missing, locks it, removes what programs that were killed have left
   // behind, and makes the hidden folder, under a name of its own; all before any work is done.
   // `names`: files that will be published, or written to it meanwhile. Throws InputError when the
   // folder cannot be made or written to, when another program writes to it, or when one of the
   // files cannot be replaced.
-  explicit OutputFolder(std::string path, const std::vector<std::string>& names = {});
+  explicit OutputFolder(std::string path, const std::vector<std::string>& names = {},
+                        Use use = Use::kAlone);
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
   ~OutputFolder();  // what was not published is dropped
@@ -38,7 +45,8 @@ class OutputFolder {
   static void Abandon();
 
  private:
-  void Lock();
+  void Lock(Use use);
+  void MakeStaging();
   void RemoveLeftovers() const;
   void Drop() const;
 

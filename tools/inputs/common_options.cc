@@ -73,6 +73,15 @@ int CountThreads(int threads) {
   return count;
 }
 
+Option BaseOption(std::string& base) {
+  return {.key = "base",
+          .value = &base,
+          .doc =
+              "for a material TABLE.csv#ROW, a row of bending measurements: the material file "
+              "that its stretch is taken from",
+          .is_path = true};
+}
+
 Option TimeStepOption(double& time_step, const std::string& doc) {
   return {.key = "time_step",
           .value = &time_step,
@@ -87,6 +96,19 @@ Option MeshOption(const std::string& key, Option::Value mesh, const std::string&
   return {.key = key, .value = std::move(mesh), .doc = doc, .is_path = true, .words = {"disc:"}};
 }
 
+std::vector<Option> CellOptions(CellChoice& choice) {
+  return {
+      {.key = "list",
+       .value = &choice.list,
+       .doc = "print the names of the independent runs (cells) in their order, and end"},
+      {.key = "share",
+       .value = &choice.share,
+       .doc = "i/n: run only the cells k with k mod n = i and write no tables, beside processes "
+              "with other shares of the same --out; without it, finished cells are kept and the "
+              "missing ones run"},
+  };
+}
+
 std::vector<Option> ClothOptions(SceneInput& scene) {
   return {
       {.key = "mesh",
@@ -97,9 +119,17 @@ std::vector<Option> ClothOptions(SceneInput& scene) {
        .words = {"disc:", "strip:"}},
       {.key = "material",
        .value = &scene.material,
-       .doc = "material file; FILE#name picks one of several materials in it",
+       .doc = "material file; FILE#name picks one of several materials in it, TABLE.csv#12 row 12 "
+              "of a table of bending measurements",
        .is_path = true,
        .required = true},
+      BaseOption(scene.base),
+      {.key = "min_relative_stiffness",
+       .value = &scene.min_relative_stiffness,
+       .doc = "smallest table entry relative to the largest of its column; smaller and negative "
+              "ones are raised to it",
+       .least = 0,
+       .most = 1},
       LawOption(scene.law),
   };
 }

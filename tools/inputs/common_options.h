@@ -6,6 +6,7 @@
 
 #include "losses/camera/camera_input.h"
 #include "physics/material/laws/law_kind.h"
+#include "solver/studies/cells/share.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/scene_input.h"
 
@@ -22,9 +23,14 @@ int MostThreads();  // that make sense on this machine
 // Throws InputError when so many threads cannot run at once, as under a limit of memory, where
 // OpenMP would end the program.
 void RequireThreads(int threads);
+// Of a program that reads materials (ApplyBase).
+Option BaseOption(std::string& base);
 Option TimeStepOption(double& time_step, const std::string& doc = "time step");  // [s]
 // A cloth (ParseMeshSpec), or several.
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc);
+
+// --list and --share of a study whose runs are cells.
+std::vector<Option> CellOptions(CellChoice& choice);
 
 // What names the cloth: mesh, material, law.
 std::vector<Option> ClothOptions(SceneInput& scene);

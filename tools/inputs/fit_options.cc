@@ -8,6 +8,7 @@
 #include "tools/cli/field_options.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
 
 namespace drape {
 namespace {
@@ -26,9 +27,11 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
        .is_path = true},
       {.key = "material",
        .value = &data.material,
-       .doc = "start tables: a material file; FILE#name picks one of several in it",
+       .doc = "start tables: a material file; FILE#name picks one of several in it, TABLE.csv#12 "
+              "row 12 of a table of bending measurements",
        .is_path = true,
        .required = true},
+      BaseOption(options.base),
       {.key = "other_materials",
        .value = &data.other_materials,
        .doc = "further start tables: images are fitted from all, and the best result is kept",
@@ -160,6 +163,9 @@ FitSpec MakeFitSpec(const FitToolOptions& options) {
 
 FitData MakeFitData(const FitToolOptions& options) {
   FitData data = options.data;
+  std::vector<std::string*> materials = {&data.material, &data.ground_truth};
+  for (std::string& other : data.other_materials) materials.push_back(&other);
+  ApplyBase(options.base, materials);
   for (const std::string& image : options.images)
     for (std::string& file : ExpandImages(image)) data.images.push_back(std::move(file));
   for (const std::string& test : options.lab_tests)

@@ -11,6 +11,7 @@
 #include "physics/cloth/start_shape.h"
 #include "physics/cloth/state_io.h"
 #include "physics/material/material_field_io.h"
+#include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
@@ -74,14 +75,45 @@ void RequireOneTable(const Material& material, const std::string& option) {
                                                   "), expected one table for the whole cloth");
 }
 
+namespace {
+
+Material ReadSceneMaterial(const SceneInput& input, const Mesh& mesh, bool is_reference) {
+  std::string path = input.material;
+  ApplyBase(input.base, {&path});
+  const NegativeEntries negative_entries = input.min_relative_stiffness > 0
+                                               ? NegativeEntries::kRaise
+                                           : is_reference ? NegativeEntries::kWarn
+                                                          : NegativeEntries::kReject;
+  Material material = ReadMaterialFor(mesh, path, {negative_entries});
+  if (input.min_relative_stiffness == 0) return material;
+  const int raised = RaiseSmallEntries(material.field, input.min_relative_stiffness);
+  if (raised > 0)
+    material.warnings.push_back(
+        Format("%d entries of ", raised) + input.material +
+        Format(" were raised to %g of their column's largest", input.min_relative_stiffness));
+  return material;
+}
+
+}  // namespace
+
+void ApplyBase(const std::string& base, const std::vector<std::string*>& materials) {
+  bool used = base.empty();
+  for (std::string* material : materials) {
+    used |= IsBendingRow(*material);
+    *material = WithBase(*material, base);
+  }
+  if (!used)
+    throw InputError("option 'base'", "found " + base +
+                                          ", expected none: no material is a row of a CSV table of "
+                                          "bending measurements, 'TABLE.csv#ROW'");
+}
+
 LoadedScene LoadScene(const SceneInput& input) {
   const Law law = MakeLaw(input.law);
   const bool is_reference = !law.rejects_negative_entries();
   LoadedScene loaded;
   Mesh mesh = ParseMeshSpec(input.mesh, {.round_to_float = is_reference});
-  if (!input.material.empty())
-    loaded.material = ReadMaterialFor(
-        mesh, input.material, {is_reference ? NegativeEntries::kWarn : NegativeEntries::kReject});
+  if (!input.material.empty()) loaded.material = ReadSceneMaterial(input, mesh, is_reference);
   for (const std::string& warning : loaded.material.warnings)
     LOG(WARNING) << MakePrintableLine(warning);
   const Scene scene = input.scene == "cusick" ? CusickScene() : ReadScene(input.scene);

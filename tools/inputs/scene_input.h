@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/state.h"
@@ -12,11 +13,13 @@ namespace drape {
 
 // What a drape starts from, as a user names it.
 struct SceneInput {
-  std::string mesh = "disc:1200";  // ParseMeshSpec
-  std::string material;            // "FILE" or "FILE#name" (ReadMaterialFor); empty: none
-  std::string law = "smooth";      // MakeLaw
-  std::string scene = "cusick";    // "cusick", or a scene file (ReadScene)
-  std::string start = "flat";      // "flat", or a start shape or state file (ReadStart)
+  std::string mesh = "disc:1200";       // ParseMeshSpec
+  std::string material;                 // "FILE" or "FILE#name" (ReadMaterialFor); empty: none
+  std::string base;                     // of a material without stretch (WithBase); empty: none
+  double min_relative_stiffness = 0.0;  // RaiseSmallEntries; 0: the entries stay as they are
+  std::string law = "smooth";           // MakeLaw
+  std::string scene = "cusick";         // "cusick", or a scene file (ReadScene)
+  std::string start = "flat";           // "flat", or a start shape or state file (ReadStart)
 };
 
 struct LoadedScene {
@@ -30,6 +33,10 @@ struct LoadedScene {
 // also where the scene holds no vertex or loads no edge of the mesh, or a start shape has no
 // support.
 LoadedScene LoadScene(const SceneInput& input);
+
+// Names `base` as the base of each of the materials that has no stretch of its own (WithBase).
+// Throws InputError where a base is given and no material needs it.
+void ApplyBase(const std::string& base, const std::vector<std::string*>& materials);
 
 // Throws InputError, prefix "option '<option>'", for a material with a table for each element:
 // what the option does is by the 39 entries of one table.

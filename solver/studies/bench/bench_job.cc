@@ -22,7 +22,7 @@ constexpr double kBytesPerMegabyte = 1e6;
 
 // Which reference a run is compared with.
 std::string ClothKey(const BenchSetting& setting) {
-  return fs::path(setting.material).stem().string() + " " + setting.law + " " + setting.model;
+  return MaterialLabel(setting.material) + " " + setting.law + " " + setting.model;
 }
 
 std::string ReferenceName(const BenchSetting& setting) {
@@ -34,7 +34,11 @@ std::string ReferenceName(const BenchSetting& setting) {
 class Bench {
  public:
   Bench(const BenchJob& job, const RunControl& control)
-      : job_(job), control_(control), settings_(ListRuns(job.work, job.axes)) {
+      : job_(job),
+        control_(control),
+        settings_(ListRuns(job.work, job.axes)),
+        cells_(job.out + "/cells", job.common) {
+    KeepShare();
     CheckInput();
     const std::optional<BenchSetting>& ground_truth = job.fit.ground_truth;
     std::string image;
@@ -42,8 +46,12 @@ class Bench {
       image =
           RunInChild([&] { return RenderGroundTruth(*ground_truth, job.problem); }, control.cancel)
               .output;
-    file_.emplace(job.out + "/runs.csv", job.common, job.resume);
-    RemoveTemporaries(job.out + "/fits");
+    if (job.share) {
+      cells_.Create();
+    } else {
+      file_.emplace(job.out + "/runs.csv", job.common, job.resume);
+      for (const char* kept : {"/fits", "/cells"}) RemoveTemporaries(job.out + kept);
+    }
     if (!image.empty()) WriteGroundTruth(image, job.fit.data.images.front());
   }
 
@@ -58,6 +66,14 @@ class Bench {
   }
 
  private:
+  void KeepShare() {
+    if (!job_.share) return;
+    std::vector<BenchSetting> kept;
+    for (std::size_t k = 0; k < settings_.size(); ++k)
+      if (job_.share->Has(k)) kept.push_back(std::move(settings_[k]));
+    settings_ = std::move(kept);
+  }
+
   // Bad names are found before hours are spent.
   void CheckInput() {
     if (job_.work == BenchWork::kFit) CheckBenchImages(job_.fit);
@@ -116,7 +132,8 @@ class Bench {
     const std::string cloth = ClothKey(setting);
     const std::string path = job_.out + "/" + ReferenceName(setting);
     std::string text;
-    if (file_->continues() && fs::exists(path)) {
+    const bool continues = cells_.continues() || (file_ && file_->continues());
+    if (continues && fs::exists(path)) {
       text = ReadWholeFile(path);
     } else {
       ChildResult child = RunInChild(
@@ -161,9 +178,20 @@ class Bench {
                            job_.measuring, control_.cancel);
   }
 
+  // A run that has ended: of runs.csv, or of a share, which is then added there.
+  std::optional<BenchRecord> FindKnown(const BenchSetting& setting, const std::string& identity) {
+    if (file_)
+      if (const BenchRecord* known = file_->Find(identity)) return *known;
+    const std::optional<std::string> line = cells_.Read(identity);
+    if (!line) return std::nullopt;
+    const BenchRecord record = ParseRecordLine(*line, cells_.Path(identity));
+    if (file_) file_->Add(job_.work, setting, record);
+    return record;
+  }
+
   void RunOne(const BenchSetting& setting) {
     const std::string identity = CheckpointKey(job_.work, setting);
-    if (const BenchRecord* known = file_->Find(identity)) {
+    if (const std::optional<BenchRecord> known = FindKnown(setting, identity)) {
       result_.runs.push_back({setting, *known});
       total_ -= Guess(setting);
       return;
@@ -174,7 +202,11 @@ class Bench {
     if (result_.cancelled) return;
     BenchRecord record = ParseRecordLine(child.output, identity);
     record[kPeakMegabytes] = (child.peak_bytes - idle_bytes_) / kBytesPerMegabyte;
-    file_->Add(job_.work, setting, record);
+    if (job_.share) {
+      cells_.Write(identity, RecordLine(record));
+    } else {
+      file_->Add(job_.work, setting, record);
+    }
     result_.runs.push_back({setting, record});
     Done(Guess(setting), MakeLabel(setting, job_.axes));
   }
@@ -182,6 +214,7 @@ class Bench {
   const BenchJob& job_;
   const RunControl& control_;
   std::vector<BenchSetting> settings_;
+  CellFolder cells_;                                  // of shares
   std::optional<BenchFile> file_;                     // begun when the input is known to be good
   std::map<std::string, int> vertices_;               // by mesh
   std::map<std::string, BenchReference> references_;  // by ClothKey
@@ -190,6 +223,13 @@ class Bench {
 };
 
 }  // namespace
+
+std::vector<std::string> ListBenchCells(const BenchJob& job) {
+  std::vector<std::string> cells;
+  for (const BenchSetting& setting : ListRuns(job.work, job.axes))
+    cells.push_back(CheckpointKey(job.work, setting));
+  return cells;
+}
 
 BenchResult RunBench(const BenchJob& job, const RunControl& control) {
   return Bench(job, control).Run();

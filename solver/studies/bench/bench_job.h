@@ -4,12 +4,15 @@
 #include <atomic>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "physics/util/run_control.h"
 #include "solver/studies/bench/cases/bench_fit.h"
 #include "solver/studies/bench/work_precision.h"
+#include "solver/studies/cells/cell_folder.h"
+#include "solver/studies/cells/share.h"
 
 namespace drape {
 
@@ -22,8 +25,11 @@ struct BenchJob {
   MeasuringOptions measuring;
   FitBenchOptions fit;
   std::string common;   // what all runs have in common, in one line (BenchFile)
-  std::string out;      // existing folder: runs.csv, reference_<cloth>.json, fits/
-  bool resume = false;  // keep the runs and references that are there
+  std::string out;      // existing folder: runs.csv, reference_<cloth>.json, fits/, cells/
+  bool resume = false;  // keep the runs of runs.csv and the references that are there
+  // Of the runs; none: all. A share keeps its runs in cells/ and has no runs.csv; a run of all
+  // takes the finished ones of cells/ over.
+  std::optional<Share> share;
 };
 
 struct BenchRun {
@@ -37,7 +43,10 @@ struct BenchResult {
   std::map<std::string, BenchRecord> reference_errors;
 };
 
-// Throws InputError.
+// The names of the runs in their order (CheckpointKey). Throws InputError.
+std::vector<std::string> ListBenchCells(const BenchJob& job);
+
+// Throws InputError. Jobs of other shares may have the same folder at the same time.
 BenchResult RunBench(const BenchJob& job, const RunControl& control);
 
 }  // namespace drape

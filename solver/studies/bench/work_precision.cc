@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/bench/work_precision.h"
 
-#include <time.h>
-
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -18,6 +15,7 @@
 #include "physics/util/json_input.h"
 #include "physics/util/stored/stored_json.h"
 #include "solver/forward/branch.h"
+#include "solver/studies/bench/cases/run_times.h"
 #include "solver/studies/bench/richardson.h"
 
 namespace drape {
@@ -30,16 +28,6 @@ constexpr double kMillimetres = 1e3;  // a metre
 constexpr StoredFormat kFormat = {"drapefit-bench-reference", 1};
 
 constexpr double kSameOutline = 1e-9;  // [m]
-
-double WallNow() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-double CpuNow() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 double Rms(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return std::sqrt((a - b).squaredNorm() / static_cast<double>(a.size()));
@@ -98,12 +86,10 @@ double RelativeError(const auto& found, const auto& reference) {
 }
 
 // Median and spread of one measure of all runs.
-void FillTimes(std::vector<double> times, int batch, BenchMeasure median, BenchMeasure spread,
-               BenchRecord* record) {
-  std::sort(times.begin(), times.end());
-  const std::size_t n = times.size();
-  (*record)[median] = 0.5 * (times[(n - 1) / 2] + times[n / 2]) / batch;
-  (*record)[spread] = (times.back() - times.front()) / batch;
+void FillTimes(const std::vector<double>& times, int batch, BenchMeasure median,
+               BenchMeasure spread, BenchRecord* record) {
+  (*record)[median] = MedianTime(times) / batch;
+  (*record)[spread] = TimeSpread(times) / batch;
 }
 
 }  // namespace
@@ -201,23 +187,17 @@ void MeasureErrors(const BenchReference& reference, const Mesh& mesh, const Benc
 BenchRecord RunBenchSetting(BenchWork work, const BenchSetting& setting,
                             const BenchProblem& problem, const BenchReference& reference,
                             const MeasuringOptions& options, const std::atomic<bool>* cancel) {
-  const double begin = WallNow();
+  const double begin = WallSeconds();
   SettingSolver solver(setting, problem, cancel);
   BenchRecord record;
   record[kVertices] = solver.mesh().num_vertices();
-  const double clock = WallNow();
-  record[kSetupSeconds] = clock - begin;
+  record[kSetupSeconds] = WallSeconds() - begin;
   BenchDrape drape;
-  std::vector<double> wall, cpu;
-  do {
-    const double wall_begin = WallNow(), cpu_begin = CpuNow();
-    drape = solver.Run(work);
-    wall.push_back(WallNow() - wall_begin);
-    cpu.push_back(CpuNow() - cpu_begin);
-  } while (static_cast<int>(wall.size()) < options.repeats && WallNow() - clock < options.seconds);
-  record[kRepeats] = static_cast<double>(wall.size());
-  FillTimes(wall, setting.batch, kWallSeconds, kWallSpread, &record);
-  FillTimes(cpu, setting.batch, kCpuSeconds, kCpuSpread, &record);
+  const RunTimes times =
+      TimeRuns([&] { drape = solver.Run(work); }, options.repeats, options.seconds);
+  record[kRepeats] = static_cast<double>(times.wall.size());
+  FillTimes(times.wall, setting.batch, kWallSeconds, kWallSpread, &record);
+  FillTimes(times.cpu, setting.batch, kCpuSeconds, kCpuSpread, &record);
   record.status = drape.status;
   if (!record.ok()) return record;
   if (drape.x.size() == 0) {  // a gradient alone comes back from the steps

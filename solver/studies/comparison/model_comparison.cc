@@ -27,8 +27,14 @@ struct SharedSplit {
   FitData data;
 };
 
+std::string FabricName(int fabric) { return "fabric_" + std::to_string(fabric); }
+
 std::string FabricFolder(const ComparisonJob& job, int fabric) {
-  return job.out + "/fabric_" + std::to_string(fabric);
+  return job.out + "/" + FabricName(fabric);
+}
+
+std::string CellName(int fabric, const std::string& model, int seed) {
+  return FabricName(fabric) + "/" + model + "/seed_" + std::to_string(seed);
 }
 
 // Experiments that lie in `out` have the job's settings.
@@ -56,7 +62,7 @@ void WriteSettings(const ComparisonJob& job, const std::vector<SharedSplit>& spl
   for (const SharedSplit& shared : splits) {
     const std::string folder = FabricFolder(job, shared.fabric);
     fs::create_directories(folder);
-    RemoveTemporaries(folder);
+    if (!job.share) RemoveTemporaries(folder);  // those of other shares may be in use
     WriteSplit(folder + "/split_" + std::to_string(shared.seed) + ".json", shared.split);
   }
 }
@@ -124,17 +130,16 @@ PredictionOptions MakePredictionOptions(const ComparisonJob& job, const SharedSp
 
 ExperimentTask MakeTask(const ComparisonJob& job, const SharedSplit& shared,
                         const std::string& model) {
-  ExperimentTask task{
-      FabricFolder(job, shared.fabric) + "/" + model + "/seed_" + std::to_string(shared.seed),
-      WithModel(shared.fit, model),
-      shared.data,
-      FabricFolder(job, shared.fabric) + "/" + TableName(model) + "_" +
-          std::to_string(shared.seed) + ".json",
-      job.versions,
-      MakePredictionOptions(job, shared),
-      &shared.training,
-      &shared.held_out,
-      job.calibrate};
+  ExperimentTask task{job.out + "/" + CellName(shared.fabric, model, shared.seed),
+                      WithModel(shared.fit, model),
+                      shared.data,
+                      FabricFolder(job, shared.fabric) + "/" + TableName(model) + "_" +
+                          std::to_string(shared.seed) + ".json",
+                      job.versions,
+                      MakePredictionOptions(job, shared),
+                      &shared.training,
+                      &shared.held_out,
+                      job.calibrate};
   return task;
 }
 
@@ -190,8 +195,10 @@ bool RunExperiments(const ComparisonJob& job, const std::vector<SharedSplit>& sp
     int seed;
   };
   std::vector<Todo> todo;
+  std::size_t cell = 0;
   for (const SharedSplit& shared : splits)
     for (const std::string& model : job.models) {
+      if (job.share && !job.share->Has(cell++)) continue;
       ExperimentTask task = MakeTask(job, shared, model);
       ++run->experiments;
       if (ReadExperiment(task.folder)) {
@@ -218,6 +225,15 @@ bool RunExperiments(const ComparisonJob& job, const std::vector<SharedSplit>& sp
 
 }  // namespace
 
+std::vector<std::string> ListComparisonCells(const ComparisonJob& job) {
+  CheckJob(job);
+  std::vector<std::string> cells;
+  for (const int fabric : job.fabrics)
+    for (const int seed : job.seeds)
+      for (const std::string& model : job.models) cells.push_back(CellName(fabric, model, seed));
+  return cells;
+}
+
 ComparisonRun RunComparison(const ComparisonJob& given, const RunControl& control) {
   CheckJob(given);
   const ComparisonJob job = WithMaterialSettings(given);
@@ -230,6 +246,7 @@ ComparisonRun RunComparison(const ComparisonJob& given, const RunControl& contro
     run.cancelled = true;
     return run;
   }
+  if (job.share) return run;
   std::vector<ComparedExperiment> experiments;
   for (const SharedSplit& shared : splits) {
     for (const std::string& model : job.models) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "physics/util/run_control.h"
+#include "solver/studies/cells/share.h"
 #include "solver/studies/comparison/compared_model.h"
 #include "solver/studies/comparison/comparison_table.h"
 #include "solver/studies/comparison/experiment.h"
@@ -29,6 +30,7 @@ struct ComparisonJob {
   std::map<std::string, std::string> versions;  // for the summaries of the fits
   PredictionOptions prediction;  // its specimens, faces, seed and camera are not used
   std::string out;               // existing folder of the experiments
+  std::optional<Share> share;    // of the experiments; none: all
   // What must be the same for experiments to be taken over from an earlier run, beside the material
   // of each fabric: key → value.
   std::map<std::string, std::string> settings;
@@ -36,16 +38,20 @@ struct ComparisonJob {
 
 struct ComparisonRun {
   bool cancelled = false;
-  int experiments = 0, done = 0;
-  Comparison comparison;  // once all are done
+  int experiments = 0, done = 0;  // of the share
+  Comparison comparison;          // once all are done; not of a share
 };
+
+// The names of the experiments in their order, "fabric_3/homogeneous/seed_1": by fabric, seed and
+// model. Throws InputError for a job that cannot be run; reads no file.
+std::vector<std::string> ListComparisonCells(const ComparisonJob& job);
 
 // Experiment by experiment: out/fabric_<N>/<model>/seed_<K>, beside out/fabric_<N>/split_<K>.json,
 // and out/settings.json. Experiments that are there are taken over, so a run that was stopped goes
 // on to the same answer. The split's side to learn from holds the captures that are fitted and no
-// others: the trivial predictors, "other samples" and "circle", learn from the same. Reads all
-// input before it computes. Throws InputError, also where `out` holds experiments of other
-// settings.
+// others: the trivial predictors, "other samples" and "circle", learn from the same. Runs of other
+// shares may have the same folder at the same time. Reads all input before it computes. Throws
+// InputError, also where `out` holds experiments of other settings.
 ComparisonRun RunComparison(const ComparisonJob& job, const RunControl& control);
 
 }  // namespace drape

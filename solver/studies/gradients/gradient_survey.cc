@@ -4,6 +4,7 @@
 #include <random>
 #include <utility>
 
+#include "cuda/make_backend.h"
 #include "losses/outline/shape_features.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/util/math/random.h"
@@ -30,7 +31,8 @@ class Study {
   Study(std::span<const StudiedCloth> cloths, const GradientSurveyOptions& options,
         const RunControl& control)
       : cloths_(cloths), options_(options), control_(control) {
-    for (const StudiedCloth& cloth : cloths) backends_.push_back(MakeCpuBackend(cloth.model, 1));
+    for (const StudiedCloth& cloth : cloths)
+      backends_.push_back(MakeBackend(options.backend, cloth.model, 1));
   }
 
   GradientStudy Run() {

@@ -22,8 +22,9 @@ struct GradientSurveyOptions {
   std::vector<int> horizons = {1, 3, 10, 30, 100, 300, 1000};
   std::vector<double> time_steps = {0.02, 0.05, 0.1};  // [s]
   double horizon_step = 1e-6;                          // of the differences there
-  int sweep_horizon = 50;  // of the sweep of difference steps, at h = 0.1 s
-  int fold_starts = 6;     // branches that are followed to their ends
+  int sweep_horizon = 50;       // of the sweep of difference steps, at h = 0.1 s
+  std::string backend = "cpu";  // MakeBackend; the drapes are few and computed one by one
+  int fold_starts = 6;          // branches that are followed to their ends
 };
 
 // The cloth of the study under one law.

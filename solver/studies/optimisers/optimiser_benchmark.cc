@@ -52,22 +52,32 @@ std::string ProblemName(const BenchmarkImage& image, int parameters) {
 std::string RunName(const std::string& problem, const std::string& method) {
   return problem + "." + method + ".json";
 }
+std::string CellName(const std::string& problem, const std::string& method) {
+  return problem + "." + method;
+}
 
 class BenchmarkRunner {
  public:
   BenchmarkRunner(const OptimiserBenchmarkOptions& options, const RunControl& control)
-      : options_(options), control_(control) {
+      : options_(options), control_(control), share_(options.cells.ParseShare()) {
     benchmark_.methods = ListMethods(options);
   }
 
   OptimiserBenchmark Run() {
     const std::vector<BenchmarkImage> images = ListBenchmarkImages(options_);
     for (const BenchmarkImage& image : images) CheckRunNames(image);
-    for (const char* kept : {"/twins", "/runs"}) RemoveTemporaries(options_.out + kept);
+    if (!share_)  // those of other shares may be in use
+      for (const char* kept : {"/twins", "/runs"}) RemoveTemporaries(options_.out + kept);
     RenderTwins(options_);
     std::filesystem::create_directories(options_.out + "/runs");
     total_ = static_cast<double>(images.size() * RunsAnImage());
-    for (const BenchmarkImage& image : images) {
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const BenchmarkImage& image = images[i];
+      first_cell_ = i * RunsAnImage();
+      if (!HasWork()) {
+        done_ += RunsAnImage();
+        continue;
+      }
       Report(image.name + ", initial guesses");
       const BenchmarkStart start = FindBenchmarkStart(options_, image, control_.cancel);
       if (Cancelled()) break;
@@ -83,6 +93,13 @@ class BenchmarkRunner {
   }
 
  private:
+  bool IsMine(std::size_t cell) const { return !share_ || share_->Has(cell); }
+  // Whether a run of the present image is of the share.
+  bool HasWork() const {
+    for (std::size_t k = 0; k < RunsAnImage(); ++k)
+      if (IsMine(first_cell_ + k)) return true;
+    return false;
+  }
   std::size_t RunsAnImage() const { return options_.parameters.size() * benchmark_.methods.size(); }
   bool Cancelled() const { return control_.cancelled(); }
   void Report(const std::string& note) const {
@@ -100,11 +117,14 @@ class BenchmarkRunner {
     std::vector<BenchmarkRecord> records;
     for (const std::string& method : benchmark_.methods) {
       if (Cancelled()) return;
+      const bool is_mine = IsMine(done_++);
+      if (!is_mine) continue;
+      ++benchmark_.cells;
       Report(problem + ", " + method);
       records.push_back(RunOne(problem, start, parameters, method));
-      ++done_;
+      if (!Cancelled()) ++benchmark_.done;
     }
-    if (Cancelled()) return;
+    if (Cancelled() || share_) return;
     benchmark_.problems.push_back(problem);
     for (BenchmarkRecord& record : records) benchmark_.records.push_back(std::move(record));
   }
@@ -139,7 +159,9 @@ class BenchmarkRunner {
 
   const OptimiserBenchmarkOptions& options_;
   const RunControl& control_;
+  std::optional<Share> share_;
   OptimiserBenchmark benchmark_;
+  std::size_t first_cell_ = 0;  // of the present image
   double total_ = 1.0;
   std::size_t done_ = 0;
 };
@@ -157,6 +179,16 @@ double OptimiserBenchmark::StartCost(int problem) const {
   for (int m = 0; m < num_methods(); ++m)
     if (!Record(problem, m).run.trace.empty()) return Record(problem, m).run.trace.front().cost;
   return std::numeric_limits<double>::infinity();
+}
+
+std::vector<std::string> ListOptimiserCells(const OptimiserBenchmarkOptions& options) {
+  CheckOptions(options);
+  std::vector<std::string> cells;
+  for (const BenchmarkImage& image : ListBenchmarkImages(options))
+    for (const int parameters : options.parameters)
+      for (const std::string& method : ListMethods(options))
+        cells.push_back(CellName(ProblemName(image, parameters), method));
+  return cells;
 }
 
 OptimiserBenchmark RunOptimiserBenchmark(const OptimiserBenchmarkOptions& options,

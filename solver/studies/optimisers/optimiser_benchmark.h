@@ -16,6 +16,7 @@ struct OptimiserBenchmark {
   std::vector<std::string> problems;     // those that all methods ran on, in order
   std::vector<BenchmarkRecord> records;  // shape [problems · methods], method fastest
   std::vector<std::string> notes;        // problems left out, and why
+  std::size_t cells = 0, done = 0;       // runs of the share, and how many are complete
 
   int num_methods() const { return static_cast<int>(methods.size()); }
   int num_problems() const { return static_cast<int>(problems.size()); }
@@ -28,9 +29,14 @@ struct OptimiserBenchmark {
   double StartCost(int problem) const;
 };
 
+// The names of the runs in their order, "synthetic_wool_1_7.lm": by image, number of parameters and
+// method. Throws InputError.
+std::vector<std::string> ListOptimiserCells(const OptimiserBenchmarkOptions& options);
+
 // Runs each method on each problem: an image (real, or the silhouette of a twin) with 2, 7 or 39
 // free parameters, from the best initial guess of the grid as RunStagedFit finds it. Runs are kept
-// in options.out/runs and not repeated. A cancelled benchmark has the problems that are complete.
+// in options.out/runs and not repeated. A cancelled benchmark has the problems that are complete, a
+// share (options.cells) has none; runs of other shares may have the same folder at the same time.
 // Throws InputError.
 OptimiserBenchmark RunOptimiserBenchmark(const OptimiserBenchmarkOptions& options,
                                          const RunControl& control);

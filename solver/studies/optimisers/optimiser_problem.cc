@@ -49,7 +49,7 @@ BenchmarkImage MakeTwin(const OptimiserBenchmarkOptions& options, int index) {
   const std::string& file = options.twins[index];
   const Material fabric = ReadMaterial(file);
   const int seed = options.twin_seed + index;
-  BenchmarkImage twin{fs::path(file).stem().string() + "_" + std::to_string(seed), {}, true};
+  BenchmarkImage twin{MaterialLabel(file) + "_" + std::to_string(seed), {}, true};
   twin.data.images = {options.out + "/twins/" + twin.name + ".png"};
   twin.data.material = options.material;
   twin.data.density = fabric.field.density;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solver/job/fit_input.h"
+#include "solver/studies/cells/share.h"
 #include "solver/studies/optimisers/optimiser_record.h"
 
 namespace drape {
@@ -15,6 +16,7 @@ struct OptimiserBenchmarkOptions {
   // Of all fits, but for meshes and stages; threads 0: all cores, to be counted by the caller.
   FitSpec spec = FitSpecWithThreads(0);
   std::string material;            // start tables of the twins' fits
+  std::string base;                // of materials without stretch; the caller applies it
   std::vector<std::string> twins;  // fabrics whose drapes are made and fitted
   std::string mesh = "disc:400", coarse_mesh = "disc:200";  // of the fits
   std::string twin_mesh = "disc:500";
@@ -26,6 +28,7 @@ struct OptimiserBenchmarkOptions {
   std::vector<std::string> methods;          // none: all that this build has
   OptimiserOptions optimiser;
   double branch_tolerance = 3e-3;  // drapes nearer than this are one branch [m]
+  CellChoice cells;
   std::string out;
 };
 

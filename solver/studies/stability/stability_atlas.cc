@@ -5,6 +5,9 @@
 #include <filesystem>
 #include <utility>
 
+#include "physics/util/atomic_file.h"
+#include "solver/studies/cells/cell_folder.h"
+
 namespace drape {
 namespace {
 
@@ -44,7 +47,38 @@ void FindDamping(StabilityRunner& runner, const std::vector<double>& steps, Stab
       }
 }
 
+// Adds the finished runs of shares.
+void TakeOver(const CellFolder& cells, const std::vector<StabilityCase>& cases,
+              StabilityRuns& runs) {
+  for (const StabilityCase& run : cases) {
+    const std::string inputs = StabilityInputs(run);
+    if (runs.contains(inputs)) continue;
+    if (const std::optional<std::string> row = cells.Read(inputs))
+      ParseStabilityRow(*row, cells.Path(inputs), runs);
+  }
+}
+
+void RunShare(StabilityRunner& runner, const StabilityAtlasOptions& options, CellFolder& cells,
+              const RunControl& control, StabilityAtlas& atlas) {
+  const std::vector<StabilityCase> all = DistinctCases(atlas.maps);
+  std::vector<StabilityCase> mine;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (options.share->Has(k)) mine.push_back(all[k]);
+  TakeOver(cells, mine, atlas.runs);
+  cells.Create();
+  const auto keep = [&](const std::string& inputs, const StabilityRun& run) {
+    cells.Write(inputs, StabilityRow(inputs, run));
+  };
+  atlas.cancelled = !SurveyStability(runner, mine, options.threads, keep, control, atlas.runs);
+}
+
 }  // namespace
+
+std::vector<std::string> ListStabilityCells(const std::vector<StabilityMap>& maps) {
+  std::vector<std::string> cells;
+  for (const StabilityCase& run : DistinctCases(maps)) cells.push_back(StabilityInputs(run));
+  return cells;
+}
 
 std::vector<int> StabilityAtlas::ListOutcomes(const StabilityMap& map) const {
   std::vector<int> outcomes;
@@ -78,12 +112,20 @@ StabilityAtlas MakeStabilityAtlas(StabilityRunner& runner, std::vector<Stability
   const auto begin = std::chrono::steady_clock::now();
   StabilityAtlas atlas;
   atlas.maps = std::move(maps);
+  CellFolder cells(options.cells, options.shared);
+  if (options.share) {
+    RunShare(runner, options, cells, control, atlas);
+    return atlas;
+  }
   if (options.resume && std::filesystem::exists(options.runs))
     atlas.runs = ReadStabilityRuns(options.runs, options.shared);
+  RemoveTemporaries(options.cells);
+  TakeOver(cells, DistinctCases(atlas.maps), atlas.runs);
   WriteStabilityRuns(options.runs, options.shared, atlas.runs);
   atlas.cancelled =
       !SurveyStability(runner, atlas.maps, options.threads, options.runs, control, atlas.runs);
   if (!atlas.cancelled) {
+    WriteStabilityRuns(options.runs, options.shared, atlas.runs);  // now in their order
     FindLimits(runner, options.threads, atlas);
     FindDamping(runner, options.damping_h, atlas);
   }

@@ -68,26 +68,15 @@ void AddRow(const CsvRow& row, const std::string& where, StabilityRuns& runs) {
       .distance = Optional(result[5], where)};
 }
 
-std::vector<StabilityCase> Missing(std::span<const StabilityMap> maps, const StabilityRuns& runs) {
-  std::vector<StabilityCase> missing;
-  std::set<std::string> seen;
-  for (const StabilityMap& map : maps)
-    for (const StabilityCase& run : map.Cases()) {
-      const std::string inputs = StabilityInputs(run);
-      if (!runs.contains(inputs) && seen.insert(inputs).second) missing.push_back(run);
-    }
-  return missing;
-}
-
 // Where the runs of all threads come together.
 class Collector {
  public:
-  Collector(const std::string& path, int count, const RunControl& control, StabilityRuns& runs)
-      : path_(path), count_(count), control_(control), runs_(runs) {}
+  Collector(const KeepStabilityRun& keep, int count, const RunControl& control, StabilityRuns& runs)
+      : keep_(keep), count_(count), control_(control), runs_(runs) {}
 
   void Add(const StabilityCase& run, const StabilityRun& result) {
     const std::string inputs = StabilityInputs(run);
-    AppendCsvRow(path_, Row(inputs, result));
+    keep_(inputs, result);
     runs_[inputs] = result;
     ++done_;
     control_.Report(done_ / static_cast<double>(count_),
@@ -102,7 +91,7 @@ class Collector {
   }
 
  private:
-  std::string path_;
+  const KeepStabilityRun& keep_;
   int count_, done_ = 0;
   const RunControl& control_;
   StabilityRuns& runs_;
@@ -145,15 +134,46 @@ void WriteStabilityRuns(const std::string& path, const std::string& shared,
   WriteCsvLog(path, shared, Columns(), rows);
 }
 
-bool SurveyStability(StabilityRunner& runner, std::span<const StabilityMap> maps, int threads,
-                     const std::string& path, const RunControl& control, StabilityRuns& runs) {
-  const std::vector<StabilityCase> missing = Missing(maps, runs);
-  Collector collector(path, static_cast<int>(missing.size()), control, runs);
+std::string StabilityRow(const std::string& inputs, const StabilityRun& run) {
+  return FormatCsvRow(Row(inputs, run));
+}
+
+void ParseStabilityRow(const std::string& row, const std::string& where, StabilityRuns& runs) {
+  const CsvRow fields = ParseCsvRow(row, where);
+  if (fields.size() != Columns().size())
+    throw InputError(where, "found " + std::to_string(fields.size()) + " fields, expected " +
+                                std::to_string(Columns().size()));
+  AddRow(fields, where, runs);
+}
+
+std::vector<StabilityCase> DistinctCases(std::span<const StabilityMap> maps) {
+  std::vector<StabilityCase> cases;
+  std::set<std::string> seen;
+  for (const StabilityMap& map : maps)
+    for (const StabilityCase& run : map.Cases())
+      if (seen.insert(StabilityInputs(run)).second) cases.push_back(run);
+  return cases;
+}
+
+bool SurveyStability(StabilityRunner& runner, std::span<const StabilityCase> cases, int threads,
+                     const KeepStabilityRun& keep, const RunControl& control, StabilityRuns& runs) {
+  std::vector<StabilityCase> missing;
+  for (const StabilityCase& run : cases)
+    if (!runs.contains(StabilityInputs(run))) missing.push_back(run);
+  Collector collector(keep, static_cast<int>(missing.size()), control, runs);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
   for (int i = 0; i < static_cast<int>(missing.size()); ++i)
     RunOne(runner, missing[i], *control.cancel, collector);
   collector.Rethrow();
   return !*control.cancel;
+}
+
+bool SurveyStability(StabilityRunner& runner, std::span<const StabilityMap> maps, int threads,
+                     const std::string& path, const RunControl& control, StabilityRuns& runs) {
+  const auto append = [&](const std::string& inputs, const StabilityRun& run) {
+    AppendCsvRow(path, Row(inputs, run));
+  };
+  return SurveyStability(runner, DistinctCases(maps), threads, append, control, runs);
 }
 
 }  // namespace drape

@@ -6,6 +6,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "physics/util/run_control.h"
 #include "solver/studies/stability/stability_map.h"
@@ -23,9 +24,24 @@ StabilityRuns ReadStabilityRuns(const std::string& path, const std::string& shar
 void WriteStabilityRuns(const std::string& path, const std::string& shared,
                         const StabilityRuns& runs);
 
-// Runs the cases of all maps that are not among `runs`, each once, on `threads` threads, and adds
-// them; a row is appended to the file at `path` as soon as its run has ended. False when cancelled.
-// Throws InputError where the file cannot be written or a scene cannot be made.
+// The row of one run without its end of line, "inputs,results", and back: adds it to `runs`.
+// Parsing throws InputError, prefix `where`.
+std::string StabilityRow(const std::string& inputs, const StabilityRun& run);
+void ParseStabilityRow(const std::string& row, const std::string& where, StabilityRuns& runs);
+
+// The cases of all maps in their order, each once.
+std::vector<StabilityCase> DistinctCases(std::span<const StabilityMap> maps);
+
+// Where a run is kept as soon as it has ended. Called by one thread at a time. May throw.
+using KeepStabilityRun = std::function<void(const std::string& inputs, const StabilityRun& run)>;
+
+// Runs those cases that are not among `runs` on `threads` threads, keeps them and adds them to
+// `runs`. False when cancelled. Throws InputError where a scene cannot be made, and what `keep`
+// throws.
+bool SurveyStability(StabilityRunner& runner, std::span<const StabilityCase> cases, int threads,
+                     const KeepStabilityRun& keep, const RunControl& control, StabilityRuns& runs);
+
+// The same of all cases of some maps; each run is appended to the file at `path`, runs.csv.
 bool SurveyStability(StabilityRunner& runner, std::span<const StabilityMap> maps, int threads,
                      const std::string& path, const RunControl& control, StabilityRuns& runs);
 

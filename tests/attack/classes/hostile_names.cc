@@ -69,6 +69,7 @@ std::vector<NamedInput> NamedInputs() {
           {"drape_compare", "--materials=", "wool.json", ".json"},
           {"drape_bench", "--material=", "wool.json", ".json", {}, true},
           {"drape_bench", "--start=", "waves.json", ".json"},
+          {"drape_speed", "--material=", "wool.json", ".json"},
           {"drape_stability", "--material=", "wool.json", ".json"},
           {"drape_gradients", "--material=", "wool.json", ".json"},
           {"drape_compare_optimisers", "--twins=", "wool.json", ".json", {}, true},

@@ -122,6 +122,8 @@ const std::map<std::string, std::vector<std::string>>& Commands() {
         "--coarse_mesh=disc:120", "--reference=disc:140,disc:160",
         "--reference_relax_mesh=disc:120", "--branch_mm=50", "--run_seconds=0", "--repeats=1",
         "--out=out"}},
+      {"drape_speed",
+       {material, "--mesh=disc:100", "--steps=2", "--repeats=1", "--threads=1", "--out=out"}},
       {"drape_stability",
        {"--mesh=disc:100", material, start, "--maps=step time_step=0.1/0.5 bend=1/2",
         "--damping_time_step=0.1", "--duration=0.5", "--threads=1", "--out=out"}},
@@ -177,11 +179,13 @@ void MakeValidInputs(const std::string& work, const std::string& sources) {
 }
 
 const std::vector<std::string>& ProgramNames() {
-  static const std::vector<std::string> kNames = {
-      "drape_simulate", "drape_fit",       "drape_metrics",   "drape_equilibria",
-      "drape_predict",  "drape_check",     "drape_validate",  "drape_compare",
-      "drape_bench",    "drape_stability", "drape_gradients", "drape_compare_optimisers",
-      "drape_space"};
+  static const std::vector<std::string> kNames = {"drape_simulate",  "drape_fit",
+                                                  "drape_metrics",   "drape_equilibria",
+                                                  "drape_predict",   "drape_check",
+                                                  "drape_validate",  "drape_compare",
+                                                  "drape_bench",     "drape_speed",
+                                                  "drape_stability", "drape_gradients",
+                                                  "drape_space",     "drape_compare_optimisers"};
   return kNames;
 }
 

@@ -3,6 +3,10 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
+#include <thread>
+#include <vector>
+
 #include "physics/cloth/assembly/assembly.h"
 #include "tests/physics/cloth_fixture.h"
 
@@ -40,6 +44,28 @@ TEST_F(LinearSolverTest, SolvesOneAndManyRightHandSides) {
     solver_->Solve(column);
     EXPECT_LT((column - x.col(m - 1)).norm(), 1e-11 * column.norm());
   }
+}
+
+TEST_F(LinearSolverTest, SolversMadeAtTheSameTimeAreAlike) {
+  const BlockMatrix A = StepMatrix(1.0);
+  const RowMatrix b = test::RandomMatrix(model_->num_dofs(), 1, random_);
+  const auto solve = [&] {
+    const std::unique_ptr<LinearSolver> solver = MakeLinearSolver(model_->pattern);
+    RowMatrix x = b;
+    EXPECT_TRUE(solver->Factor(A));
+    solver->Solve(x);
+    return x;
+  };
+  const RowMatrix alone = solve();
+  constexpr int kThreads = 4, kRounds = 50;
+  std::atomic<int> others = 0;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < kThreads; ++i)
+    threads.emplace_back([&] {
+      for (int round = 0; round < kRounds; ++round) others += solve() != alone;
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(others, 0);
 }
 
 TEST_F(LinearSolverTest, NotPositiveDefiniteIsFalseAndDoesNotStick) {

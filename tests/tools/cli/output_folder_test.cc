@@ -40,6 +40,19 @@ TEST_F(OutputFolders, PublishesWhatWasWrittenAndLeavesTheRest) {
   EXPECT_EQ(Names(), Set({"a.json", "earlier.json", "summary.json"}));
 }
 
+TEST_F(OutputFolders, SharedOnesStandBesideOneAnotherOnly) {
+  using Use = OutputFolder::Use;
+  {
+    const OutputFolder one(Path("a"), {}, Use::kShared), other(Path("a"), {}, Use::kShared);
+    Write("a/.drapefit_0123456789abcdef.tmp", "of the other");
+    EXPECT_INPUT_ERROR(OutputFolder(Path("a")), "another program is writing to this folder");
+    EXPECT_TRUE(std::filesystem::exists(Path("a/.drapefit_0123456789abcdef.tmp")));
+  }
+  const OutputFolder alone(Path("a"));
+  EXPECT_FALSE(std::filesystem::exists(Path("a/.drapefit_0123456789abcdef.tmp")));
+  EXPECT_INPUT_ERROR(OutputFolder(Path("a"), {}, Use::kShared), "another program is writing");
+}
+
 TEST_F(OutputFolders, DropWhatIsNotPublished) {
   {
     const OutputFolder out(Path("new/one"));

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
+#include "physics/material/material_io.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 
@@ -123,7 +123,7 @@ std::vector<std::pair<std::string, std::string>> ListAxes(const BenchSetting& se
   VisitAxes(names, [&](const char* name, const auto&, auto member) {
     named.emplace_back(name, Text(setting.*member));
   });
-  named[0].second = std::filesystem::path(setting.material).stem().string();
+  named[0].second = MaterialLabel(setting.material);
   return named;
 }
 

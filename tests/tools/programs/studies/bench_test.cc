@@ -53,6 +53,28 @@ TEST_F(BenchTool, MeasuresTheProductAndResumes) {
   ExpectOneLineError(Bench({"--resume", "--order=1"}), "the file was made with other settings");
 }
 
+TEST_F(BenchTool, SharesHaveTheirOwnRunsWhichTheWholeTakesOver) {
+  const ProcessResult list = Bench({"--list"});
+  EXPECT_EQ(std::count(list.out.begin(), list.out.end(), '\n'), 4);
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+  const ProcessResult share = Bench({"--share=1/3"});
+  ASSERT_EQ(share.exit_code, 0) << share.err;
+  EXPECT_THAT(share.out, testing::HasSubstr("share 1/3: 1 of 1 cells are complete"));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/runs.csv")));
+  const std::string reference = Read(Path("out/reference_wool_red_smooth_homogeneous.json"));
+  const auto cells = Snapshot(Path("out/cells"));
+  ASSERT_EQ(cells.size(), 2u);  // settings and one run
+  ASSERT_EQ(Bench().exit_code, 0);
+  EXPECT_EQ(Read(Path("out/reference_wool_red_smooth_homogeneous.json")), reference);
+  const Json runs = ReadJson(Path("out/bench.json"))["runs"];
+  ASSERT_EQ(runs.size(), 4u);
+  bool kept = false;  // the second run, to its last digit
+  for (const auto& [file, text] : cells)
+    kept |= text.find(runs[1]["seconds"].dump()) != std::string::npos;
+  EXPECT_TRUE(kept);
+  ExpectOneLineError(Bench({"--share=0/3", "--order=1"}), "made with other settings");
+}
+
 TEST_F(BenchTool, MeasuresDerivatives) {
   for (const char* work : {"gradient", "jacobian"}) {
     const std::string out = Path(work);

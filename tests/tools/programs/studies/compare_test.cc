@@ -116,6 +116,18 @@ TEST_F(CompareTool, CtrlCKeepsWhatIsDone) {
   EXPECT_TRUE(std::filesystem::exists(Path("out/comparison.csv")));
 }
 
+TEST_F(CompareTool, SharesHaveTheirOwnExperimentsAndNoTables) {
+  EXPECT_EQ(Run({"--list", "--share=1/3"}).out, "fabric_3/heterogeneous/seed_1\n");
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+  const ProcessResult share = Run({"--share=2/4"});
+  ASSERT_EQ(share.exit_code, 0) << share.err;
+  EXPECT_THAT(share.out, HasSubstr("share 2/4: 1 of 1 cells are complete"));
+  EXPECT_TRUE(std::filesystem::exists(Path("out/fabric_3/homogeneous/seed_2/prediction.json")));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/fabric_3/homogeneous/seed_1")));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/comparison.md")));
+  ASSERT_EQ(Run({"--share=0/4"}).exit_code, 0);  // another share makes no other settings
+}
+
 TEST_F(CompareTool, MistakesAreOneLine) {
   ExpectOneLineError(Run({"--models=homogeneous,best"}), "option 'models': found 'best'");
   ExpectOneLineError(Run({"--models=homogeneous,homogeneous"}), "option 'models'");

@@ -107,10 +107,25 @@ TEST_F(OptimisersTool, WritesTablesAndGoesOnFromTheRunsThatAreDone) {
   ExpectOneLineError(Run({"--budget=13"}), "other settings");
 }
 
+TEST_F(OptimisersTool, SharesHaveTheirOwnRunsAndNoTables) {
+  const ProcessResult list = Run({"--list"});
+  EXPECT_EQ(list.out, "synthetic_wool_1_2.lm\nsynthetic_wool_1_2.adam_0.1\n");
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+  const ProcessResult share = Run({"--share=1/2"});
+  ASSERT_EQ(share.exit_code, 0) << share.err;
+  EXPECT_THAT(share.out, testing::HasSubstr("share 1/2: 1 of 1 cells are complete"));
+  EXPECT_TRUE(std::filesystem::exists(Path("out/runs/synthetic_wool_1_2.adam_0.1.json")));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/runs/synthetic_wool_1_2.lm.json")));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/summary.json")));
+}
+
 TEST_F(OptimisersTool, BadInputIsOneLine) {
   ExpectOneLineError(Run({"--methods=newton"}), "unknown name 'newton'");
   ExpectOneLineError(Run({"--num_parameters=4"}), "4");
   ExpectOneLineError(Run({"--budget=0"}), "budget");
+  ExpectOneLineError(Run({"--base=" + kFabric}), "option 'base'");
+  ExpectOneLineError(Run({"--backend=gpu"}), "backend");
+  ExpectOneLineError(Run({"--share=1"}), "expected i/n");
   ExpectOneLineError(Run({"--images=" + Path("none.png"), "--image_materials=" + kFabric}),
                      "matches nothing");
   ExpectOneLineError(RunProcess({kOptimisers, "--out=" + Path("out")}),

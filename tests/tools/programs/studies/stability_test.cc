@@ -1,6 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_stability as a user runs it.
+#include <algorithm>
+#include <csignal>
+#include <future>
+#include <sstream>
+
 #include "losses/image/image.h"
+#include "physics/util/stored/csv_log.h"
+#include "solver/studies/cells/cell_folder.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/studies/stability/stability_tool.h"
 
@@ -22,6 +29,24 @@ class StabilityTool : public ToolFixture {
                                         "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
+  }
+
+  // The rows of a table of runs but for the time that they took.
+  std::string WithoutSeconds(const std::string& file) const {
+    std::istringstream lines(Read(Path(file)));
+    std::string line, text;
+    std::getline(lines, text);  // what all runs share
+    std::size_t seconds = 0;
+    for (int row = 0; std::getline(lines, line); ++row) {
+      CsvRow fields = ParseCsvRow(line, file);
+      if (row == 0)
+        seconds = static_cast<std::size_t>(std::find(fields.begin(), fields.end(), "seconds") -
+                                           fields.begin());
+      fields.at(seconds).clear();
+      text += '\n';
+      text += FormatCsvRow(fields);
+    }
+    return text;
   }
 };
 
@@ -65,6 +90,50 @@ TEST_F(StabilityTool, CtrlCKeepsTheRunsAndResumeGoesOn) {
   ExpectOneLineError(Run({map, "--resume", "--drag=1"}), "made with other settings");
 }
 
+// Three shares side by side, one of them killed and repeated, are one run.
+TEST_F(StabilityTool, SharesGatherToTheSameRuns) {
+  const std::string map = "--maps=step time_step=0.02:0.5:4 bend=1:4:6";
+  ASSERT_EQ(Run({map, "--out=" + Path("whole")}).exit_code, 0);
+  const ProcessResult list = Run({map, "--list"});
+  EXPECT_EQ(std::count(list.out.begin(), list.out.end(), '\n'), 24);
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+  const std::string own = Run({map, "--list", "--share=1/3"}).out;
+  EXPECT_THAT(list.out, testing::HasSubstr(own.substr(0, own.find('\n') + 1)));
+  const std::string first = own.substr(0, own.find('\n'));
+  const auto share = [&](const std::string& name, const ProcessLimits& limits = {}) {
+    return Run({map, "--threads=1", "--share=" + name}, limits);
+  };
+  const ProcessLimits killed = {.interrupt_when = CellFolder(Path("out/cells"), "").Path(first),
+                                .interrupt_signal = SIGKILL};
+  auto other = std::async(std::launch::async, [&] { return share("0/3"); });
+  auto third = std::async(std::launch::async, [&] { return share("2/3"); });
+  EXPECT_EQ(share("1/3", killed).exit_code, 128 + SIGKILL);
+  const ProcessResult again = share("1/3");
+  EXPECT_THAT(again.out, testing::HasSubstr("share 1/3: 8 of 8 cells are complete"));
+  EXPECT_EQ(other.get().exit_code, 0);
+  EXPECT_EQ(third.get().exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(Path("out/runs.csv")));
+  const auto cells = Snapshot(Path("out/cells"));
+  const ProcessResult gathered = Run({map});
+  ASSERT_EQ(gathered.exit_code, 0) << gathered.err;
+  EXPECT_EQ(Snapshot(Path("out/cells")), cells);
+  EXPECT_EQ(WithoutSeconds("out/runs.csv"), WithoutSeconds("whole/runs.csv"));
+  EXPECT_EQ(Read(Path("out/step-time_step-bend.png")), Read(Path("whole/step-time_step-bend.png")));
+  Json findings = ReadJson(Path("out/findings.json")),
+       whole = ReadJson(Path("whole/findings.json"));
+  findings.erase("seconds");
+  whole.erase("seconds");
+  EXPECT_EQ(findings, whole);
+}
+
+TEST_F(StabilityTool, SharesOfOtherSettingsAreNotMixedIn) {
+  const std::string map = "--maps=step time_step=0.1/0.5 bend=1/2";
+  ASSERT_EQ(Run({map, "--share=0/2"}).exit_code, 0);
+  for (const char* share : {"--share=1/2", "--threads=1"})
+    ExpectOneLineError(Run({map, "--drag=1", share}), "made with other settings");
+  ExpectOneLineError(Run({map, "--share=2/2"}), "option 'share': found '2/2', expected i/n");
+}
+
 TEST_F(StabilityTool, MistakesAreOneLineAndLeaveNothing) {
   const std::string map = "--maps=step time_step=0.1/0.5 tangle=0/1";
   ExpectOneLineError(Run({}), "option 'maps'");
@@ -73,6 +142,7 @@ TEST_F(StabilityTool, MistakesAreOneLineAndLeaveNothing) {
                      "expected one of explicit, step,");
   ExpectOneLineError(Run({map, "--filter=bend"}), "which no map has in its name");
   ExpectOneLineError(Run({map, "--material=" + Path("no.json")}), "no.json");
+  ExpectOneLineError(Run({map, "--base=" + kFabric}), "option 'base'");
   ExpectOneLineError(Run({map, "--duration=0"}), "duration");
   ExpectOneLineError(Run({map, "--mesh=disc:100,radius=0.08,support=0.05"}), "support");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));

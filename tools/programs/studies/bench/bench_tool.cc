@@ -11,18 +11,21 @@
 #include "solver/studies/bench/make_accuracy_table.h"
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/bench/bench_report.h"
 
 namespace drape {
 namespace {
 
-std::vector<Option> AxisOptions(BenchAxes& axes) {
+std::vector<Option> AxisOptions(BenchToolOptions& options) {
+  BenchAxes& axes = options.job.axes;
   return {
       {.key = "material",
        .value = &axes.material,
        .doc = "axis: material files; for fits, those of the start tables",
        .is_path = true,
        .required = true},
+      BaseOption(options.base),
       {.key = "law", .value = &axes.law, .doc = "axis: constitutive laws, smooth or reference"},
       {.key = "model",
        .value = &axes.model,
@@ -237,7 +240,16 @@ void AddSyntheticImage(const BenchToolOptions& options, BenchJob* job) {
   job->fit.spec.observation.camera = {};  // the one that renders it
 }
 
-BenchJob MakeJob(const BenchToolOptions& options) {
+// With the base of the materials that need one.
+BenchToolOptions WithBases(BenchToolOptions options) {
+  std::vector<std::string*> materials = {&options.ground_truth};
+  for (std::string& material : options.job.axes.material) materials.push_back(&material);
+  ApplyBase(options.base, materials);
+  return options;
+}
+
+BenchJob MakeJob(const BenchToolOptions& given) {
+  const BenchToolOptions options = WithBases(given);
   BenchJob job = options.job;
   job.work = ParseBenchWork(options.work);
   job.problem.seed = ReadStartShape(options.start);
@@ -252,6 +264,7 @@ BenchJob MakeJob(const BenchToolOptions& options) {
   job.out = options.out;
   if (job.work == BenchWork::kFit && job.fit.data.images.empty()) AddSyntheticImage(options, &job);
   job.common = CommonText(options, job);
+  job.share = options.cells.ParseShare();
   return job;
 }
 
@@ -278,6 +291,15 @@ std::string TryTable(const BenchToolOptions& options, const BenchJob& job,
   return "";
 }
 
+BenchToolResult SumUpShare(const BenchToolOptions& options, const BenchJob& job,
+                           const BenchResult& result) {
+  std::size_t cells = 0;
+  for (std::size_t k = 0; k < ListBenchCells(job).size(); ++k) cells += job.share->Has(k);
+  return {.cancelled = result.cancelled,
+          .is_list = true,
+          .table = ShareText(options.cells.share, result.runs.size(), cells)};
+}
+
 }  // namespace
 
 OptionTable BenchTable(BenchToolOptions& options) {
@@ -300,12 +322,11 @@ OptionTable BenchTable(BenchToolOptions& options) {
           "exit code 3: no run has a result, or they give no --table\n"
           "Ctrl-C keeps the finished runs for --resume.\n",
       .options = Concatenate(
-          Grouped("axes",
-                  Concatenate(AxisOptions(options.job.axes), MachineAxisOptions(options.job.axes))),
+          Grouped("axes", Concatenate(AxisOptions(options), MachineAxisOptions(options.job.axes))),
           Grouped("problem, reference and measurement", ProblemOptions(options)),
           Grouped("fits", FitOptionList(options)),
           Grouped("camera of the images", CameraOptions(options.job.fit.spec.observation.camera)),
-          Grouped("files", FileOptions(options))),
+          Grouped("files", Concatenate(FileOptions(options), CellOptions(options.cells)))),
       .common = {"work", "material", "start", "mesh", "solve", "time_step", "relax_time",
                  "reference", "images", "table", "out", "resume"}};
 }
@@ -313,9 +334,13 @@ OptionTable BenchTable(BenchToolOptions& options) {
 BenchToolResult RunBenchTool(const BenchToolOptions& options, const RunControl& control) {
   CheckOptions(options);
   if (!options.table.empty()) CheckReplaceable(options.table);
-  const OutputFolder out(options.out, {"bench.json", "runs.csv"});
   const BenchJob job = MakeJob(options);
+  if (options.cells.list)
+    return {.is_list = true, .table = ListText(ListBenchCells(job), job.share)};
+  const OutputFolder out(options.out, {"bench.json", "runs.csv"},
+                         job.share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
   const BenchResult result = RunBench(job, control);
+  if (job.share) return SumUpShare(options, job, result);
   const BenchMeasure time = TimeMeasure(options.clock);
   WriteBenchJson(out.Staged("bench.json"), job, result, time);
   const std::string missing =

@@ -13,6 +13,7 @@ namespace drape {
 // What a user of drape_bench sets.
 struct BenchToolOptions {
   BenchJob job;
+  CellChoice cells;
   std::string work = "forward";                                      // ParseBenchWork
   std::string start;                                                 // ReadStartShape
   std::vector<std::string> references = {"disc:2400", "disc:4800"};  // coarse, fine
@@ -20,6 +21,7 @@ struct BenchToolOptions {
   std::vector<std::string> images, held_out;  // of fits (ExpandImages)
   std::string ground_truth;                   // without images: whose silhouette is fitted
   std::string ground_truth_mesh = "disc:1200";
+  std::string base;      // of materials without stretch (ApplyBase)
   std::string table;     // accuracy table to write; empty: none
   double safety = 1.25;  // factor on the errors that it promises
   std::string out;       // folder, made when missing
@@ -30,13 +32,15 @@ OptionTable BenchTable(BenchToolOptions& options);
 
 struct BenchToolResult {
   bool cancelled = false;
+  bool is_list = false;       // of cells, or a share of them, instead of measurements
   int measured = 0;           // runs with a result
   std::string table;          // for a person
   std::string no_table = {};  // why there is no --table
 };
 
-// Runs the benchmark and writes runs.csv (as runs end), bench.json, and the charts front_<error>
-// and growth as PNG and SVG; a cancelled run writes what it has. Throws InputError.
+// Runs the benchmark, a share of its runs, or lists them; all runs together, it writes runs.csv (as
+// runs end), bench.json, and the charts front_<error> and growth as PNG and SVG; a cancelled run
+// writes what it has. Throws InputError.
 BenchToolResult RunBenchTool(const BenchToolOptions& options, const RunControl& control);
 
 }  // namespace drape

@@ -7,6 +7,7 @@ namespace {
 
 ToolOutcome Run(const BenchToolOptions& options, const RunControl& control) {
   BenchToolResult result = RunBenchTool(options, control);
+  if (result.is_list) return {.text = std::move(result.table), .cancelled = result.cancelled};
   return {.text = std::move(result.table),
           .cancelled = result.cancelled,
           .failure = result.measured > 0 ? result.no_table : "no run has a result, see runs.csv"};

@@ -12,6 +12,7 @@
 #include "tools/cli/output_folder.h"
 #include "tools/cli/versions.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
 
 namespace drape {
 namespace {
@@ -24,8 +25,8 @@ const std::set<std::string> kOfCells = {
     "camera",         "solve",     "accuracy", "accuracy_table", "table_form",
     "other_materials"};
 // Options that change no number of an experiment.
-const std::set<std::string> kFree = {"data",   "out",   "fabrics", "materials",
-                                     "models", "seeds", "threads"};
+const std::set<std::string> kFree = {"data",  "out",     "fabrics", "materials", "models",
+                                     "seeds", "threads", "list",    "share"};
 
 std::vector<Option> SplitOptions(CompareToolOptions& options) {
   ComparisonJob& job = options.job;
@@ -103,6 +104,9 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
 ComparisonJob MakeJob(const CompareToolOptions& options) {
   ComparisonJob job = options.job;
   job.fit = MakeFitSpec(options.fit);
+  std::vector<std::string*> materials;
+  for (std::string& material : job.materials) materials.push_back(&material);
+  ApplyBase(options.fit.base, materials);
   for (const auto& [name, version] : Versions()) job.versions[name] = version;
   job.fabrics = ParseIndexList(options.fabrics, "option 'fabrics'");
   if (job.fabrics.empty())
@@ -113,6 +117,7 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
   job.train_captures = ParseIndexList(options.train_captures, "option 'train_captures'");
   if (options.face != "both") job.face = options.face == "up" ? ClothFace::kUp : ClothFace::kDown;
   job.out = options.out;
+  job.share = options.cells.ParseShare();
   CompareToolOptions copy = options;
   for (const Option& option : CompareTable(copy).options)
     if (!kFree.contains(option.key)) job.settings[option.key] = ValueText(option);
@@ -131,8 +136,10 @@ void RenderCharts(const OutputFolder& out, const Comparison& comparison) {
 }  // namespace
 
 OptionTable CompareTable(CompareToolOptions& options) {
-  std::vector<Option> all = Concatenate(Grouped("comparison", SplitOptions(options)),
-                                        Grouped("prediction and results", DrawOptions(options)));
+  std::vector<Option> all =
+      Concatenate(Grouped("comparison", SplitOptions(options)),
+                  Grouped("prediction and results",
+                          Concatenate(DrawOptions(options), CellOptions(options.cells))));
   for (const Option& option : FitTable(options.fit).options)
     if (!kOfCells.contains(option.key)) all.push_back(option);
   return {
@@ -156,15 +163,21 @@ OptionTable CompareTable(CompareToolOptions& options) {
           "the identical result.\n",
       .options = std::move(all),
       .common = {"data", "fabrics", "materials", "models", "seeds", "train", "face", "mesh",
-                 "draws", "calibrate", "threads", "backend", "out"}};
+                 "draws", "calibrate", "threads", "backend", "share", "out"}};
 }
 
 CompareResult RunCompareTool(const CompareToolOptions& options, const RunControl& control) {
   const ComparisonJob job = MakeJob(options);
+  if (options.cells.list) return {{}, ListText(ListComparisonCells(job), job.share)};
   const OutputFolder out(options.out,
-                         {"comparison.json", "comparison.csv", "comparison.md", "settings.json"});
+                         {"comparison.json", "comparison.csv", "comparison.md", "settings.json"},
+                         job.share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
   CompareResult result{RunComparison(job, control), ""};
   if (result.run.cancelled) return result;
+  if (job.share) {
+    result.text = ShareText(options.cells.share, result.run.done, result.run.experiments);
+    return result;
+  }
   WriteComparison(out.Staged(""), result.run.comparison, job.settings);
   const std::string missing = TryPictures([&] { RenderCharts(out, result.run.comparison); });
   out.Publish();

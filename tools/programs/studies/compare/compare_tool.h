@@ -20,6 +20,7 @@ struct CompareToolOptions {
   }
 
   ComparisonJob job;
+  CellChoice cells;
   FitToolOptions fit;                                          // of all experiments
   std::string fabrics = "1-5", train_captures, face = "both";  // ParseIndexList, ClothFace
   std::string out;                                             // folder, made when missing
@@ -32,6 +33,7 @@ OptionTable CompareTable(CompareToolOptions& options);
 // Runs or continues a comparison; comparison.csv, .json, .md and charts appear in `out` once all
 // experiments are done. `text` is what they say. Throws InputError; then what lay there is as it
 // was.
+// A share of the experiments, or their list, leaves the tables and charts as they are.
 struct CompareResult {
   ComparisonRun run;
   std::string text;

@@ -2,6 +2,7 @@
 #include "tools/programs/studies/gradients/gradients_tool.h"
 
 #include "tools/cli/output_folder.h"
+#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/gradients/gradients_report.h"
@@ -13,8 +14,68 @@ SceneInput MakeInput(const GradientsOptions& options, const std::string& law) {
   SceneInput input;
   input.mesh = options.mesh;
   input.material = options.material;
+  input.base = options.base;
   input.law = law;
   return input;
+}
+
+std::vector<Option> ClothOptionList(GradientsOptions& options) {
+  return {MeshOption("mesh", &options.mesh, "cloth"),
+          {.key = "material",
+           .value = &options.material,
+           .doc = "material file",
+           .is_path = true,
+           .required = true},
+          BaseOption(options.base)};
+}
+
+std::vector<Option> SurveyOptions(GradientSurveyOptions& survey) {
+  return {{.key = "start_seed",
+           .value = &survey.start_seed,
+           .doc = "random seed of the start shape",
+           .least = 0,
+           .most = 1000000000},
+          {.key = "hem_rms",
+           .value = &survey.hem_rms,
+           .doc = "root mean square height of the start shape at the hem",
+           .unit = "m",
+           .least = 0,
+           .most = 0.05,
+           .above_least = true},
+          {.key = "direction_seed",
+           .value = &survey.direction_seed,
+           .doc = "random seed of the direction in the 39 log entries",
+           .least = 0,
+           .most = 1000000000},
+          {.key = "horizons",
+           .value = &survey.horizons,
+           .doc = "numbers of time steps",
+           .least = 1,
+           .most = 100000},
+          {.key = "time_steps",
+           .value = &survey.time_steps,
+           .doc = "time steps",
+           .unit = "s",
+           .least = 0,
+           .most = 10,
+           .above_least = true},
+          {.key = "horizon_step",
+           .value = &survey.horizon_step,
+           .doc = "step of the differences at each horizon, in log units",
+           .least = 0,
+           .most = 1,
+           .above_least = true},
+          {.key = "sweep_horizon",
+           .value = &survey.sweep_horizon,
+           .doc = "number of time steps of 0.1 s for which the step of the differences is swept",
+           .least = 1,
+           .most = 100000},
+          {.key = "fold_starts",
+           .value = &survey.fold_starts,
+           .doc = "number of branches followed towards softer bend until they end; their seeds "
+                  "begin at start_seed",
+           .least = 0,
+           .most = 1000}};
 }
 
 }  // namespace
@@ -29,60 +90,9 @@ OptionTable GradientsTable(GradientsOptions& options) {
       .notes =
           "files: summary.json, report.md, differences.png, horizons.png, fold.png\n"
           "Ctrl-C writes the results so far.\n",
-      .options = {
-          MeshOption("mesh", &options.mesh, "cloth"),
-          {.key = "material",
-           .value = &options.material,
-           .doc = "material file",
-           .is_path = true,
-           .required = true},
-          {.key = "start_seed",
-           .value = &options.survey.start_seed,
-           .doc = "random seed of the start shape",
-           .least = 0,
-           .most = 1000000000},
-          {.key = "hem_rms",
-           .value = &options.survey.hem_rms,
-           .doc = "root mean square height of the start shape at the hem",
-           .unit = "m",
-           .least = 0,
-           .most = 0.05,
-           .above_least = true},
-          {.key = "direction_seed",
-           .value = &options.survey.direction_seed,
-           .doc = "random seed of the direction in the 39 log entries",
-           .least = 0,
-           .most = 1000000000},
-          {.key = "horizons",
-           .value = &options.survey.horizons,
-           .doc = "numbers of time steps",
-           .least = 1,
-           .most = 100000},
-          {.key = "time_steps",
-           .value = &options.survey.time_steps,
-           .doc = "time steps",
-           .unit = "s",
-           .least = 0,
-           .most = 10,
-           .above_least = true},
-          {.key = "horizon_step",
-           .value = &options.survey.horizon_step,
-           .doc = "step of the differences at each horizon, in log units",
-           .least = 0,
-           .most = 1,
-           .above_least = true},
-          {.key = "sweep_horizon",
-           .value = &options.survey.sweep_horizon,
-           .doc = "number of time steps of 0.1 s for which the step of the differences is swept",
-           .least = 1,
-           .most = 100000},
-          {.key = "fold_starts",
-           .value = &options.survey.fold_starts,
-           .doc = "number of branches followed towards softer bend until they end; their seeds "
-                  "begin at start_seed",
-           .least = 0,
-           .most = 1000},
-          OutOption(options.out)}};
+      .options =
+          Concatenate(ClothOptionList(options), SurveyOptions(options.survey),
+                      std::vector{BackendOption(options.survey.backend), OutOption(options.out)})};
 }
 
 GradientStudy RunGradients(const GradientsOptions& options, const RunControl& control) {

@@ -13,6 +13,7 @@ namespace drape {
 struct GradientsOptions {
   std::string mesh = "disc:300";
   std::string material;
+  std::string base;  // of a material without stretch (ApplyBase)
   GradientSurveyOptions survey;
   std::string out;
 };

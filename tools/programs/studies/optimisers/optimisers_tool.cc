@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/optimisers/optimisers_tool.h"
 
+#include <utility>
+
 #include "tools/cli/output_folder.h"
+#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/optimisers/optimisers_report.h"
 
 namespace drape {
@@ -47,6 +51,13 @@ std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
               "to it",
        .least = 0,
        .most = 1},
+      BaseOption(options.base),
+  };
+}
+
+std::vector<Option> CommonFitOptions(OptimiserBenchmarkOptions& options) {
+  FitSpec& spec = options.spec;
+  return {
       MeshOption("mesh", &options.mesh, "mesh of the fits"),
       MeshOption("coarse_mesh", &options.coarse_mesh, "mesh of the initial-guess grid"),
       LawOption(spec.law),
@@ -109,9 +120,19 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
        .least = 0,
        .most = 1,
        .above_least = true},
+      BackendOption(options.spec.backend),
       ThreadsOption(options.spec.threads),
       OutOption(options.out),
   };
+}
+
+// With the base of the materials that need one.
+OptimiserBenchmarkOptions WithBases(OptimiserBenchmarkOptions options) {
+  std::vector<std::string*> materials = {&options.material};
+  for (std::string& twin : options.twins) materials.push_back(&twin);
+  for (std::string& start : options.image_materials) materials.push_back(&start);
+  ApplyBase(options.base, materials);
+  return options;
 }
 
 }  // namespace
@@ -129,15 +150,24 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
               "exit code 3: no problem has a start\n"
               "Ctrl-C keeps the finished runs.\n",
           .options = Concatenate(
-              Grouped("problems", ProblemOptions(options)),
+              Grouped("problems", Concatenate(ProblemOptions(options), CommonFitOptions(options))),
               Grouped("camera of the images", CameraOptions(options.spec.observation.camera)),
-              Grouped("methods and results", MethodOptions(options)))};
+              Grouped("methods and results",
+                      Concatenate(MethodOptions(options), CellOptions(options.cells))))};
+}
+
+std::string ListOptimiserText(const OptimiserBenchmarkOptions& options) {
+  return ListText(ListOptimiserCells(WithBases(options)), options.cells.ParseShare());
 }
 
 OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const RunControl& control) {
+  options = WithBases(std::move(options));
   options.spec.threads = CountThreads(options.spec.threads);
-  const OutputFolder out(options.out, {"summary.json", "report.md", "traces.csv", "convergence.png",
-                                       "profiles.png", "branches.png"});
+  const bool is_share = options.cells.ParseShare().has_value();
+  const OutputFolder out(options.out,
+                         {"summary.json", "report.md", "traces.csv", "convergence.png",
+                          "profiles.png", "branches.png"},
+                         is_share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
   OptimiserBenchmark benchmark = RunOptimiserBenchmark(options, control);
   if (benchmark.problems.empty()) return benchmark;
   WriteBenchmarkReport(options, out, &benchmark);

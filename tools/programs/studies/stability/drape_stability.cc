@@ -7,7 +7,10 @@ namespace drape {
 namespace {
 
 ToolOutcome Run(const StabilityOptions& options, const RunControl& control) {
+  if (options.cells.list) return {.text = ListStabilityText(options)};
   const StabilityAtlas atlas = RunStability(options, control);
+  if (!options.cells.share.empty())
+    return {.text = StabilityShareText(options, atlas), .cancelled = atlas.cancelled};
   return {.text = StabilityTableText(atlas), .cancelled = atlas.cancelled};
 }
 

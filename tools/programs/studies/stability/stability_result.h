@@ -12,6 +12,7 @@ namespace drape {
 struct StabilityOptions {
   std::string mesh = "disc:120";  // ParseMeshSpec
   std::string material;           // ReadMaterial
+  std::string base;               // of a material without stretch (ApplyBase)
   std::string start;              // start shape
   int seed = 1;
   double duration = 6.0;
@@ -25,6 +26,7 @@ struct StabilityOptions {
   std::vector<double> damping_h = {1e-3, 1e-2, 0.05, 0.1, 0.5};
   int threads = 0;  // 0: all cores
   bool resume = false;
+  CellChoice cells;
   std::string out;  // folder, made when missing
 };
 

@@ -10,6 +10,7 @@
 #include "solver/job/plot/chart.h"
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/stability/stability_report.h"
 
 namespace drape {
@@ -83,6 +84,12 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
        .least = 0,
        .most = 1000,
        .above_least = true},
+      BaseOption(o.base),
+  };
+}
+
+std::vector<Option> LimitOptions(StabilityOptions& o) {
+  return {
       {.key = "max_steps",
        .value = &o.max_steps,
        .doc = "largest number of steps of an implicit run",
@@ -132,6 +139,23 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
   };
 }
 
+StabilityAtlasOptions MakeAtlasOptions(const StabilityOptions& options) {
+  return {.runs = options.out + "/runs.csv",
+          .shared = SharedText(options),
+          .resume = options.resume,
+          .cells = options.out + "/cells",
+          .share = options.cells.ParseShare(),
+          .damping_h = options.damping_h,
+          .threads = CountThreads(options.threads)};
+}
+
+void RenderMaps(const OutputFolder& out, const StabilityAtlas& atlas) {
+  RenderStabilityOverview(out.Staged("overview.png"), atlas);
+  for (int m = 0; m < static_cast<int>(atlas.maps.size()); ++m)
+    RenderStabilityMap(out.Staged(atlas.maps[m].name + ".png"), atlas.maps[m],
+                       atlas.ListOutcomes(atlas.maps[m]), atlas.MakeLine(m));
+}
+
 }  // namespace
 
 OptionTable StabilityTable(StabilityOptions& options) {
@@ -141,38 +165,45 @@ OptionTable StabilityTable(StabilityOptions& options) {
   std::string methods;
   for (int i = 0; i < kStabilityMethods; ++i)
     methods += std::string(" ") + ToString(static_cast<StabilityMethod>(i));
-  return {
-      .tool = "drape_stability",
-      .summary = "maps the outcome of solvers of a drape over two parameters",
-      .example =
-          "drape_stability --config=configs/studies/stability_quick.json --out=out/stability",
-      .notes =
-          "methods:" + methods + "\naxes:\n" + axes +
-          "files: runs.csv, to which each finished run is appended, findings.json, overview.png "
-          "(share of settled runs by method and hardship) and one PNG per map\nCtrl-C keeps the "
-          "finished runs; --resume continues with the others.\n",
-      .options = Concatenate(Grouped("maps and results", SurveyOptions(options)),
-                             Grouped("simulation", SettingOptions(options)))};
+  return {.tool = "drape_stability",
+          .summary = "maps the outcome of solvers of a drape over two parameters",
+          .example =
+              "drape_stability --config=configs/studies/stability_quick.json --out=out/stability",
+          .notes = "methods:" + methods + "\naxes:\n" + axes +
+                   "files: runs.csv, to which each finished run is appended, findings.json, "
+                   "overview.png (share of settled runs by method and hardship) and one PNG per "
+                   "map\nCtrl-C keeps the finished runs; --resume continues with the others.\n",
+          .options = Concatenate(
+              Grouped("maps and results",
+                      Concatenate(SurveyOptions(options), CellOptions(options.cells))),
+              Grouped("simulation", Concatenate(SettingOptions(options), LimitOptions(options))))};
 }
 
-StabilityAtlas RunStability(const StabilityOptions& options, const RunControl& control) {
+std::string ListStabilityText(const StabilityOptions& options) {
+  return ListText(ListStabilityCells(SelectMaps(options)), options.cells.ParseShare());
+}
+
+std::string StabilityShareText(const StabilityOptions& options, const StabilityAtlas& atlas) {
+  const std::optional<Share> share = options.cells.ParseShare();
+  const std::size_t all = ListStabilityCells(atlas.maps).size();
+  std::size_t mine = 0;
+  for (std::size_t k = 0; k < all; ++k) mine += share->Has(k);
+  return ShareText(options.cells.share, atlas.runs.size(), mine);
+}
+
+StabilityAtlas RunStability(const StabilityOptions& given, const RunControl& control) {
+  StabilityOptions options = given;
+  ApplyBase(options.base, {&options.material});
   StabilityRunner runner(MakeSetting(options));
   std::vector<StabilityMap> maps = SelectMaps(options);
   CheckScenes(runner, maps);
-  const OutputFolder out(options.out, {"findings.json", "runs.csv"});
-  StabilityAtlas atlas = MakeStabilityAtlas(runner, std::move(maps),
-                                            {.runs = options.out + "/runs.csv",
-                                             .shared = SharedText(options),
-                                             .resume = options.resume,
-                                             .damping_h = options.damping_h,
-                                             .threads = CountThreads(options.threads)},
-                                            control);
-  atlas.note = TryPictures([&] {
-    RenderStabilityOverview(out.Staged("overview.png"), atlas);
-    for (int m = 0; m < static_cast<int>(atlas.maps.size()); ++m)
-      RenderStabilityMap(out.Staged(atlas.maps[m].name + ".png"), atlas.maps[m],
-                         atlas.ListOutcomes(atlas.maps[m]), atlas.MakeLine(m));
-  });
+  const StabilityAtlasOptions atlas_options = MakeAtlasOptions(options);
+  const bool is_share = atlas_options.share.has_value();
+  const OutputFolder out(options.out, {"findings.json", "runs.csv"},
+                         is_share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
+  StabilityAtlas atlas = MakeStabilityAtlas(runner, std::move(maps), atlas_options, control);
+  if (is_share) return atlas;
+  atlas.note = TryPictures([&] { RenderMaps(out, atlas); });
   WriteStabilityFindings(out.Staged("findings.json"), options, atlas);
   out.Publish();
   return atlas;
