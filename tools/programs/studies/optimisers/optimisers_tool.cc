@@ -75,7 +75,9 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
       {.key = "methods",
        .value = &options.methods,
        .doc = "methods among lm, lm_patient, dogleg, subspace_dogleg, lbfgs, adam_published, "
-              "adam_0.03, adam_0.1 and, with NLopt, bobyqa, sbplx, crs, direct; none: all"},
+              "adam_0.03, adam_0.1 and, with NLopt, bobyqa, sbplx, crs, direct (none: all of "
+              "these); cmaes, bo, rembo_2, rembo_4, rembo_8, rembo_ucb_4, hesbo_2, hesbo_4, "
+              "hesbo_8; a method from bobyqa on followed by _lm ends with 20 rounds of lm"},
       {.key = "budget",
        .value = &optimiser.budget,
        .doc = "budget of each run in rollouts",
@@ -88,7 +90,7 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
        .most = 1000},
       {.key = "bound",
        .value = &optimiser.bound,
-       .doc = "largest log factor for the methods of NLopt",
+       .doc = "largest log factor for the methods without derivatives",
        .least = 0,
        .most = 20,
        .above_least = true},
@@ -100,8 +102,19 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
        .above_least = true},
       {.key = "method_seed",
        .value = &optimiser.seed,
-       .doc = "random seed of the stochastic methods",
-       .least = 0},
+       .doc = "first random seed of the stochastic methods",
+       .least = 0,
+       .most = 1000000000},
+      {.key = "num_seeds",
+       .value = &options.seeds,
+       .doc = "runs of each stochastic method, with this and the following seeds",
+       .least = 1,
+       .most = 1000},
+      {.key = "checkpoints",
+       .value = &options.checkpoints,
+       .doc = "budgets at which tables also report the costs, where they are below the budget",
+       .least = 1,
+       .most = 1e6},
       {.key = "branch_tolerance",
        .value = &options.branch_tolerance,
        .doc = "largest root mean square distance of the vertices of two drapes on the same branch",
@@ -123,8 +136,9 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
               "drape_compare_optimisers --config=configs/studies/compare_optimisers.json "
               "--out=out/optimisers",
           .notes =
-              "files: summary.json, report.md, traces.csv, convergence.png, profiles.png and "
-              "branches.png. They replace the files of an earlier run together, at the end. twins/ "
+              "files: summary.json, report.md, traces.csv, convergence.png, profiles.png, "
+              "data_profiles.png, quartiles.png and branches.png. They replace the files of an "
+              "earlier run together, at the end. twins/ "
               "and runs/: an interrupted run continues from them.\n"
               "exit code 3: no problem has a start\n"
               "Ctrl-C keeps the finished runs.\n",
@@ -136,8 +150,9 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
 
 OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const RunControl& control) {
   options.spec.threads = CountThreads(options.spec.threads);
-  const OutputFolder out(options.out, {"summary.json", "report.md", "traces.csv", "convergence.png",
-                                       "profiles.png", "branches.png"});
+  const OutputFolder out(
+      options.out, {"summary.json", "report.md", "traces.csv", "convergence.png", "profiles.png",
+                    "data_profiles.png", "quartiles.png", "branches.png"});
   OptimiserBenchmark benchmark = RunOptimiserBenchmark(options, control);
   if (benchmark.problems.empty()) return benchmark;
   WriteBenchmarkReport(options, out, &benchmark);
