@@ -15,7 +15,7 @@ namespace {
 
 // "median [lower quartile, upper quartile]"
 std::string Range(const Quartiles& values, const char* format) {
-  const std::string text = Format(format, values.median);
+  std::string text = Format(format, values.median);
   if (values.low == values.high) return text;
   return text + " [" + Format(format, values.low) + ", " + Format(format, values.high) + "]";
 }

@@ -120,7 +120,7 @@ TEST(LatinHypercube, HasOnePointInEachInterval) {
 TEST(BayesianSearch, FindsAMinimumOfBraninIn60Evaluations) {
   for (const uint64_t seed : {1, 2, 3}) {
     BayesianSearch search(MakeIdentityEmbedding(2), kBound, {}, seed);
-    EXPECT_LT(Minimise(search, Branin, 60), 0.45) << seed;
+    EXPECT_LT(Minimise(search, Branin, 60), 0.42) << seed;
   }
 }
 

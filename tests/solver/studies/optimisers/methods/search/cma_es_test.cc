@@ -83,6 +83,12 @@ TEST(CmaEs, TakesSmallerStepsWhereEverythingFails) {
   EXPECT_LT(search.step_size(), 1e-3);
 }
 
+// Steps far longer than the box.
+TEST(CmaEs, StaysInTheBox) {
+  CmaEs search(5, kBound, 50.0, 7);
+  EXPECT_EQ(CountEvaluations(search, Bowl, 0.0, 100), 101);
+}
+
 TEST(CmaEs, SaysWhenItHasConverged) {
   CmaEs search(3, kBound, kStepSize, 6);
   int evaluations = 0;
