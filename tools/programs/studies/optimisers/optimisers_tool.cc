@@ -8,8 +8,7 @@
 namespace drape {
 namespace {
 
-std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
-  FitSpec& spec = options.spec;
+std::vector<Option> ImageOptions(OptimiserBenchmarkOptions& options) {
   return {
       {.key = "twins",
        .value = &options.twins,
@@ -41,6 +40,12 @@ std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
        .doc =
            "start tables of the fits to real silhouettes: one file for all or one per silhouette",
        .is_path = true},
+  };
+}
+
+std::vector<Option> FittingOptions(OptimiserBenchmarkOptions& options) {
+  FitSpec& spec = options.spec;
+  return {
       {.key = "min_relative_stiffness",
        .value = &spec.min_relative_stiffness,
        .doc = "smallest start entry relative to the largest of its column; smaller ones are raised "
@@ -100,8 +105,13 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
        .least = 1,
        .most = 1e6,
        .above_least = true},
+  };
+}
+
+std::vector<Option> RunOptions(OptimiserBenchmarkOptions& options) {
+  return {
       {.key = "method_seed",
-       .value = &optimiser.seed,
+       .value = &options.optimiser.seed,
        .doc = "first random seed of the stochastic methods",
        .least = 0,
        .most = 1000000000},
@@ -143,9 +153,10 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
               "exit code 3: no problem has a start\n"
               "Ctrl-C keeps the finished runs.\n",
           .options = Concatenate(
-              Grouped("problems", ProblemOptions(options)),
+              Grouped("problems", Concatenate(ImageOptions(options), FittingOptions(options))),
               Grouped("camera of the images", CameraOptions(options.spec.observation.camera)),
-              Grouped("methods and results", MethodOptions(options)))};
+              Grouped("methods and results",
+                      Concatenate(MethodOptions(options), RunOptions(options))))};
 }
 
 OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const RunControl& control) {
