@@ -5,12 +5,31 @@
 
 namespace drape {
 
+namespace {
+
+OutlineResidualOptions Apply(BranchRule rule, OutlineResidualOptions options) {
+  if (rule == BranchRule::kAny)
+    options.max_outline_change = options.max_jump = std::numeric_limits<double>::infinity();
+  return options;
+}
+
+}  // namespace
+
 DrapeFunction::DrapeFunction(Backend* backend, const MaterialParametrisation* parametrisation,
                              const std::vector<Observation>* observations,
                              std::vector<State> starts, const OutlineResidualOptions& options,
-                             double prior_sigma)
-    : outlines_(backend, parametrisation, observations, std::move(starts), options),
+                             double prior_sigma, BranchRule rule)
+    : backend_(backend),
+      observations_(observations),
+      options_(options),
+      outlines_(backend, parametrisation, observations, std::move(starts), Apply(rule, options)),
       prior_sigma_(prior_sigma) {}
+
+void DrapeFunction::RefineFromBest() {
+  if (best_shapes_.empty()) return;
+  outlines_ = OutlineResiduals(backend_, &outlines_.parametrisation(), observations_,
+                               AtRest(best_shapes_), options_);
+}
 
 int DrapeFunction::num_residuals() const { return num_outline_residuals() + size(); }
 

@@ -80,8 +80,8 @@ double RmsPx(const FitInput& input, const Eigen::VectorXd& x) {
       .value_or(std::numeric_limits<double>::infinity());
 }
 
-void Recheck(const FitInput& input, double time_step, const MaterialField& material,
-             BenchmarkRecord* record) {
+void Recheck(const FitInput& input, Backend& backend, double time_step,
+             const MaterialField& material, BenchmarkRecord* record) {
   record->coupling = LargestSquaredCoupling(material.stretch.front());
   record->rms_px = record->settled_rms_px = RmsPx(input, record->shape);
   StepSolver solver(input.fine.model);
@@ -90,25 +90,20 @@ void Recheck(const FitInput& input, double time_step, const MaterialField& mater
   const State rest{record->shape, Eigen::VectorXd::Zero(record->shape.size())};
   const RolloutInput rollout{&material, &rest};
   const RolloutResult end =
-      input.fine.backend->Rollouts({&rollout, 1}, {.h = time_step, .steps = kSettleSteps}, nullptr)
-          .front();
+      backend.Rollouts({&rollout, 1}, {.h = time_step, .steps = kSettleSteps}, nullptr).front();
   if (end.status != RolloutStatus::kOk) return;
   record->settled_rms_px = RmsPx(input, end.end.x);
   record->drift = (end.end.x - rest.x).reshaped(3, rest.x.size() / 3).colwise().norm().maxCoeff();
 }
 
-// Methods without derivatives search globally: for them any stable drape counts.
-OutlineResidualOptions MakeResidualOptions(const BenchmarkStart& start, bool derivatives,
-                                           const std::atomic<bool>* cancel) {
-  OutlineResidualOptions options =
-      CandidateFitter(start.input.problem, start.spec.stages, *start.input.fine.backend, cancel, 0)
-          .MakeResidualOptions();
-  if (!derivatives)
-    options.max_outline_change = options.max_jump = std::numeric_limits<double>::infinity();
-  return options;
-}
-
 }  // namespace
+
+std::vector<double> ReportedBudgets(const OptimiserBenchmarkOptions& options) {
+  std::set<double> budgets = {options.optimiser.budget};
+  for (const double checkpoint : options.checkpoints)
+    if (checkpoint < options.optimiser.budget) budgets.insert(checkpoint);
+  return {budgets.begin(), budgets.end()};
+}
 
 std::vector<BenchmarkImage> ListBenchmarkImages(const OptimiserBenchmarkOptions& options) {
   std::vector<BenchmarkImage> images;
@@ -172,26 +167,30 @@ BenchmarkStart FindBenchmarkStart(const OptimiserBenchmarkOptions& options,
 }
 
 BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkOptions& options,
-                          int parameters, const std::string& method,
-                          const std::atomic<bool>* cancel) {
+                          const BenchmarkJob& job, const std::atomic<bool>* cancel) {
   const FitInput& input = start.input;
   const StagedFitOptions& stages = start.spec.stages;
+  const std::unique_ptr<Backend> backend = MakeCpuBackend(input.fine.model, 1);
   const TableParametrisation parametrisation(
       start.candidate.base,
-      ParseName<ParameterTying>(std::to_string(parameters), "num_parameters"));
-  DrapeFunction function(input.fine.backend.get(), &parametrisation, &input.problem.observations,
-                         AtRest(start.candidate.shapes),
-                         MakeResidualOptions(start, FindOptimiser(method).derivatives, cancel),
-                         stages.prior_sigma);
+      ParseName<ParameterTying>(std::to_string(job.parameters), "num_parameters"));
+  DrapeFunction function(
+      backend.get(), &parametrisation, &input.problem.observations, AtRest(start.candidate.shapes),
+      CandidateFitter(input.problem, stages, *backend, cancel, 0).MakeResidualOptions(),
+      stages.prior_sigma,
+      FindOptimiser(job.method).derivatives ? BranchRule::kFollow : BranchRule::kAny);
   OptimiserOptions optimiser = options.optimiser;
   optimiser.published_rates = PublishedAdamRates(parametrisation.base(), parametrisation.tie());
+  optimiser.seed = job.seed;
   optimiser.cancel = cancel;
   BenchmarkRecord record;
-  record.parameters = parameters;
-  record.run = RunOptimiser(method, function, optimiser);
+  record.parameters = job.parameters;
+  record.seed = job.seed;
+  record.run = RunOptimiser(job.method, function, optimiser);
   if (function.best_shapes().empty() || record.run.cancelled) return record;
   record.shape = function.best_shapes().front();
-  Recheck(input, stages.residuals.rollout.h, parametrisation.Material(record.run.theta), &record);
+  Recheck(input, *backend, stages.residuals.rollout.h, parametrisation.Material(record.run.theta),
+          &record);
   return record;
 }
 

@@ -25,12 +25,17 @@ struct OptimiserBenchmarkOptions {
   std::vector<std::string> images;           // real silhouettes (ExpandImages)
   std::vector<std::string> image_materials;  // their start tables: one of each, or one for all
   std::vector<int> parameters = {7, 39};     // ParameterTying
-  std::vector<std::string> methods;          // none: all that this build has
+  std::vector<std::string> methods;          // none: OptimiserMethod::by_default
   OptimiserOptions optimiser;
+  int seeds = 1;  // runs of a method that draws random numbers, from optimiser.seed upwards
+  std::vector<double> checkpoints = {60.0, 200.0, 1000.0};  // budgets that tables report
   double branch_tolerance = 3e-3;  // drapes nearer than this are one branch [m]
   CellChoice cells;
   std::string out;
 };
+
+// The checkpoints below the budget, ascending, and the budget.
+std::vector<double> ReportedBudgets(const OptimiserBenchmarkOptions& options);
 
 // An image of the benchmark with its start tables.
 struct BenchmarkImage {
@@ -56,10 +61,15 @@ struct BenchmarkStart {
 BenchmarkStart FindBenchmarkStart(const OptimiserBenchmarkOptions& options,
                                   const BenchmarkImage& image, const std::atomic<bool>* cancel);
 
-// Runs one method with so many free numbers.
+// A run of one method.
+struct BenchmarkJob {
+  int parameters = 0;  // free numbers
+  std::string method;
+  int seed = 0;  // 0 where the method draws no random numbers
+};
+// Runs a job on one core. May be called from several threads at a time.
 BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkOptions& options,
-                          int parameters, const std::string& method,
-                          const std::atomic<bool>* cancel);
+                          const BenchmarkJob& job, const std::atomic<bool>* cancel);
 
 // Learning rates of Adam in log units, shape [P]: the published experiments train table entries
 // with 1e-14 for stretch and 3e-6 for bend (ARCSim convention), here by the mean entry of each

@@ -29,6 +29,7 @@ json ToJson(const OptimiserRun& run) {
           {"spent", run.spent},
           {"seconds", run.seconds},
           {"jacobian_seconds", run.jacobian_seconds},
+          {"function_seconds", run.function_seconds},
           {"evaluations", run.evaluations},
           {"jacobians", run.jacobians},
           {"failed", run.failed}};
@@ -52,7 +53,7 @@ std::vector<TracePoint> ReadTrace(const JsonInput& input, double most_spent) {
 
 OptimiserRun ReadRun(const JsonInput& input, const ExpectedRecord& expected) {
   input.ExpectKeys({"method", "end", "trace", "theta", "spent", "seconds", "jacobian_seconds",
-                    "evaluations", "jacobians", "failed"});
+                    "function_seconds", "evaluations", "jacobians", "failed"});
   OptimiserRun run;
   run.method = input.At("method").String();
   if (run.method != expected.method) input.At("method").Fail('"' + expected.method + '"');
@@ -65,7 +66,8 @@ OptimiserRun ReadRun(const JsonInput& input, const ExpectedRecord& expected) {
   run.spent =
       input.At("spent").NumberWithin(found ? run.trace.back().spent : 0.0, expected.most_spent);
   run.seconds = input.At("seconds").NotNegative();
-  run.jacobian_seconds = input.At("jacobian_seconds").NumberWithin(0.0, run.seconds);
+  run.function_seconds = input.At("function_seconds").NumberWithin(0.0, run.seconds);
+  run.jacobian_seconds = input.At("jacobian_seconds").NumberWithin(0.0, run.function_seconds);
   constexpr int kMostCounted = 1'000'000'000;
   run.evaluations = input.At("evaluations").IntegerWithin(found ? 1 : 0, kMostCounted);
   run.jacobians = input.At("jacobians").IntegerWithin(0, kMostCounted);
@@ -100,6 +102,7 @@ void WriteBenchmarkRecord(const std::string& path, const std::string& settings,
                   {{"settings", settings},
                    {"problem", record.problem},
                    {"parameters", record.parameters},
+                   {"seed", record.seed},
                    {"run", ToJson(record.run)},
                    {"shape", ToJson(record.shape)},
                    {"rms_px", record.rms_px},
@@ -113,8 +116,8 @@ std::optional<BenchmarkRecord> ReadBenchmarkRecord(const std::string& path,
   if (!std::filesystem::exists(path)) return std::nullopt;
   const json file = ReadStoredJson(path, kRecordFormat);
   const JsonInput input(file, path);
-  input.ExpectKeys({"settings", "problem", "parameters", "run", "shape", "rms_px", "settled_rms_px",
-                    "drift_m", "stiffness"});
+  input.ExpectKeys({"settings", "problem", "parameters", "seed", "run", "shape", "rms_px",
+                    "settled_rms_px", "drift_m", "stiffness"});
   if (input.At("settings").String() != expected.settings)
     throw InputError(path,
                      "found a run with other settings, expected the same ones or another "
@@ -126,6 +129,7 @@ std::optional<BenchmarkRecord> ReadBenchmarkRecord(const std::string& path,
   const bool found = !record.run.trace.empty();
   const auto parameters = static_cast<int>(TyingMatrix(expected.stages.parameters).cols());
   record.parameters = input.At("parameters").IntegerWithin(parameters, parameters);
+  record.seed = input.At("seed").IntegerWithin(expected.seed, expected.seed);
   record.shape = input.At("shape").Vector(found ? expected.fit.fine->model().num_dofs() : 0);
   record.rms_px = input.At("rms_px").NotNegative();
   record.settled_rms_px = ReadSettledRms(input.At("settled_rms_px"));

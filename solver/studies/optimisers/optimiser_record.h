@@ -14,6 +14,7 @@ namespace drape {
 struct BenchmarkRecord {
   std::string problem;  // "synthetic_wool_7": image and count of parameters
   int parameters = 0;
+  int seed = 0;  // of a method that draws random numbers
   OptimiserRun run;
   Eigen::VectorXd shape;  // the drape of the least cost [m], shape [3V]; empty when none was found
   double rms_px = 0.0;    // its outline error
@@ -27,13 +28,14 @@ struct BenchmarkRecord {
 struct ExpectedRecord {
   std::string settings;  // names all that shaped the run
   std::string problem, method;
+  int seed = 0;
   double most_spent = 0.0;  // of the budget
   const FitProblem& fit;    // of one observation
   StagedFitOptions stages;  // with the parameters of the problem
   InitialGuess guess;       // that the method started from
 };
 
-inline constexpr StoredFormat kRecordFormat = {"drapefit-optimiser-run", 3};
+inline constexpr StoredFormat kRecordFormat = {"drapefit-optimiser-run", 4};
 
 // A record on disk, exact to the last bit. Throws InputError when it cannot be written.
 void WriteBenchmarkRecord(const std::string& path, const std::string& settings,

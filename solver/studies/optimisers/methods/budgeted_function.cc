@@ -3,6 +3,7 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <ctime>
 
 namespace drape {
@@ -24,13 +25,14 @@ void OptimiserOptions::Check() const {
 }
 
 BudgetedFunction::BudgetedFunction(ResidualFunction& function, const OptimiserOptions& options)
-    : function_(function), options_(options), start_(ThreadSeconds()) {
+    : function_(function), options_(options), start_(ThreadSeconds()), limit_(options.budget) {
   options.Check();
 }
 
 bool BudgetedFunction::exhausted() const {
   constexpr double kMostCalls = 10.0;
-  return run_.spent >= options_.budget || run_.evaluations >= kMostCalls * options_.budget ||
+  return run_.spent >= std::min(limit_, options_.budget) ||
+         run_.evaluations >= kMostCalls * options_.budget ||
          (options_.cancel != nullptr && options_.cancel->load());
 }
 
@@ -45,14 +47,28 @@ bool BudgetedFunction::Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* r
   return true;
 }
 
+void BudgetedFunction::RefineFromBest() {
+  theta_.resize(0);
+  function_.RefineFromBest();
+}
+
+bool BudgetedFunction::Call(RowMatrix* jacobian) {
+  const double begin = ThreadSeconds();
+  const bool found = function_.Evaluate(theta_, &residual_, jacobian);
+  const double end = ThreadSeconds();
+  run_.function_seconds += end - begin;
+  if (jacobian != nullptr) run_.jacobian_seconds += end - begin;
+  run_.seconds = end - start_;
+  return found;
+}
+
 bool BudgetedFunction::EvaluateResidual(const Eigen::VectorXd& theta) {
   if (exhausted()) return false;
   theta_ = theta;
   jacobian_.resize(0, 0);
-  valid_ = function_.Evaluate(theta, &residual_, nullptr);
+  valid_ = Call(nullptr);
   run_.spent += function_.cost_units();
   ++run_.evaluations;
-  run_.seconds = ThreadSeconds() - start_;
   if (valid_) {
     Record(0.5 * residual_.squaredNorm());
   } else {
@@ -63,15 +79,13 @@ bool BudgetedFunction::EvaluateResidual(const Eigen::VectorXd& theta) {
 
 bool BudgetedFunction::EvaluateJacobian() {
   if (exhausted()) return false;
-  const bool found = function_.Evaluate(theta_, &residual_, &jacobian_);
+  const bool found = Call(&jacobian_);
   if (!found) {
     jacobian_.resize(0, 0);
     ++run_.failed;
   }
   run_.spent += options_.jacobian_cost_units;
   ++run_.jacobians;
-  run_.jacobian_seconds += ThreadSeconds() - start_ - run_.seconds;
-  run_.seconds = ThreadSeconds() - start_;
   return found;
 }
 

@@ -25,6 +25,8 @@ class ResidualFunction {
                         RowMatrix* jacobian) = 0;
   // Of the last evaluation without a Jacobian: 0 where it was refused before any work.
   virtual double cost_units() const { return 1.0; }
+  // A method with derivatives takes over at the best point so far.
+  virtual void RefineFromBest() {}
 };
 
 struct OptimiserOptions {
@@ -34,7 +36,7 @@ struct OptimiserOptions {
   double failed_cost_factor = 10.0;  // methods that must be given a number see, where the function
                                      // cannot be evaluated, so many times the cost of the start
   Eigen::VectorXd published_rates;   // of Adam, for "adam_published", shape [P]
-  int seed = 1;                      // of methods that draw
+  int seed = 1;                      // of methods that draw random numbers
   const std::atomic<bool>* cancel = nullptr;  // ends the run when it turns true
 
   void Check() const;  // programmer errors
@@ -57,6 +59,7 @@ struct OptimiserRun {
   double spent = 0.0;
   double seconds = 0.0;           // as in TracePoint
   double jacobian_seconds = 0.0;  // of them, for Jacobians
+  double function_seconds = 0.0;  // of them, for all evaluations; the rest is the method's own work
   int evaluations = 0, jacobians = 0, failed = 0;
 };
 
@@ -73,16 +76,22 @@ class BudgetedFunction {
   // function fails or nothing is left to spend.
   bool Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual, RowMatrix* jacobian);
   bool exhausted() const;
+  // Lets a phase of a method spend so much of the budget in all, or again the whole of it.
+  void LimitTo(double spent) { limit_ = spent; }
+  // ResidualFunction::RefineFromBest; the next evaluation is paid for, also at the last point.
+  void RefineFromBest();
   const OptimiserRun& run() const { return run_; }
 
  private:
+  // The function's, timed.
+  bool Call(RowMatrix* jacobian);
   bool EvaluateResidual(const Eigen::VectorXd& theta);
   bool EvaluateJacobian();
   void Record(double cost);
 
   ResidualFunction& function_;
   const OptimiserOptions& options_;
-  double start_;
+  double start_, limit_;
   Eigen::VectorXd theta_, residual_;  // of the last call
   RowMatrix jacobian_;
   bool valid_ = false;

@@ -3,6 +3,7 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "physics/util/errors.h"
@@ -11,8 +12,7 @@
 namespace drape {
 namespace {
 
-std::vector<OptimiserMethod> AllMethods() {
-  const bool nlopt = NLoptIsThere();
+std::vector<OptimiserMethod> MethodsWithDerivatives() {
   return {{"lm", true, true, "Levenberg–Marquardt (Ceres), the steps of drape_fit"},
           {"lm_patient", true, true, "the same, 50 instead of 5 invalid steps in a row"},
           {"dogleg", true, true, "Powell's dogleg (Ceres)"},
@@ -20,15 +20,62 @@ std::vector<OptimiserMethod> AllMethods() {
           {"lbfgs", true, true, "L-BFGS with Wolfe line search (Ceres)"},
           {"adam_published", true, true, "Adam, learning rates of the published experiments"},
           {"adam_0.03", true, true, "Adam, rate 0.03 in log units"},
-          {"adam_0.1", true, true, "Adam, rate 0.1 in log units"},
-          {"bobyqa", false, nlopt, "BOBYQA (NLopt), quadratic models"},
-          {"sbplx", false, nlopt, "Subplex (NLopt), Nelder–Mead in subspaces"},
-          {"crs", false, nlopt, "controlled random search (NLopt CRS2), in a box"},
-          {"direct", false, nlopt, "DIRECT-L (NLopt), in a box"}};
+          {"adam_0.1", true, true, "Adam, rate 0.1 in log units"}};
 }
 
-std::string Run(const std::string& name, BudgetedFunction& function,
+std::vector<OptimiserMethod> MethodsWithoutDerivatives() {
+  const bool nlopt = NLoptIsThere();
+  std::vector<OptimiserMethod> methods = {
+      {"bobyqa", false, nlopt, "BOBYQA (NLopt), quadratic models"},
+      {"sbplx", false, nlopt, "Subplex (NLopt), Nelder–Mead in subspaces"},
+      {"crs", false, nlopt, "controlled random search (NLopt CRS2), in a box", true},
+      {"direct", false, nlopt, "DIRECT-L (NLopt), in a box"},
+      {"cmaes", false, true, "CMA-ES, in a box", true, false},
+      {"bo", false, true, "Bayesian optimisation, in a box", true, false}};
+  const auto add = [&](const std::string& name, const std::string& summary) {
+    methods.push_back({name, false, true, summary, true, false});
+  };
+  for (const std::string d : {"2", "4", "8"}) add("rembo_" + d, "REMBO, " + d + " numbers");
+  add("rembo_ucb_4", "REMBO, 4 numbers, settings of its first publication");
+  for (const std::string d : {"2", "4", "8"}) add("hesbo_" + d, "HeSBO, " + d + " numbers");
+  return methods;
+}
+
+std::vector<OptimiserMethod> AllMethods() {
+  std::vector<OptimiserMethod> methods = MethodsWithDerivatives(), refined;
+  for (const OptimiserMethod& method : MethodsWithoutDerivatives()) {
+    methods.push_back(method);
+    refined.push_back(method);
+    refined.back().name += "_lm";
+    refined.back().summary +=
+        "; then " + std::to_string(kRefiningRounds) + " rounds of Levenberg–Marquardt";
+    refined.back().by_default = false;
+    refined.back().search = method.name;
+  }
+  methods.insert(methods.end(), refined.begin(), refined.end());
+  return methods;
+}
+
+std::string RunWithoutDerivatives(const std::string& name, BudgetedFunction& function,
+                                  const OptimiserOptions& options) {
+  for (const char* nlopt : {"bobyqa", "sbplx", "crs", "direct"})
+    if (name == nlopt) return RunNLopt(function, name, options);
+  return RunSearch(function, *MakeSearch(name, function.size(), options));
+}
+
+std::string RunRefined(const std::string& search, BudgetedFunction& function,
+                       const OptimiserOptions& options) {
+  function.LimitTo(std::max(1.0, options.budget - RefiningBudget(options)));
+  RunWithoutDerivatives(search, function, options);
+  function.LimitTo(options.budget);
+  return RefineByLevenbergMarquardt(function, kRefiningRounds);
+}
+
+std::string Run(const OptimiserMethod& method, BudgetedFunction& function,
                 const OptimiserOptions& options) {
+  const std::string& name = method.name;
+  if (!method.search.empty()) return RunRefined(method.search, function, options);
+  if (!method.derivatives) return RunWithoutDerivatives(name, function, options);
   constexpr int kInvalidSteps = 5, kPatientInvalidSteps = 50;
   const auto rates = [&](double rate) { return Eigen::VectorXd::Constant(function.size(), rate); };
   if (name == "lm") return RunLevenbergMarquardt(function, kInvalidSteps);
@@ -38,12 +85,16 @@ std::string Run(const std::string& name, BudgetedFunction& function,
   if (name == "lbfgs") return RunLbfgs(function);
   if (name == "adam_0.03") return RunAdam(function, rates(0.03));
   if (name == "adam_0.1") return RunAdam(function, rates(0.1));
-  if (name != "adam_published") return RunNLopt(function, name, options);
+  CHECK_EQ(name, "adam_published");
   CHECK_EQ(options.published_rates.size(), function.size());
   return RunAdam(function, options.published_rates);
 }
 
 }  // namespace
+
+double RefiningBudget(const OptimiserOptions& options) {
+  return (kRefiningRounds + 1) * (1.0 + options.jacobian_cost_units);
+}
 
 const std::vector<OptimiserMethod>& OptimiserMethods() {
   static const std::vector<OptimiserMethod> methods = AllMethods();
@@ -63,9 +114,9 @@ const OptimiserMethod& FindOptimiser(const std::string& name) {
 
 OptimiserRun RunOptimiser(const std::string& name, ResidualFunction& function,
                           const OptimiserOptions& options) {
-  FindOptimiser(name);
+  const OptimiserMethod& method = FindOptimiser(name);
   BudgetedFunction metered(function, options);
-  const std::string end = Run(name, metered, options);
+  const std::string end = Run(method, metered, options);
   OptimiserRun run = metered.run();
   run.method = name;
   run.end = metered.exhausted() ? "budget spent" : end;

@@ -74,10 +74,10 @@ TrustRegionOptions MakeTrustRegionOptions() {
   return options;
 }
 
-std::string Solve(BudgetedFunction& function, ceres::Solver::Options options) {
+std::string Solve(BudgetedFunction& function, ceres::Solver::Options options,
+                  Eigen::VectorXd theta) {
   StopWhenSpent stop(function);
   options.callbacks.push_back(&stop);
-  Eigen::VectorXd theta = Eigen::VectorXd::Zero(function.size());
   ceres::Problem problem;
   problem.AddResidualBlock(new BudgetedCost(function), nullptr, theta.data());
   ceres::Solver::Summary summary;
@@ -90,7 +90,16 @@ std::string Solve(BudgetedFunction& function, ceres::Solver::Options options) {
 std::string RunLevenbergMarquardt(BudgetedFunction& function, int invalid_steps) {
   ceres::Solver::Options options = CeresOptions(function.size(), MakeTrustRegionOptions());
   options.max_num_consecutive_invalid_steps = invalid_steps;
-  return Solve(function, options);
+  return Solve(function, options, Eigen::VectorXd::Zero(function.size()));
+}
+
+std::string RefineByLevenbergMarquardt(BudgetedFunction& function, int rounds) {
+  const Eigen::VectorXd best = function.run().theta;
+  if (best.size() == 0) return "the start cannot be evaluated";
+  function.RefineFromBest();
+  ceres::Solver::Options options = CeresOptions(function.size(), MakeTrustRegionOptions());
+  options.max_num_iterations = rounds;
+  return Solve(function, options, best);
 }
 
 std::string RunDogleg(BudgetedFunction& function, bool subspace) {
@@ -102,7 +111,7 @@ std::string RunDogleg(BudgetedFunction& function, bool subspace) {
   options.dogleg_type = subspace ? ceres::SUBSPACE_DOGLEG : ceres::TRADITIONAL_DOGLEG;
   // Of a step in units of the columns' norms, so of the size of the change of r that it predicts.
   options.initial_trust_region_radius = residual.norm();
-  return Solve(function, options);
+  return Solve(function, options, Eigen::VectorXd::Zero(function.size()));
 }
 
 std::string RunLbfgs(BudgetedFunction& function) {

@@ -2,50 +2,35 @@
 #include <glog/logging.h>
 
 #include <cmath>
-#include <limits>
 #include <map>
 #include <nlopt.hpp>
+#include <optional>
 
+#include "solver/studies/optimisers/methods/metered_cost.h"
 #include "solver/studies/optimisers/methods/optimiser_methods.h"
 
 namespace drape {
 namespace {
 
-// The cost as these methods see it: a finite number everywhere.
+// The cost as these methods see it: a finite number wherever the start has one.
 class FiniteCost {
  public:
   FiniteCost(BudgetedFunction& function, double failed_factor)
-      : function_(function), failed_factor_(failed_factor) {}
+      : function_(function), cost_(function), failed_factor_(failed_factor) {}
 
   double operator()(const std::vector<double>& theta) {
     if (function_.exhausted()) throw nlopt::forced_stop();
-    const Eigen::VectorXd here =
-        Eigen::Map<const Eigen::VectorXd>(theta.data(), static_cast<Eigen::Index>(theta.size()));
-    Eigen::VectorXd residual;
-    if (!function_.Evaluate(here, &residual, nullptr)) {
-      const bool has_start = !function_.run().trace.empty();
-      return has_start ? failed_factor_ * function_.run().trace.front().cost : HUGE_VAL;
-    }
-    const double cost = 0.5 * residual.squaredNorm();
-    Follow(here, cost);
-    return cost;
+    const std::optional<double> cost = cost_.Evaluate(
+        Eigen::Map<const Eigen::VectorXd>(theta.data(), static_cast<Eigen::Index>(theta.size())));
+    if (cost) return *cost;
+    const bool has_start = !function_.run().trace.empty();
+    return has_start ? failed_factor_ * function_.run().trace.front().cost : HUGE_VAL;
   }
 
  private:
-  // A function that starts from the last point with derivatives (DrapeFunction) does not find its
-  // way when that stays behind: once the cost is lower by a tenth, they are requested and counted.
-  void Follow(const Eigen::VectorXd& here, double cost) {
-    constexpr double kGain = 0.9;
-    if (!(cost < kGain * followed_)) return;
-    followed_ = cost;
-    Eigen::VectorXd residual;
-    RowMatrix jacobian;
-    function_.Evaluate(here, &residual, &jacobian);
-  }
-
   BudgetedFunction& function_;
+  MeteredCost cost_;
   double failed_factor_;
-  double followed_ = std::numeric_limits<double>::infinity();
 };
 
 double Objective(const std::vector<double>& theta, std::vector<double>&, void* cost) {

@@ -1,73 +1,65 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/optimisers/optimisers_report.h"
 
-#include <algorithm>
-#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
 #include "solver/job/plot/chart.h"
+#include "solver/studies/optimisers/methods/optimiser.h"
+#include "tools/programs/studies/optimisers/optimisers_charts.h"
 
 namespace drape {
 namespace {
 
-Chart ConvergenceChart(const OptimiserBenchmark& benchmark, double budget) {
-  constexpr int kPoints = 150;
-  constexpr double kLeastGap = 1e-2;
-  Chart chart{.title = "Median over " + std::to_string(benchmark.num_problems()) + " problems",
-              .x = {.label = "spent [rollouts]", .log = true},
-              .y = {.label = "(cost − best) / (start − best)", .log = true, .range = {{1e-2, 1.5}}},
-              .key = KeyPlace::kOutside};
+// "median [lower quartile, upper quartile]"
+std::string Range(const Quartiles& values, const char* format) {
+  std::string text = Format(format, values.median);
+  if (values.low == values.high) return text;
+  return text + " [" + Format(format, values.low) + ", " + Format(format, values.high) + "]";
+}
+
+// Of each method the gap at each budget, and what it spent to reach Levenberg–Marquardt's cost. A
+// refined method has its result at the end only.
+TextTable BudgetTable(const OptimiserBenchmarkOptions& options,
+                      const OptimiserBenchmark& benchmark) {
+  const std::vector<double> budgets = ReportedBudgets(options);
+  const Eigen::MatrixXd reached = SpentToReachLm(benchmark);
+  std::vector<std::string> columns = {"method"};
+  for (const double budget : budgets) columns.push_back(Format("gap at %g", budget));
+  if (reached.size() > 0) {
+    columns.push_back(Format("reaches %g × lm", kReachedFactor));
+    columns.emplace_back("rollouts to it");
+  }
+  TextTable table(columns);
   for (int m = 0; m < benchmark.num_methods(); ++m) {
-    ChartSeries line{.title = benchmark.methods[m]};
-    for (int i = 0; i <= kPoints; ++i) {
-      const double spent = std::pow(budget, double(i) / kPoints);
-      line.points.emplace_back(spent, std::max(kLeastGap, MedianGapAt(benchmark, m, spent)));
+    std::vector<std::string> row = {benchmark.methods[m]};
+    const bool refined = !FindOptimiser(row.front()).search.empty();
+    for (const double budget : budgets)
+      row.push_back(refined && budget < options.optimiser.budget
+                        ? "–"
+                        : Range(GapsAt(benchmark, m, budget), "%.3f"));
+    if (reached.size() > 0) {
+      const Eigen::VectorXd column = reached.col(m);
+      row.push_back(Format("%.2f", ProfileAt(column, std::numeric_limits<double>::max())));
+      row.push_back(Range(ComputeQuartiles({column.begin(), column.end()}), "%.0f"));
     }
-    chart.series.push_back(std::move(line));
+    table.Add(row);
   }
-  return chart;
+  return table;
 }
 
-Chart ProfileChart(const OptimiserBenchmark& benchmark, double tolerance, BudgetUnit unit) {
-  constexpr double kLargestFactor = 100.0;
-  const bool budget = unit == BudgetUnit::kBudget;
-  Chart chart{.title = Format("Solved: %g of the way to the best", 1.0 - tolerance),
-              .x = {.label = budget ? "rollouts by those of the quickest method"
-                                    : "CPU seconds by those of the quickest method",
-                    .log = true},
-              .y = {.label = "share of the problems", .range = {{0.0, 1.02}}},
-              .key = KeyPlace::kOutside};
-  const Eigen::MatrixXd ratios = PerformanceRatios(SpentToSolve(benchmark, tolerance, unit));
-  for (int m = 0; m < benchmark.num_methods(); ++m) {
-    ChartSeries line{.title = benchmark.methods[m], .mark = Mark::kSteps};
-    for (const ProfileStep& step : ProfileSteps(ratios.col(m)))
-      if (step.factor <= kLargestFactor) line.points.emplace_back(step.factor, step.share);
-    line.points.emplace_back(kLargestFactor, ProfileAt(ratios.col(m), kLargestFactor));
-    chart.series.push_back(std::move(line));
+std::string BudgetTables(const OptimiserBenchmarkOptions& options,
+                         const OptimiserBenchmark& benchmark) {
+  std::string text;
+  for (const int parameters : options.parameters) {
+    const OptimiserBenchmark selected = SelectProblems(benchmark, parameters);
+    if (selected.problems.empty()) continue;
+    text +=
+        Format("%d numbers:\n\n", parameters) + BudgetTable(options, selected).Markdown() + "\n";
   }
-  return chart;
-}
-
-Chart BranchChart(const OptimiserBenchmark& benchmark, double branch_tolerance) {
-  Chart chart{.title = "Ends on the branch of the best method",
-              .x = {.tilt = -30},
-              .y = {.label = "share of the problems", .range = {{0.0, 1.1}}}};
-  ChartSeries bars{.mark = Mark::kBars, .colour = "#0072b2"};
-  chart.x.ticks.emplace();
-  for (const MethodScore& score : ScoreMethods(benchmark, branch_tolerance)) {
-    const double x = static_cast<double>(bars.points.size());
-    bars.points.emplace_back(x, score.best_branch);
-    chart.x.ticks->emplace_back(x, score.method);
-    chart.labels.push_back({.text = Format("%.2f", score.best_branch),
-                            .at = {x, score.best_branch + 0.04},
-                            .align = ChartLabel::Align::kCentre,
-                            .font_size = 11});
-  }
-  chart.x.range = {-0.6, static_cast<double>(bars.points.size()) - 0.4};
-  chart.series.push_back(std::move(bars));
-  return chart;
+  return text;
 }
 
 TextTable ProblemTable(const OptimiserBenchmark& benchmark) {
@@ -77,10 +69,16 @@ TextTable ProblemTable(const OptimiserBenchmark& benchmark) {
   for (int p = 0; p < benchmark.num_problems(); ++p) {
     std::vector<std::string> row = {benchmark.problems[p], Format("%.4g", benchmark.StartCost(p))};
     for (int m = 0; m < benchmark.num_methods(); ++m) {
-      const BenchmarkRecord& record = benchmark.Record(p, m);
-      const bool best = &record == &benchmark.Best(p);
-      row.push_back(
-          Format(best ? "**%.4g** (%.2f px)" : "%.4g (%.2f px)", record.run.cost, record.rms_px));
+      std::vector<double> costs, rms;
+      bool best = false;
+      for (const BenchmarkRecord& record : benchmark.Runs(p, m)) {
+        costs.push_back(record.run.cost);
+        rms.push_back(record.rms_px);
+        best = best || &record == &benchmark.Best(p);
+      }
+      const std::string cost = Range(ComputeQuartiles(costs), "%.4g");
+      row.push_back((best ? "**" + cost + "**" : cost) +
+                    Format(" (%.2f px)", ComputeQuartiles(rms).median));
     }
     table.Add(row);
   }
@@ -88,26 +86,34 @@ TextTable ProblemTable(const OptimiserBenchmark& benchmark) {
 }
 
 std::string TraceCsv(const OptimiserBenchmark& benchmark) {
-  std::string text = "problem,method,spent_rollouts,cpu_s,cost\n";
-  for (const BenchmarkRecord& record : benchmark.records)
-    for (const TracePoint& point : record.run.trace)
-      text += record.problem + "," + record.run.method +
-              Format(",%.6g,%.6g,%.9g\n", point.spent, point.seconds, point.cost);
+  std::string text = "problem,method,seed,spent_rollouts,cpu_s,cost\n";
+  for (const std::vector<BenchmarkRecord>& all : benchmark.runs)
+    for (const BenchmarkRecord& record : all)
+      for (const TracePoint& point : record.run.trace)
+        text += record.problem + "," + record.run.method +
+                Format(",%d,%.6g,%.6g,%.9g\n", record.seed, point.spent, point.seconds, point.cost);
   return text;
 }
 
-void WritePictures(const OptimiserBenchmarkOptions& options, const OptimiserBenchmark& benchmark,
-                   const OutputFolder& out) {
-  WritePicture(out.Staged("convergence.png"),
-               {.charts = {ConvergenceChart(benchmark, options.optimiser.budget)}});
-  WritePicture(out.Staged("profiles.png"),
-               {.charts = {ProfileChart(benchmark, kLooseTolerance, BudgetUnit::kBudget),
-                           ProfileChart(benchmark, kLooseTolerance, BudgetUnit::kSeconds),
-                           ProfileChart(benchmark, kTightTolerance, BudgetUnit::kBudget),
-                           ProfileChart(benchmark, kTightTolerance, BudgetUnit::kSeconds)}});
-  WritePicture(
-      out.Staged("branches.png"),
-      {.width = 820, .height = 420, .charts = {BranchChart(benchmark, options.branch_tolerance)}});
+nlohmann::json ToJson(const Quartiles& values) {
+  return {{"low", values.low}, {"median", values.median}, {"high", values.high}};
+}
+
+nlohmann::json ToJson(const BenchmarkRecord& record) {
+  return {{"problem", record.problem},
+          {"method", record.run.method},
+          {"seed", record.seed},
+          {"cost", record.shape.size() > 0 ? nlohmann::json(record.run.cost) : nlohmann::json()},
+          {"end", record.run.end},
+          {"spent", record.run.spent},
+          {"cpu_s", record.run.seconds},
+          {"own_cpu_s", record.run.seconds - record.run.function_seconds},
+          {"failed", record.run.failed},
+          {"rms_px", record.rms_px},
+          {"settled_rms_px", record.settled_rms_px},
+          {"drift_m", record.drift},
+          {"coupling", record.coupling},
+          {"lowest_eigenvalue", record.stiffness}};
 }
 
 nlohmann::json MakeSummary(const OptimiserBenchmarkOptions& options,
@@ -118,52 +124,52 @@ nlohmann::json MakeSummary(const OptimiserBenchmarkOptions& options,
                             {"budget_rollouts", options.optimiser.budget},
                             {"jacobian_cost_units", options.optimiser.jacobian_cost_units},
                             {"jacobian_cost_measured", MeasuredJacobianCost(benchmark)}};
-  for (const MethodScore& score : ScoreMethods(benchmark, options.branch_tolerance))
-    summary["methods"].push_back({{"name", score.method},
-                                  {"solved_at_0.1", score.solved_loose},
-                                  {"solved_at_0.01", score.solved_tight},
-                                  {"wins", score.wins},
-                                  {"best_branch", score.best_branch},
-                                  {"median_gap", score.median_gap},
-                                  {"mean_rms_px", score.mean_rms_px},
-                                  {"mean_settled_rms_px", score.mean_settled_rms_px},
-                                  {"largest_coupling", score.largest_coupling},
-                                  {"failed_share", score.failed},
-                                  {"median_cpu_s", score.median_seconds}});
-  for (const BenchmarkRecord& record : benchmark.records)
-    summary["runs"].push_back(
-        {{"problem", record.problem},
-         {"method", record.run.method},
-         {"cost", record.shape.size() > 0 ? nlohmann::json(record.run.cost) : nlohmann::json()},
-         {"end", record.run.end},
-         {"spent", record.run.spent},
-         {"cpu_s", record.run.seconds},
-         {"failed", record.run.failed},
-         {"rms_px", record.rms_px},
-         {"settled_rms_px", record.settled_rms_px},
-         {"drift_m", record.drift},
-         {"coupling", record.coupling},
-         {"lowest_eigenvalue", record.stiffness}});
+  const Eigen::MatrixXd reached = SpentToReachLm(benchmark);
+  for (const MethodScore& score : ScoreMethods(benchmark, options.branch_tolerance)) {
+    const int m = static_cast<int>(summary["methods"].size());
+    nlohmann::json method = {{"name", score.method},
+                             {"solved_at_0.1", score.solved_loose},
+                             {"solved_at_0.01", score.solved_tight},
+                             {"wins", score.wins},
+                             {"best_branch", score.best_branch},
+                             {"gap", ToJson(score.gap)},
+                             {"mean_rms_px", score.mean_rms_px},
+                             {"mean_settled_rms_px", score.mean_settled_rms_px},
+                             {"largest_coupling", score.largest_coupling},
+                             {"failed_share", score.failed},
+                             {"median_cpu_s", score.median_seconds},
+                             {"median_own_cpu_s", score.median_own_seconds}};
+    for (const double budget : ReportedBudgets(options))
+      method["gaps"].push_back(
+          {{"rollouts", budget}, {"gap", ToJson(GapsAt(benchmark, m, budget))}});
+    if (reached.size() > 0)
+      method["reaches_lm"] = ProfileAt(reached.col(m), std::numeric_limits<double>::max());
+    summary["methods"].push_back(std::move(method));
+  }
+  for (const std::vector<BenchmarkRecord>& all : benchmark.runs)
+    for (const BenchmarkRecord& record : all) summary["runs"].push_back(ToJson(record));
   return summary;
 }
 
 }  // namespace
 
 TextTable MakeMethodTable(const OptimiserBenchmark& benchmark, double branch_tolerance) {
-  TextTable table({"method", "within 10 %", "within 1 %", "best", "best branch", "median gap",
-                   "rms [px]", "settled rms [px]", "c12^2/(c11 c22)", "failed", "CPU s"});
+  TextTable table({"method", "within 10 %", "within 1 %", "best", "best branch", "gap", "rms [px]",
+                   "settled rms [px]", "c12^2/(c11 c22)", "failed", "CPU s", "own CPU s"});
   for (const MethodScore& score : ScoreMethods(benchmark, branch_tolerance))
     table.Add({score.method, Format("%.2f", score.solved_loose), Format("%.2f", score.solved_tight),
                Format("%.2f", score.wins), Format("%.2f", score.best_branch),
-               Format("%.4f", score.median_gap), Format("%.2f", score.mean_rms_px),
+               Range(score.gap, "%.4f"), Format("%.2f", score.mean_rms_px),
                Format("%.2f", score.mean_settled_rms_px), Format("%.3f", score.largest_coupling),
-               Format("%.2f", score.failed), Format("%.1f", score.median_seconds)});
+               Format("%.2f", score.failed), Format("%.1f", score.median_seconds),
+               Format("%.1f", score.median_own_seconds)});
   return table;
 }
 
 void WriteBenchmarkReport(const OptimiserBenchmarkOptions& options, const OutputFolder& out,
                           OptimiserBenchmark* benchmark) {
-  const std::string missing = TryPictures([&] { WritePictures(options, *benchmark, out); });
+  const std::string missing =
+      TryPictures([&] { WriteBenchmarkPictures(options, *benchmark, out); });
   if (!missing.empty()) benchmark->notes.push_back(missing.substr(0, missing.find('\n')));
   std::string report =
       MakeMethodTable(*benchmark, options.branch_tolerance).Markdown() +
@@ -171,7 +177,7 @@ void WriteBenchmarkReport(const OptimiserBenchmarkOptions& options, const Output
           "\nA Jacobian cost %.2f rollouts of CPU time beside its own; "
           "it was paid with %g.\n\n",
           MeasuredJacobianCost(*benchmark), options.optimiser.jacobian_cost_units) +
-      ProblemTable(*benchmark).Markdown();
+      BudgetTables(options, *benchmark) + ProblemTable(*benchmark).Markdown();
   for (const std::string& note : benchmark->notes) report += "\n" + note + "\n";
   WriteFileAtomically(out.Staged("report.md"), report);
   WriteFileAtomically(out.Staged("traces.csv"), TraceCsv(*benchmark));

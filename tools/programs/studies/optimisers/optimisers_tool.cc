@@ -12,8 +12,7 @@
 namespace drape {
 namespace {
 
-std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
-  FitSpec& spec = options.spec;
+std::vector<Option> ImageOptions(OptimiserBenchmarkOptions& options) {
   return {
       {.key = "twins",
        .value = &options.twins,
@@ -45,6 +44,12 @@ std::vector<Option> ProblemOptions(OptimiserBenchmarkOptions& options) {
        .doc =
            "start tables of the fits to real silhouettes: one file for all or one per silhouette",
        .is_path = true},
+  };
+}
+
+std::vector<Option> FittingOptions(OptimiserBenchmarkOptions& options) {
+  FitSpec& spec = options.spec;
+  return {
       {.key = "min_relative_stiffness",
        .value = &spec.min_relative_stiffness,
        .doc = "smallest start entry relative to the largest of its column; smaller ones are raised "
@@ -86,7 +91,9 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
       {.key = "methods",
        .value = &options.methods,
        .doc = "methods among lm, lm_patient, dogleg, subspace_dogleg, lbfgs, adam_published, "
-              "adam_0.03, adam_0.1 and, with NLopt, bobyqa, sbplx, crs, direct; none: all"},
+              "adam_0.03, adam_0.1 and, with NLopt, bobyqa, sbplx, crs, direct (none: all of "
+              "these); cmaes, bo, rembo_2, rembo_4, rembo_8, rembo_ucb_4, hesbo_2, hesbo_4, "
+              "hesbo_8; a method from bobyqa on followed by _lm ends with 20 rounds of lm"},
       {.key = "budget",
        .value = &optimiser.budget,
        .doc = "budget of each run in rollouts",
@@ -99,7 +106,7 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
        .most = 1000},
       {.key = "bound",
        .value = &optimiser.bound,
-       .doc = "largest log factor for the methods of NLopt",
+       .doc = "largest log factor for the methods without derivatives",
        .least = 0,
        .most = 20,
        .above_least = true},
@@ -109,10 +116,26 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
        .least = 1,
        .most = 1e6,
        .above_least = true},
+  };
+}
+
+std::vector<Option> RunOptions(OptimiserBenchmarkOptions& options) {
+  return {
       {.key = "method_seed",
-       .value = &optimiser.seed,
-       .doc = "random seed of the stochastic methods",
-       .least = 0},
+       .value = &options.optimiser.seed,
+       .doc = "first random seed of the stochastic methods",
+       .least = 0,
+       .most = 1000000000},
+      {.key = "num_seeds",
+       .value = &options.seeds,
+       .doc = "runs of each stochastic method, with this and the following seeds",
+       .least = 1,
+       .most = 1000},
+      {.key = "checkpoints",
+       .value = &options.checkpoints,
+       .doc = "budgets at which tables also report the costs, where they are below the budget",
+       .least = 1,
+       .most = 1e6},
       {.key = "branch_tolerance",
        .value = &options.branch_tolerance,
        .doc = "largest root mean square distance of the vertices of two drapes on the same branch",
@@ -144,16 +167,18 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
               "drape_compare_optimisers --config=configs/studies/compare_optimisers.json "
               "--out=out/optimisers",
           .notes =
-              "files: summary.json, report.md, traces.csv, convergence.png, profiles.png and "
-              "branches.png. They replace the files of an earlier run together, at the end. twins/ "
+              "files: summary.json, report.md, traces.csv, convergence.png, profiles.png, "
+              "data_profiles.png, quartiles.png and branches.png. They replace the files of an "
+              "earlier run together, at the end. twins/ "
               "and runs/: an interrupted run continues from them.\n"
               "exit code 3: no problem has a start\n"
               "Ctrl-C keeps the finished runs.\n",
           .options = Concatenate(
-              Grouped("problems", Concatenate(ProblemOptions(options), CommonFitOptions(options))),
+              Grouped("problems", Concatenate(ImageOptions(options), FittingOptions(options))),
               Grouped("camera of the images", CameraOptions(options.spec.observation.camera)),
               Grouped("methods and results",
-                      Concatenate(MethodOptions(options), CellOptions(options.cells))))};
+                      Concatenate(MethodOptions(options),
+                                  Concatenate(RunOptions(options), CellOptions(options.cells)))))};
 }
 
 std::string ListOptimiserText(const OptimiserBenchmarkOptions& options) {
@@ -166,7 +191,7 @@ OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const Run
   const bool is_share = options.cells.ParseShare().has_value();
   const OutputFolder out(options.out,
                          {"summary.json", "report.md", "traces.csv", "convergence.png",
-                          "profiles.png", "branches.png"},
+                          "profiles.png", "data_profiles.png", "quartiles.png", "branches.png"},
                          is_share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
   OptimiserBenchmark benchmark = RunOptimiserBenchmark(options, control);
   if (benchmark.problems.empty()) return benchmark;
