@@ -47,7 +47,7 @@ std::vector<Option> ImageOptions(OptimiserBenchmarkOptions& options) {
   };
 }
 
-std::vector<Option> FittingOptions(OptimiserBenchmarkOptions& options) {
+std::vector<Option> StartTableOptions(OptimiserBenchmarkOptions& options) {
   FitSpec& spec = options.spec;
   return {
       {.key = "min_relative_stiffness",
@@ -60,7 +60,7 @@ std::vector<Option> FittingOptions(OptimiserBenchmarkOptions& options) {
   };
 }
 
-std::vector<Option> CommonFitOptions(OptimiserBenchmarkOptions& options) {
+std::vector<Option> FittingOptions(OptimiserBenchmarkOptions& options) {
   FitSpec& spec = options.spec;
   return {
       MeshOption("mesh", &options.mesh, "mesh of the fits"),
@@ -174,7 +174,9 @@ OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
               "exit code 3: no problem has a start\n"
               "Ctrl-C keeps the finished runs.\n",
           .options = Concatenate(
-              Grouped("problems", Concatenate(ImageOptions(options), FittingOptions(options))),
+              Grouped("problems",
+                      Concatenate(ImageOptions(options), Concatenate(StartTableOptions(options),
+                                                                     FittingOptions(options)))),
               Grouped("camera of the images", CameraOptions(options.spec.observation.camera)),
               Grouped("methods and results",
                       Concatenate(MethodOptions(options),

@@ -10,6 +10,7 @@
 #include "physics/material/material_io.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
 #include "solver/job/plot/chart.h"
 #include "solver/posterior/space/space_io.h"
@@ -94,7 +95,7 @@ std::vector<Option> RecognitionOptions(SpaceToolOptions& options) {
 
 std::map<std::string, std::string> Settings(const SpaceToolOptions& options,
                                             const std::set<std::string>& without) {
-  std::map<std::string, std::string> settings = {{"drapefit", DrapefitVersion()}};
+  std::map<std::string, std::string> settings = {{"drapefit", BuildVersion()}};
   SpaceToolOptions copy = options;
   for (const Option& option : SpaceTable(copy).options)
     if (!without.contains(option.key)) settings[option.key] = ValueText(option);
