@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -143,28 +142,29 @@ std::vector<Bound> FindBounds(const ComparisonTable& table) {
 
 // Held-out error against one cost of the models, named beside their points; `of` takes it.
 template <class Of>
-Chart CostPanel(const std::vector<ModelPoint>& points, const std::vector<Bound>& bounds,
+Chart CostPanel(std::vector<ModelPoint> points, const std::vector<Bound>& bounds,
                 const std::string& cost, const Of& of) {
   constexpr char kBlue[] = "#0072b2", kGrey[] = "#555555";
+  constexpr double kFits = 1e-3;  // room of an axis that its lines fill
+  constexpr double kLevel = 1.1;  // of the names over their points [characters]
   Chart chart{
-      .x = {.label = cost, .log = true},
+      .x = {.label = cost, .log = true, .room = kFits},
       .y = {.label = "energy score of held-out drapes, lower is better", .log = true, .room = 0.12},
       .key = KeyPlace::kNone};
+  std::erase_if(points, [&](const ModelPoint& point) { return !(of(point) > 0.0); });
+  if (points.empty()) return chart;
+  std::sort(points.begin(), points.end(),
+            [&](const ModelPoint& a, const ModelPoint& b) { return of(a) < of(b); });
   ChartSeries models{.mark = Mark::kPoints, .colour = kBlue, .size = 1.5};
-  double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const ModelPoint& point : points) {
-    if (!(of(point) > 0.0)) continue;
     models.points.emplace_back(of(point), point.held_out);
-    least = std::min(least, of(point));
-    most = std::max(most, of(point));
-    chart.labels.push_back({.text = point.model,
-                            .at = models.points.back(),
-                            .font_size = 10,
-                            .offset = {0.8, models.points.size() % 2 == 0 ? 0.5 : -0.5}});
+    chart.labels.push_back(
+        {.text = point.model,
+         .at = models.points.back(),
+         .font_size = 10,
+         .offset = {-1.0, kLevel * (1 + static_cast<double>(models.points.size() % 3))}});
   }
-  if (models.points.empty()) return chart;
-  const double left = least / 2.0, right = most * 6.0;
-  chart.x.range = {{left, right}};
+  const double left = of(points.front()) / 2.0, right = of(points.back()) * 6.0;
   for (const Bound& bound : bounds) {
     chart.series.push_back({.points = {{left, bound.energy}, {right, bound.energy}},
                             .colour = kGrey,
