@@ -35,4 +35,14 @@ struct GrowthSeries {
 void RenderGrowthChart(const std::string& path, const std::string& title,
                        const std::string& cost_name, const std::vector<GrowthSeries>& series);
 
+// What a drape costs and how far it is off, of one program on one machine.
+struct CodeSeries {
+  std::string name;
+  std::vector<double> vertices = {}, seconds = {}, radius_mm = {};  // of equal size, above 0
+};
+// Error against time, log–log, a labelled line for each program, and the scatter between samples of
+// a fabric as a dashed one. Writes path.png and path.svg.
+void RenderCodesChart(const std::string& path, const std::string& cost_name,
+                      const std::vector<CodeSeries>& codes);
+
 }  // namespace drape

@@ -10,6 +10,7 @@
 
 #include "physics/util/run_control.h"
 #include "solver/studies/bench/cases/bench_fit.h"
+#include "solver/studies/bench/speed_table.h"
 #include "solver/studies/bench/work_precision.h"
 #include "solver/studies/cells/cell_folder.h"
 #include "solver/studies/cells/share.h"
@@ -30,6 +31,7 @@ struct BenchJob {
   // Of the runs; none: all. A share keeps its runs in cells/ and has no runs.csv; a run of all
   // takes the finished ones of cells/ over.
   std::optional<Share> share;
+  PublishedSpeeds published = {};  // beside drapes in a chart of their own
 };
 
 struct BenchRun {

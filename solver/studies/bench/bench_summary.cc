@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "physics/util/text_format.h"
 #include "solver/studies/bench/pareto.h"
 
 namespace drape {
@@ -126,12 +127,53 @@ std::vector<GrowthSeries> MakeGrowth(const BenchJob& job, const BenchResult& res
   return all;
 }
 
+std::vector<CodeSeries> CompareCodes(const BenchResult& result, BenchMeasure time,
+                                     const PublishedSpeeds& published) {
+  std::vector<CodeSeries> codes;
+  std::vector<const BenchRecord*> reference_law;
+  for (const auto& [setting, record] : result.runs) {
+    if (!record.ok() || !(record[kRadiusMm] > 0)) continue;
+    if (setting.law != "smooth") {
+      reference_law.push_back(&record);
+      continue;
+    }
+    const std::string name =
+        "drapefit, " + (setting.backend == "cpu" ? Format("%d thread%s", setting.threads,
+                                                          setting.threads == 1 ? "" : "s")
+                                                 : Format("GPU, %d at once", setting.batch));
+    auto it =
+        std::find_if(codes.begin(), codes.end(), [&](const auto& s) { return s.name == name; });
+    if (it == codes.end()) it = codes.insert(it, {.name = name});
+    it->vertices.push_back(record[kVertices]);
+    it->seconds.push_back(record[time]);
+    it->radius_mm.push_back(record[kRadiusMm]);
+  }
+  if (reference_law.empty()) return {};
+  constexpr double kAlike = 0.1;  // share of the vertices
+  for (const PublishedSpeed& row : published.rows) {
+    CodeSeries code{.name = row.name + ", " + row.machine};
+    for (std::size_t i = 0; i < row.forward.size(); ++i)
+      for (const BenchRecord* ours : reference_law)
+        if (std::abs((*ours)[kVertices] / published.vertices[i] - 1) < kAlike) {
+          code.vertices.push_back(published.vertices[i]);
+          code.seconds.push_back(kPublishedSteps * row.forward[i]);
+          code.radius_mm.push_back((*ours)[kRadiusMm]);
+          break;
+        }
+    if (!code.seconds.empty()) codes.push_back(std::move(code));
+  }
+  return codes;
+}
+
 void RenderBenchCharts(const std::string& folder, const BenchJob& job, const BenchResult& result,
                        BenchMeasure time) {
   for (const BenchMeasure error : ListErrors(job.work))
     RenderFrontChart(folder + "/front_" + NameFor(error), MakeChart(job, result, time, error));
   RenderGrowthChart(folder + "/growth", std::string("Growth with the mesh: ") + ToString(job.work),
                     TimeName(time), ShownGrowth(job, result, time));
+  if (const std::vector<CodeSeries> codes = CompareCodes(result, time, job.published);
+      !job.published.rows.empty() && !codes.empty())
+    RenderCodesChart(folder + "/codes", TimeName(time), codes);
 }
 
 }  // namespace drape

@@ -25,7 +25,16 @@ std::vector<int> AccuracyFront(const BenchResult& result, BenchMeasure time, Ben
 std::vector<GrowthSeries> MakeGrowth(const BenchJob& job, const BenchResult& result,
                                      BenchMeasure time);
 
-// front_<error>.png and .svg for each error, growth.png and .svg, in `folder`.
+// The runs of the smooth law that are at rest on the branch, one series for each backend and batch,
+// and the published programs, whose cloth is that of the reference law: their time is that of
+// kPublishedSteps steps, their error that of our drape by that law on a mesh of about as many
+// vertices, which leaves out errors of their steps. Empty without runs of the reference law.
+inline constexpr int kPublishedSteps = 100;
+std::vector<CodeSeries> CompareCodes(const BenchResult& result, BenchMeasure time,
+                                     const PublishedSpeeds& published);
+
+// front_<error>.png and .svg for each error, growth.png and .svg, and, of drapes where
+// job.published has rows, codes.png and .svg, in `folder`.
 void RenderBenchCharts(const std::string& folder, const BenchJob& job, const BenchResult& result,
                        BenchMeasure time);
 

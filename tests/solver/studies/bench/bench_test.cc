@@ -347,5 +347,36 @@ TEST(AccuracyTable, RefusesNumbersOutOfRange) {
   EXPECT_THAT(error("version", 1), HasSubstr("found 1, expected 2, a table of drapes at rest"));
 }
 
+BenchRun MakeRun(const std::string& law, double vertices, double seconds, double radius_mm) {
+  BenchRun run;
+  run.setting.law = law;
+  run.record.status = kRunOk;
+  run.record[kVertices] = vertices;
+  run.record[kCpuSeconds] = seconds;
+  run.record[kRadiusMm] = radius_mm;
+  return run;
+}
+
+TEST(CompareCodes, GivesAPublishedProgramTheErrorOfItsMesh) {
+  BenchResult result;
+  result.runs = {MakeRun("smooth", 300, 0.05, 2.0), MakeRun("reference", 300, 0.06, 8.0),
+                 MakeRun("reference", 1200, 0.4, 3.3)};
+  PublishedSpeeds published{.vertices = {297, 1205, 2699}, .rows = {}};
+  published.rows.push_back({.name = "other",
+                            .machine = "a GPU",
+                            .source = "",
+                            .forward = {0.01, 0.03, 0.1},
+                            .backward = {}});
+  const std::vector<CodeSeries> codes = CompareCodes(result, kCpuSeconds, published);
+  ASSERT_EQ(codes.size(), 2u);
+  EXPECT_EQ(codes[0].name, "drapefit, 1 thread");
+  EXPECT_EQ(codes[0].radius_mm, std::vector<double>{2.0});
+  EXPECT_EQ(codes[1].name, "other, a GPU");
+  EXPECT_EQ(codes[1].seconds, (std::vector<double>{1.0, 3.0}));
+  EXPECT_EQ(codes[1].radius_mm, (std::vector<double>{8.0, 3.3}));  // no run is like the third mesh
+  result.runs.resize(1);
+  EXPECT_TRUE(CompareCodes(result, kCpuSeconds, published).empty());
+}
+
 }  // namespace
 }  // namespace drape::test

@@ -172,6 +172,12 @@ std::vector<Option> FitOptionList(BenchToolOptions& options) {
 
 std::vector<Option> FileOptions(BenchToolOptions& options) {
   return {
+      {.key = "published",
+       .value = &options.published,
+       .doc = "drapes: file of published times of a step, such as "
+              "configs/studies/speed_published.json, drawn beside the runs in codes.png; needs the "
+              "laws smooth and reference",
+       .is_path = true},
       {.key = "table",
        .value = &options.table,
        .doc = "drapes: file to write the table of --accuracy to",
@@ -262,6 +268,7 @@ BenchJob MakeJob(const BenchToolOptions& given) {
   job.fit.spec.coarse_mesh = job.problem.coarse_mesh;
   job.fit.held_out = Expanded(options.held_out);
   job.out = options.out;
+  if (!options.published.empty()) job.published = ReadPublishedSpeeds(options.published);
   if (job.work == BenchWork::kFit && job.fit.data.images.empty()) AddSyntheticImage(options, &job);
   job.common = CommonText(options, job);
   job.share = options.cells.ParseShare();
@@ -271,6 +278,8 @@ BenchJob MakeJob(const BenchToolOptions& given) {
 void CheckOptions(const BenchToolOptions& options) {
   if (!options.table.empty() && options.work != "forward")
     throw InputError("option 'table'", "found work " + options.work + ", expected forward");
+  if (!options.published.empty() && options.work != "forward")
+    throw InputError("option 'published'", "found work " + options.work + ", expected forward");
   for (const int threads : options.job.axes.threads) RequireThreads(threads);
   const StagedFitOptions& stages = options.job.fit.spec.stages;
   if (stages.candidates_per_round.size() != stages.iterations.size())
@@ -311,7 +320,8 @@ OptionTable BenchTable(BenchToolOptions& options) {
       .example = "drape_bench --config=configs/studies/bench/quick.json --out=out/bench",
       .notes =
           "files: runs.csv (one line per run, written as it ends), bench.json (fronts, "
-          "exponents of growth, all runs), front_<error>.png and .svg, growth.png and .svg\n"
+          "exponents of growth, all runs), front_<error>.png and .svg, growth.png and .svg, "
+          "with --published codes.png and .svg\n"
           "The fronts are made of drapes at rest: at most 1e-6 of the weight is left as a force, "
           "and "
           "released, no vertex moves further than 1 mm. Other runs are shown in grey.\n"
