@@ -190,7 +190,7 @@ void RenderCodesChart(const std::string& path, const std::string& cost_name,
               .y = {.label = "error of the mean radius [mm], 1 mm is 1.7 points of DC",
                     .log = true,
                     .room = kRoom},
-              .key = KeyPlace::kTopRight};
+              .key = KeyPlace::kBottomRight};
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const CodeSeries& code : codes) {
     ChartSeries line{.title = code.name,
