@@ -4,9 +4,9 @@
 #include <glog/logging.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <set>
 
 #include "physics/material/material_scaling.h"
@@ -120,6 +120,34 @@ FabricBelief MakeBelief(const SpaceFrame& frame, const StoredPosterior& posterio
 
 }  // namespace
 
+std::vector<std::string> ShortNames(const std::vector<std::string>& folders) {
+  std::vector<std::vector<std::string>> paths;
+  std::vector<std::string> names;
+  for (const std::string& folder : folders) {
+    names.push_back(LastName(folder));
+    std::vector<std::string> parts;
+    for (const fs::path& part : fs::path(folder).lexically_normal())
+      if (!part.empty()) parts.push_back(part.string());
+    paths.push_back(std::move(parts));
+  }
+  if (std::set<std::string>(names.begin(), names.end()).size() == names.size()) return names;
+  const auto share = [&](const auto& part_of) {
+    return std::all_of(paths.begin(), paths.end(), [&](const auto& path) {
+      return path.size() > 1 && part_of(path) == part_of(paths.front());
+    });
+  };
+  while (share([](const auto& path) { return path.front(); }))
+    for (auto& path : paths) path.erase(path.begin());
+  while (share([](const auto& path) { return path.back(); }))
+    for (auto& path : paths) path.pop_back();
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    fs::path name;
+    for (const std::string& part : paths[i]) name /= part;
+    names[i] = name.string();
+  }
+  return names;
+}
+
 std::vector<BeliefLevel> SpaceFrame::Levels() const {
   if (kind == PosteriorKind::kElements) return {BeliefLevel::kElement};
   return {BeliefLevel::kFabric, BeliefLevel::kSpecimen};
@@ -208,10 +236,8 @@ FabricBeliefs ReadFabricBeliefs(const std::vector<std::string>& folders, SpaceBy
   SetCommonBase(posteriors, folders, &beliefs.frame);
   for (std::size_t i = 0; i < folders.size(); ++i)
     beliefs.fabrics.push_back(MakeBelief(beliefs.frame, posteriors[i], folders[i]));
-  std::map<std::string, int> uses;
-  for (const FabricBelief& fabric : beliefs.fabrics) ++uses[fabric.name];
-  for (FabricBelief& fabric : beliefs.fabrics)
-    if (uses[fabric.name] > 1) fabric.name = fabric.folder;
+  const std::vector<std::string> names = ShortNames(folders);
+  for (std::size_t i = 0; i < folders.size(); ++i) beliefs.fabrics[i].name = names[i];
   return beliefs;
 }
 

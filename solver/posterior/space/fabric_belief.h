@@ -69,6 +69,10 @@ struct FabricBelief {
 // In z.
 NormalDistribution BeliefAt(const SpaceFrame& frame, const FabricBelief& fabric, BeliefLevel level);
 
+// The last parts of the folders where they differ, otherwise their paths without the parts at the
+// beginning and at the end that all have in common: "fabric_3" of "out/fabric_3/sample_1".
+std::vector<std::string> ShortNames(const std::vector<std::string>& folders);
+
 struct FabricBeliefs {
   SpaceFrame frame;
   std::vector<FabricBelief> fabrics;

@@ -68,15 +68,25 @@ Chart TreeChart(const MaterialSpace& space, const std::vector<int>& order, const
           .box = box};
 }
 
+// The Hellinger metric; no number where the data of the pair determine no direction in common.
+Eigen::MatrixXd KnownDistances(const MaterialSpace& space) {
+  Eigen::MatrixXd known = space.hellinger;
+  for (const PairDistances& pair : space.pairs)
+    if (pair.directions == 0)
+      known(pair.first, pair.second) = known(pair.second, pair.first) = kGap;
+  return known;
+}
+
 Chart CellsChart(const MaterialSpace& space, const std::vector<int>& order, const ChartBox& box) {
   const double count = double(order.size());
+  const Eigen::MatrixXd known = KnownDistances(space);
   ChartSeries cells{.mark = Mark::kPolygons};
   ChartAxis names{.range = {{count - 0.5, -0.5}}};
   names.ticks.emplace();
   for (std::size_t i = 0; i < order.size(); ++i) {
     names.ticks->emplace_back(double(i), space.beliefs.fabrics[order[i]].name);
     for (std::size_t j = 0; j < order.size(); ++j) {
-      const double x = double(j), y = double(i), value = space.hellinger(order[i], order[j]);
+      const double x = double(j), y = double(i), value = known(order[i], order[j]);
       for (const Eigen::Vector2d& at :
            {Eigen::Vector2d(x - 0.5, y - 0.5), Eigen::Vector2d(x + 0.5, y - 0.5),
             Eigen::Vector2d(x + 0.5, y + 0.5), Eigen::Vector2d(x - 0.5, y + 0.5)}) {

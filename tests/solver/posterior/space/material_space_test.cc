@@ -264,5 +264,14 @@ TEST_F(MaterialSpaceTest, ElementsHaveDistancesAlone) {
   EXPECT_NEAR(space.pairs[0].share_of_prior[0], 0.0, 1e-9);
 }
 
+TEST(ShortNames, LeaveOutWhatAllPathsShare) {
+  EXPECT_EQ(ShortNames({"a/wool", "b/cotton/"}), (std::vector<std::string>{"wool", "cotton"}));
+  EXPECT_EQ(ShortNames({"/o/fabric_1/sample_1", "/o/fabric_2/sample_1"}),
+            (std::vector<std::string>{"fabric_1", "fabric_2"}));
+  EXPECT_EQ(ShortNames({"o/1/fit", "o/2/fit", "o/2/more/fit"}),
+            (std::vector<std::string>{"1", "2", "2/more"}));
+  EXPECT_EQ(ShortNames({"fit", "fit"}), (std::vector<std::string>{"fit", "fit"}));
+}
+
 }  // namespace
 }  // namespace drape::test

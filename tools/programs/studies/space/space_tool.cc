@@ -213,7 +213,9 @@ OptionTable SpaceTable(SpaceToolOptions& options) {
       .example = "drape_space --posteriors=out/fabric_1,out/fabric_2,out/fabric_3 --out=out/space",
       .notes =
           "files: space.json, distances.csv (one line per pair of fabrics and level), heat_map.png "
-          "(Hellinger metric with a tree by average linkage), map.png (Wasserstein metric in a "
+          "(Hellinger metric, white where a pair has no determined direction, and a tree by "
+          "average "
+          "linkage), map.png (Wasserstein metric in a "
           "plane), textile_map.png (bending lengths along warp and weft); with --recognise "
           "recognition.md\n"
           "All fits must have the same free numbers and prior. drape_fit --prior=space.json takes "
