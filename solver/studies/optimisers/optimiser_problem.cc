@@ -17,6 +17,7 @@
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
 #include "solver/fit/protocol/staged_fit.h"
+#include "solver/forward/settle.h"
 #include "solver/studies/optimisers/drape_function.h"
 #include "solver/studies/optimisers/methods/optimiser.h"
 
@@ -24,8 +25,6 @@ namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kSettleSteps = 300;
 
 // The silhouette of a fabric's drape at rest from a random start.
 GrayImage TwinImage(const OptimiserBenchmarkOptions& options, const MaterialField& fabric,
@@ -80,20 +79,16 @@ double RmsPx(const FitInput& input, const Eigen::VectorXd& x) {
       .value_or(std::numeric_limits<double>::infinity());
 }
 
-void Recheck(const FitInput& input, Backend& backend, double time_step,
-             const MaterialField& material, BenchmarkRecord* record) {
+void Recheck(const FitInput& input, Backend& backend, const MaterialField& material,
+             BenchmarkRecord* record) {
   record->coupling = LargestSquaredCoupling(material.stretch.front());
   record->rms_px = record->settled_rms_px = RmsPx(input, record->shape);
   StepSolver solver(input.fine.model);
   const Eigen::VectorXd lowest = LowestEigenvalues(solver, material, record->shape, 1);
   if (lowest.size() > 0) record->stiffness = lowest[0];
-  const State rest{record->shape, Eigen::VectorXd::Zero(record->shape.size())};
-  const RolloutInput rollout{&material, &rest};
-  const RolloutResult end =
-      backend.Rollouts({&rollout, 1}, {.h = time_step, .steps = kSettleSteps}, nullptr).front();
-  if (end.status != RolloutStatus::kOk) return;
-  record->settled_rms_px = RmsPx(input, end.end.x);
-  record->drift = (end.end.x - rest.x).reshaped(3, rest.x.size() / 3).colwise().norm().maxCoeff();
+  const NudgedDrape nudged = Nudge(backend, material, record->shape, {});
+  record->settled_rms_px = RmsPx(input, nudged.x);
+  record->drift = nudged.drift;
 }
 
 }  // namespace
@@ -189,8 +184,7 @@ BenchmarkRecord RunMethod(const BenchmarkStart& start, const OptimiserBenchmarkO
   record.run = RunOptimiser(job.method, function, optimiser);
   if (function.best_shapes().empty() || record.run.cancelled) return record;
   record.shape = function.best_shapes().front();
-  Recheck(input, *backend, stages.residuals.rollout.h, parametrisation.Material(record.run.theta),
-          &record);
+  Recheck(input, *backend, parametrisation.Material(record.run.theta), &record);
   return record;
 }
 

@@ -75,7 +75,7 @@ OptimiserRun ReadRun(const JsonInput& input, const ExpectedRecord& expected) {
   return run;
 }
 
-// Infinity where the drape had no outline after more steps.
+// Infinity where the drape had no outline where it came to rest.
 double ReadSettledRms(const JsonInput& input) {
   return input.value().is_null() ? std::numeric_limits<double>::infinity() : input.NotNegative();
 }

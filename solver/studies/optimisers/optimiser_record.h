@@ -18,8 +18,8 @@ struct BenchmarkRecord {
   OptimiserRun run;
   Eigen::VectorXd shape;  // the drape of the least cost [m], shape [3V]; empty when none was found
   double rms_px = 0.0;    // its outline error
-  double settled_rms_px = 0.0;  // the same after more steps from rest
-  double drift = 0.0;           // largest displacement of a vertex in them [m]
+  double settled_rms_px = 0.0;  // the same where it comes to rest when nudged (Nudge)
+  double drift = 0.0;           // largest displacement of a vertex by that [m]
   double coupling = 0.0;        // LargestSquaredCoupling of its table
   double stiffness = 0.0;       // lowest eigenvalue of K by mass [s⁻²]
 };
@@ -35,7 +35,7 @@ struct ExpectedRecord {
   InitialGuess guess;       // that the method started from
 };
 
-inline constexpr StoredFormat kRecordFormat = {"drapefit-optimiser-run", 4};
+inline constexpr StoredFormat kRecordFormat = {"drapefit-optimiser-run", 5};
 
 // A record on disk, exact to the last bit. Throws InputError when it cannot be written.
 void WriteBenchmarkRecord(const std::string& path, const std::string& settings,
