@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From files to files: what a job reads, refuses and writes.
+// From files to files: what a job reads and writes.
 #include "solver/job/fit_job.h"
 
 #include <gmock/gmock.h>
@@ -18,85 +18,15 @@
 #include "physics/util/json_input.h"
 #include "solver/fit/protocol/guess/initial_guess_grid.h"
 #include "solver/prediction/material_source.h"
-#include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"
-#include "tests/solver/solver_fixture.h"
+#include "tests/solver/job/fit_job_fixture.h"
 
 namespace drape {
 namespace {
 
 using testing::HasSubstr;
 
-class FitJobTest : public testing::Test {
- protected:
-  FitJobTest() {
-    WriteStart(test::TestMaterial());
-    data_.material = folder_ / "start.json";
-    data_.density = test::TestMaterial().density;
-    spec_.simpler_models = false;
-    spec_.mesh = "disc:150";
-    spec_.coarse_mesh = "disc:100";
-    files_.out = folder_.path();
-    files_.checkpoint = folder_ / "checkpoint.json";
-    files_.log = folder_ / "fit.log";
-    spec_.stages.grid.stretch = {1.0};
-    spec_.stages.grid.bend = {4.0};
-    spec_.stages.grid.lifts = {1.0};
-    spec_.stages.candidates_per_round = {1};
-    spec_.stages.iterations = {2};
-    spec_.observation.angles = 72;
-    AddImage("a.png", DrapeImage());
-  }
-  void WriteStart(const MaterialField& field) const {
-    WriteMaterial(folder_ / "start.json", {.name = "start",
-                                           .field = field,
-                                           .source_convention = "arcsim",
-                                           .source = "",
-                                           .warnings = {}});
-  }
-  static const GrayImage& DrapeImage() {
-    static const GrayImage image = [] {
-      const auto backend = test::SmoothDisc(150);
-      const MaterialField reference = Scaled(test::TestMaterial(), 1.0, 4.0);
-      const State drape =
-          test::Settled(*backend, reference, test::RandomStart(backend->model(), 1));
-      return test::MakeObservation(backend->model().mesh, drape, 72, "reference").image;
-    }();
-    return image;
-  }
-  void AddImage(const std::string& name, const GrayImage& image) {
-    std::filesystem::create_directories(std::filesystem::path(folder_ / name).parent_path());
-    WritePng(image, folder_ / name);
-    data_.images.push_back(folder_ / name);
-  }
-  void UseBdp() {
-    spec_.model = FitModel::kBdp;
-    spec_.stages.prior_sigma = 0.3;
-    spec_.posterior.draws = 2;
-    spec_.posterior.iterations = 3;
-    spec_.posterior.elbo_samples = 25;
-  }
-  static RunControl CancelInRoundOne(std::atomic<bool>* cancel) {
-    return {cancel, [cancel](double, const std::string& note) {
-              if (note.starts_with("round 1")) *cancel = true;
-            }};
-  }
-  std::string ComputeError() const {
-    try {
-      RunFitJob(spec_, data_, files_, {});
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  }
-  nlohmann::json Summary() const { return ReadJsonFile(folder_ / "summary.json"); }
-  bool Exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
-
-  const TempFolder folder_;
-  FitSpec spec_;
-  FitData data_;
-  FitFiles files_;
-};
+using test::FitJobTest;
 
 TEST_F(FitJobTest, WritesItsFilesAndRemovesTheCheckpoint) {
   const FitJobResult result = RunFitJob(spec_, data_, files_, {});
@@ -371,50 +301,6 @@ TEST_F(FitJobTest, TheSolveModeIsPartOfTheKey) {
   files_.resume = true;
   spec_.stages.residuals.solve_mode = SolveMode::kDynamic;
   EXPECT_THAT(ComputeError(), HasSubstr("run without --resume"));
-}
-
-TEST_F(FitJobTest, TwoImagesOfOneNameAreRefused) {
-  AddImage("other/a.png", DrapeImage());
-  EXPECT_THAT(ComputeError(),
-              testing::AllOf(HasSubstr("other/a.png"), HasSubstr("distinct names")));
-}
-
-TEST_F(FitJobTest, BadImagesAreNamed) {
-  GrayImage border = DrapeImage();
-  for (int row = 100; row < 140; ++row)
-    for (int column = 0; column < 128; ++column) border.at(column, row) = 1.0f;
-  AddImage("one_pixel.png", GrayImage(1, 1, 1.0f));
-  AddImage("white.png", GrayImage(256, 256));
-  AddImage("border.png", border);
-  AddImage("corner.png", [] {
-    GrayImage image(256, 256);
-    for (int i = 5; i < 25; ++i)
-      for (int j = 5; j < 25; ++j) image.at(i, j) = 1.0f;
-    return image;
-  }());
-  WriteAll(folder_ / "empty.png", {});
-  for (const std::string name : {"empty", "one_pixel", "white", "border", "corner", "absent"}) {
-    data_.images = {folder_ / (name + ".png")};
-    EXPECT_THAT(ComputeError(), HasSubstr(name + ".png")) << name;
-  }
-  EXPECT_FALSE(Exists("summary.json"));
-}
-
-TEST_F(FitJobTest, BadSettingsAreNamed) {
-  data_.images.clear();
-  EXPECT_THAT(ComputeError(), HasSubstr("images: found no silhouette"));
-  AddImage("a.png", DrapeImage());
-  MaterialField negative = test::TestMaterial();
-  negative.stretch[0].c[0][1] = -1.0;
-  WriteStart(negative);
-  EXPECT_THAT(ComputeError(), HasSubstr("start.json"));
-}
-
-TEST(ParseName, KnowsTheNamesOfAnEnum) {
-  EXPECT_EQ(ParseName<CentreMode>("nominal", "centre"), CentreMode::kNominal);
-  EXPECT_EQ(ParseName<FitModel>(ToString(FitModel::kBdp), "model"), FitModel::kBdp);
-  EXPECT_INPUT_ERROR(ParseName<CentreMode>("Outline", "centre"),
-                     "centre: found 'Outline', expected one of nominal, outline");
 }
 
 }  // namespace
