@@ -48,10 +48,33 @@ std::vector<SettledDrape> Settle(Backend& backend, std::span<const RolloutInput>
   return drapes;
 }
 
+namespace {
+
+double LargestDistance(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {  // of a vertex [m]
+  return (a - b).reshaped(3, a.size() / 3).colwise().norm().maxCoeff();
+}
+
+// The end of 30 s of time steps from x, which is x itself where a step fails.
+NudgedDrape Release(Backend& backend, const MaterialField& material, const Eigen::VectorXd& x,
+                    const std::atomic<bool>* cancel) {
+  const State start{x, Eigen::VectorXd::Zero(x.size())};
+  const RolloutInput input{&material, &start};
+  const RolloutOptions steps{.h = 0.1, .steps = 300, .cancel = cancel};
+  RolloutResult end = backend.Rollouts({&input, 1}, steps, nullptr).front();
+  if (end.status != RolloutStatus::kOk) return {.status = EquilibriumStatus::kNotConverged, .x = x};
+  const double drift = LargestDistance(end.end.x, x);
+  return {.x = std::move(end.end.x), .drift = drift};
+}
+
+}  // namespace
+
 NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::VectorXd& x,
                   const EquilibriumOptions& options) {
   constexpr int kNudges = 4;
   const Mesh& mesh = backend.model().mesh;
+  NudgedDrape released = Release(backend, material, x, options.cancel);
+  if (released.status == EquilibriumStatus::kStable && released.drift <= kAtRestDrift)
+    return released;
   std::vector<State> nudged;
   std::vector<RolloutInput> inputs;
   nudged.reserve(kNudges);
@@ -64,7 +87,7 @@ NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::
   NudgedDrape furthest{.x = x};
   for (EquilibriumResult& end : backend.Equilibria(inputs, options)) {
     if (end.status != EquilibriumStatus::kStable) return {.status = end.status, .x = x};
-    const double drift = (end.x - x).reshaped(3, x.size() / 3).colwise().norm().maxCoeff();
+    const double drift = LargestDistance(end.x, x);
     if (drift >= furthest.drift) furthest = {.x = std::move(end.x), .drift = drift};
   }
   return furthest;

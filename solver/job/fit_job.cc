@@ -225,6 +225,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
   const auto start = std::chrono::steady_clock::now();
   report.notes = input.notes;
   report.density_is_given = input.density_is_given;
+  report.ground_truth = input.ground_truth.get();
   const FitCandidate* best = Best(state);
   if (best == nullptr) return ReportLab(spec, problem, report);
   report.material = report.fields      ? report.fields->material
@@ -371,7 +372,7 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
   result.cancelled = report.cancelled;
   result.fitted = report.fitted();
   if (result.fitted) {
-    result.table = FitText(problem, report, input.ground_truth.get());
+    result.table = FitText(problem, report);
     result.results = MainFiles(problem, report);
   }
   if (!result.cancelled && !files.keep_checkpoint) fs::remove(files.checkpoint);

@@ -14,6 +14,7 @@
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/parameters/stiffness_list.h"
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/job/field_report.h"
@@ -87,6 +88,19 @@ ordered_json LabFitJson(double prior_sigma, const FitSummary& fit) {
                {"seconds", {{"fit", fit.seconds}}},
                {"parameters", ParametersJson(prior_sigma, fit.theta)},
                {"spectrum", SpectrumJson(ComputeSpectrum(fit.jacobian, prior_sigma))}});
+  return json;
+}
+
+// Of the fitted table or the mean of its fields, beside that of the reference, if there is one.
+ordered_json StiffnessJson(const FitReport& report) {
+  ordered_json json;
+  for (const StiffnessQuantity& quantity :
+       ListStiffness(MeanTables(report.material), report.stiffness_weights))
+    json[quantity.key]["fitted"] = quantity.value;
+  if (report.ground_truth == nullptr) return json;
+  for (const StiffnessQuantity& quantity :
+       ListStiffness(*report.ground_truth, report.stiffness_weights))
+    json[quantity.key]["reference"] = quantity.value;
   return json;
 }
 
@@ -175,7 +189,10 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
                        {"verdict", VerdictJson(report)},
                        {"notes", report.notes}};
   if (!data.other_materials.empty()) json["other_start_materials"] = data.other_materials;
-  if (report.fitted()) json["bending"] = BendingJson(report);
+  if (report.fitted()) {
+    json["stiffness"] = StiffnessJson(report);
+    json["bending"] = BendingJson(report);
+  }
   if (!report.strips.empty()) json["lab_measurements"] = StripsJson(report.strips);
   if (problem.observations.empty()) {
     for (const char* key : {"camera", "centre", "mesh", "search_mesh", "coarse_mesh"})
@@ -247,61 +264,23 @@ void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& 
              {drape.fitted.x, Eigen::VectorXd::Zero(drape.fitted.x.size())});
 }
 
-double MeanOfEntries(const double* entries, int rows, int cols, int col) {
-  double sum = 0.0;
-  for (int r = 0; r < rows; ++r) sum += entries[r * cols + col];
-  return sum / rows;
-}
-
-// "c11  fitted  [ground truth  ratio]": the mean of a column, in mechanical units.
-std::string MaterialLine(const char* name, double fitted, const double* reference,
-                         const char* unit) {
-  std::string line = Format("  %-22s %10.4g", name, fitted);
-  if (reference != nullptr) line += Format(" %10.4g %6.2f", *reference, fitted / *reference);
-  return line + "  " + unit + "\n";
-}
-
-// The rigidity as the drapes show it, and without the density, which is not that of the cloth where
-// it is not given. weights: FitReport::stiffness_weights.
-std::string BendingLines(const MaterialField& fitted, const MaterialField* reference,
-                         const Eigen::VectorXd& weights) {
-  const auto line = [&](const char* name, double (*over_weight)(double, double), double scale,
-                        const char* unit) {
-    const auto of = [&](const MaterialField& field) {
-      return scale * over_weight(EffectiveBend(field, weights), field.density);
-    };
-    const double exact = reference == nullptr ? 0.0 : of(*reference);
-    return MaterialLine(name, of(fitted), reference == nullptr ? nullptr : &exact, unit);
-  };
-  const auto rigidity = [](double bend, double) { return bend; };
-  return line("bend, as it drapes", rigidity, 1.0, "N m") +
-         line("  over the weight", BendOverWeight, 1e6, "cm3") +
-         line("  bending length", BendingLength, 1e3, "mm");
-}
-
+// Of one table of each kind, beside those that the images were made with, if given: "c11  fitted
+// [reference  ratio]".
 std::string MaterialTable(const MaterialField& fitted, const MaterialField* reference,
                           const Eigen::VectorXd& weights) {
   std::string table = Format("  %-22s %10s%s\n", "mean of the table", "fitted",
                              reference == nullptr ? "" : "  reference  ratio");
-  const char* const columns[] = {"c11", "c12", "c22", "c33"};
-  for (int c = 0; c < kStretchCols; ++c) {
-    const auto mean = [&](const MaterialField& field) {
-      return kMembranePerEntry *
-             MeanOfEntries(&field.stretch[0].c[0][0], kStretchRows, kStretchCols, c);
-    };
-    const double exact = reference == nullptr ? 0.0 : mean(*reference);
-    table += MaterialLine(columns[c], mean(fitted), reference == nullptr ? nullptr : &exact, "N/m");
+  std::vector<StiffnessQuantity> exact;
+  if (reference != nullptr) exact = ListStiffness(*reference, weights);
+  const std::vector<StiffnessQuantity> found = ListStiffness(fitted, weights);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    table += Format("  %-22s %10.4g", found[i].name, found[i].scale * found[i].value);
+    if (reference != nullptr)
+      table +=
+          Format(" %10.4g %6.2f", exact[i].scale * exact[i].value, found[i].value / exact[i].value);
+    table += std::string("  ") + found[i].unit + "\n";
   }
-  const char* const rows[] = {"bend, edges along weft", "bend, edges at 45 deg",
-                              "bend, edges along warp"};
-  for (int r = 0; r < kBendRows; ++r) {
-    const auto mean = [&](const MaterialField& field) {
-      return MeanOfEntries(field.bend[0].b[r], kBendCols, 1, 0) / kBendPerRigidity;
-    };
-    const double exact = reference == nullptr ? 0.0 : mean(*reference);
-    table += MaterialLine(rows[r], mean(fitted), reference == nullptr ? nullptr : &exact, "N m");
-  }
-  return table + BendingLines(fitted, reference, weights);
+  return table;
 }
 
 std::string ImageTable(const FitProblem& problem, const FitReport& report) {
@@ -375,11 +354,9 @@ std::vector<std::string> MainFiles(const FitProblem& problem, const FitReport& r
   return names;
 }
 
-std::string FitText(const FitProblem& problem, const FitReport& report,
-                    const MaterialField* ground_truth) {
+std::string FitText(const FitProblem& problem, const FitReport& report) {
   return ImageTable(problem, report) + StripTable(report.strips) +
-         MaterialTable(report.fields ? MeanTables(report.material) : report.material, ground_truth,
-                       report.stiffness_weights) +
+         MaterialTable(MeanTables(report.material), report.ground_truth, report.stiffness_weights) +
          (report.fields ? FieldTable(*report.fields) : "") +
          (report.posterior ? PosteriorTable(*report.posterior, report.stiffness_weights) : "") +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,

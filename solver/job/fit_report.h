@@ -31,6 +31,7 @@ struct FitReport {
   std::optional<StiffnessEstimates> stiffness;  // of `material`, means over the cloth
   std::optional<MeshError> mesh_error;          // of its one table; none for a fit on one mesh
   bool density_is_given = false;                // else it is that of the start tables
+  const MaterialField* ground_truth = nullptr;  // that the images were made with, if known
   FitVerdict verdict;
   std::vector<std::string> notes;  // what a reader of the figures must know
   double report_seconds = 0.0;
@@ -57,7 +58,6 @@ std::vector<std::string> MainFiles(const FitProblem& problem, const FitReport& r
 
 // For a person: one line per image, the means, the material beside `ground_truth` when given, and
 // the verdict.
-std::string FitText(const FitProblem& problem, const FitReport& report,
-                    const MaterialField* ground_truth);
+std::string FitText(const FitProblem& problem, const FitReport& report);
 
 }  // namespace drape

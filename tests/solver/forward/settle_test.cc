@@ -22,7 +22,6 @@ TEST_F(NudgeTest, ADrapeAtRestReturns) {
   const NudgedDrape nudged = NudgeShape(drape_);
   EXPECT_EQ(nudged.status, EquilibriumStatus::kStable);
   EXPECT_LT(nudged.drift, 1e-6);
-  EXPECT_GT(nudged.drift, 0.0);
 }
 
 TEST_F(NudgeTest, AShapeBesideADrapeMovesThere) {
@@ -35,9 +34,10 @@ TEST_F(NudgeTest, AShapeBesideADrapeMovesThere) {
 }
 
 TEST_F(NudgeTest, WhatDoesNotComeToRestKeepsItsShape) {
-  const NudgedDrape nudged = NudgeShape(drape_, {.max_iterations = 1});
+  const Eigen::VectorXd flat = backend_->model().mesh.rest_x;
+  const NudgedDrape nudged = NudgeShape(flat, {.max_iterations = 1});
   EXPECT_EQ(nudged.status, EquilibriumStatus::kNotConverged);
-  EXPECT_EQ(nudged.x, drape_);
+  EXPECT_EQ(nudged.x, flat);
 }
 
 }  // namespace

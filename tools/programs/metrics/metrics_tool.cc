@@ -8,6 +8,8 @@
 #include "losses/outline/overlay.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "solver/job/plot/chart.h"
+#include "solver/studies/validation/recovery.h"
 #include "tools/cli/versions.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/metrics/metrics_input.h"
@@ -173,6 +175,16 @@ Found CompareTwo(const MetricsOptions& options, const RunControl& control) {
   return found;
 }
 
+Found CompareWithKnownFabrics(const MetricsOptions& options) {
+  const Recovery recovery = ReadRecovery(options.operands);
+  const std::string missing = TryPictures([&] { RenderRecovery(recovery, options.recovery); });
+  Found found{RecoveryText(recovery) + missing, {{"fits", recovery.fits}}};
+  found.json["left_out"] = recovery.left_out;
+  for (const RecoveredQuantity& quantity : recovery.quantities)
+    found.json["ratios"][quantity.name] = quantity.ratios;
+  return found;
+}
+
 void RequireOnlyWith(const std::string& option, const std::string& value, bool fits,
                      const std::string& expected) {
   if (!value.empty() && !fits) throw InputError("option '" + option + "'", "expected " + expected);
@@ -184,6 +196,7 @@ Found EvaluateOperands(const MetricsOptions& options, const RunControl& control)
     throw InputError("command line",
                      "found no file or folder, expected a drape, a folder of them, "
                      "two to compare (A and B), or --data");
+  if (!options.recovery.empty()) return CompareWithKnownFabrics(options);
   const bool one = operands.size() == 1, folder = one && fs::is_directory(operands[0]);
   RequireOnlyWith("overlay", options.overlay, one && !folder, "one drape");
   RequireOnlyWith("csv", options.csv, operands.size() != 2, "drapes that are not compared");
@@ -230,6 +243,12 @@ OptionTable MetricsTable(MetricsOptions& options) {
                  .value = &options.overlay,
                  .doc = "one drape by itself: PNG of its outline, the support and the flat cloth",
                  .is_path = true});
+  all.push_back({.key = "recovery",
+                 .value = &options.recovery,
+                 .doc =
+                     "folders of drape_fit with --ground_truth: PNG of the fitted stiffness over "
+                     "the known one",
+                 .is_path = true});
   all.push_back(
       {.key = "out", .value = &options.out, .doc = "JSON file for the results", .is_path = true});
   return {
@@ -246,7 +265,9 @@ OptionTable MetricsTable(MetricsOptions& options) {
           "drape_simulate or drape_fit, whose drapes of the same name are compared; or two other "
           "folders of images and meshes: A holds samples of a distribution, B what was observed\n"
           "aligned: after the rotation and reflection of B that brings its outline closest to "
-          "that of A\n",
+          "that of A\n"
+          "with --recovery: output folders of drape_fit with --ground_truth; which of the fitted "
+          "numbers can be trusted\n",
       .options = std::move(all),
       .common = {"image_width_mm", "camera_scale", "centre", "csv", "overlay", "data", "fabric",
                  "out"},
@@ -255,7 +276,7 @@ OptionTable MetricsTable(MetricsOptions& options) {
 }
 
 std::string RunMetrics(const MetricsOptions& options, const RunControl& control) {
-  for (const std::string& file : {options.out, options.csv, options.overlay})
+  for (const std::string& file : {options.out, options.csv, options.overlay, options.recovery})
     if (!file.empty()) CheckReplaceable(file);
   const Found found = options.data.folder.empty() ? EvaluateOperands(options, control)
                                                   : EvaluateData(options, control);

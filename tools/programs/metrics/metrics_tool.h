@@ -19,16 +19,17 @@ struct MetricsOptions {
   DatasetQuery data;            // its folder: none with operands
   std::string csv;              // file of the drapes measured by themselves
   std::string overlay;          // picture of one
+  std::string recovery;         // chart of fits of known fabrics
   std::string out;              // JSON file
 };
 
 // Points into `options`, which outlives it.
 OptionTable MetricsTable(MetricsOptions& options);
 
-// Measures one file, a folder or several files, compares two files, runs or folders, or lists a
-// data set and evaluates its trivial predictors. Returns the table for a terminal, nothing when
-// cancelled; writes the files that the options name. Throws InputError, also when not one of
-// several drapes can be measured.
+// Measures one file, a folder or several files, compares two files, runs or folders, compares fits
+// of known fabrics with those, or lists a data set and evaluates its trivial predictors. Returns
+// the table for a terminal, nothing when cancelled; writes the files that the options name. Throws
+// InputError, also when not one of several drapes can be measured.
 std::string RunMetrics(const MetricsOptions& options, const RunControl& control);
 
 }  // namespace drape

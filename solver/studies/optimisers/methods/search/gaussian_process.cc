@@ -36,6 +36,10 @@ Eigen::ArrayXXd Slope(Kernel kernel, const Eigen::ArrayXXd& squares) {
   return 5.0 / 3.0 * (1.0 + r) * (-r).exp();
 }
 
+// Line searches try steps of any length, and fail for good on values that overflow: here the prior
+// is e^−200 times its peak.
+constexpr double kFarthestSd = 20.0;
+
 // −ln of the density that FitHyperparameters maximises, but for a constant.
 class NegativeLogDensity final : public ceres::FirstOrderFunction {
  public:
@@ -45,16 +49,17 @@ class NegativeLogDensity final : public ceres::FirstOrderFunction {
   int NumParameters() const override { return static_cast<int>(prior_mean_.size()); }
   bool Evaluate(const double* at, double* cost, double* gradient) const override {
     const Hyperparameters here = Eigen::Map<const Eigen::VectorXd>(at, prior_mean_.size());
+    const Eigen::VectorXd off = (here - prior_mean_) / kHyperpriorSd;
+    if (!(off.norm() <= kFarthestSd)) return false;
     GaussianProcess process(kernel_, here);
-    if (!here.allFinite() || !process.SetPoints(points_)) return false;
+    if (!process.SetPoints(points_)) return false;
     const GaussianProcess::Likelihood likelihood =
         process.ComputeLikelihood(values_, gradient != nullptr);
-    const Eigen::VectorXd off = (here - prior_mean_) / kHyperpriorSd;
     *cost = 0.5 * off.squaredNorm() - likelihood.log;
-    if (gradient != nullptr)
-      Eigen::Map<Eigen::VectorXd>(gradient, here.size()) =
-          off / kHyperpriorSd - likelihood.gradient;
-    return std::isfinite(*cost);
+    if (gradient == nullptr) return std::isfinite(*cost);
+    Eigen::Map<Eigen::VectorXd> slope(gradient, here.size());
+    slope = off / kHyperpriorSd - likelihood.gradient;
+    return std::isfinite(*cost) && slope.allFinite();
   }
 
  private:

@@ -151,6 +151,15 @@ TEST_P(EachKernel, FittedHyperparametersAreTheMostProbable) {
       EXPECT_GT(log_density(fitted), log_density(fitted + step * Hyperparameters::Unit(4, i))) << i;
 }
 
+// Where the density overflows, no step can be taken.
+TEST_P(EachKernel, AHopelessStartIsKept) {
+  const Eigen::MatrixXd points = RandomMatrix(2, 20, 15);
+  const Eigen::VectorXd values = RandomMatrix(20, 1, 16);
+  const Hyperparameters start = Hyperparameters::Constant(4, 1e44);
+  EXPECT_EQ(FitHyperparameters(GetParam(), points, values, start, Hyperparameters::Zero(4), 20),
+            start);
+}
+
 INSTANTIATE_TEST_SUITE_P(Both, EachKernel,
                          testing::Values(Kernel::kSquaredExponential, Kernel::kMatern52),
                          [](const auto& info) {
