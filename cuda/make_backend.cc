@@ -23,8 +23,13 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name,
                                      std::string* device) {
   if (name != "cpu" && name != "cuda" && name != "auto")
     throw InputError("backend", "unknown name '" + name + "', expected auto, cpu or cuda");
-  const CudaSurvey survey = name == "cpu" ? CudaSurvey{} : SurveyCuda();
   std::string text = CpuText(threads);
+  if (model->scene.contact) {
+    if (name == "cuda") throw InputError("backend", "found cuda, expected cpu for contact");
+    if (device != nullptr) *device = text + ", on which alone contact runs";
+    return MakeCpuBackend(std::move(model), threads);
+  }
+  const CudaSurvey survey = name == "cpu" ? CudaSurvey{} : SurveyCuda();
   if (name == "auto" && !survey.usable) VLOG(1) << "no GPU: " << survey.text;
   if (name == "cuda" || survey.usable) {
     try {

@@ -33,10 +33,14 @@ bool Contains(const Region& region, const Eigen::Vector3d& rest_x) {
   return std::visit([&](const auto& shape) { return IsInside(shape, rest_x); }, region);
 }
 
-Scene CusickScene() {
+Scene CusickScene(const CusickContact& contact) {
   Scene scene;
   scene.gravity = Eigen::Vector3d(0.0, 0.0, -9.8);
   scene.handles = Handles();
+  if (contact.model == ContactModel::kSupport) {
+    scene.contact = Contact{.thickness = contact.thickness};
+    scene.contact->obstacles = {MakeSupport(*scene.contact, *SupportRadius(scene))};
+  }
   return scene;
 }
 

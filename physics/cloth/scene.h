@@ -7,6 +7,9 @@
 #include <variant>
 #include <vector>
 
+#include "physics/cloth/contact/contact.h"
+#include "physics/util/options/enum_names.h"
+
 namespace drape {
 
 // Regions select vertices by their rest position; bounds are included to rounding [m] [MODEL, M28].
@@ -47,11 +50,26 @@ struct Scene {
   std::optional<Eigen::Vector3d> gravity;  // [m/s²]
   std::optional<Handles> handles;
   std::optional<EdgeLoad> load;
+  std::optional<Contact> contact;
+};
+
+// What the hanging part of a cloth in the drape test can touch.
+enum class ContactModel {
+  kNone,    // nothing: it hangs through the support
+  kSupport  // the support (MakeSupport)
+};
+constexpr auto EnumNames(ContactModel) {
+  return MakeNames<ContactModel>(
+      {{ContactModel::kNone, "none"}, {ContactModel::kSupport, "support"}});
+}
+struct CusickContact {
+  ContactModel model = ContactModel::kNone;
+  double thickness = Contact().thickness;  // of the cloth [m]
 };
 
 // The drape test [BS 5058], [ISO 9073-9], [MODEL, M29]: a support of radius 9 cm and gravity −9.8
 // m/s² along z.
-Scene CusickScene();
+Scene CusickScene(const CusickContact& contact = {});
 // The radius of the disc on which the cloth lies [m]; std::nullopt when the scene has no such
 // support: one disc about the origin that is all that is held.
 std::optional<double> SupportRadius(const Scene& scene);

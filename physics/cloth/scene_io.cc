@@ -100,18 +100,70 @@ EdgeLoad ReadLoad(const JsonInput& input) {
   return {.region = ReadRegion(input.At("region")), .force = Vector(input.At("force"), kMaxForce)};
 }
 
+PlaneObstacle ReadPlane(const JsonInput& input) {
+  const HalfPlaneRegion plane = ReadHalfPlane(input);
+  return {plane.normal, plane.offset};
+}
+
+SphereObstacle ReadSphere(const JsonInput& input) {
+  input.ExpectKeys({"centre", "radius"});
+  return {Vector(input.At("centre"), kMaxLength), Positive(input.At("radius"), kMaxLength)};
+}
+
+CapsuleObstacle ReadCapsule(const JsonInput& input) {
+  input.ExpectKeys({"from", "to", "radius"});
+  return {Vector(input.At("from"), kMaxLength), Vector(input.At("to"), kMaxLength),
+          Positive(input.At("radius"), kMaxLength)};
+}
+
+PlateObstacle ReadPlate(const JsonInput& input) {
+  input.ExpectKeys({"top", "radius", "thickness", "rim_radius"});
+  PlateObstacle plate;
+  plate.top = Vector(input.At("top"), kMaxLength);
+  plate.radius = Positive(input.At("radius"), kMaxLength);
+  if (input.Has("thickness")) plate.thickness = Positive(input.At("thickness"), kMaxLength);
+  if (input.Has("rim_radius")) plate.rim_radius = Positive(input.At("rim_radius"), kMaxLength);
+  if (plate.rim_radius > plate.radius || 2.0 * plate.rim_radius > plate.thickness)
+    input.Fail("rim_radius of at most radius and thickness/2");
+  return plate;
+}
+
+Obstacle ReadObstacle(const JsonInput& input) {
+  input.ExpectKeys({"plane", "sphere", "capsule", "plate"});
+  if (input.Size() != 1) input.Fail("one of plane, sphere, capsule, plate");
+  if (input.Has("plane")) return ReadPlane(input.At("plane"));
+  if (input.Has("sphere")) return ReadSphere(input.At("sphere"));
+  if (input.Has("capsule")) return ReadCapsule(input.At("capsule"));
+  return ReadPlate(input.At("plate"));
+}
+
+Contact ReadContact(const JsonInput& input) {
+  constexpr double kMostThickness = 0.1;  // [m], also of the range
+  input.ExpectKeys({"thickness", "range", "stiffness", "obstacles"});
+  Contact contact;
+  if (input.Has("thickness"))
+    contact.thickness = input.At("thickness").NumberWithin(0.0, kMostThickness);
+  if (input.Has("range")) contact.range = Positive(input.At("range"), kMostThickness);
+  if (input.Has("stiffness")) contact.stiffness = Positive(input.At("stiffness"), kMaxStiffness);
+  const JsonInput obstacles = input.At("obstacles").ExpectArray();
+  for (int i = 0; i < obstacles.Size(); ++i)
+    contact.obstacles.push_back(ReadObstacle(obstacles.At(i)));
+  return contact;
+}
+
 }  // namespace
 
 Scene ReadScene(const std::string& path) {
   const nlohmann::json document = ReadJsonFile(path);
   const JsonInput input(document, path);
-  input.ExpectKeys({"stretch", "bend", "gravity", "handles", "load"});
+  input.ExpectKeys({"stretch", "bend", "gravity", "handles", "load", "contact"});
   Scene scene;
   if (input.Has("stretch")) scene.stretch = Boolean(input.At("stretch"));
   if (input.Has("bend")) scene.bend = Boolean(input.At("bend"));
   if (input.Has("gravity")) scene.gravity = Vector(input.At("gravity"), kMaxGravity);
   if (input.Has("handles")) scene.handles = ReadHandles(input.At("handles"));
   if (input.Has("load")) scene.load = ReadLoad(input.At("load"));
+  if (input.Has("contact")) scene.contact = ReadContact(input.At("contact"));
   return scene;
 }
 

@@ -12,12 +12,18 @@ namespace drape {
 //   {"stretch": false, "bend": false,
 //    "gravity": [0, 0, -9.81],                                    m/s²
 //    "handles": {"regions": […, …], "vertices": [0, 20], "stiffness": 1000},  N/m at each vertex
-//    "load": {"region": …, "force": [2, 0, 0]}}                   N in total, on the hem there
+//    "load": {"region": …, "force": [2, 0, 0]},                   N in total, on the hem there
+//    "contact": {"thickness": 4e-4, "range": 5e-4, "stiffness": 100, "obstacles": […]}}  m, m, Pa
 // Held are the vertices in any of the regions and those of these numbers, from 0 in the order of
 // the mesh; "region" stands for a list of one. A region of rest positions [m] is one of
 //   {"disc": {"radius": 0.09, "centre": [0, 0]}},
 //   {"ring": {"inner": 0.149, "outer": 0.15, "centre": [0, 0]}},
 //   {"half_plane": {"normal": [1, 0, 0], "offset": 0}}            normal·x ≤ offset
+// An obstacle [m] is one of
+//   {"plane": {"normal": [0, 0, 1], "offset": -0.2}}              the half-space below it
+//   {"sphere": {"centre": [0, 0, -0.1], "radius": 0.1}}
+//   {"capsule": {"from": [-0.1, 0, -0.1], "to": [0.1, 0, -0.1], "radius": 0.05}}
+//   {"plate": {"top": [0, 0, -0.001], "radius": 0.09, "thickness": 0.05, "rim_radius": 0.001}}
 // By default centre is the origin, inner 0, outer infinite and normal [1, 0, 0]; a normal need not
 // have length 1. Comments are allowed. Throws InputError, naming the file, the key, the value and
 // what was expected.

@@ -40,6 +40,9 @@ struct BlockMatrix {
   void AddScaledIdentity(int b, double s) {
     for (int r = 0; r < 3; ++r) block(b)[4 * r] += s;
   }
+  void Add(int b, const Eigen::Matrix3d& added) {
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(block(b)) += added;
+  }
 };
 
 // y += A·x and y += Aᵀ·x, shapes [3V, m].

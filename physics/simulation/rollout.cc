@@ -28,6 +28,20 @@ RolloutStatus SolveVelocity(StepSolver& solver, const MaterialField& material,
   return state.v.allFinite() ? RolloutStatus::kOk : RolloutStatus::kNotFinite;
 }
 
+// Shortens the moves h·v of vertices that would enter an obstacle. Returns whether it has.
+bool BlockMoves(const ClothModel& model, double h, State& state) {
+  if (!model.scene.contact) return false;
+  Eigen::VectorXd moves = h * state.v;
+  if (!ShortenMoves(*model.scene.contact, state.x, moves)) return false;
+  state.v = moves / h;
+  return true;
+}
+
+State OutsideObstacles(const ClothModel& model, State state) {
+  if (model.scene.contact) PushOut(*model.scene.contact, state.x);
+  return state;
+}
+
 // Appends step result.steps. The memory of an earlier recording's factors is used again.
 void Record(const LinearSolver& linear, const RolloutOptions& options, const RolloutResult& result,
             Recording& recording) {
@@ -61,14 +75,18 @@ const char* ToString(RolloutStatus status) {
       return "positions not finite";
     case RolloutStatus::kCancelled:
       return "cancelled";
+    case RolloutStatus::kBlocked:
+      return "blocked by an obstacle, where a step has no derivative";
   }
   return "unknown";
 }
 
 RolloutStatus AdvanceOneStep(StepSolver& solver, const MaterialField& material,
-                             const Eigen::VectorXd& mass, double h, State& state) {
+                             const Eigen::VectorXd& mass, double h, State& state, bool* blocked) {
   const RolloutStatus status = SolveVelocity(solver, material, mass, h, state);
   if (status != RolloutStatus::kOk) return status;
+  const bool is_blocked = BlockMoves(solver.model(), h, state);
+  if (blocked != nullptr) *blocked = is_blocked;
   if (!(state.x + h * state.v).allFinite()) return RolloutStatus::kNotFinite;
   state.x += h * state.v;
   return status;
@@ -79,16 +97,18 @@ RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const S
   options.Check();
   const Interruptible interruptible(solver.linear(), options.cancel);
   const Eigen::VectorXd mass = solver.model().LumpedMass(material.density);
-  RolloutResult result{RolloutStatus::kOk, start, 0};
+  RolloutResult result{RolloutStatus::kOk, OutsideObstacles(solver.model(), start), 0};
   if (recording != nullptr) {
-    recording->x.assign(1, start.x);
-    recording->v.assign(1, start.v);
+    recording->x.assign(1, result.end.x);
+    recording->v.assign(1, result.end.v);
     recording->factor.resize(options.steps);
   }
+  bool blocked = false;
   for (; result.steps < options.steps; ++result.steps) {
     result.status = Cancelled(options)
                         ? RolloutStatus::kCancelled
-                        : AdvanceOneStep(solver, material, mass, options.h, result.end);
+                        : AdvanceOneStep(solver, material, mass, options.h, result.end, &blocked);
+    if (recording != nullptr && blocked) result.status = RolloutStatus::kBlocked;
     if (result.status != RolloutStatus::kOk) break;
     if (recording != nullptr) Record(solver.linear(), options, result, *recording);
   }
@@ -105,12 +125,14 @@ TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
   const Eigen::VectorXd mass = model.LumpedMass(material.density);
   // One column more than entries: rows of whole vector registers.
   RowMatrix dx = RowMatrix::Zero(model.num_dofs(), kPaddedEntries), dv = dx;
-  RolloutResult rollout{RolloutStatus::kOk, start, 0};
+  RolloutResult rollout{RolloutStatus::kOk, OutsideObstacles(model, start), 0};
   for (; rollout.steps < options.steps; ++rollout.steps) {
     const Eigen::VectorXd& x = rollout.end.x;
     rollout.status = Cancelled(options)
                          ? RolloutStatus::kCancelled
                          : SolveVelocity(solver, material, mass, options.h, rollout.end);
+    if (rollout.status == RolloutStatus::kOk && BlockMoves(model, options.h, rollout.end))
+      rollout.status = RolloutStatus::kBlocked;
     if (rollout.status != RolloutStatus::kOk) break;
     const Eigen::VectorXd& w = rollout.end.v;
     dv = mass.asDiagonal() * dv;

@@ -32,7 +32,8 @@ enum class RolloutStatus {
   kOk,
   kNotPositiveDefinite,  // a factorisation failed
   kNotFinite,            // positions overflowed
-  kCancelled
+  kCancelled,
+  kBlocked  // an obstacle shortened a move, which has no derivative; not of a rollout without any
 };
 const char* ToString(RolloutStatus status);
 
@@ -67,11 +68,14 @@ struct AdjointResult {
 
 // The step of all rollouts, the only implementation of [MODEL, M30]: v' at state.x, then
 // x' = x + h·v'. mass: LumpedMass(material.density), shape [3V]. The factor stays in the solver.
-// Positions are unchanged after another status than kOk.
+// Positions are unchanged after another status than kOk. Where a vertex would enter an obstacle,
+// its move ends before and v' is what is left of it (ShortenMoves); *blocked, if given, tells so.
 RolloutStatus AdvanceOneStep(StepSolver& solver, const MaterialField& material,
-                             const Eigen::VectorXd& mass, double h, State& state);
+                             const Eigen::VectorXd& mass, double h, State& state,
+                             bool* blocked = nullptr);
 
-// Steps from `start`. `recording`, when given, keeps what RolloutAdjoint needs.
+// Steps from `start`, once it is out of all obstacles (PushOut). `recording`, when given, keeps
+// what RolloutAdjoint needs; a rollout that is blocked has none and ends there.
 RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const State& start,
                       const RolloutOptions& options, Recording* recording = nullptr);
 

@@ -98,6 +98,11 @@ void CheckModel(const FitSpec& spec, const FitData& data) {
     throw InputError("specimens", std::string("found some with model ") + ToString(spec.model) +
                                       ", expected none: only models bayes and bdp tell specimens "
                                       "apart");
+  if (spec.contact.model != ContactModel::kNone &&
+      spec.stages.residuals.solve_mode != SolveMode::kStatic)
+    throw InputError("contact",
+                     "found support with solve = dynamic, expected static: a step that an "
+                     "obstacle ends has no derivative");
   if (spec.model == FitModel::kHomogeneous) return;
   const std::string name = ToString(spec.model);
   if (data.num_observations() == 0)
@@ -158,8 +163,8 @@ void NoteDensity(const std::vector<LabMeasurement>& measurements, FitInput* inpu
 
 FitInput::Cloth MakeCloth(const FitSpec& spec, const std::string& mesh, std::string* device) {
   FitInput::Cloth cloth;
-  cloth.model =
-      std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(), MakeLaw(spec.law));
+  cloth.model = std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(spec.contact),
+                                                   MakeLaw(spec.law));
   if (cloth.model->held.size() == static_cast<size_t>(cloth.model->mesh.num_vertices()))
     throw InputError(mesh,
                      "found all vertices on the support of radius 0.09 m, expected a cloth "

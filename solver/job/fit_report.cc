@@ -166,6 +166,9 @@ ordered_json ImagesJson(const FitProblem& problem, const FitReport& report,
   ordered_json images = ordered_json::array();
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
     images.push_back(ImageJson(problem.observations[i], report.drapes[i], guess.lifts[i]));
+  if (const std::optional<Contact>& contact = problem.fine->model().scene.contact)
+    for (std::size_t i = 0; i < report.drapes.size(); ++i)
+      images[i]["smallest_gap_m"] = SmallestGap(*contact, report.drapes[i].fitted.x);
   return {{"images", images},
           {"mean", ComputeMean(images, ordered_json::json_pointer("/metrics"))},
           {"mean_settled", ComputeMean(images, ordered_json::json_pointer("/settled/metrics"))}};
@@ -179,6 +182,8 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
                        {"model", ToString(spec.model)},
                        {"status", report.cancelled ? "cancelled" : "done"},
                        {"law", ToString(spec.law)},
+                       {"contact", ToString(spec.contact.model)},
+                       {"thickness_m", spec.contact.thickness},
                        {"camera", ToString(spec.observation.camera.kind)},
                        {"centre", ToString(spec.observation.centre)},
                        {"mesh", spec.mesh},

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "losses/dataset/dataset.h"
+#include "physics/cloth/scene.h"
 #include "physics/material/laws/law_kind.h"
 #include "physics/material/material_scaling.h"
 #include "physics/util/options/enum_names.h"
@@ -43,6 +44,7 @@ struct FitSpec {
   std::string search_mesh = "disc:600";  // on which a fit on a finer mesh begins (SearchMeshes)
   std::string coarse_mesh = "disc:300";  // of the initial guesses
   LawKind law = LawKind::kSmooth;
+  CusickContact contact;
   ObservationOptions observation;
   StagedFitOptions stages;
   // Start entries below this share of their column's largest are raised to it: a log scale cannot
@@ -72,8 +74,9 @@ inline FitSpec FitSpecWithThreads(int threads) {
 // The fields of its own; those of the structs in it have visitors of their own.
 template <MutableOrConst<FitSpec> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
-  auto& [model, mesh, search_mesh, coarse_mesh, law, observation, stages, min_relative_stiffness,
-         table_form, simpler_models, prior, backend, threads, fields, posterior] = options;
+  auto& [model, mesh, search_mesh, coarse_mesh, law, contact, observation, stages,
+         min_relative_stiffness, table_form, simpler_models, prior, backend, threads, fields,
+         posterior] = options;
   visit(model,
         Field{.key = "model",
               .doc = "homogeneous: one table for the whole cloth; heterogeneous: then tables "
@@ -96,6 +99,14 @@ void VisitFields(Options& options, Visitor&& visit) {
                            .is_path = true,
                            .word = "disc:"});
   visit(law, Field{.key = "law", .doc = "how stiffness follows from strain and curvature"});
+  visit(contact.model, Field{.key = "contact",
+                             .doc = "what the hanging cloth can touch: none, or the support of the "
+                                    "drape test, for which it takes the CPU"});
+  visit(contact.thickness, Field{.key = "thickness",
+                                 .doc = "thickness of the cloth in contact",
+                                 .unit = "m",
+                                 .least = 0,
+                                 .most = 0.01});
   visit(min_relative_stiffness,
         Field{.key = "min_relative_stiffness",
               .doc = "start entries below this share of their column's largest are raised to it: "

@@ -131,6 +131,15 @@ std::vector<Option> ClothOptions(SceneInput& scene) {
        .least = 0,
        .most = 1},
       LawOption(scene.law),
+      EnumOption("contact", scene.contact.model,
+                 "what the hanging cloth can touch: none, or the support of the drape test, for "
+                 "which it takes the CPU"),
+      {.key = "thickness",
+       .value = &scene.contact.thickness,
+       .doc = "thickness of the cloth in contact",
+       .unit = "m",
+       .least = 0,
+       .most = 0.01},
   };
 }
 

@@ -66,6 +66,16 @@ void RequireRegions(const SceneInput& input, const Scene& scene, const Mesh& mes
                                       " in it, expected some");
 }
 
+void RequireOutside(const SceneInput& input, const Contact& contact, const State& start) {
+  for (Eigen::Index i = 0; i < start.x.size() / 3; ++i) {
+    const double gap = SmallestGap(contact, start.x.segment<3>(3 * i));
+    if (gap <= 0.0)
+      throw InputError(input.start == "flat" ? input.scene : input.start,
+                       Format("found vertex %d %.3g mm in an obstacle, expected a start outside",
+                              static_cast<int>(i), -1e3 * gap));
+  }
+}
+
 }  // namespace
 
 void RequireOneTable(const Material& material, const std::string& option) {
@@ -116,7 +126,10 @@ LoadedScene LoadScene(const SceneInput& input) {
   if (!input.material.empty()) loaded.material = ReadSceneMaterial(input, mesh, is_reference);
   for (const std::string& warning : loaded.material.warnings)
     LOG(WARNING) << MakePrintableLine(warning);
-  const Scene scene = input.scene == "cusick" ? CusickScene() : ReadScene(input.scene);
+  if (input.scene != "cusick" && input.contact.model != ContactModel::kNone)
+    throw InputError("option 'contact'", "found support with the scene " + input.scene +
+                                             ", expected none: a scene file lists its obstacles");
+  const Scene scene = input.scene == "cusick" ? CusickScene(input.contact) : ReadScene(input.scene);
   RequireRegions(input, scene, mesh);
   loaded.model = std::make_shared<ClothModel>(std::move(mesh), scene, law);
   const std::optional<double> support = SupportRadius(scene);
@@ -128,6 +141,7 @@ LoadedScene LoadScene(const SceneInput& input) {
     // A start shape is made for a support.
     loaded.start = ReadState(input.start, loaded.model->mesh.num_vertices());
   }
+  if (scene.contact) RequireOutside(input, *scene.contact, loaded.start);
   return loaded;
 }
 

@@ -19,6 +19,7 @@ struct SceneInput {
   double min_relative_stiffness = 0.0;  // RaiseSmallEntries; 0: the entries stay as they are
   std::string law = "smooth";           // MakeLaw
   std::string scene = "cusick";         // "cusick", or a scene file (ReadScene)
+  CusickContact contact;                // of the former
   std::string start = "flat";           // "flat", or a start shape or state file (ReadStart)
 };
 

@@ -25,6 +25,10 @@ void AddOuterForces(const ClothModel& model, double density, const Eigen::Vector
     force.segment<3>(3 * i) -= model.scene.handles->stiffness *
                                (x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i));
   for (const VertexLoad& load : model.loads) force.segment<3>(3 * load.vertex) += load.force;
+  if (model.scene.contact)
+    for (int i = 0; i < model.mesh.num_vertices(); ++i)
+      force.segment<3>(3 * i) +=
+          ContactForce(*model.scene.contact, model.vertex_area[i], x.segment<3>(3 * i));
 }
 
 // Adds stretch and bend of a step. A may be null (forces only).
@@ -119,6 +123,12 @@ void AssembleStep(const ClothModel& model, const MaterialField& material, const 
     A.AddScaledIdentity(model.pattern.diagonal[i], material.density * model.vertex_area[i]);
   for (int i : model.held)
     A.AddScaledIdentity(model.pattern.diagonal[i], h * h * model.scene.handles->stiffness);
+  if (model.scene.contact)
+    for (int i = 0; i < model.mesh.num_vertices(); ++i)
+      A.Add(model.pattern.diagonal[i],
+            h * h *
+                ContactStepStiffness(*model.scene.contact, model.vertex_area[i],
+                                     x.segment<3>(3 * i)));
 }
 
 void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
@@ -139,6 +149,11 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
         model.law.bend);
   for (int i : model.held)
     derivative.AddScaledIdentity(model.pattern.diagonal[i], -h * model.scene.handles->stiffness);
+  if (model.scene.contact)
+    for (int i = 0; i < model.mesh.num_vertices(); ++i)
+      derivative.Add(model.pattern.diagonal[i],
+                     ContactStepDerivative(*model.scene.contact, model.vertex_area[i],
+                                           x.segment<3>(3 * i), w.segment<3>(3 * i), h));
 }
 
 StressField MembraneStress(const ClothModel& model, const MaterialField& material,
@@ -195,6 +210,9 @@ double Energy(const ClothModel& model, const MaterialField& material, const Eige
               (x.segment<3>(3 * i) - model.mesh.rest_x.segment<3>(3 * i)).squaredNorm();
   for (const VertexLoad& load : model.loads)
     energy -= load.force.dot(x.segment<3>(3 * load.vertex));
+  if (model.scene.contact)
+    for (int i = 0; i < model.mesh.num_vertices(); ++i)
+      energy += ContactEnergy(*model.scene.contact, model.vertex_area[i], x.segment<3>(3 * i));
   if (model.scene.stretch)
     std::visit(
         [&](const auto& law) {

@@ -70,6 +70,13 @@ void AdjStep(const ClothModel& model, const MaterialField& material, const Eigen
         model.law.bend);
   for (int i : model.held)
     adj_x.middleRows<3>(3 * i) -= h * model.scene.handles->stiffness * lambda.middleRows<3>(3 * i);
+  if (model.scene.contact)
+    for (int i = 0; i < model.mesh.num_vertices(); ++i)
+      adj_x.middleRows<3>(3 * i) +=
+          ContactStepDerivative(*model.scene.contact, model.vertex_area[i], x.segment<3>(3 * i),
+                                w.segment<3>(3 * i), h)
+              .transpose() *
+          lambda.middleRows<3>(3 * i);
 }
 
 }  // namespace drape

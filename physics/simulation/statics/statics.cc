@@ -66,6 +66,7 @@ class EquilibriumSearch {
     Eigen::VectorXd dx = here_.force;
     solver_.linear().Solve(dx);
     dx *= control_.Scale(dx.cwiseAbs().maxCoeff());
+    if (solver_.model().scene.contact) ShortenMoves(*solver_.model().scene.contact, here_.x, dx);
     stress_ = ExtrapolatedMembraneStress(solver_.model(), material_, here_.x, dx);
     here_ = At(here_.x + dx);
     switch (control_.Judge(here_.residual, here_.energy)) {
@@ -147,7 +148,11 @@ double ForceResidual(const ClothModel& model, const MaterialField& material,
 
 EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& material,
                                    const Eigen::VectorXd& x, const EquilibriumOptions& options) {
-  return EquilibriumSearch(solver, material, options, x).Run();
+  const std::optional<Contact>& contact = solver.model().scene.contact;
+  if (!contact) return EquilibriumSearch(solver, material, options, x).Run();
+  Eigen::VectorXd outside = x;
+  PushOut(*contact, outside);
+  return EquilibriumSearch(solver, material, options, outside).Run();
 }
 
 bool EquilibriumTangent(StepSolver& solver, const MaterialField& material,

@@ -75,6 +75,10 @@ void Stiffness::AddStress(const StressField& change) {
   AddGeometricStiffness(solver_.model(), change, symmetric_);
 }
 
+void Stiffness::AddDiagonal(int vertex, const Eigen::Matrix3d& block) {
+  symmetric_.Add(solver_.model().pattern.diagonal[vertex], block);
+}
+
 bool Stiffness::Factor() { return solver_.linear().Factor(symmetric_); }
 
 bool Stiffness::FactorShifted(double length, double* mu,

@@ -27,6 +27,9 @@ class Stiffness {
   // Adds the geometric stiffness of a change of stress to Ks, until the next Assemble.
   void AddStress(const StressField& change);
 
+  // Adds a symmetric block of one vertex to Ks, until the next Assemble [N/m].
+  void AddDiagonal(int vertex, const Eigen::Matrix3d& block);
+
   // Factors Ks. Returns false when it is not positive definite.
   [[nodiscard]] bool Factor();
   // Factors Ks + μ·(M + ℓ²·L) of StiffnessShift [MODEL, M35] with ℓ = `length` [m] and μ = *mu

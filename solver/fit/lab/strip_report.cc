@@ -5,8 +5,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "physics/cloth/textbook.h"
 #include "physics/material/material_scaling.h"
+#include "physics/simulation/textbook.h"
 #include "physics/util/text_format.h"
 
 namespace drape {

@@ -6,10 +6,10 @@
 #include <limits>
 #include <utility>
 
-#include "physics/cloth/textbook.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/strip.h"
 #include "physics/simulation/load_path.h"
+#include "physics/simulation/textbook.h"
 
 namespace drape {
 namespace {

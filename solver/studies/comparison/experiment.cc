@@ -125,8 +125,8 @@ class Predictor {
   Predictor(const ExperimentTask& task, const RunControl& control)
       : task_(task),
         control_(control),
-        model_(std::make_shared<const ClothModel>(ParseMeshSpec(task.fit.mesh), CusickScene(),
-                                                  MakeLaw(task.fit.law))),
+        model_(std::make_shared<const ClothModel>(
+            ParseMeshSpec(task.fit.mesh), CusickScene(task.fit.contact), MakeLaw(task.fit.law))),
         backend_(MakeBackend(task.fit.backend, model_, task.fit.threads)),
         options_(task.prediction),
         materials_(ReadMaterialSource(task.folder, *model_, options_.seed)) {

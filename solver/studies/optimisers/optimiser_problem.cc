@@ -31,7 +31,8 @@ GrayImage TwinImage(const OptimiserBenchmarkOptions& options, const MaterialFiel
                     int seed) {
   constexpr int kSupersample = 4;
   const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(options.twin_mesh),
-                                                        CusickScene(), MakeLaw(options.spec.law));
+                                                        CusickScene(options.spec.contact),
+                                                        MakeLaw(options.spec.law));
   State start = model->RestState();
   start.x = ApplyStartShape(model->mesh, kSupportRadius,
                             RandomStartShape(static_cast<uint64_t>(seed), options.twin_hem_rms));

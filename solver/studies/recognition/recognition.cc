@@ -198,8 +198,8 @@ std::vector<ObservedCapture> TrainingImages(const RecognitionJob& job, const Sam
 void RunPredictionCell(const RecognitionJob& job, const Samples& samples,
                        const PredictionCell& cell, const std::atomic<bool>* cancel) {
   const FitSpec& fit = job.fits.fit;
-  const auto model =
-      std::make_shared<const ClothModel>(ParseMeshSpec(fit.mesh), CusickScene(), MakeLaw(fit.law));
+  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(fit.mesh),
+                                                        CusickScene(fit.contact), MakeLaw(fit.law));
   const auto backend = MakeBackend(fit.backend, model, 1);
   PredictionOptions options = job.prediction;
   options.faces = {ClothFace::kUp, ClothFace::kDown};

@@ -5,9 +5,9 @@
 #include <memory>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/cloth/textbook.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/strip.h"
+#include "physics/simulation/textbook.h"
 #include "physics/util/text_format.h"
 #include "solver/studies/validation/validation_groups.h"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <memory>
 
-#include "physics/cloth/textbook.h"
 #include "physics/mesh/strip.h"
+#include "physics/simulation/textbook.h"
 #include "physics/util/text_format.h"
 #include "solver/studies/validation/validation_groups.h"
 

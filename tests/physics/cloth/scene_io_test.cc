@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/cloth/scene_io.h"
 
-#include "physics/cloth/textbook.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/load_path.h"
 #include "physics/simulation/rollout.h"
+#include "physics/simulation/textbook.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {

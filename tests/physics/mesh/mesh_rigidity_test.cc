@@ -6,9 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include "physics/cloth/textbook.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/strip.h"
+#include "physics/simulation/textbook.h"
 
 namespace drape {
 namespace {

@@ -5,9 +5,9 @@
 #include <cstdio>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/cloth/textbook.h"
 #include "physics/mesh/strip.h"
 #include "physics/simulation/rollout.h"
+#include "physics/simulation/textbook.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {

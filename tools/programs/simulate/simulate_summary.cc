@@ -113,6 +113,9 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"mesh", MeshJson(options.scene.mesh, scene.model->mesh)},
                {"camera", CameraJson(camera)}};
   if (options.scene.scene != "cusick") json["scene"] = options.scene.scene;
+  if (const std::optional<Contact>& contact = scene.model->scene.contact)
+    json["contact"] = {{"thickness_m", contact->thickness},
+                       {"smallest_gap_m", SmallestGap(*contact, result.simulation.end.x)}};
   if (!options.accuracy.accuracy.empty()) json["accuracy"] = options.accuracy.accuracy;
   if (result.unsupported) {
     for (const char* key : {"dc", "folds", "fault", "camera"}) json.erase(key);

@@ -6,6 +6,7 @@
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material.h"
+#include "physics/simulation/implicit_euler.h"
 
 namespace drape {
 
@@ -50,13 +51,7 @@ std::unique_ptr<Integrator> MakeLinearlyImplicitEuler(std::shared_ptr<const Clot
                                                       StepLinearSolver solver,
                                                       const PcgOptions& pcg = {});
 
-// Implicit Euler to convergence: M·(x − y)/h² = f(x), y = x_t0 + h·v_t0, by Newton's method on the
-// exact K, symmetrised and shifted where M/h² + K is not positive definite, with backtracking.
-struct ImplicitEulerOptions {
-  double tolerance = 1e-8;   // ‖f − M(x − y)/h²‖ ≤ tolerance × weight
-  int max_iterations = 200;  // Newton steps
-  int max_halvings = 12;     // of one Newton step
-};
+// ImplicitEuler (physics/simulation/implicit_euler.h).
 std::unique_ptr<Integrator> MakeImplicitEuler(std::shared_ptr<const ClothModel> model,
                                               const MaterialField& material, double h,
                                               const ImplicitEulerOptions& options = {});

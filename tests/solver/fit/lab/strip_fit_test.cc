@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "physics/cloth/textbook.h"
 #include "physics/material/material_io.h"
+#include "physics/simulation/textbook.h"
 #include "physics/util/json_input.h"
 #include "solver/fit/lab/strip_report.h"
 #include "solver/job/fit_job.h"

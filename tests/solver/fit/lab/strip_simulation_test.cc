@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "physics/cloth/textbook.h"
+#include "physics/simulation/textbook.h"
 #include "solver/fit/lab/strip_report.h"
 #include "solver/fit/parameters/parametrisation.h"
 #include "tests/physics/cloth_fixture.h"

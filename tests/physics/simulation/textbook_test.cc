@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/cloth/textbook.h"
+#include "physics/simulation/textbook.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "physics/cloth/contact/obstacle.h"
+
+namespace drape {
+
+// Contact of a cloth with obstacles, at its vertices [MODEL, M60]. The midsurface keeps half of the
+// thickness from an obstacle; what is left of the distance is the gap, which is always positive.
+struct Contact {
+  double thickness = 4e-4;   // of the cloth [m], ≥ 0
+  double range = 5e-4;       // of the gap in which surfaces push one another [m], > 0
+  double stiffness = 100.0;  // κ, of the surfaces' pile [Pa], > 0
+  std::vector<Obstacle> obstacles = {};
+};
+
+// The support of the drape test in a scene where cloth is held on z = 0: a plate so far below that
+// it does not push what lies flat on it.
+PlateObstacle MakeSupport(const Contact& contact, double radius);
+
+// Of one vertex at x that stands for `area` of the cloth [m²].
+double ContactEnergy(const Contact& contact, double area, const Eigen::Vector3d& x);          // [J]
+Eigen::Vector3d ContactForce(const Contact& contact, double area, const Eigen::Vector3d& x);  // [N]
+// The positive semidefinite part of −∂f/∂x, H of a step [N/m].
+Eigen::Matrix3d ContactStepStiffness(const Contact& contact, double area, const Eigen::Vector3d& x);
+// ∂g/∂x of g(x; w) = h·f(x) − h²·H(x)·w with w held [MODEL, M31].
+Eigen::Matrix3d ContactStepDerivative(const Contact& contact, double area, const Eigen::Vector3d& x,
+                                      const Eigen::Vector3d& w, double h);
+
+// Of all vertices, shape [3V].
+// The smallest gap [m]; infinite without obstacles.
+double SmallestGap(const Contact& contact, const Eigen::VectorXd& x);
+// Moves vertices whose gap is less than a tenth of the range away from the obstacle: shapes that
+// were interpolated or extrapolated can lie in it. Returns whether it has moved one.
+bool PushOut(const Contact& contact, Eigen::VectorXd& x);
+// Shortens the move dx of each vertex at x, whose gaps are positive, so that on the straight way
+// no gap falls below a tenth of what it was. Returns whether it has shortened one.
+bool ShortenMoves(const Contact& contact, const Eigen::VectorXd& x, Eigen::VectorXd& dx);
+
+}  // namespace drape

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/cloth/contact/surface_obstacle.h"
+
+#include <glog/logging.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "physics/cloth/contact/obstacle.h"
+
+namespace drape {
+namespace {
+
+constexpr double kCell = 0.02;  // [m], about a triangle of a body
+
+// The weights of the corners a, b, c at the point of their triangle nearest to p [Ericson 2005].
+Eigen::Vector3d NearestWeights(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
+                               const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return {1.0, 0.0, 0.0};
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return {0.0, 1.0, 0.0};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return {1.0 - d1 / (d1 - d3), d1 / (d1 - d3), 0.0};
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return {0.0, 0.0, 1.0};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return {1.0 - d2 / (d2 - d6), 0.0, d2 / (d2 - d6)};
+  const double va = d3 * d6 - d5 * d4, along = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+  if (va <= 0.0 && d4 >= d3 && d5 >= d6) return {0.0, 1.0 - along, along};
+  const double sum = va + vb + vc;
+  return {va / sum, vb / sum, vc / sum};
+}
+
+}  // namespace
+
+SurfaceObstacle::SurfaceObstacle(Eigen::Matrix3Xd x, std::vector<std::array<int, 3>> triangles,
+                                 Eigen::Matrix3Xd before, double reach)
+    : x_(std::move(x)),
+      before_(std::move(before)),
+      triangles_(std::move(triangles)),
+      reach_(reach) {
+  CHECK(before_.cols() == 0 || before_.cols() == x_.cols());
+  CHECK_GT(reach, 0.0);
+  FindNormals();
+  FillGrid();
+}
+
+void SurfaceObstacle::FindNormals() {
+  const auto count = static_cast<Eigen::Index>(triangles_.size());
+  face_normal_.resize(3, count);
+  corner_normal_ = Eigen::Matrix3Xd::Zero(3, x_.cols());
+  neighbour_.assign(triangles_.size(), {-1, -1, -1});
+  std::map<std::pair<int, int>, std::pair<int, int>> of_edge;  // (from, to): triangle, corner
+  for (int t = 0; t < count; ++t) {
+    const auto& [a, b, c] = triangles_[t];
+    face_normal_.col(t) = (x_.col(b) - x_.col(a)).cross(x_.col(c) - x_.col(a)).normalized();
+    for (int k = 0; k < 3; ++k) {
+      const int here = triangles_[t][k], next = triangles_[t][(k + 1) % 3],
+                last = triangles_[t][(k + 2) % 3];
+      const Eigen::Vector3d u = (x_.col(next) - x_.col(here)).normalized(),
+                            v = (x_.col(last) - x_.col(here)).normalized();
+      const double angle = std::acos(std::clamp(u.dot(v), -1.0, 1.0));
+      corner_normal_.col(here) += angle * face_normal_.col(t);
+      CHECK(of_edge.try_emplace({next, last}, t, k).second) << "an edge of two like triangles";
+    }
+  }
+  for (const auto& [edge, side] : of_edge) {
+    const auto other = of_edge.find({edge.second, edge.first});
+    CHECK(other != of_edge.end()) << "a surface with a border";
+    neighbour_[side.first][side.second] = other->second.first;
+  }
+}
+
+void SurfaceObstacle::FillGrid() {
+  origin_ = x_.rowwise().minCoeff().array() - reach_;
+  const Eigen::Vector3d extent = x_.rowwise().maxCoeff().array() + reach_ - origin_.array();
+  cells_ = (extent / kCell).array().floor().cast<int>() + 1;
+  // Each triangle in all cells that its box, inflated by the reach, meets: counted, then filled.
+  cell_start_.assign(static_cast<std::size_t>(cells_.prod()) + 1, 0);
+  const auto for_each = [&](const auto& visit) {
+    for (int t = 0; t < static_cast<int>(triangles_.size()); ++t) {
+      const Eigen::Matrix3d corners = x_(Eigen::all, triangles_[t]);
+      const Eigen::Vector3i low = Cell(corners.rowwise().minCoeff().array() - reach_);
+      const Eigen::Vector3i high = Cell(corners.rowwise().maxCoeff().array() + reach_);
+      for (int i = std::max(0, low[0]); i <= std::min(high[0], cells_[0] - 1); ++i)
+        for (int j = std::max(0, low[1]); j <= std::min(high[1], cells_[1] - 1); ++j)
+          for (int k = std::max(0, low[2]); k <= std::min(high[2], cells_[2] - 1); ++k)
+            visit((i * cells_[1] + j) * cells_[2] + k, t);
+    }
+  };
+  for_each([&](int cell, int) { ++cell_start_[cell + 1]; });
+  for (std::size_t c = 1; c < cell_start_.size(); ++c) cell_start_[c] += cell_start_[c - 1];
+  cell_triangle_.resize(cell_start_.back());
+  std::vector<int> next(cell_start_.begin(), cell_start_.end() - 1);
+  for_each([&](int cell, int t) { cell_triangle_[next[cell]++] = t; });
+}
+
+Eigen::Vector3i SurfaceObstacle::Cell(const Eigen::Vector3d& x) const {
+  return ((x - origin_) / kCell).array().floor().cast<int>();
+}
+
+SurfaceObstacle::Nearest SurfaceObstacle::FindNearest(const Eigen::Vector3d& x) const {
+  Nearest nearest;
+  const Eigen::Vector3d place = (x - origin_) / kCell;
+  if (!(place.minCoeff() >= 0.0 && (place.array() < cells_.cast<double>().array()).all()))
+    return nearest;
+  const Eigen::Vector3i cell = Cell(x);
+  const int c = (cell[0] * cells_[1] + cell[1]) * cells_[2] + cell[2];
+  double least = reach_ * reach_;
+  for (int i = cell_start_[c]; i < cell_start_[c + 1]; ++i) {
+    const int t = cell_triangle_[i];
+    const auto& [p, q, r] = triangles_[t];
+    const Eigen::Vector3d weights = NearestWeights(x, x_.col(p), x_.col(q), x_.col(r));
+    const double square =
+        (x - weights[0] * x_.col(p) - weights[1] * x_.col(q) - weights[2] * x_.col(r))
+            .squaredNorm();
+    if (square >= least) continue;
+    least = square;
+    nearest = {t, weights};
+  }
+  return nearest;
+}
+
+Eigen::Vector3d SurfaceObstacle::PseudoNormal(const Nearest& nearest) const {
+  const std::array<int, 3>& corners = triangles_[nearest.triangle];
+  const Eigen::Vector3d& weights = nearest.weights;
+  for (int k = 0; k < 3; ++k)
+    if (weights[k] == 1.0) return corner_normal_.col(corners[k]);
+  for (int k = 0; k < 3; ++k)
+    if (weights[k] == 0.0)
+      return face_normal_.col(nearest.triangle) + face_normal_.col(neighbour_[nearest.triangle][k]);
+  return face_normal_.col(nearest.triangle);
+}
+
+Eigen::Vector3d SurfaceObstacle::Move(const Eigen::Vector3d& x) const {
+  const Nearest nearest = FindNearest(x);
+  if (nearest.triangle < 0 || before_.cols() == 0) return Eigen::Vector3d::Zero();
+  const std::array<int, 3>& corners = triangles_[nearest.triangle];
+  return (x_(Eigen::all, corners) - before_(Eigen::all, corners)) * nearest.weights;
+}
+
+ObstacleDistance SurfaceObstacle::DistanceTo(const Eigen::Vector3d& x) const {
+  const Nearest nearest = FindNearest(x);
+  if (nearest.triangle < 0) return {.value = reach_};
+  const auto& [a, b, c] = triangles_[nearest.triangle];
+  const Eigen::Vector3d& w = nearest.weights;
+  const Eigen::Vector3d offset = x - w[0] * x_.col(a) - w[1] * x_.col(b) - w[2] * x_.col(c);
+  const double length = offset.norm(), side = offset.dot(PseudoNormal(nearest)) < 0.0 ? -1.0 : 1.0;
+  const Eigen::Vector3d face = face_normal_.col(nearest.triangle);
+  if (!(length > 0.0)) return {.value = 0.0, .normal = face};
+  return {.value = side * length, .normal = side / length * offset};
+}
+
+}  // namespace drape

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace drape {
+
+struct ObstacleDistance;
+
+// A solid bounded by a closed triangle mesh, such as a body at one time. Its distance is exact up
+// to `reach`, which has to be more than cloth can enter or come near between two times.
+class SurfaceObstacle {
+ public:
+  // x: shape [3, V] [m]; triangles: counter-clockwise seen from outside, each edge in two of them.
+  // before: of the vertices at the begin of the step, in whose course friction is reckoned; empty:
+  // the solid does not move.
+  SurfaceObstacle(Eigen::Matrix3Xd x, std::vector<std::array<int, 3>> triangles,
+                  Eigen::Matrix3Xd before = {}, double reach = 0.03);
+
+  const Eigen::Matrix3Xd& x() const { return x_; }
+  // To the nearest point of the mesh, negative inside [Baerentzen 2005]; `reach` and no derivatives
+  // where no triangle is nearer. The second derivatives are left out: they are zero over a
+  // triangle, and over edges and corners those of facets, not of the body.
+  ObstacleDistance DistanceTo(const Eigen::Vector3d& x) const;
+  // How far the point nearest to x has moved in the step [m].
+  Eigen::Vector3d Move(const Eigen::Vector3d& x) const;
+
+ private:
+  // The nearest point as weights of the three corners of a triangle; triangle −1: none in reach.
+  struct Nearest {
+    int triangle = -1;
+    Eigen::Vector3d weights = Eigen::Vector3d::Zero();
+  };
+  Nearest FindNearest(const Eigen::Vector3d& x) const;
+  void FillGrid();
+  void FindNormals();
+  // The cell of x, shape [3]; outside of the grid: negative or too large.
+  Eigen::Vector3i Cell(const Eigen::Vector3d& x) const;
+  // Of a nearest point by its weights: that of its triangle, edge or corner.
+  Eigen::Vector3d PseudoNormal(const Nearest& nearest) const;
+
+  Eigen::Matrix3Xd x_, before_;
+  std::vector<std::array<int, 3>> triangles_;
+  double reach_;
+  Eigen::Matrix3Xd face_normal_, corner_normal_;  // of triangles; of vertices, by angle
+  std::vector<std::array<int, 3>> neighbour_;     // of triangle t over the edge opposite corner k
+  // Triangles within reach of each cell of a grid over the mesh.
+  Eigen::Vector3d origin_;
+  Eigen::Vector3i cells_;
+  std::vector<int> cell_start_, cell_triangle_;
+};
+
+}  // namespace drape

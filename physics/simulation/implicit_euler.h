@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "physics/cloth/assembly/step_solver.h"
+#include "physics/cloth/state.h"
+#include "physics/simulation/statics/stiffness.h"
+
+namespace drape {
+
+struct ImplicitEulerOptions {
+  double tolerance = 1e-8;   // ‖f − M(x − y)/h²‖ ≤ tolerance × weight
+  int max_iterations = 200;  // Newton steps
+  int max_halvings = 12;     // of one Newton step
+  // Coulomb's friction with obstacles, smoothed and lagged [MODEL, M61].
+  double friction = 0.0;          // μ
+  double creep_speed = 1e-3;      // relative speed above which a contact slides [m/s], > 0
+  int friction_rounds = 5;        // solves of a step for the lagged normal forces
+  double friction_change = 0.01;  // of these forces, below which no further round follows
+};
+
+enum class ImplicitEulerStatus {
+  kOk,
+  kNotPositiveDefinite,  // a factorisation failed, with every shift allowed
+  kNotConverged,         // the budget of Newton's iterations or halvings is spent
+  kNotFinite             // positions or velocities overflowed
+};
+
+// A vertex that a spring holds at a place that can change in time, beside the handles of the scene.
+struct Pin {
+  int vertex = 0;
+  double stiffness = 1e3;  // [N/m]
+  Eigen::Vector3d place;   // [m]
+};
+
+// What is around a cloth at the end of a step, beside its scene.
+struct Surroundings {
+  const Contact* contact = nullptr;  // in place of the scene's
+  std::vector<Pin> pins = {};
+};
+
+// What the last step took.
+struct ImplicitEulerCost {
+  int newton_steps = 0, friction_rounds = 0;
+};
+
+// Implicit Euler to convergence [MODEL, M32]: M·(x − y)/h² = f(x), y = x_t0 + h·v_t0, by Newton's
+// method on the exact K, symmetrised and shifted where M/h² + K is not positive definite, with
+// backtracking on the energy. No vertex enters an obstacle.
+class ImplicitEuler {
+ public:
+  ImplicitEuler(std::shared_ptr<const ClothModel> model, const MaterialField& material, double h,
+                const ImplicitEulerOptions& options);
+
+  // One step. A vertex that the motion of an obstacle has swallowed is first pushed out of it
+  // (PushOut). After another status than kOk the state is not to be used.
+  [[nodiscard]] ImplicitEulerStatus Advance(State& state, const Surroundings& around = {});
+  const ImplicitEulerCost& cost() const { return cost_; }
+
+ private:
+  // A shape tried for the end of a step.
+  struct Trial {
+    Eigen::VectorXd x, unbalanced;  // [m]; f − M(x − y)/h² [N]
+    double residual = 0.0;          // its norm by the weight
+    // E + ½‖x − y‖²_M/h² [J], a merit: E is a potential where tables are linear.
+    double potential = 0.0;
+  };
+  // The lagged friction of one vertex with one obstacle.
+  struct Rub {
+    int vertex;
+    double normal_force;     // λ [N]
+    Eigen::Vector3d normal;  // n
+    Eigen::Vector3d start;   // where the vertex would be if it moved with the obstacle [m]
+  };
+  struct RubForce {
+    double potential;  // [J]
+    Eigen::Vector3d force;
+    Eigen::Matrix3d stiffness;  // positive semidefinite
+  };
+
+  const Contact* contact() const;  // of the surroundings, or the scene's
+  Trial At(const Eigen::VectorXd& x) const;
+  void AddSurroundings(Trial& trial) const;
+  bool Factor(const Eigen::VectorXd& x);
+  bool Backtrack(const Eigen::VectorXd& dx, Trial& here) const;
+  ImplicitEulerStatus Minimise(Trial& here);
+  RubForce Rubbing(const Rub& rub, const Eigen::Vector3d& x) const;
+  // Finds the normal forces at x. Returns by how much of their sum they have changed.
+  double FindRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
+
+  MaterialField material_;
+  double h_;
+  ImplicitEulerOptions options_;
+  StepSolver solver_;
+  Stiffness stiffness_;
+  Eigen::VectorXd mass_by_h2_;
+  double weight_;
+  Eigen::VectorXd coasted_;  // y of the present step
+  Surroundings around_;      // of the present step
+  std::vector<Rub> rubs_;
+  ImplicitEulerCost cost_;
+};
+
+}  // namespace drape
