@@ -29,7 +29,9 @@ std::vector<Point> MakePoints(const std::vector<Triangle>& triangles, const Eige
 // Turns the corners, keeping their order, so that those that `other` has too come first. Returns
 // how many these are.
 int SharedCornersFirst(const Triangle& other, Triangle& t) {
-  const auto shared = [&](int i) { return std::find(other.begin(), other.end(), i) != other.end(); };
+  const auto shared = [&](int i) {
+    return std::find(other.begin(), other.end(), i) != other.end();
+  };
   const int count = static_cast<int>(std::count_if(t.begin(), t.end(), shared));
   while (count > 0 && count < 3 && !(shared(t[0]) && (count == 1 || shared(t[1]))))
     std::rotate(t.begin(), t.begin() + 1, t.end());
