@@ -62,7 +62,7 @@ Pose Turn(double t, double a) {
   return pose;
 }
 
-Pose Hop(double t, double a) {
+Pose Jump(double t, double a) {
   const double phase = kTurn * 1.25 * t;
   const double crouch = a * .5 * (1 + std::cos(phase));
   Pose pose;
@@ -82,7 +82,7 @@ Pose Hop(double t, double a) {
 }  // namespace
 
 const std::vector<std::string>& MotionNames() {
-  static const std::vector<std::string> names = {"stand", "walk", "turn", "hop"};
+  static const std::vector<std::string> names = {"stand", "walk", "turn", "jump"};
   return names;
 }
 
@@ -91,7 +91,7 @@ MotionKind ParseMotion(const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end())
     throw InputError("motion",
-                     "found '" + MakePrintableLine(name) + "', expected stand, walk, turn or hop");
+                     "found '" + MakePrintableLine(name) + "', expected stand, walk, turn or jump");
   return static_cast<MotionKind>(found - names.begin());
 }
 
@@ -103,7 +103,7 @@ MannequinMotion::MannequinMotion(MotionKind kind, double arm_angle)
 }
 
 Pose MannequinMotion::PoseAt(double t) const {
-  constexpr Pose (*kPoses[])(double, double) = {Stand, Walk, Turn, Hop};
+  constexpr Pose (*kPoses[])(double, double) = {Stand, Walk, Turn, Jump};
   Pose pose = kPoses[static_cast<int>(kind_)](t - start_, SmoothStep((t - start_) / kRampSeconds));
   const double lowered = SmoothStep((t - kGrowSeconds) / kLowerSeconds);
   for (double& lift : pose.arm_lift) lift += (1 - lowered) * lift_;

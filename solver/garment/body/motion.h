@@ -9,10 +9,10 @@
 namespace drape {
 
 // What the mannequin does [METHODS, P65]: it stands and breathes, walks on one spot at one stride a
-// second, turns to and fro, or hops.
-enum class MotionKind { kStand, kWalk, kTurn, kHop };
+// second, turns to and fro, or jumps.
+enum class MotionKind { kStand, kWalk, kTurn, kJump };
 
-// "stand", "walk", "turn", "hop".
+// "stand", "walk", "turn", "jump".
 const std::vector<std::string>& MotionNames();
 // Throws InputError, with the names, for another one.
 MotionKind ParseMotion(const std::string& name);

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 using ::testing::IsEmpty;
 
 constexpr MotionKind kMotions[] = {MotionKind::kStand, MotionKind::kWalk, MotionKind::kTurn,
-                                   MotionKind::kHop};
+                                   MotionKind::kJump};
 
 // Each is made once. Its arms are lifted to 80° at first.
 const Mannequin& MakeMannequin(MotionKind kind) {
@@ -138,7 +138,7 @@ TEST(Mannequin, ThePelvisCarriesWhatItHolds) {
 }
 
 TEST(MannequinMotion, RefusesUnknownNamesAndArms) {
-  EXPECT_EQ(ParseMotion("hop"), MotionKind::kHop);
+  EXPECT_EQ(ParseMotion("jump"), MotionKind::kJump);
   EXPECT_THROW(ParseMotion("fly"), InputError);
   EXPECT_THROW(MannequinMotion(MotionKind::kWalk, .1), InputError);
   EXPECT_THROW(Mannequin(MannequinMotion(MotionKind::kWalk), .001), InputError);
