@@ -16,7 +16,6 @@ namespace {
 
 using std::numbers::pi;
 using Edges = std::vector<std::pair<int, int>>;
-using Triangles = std::vector<std::array<int, 3>>;
 
 constexpr int kMinVertices = 100, kMaxVertices = 1000000;
 constexpr int kRelaxationSteps = 100;
@@ -90,23 +89,6 @@ void AddScattered(Eigen::Matrix2Xd& points, int first, int count, double r0, dou
   }
 }
 
-// Moves the free points (from `first_free` on) to the area-weighted mean of the centroids of the
-// adjacent triangles.
-void Relax(Eigen::Matrix2Xd& points, int first_free, const Triangles& triangles) {
-  Eigen::Matrix2Xd sum = Eigen::Matrix2Xd::Zero(2, points.cols());
-  Eigen::VectorXd weight = Eigen::VectorXd::Zero(points.cols());
-  for (const auto& t : triangles) {
-    const Eigen::Vector2d a = points.col(t[0]), b = points.col(t[1]), c = points.col(t[2]);
-    const Eigen::Vector2d e1 = b - a, e2 = c - a;
-    const double area = e1.x() * e2.y() - e2.x() * e1.y();
-    for (const int i : t) {
-      sum.col(i) += area * (a + b + c) / 3;
-      weight[i] += area;
-    }
-  }
-  for (Eigen::Index i = first_free; i < points.cols(); ++i) points.col(i) = sum.col(i) / weight[i];
-}
-
 Edges RingEdges(int first, int count) {
   Edges edges;
   for (int i = 0; i < count; ++i) edges.emplace_back(first + i, first + (i + 1) % count);
@@ -143,7 +125,7 @@ Mesh MakeDisc(const DiscOptions& options) {
                row, random);
   const Edges edges = RingEdges(0, n.ring);
   for (int step = 0; step < kRelaxationSteps; ++step) {
-    Relax(points, first_inner, Triangulate(points, edges));
+    MoveToCentroids(Triangulate(points, edges), first_inner, points);
   }
   return FlatMesh(points, edges);
 }

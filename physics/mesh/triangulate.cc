@@ -66,4 +66,20 @@ std::vector<std::array<int, 3>> Triangulate(const Eigen::Matrix2Xd& points,
   return triangles;
 }
 
+void MoveToCentroids(const std::vector<std::array<int, 3>>& triangles, int first_free,
+                     Eigen::Matrix2Xd& points) {
+  Eigen::Matrix2Xd sum = Eigen::Matrix2Xd::Zero(2, points.cols());
+  Eigen::VectorXd weight = Eigen::VectorXd::Zero(points.cols());
+  for (const auto& t : triangles) {
+    const Eigen::Vector2d a = points.col(t[0]), b = points.col(t[1]), c = points.col(t[2]);
+    const Eigen::Vector2d e1 = b - a, e2 = c - a;
+    const double area = e1.x() * e2.y() - e2.x() * e1.y();
+    for (const int i : t) {
+      sum.col(i) += area * (a + b + c) / 3;
+      weight[i] += area;
+    }
+  }
+  for (Eigen::Index i = first_free; i < points.cols(); ++i) points.col(i) = sum.col(i) / weight[i];
+}
+
 }  // namespace drape
