@@ -30,6 +30,7 @@ ImplicitEuler::ImplicitEuler(std::shared_ptr<const ClothModel> model, const Mate
       options_(options),
       solver_(std::move(model)),
       stiffness_(solver_, material_),
+      step_matrix_(solver_.model().pattern),
       mass_by_h2_(solver_.model().LumpedMass(material.density) / (h * h)),
       weight_(CharacteristicForce(solver_.model(), material)) {
   CHECK_GT(h, 0.0);
@@ -48,7 +49,10 @@ ImplicitEulerStatus ImplicitEuler::Advance(State& state, const Surroundings& aro
   coasted_ = state.x + h_ * state.v;
   cost_ = {};
   Eigen::VectorXd start = state.x;
-  if (contact() != nullptr) PushOut(*contact(), start);
+  if (contact() != nullptr) {
+    PushOut(*contact(), start);
+    clearance_ = Clearance(*contact(), start);
+  }
   rubs_.clear();
   const bool rubs = contact() != nullptr && options_.friction > 0.0;
   if (rubs) FindRubs(state.x, start);
@@ -68,14 +72,21 @@ ImplicitEulerStatus ImplicitEuler::Advance(State& state, const Surroundings& aro
 }
 
 ImplicitEulerStatus ImplicitEuler::Minimise(Trial& here) {
+  bool shifted = false;
   for (int i = 0; here.residual > options_.tolerance; ++i) {
     if (i == options_.max_iterations) return ImplicitEulerStatus::kNotConverged;
     if (!std::isfinite(here.residual)) return ImplicitEulerStatus::kNotFinite;
-    if (!Factor(here.x)) return ImplicitEulerStatus::kNotPositiveDefinite;
-    Eigen::VectorXd dx = here.unbalanced;
+    if (!Factor(here.x, shifted)) return ImplicitEulerStatus::kNotPositiveDefinite;
+    Eigen::VectorXd dx = scale_ * here.unbalanced;
     solver_.linear().Solve(dx);
     ++cost_.newton_steps;
-    if (!Backtrack(dx, here)) return ImplicitEulerStatus::kNotConverged;
+    if (Backtrack(dx, here)) {
+      shifted = false;
+    } else if (shifted || scale_ == 1.0) {
+      return ImplicitEulerStatus::kNotConverged;
+    } else {
+      shifted = true;
+    }
   }
   return ImplicitEulerStatus::kOk;
 }
@@ -96,6 +107,7 @@ void ImplicitEuler::AddSurroundings(Trial& trial) const {
   if (around_.contact != nullptr)
     for (int i = 0; i < model.mesh.num_vertices(); ++i) {
       const Eigen::Vector3d x = trial.x.segment<3>(3 * i);
+      if (!clearance_.MayTouch(i, x)) continue;
       trial.unbalanced.segment<3>(3 * i) += ContactForce(*around_.contact, model.vertex_area[i], x);
       trial.potential += ContactEnergy(*around_.contact, model.vertex_area[i], x);
     }
@@ -111,22 +123,41 @@ void ImplicitEuler::AddSurroundings(Trial& trial) const {
   }
 }
 
-// K + M·μ, μ = 1/h² or, where that is not positive definite, more.
-bool ImplicitEuler::Factor(const Eigen::VectorXd& x) {
+template <class Add>
+void ImplicitEuler::AddSurroundings(const Eigen::VectorXd& x, const Add& add) const {
   const ClothModel& model = solver_.model();
-  stiffness_.Assemble(x);
   if (around_.contact != nullptr)
     for (int i = 0; i < model.mesh.num_vertices(); ++i)
-      stiffness_.AddDiagonal(
-          i, ContactStepStiffness(*around_.contact, model.vertex_area[i], x.segment<3>(3 * i)));
-  for (const Pin& pin : around_.pins)
-    stiffness_.AddDiagonal(pin.vertex, pin.stiffness * Eigen::Matrix3d::Identity());
+      if (clearance_.MayTouch(i, x.segment<3>(3 * i)))
+        add(i, ContactStepStiffness(*around_.contact, model.vertex_area[i], x.segment<3>(3 * i)));
+  for (const Pin& pin : around_.pins) add(pin.vertex, pin.stiffness * Eigen::Matrix3d::Identity());
   for (const Rub& rub : rubs_)
-    stiffness_.AddDiagonal(rub.vertex, Rubbing(rub, x.segment<3>(3 * rub.vertex)).stiffness);
+    add(rub.vertex, Rubbing(rub, x.segment<3>(3 * rub.vertex)).stiffness);
+}
+
+// M/h² + K where that is positive definite. Otherwise M/h² + H, which always is and needs fewer
+// steps than a shifted K as long as these lower the potential; else K with a larger multiple of M.
+bool ImplicitEuler::Factor(const Eigen::VectorXd& x, bool shifted) {
+  const auto add_to_stiffness = [&](int vertex, const Eigen::Matrix3d& block) {
+    stiffness_.AddDiagonal(vertex, block);
+  };
+  stiffness_.Assemble(x);
+  AddSurroundings(x, add_to_stiffness);
+  scale_ = 1.0;
   double mu = 1.0 / (h_ * h_);
-  return stiffness_.FactorShifted(0.0, &mu, [](double failed) {
-    return 4.0 * failed > kMostShift ? std::nullopt : std::optional(4.0 * failed);
+  const bool factored = stiffness_.FactorShifted(0.0, &mu, [&](double failed) {
+    const bool ends = !shifted || 4.0 * failed > kMostShift;
+    return ends ? std::nullopt : std::optional(4.0 * failed);
   });
+  if (factored || shifted) return factored;
+  const ClothModel& model = solver_.model();
+  Eigen::VectorXd force;
+  AssembleStep(model, material_, x, h_, force, step_matrix_);
+  AddSurroundings(x, [&](int vertex, const Eigen::Matrix3d& block) {
+    step_matrix_.Add(model.pattern.diagonal[vertex], h_ * h_ * block);
+  });
+  scale_ = h_ * h_;
+  return solver_.linear().Factor(step_matrix_);
 }
 
 // Halves the step until it lowers the potential, or near the end the residual. Each vertex goes as
@@ -135,7 +166,7 @@ bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here) const {
   double length = 1.0;
   for (int k = 0; k <= options_.max_halvings; ++k, length *= 0.5) {
     Eigen::VectorXd moves = length * dx;
-    if (contact() != nullptr) ShortenMoves(*contact(), here.x, moves);
+    if (contact() != nullptr) clearance_.ShortenMoves(here.x, moves);
     Trial next = At(here.x + moves);
     const bool better = next.potential < here.potential || next.residual < 0.9 * here.residual;
     if (!better || !std::isfinite(next.residual)) continue;
@@ -169,20 +200,22 @@ double ImplicitEuler::FindRubs(const Eigen::VectorXd& before, const Eigen::Vecto
   std::vector<double> old(model.mesh.num_vertices(), 0.0), now = old;
   for (const Rub& rub : rubs_) old[rub.vertex] += rub.normal_force;
   rubs_.clear();
-  for (int i = 0; i < model.mesh.num_vertices(); ++i)
+  for (int i = 0; i < model.mesh.num_vertices(); ++i) {
+    const Eigen::Vector3d here = x.segment<3>(3 * i);
+    if (!clearance_.MayTouch(i, here)) continue;
     for (const Obstacle& obstacle : contact()->obstacles) {
-      const Eigen::Vector3d here = x.segment<3>(3 * i);
       const ObstacleDistance distance = DistanceTo(obstacle, here);
       const double gap = distance.value - 0.5 * contact()->thickness;
       if (gap >= contact()->range) continue;
       const double force = -contact()->stiffness * model.vertex_area[i] *
-                           EvaluateBarrier(gap, contact()->range).slope;
+                           EvaluateBarrier(gap, contact()->range).slope * distance.normal.norm();
       rubs_.push_back({.vertex = i,
                        .normal_force = force,
-                       .normal = distance.normal,
+                       .normal = distance.normal.normalized(),
                        .start = before.segment<3>(3 * i) + SurfaceMove(obstacle, here)});
       now[i] += force;
     }
+  }
   double sum = 0.0, change = 0.0;
   for (std::size_t i = 0; i < now.size(); ++i) {
     sum += now[i];

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/cloth/assembly/step_solver.h"
+#include "physics/cloth/contact/clearance.h"
 #include "physics/cloth/state.h"
 #include "physics/simulation/statics/stiffness.h"
 
@@ -84,7 +85,10 @@ class ImplicitEuler {
   const Contact* contact() const;  // of the surroundings, or the scene's
   Trial At(const Eigen::VectorXd& x) const;
   void AddSurroundings(Trial& trial) const;
-  bool Factor(const Eigen::VectorXd& x);
+  // Calls add(vertex, block) for the positive semidefinite stiffness of the surroundings.
+  template <class Add>
+  void AddSurroundings(const Eigen::VectorXd& x, const Add& add) const;
+  bool Factor(const Eigen::VectorXd& x, bool shifted);
   bool Backtrack(const Eigen::VectorXd& dx, Trial& here) const;
   ImplicitEulerStatus Minimise(Trial& here);
   RubForce Rubbing(const Rub& rub, const Eigen::Vector3d& x) const;
@@ -96,10 +100,13 @@ class ImplicitEuler {
   ImplicitEulerOptions options_;
   StepSolver solver_;
   Stiffness stiffness_;
+  BlockMatrix step_matrix_;
+  double scale_ = 1.0;  // of the factored matrix, relative to M/h² + K
   Eigen::VectorXd mass_by_h2_;
   double weight_;
   Eigen::VectorXd coasted_;  // y of the present step
   Surroundings around_;      // of the present step
+  Clearance clearance_;      // at its begin
   std::vector<Rub> rubs_;
   ImplicitEulerCost cost_;
 };

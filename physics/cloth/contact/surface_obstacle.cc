@@ -16,6 +16,9 @@ namespace drape {
 namespace {
 
 constexpr double kCell = 0.02;  // [m], about a triangle of a body
+// Distances from triangles are blended over this length [m], and without weight so many of them
+// off.
+constexpr double kBlend = 3e-4, kFaded = 20.0;
 
 // The weights of the corners a, b, c at the point of their triangle nearest to p [Ericson 2005].
 Eigen::Vector3d NearestWeights(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
@@ -105,24 +108,28 @@ Eigen::Vector3i SurfaceObstacle::Cell(const Eigen::Vector3d& x) const {
   return ((x - origin_) / kCell).array().floor().cast<int>();
 }
 
-SurfaceObstacle::Nearest SurfaceObstacle::FindNearest(const Eigen::Vector3d& x) const {
-  Nearest nearest;
-  const Eigen::Vector3d place = (x - origin_) / kCell;
-  if (!(place.minCoeff() >= 0.0 && (place.array() < cells_.cast<double>().array()).all()))
-    return nearest;
+std::span<const int> SurfaceObstacle::TrianglesNear(const Eigen::Vector3d& x) const {
+  const Eigen::Array3d place = (x - origin_) / kCell;
+  if (!(place.minCoeff() >= 0.0 && (place < cells_.cast<double>().array()).all())) return {};
   const Eigen::Vector3i cell = Cell(x);
   const int c = (cell[0] * cells_[1] + cell[1]) * cells_[2] + cell[2];
+  return {cell_triangle_.data() + cell_start_[c], cell_triangle_.data() + cell_start_[c + 1]};
+}
+
+Eigen::Vector3d SurfaceObstacle::Place(const Nearest& nearest) const {
+  return x_(Eigen::all, triangles_[nearest.triangle]) * nearest.weights;
+}
+
+SurfaceObstacle::Nearest SurfaceObstacle::FindNearest(const Eigen::Vector3d& x) const {
+  Nearest nearest;
   double least = reach_ * reach_;
-  for (int i = cell_start_[c]; i < cell_start_[c + 1]; ++i) {
-    const int t = cell_triangle_[i];
+  for (const int t : TrianglesNear(x)) {
     const auto& [p, q, r] = triangles_[t];
-    const Eigen::Vector3d weights = NearestWeights(x, x_.col(p), x_.col(q), x_.col(r));
-    const double square =
-        (x - weights[0] * x_.col(p) - weights[1] * x_.col(q) - weights[2] * x_.col(r))
-            .squaredNorm();
+    const Nearest other{t, NearestWeights(x, x_.col(p), x_.col(q), x_.col(r))};
+    const double square = (x - Place(other)).squaredNorm();
     if (square >= least) continue;
     least = square;
-    nearest = {t, weights};
+    nearest = other;
   }
   return nearest;
 }
@@ -148,13 +155,24 @@ Eigen::Vector3d SurfaceObstacle::Move(const Eigen::Vector3d& x) const {
 ObstacleDistance SurfaceObstacle::DistanceTo(const Eigen::Vector3d& x) const {
   const Nearest nearest = FindNearest(x);
   if (nearest.triangle < 0) return {.value = reach_};
-  const auto& [a, b, c] = triangles_[nearest.triangle];
-  const Eigen::Vector3d& w = nearest.weights;
-  const Eigen::Vector3d offset = x - w[0] * x_.col(a) - w[1] * x_.col(b) - w[2] * x_.col(c);
-  const double length = offset.norm(), side = offset.dot(PseudoNormal(nearest)) < 0.0 ? -1.0 : 1.0;
-  const Eigen::Vector3d face = face_normal_.col(nearest.triangle);
-  if (!(length > 0.0)) return {.value = 0.0, .normal = face};
-  return {.value = side * length, .normal = side / length * offset};
+  const Eigen::Vector3d offset = x - Place(nearest);
+  const double least = offset.norm();
+  if (!(least > 0.0)) return {.value = 0.0, .normal = face_normal_.col(nearest.triangle)};
+  if (offset.dot(PseudoNormal(nearest)) < 0.0) return {.value = -least, .normal = -offset / least};
+  double sum = 0.0;
+  ObstacleDistance distance;
+  for (const int t : TrianglesNear(x)) {
+    const auto& [p, q, r] = triangles_[t];
+    const Eigen::Vector3d away = x - Place({t, NearestWeights(x, x_.col(p), x_.col(q), x_.col(r))});
+    const double length = away.norm();
+    if (length - least > kFaded * kBlend) continue;
+    const double weight = std::exp(-(length - least) / kBlend);
+    sum += weight;
+    distance.normal += weight / length * away;
+  }
+  distance.normal /= sum;
+  distance.value = least - kBlend * std::log(sum);
+  return distance;
 }
 
 }  // namespace drape

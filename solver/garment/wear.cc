@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/garment/wear.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "physics/cloth/contact/surface_obstacle.h"
+#include "physics/material/laws/stretch_element.h"
+#include "physics/mesh/self_intersection.h"
+#include "physics/util/text_format.h"
+
+namespace drape {
+namespace {
+
+using Columns = DeformationGradient<double>;
+
+// What a contact takes for thickness, half of which lies on either side.
+double Offset(const WearOptions& options) { return options.thickness + 2.0 * options.skin_offset; }
+
+double LargestStretch(const ClothModel& model, const Eigen::VectorXd& x) {
+  double largest = 0.0;
+  for (const Face& face : model.mesh.faces) {
+    const GreenStrain<double> G = Green(GatherColumns(face, x.data()));
+    const double middle = 0.5 * (G.uu + G.vv), off = std::hypot(0.5 * (G.uu - G.vv), G.uv);
+    largest = std::max(largest, std::sqrt(1.0 + 2.0 * (middle + off)) - 1.0);
+  }
+  return largest;
+}
+
+// Pairs of a face of the cloth and one of the body.
+int CountIntersections(const std::vector<std::array<int, 3>>& cloth, const Eigen::VectorXd& x,
+                       const Body& body, const Eigen::VectorXd& body_x) {
+  constexpr int kMost = 1000;
+  const int vertices = static_cast<int>(x.size() / 3), faces = static_cast<int>(cloth.size());
+  std::vector<std::array<int, 3>> all = cloth;
+  for (std::array<int, 3> triangle : body.triangles()) {
+    for (int& i : triangle) i += vertices;
+    all.push_back(triangle);
+  }
+  Eigen::VectorXd both(x.size() + body_x.size());
+  both << x, body_x;
+  int count = 0;
+  for (const auto& [a, b] : FindSelfIntersections(all, both, kMost))
+    count += a < faces && b >= faces;
+  return count;
+}
+
+class Wearing {
+ public:
+  Wearing(const SewnGarment& garment, const MaterialField& material, const Body& body,
+          const WearOptions& options)
+      : garment_(garment),
+        material_(material),
+        body_(body),
+        options_(options),
+        triangles_(garment.triangles()) {}
+
+  // From the state at `time` to the next frame. Returns why not, or nothing.
+  std::string NextFrame(double time, State& state, int* newton_steps) {
+    for (int step = 0; step < options_.steps_per_frame; ++step) {
+      const double begin = time + step * options_.h;
+      if (!Step(begin, options_.h, state, newton_steps))
+        return Format("a step at %.3f s does not converge, even in %d parts", begin, kMostParts);
+    }
+    return "";
+  }
+
+  WornFrame Frame(int index, double time, const State& state) const {
+    const Contact contact = BodyContact(time, time);
+    WornFrame frame{.index = index, .time = time, .cloth = state};
+    frame.body = body_.Positions(time);
+    frame.smallest_gap = SmallestGap(contact, state.x);
+    frame.largest_stretch = LargestStretch(*garment_.model, state.x);
+    frame.body_intersections = CountIntersections(triangles_, state.x, body_, frame.body);
+    return frame;
+  }
+
+ private:
+  static constexpr int kMostParts = 64;
+
+  Contact BodyContact(double before, double now) const {
+    const auto places = [&](double t) -> Eigen::Matrix3Xd {
+      const Eigen::VectorXd x = body_.Positions(t);
+      return x.reshaped(3, x.size() / 3);
+    };
+    return {.thickness = Offset(options_),
+            .obstacles = {std::make_shared<const SurfaceObstacle>(places(now), body_.triangles(),
+                                                                  places(before))}};
+  }
+
+  std::vector<Pin> Pins(double time) const {
+    std::vector<Pin> pins;
+    const Eigen::Isometry3d motion = body_.PelvisMotion(time);
+    for (const int i : garment_.held_by_pelvis)
+      pins.push_back({.vertex = i,
+                      .stiffness = options_.pin_stiffness,
+                      .place = motion * garment_.start_x.segment<3>(3 * i)});
+    return pins;
+  }
+
+  // One step of h, or where it fails several shorter ones.
+  bool Step(double begin, double h, State& state, int* newton_steps) {
+    for (int parts = 1; parts <= kMostParts; parts *= 2) {
+      State tried = state;
+      if (!Steps(begin, h / parts, parts, tried, newton_steps)) continue;
+      state = std::move(tried);
+      return true;
+    }
+    return false;
+  }
+
+  bool Steps(double begin, double h, int count, State& state, int* newton_steps) {
+    ImplicitEulerOptions euler_options = options_.euler;
+    euler_options.friction = options_.friction;
+    if (euler_ == nullptr || h != euler_h_)
+      euler_ = std::make_unique<ImplicitEuler>(garment_.model, material_, h, euler_options);
+    euler_h_ = h;
+    for (int k = 0; k < count; ++k) {
+      const double before = begin + k * h, now = before + h;
+      const Contact contact = BodyContact(before, now);
+      const ImplicitEulerStatus status =
+          euler_->Advance(state, {.contact = &contact, .pins = Pins(now)});
+      *newton_steps += euler_->cost().newton_steps;
+      if (status != ImplicitEulerStatus::kOk) return false;
+    }
+    return true;
+  }
+
+  const SewnGarment& garment_;
+  const MaterialField& material_;
+  const Body& body_;
+  const WearOptions& options_;
+  std::vector<std::array<int, 3>> triangles_;
+  std::unique_ptr<ImplicitEuler> euler_;
+  double euler_h_ = 0.0;
+};
+
+}  // namespace
+
+State StartToWear(const SewnGarment& garment, const Body& body, const WearOptions& options) {
+  const Eigen::VectorXd x = body.Positions(0.0);
+  const Contact contact{.thickness = Offset(options),
+                        .obstacles = {std::make_shared<const SurfaceObstacle>(
+                            Eigen::Matrix3Xd(x.reshaped(3, x.size() / 3)), body.triangles())}};
+  State state{garment.start_x, Eigen::VectorXd::Zero(garment.start_x.size())};
+  PushOut(contact, state.x);
+  return state;
+}
+
+WearResult Wear(const SewnGarment& garment, const MaterialField& material, const Body& body,
+                const WearOptions& options, State state, int first, const RunControl& control,
+                const std::function<void(const WornFrame&)>& on_frame) {
+  Wearing wearing(garment, material, body, options);
+  WearResult result;
+  const double frame_time = options.h * options.steps_per_frame;
+  if (first == 0) {
+    on_frame(wearing.Frame(0, 0.0, state));
+    ++result.frames;
+  }
+  for (int index = first + 1; index <= options.frames; ++index) {
+    if (control.cancelled()) {
+      result.status = WearStatus::kCancelled;
+      return result;
+    }
+    const auto begin = std::chrono::steady_clock::now();
+    int newton_steps = 0;
+    result.reason = wearing.NextFrame((index - 1) * frame_time, state, &newton_steps);
+    if (!result.reason.empty()) {
+      result.status = WearStatus::kFailed;
+      return result;
+    }
+    WornFrame frame = wearing.Frame(index, index * frame_time, state);
+    frame.newton_steps = newton_steps;
+    frame.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    on_frame(frame);
+    ++result.frames;
+    control.Report(static_cast<double>(index) / options.frames,
+                   Format("%.2f s", index * frame_time));
+  }
+  return result;
+}
+
+}  // namespace drape
