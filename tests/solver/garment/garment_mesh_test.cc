@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "physics/mesh/obj_io.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
 #include "solver/garment/body/mannequin.h"
@@ -148,6 +149,18 @@ TEST_P(ShippedGarment, SurroundsTheShrunkMannequinWithoutTouchingIt) {
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedGarment,
                          ::testing::Values("circle_skirt", "tank_dress", "t_shirt"));
+
+class GarmentFile : public FileFixture {};
+
+TEST_F(GarmentFile, IsAnObjWithThePatternAsUv) {
+  const GarmentMesh garment =
+      MakeGarmentMesh(ReadPattern(DRAPE_SOURCE_DIR "/configs/garments/t_shirt.json"), .03);
+  WriteObj(Path("garment.obj"), garment.mesh, garment.start_x);
+  const Mesh read = ReadObj(Path("garment.obj"));
+  EXPECT_EQ(read.rest_x, garment.start_x);
+  EXPECT_EQ(read.uv, garment.mesh.uv);
+  EXPECT_EQ(read.num_faces(), garment.mesh.num_faces());
+}
 
 TEST(CircleSkirt, TheGrownBodyFitsIntoTheWaistband) {
   const GarmentMesh skirt =
