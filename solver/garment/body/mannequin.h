@@ -16,7 +16,7 @@ namespace drape {
 // first grows from half its radii, then moves. Its feet are near z = 0.
 //
 // Measured with cells of 25 mm: 3,506 vertices, 7,008 triangles with edges of 10 to 34 mm (mean 23)
-// and angles of at least 31°, made in 1.8 s on one core; 50.0 litres, in a motion 49.6 to 50.4; no
+// and angles of at least 31°, made in 0.5 s on one core; 50.0 litres, in a motion 49.6 to 50.4; no
 // vertex is faster than 4.7 m/s (the feet in the walk).
 class Mannequin : public Body {
  public:

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 using Distance = std::function<double(const Vector3d&)>;
 using Triangle = std::array<int, 3>;
 
-constexpr int kRelaxations = 30;
+constexpr int kRelaxations = 25, kFinalProjections = 3;
 constexpr double kDelaunayTolerance = 1e-6;  // [rad]
 
 // The values at the corners of the cubes. The planes of corners are at odd multiples of half a cell
@@ -172,12 +172,10 @@ Vector3d Gradient(const Distance& distance, const Vector3d& p) {
   return gradient;
 }
 
-Vector3d Projected(const Distance& distance, Vector3d p) {
-  for (int round = 0; round < 3; ++round) {
-    const Vector3d gradient = Gradient(distance, p);
-    p -= distance(p) / gradient.squaredNorm() * gradient;
-  }
-  return p;
+// One step of Newton's method towards the surface.
+Vector3d Projected(const Distance& distance, const Vector3d& p) {
+  const Vector3d gradient = Gradient(distance, p);
+  return p - distance(p) / gradient.squaredNorm() * gradient;
 }
 
 // Moves each vertex along the surface to the mean of the centroids of its faces, weighted by area.
@@ -238,7 +236,7 @@ std::vector<Flip> FindFlips(const EdgeFaces& edges, const std::vector<Vector3d>&
 }
 
 void FlipEdges(const std::vector<Vector3d>& points, std::vector<Triangle>* triangles) {
-  constexpr int kPasses = 4;
+  constexpr int kPasses = 2;
   for (int pass = 0; pass < kPasses; ++pass) {
     std::vector<bool> used(triangles->size(), false);
     for (const Flip& flip : FindFlips(DirectedEdges(*triangles), points)) {
@@ -265,6 +263,8 @@ ObjSurface MakeSurfaceNet(const Distance& distance, const SurfaceNetBox& box, do
     Relax(distance, net.triangles, &net.points);
     FlipEdges(net.points, &net.triangles);
   }
+  for (int round = 0; round < kFinalProjections; ++round)
+    for (Vector3d& p : net.points) p = Projected(distance, p);
   ObjSurface surface{Eigen::VectorXd(3 * net.points.size()), net.triangles};
   for (size_t i = 0; i < net.points.size(); ++i) surface.x.segment<3>(3 * i) = net.points[i];
   return surface;

@@ -109,8 +109,7 @@ bool Contains(const PatternLoop& loop, const Vector2d& point) {
 
 PatternProblem FindPanelProblem(const Panel& panel) {
   const std::string key = "panels." + panel.name;
-  if (const PatternProblem crossing = FindCrossing(panel, key); !crossing.key.empty())
-    return crossing;
+  if (PatternProblem crossing = FindCrossing(panel, key); !crossing.key.empty()) return crossing;
   for (const PatternLoop& hole : panel.holes) {
     if (!Contains(panel.outline, hole[0].begin))
       return {key, "a hole outside the outline", "holes inside it"};
@@ -149,8 +148,7 @@ PatternProblem FindStitchProblem(const Pattern& pattern, const Stitch& stitch,
 
 PatternProblem FindProblem(const Pattern& pattern) {
   for (const Panel& panel : pattern.panels)
-    if (const PatternProblem problem = FindPanelProblem(panel); !problem.key.empty())
-      return problem;
+    if (PatternProblem problem = FindPanelProblem(panel); !problem.key.empty()) return problem;
   std::set<std::pair<int, int>> sewn;
   for (size_t k = 0; k < pattern.stitches.size(); ++k) {
     const std::string key = "stitches[" + std::to_string(k) + "]";
@@ -160,7 +158,7 @@ PatternProblem FindProblem(const Pattern& pattern) {
                 "edge " + std::to_string(e.edge) + " of '" + pattern.panels[e.panel].name +
                     "' a second time",
                 "each edge in one seam at most"};
-    if (const PatternProblem problem = FindStitchProblem(pattern, pattern.stitches[k], key);
+    if (PatternProblem problem = FindStitchProblem(pattern, pattern.stitches[k], key);
         !problem.key.empty())
       return problem;
   }

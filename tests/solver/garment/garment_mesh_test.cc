@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <numbers>
 
+#include "physics/mesh/obj_io.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
+#include "solver/garment/body/body_spec.h"
 #include "solver/garment/body/mannequin.h"
 #include "solver/garment/pattern/pattern_io.h"
 #include "tests/physics/file_fixture.h"
@@ -149,6 +151,18 @@ TEST_P(ShippedGarment, SurroundsTheShrunkMannequinWithoutTouchingIt) {
 INSTANTIATE_TEST_SUITE_P(All, ShippedGarment,
                          ::testing::Values("circle_skirt", "tank_dress", "t_shirt"));
 
+class GarmentFile : public FileFixture {};
+
+TEST_F(GarmentFile, IsAnObjWithThePatternAsUv) {
+  const GarmentMesh garment =
+      MakeGarmentMesh(ReadPattern(DRAPE_SOURCE_DIR "/configs/garments/t_shirt.json"), .03);
+  WriteObj(Path("garment.obj"), garment.mesh, garment.start_x);
+  const Mesh read = ReadObj(Path("garment.obj"));
+  EXPECT_EQ(read.rest_x, garment.start_x);
+  EXPECT_EQ(read.uv, garment.mesh.uv);
+  EXPECT_EQ(read.num_faces(), garment.mesh.num_faces());
+}
+
 TEST(CircleSkirt, TheGrownBodyFitsIntoTheWaistband) {
   const GarmentMesh skirt =
       MakeGarmentMesh(ReadPattern(DRAPE_SOURCE_DIR "/configs/garments/circle_skirt.json"), .02);
@@ -159,6 +173,26 @@ TEST(CircleSkirt, TheGrownBodyFitsIntoTheWaistband) {
   for (const int i : skirt.rings[0].vertices) {
     EXPECT_NEAR(At(skirt.start_x, i).head<2>().norm(), .11, 1e-9);
     EXPECT_GT(MannequinDistance(At(skirt.start_x, i)), .005);
+  }
+}
+
+TEST(CircleSkirt, TheWaistbandKeepsClearOfTheMovingBody) {
+  const Pattern pattern = ReadPattern(DRAPE_SOURCE_DIR "/configs/garments/circle_skirt.json");
+  const GarmentMesh skirt = MakeGarmentMesh(pattern, .03);
+  for (const std::string& name : MotionNames()) {
+    const auto body = ParseBodySpec("mannequin:" + name, pattern.arm_angle);
+    double nearest = 1;
+    for (int k = 0; k < 20; ++k) {
+      const double t = 1.25 + .131 * k;
+      const Eigen::VectorXd x = body->Positions(t);
+      const Eigen::Isometry3d motion = body->PelvisMotion(t);
+      for (const int i : skirt.rings.at(0).vertices) {
+        const Vector3d held = motion * At(skirt.start_x, i);
+        for (int j = 0; j < body->num_vertices(); ++j)
+          nearest = std::min(nearest, (held - At(x, j)).norm());
+      }
+    }
+    EXPECT_GT(nearest, .006) << name;
   }
 }
 

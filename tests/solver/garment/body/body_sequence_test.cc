@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "solver/garment/body/body_spec.h"
+#include "solver/garment/body/skeleton.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {
@@ -90,6 +92,15 @@ TEST_F(BodySequenceTest, RefusesFramesThatDiffer) {
   EXPECT_INPUT_ERROR(ReadAll(), "body_0001.obj: face 1 is 2 5 1, expected 1 2 5 as in ");
   WriteFrame(1, 3);
   EXPECT_INPUT_ERROR(ReadAll(), "body_0001.obj: vertex 1 moves at 30 m/s");
+}
+
+TEST_F(BodySequenceTest, IsOneOfTheBodiesThatAUserNames) {
+  WriteFrame(0, 0);
+  EXPECT_EQ(ParseBodySpec(Path("body_%04d.obj"), kRestArmAngle)->num_vertices(), 6);
+  EXPECT_GT(ParseBodySpec("mannequin:turn", kRestArmAngle)->num_vertices(), 1000);
+  EXPECT_INPUT_ERROR(ParseBodySpec("mannequin:fly", kRestArmAngle),
+                     "motion: found 'fly', expected stand, walk, turn or jump");
+  EXPECT_INPUT_ERROR(ParseBodySpec("mannequin", kRestArmAngle), "expected a name with one number");
 }
 
 }  // namespace
