@@ -30,7 +30,6 @@ ImplicitEuler::ImplicitEuler(std::shared_ptr<const ClothModel> model, const Mate
       options_(options),
       solver_(std::move(model)),
       stiffness_(solver_, material_),
-      step_matrix_(solver_.model().pattern),
       mass_by_h2_(solver_.model().LumpedMass(material.density) / (h * h)),
       weight_(CharacteristicForce(solver_.model(), material)) {
   CHECK_GT(h, 0.0);
@@ -72,21 +71,14 @@ ImplicitEulerStatus ImplicitEuler::Advance(State& state, const Surroundings& aro
 }
 
 ImplicitEulerStatus ImplicitEuler::Minimise(Trial& here) {
-  bool shifted = false;
   for (int i = 0; here.residual > options_.tolerance; ++i) {
     if (i == options_.max_iterations) return ImplicitEulerStatus::kNotConverged;
     if (!std::isfinite(here.residual)) return ImplicitEulerStatus::kNotFinite;
-    if (!Factor(here.x, shifted)) return ImplicitEulerStatus::kNotPositiveDefinite;
-    Eigen::VectorXd dx = scale_ * here.unbalanced;
+    if (!Factor(here.x)) return ImplicitEulerStatus::kNotPositiveDefinite;
+    Eigen::VectorXd dx = here.unbalanced;
     solver_.linear().Solve(dx);
     ++cost_.newton_steps;
-    if (Backtrack(dx, here)) {
-      shifted = false;
-    } else if (shifted || scale_ == 1.0) {
-      return ImplicitEulerStatus::kNotConverged;
-    } else {
-      shifted = true;
-    }
+    if (!Backtrack(dx, here)) return ImplicitEulerStatus::kNotConverged;
   }
   return ImplicitEulerStatus::kOk;
 }
@@ -123,41 +115,23 @@ void ImplicitEuler::AddSurroundings(Trial& trial) const {
   }
 }
 
-template <class Add>
-void ImplicitEuler::AddSurroundings(const Eigen::VectorXd& x, const Add& add) const {
+// M/h² + K or, where that is not positive definite, with a larger multiple of M.
+bool ImplicitEuler::Factor(const Eigen::VectorXd& x) {
   const ClothModel& model = solver_.model();
+  stiffness_.Assemble(x);
   if (around_.contact != nullptr)
     for (int i = 0; i < model.mesh.num_vertices(); ++i)
       if (clearance_.MayTouch(i, x.segment<3>(3 * i)))
-        add(i, ContactStepStiffness(*around_.contact, model.vertex_area[i], x.segment<3>(3 * i)));
-  for (const Pin& pin : around_.pins) add(pin.vertex, pin.stiffness * Eigen::Matrix3d::Identity());
+        stiffness_.AddDiagonal(
+            i, ContactStepStiffness(*around_.contact, model.vertex_area[i], x.segment<3>(3 * i)));
+  for (const Pin& pin : around_.pins)
+    stiffness_.AddDiagonal(pin.vertex, pin.stiffness * Eigen::Matrix3d::Identity());
   for (const Rub& rub : rubs_)
-    add(rub.vertex, Rubbing(rub, x.segment<3>(3 * rub.vertex)).stiffness);
-}
-
-// M/h² + K where that is positive definite. Otherwise M/h² + H, which always is and needs fewer
-// steps than a shifted K as long as these lower the potential; else K with a larger multiple of M.
-bool ImplicitEuler::Factor(const Eigen::VectorXd& x, bool shifted) {
-  const auto add_to_stiffness = [&](int vertex, const Eigen::Matrix3d& block) {
-    stiffness_.AddDiagonal(vertex, block);
-  };
-  stiffness_.Assemble(x);
-  AddSurroundings(x, add_to_stiffness);
-  scale_ = 1.0;
+    stiffness_.AddDiagonal(rub.vertex, Rubbing(rub, x.segment<3>(3 * rub.vertex)).stiffness);
   double mu = 1.0 / (h_ * h_);
-  const bool factored = stiffness_.FactorShifted(0.0, &mu, [&](double failed) {
-    const bool ends = !shifted || 4.0 * failed > kMostShift;
-    return ends ? std::nullopt : std::optional(4.0 * failed);
+  return stiffness_.FactorShifted(0.0, &mu, [](double failed) {
+    return 4.0 * failed > kMostShift ? std::nullopt : std::optional(4.0 * failed);
   });
-  if (factored || shifted) return factored;
-  const ClothModel& model = solver_.model();
-  Eigen::VectorXd force;
-  AssembleStep(model, material_, x, h_, force, step_matrix_);
-  AddSurroundings(x, [&](int vertex, const Eigen::Matrix3d& block) {
-    step_matrix_.Add(model.pattern.diagonal[vertex], h_ * h_ * block);
-  });
-  scale_ = h_ * h_;
-  return solver_.linear().Factor(step_matrix_);
 }
 
 // Halves the step until it lowers the potential, or near the end the residual. Each vertex goes as

@@ -85,10 +85,7 @@ class ImplicitEuler {
   const Contact* contact() const;  // of the surroundings, or the scene's
   Trial At(const Eigen::VectorXd& x) const;
   void AddSurroundings(Trial& trial) const;
-  // Calls add(vertex, block) for the positive semidefinite stiffness of the surroundings.
-  template <class Add>
-  void AddSurroundings(const Eigen::VectorXd& x, const Add& add) const;
-  bool Factor(const Eigen::VectorXd& x, bool shifted);
+  bool Factor(const Eigen::VectorXd& x);
   bool Backtrack(const Eigen::VectorXd& dx, Trial& here) const;
   ImplicitEulerStatus Minimise(Trial& here);
   RubForce Rubbing(const Rub& rub, const Eigen::Vector3d& x) const;
@@ -100,8 +97,6 @@ class ImplicitEuler {
   ImplicitEulerOptions options_;
   StepSolver solver_;
   Stiffness stiffness_;
-  BlockMatrix step_matrix_;
-  double scale_ = 1.0;  // of the factored matrix, relative to M/h² + K
   Eigen::VectorXd mass_by_h2_;
   double weight_;
   Eigen::VectorXd coasted_;  // y of the present step

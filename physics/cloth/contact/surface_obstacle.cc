@@ -51,6 +51,7 @@ SurfaceObstacle::SurfaceObstacle(Eigen::Matrix3Xd x, std::vector<std::array<int,
   CHECK(before_.cols() == 0 || before_.cols() == x_.cols());
   CHECK_GT(reach, 0.0);
   FindNormals();
+  FindBalls();
   FillGrid();
 }
 
@@ -77,6 +78,17 @@ void SurfaceObstacle::FindNormals() {
     const auto other = of_edge.find({edge.second, edge.first});
     CHECK(other != of_edge.end()) << "a surface with a border";
     neighbour_[side.first][side.second] = other->second.first;
+  }
+}
+
+void SurfaceObstacle::FindBalls() {
+  const auto count = static_cast<Eigen::Index>(triangles_.size());
+  centre_.resize(3, count);
+  radius_.resize(count);
+  for (Eigen::Index t = 0; t < count; ++t) {
+    const Eigen::Matrix3d corners = x_(Eigen::all, triangles_[t]);
+    centre_.col(t) = corners.rowwise().mean();
+    radius_[t] = (corners.colwise() - centre_.col(t)).colwise().norm().maxCoeff();
   }
 }
 
@@ -122,13 +134,14 @@ Eigen::Vector3d SurfaceObstacle::Place(const Nearest& nearest) const {
 
 SurfaceObstacle::Nearest SurfaceObstacle::FindNearest(const Eigen::Vector3d& x) const {
   Nearest nearest;
-  double least = reach_ * reach_;
+  double least = reach_;
   for (const int t : TrianglesNear(x)) {
+    if ((x - centre_.col(t)).squaredNorm() > std::pow(least + radius_[t], 2)) continue;
     const auto& [p, q, r] = triangles_[t];
     const Nearest other{t, NearestWeights(x, x_.col(p), x_.col(q), x_.col(r))};
-    const double square = (x - Place(other)).squaredNorm();
-    if (square >= least) continue;
-    least = square;
+    const double length = (x - Place(other)).norm();
+    if (length >= least) continue;
+    least = length;
     nearest = other;
   }
   return nearest;
@@ -161,11 +174,13 @@ ObstacleDistance SurfaceObstacle::DistanceTo(const Eigen::Vector3d& x) const {
   if (offset.dot(PseudoNormal(nearest)) < 0.0) return {.value = -least, .normal = -offset / least};
   double sum = 0.0;
   ObstacleDistance distance;
+  const double most = least + kFaded * kBlend;
   for (const int t : TrianglesNear(x)) {
+    if ((x - centre_.col(t)).squaredNorm() > std::pow(most + radius_[t], 2)) continue;
     const auto& [p, q, r] = triangles_[t];
     const Eigen::Vector3d away = x - Place({t, NearestWeights(x, x_.col(p), x_.col(q), x_.col(r))});
     const double length = away.norm();
-    if (length - least > kFaded * kBlend) continue;
+    if (length > most) continue;
     const double weight = std::exp(-(length - least) / kBlend);
     sum += weight;
     distance.normal += weight / length * away;

@@ -41,6 +41,7 @@ class SurfaceObstacle {
   Eigen::Vector3d Place(const Nearest& nearest) const;
   void FillGrid();
   void FindNormals();
+  void FindBalls();
   // The cell of x, shape [3]; outside of the grid: negative or too large.
   Eigen::Vector3i Cell(const Eigen::Vector3d& x) const;
   // Of a nearest point by its weights: that of its triangle, edge or corner.
@@ -49,6 +50,8 @@ class SurfaceObstacle {
   Eigen::Matrix3Xd x_, before_;
   std::vector<std::array<int, 3>> triangles_;
   double reach_;
+  Eigen::Matrix3Xd centre_;                       // of a ball around each triangle [m]
+  Eigen::VectorXd radius_;                        // and its radius [m]
   Eigen::Matrix3Xd face_normal_, corner_normal_;  // of triangles; of vertices, by angle
   std::vector<std::array<int, 3>> neighbour_;     // of triangle t over the edge opposite corner k
   // Triangles within reach of each cell of a grid over the mesh.

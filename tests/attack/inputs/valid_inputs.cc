@@ -133,6 +133,9 @@ const std::map<std::string, std::vector<std::string>>& Commands() {
       {"drape_space",
        {"--posteriors=" + Valid("posterior") + "," + Valid("posterior_2"),
         "--new=" + Valid("posterior"), "--out=out"}},
+      {"drape_garment",
+       {"--garment=" + Valid("skirt.json"), "--body=mannequin:stand", material, "--edge=0.09",
+        "--seconds=0.04", "--out=out"}},
       {"drape_compare_optimisers",
        {"--twins=" + Valid("wool.json"), "--material=" + Valid("shirt.json"),
         "--twin_mesh=disc:120", "--mesh=disc:100", "--coarse_mesh=disc:100", "--num_parameters=2",
@@ -154,6 +157,7 @@ void MakeValidInputs(const std::string& work, const std::string& sources) {
   copy("starts/six_waves.json", "waves.json");
   copy("scenes/cusick.json", "scene.json");
   copy("scenes/uniaxial.json", "pull.json");
+  copy("garments/circle_skirt.json", "skirt.json");
   copy("lab_tests/wool_tensile_warp.json", "tensile.json");
   copy("lab_tests/wool_cantilever_warp.json", "cantilever.json");
   copy("accuracy.json", "accuracy.json");
@@ -185,7 +189,8 @@ const std::vector<std::string>& ProgramNames() {
                                                   "drape_validate",  "drape_compare",
                                                   "drape_bench",     "drape_speed",
                                                   "drape_stability", "drape_gradients",
-                                                  "drape_space",     "drape_compare_optimisers"};
+                                                  "drape_space",     "drape_compare_optimisers",
+                                                  "drape_garment"};
   return kNames;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/metrics/metrics_tool.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -196,6 +197,10 @@ Found EvaluateOperands(const MetricsOptions& options, const RunControl& control)
     throw InputError("command line",
                      "found no file or folder, expected a drape, a folder of them, "
                      "two to compare (A and B), or --data");
+  const bool all_runs = std::all_of(operands.begin(), operands.end(), [](const std::string& path) {
+    return KindOfOperand(path) == OperandKind::kRun;
+  });
+  RequireOnlyWith("recovery", options.recovery, all_runs, "output folders of drape_fit");
   if (!options.recovery.empty()) return CompareWithKnownFabrics(options);
   const bool one = operands.size() == 1, folder = one && fs::is_directory(operands[0]);
   RequireOnlyWith("overlay", options.overlay, one && !folder, "one drape");

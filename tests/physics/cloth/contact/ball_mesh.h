@@ -3,7 +3,8 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cmath>
+#include <map>
+#include <utility>
 #include <vector>
 
 namespace drape::test {
@@ -13,31 +14,33 @@ struct BallMesh {
   std::vector<std::array<int, 3>> triangles;
 };
 
-// A closed mesh of a ball about the origin with `rows` rows of triangles from pole to pole.
-inline BallMesh MakeBall(double radius, int rows) {
-  const int columns = 2 * rows, rings = rows - 1;
-  BallMesh ball;
-  ball.x.resize(3, rings * columns + 2);
-  for (int i = 0; i < rings; ++i)
-    for (int j = 0; j < columns; ++j) {
-      const double polar = M_PI * (i + 1) / rows, turn = 2 * M_PI * j / columns;
-      ball.x.col(i * columns + j) =
-          radius * Eigen::Vector3d(std::sin(polar) * std::cos(turn),
-                                   std::sin(polar) * std::sin(turn), std::cos(polar));
+// A closed mesh of a ball about the origin: an octahedron whose triangles are divided into four
+// `divisions` times.
+inline BallMesh MakeBall(double radius, int divisions) {
+  std::vector<Eigen::Vector3d> points = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},
+                                         {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
+  std::vector<std::array<int, 3>> triangles = {{0, 1, 2}, {1, 3, 2}, {3, 4, 2}, {4, 0, 2},
+                                               {1, 0, 5}, {3, 1, 5}, {4, 3, 5}, {0, 4, 5}};
+  for (int division = 0; division < divisions; ++division) {
+    std::map<std::pair<int, int>, int> middles;
+    const auto middle = [&](int a, int b) {
+      const auto [it, is_new] =
+          middles.try_emplace(std::minmax(a, b), static_cast<int>(points.size()));
+      if (is_new) points.push_back((points[a] + points[b]).normalized());
+      return it->second;
+    };
+    std::vector<std::array<int, 3>> finer;
+    for (const auto& [a, b, c] : triangles) {
+      const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      for (const std::array<int, 3>& part :
+           {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+        finer.push_back(part);
     }
-  const int top = rings * columns, bottom = top + 1;
-  ball.x.col(top) = radius * Eigen::Vector3d::UnitZ();
-  ball.x.col(bottom) = -radius * Eigen::Vector3d::UnitZ();
-  for (int j = 0; j < columns; ++j) {
-    const int next = (j + 1) % columns;
-    ball.triangles.push_back({top, j, next});
-    for (int i = 0; i + 1 < rings; ++i) {
-      const int a = i * columns + j, b = i * columns + next;
-      ball.triangles.push_back({a, a + columns, b + columns});
-      ball.triangles.push_back({a, b + columns, b});
-    }
-    ball.triangles.push_back({(rings - 1) * columns + j, bottom, (rings - 1) * columns + next});
+    triangles = std::move(finer);
   }
+  BallMesh ball{Eigen::Matrix3Xd(3, points.size()), std::move(triangles)};
+  for (std::size_t i = 0; i < points.size(); ++i)
+    ball.x.col(static_cast<Eigen::Index>(i)) = radius * points[i];
   return ball;
 }
 

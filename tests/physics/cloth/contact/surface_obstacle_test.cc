@@ -25,10 +25,10 @@ class SurfaceObstacleTest : public testing::Test {
   }
 
   std::mt19937_64 random_{1};
-  test::BallMesh ball_ = test::MakeBall(kRadius, 40);
+  test::BallMesh ball_ = test::MakeBall(kRadius, 4);
   SurfaceObstacle surface_{ball_.x, ball_.triangles};
   // A facet of edge ℓ is ℓ²/8R inside of the ball.
-  // to which the blend adds up to .3 mm·ln 80 over a pole, where 80 facets meet.
+  // to which the blend adds up to .3 mm·ln 6 over a corner.
   double sagitta_ = 2e-3;
 };
 
