@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/garment/wear.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -48,6 +50,52 @@ int CountIntersections(const std::vector<std::array<int, 3>>& cloth, const Eigen
   for (const auto& [a, b] : FindSelfIntersections(all, both, kMost))
     count += a < faces && b >= faces;
   return count;
+}
+
+// The edges of a cloth with their rest lengths.
+struct RestEdge {
+  int a, b;
+  double length;  // [m]
+};
+std::vector<RestEdge> ListEdges(const Mesh& mesh) {
+  std::map<std::pair<int, int>, double> lengths;
+  for (const Face& face : mesh.faces) {
+    const Eigen::Matrix2d inverse =
+        Eigen::Map<const Eigen::Matrix<double, 2, 2, Eigen::RowMajor>>(face.inverse_rest);
+    const Eigen::Matrix2d sides = inverse.inverse();  // from corner 0 to corners 1 and 2
+    const double rest[3] = {sides.col(0).norm(), (sides.col(1) - sides.col(0)).norm(),
+                            sides.col(1).norm()};
+    for (int k = 0; k < 3; ++k)
+      lengths[std::minmax(face.vertex[k], face.vertex[(k + 1) % 3])] = rest[k];
+  }
+  std::vector<RestEdge> edges;
+  for (const auto& [ends, length] : lengths) edges.push_back({ends.first, ends.second, length});
+  return edges;
+}
+
+// Draws seams together whose panels begin apart: each edge in turn is brought towards its rest
+// length, as in position-based dynamics [Müller 2007], while held vertices stay and the body is
+// kept out. What stretch is left the first steps take.
+void DrawTogether(const SewnGarment& garment, const Contact& contact, Eigen::VectorXd& x) {
+  constexpr int kSweeps = 1000, kSweepsToPush = 5;
+  constexpr double kShare = 0.5;  // of what an edge is too long or too short
+  std::vector<bool> held(x.size() / 3, false);
+  for (const int i : garment.held_by_pelvis) held[i] = true;
+  const std::vector<RestEdge> edges = ListEdges(garment.model->mesh);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (const auto& [a, b, length] : edges) {
+      if (held[a] && held[b]) continue;
+      const Eigen::Vector3d side = x.segment<3>(3 * b) - x.segment<3>(3 * a);
+      const double now = side.norm();
+      if (!(now > 0.0)) continue;
+      const Eigen::Vector3d change = kShare * (1.0 - length / now) * side;
+      const double of_a = held[a] ? 0.0 : held[b] ? 1.0 : 0.5;
+      x.segment<3>(3 * a) += of_a * change;
+      x.segment<3>(3 * b) -= (1.0 - of_a) * change;
+    }
+    if (sweep % kSweepsToPush == 0) PushOut(contact, x);
+  }
+  PushOut(contact, x);
 }
 
 class Wearing {
@@ -148,7 +196,7 @@ State StartToWear(const SewnGarment& garment, const Body& body, const WearOption
                         .obstacles = {std::make_shared<const SurfaceObstacle>(
                             Eigen::Matrix3Xd(x.reshaped(3, x.size() / 3)), body.triangles())}};
   State state{garment.start_x, Eigen::VectorXd::Zero(garment.start_x.size())};
-  PushOut(contact, state.x);
+  DrawTogether(garment, contact, state.x);
   return state;
 }
 
