@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "physics/cloth/contact/contact.h"
-#include "physics/util/options/enum_names.h"
 
 namespace drape {
 
@@ -53,15 +52,11 @@ struct Scene {
   std::optional<Contact> contact;
 };
 
-// What the hanging part of a cloth in the drape test can touch.
+// What the hanging part of a cloth in the drape test can touch (names: scene_io.h).
 enum class ContactModel {
   kNone,    // nothing: it hangs through the support
   kSupport  // the support (MakeSupport)
 };
-constexpr auto EnumNames(ContactModel) {
-  return MakeNames<ContactModel>(
-      {{ContactModel::kNone, "none"}, {ContactModel::kSupport, "support"}});
-}
 struct CusickContact {
   ContactModel model = ContactModel::kNone;
   double thickness = Contact().thickness;  // of the cloth [m]

@@ -4,8 +4,15 @@
 #include <string>
 
 #include "physics/cloth/scene.h"
+#include "physics/util/options/enum_names.h"
 
 namespace drape {
+
+// Here and not in scene.h, which device code includes: names take C++20.
+constexpr auto EnumNames(ContactModel) {
+  return MakeNames<ContactModel>(
+      {{ContactModel::kNone, "none"}, {ContactModel::kSupport, "support"}});
+}
 
 // Reads a scene from a JSON file that lists the terms that act. A term that is not listed is
 // absent, except stretch and bend, which act unless they are switched off:
