@@ -41,13 +41,6 @@ Scene Falling() {
 
 }  // namespace
 
-std::vector<std::array<int, 3>> SewnGarment::triangles() const {
-  std::vector<std::array<int, 3>> triangles;
-  for (const Face& face : model->mesh.faces)
-    triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
-  return triangles;
-}
-
 SewnGarment Sew(const GarmentMesh& garment, const Law& law) {
   SewnGarment sewn{.vertex_of = Number(FirstOfGroups(garment))};
   const int count = 1 + *std::max_element(sewn.vertex_of.begin(), sewn.vertex_of.end());

@@ -19,8 +19,6 @@ struct SewnGarment {
   Eigen::VectorXd start_x = {};          // shape [3V]: joined vertices begin in the middle [m]
   std::vector<int> vertex_of;            // of each vertex of the GarmentMesh
   std::vector<int> held_by_pelvis = {};  // vertices of its rings, ascending
-
-  std::vector<std::array<int, 3>> triangles() const;
 };
 
 SewnGarment Sew(const GarmentMesh& garment, const Law& law);

@@ -106,7 +106,7 @@ class Wearing {
         material_(material),
         body_(body),
         options_(options),
-        triangles_(garment.triangles()) {}
+        triangles_(ListTriangles(garment.model->mesh)) {}
 
   // From the state at `time` to the next frame. Returns why not, or nothing.
   std::string NextFrame(double time, State& state, int* newton_steps) {

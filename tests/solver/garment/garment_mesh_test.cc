@@ -133,9 +133,9 @@ TEST_P(ShippedGarment, SurroundsTheShrunkMannequinWithoutTouchingIt) {
   const Mannequin body(MannequinMotion(MotionKind::kStand, pattern.arm_angle), .03);
   const Eigen::VectorXd body_x = body.Positions(0);
   std::vector<std::array<int, 3>> triangles = body.triangles();
-  for (const Face& face : garment.mesh.faces) {
-    triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
-    for (int& i : triangles.back()) i += body.num_vertices();
+  for (std::array<int, 3> triangle : ListTriangles(garment.mesh)) {
+    for (int& i : triangle) i += body.num_vertices();
+    triangles.push_back(triangle);
   }
   Eigen::VectorXd x(body_x.size() + garment.start_x.size());
   x << body_x, garment.start_x;

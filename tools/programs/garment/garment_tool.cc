@@ -86,13 +86,6 @@ Eigen::VectorXd Unsewn(const Wardrobe& wardrobe, const Eigen::VectorXd& x) {
   return all;
 }
 
-std::vector<std::array<int, 3>> Triangles(const Mesh& mesh) {
-  std::vector<std::array<int, 3>> triangles;
-  for (const Face& face : mesh.faces)
-    triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
-  return triangles;
-}
-
 // Where a run can go on: the state at a frame, and what has been measured up to it.
 struct Checkpoint {
   int frame = -1;  // none yet
@@ -152,7 +145,7 @@ void WriteSheet(const Wardrobe& wardrobe, const std::string& folder) {
   constexpr int kPictures = 8, kColumns = 4;
   const GeometryCache cloth = ReadGeometryCache(folder + "/garment.pc2"),
                       body = ReadGeometryCache(folder + "/body.pc2");
-  const std::vector<std::array<int, 3>> triangles = Triangles(wardrobe.garment.mesh);
+  const std::vector<std::array<int, 3>> triangles = ListTriangles(wardrobe.garment.mesh);
   const auto last = static_cast<int>(std::min(cloth.frames.size(), body.frames.size())) - 1;
   std::vector<RgbImage> pictures;
   for (int k = 0; k < kPictures; ++k) {
@@ -215,8 +208,8 @@ GarmentRun RunOne(const GarmentOptions& options, const Wardrobe& wardrobe,
   run.vertices = wardrobe.sewn.model->mesh.num_vertices();
   run.faces = wardrobe.sewn.model->mesh.num_faces();
   run.hem_height = LowestPoint(at.state.x);
-  run.self_intersections =
-      static_cast<int>(FindSelfIntersections(wardrobe.sewn.triangles(), at.state.x, 1000).size());
+  const std::vector<std::array<int, 3>> faces = ListTriangles(wardrobe.sewn.model->mesh);
+  run.self_intersections = static_cast<int>(FindSelfIntersections(faces, at.state.x, 1000).size());
   WriteSheet(wardrobe, folder);
   return run;
 }
