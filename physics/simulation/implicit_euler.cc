@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -42,7 +40,7 @@ const Contact* ImplicitEuler::contact() const {
   return of_scene ? &*of_scene : nullptr;
 }
 
-ImplicitEulerStatus ImplicitEuler::Advance(State& state, const Surroundings& around) {
+IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around) {
   around_ = around;
   CHECK(around.contact == nullptr || !solver_.model().scene.contact) << "contact twice";
   coasted_ = state.x + h_ * state.v;
@@ -57,7 +55,7 @@ ImplicitEulerStatus ImplicitEuler::Advance(State& state, const Surroundings& aro
   if (rubs) FindRubs(state.x, start);
   Trial here = At(start);
   for (;;) {
-    if (const ImplicitEulerStatus status = Minimise(here); status != ImplicitEulerStatus::kOk)
+    if (const IntegratorStatus status = Minimise(here); status != IntegratorStatus::kOk)
       return status;
     ++cost_.friction_rounds;
     if (!rubs || cost_.friction_rounds == options_.friction_rounds ||
@@ -67,20 +65,20 @@ ImplicitEulerStatus ImplicitEuler::Advance(State& state, const Surroundings& aro
   }
   state.v = (here.x - state.x) / h_;
   state.x = here.x;
-  return state.x.allFinite() ? ImplicitEulerStatus::kOk : ImplicitEulerStatus::kNotFinite;
+  return state.x.allFinite() ? IntegratorStatus::kOk : IntegratorStatus::kNotFinite;
 }
 
-ImplicitEulerStatus ImplicitEuler::Minimise(Trial& here) {
+IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
   for (int i = 0; here.residual > options_.tolerance; ++i) {
-    if (i == options_.max_iterations) return ImplicitEulerStatus::kNotConverged;
-    if (!std::isfinite(here.residual)) return ImplicitEulerStatus::kNotFinite;
-    if (!Factor(here.x)) return ImplicitEulerStatus::kNotPositiveDefinite;
+    if (i == options_.max_iterations) return IntegratorStatus::kNotConverged;
+    if (!std::isfinite(here.residual)) return IntegratorStatus::kNotFinite;
+    if (!Factor(here.x)) return IntegratorStatus::kNotPositiveDefinite;
     Eigen::VectorXd dx = here.unbalanced;
     solver_.linear().Solve(dx);
     ++cost_.newton_steps;
-    if (!Backtrack(dx, here)) return ImplicitEulerStatus::kNotConverged;
+    if (!Backtrack(dx, here)) return IntegratorStatus::kNotConverged;
   }
-  return ImplicitEulerStatus::kOk;
+  return IntegratorStatus::kOk;
 }
 
 ImplicitEuler::Trial ImplicitEuler::At(const Eigen::VectorXd& x) const {

@@ -23,10 +23,11 @@ struct ImplicitEulerOptions {
   double friction_change = 0.01;  // of these forces, below which no further round follows
 };
 
-enum class ImplicitEulerStatus {
+// How a step of an integrator has ended.
+enum class IntegratorStatus {
   kOk,
   kNotPositiveDefinite,  // a factorisation failed, with every shift allowed
-  kNotConverged,         // the budget of Newton's iterations or halvings is spent
+  kNotConverged,         // the budget of Newton's or of conjugate gradients' iterations is spent
   kNotFinite             // positions or velocities overflowed
 };
 
@@ -58,7 +59,7 @@ class ImplicitEuler {
 
   // One step. A vertex that the motion of an obstacle has swallowed is first pushed out of it
   // (PushOut). After another status than kOk the state is not to be used.
-  [[nodiscard]] ImplicitEulerStatus Advance(State& state, const Surroundings& around = {});
+  [[nodiscard]] IntegratorStatus Advance(State& state, const Surroundings& around = {});
   const ImplicitEulerCost& cost() const { return cost_; }
 
  private:
@@ -87,7 +88,7 @@ class ImplicitEuler {
   void AddSurroundings(Trial& trial) const;
   bool Factor(const Eigen::VectorXd& x);
   bool Backtrack(const Eigen::VectorXd& dx, Trial& here) const;
-  ImplicitEulerStatus Minimise(Trial& here);
+  IntegratorStatus Minimise(Trial& here);
   RubForce Rubbing(const Rub& rub, const Eigen::Vector3d& x) const;
   // Finds the normal forces at x. Returns by how much of their sum they have changed.
   double FindRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);

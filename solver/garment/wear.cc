@@ -171,10 +171,10 @@ class Wearing {
     for (int k = 0; k < count; ++k) {
       const double before = begin + k * h, now = before + h;
       const Contact contact = BodyContact(before, now);
-      const ImplicitEulerStatus status =
+      const IntegratorStatus status =
           euler_->Advance(state, {.contact = &contact, .pins = Pins(now)});
       *newton_steps += euler_->cost().newton_steps;
-      if (status != ImplicitEulerStatus::kOk) return false;
+      if (status != IntegratorStatus::kOk) return false;
     }
     return true;
   }

@@ -20,7 +20,6 @@ class SurfaceObstacle {
   SurfaceObstacle(Eigen::Matrix3Xd x, std::vector<std::array<int, 3>> triangles,
                   Eigen::Matrix3Xd before = {}, double reach = 0.03);
 
-  const Eigen::Matrix3Xd& x() const { return x_; }
   // Outside: the smooth minimum −k·ln Σ exp(−d/k) of the distances d from the triangles, k = .3 mm,
   // without which cloth in a concave place would have no equilibrium. It is at most that of the
   // nearest point, by .2 mm over an edge and .5 mm over a corner less. Inside: that of the nearest

@@ -33,7 +33,7 @@ double SlidingSpeed(double friction, int steps) {
   State state = model->RestState();
   for (Eigen::Index i = 2; i < state.x.size(); i += 3) state.x[i] = 0.66e-3;
   for (int step = 0; step < steps; ++step)
-    EXPECT_EQ(euler.Advance(state), ImplicitEulerStatus::kOk) << step;
+    EXPECT_EQ(euler.Advance(state), IntegratorStatus::kOk) << step;
   return Eigen::Map<const Eigen::Matrix3Xd>(state.v.data(), 3, state.v.size() / 3).row(0).mean();
 }
 
@@ -80,7 +80,7 @@ TEST(Friction, ATurningBallCarriesTheCloth) {
           std::make_shared<const SurfaceObstacle>(turned(step + 1), ball.triangles, turned(step));
       // As garments do: so far from facets their edges are round.
       const Contact contact{.thickness = 6e-3, .obstacles = {surface}};
-      EXPECT_EQ(euler.Advance(state, {.contact = &contact}), ImplicitEulerStatus::kOk) << step;
+      EXPECT_EQ(euler.Advance(state, {.contact = &contact}), IntegratorStatus::kOk) << step;
       EXPECT_GT(SmallestGap(contact, state.x), 0.0) << step;
     }
     double moment = 0.0, inertia = 0.0;
@@ -105,7 +105,7 @@ TEST(ImplicitEuler, PinsFollowTheirPlaces) {
   around.pins = {{.vertex = 0, .stiffness = 1e4, .place = state.x.head<3>()}};
   for (int step = 0; step < 50; ++step) {
     around.pins[0].place.x() += 0.002;
-    ASSERT_EQ(euler.Advance(state, around), ImplicitEulerStatus::kOk);
+    ASSERT_EQ(euler.Advance(state, around), IntegratorStatus::kOk);
   }
   EXPECT_LT((state.x.head<3>() - around.pins[0].place).norm(), 2e-3);
   EXPECT_LT(state.x.tail<3>().z(), -0.05);
