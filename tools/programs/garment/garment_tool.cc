@@ -159,16 +159,6 @@ void WriteSheet(const Wardrobe& wardrobe, const std::string& folder) {
   WritePng(TilePictures(pictures, kColumns), folder + "/sheet.png");
 }
 
-void WriteBodyObj(const Body& body, const std::string& path) {
-  const Eigen::VectorXd x = body.Positions(0.0);
-  std::string text;
-  for (Eigen::Index i = 0; i < x.size(); i += 3)
-    text += Format("v %.9g %.9g %.9g\n", x[i], x[i + 1], x[i + 2]);
-  for (const auto& [a, b, c] : body.triangles())
-    text += Format("f %d %d %d\n", a + 1, b + 1, c + 1);
-  WriteFileAtomically(path, text);
-}
-
 double LowestPoint(const Eigen::VectorXd& x) {
   double lowest = x[2];
   for (Eigen::Index i = 2; i < x.size(); i += 3) lowest = std::min(lowest, x[i]);
@@ -186,7 +176,8 @@ GarmentRun RunOne(const GarmentOptions& options, const Wardrobe& wardrobe,
   } else {
     at.state = StartToWear(wardrobe.sewn, *wardrobe.body, wardrobe.wear);
     WriteObj(folder + "/garment.obj", wardrobe.garment.mesh, Unsewn(wardrobe, at.state.x));
-    WriteBodyObj(*wardrobe.body, folder + "/body.obj");
+    WriteObj(folder + "/body.obj",
+             ObjSurface{wardrobe.body->Positions(0.0), wardrobe.body->triangles()});
   }
   GeometryCacheWriter cloth(folder + "/garment.pc2", wardrobe.garment.mesh.num_vertices(),
                             at.frame + 1);

@@ -3,8 +3,11 @@
 
 #include <gmock/gmock.h>
 
+#include <array>
 #include <string>
+#include <vector>
 
+#include "physics/mesh/obj_io.h"
 #include "solver/garment/body/body_spec.h"
 #include "solver/garment/body/skeleton.h"
 #include "tests/physics/file_fixture.h"
@@ -14,6 +17,8 @@ namespace {
 
 class BodySequenceTest : public FileFixture {
  protected:
+  using Triangles = std::vector<std::array<int, 3>>;
+
   // An octahedron of radius .5 about (0, 0, z), turned by an angle about z.
   void WriteFrame(int number, double z, double angle = 0) const {
     const double c = .5 * std::cos(angle), s = .5 * std::sin(angle);
@@ -21,19 +26,17 @@ class BodySequenceTest : public FileFixture {
                   {{c, s, z}, {-s, c, z}, {-c, -s, z}, {s, -c, z}, {0, 0, z + .5}, {0, 0, z - .5}});
   }
   void WriteVertices(int number, const std::vector<Eigen::Vector3d>& vertices,
-                     const std::string& faces = kFaces) const {
-    std::string text;
-    for (const auto& v : vertices)
-      text += "v " + std::to_string(v.x()) + " " + std::to_string(v.y()) + " " +
-              std::to_string(v.z()) + "\n";
-    Write("body_000" + std::to_string(number) + ".obj", text + faces);
+                     const Triangles& triangles = kFaces) const {
+    ObjSurface surface{Eigen::VectorXd(3 * vertices.size()), triangles};
+    for (std::size_t i = 0; i < vertices.size(); ++i) surface.x.segment<3>(3 * i) = vertices[i];
+    WriteObj(Path("body_000" + std::to_string(number) + ".obj"), surface);
   }
   std::unique_ptr<Body> ReadAll(BodySequenceOptions options = {10, 20}) const {
     return ReadBodySequence(Path("body_%04d.obj"), options);
   }
 
-  static constexpr char kFaces[] =
-      "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 2 1 6\nf 3 2 6\nf 4 3 6\nf 1 4 6\n";
+  static const inline Triangles kFaces = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4},
+                                          {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}};
 };
 
 TEST_F(BodySequenceTest, MovesLinearlyBetweenFramesAndRestsAfterTheLast) {
@@ -68,12 +71,14 @@ TEST_F(BodySequenceTest, RefusesBadNamesAndNumbers) {
 }
 
 TEST_F(BodySequenceTest, RefusesSurfacesThatAreOpenInsideOutOrCrossing) {
-  const std::string faces = kFaces;
+  Triangles open = kFaces, doubled = kFaces;
+  open.pop_back();
+  doubled.push_back(kFaces.front());
   const std::vector<Eigen::Vector3d> corners = {{1, 0, 0},  {0, 1, 0}, {-1, 0, 0},
                                                 {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-  WriteVertices(0, corners, faces.substr(0, faces.size() - 8));
+  WriteVertices(0, corners, open);
   EXPECT_INPUT_ERROR(ReadAll(), "body_0000.obj: face 5: edge 1-6 has no second face");
-  WriteVertices(0, corners, faces + "f 1 2 5\n");
+  WriteVertices(0, corners, doubled);
   EXPECT_INPUT_ERROR(ReadAll(), "body_0000.obj: face 9: edge 1-2 runs as in another face");
   auto turned = corners;
   std::swap(turned[4], turned[5]);
@@ -87,8 +92,10 @@ TEST_F(BodySequenceTest, RefusesSurfacesThatAreOpenInsideOutOrCrossing) {
 
 TEST_F(BodySequenceTest, RefusesFramesThatDiffer) {
   WriteFrame(0, 0);
+  Triangles turned = kFaces;
+  turned.front() = {1, 4, 0};
   WriteVertices(1, {{.5, 0, 0}, {0, .5, 0}, {-.5, 0, 0}, {0, -.5, 0}, {0, 0, .5}, {0, 0, -.5}},
-                "f 2 5 1\n" + std::string(kFaces).substr(8));
+                turned);
   EXPECT_INPUT_ERROR(ReadAll(), "body_0001.obj: face 1 is 2 5 1, expected 1 2 5 as in ");
   WriteFrame(1, 3);
   EXPECT_INPUT_ERROR(ReadAll(), "body_0001.obj: vertex 1 moves at 30 m/s");
