@@ -19,6 +19,18 @@ namespace {
 // that is lost.
 constexpr double kMostShift = 1e13;  // [s⁻²]
 
+ImplicitEulerFailure FindWorst(const Eigen::VectorXd& x, const Eigen::VectorXd& unbalanced) {
+  ImplicitEulerFailure worst;
+  double most = -1.0;
+  for (int i = 0; 3 * i < x.size() && std::isfinite(most); ++i) {
+    const double force = unbalanced.segment<3>(3 * i).norm();
+    if (force <= most) continue;
+    most = force;
+    worst = {.vertex = i, .place = x.segment<3>(3 * i)};
+  }
+  return worst;
+}
+
 }  // namespace
 
 ImplicitEuler::ImplicitEuler(std::shared_ptr<const ClothModel> model, const MaterialField& material,
@@ -45,6 +57,7 @@ IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around
   CHECK(around.contact == nullptr || !solver_.model().scene.contact) << "contact twice";
   coasted_ = state.x + h_ * state.v;
   cost_ = {};
+  failure_ = {};
   Eigen::VectorXd start = state.x;
   if (contact() != nullptr) {
     PushOut(*contact(), start);
@@ -55,8 +68,10 @@ IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around
   if (rubs) FindRubs(state.x, start);
   Trial here = At(start);
   for (;;) {
-    if (const IntegratorStatus status = Minimise(here); status != IntegratorStatus::kOk)
+    if (const IntegratorStatus status = Minimise(here); status != IntegratorStatus::kOk) {
+      failure_ = FindWorst(here.x, here.unbalanced);
       return status;
+    }
     ++cost_.friction_rounds;
     if (!rubs || cost_.friction_rounds == options_.friction_rounds ||
         FindRubs(state.x, here.x) < options_.friction_change)

@@ -49,6 +49,13 @@ struct ImplicitEulerCost {
   int newton_steps = 0, friction_rounds = 0;
 };
 
+// Where a step has failed: the vertex with the largest unbalanced force, or the first whose force
+// is not finite, at the last shape that was accepted.
+struct ImplicitEulerFailure {
+  int vertex = -1;                                  // none: the last step has not failed
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  // [m]
+};
+
 // Implicit Euler to convergence [MODEL, M32]: M·(x − y)/h² = f(x), y = x_t0 + h·v_t0, by Newton's
 // method on the exact K, symmetrised and shifted where M/h² + K is not positive definite, with
 // backtracking on the energy. No vertex enters an obstacle.
@@ -61,6 +68,7 @@ class ImplicitEuler {
   // (PushOut). After another status than kOk the state is not to be used.
   [[nodiscard]] IntegratorStatus Advance(State& state, const Surroundings& around = {});
   const ImplicitEulerCost& cost() const { return cost_; }
+  const ImplicitEulerFailure& failure() const { return failure_; }
 
  private:
   // A shape tried for the end of a step.
@@ -105,6 +113,7 @@ class ImplicitEuler {
   Clearance clearance_;      // at its begin
   std::vector<Rub> rubs_;
   ImplicitEulerCost cost_;
+  ImplicitEulerFailure failure_;
 };
 
 }  // namespace drape

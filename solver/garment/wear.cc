@@ -98,6 +98,17 @@ void DrawTogether(const SewnGarment& garment, const Contact& contact, Eigen::Vec
   PushOut(contact, x);
 }
 
+const char* ToText(IntegratorStatus status) {
+  switch (status) {
+    case IntegratorStatus::kNotPositiveDefinite:
+      return "has no positive definite matrix";
+    case IntegratorStatus::kNotFinite:
+      return "overflows";
+    default:
+      return "does not converge";
+  }
+}
+
 class Wearing {
  public:
   Wearing(const SewnGarment& garment, const MaterialField& material, const Body& body,
@@ -108,15 +119,21 @@ class Wearing {
         options_(options),
         triangles_(ListTriangles(garment.model->mesh)) {}
 
-  // From the state at `time` to the next frame. Returns why not, or nothing.
-  std::string NextFrame(double time, State& state, int* newton_steps) {
+  // From the frame before `index` to it. Returns why not, or nothing.
+  std::string NextFrame(int index, State& state, int* newton_steps) {
     for (int step = 0; step < options_.steps_per_frame; ++step) {
-      const double begin = time + step * options_.h;
-      if (!Step(begin, options_.h, state, newton_steps))
-        return Format("a step at %.3f s does not converge, even in %d parts", begin, kMostParts);
+      const int number = (index - 1) * options_.steps_per_frame + step;
+      const double begin = number * options_.h;
+      if (Step(begin, options_.h, state, newton_steps)) continue;
+      const Eigen::Vector3d place = 100.0 * failure().place;
+      return Format("step %d, at %.3f s, %s, even in %d parts, near (%.1f, %.1f, %.1f) cm",
+                    number + 1, begin, ToText(status_), kMostParts, place.x(), place.y(),
+                    place.z());
     }
     return "";
   }
+  // Of the last step that was tried.
+  const ImplicitEulerFailure& failure() const { return euler_->failure(); }
 
   WornFrame Frame(int index, double time, const State& state) const {
     const Contact contact = BodyContact(time, time);
@@ -171,10 +188,9 @@ class Wearing {
     for (int k = 0; k < count; ++k) {
       const double before = begin + k * h, now = before + h;
       const Contact contact = BodyContact(before, now);
-      const IntegratorStatus status =
-          euler_->Advance(state, {.contact = &contact, .pins = Pins(now)});
+      status_ = euler_->Advance(state, {.contact = &contact, .pins = Pins(now)});
       *newton_steps += euler_->cost().newton_steps;
-      if (status != IntegratorStatus::kOk) return false;
+      if (status_ != IntegratorStatus::kOk) return false;
     }
     return true;
   }
@@ -186,6 +202,7 @@ class Wearing {
   std::vector<std::array<int, 3>> triangles_;
   std::unique_ptr<ImplicitEuler> euler_;
   double euler_h_ = 0.0;
+  IntegratorStatus status_ = IntegratorStatus::kOk;
 };
 
 }  // namespace
@@ -217,9 +234,10 @@ WearResult Wear(const SewnGarment& garment, const MaterialField& material, const
     }
     const auto begin = std::chrono::steady_clock::now();
     int newton_steps = 0;
-    result.reason = wearing.NextFrame((index - 1) * frame_time, state, &newton_steps);
+    result.reason = wearing.NextFrame(index, state, &newton_steps);
     if (!result.reason.empty()) {
       result.status = WearStatus::kFailed;
+      result.worst_vertex = wearing.failure().vertex;
       return result;
     }
     WornFrame frame = wearing.Frame(index, index * frame_time, state);

@@ -46,6 +46,7 @@ enum class WearStatus { kDone, kCancelled, kFailed };
 struct WearResult {
   WearStatus status = WearStatus::kDone;
   std::string reason = {};  // of a failure, with time and place
+  int worst_vertex = -1;    // of a failure: of the sewn garment, at that place
   int frames = 0;           // handed to on_frame
 };
 

@@ -159,6 +159,18 @@ void WriteSheet(const Wardrobe& wardrobe, const std::string& folder) {
   WritePng(TilePictures(pictures, kColumns), folder + "/sheet.png");
 }
 
+// The first vertex of garment.obj that is this one of the sewn garment, counted from 1 as in that
+// file, and its panel.
+std::string VertexText(const Wardrobe& wardrobe, int sewn_vertex) {
+  const std::vector<int>& vertex_of = wardrobe.sewn.vertex_of;
+  const auto i = static_cast<int>(std::find(vertex_of.begin(), vertex_of.end(), sewn_vertex) -
+                                  vertex_of.begin());
+  const std::vector<int>& begin = wardrobe.garment.panel_begin;
+  const auto panel = std::upper_bound(begin.begin(), begin.end(), i) - begin.begin() - 1;
+  return Format("vertex %d of garment.obj in panel '%s'", i + 1,
+                wardrobe.pattern.panels[panel].name.c_str());
+}
+
 double LowestPoint(const Eigen::VectorXd& x) {
   double lowest = x[2];
   for (Eigen::Index i = 2; i < x.size(); i += 3) lowest = std::min(lowest, x[i]);
@@ -195,6 +207,7 @@ GarmentRun RunOne(const GarmentOptions& options, const Wardrobe& wardrobe,
            });
   GarmentRun run = at.run;
   run.wear = result;
+  if (result.worst_vertex >= 0) run.wear.reason += ", " + VertexText(wardrobe, result.worst_vertex);
   run.wear.frames = at.frame + 1;
   run.vertices = wardrobe.sewn.model->mesh.num_vertices();
   run.faces = wardrobe.sewn.model->mesh.num_faces();

@@ -109,6 +109,22 @@ TEST(ImplicitEuler, PinsFollowTheirPlaces) {
   }
   EXPECT_LT((state.x.head<3>() - around.pins[0].place).norm(), 2e-3);
   EXPECT_LT(state.x.tail<3>().z(), -0.05);
+  EXPECT_EQ(euler.failure().vertex, -1);
+}
+
+// A vertex that is drawn to a place far away, in a step that may not iterate.
+TEST(ImplicitEuler, AFailureNamesTheVertexWithTheLargestUnbalancedForce) {
+  constexpr int kVertex = 17;
+  const auto model =
+      std::make_shared<ClothModel>(MakeDisc({.target_vertices = 100}), Scene{}, MakeLaw("smooth"));
+  ImplicitEuler euler(model, LinearMaterial(100.0, 1e-5, 0.2), 0.01, {.max_iterations = 0});
+  State state = model->RestState();
+  const Eigen::Vector3d place = state.x.segment<3>(3 * kVertex);
+  const Surroundings around{
+      .pins = {{.vertex = kVertex, .place = place + Eigen::Vector3d::UnitZ()}}};
+  ASSERT_EQ(euler.Advance(state, around), IntegratorStatus::kNotConverged);
+  EXPECT_EQ(euler.failure().vertex, kVertex);
+  EXPECT_EQ(euler.failure().place, place);
 }
 
 }  // namespace

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_garment as a user runs it, on a coarse skirt.
+#include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "physics/mesh/obj_io.h"
 #include "physics/util/json_input.h"
 #include "solver/garment/geometry_cache.h"
+#include "solver/garment/pattern/pattern_io.h"
 #include "tests/tools/tool_fixture.h"
+#include "tools/programs/garment/garment_tool.h"
 
 namespace drape::test {
 namespace {
@@ -50,6 +55,39 @@ TEST_F(GarmentTool, AResumedRunHasTheFramesOfOneRun) {
              parts = ReadGeometryCache(Path("parts/garment.pc2")).frames;
   ASSERT_EQ(whole.size(), 5u);
   EXPECT_EQ(whole, parts);
+}
+
+// Without Newton steps the first time step fails, where the garment starts.
+TEST_F(GarmentTool, AFailureNamesItsPlace) {
+  GarmentOptions options;
+  options.garment = kSkirt;
+  options.body = "mannequin:stand";
+  options.material = kFabric;
+  options.edge = 0.05;
+  options.seconds = 0.04;
+  options.out = Path("failed");
+  options.wear.euler.max_iterations = 0;
+  const std::string failure = GarmentFailure(RunGarments(options, {}));
+  double x = 0.0, y = 0.0, z = 0.0;
+  int vertex = 0;
+  char panel[40] = "";
+  ASSERT_EQ(std::sscanf(failure.c_str(),
+                        "step 1, at 0.000 s, does not converge, even in 64 parts, near (%lf, %lf, "
+                        "%lf) cm, vertex %d of garment.obj in panel '%39[^']', see",
+                        &x, &y, &z, &vertex, panel),
+            5)
+      << failure;
+  const Pattern pattern = ReadPattern(kSkirt);
+  const GarmentMesh mesh = MakeGarmentMesh(pattern, options.edge);
+  const Eigen::VectorXd start = ReadObjSurface(Path("failed/garment.obj")).x;
+  ASSERT_LE(3 * vertex, start.size());
+  EXPECT_LT((100.0 * start.segment<3>(3 * (vertex - 1)) - Eigen::Vector3d(x, y, z)).norm(), 0.1);
+  const auto named = std::find_if(pattern.panels.begin(), pattern.panels.end(),
+                                  [&](const Panel& p) { return p.name == panel; });
+  ASSERT_NE(named, pattern.panels.end()) << panel;
+  const auto k = named - pattern.panels.begin();
+  EXPECT_GT(vertex, mesh.panel_begin[k]);
+  EXPECT_LE(vertex, mesh.panel_begin[k + 1]);
 }
 
 TEST_F(GarmentTool, BadInputIsOneLine) {
