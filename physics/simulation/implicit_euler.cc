@@ -84,9 +84,10 @@ IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around
 }
 
 IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
-  for (int i = 0; here.residual > options_.tolerance; ++i) {
-    if (i == options_.max_iterations) return IntegratorStatus::kNotConverged;
+  // A force that is not a number is not in balance.
+  for (int i = 0; !(here.residual <= options_.tolerance); ++i) {
     if (!std::isfinite(here.residual)) return IntegratorStatus::kNotFinite;
+    if (i == options_.max_iterations) return IntegratorStatus::kNotConverged;
     if (!Factor(here.x)) return IntegratorStatus::kNotPositiveDefinite;
     Eigen::VectorXd dx = here.unbalanced;
     solver_.linear().Solve(dx);

@@ -127,5 +127,19 @@ TEST(ImplicitEuler, AFailureNamesTheVertexWithTheLargestUnbalancedForce) {
   EXPECT_EQ(euler.failure().place, place);
 }
 
+// Between two planes that leave no room for its thickness there is no shape without penetration.
+TEST(ImplicitEuler, ASheetWithoutRoomIsAFailure) {
+  Scene scene;
+  scene.contact =
+      Contact{.obstacles = {PlaneObstacle{.offset = -1e-4},
+                            PlaneObstacle{.normal = -Eigen::Vector3d::UnitZ(), .offset = -1e-4}}};
+  const auto model =
+      std::make_shared<ClothModel>(MakeDisc({.target_vertices = 100}), scene, MakeLaw("smooth"));
+  ImplicitEuler euler(model, LinearMaterial(100.0, 1e-5, 0.2), 0.01, {});
+  State state = model->RestState();
+  EXPECT_EQ(euler.Advance(state), IntegratorStatus::kNotFinite);
+  EXPECT_EQ(euler.failure().vertex, 0);
+}
+
 }  // namespace
 }  // namespace drape
