@@ -84,6 +84,9 @@ IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around
 }
 
 IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
+  constexpr int kMostRises = 20;
+  double least = here.residual;
+  int rises = 0;  // of the potential
   // A force that is not a number is not in balance.
   for (int i = 0; !(here.residual <= options_.tolerance); ++i) {
     if (!std::isfinite(here.residual)) return IntegratorStatus::kNotFinite;
@@ -92,7 +95,11 @@ IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
     Eigen::VectorXd dx = here.unbalanced;
     solver_.linear().Solve(dx);
     ++cost_.newton_steps;
-    if (!Backtrack(dx, here)) return IntegratorStatus::kNotConverged;
+    const double potential = here.potential;
+    if (!Backtrack(dx, rises < kMostRises ? here.residual : least, here))
+      return IntegratorStatus::kNotConverged;
+    least = std::min(least, here.residual);
+    rises += here.potential >= potential;
   }
   return IntegratorStatus::kOk;
 }
@@ -148,15 +155,18 @@ bool ImplicitEuler::Factor(const Eigen::VectorXd& x) {
   });
 }
 
-// Halves the step until it lowers the potential, or near the end the residual. Each vertex goes as
-// far as obstacles let it: a step so short that none is in the way has the direction of Newton's.
-bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here) const {
+// Halves the step until it lowers the potential, or the residual by a tenth: near the end the
+// potential is rounded, and nonlinear tables have none. The same shapes could so be visited again
+// and again, which is why the residual to be lowered is in the end the least so far. Each vertex
+// goes as far as obstacles let it: a step so short that none is in the way has the direction of
+// Newton's.
+bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, double residual, Trial& here) const {
   double length = 1.0;
   for (int k = 0; k <= options_.max_halvings; ++k, length *= 0.5) {
     Eigen::VectorXd moves = length * dx;
     if (contact() != nullptr) clearance_.ShortenMoves(here.x, moves);
     Trial next = At(here.x + moves);
-    const bool better = next.potential < here.potential || next.residual < 0.9 * here.residual;
+    const bool better = next.potential < here.potential || next.residual < 0.9 * residual;
     if (!better || !std::isfinite(next.residual)) continue;
     here = std::move(next);
     return true;

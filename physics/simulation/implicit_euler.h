@@ -15,7 +15,7 @@ namespace drape {
 struct ImplicitEulerOptions {
   double tolerance = 1e-8;   // ‖f − M(x − y)/h²‖ ≤ tolerance × weight
   int max_iterations = 200;  // Newton steps
-  int max_halvings = 12;     // of one Newton step
+  int max_halvings = 40;     // of one Newton step, which obstacles can be near to
   // Coulomb's friction with obstacles, smoothed and lagged [MODEL, M61].
   double friction = 0.0;          // μ
   double creep_speed = 1e-3;      // relative speed above which a contact slides [m/s], > 0
@@ -95,7 +95,7 @@ class ImplicitEuler {
   Trial At(const Eigen::VectorXd& x) const;
   void AddSurroundings(Trial& trial) const;
   bool Factor(const Eigen::VectorXd& x);
-  bool Backtrack(const Eigen::VectorXd& dx, Trial& here) const;
+  bool Backtrack(const Eigen::VectorXd& dx, double residual, Trial& here) const;
   IntegratorStatus Minimise(Trial& here);
   RubForce Rubbing(const Rub& rub, const Eigen::Vector3d& x) const;
   // Finds the normal forces at x. Returns by how much of their sum they have changed.
