@@ -37,7 +37,6 @@ double LargestStretch(const ClothModel& model, const Eigen::VectorXd& x) {
 // Pairs of a face of the cloth and one of the body.
 int CountIntersections(const std::vector<std::array<int, 3>>& cloth, const Eigen::VectorXd& x,
                        const Body& body, const Eigen::VectorXd& body_x) {
-  constexpr int kMost = 1000;
   const int vertices = static_cast<int>(x.size() / 3), faces = static_cast<int>(cloth.size());
   std::vector<std::array<int, 3>> all = cloth;
   for (std::array<int, 3> triangle : body.triangles()) {
@@ -46,10 +45,12 @@ int CountIntersections(const std::vector<std::array<int, 3>>& cloth, const Eigen
   }
   Eigen::VectorXd both(x.size() + body_x.size());
   both << x, body_x;
-  int count = 0;
-  for (const auto& [a, b] : FindSelfIntersections(all, both, kMost))
-    count += a < faces && b >= faces;
-  return count;
+  // All pairs: those of the cloth with itself come first, so that a list cut short has none with
+  // the body.
+  const auto pairs = FindSelfIntersections(all, both, std::numeric_limits<int>::max());
+  return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
+    return pair.first < faces && pair.second >= faces;
+  }));
 }
 
 // The edges of a cloth with their rest lengths.

@@ -37,7 +37,7 @@ struct WornFrame {
   Eigen::VectorXd body = {};     // [m], shape [3B]
   double smallest_gap = 0.0;     // between a vertex of the cloth and the body [m]
   double largest_stretch = 0.0;  // of a face: its largest principal stretch − 1
-  int body_intersections = 0;    // pairs of a face of the cloth and one of the body, at most 1000
+  int body_intersections = 0;    // pairs of a face of the cloth and one of the body
   int newton_steps = 0;
   double seconds = 0.0;  // wall clock
 };

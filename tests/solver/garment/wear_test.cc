@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
 #include "physics/simulation/textbook.h"
+#include "physics/util/math/random.h"
 #include "solver/garment/body/mannequin.h"
 #include "solver/garment/pattern/pattern_io.h"
 
@@ -56,6 +58,22 @@ TEST_F(WearTest, ASkirtFallsAndItsWaistbandStays) {
     EXPECT_GT(frame.smallest_gap, 0.0) << frame.index;
     EXPECT_EQ(frame.body_intersections, 0) << frame.index;
   }
+}
+
+// A garment of which every face is somewhere in the chest meets itself thousands of times.
+TEST_F(WearTest, AllIntersectionsWithTheBodyAreCounted) {
+  const Pattern pattern =
+      ReadPattern(std::string(DRAPE_SOURCE_DIR) + "/configs/garments/circle_skirt.json");
+  const SewnGarment sewn = Sew(MakeGarmentMesh(pattern, 0.08), MakeLaw("smooth"));
+  const Mannequin body(MannequinMotion(MotionKind::kStand, pattern.arm_angle), 0.03);
+  State state = StartToWear(sewn, body, {});
+  std::mt19937_64 random(1);
+  for (Eigen::Index i = 0; i < state.x.size(); ++i)
+    state.x[i] = 0.1 * SampleNormal(random) + (i % 3 == 2 ? 1.2 : 0.0);
+  const WearResult result =
+      drape::Wear(sewn, LinearMaterial(300.0, 1e-5, 0.2), body, {.frames = 0}, state, 0, {},
+                  [](const WornFrame& frame) { EXPECT_GT(frame.body_intersections, 3000); });
+  EXPECT_EQ(result.frames, 1);
 }
 
 TEST_F(WearTest, ACancelledRunEndsWithItsFrames) {
