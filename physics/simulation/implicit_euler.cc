@@ -100,6 +100,7 @@ IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
       return IntegratorStatus::kNotConverged;
     least = std::min(least, here.residual);
     rises += here.potential >= potential;
+    if (options_.on_accept) options_.on_accept(here.x);
   }
   return IntegratorStatus::kOk;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct ImplicitEulerOptions {
   double creep_speed = 1e-3;      // relative speed above which a contact slides [m/s], > 0
   int friction_rounds = 5;        // solves of a step for the lagged normal forces
   double friction_change = 0.01;  // of these forces, below which no further round follows
+  // Sees each shape x, shape [3V], that a step has gone to.
+  std::function<void(const Eigen::VectorXd& x)> on_accept = {};
 };
 
 // How a step of an integrator has ended.
