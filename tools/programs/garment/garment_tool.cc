@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "losses/image/image.h"
@@ -61,20 +62,55 @@ Wardrobe MakeWardrobe(const GarmentOptions& options) {
   return wardrobe;
 }
 
+void CheckOneDraw(const GarmentOptions& options) {
+  if (options.draws > 1)
+    throw InputError("option 'draws'", "found more than one of a material, expected a posterior");
+}
+
 MaterialSource MakeMaterials(const GarmentOptions& options, const ClothModel& model) {
   if (options.material.empty() == options.posterior.empty())
     throw InputError("options 'material' and 'posterior'",
                      std::string("found ") + (options.material.empty() ? "neither" : "both") +
                          ", expected one of them");
-  if (!options.posterior.empty())
-    return ReadMaterialSource(options.posterior, model, static_cast<uint64_t>(options.seed));
-  if (options.draws > 1)
-    throw InputError("option 'draws'", "found more than one of a material, expected a posterior");
-  const bool raises = options.min_relative_stiffness > 0.0;
-  Material material =
-      ReadMaterial(options.material, {raises ? NegativeEntries::kRaise : NegativeEntries::kReject});
-  if (raises) RaiseSmallEntries(material.field, options.min_relative_stiffness);
+  const double least = options.min_relative_stiffness;
+  if (!options.posterior.empty()) {
+    std::string kind;
+    const MaterialSource source =
+        ReadMaterialSource(options.posterior, model, static_cast<uint64_t>(options.seed), &kind);
+    if (kind == "field")
+      throw InputError(options.posterior,
+                       "found tables that vary over the disc of a drape, which a garment does not "
+                       "have, expected one table or a posterior");
+    if (kind == "table") CheckOneDraw(options);
+    return [source, least](int draw) {
+      MaterialField field = source(draw);
+      if (least > 0.0) RaiseSmallEntries(field, least);
+      return field;
+    };
+  }
+  CheckOneDraw(options);
+  Material material = ReadMaterial(
+      options.material, {least > 0.0 ? NegativeEntries::kRaise : NegativeEntries::kReject});
+  if (least > 0.0) RaiseSmallEntries(material.field, least);
   return [field = material.field](int) { return field; };
+}
+
+// What a run depends on but for its length, which leaves its frames as they are. Files may have
+// changed since a checkpoint: sums stand for what was read from them.
+std::string SettingsText(const GarmentOptions& options, const Wardrobe& wardrobe,
+                         const MaterialField& material) {
+  double stretch = 0.0, bend = 0.0;
+  for (const StretchTable& table : material.stretch)
+    stretch += std::accumulate(table.entries(), table.entries() + kStretchEntries, 0.0);
+  for (const BendTable& table : material.bend)
+    bend += std::accumulate(table.entries(), table.entries() + kBendEntries, 0.0);
+  const Mesh& mesh = wardrobe.garment.mesh;
+  return Format("%s %.17g %.17g %s %.17g %s %.17g %.17g %.17g %s %g %g %g %g %g",
+                options.garment.c_str(), wardrobe.garment.start_x.sum(), mesh.uv.sum(),
+                options.body.c_str(), wardrobe.body->Positions(0.0).sum(),
+                (options.material + options.posterior).c_str(), material.density, stretch, bend,
+                options.law.c_str(), options.edge, wardrobe.wear.h, wardrobe.wear.thickness,
+                wardrobe.wear.skin_offset, wardrobe.wear.friction);
 }
 
 // The places of the unsewn vertices, which the OBJ file and the cache have.
@@ -243,6 +279,9 @@ void WriteSummary(const GarmentOptions& options, const WearOptions& wear,
                {"garment", options.garment},
                {"body", options.body},
                {"material", options.posterior.empty() ? options.material : options.posterior},
+               {"draws", options.draws},
+               {"seed", options.seed},
+               {"min_relative_stiffness", options.min_relative_stiffness},
                {"law", options.law},
                {"edge_m", options.edge},
                {"time_step", wear.h},
@@ -267,15 +306,11 @@ GarmentResult RunGarments(const GarmentOptions& options, const RunControl& contr
     const std::string name = options.draws > 1 ? Format("draw_%d", draw + 1) : std::string();
     const RunControl part{.cancel = control.cancel,
                           .progress = [&](double fraction, const std::string& note) {
-                            control.Report((draw + fraction) / options.draws, name + " " + note);
+                            control.Report((draw + fraction) / options.draws,
+                                           name.empty() ? note : name + " " + note);
                           }};
-    // The frames of another length of the same run are the same.
-    const std::string settings =
-        Format("%s %s %s %d %s %g %g %g %g %g %g", options.garment.c_str(), options.body.c_str(),
-               (options.material + options.posterior).c_str(), options.seed + draw,
-               options.law.c_str(), options.edge, wardrobe.wear.h, wardrobe.wear.thickness,
-               wardrobe.wear.skin_offset, wardrobe.wear.friction, options.min_relative_stiffness);
-    GarmentRun run = RunOne(options, wardrobe, materials(draw), settings,
+    const MaterialField material = materials(draw);
+    GarmentRun run = RunOne(options, wardrobe, material, SettingsText(options, wardrobe, material),
                             options.out + (name.empty() ? "" : "/" + name), part);
     run.name = name;
     result.cancelled = run.wear.status == WearStatus::kCancelled;

@@ -100,6 +100,48 @@ TEST_F(GarmentTool, BadInputIsOneLine) {
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 
+TEST_F(GarmentTool, DressesTheBodyInSamplesOfAFit) {
+  const std::string waves = std::string(DRAPE_SOURCE_DIR) + "/configs/starts/six_waves.json";
+  ASSERT_EQ(RunProcess({std::string(DRAPE_BIN_DIR) + "/drape_simulate", "--mesh=disc:100",
+                        "--material=" + kFabric, "--start=" + waves, "--steps=40",
+                        "--time_step=0.1", "--out=" + Path("drape")})
+                .exit_code,
+            0);
+  const ProcessResult fit = RunProcess(
+      {std::string(DRAPE_BIN_DIR) + "/drape_fit", "--images=" + Path("drape/silhouette.png"),
+       "--material=" + kFabric, "--mesh=disc:100", "--coarse_mesh=disc:100", "--model=bayes",
+       "--num_parameters=2", "--candidates_per_round=1", "--iterations=1", "--initial_stretch=1",
+       "--initial_bend=1", "--initial_lifts=1", "--initial_steps=10", "--posterior_iterations=1",
+       "--posterior_samples=4", "--threads=1", "--out=" + Path("fit")});
+  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  const std::vector<std::string> options = {"--posterior=" + Path("fit"), "--draws=2",
+                                            "--seconds=0.08", "--out=" + Path("out")};
+  const ProcessResult result = Dress(options);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto one = ReadGeometryCache(Path("out/draw_1/garment.pc2")).frames,
+             other = ReadGeometryCache(Path("out/draw_2/garment.pc2")).frames;
+  ASSERT_EQ(one.size(), 3u);
+  ASSERT_EQ(other.size(), 3u);
+  EXPECT_EQ(one[0], other[0]);
+  EXPECT_NE(one[2], other[2]);
+  EXPECT_EQ(ReadJsonFile(Path("out/summary.json")).at("draws"), 2);
+  // Its table alone has no second sample.
+  ExpectOneLineError(Dress({"--posterior=" + Path("fit/material_homogeneous.json"), "--draws=2",
+                            "--out=" + Path("one")}),
+                     "'draws'");
+}
+
+// A checkpoint knows its files by their contents.
+TEST_F(GarmentTool, AChangedMaterialCannotResume) {
+  const std::string fabric = Path("fabric.json"), material = "--material=" + fabric,
+                    out = "--out=" + Path("out");
+  std::filesystem::copy(kFabric, fabric);
+  ASSERT_EQ(Dress({material, "--seconds=0.04", out}).exit_code, 0);
+  std::filesystem::copy(std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json",
+                        fabric, std::filesystem::copy_options::overwrite_existing);
+  ExpectOneLineError(Dress({material, "--seconds=0.08", "--resume=true", out}), "checkpoint.json");
+}
+
 TEST_F(GarmentTool, OtherSettingsCannotResume) {
   const std::string out = "--out=" + Path("out"), material = "--material=" + kFabric;
   ASSERT_EQ(Dress({material, "--seconds=0.04", out}).exit_code, 0);
