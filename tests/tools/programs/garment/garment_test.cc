@@ -7,8 +7,8 @@
 
 #include "physics/mesh/obj_io.h"
 #include "physics/util/json_input.h"
-#include "solver/garment/geometry_cache.h"
-#include "solver/garment/pattern/pattern_io.h"
+#include "solver/prediction/garment/geometry_cache.h"
+#include "solver/prediction/garment/pattern/pattern_io.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/garment/garment_tool.h"
 
