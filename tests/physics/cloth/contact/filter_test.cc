@@ -15,7 +15,7 @@
 #include "physics/cloth/contact/surface_obstacle.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/math/random.h"
-#include "tests/physics/cloth/contact/ball_mesh.h"
+#include "tests/physics/cloth/contact/closed_mesh.h"
 
 namespace drape {
 namespace {
@@ -132,39 +132,43 @@ TEST(Filter, MissesNoPlate) {
   });
 }
 
-// A coarse ball with sharp edges; a way is the thinnest triangle around it.
-TEST(Filter, MissesNoTriangleOfAMesh) {
-  const test::BallMesh ball = test::MakeBall(0.1, 1);
+// Coarse, with sharp edges. A way is the thinnest triangle around it.
+void ExpectNoMissedTriangle(const test::ClosedMesh& mesh, double size) {
   const Contact contact{
       .thickness = 0.0,
-      .obstacles = {std::make_shared<const SurfaceObstacle>(ball.x, ball.triangles)}};
-  const int corners = static_cast<int>(ball.x.cols());
-  std::vector<std::array<int, 3>> triangles = ball.triangles;
+      .obstacles = {std::make_shared<const SurfaceObstacle>(mesh.x, mesh.triangles)}};
+  const int corners = static_cast<int>(mesh.x.cols());
+  std::vector<std::array<int, 3>> triangles = mesh.triangles;
   triangles.push_back({corners, corners + 1, corners + 2});
   const auto meets = [&](const Vector3d& x, const Vector3d& dx) {
     Eigen::VectorXd all(3 * corners + 9);
-    all << ball.x.reshaped(), x, x + dx, x + 0.5 * dx + 1e-13 * dx.unitOrthogonal();
+    all << mesh.x.reshaped(), x, x + dx, x + 0.5 * dx + 1e-13 * dx.unitOrthogonal();
     return !FindSelfIntersections(triangles, all).empty();
   };
   std::mt19937_64 random(12);
   int hits = 0, missed = 0, queries = 0;
   while (queries < 4000) {
+    Eigen::VectorXd x = size * RandomVector(random);
+    // Most of them close, where a move may go far along the surface.
+    const ObstacleDistance at = DistanceTo(contact.obstacles[0], x);
     const double away = std::pow(10.0, std::uniform_real_distribution(-6.0, -1.5)(random));
-    const Eigen::VectorXd x = (0.1 + away) * RandomVector(random).normalized();
-    if (!(SmallestGap(contact, x) > 1e-9)) continue;
+    x += std::min(0.0, away - at.value) * at.normal;
+    // Out of reach nothing tells the inside of a solid.
+    if (at.value > 0.029 || !(SmallestGap(contact, x) > 1e-9)) continue;
     ++queries;
-    // Often through the ball, often along it.
-    const Eigen::VectorXd wanted =
-        queries % 2 == 0 ? Eigen::VectorXd(-std::uniform_real_distribution(0.0, 3.0)(random) * x)
-                         : Eigen::VectorXd(0.1 * RandomVector(random));
+    const Eigen::VectorXd wanted = 2.0 * size * RandomVector(random);
     Eigen::VectorXd move = wanted;
-    ShortenMoves(contact, x, move);
+    Clearance(contact, x).ShortenMoves(x, move);
     hits += meets(x, wanted);
-    missed += move.norm() > 1e-9 && meets(x, move);
-    EXPECT_GT(SmallestGap(contact, x + move), 0.0);
+    missed += (move.norm() > 1e-9 && meets(x, move)) || !(SmallestGap(contact, x + move) > 0.0);
   }
   EXPECT_EQ(missed, 0);
   EXPECT_GT(hits, queries / 5);
+}
+
+TEST(Filter, MissesNoTriangleOfAMesh) {
+  ExpectNoMissedTriangle(test::MakeBall(0.1, 1), 0.1);
+  ExpectNoMissedTriangle(test::MakeRing(0.08, 0.03, 8, 6), 0.08);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include "physics/mesh/disc.h"
 #include "physics/simulation/implicit_euler.h"
 #include "physics/simulation/textbook.h"
-#include "tests/physics/cloth/contact/ball_mesh.h"
+#include "tests/physics/cloth/contact/closed_mesh.h"
 
 namespace drape {
 namespace {
@@ -61,7 +61,7 @@ TEST(Friction, ATurningBallCarriesTheCloth) {
   scene.gravity = Eigen::Vector3d(0.0, 0.0, -kGravity);
   const auto model =
       std::make_shared<ClothModel>(MakeDisc({.target_vertices = 200}), scene, MakeLaw("smooth"));
-  const test::BallMesh ball = test::MakeBall(0.12, 4);
+  const test::ClosedMesh ball = test::MakeBall(0.12, 4);
   const Eigen::Matrix3Xd below = ball.x.colwise() - Eigen::Vector3d(0.0, 0.0, 0.124);
   constexpr double kStep = 0.01, kTurn = 2 * M_PI * kStep;
   const auto turned = [&](int step) -> Eigen::Matrix3Xd {

@@ -3,20 +3,22 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <map>
 #include <utility>
 #include <vector>
 
 namespace drape::test {
 
-struct BallMesh {
+// The surface of a solid, counter-clockwise seen from outside.
+struct ClosedMesh {
   Eigen::Matrix3Xd x;
   std::vector<std::array<int, 3>> triangles;
 };
 
 // A closed mesh of a ball about the origin: an octahedron whose triangles are divided into four
 // `divisions` times.
-inline BallMesh MakeBall(double radius, int divisions) {
+inline ClosedMesh MakeBall(double radius, int divisions) {
   std::vector<Eigen::Vector3d> points = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1},
                                          {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
   std::vector<std::array<int, 3>> triangles = {{0, 1, 2}, {1, 3, 2}, {3, 4, 2}, {4, 0, 2},
@@ -38,10 +40,25 @@ inline BallMesh MakeBall(double radius, int divisions) {
     }
     triangles = std::move(finer);
   }
-  BallMesh ball{Eigen::Matrix3Xd(3, points.size()), std::move(triangles)};
+  ClosedMesh ball{Eigen::Matrix3Xd(3, points.size()), std::move(triangles)};
   for (std::size_t i = 0; i < points.size(); ++i)
     ball.x.col(static_cast<Eigen::Index>(i)) = radius * points[i];
   return ball;
+}
+
+// A ring whose section is a circle of radius `thin` about a circle of radius `wide` around z.
+inline ClosedMesh MakeRing(double wide, double thin, int around, int across) {
+  ClosedMesh ring{Eigen::Matrix3Xd(3, around * across), {}};
+  const auto at = [&](int i, int j) { return (i % around) * across + j % across; };
+  for (int i = 0; i < around; ++i)
+    for (int j = 0; j < across; ++j) {
+      const double angle = 2 * M_PI * i / around, section = 2 * M_PI * j / across;
+      const double r = wide + thin * std::cos(section);
+      ring.x.col(at(i, j)) << r * std::cos(angle), r * std::sin(angle), thin * std::sin(section);
+      ring.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      ring.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  return ring;
 }
 
 }  // namespace drape::test
