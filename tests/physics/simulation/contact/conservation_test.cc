@@ -143,6 +143,17 @@ TEST(ContactStatics, EnergyFalls) {
     energy = step.energy;
   }
   EXPECT_LT(energy, rest.start_energy);
+  // And no way leads further down.
+  std::mt19937_64 random(8);
+  const auto rises = [&](const Eigen::VectorXd& move) {
+    return Energy(solver.model(), material, rest.x + move) >
+           Energy(solver.model(), material, rest.x);
+  };
+  for (int i = 0; i < 20; ++i) {
+    Eigen::VectorXd move(rest.x.size());
+    for (double& part : move) part = 1e-6 * SampleNormal(random);
+    EXPECT_TRUE(rises(move) && rises(-move)) << i;
+  }
 }
 
 }  // namespace
