@@ -133,10 +133,7 @@ Surface ToSurface(const ObjSurface& soup, const std::string& where) {
 
 ObjSurface SurfaceAt(const Mesh& mesh, const Eigen::VectorXd& x) {
   CHECK_EQ(x.size(), 3 * mesh.num_vertices());
-  ObjSurface surface{x, {}};
-  for (const Face& face : mesh.faces)
-    surface.triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
-  return surface;
+  return {x, ListTriangles(mesh)};
 }
 
 }  // namespace

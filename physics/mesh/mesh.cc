@@ -209,6 +209,14 @@ Mesh BuildMesh(const Eigen::VectorXd& rest_x, const Eigen::Matrix2Xd& uv,
   return mesh;
 }
 
+std::vector<std::array<int, 3>> ListTriangles(const Mesh& mesh) {
+  std::vector<Triangle> triangles;
+  triangles.reserve(mesh.faces.size());
+  for (const Face& face : mesh.faces)
+    triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
+  return triangles;
+}
+
 Eigen::Matrix2Xd FaceCentres(const Mesh& mesh) {
   Eigen::Matrix2Xd centres(2, mesh.num_faces());
   for (int f = 0; f < mesh.num_faces(); ++f) {

@@ -47,6 +47,9 @@ struct Mesh {
 Mesh BuildMesh(const Eigen::VectorXd& rest_x, const Eigen::Matrix2Xd& uv,
                const std::vector<std::array<int, 3>>& triangles, const std::string& where);
 
+// The corners of the faces, in their order: indices of vertices, shape [F].
+std::vector<std::array<int, 3>> ListTriangles(const Mesh& mesh);
+
 // Positions of the elements in material space (uv) [m]: the centroids of the faces, shape [2, F],
 // and the midpoints of the hinge edges, shape [2, E].
 Eigen::Matrix2Xd FaceCentres(const Mesh& mesh);

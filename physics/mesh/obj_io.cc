@@ -10,6 +10,7 @@
 #include "physics/mesh/obj_parser.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -23,6 +24,17 @@ ObjContent Load(const std::string& path, const ObjOptions& options) {
     content.vt.erase(content.vt.begin());
   }
   return content;
+}
+
+template <typename Numbers>
+void AppendLine(const char* key, const Numbers& numbers, std::string* text) {
+  *text += key;
+  for (const double number : numbers) AppendNumber(*text += ' ', number);
+  *text += '\n';
+}
+
+void AppendVertices(const Eigen::VectorXd& x, std::string* text) {
+  for (Eigen::Index i = 0; i < x.size(); i += 3) AppendLine("v", x.segment<3>(i), text);
 }
 
 ObjSurface MakeSurface(const ObjContent& content) {
@@ -135,13 +147,8 @@ Mesh ReadObj(const std::string& path, const ObjOptions& options) {
 void WriteObj(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& x) {
   CHECK_EQ(x.size(), 3 * mesh.num_vertices());
   std::string text = "# drapefit cloth, metres\n";
-  const auto append = [&text](const char* key, const auto& numbers) {
-    text += key;
-    for (const double number : numbers) AppendNumber(text += ' ', number);
-    text += '\n';
-  };
-  for (int i = 0; i < mesh.num_vertices(); ++i) append("v", x.segment<3>(3 * i));
-  for (int i = 0; i < mesh.num_vertices(); ++i) append("vt", mesh.uv.col(i));
+  AppendVertices(x, &text);
+  for (int i = 0; i < mesh.num_vertices(); ++i) AppendLine("vt", mesh.uv.col(i), &text);
   for (const Face& face : mesh.faces) {
     text += 'f';
     for (const int vertex : face.vertex) {
@@ -150,6 +157,14 @@ void WriteObj(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& 
     }
     text += '\n';
   }
+  WriteFileAtomically(path, text);
+}
+
+void WriteObj(const std::string& path, const ObjSurface& surface) {
+  std::string text = "# drapefit surface, metres\n";
+  AppendVertices(surface.x, &text);
+  for (const auto& [a, b, c] : surface.triangles)
+    text += Format("f %d %d %d\n", a + 1, b + 1, c + 1);
   WriteFileAtomically(path, text);
 }
 

@@ -41,5 +41,7 @@ Mesh ReadObj(const std::string& path, const ObjOptions& options = {});
 // atomic, and numbers read back bit for bit. CHECKs the size of x. Throws InputError when the file
 // cannot be written.
 void WriteObj(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& x);
+// The same of a surface, which has no vt.
+void WriteObj(const std::string& path, const ObjSurface& surface);
 
 }  // namespace drape

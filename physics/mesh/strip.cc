@@ -59,10 +59,7 @@ Mesh Laid(const Mesh& mesh, double place, double direction) {
   place_xy.row(1).array() -= 0.5 * (place_xy.row(1).minCoeff() + place_xy.row(1).maxCoeff());
   for (int i = 0; i < mesh.num_vertices(); ++i) x.segment<2>(3 * i) = place_xy.col(i);
   const Eigen::Matrix2Xd uv = turn_cloth * place_xy;
-  std::vector<std::array<int, 3>> triangles;
-  for (const Face& face : mesh.faces)
-    triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
-  return BuildMesh(x, uv, triangles, "laid mesh");
+  return BuildMesh(x, uv, ListTriangles(mesh), "laid mesh");
 }
 
 }  // namespace drape

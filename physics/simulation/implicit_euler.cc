@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -20,6 +18,18 @@ namespace {
 // Above ω² of any cloth, needles of 1 : 1000 included, so that it is reached by no shape but one
 // that is lost.
 constexpr double kMostShift = 1e13;  // [s⁻²]
+
+ImplicitEulerFailure FindWorst(const Eigen::VectorXd& x, const Eigen::VectorXd& unbalanced) {
+  ImplicitEulerFailure worst;
+  double most = -1.0;
+  for (int i = 0; 3 * i < x.size() && std::isfinite(most); ++i) {
+    const double force = unbalanced.segment<3>(3 * i).norm();
+    if (force <= most) continue;
+    most = force;
+    worst = {.vertex = i, .place = x.segment<3>(3 * i)};
+  }
+  return worst;
+}
 
 }  // namespace
 
@@ -42,11 +52,12 @@ const Contact* ImplicitEuler::contact() const {
   return of_scene ? &*of_scene : nullptr;
 }
 
-ImplicitEulerStatus ImplicitEuler::Advance(State& state, const Surroundings& around) {
+IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around) {
   around_ = around;
   CHECK(around.contact == nullptr || !solver_.model().scene.contact) << "contact twice";
   coasted_ = state.x + h_ * state.v;
   cost_ = {};
+  failure_ = {};
   Eigen::VectorXd start = state.x;
   if (contact() != nullptr) {
     PushOut(*contact(), start);
@@ -57,8 +68,10 @@ ImplicitEulerStatus ImplicitEuler::Advance(State& state, const Surroundings& aro
   if (rubs) FindRubs(state.x, start);
   Trial here = At(start);
   for (;;) {
-    if (const ImplicitEulerStatus status = Minimise(here); status != ImplicitEulerStatus::kOk)
+    if (const IntegratorStatus status = Minimise(here); status != IntegratorStatus::kOk) {
+      failure_ = FindWorst(here.x, here.unbalanced);
       return status;
+    }
     ++cost_.friction_rounds;
     if (!rubs || cost_.friction_rounds == options_.friction_rounds ||
         FindRubs(state.x, here.x) < options_.friction_change)
@@ -67,20 +80,29 @@ ImplicitEulerStatus ImplicitEuler::Advance(State& state, const Surroundings& aro
   }
   state.v = (here.x - state.x) / h_;
   state.x = here.x;
-  return state.x.allFinite() ? ImplicitEulerStatus::kOk : ImplicitEulerStatus::kNotFinite;
+  return state.x.allFinite() ? IntegratorStatus::kOk : IntegratorStatus::kNotFinite;
 }
 
-ImplicitEulerStatus ImplicitEuler::Minimise(Trial& here) {
-  for (int i = 0; here.residual > options_.tolerance; ++i) {
-    if (i == options_.max_iterations) return ImplicitEulerStatus::kNotConverged;
-    if (!std::isfinite(here.residual)) return ImplicitEulerStatus::kNotFinite;
-    if (!Factor(here.x)) return ImplicitEulerStatus::kNotPositiveDefinite;
+IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
+  constexpr int kMostRises = 20;
+  double least = here.residual;
+  int rises = 0;  // of the potential
+  // A force that is not a number is not in balance.
+  for (int i = 0; !(here.residual <= options_.tolerance); ++i) {
+    if (!std::isfinite(here.residual)) return IntegratorStatus::kNotFinite;
+    if (i == options_.max_iterations) return IntegratorStatus::kNotConverged;
+    if (!Factor(here.x)) return IntegratorStatus::kNotPositiveDefinite;
     Eigen::VectorXd dx = here.unbalanced;
     solver_.linear().Solve(dx);
     ++cost_.newton_steps;
-    if (!Backtrack(dx, here)) return ImplicitEulerStatus::kNotConverged;
+    const double potential = here.potential;
+    if (!Backtrack(dx, rises < kMostRises ? here.residual : least, here))
+      return IntegratorStatus::kNotConverged;
+    least = std::min(least, here.residual);
+    rises += here.potential >= potential;
+    if (options_.on_accept) options_.on_accept(here.x);
   }
-  return ImplicitEulerStatus::kOk;
+  return IntegratorStatus::kOk;
 }
 
 ImplicitEuler::Trial ImplicitEuler::At(const Eigen::VectorXd& x) const {
@@ -134,15 +156,18 @@ bool ImplicitEuler::Factor(const Eigen::VectorXd& x) {
   });
 }
 
-// Halves the step until it lowers the potential, or near the end the residual. Each vertex goes as
-// far as obstacles let it: a step so short that none is in the way has the direction of Newton's.
-bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here) const {
+// Halves the step until it lowers the potential, or the residual by a tenth: near the end the
+// potential is rounded, and nonlinear tables have none. The same shapes could so be visited again
+// and again, which is why the residual to be lowered is in the end the least so far. Each vertex
+// goes as far as obstacles let it: a step so short that none is in the way has the direction of
+// Newton's.
+bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, double residual, Trial& here) const {
   double length = 1.0;
   for (int k = 0; k <= options_.max_halvings; ++k, length *= 0.5) {
     Eigen::VectorXd moves = length * dx;
     if (contact() != nullptr) clearance_.ShortenMoves(here.x, moves);
     Trial next = At(here.x + moves);
-    const bool better = next.potential < here.potential || next.residual < 0.9 * here.residual;
+    const bool better = next.potential < here.potential || next.residual < 0.9 * residual;
     if (!better || !std::isfinite(next.residual)) continue;
     here = std::move(next);
     return true;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -15,18 +16,21 @@ namespace drape {
 struct ImplicitEulerOptions {
   double tolerance = 1e-8;   // ‖f − M(x − y)/h²‖ ≤ tolerance × weight
   int max_iterations = 200;  // Newton steps
-  int max_halvings = 12;     // of one Newton step
+  int max_halvings = 40;     // of one Newton step, which obstacles can be near to
   // Coulomb's friction with obstacles, smoothed and lagged [MODEL, M61].
   double friction = 0.0;          // μ
   double creep_speed = 1e-3;      // relative speed above which a contact slides [m/s], > 0
   int friction_rounds = 5;        // solves of a step for the lagged normal forces
   double friction_change = 0.01;  // of these forces, below which no further round follows
+  // Sees each shape x, shape [3V], that a step has gone to.
+  std::function<void(const Eigen::VectorXd& x)> on_accept = {};
 };
 
-enum class ImplicitEulerStatus {
+// How a step of an integrator has ended.
+enum class IntegratorStatus {
   kOk,
   kNotPositiveDefinite,  // a factorisation failed, with every shift allowed
-  kNotConverged,         // the budget of Newton's iterations or halvings is spent
+  kNotConverged,         // the budget of Newton's or of conjugate gradients' iterations is spent
   kNotFinite             // positions or velocities overflowed
 };
 
@@ -48,6 +52,13 @@ struct ImplicitEulerCost {
   int newton_steps = 0, friction_rounds = 0;
 };
 
+// Where a step has failed: the vertex with the largest unbalanced force, or the first whose force
+// is not finite, at the last shape that was accepted.
+struct ImplicitEulerFailure {
+  int vertex = -1;                                  // none: the last step has not failed
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  // [m]
+};
+
 // Implicit Euler to convergence [MODEL, M32]: M·(x − y)/h² = f(x), y = x_t0 + h·v_t0, by Newton's
 // method on the exact K, symmetrised and shifted where M/h² + K is not positive definite, with
 // backtracking on the energy. No vertex enters an obstacle.
@@ -58,8 +69,9 @@ class ImplicitEuler {
 
   // One step. A vertex that the motion of an obstacle has swallowed is first pushed out of it
   // (PushOut). After another status than kOk the state is not to be used.
-  [[nodiscard]] ImplicitEulerStatus Advance(State& state, const Surroundings& around = {});
+  [[nodiscard]] IntegratorStatus Advance(State& state, const Surroundings& around = {});
   const ImplicitEulerCost& cost() const { return cost_; }
+  const ImplicitEulerFailure& failure() const { return failure_; }
 
  private:
   // A shape tried for the end of a step.
@@ -86,8 +98,8 @@ class ImplicitEuler {
   Trial At(const Eigen::VectorXd& x) const;
   void AddSurroundings(Trial& trial) const;
   bool Factor(const Eigen::VectorXd& x);
-  bool Backtrack(const Eigen::VectorXd& dx, Trial& here) const;
-  ImplicitEulerStatus Minimise(Trial& here);
+  bool Backtrack(const Eigen::VectorXd& dx, double residual, Trial& here) const;
+  IntegratorStatus Minimise(Trial& here);
   RubForce Rubbing(const Rub& rub, const Eigen::Vector3d& x) const;
   // Finds the normal forces at x. Returns by how much of their sum they have changed.
   double FindRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
@@ -104,6 +116,7 @@ class ImplicitEuler {
   Clearance clearance_;      // at its begin
   std::vector<Rub> rubs_;
   ImplicitEulerCost cost_;
+  ImplicitEulerFailure failure_;
 };
 
 }  // namespace drape

@@ -57,10 +57,7 @@ void AddCaptureNoise(const Mesh& mesh, uint64_t seed, double rms, Eigen::VectorX
 }
 
 ObservedDrape See(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera) {
-  ObjSurface surface{x, {}};
-  for (const Face& face : mesh.faces)
-    surface.triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
-  return ObserveSurface(surface, camera, "drape");
+  return ObserveSurface({x, ListTriangles(mesh)}, camera, "drape");
 }
 
 void Fill(const ClothModel& model, const Camera& camera, SettledDrape settled,

@@ -80,6 +80,13 @@ TEST_F(PlantedNames, RunNoCommandInFits) {
               "--num_parameters=2", "--methods=lm", "--budget=4", "--out=optimisers"});
 }
 
+TEST_F(PlantedNames, RunNoCommandInAGarment) {
+  for (const std::string& name : names_)
+    RunPlanted("garment", {"--garment=" + Copy(kConfigs + "garments/circle_skirt.json", name + "2"),
+                           "--body=mannequin:stand", "--material=" + name, "--edge=0.08",
+                           "--seconds=0.04", "--out=garment"});
+}
+
 TEST_F(PlantedNames, RunNoCommandInAComparison) {
   std::vector<std::string> options = FitOptions("");
   options.erase(options.begin(), options.begin() + 2);

@@ -79,6 +79,8 @@ Eigen::Matrix3d ContactStepStiffness(const Contact& contact, double area,
   Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();
   ForEachNear(contact, x, [&](const Barrier& b, const ObstacleDistance& d) {
     stiffness += contact.stiffness * area * b.curvature * d.normal * d.normal.transpose();
+    // b' < 0. A convex solid has the other sign; that of a blend is the same in all directions.
+    if (d.curvature.trace() < 0.0) stiffness += contact.stiffness * area * b.slope * d.curvature;
   });
   return stiffness;
 }

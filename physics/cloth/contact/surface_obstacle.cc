@@ -183,9 +183,13 @@ ObstacleDistance SurfaceObstacle::DistanceTo(const Eigen::Vector3d& x) const {
     if (length > most) continue;
     const double weight = std::exp(-(length - least) / kBlend);
     sum += weight;
-    distance.normal += weight / length * away;
+    const Eigen::Vector3d normal = away / length;
+    distance.normal += weight * normal;
+    distance.curvature += weight * normal * normal.transpose();
   }
   distance.normal /= sum;
+  distance.curvature =
+      (distance.normal * distance.normal.transpose() - distance.curvature / sum) / kBlend;
   distance.value = least - kBlend * std::log(sum);
   return distance;
 }

@@ -20,12 +20,12 @@ class SurfaceObstacle {
   SurfaceObstacle(Eigen::Matrix3Xd x, std::vector<std::array<int, 3>> triangles,
                   Eigen::Matrix3Xd before = {}, double reach = 0.03);
 
-  const Eigen::Matrix3Xd& x() const { return x_; }
   // Outside: the smooth minimum −k·ln Σ exp(−d/k) of the distances d from the triangles, k = .3 mm,
   // without which cloth in a concave place would have no equilibrium. It is at most that of the
   // nearest point, by .2 mm over an edge and .5 mm over a corner less. Inside: that of the nearest
   // point, negative [Baerentzen 2005]. `reach` and no derivatives where no triangle is nearer. The
-  // second derivatives are left out: they are those of facets, not of the body.
+  // second derivatives are those of the minimum of planes, negative semidefinite [MODEL, M60]; of
+  // the distances d they are left out: they are those of facets, not of the body.
   ObstacleDistance DistanceTo(const Eigen::Vector3d& x) const;
   // How far the point nearest to x has moved in the step [m].
   Eigen::Vector3d Move(const Eigen::Vector3d& x) const;

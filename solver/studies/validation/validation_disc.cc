@@ -182,10 +182,8 @@ std::vector<ReferenceCase> TurnCases(const Law& law) {
     const Mesh& mesh = cloth.model.mesh;
     Eigen::Matrix2Xd uv(2, vertices);
     uv << -mesh.uv.row(1), mesh.uv.row(0);
-    std::vector<std::array<int, 3>> triangles;
-    for (const Face& face : mesh.faces)
-      triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
-    const ClothModel turned(BuildMesh(mesh.rest_x, uv, triangles, "turned disc"), Scene(), law);
+    const ClothModel turned(BuildMesh(mesh.rest_x, uv, ListTriangles(mesh), "turned disc"), Scene(),
+                            law);
     const Matrix3X x = cloth.x.reshaped(3, vertices);
     const Matrix3X f = Forces(cloth.model, Anisotropic(), x);
     const Matrix3X g = Forces(turned, TurnedByQuarter(Anisotropic()), x);

@@ -19,14 +19,12 @@ constexpr double kDegree = M_PI / 180;
 // A drape without a mirror symmetry.
 ObjSurface Surface() {
   const Mesh disc = MakeDisc(6, 240, 0.15);
-  ObjSurface surface{Deform(disc, {.folds = 6, .amplitude = 0.1}), {}};
+  ObjSurface surface{Deform(disc, {.folds = 6, .amplitude = 0.1}), ListTriangles(disc)};
   for (Eigen::Index i = 0; i < surface.x.size(); i += 3) {
     const double angle = std::atan2(surface.x[i + 1], surface.x[i]);
     const double factor = 1 + 0.05 * std::cos(2 * angle) + 0.03 * std::sin(3 * angle - 0.5);
     surface.x.segment<2>(i) *= factor;
   }
-  for (const Face& face : disc.faces)
-    surface.triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
   return surface;
 }
 

@@ -37,6 +37,8 @@ Mesh Build(const Triangles& triangles, const Eigen::Matrix2Xd& uv = SixPoints())
 
 const Triangles kStrip = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}};
 
+TEST(Mesh, ListsTheTrianglesItWasBuiltFrom) { EXPECT_EQ(ListTriangles(Build(kStrip)), kStrip); }
+
 TEST(BuildMesh, GivesAreasAndInverseRestShape) {
   const Mesh mesh = Build(kStrip);
   ASSERT_EQ(mesh.num_faces(), 4);

@@ -162,6 +162,10 @@ TEST_F(ObjIo, ReadsBackWhatItWrote) {
   EXPECT_EQ(again.rest_x, x);
   EXPECT_EQ(again.uv, mesh.uv);
   EXPECT_THAT(again.faces[0].vertex, ElementsAre(0, 1, 2));
+  WriteObj(Path("surface.obj"), ObjSurface{x, {{2, 1, 0}}});
+  const ObjSurface surface = ReadObjSurface(Path("surface.obj"));
+  EXPECT_EQ(surface.x, x);
+  EXPECT_THAT(surface.triangles, ElementsAre(ElementsAre(2, 1, 0)));
 }
 
 }  // namespace

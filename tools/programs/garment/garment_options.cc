@@ -29,7 +29,9 @@ std::vector<Option> ClothingOptions(GarmentOptions& options) {
       {.key = "material", .value = &options.material, .doc = "material file", .is_path = true},
       {.key = "posterior",
        .value = &options.posterior,
-       .doc = "instead: output folder of drape_fit, whose posterior is sampled",
+       .doc =
+           "instead: output folder of drape_fit, whose posterior is sampled; of a fit without one "
+           "the table is taken",
        .is_path = true},
       {.key = "draws",
        .value = &options.draws,

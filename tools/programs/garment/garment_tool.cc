@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "losses/image/image.h"
@@ -18,10 +19,10 @@
 #include "physics/util/errors.h"
 #include "physics/util/stored/stored_json.h"
 #include "physics/util/text_format.h"
-#include "solver/garment/body/body_spec.h"
-#include "solver/garment/geometry_cache.h"
-#include "solver/garment/pattern/pattern_io.h"
-#include "solver/garment/render.h"
+#include "solver/prediction/garment/body/body_spec.h"
+#include "solver/prediction/garment/geometry_cache.h"
+#include "solver/prediction/garment/pattern/pattern_io.h"
+#include "solver/prediction/garment/render.h"
 #include "solver/prediction/material_source.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/versions.h"
@@ -61,20 +62,55 @@ Wardrobe MakeWardrobe(const GarmentOptions& options) {
   return wardrobe;
 }
 
+void CheckOneDraw(const GarmentOptions& options) {
+  if (options.draws > 1)
+    throw InputError("option 'draws'", "found more than one of a material, expected a posterior");
+}
+
 MaterialSource MakeMaterials(const GarmentOptions& options, const ClothModel& model) {
   if (options.material.empty() == options.posterior.empty())
     throw InputError("options 'material' and 'posterior'",
                      std::string("found ") + (options.material.empty() ? "neither" : "both") +
                          ", expected one of them");
-  if (!options.posterior.empty())
-    return ReadMaterialSource(options.posterior, model, static_cast<uint64_t>(options.seed));
-  if (options.draws > 1)
-    throw InputError("option 'draws'", "found more than one of a material, expected a posterior");
-  const bool raises = options.min_relative_stiffness > 0.0;
-  Material material =
-      ReadMaterial(options.material, {raises ? NegativeEntries::kRaise : NegativeEntries::kReject});
-  if (raises) RaiseSmallEntries(material.field, options.min_relative_stiffness);
+  const double least = options.min_relative_stiffness;
+  if (!options.posterior.empty()) {
+    std::string kind;
+    const MaterialSource source =
+        ReadMaterialSource(options.posterior, model, static_cast<uint64_t>(options.seed), &kind);
+    if (kind == "field")
+      throw InputError(options.posterior,
+                       "found tables that vary over the disc of a drape, which a garment does not "
+                       "have, expected one table or a posterior");
+    if (kind == "table") CheckOneDraw(options);
+    return [source, least](int draw) {
+      MaterialField field = source(draw);
+      if (least > 0.0) RaiseSmallEntries(field, least);
+      return field;
+    };
+  }
+  CheckOneDraw(options);
+  Material material = ReadMaterial(
+      options.material, {least > 0.0 ? NegativeEntries::kRaise : NegativeEntries::kReject});
+  if (least > 0.0) RaiseSmallEntries(material.field, least);
   return [field = material.field](int) { return field; };
+}
+
+// What a run depends on but for its length, which leaves its frames as they are. Files may have
+// changed since a checkpoint: sums stand for what was read from them.
+std::string SettingsText(const GarmentOptions& options, const Wardrobe& wardrobe,
+                         const MaterialField& material) {
+  double stretch = 0.0, bend = 0.0;
+  for (const StretchTable& table : material.stretch)
+    stretch += std::accumulate(table.entries(), table.entries() + kStretchEntries, 0.0);
+  for (const BendTable& table : material.bend)
+    bend += std::accumulate(table.entries(), table.entries() + kBendEntries, 0.0);
+  const Mesh& mesh = wardrobe.garment.mesh;
+  return Format("%s %.17g %.17g %s %.17g %s %.17g %.17g %.17g %s %g %g %g %g %g",
+                options.garment.c_str(), wardrobe.garment.start_x.sum(), mesh.uv.sum(),
+                options.body.c_str(), wardrobe.body->Positions(0.0).sum(),
+                (options.material + options.posterior).c_str(), material.density, stretch, bend,
+                options.law.c_str(), options.edge, wardrobe.wear.h, wardrobe.wear.thickness,
+                wardrobe.wear.skin_offset, wardrobe.wear.friction);
 }
 
 // The places of the unsewn vertices, which the OBJ file and the cache have.
@@ -84,13 +120,6 @@ Eigen::VectorXd Unsewn(const Wardrobe& wardrobe, const Eigen::VectorXd& x) {
   for (std::size_t i = 0; i < vertex_of.size(); ++i)
     all.segment<3>(3 * static_cast<Eigen::Index>(i)) = x.segment<3>(3 * vertex_of[i]);
   return all;
-}
-
-std::vector<std::array<int, 3>> Triangles(const Mesh& mesh) {
-  std::vector<std::array<int, 3>> triangles;
-  for (const Face& face : mesh.faces)
-    triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
-  return triangles;
 }
 
 // Where a run can go on: the state at a frame, and what has been measured up to it.
@@ -152,7 +181,7 @@ void WriteSheet(const Wardrobe& wardrobe, const std::string& folder) {
   constexpr int kPictures = 8, kColumns = 4;
   const GeometryCache cloth = ReadGeometryCache(folder + "/garment.pc2"),
                       body = ReadGeometryCache(folder + "/body.pc2");
-  const std::vector<std::array<int, 3>> triangles = Triangles(wardrobe.garment.mesh);
+  const std::vector<std::array<int, 3>> triangles = ListTriangles(wardrobe.garment.mesh);
   const auto last = static_cast<int>(std::min(cloth.frames.size(), body.frames.size())) - 1;
   std::vector<RgbImage> pictures;
   for (int k = 0; k < kPictures; ++k) {
@@ -166,14 +195,16 @@ void WriteSheet(const Wardrobe& wardrobe, const std::string& folder) {
   WritePng(TilePictures(pictures, kColumns), folder + "/sheet.png");
 }
 
-void WriteBodyObj(const Body& body, const std::string& path) {
-  const Eigen::VectorXd x = body.Positions(0.0);
-  std::string text;
-  for (Eigen::Index i = 0; i < x.size(); i += 3)
-    text += Format("v %.9g %.9g %.9g\n", x[i], x[i + 1], x[i + 2]);
-  for (const auto& [a, b, c] : body.triangles())
-    text += Format("f %d %d %d\n", a + 1, b + 1, c + 1);
-  WriteFileAtomically(path, text);
+// The first vertex of garment.obj that is this one of the sewn garment, counted from 1 as in that
+// file, and its panel.
+std::string VertexText(const Wardrobe& wardrobe, int sewn_vertex) {
+  const std::vector<int>& vertex_of = wardrobe.sewn.vertex_of;
+  const auto i = static_cast<int>(std::find(vertex_of.begin(), vertex_of.end(), sewn_vertex) -
+                                  vertex_of.begin());
+  const std::vector<int>& begin = wardrobe.garment.panel_begin;
+  const auto panel = std::upper_bound(begin.begin(), begin.end(), i) - begin.begin() - 1;
+  return Format("vertex %d of garment.obj in panel '%s'", i + 1,
+                wardrobe.pattern.panels[panel].name.c_str());
 }
 
 double LowestPoint(const Eigen::VectorXd& x) {
@@ -193,7 +224,8 @@ GarmentRun RunOne(const GarmentOptions& options, const Wardrobe& wardrobe,
   } else {
     at.state = StartToWear(wardrobe.sewn, *wardrobe.body, wardrobe.wear);
     WriteObj(folder + "/garment.obj", wardrobe.garment.mesh, Unsewn(wardrobe, at.state.x));
-    WriteBodyObj(*wardrobe.body, folder + "/body.obj");
+    WriteObj(folder + "/body.obj",
+             ObjSurface{wardrobe.body->Positions(0.0), wardrobe.body->triangles()});
   }
   GeometryCacheWriter cloth(folder + "/garment.pc2", wardrobe.garment.mesh.num_vertices(),
                             at.frame + 1);
@@ -211,12 +243,13 @@ GarmentRun RunOne(const GarmentOptions& options, const Wardrobe& wardrobe,
            });
   GarmentRun run = at.run;
   run.wear = result;
+  if (result.worst_vertex >= 0) run.wear.reason += ", " + VertexText(wardrobe, result.worst_vertex);
   run.wear.frames = at.frame + 1;
   run.vertices = wardrobe.sewn.model->mesh.num_vertices();
   run.faces = wardrobe.sewn.model->mesh.num_faces();
   run.hem_height = LowestPoint(at.state.x);
-  run.self_intersections =
-      static_cast<int>(FindSelfIntersections(wardrobe.sewn.triangles(), at.state.x, 1000).size());
+  const std::vector<std::array<int, 3>> faces = ListTriangles(wardrobe.sewn.model->mesh);
+  run.self_intersections = static_cast<int>(FindSelfIntersections(faces, at.state.x, 1000).size());
   WriteSheet(wardrobe, folder);
   return run;
 }
@@ -246,6 +279,9 @@ void WriteSummary(const GarmentOptions& options, const WearOptions& wear,
                {"garment", options.garment},
                {"body", options.body},
                {"material", options.posterior.empty() ? options.material : options.posterior},
+               {"draws", options.draws},
+               {"seed", options.seed},
+               {"min_relative_stiffness", options.min_relative_stiffness},
                {"law", options.law},
                {"edge_m", options.edge},
                {"time_step", wear.h},
@@ -270,15 +306,11 @@ GarmentResult RunGarments(const GarmentOptions& options, const RunControl& contr
     const std::string name = options.draws > 1 ? Format("draw_%d", draw + 1) : std::string();
     const RunControl part{.cancel = control.cancel,
                           .progress = [&](double fraction, const std::string& note) {
-                            control.Report((draw + fraction) / options.draws, name + " " + note);
+                            control.Report((draw + fraction) / options.draws,
+                                           name.empty() ? note : name + " " + note);
                           }};
-    // The frames of another length of the same run are the same.
-    const std::string settings =
-        Format("%s %s %s %d %s %g %g %g %g %g %g", options.garment.c_str(), options.body.c_str(),
-               (options.material + options.posterior).c_str(), options.seed + draw,
-               options.law.c_str(), options.edge, wardrobe.wear.h, wardrobe.wear.thickness,
-               wardrobe.wear.skin_offset, wardrobe.wear.friction, options.min_relative_stiffness);
-    GarmentRun run = RunOne(options, wardrobe, materials(draw), settings,
+    const MaterialField material = materials(draw);
+    GarmentRun run = RunOne(options, wardrobe, material, SettingsText(options, wardrobe, material),
                             options.out + (name.empty() ? "" : "/" + name), part);
     run.name = name;
     result.cancelled = run.wear.status == WearStatus::kCancelled;

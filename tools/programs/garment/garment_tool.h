@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "physics/util/run_control.h"
-#include "solver/garment/wear.h"
+#include "solver/prediction/garment/wear.h"
 #include "tools/cli/option_table.h"
 
 namespace drape {

@@ -14,19 +14,7 @@ class ImplicitEulerIntegrator final : public Integrator {
                           double h, const ImplicitEulerOptions& options)
       : euler_(std::move(model), material, h, options) {}
 
-  IntegratorStatus Advance(State& state) override {
-    switch (euler_.Advance(state)) {
-      case ImplicitEulerStatus::kOk:
-        return IntegratorStatus::kOk;
-      case ImplicitEulerStatus::kNotPositiveDefinite:
-        return IntegratorStatus::kNotPositiveDefinite;
-      case ImplicitEulerStatus::kNotConverged:
-        return IntegratorStatus::kNotConverged;
-      case ImplicitEulerStatus::kNotFinite:
-        return IntegratorStatus::kNotFinite;
-    }
-    return IntegratorStatus::kNotFinite;
-  }
+  IntegratorStatus Advance(State& state) override { return euler_.Advance(state); }
 
  private:
   ImplicitEuler euler_;

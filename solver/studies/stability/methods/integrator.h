@@ -10,16 +10,10 @@
 
 namespace drape {
 
-// Integrators behind one interface, to compare their limits. Only MakeLinearlyImplicitEuler is in
-// production: it calls AdvanceOneStep (physics/simulation/rollout.h), the step of every rollout.
-// The others exist for the atlas alone.
-
-enum class IntegratorStatus {
-  kOk,
-  kNotPositiveDefinite,  // a factorisation failed, with every shift allowed
-  kNotConverged,         // the budget of Newton's or of conjugate gradients' iterations is spent
-  kNotFinite             // positions or velocities overflowed
-};
+// Integrators behind one interface, to compare their limits. Two are in production:
+// MakeLinearlyImplicitEuler with StepLinearSolver::kDirect calls AdvanceOneStep
+// (physics/simulation/rollout.h), the step of every rollout, and MakeImplicitEuler calls
+// ImplicitEuler, the step of garments. The others exist for the atlas alone.
 
 class Integrator {
  public:

@@ -45,10 +45,7 @@ Mesh AddSliverTriangles(const Mesh& mesh, double support_radius, double ratio) {
   if (!any) throw InputError("slivers", "the mesh has no edge between the support and the hem");
   Eigen::VectorXd x = mesh.rest_x;
   for (int i = 0; i < mesh.num_vertices(); ++i) x.segment<2>(3 * i) = uv.col(i);
-  std::vector<std::array<int, 3>> triangles;
-  for (const Face& face : mesh.faces)
-    triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
-  return BuildMesh(x, uv, triangles, "slivers");
+  return BuildMesh(x, uv, ListTriangles(mesh), "slivers");
 }
 
 double MinTriangleQuality(const Mesh& mesh) {

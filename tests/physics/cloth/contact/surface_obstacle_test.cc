@@ -8,7 +8,7 @@
 
 #include "physics/cloth/contact/contact.h"
 #include "physics/util/math/random.h"
-#include "tests/physics/cloth/contact/ball_mesh.h"
+#include "tests/physics/cloth/contact/closed_mesh.h"
 
 namespace drape {
 namespace {
@@ -25,11 +25,11 @@ class SurfaceObstacleTest : public testing::Test {
   }
 
   std::mt19937_64 random_{1};
-  test::BallMesh ball_ = test::MakeBall(kRadius, 4);
+  test::ClosedMesh ball_ = test::MakeBall(kRadius, 4);
   SurfaceObstacle surface_{ball_.x, ball_.triangles};
-  // A facet of edge ℓ is ℓ²/8R inside of the ball.
-  // to which the blend adds up to .3 mm·ln 6 over a corner.
-  double sagitta_ = 2e-3;
+  // The middle of a facet lies up to ℓ²/6R = .3 mm inside of the ball, for which distances are
+  // longer; over a corner the blend makes them shorter by .3 mm·ln 6.
+  double sagitta_ = 1e-3;
 };
 
 TEST_F(SurfaceObstacleTest, IsTheBallToItsFacets) {

@@ -113,13 +113,6 @@ TEST_P(StaticsTest, StandingStripLosesStabilityAtGreenhillsLoad) {
   for (int i = 2; i < above.x.size(); i += 3) ASSERT_LT(std::fabs(above.x[i]), 1e-12);
 }
 
-std::vector<std::array<int, 3>> Triangles(const Mesh& mesh) {
-  std::vector<std::array<int, 3>> triangles;
-  for (const Face& face : mesh.faces)
-    triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
-  return triangles;
-}
-
 // The relative difference between the forces on the same drape of `mesh` with `material` and those
 // of the original.
 double ForceChange(const Mesh& mesh, const MaterialField& material, const std::string& law,
@@ -141,7 +134,7 @@ TEST_P(StaticsTest, OrientationAndAxesOfTheMeshDoNotMatter) {
   Eigen::VectorXd force;
   AssembleForce(solver.model(), material, drape.x, force);
 
-  auto reversed = Triangles(mesh);
+  auto reversed = ListTriangles(mesh);
   for (auto& triangle : reversed) std::swap(triangle[1], triangle[2]);
   Eigen::Matrix2Xd mirrored = mesh.uv;
   mirrored.row(0) *= -1.0;
@@ -158,7 +151,7 @@ TEST_P(StaticsTest, OrientationAndAxesOfTheMeshDoNotMatter) {
     std::copy_n(material.bend[0].b[kBendRows - 1 - r], kBendCols, swapped.bend[0].b[r]);
   Eigen::Matrix2Xd rotated(2, mesh.num_vertices());
   rotated << -mesh.uv.row(1), mesh.uv.row(0);
-  const Mesh rotated_mesh = BuildMesh(mesh.rest_x, rotated, Triangles(mesh), "rotated");
+  const Mesh rotated_mesh = BuildMesh(mesh.rest_x, rotated, ListTriangles(mesh), "rotated");
   const double rotated_both = ForceChange(rotated_mesh, swapped, GetParam(), drape.x, force);
 
   std::printf("%s: turned over %.1e, rotated by 90 degrees %.1e\n", GetParam().c_str(), turned_over,

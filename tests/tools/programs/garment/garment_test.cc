@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_garment as a user runs it, on a coarse skirt.
+#include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "physics/mesh/obj_io.h"
 #include "physics/util/json_input.h"
-#include "solver/garment/geometry_cache.h"
+#include "solver/prediction/garment/geometry_cache.h"
+#include "solver/prediction/garment/pattern/pattern_io.h"
 #include "tests/tools/tool_fixture.h"
+#include "tools/programs/garment/garment_tool.h"
 
 namespace drape::test {
 namespace {
@@ -52,6 +57,39 @@ TEST_F(GarmentTool, AResumedRunHasTheFramesOfOneRun) {
   EXPECT_EQ(whole, parts);
 }
 
+// Without Newton steps the first time step fails, where the garment starts.
+TEST_F(GarmentTool, AFailureNamesItsPlace) {
+  GarmentOptions options;
+  options.garment = kSkirt;
+  options.body = "mannequin:stand";
+  options.material = kFabric;
+  options.edge = 0.05;
+  options.seconds = 0.04;
+  options.out = Path("failed");
+  options.wear.euler.max_iterations = 0;
+  const std::string failure = GarmentFailure(RunGarments(options, {}));
+  double x = 0.0, y = 0.0, z = 0.0;
+  int vertex = 0;
+  char panel[40] = "";
+  ASSERT_EQ(std::sscanf(failure.c_str(),
+                        "step 1, at 0.000 s, does not converge, even in 64 parts, near (%lf, %lf, "
+                        "%lf) cm, vertex %d of garment.obj in panel '%39[^']', see",
+                        &x, &y, &z, &vertex, panel),
+            5)
+      << failure;
+  const Pattern pattern = ReadPattern(kSkirt);
+  const GarmentMesh mesh = MakeGarmentMesh(pattern, options.edge);
+  const Eigen::VectorXd start = ReadObjSurface(Path("failed/garment.obj")).x;
+  ASSERT_LE(3 * vertex, start.size());
+  EXPECT_LT((100.0 * start.segment<3>(3 * (vertex - 1)) - Eigen::Vector3d(x, y, z)).norm(), 0.1);
+  const auto named = std::find_if(pattern.panels.begin(), pattern.panels.end(),
+                                  [&](const Panel& p) { return p.name == panel; });
+  ASSERT_NE(named, pattern.panels.end()) << panel;
+  const auto k = named - pattern.panels.begin();
+  EXPECT_GT(vertex, mesh.panel_begin[k]);
+  EXPECT_LE(vertex, mesh.panel_begin[k + 1]);
+}
+
 TEST_F(GarmentTool, BadInputIsOneLine) {
   const std::string out = "--out=" + Path("out"), material = "--material=" + kFabric;
   ExpectOneLineError(Dress({out}), "'material' and 'posterior'");
@@ -60,6 +98,48 @@ TEST_F(GarmentTool, BadInputIsOneLine) {
   ExpectOneLineError(Dress({out, material, "--body=" + Path("body_%04d.obj")}), "body_");
   ExpectOneLineError(Dress({out, material, "--garment=" + kFabric}), "cotton_blue.json");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
+}
+
+TEST_F(GarmentTool, DressesTheBodyInSamplesOfAFit) {
+  const std::string waves = std::string(DRAPE_SOURCE_DIR) + "/configs/starts/six_waves.json";
+  ASSERT_EQ(RunProcess({std::string(DRAPE_BIN_DIR) + "/drape_simulate", "--mesh=disc:100",
+                        "--material=" + kFabric, "--start=" + waves, "--steps=40",
+                        "--time_step=0.1", "--out=" + Path("drape")})
+                .exit_code,
+            0);
+  const ProcessResult fit = RunProcess(
+      {std::string(DRAPE_BIN_DIR) + "/drape_fit", "--images=" + Path("drape/silhouette.png"),
+       "--material=" + kFabric, "--mesh=disc:100", "--coarse_mesh=disc:100", "--model=bayes",
+       "--num_parameters=2", "--candidates_per_round=1", "--iterations=1", "--initial_stretch=1",
+       "--initial_bend=1", "--initial_lifts=1", "--initial_steps=10", "--posterior_iterations=1",
+       "--posterior_samples=4", "--threads=1", "--out=" + Path("fit")});
+  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  const std::vector<std::string> options = {"--posterior=" + Path("fit"), "--draws=2",
+                                            "--seconds=0.08", "--out=" + Path("out")};
+  const ProcessResult result = Dress(options);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto one = ReadGeometryCache(Path("out/draw_1/garment.pc2")).frames,
+             other = ReadGeometryCache(Path("out/draw_2/garment.pc2")).frames;
+  ASSERT_EQ(one.size(), 3u);
+  ASSERT_EQ(other.size(), 3u);
+  EXPECT_EQ(one[0], other[0]);
+  EXPECT_NE(one[2], other[2]);
+  EXPECT_EQ(ReadJsonFile(Path("out/summary.json")).at("draws"), 2);
+  // Its table alone has no second sample.
+  ExpectOneLineError(Dress({"--posterior=" + Path("fit/material_homogeneous.json"), "--draws=2",
+                            "--out=" + Path("one")}),
+                     "'draws'");
+}
+
+// A checkpoint knows its files by their contents.
+TEST_F(GarmentTool, AChangedMaterialCannotResume) {
+  const std::string fabric = Path("fabric.json"), material = "--material=" + fabric,
+                    out = "--out=" + Path("out");
+  std::filesystem::copy(kFabric, fabric);
+  ASSERT_EQ(Dress({material, "--seconds=0.04", out}).exit_code, 0);
+  std::filesystem::copy(std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json",
+                        fabric, std::filesystem::copy_options::overwrite_existing);
+  ExpectOneLineError(Dress({material, "--seconds=0.08", "--resume=true", out}), "checkpoint.json");
 }
 
 TEST_F(GarmentTool, OtherSettingsCannotResume) {

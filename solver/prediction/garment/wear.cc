@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/prediction/garment/wear.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "physics/cloth/contact/surface_obstacle.h"
+#include "physics/material/laws/stretch_element.h"
+#include "physics/mesh/self_intersection.h"
+#include "physics/util/text_format.h"
+
+namespace drape {
+namespace {
+
+using Columns = DeformationGradient<double>;
+
+// What a contact takes for thickness, half of which lies on either side.
+double Offset(const WearOptions& options) { return options.thickness + 2.0 * options.skin_offset; }
+
+double LargestStretch(const ClothModel& model, const Eigen::VectorXd& x) {
+  double largest = 0.0;
+  for (const Face& face : model.mesh.faces) {
+    const GreenStrain<double> G = Green(GatherColumns(face, x.data()));
+    const double middle = 0.5 * (G.uu + G.vv), off = std::hypot(0.5 * (G.uu - G.vv), G.uv);
+    largest = std::max(largest, std::sqrt(1.0 + 2.0 * (middle + off)) - 1.0);
+  }
+  return largest;
+}
+
+// Pairs of a face of the cloth and one of the body.
+int CountIntersections(const std::vector<std::array<int, 3>>& cloth, const Eigen::VectorXd& x,
+                       const Body& body, const Eigen::VectorXd& body_x) {
+  const int vertices = static_cast<int>(x.size() / 3), faces = static_cast<int>(cloth.size());
+  std::vector<std::array<int, 3>> all = cloth;
+  for (std::array<int, 3> triangle : body.triangles()) {
+    for (int& i : triangle) i += vertices;
+    all.push_back(triangle);
+  }
+  Eigen::VectorXd both(x.size() + body_x.size());
+  both << x, body_x;
+  // All pairs: those of the cloth with itself come first, so that a list cut short has none with
+  // the body.
+  const auto pairs = FindSelfIntersections(all, both, std::numeric_limits<int>::max());
+  return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
+    return pair.first < faces && pair.second >= faces;
+  }));
+}
+
+// The edges of a cloth with their rest lengths.
+struct RestEdge {
+  int a, b;
+  double length;  // [m]
+};
+std::vector<RestEdge> ListEdges(const Mesh& mesh) {
+  std::map<std::pair<int, int>, double> lengths;
+  for (const Face& face : mesh.faces) {
+    const Eigen::Matrix2d inverse =
+        Eigen::Map<const Eigen::Matrix<double, 2, 2, Eigen::RowMajor>>(face.inverse_rest);
+    const Eigen::Matrix2d sides = inverse.inverse();  // from corner 0 to corners 1 and 2
+    const double rest[3] = {sides.col(0).norm(), (sides.col(1) - sides.col(0)).norm(),
+                            sides.col(1).norm()};
+    for (int k = 0; k < 3; ++k)
+      lengths[std::minmax(face.vertex[k], face.vertex[(k + 1) % 3])] = rest[k];
+  }
+  std::vector<RestEdge> edges;
+  for (const auto& [ends, length] : lengths) edges.push_back({ends.first, ends.second, length});
+  return edges;
+}
+
+// Draws seams together whose panels begin apart: each edge in turn is brought towards its rest
+// length, as in position-based dynamics [Müller 2007], while held vertices stay and the body is
+// kept out. What stretch is left the first steps take.
+void DrawTogether(const SewnGarment& garment, const Contact& contact, Eigen::VectorXd& x) {
+  constexpr int kSweeps = 1000, kSweepsToPush = 5;
+  constexpr double kShare = 0.5;  // of what an edge is too long or too short
+  std::vector<bool> held(x.size() / 3, false);
+  for (const int i : garment.held_by_pelvis) held[i] = true;
+  const std::vector<RestEdge> edges = ListEdges(garment.model->mesh);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (const auto& [a, b, length] : edges) {
+      if (held[a] && held[b]) continue;
+      const Eigen::Vector3d side = x.segment<3>(3 * b) - x.segment<3>(3 * a);
+      const double now = side.norm();
+      if (!(now > 0.0)) continue;
+      const Eigen::Vector3d change = kShare * (1.0 - length / now) * side;
+      const double of_a = held[a] ? 0.0 : held[b] ? 1.0 : 0.5;
+      x.segment<3>(3 * a) += of_a * change;
+      x.segment<3>(3 * b) -= (1.0 - of_a) * change;
+    }
+    if (sweep % kSweepsToPush == 0) PushOut(contact, x);
+  }
+  PushOut(contact, x);
+}
+
+const char* ToText(IntegratorStatus status) {
+  switch (status) {
+    case IntegratorStatus::kNotPositiveDefinite:
+      return "has no positive definite matrix";
+    case IntegratorStatus::kNotFinite:
+      return "overflows";
+    default:
+      return "does not converge";
+  }
+}
+
+class Wearing {
+ public:
+  Wearing(const SewnGarment& garment, const MaterialField& material, const Body& body,
+          const WearOptions& options)
+      : garment_(garment),
+        material_(material),
+        body_(body),
+        options_(options),
+        triangles_(ListTriangles(garment.model->mesh)) {}
+
+  // From the frame before `index` to it. Returns why not, or nothing.
+  std::string NextFrame(int index, State& state, int* newton_steps) {
+    for (int step = 0; step < options_.steps_per_frame; ++step) {
+      const int number = (index - 1) * options_.steps_per_frame + step;
+      const double begin = number * options_.h;
+      if (Step(begin, options_.h, state, newton_steps)) continue;
+      const Eigen::Vector3d place = 100.0 * failure().place;
+      return Format("step %d, at %.3f s, %s, even in %d parts, near (%.1f, %.1f, %.1f) cm",
+                    number + 1, begin, ToText(status_), kMostParts, place.x(), place.y(),
+                    place.z());
+    }
+    return "";
+  }
+  // Of the last step that was tried.
+  const ImplicitEulerFailure& failure() const { return euler_->failure(); }
+
+  WornFrame Frame(int index, double time, const State& state) const {
+    const Contact contact = BodyContact(time, time);
+    WornFrame frame{.index = index, .time = time, .cloth = state};
+    frame.body = body_.Positions(time);
+    frame.smallest_gap = SmallestGap(contact, state.x);
+    frame.largest_stretch = LargestStretch(*garment_.model, state.x);
+    frame.body_intersections = CountIntersections(triangles_, state.x, body_, frame.body);
+    return frame;
+  }
+
+ private:
+  static constexpr int kMostParts = 64;
+
+  Contact BodyContact(double before, double now) const {
+    const auto places = [&](double t) -> Eigen::Matrix3Xd {
+      const Eigen::VectorXd x = body_.Positions(t);
+      return x.reshaped(3, x.size() / 3);
+    };
+    return {.thickness = Offset(options_),
+            .obstacles = {std::make_shared<const SurfaceObstacle>(places(now), body_.triangles(),
+                                                                  places(before))}};
+  }
+
+  std::vector<Pin> Pins(double time) const {
+    std::vector<Pin> pins;
+    const Eigen::Isometry3d motion = body_.PelvisMotion(time);
+    for (const int i : garment_.held_by_pelvis)
+      pins.push_back({.vertex = i,
+                      .stiffness = options_.pin_stiffness,
+                      .place = motion * garment_.start_x.segment<3>(3 * i)});
+    return pins;
+  }
+
+  // One step of h, or where it fails several shorter ones.
+  bool Step(double begin, double h, State& state, int* newton_steps) {
+    for (int parts = 1; parts <= kMostParts; parts *= 2) {
+      State tried = state;
+      if (!Steps(begin, h / parts, parts, tried, newton_steps)) continue;
+      state = std::move(tried);
+      return true;
+    }
+    return false;
+  }
+
+  bool Steps(double begin, double h, int count, State& state, int* newton_steps) {
+    ImplicitEulerOptions euler_options = options_.euler;
+    euler_options.friction = options_.friction;
+    if (euler_ == nullptr || h != euler_h_)
+      euler_ = std::make_unique<ImplicitEuler>(garment_.model, material_, h, euler_options);
+    euler_h_ = h;
+    for (int k = 0; k < count; ++k) {
+      const double before = begin + k * h, now = before + h;
+      const Contact contact = BodyContact(before, now);
+      status_ = euler_->Advance(state, {.contact = &contact, .pins = Pins(now)});
+      *newton_steps += euler_->cost().newton_steps;
+      if (status_ != IntegratorStatus::kOk) return false;
+    }
+    return true;
+  }
+
+  const SewnGarment& garment_;
+  const MaterialField& material_;
+  const Body& body_;
+  const WearOptions& options_;
+  std::vector<std::array<int, 3>> triangles_;
+  std::unique_ptr<ImplicitEuler> euler_;
+  double euler_h_ = 0.0;
+  IntegratorStatus status_ = IntegratorStatus::kOk;
+};
+
+}  // namespace
+
+State StartToWear(const SewnGarment& garment, const Body& body, const WearOptions& options) {
+  const Eigen::VectorXd x = body.Positions(0.0);
+  const Contact contact{.thickness = Offset(options),
+                        .obstacles = {std::make_shared<const SurfaceObstacle>(
+                            Eigen::Matrix3Xd(x.reshaped(3, x.size() / 3)), body.triangles())}};
+  State state{garment.start_x, Eigen::VectorXd::Zero(garment.start_x.size())};
+  DrawTogether(garment, contact, state.x);
+  return state;
+}
+
+WearResult Wear(const SewnGarment& garment, const MaterialField& material, const Body& body,
+                const WearOptions& options, State state, int first, const RunControl& control,
+                const std::function<void(const WornFrame&)>& on_frame) {
+  Wearing wearing(garment, material, body, options);
+  WearResult result;
+  const double frame_time = options.h * options.steps_per_frame;
+  if (first == 0) {
+    on_frame(wearing.Frame(0, 0.0, state));
+    ++result.frames;
+  }
+  for (int index = first + 1; index <= options.frames; ++index) {
+    if (control.cancelled()) {
+      result.status = WearStatus::kCancelled;
+      return result;
+    }
+    const auto begin = std::chrono::steady_clock::now();
+    int newton_steps = 0;
+    result.reason = wearing.NextFrame(index, state, &newton_steps);
+    if (!result.reason.empty()) {
+      result.status = WearStatus::kFailed;
+      result.worst_vertex = wearing.failure().vertex;
+      return result;
+    }
+    WornFrame frame = wearing.Frame(index, index * frame_time, state);
+    frame.newton_steps = newton_steps;
+    frame.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    on_frame(frame);
+    ++result.frames;
+    control.Report(static_cast<double>(index) / options.frames,
+                   Format("%.2f s", index * frame_time));
+  }
+  return result;
+}
+
+}  // namespace drape

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+
+#include "physics/cloth/state.h"
+#include "physics/material/material.h"
+#include "physics/simulation/implicit_euler.h"
+#include "physics/util/run_control.h"
+#include "solver/prediction/garment/body/body.h"
+#include "solver/prediction/garment/sewing.h"
+
+namespace drape {
+
+// A garment on a moving body: implicit Euler steps with contact and friction between cloth and
+// body. The cloth does not touch itself.
+struct WearOptions {
+  double h = 0.01;  // time step [s]
+  int steps_per_frame = 4;
+  int frames = 100;         // after that of the start
+  double thickness = 4e-4;  // of the cloth [m]
+  // Between the body and the cloth, more than an edge between two vertices cuts off a round limb
+  // [m].
+  double skin_offset = 3e-3;
+  double friction = 0.3;       // with the body
+  double pin_stiffness = 1e3;  // of a vertex that the pelvis holds [N/m]
+  ImplicitEulerOptions euler = {.tolerance = 1e-5, .max_iterations = 300};
+};
+
+// One frame, and what the steps that led to it took.
+struct WornFrame {
+  int index = 0;  // 0: the start
+  double time = 0.0;
+  State cloth;
+  Eigen::VectorXd body = {};     // [m], shape [3B]
+  double smallest_gap = 0.0;     // between a vertex of the cloth and the body [m]
+  double largest_stretch = 0.0;  // of a face: its largest principal stretch − 1
+  int body_intersections = 0;    // pairs of a face of the cloth and one of the body
+  int newton_steps = 0;
+  double seconds = 0.0;  // wall clock
+};
+
+enum class WearStatus { kDone, kCancelled, kFailed };
+struct WearResult {
+  WearStatus status = WearStatus::kDone;
+  std::string reason = {};  // of a failure, with time and place
+  int worst_vertex = -1;    // of a failure: of the sewn garment, at that place
+  int frames = 0;           // handed to on_frame
+};
+
+// The garment before its first step: out of the body at t = 0.
+State StartToWear(const SewnGarment& garment, const Body& body, const WearOptions& options);
+
+// Runs from `state` at frame `first` and hands over that frame (if it is 0) and all later ones. A
+// step that does not converge is repeated in 2, 4, … 64 shorter ones; if these fail as well the run
+// ends, and the last good frame is the one before.
+WearResult Wear(const SewnGarment& garment, const MaterialField& material, const Body& body,
+                const WearOptions& options, State state, int first, const RunControl& control,
+                const std::function<void(const WornFrame&)>& on_frame);
+
+}  // namespace drape
