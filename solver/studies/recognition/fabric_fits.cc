@@ -15,26 +15,12 @@
 #include "solver/job/fit_captures.h"
 #include "solver/job/fit_job.h"
 #include "solver/posterior/posterior_io.h"
+#include "solver/studies/cells/study_settings.h"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
-
-void CheckSettings(const FitCellJob& job) {
-  const std::string path = job.out + "/fits.json";
-  if (fs::exists(path)) {
-    const nlohmann::json stored = ReadJsonFile(path);
-    const JsonInput input(stored, path);
-    for (const auto& [key, value] : job.settings) {
-      if (!input.Has(key) || input.At(key).String() == value) continue;
-      throw InputError(path, "the fits there have " + key + " '" + input.At(key).String() +
-                                 "', found '" + value +
-                                 "', expected the same: take another --out, or undo the change");
-    }
-  }
-  WriteFileAtomically(path, nlohmann::json(job.settings).dump(1) + "\n");
-}
 
 bool HasPosterior(const std::string& folder) {
   try {
@@ -129,7 +115,9 @@ std::vector<FitCell> CellsBySample(const std::vector<Capture>& captures) {
 
 FitCellRun RunFitCells(const FitCellJob& job, const std::vector<FitCell>& cells,
                        const RunControl& control) {
-  CheckSettings(job);
+  const std::string settings = job.out + "/fits.json";
+  CheckStudySettings(settings, job.settings, "fits");
+  AddStudySettings(settings, job.settings);
   std::vector<const FitCell*> todo;
   for (const FitCell& cell : cells) {
     const std::string folder = job.out + "/" + cell.name;
