@@ -20,6 +20,7 @@ using nlohmann::ordered_json;
 
 constexpr char kFormat[] = "drapefit-space";
 constexpr int kVersion = 1;
+constexpr double kLeastDeviation = 1e-9, kMostDeviation = 1e9;  // of a log factor of a prior
 
 std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
 
@@ -160,9 +161,17 @@ Eigen::MatrixXd ReadMatrix(const JsonInput& input, int rows, int columns) {
 
 Eigen::MatrixXd ReadCovariance(const JsonInput& input, int size) {
   Eigen::MatrixXd covariance = ReadMatrix(input, size, size);
-  if (!covariance.isApprox(covariance.transpose(), 1e-9) ||
-      covariance.llt().info() != Eigen::Success)
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+  if (!covariance.isApprox(covariance.transpose(), 1e-9) || factor.info() != Eigen::Success)
     throw InputError(input.Name(), "is no covariance, expected a positive definite matrix");
+  // Of each number given those before it.
+  const Eigen::VectorXd deviations = factor.matrixLLT().diagonal();
+  if (deviations.minCoeff() < kLeastDeviation || deviations.maxCoeff() > kMostDeviation)
+    throw InputError(input.Name(),
+                     Format("found a standard deviation of %.3g, expected %g … %g",
+                            deviations.minCoeff() < kLeastDeviation ? deviations.minCoeff()
+                                                                    : deviations.maxCoeff(),
+                            kLeastDeviation, kMostDeviation));
   return covariance;
 }
 
@@ -232,7 +241,12 @@ SpacePrior ReadSpacePrior(const std::string& path) {
   if (!input.Has("format") || input.At("format").value() != kFormat)
     input.Fail(std::string("a space of materials, with \"format\": \"") + kFormat + '"');
   if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
+  input.ExpectKeys({"format", "version", "settings", "by", "kind", "names", "base", "prior_of_fits",
+                    "fabrics", "determined", "wasserstein", "hellinger", "tree", "population",
+                    "left_out", "non_fabrics", "new", "prior"});
   SpacePrior prior;
+  if (input.At("kind").String() != ToString(prior.frame.kind))
+    input.At("kind").Fail(ToString(prior.frame.kind) + ", which has a population");
   prior.frame.by = ParseName<SpaceBy>(input.At("by").String(), input.At("by").Name());
   prior.frame.tying = ReadTying(input.At("names"));
   prior.frame.base = ReadBase(input.At("base"));

@@ -16,7 +16,6 @@
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/math/random.h"
-#include "physics/util/stored/stored_json.h"
 #include "physics/util/text_format.h"
 #include "solver/prediction/bend_calibration.h"
 #include "solver/studies/cells/study_settings.h"
@@ -25,8 +24,6 @@
 namespace drape {
 namespace {
 
-// Version 1 did not say which fits it is of.
-constexpr StoredFormat kFormat = {"drapefit-recognition-prediction", 2};
 constexpr int kWithoutNone = 0;
 
 std::string PredictionFolder(const RecognitionJob& job) { return job.fits.out + "/prediction"; }
@@ -108,7 +105,7 @@ void RunPredictionCell(const RecognitionJob& job, const FittedSamples& samples,
         CalibrateBend(*backend, materials, options, TrainingImages(job, samples, cell), {}).factors;
   const std::vector<PredictedDrape> drapes = SampleDrapes(*backend, materials, options);
   if (cancel != nullptr && cancel->load()) return;
-  WriteStoredJson(PredictionFile(job, cell), kFormat,
+  WriteStoredJson(PredictionFile(job, cell), kRecognitionPredictionFormat,
                   {{"fits", FitNames(samples)},
                    {"up", FeatureRows(drapes, ClothFace::kUp)},
                    {"down", FeatureRows(drapes, ClothFace::kDown)}},
@@ -154,7 +151,7 @@ bool HasPrediction(const RecognitionJob& job, const FittedSamples& samples,
   const std::string path = PredictionFile(job, cell);
   if (!std::filesystem::exists(path)) return false;
   try {
-    const nlohmann::json file = ReadStoredJson(path, kFormat);
+    const nlohmann::json file = ReadStoredJson(path, kRecognitionPredictionFormat);
     return JsonInput(file, path).At("fits").String() == FitNames(samples);
   } catch (const InputError&) {
     return false;  // damaged, or of an earlier version
@@ -188,7 +185,7 @@ bool RunPredictions(const RecognitionJob& job, const FittedSamples& samples,
 
 PredictedFeatures ReadPrediction(const RecognitionJob& job, const PredictionCell& cell) {
   const std::string path = PredictionFile(job, cell);
-  const nlohmann::json file = ReadStoredJson(path, kFormat);
+  const nlohmann::json file = ReadStoredJson(path, kRecognitionPredictionFormat);
   const JsonInput input(file, path);
   PredictedFeatures predicted;
   for (int face = 0; face < 2; ++face) {

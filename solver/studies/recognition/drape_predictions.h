@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/util/run_control.h"
+#include "physics/util/stored/stored_json.h"
 #include "solver/studies/recognition/fitted_samples.h"
 
 namespace drape {
@@ -13,6 +14,9 @@ namespace drape {
 // Drapes that are predicted of the fabrics of a recognition, as features, one file each in
 // fits.out/prediction. Every prediction needs the fits of all samples: their common directions and
 // their mean.
+
+// Version 1 did not say which fits it is of.
+inline constexpr StoredFormat kRecognitionPredictionFormat = {"drapefit-recognition-prediction", 2};
 
 // A prediction: of a fabric, or of it without one of its samples.
 struct PredictionCell {

@@ -168,6 +168,11 @@ TEST_F(MaterialSpaceTest, ThePriorIsReadBack) {
   const MaterialSpace space = BuildMaterialSpace(ReadFabricBeliefs(folders, SpaceBy::kDrape), {});
   WriteMaterialSpace(Path(""), space, {});
   const SpacePrior prior = ReadSpacePrior(Path("space.json"));
+  nlohmann::json narrow = nlohmann::json::parse(Read(Path("space.json")));
+  narrow["prior"]["covariance"][0][0] = 1e-308;
+  Write("narrow.json", narrow.dump());
+  EXPECT_THAT(CatchError([&] { ReadSpacePrior(Path("narrow.json")); }),
+              testing::HasSubstr("narrow.json: key 'prior.covariance'"));
   EXPECT_EQ(prior.theta.mean, space.prior.mean);
   EXPECT_EQ(prior.theta.covariance, space.prior.covariance);
   EXPECT_EQ(prior.frame.by, SpaceBy::kDrape);

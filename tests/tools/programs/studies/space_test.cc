@@ -3,8 +3,8 @@
 #include <future>
 
 #include "physics/material/material_io.h"
-#include "physics/util/stored/stored_json.h"
 #include "solver/posterior/posterior_io.h"
+#include "solver/studies/recognition/drape_predictions.h"
 #include "tests/tools/tool_fixture.h"
 
 namespace drape::test {
@@ -176,11 +176,10 @@ TEST_F(SpaceShares, PredictionsAreOfTheFitsAndSettingsThatAreThere) {
   // As if a fit had failed then, and was made again.
   const std::string path = "out/samples/prediction/fabric_2.json";
   const std::string good = Read(Path(path));
-  const StoredFormat format = {"drapefit-recognition-prediction", 2};
-  nlohmann::json stored = ReadStoredJson(Path(path), format);
+  nlohmann::json stored = ReadStoredJson(Path(path), kRecognitionPredictionFormat);
   stored["fits"] = "fabric_2/sample_1\n";
   stored["up"][0][0] = 7.0;
-  WriteStoredJson(Path(path), format, stored, 1);
+  WriteStoredJson(Path(path), kRecognitionPredictionFormat, stored, 1);
   ASSERT_EQ(Run({}).exit_code, 0);
   EXPECT_EQ(Read(Path(path)), good);
 }
