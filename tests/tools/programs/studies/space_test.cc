@@ -170,6 +170,13 @@ TEST_F(SpaceShares, HaveFabricsOfTheirOwnAndNoTables) {
   EXPECT_TRUE(std::filesystem::exists(Path("out/space.json")));
 }
 
+// Not as a failure of each fit, which would be kept.
+TEST_F(SpaceShares, ABackendThatIsNotThereIsRefusedBeforeAnyFit) {
+  ExpectOneLineError(Run({"--backend=cuda", "--contact=support"}), "expected cpu for contact");
+  ExpectOneLineError(Run({"--backend=gpu"}), "option 'backend': found 'gpu'");
+  EXPECT_FALSE(std::filesystem::exists(Path("out/samples")));
+}
+
 TEST_F(SpaceShares, PredictionsAreOfTheFitsAndSettingsThatAreThere) {
   ASSERT_EQ(Run({}).exit_code, 0);
   ExpectOneLineError(Run({"--draws=26"}), "the predictions there have draws '24', found '26'");

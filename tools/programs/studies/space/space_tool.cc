@@ -3,12 +3,14 @@
 
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "losses/dataset/index_list.h"
 #include "physics/material/material_io.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/stored/build.h"
@@ -21,6 +23,7 @@
 #include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/versions.h"
+#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 
 namespace drape {
@@ -28,10 +31,10 @@ namespace {
 
 // Options of drape_fit that each fit of the data set has set.
 const std::set<std::string> kOfCells = {
-    "images",     "lab_tests",   "material",       "density", "ground_truth", "model",
-    "out",        "resume",      "data",           "fabric",  "samples",      "captures",
-    "face",       "data_source", "camera",         "solve",   "accuracy",     "specimens",
-    "table_form", "prior",       "accuracy_table", "threads", "backend",      "other_materials"};
+    "images",     "lab_tests",   "material",       "density", "ground_truth",   "model",
+    "out",        "resume",      "data",           "fabric",  "samples",        "captures",
+    "face",       "data_source", "camera",         "solve",   "accuracy",       "specimens",
+    "table_form", "prior",       "accuracy_table", "threads", "other_materials"};
 // Options that change no fit.
 const std::set<std::string> kFree = {
     "data",      "out",   "fabrics",   "posteriors", "new",         "by",   "threads",
@@ -142,7 +145,6 @@ FitCellJob MakeFitCellJob(const SpaceToolOptions& options, const std::string& fo
       .out = options.out + "/" + folder,
       .settings = Settings(options, [](const std::string& key) { return !kFree.contains(key); })};
   job.threads = job.fit.threads;
-  job.fit.backend = "cpu";
   for (const auto& [name, version] : Versions()) job.versions[name] = version;
   return job;
 }
@@ -174,6 +176,15 @@ SpaceResult BuildSpace(const SpaceToolOptions& options, const std::vector<std::s
     added.push_back(ReadFabricBelief(beliefs.frame, path));
   const MaterialSpace space = BuildMaterialSpace(std::move(beliefs), added);
   return {.text = MaterialSpaceText(space) + WriteSpace(space, added, options, out)};
+}
+
+// Before hours of work: without a device, each fit would fail.
+void CheckBackend(const SpaceToolOptions& options, const RunControl& control) {
+  const FitSpec& fit = options.fit.spec;
+  MakeLoggedBackend(fit.backend,
+                    std::make_shared<const ClothModel>(ParseMeshSpec(fit.mesh),
+                                                       CusickScene(fit.contact), MakeLaw(fit.law)),
+                    1, control);
 }
 
 // A run of fits of a data set: of each fabric, or of each sample and then predictions.
@@ -257,6 +268,7 @@ SpaceResult RunRecognition(const SpaceToolOptions& options, const std::vector<Ca
 
 SpaceResult RunOnData(const SpaceToolOptions& options, const OutputFolder& out,
                       const RunControl& control) {
+  CheckBackend(options, control);
   const std::vector<Capture> captures = SelectedCaptures(options, control);
   if (options.cells.ParseShare())
     return options.recognise ? RunShareOfRecognition(options, captures, control)
@@ -291,7 +303,8 @@ OptionTable SpaceTable(SpaceToolOptions& options) {
           "All fits must have the same free numbers and prior. drape_fit --prior=space.json takes "
           "the population of the fabrics as the prior of another one.\n"
           "--data: fits in out/fabrics/fabric_<N> or, with --recognise, "
-          "out/samples/fabric_<N>/sample_<K>, one on each thread. After Ctrl-C or a kill the same "
+          "out/samples/fabric_<N>/sample_<K>, one on each thread, which share a GPU. After Ctrl-C "
+          "or a kill the same "
           "command continues with the unfinished ones. A fit that fails is named and left out; "
           "failure.json in its folder says why, and is to be removed to try it again.\n"
           "--list, --share: the cells are the fits and, with --recognise, after them the "
@@ -301,7 +314,8 @@ OptionTable SpaceTable(SpaceToolOptions& options) {
           "--share predict.\n",
       .options = std::move(all),
       .common = {"posteriors", "new", "by", "data", "fabrics", "samples", "captures", "material",
-                 "recognise", "draws", "mesh", "num_parameters", "threads", "share", "out"}};
+                 "recognise", "draws", "mesh", "num_parameters", "threads", "backend", "share",
+                 "out"}};
 }
 
 SpaceResult RunSpaceTool(const SpaceToolOptions& options, const RunControl& control) {

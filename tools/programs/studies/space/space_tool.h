@@ -18,6 +18,7 @@ struct SpaceToolOptions {
   SpaceToolOptions() {
     fit.spec.model = FitModel::kBayes;
     fit.spec.simpler_models = false;  // their tables would be bases of their own
+    fit.spec.backend = "cpu";         // fits of one image each run side by side on its threads
   }
 
   std::vector<std::string> posteriors;  // folders of fits
