@@ -189,6 +189,13 @@ MaterialField ReadBase(const JsonInput& input) {
   return base;
 }
 
+std::string HellingerText(const MaterialSpace& space, Eigen::Index i, Eigen::Index j) {
+  for (const PairDistances& pair : space.pairs)
+    if (pair.directions == 0 && pair.first == std::min(i, j) && pair.second == std::max(i, j))
+      return "none, since they determine no direction";
+  return Format("%.3f", space.hellinger(i, j));
+}
+
 std::string JudgedText(const char* title, const std::vector<JudgedMaterial>& materials,
                        const std::vector<FabricBelief>& fabrics) {
   std::string text = title;
@@ -221,9 +228,10 @@ std::string MaterialSpaceText(const MaterialSpace& space) {
     row[i] = row.maxCoeff() + 1;
     Eigen::Index nearest = 0;
     const double distance = row.minCoeff(&nearest);
-    text += Format(
-        "  %-24s nearest %s: W2 %.3f, Hellinger %.3f\n", MakePrintableLine(fabrics[i].name).c_str(),
-        MakePrintableLine(fabrics[nearest].name).c_str(), distance, space.hellinger(i, nearest));
+    text += Format("  %-24s nearest %s: W2 %.3f, Hellinger %s\n",
+                   MakePrintableLine(fabrics[i].name).c_str(),
+                   MakePrintableLine(fabrics[nearest].name).c_str(), distance,
+                   HellingerText(space, i, nearest).c_str());
   }
   if (!space.has_population()) return text + "no population: no direction is determined\n";
   text += Format("population: %d component(s) in %d directions\n", space.population.size(),

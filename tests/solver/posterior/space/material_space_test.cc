@@ -242,6 +242,7 @@ TEST_F(MaterialSpaceTest, FitsThatDetermineNothingHaveNoPopulation) {
   EXPECT_EQ(space.pairs[0].directions, 0);
   EXPECT_DOUBLE_EQ(space.pairs[0].share_of_prior[0], 1.0);
   EXPECT_TRUE(space.map.points.allFinite());
+  EXPECT_THAT(MaterialSpaceText(space), testing::HasSubstr("Hellinger none"));
   WriteMaterialSpace(Path(""), space, {});
   EXPECT_THAT(CatchError([&] { ReadSpacePrior(Path("space.json")); }), testing::HasSubstr("prior"));
 }
