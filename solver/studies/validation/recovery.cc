@@ -110,7 +110,7 @@ void RenderRecovery(const Recovery& recovery, const std::string& path) {
   chart.x.ticks = {{0.1, "0.1"}, {0.2, "0.2"}, {0.5, "0.5"}, {1, "1"},
                    {2, "2"},     {5, "5"},     {10, "10"}};
   chart.y.ticks.emplace();
-  const auto [left, right] = *chart.x.range;
+  const double left = chart.x.range->first, right = chart.x.range->second;
   const auto line = [&](double from, double to, double height, const char* colour, double width) {
     chart.series.push_back(
         {.points = {{std::clamp(from, left, right), height}, {std::clamp(to, left, right), height}},
