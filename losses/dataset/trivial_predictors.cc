@@ -8,6 +8,7 @@
 
 #include "losses/image/segmentation.h"
 #include "losses/metrics/metrics.h"
+#include "physics/util/math/quantile.h"
 
 namespace drape {
 namespace {
@@ -32,7 +33,7 @@ DrapeDistance ComputeMedian(const std::vector<DrapeDistance>& distances) {
     std::vector<double> values;
     for (const DrapeDistance& d : distances) values.push_back(d.*number);
     std::sort(values.begin(), values.end());
-    median.*number = 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+    median.*number = Quantile(values, 0.5);
   }
   return median;
 }

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "physics/linalg/metis_lock.h"
 #include "physics/linalg/supernodal_factor.h"
 
 namespace drape {
@@ -104,10 +105,7 @@ class Analyser {
     start[n] = nnz;
     std::vector<int> order(n);
     {
-      // METIS seeds the one random number generator of the process at each call. Calls at the same
-      // time would take numbers from one another: another order, and other last digits of results.
-      static std::mutex one_at_a_time;
-      const std::lock_guard guard(one_at_a_time);
+      const std::lock_guard guard(MetisLock());
       Require(cholmod_metis(graph, nullptr, 0, 1, order.data(), &common_) != 0);
     }
     cholmod_free_sparse(&graph, &common_);

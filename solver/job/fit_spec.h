@@ -71,6 +71,18 @@ inline FitSpec FitSpecWithThreads(int threads) {
   return spec;
 }
 
+template <class Contact, class Visitor>
+void VisitContactFields(Contact& contact, Visitor&& visit) {
+  visit(contact.model, Field{.key = "contact",
+                             .doc = "what the hanging cloth can touch: none, or the support of the "
+                                    "drape test, for which it takes the CPU"});
+  visit(contact.thickness, Field{.key = "thickness",
+                                 .doc = "thickness of the cloth in contact",
+                                 .unit = "m",
+                                 .least = 0,
+                                 .most = 0.01});
+}
+
 // The fields of its own; those of the structs in it have visitors of their own.
 template <MutableOrConst<FitSpec> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
@@ -99,14 +111,7 @@ void VisitFields(Options& options, Visitor&& visit) {
                            .is_path = true,
                            .word = "disc:"});
   visit(law, Field{.key = "law", .doc = "how stiffness follows from strain and curvature"});
-  visit(contact.model, Field{.key = "contact",
-                             .doc = "what the hanging cloth can touch: none, or the support of the "
-                                    "drape test, for which it takes the CPU"});
-  visit(contact.thickness, Field{.key = "thickness",
-                                 .doc = "thickness of the cloth in contact",
-                                 .unit = "m",
-                                 .least = 0,
-                                 .most = 0.01});
+  VisitContactFields(contact, visit);
   visit(min_relative_stiffness,
         Field{.key = "min_relative_stiffness",
               .doc = "start entries below this share of their column's largest are raised to it: "

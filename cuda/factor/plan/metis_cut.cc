@@ -2,9 +2,11 @@
 #include <glog/logging.h>
 #include <metis.h>
 
+#include <mutex>
 #include <utility>
 
 #include "cuda/factor/plan/graph_cut.h"
+#include "physics/linalg/metis_lock.h"
 
 namespace drape {
 namespace {
@@ -19,6 +21,7 @@ std::vector<char> Separate(std::vector<idx_t>& start, std::vector<idx_t>& neighb
   options[METIS_OPTION_UFACTOR] = kImbalance[run % 2];
   idx_t n = static_cast<idx_t>(start.size()) - 1, separator_size;
   std::vector<idx_t> part(n);
+  const std::lock_guard guard(MetisLock());
   CHECK_EQ(METIS_ComputeVertexSeparator(&n, start.data(), neighbour.data(), nullptr, options,
                                         &separator_size, part.data()),
            METIS_OK);

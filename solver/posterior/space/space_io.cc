@@ -20,6 +20,7 @@ using nlohmann::ordered_json;
 
 constexpr char kFormat[] = "drapefit-space";
 constexpr int kVersion = 1;
+constexpr double kLeastDeviation = 1e-9, kMostDeviation = 1e9;  // of a log factor of a prior
 
 std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
 
@@ -160,9 +161,17 @@ Eigen::MatrixXd ReadMatrix(const JsonInput& input, int rows, int columns) {
 
 Eigen::MatrixXd ReadCovariance(const JsonInput& input, int size) {
   Eigen::MatrixXd covariance = ReadMatrix(input, size, size);
-  if (!covariance.isApprox(covariance.transpose(), 1e-9) ||
-      covariance.llt().info() != Eigen::Success)
+  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
+  if (!covariance.isApprox(covariance.transpose(), 1e-9) || factor.info() != Eigen::Success)
     throw InputError(input.Name(), "is no covariance, expected a positive definite matrix");
+  // Of each number given those before it.
+  const Eigen::VectorXd deviations = factor.matrixLLT().diagonal();
+  if (deviations.minCoeff() < kLeastDeviation || deviations.maxCoeff() > kMostDeviation)
+    throw InputError(input.Name(),
+                     Format("found a standard deviation of %.3g, expected %g … %g",
+                            deviations.minCoeff() < kLeastDeviation ? deviations.minCoeff()
+                                                                    : deviations.maxCoeff(),
+                            kLeastDeviation, kMostDeviation));
   return covariance;
 }
 
@@ -178,6 +187,13 @@ MaterialField ReadBase(const JsonInput& input) {
   if (stretch.minCoeff() < 0 || bend.minCoeff() <= 0)
     throw InputError(input.Name(), "a stiffness is negative, expected tables of a fabric");
   return base;
+}
+
+std::string HellingerText(const MaterialSpace& space, Eigen::Index i, Eigen::Index j) {
+  for (const PairDistances& pair : space.pairs)
+    if (pair.directions == 0 && pair.first == std::min(i, j) && pair.second == std::max(i, j))
+      return "none, since they determine no direction";
+  return Format("%.3f", space.hellinger(i, j));
 }
 
 std::string JudgedText(const char* title, const std::vector<JudgedMaterial>& materials,
@@ -212,9 +228,10 @@ std::string MaterialSpaceText(const MaterialSpace& space) {
     row[i] = row.maxCoeff() + 1;
     Eigen::Index nearest = 0;
     const double distance = row.minCoeff(&nearest);
-    text += Format(
-        "  %-24s nearest %s: W2 %.3f, Hellinger %.3f\n", MakePrintableLine(fabrics[i].name).c_str(),
-        MakePrintableLine(fabrics[nearest].name).c_str(), distance, space.hellinger(i, nearest));
+    text += Format("  %-24s nearest %s: W2 %.3f, Hellinger %s\n",
+                   MakePrintableLine(fabrics[i].name).c_str(),
+                   MakePrintableLine(fabrics[nearest].name).c_str(), distance,
+                   HellingerText(space, i, nearest).c_str());
   }
   if (!space.has_population()) return text + "no population: no direction is determined\n";
   text += Format("population: %d component(s) in %d directions\n", space.population.size(),
@@ -232,7 +249,12 @@ SpacePrior ReadSpacePrior(const std::string& path) {
   if (!input.Has("format") || input.At("format").value() != kFormat)
     input.Fail(std::string("a space of materials, with \"format\": \"") + kFormat + '"');
   if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
+  input.ExpectKeys({"format", "version", "settings", "by", "kind", "names", "base", "prior_of_fits",
+                    "fabrics", "determined", "wasserstein", "hellinger", "tree", "population",
+                    "left_out", "non_fabrics", "new", "prior"});
   SpacePrior prior;
+  if (input.At("kind").String() != ToString(prior.frame.kind))
+    input.At("kind").Fail(ToString(prior.frame.kind) + ", which has a population");
   prior.frame.by = ParseName<SpaceBy>(input.At("by").String(), input.At("by").Name());
   prior.frame.tying = ReadTying(input.At("names"));
   prior.frame.base = ReadBase(input.At("base"));

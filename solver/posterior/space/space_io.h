@@ -27,8 +27,9 @@ struct SpacePrior {
   SpaceFrame frame;
   NormalDistribution theta;
 };
-// Throws InputError naming the file and the key: another format, a space without a population, a
-// covariance that is not positive definite.
+// Throws InputError naming the file and the key: another format, a space without a population (of
+// kind bdp, too), an unknown key, a covariance that is not positive definite or has a standard
+// deviation outside 1e-9 … 1e9.
 SpacePrior ReadSpacePrior(const std::string& path);
 
 }  // namespace drape

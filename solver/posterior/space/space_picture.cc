@@ -2,6 +2,7 @@
 #include "solver/posterior/space/space_picture.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +10,7 @@
 
 #include "physics/util/text_format.h"
 #include "solver/job/plot/chart.h"
+#include "solver/job/plot/label_places.h"
 
 namespace drape {
 namespace {
@@ -35,7 +37,18 @@ ChartSeries Outline(std::vector<Eigen::Vector2d> points, const char* colour) {
 }
 
 ChartLabel NameAt(const std::string& name, const Eigen::Vector2d& at) {
-  return {.text = name, .at = at, .offset = {0.8, 0.5}};
+  return {.text = name, .at = at};
+}
+
+// The side of the area between the axes of a map [px], about.
+constexpr double kMapSide = 700.0;
+
+// Of the longer side of the box around all series.
+double LargestExtent(const Chart& chart) {
+  Eigen::AlignedBox2d box;
+  for (const ChartSeries& series : chart.series)
+    for (const Eigen::Vector2d& at : series.points) box.extend(at);
+  return box.sizes().maxCoeff();
 }
 
 // Where each cluster of the tree is: height, and place among the leaves.
@@ -141,6 +154,8 @@ void RenderSpaceMap(const std::string& path, const MaterialSpace& space) {
   }
   chart.series.push_back(points);
   chart.series.push_back(added);
+  const double extent = LargestExtent(chart) * (1.0 + 2.0 * chart.x.room);
+  PlaceAround(Eigen::Vector2d::Constant(kMapSide / extent), &chart.labels);
   WritePicture(path, {.width = 900, .height = 760, .charts = {chart}});
 }
 
@@ -170,6 +185,7 @@ void RenderTextileMap(const std::string& path, const MaterialSpace& space,
   for (const FabricBelief& fabric : added) add(fabric, &further);
   least *= 0.9;
   most *= 1.1;
+  PlaceAround(Eigen::Vector2d::Constant(kMapSide / (most - least)), &chart.labels);
   for (int tenth = 1; tenth <= 9; ++tenth) {
     const double dc = 0.1 * tenth, mean = IsotropicBendingLength(dc) / kCentimetre;
     ChartSeries curve{.mark = Mark::kLine, .colour = "#009e73", .width = 0.8, .dashed = true};

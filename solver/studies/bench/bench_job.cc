@@ -127,13 +127,14 @@ class Bench {
     control_.Report(done_ / total_, note);
   }
 
-  // nullptr when cancelled.
-  const BenchReference* FindReference(const BenchSetting& setting) {
+  // False when cancelled.
+  bool FindReference(const BenchSetting& setting) {
     const std::string cloth = ClothKey(setting);
     const std::string path = job_.out + "/" + ReferenceName(setting);
     std::string text;
     const bool continues = cells_.continues() || (file_ && file_->continues());
-    if (continues && fs::exists(path)) {
+    const bool stored = continues && fs::exists(path);
+    if (stored) {
       text = ReadWholeFile(path);
     } else {
       ChildResult child = RunInChild(
@@ -141,15 +142,21 @@ class Bench {
             return ReferenceText(setting, job_.problem, job_.reference, job_.work, control_.cancel);
           },
           control_.cancel);
-      if (child.cancelled) return nullptr;
+      if (child.cancelled) return false;
       text = std::move(child.output);
-      WriteFileAtomically(path, text);
     }
     BenchReference& reference = references_[cloth];
-    reference = ParseReference(text, job_.reference, path);
+    try {
+      reference = ParseReference(text, job_.reference, path);
+    } catch (const NoReference& none) {
+      if (stored) throw;  // only references that are there are stored
+      result_.no_references[cloth] = none.reason();
+      return true;
+    }
+    if (!stored) WriteFileAtomically(path, text);
     RequireDerivative(reference, path);
     result_.reference_errors[cloth] = reference.ErrorEstimate(job_.work);
-    return &reference;
+    return true;
   }
 
   void RequireDerivative(const BenchReference& reference, const std::string& path) const {
@@ -162,12 +169,14 @@ class Bench {
 
   void FindReferences() {
     for (const BenchSetting& setting : settings_) {
-      if (result_.reference_errors.contains(ClothKey(setting))) continue;
-      if (FindReference(setting) == nullptr) {
+      const std::string cloth = ClothKey(setting);
+      if (result_.reference_errors.contains(cloth) || result_.no_references.contains(cloth))
+        continue;
+      if (!FindReference(setting)) {
         result_.cancelled = true;
         return;
       }
-      Done(GuessOfReference(), "reference of " + ClothKey(setting));
+      Done(GuessOfReference(), "reference of " + cloth);
     }
   }
 
@@ -190,6 +199,13 @@ class Bench {
   }
 
   void RunOne(const BenchSetting& setting) {
+    if (result_.no_references.contains(ClothKey(setting))) {
+      BenchRecord record;
+      record.status = kRunNoReference;
+      result_.runs.push_back({setting, record});
+      total_ -= Guess(setting);
+      return;
+    }
     const std::string identity = CheckpointKey(job_.work, setting);
     if (const std::optional<BenchRecord> known = FindKnown(setting, identity)) {
       result_.runs.push_back({setting, *known});

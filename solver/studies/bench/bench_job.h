@@ -43,6 +43,9 @@ struct BenchResult {
   std::vector<BenchRun> runs;  // in the order of the plan
   // The errors of the references, estimated, by "material law model".
   std::map<std::string, BenchRecord> reference_errors;
+  // Why there is no reference, in the same way; runs of these cloths have the status
+  // kRunNoReference.
+  std::map<std::string, std::string> no_references;
 };
 
 // The names of the runs in their order (CheckpointKey). Throws InputError.

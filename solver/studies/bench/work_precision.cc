@@ -50,13 +50,12 @@ Eigen::VectorXd ReadDerivative(const JsonInput& input, int size) {
   return input.ExpectArray().Size() == 0 ? Eigen::VectorXd() : input.Vector(size);
 }
 
-BenchDrape ReadDrape(const JsonInput& input, const Mesh& mesh) {
+BenchDrape ReadDrape(const JsonInput& input, const Mesh& mesh, const std::string& mesh_name) {
   input.ExpectKeys({"status", "x", "outline", "gradient", "jacobian"});
   BenchDrape drape;
   drape.status = input.At("status").String();
   if (drape.status != "ok")
-    throw InputError(input.Name(), "no reference: " + drape.status +
-                                       ", expected a drape at rest (another seed or mesh?)");
+    throw NoReference(input.Name(), "the drape on " + mesh_name + " is '" + drape.status + "'");
   drape.x = input.At("x").Vector(static_cast<int>(mesh.rest_x.size()));
   drape.outline = input.At("outline").Vector(kBranchAngles);
   Eigen::VectorXd outline;
@@ -153,8 +152,8 @@ BenchReference ParseReference(const std::string& text, const ReferenceOptions& o
   BenchReference reference;
   reference.fine_mesh = ParseMeshSpec(options.fine);
   reference.coarse_mesh = ParseMeshSpec(options.coarse);
-  reference.fine = ReadDrape(input.At("fine"), reference.fine_mesh);
-  reference.coarse = ReadDrape(input.At("coarse"), reference.coarse_mesh);
+  reference.fine = ReadDrape(input.At("fine"), reference.fine_mesh, options.fine);
+  reference.coarse = ReadDrape(input.At("coarse"), reference.coarse_mesh, options.coarse);
   reference.ratio = std::sqrt(static_cast<double>(reference.fine_mesh.num_vertices()) /
                               reference.coarse_mesh.num_vertices());
   reference.order = options.order;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "physics/util/errors.h"
 #include "solver/studies/bench/cases/bench_drape.h"
 #include "solver/studies/bench/cases/bench_record.h"
 
@@ -42,7 +43,22 @@ struct BenchReference {
 std::string ReferenceText(const BenchSetting& setting, const BenchProblem& problem,
                           const ReferenceOptions& options, BenchWork work,
                           const std::atomic<bool>* cancel);
-// Throws InputError (prefix `where`) for text that is none, or where a drape was not found.
+// A cloth that has no reference, since a drape of it was not found.
+class NoReference : public InputError {
+ public:
+  // reason: "the drape on disc:600 is 'slow'".
+  NoReference(const std::string& where, const std::string& reason)
+      : InputError(where, "no reference: " + reason +
+                              ", expected a drape at rest (another start or mesh?)"),
+        reason_(reason) {}
+  const std::string& reason() const { return reason_; }
+
+ private:
+  std::string reason_;
+};
+
+// Throws InputError (prefix `where`) for text that is none, NoReference where a drape was not
+// found.
 BenchReference ParseReference(const std::string& text, const ReferenceOptions& options,
                               const std::string& where);
 

@@ -3,15 +3,14 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "losses/dataset/dataset_split.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
-#include "physics/util/json_input.h"
 #include "solver/job/fit_captures.h"
 #include "solver/job/fit_input.h"
+#include "solver/studies/cells/study_settings.h"
 
 namespace drape {
 namespace {
@@ -37,28 +36,11 @@ std::string CellName(int fabric, const std::string& model, int seed) {
   return FabricName(fabric) + "/" + model + "/seed_" + std::to_string(seed);
 }
 
-// Experiments that lie in `out` have the job's settings.
-void CheckSettings(const ComparisonJob& job) {
-  const std::string path = job.out + "/settings.json";
-  if (!fs::exists(path)) return;
-  const nlohmann::json stored = ReadJsonFile(path);
-  const JsonInput input(stored, path);
-  input.ExpectObject();
-  for (const auto& [key, value] : job.settings) {
-    if (!input.Has(key)) continue;  // of a fabric that has no experiments yet
-    const std::string before = input.At(key).String();
-    if (before == value) continue;
-    throw InputError(path, "the runs there have " + key + " '" + before + "', found '" + value +
-                               "', expected the same: take another --out, or undo the change");
-  }
-}
+std::string SettingsPath(const ComparisonJob& job) { return job.out + "/settings.json"; }
 
 // Beside those of experiments that are there: fabrics may be compared by runs side by side.
 void WriteSettings(const ComparisonJob& job, const std::vector<SharedSplit>& splits) {
-  const std::string path = job.out + "/settings.json";
-  nlohmann::json settings = fs::exists(path) ? ReadJsonFile(path) : nlohmann::json::object();
-  settings.update(nlohmann::json(job.settings));
-  WriteFileAtomically(path, settings.dump(1) + "\n");
+  AddStudySettings(SettingsPath(job), job.settings);
   for (const SharedSplit& shared : splits) {
     const std::string folder = FabricFolder(job, shared.fabric);
     fs::create_directories(folder);
@@ -237,7 +219,7 @@ std::vector<std::string> ListComparisonCells(const ComparisonJob& job) {
 ComparisonRun RunComparison(const ComparisonJob& given, const RunControl& control) {
   CheckJob(given);
   const ComparisonJob job = WithMaterialSettings(given);
-  CheckSettings(job);
+  CheckStudySettings(SettingsPath(job), job.settings, "runs");
   const std::vector<SharedSplit> splits = ShareAll(job, control);
   CheckFits(job, splits);
   WriteSettings(job, splits);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/util/math/quantile.h"
 #include "solver/forward/branch.h"
 
 namespace drape {
@@ -13,16 +14,6 @@ namespace {
 double CostGap(const OptimiserBenchmark& benchmark, int problem, double cost) {
   const double best = benchmark.Best(problem).run.cost, start = benchmark.StartCost(problem);
   return start > best ? std::min(1.0, (cost - best) / (start - best)) : 0.0;
-}
-
-// The value at rank share·(n − 1) of ascending values.
-double Quantile(const std::vector<double>& sorted, double share) {
-  const double rank = share * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(rank);
-  const double part = rank - static_cast<double>(below);
-  return part > 0.0 && sorted[below + 1] > sorted[below]
-             ? sorted[below] + part * (sorted[below + 1] - sorted[below])
-             : sorted[below];
 }
 
 // Adds a run to the sums of its method.

@@ -15,26 +15,12 @@
 #include "solver/job/fit_captures.h"
 #include "solver/job/fit_job.h"
 #include "solver/posterior/posterior_io.h"
+#include "solver/studies/cells/study_settings.h"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
-
-void CheckSettings(const FitCellJob& job) {
-  const std::string path = job.out + "/fits.json";
-  if (fs::exists(path)) {
-    const nlohmann::json stored = ReadJsonFile(path);
-    const JsonInput input(stored, path);
-    for (const auto& [key, value] : job.settings) {
-      if (!input.Has(key) || input.At(key).String() == value) continue;
-      throw InputError(path, "the fits there have " + key + " '" + input.At(key).String() +
-                                 "', found '" + value +
-                                 "', expected the same: take another --out, or undo the change");
-    }
-  }
-  WriteFileAtomically(path, nlohmann::json(job.settings).dump(1) + "\n");
-}
 
 bool HasPosterior(const std::string& folder) {
   try {
@@ -127,9 +113,34 @@ std::vector<FitCell> CellsBySample(const std::vector<Capture>& captures) {
       true);
 }
 
+std::vector<FitCell> CellsOfShare(const std::vector<FitCell>& cells, const Share& share) {
+  std::vector<FitCell> own;
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    if (share.Has(k)) own.push_back(cells[k]);
+  return own;
+}
+
+FitCellRun FindFits(const FitCellJob& job, const std::vector<FitCell>& cells) {
+  FitCellRun run;
+  for (const FitCell& cell : cells) {
+    const std::string folder = job.out + "/" + cell.name, failure = ReadFailure(folder);
+    if (!failure.empty()) {
+      run.failures.push_back({cell.name, failure});
+    } else if (HasPosterior(folder)) {
+      run.done.push_back(cell.name);
+    } else {
+      run.missing.push_back(cell.name);
+    }
+  }
+  return run;
+}
+
 FitCellRun RunFitCells(const FitCellJob& job, const std::vector<FitCell>& cells,
                        const RunControl& control) {
-  CheckSettings(job);
+  const std::string settings = job.out + "/fits.json";
+  CheckStudySettings(settings, job.settings, "fits");
+  fs::create_directories(job.out);
+  AddStudySettings(settings, job.settings);
   std::vector<const FitCell*> todo;
   for (const FitCell& cell : cells) {
     const std::string folder = job.out + "/" + cell.name;
@@ -144,15 +155,8 @@ FitCellRun RunFitCells(const FitCellJob& job, const std::vector<FitCell>& cells,
     control.Report(double(done) / double(cells.size()),
                    "fit " + std::to_string(done) + " of " + std::to_string(cells.size()));
   });
-  FitCellRun run{.cancelled = control.cancelled(), .done = {}, .failures = {}};
-  for (const FitCell& cell : cells) {
-    const std::string folder = job.out + "/" + cell.name, failure = ReadFailure(folder);
-    if (!failure.empty()) {
-      run.failures.push_back({cell.name, failure});
-    } else if (!run.cancelled || HasPosterior(folder)) {
-      run.done.push_back(cell.name);
-    }
-  }
+  FitCellRun run = FindFits(job, cells);
+  run.cancelled = control.cancelled();
   return run;
 }
 

@@ -8,6 +8,7 @@
 #include "losses/dataset/dataset.h"
 #include "physics/util/run_control.h"
 #include "solver/job/fit_spec.h"
+#include "solver/studies/cells/share.h"
 
 namespace drape {
 
@@ -23,7 +24,7 @@ struct FitCell {
 struct FitCellJob {
   FitSpec fit;                                       // of one thread each; model bayes
   std::string material;                              // start tables
-  std::string out;                                   // existing folder
+  std::string out;                                   // folder, made when missing
   int threads = 1;                                   // fits side by side
   std::map<std::string, std::string> versions = {};  // for the summaries
   // What must be the same for fits to be taken over from an earlier run: key → value.
@@ -41,12 +42,20 @@ struct FitFailure {
 
 struct FitCellRun {
   bool cancelled = false;
-  std::vector<std::string> done;     // names of cells with a posterior, in their order
-  std::vector<FitFailure> failures;  // those without, and why
+  std::vector<std::string> done = {};     // names of cells with a posterior, in their order
+  std::vector<FitFailure> failures = {};  // those without, and why
+  std::vector<std::string> missing = {};  // those that are still to be fitted
 };
 
+// Those of a share, if the fits are the first cells of a study.
+std::vector<FitCell> CellsOfShare(const std::vector<FitCell>& cells, const Share& share);
+
+// What there is of the cells, made by whatever process.
+FitCellRun FindFits(const FitCellJob& job, const std::vector<FitCell>& cells);
+
 // Fits the cells that have neither a posterior nor a failure.json, which is to be removed to try a
-// cell again. Throws InputError where `out` holds fits of other settings.
+// cell again. Processes with other cells may have the same folder. Throws InputError where `out`
+// holds fits of other settings.
 FitCellRun RunFitCells(const FitCellJob& job, const std::vector<FitCell>& cells,
                        const RunControl& control);
 

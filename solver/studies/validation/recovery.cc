@@ -7,6 +7,7 @@
 
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/math/quantile.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/parameters/effective_stiffness.h"
 #include "solver/fit/parameters/stiffness_list.h"
@@ -15,14 +16,6 @@
 
 namespace drape {
 namespace {
-
-// sorted: ascending, at least one.
-double Interpolate(const std::vector<double>& sorted, double share) {
-  const double rank = share * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(rank);
-  const std::size_t above = std::min(below + 1, sorted.size() - 1);
-  return std::lerp(sorted[below], sorted[above], rank - static_cast<double>(below));
-}
 
 struct Row {
   const char *key, *label;
@@ -50,7 +43,7 @@ double Height(std::size_t row) { return static_cast<double>(row + 1); }
 
 }  // namespace
 
-double RecoveredQuantity::Quantile(double share) const { return Interpolate(ratios, share); }
+double RecoveredQuantity::Quantile(double share) const { return drape::Quantile(ratios, share); }
 
 Recovery ReadRecovery(const std::vector<std::string>& folders) {
   Recovery recovery;
@@ -81,7 +74,7 @@ Recovery ReadRecovery(const std::vector<std::string>& folders) {
   for (std::size_t i = 0; i < claims.size(); ++i) {
     std::sort(claims[i].begin(), claims[i].end());
     std::sort(recovery.quantities[i].ratios.begin(), recovery.quantities[i].ratios.end());
-    recovery.quantities[i].claimed_factor = Interpolate(claims[i], 0.5);
+    recovery.quantities[i].claimed_factor = Quantile(claims[i], 0.5);
   }
   return recovery;
 }
@@ -117,7 +110,7 @@ void RenderRecovery(const Recovery& recovery, const std::string& path) {
   chart.x.ticks = {{0.1, "0.1"}, {0.2, "0.2"}, {0.5, "0.5"}, {1, "1"},
                    {2, "2"},     {5, "5"},     {10, "10"}};
   chart.y.ticks.emplace();
-  const auto [left, right] = *chart.x.range;
+  const double left = chart.x.range->first, right = chart.x.range->second;
   const auto line = [&](double from, double to, double height, const char* colour, double width) {
     chart.series.push_back(
         {.points = {{std::clamp(from, left, right), height}, {std::clamp(to, left, right), height}},

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <stdexcept>
 
 #include "losses/dataset/dataset_split.h"
@@ -15,7 +16,9 @@
 #include "physics/cloth/state_io.h"
 #include "physics/material/material_field_io.h"
 #include "physics/mesh/disc.h"
+#include "physics/util/text_format.h"
 #include "solver/posterior/posterior_io.h"
+#include "solver/posterior/space/space_io.h"
 #include "tests/losses/image/photograph.h"
 
 namespace drape::attack {
@@ -28,6 +31,41 @@ std::string Valid(const std::string& name) { return kValid + name; }
 void WriteText(const std::string& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;
 }
+
+// A scene with an obstacle of each kind.
+constexpr char kContact[] = R"({
+  "gravity": [0, 0, -9.81],
+  "contact": {"thickness": 4e-4, "range": 5e-4, "stiffness": 100,
+              "obstacles": [{"sphere": {"centre": [0, 0, -0.105], "radius": 0.1}},
+                            {"plane": {"normal": [0, 0, 1], "offset": -0.3}},
+                            {"capsule": {"from": [-0.2, 0.3, -0.2], "to": [0.2, 0.3, -0.2],
+                                         "radius": 0.05}},
+                            {"plate": {"top": [0.4, 0, -0.2], "radius": 0.09, "thickness": 0.05,
+                                       "rim_radius": 0.001}}]}
+})";
+
+// Two panels, in front of a mannequin and behind it, with an edge of each kind.
+constexpr char kGarmentCode[] = R"({
+  "pattern": {
+    "panels": {
+      "front": {"vertices": [[-30, 0], [30, 0], [30, 60], [-30, 60]],
+                "edges": [{"endpoints": [0, 1],
+                           "curvature": {"type": "quadratic", "params": [[0.5, -0.1]]}},
+                          {"endpoints": [1, 2]},
+                          {"endpoints": [2, 3],
+                           "curvature": {"type": "cubic", "params": [[0.3, 0.05], [0.7, 0.05]]}},
+                          {"endpoints": [3, 0]}],
+                "translation": [0, 85, 35], "rotation": [0, 0, 0]},
+      "back": {"vertices": [[-30, 0], [30, 0], [30, 60], [-30, 60]],
+               "edges": [{"endpoints": [0, 1],
+                          "curvature": {"type": "circle", "params": [60, 0, 0]}},
+                         {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 0]}],
+               "translation": [0, 85, -35], "rotation": [0, 180, 0]}},
+    "stitches": [[{"panel": "front", "edge": 1}, {"panel": "back", "edge": 3}],
+                 [{"panel": "front", "edge": 3}, {"panel": "back", "edge": 1}, "right_wrong"]],
+    "panel_order": ["front", "back"]},
+  "parameters": {}, "parameter_order": [],
+  "properties": {"curvature_coords": "relative", "units_in_meter": 100}})";
 
 // Four samples of round drapes of one fabric, captures 1 to 4.
 void WriteDataset(const std::string& folder) {
@@ -43,6 +81,7 @@ void WriteDataset(const std::string& folder) {
   }
 }
 
+// Four fabrics that differ by the stretch and by the bend, and their space.
 void WritePosteriors(const std::string& folder, const Material& material) {
   StoredPosterior posterior;
   posterior.fabric = ParameterTying::kScales;
@@ -52,11 +91,17 @@ void WritePosteriors(const std::string& folder, const Material& material) {
   posterior.prior_sd = Eigen::VectorXd::Constant(size, 1.0);
   posterior.mean = Eigen::VectorXd::Zero(size);
   posterior.covariance = 0.01 * Eigen::MatrixXd::Identity(size, size);
-  fs::create_directories(folder + "/posterior");
-  WritePosterior(folder + "/posterior", posterior, "attack");
-  posterior.mean.setConstant(0.3);
-  fs::create_directories(folder + "/posterior_2");
-  WritePosterior(folder + "/posterior_2", posterior, "attack");
+  std::vector<std::string> fabrics;
+  for (const Eigen::Vector2d& mean : {Eigen::Vector2d(0, 0), Eigen::Vector2d(0.3, 0.3),
+                                      Eigen::Vector2d(-0.2, 0.9), Eigen::Vector2d(0.7, -0.4)}) {
+    const std::string number = fabrics.empty() ? "" : "_" + std::to_string(fabrics.size() + 1);
+    fabrics.push_back(folder + "/posterior" + number);
+    posterior.mean.head<2>() = mean;
+    fs::create_directories(fabrics.back());
+    WritePosterior(fabrics.back(), posterior, "attack");
+  }
+  WriteMaterialSpace(folder, BuildMaterialSpace(ReadFabricBeliefs(fabrics, SpaceBy::kDrape), {}),
+                     {});
   posterior.kind = PosteriorKind::kElements;
   posterior.fabric = ParameterTying::kEntries;
   posterior.specimens = 0;
@@ -158,6 +203,9 @@ void MakeValidInputs(const std::string& work, const std::string& sources) {
   copy("scenes/cusick.json", "scene.json");
   copy("scenes/uniaxial.json", "pull.json");
   copy("garments/circle_skirt.json", "skirt.json");
+  WriteText(folder + "garmentcode.json", kGarmentCode);
+  WriteText(folder + "contact.json", kContact);
+  WriteText(folder + "body.obj", MakeBodyObj(0.0));
   copy("lab_tests/wool_tensile_warp.json", "tensile.json");
   copy("lab_tests/wool_cantilever_warp.json", "cantilever.json");
   copy("accuracy.json", "accuracy.json");
@@ -180,6 +228,20 @@ void MakeValidInputs(const std::string& work, const std::string& sources) {
   WriteSplit(folder + "split.json", SplitBySample(dataset.captures, 2, 1));
   WritePosteriors(folder, wool);
   WriteText(folder + "config.json", R"({"steps": 2, "time_step": 0.1, "mesh": "disc:100"})");
+}
+
+std::string MakeBodyObj(double x) {
+  constexpr int kRing = 4;
+  std::string text = Format("v %g 0 0\nv %g 0 1.8\n", x, x);
+  for (int k = 0; k < kRing; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kRing;
+    text += Format("v %.6f %.6f 1\n", x + 0.2 * std::cos(angle), 0.2 * std::sin(angle));
+  }
+  for (int k = 0; k < kRing; ++k) {
+    const int a = 3 + k, b = 3 + (k + 1) % kRing;
+    text += Format("f 1 %d %d\nf 2 %d %d\n", b, a, a, b);
+  }
+  return text;
 }
 
 const std::vector<std::string>& ProgramNames() {

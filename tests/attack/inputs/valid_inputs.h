@@ -15,6 +15,9 @@ inline constexpr char kValid[] = "../../valid/";
 // Makes the inputs in <work>/valid; `sources` is the root of the repository.
 void MakeValidInputs(const std::string& work, const std::string& sources);
 
+// OBJ of a convex body 1.8 m high, with a ring of vertices in the middle: the pelvis; at x [m].
+std::string MakeBodyObj(double x);
+
 // All programs, in the order of the README.
 const std::vector<std::string>& ProgramNames();
 

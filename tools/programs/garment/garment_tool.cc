@@ -17,6 +17,7 @@
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/json_input.h"
 #include "physics/util/stored/stored_json.h"
 #include "physics/util/text_format.h"
 #include "solver/prediction/garment/body/body_spec.h"
@@ -146,24 +147,20 @@ nlohmann::json CheckpointJson(const Checkpoint& at, const std::string& settings)
 
 Checkpoint ReadCheckpoint(const std::string& path, const std::string& settings, int dofs) {
   const nlohmann::json stored = ReadStoredJson(path, kCheckpoint);
-  if (stored.at("settings") != settings)
+  const JsonInput input(stored, path);
+  if (input.At("settings").String() != settings)
     throw InputError(path,
                      "found another garment, body, material or setting, expected the "
                      "present one: run without --resume, or undo the change");
+  constexpr int kMostCount = 1'000'000'000;
   Checkpoint at;
-  at.frame = stored.at("frame");
-  const auto vector = [&](const char* key) -> Eigen::VectorXd {
-    const std::vector<double> list = stored.at(key);
-    if (static_cast<int>(list.size()) != dofs)
-      throw InputError(path, std::string("found another number of coordinates in '") + key + "'");
-    return Eigen::Map<const Eigen::VectorXd>(list.data(), dofs);
-  };
-  at.state = {vector("x"), vector("v")};
-  at.run.body_intersections = stored.at("body_intersections");
-  at.run.newton_steps = stored.at("newton_steps");
-  at.run.smallest_gap = stored.at("smallest_gap");
-  at.run.largest_stretch = stored.at("largest_stretch");
-  at.run.seconds = stored.at("seconds");
+  at.frame = input.At("frame").IntegerWithin(0, kMostCount);
+  at.state = {input.At("x").Vector(dofs), input.At("v").Vector(dofs)};
+  at.run.body_intersections = input.At("body_intersections").IntegerWithin(0, kMostCount);
+  at.run.newton_steps = input.At("newton_steps").IntegerWithin(0, kMostCount);
+  at.run.smallest_gap = input.At("smallest_gap").Number();
+  at.run.largest_stretch = input.At("largest_stretch").NotNegative();
+  at.run.seconds = input.At("seconds").NotNegative();
   return at;
 }
 

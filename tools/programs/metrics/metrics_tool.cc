@@ -224,38 +224,44 @@ Found EvaluateData(const MetricsOptions& options, const RunControl& control) {
   return found;
 }
 
+// How drapes are looked at.
+std::vector<Option> ViewOptions(MetricsOptions& options) {
+  return {{.key = "centre",
+           .value = &options.centre,
+           .doc = "where the support's centre is: nominal: at camera_cx, camera_cy; outline: "
+                  "found from the outline of each drape; auto: outline for drapes by "
+                  "themselves, nominal for those that are compared",
+           .choices = {"auto", "nominal", "outline"}},
+          {.key = "aligned",
+           .value = &options.data.aligned,
+           .doc = "with --data: also evaluate after the best rotation and reflection, which "
+                  "takes longer"}};
+}
+
+std::vector<Option> FileOptions(MetricsOptions& options) {
+  return {
+      {.key = "csv",
+       .value = &options.csv,
+       .doc = "drapes by themselves: file with one line for each",
+       .is_path = true},
+      {.key = "overlay",
+       .value = &options.overlay,
+       .doc = "one drape by itself: PNG of its outline, the support and the flat cloth",
+       .is_path = true},
+      {.key = "recovery",
+       .value = &options.recovery,
+       .doc = "folders of drape_fit with --ground_truth: PNG of the fitted stiffness over "
+              "the known one",
+       .is_path = true},
+      {.key = "out", .value = &options.out, .doc = "JSON file for the results", .is_path = true}};
+}
+
 }  // namespace
 
 OptionTable MetricsTable(MetricsOptions& options) {
-  std::vector<Option> all = Grouped("camera", CameraOptions(options.camera));
-  DatasetQuery& data = options.data;
-  all.push_back({.key = "centre",
-                 .value = &options.centre,
-                 .doc = "where the support's centre is: nominal: at camera_cx, camera_cy; outline: "
-                        "found from the outline of each drape; auto: outline for drapes by "
-                        "themselves, nominal for those that are compared",
-                 .choices = {"auto", "nominal", "outline"}});
-  all.push_back({.key = "aligned",
-                 .value = &data.aligned,
-                 .doc = "with --data: also evaluate after the best rotation and reflection, which "
-                        "takes longer"});
-  for (const Option& option : Grouped("data set", DatasetOptions(data))) all.push_back(option);
-  all.push_back({.key = "csv",
-                 .value = &options.csv,
-                 .doc = "drapes by themselves: file with one line for each",
-                 .is_path = true});
-  all.push_back({.key = "overlay",
-                 .value = &options.overlay,
-                 .doc = "one drape by itself: PNG of its outline, the support and the flat cloth",
-                 .is_path = true});
-  all.push_back({.key = "recovery",
-                 .value = &options.recovery,
-                 .doc =
-                     "folders of drape_fit with --ground_truth: PNG of the fitted stiffness over "
-                     "the known one",
-                 .is_path = true});
-  all.push_back(
-      {.key = "out", .value = &options.out, .doc = "JSON file for the results", .is_path = true});
+  std::vector<Option> all =
+      Concatenate(Grouped("camera", CameraOptions(options.camera)), ViewOptions(options),
+                  Grouped("data set", DatasetOptions(options.data)), FileOptions(options));
   return {
       .tool = "drape_metrics",
       .summary =

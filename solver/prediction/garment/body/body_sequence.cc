@@ -106,13 +106,14 @@ void CheckSameFaces(const ObjSurface& surface, const ObjSurface& first, const st
 }
 
 void CheckSpeed(const Eigen::VectorXd& before, const Eigen::VectorXd& x,
-                const BodySequenceOptions& options, const std::string& path) {
+                const BodySequenceOptions& options, const std::string& path,
+                const std::string& path_before) {
   for (int i = 0; i < x.size() / 3; ++i) {
     const double speed = (Vertex(x, i) - Vertex(before, i)).norm() * options.frames_per_second;
     if (speed > options.max_speed)
-      throw InputError(path, Format("vertex %d moves at %.3g m/s from the frame before, expected "
-                                    "at most %g m/s",
-                                    i + 1, speed, options.max_speed));
+      throw InputError(path, Format("vertex %d moves at %.3g m/s, expected at most %g m/s from ",
+                                    i + 1, speed, options.max_speed) +
+                                 path_before);
   }
 }
 
@@ -182,7 +183,7 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern,
     const std::string path = names.Name(k);
     ObjSurface next = ReadObjSurface(path);
     CheckSameFaces(next, first, path, first_path);
-    CheckSpeed(frames.back(), next.x, options, path);
+    CheckSpeed(frames.back(), next.x, options, path, names.Name(k - 1));
     CheckSurface(next, path);
     frames.push_back(std::move(next.x));
   }

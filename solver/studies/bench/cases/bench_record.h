@@ -45,6 +45,8 @@ const char* NameFor(BenchMeasure measure);
 // Statuses of runs that have a result; only those that are "ok" are on a front.
 inline constexpr char kRunOk[] = "ok", kRunOnOtherBranch[] = "other branch",
                       kRunNotAtRest[] = "not at rest";
+// Of a run that was not made, since there is nothing to compare it with.
+inline constexpr char kRunNoReference[] = "no reference";
 
 struct BenchRecord {
   std::string status;  // one of those above, or why there is no result

@@ -98,6 +98,45 @@ void AddSettings(const std::string& valid, std::vector<FileReader>* readers) {
   AddJson(ReadText(valid + "accuracy.json"), readers);
 }
 
+void AddSpaces(const std::string& valid, std::vector<FileReader>* readers) {
+  const std::string others = std::string(kValid) + "posterior_2," + kValid + "posterior_3";
+  readers->push_back({.name = "posterior of a fabric",
+                      .file = "in/posterior.json",
+                      .commands = {WithOption("drape_space", "--posteriors=in," + others),
+                                   WithOption("drape_space", "--new=in")},
+                      .beside = {"posterior/base.json"},
+                      .bad = MakeBadPosteriors(valid)});
+  readers->push_back(
+      {.name = "space",
+       .file = "in/space.json",
+       .commands = {QuickCommand(
+           "drape_fit", {"--model=bayes", "--posterior_iterations=1", "--posterior_samples=2",
+                         "--elbo_samples=25", "--prior=in/space.json"})},
+       .bad = MakeBadSpaces(valid)});
+  AddJson(ReadText(valid + "space.json"), readers);
+}
+
+void AddGarments(const std::string& valid, std::vector<FileReader>* readers) {
+  readers->push_back({.name = "garment",
+                      .file = "in/garment.json",
+                      .commands = {WithOption("drape_garment", "--garment=in/garment.json")},
+                      .bad = MakeBadGarments(valid)});
+  AddJson(ReadText(valid + "skirt.json"), readers);
+  readers->push_back({.name = "GarmentCode",
+                      .file = "in/specification.json",
+                      .commands = {WithOption("drape_garment", "--garment=in/specification.json")},
+                      .bad = MakeBadGarmentCodes(valid)});
+  readers->push_back({.name = "body",
+                      .file = "in/body_0000.obj",
+                      .commands = {WithOption("drape_garment", "--body=in/body_%04d.obj")},
+                      .bad = MakeBadBodies(valid)});
+  readers->push_back(
+      {.name = "contact",
+       .file = "in/contact.json",
+       .commands = {QuickCommand("drape_simulate", {"--scene=in/contact.json", "--start=flat"})},
+       .bad = MakeBadContacts(valid)});
+}
+
 }  // namespace
 
 std::vector<FileReader> MakeFileReaders(const std::string& valid) {
@@ -105,6 +144,8 @@ std::vector<FileReader> MakeFileReaders(const std::string& valid) {
   AddMaterials(valid, &readers);
   AddShapes(valid, &readers);
   AddSettings(valid, &readers);
+  AddSpaces(valid, &readers);
+  AddGarments(valid, &readers);
   for (FileReader& reader : readers) {
     for (BadFile& bad : reader.bad)
       if (bad.named.empty() && bad.refused)

@@ -40,6 +40,11 @@ std::vector<BadFile> MakeBadSplits(const std::string& valid);
 std::vector<BadFile> MakeBadAccuracyTables(const std::string& valid);
 std::vector<BadFile> MakeBadLabTests(const std::string& valid);
 std::vector<BadFile> MakeBadWeights(const std::string& valid);
+std::vector<BadFile> MakeBadGarments(const std::string& valid);
+std::vector<BadFile> MakeBadGarmentCodes(const std::string& valid);
+std::vector<BadFile> MakeBadBodies(const std::string& valid);
+std::vector<BadFile> MakeBadContacts(const std::string& valid);
+std::vector<BadFile> MakeBadSpaces(const std::string& valid);
 
 // What is wrong with any file of JSON, made from a valid one.
 std::vector<BadFile> MakeBadJson(const std::string& valid_text);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <thread>
+#include <vector>
 
 namespace drape {
 namespace {
@@ -88,6 +90,24 @@ TEST(CutScore, PenalisesUnequalSides) {
   EXPECT_DOUBLE_EQ(CutScore({0, 0, 0, 0, 0, 0, 0, 2, 2, 1}), 2 * (1 + 0.6 * 0.2));
   EXPECT_TRUE(std::isinf(CutScore({0, 0, 2})));
   EXPECT_TRUE(std::isinf(CutScore({2, 1, 1})));
+}
+
+// METIS has one random number generator for all threads. (Without the lock of MetisCut some of
+// these differ on each run.)
+TEST(MetisCut, CutsOfSeveralThreadsAreThoseOfOne) {
+  const Graph graph = GraphWhere(
+      600, [](int v, int w) { return std::abs(v % 20 - w % 20) + std::abs(v / 20 - w / 20) == 1; });
+  const Cut alone = MetisCut(graph);
+  constexpr int kThreads = 4, kCuts = 8;
+  std::vector<Cut> cuts(kThreads * kCuts);
+  {
+    std::vector<std::jthread> threads;
+    for (int t = 0; t < kThreads; ++t)
+      threads.emplace_back([&, t] {
+        for (int k = 0; k < kCuts; ++k) cuts[t * kCuts + k] = MetisCut(graph);
+      });
+  }
+  for (const Cut& cut : cuts) EXPECT_EQ(cut.side, alone.side);
 }
 
 }  // namespace

@@ -168,6 +168,11 @@ TEST_F(MaterialSpaceTest, ThePriorIsReadBack) {
   const MaterialSpace space = BuildMaterialSpace(ReadFabricBeliefs(folders, SpaceBy::kDrape), {});
   WriteMaterialSpace(Path(""), space, {});
   const SpacePrior prior = ReadSpacePrior(Path("space.json"));
+  nlohmann::json narrow = nlohmann::json::parse(Read(Path("space.json")));
+  narrow["prior"]["covariance"][0][0] = 1e-308;
+  Write("narrow.json", narrow.dump());
+  EXPECT_THAT(CatchError([&] { ReadSpacePrior(Path("narrow.json")); }),
+              testing::HasSubstr("narrow.json: key 'prior.covariance'"));
   EXPECT_EQ(prior.theta.mean, space.prior.mean);
   EXPECT_EQ(prior.theta.covariance, space.prior.covariance);
   EXPECT_EQ(prior.frame.by, SpaceBy::kDrape);
@@ -237,6 +242,7 @@ TEST_F(MaterialSpaceTest, FitsThatDetermineNothingHaveNoPopulation) {
   EXPECT_EQ(space.pairs[0].directions, 0);
   EXPECT_DOUBLE_EQ(space.pairs[0].share_of_prior[0], 1.0);
   EXPECT_TRUE(space.map.points.allFinite());
+  EXPECT_THAT(MaterialSpaceText(space), testing::HasSubstr("Hellinger none"));
   WriteMaterialSpace(Path(""), space, {});
   EXPECT_THAT(CatchError([&] { ReadSpacePrior(Path("space.json")); }), testing::HasSubstr("prior"));
 }

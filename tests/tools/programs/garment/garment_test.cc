@@ -7,6 +7,7 @@
 
 #include "physics/mesh/obj_io.h"
 #include "physics/util/json_input.h"
+#include "physics/util/stored/stored_json.h"
 #include "solver/prediction/garment/geometry_cache.h"
 #include "solver/prediction/garment/pattern/pattern_io.h"
 #include "tests/tools/tool_fixture.h"
@@ -147,6 +148,28 @@ TEST_F(GarmentTool, OtherSettingsCannotResume) {
   ASSERT_EQ(Dress({material, "--seconds=0.04", out}).exit_code, 0);
   ExpectOneLineError(Dress({material, "--seconds=0.08", "--friction=0.5", "--resume=true", out}),
                      "checkpoint.json");
+}
+
+// With the checksum made right again.
+TEST_F(GarmentTool, ADamagedCheckpointIsRefused) {
+  const std::string out = "--out=" + Path("out"), material = "--material=" + kFabric;
+  ASSERT_EQ(Dress({material, "--seconds=0.04", out}).exit_code, 0);
+  const StoredFormat format = {"drapefit-garment-run", 1};
+  const std::string path = Path("out/checkpoint.json");
+  const Json good = ReadStoredJson(path, format);
+  const auto expect_refused = [&](const std::string& key, const Json& value) {
+    Json changed = good;
+    changed[key] = value;
+    WriteStoredJson(path, format, changed);
+    ExpectOneLineError(Dress({material, "--seconds=0.08", "--resume=true", out}),
+                       "checkpoint.json: key '" + key);
+  };
+  expect_refused("frame", -1);
+  expect_refused("x", Json::array({1, 2}));
+  expect_refused("v", "none");
+  expect_refused("newton_steps", 1.5);
+  expect_refused("smallest_gap", Json());
+  expect_refused("settings", 3);
 }
 
 }  // namespace

@@ -75,6 +75,35 @@ TEST_F(BenchTool, SharesHaveTheirOwnRunsWhichTheWholeTakesOver) {
   ExpectOneLineError(Bench({"--share=0/3", "--order=1"}), "made with other settings");
 }
 
+// A cloth that its weight pulls through the support has no drape.
+TEST_F(BenchTool, AFabricWithoutAReferenceIsNamedAndTheOthersAreMeasured) {
+  Json lead = ReadJson(kWool);
+  lead["density"] = 1000.0;
+  for (Json& row : lead["stretch"])
+    for (Json& entry : row) entry = 1e-8 * entry.get<double>();
+  for (Json& row : lead["bend"])
+    for (Json& entry : row) entry = 1e-8 * entry.get<double>();
+  Write("lead.json", lead.dump());
+  const std::string materials = "--material=" + Path("lead.json") + "," + kWool;
+  const std::string reason = "no reference of lead smooth homogeneous: the drape on disc:300 is '";
+  const ProcessResult result = Bench({materials});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("8 runs, not on the front: 4 no reference"));
+  EXPECT_THAT(result.out, testing::HasSubstr(reason));
+  EXPECT_THAT(result.out, testing::HasSubstr("reference of wool_red smooth homogeneous: estim"));
+  const Json json = ReadJson(Path("out/bench.json"));
+  EXPECT_EQ(json["no_references"].size(), 1u);
+  for (const Json& run : json["runs"])
+    EXPECT_EQ(run["status"] == "no reference", run["material"] == "lead") << run;
+  EXPECT_FALSE(std::filesystem::exists(Path("out/reference_lead_smooth_homogeneous.json")));
+  EXPECT_THAT(Bench({materials, "--resume"}).out, testing::HasSubstr(reason));
+  const ProcessResult none =
+      Bench({"--material=" + Path("lead.json"), "--share=0/2", "--out=" + Path("none")});
+  EXPECT_THAT(none.out, testing::HasSubstr(reason));
+  EXPECT_THAT(none.out, testing::HasSubstr("share 0/2: 2 of 2 cells"));
+  EXPECT_EQ(Bench({"--material=" + Path("lead.json"), "--out=" + Path("none")}).exit_code, 3);
+}
+
 TEST_F(BenchTool, MeasuresDerivatives) {
   for (const char* work : {"gradient", "jacobian"}) {
     const std::string out = Path(work);

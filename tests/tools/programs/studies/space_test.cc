@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_space as a user runs it.
+#include <future>
+
 #include "physics/material/material_io.h"
 #include "solver/posterior/posterior_io.h"
+#include "solver/studies/recognition/drape_predictions.h"
 #include "tests/tools/tool_fixture.h"
 
 namespace drape::test {
@@ -63,11 +66,129 @@ TEST_F(SpaceTool, MistakesAreOneLine) {
   ExpectOneLineError(Run(one + "," + AddPosterior("narrow", 0, 0, 0.5)), "prior_sd 0.5");
   ExpectOneLineError(Run(one + "," + two, {"--data=" + Path("")}), "found both");
   ExpectOneLineError(Run(one + "," + two, {"--recognise"}), "recognise");
+  ExpectOneLineError(Run(one + "," + two, {"--list"}), "option 'list': found true without 'data'");
+  ExpectOneLineError(Run(one + "," + two, {"--share=0/2"}), "option 'share': found '0/2' without");
+  ExpectOneLineError(Run(one + "," + two, {"--share=2/2"}), "option 'share': found '2/2'");
   ExpectOneLineError(Run(one + "," + two, {"--new=" + Path("none.json")}), "none.json");
   ExpectOneLineError(RunProcess({kSpace, "--out=" + Path("out")}), "found neither");
   ExpectOneLineError(RunProcess({kSpace, "--data=" + Path(""), "--out=" + Path("out")}),
                      "material");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
+}
+
+// Recognition of two samples of each of two made-up fabrics, by quick fits.
+class SpaceShares : public ToolFixture {
+ protected:
+  SpaceShares() {
+    for (const int fabric : {2, 3})
+      for (const int sample : {1, 2})
+        AddDisc("set/data/Fabric " + std::to_string(fabric) + "/silhouettes/Sample_" +
+                    std::to_string(sample) + "_Capture_1.png",
+                0.07 + 0.02 * fabric + 0.001 * sample);
+  }
+  ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
+    std::vector<std::string> command = {kSpace,
+                                        "--data=" + Path("set"),
+                                        "--recognise",
+                                        "--material=" + kWool,
+                                        "--draws=24",
+                                        "--mesh=disc:120",
+                                        "--search_mesh=disc:120",
+                                        "--coarse_mesh=disc:100",
+                                        "--initial_stretch=1",
+                                        "--initial_bend=1",
+                                        "--initial_lifts=1",
+                                        "--candidates_per_round=1",
+                                        "--iterations=2",
+                                        "--num_parameters=2",
+                                        "--posterior_samples=2",
+                                        "--posterior_rank=1",
+                                        "--posterior_iterations=1",
+                                        "--elbo_samples=25",
+                                        "--sigma_px=2",
+                                        "--threads=1",
+                                        "--out=" + Path("out")};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProcess(command, limits);
+  }
+  // The files of fits that hold no times, and the predictions.
+  std::map<std::string, std::string> Results(const std::string& folder) const {
+    std::map<std::string, std::string> results;
+    for (const auto& [path, content] : Snapshot(Path(folder + "/samples")))
+      if (!path.ends_with("summary.json") && !path.ends_with("fit.log"))
+        results[path.substr(Path(folder).size())] = content;
+    return results;
+  }
+};
+
+// The files are those of one run, to the last byte.
+TEST_F(SpaceShares, GatherToTheSameRecognition) {
+  const ProcessResult whole = Run({"--out=" + Path("whole")});
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  EXPECT_EQ(Run({"--list", "--share=1/3"}).out,
+            "samples/fabric_2/sample_2\nsamples/prediction/fabric_2\n"
+            "samples/prediction/fabric_2_without_2\n");
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+  const ProcessLimits killed = {.interrupt_when = Path("out/samples/fabric_2/sample_2/fit.log"),
+                                .interrupt_signal = SIGKILL};
+  EXPECT_EQ(Run({"--share=1/3"}, killed).exit_code, 128 + SIGKILL);
+  const ProcessResult first = Run({"--share=0/3"});
+  EXPECT_THAT(first.out, testing::HasSubstr("share 0/3: 2 of 4 cells are complete"));
+  EXPECT_THAT(first.out, testing::HasSubstr("2 predictions need fits of other shares"));
+  const auto rest = [&] { return Run({"--share=2/3"}).exit_code; };
+  auto third = std::async(std::launch::async, rest);
+  EXPECT_EQ(Run({"--share=1/3"}).exit_code, 0);
+  EXPECT_EQ(third.get(), 0);
+  // The predictions; two shares make theirs, the last ones are left to the run without a share.
+  third = std::async(std::launch::async, rest);
+  EXPECT_THAT(Run({"--share=0/3"}).out, testing::HasSubstr("4 of 4 cells"));
+  EXPECT_EQ(third.get(), 0);
+  EXPECT_FALSE(std::filesystem::exists(Path("out/recognition.md")));
+  const auto before = Snapshot(Path("out/samples/prediction"));
+  const ProcessResult gathered = Run({});
+  ASSERT_EQ(gathered.exit_code, 0) << gathered.err;
+  for (const auto& [path, content] : before) EXPECT_EQ(Read(path), content) << path;
+  EXPECT_EQ(gathered.out, whole.out);
+  EXPECT_EQ(Results("out"), Results("whole"));
+  EXPECT_EQ(Read(Path("out/recognition.md")), Read(Path("whole/recognition.md")));
+}
+
+TEST_F(SpaceShares, HaveFabricsOfTheirOwnAndNoTables) {
+  const std::string fabrics = "--recognise=false";
+  EXPECT_EQ(Run({fabrics, "--list"}).out, "fabrics/fabric_2\nfabrics/fabric_3\n");
+  const ProcessResult share = Run({fabrics, "--share=1/2"});
+  ASSERT_EQ(share.exit_code, 0) << share.err;
+  EXPECT_THAT(share.out, testing::HasSubstr("share 1/2: 1 of 1 cells are complete"));
+  EXPECT_TRUE(std::filesystem::exists(Path("out/fabrics/fabric_3/posterior.json")));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/fabrics/fabric_2")));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/space.json")));
+  ExpectOneLineError(Run({fabrics, "--share=0/2", "--sigma_px=3"}), "the fits there have sigma_px");
+  const auto fit = Snapshot(Path("out/fabrics/fabric_3"));
+  const ProcessResult gathered = Run({fabrics});
+  ASSERT_EQ(gathered.exit_code, 0) << gathered.err;
+  EXPECT_EQ(Snapshot(Path("out/fabrics/fabric_3")), fit);
+  EXPECT_TRUE(std::filesystem::exists(Path("out/space.json")));
+}
+
+// Not as a failure of each fit, which would be kept.
+TEST_F(SpaceShares, ABackendThatIsNotThereIsRefusedBeforeAnyFit) {
+  ExpectOneLineError(Run({"--backend=cuda", "--contact=support"}), "expected cpu for contact");
+  ExpectOneLineError(Run({"--backend=gpu"}), "option 'backend': found 'gpu'");
+  EXPECT_FALSE(std::filesystem::exists(Path("out/samples")));
+}
+
+TEST_F(SpaceShares, PredictionsAreOfTheFitsAndSettingsThatAreThere) {
+  ASSERT_EQ(Run({}).exit_code, 0);
+  ExpectOneLineError(Run({"--draws=26"}), "the predictions there have draws '24', found '26'");
+  // As if a fit had failed then, and was made again.
+  const std::string path = "out/samples/prediction/fabric_2.json";
+  const std::string good = Read(Path(path));
+  nlohmann::json stored = ReadStoredJson(Path(path), kRecognitionPredictionFormat);
+  stored["fits"] = "fabric_2/sample_1\n";
+  stored["up"][0][0] = 7.0;
+  WriteStoredJson(Path(path), kRecognitionPredictionFormat, stored, 1);
+  ASSERT_EQ(Run({}).exit_code, 0);
+  EXPECT_EQ(Read(Path(path)), good);
 }
 
 }  // namespace

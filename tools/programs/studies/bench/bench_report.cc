@@ -16,7 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json MeasuresJson(const BenchRecord& record) {
-  Json json;
+  Json json = Json::object();
   for (int m = 0; m < kBenchMeasures; ++m)
     if (std::isfinite(record.values[m]))
       json[NameFor(static_cast<BenchMeasure>(m))] = record.values[m];
@@ -52,6 +52,13 @@ std::string BenchTableText(const BenchJob& job, const BenchResult& result, Bench
   for (const auto& [cloth, estimate] : result.reference_errors)
     text += Format("reference of %s: estimated error %.3g (%s)\n", cloth.c_str(), estimate[error],
                    NameFor(error));
+  return text + NoReferencesText(result);
+}
+
+std::string NoReferencesText(const BenchResult& result) {
+  std::string text;
+  for (const auto& [cloth, reason] : result.no_references)
+    text += "no reference of " + cloth + ": " + reason + " (another start or mesh?)\n";
   return text;
 }
 
@@ -62,6 +69,7 @@ void WriteBenchJson(const std::string& path, const BenchJob& job, const BenchRes
                {"clock", time == kCpuSeconds ? "cpu" : "wall"}};
   for (const auto& [cloth, estimate] : result.reference_errors)
     json["reference_errors"][cloth] = MeasuresJson(estimate);
+  for (const auto& [cloth, reason] : result.no_references) json["no_references"][cloth] = reason;
   for (const BenchMeasure error : ListErrors(job.work))
     for (const int i : AccuracyFront(result, time, error))
       json["fronts"][NameFor(error)].push_back(BenchRunJson(result.runs[i]));

@@ -306,7 +306,8 @@ BenchToolResult SumUpShare(const BenchToolOptions& options, const BenchJob& job,
   for (std::size_t k = 0; k < ListBenchCells(job).size(); ++k) cells += job.share->Has(k);
   return {.cancelled = result.cancelled,
           .is_list = true,
-          .table = ShareText(options.cells.share, result.runs.size(), cells)};
+          .table =
+              NoReferencesText(result) + ShareText(options.cells.share, result.runs.size(), cells)};
 }
 
 }  // namespace
@@ -329,6 +330,8 @@ OptionTable BenchTable(BenchToolOptions& options) {
           "extrapolated from two meshes with an estimate of its own error. Newton's method "
           "leaves no error of the time step. Each run is a process of its own, so that its "
           "peak memory is its own.\n"
+          "A fabric whose drape on a mesh of --reference does not come to rest is named, and the "
+          "others are measured.\n"
           "exit code 3: no run has a result, or they give no --table\n"
           "Ctrl-C keeps the finished runs for --resume.\n",
       .options = Concatenate(

@@ -10,7 +10,7 @@ ToolOutcome Run(const BenchToolOptions& options, const RunControl& control) {
   if (result.is_list) return {.text = std::move(result.table), .cancelled = result.cancelled};
   return {.text = std::move(result.table),
           .cancelled = result.cancelled,
-          .failure = result.measured > 0 ? result.no_table : "no run has a result, see runs.csv"};
+          .failure = result.measured > 0 ? result.no_table : "no run has a result, see bench.json"};
 }
 
 }  // namespace

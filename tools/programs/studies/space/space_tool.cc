@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/space/space_tool.h"
 
-#include <filesystem>
+#include <functional>
 #include <map>
+#include <memory>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "losses/dataset/index_list.h"
 #include "physics/material/material_io.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/stored/build.h"
@@ -20,6 +23,7 @@
 #include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/versions.h"
+#include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 
 namespace drape {
@@ -27,14 +31,17 @@ namespace {
 
 // Options of drape_fit that each fit of the data set has set.
 const std::set<std::string> kOfCells = {
-    "images",     "lab_tests",   "material",       "density", "ground_truth", "model",
-    "out",        "resume",      "data",           "fabric",  "samples",      "captures",
-    "face",       "data_source", "camera",         "solve",   "accuracy",     "specimens",
-    "table_form", "prior",       "accuracy_table", "threads", "backend",      "other_materials"};
+    "images",     "lab_tests",   "material",       "density", "ground_truth",   "model",
+    "out",        "resume",      "data",           "fabric",  "samples",        "captures",
+    "face",       "data_source", "camera",         "solve",   "accuracy",       "specimens",
+    "table_form", "prior",       "accuracy_table", "threads", "other_materials"};
 // Options that change no fit.
-const std::set<std::string> kFree = {"data",  "out",       "fabrics",   "posteriors",
-                                     "new",   "by",        "threads",   "recognise",
-                                     "draws", "calibrate", "start_rms", "capture_rms"};
+const std::set<std::string> kFree = {
+    "data",      "out",   "fabrics",   "posteriors", "new",         "by",   "threads",
+    "recognise", "draws", "calibrate", "start_rms",  "capture_rms", "list", "share"};
+// Options that change predictions.
+const std::set<std::string> kOfPredictions = {"by", "draws", "calibrate", "start_rms",
+                                              "capture_rms"};
 
 std::vector<Option> SpaceOptions(SpaceToolOptions& options) {
   return {{.key = "posteriors",
@@ -93,12 +100,12 @@ std::vector<Option> RecognitionOptions(SpaceToolOptions& options) {
              "root mean square noise of each vertex at the start of each drape")};
 }
 
-std::map<std::string, std::string> Settings(const SpaceToolOptions& options,
-                                            const std::set<std::string>& without) {
+std::map<std::string, std::string> Settings(
+    const SpaceToolOptions& options, const std::function<bool(const std::string& key)>& has) {
   std::map<std::string, std::string> settings = {{"drapefit", BuildVersion()}};
   SpaceToolOptions copy = options;
   for (const Option& option : SpaceTable(copy).options)
-    if (!without.contains(option.key)) settings[option.key] = ValueText(option);
+    if (has(option.key)) settings[option.key] = ValueText(option);
   return settings;
 }
 
@@ -111,8 +118,14 @@ void CheckSource(const SpaceToolOptions& options) {
     throw InputError("option 'material'", "not given, expected the start tables of the fits");
   if (!options.data.empty())
     ReadMaterial(options.fit.data.material, {NegativeEntries::kWarn});  // before hours of work
-  if (options.data.empty() && options.recognise)
-    throw InputError("option 'recognise'", "found true without 'data', expected a data set");
+  const auto needs_data = [&](const char* option, const std::string& value) {
+    throw InputError(std::string("option '") + option + "'",
+                     "found " + value + " without 'data', expected a data set");
+  };
+  if (!options.data.empty()) return;
+  if (options.recognise) needs_data("recognise", "true");
+  if (options.cells.list) needs_data("list", "true");
+  if (!options.cells.share.empty()) needs_data("share", "'" + options.cells.share + "'");
 }
 
 std::vector<Capture> SelectedCaptures(const SpaceToolOptions& options, const RunControl& control) {
@@ -126,14 +139,13 @@ std::vector<Capture> SelectedCaptures(const SpaceToolOptions& options, const Run
 }
 
 FitCellJob MakeFitCellJob(const SpaceToolOptions& options, const std::string& folder) {
-  FitCellJob job{.fit = MakeFitSpec(options.fit),
-                 .material = options.fit.data.material,
-                 .out = options.out + "/" + folder,
-                 .settings = Settings(options, kFree)};
+  FitCellJob job{
+      .fit = MakeFitSpec(options.fit),
+      .material = options.fit.data.material,
+      .out = options.out + "/" + folder,
+      .settings = Settings(options, [](const std::string& key) { return !kFree.contains(key); })};
   job.threads = job.fit.threads;
-  job.fit.backend = "cpu";
   for (const auto& [name, version] : Versions()) job.versions[name] = version;
-  std::filesystem::create_directories(job.out);
   return job;
 }
 
@@ -146,7 +158,9 @@ std::string FailureText(const std::vector<FitFailure>& failures) {
 
 std::string WriteSpace(const MaterialSpace& space, const std::vector<FabricBelief>& added,
                        const SpaceToolOptions& options, const OutputFolder& out) {
-  WriteMaterialSpace(out.Staged(""), space, Settings(options, {}));
+  WriteMaterialSpace(out.Staged(""), space, Settings(options, [](const std::string& key) {
+                       return key != "list" && key != "share";
+                     }));
   return TryPictures([&] {
     RenderHeatMap(out.Staged("heat_map.png"), space);
     RenderSpaceMap(out.Staged("map.png"), space);
@@ -164,10 +178,74 @@ SpaceResult BuildSpace(const SpaceToolOptions& options, const std::vector<std::s
   return {.text = MaterialSpaceText(space) + WriteSpace(space, added, options, out)};
 }
 
-SpaceResult FitSpace(const SpaceToolOptions& options, const OutputFolder& out,
-                     const RunControl& control) {
+// Before hours of work: without a device, each fit would fail.
+void CheckBackend(const SpaceToolOptions& options, const RunControl& control) {
+  const FitSpec& fit = options.fit.spec;
+  MakeLoggedBackend(fit.backend,
+                    std::make_shared<const ClothModel>(ParseMeshSpec(fit.mesh),
+                                                       CusickScene(fit.contact), MakeLaw(fit.law)),
+                    1, control);
+}
+
+// A run of fits of a data set: of each fabric, or of each sample and then predictions.
+constexpr char kFabrics[] = "fabrics", kSamples[] = "samples";
+
+RecognitionJob MakeRecognitionJob(const SpaceToolOptions& options,
+                                  const std::vector<Capture>& captures) {
+  RecognitionJob job{.fits = MakeFitCellJob(options, kSamples)};
+  // A sample is one specimen.
+  job.fits.fit.posterior.specimen_stretch_sigma = job.fits.fit.posterior.specimen_bend_sigma = 0.0;
+  job.cells = CellsBySample(captures);
+  job.by = options.by;
+  job.draws = options.draws;
+  job.calibrate = options.calibrate;
+  job.prediction = options.prediction;
+  job.prediction_settings =
+      Settings(options, [](const std::string& key) { return kOfPredictions.contains(key); });
+  job.share = options.cells.ParseShare();
+  return job;
+}
+
+SpaceResult ListCells(const SpaceToolOptions& options, const RunControl& control) {
   const std::vector<Capture> captures = SelectedCaptures(options, control);
-  const FitCellJob job = MakeFitCellJob(options, "fabrics");
+  std::vector<std::string> names;
+  if (options.recognise)
+    names = ListRecognitionCells(MakeRecognitionJob(options, captures));
+  else
+    for (const FitCell& cell : CellsByFabric(captures)) names.push_back(cell.name);
+  for (std::string& name : names)
+    name = std::string(options.recognise ? kSamples : kFabrics) + "/" + name;
+  return {.text = ListText(names, options.cells.ParseShare())};
+}
+
+SpaceResult RunFitShare(const SpaceToolOptions& options, const std::vector<Capture>& captures,
+                        const RunControl& control) {
+  const std::vector<FitCell> own =
+      CellsOfShare(CellsByFabric(captures), *options.cells.ParseShare());
+  const FitCellRun run = RunFitCells(MakeFitCellJob(options, kFabrics), own, control);
+  return {.cancelled = run.cancelled,
+          .text = FailureText(run.failures) +
+                  ShareText(options.cells.share, own.size() - run.missing.size(), own.size())};
+}
+
+SpaceResult RunShareOfRecognition(const SpaceToolOptions& options,
+                                  const std::vector<Capture>& captures, const RunControl& control) {
+  RecognitionJob job = MakeRecognitionJob(options, captures);
+  job.images = ObserveCaptures(captures, Camera());
+  const RecognitionShare share = RunRecognitionShare(job, control);
+  SpaceResult result{.cancelled = share.cancelled,
+                     .text = FailureText(share.failures) +
+                             ShareText(options.cells.share, share.done, share.cells)};
+  if (share.waiting > 0)
+    result.text += std::to_string(share.waiting) +
+                   " predictions need fits of other shares: run this share again when the fits of "
+                   "all shares have ended\n";
+  return result;
+}
+
+SpaceResult FitSpace(const SpaceToolOptions& options, const std::vector<Capture>& captures,
+                     const OutputFolder& out, const RunControl& control) {
+  const FitCellJob job = MakeFitCellJob(options, kFabrics);
   const FitCellRun run = RunFitCells(job, CellsByFabric(captures), control);
   if (run.cancelled) return {.cancelled = true, .text = ""};
   std::vector<std::string> folders;
@@ -177,18 +255,10 @@ SpaceResult FitSpace(const SpaceToolOptions& options, const OutputFolder& out,
   return result;
 }
 
-SpaceResult RunRecognition(const SpaceToolOptions& options, const OutputFolder& out,
-                           const RunControl& control) {
-  const std::vector<Capture> captures = SelectedCaptures(options, control);
-  RecognitionJob job{.fits = MakeFitCellJob(options, "samples")};
-  // A sample is one specimen.
-  job.fits.fit.posterior.specimen_stretch_sigma = job.fits.fit.posterior.specimen_bend_sigma = 0.0;
-  job.cells = CellsBySample(captures);
+SpaceResult RunRecognition(const SpaceToolOptions& options, const std::vector<Capture>& captures,
+                           const OutputFolder& out, const RunControl& control) {
+  RecognitionJob job = MakeRecognitionJob(options, captures);
   job.images = ObserveCaptures(captures, Camera());
-  job.by = options.by;
-  job.draws = options.draws;
-  job.calibrate = options.calibrate;
-  job.prediction = options.prediction;
   const Recognition recognition = Recognise(job, control);
   if (recognition.cancelled) return {.cancelled = true, .text = ""};
   const std::string report = RecognitionReport(recognition);
@@ -196,12 +266,24 @@ SpaceResult RunRecognition(const SpaceToolOptions& options, const OutputFolder& 
   return {.text = report};
 }
 
+SpaceResult RunOnData(const SpaceToolOptions& options, const OutputFolder& out,
+                      const RunControl& control) {
+  CheckBackend(options, control);
+  const std::vector<Capture> captures = SelectedCaptures(options, control);
+  if (options.cells.ParseShare())
+    return options.recognise ? RunShareOfRecognition(options, captures, control)
+                             : RunFitShare(options, captures, control);
+  return options.recognise ? RunRecognition(options, captures, out, control)
+                           : FitSpace(options, captures, out, control);
+}
+
 }  // namespace
 
 OptionTable SpaceTable(SpaceToolOptions& options) {
   std::vector<Option> all =
       Concatenate(Grouped("space", SpaceOptions(options)),
-                  Grouped("fits of a data set (--data)", DataOptions(options)),
+                  Grouped("fits of a data set (--data)",
+                          Concatenate(DataOptions(options), CellOptions(options.cells))),
                   Grouped("recognition (--recognise)", RecognitionOptions(options)));
   for (const Option& option : FitTable(options.fit).options)
     if (!kOfCells.contains(option.key)) all.push_back(option);
@@ -221,26 +303,33 @@ OptionTable SpaceTable(SpaceToolOptions& options) {
           "All fits must have the same free numbers and prior. drape_fit --prior=space.json takes "
           "the population of the fabrics as the prior of another one.\n"
           "--data: fits in out/fabrics/fabric_<N> or, with --recognise, "
-          "out/samples/fabric_<N>/sample_<K>, one on each thread. After Ctrl-C or a kill the same "
+          "out/samples/fabric_<N>/sample_<K>, one on each thread, which share a GPU. After Ctrl-C "
+          "or a kill the same "
           "command continues with the unfinished ones. A fit that fails is named and left out; "
-          "failure.json in its folder says why, and is to be removed to try it again.\n",
+          "failure.json in its folder says why, and is to be removed to try it again.\n"
+          "--list, --share: the cells are the fits and, with --recognise, after them the "
+          "predictions, each of which needs the fits of all samples. A share fits first and "
+          "predicts if all fits have ended; otherwise it says how many predictions wait: run the "
+          "shares twice, the second time when all have ended the first, or let the command without "
+          "--share predict.\n",
       .options = std::move(all),
       .common = {"posteriors", "new", "by", "data", "fabrics", "samples", "captures", "material",
-                 "recognise", "draws", "mesh", "num_parameters", "threads", "out"}};
+                 "recognise", "draws", "mesh", "num_parameters", "threads", "backend", "share",
+                 "out"}};
 }
 
 SpaceResult RunSpaceTool(const SpaceToolOptions& options, const RunControl& control) {
   CheckSource(options);
+  const std::optional<Share> share = options.cells.ParseShare();
+  if (options.cells.list) return ListCells(options, control);
   if (!options.posteriors.empty()) ReadFabricBeliefs(options.posteriors, options.by);
-  const OutputFolder out(options.out, {"space.json", "distances.csv", "heat_map.png", "map.png",
-                                       "textile_map.png", "recognition.md"});
-  SpaceResult result;
-  if (!options.posteriors.empty())
-    result = BuildSpace(options, options.posteriors, out);
-  else
-    result =
-        options.recognise ? RunRecognition(options, out, control) : FitSpace(options, out, control);
-  if (!result.cancelled) out.Publish();
+  const OutputFolder out(options.out,
+                         {"space.json", "distances.csv", "heat_map.png", "map.png",
+                          "textile_map.png", "recognition.md"},
+                         share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
+  SpaceResult result = options.posteriors.empty() ? RunOnData(options, out, control)
+                                                  : BuildSpace(options, options.posteriors, out);
+  if (!result.cancelled && !share) out.Publish();
   return result;
 }
 

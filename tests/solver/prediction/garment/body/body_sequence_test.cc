@@ -98,7 +98,8 @@ TEST_F(BodySequenceTest, RefusesFramesThatDiffer) {
                 turned);
   EXPECT_INPUT_ERROR(ReadAll(), "body_0001.obj: face 1 is 2 5 1, expected 1 2 5 as in ");
   WriteFrame(1, 3);
-  EXPECT_INPUT_ERROR(ReadAll(), "body_0001.obj: vertex 1 moves at 30 m/s");
+  EXPECT_INPUT_ERROR(ReadAll(),
+                     "body_0001.obj: vertex 1 moves at 30 m/s, expected at most 20 m/s from ");
 }
 
 TEST_F(BodySequenceTest, IsOneOfTheBodiesThatAUserNames) {

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// What drape_space reads: posteriors of several fabrics, the space as a prior, and what it stores
+// beside fits of a data set.
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "physics/util/atomic_file.h"
+#include "physics/util/stored/stored_json.h"
+#include "solver/posterior/space/space_io.h"
+#include "solver/studies/cells/study_settings.h"
+#include "solver/studies/recognition/drape_predictions.h"
+#include "tests/attack/inputs/files/file_readers.h"
+#include "tests/attack/inputs/readers/readers.h"
+
+namespace drape::attack {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool IsFinite(const NormalDistribution& distribution) {
+  return distribution.mean.allFinite() && distribution.covariance.allFinite();
+}
+
+// The space of a folder and three good ones.
+std::string BuildSpace(const std::string& valid, const std::string& folder) {
+  FabricBeliefs beliefs = ReadFabricBeliefs(
+      {folder, valid + "posterior", valid + "posterior_2", valid + "posterior_3"}, SpaceBy::kDrape);
+  const MaterialSpace space = BuildMaterialSpace(std::move(beliefs), {});
+  if (!space.wasserstein.allFinite() || !space.hellinger.allFinite() ||
+      !space.map.points.allFinite())
+    return "made distances that are not finite";
+  return space.has_population() && !IsFinite(space.prior) ? "made a prior that is not finite" : "";
+}
+
+// posterior.json or base.json in the folder of the mutant; the other one is put beside it.
+Reader MakeBeliefReader(const std::string& valid, const std::string& file,
+                        const std::string& beside) {
+  return {.name = "space of " + file,
+          .file = file,
+          .content = ReadText(valid + "posterior_4/" + file),
+          .read = [=](const std::string& path) {
+            const std::string folder = fs::path(path).parent_path();
+            if (!fs::exists(folder + "/" + beside))
+              WriteFileAtomically(folder + "/" + beside, ReadText(valid + "posterior_4/" + beside));
+            return BuildSpace(valid, folder);
+          }};
+}
+
+Reader MakePriorReader(const std::string& valid) {
+  return {.name = "space as a prior",
+          .file = "space.json",
+          .content = ReadText(valid + "space.json"),
+          .read = [](const std::string& path) {
+            const SpacePrior prior = ReadSpacePrior(path);
+            const Eigen::VectorXd z = prior.frame.ToPriorUnits(prior.theta).mean;
+            return IsFinite(prior.theta) && z.allFinite() ? "" : "read a prior that is not finite";
+          }};
+}
+
+Reader MakeSettingsReader() {
+  return {.name = "settings of fits",
+          .file = "fits.json",
+          .content = R"({"drapefit": "0.1.0", "mesh": "disc:300", "samples": "1-4"})",
+          .read = [](const std::string& path) {
+            CheckStudySettings(path, {{"drapefit", "0.1.0"}, {"mesh", "disc:300"}}, "fits");
+            return std::string();
+          }};
+}
+
+// It lies in a folder "prediction", to which each mutant is copied.
+Reader MakePredictionReader(const std::string& scratch) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (int drape = 0; drape < kNumFeatures + 2; ++drape) {
+    std::vector<double> features(kNumFeatures, 0.1);
+    features[static_cast<std::size_t>(drape % kNumFeatures)] = 0.3 + 0.01 * drape;
+    rows.push_back(features);
+  }
+  const nlohmann::json members = {
+      {"fits", "fabric_2/sample_1\nfabric_2/sample_2\n"}, {"up", rows}, {"down", rows}};
+  const auto read = [out = scratch + "recognition"](const std::string& path) {
+    const fs::path folder = out + "/prediction";
+    fs::create_directories(folder);
+    fs::copy_file(path, folder / fs::path(path).filename(), fs::copy_options::overwrite_existing);
+    RecognitionJob job;
+    job.fits.out = out;
+    for (const NormalDistribution& face : ReadPrediction(job, {.name = fs::path(path).stem()}).face)
+      if (!IsFinite(face)) return "read moments that are not finite";
+    return "";
+  };
+  return {.name = "prediction of a recognition",
+          .file = "fabric_2.json",
+          .content = members.dump(),
+          .read = read,
+          .seal = [](const nlohmann::json& changed) {
+            return StoredJsonText(kRecognitionPredictionFormat, changed);
+          }};
+}
+
+}  // namespace
+
+std::vector<Reader> MakeSpaceReaders(const std::string& valid, const std::string& scratch) {
+  return {MakeBeliefReader(valid, "posterior.json", "base.json"),
+          MakeBeliefReader(valid, "base.json", "posterior.json"), MakePriorReader(valid),
+          MakeSettingsReader(), MakePredictionReader(scratch)};
+}
+
+}  // namespace drape::attack
