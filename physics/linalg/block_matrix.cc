@@ -8,22 +8,16 @@
 namespace drape {
 namespace {
 
-template <int N>
-void AddClique(const int (&vertex)[N], std::vector<std::vector<int>>& neighbours) {
+template <class Vertices>
+void AddClique(const Vertices& vertex, std::vector<std::vector<int>>& neighbours) {
   for (int a : vertex)
     for (int b : vertex) neighbours[a].push_back(b);
-}
-
-int FindBlock(const BlockPattern& p, int row, int column) {
-  const auto begin = p.column.begin();
-  const auto it = std::lower_bound(begin + p.row_start[row], begin + p.row_start[row + 1], column);
-  return static_cast<int>(it - begin);
 }
 
 template <int N>
 void AppendBlocks(const BlockPattern& p, const int (&vertex)[N], std::vector<int>& out) {
   for (int a : vertex)
-    for (int b : vertex) out.push_back(FindBlock(p, a, b));
+    for (int b : vertex) out.push_back(p.Find(a, b));
 }
 
 // Computes the three rows of vertex i of y += A·x for V registers of type T from `column` on. The
@@ -50,13 +44,21 @@ void AddRowProduct(const BlockPattern& p, const BlockMatrix& A, int i, const Row
 
 }  // namespace
 
-BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges) {
+int BlockPattern::Find(int row, int col) const {
+  const auto begin = column.begin() + row_start[row], end = column.begin() + row_start[row + 1];
+  const auto it = std::lower_bound(begin, end, col);
+  return it != end && *it == col ? static_cast<int>(it - column.begin()) : -1;
+}
+
+BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges,
+                              const std::vector<std::array<int, 4>>& more) {
   std::vector<std::vector<int>> neighbours(mesh.num_vertices());
   for (int i = 0; i < mesh.num_vertices(); ++i) neighbours[i].push_back(i);
   if (with_faces)
     for (const Face& f : mesh.faces) AddClique(f.vertex, neighbours);
   if (with_hinges)
     for (const Hinge& e : mesh.hinges) AddClique(e.vertex, neighbours);
+  for (const std::array<int, 4>& group : more) AddClique(group, neighbours);
 
   BlockPattern p;
   p.row_start.push_back(0);
@@ -66,7 +68,7 @@ BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinge
     p.column.insert(p.column.end(), row.begin(), row.end());
     p.row_start.push_back(static_cast<int>(p.column.size()));
   }
-  for (int i = 0; i < mesh.num_vertices(); ++i) p.diagonal.push_back(FindBlock(p, i, i));
+  for (int i = 0; i < mesh.num_vertices(); ++i) p.diagonal.push_back(p.Find(i, i));
   if (with_faces)
     for (const Face& f : mesh.faces) AppendBlocks(p, f.vertex, p.face_block);
   if (with_hinges)

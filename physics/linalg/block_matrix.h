@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -25,9 +26,12 @@ struct BlockPattern {
 
   int num_vertices() const { return static_cast<int>(row_start.size()) - 1; }
   int num_blocks() const { return static_cast<int>(column.size()); }
+  int Find(int row, int col) const;  // the index of a block of the pattern; −1 of another
 };
 
-BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges);
+// more: further groups of vertices, all blocks between which can be non-zero.
+BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges,
+                              const std::vector<std::array<int, 4>>& more = {});
 
 // The values on a pattern, as row-major 3×3 blocks.
 struct BlockMatrix {

@@ -4,9 +4,11 @@
 #include <glog/logging.h>
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numbers>
 #include <set>
 #include <sstream>
@@ -215,6 +217,25 @@ std::vector<std::array<int, 3>> ListTriangles(const Mesh& mesh) {
   for (const Face& face : mesh.faces)
     triangles.push_back({face.vertex[0], face.vertex[1], face.vertex[2]});
   return triangles;
+}
+
+std::vector<RestEdge> ListEdges(const Mesh& mesh) {
+  std::map<std::pair<int, int>, RestEdge> edges;
+  for (const Face& face : mesh.faces) {
+    const Eigen::Matrix2d inverse =
+        Eigen::Map<const Eigen::Matrix<double, 2, 2, Eigen::RowMajor>>(face.inverse_rest);
+    const Eigen::Matrix2d sides = inverse.inverse();  // from corner 0 to corners 1 and 2
+    const double lengths[3] = {sides.col(0).norm(), (sides.col(1) - sides.col(0)).norm(),
+                               sides.col(1).norm()};
+    for (int k = 0; k < 3; ++k) {
+      const auto [a, b] = std::minmax(face.vertex[k], face.vertex[(k + 1) % 3]);
+      edges.try_emplace({a, b}, RestEdge{{a, b}, lengths[k], 0.0}).first->second.area +=
+          face.area / 3.0;
+    }
+  }
+  std::vector<RestEdge> list;
+  for (const auto& [ends, edge] : edges) list.push_back(edge);
+  return list;
 }
 
 Eigen::Matrix2Xd FaceCentres(const Mesh& mesh) {

@@ -35,36 +35,37 @@ ImplicitEulerFailure FindWorst(const Eigen::VectorXd& x, const Eigen::VectorXd& 
 
 ImplicitEuler::ImplicitEuler(std::shared_ptr<const ClothModel> model, const MaterialField& material,
                              double h, const ImplicitEulerOptions& options)
-    : material_(material),
+    : model_(std::move(model)),
+      material_(material),
       h_(h),
       options_(options),
-      solver_(std::move(model)),
-      stiffness_(solver_, material_),
-      mass_by_h2_(solver_.model().LumpedMass(material.density) / (h * h)),
-      weight_(CharacteristicForce(solver_.model(), material)) {
+      linear_(std::make_unique<Linear>(model_, material_)),
+      mass_by_h2_(model_->LumpedMass(material.density) / (h * h)),
+      weight_(CharacteristicForce(*model_, material)) {
   CHECK_GT(h, 0.0);
   CHECK_GT(options.creep_speed, 0.0);
+  if (options.self_contact)
+    self_.emplace(model_->mesh, model_->vertex_area, *options.self_contact);
 }
 
 const Contact* ImplicitEuler::contact() const {
   if (around_.contact != nullptr) return around_.contact;
-  const std::optional<Contact>& of_scene = solver_.model().scene.contact;
+  const std::optional<Contact>& of_scene = model_->scene.contact;
   return of_scene ? &*of_scene : nullptr;
 }
 
 IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around) {
   around_ = around;
-  CHECK(around.contact == nullptr || !solver_.model().scene.contact) << "contact twice";
+  CHECK(around.contact == nullptr || !model_->scene.contact) << "contact twice";
   coasted_ = state.x + h_ * state.v;
   cost_ = {};
   failure_ = {};
-  Eigen::VectorXd start = state.x;
-  if (contact() != nullptr) {
-    PushOut(*contact(), start);
-    clearance_ = Clearance(*contact(), start);
-  }
   rubs_.clear();
-  const bool rubs = contact() != nullptr && options_.friction > 0.0;
+  Eigen::VectorXd start;
+  if (const IntegratorStatus status = Start(state.x, start); status != IntegratorStatus::kOk)
+    return status;
+  const bool rubs = (contact() != nullptr && options_.friction > 0.0) ||
+                    (self_ && options_.self_friction > 0.0);
   if (rubs) FindRubs(state.x, start);
   Trial here = At(start);
   for (;;) {
@@ -83,6 +84,28 @@ IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around
   return state.x.allFinite() ? IntegratorStatus::kOk : IntegratorStatus::kNotFinite;
 }
 
+// The shape with which Newton's method starts: out of all obstacles. Where layers lie on a moving
+// obstacle, the inner one can only leave it if all follow.
+IntegratorStatus ImplicitEuler::Start(const Eigen::VectorXd& from, Eigen::VectorXd& start) {
+  start = from;
+  if (contact() != nullptr) PushOut(*contact(), start);
+  if (self_) {
+    Eigen::VectorXd moves = start - from;
+    if (self_->ShortenMoves(from, moves)) {
+      start = from;
+      FollowObstacles(*contact(), start);
+      PushOut(*contact(), start);
+      moves = start - from;
+      self_->ShortenMoves(from, moves);
+    }
+    start = from + moves;
+    if (contact() != nullptr && !(SmallestGap(*contact(), start) > 0.0))
+      return IntegratorStatus::kPinched;
+  }
+  if (contact() != nullptr) clearance_ = Clearance(*contact(), start);
+  return IntegratorStatus::kOk;
+}
+
 IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
   constexpr int kMostRises = 20;
   double least = here.residual;
@@ -93,7 +116,7 @@ IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
     if (i == options_.max_iterations) return IntegratorStatus::kNotConverged;
     if (!Factor(here.x)) return IntegratorStatus::kNotPositiveDefinite;
     Eigen::VectorXd dx = here.unbalanced;
-    solver_.linear().Solve(dx);
+    linear_->solver.linear().Solve(dx);
     ++cost_.newton_steps;
     const double potential = here.potential;
     if (!Backtrack(dx, rises < kMostRises ? here.residual : least, here))
@@ -107,51 +130,84 @@ IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
 
 ImplicitEuler::Trial ImplicitEuler::At(const Eigen::VectorXd& x) const {
   Trial trial{.x = x, .unbalanced = {}};
-  AssembleForce(solver_.model(), material_, x, trial.unbalanced);
+  AssembleForce(*model_, material_, x, trial.unbalanced);
   const Eigen::VectorXd inertia = mass_by_h2_.cwiseProduct(x - coasted_);
   trial.unbalanced -= inertia;
-  trial.potential = Energy(solver_.model(), material_, x) + 0.5 * inertia.dot(x - coasted_);
+  trial.potential = Energy(*model_, material_, x) + 0.5 * inertia.dot(x - coasted_);
   AddSurroundings(trial);
   trial.residual = trial.unbalanced.norm() / weight_;
   return trial;
 }
 
 void ImplicitEuler::AddSurroundings(Trial& trial) const {
-  const ClothModel& model = solver_.model();
   if (around_.contact != nullptr)
-    for (int i = 0; i < model.mesh.num_vertices(); ++i) {
+    for (int i = 0; i < model_->mesh.num_vertices(); ++i) {
       const Eigen::Vector3d x = trial.x.segment<3>(3 * i);
       if (!clearance_.MayTouch(i, x)) continue;
-      trial.unbalanced.segment<3>(3 * i) += ContactForce(*around_.contact, model.vertex_area[i], x);
-      trial.potential += ContactEnergy(*around_.contact, model.vertex_area[i], x);
+      const double area = model_->vertex_area[i];
+      trial.unbalanced.segment<3>(3 * i) += ContactForce(*around_.contact, area, x);
+      trial.potential += ContactEnergy(*around_.contact, area, x);
     }
+  if (self_) trial.potential += self_->AddForces(trial.x, trial.unbalanced);
   for (const Pin& pin : around_.pins) {
     const Eigen::Vector3d away = trial.x.segment<3>(3 * pin.vertex) - pin.place;
     trial.unbalanced.segment<3>(3 * pin.vertex) -= pin.stiffness * away;
     trial.potential += 0.5 * pin.stiffness * away.squaredNorm();
   }
   for (const Rub& rub : rubs_) {
-    const RubForce rubbing = Rubbing(rub, trial.x.segment<3>(3 * rub.vertex));
-    trial.unbalanced.segment<3>(3 * rub.vertex) += rubbing.force;
+    const RubForce rubbing = Rubbing(rub, trial.x);
+    for (int k = 0; k < 4; ++k)
+      trial.unbalanced.segment<3>(3 * rub.vertex[k]) += rub.weight[k] * rubbing.force;
     trial.potential += rubbing.potential;
   }
 }
 
+// The blocks of K that are not of the model. Returns false where the pattern has not all of them.
+bool ImplicitEuler::AddBlocks(const Eigen::VectorXd& x) {
+  Stiffness& K = linear_->stiffness;
+  bool fits = true;
+  const auto add = [&](int i, int j, const Eigen::Matrix3d& block) {
+    fits = K.AddBlock(i, j, block) && fits;
+  };
+  if (around_.contact != nullptr)
+    for (int i = 0; i < model_->mesh.num_vertices(); ++i)
+      if (clearance_.MayTouch(i, x.segment<3>(3 * i)))
+        add(i, i,
+            ContactStepStiffness(*around_.contact, model_->vertex_area[i], x.segment<3>(3 * i)));
+  for (const Pin& pin : around_.pins)
+    add(pin.vertex, pin.vertex, pin.stiffness * Eigen::Matrix3d::Identity());
+  if (self_) self_->ForEachStiffness(x, add);
+  for (const Rub& rub : rubs_) {
+    const Eigen::Matrix3d stiffness = Rubbing(rub, x).stiffness;
+    for (int k = 0; k < 4; ++k)
+      for (int l = 0; l < 4; ++l)
+        if (rub.vertex[k] <= rub.vertex[l] && rub.weight[k] * rub.weight[l] != 0.0)
+          add(rub.vertex[k], rub.vertex[l], rub.weight[k] * rub.weight[l] * stiffness);
+  }
+  return fits;
+}
+
+// Analyses a pattern with the blocks of all pairs that are in contact or soon may be.
+void ImplicitEuler::Widen(const Eigen::VectorXd& x) {
+  std::vector<std::array<int, 4>> groups = self_->ListNear(x);
+  for (const Rub& rub : rubs_) groups.push_back(rub.vertex);
+  auto wide = std::make_shared<ClothModel>(*model_);
+  wide->pattern =
+      MakeBlockPattern(model_->mesh, model_->scene.stretch, model_->scene.bend, groups);
+  linear_ = std::make_unique<Linear>(std::move(wide), material_);
+  ++cost_.analyses;
+}
+
 // M/h² + K or, where that is not positive definite, with a larger multiple of M.
 bool ImplicitEuler::Factor(const Eigen::VectorXd& x) {
-  const ClothModel& model = solver_.model();
-  stiffness_.Assemble(x);
-  if (around_.contact != nullptr)
-    for (int i = 0; i < model.mesh.num_vertices(); ++i)
-      if (clearance_.MayTouch(i, x.segment<3>(3 * i)))
-        stiffness_.AddDiagonal(
-            i, ContactStepStiffness(*around_.contact, model.vertex_area[i], x.segment<3>(3 * i)));
-  for (const Pin& pin : around_.pins)
-    stiffness_.AddDiagonal(pin.vertex, pin.stiffness * Eigen::Matrix3d::Identity());
-  for (const Rub& rub : rubs_)
-    stiffness_.AddDiagonal(rub.vertex, Rubbing(rub, x.segment<3>(3 * rub.vertex)).stiffness);
+  linear_->stiffness.Assemble(x);
+  if (!AddBlocks(x)) {
+    Widen(x);
+    linear_->stiffness.Assemble(x);
+    CHECK(AddBlocks(x));
+  }
   double mu = 1.0 / (h_ * h_);
-  return stiffness_.FactorShifted(0.0, &mu, [](double failed) {
+  return linear_->stiffness.FactorShifted(0.0, &mu, [](double failed) {
     return 4.0 * failed > kMostShift ? std::nullopt : std::optional(4.0 * failed);
   });
 }
@@ -159,13 +215,14 @@ bool ImplicitEuler::Factor(const Eigen::VectorXd& x) {
 // Halves the step until it lowers the potential, or the residual by a tenth: near the end the
 // potential is rounded, and nonlinear tables have none. The same shapes could so be visited again
 // and again, which is why the residual to be lowered is in the end the least so far. Each vertex
-// goes as far as obstacles let it: a step so short that none is in the way has the direction of
-// Newton's.
-bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, double residual, Trial& here) const {
+// goes as far as obstacles and other cloth let it: a step so short that none is in the way has the
+// direction of Newton's.
+bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, double residual, Trial& here) {
   double length = 1.0;
   for (int k = 0; k <= options_.max_halvings; ++k, length *= 0.5) {
     Eigen::VectorXd moves = length * dx;
     if (contact() != nullptr) clearance_.ShortenMoves(here.x, moves);
+    if (self_) self_->ShortenMoves(here.x, moves);
     Trial next = At(here.x + moves);
     const bool better = next.potential < here.potential || next.residual < 0.9 * residual;
     if (!better || !std::isfinite(next.residual)) continue;
@@ -175,52 +232,52 @@ bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, double residual, Trial&
   return false;
 }
 
-ImplicitEuler::RubForce ImplicitEuler::Rubbing(const Rub& rub, const Eigen::Vector3d& x) const {
-  const Eigen::Matrix3d along = Eigen::Matrix3d::Identity() - rub.normal * rub.normal.transpose();
-  const Eigen::Vector3d slip = along * (x - rub.start);
-  const double limit = options_.friction * rub.normal_force;  // [N]
-  const double speed = slip.norm() / h_, creep = options_.creep_speed;
-  if (speed < creep) {
-    const double slope = (2.0 - speed / creep) / (creep * h_);  // of the force by the slip
-    const Eigen::Vector3d direction = slip / std::max(slip.norm(), 1e-300);
-    return {.potential = limit * h_ * speed * speed / creep * (1.0 - speed / (3.0 * creep)),
-            .force = -limit * slope * slip,
-            .stiffness = limit * (slope * along - speed / (creep * creep * h_) * direction *
-                                                      direction.transpose())};
-  }
-  const Eigen::Vector3d direction = slip / slip.norm();
-  return {.potential = limit * h_ * (speed - creep / 3.0),
-          .force = -limit * direction,
-          .stiffness = limit / slip.norm() * (along - direction * direction.transpose())};
+RubForce ImplicitEuler::Rubbing(const Rub& rub, const Eigen::VectorXd& x) const {
+  return EvaluateRub(rub, rub.Point(x), options_.creep_speed, h_);
 }
 
 double ImplicitEuler::FindRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x) {
-  const ClothModel& model = solver_.model();
-  std::vector<double> old(model.mesh.num_vertices(), 0.0), now = old;
-  for (const Rub& rub : rubs_) old[rub.vertex] += rub.normal_force;
+  const auto by_vertex = [&] {
+    Eigen::VectorXd limits = Eigen::VectorXd::Zero(model_->mesh.num_vertices());
+    for (const Rub& rub : rubs_)
+      for (int k = 0; k < 4; ++k) limits[rub.vertex[k]] += rub.limit * std::abs(rub.weight[k]);
+    return limits;
+  };
+  const Eigen::VectorXd old = by_vertex();
   rubs_.clear();
-  for (int i = 0; i < model.mesh.num_vertices(); ++i) {
+  if (contact() != nullptr && options_.friction > 0.0) AddObstacleRubs(before, x);
+  if (self_ && options_.self_friction > 0.0) AddSelfRubs(before, x);
+  const Eigen::VectorXd now = by_vertex();
+  return now.sum() > 0.0 ? (now - old).cwiseAbs().sum() / now.sum() : 0.0;
+}
+
+void ImplicitEuler::AddObstacleRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x) {
+  for (int i = 0; i < model_->mesh.num_vertices(); ++i) {
     const Eigen::Vector3d here = x.segment<3>(3 * i);
     if (!clearance_.MayTouch(i, here)) continue;
     for (const Obstacle& obstacle : contact()->obstacles) {
       const ObstacleDistance distance = DistanceTo(obstacle, here);
       const double gap = distance.value - 0.5 * contact()->thickness;
       if (gap >= contact()->range) continue;
-      const double force = -contact()->stiffness * model.vertex_area[i] *
+      const double force = -contact()->stiffness * model_->vertex_area[i] *
                            EvaluateBarrier(gap, contact()->range).slope * distance.normal.norm();
-      rubs_.push_back({.vertex = i,
-                       .normal_force = force,
+      rubs_.push_back({.vertex = {i, i, i, i},
+                       .limit = options_.friction * force,
                        .normal = distance.normal.normalized(),
                        .start = before.segment<3>(3 * i) + SurfaceMove(obstacle, here)});
-      now[i] += force;
     }
   }
-  double sum = 0.0, change = 0.0;
-  for (std::size_t i = 0; i < now.size(); ++i) {
-    sum += now[i];
-    change += std::abs(now[i] - old[i]);
+}
+
+void ImplicitEuler::AddSelfRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x) {
+  for (const SelfTouch& touch : self_->ListTouches(x)) {
+    Rub rub{.vertex = touch.pair.vertex,
+            .weight = touch.distance.weight,
+            .limit = options_.self_friction * self_->NormalForce(touch),
+            .normal = touch.distance.normal};
+    rub.start = rub.Point(before);
+    rubs_.push_back(rub);
   }
-  return sum > 0.0 ? change / sum : 0.0;
 }
 
 }  // namespace drape

@@ -4,10 +4,14 @@
 #include <Eigen/Core>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "physics/cloth/assembly/step_solver.h"
 #include "physics/cloth/contact/clearance.h"
+#include "physics/cloth/contact/friction.h"
+#include "physics/cloth/contact/self_contact.h"
 #include "physics/cloth/state.h"
 #include "physics/simulation/statics/stiffness.h"
 
@@ -16,12 +20,15 @@ namespace drape {
 struct ImplicitEulerOptions {
   double tolerance = 1e-8;   // ‖f − M(x − y)/h²‖ ≤ tolerance × weight
   int max_iterations = 200;  // Newton steps
-  int max_halvings = 40;     // of one Newton step, which obstacles can be near to
-  // Coulomb's friction with obstacles, smoothed and lagged [MODEL, M61].
-  double friction = 0.0;          // μ
+  int max_halvings = 40;     // of one Newton step, which contact can be near to
+  // Coulomb's friction, smoothed and lagged [MODEL, M61].
+  double friction = 0.0;          // μ with obstacles
+  double self_friction = 0.0;     // μ of the cloth with itself
   double creep_speed = 1e-3;      // relative speed above which a contact slides [m/s], > 0
   int friction_rounds = 5;        // solves of a step for the lagged normal forces
   double friction_change = 0.01;  // of these forces, below which no further round follows
+  // Contact of the cloth with itself [MODEL, M62]; obstacles are those of the scene or the step.
+  std::optional<Contact> self_contact = {};
   // Sees each shape x, shape [3V], that a step has gone to.
   std::function<void(const Eigen::VectorXd& x)> on_accept = {};
 };
@@ -31,6 +38,7 @@ enum class IntegratorStatus {
   kOk,
   kNotPositiveDefinite,  // a factorisation failed, with every shift allowed
   kNotConverged,         // the budget of Newton's or of conjugate gradients' iterations is spent
+  kPinched,              // an obstacle moves into cloth that other cloth keeps in its place
   kNotFinite             // positions or velocities overflowed
 };
 
@@ -50,6 +58,7 @@ struct Surroundings {
 // What the last step took.
 struct ImplicitEulerCost {
   int newton_steps = 0, friction_rounds = 0;
+  int analyses = 0;  // of the pattern of a matrix that new pairs in contact have widened
 };
 
 // Where a step has failed: the vertex with the largest unbalanced force, or the first whose force
@@ -61,7 +70,8 @@ struct ImplicitEulerFailure {
 
 // Implicit Euler to convergence [MODEL, M32]: M·(x − y)/h² = f(x), y = x_t0 + h·v_t0, by Newton's
 // method on the exact K, symmetrised and shifted where M/h² + K is not positive definite, with
-// backtracking on the energy. No vertex enters an obstacle.
+// backtracking on the energy. No vertex enters an obstacle and, with self-contact, no part of the
+// cloth another, if that is so at the start.
 class ImplicitEuler {
  public:
   ImplicitEuler(std::shared_ptr<const ClothModel> model, const MaterialField& material, double h,
@@ -81,34 +91,35 @@ class ImplicitEuler {
     // E + ½‖x − y‖²_M/h² [J], a merit: E is a potential where tables are linear.
     double potential = 0.0;
   };
-  // The lagged friction of one vertex with one obstacle.
-  struct Rub {
-    int vertex;
-    double normal_force;     // λ [N]
-    Eigen::Vector3d normal;  // n
-    Eigen::Vector3d start;   // where the vertex would be if it moved with the obstacle [m]
-  };
-  struct RubForce {
-    double potential;  // [J]
-    Eigen::Vector3d force;
-    Eigen::Matrix3d stiffness;  // positive semidefinite
+  // The matrix and its factor, on a pattern that contact can widen.
+  struct Linear {
+    Linear(std::shared_ptr<const ClothModel> model, const MaterialField& material)
+        : solver(std::move(model)), stiffness(solver, material) {}
+    StepSolver solver;
+    Stiffness stiffness;
   };
 
   const Contact* contact() const;  // of the surroundings, or the scene's
+  IntegratorStatus Start(const Eigen::VectorXd& from, Eigen::VectorXd& start);
   Trial At(const Eigen::VectorXd& x) const;
   void AddSurroundings(Trial& trial) const;
+  bool AddBlocks(const Eigen::VectorXd& x);
+  void Widen(const Eigen::VectorXd& x);
   bool Factor(const Eigen::VectorXd& x);
-  bool Backtrack(const Eigen::VectorXd& dx, double residual, Trial& here) const;
+  bool Backtrack(const Eigen::VectorXd& dx, double residual, Trial& here);
   IntegratorStatus Minimise(Trial& here);
-  RubForce Rubbing(const Rub& rub, const Eigen::Vector3d& x) const;
+  RubForce Rubbing(const Rub& rub, const Eigen::VectorXd& x) const;
   // Finds the normal forces at x. Returns by how much of their sum they have changed.
   double FindRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
+  void AddObstacleRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
+  void AddSelfRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
 
+  std::shared_ptr<const ClothModel> model_;
   MaterialField material_;
   double h_;
   ImplicitEulerOptions options_;
-  StepSolver solver_;
-  Stiffness stiffness_;
+  std::unique_ptr<Linear> linear_;
+  std::optional<SelfContact> self_;
   Eigen::VectorXd mass_by_h2_;
   double weight_;
   Eigen::VectorXd coasted_;  // y of the present step

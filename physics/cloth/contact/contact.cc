@@ -127,6 +127,18 @@ bool PushOut(const Contact& contact, Eigen::VectorXd& x) {
   return moved;
 }
 
+void FollowObstacles(const Contact& contact, Eigen::VectorXd& x) {
+  constexpr double kNear = 5e-3, kFar = 25e-3;  // [m]
+  for (Eigen::Index i = 0; i < x.size(); i += 3)
+    for (const Obstacle& obstacle : contact.obstacles) {
+      const Eigen::Vector3d place = x.segment<3>(i);
+      const double gap = Gap(contact, obstacle, place);
+      if (gap < kFar)
+        x.segment<3>(i) +=
+            std::min(1.0, (kFar - gap) / (kFar - kNear)) * SurfaceMove(obstacle, place);
+    }
+}
+
 bool ShortenMoves(const Contact& contact, const Eigen::VectorXd& x, Eigen::VectorXd& dx) {
   bool shortened = false;
   for (Eigen::Index i = 0; i < x.size(); i += 3) {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "physics/cloth/contact/obstacle.h"
+#include "physics/cloth/contact/pairs/nearest_points.h"
 
 namespace drape {
 namespace {
@@ -19,26 +20,6 @@ constexpr double kCell = 0.02;  // [m], about a triangle of a body
 // Distances from triangles are blended over this length [m], and without weight so many of them
 // off.
 constexpr double kBlend = 3e-4, kFaded = 20.0;
-
-// The weights of the corners a, b, c at the point of their triangle nearest to p [Ericson 2005].
-Eigen::Vector3d NearestWeights(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
-                               const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0.0 && d2 <= 0.0) return {1.0, 0.0, 0.0};
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0.0 && d4 <= d3) return {0.0, 1.0, 0.0};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return {1.0 - d1 / (d1 - d3), d1 / (d1 - d3), 0.0};
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0.0 && d5 <= d6) return {0.0, 0.0, 1.0};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return {1.0 - d2 / (d2 - d6), 0.0, d2 / (d2 - d6)};
-  const double va = d3 * d6 - d5 * d4, along = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-  if (va <= 0.0 && d4 >= d3 && d5 >= d6) return {0.0, 1.0 - along, along};
-  const double sum = va + vb + vc;
-  return {va / sum, vb / sum, vc / sum};
-}
 
 }  // namespace
 

@@ -19,10 +19,7 @@ void Symmetrise(const BlockPattern& pattern, const BlockMatrix& negative, BlockM
   for (int i = 0; i < pattern.num_vertices(); ++i)
     for (int b = pattern.row_start[i]; b < pattern.row_start[i + 1]; ++b) {
       const int j = pattern.column[b];
-      const auto begin = pattern.column.begin();
-      const int mirror = static_cast<int>(
-          std::lower_bound(begin + pattern.row_start[j], begin + pattern.row_start[j + 1], i) -
-          begin);
+      const int mirror = pattern.Find(j, i);
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
           K.block(b)[3 * r + c] =
@@ -75,8 +72,13 @@ void Stiffness::AddStress(const StressField& change) {
   AddGeometricStiffness(solver_.model(), change, symmetric_);
 }
 
-void Stiffness::AddDiagonal(int vertex, const Eigen::Matrix3d& block) {
-  symmetric_.Add(solver_.model().pattern.diagonal[vertex], block);
+bool Stiffness::AddBlock(int i, int j, const Eigen::Matrix3d& block) {
+  const BlockPattern& pattern = solver_.model().pattern;
+  const int here = pattern.Find(i, j);
+  if (here < 0) return false;
+  symmetric_.Add(here, block);
+  if (i != j) symmetric_.Add(pattern.Find(j, i), block);
+  return true;
 }
 
 bool Stiffness::Factor() { return solver_.linear().Factor(symmetric_); }

@@ -53,27 +53,6 @@ int CountIntersections(const std::vector<std::array<int, 3>>& cloth, const Eigen
   }));
 }
 
-// The edges of a cloth with their rest lengths.
-struct RestEdge {
-  int a, b;
-  double length;  // [m]
-};
-std::vector<RestEdge> ListEdges(const Mesh& mesh) {
-  std::map<std::pair<int, int>, double> lengths;
-  for (const Face& face : mesh.faces) {
-    const Eigen::Matrix2d inverse =
-        Eigen::Map<const Eigen::Matrix<double, 2, 2, Eigen::RowMajor>>(face.inverse_rest);
-    const Eigen::Matrix2d sides = inverse.inverse();  // from corner 0 to corners 1 and 2
-    const double rest[3] = {sides.col(0).norm(), (sides.col(1) - sides.col(0)).norm(),
-                            sides.col(1).norm()};
-    for (int k = 0; k < 3; ++k)
-      lengths[std::minmax(face.vertex[k], face.vertex[(k + 1) % 3])] = rest[k];
-  }
-  std::vector<RestEdge> edges;
-  for (const auto& [ends, length] : lengths) edges.push_back({ends.first, ends.second, length});
-  return edges;
-}
-
 // Draws seams together whose panels begin apart: each edge in turn is brought towards its rest
 // length, as in position-based dynamics [Müller 2007], while held vertices stay and the body is
 // kept out. What stretch is left the first steps take.
@@ -84,12 +63,13 @@ void DrawTogether(const SewnGarment& garment, const Contact& contact, Eigen::Vec
   for (const int i : garment.held_by_pelvis) held[i] = true;
   const std::vector<RestEdge> edges = ListEdges(garment.model->mesh);
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    for (const auto& [a, b, length] : edges) {
+    for (const RestEdge& edge : edges) {
+      const auto& [a, b] = edge.vertex;
       if (held[a] && held[b]) continue;
       const Eigen::Vector3d side = x.segment<3>(3 * b) - x.segment<3>(3 * a);
       const double now = side.norm();
       if (!(now > 0.0)) continue;
-      const Eigen::Vector3d change = kShare * (1.0 - length / now) * side;
+      const Eigen::Vector3d change = kShare * (1.0 - edge.rest_length / now) * side;
       const double of_a = held[a] ? 0.0 : held[b] ? 1.0 : 0.5;
       x.segment<3>(3 * a) += of_a * change;
       x.segment<3>(3 * b) -= (1.0 - of_a) * change;
@@ -183,6 +163,10 @@ class Wearing {
   bool Steps(double begin, double h, int count, State& state, int* newton_steps) {
     ImplicitEulerOptions euler_options = options_.euler;
     euler_options.friction = options_.friction;
+    if (options_.self_contact) {
+      euler_options.self_contact = Contact{.thickness = options_.thickness};
+      euler_options.self_friction = options_.self_friction;
+    }
     if (euler_ == nullptr || h != euler_h_)
       euler_ = std::make_unique<ImplicitEuler>(garment_.model, material_, h, euler_options);
     euler_h_ = h;

@@ -15,7 +15,7 @@
 namespace drape {
 
 // A garment on a moving body: implicit Euler steps with contact and friction between cloth and
-// body. The cloth does not touch itself.
+// body, and of the cloth with itself.
 struct WearOptions {
   double h = 0.01;  // time step [s]
   int steps_per_frame = 4;
@@ -25,6 +25,8 @@ struct WearOptions {
   // [m].
   double skin_offset = 3e-3;
   double friction = 0.3;       // with the body
+  bool self_contact = true;    // without it the cloth passes through itself
+  double self_friction = 0.3;
   double pin_stiffness = 1e3;  // of a vertex that the pelvis holds [N/m]
   ImplicitEulerOptions euler = {.tolerance = 1e-5, .max_iterations = 300};
 };

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "physics/cloth/contact/pairs/contact_pair.h"
+#include "physics/cloth/contact/pairs/pair_search.h"
+
+namespace drape {
+
+// The pairs of a cloth that can be near one another in shapes near a reference shape. Only what is
+// near is looked at again while the cloth moves little.
+class PairCandidates {
+ public:
+  struct Candidate {
+    double distance;  // in the reference shape [m]
+    ContactPair pair;
+    friend auto operator<=>(const Candidate&, const Candidate&) = default;
+  };
+
+  // edges, triangles: indices of vertices. reach: distances [m] above which a pair is not wanted.
+  PairCandidates(std::vector<std::array<int, 2>> edges, std::vector<std::array<int, 3>> triangles,
+                 double reach);
+
+  // Makes all shapes known in which each vertex is on the straight way from x to x + dx. x becomes
+  // the reference shape where it is not near enough to the present one.
+  void Cover(const Eigen::VectorXd& x, const Eigen::VectorXd& dx);
+  // Whether the vertices of x are where Cover has made shapes known.
+  bool Covers(const Eigen::VectorXd& x) const;
+  // All pairs that may be within reach in shapes whose vertices are at most `move` [m] off x, which
+  // has to be covered, and other pairs; nearest first in the reference shape.
+  std::span<const Candidate> Near(const Eigen::VectorXd& x, double move) const;
+
+ private:
+  std::vector<std::array<int, 2>> edges_;
+  std::vector<std::array<int, 3>> triangles_;
+  double reach_;
+  VertexBoxes known_;
+  Eigen::VectorXd reference_;
+  std::vector<Candidate> candidates_;  // ascending
+};
+
+// The longest move of a vertex [m].
+double LongestMove(const Eigen::VectorXd& dx);
+
+}  // namespace drape

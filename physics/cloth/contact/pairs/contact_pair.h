@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <compare>
+
+namespace drape {
+
+// Two parts of a cloth that can touch and have no vertex in common: a vertex and a face, or two
+// edges.
+struct ContactPair {
+  bool of_edges = false;
+  std::array<int, 4> vertex = {};  // the vertex and the face's corners, or the edges' ends
+
+  friend auto operator<=>(const ContactPair&, const ContactPair&) = default;
+};
+
+// Places or moves of the four vertices of a pair [m].
+using PairColumns = Eigen::Matrix<double, 3, 4>;
+PairColumns GatherPair(const ContactPair& pair, const Eigen::VectorXd& x);
+
+// The distance between the nearest points of the two parts. Its derivative by the place of vertex i
+// is weight_i·normal.
+struct PairDistance {
+  double value = 0.0;      // [m]
+  Eigen::Vector3d normal;  // from the second part to the first, of unit length
+  Eigen::Vector4d weight;  // of the vertices: those of the first part add up to 1, the others to −1
+};
+PairDistance MeasureDistance(bool of_edges, const PairColumns& x);
+
+// A factor of the energy of two edges that fades to 0 as they become parallel, where the distance
+// is not differentiable [Li 2020, section 5]: q·(2 − q) with q = |u × v|²/(ε·U·V) < 1, ε = 10⁻³,
+// else 1. rest_squares: U·V, the product of the squares of their rest lengths [m⁴].
+struct Mollifier {
+  double value = 1.0;
+  PairColumns gradient = PairColumns::Zero();  // by the places of the vertices [1/m]
+};
+Mollifier MollifyParallel(const PairColumns& edges, double rest_squares);
+
+// The share in [0, 1] of the moves dx from x on which the parts keep a tenth of what their distance
+// exceeds `thickness` by, or of the distance where it does not. A plane between the nearest points
+// separates the parts until the last vertex reaches it, which is how far each round of additive
+// continuous collision detection [Li 2021] goes.
+double SafeShare(bool of_edges, const PairColumns& x, const PairColumns& dx, double thickness);
+
+}  // namespace drape
