@@ -50,8 +50,8 @@ Mesh BuildMesh(const Eigen::VectorXd& rest_x, const Eigen::Matrix2Xd& uv,
 // The corners of the faces, in their order: indices of vertices, shape [F].
 std::vector<std::array<int, 3>> ListTriangles(const Mesh& mesh);
 
-// An edge with its length in the rest state [m] and the area that it stands for, a third of those of
-// its faces [m²].
+// An edge with its length in the rest state [m] and the area that it stands for, a third of those
+// of its faces [m²].
 struct RestEdge {
   int vertex[2];  // ascending
   double rest_length, area;

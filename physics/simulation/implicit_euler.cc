@@ -44,8 +44,7 @@ ImplicitEuler::ImplicitEuler(std::shared_ptr<const ClothModel> model, const Mate
       weight_(CharacteristicForce(*model_, material)) {
   CHECK_GT(h, 0.0);
   CHECK_GT(options.creep_speed, 0.0);
-  if (options.self_contact)
-    self_.emplace(model_->mesh, model_->vertex_area, *options.self_contact);
+  if (options.self_contact) self_.emplace(model_->mesh, model_->vertex_area, *options.self_contact);
 }
 
 const Contact* ImplicitEuler::contact() const {
@@ -64,8 +63,8 @@ IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around
   Eigen::VectorXd start;
   if (const IntegratorStatus status = Start(state.x, start); status != IntegratorStatus::kOk)
     return status;
-  const bool rubs = (contact() != nullptr && options_.friction > 0.0) ||
-                    (self_ && options_.self_friction > 0.0);
+  const bool rubs =
+      (contact() != nullptr && options_.friction > 0.0) || (self_ && options_.self_friction > 0.0);
   if (rubs) FindRubs(state.x, start);
   Trial here = At(start);
   for (;;) {
@@ -107,9 +106,6 @@ IntegratorStatus ImplicitEuler::Start(const Eigen::VectorXd& from, Eigen::Vector
 }
 
 IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
-  constexpr int kMostRises = 20;
-  double least = here.residual;
-  int rises = 0;  // of the potential
   // A force that is not a number is not in balance.
   for (int i = 0; !(here.residual <= options_.tolerance); ++i) {
     if (!std::isfinite(here.residual)) return IntegratorStatus::kNotFinite;
@@ -118,22 +114,18 @@ IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
     Eigen::VectorXd dx = here.unbalanced;
     linear_->solver.linear().Solve(dx);
     ++cost_.newton_steps;
-    const double potential = here.potential;
-    if (!Backtrack(dx, rises < kMostRises ? here.residual : least, here))
-      return IntegratorStatus::kNotConverged;
-    least = std::min(least, here.residual);
-    rises += here.potential >= potential;
+    if (!Backtrack(dx, here)) return IntegratorStatus::kNotConverged;
     if (options_.on_accept) options_.on_accept(here.x);
   }
   return IntegratorStatus::kOk;
 }
 
 ImplicitEuler::Trial ImplicitEuler::At(const Eigen::VectorXd& x) const {
-  Trial trial{.x = x, .unbalanced = {}};
-  AssembleForce(*model_, material_, x, trial.unbalanced);
+  Trial trial{.x = x, .elastic = {}, .unbalanced = {}};
+  AssembleForce(*model_, material_, x, trial.elastic);
   const Eigen::VectorXd inertia = mass_by_h2_.cwiseProduct(x - coasted_);
-  trial.unbalanced -= inertia;
-  trial.potential = Energy(*model_, material_, x) + 0.5 * inertia.dot(x - coasted_);
+  trial.unbalanced = trial.elastic - inertia;
+  trial.potential = 0.5 * inertia.dot(x - coasted_);
   AddSurroundings(trial);
   trial.residual = trial.unbalanced.norm() / weight_;
   return trial;
@@ -192,8 +184,7 @@ void ImplicitEuler::Widen(const Eigen::VectorXd& x) {
   std::vector<std::array<int, 4>> groups = self_->ListNear(x);
   for (const Rub& rub : rubs_) groups.push_back(rub.vertex);
   auto wide = std::make_shared<ClothModel>(*model_);
-  wide->pattern =
-      MakeBlockPattern(model_->mesh, model_->scene.stretch, model_->scene.bend, groups);
+  wide->pattern = MakeBlockPattern(model_->mesh, model_->scene.stretch, model_->scene.bend, groups);
   linear_ = std::make_unique<Linear>(std::move(wide), material_);
   ++cost_.analyses;
 }
@@ -212,20 +203,21 @@ bool ImplicitEuler::Factor(const Eigen::VectorXd& x) {
   });
 }
 
-// Halves the step until it lowers the potential, or the residual by a tenth: near the end the
-// potential is rounded, and nonlinear tables have none. The same shapes could so be visited again
-// and again, which is why the residual to be lowered is in the end the least so far. Each vertex
-// goes as far as obstacles and other cloth let it: a step so short that none is in the way has the
-// direction of Newton's.
-bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, double residual, Trial& here) {
+// Halves the step until the forces do work on the way: by the potential of those that have one, by
+// the trapezoidal rule for the elastic ones, which have none where tables are not linear. Each
+// vertex goes as far as obstacles and other cloth let it: a step so short that none is in the way
+// has the direction of Newton's.
+bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here) {
+  constexpr double kRounded = 1e-12;
   double length = 1.0;
   for (int k = 0; k <= options_.max_halvings; ++k, length *= 0.5) {
     Eigen::VectorXd moves = length * dx;
     if (contact() != nullptr) clearance_.ShortenMoves(here.x, moves);
     if (self_) self_->ShortenMoves(here.x, moves);
     Trial next = At(here.x + moves);
-    const bool better = next.potential < here.potential || next.residual < 0.9 * residual;
-    if (!better || !std::isfinite(next.residual)) continue;
+    const double rise =
+        next.potential - here.potential - 0.5 * (here.elastic + next.elastic).dot(moves);
+    if (!(rise <= kRounded * here.potential) || !std::isfinite(next.residual)) continue;
     here = std::move(next);
     return true;
   }

@@ -86,10 +86,10 @@ class ImplicitEuler {
  private:
   // A shape tried for the end of a step.
   struct Trial {
-    Eigen::VectorXd x, unbalanced;  // [m]; f − M(x − y)/h² [N]
-    double residual = 0.0;          // its norm by the weight
-    // E + ½‖x − y‖²_M/h² [J], a merit: E is a potential where tables are linear.
-    double potential = 0.0;
+    Eigen::VectorXd x;                    // [m]
+    Eigen::VectorXd elastic, unbalanced;  // with gravity; f − M(x − y)/h² [N]
+    double residual = 0.0;                // norm of the latter by the weight
+    double potential = 0.0;               // ½‖x − y‖²_M/h², of contact and friction [J]
   };
   // The matrix and its factor, on a pattern that contact can widen.
   struct Linear {
@@ -106,7 +106,7 @@ class ImplicitEuler {
   bool AddBlocks(const Eigen::VectorXd& x);
   void Widen(const Eigen::VectorXd& x);
   bool Factor(const Eigen::VectorXd& x);
-  bool Backtrack(const Eigen::VectorXd& dx, double residual, Trial& here);
+  bool Backtrack(const Eigen::VectorXd& dx, Trial& here);
   IntegratorStatus Minimise(Trial& here);
   RubForce Rubbing(const Rub& rub, const Eigen::VectorXd& x) const;
   // Finds the normal forces at x. Returns by how much of their sum they have changed.

@@ -36,8 +36,8 @@ double SmallestGap(const Contact& contact, const Eigen::VectorXd& x);
 // Moves vertices whose gap is less than a tenth of the range away from the obstacle: shapes that
 // were interpolated or extrapolated can lie in it. Returns whether it has moved one.
 bool PushOut(const Contact& contact, Eigen::VectorXd& x);
-// Moves vertices near the surface of an obstacle as that has moved in the present step, those within
-// 5 mm as far, those from 25 mm on not at all.
+// Moves vertices near the surface of an obstacle as that has moved in the present step, those
+// within 5 mm as far, those from 25 mm on not at all.
 void FollowObstacles(const Contact& contact, Eigen::VectorXd& x);
 // Shortens the move dx of each vertex at x, whose gaps are positive, so that on the straight way
 // no gap falls below a tenth of what it was. Returns whether it has shortened one.

@@ -3,7 +3,10 @@
 
 #include <glog/logging.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "physics/cloth/contact/barrier.h"
@@ -17,32 +20,37 @@ std::vector<std::array<int, 2>> ListEnds(const std::vector<RestEdge>& edges) {
   return ends;
 }
 
-// Multiplies the moves of the vertices of unsafe pairs by the share that is safe for them. Returns
-// the vertices whose moves it has changed; empty: the moves are safe. `changed`: only pairs with
-// one of these vertices are looked at; empty: all.
-std::vector<bool> ShortenOnce(std::span<const PairCandidates::Candidate> near, double thickness,
-                              const Eigen::VectorXd& x, const std::vector<bool>& changed,
-                              Eigen::VectorXd& dx) {
-  constexpr double kWithin = 0.98;  // of the share, so that the next look finds the moves safe
-  std::vector<double> share(x.size() / 3, 1.0);
-  bool unsafe = false;
-  for (const auto& [distance, pair] : near) {
-    const auto has_changed = [&](int i) { return changed[i]; };
-    if (!changed.empty() && std::none_of(pair.vertex.begin(), pair.vertex.end(), has_changed))
-      continue;
-    const double safe =
-        SafeShare(pair.of_edges, GatherPair(pair, x), GatherPair(pair, dx), thickness);
-    if (safe == 1.0) continue;
-    unsafe = true;
-    for (const int i : pair.vertex) share[i] = std::min(share[i], kWithin * safe);
+// Vertices that move by the same share of what was meant for them, so that cloth in contact is not
+// pushed into itself by shorter moves of a part of it.
+class Islands {
+ public:
+  explicit Islands(Eigen::Index vertices) : parent_(vertices), share_(vertices, 1.0) {
+    std::iota(parent_.begin(), parent_.end(), 0);
   }
-  if (!unsafe) return {};
-  std::vector<bool> shortened(share.size());
-  for (std::size_t i = 0; i < share.size(); ++i) {
-    shortened[i] = share[i] < 1.0;
-    dx.segment<3>(3 * static_cast<Eigen::Index>(i)) *= share[i];
+  double Share(int i) const { return share_[Root(i)]; }
+  void Join(const std::array<int, 4>& vertices, double share = 1.0) {
+    int first = Root(vertices[0]);
+    for (const int i : vertices) {
+      const int root = Root(i);
+      share_[first] = std::min(share_[first], share_[root]);
+      parent_[root] = first;
+    }
+    share_[first] *= share;
   }
-  return shortened;
+
+ private:
+  int Root(int i) const {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  mutable std::vector<int> parent_;
+  std::vector<double> share_;
+};
+
+PairMatrix PositivePart(const PairMatrix& symmetric) {
+  const Eigen::SelfAdjointEigenSolver<PairMatrix> solver(symmetric);
+  const PairMatrix& vectors = solver.eigenvectors();
+  return vectors * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * vectors.transpose();
 }
 
 }  // namespace
@@ -58,12 +66,31 @@ SelfContact::SelfContact(const Mesh& mesh, Eigen::VectorXd vertex_area, const Co
 
 bool SelfContact::ShortenMoves(const Eigen::VectorXd& x, Eigen::VectorXd& dx) {
   constexpr int kMostRounds = 30;
+  constexpr double kWithin = 0.98;  // of a share, so that the next round finds the moves safe
   candidates_.Cover(x, dx);
   const auto near = candidates_.Near(x, LongestMove(dx));
-  std::vector<bool> changed;
+  const Eigen::VectorXd meant = dx;
+  const Eigen::Index vertices = x.size() / 3;
+  Islands islands(vertices);
+  for (const SelfTouch& touch : ListTouches(x)) islands.Join(touch.pair.vertex);
+  std::vector<bool> changed(vertices, true);
   for (int round = 0; round < kMostRounds; ++round) {
-    changed = ShortenOnce(near, surface_.thickness, x, changed, dx);
-    if (changed.empty()) return round > 0;
+    bool safe = true;
+    for (const auto& [distance, pair] : near) {
+      const auto has_changed = [&](int i) { return changed[i]; };
+      if (std::none_of(pair.vertex.begin(), pair.vertex.end(), has_changed)) continue;
+      const double share =
+          SafeShare(pair.of_edges, GatherPair(pair, x), GatherPair(pair, dx), surface_.thickness);
+      if (share == 1.0) continue;
+      safe = false;
+      islands.Join(pair.vertex, kWithin * share);
+    }
+    if (safe) return round > 0;
+    for (int i = 0; i < vertices; ++i) {
+      const Eigen::Vector3d move = islands.Share(i) * meant.segment<3>(3 * i);
+      changed[i] = move != dx.segment<3>(3 * i);
+      dx.segment<3>(3 * i) = move;
+    }
   }
   double safe = 1.0;
   for (const auto& [distance, pair] : near)
@@ -77,8 +104,8 @@ const RestEdge& SelfContact::EdgeBetween(int a, int b) const {
   const auto before = [](const RestEdge& edge, const std::array<int, 2>& ends) {
     return std::pair(edge.vertex[0], edge.vertex[1]) < std::pair(ends[0], ends[1]);
   };
-  return *std::lower_bound(edges_.begin(), edges_.end(),
-                           std::array{std::min(a, b), std::max(a, b)}, before);
+  return *std::lower_bound(edges_.begin(), edges_.end(), std::array{std::min(a, b), std::max(a, b)},
+                           before);
 }
 
 double SelfContact::Area(const ContactPair& pair) const {
@@ -86,6 +113,11 @@ double SelfContact::Area(const ContactPair& pair) const {
   // A half, since the other side of the contact counts as well.
   return pair.of_edges ? 0.25 * (EdgeBetween(a, b).area + EdgeBetween(c, d).area)
                        : 0.5 * vertex_area_[a];
+}
+
+double SelfContact::RestSquares(const ContactPair& pair) const {
+  const auto& [a, b, c, d] = pair.vertex;
+  return std::pow(EdgeBetween(a, b).rest_length * EdgeBetween(c, d).rest_length, 2);
 }
 
 bool SelfContact::Pushes(const ContactPair& pair) const {
@@ -99,11 +131,7 @@ std::vector<SelfTouch> SelfContact::ListTouches(const Eigen::VectorXd& x) const 
     const PairDistance distance = MeasureDistance(pair.of_edges, columns);
     if (distance.value >= Reach() || !Pushes(pair)) continue;
     SelfTouch touch{.pair = pair, .distance = distance, .area = Area(pair), .mollifier = {}};
-    if (pair.of_edges) {
-      const auto& [a, b, c, d] = pair.vertex;
-      const double lengths = EdgeBetween(a, b).rest_length * EdgeBetween(c, d).rest_length;
-      touch.mollifier = MollifyParallel(columns, lengths * lengths);
-    }
+    if (pair.of_edges) touch.mollifier = MollifyParallel(columns, RestSquares(pair));
     touches.push_back(touch);
   }
   return touches;
@@ -130,17 +158,32 @@ double SelfContact::AddForces(const Eigen::VectorXd& x, Eigen::VectorXd& f) cons
 
 void SelfContact::ForEachStiffness(const Eigen::VectorXd& x, const BlockVisitor& add) const {
   for (const SelfTouch& touch : ListTouches(x)) {
-    const Eigen::Vector3d& n = touch.distance.normal;
-    const Eigen::Matrix3d across = surface_.stiffness * touch.area * touch.mollifier.value *
-                                   EvaluateBarrier(Gap(touch), surface_.range).curvature * n *
-                                   n.transpose();
+    const PairMatrix stiffness = PositivePart(Curvature(touch, x));
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) {
         const int row = touch.pair.vertex[i], column = touch.pair.vertex[j];
-        const double weight = touch.distance.weight[i] * touch.distance.weight[j];
-        if (row <= column && weight != 0.0) add(row, column, weight * across);
+        if (row <= column) add(row, column, stiffness.block<3, 3>(3 * i, 3 * j));
       }
   }
+}
+
+// Of the energy of one pair [N/m].
+PairMatrix SelfContact::Curvature(const SelfTouch& touch, const Eigen::VectorXd& x) const {
+  const PairColumns columns = GatherPair(touch.pair, x);
+  const Barrier barrier = EvaluateBarrier(Gap(touch), surface_.range);
+  const Eigen::Vector<double, 12> by_distance =
+      (touch.distance.normal * touch.distance.weight.transpose()).reshaped();
+  PairMatrix curvature =
+      touch.mollifier.value *
+      (barrier.curvature * by_distance * by_distance.transpose() +
+       barrier.slope * DistanceCurvature(touch.pair.of_edges, columns, touch.distance));
+  if (touch.mollifier.value < 1.0) {
+    const Eigen::Vector<double, 12> by_angle = touch.mollifier.gradient.reshaped();
+    const PairMatrix mixed = by_distance * by_angle.transpose();
+    curvature += barrier.slope * (mixed + mixed.transpose()) +
+                 barrier.value * MollifierCurvature(columns, RestSquares(touch.pair));
+  }
+  return surface_.stiffness * touch.area * curvature;
 }
 
 std::vector<std::array<int, 4>> SelfContact::ListNear(const Eigen::VectorXd& x) const {

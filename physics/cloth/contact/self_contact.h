@@ -17,7 +17,7 @@ namespace drape {
 struct SelfTouch {
   ContactPair pair;
   PairDistance distance;
-  double area;         // it stands for [m²]
+  double area;  // it stands for [m²]
   Mollifier mollifier;
 };
 
@@ -53,6 +53,8 @@ class SelfContact {
   double Gap(const SelfTouch& touch) const { return touch.distance.value - surface_.thickness; }
   double Reach() const { return surface_.thickness + surface_.range; }
   bool Pushes(const ContactPair& pair) const;
+  double RestSquares(const ContactPair& pair) const;
+  PairMatrix Curvature(const SelfTouch& touch, const Eigen::VectorXd& x) const;
   double Area(const ContactPair& pair) const;
   const RestEdge& EdgeBetween(int a, int b) const;
 

@@ -24,8 +24,8 @@ struct WearOptions {
   // Between the body and the cloth, more than an edge between two vertices cuts off a round limb
   // [m].
   double skin_offset = 3e-3;
-  double friction = 0.3;       // with the body
-  bool self_contact = true;    // without it the cloth passes through itself
+  double friction = 0.3;     // with the body
+  bool self_contact = true;  // without it the cloth passes through itself
   double self_friction = 0.3;
   double pin_stiffness = 1e3;  // of a vertex that the pelvis holds [N/m]
   ImplicitEulerOptions euler = {.tolerance = 1e-5, .max_iterations = 300};

@@ -18,6 +18,7 @@ struct ContactPair {
 
 // Places or moves of the four vertices of a pair [m].
 using PairColumns = Eigen::Matrix<double, 3, 4>;
+using PairMatrix = Eigen::Matrix<double, 12, 12>;
 PairColumns GatherPair(const ContactPair& pair, const Eigen::VectorXd& x);
 
 // The distance between the nearest points of the two parts. Its derivative by the place of vertex i
@@ -28,6 +29,8 @@ struct PairDistance {
   Eigen::Vector4d weight;  // of the vertices: those of the first part add up to 1, the others to −1
 };
 PairDistance MeasureDistance(bool of_edges, const PairColumns& x);
+// Its second derivatives by the places of the vertices [1/m], in the order of their coordinates.
+PairMatrix DistanceCurvature(bool of_edges, const PairColumns& x, const PairDistance& distance);
 
 // A factor of the energy of two edges that fades to 0 as they become parallel, where the distance
 // is not differentiable [Li 2020, section 5]: q·(2 − q) with q = |u × v|²/(ε·U·V) < 1, ε = 10⁻³,
@@ -37,6 +40,7 @@ struct Mollifier {
   PairColumns gradient = PairColumns::Zero();  // by the places of the vertices [1/m]
 };
 Mollifier MollifyParallel(const PairColumns& edges, double rest_squares);
+PairMatrix MollifierCurvature(const PairColumns& edges, double rest_squares);  // [1/m²]
 
 // The share in [0, 1] of the moves dx from x on which the parts keep a tenth of what their distance
 // exceeds `thickness` by, or of the distance where it does not. A plane between the nearest points
