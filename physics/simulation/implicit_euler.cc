@@ -106,15 +106,16 @@ IntegratorStatus ImplicitEuler::Start(const Eigen::VectorXd& from, Eigen::Vector
 }
 
 IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
+  bool whole = false;  // the last step
   // A force that is not a number is not in balance.
   for (int i = 0; !(here.residual <= options_.tolerance); ++i) {
     if (!std::isfinite(here.residual)) return IntegratorStatus::kNotFinite;
     if (i == options_.max_iterations) return IntegratorStatus::kNotConverged;
-    if (!Factor(here.x)) return IntegratorStatus::kNotPositiveDefinite;
+    if (!Factor(here.x, whole)) return IntegratorStatus::kNotPositiveDefinite;
     Eigen::VectorXd dx = here.unbalanced;
     linear_->solver.linear().Solve(dx);
     ++cost_.newton_steps;
-    if (!Backtrack(dx, here)) return IntegratorStatus::kNotConverged;
+    if (!Backtrack(dx, here, &whole)) return IntegratorStatus::kNotConverged;
     if (options_.on_accept) options_.on_accept(here.x);
   }
   return IntegratorStatus::kOk;
@@ -132,13 +133,18 @@ ImplicitEuler::Trial ImplicitEuler::At(const Eigen::VectorXd& x) const {
 }
 
 void ImplicitEuler::AddSurroundings(Trial& trial) const {
-  if (around_.contact != nullptr)
+  if (contact() != nullptr)
     for (int i = 0; i < model_->mesh.num_vertices(); ++i) {
       const Eigen::Vector3d x = trial.x.segment<3>(3 * i);
       if (!clearance_.MayTouch(i, x)) continue;
       const double area = model_->vertex_area[i];
-      trial.unbalanced.segment<3>(3 * i) += ContactForce(*around_.contact, area, x);
-      trial.potential += ContactEnergy(*around_.contact, area, x);
+      const Eigen::Vector3d force = ContactForce(*contact(), area, x);
+      // The model has that of a scene.
+      if (around_.contact != nullptr)
+        trial.unbalanced.segment<3>(3 * i) += force;
+      else
+        trial.elastic.segment<3>(3 * i) -= force;
+      trial.potential += ContactEnergy(*contact(), area, x);
     }
   if (self_) trial.potential += self_->AddForces(trial.x, trial.unbalanced);
   for (const Pin& pin : around_.pins) {
@@ -155,7 +161,7 @@ void ImplicitEuler::AddSurroundings(Trial& trial) const {
 }
 
 // The blocks of K that are not of the model. Returns false where the pattern has not all of them.
-bool ImplicitEuler::AddBlocks(const Eigen::VectorXd& x) {
+bool ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, SelfContact::StiffnessPart part) {
   Stiffness& K = linear_->stiffness;
   bool fits = true;
   const auto add = [&](int i, int j, const Eigen::Matrix3d& block) {
@@ -168,7 +174,7 @@ bool ImplicitEuler::AddBlocks(const Eigen::VectorXd& x) {
             ContactStepStiffness(*around_.contact, model_->vertex_area[i], x.segment<3>(3 * i)));
   for (const Pin& pin : around_.pins)
     add(pin.vertex, pin.vertex, pin.stiffness * Eigen::Matrix3d::Identity());
-  if (self_) self_->ForEachStiffness(x, add);
+  if (self_) self_->ForEachStiffness(x, part, add);
   for (const Rub& rub : rubs_) {
     const Eigen::Matrix3d stiffness = Rubbing(rub, x).stiffness;
     for (int k = 0; k < 4; ++k)
@@ -189,15 +195,25 @@ void ImplicitEuler::Widen(const Eigen::VectorXd& x) {
   ++cost_.analyses;
 }
 
-// M/h² + K or, where that is not positive definite, with a larger multiple of M.
-bool ImplicitEuler::Factor(const Eigen::VectorXd& x) {
+void ImplicitEuler::Assemble(const Eigen::VectorXd& x, SelfContact::StiffnessPart part) {
   linear_->stiffness.Assemble(x);
-  if (!AddBlocks(x)) {
-    Widen(x);
-    linear_->stiffness.Assemble(x);
-    CHECK(AddBlocks(x));
-  }
+  if (AddBlocks(x, part)) return;
+  Widen(x);
+  linear_->stiffness.Assemble(x);
+  CHECK(AddBlocks(x, part));
+}
+
+// M/h² + K or, where that is not positive definite, with a larger multiple of M. The whole
+// curvature of self-contact converges quadratically `near` the end, its positive part from further
+// off.
+bool ImplicitEuler::Factor(const Eigen::VectorXd& x, bool near) {
   double mu = 1.0 / (h_ * h_);
+  if (self_ && near) {
+    Assemble(x, SelfContact::StiffnessPart::kWhole);
+    if (linear_->stiffness.FactorShifted(0.0, &mu, [](double) { return std::nullopt; }))
+      return true;
+  }
+  Assemble(x, SelfContact::StiffnessPart::kPositive);
   return linear_->stiffness.FactorShifted(0.0, &mu, [](double failed) {
     return 4.0 * failed > kMostShift ? std::nullopt : std::optional(4.0 * failed);
   });
@@ -207,7 +223,7 @@ bool ImplicitEuler::Factor(const Eigen::VectorXd& x) {
 // the trapezoidal rule for the elastic ones, which have none where tables are not linear. Each
 // vertex goes as far as obstacles and other cloth let it: a step so short that none is in the way
 // has the direction of Newton's.
-bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here) {
+bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here, bool* whole) {
   constexpr double kRounded = 1e-12;
   double length = 1.0;
   for (int k = 0; k <= options_.max_halvings; ++k, length *= 0.5) {
@@ -218,6 +234,7 @@ bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here) {
     const double rise =
         next.potential - here.potential - 0.5 * (here.elastic + next.elastic).dot(moves);
     if (!(rise <= kRounded * here.potential) || !std::isfinite(next.residual)) continue;
+    *whole = moves == dx;
     here = std::move(next);
     return true;
   }

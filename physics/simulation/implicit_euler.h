@@ -103,10 +103,11 @@ class ImplicitEuler {
   IntegratorStatus Start(const Eigen::VectorXd& from, Eigen::VectorXd& start);
   Trial At(const Eigen::VectorXd& x) const;
   void AddSurroundings(Trial& trial) const;
-  bool AddBlocks(const Eigen::VectorXd& x);
+  bool AddBlocks(const Eigen::VectorXd& x, SelfContact::StiffnessPart part);
+  void Assemble(const Eigen::VectorXd& x, SelfContact::StiffnessPart part);
   void Widen(const Eigen::VectorXd& x);
-  bool Factor(const Eigen::VectorXd& x);
-  bool Backtrack(const Eigen::VectorXd& dx, Trial& here);
+  bool Factor(const Eigen::VectorXd& x, bool near);
+  bool Backtrack(const Eigen::VectorXd& dx, Trial& here, bool* whole);
   IntegratorStatus Minimise(Trial& here);
   RubForce Rubbing(const Rub& rub, const Eigen::VectorXd& x) const;
   // Finds the normal forces at x. Returns by how much of their sum they have changed.

@@ -28,15 +28,15 @@ class Islands {
     std::iota(parent_.begin(), parent_.end(), 0);
   }
   double Share(int i) const { return share_[Root(i)]; }
-  void Join(const std::array<int, 4>& vertices, double share = 1.0) {
-    int first = Root(vertices[0]);
+  void Join(const std::array<int, 4>& vertices) {
+    const int first = Root(vertices[0]);
     for (const int i : vertices) {
       const int root = Root(i);
       share_[first] = std::min(share_[first], share_[root]);
       parent_[root] = first;
     }
-    share_[first] *= share;
   }
+  void Lower(int i, double share) { share_[Root(i)] = std::min(share_[Root(i)], share); }
 
  private:
   int Root(int i) const {
@@ -74,6 +74,7 @@ bool SelfContact::ShortenMoves(const Eigen::VectorXd& x, Eigen::VectorXd& dx) {
   Islands islands(vertices);
   for (const SelfTouch& touch : ListTouches(x)) islands.Join(touch.pair.vertex);
   std::vector<bool> changed(vertices, true);
+  std::vector<double> now(vertices, 1.0);  // the shares in dx
   for (int round = 0; round < kMostRounds; ++round) {
     bool safe = true;
     for (const auto& [distance, pair] : near) {
@@ -83,13 +84,14 @@ bool SelfContact::ShortenMoves(const Eigen::VectorXd& x, Eigen::VectorXd& dx) {
           SafeShare(pair.of_edges, GatherPair(pair, x), GatherPair(pair, dx), surface_.thickness);
       if (share == 1.0) continue;
       safe = false;
-      islands.Join(pair.vertex, kWithin * share);
+      for (const int i : pair.vertex) islands.Lower(i, kWithin * share * now[i]);
+      islands.Join(pair.vertex);
     }
     if (safe) return round > 0;
     for (int i = 0; i < vertices; ++i) {
-      const Eigen::Vector3d move = islands.Share(i) * meant.segment<3>(3 * i);
-      changed[i] = move != dx.segment<3>(3 * i);
-      dx.segment<3>(3 * i) = move;
+      changed[i] = islands.Share(i) != now[i];
+      now[i] = islands.Share(i);
+      dx.segment<3>(3 * i) = now[i] * meant.segment<3>(3 * i);
     }
   }
   double safe = 1.0;
@@ -110,9 +112,9 @@ const RestEdge& SelfContact::EdgeBetween(int a, int b) const {
 
 double SelfContact::Area(const ContactPair& pair) const {
   const auto& [a, b, c, d] = pair.vertex;
-  // A half, since the other side of the contact counts as well.
-  return pair.of_edges ? 0.25 * (EdgeBetween(a, b).area + EdgeBetween(c, d).area)
-                       : 0.5 * vertex_area_[a];
+  // A half of the pressure is of vertices and faces, of either side a quarter, and a half of edges.
+  return pair.of_edges ? 0.125 * (EdgeBetween(a, b).area + EdgeBetween(c, d).area)
+                       : 0.25 * vertex_area_[a];
 }
 
 double SelfContact::RestSquares(const ContactPair& pair) const {
@@ -156,9 +158,11 @@ double SelfContact::AddForces(const Eigen::VectorXd& x, Eigen::VectorXd& f) cons
   return energy;
 }
 
-void SelfContact::ForEachStiffness(const Eigen::VectorXd& x, const BlockVisitor& add) const {
+void SelfContact::ForEachStiffness(const Eigen::VectorXd& x, StiffnessPart part,
+                                   const BlockVisitor& add) const {
   for (const SelfTouch& touch : ListTouches(x)) {
-    const PairMatrix stiffness = PositivePart(Curvature(touch, x));
+    PairMatrix stiffness = Curvature(touch, x);
+    if (part == StiffnessPart::kPositive) stiffness = PositivePart(stiffness);
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) {
         const int row = touch.pair.vertex[i], column = touch.pair.vertex[j];

@@ -37,9 +37,12 @@ class SelfContact {
   // Adds the forces [N] to f, shape [3V]. Returns the energy [J]. Here and below x is a shape on
   // the way of the last ShortenMoves.
   double AddForces(const Eigen::VectorXd& x, Eigen::VectorXd& f) const;
-  // Calls add(i, j, block) for the blocks i ≤ j of the positive semidefinite part of −∂f/∂x [N/m].
+  // Calls add(i, j, block) for the blocks i ≤ j of −∂f/∂x [N/m], or of a positive semidefinite
+  // matrix instead, the sum of the positive parts of all pairs.
+  enum class StiffnessPart { kWhole, kPositive };
   using BlockVisitor = std::function<void(int i, int j, const Eigen::Matrix3d& block)>;
-  void ForEachStiffness(const Eigen::VectorXd& x, const BlockVisitor& add) const;
+  void ForEachStiffness(const Eigen::VectorXd& x, StiffnessPart part,
+                        const BlockVisitor& add) const;
   // All pairs that push.
   std::vector<SelfTouch> ListTouches(const Eigen::VectorXd& x) const;
   // By which a pair pushes its parts apart [N].

@@ -77,7 +77,7 @@ bool Stiffness::AddBlock(int i, int j, const Eigen::Matrix3d& block) {
   const int here = pattern.Find(i, j);
   if (here < 0) return false;
   symmetric_.Add(here, block);
-  if (i != j) symmetric_.Add(pattern.Find(j, i), block);
+  if (i != j) symmetric_.Add(pattern.Find(j, i), block.transpose());
   return true;
 }
 

@@ -27,8 +27,8 @@ class Stiffness {
   // Adds the geometric stiffness of a change of stress to Ks, until the next Assemble.
   void AddStress(const StressField& change);
 
-  // Adds a symmetric block to Ks at the vertices (i, j) and, if these differ, (j, i), until the
-  // next Assemble [N/m]. Returns false where the pattern has no such block.
+  // Adds a block to Ks at the vertices (i, j) and, if these differ, its transpose at (j, i), until
+  // the next Assemble [N/m]. Returns false where the pattern has no such block.
   [[nodiscard]] bool AddBlock(int i, int j, const Eigen::Matrix3d& block);
 
   // Factors Ks. Returns false when it is not positive definite.

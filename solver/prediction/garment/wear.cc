@@ -34,9 +34,13 @@ double LargestStretch(const ClothModel& model, const Eigen::VectorXd& x) {
   return largest;
 }
 
-// Pairs of a face of the cloth and one of the body.
-int CountIntersections(const std::vector<std::array<int, 3>>& cloth, const Eigen::VectorXd& x,
-                       const Body& body, const Eigen::VectorXd& body_x) {
+// Pairs of faces that meet.
+struct Intersections {
+  int with_body = 0, of_cloth = 0;
+};
+Intersections CountIntersections(const std::vector<std::array<int, 3>>& cloth,
+                                 const Eigen::VectorXd& x, const Body& body,
+                                 const Eigen::VectorXd& body_x) {
   const int vertices = static_cast<int>(x.size() / 3), faces = static_cast<int>(cloth.size());
   std::vector<std::array<int, 3>> all = cloth;
   for (std::array<int, 3> triangle : body.triangles()) {
@@ -45,12 +49,10 @@ int CountIntersections(const std::vector<std::array<int, 3>>& cloth, const Eigen
   }
   Eigen::VectorXd both(x.size() + body_x.size());
   both << x, body_x;
-  // All pairs: those of the cloth with itself come first, so that a list cut short has none with
-  // the body.
-  const auto pairs = FindSelfIntersections(all, both, std::numeric_limits<int>::max());
-  return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
-    return pair.first < faces && pair.second >= faces;
-  }));
+  Intersections count;
+  for (const auto& [one, other] : FindSelfIntersections(all, both, std::numeric_limits<int>::max()))
+    if (one < faces) ++(other < faces ? count.of_cloth : count.with_body);
+  return count;
 }
 
 // Draws seams together whose panels begin apart: each edge in turn is brought towards its rest
@@ -85,6 +87,8 @@ const char* ToText(IntegratorStatus status) {
       return "has no positive definite matrix";
     case IntegratorStatus::kNotFinite:
       return "overflows";
+    case IntegratorStatus::kPinched:
+      return "is pinched: the body moves into cloth that other cloth keeps in its place";
     default:
       return "does not converge";
   }
@@ -122,7 +126,9 @@ class Wearing {
     frame.body = body_.Positions(time);
     frame.smallest_gap = SmallestGap(contact, state.x);
     frame.largest_stretch = LargestStretch(*garment_.model, state.x);
-    frame.body_intersections = CountIntersections(triangles_, state.x, body_, frame.body);
+    const Intersections count = CountIntersections(triangles_, state.x, body_, frame.body);
+    frame.body_intersections = count.with_body;
+    frame.self_intersections = count.of_cloth;
     return frame;
   }
 
@@ -200,6 +206,12 @@ State StartToWear(const SewnGarment& garment, const Body& body, const WearOption
   State state{garment.start_x, Eigen::VectorXd::Zero(garment.start_x.size())};
   DrawTogether(garment, contact, state.x);
   return state;
+}
+
+std::optional<std::pair<int, int>> FindStartIntersection(const SewnGarment& garment,
+                                                         const State& state) {
+  const auto pairs = FindSelfIntersections(ListTriangles(garment.model->mesh), state.x);
+  return pairs.empty() ? std::nullopt : std::optional(pairs.front());
 }
 
 WearResult Wear(const SewnGarment& garment, const MaterialField& material, const Body& body,

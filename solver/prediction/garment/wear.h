@@ -3,7 +3,9 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "physics/cloth/state.h"
 #include "physics/material/material.h"
@@ -39,7 +41,8 @@ struct WornFrame {
   Eigen::VectorXd body = {};     // [m], shape [3B]
   double smallest_gap = 0.0;     // between a vertex of the cloth and the body [m]
   double largest_stretch = 0.0;  // of a face: its largest principal stretch − 1
-  int body_intersections = 0;    // pairs of a face of the cloth and one of the body
+  // Pairs of faces that meet: of the cloth and of the body, and both of the cloth.
+  int body_intersections = 0, self_intersections = 0;
   int newton_steps = 0;
   double seconds = 0.0;  // wall clock
 };
@@ -52,8 +55,13 @@ struct WearResult {
   int frames = 0;           // handed to on_frame
 };
 
-// The garment before its first step: out of the body at t = 0.
+// The garment before its first step: out of the body at t = 0. It may intersect itself, which
+// contact cannot undo (FindStartIntersection).
 State StartToWear(const SewnGarment& garment, const Body& body, const WearOptions& options);
+
+// Two faces of the garment that meet in this state, if any.
+std::optional<std::pair<int, int>> FindStartIntersection(const SewnGarment& garment,
+                                                         const State& state);
 
 // Runs from `state` at frame `first` and hands over that frame (if it is 0) and all later ones. A
 // step that does not converge is repeated in 2, 4, … 64 shorter ones; if these fail as well the run

@@ -84,6 +84,12 @@ std::vector<Option> MotionOptions(GarmentOptions& options) {
        .doc = "coefficient of friction between cloth and body",
        .least = 0,
        .most = 10},
+      {.key = "self_contact", .value = &wear.self_contact, .doc = "keep the cloth out of itself"},
+      {.key = "self_friction",
+       .value = &wear.self_friction,
+       .doc = "coefficient of friction of the cloth with itself",
+       .least = 0,
+       .most = 10},
   };
 }
 
@@ -101,7 +107,6 @@ OptionTable GarmentTable(GarmentOptions& options) {
           "files: garment.obj and garment.pc2 (its points in 25 frames a second), the same of "
           "the body, sheet.png (eight frames), summary.json; of several draws each in a "
           "folder. In Blender: import the OBJ, add a Mesh Cache modifier with the PC2 file.\n"
-          "The cloth touches the body, not itself.\n"
           "Ctrl-C keeps the frames so far; --resume continues. exit code 3: a step did not "
           "converge; the frames before it are there\n",
       .options = Concatenate(

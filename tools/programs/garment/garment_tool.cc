@@ -14,7 +14,6 @@
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/obj_io.h"
-#include "physics/mesh/self_intersection.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
@@ -36,7 +35,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr double kFrameRate = 25.0;  // [1/s]
-constexpr StoredFormat kCheckpoint = {"drapefit-garment-run", 1};
+constexpr StoredFormat kCheckpoint = {"drapefit-garment-run", 2};
 
 // What all runs have in common.
 struct Wardrobe {
@@ -106,12 +105,13 @@ std::string SettingsText(const GarmentOptions& options, const Wardrobe& wardrobe
   for (const BendTable& table : material.bend)
     bend += std::accumulate(table.entries(), table.entries() + kBendEntries, 0.0);
   const Mesh& mesh = wardrobe.garment.mesh;
-  return Format("%s %.17g %.17g %s %.17g %s %.17g %.17g %.17g %s %g %g %g %g %g",
+  return Format("%s %.17g %.17g %s %.17g %s %.17g %.17g %.17g %s %g %g %g %g %g %d %g",
                 options.garment.c_str(), wardrobe.garment.start_x.sum(), mesh.uv.sum(),
                 options.body.c_str(), wardrobe.body->Positions(0.0).sum(),
                 (options.material + options.posterior).c_str(), material.density, stretch, bend,
                 options.law.c_str(), options.edge, wardrobe.wear.h, wardrobe.wear.thickness,
-                wardrobe.wear.skin_offset, wardrobe.wear.friction);
+                wardrobe.wear.skin_offset, wardrobe.wear.friction, wardrobe.wear.self_contact,
+                wardrobe.wear.self_friction);
 }
 
 // The places of the unsewn vertices, which the OBJ file and the cache have.
@@ -139,6 +139,7 @@ nlohmann::json CheckpointJson(const Checkpoint& at, const std::string& settings)
           {"x", list(at.state.x)},
           {"v", list(at.state.v)},
           {"body_intersections", at.run.body_intersections},
+          {"self_intersections", at.run.self_intersections},
           {"newton_steps", at.run.newton_steps},
           {"smallest_gap", at.run.smallest_gap},
           {"largest_stretch", at.run.largest_stretch},
@@ -157,6 +158,7 @@ Checkpoint ReadCheckpoint(const std::string& path, const std::string& settings, 
   at.frame = input.At("frame").IntegerWithin(0, kMostCount);
   at.state = {input.At("x").Vector(dofs), input.At("v").Vector(dofs)};
   at.run.body_intersections = input.At("body_intersections").IntegerWithin(0, kMostCount);
+  at.run.self_intersections = input.At("self_intersections").IntegerWithin(0, kMostCount);
   at.run.newton_steps = input.At("newton_steps").IntegerWithin(0, kMostCount);
   at.run.smallest_gap = input.At("smallest_gap").Number();
   at.run.largest_stretch = input.At("largest_stretch").NotNegative();
@@ -169,6 +171,7 @@ void AddFrame(const WornFrame& frame, GarmentRun* run) {
       frame.index == 0 ? frame.smallest_gap : std::min(run->smallest_gap, frame.smallest_gap);
   run->largest_stretch = std::max(run->largest_stretch, frame.largest_stretch);
   run->body_intersections = std::max(run->body_intersections, frame.body_intersections);
+  run->self_intersections = std::max(run->self_intersections, frame.self_intersections);
   run->newton_steps += frame.newton_steps;
   run->seconds += frame.seconds;
 }
@@ -204,6 +207,22 @@ std::string VertexText(const Wardrobe& wardrobe, int sewn_vertex) {
                 wardrobe.pattern.panels[panel].name.c_str());
 }
 
+// Contact keeps cloth out of itself but does not take it out.
+void CheckStart(const GarmentOptions& options, const Wardrobe& wardrobe, const State& start) {
+  if (!options.wear.self_contact) return;
+  const auto faces = FindStartIntersection(wardrobe.sewn, start);
+  if (!faces) return;
+  const int vertex = wardrobe.sewn.model->mesh.faces[faces->first].vertex[0];
+  const Eigen::Vector3d place = 100.0 * start.x.segment<3>(3 * vertex);
+  throw InputError(options.garment,
+                   Format("found cloth that passes through itself before the first step, near "
+                          "(%.1f, %.1f, %.1f) cm, ",
+                          place.x(), place.y(), place.z()) +
+                       VertexText(wardrobe, vertex) +
+                       ", expected panels that do not: move them apart, or set "
+                       "--self_contact=false");
+}
+
 double LowestPoint(const Eigen::VectorXd& x) {
   double lowest = x[2];
   for (Eigen::Index i = 2; i < x.size(); i += 3) lowest = std::min(lowest, x[i]);
@@ -220,6 +239,7 @@ GarmentRun RunOne(const GarmentOptions& options, const Wardrobe& wardrobe,
     at = ReadCheckpoint(stored, settings, wardrobe.sewn.model->num_dofs());
   } else {
     at.state = StartToWear(wardrobe.sewn, *wardrobe.body, wardrobe.wear);
+    CheckStart(options, wardrobe, at.state);
     WriteObj(folder + "/garment.obj", wardrobe.garment.mesh, Unsewn(wardrobe, at.state.x));
     WriteObj(folder + "/body.obj",
              ObjSurface{wardrobe.body->Positions(0.0), wardrobe.body->triangles()});
@@ -245,8 +265,6 @@ GarmentRun RunOne(const GarmentOptions& options, const Wardrobe& wardrobe,
   run.vertices = wardrobe.sewn.model->mesh.num_vertices();
   run.faces = wardrobe.sewn.model->mesh.num_faces();
   run.hem_height = LowestPoint(at.state.x);
-  const std::vector<std::array<int, 3>> faces = ListTriangles(wardrobe.sewn.model->mesh);
-  run.self_intersections = static_cast<int>(FindSelfIntersections(faces, at.state.x, 1000).size());
   WriteSheet(wardrobe, folder);
   return run;
 }
@@ -286,6 +304,8 @@ void WriteSummary(const GarmentOptions& options, const WearOptions& wear,
                {"thickness_m", wear.thickness},
                {"skin_offset_m", wear.skin_offset},
                {"friction", wear.friction},
+               {"self_contact", wear.self_contact},
+               {"self_friction", wear.self_friction},
                {"runs", Json::array()}};
   for (const GarmentRun& run : result.runs) json["runs"].push_back(RunJson(run));
   for (const auto& [name, version] : Versions()) json["versions"][name] = version;

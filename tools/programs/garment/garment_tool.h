@@ -36,8 +36,7 @@ struct GarmentRun {
   WearResult wear;
   int vertices = 0, faces = 0;
   double smallest_gap = 0.0, largest_stretch = 0.0, hem_height = 0.0;  // [m]; of the last frame
-  int body_intersections = 0;                                          // the most of a frame
-  int self_intersections = 0;  // of the last frame: pairs of faces, at most 1000
+  int body_intersections = 0, self_intersections = 0;                  // the most of a frame
   int newton_steps = 0;
   double seconds = 0.0;  // of all frames
 };

@@ -154,7 +154,7 @@ TEST_F(GarmentTool, OtherSettingsCannotResume) {
 TEST_F(GarmentTool, ADamagedCheckpointIsRefused) {
   const std::string out = "--out=" + Path("out"), material = "--material=" + kFabric;
   ASSERT_EQ(Dress({material, "--seconds=0.04", out}).exit_code, 0);
-  const StoredFormat format = {"drapefit-garment-run", 1};
+  const StoredFormat format = {"drapefit-garment-run", 2};
   const std::string path = Path("out/checkpoint.json");
   const Json good = ReadStoredJson(path, format);
   const auto expect_refused = [&](const std::string& key, const Json& value) {

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two parts of a cloth that can touch: distance, derivatives, safe moves and search.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "physics/cloth/contact/pairs/candidates.h"
+#include "physics/cloth/contact/pairs/contact_pair.h"
+#include "physics/mesh/strip.h"
+#include "physics/util/math/random.h"
+
+namespace drape {
+namespace {
+
+PairColumns RandomColumns(std::mt19937_64& random, double scale) {
+  PairColumns columns;
+  for (double& part : columns.reshaped()) part = scale * SampleNormal(random);
+  return columns;
+}
+
+// Which corners the nearest points lie between, a bit for each.
+int Feature(const PairDistance& distance) {
+  int feature = 0;
+  for (int i = 0; i < 4; ++i) feature |= (distance.weight[i] != 0.0) << i;
+  return feature;
+}
+
+// The derivative of `function` at x by central differences, a column for each coordinate.
+template <typename Function>
+Eigen::MatrixXd Differences(const Function& function, const PairColumns& x, double step) {
+  Eigen::MatrixXd columns(function(x).size(), 12);
+  for (int i = 0; i < 12; ++i) {
+    PairColumns more = x, less = x;
+    more.reshaped()[i] += step;
+    less.reshaped()[i] -= step;
+    columns.col(i) = (function(more) - function(less)) / (2.0 * step);
+  }
+  return columns;
+}
+
+Eigen::VectorXd DistanceGradient(bool of_edges, const PairColumns& x) {
+  const PairDistance distance = MeasureDistance(of_edges, x);
+  return (distance.normal * distance.weight.transpose()).reshaped();
+}
+
+TEST(Pairs, DistanceIsTheLeastOfAllPoints) {
+  std::mt19937_64 random(1);
+  for (int k = 0; k < 400; ++k) {
+    const bool of_edges = k % 2 == 0;
+    const PairColumns x = RandomColumns(random, 1.0);
+    const double found = MeasureDistance(of_edges, x).value;
+    constexpr int kParts = 200;
+    double least = 1e9;
+    for (int i = 0; i <= kParts; ++i)
+      for (int j = 0; j <= (of_edges ? kParts : kParts - i); ++j) {
+        const double s = 1.0 * i / kParts, t = 1.0 * j / kParts;
+        const Eigen::Vector4d weight = of_edges ? Eigen::Vector4d(1.0 - s, s, t - 1.0, -t)
+                                                : Eigen::Vector4d(1.0, s + t - 1.0, -s, -t);
+        least = std::min(least, (x * weight).norm());
+      }
+    EXPECT_LE(found, least + 1e-12) << k;
+    EXPECT_GT(found, least - 0.05) << k;
+  }
+}
+
+TEST(Pairs, CurvatureOfTheDistanceIsItsSecondDerivative) {
+  std::mt19937_64 random(2);
+  std::map<std::pair<bool, int>, int> seen;
+  for (int k = 0; k < 600; ++k) {
+    const bool of_edges = k % 2 == 0;
+    const PairColumns x = RandomColumns(random, 1.0);
+    const PairDistance distance = MeasureDistance(of_edges, x);
+    const auto gradient = [&](const PairColumns& y) { return DistanceGradient(of_edges, y); };
+    const Eigen::MatrixXd expected = Differences(gradient, x, 1e-6);
+    // Not where a step changes the features.
+    const Eigen::MatrixXd finer = Differences(gradient, x, 5e-7);
+    if ((expected - finer).norm() > 1e-4 * expected.norm()) continue;
+    const PairMatrix curvature = DistanceCurvature(of_edges, x, distance);
+    EXPECT_LT((curvature - expected).norm(), 1e-5 * (1.0 + expected.norm())) << k;
+    ++seen[{of_edges, Feature(distance)}];
+  }
+  // A face's corners, edges and interior; the ends and the interiors of two edges.
+  EXPECT_EQ(seen.size(), 7U + 9U);
+}
+
+TEST(Pairs, TheMollifierHasItsDerivativesAndFades) {
+  std::mt19937_64 random(3);
+  int fading = 0;
+  for (int k = 0; k < 200; ++k) {
+    PairColumns x = RandomColumns(random, 1.0);
+    const Eigen::Vector3d along = x.col(1) - x.col(0);
+    const double angle = std::pow(10.0, -2.5 + 2.0 * k / 200.0);
+    x.col(3) = x.col(2) + along +
+               angle * along.norm() * Eigen::Vector3d(RandomColumns(random, 1.0).col(0));
+    const double squares = along.squaredNorm() * (x.col(3) - x.col(2)).squaredNorm();
+    const Mollifier mollifier = MollifyParallel(x, squares);
+    EXPECT_GE(mollifier.value, 0.0);
+    EXPECT_LE(mollifier.value, 1.0);
+    fading += mollifier.value < 1.0;
+    const Eigen::MatrixXd slope = Differences(
+        [&](const PairColumns& y) {
+          return Eigen::VectorXd::Constant(1, MollifyParallel(y, squares).value);
+        },
+        x, 1e-7);
+    EXPECT_LT((slope.transpose() - mollifier.gradient.reshaped()).norm(),
+              1e-5 * (1.0 + slope.norm()))
+        << k;
+    const Eigen::MatrixXd curvature = Differences(
+        [&](const PairColumns& y) -> Eigen::VectorXd {
+          return MollifyParallel(y, squares).gradient.reshaped();
+        },
+        x, 1e-7);
+    EXPECT_LT((curvature - MollifierCurvature(x, squares)).norm(), 1e-4 * (1.0 + curvature.norm()))
+        << k;
+  }
+  EXPECT_GT(fading, 30);
+  EXPECT_LT(fading, 170);
+  PairColumns parallel = PairColumns::Zero();
+  parallel.col(1) << 1.0, 0.0, 0.0;
+  parallel.col(2) << 0.2, 0.1, 0.0;
+  parallel.col(3) << 1.2, 0.1, 0.0;
+  EXPECT_EQ(MollifyParallel(parallel, 1.0).value, 0.0);
+}
+
+// On the whole way a tenth of the gap is left, by many samples; and a share is not shortened for
+// nothing: at its end the parts are near one another, or it is 1.
+TEST(Pairs, SafeSharesKeepATenthOfTheGap) {
+  std::mt19937_64 random(4);
+  int shortened = 0;
+  for (int k = 0; k < 20000; ++k) {
+    const bool of_edges = k % 2 == 0;
+    const PairColumns x = RandomColumns(random, 1.0);
+    const double moves = std::pow(10.0, std::uniform_real_distribution(-3.0, 1.0)(random));
+    const PairColumns dx = RandomColumns(random, moves);
+    const double distance = MeasureDistance(of_edges, x).value;
+    const double thickness = std::uniform_real_distribution(0.0, 1.2)(random) * distance;
+    const double gap = distance > thickness ? distance - thickness : distance;
+    const double kept = distance - 0.9 * gap, share = SafeShare(of_edges, x, dx, thickness);
+    ASSERT_GE(share, 0.0);
+    ASSERT_LE(share, 1.0);
+    double least = distance;
+    for (int i = 1; i <= 100; ++i)
+      least = std::min(least, MeasureDistance(of_edges, x + 0.01 * i * share * dx).value);
+    ASSERT_GE(least, kept * (1.0 - 1e-12)) << k;
+    if (share == 1.0) continue;
+    ++shortened;
+    EXPECT_LT(MeasureDistance(of_edges, x + share * dx).value, kept + 0.1 * gap) << k;
+  }
+  EXPECT_GT(shortened, 2000);
+}
+
+// A move that jumps through the other part is stopped before it.
+TEST(Pairs, NothingTunnels) {
+  PairColumns x, dx = PairColumns::Zero();
+  x.col(0) << 0.2, 0.2, 1.0;
+  x.col(1) << 0.0, 0.0, 0.0;
+  x.col(2) << 1.0, 0.0, 0.0;
+  x.col(3) << 0.0, 1.0, 0.0;
+  dx.col(0) << 0.0, 0.0, -1e6;
+  const double share = SafeShare(false, x, dx, 0.1);
+  EXPECT_NEAR(share * 1e6, 0.9 * 0.9, 0.02 * 0.9);
+}
+
+std::vector<std::array<int, 2>> EdgesOf(const Mesh& mesh) {
+  std::vector<std::array<int, 2>> edges;
+  for (const RestEdge& edge : ListEdges(mesh)) edges.push_back({edge.vertex[0], edge.vertex[1]});
+  return edges;
+}
+
+// By all pairs of a crumpled strip, for shapes that wander.
+TEST(Pairs, TheSearchFindsAllThatAreNear) {
+  constexpr double kReach = 0.02;
+  const Mesh mesh = MakeStrip(0.3, 0.1, 12, 5);
+  const auto edges = EdgesOf(mesh);
+  const auto triangles = ListTriangles(mesh);
+  PairCandidates candidates(edges, triangles, kReach);
+  std::mt19937_64 random(5);
+  Eigen::VectorXd x = mesh.rest_x;
+  std::size_t most = 0;
+  for (int step = 0; step < 60; ++step) {
+    Eigen::VectorXd dx(x.size());
+    const double moves = step % 3 == 0 ? 2e-2 : 2e-4;
+    for (double& part : dx) part = moves * SampleNormal(random);
+    candidates.Cover(x, dx);
+    for (const double share : {0.0, 0.5, 1.0}) {
+      const Eigen::VectorXd at = x + share * dx;
+      std::set<ContactPair> found;
+      for (const auto& [distance, pair] : candidates.Near(at, 0.0))
+        if (MeasureDistance(pair.of_edges, GatherPair(pair, at)).value < kReach) found.insert(pair);
+      std::set<ContactPair> expected;
+      const auto look = [&](const ContactPair& pair) {
+        if (std::set<int>(pair.vertex.begin(), pair.vertex.end()).size() == 4 &&
+            MeasureDistance(pair.of_edges, GatherPair(pair, at)).value < kReach)
+          expected.insert(pair);
+      };
+      for (int i = 0; i < mesh.num_vertices(); ++i)
+        for (const auto& [a, b, c] : triangles) look({false, {i, a, b, c}});
+      for (std::size_t i = 0; i < edges.size(); ++i)
+        for (std::size_t j = i + 1; j < edges.size(); ++j)
+          look({true, {edges[i][0], edges[i][1], edges[j][0], edges[j][1]}});
+      ASSERT_EQ(found, expected) << step << " " << share;
+      most = std::max(most, found.size());
+    }
+    x += dx;
+  }
+  EXPECT_GT(most, 100U);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/cloth/contact/self_contact.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "physics/cloth/contact/barrier.h"
+#include "physics/mesh/self_intersection.h"
+#include "physics/mesh/strip.h"
+#include "physics/util/math/random.h"
+#include "tests/physics/cloth/contact/sheets.h"
+
+namespace drape {
+namespace {
+
+constexpr Contact kSurface{.thickness = 1e-3, .range = 2e-3};
+
+Eigen::VectorXd VertexAreas(const Mesh& mesh) {
+  Eigen::VectorXd areas = Eigen::VectorXd::Zero(mesh.num_vertices());
+  for (const Face& face : mesh.faces)
+    for (const int i : face.vertex) areas[i] += face.area / 3.0;
+  return areas;
+}
+
+Eigen::VectorXd RandomMoves(Eigen::Index size, double scale, std::mt19937_64& random) {
+  Eigen::VectorXd moves(size);
+  for (double& part : moves) part = scale * SampleNormal(random);
+  return moves;
+}
+
+// Two sheets one over the other, the upper one turned and bent, so that vertices, faces and edges
+// push.
+class TwoSheets : public testing::Test {
+ protected:
+  TwoSheets()
+      : mesh_(test::Together({MakeStrip(0.05, 0.04, 5, 4), MakeStrip(0.05, 0.04, 4, 5)})),
+        contact_(mesh_, VertexAreas(mesh_), kSurface) {
+    // At rest they are far apart.
+    x_ = mesh_.rest_x;
+    std::mt19937_64 random(1);
+    x_ += RandomMoves(x_.size(), 2e-4, random);
+    const int lower = MakeStrip(0.05, 0.04, 5, 4).num_vertices();
+    for (int i = lower; i < mesh_.num_vertices(); ++i) {
+      auto place = x_.segment<3>(3 * i);
+      place = Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()) * place;
+      place.z() += kSurface.thickness + 0.6e-3 + 20.0 * place.x() * place.x() * 0.02;
+    }
+    Eigen::VectorXd none = Eigen::VectorXd::Zero(x_.size());
+    contact_.ShortenMoves(x_, none);
+  }
+
+  Mesh mesh_;
+  SelfContact contact_;
+  Eigen::VectorXd x_;
+};
+
+TEST_F(TwoSheets, ForcesAreTheSlopeOfTheEnergy) {
+  std::mt19937_64 random(2);
+  const auto energy = [&](const Eigen::VectorXd& x) {
+    Eigen::VectorXd f = Eigen::VectorXd::Zero(x.size());
+    return contact_.AddForces(x, f);
+  };
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(x_.size());
+  ASSERT_GT(contact_.AddForces(x_, f), 0.0);
+  ASSERT_GT(contact_.ListTouches(x_).size(), 20U);
+  for (int k = 0; k < 20; ++k) {
+    const Eigen::VectorXd way = RandomMoves(x_.size(), 1.0, random);
+    constexpr double kStep = 1e-8;
+    const double slope = (energy(x_ + kStep * way) - energy(x_ - kStep * way)) / (2.0 * kStep);
+    EXPECT_NEAR(-f.dot(way), slope, 1e-6 * f.norm() * way.norm());
+  }
+}
+
+TEST_F(TwoSheets, ForcesAddUpToNothing) {
+  Eigen::VectorXd f = Eigen::VectorXd::Zero(x_.size());
+  contact_.AddForces(x_, f);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero(), moment = sum;
+  for (Eigen::Index i = 0; i < f.size(); i += 3) {
+    sum += f.segment<3>(i);
+    moment += Eigen::Vector3d(x_.segment<3>(i)).cross(Eigen::Vector3d(f.segment<3>(i)));
+  }
+  EXPECT_LT(sum.norm(), 1e-14 * f.norm() * f.size());
+  EXPECT_LT(moment.norm(), 1e-14 * f.norm() * f.size() * x_.norm());
+}
+
+// The stiffness is that of the energy where all of its curvature is positive, and more elsewhere.
+TEST_F(TwoSheets, StiffnessBoundsTheSlopeOfTheForces) {
+  std::mt19937_64 random(3);
+  Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(x_.size(), x_.size());
+  contact_.ForEachStiffness(x_, SelfContact::StiffnessPart::kPositive,
+                            [&](int i, int j, const Eigen::Matrix3d& block) {
+                              EXPECT_LE(i, j);
+                              stiffness.block<3, 3>(3 * i, 3 * j) += block;
+                              if (i != j) stiffness.block<3, 3>(3 * j, 3 * i) += block.transpose();
+                            });
+  EXPECT_LT((stiffness - stiffness.transpose()).norm(), 1e-12 * stiffness.norm());
+  const auto forces = [&](const Eigen::VectorXd& x) {
+    Eigen::VectorXd f = Eigen::VectorXd::Zero(x.size());
+    contact_.AddForces(x, f);
+    return f;
+  };
+  // Along the force, which mostly opens the gaps, they nearly agree.
+  const Eigen::VectorXd up = forces(x_).normalized();
+  constexpr double kStep = 1e-8;
+  const Eigen::VectorXd slope = (forces(x_ - kStep * up) - forces(x_ + kStep * up)) / (2.0 * kStep);
+  EXPECT_NEAR(up.dot(stiffness * up), up.dot(slope), 0.05 * up.dot(slope));
+  for (int k = 0; k < 20; ++k) {
+    const Eigen::VectorXd way = RandomMoves(x_.size(), 1.0, random);
+    const double curvature =
+        way.dot(forces(x_ - kStep * way) - forces(x_ + kStep * way)) / (2.0 * kStep);
+    EXPECT_GT(way.dot(stiffness * way), curvature - 1e-4 * std::abs(curvature));
+  }
+}
+
+// The pressure is that of an obstacle. Where edges nearly meet, their nearest points are not one
+// above the other: a sheet that slides over another feels its mesh.
+TEST(SelfContact, ParallelSheetsHaveThePressureOfTheirGap) {
+  constexpr Contact kCloth{};
+  constexpr double kGap = 1.5e-4, kSide = 0.1;
+  const Mesh lower = MakeStrip(0.2, 0.2, 8, 9);
+  const Mesh mesh = test::Together({lower, MakeStrip(kSide, kSide, 5, 6)});
+  SelfContact contact(mesh, VertexAreas(mesh), kCloth);
+  const double expected =
+      -kCloth.stiffness * EvaluateBarrier(kGap, kCloth.range).slope * kSide * kSide;
+  double up = 0.0, most_aside = 0.0;
+  int places = 0;
+  for (double slide = 0.03; slide < 0.07; slide += 0.0013, ++places) {
+    Eigen::VectorXd x = mesh.rest_x;
+    for (int i = lower.num_vertices(); i < mesh.num_vertices(); ++i)
+      x.segment<3>(3 * i) += Eigen::Vector3d(slide, 0.3 * slide, kCloth.thickness + kGap);
+    Eigen::VectorXd none = Eigen::VectorXd::Zero(x.size()), f = none;
+    contact.ShortenMoves(x, none);
+    contact.AddForces(x, f);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (Eigen::Index i = 3 * lower.num_vertices(); i < f.size(); i += 3) sum += f.segment<3>(i);
+    EXPECT_NEAR(sum.z(), expected, 0.4 * expected) << slide;
+    up += sum.z();
+    most_aside = std::max(most_aside, sum.head<2>().norm() / sum.z());
+  }
+  EXPECT_NEAR(up / places, expected, 0.2 * expected);
+  EXPECT_LT(most_aside, 0.06);
+}
+
+// Pairs that are near at rest, here all of a fine mesh, do not push: a flat sheet is without force.
+TEST(SelfContact, AFlatSheetDoesNotPushItself) {
+  const Mesh mesh = MakeStrip(0.02, 0.02, 20, 20);
+  SelfContact contact(mesh, VertexAreas(mesh), kSurface);
+  Eigen::VectorXd none = Eigen::VectorXd::Zero(mesh.rest_x.size()), f = none;
+  contact.ShortenMoves(mesh.rest_x, none);
+  EXPECT_EQ(contact.AddForces(mesh.rest_x, f), 0.0);
+  EXPECT_EQ(f.norm(), 0.0);
+  EXPECT_EQ(contact.SmallestGap(mesh.rest_x), kSurface.range);
+}
+
+// Moves of any size, one after another, none of which lets the cloth through itself.
+TEST(SelfContact, ShortenedMovesNeverCross) {
+  const Mesh mesh = test::Together({MakeStrip(0.1, 0.05, 8, 5), MakeStrip(0.1, 0.05, 7, 6)});
+  SelfContact contact(mesh, VertexAreas(mesh), kSurface);
+  Eigen::VectorXd x = mesh.rest_x;
+  const int lower = MakeStrip(0.1, 0.05, 8, 5).num_vertices();
+  for (int i = lower; i < mesh.num_vertices(); ++i) x[3 * i + 2] += 0.005;
+  const auto triangles = ListTriangles(mesh);
+  ASSERT_TRUE(FindSelfIntersections(triangles, x).empty());
+  std::mt19937_64 random(4);
+  int shortened = 0;
+  for (int k = 0; k < 300; ++k) {
+    const double scale = std::pow(10.0, std::uniform_real_distribution(-4.0, -1.0)(random));
+    Eigen::VectorXd dx = RandomMoves(x.size(), scale, random);
+    // The sheets are driven together.
+    for (Eigen::Index i = 2; i < dx.size(); i += 3) dx[i] += i < 3 * lower ? scale : -scale;
+    const Eigen::VectorXd meant = dx;
+    const bool changed = contact.ShortenMoves(x, dx);
+    EXPECT_EQ(changed, dx != meant);
+    shortened += changed;
+    for (const double share : {0.3, 0.7, 1.0}) {
+      const Eigen::VectorXd at = x + share * dx;
+      ASSERT_TRUE(FindSelfIntersections(triangles, at).empty()) << k << " " << share;
+    }
+    x += dx;
+    EXPECT_GT(contact.SmallestGap(x), -kSurface.thickness);
+  }
+  EXPECT_GT(shortened, 200);
+}
+
+}  // namespace
+}  // namespace drape
