@@ -24,4 +24,9 @@ struct RunControl {
   }
 };
 
+// Calls work(i), 0 ≤ i < count, on so many threads until *cancel turns true; passes on the first
+// exception.
+void RunInThreads(int count, int threads, const std::atomic<bool>* cancel,
+                  const std::function<void(int)>& work);
+
 }  // namespace drape

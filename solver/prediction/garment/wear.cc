@@ -8,12 +8,14 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <random>
 #include <utility>
 #include <vector>
 
 #include "physics/cloth/contact/surface_obstacle.h"
 #include "physics/material/laws/stretch_element.h"
 #include "physics/mesh/self_intersection.h"
+#include "physics/util/math/random.h"
 #include "physics/util/text_format.h"
 
 namespace drape {
@@ -198,13 +200,19 @@ class Wearing {
 
 }  // namespace
 
-State StartToWear(const SewnGarment& garment, const Body& body, const WearOptions& options) {
+State StartToWear(const SewnGarment& garment, const Body& body, const WearOptions& options,
+                  uint64_t seed) {
   const Eigen::VectorXd x = body.Positions(0.0);
   const Contact contact{.thickness = Offset(options),
                         .obstacles = {std::make_shared<const SurfaceObstacle>(
                             Eigen::Matrix3Xd(x.reshaped(3, x.size() / 3)), body.triangles())}};
   State state{garment.start_x, Eigen::VectorXd::Zero(garment.start_x.size())};
   DrawTogether(garment, contact, state.x);
+  if (options.start_noise > 0.0) {
+    std::mt19937_64 random(seed);
+    for (double& part : state.x) part += options.start_noise * SampleNormal(random);
+    PushOut(contact, state.x);
+  }
   return state;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -29,6 +30,7 @@ struct WearOptions {
   double friction = 0.3;     // with the body
   bool self_contact = true;  // without it the cloth passes through itself
   double self_friction = 0.3;
+  double start_noise = 0.0;    // standard deviation of the vertices before the first step [m]
   double pin_stiffness = 1e3;  // of a vertex that the pelvis holds [N/m]
   ImplicitEulerOptions euler = {.tolerance = 1e-5, .max_iterations = 300};
 };
@@ -56,8 +58,9 @@ struct WearResult {
 };
 
 // The garment before its first step: out of the body at t = 0. It may intersect itself, which
-// contact cannot undo (FindStartIntersection).
-State StartToWear(const SewnGarment& garment, const Body& body, const WearOptions& options);
+// contact cannot undo (FindStartIntersection). seed: of the noise.
+State StartToWear(const SewnGarment& garment, const Body& body, const WearOptions& options,
+                  uint64_t seed = 1);
 
 // Two faces of the garment that meet in this state, if any.
 std::optional<std::pair<int, int>> FindStartIntersection(const SewnGarment& garment,

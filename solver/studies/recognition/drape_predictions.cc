@@ -173,7 +173,7 @@ bool RunPredictions(const RecognitionJob& job, const FittedSamples& samples,
     if (!HasPrediction(job, samples, cell)) todo.push_back(cell);
   std::mutex mutex;
   int done = 0;
-  RunCells(static_cast<int>(todo.size()), job.fits.threads, control.cancel, [&](int i) {
+  RunInThreads(static_cast<int>(todo.size()), job.fits.threads, control.cancel, [&](int i) {
     RunPredictionCell(job, samples, todo[i], control.cancel);
     const std::scoped_lock lock(mutex);
     ++done;

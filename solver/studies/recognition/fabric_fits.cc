@@ -2,12 +2,9 @@
 #include "solver/studies/recognition/fabric_fits.h"
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
 #include <filesystem>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
@@ -148,7 +145,7 @@ FitCellRun RunFitCells(const FitCellJob& job, const std::vector<FitCell>& cells,
   }
   std::mutex mutex;
   int done = static_cast<int>(cells.size() - todo.size());
-  RunCells(static_cast<int>(todo.size()), job.threads, control.cancel, [&](int i) {
+  RunInThreads(static_cast<int>(todo.size()), job.threads, control.cancel, [&](int i) {
     RunOne(job, *todo[i], {.cancel = control.cancel});
     const std::scoped_lock lock(mutex);
     ++done;
@@ -158,30 +155,6 @@ FitCellRun RunFitCells(const FitCellJob& job, const std::vector<FitCell>& cells,
   FitCellRun run = FindFits(job, cells);
   run.cancelled = control.cancelled();
   return run;
-}
-
-void RunCells(int count, int threads, const std::atomic<bool>* cancel,
-              const std::function<void(int)>& work) {
-  std::atomic<int> next = 0;
-  std::exception_ptr error;
-  std::mutex mutex;
-  const auto run = [&] {
-    for (int i = next++; i < count; i = next++) {
-      if (cancel != nullptr && cancel->load()) return;
-      try {
-        work(i);
-      } catch (...) {
-        const std::scoped_lock lock(mutex);
-        if (!error) error = std::current_exception();
-        return;
-      }
-    }
-  };
-  {
-    std::vector<std::jthread> pool;
-    for (int i = 0; i < std::min(threads, count); ++i) pool.emplace_back(run);
-  }
-  if (error) std::rethrow_exception(error);
 }
 
 }  // namespace drape

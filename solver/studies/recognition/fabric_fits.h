@@ -59,9 +59,4 @@ FitCellRun FindFits(const FitCellJob& job, const std::vector<FitCell>& cells);
 FitCellRun RunFitCells(const FitCellJob& job, const std::vector<FitCell>& cells,
                        const RunControl& control);
 
-// Calls work(i), 0 ≤ i < count, on so many threads until *cancel turns true; passes on the first
-// exception.
-void RunCells(int count, int threads, const std::atomic<bool>* cancel,
-              const std::function<void(int)>& work);
-
 }  // namespace drape

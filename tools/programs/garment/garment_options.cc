@@ -35,12 +35,13 @@ std::vector<Option> ClothingOptions(GarmentOptions& options) {
        .is_path = true},
       {.key = "draws",
        .value = &options.draws,
-       .doc = "samples of the posterior, one garment each",
+       .doc = "samples of the posterior, one garment each; of a material, starts that differ by "
+              "--start_noise",
        .least = 1,
        .most = 1000},
       {.key = "seed",
        .value = &options.seed,
-       .doc = "random seed of the samples",
+       .doc = "random seed of the samples and of the starts",
        .least = 0,
        .most = 1000000000},
       {.key = "min_relative_stiffness",
@@ -67,6 +68,12 @@ std::vector<Option> MotionOptions(GarmentOptions& options) {
        .least = 0.04,
        .most = 600},
       TimeStepOption(wear.h, "largest time step; a frame of .04 s has a whole number of them"),
+      {.key = "start_noise",
+       .value = &wear.start_noise,
+       .doc = "random displacement of the cloth before the first step, its standard deviation",
+       .unit = "m",
+       .least = 0,
+       .most = 0.01},
       {.key = "thickness",
        .value = &wear.thickness,
        .doc = "thickness of the cloth",
@@ -90,6 +97,7 @@ std::vector<Option> MotionOptions(GarmentOptions& options) {
        .doc = "coefficient of friction of the cloth with itself",
        .least = 0,
        .most = 10},
+      ThreadsOption(options.threads),
   };
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
@@ -17,6 +18,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/math/random.h"
 #include "physics/util/stored/stored_json.h"
 #include "physics/util/text_format.h"
 #include "solver/prediction/garment/body/body_spec.h"
@@ -63,8 +65,10 @@ Wardrobe MakeWardrobe(const GarmentOptions& options) {
 }
 
 void CheckOneDraw(const GarmentOptions& options) {
-  if (options.draws > 1)
-    throw InputError("option 'draws'", "found more than one of a material, expected a posterior");
+  if (options.draws > 1 && options.wear.start_noise == 0.0)
+    throw InputError("option 'draws'",
+                     "found more than one of a material, expected a posterior or a positive "
+                     "--start_noise");
 }
 
 MaterialSource MakeMaterials(const GarmentOptions& options, const ClothModel& model) {
@@ -105,13 +109,13 @@ std::string SettingsText(const GarmentOptions& options, const Wardrobe& wardrobe
   for (const BendTable& table : material.bend)
     bend += std::accumulate(table.entries(), table.entries() + kBendEntries, 0.0);
   const Mesh& mesh = wardrobe.garment.mesh;
-  return Format("%s %.17g %.17g %s %.17g %s %.17g %.17g %.17g %s %g %g %g %g %g %d %g",
+  return Format("%s %.17g %.17g %s %.17g %s %.17g %.17g %.17g %s %g %g %g %g %g %d %g %g %d",
                 options.garment.c_str(), wardrobe.garment.start_x.sum(), mesh.uv.sum(),
                 options.body.c_str(), wardrobe.body->Positions(0.0).sum(),
                 (options.material + options.posterior).c_str(), material.density, stretch, bend,
                 options.law.c_str(), options.edge, wardrobe.wear.h, wardrobe.wear.thickness,
                 wardrobe.wear.skin_offset, wardrobe.wear.friction, wardrobe.wear.self_contact,
-                wardrobe.wear.self_friction);
+                wardrobe.wear.self_friction, wardrobe.wear.start_noise, options.seed);
 }
 
 // The places of the unsewn vertices, which the OBJ file and the cache have.
@@ -230,15 +234,17 @@ double LowestPoint(const Eigen::VectorXd& x) {
 }
 
 GarmentRun RunOne(const GarmentOptions& options, const Wardrobe& wardrobe,
-                  const MaterialField& material, const std::string& settings,
-                  const std::string& folder, const RunControl& control) {
+                  const MaterialField& material, int draw, const std::string& folder,
+                  const RunControl& control) {
+  const auto seed = SeedOfStream(static_cast<uint64_t>(options.seed), draw);
+  const std::string settings = SettingsText(options, wardrobe, material);
   fs::create_directories(folder);
   const std::string stored = folder + "/checkpoint.json";
   Checkpoint at;
   if (options.resume && fs::exists(stored)) {
     at = ReadCheckpoint(stored, settings, wardrobe.sewn.model->num_dofs());
   } else {
-    at.state = StartToWear(wardrobe.sewn, *wardrobe.body, wardrobe.wear);
+    at.state = StartToWear(wardrobe.sewn, *wardrobe.body, wardrobe.wear, seed);
     CheckStart(options, wardrobe, at.state);
     WriteObj(folder + "/garment.obj", wardrobe.garment.mesh, Unsewn(wardrobe, at.state.x));
     WriteObj(folder + "/body.obj",
@@ -306,6 +312,7 @@ void WriteSummary(const GarmentOptions& options, const WearOptions& wear,
                {"friction", wear.friction},
                {"self_contact", wear.self_contact},
                {"self_friction", wear.self_friction},
+               {"start_noise_m", wear.start_noise},
                {"runs", Json::array()}};
   for (const GarmentRun& run : result.runs) json["runs"].push_back(RunJson(run));
   for (const auto& [name, version] : Versions()) json["versions"][name] = version;
@@ -319,20 +326,28 @@ GarmentResult RunGarments(const GarmentOptions& options, const RunControl& contr
   const MaterialSource materials = MakeMaterials(options, *wardrobe.sewn.model);
   const OutputFolder out(options.out, {"summary.json"});
   GarmentResult result;
-  for (int draw = 0; draw < options.draws && !result.cancelled; ++draw) {
-    const std::string name = options.draws > 1 ? Format("draw_%d", draw + 1) : std::string();
-    const RunControl part{.cancel = control.cancel,
-                          .progress = [&](double fraction, const std::string& note) {
-                            control.Report((draw + fraction) / options.draws,
-                                           name.empty() ? note : name + " " + note);
-                          }};
-    const MaterialField material = materials(draw);
-    GarmentRun run = RunOne(options, wardrobe, material, SettingsText(options, wardrobe, material),
+  result.runs.resize(options.draws);
+  for (int draw = 0; draw < options.draws; ++draw) {
+    if (options.draws > 1) result.runs[draw].name = Format("draw_%d", draw + 1);
+    result.runs[draw].wear.status = WearStatus::kCancelled;  // until it has run
+  }
+  std::mutex mutex;
+  std::vector<double> done(options.draws, 0.0);
+  RunInThreads(options.draws, CountThreads(options.threads), control.cancel, [&](int draw) {
+    const std::string name = result.runs[draw].name;
+    const RunControl part{
+        .cancel = control.cancel, .progress = [&](double fraction, const std::string& note) {
+          const std::scoped_lock lock(mutex);
+          done[draw] = fraction;
+          control.Report(std::accumulate(done.begin(), done.end(), 0.0) / options.draws,
+                         name.empty() ? note : name + " " + note);
+        }};
+    GarmentRun run = RunOne(options, wardrobe, materials(draw), draw,
                             options.out + (name.empty() ? "" : "/" + name), part);
     run.name = name;
-    result.cancelled = run.wear.status == WearStatus::kCancelled;
-    result.runs.push_back(std::move(run));
-  }
+    result.runs[draw] = std::move(run);
+  });
+  result.cancelled = control.cancelled();
   WriteSummary(options, wardrobe.wear, result, out.Staged("summary.json"));
   out.Publish();
   return result;

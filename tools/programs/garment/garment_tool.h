@@ -18,8 +18,9 @@ struct GarmentOptions {
   std::string material;                 // ReadMaterial; or
   std::string posterior;                // a folder of drape_fit (ReadMaterialSource)
   double min_relative_stiffness = 0.0;
-  int draws = 1;  // of the posterior
+  int draws = 1;  // of the posterior, or starts of a material
   int seed = 1;
+  int threads = 0;
   std::string law = "smooth";
   double edge = 0.012;   // of the triangles [m]
   double seconds = 4.0;  // simulated

@@ -167,7 +167,7 @@ TEST(Pairs, NothingTunnels) {
   EXPECT_NEAR(share * 1e6, 0.9 * 0.9, 0.02 * 0.9);
 }
 
-std::vector<std::array<int, 2>> EdgesOf(const Mesh& mesh) {
+std::vector<std::array<int, 2>> ListEnds(const Mesh& mesh) {
   std::vector<std::array<int, 2>> edges;
   for (const RestEdge& edge : ListEdges(mesh)) edges.push_back({edge.vertex[0], edge.vertex[1]});
   return edges;
@@ -177,7 +177,7 @@ std::vector<std::array<int, 2>> EdgesOf(const Mesh& mesh) {
 TEST(Pairs, TheSearchFindsAllThatAreNear) {
   constexpr double kReach = 0.02;
   const Mesh mesh = MakeStrip(0.3, 0.1, 12, 5);
-  const auto edges = EdgesOf(mesh);
+  const auto edges = ListEnds(mesh);
   const auto triangles = ListTriangles(mesh);
   PairCandidates candidates(edges, triangles, kReach);
   std::mt19937_64 random(5);

@@ -157,19 +157,5 @@ TEST_F(FabricFitsTest, AFailureIsNamedAndEndsNothing) {
   EXPECT_THROW(RunFitCells(job, cells, {}), InputError);
 }
 
-TEST_F(FabricFitsTest, AnExceptionOfACellIsPassedOn) {
-  std::atomic<int> done = 0;
-  EXPECT_THROW(RunCells(8, 2, nullptr,
-                        [&](int i) {
-                          if (i == 3) throw InputError("cell", "bad");
-                          ++done;
-                        }),
-               InputError);
-  const std::atomic<bool> cancel = true;
-  done = 0;
-  RunCells(8, 2, &cancel, [&](int) { ++done; });
-  EXPECT_EQ(done, 0);
-}
-
 }  // namespace
 }  // namespace drape::test
