@@ -101,4 +101,9 @@ std::vector<std::pair<int, int>> FindSelfIntersections(const std::vector<Triangl
   return found;
 }
 
+int CountSelfIntersections(const Mesh& mesh, const Eigen::VectorXd& x) {
+  constexpr int kMost = 1000;
+  return static_cast<int>(FindSelfIntersections(ListTriangles(mesh), x, kMost).size());
+}
+
 }  // namespace drape

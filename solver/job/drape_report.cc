@@ -5,6 +5,7 @@
 
 #include "losses/outline/outline.h"
 #include "losses/silhouette/raster.h"
+#include "physics/mesh/self_intersection.h"
 #include "physics/simulation/statics/modes.h"
 #include "solver/fit/protocol/guess/guided_drape.h"
 #include "solver/fit/protocol/guess/initial_guess_grid.h"
@@ -49,6 +50,7 @@ bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& mate
   report->status = nudged.status;
   report->drift = nudged.drift;
   report->force_residual = ForceResidual(model, material, x);
+  report->self_intersections = CountSelfIntersections(model.mesh, x);
   report->lowest_eigenvalues =
       LowestEigenvalues(solver, material, x, kReportedModes, options.cancel);
   const State guess = GuessState(model, observation, options.lift), flat = model.RestState();

@@ -23,6 +23,7 @@ struct MeasuredDrape {
 struct DrapeReport {
   MeasuredDrape fitted;
   double force_residual = 0.0;         // ‖f‖ / weight
+  int self_intersections = 0;          // of the fitted drape (CountSelfIntersections)
   Eigen::VectorXd lowest_eigenvalues;  // of K by mass [s⁻²], ascending (LowestEigenvalues); the
                                        // drape is stable when they are positive
   // Where the fitted drape comes to rest when it is nudged, as in NudgedDrape.

@@ -43,6 +43,7 @@ ordered_json ImageJson(const Observation& observation, const DrapeReport& drape,
           {"from_flat", ReplayJson(drape.from_flat)},
           {"force_residual", drape.force_residual},
           {"stability", StabilityJson(drape.lowest_eigenvalues)},
+          {"self_intersections", drape.self_intersections},
           {"camera", CameraJson(observation.camera)},
           {"quality", QualityJson(observation.quality)},
           {"initial_lift", lift}};

@@ -103,6 +103,11 @@ void JudgeDrape(const Observation& observation, const DrapeReport& drape, const 
       Format("not at rest: forces of %.1g of the weight remain", drape.force_residual) + which);
   if (!IsStable(drape.lowest_eigenvalues))
     judge.Add(FitGrade::kDoNotUse, "the fitted drape is not stable" + which);
+  if (drape.self_intersections > 0)
+    judge.Add(FitGrade::kDoNotUse, Format("the fitted drape passes through itself, in %d pairs of "
+                                          "faces, which fits do not prevent",
+                                          drape.self_intersections) +
+                                       which);
   if (drape.status == EquilibriumStatus::kStable) {
     judge.Add(ChooseGrade(1e3 * drape.drift, kDrift),
               Format("nudged, it comes to rest %.1f mm away", 1e3 * drape.drift) + which);

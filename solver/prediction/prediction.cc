@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "physics/cloth/start_shape.h"
+#include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
 
@@ -68,6 +69,10 @@ void Fill(const ClothModel& model, const Camera& camera, SettledDrape settled,
   drape->newton_iterations = settled.rest.iterations;
   drape->x = std::move(settled.rest.x);
   if (!stepped || settled.rest.status != EquilibriumStatus::kStable) return;
+  if (CountSelfIntersections(model.mesh, drape->x) > 0) {
+    drape->status = "passes through itself";
+    return;
+  }
   try {
     drape->seen = See(model.mesh, drape->x, camera);
   } catch (const InputError& unseen) {  // counted like a drape without equilibrium

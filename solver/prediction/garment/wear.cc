@@ -108,6 +108,8 @@ class Wearing {
 
   // From the frame before `index` to it. Returns why not, or nothing.
   std::string NextFrame(int index, State& state, int* newton_steps) {
+    euler_.reset();  // its pattern depends on earlier contact: a run that is resumed has the same
+                     // bits
     for (int step = 0; step < options_.steps_per_frame; ++step) {
       const int number = (index - 1) * options_.steps_per_frame + step;
       const double begin = number * options_.h;

@@ -143,6 +143,8 @@ TEST_F(FitVerdictTest, EachFaultIsFoundAndNamed) {
       {[&] { drape().force_residual = std::numeric_limits<double>::quiet_NaN(); },
        FitGrade::kDoNotUse, "not at rest"},
       {[&] { drape().lowest_eigenvalues[0] = -1; }, FitGrade::kDoNotUse, "not stable"},
+      {[&] { drape().self_intersections = 3; }, FitGrade::kDoNotUse,
+       "passes through itself, in 3 pairs of faces"},
       {[&] { drape().drift = 0.01; }, FitGrade::kDoNotUse, "nudged, it comes to rest 10.0 mm away"},
       {[&] { drape().status = EquilibriumStatus::kNotConverged; }, FitGrade::kDoNotUse,
        "does not come to rest"},

@@ -35,6 +35,7 @@ struct SimulateResult {
   SimulationResult simulation;
   std::string backend;                         // Backend::name
   double force_residual = 0.0;                 // ‖f‖ / weight of the last shape
+  int self_intersections = 0;                  // of the last shape (CountSelfIntersections)
   Eigen::VectorXd lowest_eigenvalues;          // of K by mass there [s⁻²]; empty: not found
   std::optional<DrapeView> view;               // of the last shape on a support
   std::optional<UnsupportedView> unsupported;  // of the last shape without one

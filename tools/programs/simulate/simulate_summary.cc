@@ -100,6 +100,7 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"force_residual",
                 std::isfinite(result.force_residual) ? Json(result.force_residual) : Json(nullptr)},
                {"stability", StabilityJson(result.lowest_eigenvalues)},
+               {"self_intersections", result.self_intersections},
                {"steps", result.simulation.steps},
                {"steps_wanted", options.steps},
                {"time_step", options.h},
@@ -139,7 +140,8 @@ std::string SummaryLine(const SimulateResult& result) {
   if (result.view) line += ViewLine(*result.view);
   if (result.unsupported) line += UnsupportedLine(*result.unsupported);
   return line + Format("force residual %.2g of the weight", result.force_residual) +
-         StabilityNote(result.lowest_eigenvalues);
+         StabilityNote(result.lowest_eigenvalues) +
+         (result.self_intersections > 0 ? ", passes through itself" : "");
 }
 
 }  // namespace drape

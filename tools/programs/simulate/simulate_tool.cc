@@ -9,6 +9,7 @@
 #include "losses/image/segmentation.h"
 #include "physics/cloth/state_io.h"
 #include "physics/mesh/obj_io.h"
+#include "physics/mesh/self_intersection.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/errors.h"
 #include "tools/cli/output_folder.h"
@@ -110,6 +111,7 @@ void MeasureEnd(const Input& input, const RunControl& control, SimulateResult* r
   const Eigen::VectorXd& x = result->simulation.end.x;
   result->force_residual = ForceResidual(model, material, x);
   if (!x.allFinite()) return;
+  result->self_intersections = CountSelfIntersections(model.mesh, x);
   if (!control.cancelled()) {
     StepSolver solver(input.scene.model);
     result->lowest_eigenvalues =

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -223,6 +224,81 @@ TEST(Layers, AFallingPileDoesNotPassThroughItself) {
   run.steps = 60;
   RunLayers(run, 50);
   ExpectSameBitsTwice(run, 25);
+}
+
+// A band cut as a U that opens to the left: two legs, 14 mm apart at the neck and 40 mm at the
+// bend.
+Mesh MakeBight(double length) {
+  constexpr double kNeck = 7e-3, kBend = 20e-3, kCentre = 15e-3, kCell = 4e-3;
+  std::vector<Eigen::Vector2d> centre;
+  for (double x = -length; x < kCentre; x += kCell) {
+    const double share = std::clamp((x + kCentre) / (2.0 * kCentre), 0.0, 1.0);
+    centre.push_back({x, kNeck + (kBend - kNeck) * share * share * (3.0 - 2.0 * share)});
+  }
+  const std::size_t leg = centre.size();
+  constexpr int kArc = 16;
+  for (int k = 0; k <= kArc; ++k) {
+    const double angle = M_PI * (0.5 - double(k) / kArc);
+    centre.push_back({kCentre + kBend * std::cos(angle), kBend * std::sin(angle)});
+  }
+  for (std::size_t k = leg; k-- > 0;) centre.push_back({centre[k].x(), -centre[k].y()});
+  constexpr int kAcross = 3;
+  const auto along = static_cast<int>(centre.size());
+  Eigen::Matrix2Xd uv(2, kAcross * along);
+  std::vector<std::array<int, 3>> triangles;
+  for (int i = 0; i < along; ++i) {
+    const Eigen::Vector2d way = centre[std::min(i + 1, along - 1)] - centre[std::max(i - 1, 0)];
+    const Eigen::Vector2d left = Eigen::Vector2d(-way.y(), way.x()).normalized();
+    for (int k = 0; k < kAcross; ++k) {
+      uv.col(kAcross * i + k) = centre[i] + 3e-3 * (k - 1) * left;
+      if (i + 1 == along || k + 1 == kAcross) continue;
+      const int here = kAcross * i + k;
+      triangles.push_back({here, here + kAcross, here + kAcross + 1});
+      triangles.push_back({here, here + kAcross + 1, here + 1});
+    }
+  }
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(3 * uv.cols());
+  x.reshaped(3, uv.cols()).topRows<2>() = uv;
+  return BuildMesh(x, uv, triangles, "bight");
+}
+
+// Two bights, each through the other: the second comes from below through the first, goes over its
+// legs, under its neck, and back. Pulled by their ends they jam, and neither comes free.
+TEST(Layers, AReefKnotHolds) {
+  constexpr double kLength = 80e-3, kPull = 60e-3;
+  const Mesh first = MakeBight(kLength);
+  Mesh second = Turned(first, Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()).toRotationMatrix());
+  for (Eigen::Index i = 0; i < second.rest_x.size(); i += 3) {
+    const double share = std::clamp((22e-3 - std::abs(second.rest_x[i])) / 14e-3, 0.0, 1.0);
+    second.rest_x[i + 2] = 1.5e-3 * (2.0 * share * share * (3.0 - 2.0 * share) - 1.0);
+  }
+  Layers run{.model = Falling(test::Together({first, second}), 0.0)};
+  const Mesh& mesh = run.model->mesh;
+  ASSERT_TRUE(FindSelfIntersections(ListTriangles(mesh), mesh.rest_x).empty());
+  run.state = run.model->RestState();
+  run.steps = 100;
+  run.pins = [&](int step) {
+    std::vector<Pin> pins;
+    for (int i = 0; i < mesh.num_vertices(); ++i) {
+      const Eigen::Vector3d rest = mesh.rest_x.segment<3>(3 * i);
+      if (std::abs(rest.x()) < kLength - 1e-9) continue;
+      const double moved = std::copysign(kPull * (step + 1) / 100.0, rest.x());
+      pins.push_back(
+          {.vertex = i, .stiffness = 20.0, .place = rest + Eigen::Vector3d(moved, 0.0, 0.0)});
+    }
+    return pins;
+  };
+  const State tight = RunLayers(run, 50);
+  const int own = first.num_vertices();
+  double bend_of_first = -1.0, bend_of_second = 1.0, ends = 0.0;
+  for (int i = 0; i < mesh.num_vertices(); ++i) {
+    const double x = tight.x[3 * i];
+    if (i < own) bend_of_first = std::max(bend_of_first, x);
+    if (i >= own) bend_of_second = std::min(bend_of_second, x);
+    ends = std::max(ends, std::abs(x));
+  }
+  EXPECT_GT(bend_of_first, bend_of_second + 5e-3);  // they still reach through one another
+  EXPECT_LT(ends, kLength + kPull - 2e-3);          // and the ends lag behind the hands
 }
 
 }  // namespace

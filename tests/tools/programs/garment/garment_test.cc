@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_garment as a user runs it, on a coarse skirt.
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -44,6 +46,24 @@ TEST_F(GarmentTool, WritesCachesOfAllFramesOutsideOfTheBody) {
   EXPECT_EQ(run.at("status"), "done");
   EXPECT_GT(run.at("smallest_gap_m").get<double>(), 0.0);
   EXPECT_EQ(run.at("body_intersections"), 0);
+  EXPECT_EQ(run.at("self_intersections"), 0);
+}
+
+TEST_F(GarmentTool, NoisyStartsDifferAndShareTheirFabric) {
+  const std::vector<std::string> options = {"--material=" + kFabric, "--seconds=0.04", "--draws=2",
+                                            "--start_noise=1e-3"};
+  const auto run = [&](const std::string& name, const std::string& threads) {
+    std::vector<std::string> all = options;
+    all.push_back("--threads=" + threads);
+    all.push_back("--out=" + Path(name));
+    EXPECT_EQ(Dress(all).exit_code, 0);
+    return std::array{ReadGeometryCache(Path(name + "/draw_1/garment.pc2")).frames,
+                      ReadGeometryCache(Path(name + "/draw_2/garment.pc2")).frames};
+  };
+  const auto runs = run("one", "1");
+  EXPECT_EQ(runs, run("two", "2"));
+  const Eigen::VectorXf between = runs[0][0] - runs[1][0];
+  EXPECT_NEAR(between.norm() / std::sqrt(2e-6 * between.size()), 1.0, 0.1);
 }
 
 TEST_F(GarmentTool, AResumedRunHasTheFramesOfOneRun) {

@@ -191,6 +191,20 @@ TEST_F(SimulateTool, SaysThatAFallingClothIsNotStable) {
   EXPECT_TRUE(stability.at("lowest_frequency_hz").is_null());
 }
 
+// Without contact nothing keeps a state apart that begins crossed.
+TEST_F(SimulateTool, SaysThatAClothPassesThroughItself) {
+  ASSERT_EQ(Simulate({"--steps=0", "--start=flat"}).exit_code, 0);
+  EXPECT_EQ(ReadJson(Path("out/summary.json")).at("self_intersections"), 0);
+  State state = ReadState(Path("out/state_0.json"), kVertices);
+  const Eigen::Vector3d first = state.x.head<3>();
+  state.x.head<3>() = state.x.tail<3>();
+  state.x.tail<3>() = first;
+  WriteState(Path("crossed.json"), state);
+  const ProcessResult result = Simulate({"--steps=0", "--start=" + Path("crossed.json")});
+  EXPECT_THAT(result.out, testing::HasSubstr("passes through itself"));
+  EXPECT_GT(ReadJson(Path("out/summary.json")).at("self_intersections"), 0);
+}
+
 TEST_F(SimulateTool, ComparesWithAnImage) {
   ASSERT_EQ(Simulate({"--steps=20"}).exit_code, 0);
   std::filesystem::copy(Path("out/silhouette.png"), Path("image.png"));
