@@ -110,6 +110,7 @@ IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
   // A force that is not a number is not in balance.
   for (int i = 0; !(here.residual <= options_.tolerance); ++i) {
     if (!std::isfinite(here.residual)) return IntegratorStatus::kNotFinite;
+    if (options_.cancel != nullptr && *options_.cancel) return IntegratorStatus::kCancelled;
     if (i == options_.max_iterations) return IntegratorStatus::kNotConverged;
     if (!Factor(here.x, whole)) return IntegratorStatus::kNotPositiveDefinite;
     Eigen::VectorXd dx = here.unbalanced;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -29,6 +30,7 @@ struct ImplicitEulerOptions {
   double friction_change = 0.01;  // of these forces, below which no further round follows
   // Contact of the cloth with itself [MODEL, M62]; obstacles are those of the scene or the step.
   std::optional<Contact> self_contact = {};
+  const std::atomic<bool>* cancel = nullptr;  // ends a step early when it turns true
   // Sees each shape x, shape [3V], that a step has gone to.
   std::function<void(const Eigen::VectorXd& x)> on_accept = {};
 };
@@ -39,7 +41,8 @@ enum class IntegratorStatus {
   kNotPositiveDefinite,  // a factorisation failed, with every shift allowed
   kNotConverged,         // the budget of Newton's or of conjugate gradients' iterations is spent
   kPinched,              // an obstacle moves into cloth that other cloth keeps in its place
-  kNotFinite             // positions or velocities overflowed
+  kNotFinite,            // positions or velocities overflowed
+  kCancelled
 };
 
 // A vertex that a spring holds at a place that can change in time, beside the handles of the scene.

@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -99,14 +100,16 @@ const char* ToText(IntegratorStatus status) {
 class Wearing {
  public:
   Wearing(const SewnGarment& garment, const MaterialField& material, const Body& body,
-          const WearOptions& options)
+          const WearOptions& options, const std::atomic<bool>* cancel)
       : garment_(garment),
         material_(material),
         body_(body),
         options_(options),
+        cancel_(cancel),
         triangles_(ListTriangles(garment.model->mesh)) {}
 
-  // From the frame before `index` to it. Returns why not, or nothing.
+  // From the frame before `index` to it. Returns why not, or nothing. Cancelled, it may be at a
+  // step between.
   std::string NextFrame(int index, State& state, int* newton_steps) {
     euler_.reset();  // its pattern depends on earlier contact: a run that is resumed has the same
                      // bits
@@ -163,9 +166,11 @@ class Wearing {
   bool Step(double begin, double h, State& state, int* newton_steps) {
     for (int parts = 1; parts <= kMostParts; parts *= 2) {
       State tried = state;
-      if (!Steps(begin, h / parts, parts, tried, newton_steps)) continue;
-      state = std::move(tried);
-      return true;
+      if (Steps(begin, h / parts, parts, tried, newton_steps)) {
+        state = std::move(tried);
+        return true;
+      }
+      if (status_ == IntegratorStatus::kCancelled) return false;
     }
     return false;
   }
@@ -173,6 +178,7 @@ class Wearing {
   bool Steps(double begin, double h, int count, State& state, int* newton_steps) {
     ImplicitEulerOptions euler_options = options_.euler;
     euler_options.friction = options_.friction;
+    euler_options.cancel = cancel_;
     if (options_.self_contact) {
       euler_options.self_contact = Contact{.thickness = options_.thickness};
       euler_options.self_friction = options_.self_friction;
@@ -194,6 +200,7 @@ class Wearing {
   const MaterialField& material_;
   const Body& body_;
   const WearOptions& options_;
+  const std::atomic<bool>* cancel_;
   std::vector<std::array<int, 3>> triangles_;
   std::unique_ptr<ImplicitEuler> euler_;
   double euler_h_ = 0.0;
@@ -227,7 +234,7 @@ std::optional<std::pair<int, int>> FindStartIntersection(const SewnGarment& garm
 WearResult Wear(const SewnGarment& garment, const MaterialField& material, const Body& body,
                 const WearOptions& options, State state, int first, const RunControl& control,
                 const std::function<void(const WornFrame&)>& on_frame) {
-  Wearing wearing(garment, material, body, options);
+  Wearing wearing(garment, material, body, options, control.cancel);
   WearResult result;
   const double frame_time = options.h * options.steps_per_frame;
   if (first == 0) {
@@ -235,13 +242,14 @@ WearResult Wear(const SewnGarment& garment, const MaterialField& material, const
     ++result.frames;
   }
   for (int index = first + 1; index <= options.frames; ++index) {
-    if (control.cancelled()) {
-      result.status = WearStatus::kCancelled;
-      return result;
-    }
     const auto begin = std::chrono::steady_clock::now();
     int newton_steps = 0;
     result.reason = wearing.NextFrame(index, state, &newton_steps);
+    if (control.cancelled()) {
+      result.reason.clear();
+      result.status = WearStatus::kCancelled;
+      return result;
+    }
     if (!result.reason.empty()) {
       result.status = WearStatus::kFailed;
       result.worst_vertex = wearing.failure().vertex;
