@@ -25,7 +25,7 @@ void AppendBlocks(const BlockPattern& p, const int (&vertex)[N], std::vector<int
 template <class T, int V>
 void AddRowProduct(const BlockPattern& p, const BlockMatrix& A, int i, const RowMatrix& x,
                    int column, RowMatrix& y) {
-  constexpr int kWidth = sizeof(T) / sizeof(double);
+  constexpr int kWidth = kLanes<T>;
   T sum[3][V] = {};
   for (int b = p.row_start[i]; b < p.row_start[i + 1]; ++b) {
     const double *block = A.block(b), *from = &x(3 * p.column[b], column);

@@ -175,25 +175,28 @@ ordered_json ImagesJson(const FitProblem& problem, const FitReport& report,
           {"mean_settled", ComputeMean(images, ordered_json::json_pointer("/settled/metrics"))}};
 }
 
+ordered_json SettingsJson(const FitSpec& spec) {
+  return {{"model", ToString(spec.model)},
+          {"law", ToString(spec.law)},
+          {"contact", ToString(spec.contact.model)},
+          {"thickness_m", spec.contact.thickness},
+          {"camera", ToString(spec.observation.camera.kind)},
+          {"centre", ToString(spec.observation.centre)},
+          {"mesh", spec.mesh},
+          {"search_mesh", spec.search_mesh},
+          {"coarse_mesh", spec.coarse_mesh}};
+}
+
 ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& files,
                      const FitProblem& problem, const StagedFitState& state,
                      const FitReport& report) {
   const double prior_sigma = spec.stages.prior_sigma;
-  ordered_json json = {{"tool", "drape_fit"},
-                       {"model", ToString(spec.model)},
-                       {"status", report.cancelled ? "cancelled" : "done"},
-                       {"law", ToString(spec.law)},
-                       {"contact", ToString(spec.contact.model)},
-                       {"thickness_m", spec.contact.thickness},
-                       {"camera", ToString(spec.observation.camera.kind)},
-                       {"centre", ToString(spec.observation.centre)},
-                       {"mesh", spec.mesh},
-                       {"search_mesh", spec.search_mesh},
-                       {"coarse_mesh", spec.coarse_mesh},
-                       {"start_material", data.material},
-                       {"versions", files.versions},
-                       {"verdict", VerdictJson(report)},
-                       {"notes", report.notes}};
+  ordered_json json = {{"tool", "drape_fit"}, {"status", report.cancelled ? "cancelled" : "done"}};
+  json.update(SettingsJson(spec));
+  json.update({{"start_material", data.material},
+               {"versions", files.versions},
+               {"verdict", VerdictJson(report)},
+               {"notes", report.notes}});
   if (!data.other_materials.empty()) json["other_start_materials"] = data.other_materials;
   if (report.fitted()) {
     json["stiffness"] = StiffnessJson(report);

@@ -9,6 +9,12 @@ namespace drape {
 // extension).
 using Vec4 = double __attribute__((vector_size(32)));
 
+// The doubles in T = Vec4 or double.
+template <class T>
+inline constexpr int kLanes = 1;
+template <>
+inline constexpr int kLanes<Vec4> = 4;
+
 // Loads T = Vec4 or double from an address of any alignment.
 template <class T>
 inline __attribute__((always_inline)) T LoadAs(const double* from) {

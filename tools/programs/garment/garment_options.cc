@@ -26,6 +26,17 @@ std::vector<Option> ClothingOptions(GarmentOptions& options) {
        .unit = "1/s",
        .least = 1,
        .most = 1000},
+      {.key = "edge",
+       .value = &options.edge,
+       .doc = "length of the triangles' edges",
+       .unit = "m",
+       .least = 0.002,
+       .most = 0.1},
+  };
+}
+
+std::vector<Option> FabricOptions(GarmentOptions& options) {
+  return {
       {.key = "material", .value = &options.material, .doc = "material file", .is_path = true},
       {.key = "posterior",
        .value = &options.posterior,
@@ -49,12 +60,6 @@ std::vector<Option> ClothingOptions(GarmentOptions& options) {
        .doc = "smallest table entry relative to the largest of its column",
        .least = 0,
        .most = 1},
-      {.key = "edge",
-       .value = &options.edge,
-       .doc = "length of the triangles' edges",
-       .unit = "m",
-       .least = 0.002,
-       .most = 0.1},
   };
 }
 
@@ -119,7 +124,7 @@ OptionTable GarmentTable(GarmentOptions& options) {
           "converge; the frames before it are there\n",
       .options = Concatenate(
           Grouped("garment and body", ClothingOptions(options)),
-          Grouped("simulation", MotionOptions(options)),
+          Grouped("fabric", FabricOptions(options)), Grouped("simulation", MotionOptions(options)),
           Grouped("results", std::vector<Option>{OutOption(options.out),
                                                  {.key = "resume",
                                                   .value = &options.resume,

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "physics/cloth/contact/pairs/contact_pair.h"
@@ -18,7 +19,9 @@ class PairCandidates {
   struct Candidate {
     double distance;  // in the reference shape [m]
     ContactPair pair;
-    friend auto operator<=>(const Candidate&, const Candidate&) = default;
+    friend bool operator<(const Candidate& a, const Candidate& b) {
+      return std::tie(a.distance, a.pair) < std::tie(b.distance, b.pair);
+    }
   };
 
   // edges, triangles: indices of vertices. reach: distances [m] above which a pair is not wanted.
