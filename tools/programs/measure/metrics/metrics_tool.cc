@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/metrics/metrics_tool.h"
+#include "tools/programs/measure/metrics/metrics_tool.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -13,8 +13,8 @@
 #include "solver/studies/validation/recovery.h"
 #include "tools/cli/versions.h"
 #include "tools/inputs/common_options.h"
-#include "tools/programs/metrics/metrics_input.h"
-#include "tools/programs/metrics/metrics_report.h"
+#include "tools/programs/measure/metrics/metrics_input.h"
+#include "tools/programs/measure/metrics/metrics_report.h"
 #include "tools/programs/reports/dataset_report.h"
 #include "tools/programs/reports/score_report.h"
 

@@ -4,7 +4,7 @@
 
 #include "tests/losses/image/photograph.h"
 #include "tests/tools/tool_fixture.h"
-#include "tools/programs/metrics/metrics_tool.h"
+#include "tools/programs/measure/metrics/metrics_tool.h"
 
 namespace drape::test {
 namespace {

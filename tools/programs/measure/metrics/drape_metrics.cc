@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/tool_main.h"
-#include "tools/programs/metrics/metrics_tool.h"
+#include "tools/programs/measure/metrics/metrics_tool.h"
 
 namespace drape {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/metrics/metrics_report.h"
+#include "tools/programs/measure/metrics/metrics_report.h"
 
 #include <cmath>
 #include <filesystem>
