@@ -10,8 +10,8 @@
 #include "physics/util/text_format.h"
 #include "solver/forward/random_drapes.h"
 #include "tools/cli/versions.h"
-#include "tools/programs/reports/dataset_report.h"
-#include "tools/programs/reports/score_report.h"
+#include "tools/programs/results/tables/dataset_report.h"
+#include "tools/programs/results/tables/score_report.h"
 
 namespace drape {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "losses/metrics/report_json.h"
 #include "physics/util/text_format.h"
-#include "tools/programs/reports/score_report.h"
+#include "tools/programs/results/tables/score_report.h"
 
 namespace drape {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "solver/studies/gradients/gradient_survey.h"
 #include "tools/cli/output_folder.h"
-#include "tools/programs/reports/text_table.h"
+#include "tools/programs/results/tables/text_table.h"
 
 namespace drape {
 

@@ -3,7 +3,7 @@
 
 #include "solver/studies/optimisers/benchmark_scores.h"
 #include "tools/cli/output_folder.h"
-#include "tools/programs/reports/text_table.h"
+#include "tools/programs/results/tables/text_table.h"
 
 namespace drape {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/reports/score_report.h"
+#include "tools/programs/results/tables/score_report.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/reports/dataset_report.h"
+#include "tools/programs/results/tables/dataset_report.h"
 
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "losses/dataset/index_list.h"
-#include "tools/programs/reports/score_report.h"
+#include "tools/programs/results/tables/score_report.h"
 
 namespace drape {
 namespace {

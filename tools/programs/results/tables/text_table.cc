@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/reports/text_table.h"
+#include "tools/programs/results/tables/text_table.h"
 
 #include <glog/logging.h>
 
