@@ -65,14 +65,14 @@ MaterialSource ElementwiseSamples(const StoredPosterior& posterior, const Mesh& 
   };
 }
 
+}  // namespace
+
 // Files of an earlier fit may lie beside those of the last, which the summary is of.
 bool HasPosterior(const std::string& folder) {
   const std::string summary = folder + "/summary.json";
   if (fs::exists(summary)) return ReadJsonFile(summary).contains("posterior");
   return fs::exists(folder + "/posterior.json");
 }
-
-}  // namespace
 
 MaterialSource MakePosteriorSource(const StoredPosterior& posterior, const Mesh& mesh,
                                    uint64_t seed) {

@@ -21,6 +21,10 @@ namespace drape {
 MaterialSource ReadMaterialSource(const std::string& folder_or_file, const ClothModel& model,
                                   uint64_t seed, std::string* kind = nullptr);
 
+// Whether the last fit in a folder of drape_fit has a posterior. Throws InputError for a summary
+// that cannot be read.
+bool HasPosterior(const std::string& folder);
+
 // New specimens of a posterior:
 //  - kHierarchy: one table, the fabric's log factors sampled from their mean and covariance, those
 //    of the specimen from their prior;
