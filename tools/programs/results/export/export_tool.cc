@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/results/export/export_tool.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "physics/mesh/mesh_spec.h"
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+#include "solver/fit/parameters/effective_stiffness.h"
+#include "tools/cli/field_options.h"
+#include "tools/cli/output_folder.h"
+#include "tools/inputs/backend_option.h"
+#include "tools/inputs/common_options.h"
+#include "tools/programs/results/export/export_report.h"
+
+namespace drape {
+namespace {
+
+std::vector<Option> LinearOptions(ExportToolOptions& options) {
+  return {EnumOption("linear_at", options.point,
+                     "where the rigidities hold: drape: they have the bending energy of the "
+                     "fabric's own drape; rest: at zero curvature"),
+          EnumOption("isotropic", options.target.keep,
+                     "what an isotropic membrane (newton) is given: the nearest sheet, or exact "
+                     "shear, or exact stretch and c12"),
+          {.key = "thickness",
+           .value = &options.thickness,
+           .doc = "of the fabric, which some targets need; 0: not known",
+           .unit = "m",
+           .least = 0,
+           .most = 0.1},
+          {.key = "min_relative_stiffness",
+           .value = &options.min_relative_stiffness,
+           .doc = "entries below this share of their column's largest are raised to it; 0: none, "
+                  "and the smooth law rejects negative ones",
+           .least = 0,
+           .most = 1},
+          LawOption(options.law)};
+}
+
+std::vector<Option> RoundTripOptions(ExportToolOptions& options) {
+  return {MeshOption("mesh", &options.mesh, "disc on which original and export are draped here"),
+          {.key = "starts",
+           .value = &options.starts,
+           .doc = "number of random starts of these drapes; 0: none",
+           .least = 0,
+           .most = 100},
+          {.key = "seed",
+           .value = &options.seed,
+           .doc = "random seed of the first start, and of the samples of a posterior",
+           .least = 0,
+           .most = 1000000000},
+          ThreadsOption(options.threads)};
+}
+
+std::vector<ExportTarget> ParseTargets(const std::vector<std::string>& names) {
+  std::vector<ExportTarget> targets;
+  for (const std::string& name : names) {
+    if (name == "all") {
+      targets.assign(std::begin(kExportTargets), std::end(kExportTargets));
+      return targets;
+    }
+    const auto target = ParseName<ExportTarget>(name, "option 'to'");
+    if (std::find(targets.begin(), targets.end(), target) == targets.end())
+      targets.push_back(target);
+  }
+  return targets;
+}
+
+// Drapes of the original and of what the targets make of it, on one model.
+class Drapes {
+ public:
+  Drapes(const ExportToolOptions& options, const RunControl& control)
+      : options_(options),
+        model_(std::make_shared<ClothModel>(ParseMeshSpec(options.mesh), CusickScene(),
+                                            MakeLaw(options.law))),
+        backend_(MakeLoggedBackend("cpu", model_, CountThreads(options.threads), control)),
+        control_(control) {}
+
+  std::vector<DrapeSample> Sample(const MaterialField& tables) const {
+    return SampleEquilibria(*backend_, tables,
+                            {.samples = std::max(1, options_.starts),
+                             .first_seed = options_.seed,
+                             .threads = backend_->threads()},
+                            {.cancel = control_.cancel, .progress = {}});
+  }
+  // Throws InputError when no drape is at rest.
+  Eigen::VectorXd Weights(const std::vector<DrapeSample>& drapes) const {
+    std::vector<Eigen::VectorXd> shapes;
+    for (const DrapeSample& drape : drapes)
+      if (drape.at_rest && drape.stable) shapes.push_back(drape.x);
+    if (shapes.empty())
+      throw InputError("option 'linear_at'",
+                       "found drape, but no drape of the fabric comes to rest, expected rest");
+    return StiffnessWeights(*model_, shapes);
+  }
+
+ private:
+  const ExportToolOptions& options_;
+  std::shared_ptr<const ClothModel> model_;
+  std::unique_ptr<Backend> backend_;
+  RunControl control_;
+};
+
+bool SameTables(const MaterialField& a, const MaterialField& b) {
+  return a.density == b.density &&
+         std::equal(a.stretch[0].entries(), a.stretch[0].entries() + kStretchEntries,
+                    b.stretch[0].entries()) &&
+         std::equal(a.bend[0].entries(), a.bend[0].entries() + kBendEntries, b.bend[0].entries());
+}
+
+// Several targets take the same of a fabric: it is draped once.
+void DrapeTargets(const Drapes& drapes, const MaterialField& tables,
+                  const std::vector<DrapeSample>& original, const RunControl& control,
+                  ExportRun* run) {
+  std::vector<std::pair<MaterialField, RoundTrip>> known = {
+      {tables, CompareRoundTrip(original, original)}};
+  for (size_t i = 0; i < run->targets.size() && !control.cancelled(); ++i) {
+    ExportedTarget& target = run->targets[i];
+    control.Report(static_cast<double>(i) / static_cast<double>(run->targets.size()),
+                   std::string(ToString(target.target)));
+    const auto same = std::find_if(known.begin(), known.end(), [&](const auto& entry) {
+      return SameTables(entry.first, target.material.tables);
+    });
+    if (same != known.end()) {
+      target.round_trip = same->second;
+      continue;
+    }
+    const std::vector<DrapeSample> exported = drapes.Sample(target.material.tables);
+    if (exported.size() < original.size()) break;  // cancelled
+    known.emplace_back(target.material.tables, CompareRoundTrip(original, exported));
+    target.round_trip = known.back().second;
+  }
+}
+
+}  // namespace
+
+OptionTable ExportTable(ExportToolOptions& options) {
+  Option to = {.key = "to",
+               .value = &options.to,
+               .doc =
+                   "programs and formats, separated by commas: arcsim, clo, newton, style3d, "
+                   "ppf, blender, unreal, u3m, usda, json; or all",
+               .required = true};
+  return {.tool = "drape_export",
+          .summary =
+              "takes a fabric to other simulators: files, what they lose, and how the "
+              "fabric drapes with what is left",
+          .example = "drape_export out/fit --to=clo,blender,newton --out=out/export",
+          .notes =
+              "SOURCE is a material file (FILE or FILE#name) or a folder of drape_fit; of a "
+              "posterior the median is exported, with standard deviations.\n"
+              "files: one for each target and summary.json: the neutral linear record, and of each "
+              "target what is lost, whether it is verified, and the round trip\n"
+              "bend_weft is the rigidity for bending along the weft: table row \"edges along "
+              "warp\". shear is c33/2.\n",
+          .options = Concatenate(Grouped("targets", {to, OutOption(options.out)}),
+                                 Grouped("linear record", LinearOptions(options)),
+                                 Grouped("round trip", RoundTripOptions(options))),
+          .operands = &options.operands,
+          .operand_names = "SOURCE"};
+}
+
+ExportRun RunExport(const ExportToolOptions& options, const RunControl& control) {
+  if (options.operands.size() != 1)
+    throw InputError("command line", "found " + std::to_string(options.operands.size()) +
+                                         " sources, expected one: a material file or a folder of "
+                                         "drape_fit");
+  const std::vector<ExportTarget> targets = ParseTargets(options.to);
+  if (targets.empty()) throw InputError("option 'to'", "found nothing, expected a target");
+  if (!options.mesh.starts_with("disc:"))
+    throw InputError("option 'mesh'", "found " + options.mesh + ", expected disc:N");
+  const Law law = MakeLaw(options.law);
+  const FabricSource source =
+      ReadFabricSource(options.operands[0], law, options.min_relative_stiffness);
+  for (const std::string& warning : source.warnings) LOG(WARNING) << warning;
+  const Drapes drapes(options, control);
+  const OutputFolder out(options.out, {"summary.json"});
+  ExportRun run;
+  run.out = options.out;
+  RecordOptions record;
+  record.point = options.point;
+  record.seed = static_cast<uint64_t>(options.seed);
+  if (options.thickness > 0.0) record.thickness = options.thickness;
+  std::vector<DrapeSample> original;
+  if (options.starts > 0 || options.point == LinearPoint::kDrape) {
+    original = drapes.Sample(source.tables);
+    run.cancelled = control.cancelled();
+    if (run.cancelled) return run;
+  }
+  if (options.point == LinearPoint::kDrape) record.weights = drapes.Weights(original);
+  run.record = MakeRecord(source, law, record);
+  for (const ExportTarget target : targets)
+    run.targets.push_back({target, ExportMaterial(target, run.record, options.target), {}});
+  if (options.starts > 0) DrapeTargets(drapes, source.tables, original, control, &run);
+  run.cancelled = control.cancelled();
+  if (run.cancelled) return run;
+  for (const ExportedTarget& target : run.targets)
+    WriteFileAtomically(out.Staged(target.material.file), target.material.text);
+  WriteExportSummary(out.Staged("summary.json"), options, run);
+  out.Publish();
+  return run;
+}
+
+}  // namespace drape

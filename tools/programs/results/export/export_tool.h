@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "physics/material/laws/law_kind.h"
+#include "physics/util/run_control.h"
+#include "solver/prediction/exchange/round_trip.h"
+#include "solver/prediction/exchange/targets/export_material.h"
+#include "tools/cli/option_table.h"
+
+namespace drape {
+
+// What a user of drape_export sets.
+struct ExportToolOptions {
+  std::vector<std::string> operands;  // one: a material file, or a folder of drape_fit
+  std::vector<std::string> to;        // names of ExportTarget, or "all"
+  LinearPoint point = LinearPoint::kDrape;
+  ExportOptions target;
+  double min_relative_stiffness = 0.0;  // RaiseSmallEntries; 0: the entries stay as they are
+  double thickness = 0.0;               // [m]; 0: not known
+  LawKind law = LawKind::kSmooth;
+  std::string mesh = "disc:600";  // of the round trip
+  int starts = 3;                 // of the round trip; 0: none
+  int seed = 1;                   // of the first start and of the samples of a posterior
+  int threads = 0;
+  std::string out;
+};
+
+OptionTable ExportTable(ExportToolOptions& options);
+
+struct ExportedTarget {
+  ExportTarget target;
+  ExportedMaterial material;
+  std::optional<RoundTrip> round_trip;
+};
+struct ExportRun {
+  std::string out;
+  ExchangeRecord record;
+  std::vector<ExportedTarget> targets;
+  bool cancelled = false;  // then no file is written
+};
+
+// Writes a file for each target and summary.json. Throws InputError.
+ExportRun RunExport(const ExportToolOptions& options, const RunControl& control);
+
+}  // namespace drape
