@@ -11,6 +11,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
+#include "solver/job/plot/chart_json.h"
 #include "solver/job/plot/gnuplot.h"
 
 namespace drape {
@@ -281,6 +282,7 @@ std::string MakeScript(const Picture& picture, bool svg) {
 }  // namespace
 
 void WritePicture(const std::string& path, const Picture& picture) {
+  if (path.ends_with(".png")) WriteFileAtomically(ChartPath(path), PictureText(picture));
   WriteFileAtomically(path, RunGnuplot(MakeScript(picture, path.ends_with(".svg"))));
 }
 

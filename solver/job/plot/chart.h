@@ -92,8 +92,9 @@ struct Picture {
 };
 
 // Writes a PNG, or an SVG where the path ends so; charts are placed row by row, and a series at the
-// same position in each chart has the same colour. Throws InputError when gnuplot is not installed
-// or the file cannot be written.
+// same position in each chart has the same colour. Beside a PNG, "map.png", it first writes the
+// description itself, "map.chart.json", from which drape_report draws the chart. Throws InputError
+// when gnuplot is not installed or a file cannot be written.
 void WritePicture(const std::string& path, const Picture& picture);
 
 // Calls a function that writes pictures of numbers that are in other files and worth keeping

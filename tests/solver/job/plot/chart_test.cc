@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -125,6 +126,25 @@ TEST(QuoteForGnuplot, KeepsUtf8AndNothingThatEndsTheText) {
   EXPECT_EQ(QuoteForGnuplot("\xff-\xc2-\xe2\x82"),
             "'?-?-?"
             "?'");
+}
+
+// The description is beside the picture, for pages that draw it, also without gnuplot.
+TEST_F(ChartTest, DescriptionIsStoredBesideAPng) {
+  Chart chart = SmallChart();
+  chart.x = {.label = "time [s]", .log = true};
+  chart.series[0].points.emplace_back(std::nan(""), 1.0 / 3.0);
+  chart.series[0].title = "\xff<";
+  WritePicture(Path("map.png"), {.title = "title", .charts = {chart}});
+  const auto json = nlohmann::json::parse(ReadWholeFile(Path("map.chart.json")));
+  EXPECT_EQ(json.at("format"), "drapefit-chart");
+  const auto& stored = json.at("charts").at(0);
+  EXPECT_EQ(stored.at("x").at("label"), "time [s]");
+  EXPECT_EQ(stored.at("x").at("log"), true);
+  EXPECT_EQ(stored.at("series").at(0).at("mark"), "line");
+  EXPECT_EQ(stored.at("series").at(0).at("points").dump(),
+            "[[1.0,1.0],[2.0,3.0],[4.0,2.0],[null,0.333333]]");
+  WritePicture(Path("other.svg"), {.charts = {chart}});
+  EXPECT_FALSE(std::filesystem::exists(Path("other.chart.json")));
 }
 
 }  // namespace
