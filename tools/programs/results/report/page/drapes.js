@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// Drapes to turn, coloured by a number of each vertex. All viewers of a page share one camera and,
+// for each quantity, one range of colours, so that drapes side by side can be compared.
+import { interpolateViridis } from "d3-scale-chromatic";
+import {
+  AmbientLight,
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  CylinderGeometry,
+  DirectionalLight,
+  DoubleSide,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshLambertMaterial,
+  PerspectiveCamera,
+  Scene,
+  WebGLRenderer,
+  WireframeGeometry,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+
+const COLOURS = Array.from({ length: 256 }, (_, i) => new Color(interpolateViridis(i / 255)));
+const START = [0.19, -0.285, 0.22];
+const camera = new PerspectiveCamera(38, 4 / 3, 0.01, 10);
+camera.up.set(0, 0, 1);
+camera.position.set(...START);
+const viewers = [];
+const renderAll = () => viewers.forEach((viewer) => viewer.render());
+
+function decode(base64, Type) {
+  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  return new Type(bytes.buffer);
+}
+
+function element(tag, properties = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), properties);
+  made.append(...children);
+  return made;
+}
+
+function findRange(name, groups) {
+  let [least, most] = [Infinity, -Infinity];
+  for (const field of groups.flat().flatMap((drape) => drape.fields))
+    if (field.name === name)
+      for (const value of decode(field.values, Float32Array)) {
+        least = Math.min(least, value);
+        most = Math.max(most, value);
+      }
+  return [least, most > least ? most : least + 1];
+}
+
+function makeGeometry(drape) {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(decode(drape.positions, Float32Array), 3));
+  geometry.setIndex(new BufferAttribute(decode(drape.faces, Uint32Array), 1));
+  geometry.computeVertexNormals();
+  return geometry;
+}
+
+function colour(geometry, field, [least, most]) {
+  const values = decode(field.values, Float32Array);
+  const colours = new Float32Array(3 * values.length);
+  values.forEach((value, i) => {
+    const step = Math.round((255 * (value - least)) / (most - least));
+    COLOURS[Math.min(255, Math.max(0, step))].toArray(colours, 3 * i);
+  });
+  geometry.setAttribute("color", new BufferAttribute(colours, 3));
+}
+
+function select(label, names, onChange) {
+  const list = element("select");
+  names.forEach((name, i) => list.append(element("option", { value: i, textContent: name })));
+  list.addEventListener("change", onChange);
+  return [list, element("label", {}, `${label} `, list)];
+}
+
+class Viewer {
+  constructor(place, drapes, groups) {
+    this.drapes = drapes;
+    this.groups = groups;
+    this.canvas = element("canvas", { tabIndex: 0 });
+    this.canvas.setAttribute("role", "img");
+    this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
+    this.scene = new Scene();
+    const sun = new DirectionalLight("white", 2.2);
+    sun.position.set(0.5, -0.4, 1);
+    this.scene.add(new AmbientLight("white", 1.5), sun);
+    this.addSupport(drapes[0].support_m ?? 0.09);
+    this.build(place);
+    this.controls = new OrbitControls(camera, this.canvas);
+    this.controls.target.set(0, 0, -0.03);
+    this.controls.enablePan = false;
+    this.controls.minDistance = 0.15;
+    this.controls.maxDistance = 1.5;
+    this.controls.addEventListener("change", renderAll);
+    this.controls.update();
+    this.show();
+    new ResizeObserver(() => this.resize()).observe(this.canvas);
+  }
+
+  addSupport(radius) {
+    const height = 0.012;
+    const disc = new Mesh(new CylinderGeometry(radius, radius, height, 64), new MeshLambertMaterial({ color: "#8a8f98" }));
+    disc.rotation.x = Math.PI / 2;
+    disc.position.z = -height / 2 - 0.002;
+    this.scene.add(disc);
+  }
+
+  build(place) {
+    const again = () => this.show();
+    const [which, whichLabel] = select("drape", this.drapes.map((drape) => drape.name), again);
+    const [what, whatLabel] = select("colour", this.drapes[0].fields.map((field) => field.name), again);
+    this.which = which;
+    this.what = what;
+    this.wire = element("input", { type: "checkbox" });
+    this.wire.addEventListener("change", again);
+    const reset = element("button", { type: "button", textContent: "first view" });
+    reset.addEventListener("click", () => {
+      camera.position.set(...START);
+      this.controls.update();
+      renderAll();
+    });
+    this.legend = element("p", { className: "ramp" });
+    this.canvas.addEventListener("keydown", (event) => this.turn(event));
+    place.append(
+      element("div", { className: "tools" }, ...(this.drapes.length > 1 ? [whichLabel] : []), whatLabel,
+              element("label", {}, this.wire, " edges"), reset),
+      this.canvas, this.legend);
+  }
+
+  // Arrow keys, for those without a mouse.
+  turn(event) {
+    const step = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.02], ArrowDown: [0, -0.02] }[event.key];
+    if (!step) return;
+    event.preventDefault();
+    const { x, y } = camera.position;
+    camera.position.x = x * Math.cos(step[0]) - y * Math.sin(step[0]);
+    camera.position.y = x * Math.sin(step[0]) + y * Math.cos(step[0]);
+    camera.position.z += step[1];
+    this.controls.update();
+    renderAll();
+  }
+
+  show() {
+    const drape = this.drapes[Number(this.which.value)];
+    const field = drape.fields[Number(this.what.value)];
+    const range = findRange(field.name, this.groups);
+    const geometry = makeGeometry(drape);
+    colour(geometry, field, range);
+    if (this.cloth) this.scene.remove(this.cloth, this.edges);
+    this.cloth = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
+    this.edges = new LineSegments(new WireframeGeometry(geometry), new LineBasicMaterial({ color: "black", transparent: true, opacity: 0.35 }));
+    this.edges.visible = this.wire.checked;
+    this.scene.add(this.cloth, this.edges);
+    this.canvas.setAttribute("aria-label", `The drape ${drape.name} in three dimensions, coloured by ${field.name}; arrow keys turn it`);
+    const [low, high] = range.map((value) => Number(value.toPrecision(3)));
+    this.legend.replaceChildren(element("span", { textContent: `${low}` }), element("i"), element("span", { textContent: `${high} ${field.unit}` }));
+    this.resize();
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (width === 0) return;
+    this.renderer.setSize(width, height, false);
+    this.render();
+  }
+
+  render() {
+    camera.aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight);
+    camera.updateProjectionMatrix();
+    this.renderer.render(this.scene, camera);
+  }
+
+  // Pixels that are not empty, for tests.
+  countDrawn() {
+    const gl = this.renderer.getContext();
+    const pixels = new Uint8Array(4 * gl.drawingBufferWidth * gl.drawingBufferHeight);
+    gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    let count = 0;
+    for (let i = 3; i < pixels.length; i += 4) if (pixels[i] > 0) ++count;
+    return count;
+  }
+}
+
+export function showDrapes(place, drapes, groups) {
+  const viewer = new Viewer(place, drapes, groups);
+  viewers.push(viewer);
+  viewer.render();
+  viewer.canvas.dataset.drawn = String(viewer.countDrawn());
+}

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/results/report/parts/drape_part.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "losses/camera/camera.h"
+#include "losses/image/segmentation.h"
+#include "losses/outline/outline.h"
+#include "losses/outline/shape_features.h"
+#include "physics/mesh/obj_io.h"
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+#include "physics/util/options/enum_names.h"
+#include "physics/util/text_format.h"
+#include "tools/programs/results/report/parts/html_text.h"
+
+namespace drape {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr int kAngles = 360;
+constexpr std::size_t kMostDrapes = 12;             // of one folder
+constexpr std::uintmax_t kMostImageBytes = 900000;  // that are put into the page
+
+Camera CameraFrom(const nlohmann::json& json) {
+  Camera camera;
+  camera.kind =
+      json.value("kind", "") == "pinhole" ? CameraKind::kPinhole : CameraKind::kOrthographic;
+  camera.width = json.value("width", camera.width);
+  camera.height = json.value("height", camera.height);
+  camera.cx = json.value("cx", camera.cx);
+  camera.cy = json.value("cy", camera.cy);
+  camera.scale = json.value("px_per_m", camera.scale);
+  camera.eye_height = json.value("eye_height_m", camera.eye_height);
+  camera.field_of_view = json.value("field_of_view_rad", camera.field_of_view);
+  return camera;
+}
+
+// drape_fit writes its drapes as a camera sees them whose centre is that of the image.
+Eigen::VectorXd SeenFrom(const Camera& camera, Eigen::VectorXd x) {
+  const double scale = camera.pixels_per_metre();
+  for (Eigen::Index i = 0; i < x.size(); i += 3) {
+    x[i] -= (camera.cx - 0.5 * (camera.width - 1)) / scale;
+    x[i + 1] += (camera.cy - 0.5 * (camera.height - 1)) / scale;
+  }
+  return x;
+}
+
+std::string MakePath(const Eigen::VectorXd& radius, const Camera& camera, const char* layer) {
+  std::string path = std::string("<path class=\"") + layer + "\" d=\"";
+  for (Eigen::Index k = 0; k < radius.size(); ++k) {
+    const double angle = 2 * M_PI * static_cast<double>(k) / static_cast<double>(radius.size());
+    path += Format("%s%.2f %.2f", k == 0 ? "M" : "L", camera.cx + 0.5 + radius[k] * std::cos(angle),
+                   camera.cy + 0.5 - radius[k] * std::sin(angle));
+  }
+  return path + "Z\"/>\n";
+}
+
+std::string Ring(const Camera& camera, double radius) {
+  return Format("<circle class=\"ring\" cx=\"%.2f\" cy=\"%.2f\" r=\"%.2f\"/>\n", camera.cx + 0.5,
+                camera.cy + 0.5, radius * camera.pixels_per_metre());
+}
+
+// 5 cm, in the lower left corner.
+std::string Scale(const Camera& camera) {
+  constexpr double kLength = 0.05;
+  const double edge = 0.04 * camera.width, y = camera.height - edge;
+  return Format(
+      "<path class=\"scale\" d=\"M%.1f %.1fh%.1f\"/><text x=\"%.1f\" y=\"%.1f\" "
+      "font-size=\"%.1f\">5 cm</text>\n",
+      edge, y, kLength * camera.pixels_per_metre(), edge, y - 0.5 * edge, 0.045 * camera.width);
+}
+
+std::string Toggle(const char* layer, const char* text) {
+  return Format(
+      "<label class=\"l-%s\"><input type=\"checkbox\" class=\"t-%s\" checked>%s</label>\n", layer,
+      layer, text);
+}
+
+std::string Layers(const ResultFolder& folder, const nlohmann::json& image) {
+  const std::string file = image.at("file").get<std::string>();
+  const Camera camera = CameraFrom(image.at("camera"));
+  const GrayImage silhouette = ReadSilhouette(file).image;
+  if (silhouette.width != camera.width || silhouette.height != camera.height)
+    throw InputError(file, "has another size than the fit's image");
+  const std::string drape = folder.File("drape_" + image.at("name").get<std::string>() + ".obj");
+  const Mesh mesh = ReadObj(drape);
+  const Eigen::VectorXd x = SeenFrom(camera, ReadObjSurface(drape).x);
+  Outline seen, fitted;
+  OutlineFromImage(silhouette, camera, kAngles, &seen);
+  OutlineFromMesh(mesh, x, camera, kAngles, &fitted);
+  std::string svg =
+      Format("<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"", camera.width, camera.height) +
+      EscapeHtml("Outline of " + file + " and of the fitted drape") + "\">\n";
+  if (fs::file_size(file) <= kMostImageBytes)
+    svg += Format("<image width=\"%d\" height=\"%d\" opacity=\"0.35\" href=\"", camera.width,
+                  camera.height) +
+           ImageUri(ReadWholeFile(file)) + "\"/>\n";
+  const double support = image.value("support_radius_m", kSupportRadius);
+  const double flat = image.value("specimen_radius_m", kClothRadius);
+  svg += Ring(camera, support) + Ring(camera, flat) + MakePath(seen.radius, camera, "image") +
+         MakePath(fitted.radius, camera, "fitted") + Scale(camera) + "</svg>\n";
+  return "<figure class=\"photo\">\n<div class=\"layers\">\n" + Toggle("picture", "picture") +
+         Toggle("image", "outline of the image") + Toggle("fitted", "outline of the fit") +
+         Toggle("ring", "support and flat cloth") + "</div>\n" + svg + "</figure>\n";
+}
+
+// Without what can no longer be read: the picture of the fit.
+std::string StoredOverlay(const ResultFolder& folder, const std::string& name,
+                          const std::string& reason) {
+  const std::string file = folder.File("fit_" + name + ".png");
+  if (!fs::is_regular_file(file)) return HtmlElement("p", reason, "missing");
+  return "<figure class=\"picture\"><img alt=\"Outlines of the image, blue, and of the fit, red\" "
+         "src=\"" +
+         ImageUri(ReadWholeFile(file)) + "\">" + HtmlElement("figcaption", reason) + "</figure>\n";
+}
+
+std::string Number(const nlohmann::json& json, const std::string& where, double factor,
+                   const char* format) {
+  const std::optional<double> value = FindNumber(json, where);
+  return value ? Format(format, factor * *value) : "none";
+}
+
+std::string Metrics(const nlohmann::json& image) {
+  const double px_per_mm =
+      1e-3 * FindNumber(image, "/camera/px_per_m").value_or(Camera().pixels_per_metre());
+  std::vector<CellRow> rows;
+  const auto add = [&](const char* name, const std::string& first, const std::string& second) {
+    rows.push_back({{name, Cell::Kind::kHeader}, NumberCell(first), NumberCell(second)});
+  };
+  const std::string fit = "/metrics/";
+  add("drape coefficient [%]", Number(image, fit + "dc_image", 100, "%.1f"),
+      Number(image, fit + "dc_fit", 100, "%.1f"));
+  add("folds (nodes)", Number(image, fit + "folds_image", 1, "%.0f"),
+      Number(image, fit + "folds_fit", 1, "%.0f"));
+  add("outline error, rms [mm]", "", Number(image, fit + "profile_rms_px", 1 / px_per_mm, "%.2f"));
+  add("the same after settling [mm]", "",
+      Number(image, "/settled/metrics/profile_rms_px", 1 / px_per_mm, "%.2f"));
+  add("overlap of the areas (IoU) [%]", "", Number(image, fit + "iou", 100, "%.1f"));
+  add("lowest vibration [Hz]", "", Number(image, "/stability/lowest_frequency_hz", 1, "%.2f"));
+  return HtmlTable("", {"", "image", "fit"}, rows);
+}
+
+std::string Image(const ResultFolder& folder, const nlohmann::json& image) {
+  const std::string name = FindText(image, "/name");
+  std::string html = HtmlElement("p", name, "quiet");
+  try {
+    html += Layers(folder, image);
+  } catch (const std::exception& error) {
+    html += StoredOverlay(folder, name, error.what());
+  }
+  html += Metrics(image);
+  for (const std::string& note : FindTexts(image, "/quality/notes"))
+    html += HtmlElement("p", note, "quiet");
+  return html;
+}
+
+template <class Scalar, class Numbers>
+std::string Packed(const Numbers& numbers) {
+  std::string bytes(sizeof(Scalar) * static_cast<std::size_t>(numbers.size()), '\0');
+  for (std::size_t i = 0; i < static_cast<std::size_t>(numbers.size()); ++i) {
+    const auto value = static_cast<Scalar>(numbers[i]);
+    std::memcpy(&bytes[i * sizeof(Scalar)], &value, sizeof(Scalar));
+  }
+  return Base64(bytes);
+}
+
+// Of the faces around each vertex, by their area.
+Eigen::VectorXd MeanOfFaces(const Mesh& mesh, const Eigen::VectorXd& values) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(mesh.num_vertices()), area = sum;
+  for (int f = 0; f < mesh.num_faces(); ++f)
+    for (const int v : mesh.faces[f].vertex) {
+      sum[v] += mesh.faces[f].area * values[f];
+      area[v] += mesh.faces[f].area;
+    }
+  return sum.cwiseQuotient(area);
+}
+
+// The largest principal strain of each face against its rest shape, λ − 1 [%].
+Eigen::VectorXd Stretch(const Mesh& mesh, const Eigen::VectorXd& x) {
+  Eigen::VectorXd stretch(mesh.num_faces());
+  for (int f = 0; f < mesh.num_faces(); ++f) {
+    const Face& face = mesh.faces[f];
+    Eigen::Matrix<double, 3, 2> edges;
+    for (int k = 0; k < 2; ++k)
+      edges.col(k) = x.segment<3>(3 * face.vertex[k + 1]) - x.segment<3>(3 * face.vertex[0]);
+    Eigen::Matrix2d inverse_rest;
+    inverse_rest << face.inverse_rest[0], face.inverse_rest[1], face.inverse_rest[2],
+        face.inverse_rest[3];
+    const Eigen::Matrix<double, 3, 2> deformation = edges * inverse_rest;
+    const Eigen::Matrix2d squares = deformation.transpose() * deformation;
+    stretch[f] =
+        100 *
+        (std::sqrt(
+             Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(squares).eigenvalues().maxCoeff()) -
+         1);
+  }
+  return stretch;
+}
+
+// The angle of each hinge over the length between the centres of its faces, at its vertices [1/m].
+Eigen::VectorXd Curvature(const Mesh& mesh, const Eigen::VectorXd& x) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(mesh.num_vertices()), count = sum;
+  const auto normal = [&](int f) {
+    const int* v = mesh.faces[f].vertex;
+    const Eigen::Vector3d a = x.segment<3>(3 * v[0]), b = x.segment<3>(3 * v[1]),
+                          c = x.segment<3>(3 * v[2]);
+    return Eigen::Vector3d((b - a).cross(c - a).normalized());
+  };
+  for (const Hinge& hinge : mesh.hinges) {
+    const double cosine = std::clamp(normal(hinge.face[0]).dot(normal(hinge.face[1])), -1.0, 1.0);
+    const double length = 2 * hinge.rest_area / (3 * hinge.rest_length);
+    for (const int v : {hinge.vertex[0], hinge.vertex[1]}) {
+      sum[v] += std::acos(cosine) / length;
+      count[v] += 1;
+    }
+  }
+  return sum.cwiseQuotient(count.cwiseMax(1.0));
+}
+
+Json FieldJson(const char* name, const char* unit, const Eigen::VectorXd& values) {
+  return {{"name", name}, {"unit", unit}, {"values", Packed<float>(values)}};
+}
+
+Json DrapeJson(const std::string& file, const std::string& name) {
+  const Mesh mesh = ReadObj(file);
+  const Eigen::VectorXd x = ReadObjSurface(file).x;
+  std::vector<int> corners;
+  for (const Face& face : mesh.faces) corners.insert(corners.end(), face.vertex, face.vertex + 3);
+  Eigen::VectorXd height(mesh.num_vertices());
+  for (int v = 0; v < mesh.num_vertices(); ++v) height[v] = 1e3 * x[3 * v + 2];
+  return {{"name", name},
+          {"positions", Packed<float>(x)},
+          {"faces", Packed<std::uint32_t>(corners)},
+          {"fields",
+           {FieldJson("height", "mm", height),
+            FieldJson("stretch", "%", MeanOfFaces(mesh, Stretch(mesh, x))),
+            FieldJson("curvature", "1/m", Curvature(mesh, x))}}};
+}
+
+// "drape_a.obj" → "a".
+std::string DrapeName(const std::string& file) {
+  const std::string stem = fs::path(file).stem().string();
+  return stem.starts_with("drape_") ? stem.substr(6) : stem;
+}
+
+std::string Drapes(const ResultFolder& folder, ReportPage* page) {
+  const bool drapes_hang =
+      folder.IsFit() || folder.program == "drape_simulate" || folder.program == "drape_predict";
+  if (!drapes_hang) return "";
+  std::string html;
+  Json drapes = Json::array();
+  const std::vector<std::string> files = folder.Files(".obj");
+  for (std::size_t i = 0; i < std::min(files.size(), kMostDrapes); ++i) try {
+      drapes.push_back(DrapeJson(folder.File(files[i]), DrapeName(files[i])));
+    } catch (const InputError& error) {
+      html += HtmlElement("p", error.what(), "missing");
+    }
+  if (files.size() > kMostDrapes)
+    html +=
+        HtmlElement("p", Format("the first %zu of %zu drapes", kMostDrapes, files.size()), "quiet");
+  if (drapes.empty()) return html;
+  page->drapes.push_back(drapes);
+  return Format("<div class=\"drapes\" data-drapes=\"%zu\"></div>\n", page->drapes.size() - 1) +
+         html;
+}
+
+}  // namespace
+
+void AddImages(const std::vector<ResultFolder>& folders, ReportPage* page) {
+  std::vector<std::string> contents;
+  for (const ResultFolder& folder : folders) {
+    std::string html;
+    if (const nlohmann::json* images = Find(folder.summary, "/images");
+        folder.IsFit() && images != nullptr && images->is_array())
+      for (const nlohmann::json& image : *images) html += "<div>" + Image(folder, image) + "</div>";
+    contents.push_back(html.empty() ? "" : "<div class=\"side\">\n" + html + "</div>\n");
+  }
+  page->AddSection("images", "Image and fit", SideBySide(folders, contents));
+}
+
+void AddDrapes(const std::vector<ResultFolder>& folders, ReportPage* page) {
+  std::vector<std::string> contents;
+  for (const ResultFolder& folder : folders) contents.push_back(Drapes(folder, page));
+  std::string html = SideBySide(folders, contents);
+  if (!html.empty())
+    html = "<p class=\"quiet unscripted\">The drape in three dimensions needs a script.</p>\n" +
+           HtmlElement("p",
+                       "Drag or use the arrow keys to turn, the wheel or two fingers to zoom. "
+                       "Stretch is the largest principal strain against the flat cloth.",
+                       "quiet") +
+           html;
+  page->AddSection("drape", "Drape in three dimensions", html);
+}
+
+}  // namespace drape

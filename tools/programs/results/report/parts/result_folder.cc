@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/results/report/parts/result_folder.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "tools/programs/results/report/parts/html_text.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+// By which file and which key of it the results of a program are known.
+struct Mark {
+  const char *program, *file, *key;
+};
+constexpr Mark kMarks[] = {
+    {"drape_compare", "comparison.json", "tables"},
+    {"drape_bench", "bench.json", ""},
+    {"drape_stability", "findings.json", ""},
+    {"drape_space", "space.json", ""},
+    {"drape_speed", "speed.json", "rows"},
+    {"drape_fit", "summary.json", "start_material"},
+    {"drape_garment", "summary.json", "garment"},
+    {"drape_predict", "summary.json", "draws_wanted"},
+    {"drape_equilibria", "summary.json", "samples_wanted"},
+    {"drape_simulate", "summary.json", "steps_wanted"},
+    {"drape_gradients", "summary.json", "horizons"},
+    {"drape_compare_optimisers", "summary.json", "budget_rollouts"},
+};
+
+std::string ListPrograms() {
+  std::string list;
+  for (const Mark& mark : kMarks) list += (list.empty() ? "" : ", ") + std::string(mark.program);
+  return list;
+}
+
+}  // namespace
+
+std::vector<std::string> ResultFolder::Files(const std::string& end) const {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(path)) {
+    const std::string file = entry.path().filename().string();
+    if (file.ends_with(end) && !file.starts_with(".") && entry.is_regular_file())
+      names.push_back(file);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+ResultFolder ReadResultFolder(const std::string& path) {
+  if (!fs::is_directory(path))
+    throw InputError(path, fs::exists(path) ? "is not a folder, expected a folder of results"
+                                            : "no such folder");
+  const fs::path whole = fs::weakly_canonical(path);
+  ResultFolder folder{
+      .path = path, .name = whole.filename().string(), .program = {}, .summary = {}};
+  for (const Mark& mark : kMarks) {
+    if (!fs::is_regular_file(folder.File(mark.file))) continue;
+    folder.summary = ReadJsonFile(folder.File(mark.file));
+    if (!folder.summary.is_object() || (*mark.key != '\0' && !folder.summary.contains(mark.key)))
+      continue;
+    folder.program = mark.program;
+    return folder;
+  }
+  throw InputError(path, "has no results, expected the output folder of one of " + ListPrograms());
+}
+
+const nlohmann::json* Find(const nlohmann::json& json, const std::string& pointer) {
+  const nlohmann::json::json_pointer where(pointer);
+  if (!json.contains(where) || json.at(where).is_null()) return nullptr;
+  return &json.at(where);
+}
+
+std::optional<double> FindNumber(const nlohmann::json& json, const std::string& pointer) {
+  const nlohmann::json* found = Find(json, pointer);
+  if (found == nullptr || !found->is_number()) return {};
+  return found->get<double>();
+}
+
+std::string FindText(const nlohmann::json& json, const std::string& pointer) {
+  const nlohmann::json* found = Find(json, pointer);
+  return found != nullptr && found->is_string() ? found->get<std::string>() : "";
+}
+
+std::vector<std::string> FindTexts(const nlohmann::json& json, const std::string& pointer) {
+  std::vector<std::string> texts;
+  const nlohmann::json* found = Find(json, pointer);
+  if (found == nullptr || !found->is_array()) return texts;
+  for (const nlohmann::json& item : *found)
+    if (item.is_string()) texts.push_back(item.get<std::string>());
+  return texts;
+}
+
+void ReportPage::AddSection(const std::string& id, const std::string& heading,
+                            const std::string& content) {
+  if (content.empty()) return;
+  sections.emplace_back(id, heading);
+  body += "<section id=\"" + id + "\">\n" + HtmlElement("h2", heading) + "\n" + content +
+          "</section>\n";
+}
+
+std::string ReportPage::AddPicture(const nlohmann::ordered_json& picture,
+                                   const std::string& caption) {
+  pictures.push_back(picture);
+  return "<figure data-picture=\"" + std::to_string(pictures.size() - 1) + "\">" +
+         (caption.empty() ? "" : HtmlElement("figcaption", caption)) + "</figure>\n";
+}
+
+std::string SideBySide(const std::vector<ResultFolder>& folders,
+                       const std::vector<std::string>& contents) {
+  std::string html;
+  int count = 0;
+  for (std::size_t i = 0; i < folders.size(); ++i) {
+    if (contents[i].empty()) continue;
+    ++count;
+    html += "<div>\n" + (folders.size() > 1 ? HtmlElement("h3", folders[i].name) : "") +
+            contents[i] + "</div>\n";
+  }
+  if (count == 0) return "";
+  return count == 1 ? html : "<div class=\"side\">\n" + html + "</div>\n";
+}
+
+}  // namespace drape

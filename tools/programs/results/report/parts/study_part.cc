@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/results/report/parts/study_part.h"
+
+#include <filesystem>
+
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "physics/util/text_format.h"
+#include "tools/programs/results/report/parts/html_text.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kMostPictureBytes = 1500000;
+constexpr std::size_t kMostRows = 200;  // of a table
+
+std::string Chart(const ResultFolder& folder, const std::string& file, ReportPage* page) {
+  try {
+    const nlohmann::json picture = ReadJsonFile(folder.File(file));
+    if (picture.value("format", "") != "drapefit-chart" || !picture.contains("charts"))
+      throw InputError(file, "is not a chart of drapefit");
+    return HtmlElement("h3", picture.value("title", "")) + page->AddPicture(picture, file);
+  } catch (const std::exception& error) {
+    return HtmlElement("p", error.what(), "missing");
+  }
+}
+
+std::string Charts(const ResultFolder& folder, ReportPage* page) {
+  std::string html;
+  for (const std::string& file : folder.Files(".chart.json")) html += Chart(folder, file, page);
+  return html;
+}
+
+// Those of fits are shown with their images.
+std::string Pictures(const ResultFolder& folder) {
+  std::string html;
+  for (const std::string& file : folder.Files(".png")) {
+    const fs::path path = folder.File(file);
+    const bool has_chart = fs::exists(fs::path(path).replace_extension(".chart.json"));
+    if (has_chart || (folder.IsFit() && file.starts_with("fit_")) || file == "mean_image.png")
+      continue;
+    if (fs::file_size(path) > kMostPictureBytes) {
+      html += HtmlElement("p", file + " is too large for this page", "missing");
+      continue;
+    }
+    html += "<figure class=\"picture\"><img alt=\"" + EscapeHtml(file) + "\" src=\"" +
+            ImageUri(ReadWholeFile(path)) + "\">" + HtmlElement("figcaption", file) + "</figure>\n";
+  }
+  return html;
+}
+
+std::string Tables(const ResultFolder& folder) {
+  std::string html;
+  for (const std::string& file : folder.Files(".md"))
+    html += HtmlFromMarkdown(ReadWholeFile(folder.File(file)));
+  for (const std::string& file : folder.Files(".csv")) try {
+      html += HtmlDetails("Table " + file,
+                          HtmlFromCsv(file, ReadWholeFile(folder.File(file)), kMostRows));
+    } catch (const InputError& error) {
+      html += HtmlElement("p", error.what(), "missing");
+    }
+  return html;
+}
+
+std::string Flat(const nlohmann::json& object) { return HtmlTable("", {}, FlatRows(object)); }
+
+std::string Provenance(const ResultFolder& folder) {
+  const nlohmann::json& s = folder.summary;
+  nlohmann::json plain = {{"program", folder.program}, {"folder", folder.path}};
+  for (const auto& [key, value] : s.items())
+    if (!value.is_structured() && !value.is_null()) plain[key] = value;
+  std::string html;
+  if (const nlohmann::json* provenance = Find(s, "/provenance")) html += Flat(*provenance);
+  if (const nlohmann::json* versions = Find(s, "/versions")) html += Flat(*versions);
+  html += HtmlDetails("Settings and results of the run", Flat(plain));
+  for (const char* key : {"seconds", "meshes", "simpler_models", "initial_guess", "settings"})
+    if (const nlohmann::json* found = Find(s, std::string("/") + key);
+        found != nullptr && found->is_structured())
+      html += HtmlDetails(key, Flat(*found));
+  return html;
+}
+
+}  // namespace
+
+void AddStudies(const std::vector<ResultFolder>& folders, ReportPage* page) {
+  std::vector<std::string> contents;
+  for (const ResultFolder& folder : folders)
+    contents.push_back(Charts(folder, page) + Pictures(folder) + Tables(folder));
+  page->AddSection("studies", "Charts and tables", SideBySide(folders, contents));
+}
+
+void AddProvenance(const std::vector<ResultFolder>& folders, ReportPage* page) {
+  std::vector<std::string> contents;
+  for (const ResultFolder& folder : folders) contents.push_back(Provenance(folder));
+  page->AddSection("provenance", "Where these results are from", SideBySide(folders, contents));
+}
+
+}  // namespace drape

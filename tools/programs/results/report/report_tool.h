@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "physics/util/run_control.h"
+#include "tools/cli/option_table.h"
+#include "tools/programs/results/report/parts/result_folder.h"
+
+namespace drape {
+
+struct ReportOptions {
+  std::vector<std::string> folders;
+  std::string out = "report.html";
+};
+
+OptionTable ReportTable(ReportOptions& options);
+
+// The page of these folders. Nothing is simulated: it consists of what is stored. A part for which
+// nothing is stored is left out.
+std::string MakeReport(const std::vector<ResultFolder>& folders);
+
+// Reads the folders and writes the page; returns the line for the user. Throws InputError for a
+// folder without results, and when the page cannot be written.
+std::string RunReport(const ReportOptions& options, const RunControl& control);
+
+}  // namespace drape
