@@ -90,6 +90,25 @@ TEST_F(ReportTest, MissingPartsAreLeftOut) {
   EXPECT_THAT(page, HasSubstr("bending, warp direction</th><td class=\"number\">2</td>"));
 }
 
+// The sheet of a laboratory, where a summary has one, in place of a table of our own.
+TEST_F(ReportTest, LaboratorySheetsAreShown) {
+  const Json row = {{"name", "bending length"},
+                    {"value", 1.5},
+                    {"unit", "cm"},
+                    {"low", 1.25},
+                    {"high", 1.75},
+                    {"source", "from the prior"},
+                    {"standard", "ISO <7>"}};
+  const Json sheet = {{"title", "material"}, {"rows", {row}}};
+  const std::string page =
+      Page({AddFit("fit", {{"laboratory", {{"material", sheet}, {"photo", sheet}}},
+                           {"stiffness", {{"c33_n_per_m", {{"fitted", 30.0}}}}}})});
+  EXPECT_THAT(page, HasSubstr("1.25 … 1.75"));
+  EXPECT_THAT(page, HasSubstr("ISO &lt;7&gt;"));
+  EXPECT_THAT(page, HasSubstr("not measured: from the prior"));
+  EXPECT_THAT(page, Not(HasSubstr("no interval is stored")));
+}
+
 TEST_F(ReportTest, RefusesOtherFolders) {
   const std::string out = "--out=" + Path("report.html");
   Write("report.html", "earlier");

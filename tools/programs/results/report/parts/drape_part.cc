@@ -155,10 +155,10 @@ std::string Image(const ResultFolder& folder, const nlohmann::json& image) {
   } catch (const std::exception& error) {
     html += StoredOverlay(folder, name, error.what());
   }
-  html += Metrics(image);
+  html = "<div class=\"side\">\n<div>" + html + "</div>\n<div>" + Metrics(image);
   for (const std::string& note : FindTexts(image, "/quality/notes"))
     html += HtmlElement("p", note, "quiet");
-  return html;
+  return html + "</div></div>\n";
 }
 
 template <class Scalar, class Numbers>

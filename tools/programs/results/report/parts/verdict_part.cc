@@ -228,13 +228,47 @@ std::string Material(const ResultFolder& folder) {
   return HtmlTable("", {"quantity", "value", "90 % interval", "unit", "where from"}, rows);
 }
 
-// A block that drape_fit and drape_metrics may store, shown as it is.
+std::string LaboratoryInterval(const nlohmann::json& row) {
+  const auto low = FindNumber(row, "/low"), high = FindNumber(row, "/high");
+  return low && high ? Format("%.3g … %.3g", *low, *high) : "";
+}
+
+// One sheet of the block "laboratory" of a summary: of the material or of the drape in an image.
+std::string LaboratorySheet(const nlohmann::json& sheet) {
+  const nlohmann::json* stored = Find(sheet, "/rows");
+  if (stored == nullptr || !stored->is_array()) return "";
+  std::vector<CellRow> rows;
+  for (const nlohmann::json& row : *stored) {
+    const std::string source = FindText(row, "/source");
+    const auto kind = source == "measured"         ? Cell::Kind::kMeasured
+                      : source == "from the prior" ? Cell::Kind::kPrior
+                                                   : Cell::Kind::kText;
+    rows.push_back({{FindText(row, "/name"), Cell::Kind::kHeader},
+                    NumberCell(Format("%.4g", FindNumber(row, "/value").value_or(NAN))),
+                    NumberCell(LaboratoryInterval(row)),
+                    {FindText(row, "/unit")},
+                    {source == "from the prior" ? "not measured: from the prior" : source, kind},
+                    {FindText(row, "/standard")}});
+  }
+  return HtmlTable(FindText(sheet, "/title"),
+                   {"quantity", "value", "90 % interval", "unit", "where from", "standard"}, rows);
+}
+
 std::string Laboratory(const ResultFolder& folder) {
   std::string html;
-  for (const char* key : {"laboratory", "lab_quantities", "lab_measurements"})
-    if (const nlohmann::json* found = Find(folder.summary, std::string("/") + key))
-      html += HtmlDetails(std::string("stored: ") + key, HtmlTable("", {}, FlatRows(*found)));
+  if (const nlohmann::json* sheets = Find(folder.summary, "/laboratory");
+      sheets != nullptr && sheets->is_object())
+    for (const auto& [name, sheet] : sheets->items())
+      html += name == "material" ? "" : LaboratorySheet(sheet);
+  if (const nlohmann::json* strips = Find(folder.summary, "/lab_measurements"))
+    html += HtmlDetails("Laboratory measurements", HtmlTable("", {}, FlatRows(*strips)));
   return html;
+}
+
+// Older results have no sheet.
+std::string MaterialSheet(const ResultFolder& folder) {
+  const nlohmann::json* sheet = Find(folder.summary, "/laboratory/material");
+  return sheet == nullptr ? Material(folder) : LaboratorySheet(*sheet);
 }
 
 std::string InWords(const nlohmann::json& s) {
@@ -267,7 +301,7 @@ void AddVerdicts(const std::vector<ResultFolder>& folders, ReportPage* page) {
 void AddMaterials(const std::vector<ResultFolder>& folders, ReportPage* page) {
   std::vector<std::string> contents;
   for (const ResultFolder& folder : folders) {
-    const std::string table = folder.IsFit() ? Material(folder) : "";
+    const std::string table = folder.IsFit() ? MaterialSheet(folder) : "";
     contents.push_back(table.empty() ? "" : InWords(folder.summary) + table + Laboratory(folder));
   }
   std::string html = SideBySide(folders, contents);
