@@ -3,9 +3,12 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "cuda/engine/cuda_backend.h"
+#include "physics/cloth/contact/solid.h"
 #include "physics/util/errors.h"
 
 namespace drape {
@@ -16,6 +19,13 @@ std::string CpuText(int threads) {
   return std::to_string(threads) + (threads == 1 ? " CPU thread" : " CPU threads");
 }
 
+bool HasMeshObstacle(const Scene& scene) {
+  if (!scene.contact) return false;
+  const std::vector<Obstacle>& obstacles = scene.contact->obstacles;
+  return std::any_of(obstacles.begin(), obstacles.end(),
+                     [](const Obstacle& obstacle) { return !MakeSolid(obstacle); });
+}
+
 }  // namespace
 
 std::unique_ptr<Backend> MakeBackend(const std::string& name,
@@ -24,9 +34,10 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name,
   if (name != "cpu" && name != "cuda" && name != "auto")
     throw InputError("backend", "unknown name '" + name + "', expected auto, cpu or cuda");
   std::string text = CpuText(threads);
-  if (model->scene.contact) {
-    if (name == "cuda") throw InputError("backend", "found cuda, expected cpu for contact");
-    if (device != nullptr) *device = text + ", on which alone contact runs";
+  if (HasMeshObstacle(model->scene)) {
+    if (name == "cuda")
+      throw InputError("backend", "found cuda, expected cpu for an obstacle that is a mesh");
+    if (device != nullptr) *device = text + ", on which alone obstacles that are meshes run";
     return MakeCpuBackend(std::move(model), threads);
   }
   const CudaSurvey survey = name == "cpu" ? CudaSurvey{} : SurveyCuda();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device/cuda_error.h"
+#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/element_kernels.cuh"
 #include "cuda/kernels/element_kernels.h"
 
@@ -187,12 +188,14 @@ void LaunchGatherStep(const LaunchContext& on, const StepRecords& records, const
   GatherStep<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, records, v, h, matrix,
                                                       rhs);
   CUDA_CHECK(cudaGetLastError());
+  LaunchAddContactStep(on, h, matrix, rhs);
 }
 
 void LaunchGatherForce(const LaunchContext& on, const StepRecords& records, double* force) {
   const dim3 grid(BlocksFor(on.cloth.num_vertices), on.batch.slots);
   GatherForce<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, records, force);
   CUDA_CHECK(cudaGetLastError());
+  LaunchAddContactForce(on, force);
 }
 
 void LaunchAdvance(const LaunchContext& on, const StepState& state, const double* solution,

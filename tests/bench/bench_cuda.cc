@@ -17,6 +17,7 @@
 #include "cuda/engine/cuda_backend.h"
 #include "losses/readout/readouts.h"
 #include "physics/cloth/start_shape.h"
+#include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/host_readouts.h"
 #include "tests/bench/fabrics.h"
@@ -34,6 +35,8 @@ DEFINE_string(works,
               "gradient of a loss of the outline or "
               "of the soft silhouette; -host: what the device could read is read on the host");
 DEFINE_string(law, "smooth", "smooth or reference");
+DEFINE_bool(contact, false, "keeps the hanging cloth out of the support");
+DEFINE_double(bend, 1.0, "factor on the fabrics' bend tables: soft ones touch the support");
 DEFINE_int32(steps, 100, "of a rollout");
 DEFINE_double(h, 0.05, "time step [s]");
 DEFINE_int32(repeats, 3, "the fastest counts");
@@ -51,6 +54,10 @@ const char* const kFabrics[] = {"cotton_white", "cotton_pink", "viscose_white", 
 
 std::string FabricsFolder() {
   return FLAGS_fabrics.empty() ? test::ConfigsFolder() + "/fabrics" : FLAGS_fabrics;
+}
+
+Scene BenchScene() {
+  return CusickScene({FLAGS_contact ? ContactModel::kSupport : ContactModel::kNone});
 }
 
 std::vector<std::string> Split(const std::string& text) {
@@ -87,7 +94,7 @@ struct Batch {
   Batch(const ClothModel& model, int count)
       : outline(model.mesh, {Camera()}, 72), silhouette(model.mesh, {Camera()}, {}) {
     for (const char* name : kFabrics)
-      fields.push_back(ReadFabric(FabricsFolder() + "/" + name + ".json"));
+      fields.push_back(Scaled(ReadFabric(FabricsFolder() + "/" + name + ".json"), 1.0, FLAGS_bend));
     for (int i = 0; i < count; ++i) {
       State start = model.RestState();
       start.x = ApplyStartShape(model.mesh, 0.09, RandomStartShape(i, 3e-3));
@@ -206,7 +213,7 @@ void BenchJvp(Backend& device, Backend& host, const Batch& batch, int count, int
 
 void BenchMesh(const std::string& spec) {
   const auto model =
-      std::make_shared<const ClothModel>(ParseMeshSpec(spec), CusickScene(), MakeLaw(FLAGS_law));
+      std::make_shared<const ClothModel>(ParseMeshSpec(spec), BenchScene(), MakeLaw(FLAGS_law));
   const int threads = static_cast<int>(std::thread::hardware_concurrency());
   const auto device = MakeCudaBackend(model, threads);
   const auto host = MakeCpuBackend(model, threads);

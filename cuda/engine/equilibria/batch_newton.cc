@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cuda/engine/equilibria/implicit_solver.h"
+#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/statics/statics_kernels.h"
 #include "physics/simulation/statics/newton_control.h"
 #include "physics/simulation/statics/stiffness.h"
@@ -59,6 +60,7 @@ class BatchNewton {
     for (int r = 0; r < count_; ++r) all[r] = r;
     for (const RolloutInput& input : batch)
       weight_.push_back(CharacteristicForce(cloth_.model(), *input.material));
+    LaunchPushOut(On(all), here_.x);
     const std::vector<Measured> start = Measure(all);
     for (int r = 0; r < count_; ++r)
       controls_.emplace_back(options, start[r].residual, start[r].energy);
@@ -132,6 +134,7 @@ class BatchNewton {
     CopyToHost<double>(workspace_.move, scale);
     for (int s = 0; s < on.batch.slots; ++s) scale[s] = controls_[stepping[s]].Scale(scale[s]);
     CopyToDevice<double>(scale, workspace_.scale);
+    LaunchShortenMoves(on, {workspace_.scale, 0.0}, dx, nullptr);
     LaunchMoveShapes(on, dx, workspace_.scale, workspace_.geometric, here_.x);
     const std::vector<Measured> measured = Measure(stepping);
     std::vector<ShapeAction> actions;

@@ -74,7 +74,7 @@ void FactorStiffness(const DeviceResources& resources, const ImplicitWorkspace& 
   resources.Clear(w.step.v, sizeof(double) * batch.slots * on.cloth.num_dofs());
   resources.Clear(w.mu, sizeof(double) * batch.slots);
   LaunchDerivativeRecords(on, w.step.v, 1.0, w.derivatives);
-  LaunchGatherDerivative(on, w.derivatives, 1.0, w.blocks);
+  LaunchGatherDerivative(on, w.derivatives, w.step.v, 1.0, w.blocks);
   LaunchGatherStiffness(on, w.derivatives, {nullptr, nullptr, w.mu, 0.0}, w.step.matrix);
   multifrontal.FactorAndSolve(w.step.FactorFrom(multifrontal.view(), 0), nullptr, nullptr,
                               batch.slots, batch.slots, on.stream);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/engine/resources/step_workspace.h"
 
+#include "cuda/kernels/contact_kernels.h"
+
 namespace drape {
 
 StepWorkspace StepWorkspace::Take(Arena& arena, const DeviceCloth& cloth, int slots) {
@@ -42,13 +44,15 @@ void LaunchFactorStep(const LaunchContext& on, const Multifrontal& multifrontal,
 }
 
 void LaunchAdvanceGroup(const LaunchContext& on, const StepWorkspace& w, int first, double h,
-                        const HistoryView& history) {
+                        BlockedMove blocked, const HistoryView& history) {
   const std::int64_t dofs = static_cast<std::int64_t>(first) * on.cloth.num_dofs();
   HistoryView group = history;
   if (history.x != nullptr) {
     group.x += dofs;
     group.v += dofs;
   }
+  LaunchShortenMoves(on, {nullptr, h}, w.solution + dofs,
+                     blocked == BlockedMove::kFails ? w.failed + first : nullptr);
   LaunchAdvance(on, {w.x + dofs, w.v + dofs, w.failed + first}, w.solution + dofs, h, group);
 }
 

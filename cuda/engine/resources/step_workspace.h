@@ -41,8 +41,10 @@ void LaunchSolveStep(const LaunchContext& on, const Multifrontal& multifrontal,
 // Factors A at the group's shapes and solves for rhs in place, unless it is null.
 void LaunchFactorStep(const LaunchContext& on, const Multifrontal& multifrontal,
                       const StepWorkspace& workspace, int first, double h, double* rhs);
-// v ← v', x ← x + h·v'; history: of all slots.
+// What a move is that an obstacle shortens: the end of that move, or a failure of its slot.
+enum class BlockedMove { kEnds, kFails };
+// v ← v', x ← x + h·v', as far as obstacles let it; history: of all slots.
 void LaunchAdvanceGroup(const LaunchContext& on, const StepWorkspace& workspace, int first,
-                        double h, const HistoryView& history);
+                        double h, BlockedMove blocked, const HistoryView& history);
 
 }  // namespace drape

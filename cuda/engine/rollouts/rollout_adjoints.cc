@@ -39,14 +39,14 @@ void LaunchAdjointStep(const LaunchContext& on, const Multifrontal& multifrontal
     const AdjointRecords records{w.single.faces + 1LL * first * on.cloth.num_faces,
                                  w.single.hinges + 1LL * first * on.cloth.num_hinges};
     LaunchAdjointRecords(on, end_v, back.h, lambda, records, back.sums.From(first));
-    LaunchGatherAdjoint(on, records, back.h, lambda, adj_x, adj_v);
+    LaunchGatherAdjoint(on, records, end_v, back.h, lambda, adj_x, adj_v);
     return;
   }
   double* blocks = w.blocks + first * 9LL * on.cloth.num_blocks;
   const DerivativeRecords derivatives{w.derivatives.faces + 1LL * first * on.cloth.num_faces,
                                       w.derivatives.hinges + 1LL * first * on.cloth.num_hinges};
   LaunchDerivativeRecords(on, end_v, back.h, derivatives);
-  LaunchGatherDerivative(on, derivatives, back.h, blocks);
+  LaunchGatherDerivative(on, derivatives, end_v, back.h, blocks);
   LaunchAdjointPosition(on, blocks, lambda, adj_x, adj_v, m);
   LaunchAdjointMaterial(on, end_v, back.h, lambda, back.sums.From(first), m);
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "cuda/kernels/contact_kernels.h"
+
 namespace drape {
 
 void RolloutEngine::Rollouts(std::span<const RolloutInput> batch, const RolloutOptions& options,
@@ -61,12 +63,15 @@ RolloutRun RolloutEngine::RunRollouts(std::span<const RolloutInput> batch,
   resources_.Clear(w.failed, slots * sizeof(int));
   resources_.Clear(w.step, sizeof(int));
   const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.x};
+  LaunchPushOut(resources_.On(shapes), w.x);
+  // A recording is for derivatives, which a shortened move has not.
+  const BlockedMove blocked = record ? BlockedMove::kFails : BlockedMove::kEnds;
   const Streams& streams = resources_.streams();
   const Graph step(streams, [&] {
     streams.ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
       const LaunchContext on = resources_.On(SliceBatch(shapes, first, count, dofs), stream);
       LaunchSolveStep(on, cloth.multifrontal(), w, first, options.h);
-      LaunchAdvanceGroup(on, w, first, options.h, kept);
+      LaunchAdvanceGroup(on, w, first, options.h, blocked, kept);
     });
     LaunchCountStep(w.step, 1, streams.main());
   });

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "cuda/engine/rollouts/rollout_engine.h"
+#include "cuda/kernels/contact_kernels.h"
 
 namespace drape {
 namespace {
@@ -54,13 +55,14 @@ void LaunchTangentStep(const LaunchContext& on, const Multifrontal& multifrontal
   LaunchSolveStep(on, multifrontal, w.step, static_cast<int>(first), h);
   LaunchDerivativeRecords(on, found, h, derivatives);
   LaunchFactorRecords(on, scales, found, h, factors);
-  LaunchGatherDerivative(on, derivatives, h, blocks);
+  LaunchGatherDerivative(on, derivatives, found, h, blocks);
   LaunchTangentRhs(on, factors, blocks, dx, dv);
   multifrontal.Solve(
       w.step.factor.From(first, plan.factor_size),
       {dv, dv, w.vectors + first * kPaddedEntries * plan.vector_size, kPaddedEntries},
       on.batch.slots, on.stream, {dx, h});
-  LaunchAdvanceGroup(on, w.step, static_cast<int>(first), h, {nullptr, nullptr, 0, nullptr});
+  LaunchAdvanceGroup(on, w.step, static_cast<int>(first), h, BlockedMove::kFails,
+                     {nullptr, nullptr, 0, nullptr});
 }
 
 // The steps that were done.
@@ -76,6 +78,7 @@ int RunTangents(DeviceResources& resources, const TangentWorkspace& w,
   resources.Clear(w.dx, slots * columns * sizeof(double));
   resources.Clear(w.dv, slots * columns * sizeof(double));
   const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
+  LaunchPushOut(resources.On(shapes), w.step.x);
   const Streams& streams = resources.streams();
   const Graph step(streams, [&] {
     streams.ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {

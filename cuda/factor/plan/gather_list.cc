@@ -67,4 +67,10 @@ GatherList GatherVertices(const Mesh& mesh, const Scene& scene) {
   });
 }
 
+std::vector<int> DiagonalEntries(const FrontPlan& plan) {
+  std::vector<int> diagonal(plan.num_vertices());
+  for (int i = 0; i < plan.num_vertices(); ++i) diagonal[i] = FindEntry(plan, i, i);
+  return diagonal;
+}
+
 }  // namespace drape

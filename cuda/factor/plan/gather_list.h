@@ -29,5 +29,7 @@ struct Contribution {
 GatherList GatherEntries(const FrontPlan& plan, const Mesh& mesh, const Scene& scene);
 // To each vertex (column = row).
 GatherList GatherVertices(const Mesh& mesh, const Scene& scene);
+// The entry of each vertex with itself, [V]: to it alone contact with an obstacle adds.
+std::vector<int> DiagonalEntries(const FrontPlan& plan);
 
 }  // namespace drape

@@ -5,6 +5,7 @@
 
 #include "cuda/factor/plan/front_plan.h"
 #include "cuda/factor/plan/gather_list.h"
+#include "physics/cloth/contact/solid.h"
 #include "physics/material/laws/hinge_geometry.h"
 #include "physics/material/laws/law.h"
 #include "physics/material/laws/stretch_element.h"
@@ -32,6 +33,8 @@ struct ClothView {
   const int *row_start, *column, *mirror;  // full pattern; mirror: block (j, i) of block (i, j)
   const int* entry_block;                  // block of the full pattern of each entry
   GatherView to_entry, to_vertex;
+  SolidContact contact;
+  const int* diagonal_entry;  // that of each vertex with itself, [V]; null without contact
 
   DRAPE_HD int num_dofs() const { return 3 * num_vertices; }
 };

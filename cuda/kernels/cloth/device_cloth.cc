@@ -102,6 +102,18 @@ DeviceCloth::DeviceCloth(std::shared_ptr<const ClothModel> model, const FrontPla
   view_.to_entry = to_entry_->view();
   view_.entry_block = entry_block_.data();
   view_.to_vertex = to_vertex_->view();
+  if (!scene.contact) return;
+  view_.contact = UploadContact(*scene.contact);
+  diagonal_entry_ = DeviceBuffer<int>(DiagonalEntries(plan));
+  view_.diagonal_entry = diagonal_entry_.data();
+}
+
+SolidContact DeviceCloth::UploadContact(const Contact& contact) {
+  std::vector<Solid> solids;
+  for (const Obstacle& obstacle : contact.obstacles) solids.push_back(MakeSolid(obstacle).value());
+  solids_ = DeviceBuffer<Solid>(solids);
+  return {contact.thickness, contact.range, contact.stiffness, static_cast<int>(solids.size()),
+          solids_.data()};
 }
 
 void DeviceCloth::ToEliminationOrder(const double* mesh_order, int columns, int stride,

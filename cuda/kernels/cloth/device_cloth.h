@@ -16,7 +16,7 @@ namespace drape {
 // A cloth model on the present device, in elimination order.
 class DeviceCloth {
  public:
-  // shared_bytes: of a block of threads.
+  // shared_bytes: of a block of threads. No obstacle is a mesh.
   DeviceCloth(std::shared_ptr<const ClothModel> model, const FrontPlan& plan, int shared_bytes);
 
   const ClothModel& model() const { return *model_; }
@@ -32,13 +32,16 @@ class DeviceCloth {
   void ToMeshOrder(const double* elimination_order, int columns, int stride, double* to) const;
 
  private:
+  SolidContact UploadContact(const Contact& contact);
+
   std::shared_ptr<const ClothModel> model_;
   std::vector<int> position_;
   Multifrontal multifrontal_;
   DeviceBuffer<Face> faces_;
   DeviceBuffer<Hinge> hinges_;
   DeviceBuffer<double> vertex_area_, rest_x_, handle_, load_;
-  DeviceBuffer<int> row_start_, column_, mirror_, entry_block_, border_;
+  DeviceBuffer<int> row_start_, column_, mirror_, entry_block_, border_, diagonal_entry_;
+  DeviceBuffer<Solid> solids_;
   DeviceBuffer<StretchNode> strain_nodes_;
   struct Gather {
     DeviceBuffer<int> start, item;

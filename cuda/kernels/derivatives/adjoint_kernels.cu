@@ -2,6 +2,7 @@
 // The adjoint of a step for one right-hand side: adjoints of the element functions, then sums
 // by gather.
 #include "cuda/device/cuda_error.h"
+#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/derivatives/gradient_sums.cuh"
 
 namespace drape {
@@ -122,11 +123,12 @@ void LaunchAdjointRecords(const LaunchContext& on, const double* w, double h, co
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchGatherAdjoint(const LaunchContext& on, const AdjointRecords& records, double h,
-                         const double* lambda, double* adj_x, double* adj_v) {
+void LaunchGatherAdjoint(const LaunchContext& on, const AdjointRecords& records, const double* w,
+                         double h, const double* lambda, double* adj_x, double* adj_v) {
   GatherAdjoint<<<dim3(BlocksFor(on.cloth.num_vertices), on.batch.slots), kElementThreads, 0,
                   on.stream>>>(on.cloth, on.batch, records, h, lambda, adj_x, adj_v);
   CUDA_CHECK(cudaGetLastError());
+  LaunchAddContactAdjoint(on, w, h, lambda, adj_x);
 }
 
 }  // namespace drape

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device/cuda_error.h"
+#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/derivatives/derivative_blocks.cuh"
 #include "physics/material/laws/element_sensitivity.h"
 
@@ -140,11 +141,12 @@ void LaunchDerivativeRecords(const LaunchContext& on, const double* w, double h,
   CUDA_CHECK(cudaGetLastError());
 }
 
-void LaunchGatherDerivative(const LaunchContext& on, const DerivativeRecords& records, double h,
-                            double* blocks) {
+void LaunchGatherDerivative(const LaunchContext& on, const DerivativeRecords& records,
+                            const double* w, double h, double* blocks) {
   GatherDerivative<<<dim3(BlocksFor(on.cloth.num_entries), on.batch.slots), kElementThreads, 0,
                      on.stream>>>(on.cloth, records, h, blocks);
   CUDA_CHECK(cudaGetLastError());
+  LaunchAddContactDerivative(on, w, h, blocks);
 }
 
 void LaunchFactorRecords(const LaunchContext& on, const MaterialView* weight, const double* w,

@@ -38,8 +38,8 @@ struct FactorRecords {
 void LaunchDerivativeRecords(const LaunchContext& on, const double* w, double h,
                              const DerivativeRecords& records);
 // blocks = ∂g/∂x, [9·num_blocks] a slot.
-void LaunchGatherDerivative(const LaunchContext& on, const DerivativeRecords& records, double h,
-                            double* blocks);
+void LaunchGatherDerivative(const LaunchContext& on, const DerivativeRecords& records,
+                            const double* w, double h, double* blocks);
 // weight: of each entry, by rollout (density unused).
 void LaunchFactorRecords(const LaunchContext& on, const MaterialView* weight, const double* w,
                          double h, const FactorRecords& records);
@@ -100,8 +100,8 @@ struct AdjointRecords {
 void LaunchAdjointRecords(const LaunchContext& on, const double* w, double h, const double* lambda,
                           const AdjointRecords& records, const GradientView& gradient);
 // adj_x += (∂g/∂x)ᵀ·lambda, adj_v = M·lambda; [3V] a slot.
-void LaunchGatherAdjoint(const LaunchContext& on, const AdjointRecords& records, double h,
-                         const double* lambda, double* adj_x, double* adj_v);
+void LaunchGatherAdjoint(const LaunchContext& on, const AdjointRecords& records, const double* w,
+                         double h, const double* lambda, double* adj_x, double* adj_v);
 
 // gradient += (∂g/∂entry)ᵀ·lambda.
 void LaunchAdjointMaterial(const LaunchContext& on, const double* w, double h, const double* lambda,

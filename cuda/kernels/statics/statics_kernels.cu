@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/device/cuda_error.h"
+#include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/derivatives/derivative_blocks.cuh"
 #include "cuda/kernels/reduce.cuh"
 #include "cuda/kernels/statics/statics_kernels.h"
@@ -171,6 +172,7 @@ void LaunchGatherStiffness(const LaunchContext& on, const DerivativeRecords& rec
   GatherStiffness<<<dim3(BlocksFor(on.cloth.num_entries), on.batch.slots), kElementThreads, 0,
                     on.stream>>>(on.cloth, on.batch, records, terms, matrix);
   CUDA_CHECK(cudaGetLastError());
+  LaunchAddContactStiffness(on, matrix);
 }
 
 void LaunchMeasure(const LaunchContext& on, const StepRecords& records, const Shapes& shapes,
@@ -182,6 +184,7 @@ void LaunchMeasure(const LaunchContext& on, const StepRecords& records, const Sh
       },
       on.law.bend);
   CUDA_CHECK(cudaGetLastError());
+  LaunchAddContactEnergy(on, sums);
 }
 
 void LaunchGatherRows(const LaunchContext& on, const double* from, double* to) {

@@ -2,7 +2,8 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
+
+#include "physics/util/math/host_device.h"
 
 namespace drape {
 
@@ -17,15 +18,14 @@ struct Barrier {
 };
 
 // range: r > 0 [m]. Infinite where the gap is not positive.
-inline Barrier EvaluateBarrier(double gap, double range) {
-  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+DRAPE_HD inline Barrier EvaluateBarrier(double gap, double range) {
+  constexpr double kInfinite = INFINITY;
   if (gap >= range) return {};
   if (!(gap > 0.0)) return {kInfinite, -kInfinite, kInfinite, -kInfinite};
   const double y = gap / range, below = 1.0 - y, log = std::log(y), ratio = below / y;
-  return {.value = -range * below * below * log,
-          .slope = 2.0 * below * log - below * ratio,
-          .curvature = (ratio * ratio + 4.0 * ratio - 2.0 * log) / range,
-          .third = -(2.0 / y + (4.0 + 2.0 * ratio) / (y * y)) / (range * range)};
+  return {-range * below * below * log, 2.0 * below * log - below * ratio,
+          (ratio * ratio + 4.0 * ratio - 2.0 * log) / range,
+          -(2.0 / y + (4.0 + 2.0 * ratio) / (y * y)) / (range * range)};
 }
 
 }  // namespace drape

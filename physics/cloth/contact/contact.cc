@@ -2,51 +2,44 @@
 #include "physics/cloth/contact/contact.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
-#include "physics/cloth/contact/barrier.h"
+#include "physics/cloth/contact/solid.h"
 
 namespace drape {
 namespace {
 
-// Calls of(barrier, distance) for each obstacle within range of x.
-template <class Of>
-void ForEachNear(const Contact& contact, const Eigen::Vector3d& x, const Of& of) {
-  for (const Obstacle& obstacle : contact.obstacles) {
-    const ObstacleDistance distance = DistanceTo(obstacle, x);
-    const double gap = distance.value - 0.5 * contact.thickness;
-    if (gap < contact.range) of(EvaluateBarrier(gap, contact.range), distance);
+// What the formulas of solid.h take.
+struct PlainContact {
+  explicit PlainContact(const Contact& contact)
+      : thickness(contact.thickness),
+        range(contact.range),
+        stiffness(contact.stiffness),
+        count(static_cast<int>(contact.obstacles.size())),
+        obstacles(contact.obstacles) {}
+
+  SolidDistance Distance(int k, const Vec3<double>& x) const {
+    if (const std::optional<Solid> solid = MakeSolid(obstacles[k])) return DistanceTo(*solid, x);
+    const ObstacleDistance d = DistanceTo(obstacles[k], {x.x, x.y, x.z});
+    const Eigen::Matrix3d& c = d.curvature;
+    return {d.value,
+            {d.normal.x(), d.normal.y(), d.normal.z()},
+            {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)}};
   }
+  bool IsConvex(int k) const { return drape::IsConvex(obstacles[k]); }
+
+  double thickness, range, stiffness;
+  int count;
+  const std::vector<Obstacle>& obstacles;
+};
+
+Vec3<double> Plain(const Eigen::Vector3d& a) { return {a.x(), a.y(), a.z()}; }
+Eigen::Matrix3d InEigen(const double (&block)[9]) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(block);
 }
 
 double Gap(const Contact& contact, const Obstacle& obstacle, const Eigen::Vector3d& x) {
   return DistanceTo(obstacle, x).value - 0.5 * contact.thickness;
-}
-
-// The share of the move dx from x that leaves a tenth of the gap. The distance from a convex solid
-// is convex along a line, so its tangent is a lower bound, and Newton's method comes from the safe
-// side. From any other it changes by no more than x does.
-double SafeShare(const Contact& contact, const Obstacle& obstacle, const Eigen::Vector3d& x,
-                 const Eigen::Vector3d& dx) {
-  constexpr double kKept = 0.1, kEnough = 0.02;  // of the first gap
-  constexpr int kMostSteps = 50;
-  const bool is_convex = IsConvex(obstacle);
-  double share = 0.0, kept = 0.0, enough = 0.0;
-  for (int i = 0; i < kMostSteps; ++i) {
-    const ObstacleDistance distance = DistanceTo(obstacle, x + share * dx);
-    const double gap = distance.value - 0.5 * contact.thickness;
-    if (i == 0) {
-      kept = kKept * gap;
-      enough = (kKept + kEnough) * gap;
-    }
-    const double approach = is_convex ? -distance.normal.dot(dx) : dx.norm();
-    if (approach <= 0.0) return 1.0;
-    if (gap <= enough) break;
-    share += (gap - kept) / approach;
-    if (share >= 1.0) return 1.0;
-  }
-  return share;
 }
 
 }  // namespace
@@ -59,45 +52,26 @@ PlateObstacle MakeSupport(const Contact& contact, double radius) {
 }
 
 double ContactEnergy(const Contact& contact, double area, const Eigen::Vector3d& x) {
-  double energy = 0.0;
-  ForEachNear(contact, x, [&](const Barrier& b, const ObstacleDistance&) {
-    energy += contact.stiffness * area * b.value;
-  });
-  return energy;
+  return VertexEnergy(PlainContact(contact), area, Plain(x));
 }
 
 Eigen::Vector3d ContactForce(const Contact& contact, double area, const Eigen::Vector3d& x) {
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();
-  ForEachNear(contact, x, [&](const Barrier& b, const ObstacleDistance& d) {
-    force -= contact.stiffness * area * b.slope * d.normal;
-  });
-  return force;
+  const Vec3<double> force = VertexForce(PlainContact(contact), area, Plain(x));
+  return {force.x, force.y, force.z};
 }
 
 Eigen::Matrix3d ContactStepStiffness(const Contact& contact, double area,
                                      const Eigen::Vector3d& x) {
-  Eigen::Matrix3d stiffness = Eigen::Matrix3d::Zero();
-  ForEachNear(contact, x, [&](const Barrier& b, const ObstacleDistance& d) {
-    stiffness += contact.stiffness * area * b.curvature * d.normal * d.normal.transpose();
-    // b' < 0. A convex solid has the other sign; that of a blend is the same in all directions.
-    if (d.curvature.trace() < 0.0) stiffness += contact.stiffness * area * b.slope * d.curvature;
-  });
-  return stiffness;
+  double block[9] = {};
+  AddVertexStepStiffness(PlainContact(contact), area, Plain(x), 1.0, block);
+  return InEigen(block);
 }
 
 Eigen::Matrix3d ContactStepDerivative(const Contact& contact, double area, const Eigen::Vector3d& x,
                                       const Eigen::Vector3d& w, double h) {
-  Eigen::Matrix3d derivative = Eigen::Matrix3d::Zero();
-  ForEachNear(contact, x, [&](const Barrier& b, const ObstacleDistance& d) {
-    const Eigen::Matrix3d nn = d.normal * d.normal.transpose();
-    const double speed = d.normal.dot(w);
-    const Eigen::Matrix3d by_force = b.curvature * nn + b.slope * d.curvature;
-    const Eigen::Matrix3d by_stiffness =
-        b.third * speed * nn +
-        b.curvature * (speed * d.curvature + d.normal * (d.curvature * w).transpose());
-    derivative -= contact.stiffness * area * h * (by_force + h * by_stiffness);
-  });
-  return derivative;
+  double block[9] = {};
+  AddVertexStepDerivative(PlainContact(contact), area, Plain(x), Plain(w), h, block);
+  return InEigen(block);
 }
 
 double SmallestGap(const Contact& contact, const Eigen::VectorXd& x) {
@@ -109,21 +83,13 @@ double SmallestGap(const Contact& contact, const Eigen::VectorXd& x) {
 }
 
 bool PushOut(const Contact& contact, Eigen::VectorXd& x) {
-  constexpr double kLeast = 0.1, kNew = 0.5;  // gaps, of the range
-  constexpr int kRounds = 10;                 // out of one obstacle can be into another
   bool moved = false;
-  for (Eigen::Index i = 0; i < x.size(); i += 3)
-    for (int round = 0, pushes = 1; round < kRounds && pushes > 0; ++round) {
-      pushes = 0;
-      for (const Obstacle& obstacle : contact.obstacles) {
-        const ObstacleDistance distance = DistanceTo(obstacle, x.segment<3>(i));
-        const double gap = distance.value - 0.5 * contact.thickness;
-        if (gap >= kLeast * contact.range) continue;
-        x.segment<3>(i) += (kNew * contact.range - gap) * distance.normal;
-        ++pushes;
-        moved = true;
-      }
-    }
+  for (Eigen::Index i = 0; i < x.size(); i += 3) {
+    Vec3<double> place = Plain(x.segment<3>(i));
+    if (!PushVertexOut(PlainContact(contact), place)) continue;
+    x.segment<3>(i) << place.x, place.y, place.z;
+    moved = true;
+  }
   return moved;
 }
 
@@ -142,9 +108,8 @@ void FollowObstacles(const Contact& contact, Eigen::VectorXd& x) {
 bool ShortenMoves(const Contact& contact, const Eigen::VectorXd& x, Eigen::VectorXd& dx) {
   bool shortened = false;
   for (Eigen::Index i = 0; i < x.size(); i += 3) {
-    double share = 1.0;
-    for (const Obstacle& obstacle : contact.obstacles)
-      share = std::min(share, SafeShare(contact, obstacle, x.segment<3>(i), dx.segment<3>(i)));
+    const double share =
+        SafeShare(PlainContact(contact), Plain(x.segment<3>(i)), Plain(dx.segment<3>(i)));
     if (share == 1.0) continue;
     dx.segment<3>(i) *= share;
     shortened = true;

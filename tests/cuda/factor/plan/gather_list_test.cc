@@ -82,6 +82,15 @@ TEST_P(GatherListTest, VerticesSumToTheAssembledVector) {
   for (int v = 0; v < mesh_.num_vertices(); ++v) EXPECT_EQ(Sum(list, v), expected[v]);
 }
 
+TEST_P(GatherListTest, DiagonalEntriesAreOfAVertexWithItself) {
+  const std::vector<int> diagonal = DiagonalEntries(plan_);
+  ASSERT_EQ(static_cast<int>(diagonal.size()), mesh_.num_vertices());
+  for (int i = 0; i < mesh_.num_vertices(); ++i) {
+    EXPECT_EQ(plan_.entries[diagonal[i]].row, i);
+    EXPECT_EQ(plan_.entries[diagonal[i]].column, i);
+  }
+}
+
 TEST_P(GatherListTest, FacesComeFirstEachKindAscending) {
   for (const GatherList& list :
        {GatherEntries(plan_, mesh_, scene_), GatherVertices(mesh_, scene_)})

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "physics/cloth/contact/barrier.h"
+#include "physics/cloth/contact/solid.h"
 #include "physics/util/math/random.h"
 
 namespace drape {
@@ -142,6 +143,39 @@ TEST_F(ContactTest, ForceIsTheSlopeOfTheEnergy) {
           (2 * kStep);
       EXPECT_NEAR(-slope, force[c], 1e-5 * force.norm());
     }
+  }
+}
+
+// What kernels compute; compilers may fuse operations in one place and not in another.
+TEST_F(ContactTest, PlainDataGiveTheSame) {
+  constexpr double kRounding = 1e-12;
+  std::vector<Solid> solids;
+  for (const Obstacle& obstacle : contact_.obstacles) solids.push_back(MakeSolid(obstacle).value());
+  const SolidContact plain{contact_.thickness, contact_.range, contact_.stiffness,
+                           static_cast<int>(solids.size()), solids.data()};
+  const auto expect_near = [&](const Vec3<double>& a, const Eigen::Vector3d& b) {
+    EXPECT_LE((Eigen::Vector3d(a.x, a.y, a.z) - b).norm(), kRounding * b.norm());
+  };
+  std::mt19937_64 random(6);
+  for (const Eigen::Vector3d& x : NearPoints()) {
+    const Vec3<double> at{x.x(), x.y(), x.z()};
+    const double energy = ContactEnergy(contact_, kArea, x);
+    EXPECT_NEAR(VertexEnergy(plain, kArea, at), energy, kRounding * energy);
+    expect_near(VertexForce(plain, kArea, at), ContactForce(contact_, kArea, x));
+    const Eigen::Vector3d w = RandomVector(random);
+    double block[9] = {};
+    AddVertexStepDerivative(plain, kArea, at, {w.x(), w.y(), w.z()}, 0.1, block);
+    const Eigen::Matrix3d derivative = ContactStepDerivative(contact_, kArea, x, w, 0.1);
+    for (int n = 0; n < 9; ++n)
+      EXPECT_NEAR(block[n], derivative(n / 3, n % 3), kRounding * derivative.norm());
+    Eigen::VectorXd move = 0.05 * w;
+    const Vec3<double> wanted{move[0], move[1], move[2]};
+    ShortenMoves(contact_, x, move);
+    expect_near(SafeShare(plain, at, wanted) * wanted, move);
+    Vec3<double> pushed{0.9 * x.x(), 0.9 * x.y(), 0.9 * x.z()};
+    Eigen::VectorXd out = 0.9 * x;
+    EXPECT_EQ(PushVertexOut(plain, pushed), PushOut(contact_, out));
+    expect_near(pushed, out);
   }
 }
 

@@ -2,6 +2,7 @@
 // drape_space as a user runs it.
 #include <future>
 
+#include "cuda/engine/cuda_backend.h"
 #include "physics/material/material_io.h"
 #include "solver/posterior/posterior_io.h"
 #include "solver/studies/recognition/drape_predictions.h"
@@ -172,7 +173,8 @@ TEST_F(SpaceShares, HaveFabricsOfTheirOwnAndNoTables) {
 
 // Not as a failure of each fit, which would be kept.
 TEST_F(SpaceShares, ABackendThatIsNotThereIsRefusedBeforeAnyFit) {
-  ExpectOneLineError(Run({"--backend=cuda", "--contact=support"}), "expected cpu for contact");
+  if (const CudaSurvey survey = SurveyCuda(); !survey.usable)
+    ExpectOneLineError(Run({"--backend=cuda", "--contact=support"}), survey.text);
   ExpectOneLineError(Run({"--backend=gpu"}), "option 'backend': found 'gpu'");
   EXPECT_FALSE(std::filesystem::exists(Path("out/samples")));
 }
