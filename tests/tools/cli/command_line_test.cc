@@ -4,8 +4,8 @@
 
 #include "tests/tools/tool_fixture.h"
 #include "tools/inputs/fit_options.h"
-#include "tools/programs/check/check_report.h"
 #include "tools/programs/simulate/simulate_tool.h"
+#include "tools/programs/studies/check/check_report.h"
 
 namespace drape::test {
 namespace {

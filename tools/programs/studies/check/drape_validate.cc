@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/tool_main.h"
-#include "tools/programs/check/validate.h"
+#include "tools/programs/studies/check/validate.h"
 
 namespace drape {
 namespace {

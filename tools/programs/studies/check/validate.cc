@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/check/validate.h"
+#include "tools/programs/studies/check/validate.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/tool_main.h"
-#include "tools/programs/check/check_report.h"
+#include "tools/programs/studies/check/check_report.h"
 
 namespace drape {
 namespace {

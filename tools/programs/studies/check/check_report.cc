@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/check/check_report.h"
+#include "tools/programs/studies/check/check_report.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_validate as a user runs it.
-#include "tools/programs/check/validate.h"
+#include "tools/programs/studies/check/validate.h"
 
 #include "tests/tools/tool_fixture.h"
 
