@@ -16,6 +16,9 @@ bin=$scratch/prefix/bin
 cd "$scratch/prefix/share/drapefit"
 
 status=0
+for path in man/man1/drapefit.1 man/man1/drape_fit.1 bash-completion/completions/drape_fit; do
+  [ -s "$scratch/prefix/share/$path" ] || { echo "not installed: share/$path"; status=1; }
+done
 for path in $(grep -ohE 'configs/[A-Za-z0-9_./]+' "$source/README.md" "$source/tools/README.md" |
               sed 's/\.$//' | sort -u); do
   [ -e "$path" ] || { echo "not installed: $path"; status=1; }
@@ -33,7 +36,7 @@ run "$bin/drape_simulate" --mesh=disc:100 --material=configs/fabrics/synthetic_w
   --start=configs/starts/six_waves.json --steps=5 --time_step=0.1 --out="$scratch/drape"
 run "$bin/drape_simulate" --scene=configs/scenes/hanging_strip.json --mesh=strip:0.1x0.02x10 \
   --material=configs/fabrics/synthetic_wool.json --steps=2 --out="$scratch/strip"
-run "$bin/drape_check" --config=configs/programs/check.json --mesh=disc:100 --steps=5
+run "$bin/drapefit" check --config=configs/programs/check.json --mesh=disc:100 --steps=5
 run "$bin/drape_equilibria" --config=configs/programs/equilibria.json --mesh=disc:100 --samples=1 \
   --steps=5 --out="$scratch/equilibria"
 exit $status

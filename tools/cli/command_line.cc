@@ -12,7 +12,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
-#include "tools/cli/option_table.h"
+#include "tools/cli/option_text.h"
 
 namespace drape {
 namespace {
@@ -60,12 +60,11 @@ int Distance(const std::string& a, const std::string& b) {
 }
 
 [[noreturn]] void FailUnknown(const OptionTable& table, const std::string& key) {
-  std::string nearest = "config";
-  for (const Option& option : table.options)
-    if (Distance(key, option.key) < Distance(key, nearest)) nearest = option.key;
-  const bool is_near = Distance(key, nearest) <= std::max<int>(1, static_cast<int>(key.size()) / 2);
+  std::vector<std::string> names = {"config"};
+  for (const Option& option : table.options) names.push_back(option.key);
+  const std::string nearest = SuggestName(key, names);
   throw InputError(kWhere, "unknown option '--" + key + "'" +
-                               (is_near ? ", did you mean '--" + nearest + "'?" : "") +
+                               (nearest.empty() ? "" : ", did you mean '--" + nearest + "'?") +
                                " (--help=all lists all)");
 }
 
@@ -90,14 +89,18 @@ Flag ReadFlag(const OptionTable& table, int argc, char** argv, int& i) {
   return flag;
 }
 
-std::optional<HelpScope> AskedHelp(int argc, char** argv) {
+// The help that the command line asks for.
+std::optional<std::string> AskedHelp(const OptionTable& table, int argc, char** argv) {
   std::optional<HelpScope> scope;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
-    if (argument == "--help=all" || argument == "-help=all") return HelpScope::kAll;
-    if (argument == "--help" || argument == "-help" || argument == "-h") scope = HelpScope::kCommon;
+    if (argument == "--help=json") return TableJson(table);
+    if (argument == "--help=all" || argument == "-help=all") scope = HelpScope::kAll;
+    const bool asked = argument == "--help" || argument == "-help" || argument == "-h";
+    if (asked && !scope) scope = HelpScope::kCommon;
   }
-  return scope;
+  if (!scope) return {};
+  return table.Help(*scope);
 }
 
 void SetGlogFlag(const Flag& flag) {
@@ -110,9 +113,21 @@ void SetGlogFlag(const Flag& flag) {
 
 }  // namespace
 
+std::string SuggestName(const std::string& written, const std::vector<std::string>& names) {
+  std::string nearest;
+  int least = static_cast<int>(written.size() + 1) / 2;
+  for (const std::string& name : names) {
+    const int distance = Distance(written, name);
+    if (distance > least || (distance == least && !nearest.empty())) continue;
+    nearest = name;
+    least = distance;
+  }
+  return nearest;
+}
+
 ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv) {
-  if (const std::optional<HelpScope> scope = AskedHelp(argc, argv)) {
-    std::fputs(table.Help(*scope).c_str(), stdout);
+  if (const std::optional<std::string> help = AskedHelp(table, argc, argv)) {
+    std::fputs(help->c_str(), stdout);
     return ParseOutcome::kHelpShown;
   }
   std::vector<Flag> flags;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -207,6 +208,44 @@ std::string RangeText(const Option& option) {
 std::vector<Option> Grouped(const std::string& group, std::vector<Option> options) {
   for (Option& option : options) option.group = group;
   return options;
+}
+
+namespace {
+
+nlohmann::json OptionJson(const Option& option) {
+  return {{"key", option.key},
+          {"doc", option.doc},
+          {"type", TypeText(option)},
+          {"words", option.words},
+          {"range", RangeText(option)},
+          {"unit", option.unit},
+          {"default", ValueText(option)},
+          {"required", option.required},
+          {"choices", option.choices},
+          {"is_path", option.is_path},
+          {"is_switch", std::holds_alternative<bool*>(option.value)}};
+}
+
+}  // namespace
+
+std::string TableJson(const OptionTable& table) {
+  nlohmann::json sections = nlohmann::json::array();
+  const auto add = [&](const HelpSection& section) {
+    nlohmann::json options = nlohmann::json::array();
+    for (const Option* option : section.options) options.push_back(OptionJson(*option));
+    if (!options.empty()) sections.push_back({{"title", section.title}, {"options", options}});
+  };
+  const HelpSection common = CommonSection(table);
+  add(common);
+  for (const HelpSection& section : OtherSections(table, common)) add(section);
+  const nlohmann::json json = {{"tool", table.tool},
+                               {"version", BuildVersion()},
+                               {"summary", table.summary},
+                               {"example", table.example},
+                               {"notes", table.notes + kCommonNotes},
+                               {"operands", table.operands != nullptr ? table.operand_names : ""},
+                               {"sections", sections}};
+  return json.dump(-1, ' ', true) + "\n";
 }
 
 std::string OptionTable::Help(HelpScope scope) const {

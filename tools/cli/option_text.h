@@ -14,6 +14,14 @@ std::string JoinChoices(const std::vector<std::string>& choices, const char* sep
 // What the option is set to, as text that Set takes; before Parse its default.
 std::string ValueText(const Option& option);
 
+// The table for programs, as one JSON object: what --help=all shows, with the texts of each option
+// in members of their own. `drapefit` makes manual pages and shell completion from it.
+std::string TableJson(const OptionTable& table);
+
+// The name nearest to what a user wrote, where one is near enough to be meant (Levenshtein's
+// distance up to half the length, rounded up); else empty.
+std::string SuggestName(const std::string& written, const std::vector<std::string>& names);
+
 // The range of an option for a person: "0 … 5", "> 0", "≥ 1", or nothing.
 std::string RangeText(const Option& option);
 

@@ -1,0 +1,99 @@
+#!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
+# drapefit lists and runs the programs beside it, its manual pages and completion are sound, and the
+# way from a picture to a report stops at a failure and continues there.
+# usage: front_test.sh <source folder> <build folder>
+set -euo pipefail
+source=$1 build=$2
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+fail() { echo "$*"; exit 1; }
+drapefit=$build/bin/drapefit
+
+# The list agrees with the programs: each is in it, under a task, with its own words.
+"$drapefit" >"$scratch/list"
+grep -q '^others:' "$scratch/list" && fail "a program has no task: see tools/programs/front/verbs.cc"
+documents=$scratch/documents
+"$drapefit" --write_documents="$documents"
+for program in "$build"/bin/drape_*; do
+  name=${program##*/}
+  "$program" --help >"$scratch/help" || continue
+  grep -q "^  ${name#drape_}  *$(sed -n '1s/^[^:]*: \([^ ]* [^ ]*\).*/\1/p' "$scratch/help")" \
+    "$scratch/list" || fail "drapefit --help lacks $name or its description"
+  [ -s "$documents/man/man1/$name.1" ] || fail "no manual page of $name"
+  [ -s "$documents/bash-completion/completions/$name" ] || fail "no completion of $name"
+done
+"$drapefit" help fit | grep -q '^drape_fit ' || fail "help fit is not that of drape_fit"
+if "$drapefit" fti 2>"$scratch/err"; then fail "ran an unknown verb"; else [ $? -eq 2 ]; fi
+grep -q "unknown verb 'fti', did you mean 'fit'" "$scratch/err"
+
+# Manual pages.
+if command -v groff >/dev/null; then
+  for page in "$documents"/man/man1/*.1; do
+    warnings=$(groff -man -Tutf8 -ww "$page" 2>&1 >"$scratch/page")
+    [ -z "$warnings" ] || fail "$page: $warnings"
+    grep -q OPTIONS <(sed 's/.\x08//g' "$scratch/page") || fail "$page shows no options"
+  done
+else
+  echo "no groff here: manual pages are not formatted"
+fi
+
+# Completion, as bash calls it.
+script=$documents/bash-completion/completions/drapefit
+bash -n "$script"
+# shellcheck disable=SC1090
+. "$script"
+complete_line() {
+  COMP_LINE=$1 COMP_POINT=${#1} COMPREPLY=()
+  _drapefit "${1%% *}" 2>/dev/null || true
+  [ "${COMPREPLY[*]}" = "$2" ] || fail "completes '$1' to '${COMPREPLY[*]}', expected '$2'"
+}
+complete_line "drapefit fi" "fit"
+complete_line "drapefit help fi" "fit"
+complete_line "drapefit fit --dens" "--density="
+complete_line "drape_fit --model=bay" "bayes"
+complete_line "drapefit fit --resu" "--resume"
+complete_line "drapefit --picture=sil" "silhouette"
+
+# From a picture to a report, with programs that only tell how they were called.
+mkdir "$scratch/bin" "$scratch/configs" "$scratch/configs/programs"
+cp "$drapefit" "$scratch/bin"
+echo '{}' >"$scratch/configs/programs/fit_bayes.json"
+for verb in fit predict report photo; do
+  cat >"$scratch/bin/drape_$verb" <<END
+#!/bin/sh
+echo "$verb \$*" >>"$scratch/calls"
+[ ! -e "$scratch/fail_$verb" ] || { echo "drape_$verb: error: no" >&2; exit 3; }
+for word; do case \$word in --out=*.html) : >"\${word#--out=}" ;;
+  --out=*) mkdir -p "\${word#--out=}"; : >"\${word#--out=}/summary.json" ;; esac; done
+END
+  chmod +x "$scratch/bin/drape_$verb"
+done
+cd "$scratch"
+called() {
+  [ "$(cut -d' ' -f1 calls | tr '\n' ' ')" = "$1" ] || fail "called: $(cat calls), expected: $1"
+  : >calls
+}
+# A picture of one black pixel in white, as PNG.
+base64 -d >drape.png <<'END'
+iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAAAAABX3VL4AAAADklEQVR4nGNg+P//PwMABf4C/gzqvhsAAAAASUVORK5CYII=
+END
+touch fail_predict
+code=0
+bin/drapefit drape.png --picture=silhouette --mass=150 >log 2>err || code=$?
+[ $code -eq 3 ] || fail "exit code $code of a step that failed with 3: $(cat err)"
+grep -q 'density=0.15' calls || fail "mass is not in kg/m2: $(cat calls)"
+called "fit predict "
+rm fail_predict
+bin/drapefit drape.png --picture=silhouette --mass=150 >log
+grep -q 'done before: drapefit fit' log || fail "does not say that the fit is done"
+called "predict report "
+bin/drapefit drape.png --picture=silhouette --mass=150 >log
+called ""
+bin/drapefit drape.png --picture=silhouette --mass=160 >log
+called "fit predict report "
+bin/drapefit drape.png --picture=photo --mass=150 >log
+grep -q 'camera_file=out/drape/photo/camera.json' calls || fail "fit has no camera: $(cat calls)"
+called "photo fit predict report "
+if bin/drapefit drape.png 2>err; then fail "took no mass"; else [ $? -eq 2 ]; fi
+grep -q "option 'mass': is missing" err
