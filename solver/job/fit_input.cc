@@ -21,6 +21,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/fit/lab/fab_measurement.h"
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/posterior/space/space_io.h"
 
@@ -58,14 +59,16 @@ std::vector<std::string> ListNotes(const std::vector<Observation>& observations)
   return notes;
 }
 
-std::vector<LabMeasurement> ReadLabMeasurements(const std::vector<std::string>& files) {
+std::vector<LabMeasurement> ReadAllMeasurements(const std::vector<std::string>& files) {
   std::vector<LabMeasurement> measurements;
   std::set<std::string> names;
   for (const std::string& file : files) {
-    measurements.push_back(ReadLabMeasurement(file));
-    if (!names.insert(measurements.back().name).second)
-      throw InputError(file, "a second measurement of the name '" + measurements.back().name +
-                                 "', expected distinct names");
+    for (LabMeasurement& measurement : ReadLabMeasurements(file)) {
+      if (!names.insert(measurement.name).second)
+        throw InputError(file, "a second measurement of the name '" + measurement.name +
+                                   "', expected distinct names");
+      measurements.push_back(std::move(measurement));
+    }
   }
   return measurements;
 }
@@ -315,7 +318,7 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   CheckCamera(spec.observation.camera, data);
   FitInput input;
   input.notes = data.notes;
-  std::vector<LabMeasurement> measurements = ReadLabMeasurements(data.lab_measurements);
+  std::vector<LabMeasurement> measurements = ReadAllMeasurements(data.lab_measurements);
   input.problem.observations = ReadObservations(data, spec.observation);
   input.problem.specimens = data.specimens;
   CheckNames(input.problem.observations);

@@ -22,8 +22,9 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
        .is_path = true},
       {.key = "lab_tests",
        .value = &options.lab_tests,
-       .doc = "cantilever and tensile tests of the fabric (JSON, configs/README.md), fitted alone "
-              "or jointly with the images: files, folders, patterns",
+       .doc = "cantilever and tensile tests of the fabric (JSON, or strips of a U3M 1.1 material; "
+              "configs/README.md), fitted alone or jointly with the images: files, folders, "
+              "patterns",
        .is_path = true},
       {.key = "material",
        .value = &data.material,
