@@ -22,12 +22,13 @@ struct SimulateOptions {
   double h = 0.05;                // time step [s]
   int steps = 100;
   CameraInput camera;
-  std::string image;             // silhouette to be compared with; empty: none
-  std::vector<int> dump_steps;   // steps whose states are written, 0 … steps
-  std::string gradient_weights;  // {"w": [3V]}; empty: no gradient
-  std::string backend = "auto";  // MakeBackend
-  AccuracyChoice accuracy;       // sets the options that the user has not given
-  std::string out;               // folder, made when missing
+  std::string image;                  // silhouette to be compared with; empty: none
+  std::vector<int> dump_steps;        // steps whose states are written, 0 … steps
+  std::string gradient_weights;       // {"w": [3V]}; empty: no gradient
+  std::string backend = "auto";       // MakeBackend
+  AccuracyChoice accuracy;            // sets the options that the user has not given
+  std::vector<std::string> geometry;  // "glb", "vtu"
+  std::string out;                    // folder, made when missing
 };
 
 // What drape_simulate found, for its summary.

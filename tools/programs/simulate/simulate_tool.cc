@@ -3,6 +3,7 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 
@@ -12,6 +13,8 @@
 #include "physics/mesh/self_intersection.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/errors.h"
+#include "solver/prediction/exchange/geometry/drape_fields.h"
+#include "solver/prediction/exchange/geometry/drape_files.h"
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/programs/simulate/gradient_io.h"
@@ -78,12 +81,44 @@ void CheckOptions(const SimulateOptions& options) {
                      "found " + std::to_string(step) +
                          ", expected at most steps = " + std::to_string(options.steps));
   }
+  for (const std::string& format : options.geometry)
+    if (format != "glb" && format != "vtu")
+      throw InputError("option 'geometry'", "found " + format + ", expected glb or vtu");
   const bool is_dynamic = options.solve == "dynamic";
   if (!is_dynamic && !options.gradient_weights.empty()) {
     throw InputError("option 'gradient_weights'",
                      "found solve = " + options.solve +
                          ", expected dynamic: the gradient is that of the time steps");
   }
+}
+
+bool Asks(const SimulateOptions& options, const std::string& format) {
+  return std::find(options.geometry.begin(), options.geometry.end(), format) !=
+         options.geometry.end();
+}
+
+void WriteFaces(const Input& input, const Eigen::VectorXd& x, const std::string& path) {
+  const ClothModel& model = *input.scene.model;
+  WriteVtu(path, model.mesh, x, ComputeFaceFields(model, input.scene.material.field, x));
+}
+
+// The end as --geometry asks for it, and the states of --dump_steps as a series.
+void WriteGeometry(const SimulateOptions& options, const Input& input,
+                   const SimulationResult& simulation, const OutputFolder& out) {
+  const ClothModel& model = *input.scene.model;
+  const Eigen::VectorXd& x = simulation.end.x;
+  if (!x.allFinite()) return;
+  if (Asks(options, "glb"))
+    WriteGlb(out.Staged("drape.glb"), model.mesh, x, "largest Green strain",
+             LargestStrains(ComputeFaceFields(model, input.scene.material.field, x).front()));
+  if (!Asks(options, "vtu")) return;
+  WriteFaces(input, x, out.Staged("drape.vtu"));
+  if (options.dump_steps.empty()) return;
+  std::vector<TimedFile> series;
+  for (const int step : options.dump_steps)
+    if (step <= simulation.steps)
+      series.push_back({options.h * step, "state_" + std::to_string(step) + ".vtu"});
+  WritePvd(out.Staged("drape.pvd"), series);
 }
 
 SimulationTask MakeTask(const SimulateOptions& options, const Input& input,
@@ -96,9 +131,12 @@ SimulationTask MakeTask(const SimulateOptions& options, const Input& input,
   task.h = options.h;
   task.newton = options.solve != "dynamic";
   task.stops = options.dump_steps;
-  task.on_state = [&out](int step, const State& state) {
+  const bool with_vtu = Asks(options, "vtu");
+  task.on_state = [&input, &out, with_vtu](int step, const State& state) {
     if (!state.x.allFinite() || !state.v.allFinite()) return;
-    WriteState(out.Staged("state_" + std::to_string(step) + ".json"), state);
+    const std::string name = "state_" + std::to_string(step);
+    WriteState(out.Staged(name + ".json"), state);
+    if (with_vtu) WriteFaces(input, state.x, out.Staged(name + ".vtu"));
   };
   task.gradient_weights = input.weights;
   return task;
@@ -153,6 +191,7 @@ SimulateResult RunChecked(const SimulateOptions& options, const RunControl& cont
     result.simulation.status = "cancelled before the stability of its end was known";
   }
   WriteFiles(input, result, out);
+  WriteGeometry(options, input, result.simulation, out);
   seconds.emplace_back("output", SecondsSince(end));
   WriteSummary(out.Staged("summary.json"), options, input.scene, input.camera, result);
   out.Publish();
