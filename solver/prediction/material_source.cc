@@ -97,7 +97,7 @@ MaterialSource ReadMaterialSource(const std::string& folder_or_file, const Cloth
                        "found neither posterior.json nor material.json, expected the results of "
                        "drape_fit");
   }
-  const MaterialField field = ReadMaterialFor(model.mesh, file, policy).field;
+  MaterialField field = ReadMaterialFor(model.mesh, file, policy).field;
   if (kind != nullptr) *kind = field.stretch.size() == 1 ? "table" : "field";
   return [field](int) { return field; };
 }

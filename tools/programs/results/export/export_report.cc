@@ -73,6 +73,8 @@ std::string ExportText(const ExportRun& run) {
   for (const RecordedNumber& number : run.record.numbers) text += NumberLine(number, has_posterior);
   text += Format("  %-10s %11.4g kg/m2\n", "density", run.record.material.density);
   for (const ExportedTarget& target : run.targets) text += TargetText(target, run.out);
+  for (const std::string& file : run.posterior_files)
+    text += "posterior " + run.out + "/" + file + "\n";
   return text;
 }
 
@@ -88,6 +90,11 @@ void WriteExportSummary(const std::string& path, const ExportToolOptions& option
                {"seed", options.seed},
                {"targets", Json::array()}};
   for (const ExportedTarget& target : run.targets) json["targets"].push_back(TargetJson(target));
+  json["posterior_files"] = run.posterior_files;
+  if (!run.posterior_files.empty())
+    json["posterior_draws"] = {{"draws", options.posterior.draws},
+                               {"chains", options.posterior.chains},
+                               {"prediction", options.posterior.prediction}};
   for (const auto& [name, version] : Versions()) json["versions"][name] = version;
   WriteFileAtomically(path, json.dump(2) + "\n");
 }

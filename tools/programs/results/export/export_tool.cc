@@ -56,18 +56,56 @@ std::vector<Option> RoundTripOptions(ExportToolOptions& options) {
           ThreadsOption(options.threads)};
 }
 
+constexpr char kNetcdf[] = "netcdf", kCsv[] = "csv";
+
+bool Asks(const std::vector<std::string>& names, const char* name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 std::vector<ExportTarget> ParseTargets(const std::vector<std::string>& names) {
   std::vector<ExportTarget> targets;
+  if (Asks(names, "all")) targets.assign(std::begin(kExportTargets), std::end(kExportTargets));
   for (const std::string& name : names) {
-    if (name == "all") {
-      targets.assign(std::begin(kExportTargets), std::end(kExportTargets));
-      return targets;
-    }
+    if (name == "all" || name == kNetcdf || name == kCsv) continue;
     const auto target = ParseName<ExportTarget>(name, "option 'to'");
     if (std::find(targets.begin(), targets.end(), target) == targets.end())
       targets.push_back(target);
   }
   return targets;
+}
+
+std::vector<Option> SampleOptions(ExportToolOptions& options) {
+  PosteriorDataOptions& posterior = options.posterior;
+  return {{.key = "draws",
+           .value = &posterior.draws,
+           .doc = "netcdf, csv: number of samples, a multiple of chains",
+           .least = 1,
+           .most = 1000000},
+          {.key = "chains",
+           .value = &posterior.chains,
+           .doc = "netcdf, csv: chains that the samples are divided among, for readers that want "
+                  "several; they are independent",
+           .least = 1,
+           .most = 1000},
+          {.key = "prediction",
+           .value = &posterior.prediction,
+           .doc = "netcdf: a folder of drape_predict --posterior, for posterior_predictive",
+           .is_path = true}};
+}
+
+// The files of the posterior that are asked for, staged. Returns their names.
+std::vector<std::string> WritePosteriorFiles(const ExportToolOptions& options,
+                                             const PosteriorData& data, const OutputFolder& out) {
+  std::vector<std::string> files;
+  if (Asks(options.to, kNetcdf)) {
+    files.emplace_back("posterior.nc");
+    WriteNetcdf(out.Staged(files.back()), data.groups, data.attributes);
+  }
+  if (Asks(options.to, kCsv)) {
+    files.emplace_back("draws.csv");
+    WriteFileAtomically(out.Staged(files.back()), DrawsCsv(data));
+  }
+  return files;
 }
 
 // Drapes of the original and of what the targets make of it, on one model.
@@ -159,39 +197,72 @@ OptionTable ExportTable(ExportToolOptions& options) {
               "warp\". shear is c33/2.\n",
           .options = Concatenate(Grouped("targets", {to, OutOption(options.out)}),
                                  Grouped("linear record", LinearOptions(options)),
+                                 Grouped("posterior", SampleOptions(options)),
                                  Grouped("round trip", RoundTripOptions(options))),
           .operands = &options.operands,
           .operand_names = "SOURCE"};
 }
 
-ExportRun RunExport(const ExportToolOptions& options, const RunControl& control) {
+namespace {
+
+void CheckOptions(const ExportToolOptions& options) {
   if (options.operands.size() != 1)
     throw InputError("command line", "found " + std::to_string(options.operands.size()) +
                                          " sources, expected one: a material file or a folder of "
                                          "drape_fit");
-  const std::vector<ExportTarget> targets = ParseTargets(options.to);
-  if (targets.empty()) throw InputError("option 'to'", "found nothing, expected a target");
+  if (options.to.empty()) throw InputError("option 'to'", "found nothing, expected a target");
   if (!options.mesh.starts_with("disc:"))
     throw InputError("option 'mesh'", "found " + options.mesh + ", expected disc:N");
-  const Law law = MakeLaw(options.law);
-  const FabricSource source =
-      ReadFabricSource(options.operands[0], law, options.min_relative_stiffness);
-  for (const std::string& warning : source.warnings) LOG(WARNING) << warning;
-  const Drapes drapes(options, control);
-  const OutputFolder out(options.out, {"summary.json"});
-  ExportRun run;
-  run.out = options.out;
+  if (options.posterior.draws % options.posterior.chains != 0)
+    throw InputError("option 'draws'", "found " + std::to_string(options.posterior.draws) +
+                                           ", expected a multiple of the " +
+                                           std::to_string(options.posterior.chains) + " chains");
+  if (Asks(options.to, kNetcdf) && !HasNetcdf())
+    throw InputError("option 'to'",
+                     "found netcdf, but this build or this machine has no libnetcdf (Debian: "
+                     "libnetcdf-dev), expected csv, which needs none");
+}
+
+// The samples of the source where they are asked for.
+std::optional<PosteriorData> Collect(const ExportToolOptions& options, const FabricSource& source,
+                                     const Law& law) {
+  if (!Asks(options.to, kNetcdf) && !Asks(options.to, kCsv)) return {};
+  PosteriorDataOptions posterior = options.posterior;
+  posterior.seed = static_cast<uint64_t>(options.seed);
+  return CollectPosterior(source, law, posterior);
+}
+
+RecordOptions MakeRecordOptions(const ExportToolOptions& options) {
   RecordOptions record;
   record.point = options.point;
   record.seed = static_cast<uint64_t>(options.seed);
   if (options.thickness > 0.0) record.thickness = options.thickness;
+  return record;
+}
+
+}  // namespace
+
+ExportRun RunExport(const ExportToolOptions& options, const RunControl& control) {
+  CheckOptions(options);
+  const std::vector<ExportTarget> targets = ParseTargets(options.to);
+  const Law law = MakeLaw(options.law);
+  const FabricSource source =
+      ReadFabricSource(options.operands[0], law, options.min_relative_stiffness);
+  for (const std::string& warning : source.warnings) LOG(WARNING) << warning;
+  const std::optional<PosteriorData> samples = Collect(options, source, law);
+  const Drapes drapes(options, control);
+  const OutputFolder out(options.out, {"summary.json"});
+  ExportRun run;
+  run.out = options.out;
+  RecordOptions record = MakeRecordOptions(options);
   std::vector<DrapeSample> original;
-  if (options.starts > 0 || options.point == LinearPoint::kDrape) {
+  const bool at_drape = options.point == LinearPoint::kDrape;
+  if (at_drape || (options.starts > 0 && !targets.empty())) {
     original = drapes.Sample(source.tables);
     run.cancelled = control.cancelled();
     if (run.cancelled) return run;
   }
-  if (options.point == LinearPoint::kDrape) record.weights = drapes.Weights(original);
+  if (at_drape) record.weights = drapes.Weights(original);
   run.record = MakeRecord(source, law, record);
   for (const ExportTarget target : targets)
     run.targets.push_back({target, ExportMaterial(target, run.record, options.target), {}});
@@ -200,6 +271,7 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
   if (run.cancelled) return run;
   for (const ExportedTarget& target : run.targets)
     WriteFileAtomically(out.Staged(target.material.file), target.material.text);
+  if (samples) run.posterior_files = WritePosteriorFiles(options, *samples, out);
   WriteExportSummary(out.Staged("summary.json"), options, run);
   out.Publish();
   return run;

@@ -7,6 +7,7 @@
 
 #include "physics/material/laws/law_kind.h"
 #include "physics/util/run_control.h"
+#include "solver/prediction/exchange/posterior_data.h"
 #include "solver/prediction/exchange/round_trip.h"
 #include "solver/prediction/exchange/targets/export_material.h"
 #include "tools/cli/option_table.h"
@@ -16,15 +17,16 @@ namespace drape {
 // What a user of drape_export sets.
 struct ExportToolOptions {
   std::vector<std::string> operands;  // one: a material file, or a folder of drape_fit
-  std::vector<std::string> to;        // names of ExportTarget, or "all"
+  std::vector<std::string> to;        // names of ExportTarget, "all", "netcdf", "csv"
   LinearPoint point = LinearPoint::kDrape;
   ExportOptions target;
   double min_relative_stiffness = 0.0;  // RaiseSmallEntries; 0: the entries stay as they are
   double thickness = 0.0;               // [m]; 0: not known
   LawKind law = LawKind::kSmooth;
-  std::string mesh = "disc:600";  // of the round trip
-  int starts = 3;                 // of the round trip; 0: none
-  int seed = 1;                   // of the first start and of the samples of a posterior
+  std::string mesh = "disc:600";   // of the round trip
+  int starts = 3;                  // of the round trip; 0: none
+  int seed = 1;                    // of the first start and of the samples of a posterior
+  PosteriorDataOptions posterior;  // of "netcdf" and "csv"; its seed is `seed`
   int threads = 0;
   std::string out;
 };
@@ -40,6 +42,7 @@ struct ExportRun {
   std::string out;
   ExchangeRecord record;
   std::vector<ExportedTarget> targets;
+  std::vector<std::string> posterior_files;
   bool cancelled = false;  // then no file is written
 };
 
