@@ -3,30 +3,15 @@
 
 #include <glog/logging.h>
 
-#include <algorithm>
 #include <cmath>
 #include <complex>
+
+#include "losses/outline/folds.h"
 
 namespace drape {
 namespace {
 
-constexpr double kSmoothingAngle = 2 * M_PI / 180;  // [rad] standard deviation
 constexpr int kBandEdges[kNumBands][2] = {{2, 2}, {3, 5}, {6, 9}, {10, 15}};
-
-// Smooths by a circular Gaussian that is cut at 4 standard deviations.
-Eigen::VectorXd Smooth(const Eigen::VectorXd& radius) {
-  const int n = static_cast<int>(radius.size());
-  const double spacing = 2 * M_PI / n;
-  const int reach = static_cast<int>(4 * kSmoothingAngle / spacing);
-  Eigen::VectorXd smooth = Eigen::VectorXd::Zero(n);
-  double sum = 0;
-  for (int d = -reach; d <= reach; ++d) {
-    const double weight = std::exp(-0.5 * std::pow(d * spacing / kSmoothingAngle, 2));
-    sum += weight;
-    for (int k = 0; k < n; ++k) smooth[k] += weight * radius[((k + d) % n + n) % n];
-  }
-  return smooth / sum;
-}
 
 }  // namespace
 
@@ -39,25 +24,8 @@ double ProfileArea(const Eigen::VectorXd& radius) {
   return M_PI * radius.squaredNorm() / radius.size();
 }
 
-// Makes one turn from the lowest point with hysteresis: a rise by min_prominence above the lowest
-// point since the last fold, followed by a fall by min_prominence, is one peak of that prominence.
 int CountFolds(const Eigen::VectorXd& radius, double min_prominence) {
-  CHECK_GT(min_prominence, 0);
-  const Eigen::VectorXd r = Smooth(radius);
-  Eigen::Index start;
-  double extreme = r.minCoeff(&start);
-  bool rising = false;  // a rise by min_prominence has occurred
-  int folds = 0;
-  for (Eigen::Index i = 1; i <= r.size(); ++i) {
-    const double value = r[(start + i) % r.size()];
-    extreme = rising ? std::max(extreme, value) : std::min(extreme, value);
-    const double change = rising ? extreme - value : value - extreme;
-    if (change < min_prominence) continue;
-    folds += rising;
-    rising = !rising;
-    extreme = value;
-  }
-  return folds;
+  return static_cast<int>(FindFolds(radius, min_prominence).size());
 }
 
 std::array<double, kNumBands> BandEnergies(const Eigen::VectorXd& radius) {

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "losses/outline/shape_features.h"
+
+namespace drape {
+
+// A specimen and the disc that it lies on. Drape coefficients of other radii are of another
+// quantity: a specimen of 24, 30 and 36 cm gives three of one fabric [BS 5058], [ISO 9073-9].
+struct DrapeDiscs {
+  double specimen = kClothRadius;   // radius [m]
+  double support = kSupportRadius;  // radius [m]
+};
+
+// The drape coefficient 100·(A − πr²)/(πR² − πr²) [%] of the vertical projection A [m²] of the
+// whole specimen, R and r the radii of specimen and support [ISO 9073-9].
+double DrapeCoefficientPercent(double area, const DrapeDiscs& discs);
+
+// A node (fold) of an outline: a peak between two valleys.
+struct DrapeNode {
+  double angle = 0.0;   // of the peak [rad]
+  double radius = 0.0;  // of the peak [m]
+  double height = 0.0;  // of the peak over the mean of its two valleys [m]
+  double width = 0.0;   // of its base, straight from valley to valley [m]
+  double severity() const { return height / width; }
+};
+
+// The nodes of a profile r(θ_k) [m], θ_k = 2πk/K: those that CountFolds counts, by their angles.
+// Peaks and valleys are found on the profile smoothed as there, radii are of the profile itself.
+std::vector<DrapeNode> FindNodes(const Eigen::VectorXd& radius, double min_prominence = 2.5e-3);
+
+// What laboratories read off the outline of a drape. Quantities of nodes are 0 without nodes.
+struct LaboratoryDrape {
+  DrapeDiscs discs;
+  double drape_coefficient = 0.0;  // [%]
+  std::vector<DrapeNode> nodes;
+  double spacing_mean = 0.0;        // of neighbouring nodes [rad]
+  double spacing_variation = 0.0;   // SD/mean of these, over the nodes that there are
+  double severity_mean = 0.0;       // height over width at the base
+  double severity_deviation = 0.0;  // SD over the nodes
+  double distance_ratio = 0.0;  // drape distance ratio (R − mean r)/(R − r_s) [%] [Jeong 1998]
+  double fold_depth_index = 0.0;  // mean height of the nodes over R − r_s [%]
+  double amplitude_ratio = 0.0;   // half the mean height over the mean radius [%]
+  double circularity = 0.0;       // 4πA/L²
+};
+LaboratoryDrape MeasureLaboratoryDrape(const Eigen::VectorXd& radius, const DrapeDiscs& discs);
+
+}  // namespace drape

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace drape {
+
+// Stiffness as textile laboratories report it: the standards' own formulas, in SI units unless the
+// name of a function says otherwise. W: mass by area [kg/m²], c: bending length [m].
+
+// The flexural rigidity B = W·g·c³ [N·m], in laboratories B [µN·m] = 9.807e-6·W [g/m²]·c³ [mm³]
+// [ISO 9073-7]; BendingLength is its inverse.
+double FlexuralRigidity(double density, double bending_length);
+// The same by [ASTM D1388]: G [µJ/m] = 1.421e-5·W [g/m²]·c³ [mm³], 1.449 times the above. The two
+// are never to be mixed.
+double AstmFlexuralRigidityMicro(double density, double bending_length);
+// q = 12·B/t³ [Pa] of a cloth of thickness t [m].
+double BendingModulus(double rigidity, double thickness);
+// The geometric mean of warp and weft, for rigidities and bending lengths.
+double OverallStiffness(double warp, double weft);
+
+// The forces of FAST's extensions E5, E20 and E100 (5, 20 and 100 gf/cm) and of the KES-FB
+// extension EMT (500 gf/cm) [N/m].
+inline constexpr double kFastForces[] = {4.903325, 19.6133, 98.0665};
+inline constexpr double kKesForce = 490.3325;
+// The extension [%] of a strip of stiffness Y [N/m] under a force [N/m], taken as linear.
+double ExtensionPercent(double force, double stiffness);
+// FAST's shear rigidity G [N/m] = 123/EB5 of the bias extension EB5 [%], and back.
+double FastBiasExtensionPercent(double shear_rigidity);
+// FAST's formability F [mm²] = B [µN·m]·(E20 − E5) [%]/14.7.
+double FormabilityMm2(double rigidity, double e5_percent, double e20_percent);
+
+// KES-FB: B [gf·cm²/cm] of a rigidity [N·m], and G [gf/(cm·°)] of a shear rigidity [N/m].
+double KesBending(double rigidity);
+double KesShear(double shear_rigidity);
+
+}  // namespace drape

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/outline/laboratory_drape.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace drape {
+namespace {
+
+constexpr int kAngles = 3600;
+
+// r = mean + amplitude·cos(count·θ).
+Eigen::VectorXd Waves(double mean, double amplitude, int count) {
+  Eigen::VectorXd radius(kAngles);
+  for (int k = 0; k < kAngles; ++k)
+    radius[k] = mean + amplitude * std::cos(2 * M_PI * count * k / kAngles);
+  return radius;
+}
+
+TEST(LaboratoryDrape, OfACircleHasNoNodes) {
+  const LaboratoryDrape drape = MeasureLaboratoryDrape(Waves(0.12, 0, 0), {0.15, 0.09});
+  // (.12² − .09²)/(.15² − .09²) and half way from the hem to the support.
+  EXPECT_NEAR(drape.drape_coefficient, 43.75, 1e-9);
+  EXPECT_NEAR(drape.distance_ratio, 50.0, 1e-9);
+  EXPECT_TRUE(drape.nodes.empty());
+  EXPECT_EQ(drape.fold_depth_index, 0.0);
+  EXPECT_EQ(drape.severity_mean, 0.0);
+  EXPECT_NEAR(drape.circularity, 1.0, 1e-5);
+}
+
+TEST(LaboratoryDrape, FindsTheNodesOfWaves) {
+  const LaboratoryDrape drape = MeasureLaboratoryDrape(Waves(0.12, 0.01, 6), {0.15, 0.09});
+  ASSERT_EQ(drape.nodes.size(), 6u);
+  for (const DrapeNode& node : drape.nodes) {
+    EXPECT_NEAR(std::remainder(node.angle, M_PI / 3), 0.0, 2e-3);
+    EXPECT_NEAR(node.radius, 0.13, 1e-6);
+    EXPECT_NEAR(node.height, 0.02, 1e-6);
+    EXPECT_NEAR(node.width, 2 * 0.11 * std::sin(M_PI / 6), 1e-4);  // a chord of the valleys
+  }
+  EXPECT_NEAR(drape.spacing_mean, M_PI / 3, 1e-9);
+  EXPECT_NEAR(drape.spacing_variation, 0.0, 2e-3);
+  EXPECT_NEAR(drape.severity_mean, 0.02 / 0.11, 2e-4);
+  EXPECT_NEAR(drape.severity_deviation, 0.0, 1e-4);
+  EXPECT_NEAR(drape.fold_depth_index, 100 * 0.02 / 0.06, 1e-2);
+  EXPECT_NEAR(drape.amplitude_ratio, 100 * 0.01 / 0.12, 1e-2);
+  // ½∫r² = π(mean² + amplitude²/2).
+  EXPECT_NEAR(drape.drape_coefficient, 100 * (0.0144 + 0.00005 - 0.0081) / 0.0144, 1e-6);
+}
+
+TEST(LaboratoryDrape, DependsOnTheDiscs) {
+  const Eigen::VectorXd radius = Waves(0.12, 0.01, 6);
+  const LaboratoryDrape large = MeasureLaboratoryDrape(radius, {0.18, 0.09});
+  EXPECT_NEAR(large.drape_coefficient, 100 * (0.01445 - 0.0081) / (0.0324 - 0.0081), 1e-6);
+  EXPECT_NEAR(large.distance_ratio, 100 * 0.06 / 0.09, 1e-6);
+  EXPECT_NEAR(large.fold_depth_index, 100 * 0.02 / 0.09, 1e-2);
+}
+
+// Nodes of 60, 120 and 180° spacing: SD/mean = √(2·60²/3)/120.
+TEST(LaboratoryDrape, TellsHowUnevenTheNodesAre) {
+  Eigen::VectorXd radius = Eigen::VectorXd::Constant(kAngles, 0.11);
+  for (const double degrees : {30.0, 90.0, 210.0})
+    for (int k = 0; k < kAngles; ++k) {
+      const double distance = std::remainder(k * 360.0 / kAngles - degrees, 360.0);
+      radius[k] += 0.01 * std::exp(-0.5 * std::pow(distance / 8, 2));
+    }
+  const LaboratoryDrape drape = MeasureLaboratoryDrape(radius, {});
+  ASSERT_EQ(drape.nodes.size(), 3u);
+  EXPECT_NEAR(drape.spacing_mean, 2 * M_PI / 3, 1e-9);
+  EXPECT_NEAR(drape.spacing_variation, std::sqrt(2 * 60.0 * 60.0 / 3) / 120, 2e-3);
+}
+
+// The smallest polygons that a profile can be: a square through its corners on two axes.
+TEST(LaboratoryDrape, OfASquareHasItsCircularity) {
+  Eigen::VectorXd radius(kAngles);
+  for (int k = 0; k < kAngles; ++k) {
+    const double angle = 2 * M_PI * k / kAngles;
+    radius[k] = 0.12 / (std::abs(std::cos(angle)) + std::abs(std::sin(angle)));
+  }
+  const LaboratoryDrape drape = MeasureLaboratoryDrape(radius, {});
+  EXPECT_NEAR(drape.circularity, M_PI / 4, 1e-4);
+  EXPECT_EQ(drape.nodes.size(), 4u);
+  EXPECT_NEAR(drape.nodes[1].severity(), drape.nodes[1].height / drape.nodes[1].width, 0.0);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "physics/material/laboratory_stiffness.h"
+
+#include <gtest/gtest.h>
+
+#include "physics/material/material_scaling.h"
+
+namespace drape {
+namespace {
+
+// 150 g/m² and c = 20 mm: 9.807e-6·150·8000 µN·m, and ASTM's number for the same cloth.
+TEST(LaboratoryStiffness, GivesTheStandardsRigidities) {
+  EXPECT_NEAR(FlexuralRigidity(0.15, 0.02) * 1e6, 9.807e-6 * 150 * 8000, 1e-3);
+  EXPECT_NEAR(AstmFlexuralRigidityMicro(0.15, 0.02), 1.421e-5 * 150 * 8000, 1e-9);
+  EXPECT_NEAR(AstmFlexuralRigidityMicro(0.15, 0.02) / (FlexuralRigidity(0.15, 0.02) * 1e6), 1.449,
+              5e-4);
+  EXPECT_NEAR(BendingLength(FlexuralRigidity(0.15, 0.02), 0.15), 0.02, 1e-12);
+  EXPECT_NEAR(BendingModulus(1e-5, 0.5e-3), 12 * 1e-5 / 1.25e-10, 1e-3);
+  EXPECT_DOUBLE_EQ(OverallStiffness(4.0, 9.0), 6.0);
+}
+
+// 1 gf·cm²/cm = 98.07 µN·m, 1 gf/(cm·°) = 56.19 N/m.
+TEST(LaboratoryStiffness, ConvertsToKes) {
+  EXPECT_NEAR(KesBending(98.07e-6), 1.0, 1e-4);
+  EXPECT_NEAR(KesShear(56.19), 1.0, 1e-4);
+  EXPECT_NEAR(ExtensionPercent(kKesForce, 4903.325), 10.0, 1e-12);
+}
+
+TEST(LaboratoryStiffness, FollowsFast) {
+  EXPECT_NEAR(ExtensionPercent(kFastForces[2], 980.665), 10.0, 1e-12);
+  EXPECT_DOUBLE_EQ(FastBiasExtensionPercent(41.0), 3.0);
+  EXPECT_NEAR(FormabilityMm2(7.35e-6, 0.5, 2.5), 1.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace drape
