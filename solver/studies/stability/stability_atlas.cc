@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/stability/stability_atlas.h"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <utility>
 
 #include "physics/util/atomic_file.h"
 #include "solver/studies/cells/cell_folder.h"
+#include "solver/studies/stability/contact/contact_theory.h"
 
 namespace drape {
 namespace {
@@ -90,6 +92,7 @@ std::vector<int> StabilityAtlas::ListOutcomes(const StabilityMap& map) const {
 }
 
 StabilityLine StabilityAtlas::MakeLine(int map) const {
+  if (IsOfContact(maps[map].base.scenario)) return MakeContactLine(maps[map]);
   StabilityLine line{.title = "2/ω, theory", .x = {}, .y = {}};
   const int h = AxisOfH(maps[map]);
   for (const Limit& each : limits) {
@@ -102,8 +105,8 @@ StabilityLine StabilityAtlas::MakeLine(int map) const {
 
 void CheckScenes(const StabilityRunner& runner, const std::vector<StabilityMap>& maps) {
   for (const StabilityMap& map : maps) {
-    runner.MakeScene(map.At(0, 0));
-    runner.MakeScene(map.Cases().back());
+    runner.Check(map.At(0, 0));
+    runner.Check(map.Cases().back());
   }
 }
 
@@ -127,7 +130,11 @@ StabilityAtlas MakeStabilityAtlas(StabilityRunner& runner, std::vector<Stability
   if (!atlas.cancelled) {
     WriteStabilityRuns(options.runs, options.shared, atlas.runs);  // now in their order
     FindLimits(runner, options.threads, atlas);
-    FindDamping(runner, options.damping_h, atlas);
+    const auto is_drape = [](const StabilityMap& map) {
+      return map.base.scenario == StabilityScenario::kDrape;
+    };
+    if (std::any_of(atlas.maps.begin(), atlas.maps.end(), is_drape))
+      FindDamping(runner, options.damping_h, atlas);
   }
   atlas.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return atlas;

@@ -62,8 +62,4 @@ std::vector<std::string> ListStabilityCells(const std::vector<StabilityMap>& map
 StabilityAtlas MakeStabilityAtlas(StabilityRunner& runner, std::vector<StabilityMap> maps,
                                   const StabilityAtlasOptions& options, const RunControl& control);
 
-// PNG: a matrix of methods by hardships, each cell the share of runs that settle, coloured, with
-// the letter of the most frequent failure. Throws InputError as WritePicture.
-void RenderStabilityOverview(const std::string& path, const StabilityAtlas& atlas);
-
 }  // namespace drape

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "physics/cloth/cloth_model.h"
+#include "solver/studies/stability/cases/stability_case.h"
 #include "solver/studies/stability/methods/integrator.h"
-#include "solver/studies/stability/stability_case.h"
 
 namespace drape {
 

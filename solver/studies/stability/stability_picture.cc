@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/stability/stability_picture.h"
+
 #include <glog/logging.h>
 
 #include <algorithm>
@@ -9,8 +11,6 @@
 
 #include "physics/util/text_format.h"
 #include "solver/job/plot/chart.h"
-#include "solver/studies/stability/stability_atlas.h"
-#include "solver/studies/stability/stability_map.h"
 
 namespace drape {
 namespace {
@@ -18,7 +18,8 @@ namespace {
 // In the order of StabilityOutcome: greens for what came to rest at its place or will, warm colours
 // for wrong answers, dark ones for none.
 constexpr const char* kColours[kStabilityOutcomes] = {"#1a9850", "#a6d96a", "#fee08b", "#f46d43",
-                                                      "#a50026", "#762a83", "#4d4d4d"};
+                                                      "#a50026", "#762a83", "#4d4d4d", "#1a9850",
+                                                      "#a50026", "#fdae61", "#f46d43", "#4575b4"};
 
 // Squares have unit size, so positions between values go by the logarithm of these, or evenly where
 // a value is zero.
@@ -63,28 +64,34 @@ std::string MakeTitle(const StabilityMap& map) {
 // The overview: a row for each method and a column for each hardship.
 struct Heading {
   const char* text;
-  std::vector<std::string> axes;  // that belong to it
+  std::vector<std::string> axes;  // that belong to it; none: all maps of the scenario
+  StabilityScenario scenario = StabilityScenario::kDrape;
 };
 const std::vector<Heading>& Hardships() {
+  using Scenario = StabilityScenario;
   static const std::vector<Heading> headings = {{"stiffness", {"stiffness", "stretch", "bend"}},
                                                 {"density", {"density"}},
                                                 {"needles", {"sliver"}},
                                                 {"compressed", {"compression"}},
                                                 {"tangled", {"tangle"}},
-                                                {"handles", {"handle"}}};
+                                                {"handles", {"handle"}},
+                                                {"support", {}, Scenario::kSupport},
+                                                {"ball", {}, Scenario::kBall},
+                                                {"thin plate", {}, Scenario::kPlate},
+                                                {"rod", {}, Scenario::kRod},
+                                                {"two sheets", {}, Scenario::kSheets},
+                                                {"slope", {}, Scenario::kSlope},
+                                                {"skid", {}, Scenario::kSkid},
+                                                {"pinched", {}, Scenario::kPinch}};
   return headings;
 }
 
 const char* Describe(StabilityMethod method) {
-  constexpr const char* kTexts[kStabilityMethods] = {"explicit Euler",
-                                                     "one solve per step",
-                                                     "… by conjugate gradients",
-                                                     "… in single precision",
-                                                     "implicit Euler, converged",
-                                                     "Newton to rest",
-                                                     "… shift by the mass",
-                                                     "… no shift",
-                                                     "… projected elements"};
+  constexpr const char* kTexts[kStabilityMethods] = {
+      "explicit Euler",        "one solve per step",        "… by conjugate gradients",
+      "… in single precision", "implicit Euler, converged", "one solve, penalty",
+      "Newton to rest",        "… shift by the mass",       "… no shift",
+      "… projected elements"};
   return kTexts[static_cast<int>(method)];
 }
 
@@ -98,7 +105,8 @@ Counts CountOutcomes(const StabilityAtlas& atlas, StabilityMethod method, const 
       return std::find(heading.axes.begin(), heading.axes.end(), axis->name) != heading.axes.end();
     };
     if (map.base.method != method || map.base.law != "smooth" ||
-        !(belongs(map.axis[0]) || belongs(map.axis[1])))
+        map.base.scenario != heading.scenario ||
+        !(heading.axes.empty() || belongs(map.axis[0]) || belongs(map.axis[1])))
       continue;
     for (const int outcome : atlas.ListOutcomes(map))
       if (outcome != kNoRun) ++counts[outcome];
@@ -111,27 +119,34 @@ struct ShareClass {
   const char* title;
   const char* colour;
 };
-constexpr ShareClass kShares[] = {{0.9, "at least 90 % settle", "#66bd63"},
+constexpr ShareClass kShares[] = {{0.9, "at least 90 % succeed", "#66bd63"},
                                   {0.7, "70 to 90 %", "#b8e186"},
                                   {0.4, "40 to 70 %", "#fee08b"},
                                   {0.0, "less", "#f4a582"}};
 
-// "83 % m": the share that settles, and the letter of the most frequent failure.
-void AddCell(const Counts& counts, double x, double y, Chart* chart) {
-  constexpr int kSettled = static_cast<int>(StabilityOutcome::kSettled);
+bool IsSuccess(int outcome) {
+  const auto which = static_cast<StabilityOutcome>(outcome);
+  return which == StabilityOutcome::kSettled || which == StabilityOutcome::kHolds;
+}
+
+// "83 % m": the share that succeeds, and the letter of the most frequent failure.
+void AddCell(Counts counts, double x, double y, Chart* chart) {
   const int runs = std::accumulate(counts.begin(), counts.end(), 0);
   if (runs == 0) {
     chart->labels.push_back(
         {.text = "not run", .at = {x, y}, .align = ChartLabel::Align::kCentre, .font_size = 9});
     return;
   }
-  const double share = static_cast<double>(counts[kSettled]) / runs;
+  for (int i = 0; i < kStabilityOutcomes; ++i)
+    if (IsSuccess(i)) counts[i] = 0;
+  const int failures = std::accumulate(counts.begin(), counts.end(), 0);
+  const double share = 1.0 - static_cast<double>(failures) / runs;
   std::size_t shade = 0;
   while (share < kShares[shade].least) ++shade;
   chart->series[shade].points.emplace_back(x, y);
   std::string text = Format("%.0f %%", 100.0 * share);
-  if (counts[kSettled] < runs) {
-    const auto worst = std::max_element(counts.begin() + kSettled + 1, counts.end());
+  if (failures > 0) {
+    const auto worst = std::max_element(counts.begin(), counts.end());
     text +=
         std::string(" ") + StabilityLetter(static_cast<StabilityOutcome>(worst - counts.begin()));
   }
@@ -139,36 +154,66 @@ void AddCell(const Counts& counts, double x, double y, Chart* chart) {
       {.text = text, .at = {x, y}, .align = ChartLabel::Align::kCentre, .font_size = 11});
 }
 
-std::string ExplainLetters() {
+// Of those failures that any run has had.
+std::string ExplainLetters(const Counts& all) {
   std::string text = "letter: the most frequent failure";
-  for (int i = 1; i < kStabilityOutcomes; ++i) {
+  bool is_first = true;
+  for (int i = 0; i < kStabilityOutcomes; ++i) {
+    if (all[i] == 0 || IsSuccess(i)) continue;
     const auto outcome = static_cast<StabilityOutcome>(i);
-    text += std::string(i == 1 ? ": " : ", ") + StabilityLetter(outcome) + " " + ToString(outcome);
+    text +=
+        std::string(is_first ? ": " : ", ") + StabilityLetter(outcome) + " " + ToString(outcome);
+    is_first = false;
   }
   return text;
+}
+
+// The methods and hardships that have runs.
+struct OverviewGrid {
+  std::vector<StabilityMethod> rows;
+  std::vector<const Heading*> columns;
+  Counts all = {};
+};
+OverviewGrid MakeGrid(const StabilityAtlas& atlas) {
+  OverviewGrid grid;
+  std::array<bool, kStabilityMethods> has_row = {};
+  for (const Heading& heading : Hardships()) {
+    bool has_column = false;
+    for (int row = 0; row < kStabilityMethods; ++row) {
+      const Counts counts = CountOutcomes(atlas, static_cast<StabilityMethod>(row), heading);
+      if (std::accumulate(counts.begin(), counts.end(), 0) == 0) continue;
+      has_column = has_row[row] = true;
+      for (int i = 0; i < kStabilityOutcomes; ++i) grid.all[i] += counts[i];
+    }
+    if (has_column) grid.columns.push_back(&heading);
+  }
+  for (int row = 0; row < kStabilityMethods; ++row)
+    if (has_row[row]) grid.rows.push_back(static_cast<StabilityMethod>(row));
+  return grid;
 }
 
 }  // namespace
 
 void RenderStabilityOverview(const std::string& path, const StabilityAtlas& atlas) {
-  Chart chart{.title = ExplainLetters(), .key = KeyPlace::kOutside, .grid = false};
+  constexpr double kRoom = 0.5;
+  const OverviewGrid grid = MakeGrid(atlas);
+  Chart chart{.title = ExplainLetters(grid.all), .key = KeyPlace::kOutside, .grid = false};
   for (const ShareClass& shade : kShares)
     chart.series.push_back({.title = shade.title, .mark = Mark::kSquares, .colour = shade.colour});
-  const auto columns = static_cast<double>(Hardships().size());
-  chart.x = {.range = {{-0.5, columns - 0.5}}, .ticks = {{}}};
-  chart.y = {.range = {{kStabilityMethods - 0.5, -0.5}}, .ticks = {{}}};
-  for (int row = 0; row < kStabilityMethods; ++row) {
-    const auto method = static_cast<StabilityMethod>(row);
-    chart.y.ticks->emplace_back(row, Describe(method));
-    for (std::size_t column = 0; column < Hardships().size(); ++column)
-      AddCell(CountOutcomes(atlas, method, Hardships()[column]), static_cast<double>(column), row,
-              &chart);
+  const auto rows = static_cast<int>(grid.rows.size());
+  const auto columns = static_cast<int>(grid.columns.size());
+  chart.x = {.range = {{-kRoom, columns - kRoom}}, .ticks = {{}}};
+  chart.y = {.range = {{rows - kRoom, -kRoom}}, .ticks = {{}}};
+  for (int row = 0; row < rows; ++row) {
+    chart.y.ticks->emplace_back(row, Describe(grid.rows[row]));
+    for (int column = 0; column < columns; ++column)
+      AddCell(CountOutcomes(atlas, grid.rows[row], *grid.columns[column]), column, row, &chart);
   }
-  for (std::size_t column = 0; column < Hardships().size(); ++column)
-    chart.x.ticks->emplace_back(column, Hardships()[column].text);
-  WritePicture(path, {.title = "Share of runs that settle, by solver and by what is varied",
+  for (int column = 0; column < columns; ++column)
+    chart.x.ticks->emplace_back(column, grid.columns[column]->text);
+  WritePicture(path, {.title = "Share of runs that succeed, by solver and by what is varied",
                       .width = 1100,
-                      .height = 480,
+                      .height = 160 + 36 * std::max(rows, 4),
                       .charts = {std::move(chart)}});
 }
 
@@ -181,7 +226,8 @@ void RenderStabilityMap(const std::string& path, const StabilityMap& map,
               .key = KeyPlace::kOutside,
               .grid = false};
   for (int outcome = 0; outcome < kStabilityOutcomes; ++outcome)
-    chart.series.push_back(MakeSquares(map, outcomes, outcome));
+    if (ChartSeries squares = MakeSquares(map, outcomes, outcome); !squares.points.empty())
+      chart.series.push_back(std::move(squares));
   ChartSeries curve{.title = line.title, .mark = Mark::kLinePoints, .colour = "#000000"};
   for (std::size_t i = 0; i < line.x.size(); ++i)
     curve.points.emplace_back(Position(map.values[0], line.x[i]),

@@ -11,6 +11,7 @@
 #include "physics/simulation/rollout.h"
 #include "physics/util/math/random.h"
 #include "solver/forward/branch.h"
+#include "solver/studies/stability/contact/contact_run.h"
 #include "solver/studies/stability/methods/projected_newton.h"
 #include "solver/studies/stability/methods/slivers.h"
 
@@ -137,8 +138,14 @@ Eigen::VectorXd MakeReference(const StabilityScene& scene) {
 }  // namespace
 
 StabilityScene StabilityRunner::MakeScene(const StabilityCase& run) const {
-  Scene cusick = CusickScene();
+  const bool has_contact = run.scenario == StabilityScenario::kSupport;
+  Scene cusick = CusickScene({.model = has_contact ? ContactModel::kSupport : ContactModel::kNone,
+                              .thickness = run.thickness});
   const double support_radius = *SupportRadius(cusick);
+  if (has_contact) {
+    cusick.contact->range = run.range;
+    cusick.contact->obstacles = {MakeSupport(*cusick.contact, support_radius)};
+  }
   cusick.handles->stiffness *= run.handle;
   Mesh mesh = run.sliver > 1.0 ? AddSliverTriangles(setting_.mesh, support_radius, 1.0 / run.sliver)
                                : setting_.mesh;
@@ -184,8 +191,28 @@ const Eigen::VectorXd& StabilityRunner::ReferenceShape(const StabilityCase& run)
   return reference->x;
 }
 
+void StabilityRunner::Check(const StabilityCase& run) const {
+  if (!IsOfContact(run.scenario)) MakeScene(run);
+}
+
+std::optional<StabilityRun> StabilityRunner::RunOfContact(const StabilityCase& run,
+                                                          const std::atomic<bool>& cancel) const {
+  const Clock clock;
+  const std::optional<ContactRun> end =
+      RunContact(run, setting_.material,
+                 {.max_steps = setting_.max_steps, .max_seconds = setting_.max_seconds}, cancel);
+  if (!end) return std::nullopt;
+  return StabilityRun{.outcome = end->outcome,
+                      .steps = end->steps,
+                      .seconds = clock.Seconds(),
+                      .residual = {},
+                      .speed = end->speed,
+                      .distance = end->distance};
+}
+
 std::optional<StabilityRun> StabilityRunner::Run(const StabilityCase& run,
                                                  const std::atomic<bool>& cancel) {
+  if (IsOfContact(run.scenario)) return RunOfContact(run, cancel);
   const StabilityScene scene = MakeScene(run);
   const Eigen::VectorXd& reference = ReferenceShape(run);
   Course course{setting_, cancel};

@@ -37,10 +37,11 @@ struct StabilityRun {
   // Absent where the end is not finite, and the distance also where no reference drape was found.
   std::optional<double> residual;  // ‖f‖ by weight
   std::optional<double> speed;     // [m/s]
-  std::optional<double> distance;  // of the reference drape [m], VertexDistance
+  // Of the reference drape [m], VertexDistance; of a scenario of contact, ContactRun::distance.
+  std::optional<double> distance;
 };
 
-// A cloth as a case has it.
+// A cloth as a case of the drape test has it.
 struct StabilityScene {
   std::shared_ptr<const ClothModel> model;
   MaterialField material;
@@ -63,10 +64,16 @@ class StabilityRunner {
   // once for all cases that share it.
   const Eigen::VectorXd& ReferenceShape(const StabilityCase& run);
 
+  // Throws what the scene of the case throws.
+  void Check(const StabilityCase& run) const;
+
   // None when `cancel` turned true on the way. Throws InputError where a scene cannot be made.
   std::optional<StabilityRun> Run(const StabilityCase& run, const std::atomic<bool>& cancel);
 
  private:
+  std::optional<StabilityRun> RunOfContact(const StabilityCase& run,
+                                           const std::atomic<bool>& cancel) const;
+
   struct Reference {
     std::once_flag once;
     Eigen::VectorXd x;

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "physics/util/run_control.h"
-#include "solver/studies/stability/stability_map.h"
+#include "solver/studies/stability/cases/stability_map.h"
 #include "solver/studies/stability/stability_runner.h"
 
 namespace drape {

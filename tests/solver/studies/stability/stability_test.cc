@@ -9,6 +9,7 @@
 
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
+#include "solver/studies/stability/stability_picture.h"
 #include "solver/studies/stability/stability_survey.h"
 #include "solver/studies/stability/stability_theory.h"
 #include "tests/physics/cloth_fixture.h"

@@ -39,6 +39,7 @@ Json MapJson(const StabilityAtlas& atlas, int index) {
   Json json = {{"name", map.name},
                {"method", ToString(map.base.method)},
                {"law", map.base.law},
+               {"scenario", ToString(map.base.scenario)},
                {"across", {{"axis", map.axis[0]->name}, {"values", map.values[0]}}},
                {"up", {{"axis", map.axis[1]->name}, {"values", map.values[1]}}}};
   Json rows = Json::array();
@@ -59,9 +60,12 @@ Json MapJson(const StabilityAtlas& atlas, int index) {
   return json;
 }
 
-std::string CountLine(const std::string& name, const std::vector<int>& counts) {
+// Of the outcomes that `shown` has.
+std::string CountLine(const std::string& name, const std::vector<int>& counts,
+                      const std::vector<int>& shown) {
   std::string line = Format("%-44s", name.c_str());
-  for (const int count : counts) line += Format(" %8d", count);
+  for (int i = 0; i < kStabilityOutcomes; ++i)
+    if (shown[i] > 0) line += Format(" %14d", counts[i]);
   return line + "\n";
 }
 
@@ -93,13 +97,14 @@ std::string DampingText(const StabilityAtlas& atlas) {
 }  // namespace
 
 std::string StabilityTableText(const StabilityAtlas& atlas) {
-  std::string text = Format("%-44s", "runs that are");
-  for (const char* name : {"settled", "moving", "branch", "folded", "diverged", "factor", "budget"})
-    text += Format(" %8s", name);
+  const std::vector<int> all = CountsOfAll(atlas);
+  std::string text = Format("%-44s", "runs");
+  for (int i = 0; i < kStabilityOutcomes; ++i)
+    if (all[i] > 0) text += Format(" %14s", ToString(static_cast<StabilityOutcome>(i)));
   text += "\n";
   for (const StabilityMap& map : atlas.maps)
-    text += CountLine(map.name, CountOutcomes(atlas.ListOutcomes(map)));
-  text += CountLine(Format("all %zu", atlas.runs.size()), CountsOfAll(atlas));
+    text += CountLine(map.name, CountOutcomes(atlas.ListOutcomes(map)), all);
+  text += CountLine(Format("all %zu", atlas.runs.size()), all, all);
   return text + LimitText(atlas) + DampingText(atlas) + atlas.note;
 }
 

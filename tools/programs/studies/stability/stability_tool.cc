@@ -8,6 +8,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "solver/job/plot/chart.h"
+#include "solver/studies/stability/stability_picture.h"
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
@@ -121,7 +122,8 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
        .value = &o.maps,
        .doc =
            "maps as 'methods axis=values axis=values', such as 'step+implicit time_step=1e-3:0.5:9 "
-           "stiffness=0.1/1/10'; an axis with one value is constant, as is law=reference",
+           "stiffness=0.1/1/10'; an axis with one value is constant, as are law=reference and "
+           "scenario=plate",
        .required = true},
       {.key = "filter",
        .value = &o.only,
@@ -165,18 +167,22 @@ OptionTable StabilityTable(StabilityOptions& options) {
   std::string methods;
   for (int i = 0; i < kStabilityMethods; ++i)
     methods += std::string(" ") + ToString(static_cast<StabilityMethod>(i));
-  return {.tool = "drape_stability",
-          .summary = "maps the outcome of solvers of a drape over two parameters",
-          .example =
-              "drape_stability --config=configs/studies/stability_quick.json --out=out/stability",
-          .notes = "methods:" + methods + "\naxes:\n" + axes +
-                   "files: runs.csv, to which each finished run is appended, findings.json, "
-                   "overview.png (share of settled runs by method and hardship) and one PNG per "
-                   "map\nCtrl-C keeps the finished runs; --resume continues with the others.\n",
-          .options = Concatenate(
-              Grouped("maps and results",
-                      Concatenate(SurveyOptions(options), CellOptions(options.cells))),
-              Grouped("simulation", Concatenate(SettingOptions(options), LimitOptions(options))))};
+  std::string scenarios;
+  for (int i = 0; i < kStabilityScenarios; ++i)
+    scenarios += std::string(" ") + ToString(static_cast<StabilityScenario>(i));
+  return {
+      .tool = "drape_stability",
+      .summary = "maps the outcome of solvers of a drape, or of contact, over two parameters",
+      .example =
+          "drape_stability --config=configs/studies/stability_quick.json --out=out/stability",
+      .notes = "methods:" + methods + "\nscenarios:" + scenarios + "\naxes:\n" + axes +
+               "files: runs.csv, to which each finished run is appended, findings.json, "
+               "overview.png (share of runs that succeed by method and hardship) and one PNG per "
+               "map\nCtrl-C keeps the finished runs; --resume continues with the others.\n",
+      .options = Concatenate(
+          Grouped("maps and results",
+                  Concatenate(SurveyOptions(options), CellOptions(options.cells))),
+          Grouped("simulation", Concatenate(SettingOptions(options), LimitOptions(options))))};
 }
 
 std::string ListStabilityText(const StabilityOptions& options) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/studies/stability/stability_map.h"
+#include "solver/studies/stability/cases/stability_map.h"
 
 #include <algorithm>
 #include <charconv>
@@ -85,6 +85,11 @@ void ParseSetting(const std::string& text, const std::string& where, StabilityMa
     map.name += "-" + value;
     return;
   }
+  if (name == "scenario") {
+    map.base.scenario = ParseStabilityScenario(value, where);
+    map.name += "-" + value;
+    return;
+  }
   const StabilityAxis& axis = FindStabilityAxis(name, where);
   const std::vector<double> values = ParseValues(value, axis, where + ": " + name);
   if (values.size() == 1) {
@@ -96,6 +101,25 @@ void ParseSetting(const std::string& text, const std::string& where, StabilityMa
   if (map.axis[k] != nullptr) throw InputError(where, "found a third axis, '" + name + "'");
   map.axis[k] = &axis;
   map.values[k] = values;
+}
+
+// Whether the method can do what the scenario asks.
+void CheckMethod(const StabilityCase& run, const std::string& where) {
+  using Scenario = StabilityScenario;
+  std::string expected;
+  if (run.scenario == Scenario::kSheets)
+    expected = "implicit, step";
+  else if (run.scenario == Scenario::kPinch)
+    expected = "implicit, penalty";
+  else if (IsOfContact(run.scenario))
+    expected = "implicit, penalty, step";
+  else if (run.method == StabilityMethod::kPenalty)
+    throw InputError(where, "penalty is a method of scenarios of contact");
+  if (!expected.empty() &&
+      (", " + expected + ",").find(std::string(", ") + ToString(run.method) + ",") ==
+          std::string::npos)
+    throw InputError(where, std::string("found '") + ToString(run.method) + "', of scenario " +
+                                ToString(run.scenario) + " expected one of " + expected);
 }
 
 }  // namespace
@@ -129,6 +153,7 @@ std::vector<StabilityMap> ParseStabilityMaps(const std::string& line, const std:
   for (const std::string& method : Split(methods, '+')) {
     maps.push_back(map);
     maps.back().base.method = ParseStabilityMethod(method, place);
+    CheckMethod(maps.back().base, place);
     maps.back().name = method + "-" + map.axis[0]->name + "-" + map.axis[1]->name + map.name;
   }
   return maps;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/studies/stability/stability_case.h"
+#include "solver/studies/stability/cases/stability_case.h"
 
 namespace drape {
 
@@ -32,11 +32,6 @@ struct StabilityLine {
   std::string title;
   std::vector<double> x, y;
 };
-
-// PNG: one square for each run, coloured by its outcome, in the order of Cases(); a missing run
-// (kNoRun) is white. `line` may be empty. Throws InputError as WritePicture.
-void RenderStabilityMap(const std::string& path, const StabilityMap& map,
-                        const std::vector<int>& outcomes, const StabilityLine& line);
-inline constexpr int kNoRun = -1;  // among the outcomes
+inline constexpr int kNoRun = -1;  // among the outcomes of a map
 
 }  // namespace drape
