@@ -55,6 +55,9 @@ void Camera::Check(const std::string& where) const {
             "more than 0, up to 1000 m");
     Require(field_of_view > 0 && field_of_view < M_PI, where, "field_of_view", field_of_view,
             "between 0 and pi rad");
+    constexpr double kFarthestEye = 100;  // [m]
+    Require(std::abs(eye_x) <= kFarthestEye, where, "eye_x", eye_x, "-100 to 100 m");
+    Require(std::abs(eye_y) <= kFarthestEye, where, "eye_y", eye_y, "-100 to 100 m");
   } else {
     Require(scale >= 1 && scale <= 1e7, where, "camera_scale", scale, "1 to 1e7 px/m");
   }

@@ -14,7 +14,8 @@ struct GrayImage;
 
 enum class CameraKind {
   kOrthographic,  // the projection of the published images, and the default
-  kPinhole,       // the camera of the published code: for parity runs only [MODEL, M46]
+  kPinhole  // a photograph's, turned to look straight down (losses/camera/photo), or that of the
+            // published code, which is for parity runs only [MODEL, M46]
 };
 
 constexpr auto EnumNames(CameraKind) {
@@ -22,17 +23,20 @@ constexpr auto EnumNames(CameraKind) {
       {{CameraKind::kOrthographic, "orthographic"}, {CameraKind::kPinhole, "pinhole"}});
 }
 
-// A camera above the support that looks down [MODEL, M46]. World: x right and y up in the image, z
-// towards the camera, support plane z = 0 [m]. Image: (column, row), pixel centres at integers.
+// A camera above the support that looks straight down [MODEL, M46]. World: x right and y up in the
+// image, z towards the camera, support plane z = 0 [m]. Image: (column, row), pixel centres at
+// integers.
 struct Camera {
   CameraKind kind = CameraKind::kOrthographic;
   int width = 256;             // [px]
   int height = 256;            // [px]
-  double cx = 127.5;           // column of the world's z axis [px]
-  double cy = 127.5;           // row of the world's z axis [px]
+  double cx = 127.5;           // column of the world's origin, the support's centre [px]
+  double cy = 127.5;           // row of it [px]
   double scale = 719.5;        // orthographic only [px/m]
   double eye_height = 0.7;     // pinhole only: z of the centre of projection [m]
   double field_of_view = 0.5;  // pinhole only: vertical [rad]
+  double eye_x = 0.0;          // pinhole only: where above the support plane the centre of
+  double eye_y = 0.0;          // projection is [m]
 
   // Throws InputError (prefix `where`) that names the first invalid field and its value.
   void Check(const std::string& where) const;
@@ -40,7 +44,15 @@ struct Camera {
   double focal_length() const { return 0.5 * height / std::tan(0.5 * field_of_view); }  // [px]
 
   Projection projection() const {
-    return {kind == CameraKind::kPinhole, cx, cy, scale, eye_height, focal_length()};
+    const bool pinhole = kind == CameraKind::kPinhole;
+    return {pinhole,
+            cx,
+            cy,
+            scale,
+            eye_height,
+            focal_length(),
+            pinhole ? eye_x : 0.0,
+            pinhole ? eye_y : 0.0};
   }
 
   // Magnification of the plane at height z [px/m].
@@ -55,6 +67,14 @@ struct Camera {
   template <typename T>
   void Project(const T x[3], T image[2]) const {
     projection().Project(x, image);
+  }
+
+  // The point of the plane at height z [m] that is seen at an image point (column, row) [px].
+  Eigen::Vector2d WorldFromImage(const Eigen::Vector2d& image, double z) const {
+    const double s = PixelsPerMetre(z), parallax = pixels_per_metre() - s;
+    const bool pinhole = kind == CameraKind::kPinhole;
+    return {(image.x() - cx - (pinhole ? parallax * eye_x : 0.0)) / s,
+            (cy - image.y() - (pinhole ? parallax * eye_y : 0.0)) / s};
   }
 
   // ∂image/∂x [px/m], shape [2, 3].

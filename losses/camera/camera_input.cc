@@ -2,11 +2,15 @@
 #include "losses/camera/camera_input.h"
 
 #include <cmath>
+#include <filesystem>
 
+#include "losses/camera/camera_io.h"
 #include "physics/util/errors.h"
 
 namespace drape {
 namespace {
+
+constexpr const char* kBeside = "beside";
 
 std::string SizeText(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
@@ -17,6 +21,28 @@ bool HasPublishedSize(const GrayImage& image) {
   return image.width == published.width && image.height == published.height;
 }
 
+// The file alone says what the camera is.
+void RequireAlone(const CameraInput& input) {
+  const bool more = input.kind != CameraKind::kOrthographic || input.width != 0 ||
+                    input.height != 0 || input.gives_scale() || input.gives_centre();
+  if (more)
+    throw InputError("option 'camera_file'",
+                     "found beside other options of the camera, expected the file alone");
+}
+
+Camera ReadCameraOfImage(const CameraInput& input, const GrayImage& image,
+                         const std::string& where) {
+  RequireAlone(input);
+  const bool beside = input.file == kBeside;
+  const std::string file =
+      beside ? (std::filesystem::path(where).parent_path() / "camera.json").string() : input.file;
+  const Camera camera = ReadCamera(file);
+  if (camera.width != image.width || camera.height != image.height)
+    throw InputError(where, "image is " + SizeText(image.width, image.height) + " px, expected " +
+                                SizeText(camera.width, camera.height) + " as in " + file);
+  return camera;
+}
+
 }  // namespace
 
 bool CameraInput::gives_scale() const { return !std::isnan(scale) || !std::isnan(image_width_mm); }
@@ -24,6 +50,12 @@ bool CameraInput::gives_centre() const { return !std::isnan(cx) || !std::isnan(c
 
 Camera MakeCamera(const CameraInput& input) {
   constexpr double kMillimetre = 1e-3;
+  if (input.gives_camera()) {
+    RequireAlone(input);
+    if (input.file == kBeside)
+      throw InputError("option 'camera_file'", "found beside without an image, expected a file");
+    return ReadCamera(input.file);
+  }
   if (!std::isnan(input.scale) && !std::isnan(input.image_width_mm))
     throw InputError("option 'image_width_mm'", "found beside camera_scale, expected one of both");
   Camera camera;
@@ -40,6 +72,7 @@ Camera MakeCamera(const CameraInput& input) {
 }
 
 Camera MakeCamera(const CameraInput& input, const GrayImage& image, const std::string& where) {
+  if (input.gives_camera()) return ReadCameraOfImage(input, image, where);
   CameraInput sized = input;
   if (sized.width == 0) sized.width = image.width;
   if (sized.height == 0) sized.height = image.height;

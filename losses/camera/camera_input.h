@@ -22,14 +22,17 @@ struct CameraInput {
   double scale = kNotGiven;           // orthographic only [px/m]
   double image_width_mm = kNotGiven;  // width of the area seen in the support plane: another way to
                                       // give the scale
+  std::string file;  // ReadCamera, in place of all others; "beside": camera.json in the folder of
+                     // an image
 
+  bool gives_camera() const { return !file.empty(); }
   bool gives_scale() const;
   bool gives_centre() const;
 };
 
 template <MutableOrConst<CameraInput> Input, class Visitor>
 void VisitFields(Input& input, Visitor&& visit) {
-  auto& [kind, width, height, cx, cy, scale, image_width_mm] = input;
+  auto& [kind, width, height, cx, cy, scale, image_width_mm, file] = input;
   visit(kind, Field{.key = "camera",
                     .doc = "projection of the camera; the published images are orthographic"});
   const auto size = [](const char* key, const char* doc) {
@@ -56,13 +59,19 @@ void VisitFields(Input& input, Visitor&& visit) {
                               .unit = "mm",
                               .least = 1,
                               .most = 1e5});
+  visit(file, Field{.key = "camera_file",
+                    .doc = "camera.json of drape_photo, in place of the other camera options; "
+                           "beside: the file of that name in the folder of each image",
+                    .is_path = true,
+                    .word = "beside"});
 }
 
 // The camera of a rendering. Throws InputError.
 Camera MakeCamera(const CameraInput& input);
 
-// The camera of an image. Throws InputError (prefix `where`) also when the image has another size
-// than the given one, or another than the published 256 × 256 px and no scale.
+// The camera of an image, `where` being its path. Throws InputError (prefix `where`) also when the
+// image has another size than the given one, or another than the published 256 × 256 px and no
+// scale.
 Camera MakeCamera(const CameraInput& input, const GrayImage& image, const std::string& where);
 
 }  // namespace drape

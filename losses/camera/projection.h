@@ -10,10 +10,11 @@ namespace drape {
 // [MODEL, M46].
 struct Projection {
   bool pinhole;
-  double cx, cy;      // column and row of the world's z axis [px]
-  double scale;       // orthographic only [px/m]
-  double eye_height;  // pinhole only [m]
-  double focal;       // pinhole only [px]
+  double cx, cy;        // column and row of the world's origin, the support's centre [px]
+  double scale;         // orthographic only [px/m]
+  double eye_height;    // pinhole only [m]
+  double focal;         // pinhole only [px]
+  double eye_x, eye_y;  // pinhole only: of the centre of projection [m]
 
   // Magnification of the plane at height z [px/m].
   template <typename T>
@@ -24,8 +25,9 @@ struct Projection {
   template <typename T>
   DRAPE_HD void Project(const T x[3], T image[2]) const {
     const T s = PixelsPerMetre(x[2]);
-    image[0] = T(cx) + s * x[0];
-    image[1] = T(cy) - s * x[1];
+    const T parallax = PixelsPerMetre(T(0)) - s;
+    image[0] = T(cx) + s * x[0] + parallax * T(eye_x);
+    image[1] = T(cy) - s * x[1] - parallax * T(eye_y);
   }
   // ∂image/∂x [px/m], shape [2, 3].
   DRAPE_HD void Jacobian(const double x[3], double jacobian[2][3]) const {
@@ -33,10 +35,10 @@ struct Projection {
     const double ds_dz = pinhole ? s / (eye_height - x[2]) : 0.0;
     jacobian[0][0] = s;
     jacobian[0][1] = 0.0;
-    jacobian[0][2] = ds_dz * x[0];
+    jacobian[0][2] = ds_dz * (x[0] - eye_x);
     jacobian[1][0] = 0.0;
     jacobian[1][1] = -s;
-    jacobian[1][2] = -ds_dz * x[1];
+    jacobian[1][2] = -ds_dz * (x[1] - eye_y);
   }
   // adj_x = Jacobianᵀ·adj_image, shape [3].
   DRAPE_HD void AdjProject(const double x[3], const Vec2& adj_image, double adj_x[3]) const {

@@ -43,6 +43,13 @@ GrayImage ReadImage(const std::string& path) {
   throw InputError(path, "is neither JPEG nor PNG (by its first bytes)");
 }
 
+Photograph ReadPhotograph(const std::string& path) {
+  const std::vector<uint8_t> bytes = ReadBytes(path);
+  if (LooksLikeJpeg(bytes)) return DecodeJpegColors(bytes, path);
+  if (LooksLikePng(bytes)) return {DecodePngColors(bytes, path), {}};
+  throw InputError(path, "is neither JPEG nor PNG (by its first bytes)");
+}
+
 GrayImage HardEdged(const GrayImage& image, float level) {
   GrayImage hard = image;
   for (float& coverage : hard.coverage) coverage = coverage >= level ? 1.0f : 0.0f;

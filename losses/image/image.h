@@ -34,6 +34,22 @@ struct RgbImage {
 // image, or, before it is decoded, for more than 2^26 pixels.
 GrayImage ReadImage(const std::string& path);
 
+// What a camera has written into its picture.
+struct ExifData {
+  int orientation = 1;    // 1 … 8; the picture has been turned accordingly
+  double focal_35mm = 0;  // focal length of a 35-mm camera with the same view [mm]; 0: unknown
+  int width = 0;          // of the picture as it was taken, before it was turned [px]; 0: unknown
+  int height = 0;
+};
+
+struct Photograph {
+  RgbImage image;  // upright
+  ExifData exif;
+};
+
+// The same in colour, with what EXIF says about the camera.
+Photograph ReadPhotograph(const std::string& path);
+
 // Returns 1 where the coverage is at least `level`, else 0. The default level restores a hard-edged
 // picture that JPEG has blurred (grey < 128 is cloth). Most published silhouettes have grey edges,
 // which this function would spoil (mean squared change .0013).

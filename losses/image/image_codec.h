@@ -21,8 +21,10 @@ inline float CoverageFromGray(uint8_t gray) { return 1.0f - gray / 255.0f; }
 
 bool LooksLikeJpeg(const std::vector<uint8_t>& bytes);
 GrayImage DecodeJpeg(const std::vector<uint8_t>& bytes, const std::string& where);
+Photograph DecodeJpegColors(const std::vector<uint8_t>& bytes, const std::string& where);
 
 bool LooksLikePng(const std::vector<uint8_t>& bytes);
 GrayImage DecodePng(const std::vector<uint8_t>& bytes, const std::string& where);
+RgbImage DecodePngColors(const std::vector<uint8_t>& bytes, const std::string& where);
 
 }  // namespace drape

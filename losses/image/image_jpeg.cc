@@ -9,7 +9,7 @@
 
 #include <utility>
 
-#include "losses/image/exif_orientation.h"
+#include "losses/image/exif.h"
 #include "losses/image/image_codec.h"
 #include "physics/util/errors.h"
 
@@ -54,15 +54,28 @@ class JpegReader {
     return true;
   }
 
+  // `rgb` has room for 3·width()·height() bytes.
+  bool ReadColors(uint8_t* rgb) {
+    if (setjmp(escape_)) return false;
+    info_.out_color_space = JCS_RGB;
+    jpeg_start_decompress(&info_);
+    while (info_.output_scanline < info_.output_height) {
+      uint8_t* row = rgb + size_t(3) * info_.output_scanline * info_.output_width;
+      jpeg_read_scanlines(&info_, &row, 1);
+    }
+    jpeg_finish_decompress(&info_);
+    return true;
+  }
+
   int width() const { return static_cast<int>(info_.image_width); }
   int height() const { return static_cast<int>(info_.image_height); }
   int channels() const { return info_.num_components; }
-  int orientation() const {
+  ExifData exif() const {
     for (const jpeg_marker_struct* marker = info_.marker_list; marker; marker = marker->next) {
-      const int orientation = ReadExifOrientation({marker->data, marker->data_length});
-      if (orientation != 1) return orientation;
+      const ExifData exif = ReadExif({marker->data, marker->data_length});
+      if (exif.orientation != 1 || exif.focal_35mm > 0 || exif.width > 0) return exif;
     }
-    return 1;
+    return {};
   }
   const char* message() const { return message_; }
 
@@ -94,6 +107,15 @@ InputError Broken(const std::string& where, const JpegReader& reader) {
   return InputError(where, std::string("truncated or damaged JPEG: ") + reader.message());
 }
 
+void ReadCheckedHeader(const std::string& where, JpegReader& reader) {
+  if (!reader.ReadHeader()) throw Broken(where, reader);
+  if (reader.channels() != 1 && reader.channels() != 3) {
+    throw InputError(where, "JPEG has " + std::to_string(reader.channels()) +
+                                " channels, expected 1 (grey) or 3 (colour)");
+  }
+  CheckPixelCount(reader.width(), reader.height(), where);
+}
+
 }  // namespace
 
 bool LooksLikeJpeg(const std::vector<uint8_t>& bytes) {
@@ -102,17 +124,22 @@ bool LooksLikeJpeg(const std::vector<uint8_t>& bytes) {
 
 GrayImage DecodeJpeg(const std::vector<uint8_t>& bytes, const std::string& where) {
   JpegReader reader(bytes);
-  if (!reader.ReadHeader()) throw Broken(where, reader);
-  if (reader.channels() != 1 && reader.channels() != 3) {
-    throw InputError(where, "JPEG has " + std::to_string(reader.channels()) +
-                                " channels, expected 1 (grey) or 3 (colour)");
-  }
-  CheckPixelCount(reader.width(), reader.height(), where);
+  ReadCheckedHeader(where, reader);
   GrayImage image(reader.width(), reader.height());
   std::vector<uint8_t> gray(image.width);
-  const int orientation = reader.orientation();  // the end of the decompression forgets it
+  const int orientation = reader.exif().orientation;  // the end of the decompression forgets it
   if (!reader.ReadPixels(gray.data(), image.coverage.data())) throw Broken(where, reader);
   return Upright(std::move(image), orientation);
+}
+
+Photograph DecodeJpegColors(const std::vector<uint8_t>& bytes, const std::string& where) {
+  JpegReader reader(bytes);
+  ReadCheckedHeader(where, reader);
+  RgbImage image{reader.width(), reader.height(),
+                 std::vector<uint8_t>(size_t(3) * reader.width() * reader.height())};
+  const ExifData exif = reader.exif();
+  if (!reader.ReadColors(image.rgb.data())) throw Broken(where, reader);
+  return {Upright(std::move(image), exif.orientation), exif};
 }
 
 }  // namespace drape

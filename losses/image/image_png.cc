@@ -60,6 +60,20 @@ GrayImage DecodePng(const std::vector<uint8_t>& bytes, const std::string& where)
   return image;
 }
 
+RgbImage DecodePngColors(const std::vector<uint8_t>& bytes, const std::string& where) {
+  PngHandle handle;
+  png_image& png = handle.png;
+  if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size())) throw Broken(where, png);
+  CheckPixelCount(png.width, png.height, where);
+  png.format = PNG_FORMAT_RGB;
+  png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;
+  const png_color white = {255, 255, 255};
+  RgbImage image{static_cast<int>(png.width), static_cast<int>(png.height),
+                 std::vector<uint8_t>(PNG_IMAGE_SIZE(png))};
+  if (!png_image_finish_read(&png, &white, image.rgb.data(), 0, nullptr)) throw Broken(where, png);
+  return image;
+}
+
 void WritePng(const GrayImage& image, const std::string& path) {
   CHECK_EQ(image.coverage.size(), size_t(image.width) * image.height);
   std::vector<uint8_t> gray(image.coverage.size());

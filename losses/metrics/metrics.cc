@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "losses/metrics/hausdorff.h"
+#include "losses/outline/hem_estimate.h"
 #include "losses/outline/outline.h"
 
 namespace drape {
@@ -49,8 +50,8 @@ double CoverageArea(const GrayImage& image, const Camera& camera) {
 SilhouetteMetrics CompareSilhouettes(const GrayImage& image, const Eigen::VectorXd& image_radius,
                                      const GrayImage& fitted_image,
                                      const Eigen::VectorXd& fitted_radius, const Camera& camera) {
-  const Eigen::VectorXd image_metres = MetresFromPixels(image_radius, camera);
-  const Eigen::VectorXd fitted_metres = MetresFromPixels(fitted_radius, camera);
+  const Eigen::VectorXd image_metres = VerticalProfile(image_radius, camera);
+  const Eigen::VectorXd fitted_metres = VerticalProfile(fitted_radius, camera);
   SilhouetteMetrics metrics;
   metrics.mse = MeanSquaredError(image, fitted_image);
   metrics.iou = IntersectionOverUnion(image, fitted_image);

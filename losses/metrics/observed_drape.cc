@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "losses/outline/hem_estimate.h"
 #include "losses/outline/outline.h"
 #include "losses/silhouette/raster.h"
 #include "physics/util/errors.h"
@@ -42,7 +43,7 @@ ObservedDrape ObserveImage(const GrayImage& image, const Camera& camera, const s
         where, "the outline has gaps: no cloth at " + std::to_string(outline.missing.size()) +
                    " of " + std::to_string(kObservedAngles) + " angles about the camera's centre");
   }
-  ObservedDrape drape{image, MetresFromPixels(outline.radius, camera), {}};
+  ObservedDrape drape{image, VerticalProfile(outline.radius, camera), {}};
   drape.shape = MeasureShape(drape.radius);
   return drape;
 }

@@ -16,7 +16,7 @@ inline constexpr int kObservedAngles = 360;
 // A drape as a camera sees it: the input of all metrics of drapes and of their distributions.
 struct ObservedDrape {
   GrayImage image;
-  Eigen::VectorXd radius;  // r(θ) of the outline in the support plane [m], shape [kObservedAngles]
+  Eigen::VectorXd radius;  // r(θ) of the outline [m], shape [kObservedAngles] (VerticalProfile)
   ShapeFeatures shape;     // of that profile
 };
 

@@ -16,20 +16,6 @@ nlohmann::ordered_json IntervalJson(const IntervalSkill& skill) {
 
 }  // namespace
 
-nlohmann::ordered_json CameraJson(const Camera& camera) {
-  nlohmann::ordered_json json = {{"kind", ToString(camera.kind)},
-                                 {"width", camera.width},
-                                 {"height", camera.height},
-                                 {"cx", camera.cx},
-                                 {"cy", camera.cy},
-                                 {"px_per_m", camera.pixels_per_metre()}};
-  if (camera.kind == CameraKind::kPinhole) {
-    json["eye_height_m"] = camera.eye_height;
-    json["field_of_view_rad"] = camera.field_of_view;
-  }
-  return json;
-}
-
 nlohmann::ordered_json QualityJson(const ImageQuality& quality) {
   const Segmentation& segmentation = quality.segmentation;
   return {{"scale", quality.scale_given ? "given" : "of the published images"},

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "losses/outline/hem_estimate.h"
 #include "losses/outline/outline.h"
 #include "losses/outline/shape_features.h"
 #include "physics/util/errors.h"
@@ -100,12 +101,13 @@ MeasuredImage MeasureImage(Silhouette silhouette, const CameraInput& input, Cent
   camera = MakeCamera(input, image, where);
   ImageQuality& quality = measured.quality;
   quality.segmentation = std::move(silhouette.segmentation);
-  quality.scale_given = input.gives_scale();
-  quality.centre = centre;
+  const bool centre_known = input.gives_camera();  // a pinhole's outline is not about the centre
+  quality.scale_given = input.gives_scale() || input.gives_camera();
+  quality.centre = centre_known ? CentreMode::kNominal : centre;
   Camera centred = camera;
-  if (!input.gives_centre()) CentreOnFarCloth(image, &centred);
-  const bool found = CentreOnOutline(image, &centred);
-  if (centre == CentreMode::kOutline) camera = centred;
+  if (!input.gives_centre() && !centre_known) CentreOnFarCloth(image, &centred);
+  const bool found = centre_known || CentreOnOutline(image, &centred);
+  if (quality.centre == CentreMode::kOutline) camera = centred;
   quality.centre_error = std::hypot(camera.cx - centred.cx, camera.cy - centred.cy);
   quality.centre_offset =
       std::hypot(camera.cx - 0.5 * (image.width - 1), camera.cy - 0.5 * (image.height - 1));
@@ -115,7 +117,7 @@ MeasuredImage MeasureImage(Silhouette silhouette, const CameraInput& input, Cent
     throw InputError(where,
                      "no closed outline around the support's centre, expected the silhouette of a "
                      "drape");
-  const ShapeFeatures shape = MeasureShape(MetresFromPixels(outline.radius, camera));
+  const ShapeFeatures shape = MeasureShape(VerticalProfile(outline.radius, camera));
   quality.drape_coefficient = shape.drape_coefficient;
   quality.radius_min = shape.radius_min;
   quality.radius_max = shape.radius_max;

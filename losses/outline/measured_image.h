@@ -38,11 +38,12 @@ inline constexpr double kLeastRadius = 0.086, kLargestRadius = 0.160;  // [m]
 inline constexpr double kLeastDrapeCoefficient = -0.02, kLargestDrapeCoefficient = 1.02;
 inline constexpr double kLargestOverhang = 0.1;
 
-// Finds the camera of a silhouette and measures its outline. The outline's centre is searched for
-// from the camera's centre, or from the centroid of a cloth that is far from it where the user gave
-// no centre. Throws InputError (prefix `where`) when the camera is not known (MakeCamera), the
-// outline is not closed about the support's centre, or one of the bounds does not hold; the message
-// names the likely remedy.
+// Finds the camera of a silhouette and measures its outline, in the vertical projection
+// (VerticalProfile). A camera file says where the centre is, whatever `centre` asks for. The
+// outline's centre is searched for from the camera's centre, or from the centroid of a cloth that
+// is far from it where the user gave no centre. Throws InputError (prefix `where`) when the camera
+// is not known (MakeCamera), the outline is not closed about the support's centre, or one of the
+// bounds does not hold; the message names the likely remedy.
 MeasuredImage MeasureImage(Silhouette silhouette, const CameraInput& input, CentreMode centre,
                            const std::string& where);
 

@@ -26,6 +26,11 @@ bool Measure(const Mesh& mesh, const Observation& observation, Eigen::VectorXd x
   drape->metrics = CompareSilhouettes(observation.image, image.radius,
                                       Rasterize(mesh, x, observation.camera, kSupersample),
                                       fitted.radius, observation.camera);
+  // The drape coefficient of a photograph is that of the drape's vertical projection.
+  const Camera above;
+  if (observation.camera.kind == CameraKind::kPinhole &&
+      OutlineFromMesh(mesh, x, above, kReportAngles, &fitted))
+    drape->metrics.fitted = MeasureShape(MetresFromPixels(fitted.radius, above));
   drape->x = std::move(x);
   return true;
 }

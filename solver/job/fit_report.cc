@@ -236,8 +236,9 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& f
 }
 
 // The drape moved so that a camera of this scale, centred in the image, sees it where the image has
-// it.
+// it. That of a photograph stays where it is: its camera file says where the support is.
 Eigen::VectorXd SeenFromNominalCamera(const Eigen::VectorXd& x, const Camera& camera) {
+  if (camera.kind == CameraKind::kPinhole) return x;
   const double cx = 0.5 * (camera.width - 1), cy = 0.5 * (camera.height - 1);
   Eigen::VectorXd moved = x;
   for (Eigen::Index i = 0; i < x.size(); i += 3) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "losses/outline/hem_estimate.h"
 #include "losses/outline/outline.h"
 #include "losses/silhouette/raster.h"
 #include "physics/cloth/start_shape.h"
@@ -29,6 +30,14 @@ bool IsInPicture(const Eigen::Matrix2Xd& image_points, const Camera& camera) {
          most.y() <= camera.height - 0.5;
 }
 
+// The area of the drape's vertical projection [m²], which a pinhole's silhouette is not.
+double VerticalArea(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
+                    const GrayImage& silhouette) {
+  if (camera.kind == CameraKind::kOrthographic) return CoverageArea(silhouette, camera);
+  const Camera above;
+  return CoverageArea(Rasterize(mesh, x, above, kSupersample), above);
+}
+
 // Those of BS 5058, to 2 %.
 bool HasStandardRadii(const ClothModel& model) {
   constexpr double kTolerance = 0.02;
@@ -52,7 +61,7 @@ std::optional<DrapeView> ViewDrape(const ClothModel& model, const Eigen::VectorX
   } else if (Extent(image_points).minCoeff() < kLeastExtent) {
     view.fault = "too small in the picture";
   } else if (HasStandardRadii(model)) {
-    const double coefficient = DrapeCoefficient(CoverageArea(view.silhouette, camera));
+    const double coefficient = DrapeCoefficient(VerticalArea(mesh, x, camera, view.silhouette));
     if (coefficient > -kSlack && coefficient < 1.0 + kSlack) {
       view.drape_coefficient = coefficient;
     } else {
@@ -62,7 +71,7 @@ std::optional<DrapeView> ViewDrape(const ClothModel& model, const Eigen::VectorX
   if (!view.fault.empty()) return view;
   Outline fitted, measured;
   if (!OutlineFromMesh(mesh, x, camera, kAngles, &fitted)) return view;
-  view.folds = CountFolds(MetresFromPixels(fitted.radius, camera));
+  view.folds = CountFolds(VerticalProfile(fitted.radius, camera));
   if (image != nullptr && OutlineFromImage(*image, camera, kAngles, &measured)) {
     view.metrics =
         CompareSilhouettes(*image, measured.radius, view.silhouette, fitted.radius, camera);

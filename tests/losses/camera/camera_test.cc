@@ -4,7 +4,11 @@
 #include <ceres/jet.h>
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
+#include "losses/camera/camera_io.h"
 #include "losses/silhouette/raster.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "tests/losses/disc.h"
 
@@ -15,6 +19,49 @@ Camera Pinhole() {
   Camera camera;
   camera.kind = CameraKind::kPinhole;
   return camera;
+}
+
+Camera Oblique() {
+  Camera camera = Pinhole();
+  camera.eye_x = 0.2;
+  camera.eye_y = -0.1;
+  return camera;
+}
+
+TEST(Camera, AnEyeBesideTheAxisMovesWhatIsBelowTheSupport) {
+  const Camera camera = Oblique();
+  double origin[2], below[2], under_eye[2];
+  const double at_origin[3] = {0, 0, 0}, at_below[3] = {0, 0, -0.1};
+  const double at_eye[3] = {camera.eye_x, camera.eye_y, -0.1};
+  camera.Project(at_origin, origin);
+  camera.Project(at_below, below);
+  camera.Project(at_eye, under_eye);
+  EXPECT_DOUBLE_EQ(origin[0], camera.cx);
+  EXPECT_DOUBLE_EQ(origin[1], camera.cy);
+  const double f = camera.focal_length();
+  EXPECT_NEAR(below[0] - camera.cx, f * 0.2 * (1 / 0.7 - 1 / 0.8), 1e-9);
+  EXPECT_NEAR(camera.cy - below[1], -f * 0.1 * (1 / 0.7 - 1 / 0.8), 1e-9);
+  // What is straight below the eye is seen on the optical axis, whatever its depth.
+  EXPECT_NEAR(under_eye[0] - camera.cx, f * 0.2 / 0.7, 1e-9);
+  const Eigen::Vector2d back = camera.WorldFromImage({below[0], below[1]}, -0.1);
+  EXPECT_LT(back.norm(), 1e-12);
+}
+
+TEST(Camera, FileKeepsIt) {
+  const std::string path = testing::TempDir() + "/camera.json";
+  Camera camera = Oblique();
+  camera.width = 700;
+  camera.cx = 321.25;
+  WriteFileAtomically(path, CameraJson(camera).dump());
+  const Camera read = ReadCamera(path);
+  EXPECT_EQ(read.kind, CameraKind::kPinhole);
+  EXPECT_EQ(read.width, 700);
+  EXPECT_EQ(read.cx, 321.25);
+  EXPECT_EQ(read.eye_x, 0.2);
+  EXPECT_EQ(read.eye_y, -0.1);
+  EXPECT_EQ(read.field_of_view, camera.field_of_view);
+  WriteFileAtomically(path, R"({"kind": "pinhole", "width": 700})");
+  EXPECT_THROW(ReadCamera(path), InputError);
 }
 
 TEST(Camera, OrthographicPutsFifteenCentimetresAt107Point9Pixels) {
@@ -38,7 +85,7 @@ TEST(Camera, PinholeShowsALowerHemSmaller) {
 
 TEST(Camera, JacobianAgreesWithDualNumbers) {
   using Jet = ceres::Jet<double, 3>;
-  for (const Camera& camera : {Camera(), Pinhole()}) {
+  for (const Camera& camera : {Camera(), Pinhole(), Oblique()}) {
     const double x[3] = {0.08, -0.11, -0.07};
     const Jet jet_x[3] = {Jet(x[0], 0), Jet(x[1], 1), Jet(x[2], 2)};
     Jet image[2];

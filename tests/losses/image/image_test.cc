@@ -9,7 +9,7 @@
 #include <csignal>
 #include <functional>
 
-#include "losses/image/exif_orientation.h"
+#include "losses/image/exif.h"
 #include "physics/util/errors.h"
 #include "tests/losses/image/encode.h"
 #include "tests/losses/temp_folder.h"
@@ -203,12 +203,12 @@ TEST_F(ImageFile, HonoursAllExifOrientations) {
 TEST(ExifOrientation, DamagedDataAreUpright) {
   const std::vector<uint8_t> jpeg = WithOrientation({0xFF, 0xD8}, 6, false);
   const std::vector<uint8_t> exif(jpeg.begin() + 6, jpeg.end());
-  ASSERT_EQ(ReadExifOrientation(exif), 6);
+  ASSERT_EQ(ReadExif(exif).orientation, 6);
   for (size_t size = 0; size < exif.size() - 6; ++size)  // the last 6 bytes are padding
-    EXPECT_EQ(ReadExifOrientation(std::span(exif).first(size)), 1) << size;
+    EXPECT_EQ(ReadExif(std::span(exif).first(size)).orientation, 1) << size;
   std::vector<uint8_t> far = exif;
   for (int i = 10; i < 14; ++i) far[i] = 0xFF;  // the directory lies outside
-  EXPECT_EQ(ReadExifOrientation(far), 1);
+  EXPECT_EQ(ReadExif(far).orientation, 1);
 }
 
 // Runs `body` in a child process, so that its limits and user do not affect the other tests.

@@ -33,7 +33,7 @@ TEST(MeasureImage, FindsTheCentreOfALargeImage) {
   actual.cx = 850;  // the image's centre is not under the support
   actual.cy = 450;
   for (const CameraInput& input :
-       {CameraInput{.scale = 2500}, CameraInput{.image_width_mm = 480}}) {
+       {CameraInput{.scale = 2500, .file = {}}, CameraInput{.image_width_mm = 480, .file = {}}}) {
     const MeasuredImage measured = Measure(StarSilhouette(actual), input);
     EXPECT_NEAR(measured.camera.cx, actual.cx, 0.05);
     EXPECT_NEAR(measured.camera.cy, actual.cy, 0.05);
@@ -52,17 +52,18 @@ TEST(MeasureImage, NeverGuessesAScale) {
   ExpectRefused(photo, {},
                 "image is 1200x900 px and its scale is not given, expected "
                 "image_width_mm");
-  EXPECT_THROW(Measure(photo, {.scale = 2500, .image_width_mm = 480}), InputError);
-  ExpectRefused(photo, {.width = 600, .scale = 2500}, "expected 600x900");
-  ExpectRefused(photo, {.kind = CameraKind::kPinhole, .scale = 2500}, "expected 256x256");
+  EXPECT_THROW(Measure(photo, {.scale = 2500, .image_width_mm = 480, .file = {}}), InputError);
+  ExpectRefused(photo, {.width = 600, .scale = 2500, .file = {}}, "expected 600x900");
+  ExpectRefused(photo, {.kind = CameraKind::kPinhole, .scale = 2500, .file = {}},
+                "expected 256x256");
   EXPECT_THAT(Measure(StarSilhouette(Camera())).quality.notes, IsEmpty());
 }
 
 TEST(MeasureImage, RefusesWhatNoDrapeShows) {
   const GrayImage star = StarSilhouette(Camera());
-  ExpectRefused(star, {.scale = 500}, "the outline reaches 1");
-  ExpectRefused(star, {.scale = 500}, "is the scale of 500.0 px/m (given) right?");
-  ExpectRefused(star, {.scale = 960}, "comes to 7");
+  ExpectRefused(star, {.scale = 500, .file = {}}, "the outline reaches 1");
+  ExpectRefused(star, {.scale = 500, .file = {}}, "is the scale of 500.0 px/m (given) right?");
+  ExpectRefused(star, {.scale = 960, .file = {}}, "comes to 7");
   GrayImage spiral(256, 256);
   for (int row = 0; row < 256; ++row) {
     for (int col = 0; col < 256; ++col) {
@@ -81,10 +82,10 @@ TEST(MeasureImage, RefusesWhatNoDrapeShows) {
 
 TEST(MeasureImage, NotesWhatIsSlightlyOff) {
   const GrayImage star = StarSilhouette(Camera());
-  const MeasuredImage large = Measure(star, {.scale = 640});
+  const MeasuredImage large = Measure(star, {.scale = 640, .file = {}});
   ASSERT_EQ(large.quality.notes.size(), 1u);
   EXPECT_THAT(large.quality.notes[0], HasSubstr("more than the cloth's 150 mm"));
-  const MeasuredImage moved = Measure(star, {.cx = 120}, CentreMode::kNominal);
+  const MeasuredImage moved = Measure(star, {.cx = 120, .file = {}}, CentreMode::kNominal);
   EXPECT_EQ(moved.camera.cx, 120);
   ASSERT_EQ(moved.quality.notes.size(), 1u);
   EXPECT_THAT(moved.quality.notes[0], HasSubstr("7.5 px from the centre used"));

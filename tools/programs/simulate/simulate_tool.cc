@@ -60,7 +60,7 @@ struct Input {
   void ReadImage(const SimulateOptions& options) {
     image = ReadSilhouette(options.image).image;
     camera = MakeCamera(options.camera, *image, options.image);
-    LOG_IF(WARNING, camera.kind == CameraKind::kPinhole)
+    LOG_IF(WARNING, options.camera.kind == CameraKind::kPinhole)
         << "the published images were not taken by this pinhole camera: a perfect drape "
            "appears 4-8 % too small in it";
   }

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "losses/outline/shape_features.h"
+#include "losses/outline/hem_estimate.h"
 #include "physics/cloth/start_shape.h"
 #include "solver/fit/outline_residuals.h"
 #include "solver/forward/batching_backend.h"
@@ -106,10 +106,9 @@ void InitialGuessOptions::Check() const {
 State GuessState(const ClothModel& model, const Observation& observation, double lift) {
   const std::optional<double> support = SupportRadius(model.scene);
   CHECK(support.has_value()) << "a drape needs a support";
-  return {
-      FlapsFromOutline(model.mesh, *support,
-                       MetresFromPixels(observation.radius, observation.outline_camera()), lift),
-      Eigen::VectorXd::Zero(model.num_dofs())};
+  return {FlapsFromOutline(model.mesh, *support,
+                           VerticalProfile(observation.radius, observation.outline_camera()), lift),
+          Eigen::VectorXd::Zero(model.num_dofs())};
 }
 
 void TryInitialGuesses(Backend& coarse, const std::vector<MaterialField>& tables,

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/camera/camera_io.h"
+
+#include <nlohmann/json.hpp>
+
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+
+namespace drape {
+
+nlohmann::ordered_json CameraJson(const Camera& camera) {
+  nlohmann::ordered_json json = {{"kind", ToString(camera.kind)},
+                                 {"width", camera.width},
+                                 {"height", camera.height},
+                                 {"cx", camera.cx},
+                                 {"cy", camera.cy},
+                                 {"px_per_m", camera.pixels_per_metre()}};
+  if (camera.kind == CameraKind::kPinhole) {
+    json["eye_height_m"] = camera.eye_height;
+    json["field_of_view_rad"] = camera.field_of_view;
+    json["eye_x_m"] = camera.eye_x;
+    json["eye_y_m"] = camera.eye_y;
+  }
+  return json;
+}
+
+Camera ReadCamera(const std::string& path) {
+  const nlohmann::json json = ReadJsonFile(path);
+  const JsonInput file(json, path);
+  const JsonInput input = file.Has("camera") ? file.At("camera") : file;
+  Camera camera;
+  camera.kind = ParseName<CameraKind>(input.At("kind").String(), input.At("kind").Name());
+  camera.width = input.At("width").Integer();
+  camera.height = input.At("height").Integer();
+  camera.cx = input.At("cx").Number();
+  camera.cy = input.At("cy").Number();
+  if (camera.kind == CameraKind::kOrthographic) {
+    camera.scale = input.At("px_per_m").Number();
+  } else {
+    camera.eye_height = input.At("eye_height_m").Number();
+    camera.field_of_view = input.At("field_of_view_rad").Number();
+    camera.eye_x = input.Has("eye_x_m") ? input.At("eye_x_m").Number() : 0.0;
+    camera.eye_y = input.Has("eye_y_m") ? input.At("eye_y_m").Number() : 0.0;
+  }
+  camera.Check(path);
+  return camera;
+}
+
+}  // namespace drape

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "losses/camera/camera.h"
+
+namespace drape {
+
+// A camera as reports hold it and as a file of its own: kind, width, height, cx, cy [px]; px_per_m
+// in the support plane; of a pinhole also eye_height_m, field_of_view_rad, eye_x_m and eye_y_m.
+nlohmann::ordered_json CameraJson(const Camera& camera);
+
+// The camera of a file that holds such an object, or of one that holds it as "camera", as the
+// files of drape_photo do. Throws InputError for a file that cannot be read, a key that is missing
+// and a value that Camera::Check refuses.
+Camera ReadCamera(const std::string& path);
+
+}  // namespace drape
