@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/camera/photo/photo.h"
+
+#include <gmock/gmock.h>
+
+#include <functional>
+
+#include "physics/util/errors.h"
+#include "tests/losses/camera/photo/photo_trial.h"
+
+namespace drape {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+const KnownDrape& Wool() {
+  static const KnownDrape drape = SimulateDrape("synthetic_wool", 1);
+  return drape;
+}
+
+PhotoOptions With(PhotoMarker marker, double tag = 0.0, double px_per_m = 0.0) {
+  PhotoOptions options;
+  options.marker = marker;
+  options.tag = tag;
+  options.px_per_m = px_per_m;
+  return options;
+}
+
+// 1.1 px/mm.
+PhotoScene SmallScene() {
+  PhotoScene scene;
+  scene.width = 1000;
+  scene.height = 750;
+  scene.focal_35mm = 38;
+  return scene;
+}
+
+PhotoTrial Try(const PhotoScene& scene, const PhotoOptions& options = {}) {
+  return TryPhoto(scene, Wool(), options, testing::TempDir());
+}
+
+TEST(Photo, OfATiltedTelephoneGivesTheDrapeCoefficient) {
+  PhotoScene scene = SmallScene();
+  scene.tilt = {6 * kDegree, -4 * kDegree};
+  scene.eye = {-0.07, -0.1, 1.0};
+  scene.orientation = 8;
+  const PhotoTrial trial = Try(scene);
+  ASSERT_EQ(trial.result.fault, PhotoFault::kNone) << trial.result.reason;
+  EXPECT_NEAR(trial.error_of_estimate, 0, 0.7);
+  EXPECT_LT(trial.error_of_plane, -5);
+  EXPECT_LT(trial.outline_rms, 1.5);
+  EXPECT_NEAR(trial.tilt_error, 0, 1.5 * kDegree);
+  EXPECT_NEAR(trial.height_error, 0, 0.01);
+}
+
+TEST(Photo, OfATagNeedsNoDisc) {
+  PhotoScene scene = SmallScene();
+  scene.has_disc = false;
+  scene.tag_side = 0.1;
+  scene.tilt = {0.05, 0.03};
+  scene.eye = {0.03, -0.05, 1.0};
+  const PhotoTrial trial = Try(scene, With(PhotoMarker::kTag, 0.1));
+  ASSERT_EQ(trial.result.fault, PhotoFault::kNone) << trial.result.reason;
+  EXPECT_NEAR(trial.error_of_estimate, 0, 1.5);
+  EXPECT_LT(trial.outline_rms, 3);
+}
+
+TEST(Photo, OfParallelLightNeedsTheScaleOnly) {
+  PhotoScene scene = SmallScene();
+  scene.focal_35mm = 38 * 50;
+  scene.eye = {0, 0, 50};
+  scene.has_exif = false;
+  const double px_per_m = 38 * std::hypot(1000, 750) / 43.2666;
+  const PhotoTrial trial = Try(scene, With(PhotoMarker::kNone, 0, px_per_m));
+  ASSERT_EQ(trial.result.fault, PhotoFault::kNone) << trial.result.reason;
+  EXPECT_EQ(trial.result.camera.kind, CameraKind::kOrthographic);
+  EXPECT_NEAR(trial.error_of_estimate, 0, 0.7);
+}
+
+struct BadPhoto {
+  const char* name;
+  PhotoFault fault;
+  std::function<void(PhotoScene&, PhotoOptions&, std::vector<ScenePiece>&)> spoil;
+};
+
+class BadPhotos : public testing::TestWithParam<BadPhoto> {};
+
+TEST_P(BadPhotos, AreRefusedByName) {
+  PhotoScene scene = SmallScene();
+  PhotoOptions options;
+  std::vector<ScenePiece> pieces = {{&Wool().mesh, Wool().x}};
+  GetParam().spoil(scene, options, pieces);
+  const RgbImage image = RenderPhoto(scene, pieces);
+  const ExifData exif{.orientation = 1,
+                      .focal_35mm = scene.has_exif ? scene.focal_35mm : 0.0,
+                      .width = 1000,
+                      .height = 750};
+  const PhotoResult result = MeasurePhoto({image, exif}, options);
+  EXPECT_STREQ(ToString(result.fault), ToString(GetParam().fault)) << result.reason;
+  EXPECT_FALSE(result.reason.empty());
+  EXPECT_EQ(result.reason.find('\n'), std::string::npos);
+  EXPECT_GT(result.overlay.width, 0);
+  EXPECT_EQ(result.silhouette.width, 0);
+}
+
+using Scene = PhotoScene;
+using Options = PhotoOptions;
+using Pieces = std::vector<ScenePiece>;
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, BadPhotos,
+    testing::Values(
+        BadPhoto{"no_disc", PhotoFault::kNoDisc,
+                 [](Scene& s, Options&, Pieces&) { s.has_disc = false; }},
+        BadPhoto{"no_tag", PhotoFault::kNoTag,
+                 [](Scene&, Options& o, Pieces&) {
+                   o.marker = PhotoMarker::kTag;
+                   o.tag = 0.1;
+                 }},
+        BadPhoto{"cropped_at_the_side", PhotoFault::kCroppedCloth,
+                 [](Scene& s, Options&, Pieces&) { s.eye.x() = 0.4; }},
+        BadPhoto{"cropped_at_the_top", PhotoFault::kCroppedCloth,
+                 [](Scene& s, Options&, Pieces&) { s.eye.y() = -0.3; }},
+        BadPhoto{"two_specimens", PhotoFault::kTwoSpecimens,
+                 [](Scene& s, Options&, Pieces& p) {
+                   p[0].place = {-0.18, 0};
+                   p.push_back({&Wool().mesh, Wool().x, {0.18, 0}});
+                   s.eye.x() = 0;
+                 }},
+        BadPhoto{"no_focal_length", PhotoFault::kNoFocalLength,
+                 [](Scene& s, Options&, Pieces&) { s.has_exif = false; }},
+        BadPhoto{"empty", PhotoFault::kNoCloth,
+                 [](Scene& s, Options&, Pieces& p) {
+                   p.clear();
+                   s.falloff = 0;
+                 }},
+        BadPhoto{"dark", PhotoFault::kDark, [](Scene& s, Options&, Pieces&) { s.exposure = 0.08; }},
+        BadPhoto{"cloth_like_ground", PhotoFault::kNoDisc,
+                 [](Scene& s, Options&, Pieces&) {
+                   s.cloth = s.ground * 0.97;
+                   s.disc = {0.2, 0.2, 0.2};
+                   s.shadow = 0;
+                 }},
+        BadPhoto{"out_of_focus", PhotoFault::kBlur,
+                 [](Scene& s, Options&, Pieces&) { s.blur = 5; }},
+        BadPhoto{"shaken", PhotoFault::kBlur, [](Scene& s, Options&, Pieces&) { s.motion = 25; }},
+        BadPhoto{"far_away", PhotoFault::kTooSmall,
+                 [](Scene& s, Options&, Pieces&) { s.eye.z() = 3; }},
+        BadPhoto{"close", PhotoFault::kTooClose,
+                 [](Scene& s, Options&, Pieces&) {
+                   s.eye.z() = 0.5;
+                   s.focal_35mm = 20;
+                 }},
+        BadPhoto{"tilted", PhotoFault::kTilted,
+                 [](Scene& s, Options&, Pieces&) {
+                   s.tilt = {22 * kDegree, 0};
+                   s.eye = {0, -0.4, 1.0};
+                 }},
+        BadPhoto{"glare", PhotoFault::kGlare, [](Scene& s, Options&, Pieces&) { s.glare = 0.02; }},
+        BadPhoto{"specimen_of_another_size", PhotoFault::kWrongSize,
+                 [](Scene&, Options& o, Pieces&) { o.specimen = 0.24; }},
+        BadPhoto{"disc_of_another_size", PhotoFault::kWrongSize,
+                 [](Scene&, Options& o, Pieces&) { o.disc = 0.24; }},
+        BadPhoto{"cropped_file", PhotoFault::kCroppedPhoto,
+                 [](Scene& s, Options&, Pieces&) { s.height = 600; }},
+        BadPhoto{"large_glare", PhotoFault::kGlare,
+                 [](Scene& s, Options&, Pieces&) { s.glare = 0.035; }},
+        BadPhoto{"support_of_another_size", PhotoFault::kWrongSize,
+                 [](Scene&, Options& o, Pieces&) { o.support = 0.24; }}),
+    [](const testing::TestParamInfo<BadPhoto>& info) { return std::string(info.param.name); });
+
+TEST(Photo, RefusesContradictoryOptions) {
+  const Photograph photo{RenderPhoto(SmallScene(), {}), {}};
+  PhotoOptions large_support;
+  large_support.support = 0.4;
+  EXPECT_THROW(MeasurePhoto(photo, large_support), InputError);
+  EXPECT_THROW(MeasurePhoto(photo, With(PhotoMarker::kTag)), InputError);
+  EXPECT_THROW(MeasurePhoto(photo, With(PhotoMarker::kNone)), InputError);
+}
+
+}  // namespace
+}  // namespace drape
