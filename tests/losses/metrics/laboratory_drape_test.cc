@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/outline/laboratory_drape.h"
+#include "losses/metrics/laboratory_drape.h"
 
 #include <gtest/gtest.h>
 
