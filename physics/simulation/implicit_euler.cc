@@ -110,13 +110,14 @@ IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
   // A force that is not a number is not in balance.
   for (int i = 0; !(here.residual <= options_.tolerance); ++i) {
     if (!std::isfinite(here.residual)) return IntegratorStatus::kNotFinite;
-    if (options_.cancel != nullptr && *options_.cancel) return IntegratorStatus::kCancelled;
+    if (Cancelled()) return IntegratorStatus::kCancelled;
     if (i == options_.max_iterations) return IntegratorStatus::kNotConverged;
     if (!Factor(here.x, whole)) return IntegratorStatus::kNotPositiveDefinite;
     Eigen::VectorXd dx = here.unbalanced;
     linear_->solver.linear().Solve(dx);
     ++cost_.newton_steps;
-    if (!Backtrack(dx, here, &whole)) return IntegratorStatus::kNotConverged;
+    if (!Backtrack(dx, here, &whole))
+      return Cancelled() ? IntegratorStatus::kCancelled : IntegratorStatus::kNotConverged;
     if (options_.on_accept) options_.on_accept(here.x);
   }
   return IntegratorStatus::kOk;
@@ -227,7 +228,7 @@ bool ImplicitEuler::Factor(const Eigen::VectorXd& x, bool near) {
 bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here, bool* whole) {
   constexpr double kRounded = 1e-12;
   double length = 1.0;
-  for (int k = 0; k <= options_.max_halvings; ++k, length *= 0.5) {
+  for (int k = 0; k <= options_.max_halvings && !Cancelled(); ++k, length *= 0.5) {
     Eigen::VectorXd moves = length * dx;
     if (contact() != nullptr) clearance_.ShortenMoves(here.x, moves);
     if (self_) self_->ShortenMoves(here.x, moves);

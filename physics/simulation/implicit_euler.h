@@ -103,6 +103,7 @@ class ImplicitEuler {
   };
 
   const Contact* contact() const;  // of the surroundings, or the scene's
+  bool Cancelled() const { return options_.cancel != nullptr && *options_.cancel; }
   IntegratorStatus Start(const Eigen::VectorXd& from, Eigen::VectorXd& start);
   Trial At(const Eigen::VectorXd& x) const;
   void AddSurroundings(Trial& trial) const;
