@@ -101,7 +101,7 @@ Eigen::MatrixXd Jacobian(const PoseInput& input, const VectorXd& p, double rim_s
 }
 
 // Levenberg-Marquardt from p.
-Minimum Minimise(const PoseInput& input, VectorXd p, double rim_sigma) {
+Minimum Minimise(const PoseInput& input, const VectorXd& p, double rim_sigma) {
   constexpr int kIterations = 40;
   constexpr double kMostDamping = 1e8, kTolerance = 1e-10;
   Minimum best{p, Residuals(input, p, rim_sigma).squaredNorm(), {}};
