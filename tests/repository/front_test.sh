@@ -27,6 +27,14 @@ done
 if "$drapefit" fti 2>"$scratch/err"; then fail "ran an unknown verb"; else [ $? -eq 2 ]; fi
 grep -q "unknown verb 'fti', did you mean 'fit'" "$scratch/err"
 
+# A size that fits do not know is refused before anything runs.
+if "$drapefit" any.png --mass=150 --specimen=0.24 2>"$scratch/err"; then
+  fail "took another specimen"
+else
+  [ $? -eq 2 ]
+fi
+grep -q "found 0.24 and 0.18 m, expected 0.3 and 0.18 m" "$scratch/err"
+
 # Manual pages.
 if command -v groff >/dev/null; then
   for page in "$documents"/man/man1/*.1; do

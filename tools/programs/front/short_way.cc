@@ -132,11 +132,12 @@ void Check(const ShortWayOptions& options) {
     throw InputError("option 'mass'",
                      "is missing, expected the mass of the fabric by area in g/m2, as weighed: a "
                      "drape shows stiffness over weight");
+  const ShortWayOptions usual;
+  if (options.specimen != usual.specimen || options.support != usual.support)
+    throw InputError("options 'specimen' and 'support'",
+                     Format("found %g and %g m, expected %g and %g m: fits know no other yet",
+                            options.specimen, options.support, usual.specimen, usual.support));
 }
-
-}  // namespace
-
-namespace {
 
 std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
   const auto metres = [](const char* key, double* value, const char* doc) {
@@ -148,8 +149,8 @@ std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
            .unit = "g/m2",
            .least = 0,
            .most = 10000},
-          metres("specimen", &options.specimen, "diameter of the specimen"),
-          metres("support", &options.support, "diameter of the support"),
+          metres("specimen", &options.specimen, "diameter of the specimen; fits know 0.3 only"),
+          metres("support", &options.support, "diameter of the support; fits know 0.18 only"),
           {.key = "focal_35mm",
            .value = &options.focal_35mm,
            .doc = "focal length of the photograph's lens as for a full-frame camera; 0: from the "
