@@ -39,6 +39,8 @@ Camera CameraFrom(const nlohmann::json& json) {
   camera.scale = json.value("px_per_m", camera.scale);
   camera.eye_height = json.value("eye_height_m", camera.eye_height);
   camera.field_of_view = json.value("field_of_view_rad", camera.field_of_view);
+  camera.eye_x = json.value("eye_x_m", camera.eye_x);
+  camera.eye_y = json.value("eye_y_m", camera.eye_y);
   return camera;
 }
 
