@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "losses/image/image_codec.h"
 #include "physics/util/atomic_file.h"
@@ -39,6 +40,19 @@ void WriteBytes(const uint8_t* pixels, int width, int height, png_uint_32 format
   WriteFileAtomically(path, bytes);
 }
 
+// All samples of a picture, converted to `format`, on white where it is transparent.
+std::vector<uint8_t> ReadSamples(const std::vector<uint8_t>& bytes, png_uint_32 format,
+                                 const std::string& where, png_image& png) {
+  if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size())) throw Broken(where, png);
+  CheckPixelCount(png.width, png.height, where);
+  png.format = format;
+  png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;  // otherwise libpng reads 16-bit samples as linear light
+  const png_color white = {255, 255, 255};
+  std::vector<uint8_t> samples(PNG_IMAGE_SIZE(png));
+  if (!png_image_finish_read(&png, &white, samples.data(), 0, nullptr)) throw Broken(where, png);
+  return samples;
+}
+
 }  // namespace
 
 bool LooksLikePng(const std::vector<uint8_t>& bytes) {
@@ -47,31 +61,16 @@ bool LooksLikePng(const std::vector<uint8_t>& bytes) {
 
 GrayImage DecodePng(const std::vector<uint8_t>& bytes, const std::string& where) {
   PngHandle handle;
-  png_image& png = handle.png;
-  if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size())) throw Broken(where, png);
-  CheckPixelCount(png.width, png.height, where);
-  png.format = PNG_FORMAT_GRAY;
-  png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;  // otherwise libpng reads 16-bit samples as linear light
-  const png_color white = {255, 255, 255};
-  std::vector<uint8_t> gray(PNG_IMAGE_SIZE(png));
-  GrayImage image(static_cast<int>(png.width), static_cast<int>(png.height));
-  if (!png_image_finish_read(&png, &white, gray.data(), 0, nullptr)) throw Broken(where, png);
+  const std::vector<uint8_t> gray = ReadSamples(bytes, PNG_FORMAT_GRAY, where, handle.png);
+  GrayImage image(static_cast<int>(handle.png.width), static_cast<int>(handle.png.height));
   for (size_t i = 0; i < gray.size(); ++i) image.coverage[i] = CoverageFromGray(gray[i]);
   return image;
 }
 
 RgbImage DecodePngColors(const std::vector<uint8_t>& bytes, const std::string& where) {
   PngHandle handle;
-  png_image& png = handle.png;
-  if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size())) throw Broken(where, png);
-  CheckPixelCount(png.width, png.height, where);
-  png.format = PNG_FORMAT_RGB;
-  png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;
-  const png_color white = {255, 255, 255};
-  RgbImage image{static_cast<int>(png.width), static_cast<int>(png.height),
-                 std::vector<uint8_t>(PNG_IMAGE_SIZE(png))};
-  if (!png_image_finish_read(&png, &white, image.rgb.data(), 0, nullptr)) throw Broken(where, png);
-  return image;
+  std::vector<uint8_t> rgb = ReadSamples(bytes, PNG_FORMAT_RGB, where, handle.png);
+  return {static_cast<int>(handle.png.width), static_cast<int>(handle.png.height), std::move(rgb)};
 }
 
 void WritePng(const GrayImage& image, const std::string& path) {
