@@ -24,8 +24,9 @@ double EstimatedHemHeight(double r, const DrapeSize& size = {});
 // The vertical projection of the outline that a camera sees: its radial profile [m] about the
 // support's centre, at the angles of `radius_px` [px], shape [K], K ≥ 8. Of an orthographic camera
 // it is MetresFromPixels. A pinhole shows a hem below the support too small; each point is moved to
-// the estimated height of the hem there. For an eye at 1 m the drape coefficient of an exact outline
-// is within 0.3 points of that of the drape; of rendered photographs within 1.1 (PHOTOS.md).
+// the estimated height of the hem there. For an eye at 1 m the drape coefficient of an exact
+// outline is within 0.3 points of that of the drape; of rendered photographs within 1.1
+// (PHOTOS.md).
 Eigen::VectorXd VerticalProfile(const Eigen::VectorXd& radius_px, const Camera& camera,
                                 const DrapeSize& size = {});
 
