@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/prediction/material_source.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -15,6 +14,7 @@
 #include "physics/util/json_input.h"
 #include "physics/util/math/random.h"
 #include "solver/fit/protocol/field_fit.h"
+#include "solver/posterior/variational/gaussian_posterior.h"
 
 namespace drape {
 namespace {
@@ -28,17 +28,11 @@ uint64_t SeedOfSpecimen(uint64_t seed, int specimen) {
   return SeedOfStream(SeedOfStream(seed, kMaterialStream), static_cast<uint64_t>(specimen));
 }
 
-// R with R·Rᵀ = covariance, which may be singular.
-Eigen::MatrixXd SquareRoot(const Eigen::MatrixXd& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance);
-  return axes.eigenvectors() * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-}
-
 MaterialSource HierarchySamples(const StoredPosterior& posterior, uint64_t seed) {
   const int n = posterior.num_fabric();
   const TableParametrisation table(posterior.base, posterior.fabric);
   const Eigen::VectorXd mean = posterior.mean.head(n);
-  const Eigen::MatrixXd root = SquareRoot(posterior.covariance.topLeftCorner(n, n));
+  const Eigen::MatrixXd root = CovarianceRoot(posterior.covariance.topLeftCorner(n, n));
   Eigen::Vector2d sd = Eigen::Vector2d::Zero();  // of a specimen's stretch and bend
   if (posterior.specimens > 0) sd = posterior.prior_sd.segment<2>(n);
   return [=](int specimen) {

@@ -36,6 +36,11 @@ GaussianPosterior FromCovariance(const Eigen::VectorXd& mean, const Eigen::Matri
   return {mean, axes.eigenvectors(), axes.eigenvalues().cwiseSqrt().asDiagonal()};
 }
 
+Eigen::MatrixXd CovarianceRoot(const Eigen::MatrixXd& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance);
+  return axes.eigenvectors() * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
 Eigen::MatrixXd IndependentSamples(int size, int count, uint64_t seed) {
   std::mt19937_64 random(seed);
   Eigen::MatrixXd draws(size, count);

@@ -26,6 +26,10 @@ struct GaussianPosterior {
 // variance first, which the data determine best, so that L is diagonal.
 GaussianPosterior FromCovariance(const Eigen::VectorXd& mean, const Eigen::MatrixXd& covariance);
 
+// A root R of a covariance, R·Rᵀ = covariance, shape [P, P]; variances that rounding makes negative
+// count as zero.
+Eigen::MatrixXd CovarianceRoot(const Eigen::MatrixXd& covariance);
+
 // Standard normal samples as columns, shape [size, count], that depend on the seed alone.
 Eigen::MatrixXd IndependentSamples(int size, int count, uint64_t seed);
 

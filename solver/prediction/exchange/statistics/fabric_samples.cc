@@ -3,8 +3,6 @@
 
 #include <glog/logging.h>
 
-#include <Eigen/Eigenvalues>
-
 #include "physics/util/math/random.h"
 #include "solver/fit/parameters/parametrisation.h"
 #include "solver/posterior/variational/gaussian_posterior.h"
@@ -15,12 +13,6 @@ namespace {
 // Separate the two sets, and both from the samples of a prediction, which have the same seed.
 constexpr uint64_t kPosteriorStream = 0x706f7374, kPriorStream = 0x7072696f;
 
-// R with R·Rᵀ = covariance, which may be singular.
-Eigen::MatrixXd SquareRoot(const Eigen::MatrixXd& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(covariance);
-  return axes.eigenvectors() * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-}
-
 FabricSamples SampleLogFactors(const StoredPosterior& posterior, const Eigen::VectorXd& mean,
                                const Eigen::MatrixXd& covariance, int count, uint64_t seed) {
   CHECK(posterior.kind == PosteriorKind::kHierarchy);
@@ -28,7 +20,8 @@ FabricSamples SampleLogFactors(const StoredPosterior& posterior, const Eigen::Ve
   FabricSamples samples;
   for (int i = 0; i < posterior.size(); ++i) samples.names.push_back(posterior.NameFor(i));
   samples.log_factors =
-      (SquareRoot(covariance) * IndependentSamples(posterior.size(), count, seed)).colwise() + mean;
+      (CovarianceRoot(covariance) * IndependentSamples(posterior.size(), count, seed)).colwise() +
+      mean;
   const TableParametrisation table(posterior.base, posterior.fabric);
   samples.tables.reserve(count);
   for (const auto& sample : samples.log_factors.colwise())
