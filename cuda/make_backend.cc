@@ -56,4 +56,9 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name,
   return MakeCpuBackend(std::move(model), threads);
 }
 
+std::string UsableGpu() {
+  const CudaSurvey survey = SurveyCuda();
+  return survey.usable ? survey.text : "";
+}
+
 }  // namespace drape

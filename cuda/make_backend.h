@@ -15,4 +15,7 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name,
                                      std::shared_ptr<const ClothModel> model, int threads,
                                      std::string* device = nullptr);
 
+// The GPUs that auto runs on, "NVIDIA H200"; empty: none.
+std::string UsableGpu();
+
 }  // namespace drape

@@ -18,6 +18,7 @@
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
@@ -142,6 +143,11 @@ int OpenRegular(const std::string& path, int flags) {
   throw InputError(path, "is not a regular file, expected one or nothing");
 }
 
+std::function<void(const std::string& path, std::string_view content)>& ReadObserver() {
+  static std::function<void(const std::string&, std::string_view)> observer;
+  return observer;
+}
+
 }  // namespace
 
 void WriteFileAtomically(const std::string& path,
@@ -206,7 +212,17 @@ void AppendFile::Append(std::string_view text) {
   if (!TryAppend(text)) throw InputError(path_, "cannot be written" + Reason(errno));
 }
 
+void ObserveReads(std::function<void(const std::string& path, std::string_view content)> observer) {
+  ReadObserver() = std::move(observer);
+}
+
 std::string ReadWholeFile(const std::string& path) {
+  std::string content = ReadOwnFile(path);
+  if (const auto& observer = ReadObserver()) observer(path, content);
+  return content;
+}
+
+std::string ReadOwnFile(const std::string& path) {
   if (!fs::exists(path)) throw InputError(path, "no such file");
   if (fs::is_directory(path)) throw InputError(path, "is a folder, expected a file");
   if (fs::is_character_file(path)) throw InputError(path, "is a device, expected a file");

@@ -63,6 +63,15 @@ class AppendFile {
 // device, which may be endless, or larger than 1 GiB.
 std::string ReadWholeFile(const std::string& path);
 
+// The same of a file that a run has written for itself or for those that continue it, which is none
+// of its inputs: not observed.
+std::string ReadOwnFile(const std::string& path);
+
+// From now on each call of ReadWholeFile gives the observer the path and the bytes that it has
+// read, in the thread that reads, and passes on what it throws; nullptr: no more. For who records
+// the inputs of a run. To be called while no other thread reads.
+void ObserveReads(std::function<void(const std::string& path, std::string_view content)> observer);
+
 // The paths of a list that is separated by commas. A comma, at most 16 of them, belongs to a path
 // where one of the longer name exists.
 std::vector<std::string> SplitPaths(const std::string& list);

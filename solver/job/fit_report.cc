@@ -187,14 +187,12 @@ ordered_json SettingsJson(const FitSpec& spec) {
           {"coarse_mesh", spec.coarse_mesh}};
 }
 
-ordered_json Summary(const FitSpec& spec, const FitData& data, const FitFiles& files,
-                     const FitProblem& problem, const StagedFitState& state,
-                     const FitReport& report) {
+ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem& problem,
+                     const StagedFitState& state, const FitReport& report) {
   const double prior_sigma = spec.stages.prior_sigma;
   ordered_json json = {{"tool", "drape_fit"}, {"status", report.cancelled ? "cancelled" : "done"}};
   json.update(SettingsJson(spec));
   json.update({{"start_material", data.material},
-               {"versions", files.versions},
                {"verdict", VerdictJson(report)},
                {"notes", report.notes}});
   if (!data.other_materials.empty()) json["other_start_materials"] = data.other_materials;
@@ -339,8 +337,9 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
   } else if (report.fitted()) {
     write_table("material.json", report.material);
   }
-  WriteFileAtomically(files.out + "/summary.json",
-                      Summary(spec, data, files, problem, state, report).dump(2) + "\n");
+  ordered_json summary = Summary(spec, data, problem, state, report);
+  if (files.provenance) summary["provenance"] = files.provenance();
+  WriteFileAtomically(files.out + "/summary.json", summary.dump(2) + "\n");
 }
 
 std::vector<std::string> ListResultFiles(const FitSpec& spec, const FitProblem& problem) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -156,7 +158,8 @@ struct FitFiles {
   bool keep_checkpoint = false;  // unless it stays, for another model of the same data
   bool resume = false;           // continue from the checkpoint
   std::string log;               // text file, one line for each candidate
-  std::map<std::string, std::string> versions = {};  // for the summary
+  // Where the results are from, for the summary ("provenance"); empty: it does not say.
+  std::function<nlohmann::ordered_json()> provenance = {};
 };
 
 }  // namespace drape

@@ -13,6 +13,7 @@
 #include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/option_text.h"
+#include "tools/cli/repetition.h"
 
 namespace drape {
 namespace {
@@ -111,6 +112,23 @@ void SetGlogFlag(const Flag& flag) {
                                "', expected a value that glog takes");
 }
 
+// Notes a value that makes another run of the one that is repeated.
+void SetOption(const OptionTable& table, const Flag& flag, StoredRun* repeated) {
+  const Option* option = Find(table, flag.key);
+  const std::string before = ValueText(*option);
+  table.Set(flag.key, *flag.text, kWhere);
+  if (repeated != nullptr && option->repeated && ValueText(*option) != before)
+    repeated->is_changed = true;
+}
+
+// A repetition needs paths of its own for the results of the run.
+void CheckResults(const OptionTable& table, const StoredRun& repeated) {
+  for (const auto& [key, path] : repeated.results)
+    if (!path.empty() && ValueText(*Find(table, key)).empty())
+      throw InputError("option '" + key + "'", "not given, expected a path for what the run of " +
+                                                   repeated.summary + " wrote to '" + path + "'");
+}
+
 }  // namespace
 
 std::string SuggestName(const std::string& written, const std::vector<std::string>& names) {
@@ -125,7 +143,8 @@ std::string SuggestName(const std::string& written, const std::vector<std::strin
   return nearest;
 }
 
-ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv) {
+ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv,
+                              std::shared_ptr<const StoredRun>* run) {
   if (const std::optional<std::string> help = AskedHelp(table, argc, argv)) {
     std::fputs(help->c_str(), stdout);
     return ParseOutcome::kHelpShown;
@@ -151,16 +170,21 @@ ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv) {
       flags.push_back(flag);
     }
   }
-  if (!config.empty()) table.ReadConfig(config);
+  const std::shared_ptr<StoredRun> repeated = config.empty() ? nullptr : table.ReadConfig(config);
   for (const Flag& flag : flags) {
     if (IsGlogFlag(flag.key)) {
       SetGlogFlag(flag);
     } else {
-      table.Set(flag.key, *flag.text, kWhere);
+      SetOption(table, flag, repeated.get());
     }
   }
-  if (table.operands != nullptr) *table.operands = operands;
+  if (table.operands != nullptr && !(repeated && operands.empty())) {
+    if (repeated && operands != *table.operands) repeated->is_changed = true;
+    *table.operands = operands;
+  }
   table.CheckRequired();
+  if (repeated) CheckResults(table, *repeated);
+  if (run != nullptr) *run = repeated;
   return ParseOutcome::kRun;
 }
 

@@ -13,6 +13,7 @@
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/option_text.h"
+#include "tools/cli/repetition.h"
 
 namespace drape {
 namespace {
@@ -166,6 +167,42 @@ const Option* FindOption(const OptionTable& table, const std::string& key) {
   return nullptr;
 }
 
+std::vector<std::string> ListKeys(const OptionTable& table) {
+  std::vector<std::string> keys;
+  for (const Option& option : table.options) keys.push_back(option.key);
+  return keys;
+}
+
+void SetFromJson(const Option& option, const JsonInput& input, const std::string& folder) {
+  const Given given{option, input.Name(), input.value().dump(), folder};
+  const auto parts = PartsFromJson(given, input.value());
+  std::visit(AssignParts{given, parts}, option.value);
+}
+
+std::vector<std::string> Strings(const JsonInput& list) {
+  std::vector<std::string> texts;
+  for (int i = 0; i < list.ExpectArray().Size(); ++i) texts.push_back(list.At(i).String());
+  return texts;
+}
+
+// Those of a run, with its paths as they were. What is as it is by default is not set: a default
+// may be a value that no user may give.
+void TakeOptions(const OptionTable& table, const JsonInput& provenance, StoredRun* run) {
+  const JsonInput values = provenance.At("options");
+  values.ExpectKeys(ListKeys(table));
+  for (const Option& option : table.options) {
+    if (!values.Has(option.key)) continue;
+    const JsonInput value = values.At(option.key);
+    if (!option.repeated) {
+      if (option.is_path) run->results[option.key] = value.String();
+    } else if (!value.value().is_null() && value.value() != ValueJson(option))
+      SetFromJson(option, value, "");
+  }
+  if (table.given != nullptr && provenance.Has("given"))
+    for (const std::string& key : Strings(provenance.At("given"))) table.given->insert(key);
+  if (table.operands != nullptr) *table.operands = Strings(provenance.At("operands"));
+}
+
 bool IsUnset(const Option& option) {
   if (const auto* text = std::get_if<std::string*>(&option.value)) return (*text)->empty();
   const auto* list = std::get_if<std::vector<std::string>*>(&option.value);
@@ -186,20 +223,23 @@ void OptionTable::Set(const std::string& key, const std::string& text,
   if (this->given != nullptr) this->given->insert(key);
 }
 
-void OptionTable::ReadConfig(const std::string& path) const {
+std::shared_ptr<StoredRun> OptionTable::ReadConfig(const std::string& path) const {
   const nlohmann::json file = ReadJsonFile(path);
-  std::vector<std::string> keys;
-  for (const Option& option : options) keys.push_back(option.key);
-  JsonInput(file, path).ExpectKeys(keys);
+  const JsonInput config(file, path);
+  if (config.Has("provenance")) {
+    const JsonInput provenance = config.At("provenance");
+    auto run = std::make_shared<StoredRun>(ReadStoredRun(provenance, path, tool));
+    TakeOptions(*this, provenance, run.get());
+    return run;
+  }
+  config.ExpectKeys(ListKeys(*this));
   const std::string folder = std::filesystem::path(path).parent_path().string();
   for (const Option& option : options) {
     if (!file.contains(option.key)) continue;
-    const nlohmann::json& json = file.at(option.key);
-    const Given given{option, path + ": key '" + option.key + "'", json.dump(), folder};
-    const auto parts = PartsFromJson(given, json);
-    std::visit(AssignParts{given, parts}, option.value);
-    if (this->given != nullptr) this->given->insert(option.key);
+    SetFromJson(option, config.At(option.key), folder);
+    if (given != nullptr) given->insert(option.key);
   }
+  return nullptr;
 }
 
 void OptionTable::CheckRequired() const {

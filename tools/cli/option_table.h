@@ -3,12 +3,15 @@
 
 #include <functional>
 #include <limits>
+#include <memory>
 #include <set>
 #include <string>
 #include <variant>
 #include <vector>
 
 namespace drape {
+
+struct StoredRun;
 
 // An enum, which a user writes by the names of its values (option.choices).
 struct EnumField {
@@ -34,13 +37,19 @@ struct Option {
   // line, to the working directory.
   bool is_path = false;
   std::vector<std::string> words =
-      {};                  // texts that are no paths: "flat", or, with a colon, a prefix
-  bool required = false;   // no default: the user must give it
+      {};                 // texts that are no paths: "flat", or, with a colon, a prefix
+  bool required = false;  // no default: the user must give it
+  // A repetition of a run takes it from the summary; false: where and how one run is made, such as
+  // the paths of its results.
+  bool repeated = true;
   std::string group = {};  // heading in --help=all; empty: "options"
 };
 
 // The options under one heading of --help=all.
 std::vector<Option> Grouped(const std::string& group, std::vector<Option> options);
+
+// Options that no repetition of a run takes over.
+std::vector<Option> OfOneRun(std::vector<Option> options);
 
 // All options of several lists.
 template <class... Lists>
@@ -80,10 +89,11 @@ struct OptionTable {
   // with `where`, names the key and the text, and says what was expected.
   void Set(const std::string& key, const std::string& text, const std::string& where) const;
 
-  // Sets what a config file gives: a flat JSON object whose keys are those of the table; //
-  // comments are allowed. Throws InputError naming the file and the key; an unknown key lists the
-  // allowed.
-  void ReadConfig(const std::string& path) const;
+  // Sets what a config file gives: a flat JSON object whose keys are those of the table (//
+  // comments are allowed), or a summary of this program, whose options and operands are in its
+  // member "provenance". Returns the run of a summary, else nullptr. Throws InputError naming the
+  // file and the key; an unknown key lists the allowed.
+  std::shared_ptr<StoredRun> ReadConfig(const std::string& path) const;
 
   // InputError unless each required option has a value.
   void CheckRequired() const;
@@ -94,8 +104,9 @@ enum class ParseOutcome { kRun, kHelpShown };
 // Reads the command line into the table's fields: --config=FILE first, then the flags on top of it
 // (--key=value, --key value, --switch, --noswitch). --help prints the common options, --help=all
 // all of them, and asks to end; --version too. glog's own flags (--v, --logtostderr, …) are passed
-// on. Throws InputError for an unknown flag (it suggests the nearest), a missing value, and
-// whatever Set, ReadConfig and CheckRequired throw.
-ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv);
+// on. *run, where given: that of a config which is a summary. Throws InputError for an unknown flag
+// (it suggests the nearest), a missing value, and whatever Set, ReadConfig and CheckRequired throw.
+ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv,
+                              std::shared_ptr<const StoredRun>* run = nullptr);
 
 }  // namespace drape

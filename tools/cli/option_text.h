@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,9 @@ std::string JoinChoices(const std::vector<std::string>& choices, const char* sep
 
 // What the option is set to, as text that Set takes; before Parse its default.
 std::string ValueText(const Option& option);
+
+// The same as JSON of its own type, which ReadConfig takes.
+nlohmann::json ValueJson(const Option& option);
 
 // The table for programs, as one JSON object: what --help=all shows, with the texts of each option
 // in members of their own. `drapefit` makes manual pages and shell completion from it.

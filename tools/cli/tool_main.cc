@@ -16,6 +16,7 @@
 #include <ctime>
 #include <exception>
 #include <fstream>
+#include <memory>
 #include <new>
 #include <string>
 #include <system_error>
@@ -25,6 +26,7 @@
 #include "physics/util/text_format.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/progress.h"
+#include "tools/cli/provenance.h"
 
 namespace drape {
 namespace {
@@ -220,7 +222,10 @@ ExitCode CloseStreams(const std::string& tool, ExitCode code) {
 ExitCode Run(int argc, char** argv, const OptionTable& table,
              const std::function<ToolOutcome(const RunControl& control)>& run) {
   try {
-    if (ParseCommandLine(table, argc, argv) == ParseOutcome::kHelpShown) return kExitOk;
+    std::shared_ptr<const StoredRun> repeated;
+    RecordCommand(argc, argv);
+    if (ParseCommandLine(table, argc, argv, &repeated) == ParseOutcome::kHelpShown) return kExitOk;
+    RecordOptions(table, std::move(repeated));
     const InterruptWatch watch(table.tool);
     const ToolOutcome outcome = RunWithProgress(table.tool, run);
     std::fputs(MakePrintable(outcome.text).c_str(), stdout);

@@ -24,7 +24,8 @@ Option OutOption(std::string& folder) {
           .value = &folder,
           .doc = "output folder, created if missing",
           .is_path = true,
-          .required = true};
+          .required = true,
+          .repeated = false};
 }
 
 Option LawOption(std::string& law) {
@@ -98,7 +99,7 @@ Option MeshOption(const std::string& key, Option::Value mesh, const std::string&
 }
 
 std::vector<Option> CellOptions(CellChoice& choice) {
-  return {
+  return OfOneRun({
       {.key = "list",
        .value = &choice.list,
        .doc = "print the names of the independent runs (cells) in their order, and end"},
@@ -107,7 +108,7 @@ std::vector<Option> CellOptions(CellChoice& choice) {
        .doc = "i/n: run only the cells k with k mod n = i and write no tables, beside processes "
               "with other shares of the same --out; without it, finished cells are kept and the "
               "missing ones run"},
-  };
+  });
 }
 
 std::vector<Option> ClothOptions(SceneInput& scene) {

@@ -58,7 +58,8 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
       {.key = "resume",
        .value = &options.resume,
        .doc = "continue from out/checkpoint.json to the identical result; fields and posteriors "
-              "start again"},
+              "start again",
+       .repeated = false},
   };
 }
 

@@ -12,6 +12,9 @@ std::string BuildVersion();
 // differ from that; empty where it was built outside a checkout.
 std::string BuildCommit();
 
+// "Release".
+std::string BuildType();
+
 // "drapefit 0.1.0, commit 763e1da", or without the commit.
 std::string BuildName();
 

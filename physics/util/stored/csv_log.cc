@@ -101,7 +101,7 @@ CsvRow ParseCsvRow(const std::string& text, const std::string& where) {
 
 std::vector<NumberedCsvRow> ReadCsvLog(const std::string& path, const std::string& shared,
                                        const CsvRow& columns) {
-  const std::string text = ReadWholeFile(path), head = Head(shared, columns);
+  const std::string text = ReadOwnFile(path), head = Head(shared, columns);
   if (!text.starts_with(head)) {
     const std::string first = text.substr(0, text.find('\n'));
     if (first == "# " + shared)

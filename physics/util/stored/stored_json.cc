@@ -53,7 +53,7 @@ void WriteStoredJson(const std::string& path, const StoredFormat& format, const 
 }
 
 json ReadStoredJson(const std::string& path, const StoredFormat& format) {
-  return ParseStoredJson(ReadWholeFile(path), path, format);
+  return ParseStoredJson(ReadOwnFile(path), path, format);
 }
 
 }  // namespace drape

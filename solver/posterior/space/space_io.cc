@@ -91,12 +91,10 @@ void AddPopulation(const MaterialSpace& space, ordered_json* file) {
                       {"covariance", Rows(space.prior.covariance)}};
 }
 
-ordered_json SpaceJson(const MaterialSpace& space,
-                       const std::map<std::string, std::string>& settings) {
+ordered_json SpaceJson(const MaterialSpace& space, const ordered_json& provenance) {
   const SpaceFrame& frame = space.beliefs.frame;
   ordered_json file = {{"format", kFormat},
                        {"version", kVersion},
-                       {"settings", settings},
                        {"by", ToString(frame.by)},
                        {"kind", ToString(frame.kind)},
                        {"names", Names(frame)},
@@ -109,6 +107,7 @@ ordered_json SpaceJson(const MaterialSpace& space,
   for (const ClusterMerge& merge : space.tree)
     file["tree"].push_back({merge.left, merge.right, merge.height});
   if (space.has_population()) AddPopulation(space, &file);
+  file["provenance"] = provenance;
   return file;
 }
 
@@ -212,9 +211,9 @@ std::string JudgedText(const char* title, const std::vector<JudgedMaterial>& mat
 }  // namespace
 
 void WriteMaterialSpace(const std::string& folder, const MaterialSpace& space,
-                        const std::map<std::string, std::string>& settings) {
+                        const ordered_json& provenance) {
   WriteFileAtomically(folder + "/distances.csv", DistancesCsv(space));
-  WriteFileAtomically(folder + "/space.json", SpaceJson(space, settings).dump(1) + "\n");
+  WriteFileAtomically(folder + "/space.json", SpaceJson(space, provenance).dump(1) + "\n");
 }
 
 std::string MaterialSpaceText(const MaterialSpace& space) {
@@ -251,7 +250,7 @@ SpacePrior ReadSpacePrior(const std::string& path) {
   if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
   input.ExpectKeys({"format", "version", "settings", "by", "kind", "names", "base", "prior_of_fits",
                     "fabrics", "determined", "wasserstein", "hellinger", "tree", "population",
-                    "left_out", "non_fabrics", "new", "prior"});
+                    "left_out", "non_fabrics", "new", "prior", "provenance"});
   SpacePrior prior;
   if (input.At("kind").String() != ToString(prior.frame.kind))
     input.At("kind").Fail(ToString(prior.frame.kind) + ", which has a population");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "solver/posterior/space/material_space.h"
@@ -15,9 +15,9 @@ namespace drape {
 //   "tree",
 //    "population", "prior", …},
 // and distances.csv, one line per pair of fabrics and level, to `folder`, each atomically.
-// settings: for the JSON. Throws InputError.
+// provenance: where the results are from, for the JSON. Throws InputError.
 void WriteMaterialSpace(const std::string& folder, const MaterialSpace& space,
-                        const std::map<std::string, std::string>& settings);
+                        const nlohmann::ordered_json& provenance);
 
 // The space for a person: distances to the nearest fabrics, the population, judged materials.
 std::string MaterialSpaceText(const MaterialSpace& space);

@@ -109,7 +109,7 @@ void GeometryCacheWriter::Append(const Eigen::VectorXd& x) {
 }
 
 GeometryCache ReadGeometryCache(const std::string& path) {
-  const std::string bytes = ReadWholeFile(path);
+  const std::string bytes = ReadOwnFile(path);
   const Header header = ParseHeader(bytes, static_cast<int64_t>(bytes.size()), path);
   GeometryCache cache{header.points, {}};
   for (int frame = 0; frame < header.frames; ++frame) {

@@ -135,7 +135,7 @@ class Bench {
     const bool continues = cells_.continues() || (file_ && file_->continues());
     const bool stored = continues && fs::exists(path);
     if (stored) {
-      text = ReadWholeFile(path);
+      text = ReadOwnFile(path);
     } else {
       ChildResult child = RunInChild(
           [&] {

@@ -2,7 +2,6 @@
 #include "solver/studies/bench/speed_table.h"
 
 #include <algorithm>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +12,7 @@
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/stored/machine.h"
 #include "solver/studies/bench/cases/run_times.h"
 
 namespace drape {
@@ -27,15 +27,6 @@ std::vector<double> ReadSpeeds(const JsonInput& row, const char* key, std::size_
   const Eigen::VectorXd speeds = row.At(key).Vector(static_cast<int>(count));
   for (int i = 0; i < speeds.size(); ++i) row.At(key).At(i).NotNegative();
   return {speeds.begin(), speeds.end()};
-}
-
-std::string ProcessorName() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);) {
-    const std::size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
-  }
-  return "";
 }
 
 NegativeEntries PolicyFor(const Law& law) {

@@ -13,7 +13,7 @@ namespace drape {
 void CheckStudySettings(const std::string& path, const std::map<std::string, std::string>& settings,
                         const std::string& runs) {
   if (!std::filesystem::exists(path)) return;
-  const nlohmann::json stored = ReadJsonFile(path);
+  const nlohmann::json stored = ParseJson(ReadOwnFile(path), path);
   const JsonInput input(stored, path);
   input.ExpectObject();
   for (const auto& [key, value] : settings) {
@@ -28,7 +28,7 @@ void CheckStudySettings(const std::string& path, const std::map<std::string, std
 
 void AddStudySettings(const std::string& path, const std::map<std::string, std::string>& settings) {
   nlohmann::json all =
-      std::filesystem::exists(path) ? ReadJsonFile(path) : nlohmann::json::object();
+      std::filesystem::exists(path) ? ParseJson(ReadOwnFile(path), path) : nlohmann::json::object();
   all.update(nlohmann::json(settings));
   WriteFileAtomically(path, all.dump(1) + "\n");
 }

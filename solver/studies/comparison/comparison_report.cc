@@ -42,9 +42,8 @@ ordered_json ChoiceJson(const ModelChoice& choice) {
           {"models", differences}};
 }
 
-ordered_json ComparisonJson(const Comparison& comparison,
-                            const std::map<std::string, std::string>& settings) {
-  ordered_json json = {{"format", "drapefit-comparison"}, {"version", 1}, {"settings", settings}};
+ordered_json ComparisonJson(const Comparison& comparison, const ordered_json& provenance) {
+  ordered_json json = {{"format", "drapefit-comparison"}, {"version", 1}};
   json["tables"] = json["posteriors"] = ordered_json::array();
   for (const ComparisonTable& table : comparison.tables) {
     ordered_json rows = ordered_json::array();
@@ -60,6 +59,7 @@ ordered_json ComparisonJson(const Comparison& comparison,
          {"stretch_n_per_m", {row.belief.stretch, row.belief.stretch_deviation}},
          {"bend_n_m", {row.belief.bend, row.belief.bend_deviation}}});
   json["failures"] = comparison.failures;
+  json["provenance"] = provenance;
   return json;
 }
 
@@ -168,11 +168,11 @@ std::string ComparisonText(const Comparison& comparison) {
 }
 
 void WriteComparison(const std::string& folder, const Comparison& comparison,
-                     const std::map<std::string, std::string>& settings) {
+                     const ordered_json& provenance) {
   WriteFileAtomically(folder + "/comparison.csv", ComparisonCsv(comparison));
   WriteFileAtomically(folder + "/comparison.md", ComparisonText(comparison));
   WriteFileAtomically(folder + "/comparison.json",
-                      ComparisonJson(comparison, settings).dump(1) + "\n");
+                      ComparisonJson(comparison, provenance).dump(1) + "\n");
 }
 
 }  // namespace drape

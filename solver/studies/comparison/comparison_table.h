@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -64,9 +65,10 @@ Comparison SumUp(const std::vector<ComparedExperiment>& experiments,
                  const std::vector<std::string>& models, const std::vector<std::string>& others);
 
 // Writes comparison.csv (a line for each table, model and number), comparison.json and
-// comparison.md to `folder`, each atomically. `settings`: for the JSON. Throws InputError.
+// comparison.md to `folder`, each atomically. `provenance`: where the results are from, for the
+// JSON. Throws InputError.
 void WriteComparison(const std::string& folder, const Comparison& comparison,
-                     const std::map<std::string, std::string>& settings);
+                     const nlohmann::ordered_json& provenance);
 
 // What a scene needs: one line per model with its errors on held-out and on own drapes and the
 // rollouts of its fit, which are the same on each machine; the chosen model in red; bars are

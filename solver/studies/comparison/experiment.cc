@@ -93,7 +93,7 @@ bool RunFit(const ExperimentTask& task, const RunControl& control) {
                  .checkpoint = task.checkpoint,
                  .keep_checkpoint = true,
                  .log = task.folder + "/fit.log",
-                 .versions = task.versions};
+                 .provenance = task.provenance};
   fs::remove(task.folder + "/prediction.json");  // of an earlier fit
   const RunControl fit{control.cancel, [&](double fraction, const std::string& note) {
                          control.Report(kFitShare * fraction, note);

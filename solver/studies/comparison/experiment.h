@@ -4,6 +4,7 @@
 #include <atomic>
 #include <functional>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,8 +25,8 @@ struct ExperimentTask {
   FitSpec fit;
   FitData data;
   std::string checkpoint;  // of the fit of one table, shared by the models of a split
-  std::map<std::string, std::string> versions;  // for the summary
-  PredictionOptions prediction;                 // its cancel and batch are not used
+  std::function<nlohmann::ordered_json()> provenance;  // FitFiles::provenance
+  PredictionOptions prediction;                        // its cancel and batch are not used
   // Those of the two sides; outlive the task.
   const std::vector<ObservedCapture>* training = nullptr;
   const std::vector<ObservedCapture>* held_out = nullptr;

@@ -117,7 +117,7 @@ ExperimentTask MakeTask(const ComparisonJob& job, const SharedSplit& shared,
                       shared.data,
                       FabricFolder(job, shared.fabric) + "/" + TableName(model) + "_" +
                           std::to_string(shared.seed) + ".json",
-                      job.versions,
+                      job.provenance,
                       MakePredictionOptions(job, shared),
                       &shared.training,
                       &shared.held_out,

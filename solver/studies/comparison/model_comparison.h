@@ -20,14 +20,14 @@ struct ComparisonJob {
   std::vector<int> fabrics;
   std::vector<std::string> models;  // names of some ComparedModels
   std::vector<int> seeds;           // each draws the split, the posterior's and the drapes' draws
-  std::vector<std::string> materials;           // start tables: one for all fabrics, or one of each
-  int train = 6;                                // samples of a fabric to learn from
-  std::vector<int> train_captures;              // of them; empty: all
-  std::optional<ClothFace> face;                // of all captures; none: both
-  int draws = 64;                               // drapes of a prediction
-  bool calibrate = true;                        // each fit before its prediction (CalibrateBend)
-  FitSpec fit;                                  // of all, but for what the model sets
-  std::map<std::string, std::string> versions;  // for the summaries of the fits
+  std::vector<std::string> materials;  // start tables: one for all fabrics, or one of each
+  int train = 6;                       // samples of a fabric to learn from
+  std::vector<int> train_captures;     // of them; empty: all
+  std::optional<ClothFace> face;       // of all captures; none: both
+  int draws = 64;                      // drapes of a prediction
+  bool calibrate = true;               // each fit before its prediction (CalibrateBend)
+  FitSpec fit;                         // of all, but for what the model sets
+  std::function<nlohmann::ordered_json()> provenance;  // FitFiles::provenance of each fit
   PredictionOptions prediction;  // its specimens, faces, seed and camera are not used
   std::string out;               // existing folder of the experiments
   std::optional<Share> share;    // of the experiments; none: all

@@ -59,7 +59,7 @@ void RunOne(const FitCellJob& job, const FitCell& cell, const RunControl& contro
   FitFiles files{.out = folder,
                  .checkpoint = folder + "/checkpoint.json",
                  .log = folder + "/fit.log",
-                 .versions = job.versions};
+                 .provenance = job.provenance};
   try {
     UseCaptures(cell.captures, &data);
     files.resume = fs::exists(files.checkpoint);

@@ -22,11 +22,11 @@ struct FitCell {
 
 // What all fits share.
 struct FitCellJob {
-  FitSpec fit;                                       // of one thread each; model bayes
-  std::string material;                              // start tables
-  std::string out;                                   // folder, made when missing
-  int threads = 1;                                   // fits side by side
-  std::map<std::string, std::string> versions = {};  // for the summaries
+  FitSpec fit;                                              // of one thread each; model bayes
+  std::string material;                                     // start tables
+  std::string out;                                          // folder, made when missing
+  int threads = 1;                                          // fits side by side
+  std::function<nlohmann::ordered_json()> provenance = {};  // FitFiles::provenance of each fit
   // What must be the same for fits to be taken over from an earlier run: key → value.
   std::map<std::string, std::string> settings = {};
 };

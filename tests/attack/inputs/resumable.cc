@@ -15,8 +15,8 @@ namespace {
 using nlohmann::json;
 
 bool IsOfTime(const std::string& key) {
-  static const std::set<std::string> kKeys = {"spent",   "checksum", "started",
-                                              "written", "trace",    "fronts"};
+  static const std::set<std::string> kKeys = {"spent", "checksum", "started",   "written",
+                                              "trace", "fronts",   "provenance"};
   for (const char* part : {"second", "cpu", "wall", "peak", "memory", "time_left", "elapsed",
                            "exponent", "jacobian_cost", "cost_units", "_s_spread"})
     if (key.find(part) != std::string::npos) return true;

@@ -16,10 +16,14 @@
 #include "physics/cloth/state_io.h"
 #include "physics/material/material_field_io.h"
 #include "physics/mesh/disc.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
 #include "solver/posterior/posterior_io.h"
 #include "solver/posterior/space/space_io.h"
 #include "tests/losses/image/photograph.h"
+#include "tools/cli/option_text.h"
+#include "tools/cli/repetition.h"
+#include "tools/programs/simulate/simulate_tool.h"
 
 namespace drape::attack {
 namespace {
@@ -227,7 +231,30 @@ void MakeValidInputs(const std::string& work, const std::string& sources) {
   const Dataset dataset = ReadDataset(folder + "set");
   WriteSplit(folder + "split.json", SplitBySample(dataset.captures, 2, 1));
   WritePosteriors(folder, wool);
+  WriteText(folder + "summary.json", MakeSummary(folder, kValid));
   WriteText(folder + "config.json", R"({"steps": 2, "time_step": 0.1, "mesh": "disc:100"})");
+}
+
+std::string MakeSummary(const std::string& valid, const std::string& seen) {
+  SimulateOptions options;
+  const OptionTable table = SimulateTable(options);
+  for (const auto& [key, text] :
+       {std::pair{"mesh", "disc:100"}, {"steps", "2"}, {"time_step", "0.1"}})
+    table.Set(key, text, "");
+  table.Set("material", seen + "wool.json", "");
+  nlohmann::json values;
+  for (const Option& option : table.options) values[option.key] = ValueJson(option);
+  const InputFile wool = DescribeInput(seen + "wool.json", ReadWholeFile(valid + "wool.json"));
+  const nlohmann::json input = {
+      {"path", wool.path}, {"bytes", wool.bytes}, {"sha256", wool.sha256}};
+  return nlohmann::json({{"outcome", "done"},
+                         {"provenance",
+                          {{"program", table.tool},
+                           {"working_directory", "/"},
+                           {"options", values},
+                           {"given", *table.given},
+                           {"inputs", nlohmann::json::array({input})}}}})
+      .dump();
 }
 
 std::string MakeBodyObj(double x) {

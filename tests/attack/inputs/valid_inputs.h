@@ -15,6 +15,10 @@ inline constexpr char kValid[] = "../../valid/";
 // Makes the inputs in <work>/valid; `sources` is the root of the repository.
 void MakeValidInputs(const std::string& work, const std::string& sources);
 
+// A summary of drape_simulate as far as a repetition reads it, of a run with the fabric wool.json
+// of the folder `valid`, which it names as one in the folder `seen`.
+std::string MakeSummary(const std::string& valid, const std::string& seen);
+
 // OBJ of a convex body 1.8 m high, with a ring of vertices in the middle: the pelvis; at x [m].
 std::string MakeBodyObj(double x);
 

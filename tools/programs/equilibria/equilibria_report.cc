@@ -2,11 +2,11 @@
 #include "tools/programs/equilibria/equilibria_report.h"
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
-#include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
 #include "solver/job/plot/contact_sheet.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 
 namespace drape {
 namespace {
@@ -145,8 +145,7 @@ void WriteEquilibriaSummary(const std::string& path, const EquilibriaOptions& op
   json["samples"] = Json::array();
   for (const DrapeSample& sample : survey.samples) json["samples"].push_back(SampleJson(sample));
   json["seconds"] = survey.seconds;
-  for (const auto& [name, version] : Versions()) json["versions"][name] = version;
-  WriteFileAtomically(path, json.dump(2) + "\n");
+  WriteWithProvenance(path, std::move(json));
 }
 
 RgbImage RenderEquilibria(const EquilibriumSurvey& survey) {

@@ -2,7 +2,7 @@
 #include "tools/programs/fit/fit_tool.h"
 
 #include "tools/cli/output_folder.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 
 namespace drape {
 namespace {
@@ -30,8 +30,8 @@ FitJobResult RunFitTool(const FitToolOptions& given, const RunControl& control) 
                  .target = options.out,
                  .checkpoint = options.out + "/checkpoint.json",
                  .resume = options.resume,
-                 .log = options.out + "/fit.log"};
-  for (const auto& [name, version] : Versions()) files.versions[name] = version;
+                 .log = options.out + "/fit.log",
+                 .provenance = MakeProvenance};
   FitJobResult result = RunFitJob(spec, data, files, control);
   if (!picked.empty()) result.table = picked + "\n" + result.table;
   if (result.fitted) result.table += SeeLine(options.out, result.results);

@@ -128,7 +128,8 @@ OptionTable GarmentTable(GarmentOptions& options) {
           Grouped("results", std::vector<Option>{OutOption(options.out),
                                                  {.key = "resume",
                                                   .value = &options.resume,
-                                                  .doc = "continue from the frames in --out"}})),
+                                                  .doc = "continue from the frames in --out",
+                                                  .repeated = false}})),
       .common = {"garment", "body", "material", "posterior", "draws", "edge", "seconds", "friction",
                  "out"}};
 }

@@ -10,12 +10,12 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "losses/image/image.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/obj_io.h"
-#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/math/random.h"
@@ -27,7 +27,7 @@
 #include "solver/prediction/garment/render.h"
 #include "solver/prediction/material_source.h"
 #include "tools/cli/output_folder.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 #include "tools/inputs/common_options.h"
 
 namespace drape {
@@ -315,8 +315,7 @@ void WriteSummary(const GarmentOptions& options, const WearOptions& wear,
                {"start_noise_m", wear.start_noise},
                {"runs", Json::array()}};
   for (const GarmentRun& run : result.runs) json["runs"].push_back(RunJson(run));
-  for (const auto& [name, version] : Versions()) json["versions"][name] = version;
-  WriteFileAtomically(path, json.dump(2) + "\n");
+  WriteWithProvenance(path, std::move(json));
 }
 
 }  // namespace

@@ -3,13 +3,13 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "losses/metrics/ensemble_scores.h"
 #include "losses/metrics/report_json.h"
-#include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
 #include "solver/forward/random_drapes.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 #include "tools/programs/results/tables/dataset_report.h"
 #include "tools/programs/results/tables/score_report.h"
 
@@ -160,8 +160,7 @@ void WritePredictionSummary(const std::string& path, const PredictToolOptions& o
   json["drapes"] = Json::array();
   for (const PredictedDrape& drape : run.drapes) json["drapes"].push_back(DrapeJson(drape));
   json["seconds"] = run.seconds;
-  for (const auto& [name, version] : Versions()) json["versions"][name] = version;
-  WriteFileAtomically(path, json.dump(2) + "\n");
+  WriteWithProvenance(path, std::move(json));
 }
 
 }  // namespace drape

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "losses/metrics/report_json.h"
 #include "physics/simulation/statics/modes.h"
-#include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 #include "tools/programs/simulate/simulate_result.h"
 
 namespace drape {
@@ -75,12 +75,6 @@ Json SecondsJson(const SimulateResult& result) {
   return seconds;
 }
 
-Json VersionsJson() {
-  Json json;
-  for (const auto& [name, version] : Versions()) json[name] = version;
-  return json;
-}
-
 std::string StabilityNote(const Eigen::VectorXd& lowest_eigenvalues) {
   if (lowest_eigenvalues.size() == 0) return "";
   if (!IsStable(lowest_eigenvalues)) return ", not stable";
@@ -129,8 +123,7 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
   if (result.simulation.gradient)
     json["gradient_disagreement"] = result.simulation.gradient->Disagreement();
   json["seconds"] = SecondsJson(result);
-  json["versions"] = VersionsJson();
-  WriteFileAtomically(path, json.dump(2) + "\n");
+  WriteWithProvenance(path, std::move(json));
 }
 
 std::string SummaryLine(const SimulateResult& result) {

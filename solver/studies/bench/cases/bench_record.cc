@@ -96,7 +96,7 @@ BenchFile::BenchFile(std::string path, const std::string& common, bool resume)
 // A file without runs may be replaced.
 void BenchFile::RefuseRuns() const {
   constexpr int kLinesBeforeRuns = 2;
-  const std::string content = ReadWholeFile(path_);
+  const std::string content = ReadOwnFile(path_);
   if (std::count(content.begin(), content.end(), '\n') > kLinesBeforeRuns)
     throw InputError(path_,
                      "holds the results of earlier runs, expected --resume to continue with "

@@ -15,8 +15,47 @@ std::vector<BadFile> MakeBadConfigs() {
           {"a long value", "{\"law\": \"" + std::string(5000, 'x') + "\"}"},
           {"config in a config", "{\"config\": \"c.json\"}"},
           {"help in a config", "{\"help\": true}"},
+          {"a provenance that is a number", "{\"provenance\": 3}"},
+          {"a provenance without options", "{\"provenance\": {}}"},
           {"a key of glog", "{\"v\": 1}"},
           {"a key twice", "{\"out\": \"a\", \"out\": \"b\"}"}};
+}
+
+std::vector<BadFile> MakeBadSummaries(const std::string& valid) {
+  return MakeChanged(valid + "summary.json",
+                     {{"/provenance", "null"},
+                      {"/provenance", "[]"},
+                      {"/provenance/program", "\"drape_fit\""},
+                      {"/provenance/program", "3"},
+                      {"/provenance/program", ""},
+                      {"/provenance/working_directory", "3"},
+                      {"/provenance/options", ""},
+                      {"/provenance/options", "[]"},
+                      {"/provenance/options/no_such_option", "1"},
+                      {"/provenance/options/mesh", "3"},
+                      {"/provenance/options/mesh", "\"disc:1\""},
+                      {"/provenance/options/law", "\"\\u001b[31m\\n\""},
+                      {"/provenance/options/steps", "2.5"},
+                      {"/provenance/options/time_step", "-1"},
+                      {"/provenance/options/material", "\"../../../../etc/passwd\""},
+                      {"/provenance/options/out", "3"},
+                      {"/provenance/given", "3"},
+                      {"/provenance/given", "[3]"},
+                      {"/provenance/build", "null", false},
+                      {"/provenance/inputs", ""},
+                      {"/provenance/inputs", "{}"},
+                      {"/provenance/inputs", "[]"},
+                      {"/provenance/inputs/0", "\"wool.json\""},
+                      {"/provenance/inputs/0/path", "\"no.json\""},
+                      {"/provenance/inputs/0/path", "\"/dev/zero\""},
+                      {"/provenance/inputs/0/path", "\"tmp\""},
+                      {"/provenance/inputs/0/path", "\"\\u001b[31m\\n\""},
+                      {"/provenance/inputs/0/bytes", "1"},
+                      {"/provenance/inputs/0/bytes", "-1"},
+                      {"/provenance/inputs/0/bytes", "1e300"},
+                      {"/provenance/inputs/0/sha256", "3"},
+                      {"/provenance/inputs/0/sha256", "\"x\""},
+                      {"/provenance/inputs/0/sha256", '"' + std::string(64, '0') + '"'}});
 }
 
 std::vector<BadFile> MakeBadPosteriors(const std::string& valid) {

@@ -80,6 +80,10 @@ void AddSettings(const std::string& valid, std::vector<FileReader>* readers) {
       {.name = "config", .file = "in/config.json", .commands = {}, .bad = MakeBadConfigs()});
   for (const std::string& program : ProgramNames())
     readers->back().commands.push_back(WithOption(program, "--config=in/config.json"));
+  readers->push_back({.name = "summary as config",
+                      .file = "in/summary.json",
+                      .commands = {{"drape_simulate", "--config=in/summary.json", "--out=out"}},
+                      .bad = MakeBadSummaries(valid)});
   const std::string data = "--data=" + std::string(kValid) + "set";
   readers->push_back({.name = "split",
                       .file = "in/split.json",

@@ -35,6 +35,7 @@ std::vector<BadFile> MakeBadStarts(const std::string& valid);
 std::vector<BadFile> MakeBadStates(const std::string& valid);
 std::vector<BadFile> MakeBadScenes(const std::string& valid);
 std::vector<BadFile> MakeBadConfigs();
+std::vector<BadFile> MakeBadSummaries(const std::string& valid);
 std::vector<BadFile> MakeBadPosteriors(const std::string& valid);
 std::vector<BadFile> MakeBadSplits(const std::string& valid);
 std::vector<BadFile> MakeBadAccuracyTables(const std::string& valid);

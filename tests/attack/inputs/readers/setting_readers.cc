@@ -10,6 +10,8 @@
 #include "solver/posterior/posterior_io.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
+#include "tests/attack/inputs/valid_inputs.h"
+#include "tools/cli/repetition.h"
 #include "tools/inputs/fit_options.h"
 #include "tools/programs/simulate/gradient_io.h"
 #include "tools/programs/simulate/simulate_tool.h"
@@ -60,6 +62,19 @@ Reader MakeFitConfigReader() {
           }};
 }
 
+// As far as a program gets before it reads anything else.
+Reader MakeSummaryReader(const std::string& valid) {
+  return {.name = "summary as config",
+          .file = "summary.json",
+          .content = MakeSummary(valid, valid),
+          .read = [](const std::string& path) {
+            SimulateOptions options;
+            const auto run = SimulateTable(options).ReadConfig(path);
+            if (run) CheckInputs(*run);
+            return std::string();
+          }};
+}
+
 Reader MakeSplitReader(const std::string& valid) {
   const auto dataset = std::make_shared<Dataset>(ReadDataset(valid + "set"));
   return {.name = "split",
@@ -78,6 +93,7 @@ std::vector<Reader> MakeSettingReaders(const std::string& valid, const std::stri
           MakePosteriorReader(valid, "elements"),
           MakeConfigReader(),
           MakeFitConfigReader(),
+          MakeSummaryReader(valid),
           MakeSplitReader(valid),
           {.name = "accuracy",
            .file = "accuracy.json",

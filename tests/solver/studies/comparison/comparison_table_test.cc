@@ -114,7 +114,7 @@ TEST_F(ComparisonTableTest, BeliefsAreMeansOverSeeds) {
 }
 
 TEST_F(ComparisonTableTest, FilesSayTheSame) {
-  WriteComparison(Path(""), Summed(), {{"mesh", "disc:600"}});
+  WriteComparison(Path(""), Summed(), {{"program", "drape_compare"}});
   const std::string csv = Read(Path("comparison.csv")), text = Read(Path("comparison.md"));
   EXPECT_THAT(csv, HasSubstr("\n2,homogeneous,feature_energy,3.5,0.707106781,2,2,0\n"));
   EXPECT_THAT(csv, HasSubstr("\nall,circle,outline_energy_m,0.004,0,2,4,0\n"));
@@ -125,7 +125,7 @@ TEST_F(ComparisonTableTest, FilesSayTheSame) {
   EXPECT_THAT(text, HasSubstr("**bayes** is the simplest"));
   EXPECT_THAT(text, HasSubstr("| 2 | bayes | 150 | 10 | 1e-06 | 1e-07 |"));
   const nlohmann::json json = ReadJsonFile(Path("comparison.json"));
-  EXPECT_EQ(json["settings"]["mesh"], "disc:600");
+  EXPECT_EQ(json["provenance"]["program"], "drape_compare");
   EXPECT_EQ(json["tables"][1]["choice"]["chosen"], "homogeneous");
   EXPECT_EQ(json["tables"][2]["fabric"], "all");
   EXPECT_EQ(json["posteriors"][0]["stretch_n_per_m"][0], 150);

@@ -46,7 +46,7 @@ TEST_F(FitTool, WritesItsResult) {
   const Json summary = ReadJson(Path("fit/summary.json"));
   EXPECT_EQ(summary.at("model"), "homogeneous");
   EXPECT_EQ(summary.at("status"), "done");
-  EXPECT_EQ(summary.at("versions").at("drapefit"), DRAPE_VERSION);
+  EXPECT_EQ(summary.at("provenance").at("build").at("drapefit"), DRAPE_VERSION);
   const Json& metrics = summary.at("images").at(0).at("metrics");
   for (const char* key :
        {"mse", "iou", "profile_rms_px", "dc_image", "dc_fit", "folds_image", "folds_fit"})

@@ -53,7 +53,7 @@ TEST_F(SimulateTool, SummarisesTheDrape) {
   EXPECT_EQ(summary.at("mesh").at("vertices"), kVertices);
   EXPECT_EQ(summary.at("material"), "cotton_blue");
   EXPECT_EQ(summary.at("law"), "smooth");
-  EXPECT_EQ(summary.at("versions").at("drapefit"), DRAPE_VERSION);
+  EXPECT_EQ(summary.at("provenance").at("build").at("drapefit"), DRAPE_VERSION);
   EXPECT_GT(summary.at("seconds").at("total"), 0.0);
   EXPECT_GT(summary.at("force_residual"), 1e-6);
   const GrayImage silhouette = ReadImage(Path("out/silhouette.png"));

@@ -11,7 +11,7 @@
 #include "physics/util/errors.h"
 #include "solver/job/plot/chart.h"
 #include "solver/studies/validation/recovery.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/measure/metrics/metrics_input.h"
 #include "tools/programs/measure/metrics/metrics_report.h"
@@ -259,9 +259,9 @@ std::vector<Option> FileOptions(MetricsOptions& options) {
 }  // namespace
 
 OptionTable MetricsTable(MetricsOptions& options) {
-  std::vector<Option> all =
-      Concatenate(Grouped("camera", CameraOptions(options.camera)), ViewOptions(options),
-                  Grouped("data set", DatasetOptions(options.data)), FileOptions(options));
+  std::vector<Option> all = Concatenate(
+      Grouped("camera", CameraOptions(options.camera)), ViewOptions(options),
+      Grouped("data set", DatasetOptions(options.data)), OfOneRun(FileOptions(options)));
   return {
       .tool = "drape_metrics",
       .summary =
@@ -292,11 +292,7 @@ std::string RunMetrics(const MetricsOptions& options, const RunControl& control)
   const Found found = options.data.folder.empty() ? EvaluateOperands(options, control)
                                                   : EvaluateData(options, control);
   if (control.cancelled()) return "";
-  if (!options.out.empty()) {
-    Json json = found.json;
-    for (const auto& [name, version] : Versions()) json["versions"][name] = version;
-    WriteFileAtomically(options.out, json.dump(2) + "\n");
-  }
+  if (!options.out.empty()) WriteWithProvenance(options.out, found.json);
   return found.text;
 }
 

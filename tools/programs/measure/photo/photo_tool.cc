@@ -11,7 +11,7 @@
 #include "physics/util/text_format.h"
 #include "tools/cli/field_options.h"
 #include "tools/cli/output_folder.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 #include "tools/inputs/common_options.h"
 
 namespace drape {
@@ -46,7 +46,6 @@ Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
                {"blur_m", result.blur},
                {"contrast_lab", result.contrast},
                {"warnings", result.warnings}};
-  for (const auto& [name, version] : Versions()) json["versions"][name] = version;
   return json;
 }
 
@@ -118,8 +117,7 @@ std::string RunPhoto(const PhotoToolOptions& options, const RunControl& control)
   WritePng(result.projected, out.Staged("projected.png"));
   WritePng(result.overlay, out.Staged("overlay.png"));
   WriteFileAtomically(out.Staged("camera.json"), CameraJson(result.camera).dump(2) + "\n");
-  WriteFileAtomically(out.Staged("summary.json"),
-                      SummaryJson(file, options, result).dump(2) + "\n");
+  WriteWithProvenance(out.Staged("summary.json"), SummaryJson(file, options, result));
   out.Publish();
   std::error_code ignored;
   std::filesystem::remove(options.out + "/" + kRefused, ignored);

@@ -2,10 +2,10 @@
 #include "tools/programs/results/export/export_report.h"
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
-#include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 
 namespace drape {
 namespace {
@@ -95,8 +95,7 @@ void WriteExportSummary(const std::string& path, const ExportToolOptions& option
     json["posterior_draws"] = {{"draws", options.posterior.draws},
                                {"chains", options.posterior.chains},
                                {"prediction", options.posterior.prediction}};
-  for (const auto& [name, version] : Versions()) json["versions"][name] = version;
-  WriteFileAtomically(path, json.dump(2) + "\n");
+  WriteWithProvenance(path, std::move(json));
 }
 
 }  // namespace drape

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
 
-#include "physics/util/atomic_file.h"
 #include "physics/util/math/power_law.h"
 #include "physics/util/text_format.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 
 namespace drape {
 namespace {
@@ -80,8 +80,7 @@ void WriteBenchJson(const std::string& path, const BenchJob& job, const BenchRes
          {"memory_exponent", FitPowerLaw(one.vertices, one.megabytes)->exponent}});
   json["runs"] = Json::array();
   for (const BenchRun& run : result.runs) json["runs"].push_back(BenchRunJson(run));
-  for (const auto& [name, version] : Versions()) json["versions"][name] = version;
-  WriteFileAtomically(path, json.dump(2) + "\n");
+  WriteWithProvenance(path, std::move(json));
 }
 
 }  // namespace drape

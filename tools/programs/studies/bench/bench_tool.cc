@@ -181,7 +181,8 @@ std::vector<Option> FileOptions(BenchToolOptions& options) {
       {.key = "table",
        .value = &options.table,
        .doc = "drapes: file to write the table of --accuracy to",
-       .is_path = true},
+       .is_path = true,
+       .repeated = false},
       {.key = "error_margin",
        .value = &options.safety,
        .doc = "factor on the errors in that table",
@@ -190,7 +191,8 @@ std::vector<Option> FileOptions(BenchToolOptions& options) {
       OutOption(options.out),
       {.key = "resume",
        .value = &options.job.resume,
-       .doc = "keep the finished runs of runs.csv in --out"},
+       .doc = "keep the finished runs of runs.csv in --out",
+       .repeated = false},
   };
 }
 

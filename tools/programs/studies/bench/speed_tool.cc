@@ -8,7 +8,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/output_folder.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
@@ -194,11 +194,8 @@ std::string SpeedText(const SpeedToolOptions& options, const SpeedJob& job,
 }
 
 Json SpeedJson(const SpeedJob& job, const SpeedTable& table) {
-  Json json = {{"law", job.law},
-               {"time_step_s", job.h},
-               {"steps", job.steps},
-               {"cpu", table.cpu},
-               {"material", job.material}};
+  Json json = {
+      {"law", job.law}, {"time_step_s", job.h}, {"steps", job.steps}, {"material", job.material}};
   json["rows"] = Json::array();
   for (const MeasuredSpeed& row : table.rows)
     json["rows"].push_back({{"mesh", row.mesh},
@@ -213,7 +210,6 @@ Json SpeedJson(const SpeedJob& job, const SpeedTable& table) {
                             {"backward_seconds", row.backward()},
                             {"forward_peak_mb", row.forward_mb},
                             {"gradient_peak_mb", row.gradient_mb}});
-  for (const auto& [name, version] : Versions()) json["versions"][name] = version;
   return json;
 }
 
@@ -242,7 +238,7 @@ SpeedToolResult RunSpeedTool(const SpeedToolOptions& options, const RunControl& 
   if (result.table.cancelled) return result;
   result.text = SpeedText(options, job, published, result.table);
   WriteFileAtomically(out.Staged("speed.md"), result.text);
-  WriteFileAtomically(out.Staged("speed.json"), SpeedJson(job, result.table).dump(2) + "\n");
+  WriteWithProvenance(out.Staged("speed.json"), SpeedJson(job, result.table));
   out.Publish();
   return result;
 }

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
-#include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/output_folder.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 #include "tools/inputs/common_options.h"
 
 namespace drape {
@@ -45,8 +45,7 @@ void WriteSummary(const std::string& path, const std::string& law, bool complete
   Json json = {{"law", law}, {"complete", complete}, {"pass", AllPass(cases)}};
   json["cases"] = Json::array();
   for (const ReferenceCase& one : cases) json["cases"].push_back(ReferenceCaseJson(one));
-  for (const auto& [name, version] : Versions()) json["versions"][name] = version;
-  WriteFileAtomically(path, json.dump(2) + "\n");
+  WriteWithProvenance(path, std::move(json));
 }
 
 }  // namespace

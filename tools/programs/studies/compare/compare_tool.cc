@@ -10,7 +10,7 @@
 #include "solver/job/plot/chart.h"
 #include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
 
@@ -97,7 +97,8 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
        .value = &options.out,
        .doc = "output folder, created if missing; finished runs that it holds are kept",
        .is_path = true,
-       .required = true},
+       .required = true,
+       .repeated = false},
   };
 }
 
@@ -107,7 +108,7 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
   std::vector<std::string*> materials;
   for (std::string& material : job.materials) materials.push_back(&material);
   ApplyBase(options.fit.base, materials);
-  for (const auto& [name, version] : Versions()) job.versions[name] = version;
+  job.provenance = MakePartProvenance;
   job.fabrics = ParseIndexList(options.fabrics, "option 'fabrics'");
   if (job.fabrics.empty())
     throw InputError("option 'fabrics'", "is empty, expected at least one fabric");
@@ -178,7 +179,7 @@ CompareResult RunCompareTool(const CompareToolOptions& options, const RunControl
     result.text = ShareText(options.cells.share, result.run.done, result.run.experiments);
     return result;
   }
-  WriteComparison(out.Staged(""), result.run.comparison, job.settings);
+  WriteComparison(out.Staged(""), result.run.comparison, MakeProvenance());
   const std::string missing = TryPictures([&] { RenderCharts(out, result.run.comparison); });
   out.Publish();
   result.text = ComparisonText(result.run.comparison) + missing;

@@ -7,6 +7,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
 #include "solver/job/plot/chart.h"
+#include "tools/cli/provenance.h"
 
 namespace drape {
 namespace {
@@ -171,7 +172,7 @@ void WriteGradientReport(const OutputFolder& out, GradientStudy* study) {
   }
   if (!study->note.empty()) report += '\n' + study->note;
   WriteFileAtomically(out.Staged("report.md"), report);
-  WriteFileAtomically(out.Staged("summary.json"), MakeSummary(*study).dump(1) + "\n");
+  WriteWithProvenance(out.Staged("summary.json"), MakeSummary(*study));
 }
 
 }  // namespace drape

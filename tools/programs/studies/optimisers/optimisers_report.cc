@@ -8,6 +8,7 @@
 #include "physics/util/text_format.h"
 #include "solver/job/plot/chart.h"
 #include "solver/studies/optimisers/methods/optimiser.h"
+#include "tools/cli/provenance.h"
 #include "tools/programs/studies/optimisers/optimisers_charts.h"
 
 namespace drape {
@@ -181,7 +182,7 @@ void WriteBenchmarkReport(const OptimiserBenchmarkOptions& options, const Output
   for (const std::string& note : benchmark->notes) report += "\n" + note + "\n";
   WriteFileAtomically(out.Staged("report.md"), report);
   WriteFileAtomically(out.Staged("traces.csv"), TraceCsv(*benchmark));
-  WriteFileAtomically(out.Staged("summary.json"), MakeSummary(options, *benchmark).dump(1) + "\n");
+  WriteWithProvenance(out.Staged("summary.json"), MakeSummary(options, *benchmark));
 }
 
 }  // namespace drape

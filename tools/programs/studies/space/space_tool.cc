@@ -22,7 +22,7 @@
 #include "tools/cli/field_options.h"
 #include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 
@@ -145,7 +145,7 @@ FitCellJob MakeFitCellJob(const SpaceToolOptions& options, const std::string& fo
       .out = options.out + "/" + folder,
       .settings = Settings(options, [](const std::string& key) { return !kFree.contains(key); })};
   job.threads = job.fit.threads;
-  for (const auto& [name, version] : Versions()) job.versions[name] = version;
+  job.provenance = MakePartProvenance;
   return job;
 }
 
@@ -158,9 +158,7 @@ std::string FailureText(const std::vector<FitFailure>& failures) {
 
 std::string WriteSpace(const MaterialSpace& space, const std::vector<FabricBelief>& added,
                        const SpaceToolOptions& options, const OutputFolder& out) {
-  WriteMaterialSpace(out.Staged(""), space, Settings(options, [](const std::string& key) {
-                       return key != "list" && key != "share";
-                     }));
+  WriteMaterialSpace(out.Staged(""), space, MakeProvenance());
   return TryPictures([&] {
     RenderHeatMap(out.Staged("heat_map.png"), space);
     RenderSpaceMap(out.Staged("map.png"), space);

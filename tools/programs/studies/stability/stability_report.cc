@@ -2,10 +2,10 @@
 #include "tools/programs/studies/stability/stability_report.h"
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
-#include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
-#include "tools/cli/versions.h"
+#include "tools/cli/provenance.h"
 
 namespace drape {
 namespace {
@@ -137,8 +137,7 @@ void WriteStabilityFindings(const std::string& path, const StabilityOptions& opt
                                {"measured", each.damping.measured}});
   json["seconds"] = atlas.seconds;
   if (!atlas.note.empty()) json["note"] = atlas.note.substr(0, atlas.note.find('\n'));
-  for (const auto& [name, version] : Versions()) json["versions"][name] = version;
-  WriteFileAtomically(path, json.dump(2) + "\n");
+  WriteWithProvenance(path, std::move(json));
 }
 
 }  // namespace drape

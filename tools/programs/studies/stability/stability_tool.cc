@@ -136,7 +136,10 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
        .most = 10,
        .above_least = true},
       ThreadsOption(o.threads),
-      {.key = "resume", .value = &o.resume, .doc = "keep the finished runs of runs.csv in --out"},
+      {.key = "resume",
+       .value = &o.resume,
+       .doc = "keep the finished runs of runs.csv in --out",
+       .repeated = false},
       OutOption(o.out),
   };
 }

@@ -57,13 +57,14 @@ ResultFolder ReadResultFolder(const std::string& path) {
                                             : "no such folder");
   const fs::path whole = fs::weakly_canonical(path);
   ResultFolder folder{
-      .path = path, .name = whole.filename().string(), .program = {}, .summary = {}};
+      .path = path, .name = whole.filename().string(), .program = {}, .file = {}, .summary = {}};
   for (const Mark& mark : kMarks) {
     if (!fs::is_regular_file(folder.File(mark.file))) continue;
     folder.summary = ReadJsonFile(folder.File(mark.file));
     if (!folder.summary.is_object() || (*mark.key != '\0' && !folder.summary.contains(mark.key)))
       continue;
     folder.program = mark.program;
+    folder.file = mark.file;
     return folder;
   }
   throw InputError(path, "has no results, expected the output folder of one of " + ListPrograms());

@@ -13,7 +13,8 @@ struct ResultFolder {
   std::string path;        // as the user named it
   std::string name;        // for headings: the last part of the path
   std::string program;     // "drape_fit"
-  nlohmann::json summary;  // its summary.json, comparison.json, bench.json, …
+  std::string file;        // its summary.json, comparison.json, bench.json, …
+  nlohmann::json summary;  // what that holds
 
   bool IsFit() const { return program == "drape_fit"; }
   std::string File(const std::string& file) const { return path + "/" + file; }

@@ -8,6 +8,7 @@
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
 #include "tools/programs/results/report/parts/html_text.h"
+#include "tools/programs/results/report/parts/provenance_part.h"
 
 namespace drape {
 namespace {
@@ -72,11 +73,9 @@ std::string Provenance(const ResultFolder& folder) {
   nlohmann::json plain = {{"program", folder.program}, {"folder", folder.path}};
   for (const auto& [key, value] : s.items())
     if (!value.is_structured() && !value.is_null()) plain[key] = value;
-  std::string html;
-  if (const nlohmann::json* provenance = Find(s, "/provenance")) html += Flat(*provenance);
-  if (const nlohmann::json* versions = Find(s, "/versions")) html += Flat(*versions);
+  std::string html = ProvenanceHtml(folder);
   html += HtmlDetails("Settings and results of the run", Flat(plain));
-  for (const char* key : {"seconds", "meshes", "simpler_models", "initial_guess", "settings"})
+  for (const char* key : {"seconds", "meshes", "simpler_models", "initial_guess"})
     if (const nlohmann::json* found = Find(s, std::string("/") + key);
         found != nullptr && found->is_structured())
       html += HtmlDetails(key, Flat(*found));

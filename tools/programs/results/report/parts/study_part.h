@@ -11,7 +11,7 @@ namespace drape {
 // that have none, their reports in Markdown and their tables in CSV.
 void AddStudies(const std::vector<ResultFolder>& folders, ReportPage* page);
 
-// Where each result is from: the provenance that its summary has, versions, settings, seconds.
+// Where each result is from: the provenance that its summary has, settings, seconds.
 void AddProvenance(const std::vector<ResultFolder>& folders, ReportPage* page);
 
 }  // namespace drape

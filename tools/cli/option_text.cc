@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/option_text.h"
+
 #include <glog/logging.h>
 
 #include <algorithm>
@@ -10,7 +12,6 @@
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/stored/build.h"
-#include "tools/cli/option_text.h"
 
 namespace drape {
 namespace {
@@ -58,6 +59,12 @@ std::string ValueText(const Option& option) {
                  [&](const std::vector<std::string>* v) { return Join(*v, ",", append_text); },
                  [&](const auto* v) { return Join(*v, ",", append_number); }},
       option.value);
+}
+
+nlohmann::json ValueJson(const Option& option) {
+  return std::visit(Overloaded{[](const EnumField& v) { return nlohmann::json(v.name()); },
+                               [](const auto* v) { return nlohmann::json(*v); }},
+                    option.value);
 }
 
 namespace {
@@ -184,7 +191,8 @@ constexpr char kCommonNotes[] =
     "exit codes: 0 done, 2 bad input (one line on stderr, earlier results are unchanged), "
     "130 cancelled by Ctrl-C\n"
     "--config: JSON file with any of these keys (// comments allowed); its paths are relative to "
-    "its folder; options of the command line take precedence\n"
+    "its folder; options of the command line take precedence. A summary of an earlier run: its "
+    "options again, which repeats it\n"
     "--version: the version. The flags --v, --vmodule, --logtostderr, --minloglevel and --log_dir "
     "of glog work as well.\n";
 
@@ -207,6 +215,11 @@ std::string RangeText(const Option& option) {
 
 std::vector<Option> Grouped(const std::string& group, std::vector<Option> options) {
   for (Option& option : options) option.group = group;
+  return options;
+}
+
+std::vector<Option> OfOneRun(std::vector<Option> options) {
+  for (Option& option : options) option.repeated = false;
   return options;
 }
 

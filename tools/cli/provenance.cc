@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/provenance.h"
+
+#include <ceres/version.h>
+#include <cholmod.h>
+#include <gnu/libc-version.h>
+#include <unistd.h>
+
+#include <Eigen/Core>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "cuda/make_backend.h"
+#include "physics/util/atomic_file.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "physics/util/stored/build.h"
+#include "physics/util/stored/machine.h"
+#include "physics/util/text_format.h"
+#include "tools/cli/option_text.h"
+#include "tools/cli/repetition.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+struct Record {
+  std::mutex mutex;
+  pid_t process = 0;  // its children record nothing
+  std::string program, started;
+  Clock::time_point start;
+  ordered_json command, working_directory;
+  // Once they are read:
+  ordered_json options, operands, given, continues, threads;
+  std::string out;                  // the option of that name
+  bool may_use_gpu = false;         // the option `backend` does not say cpu
+  std::vector<std::string> places;  // paths of inputs, as options and operands name them
+  std::set<InputFile> configs, inputs;
+  std::shared_ptr<const StoredRun> repeated;
+  std::optional<InputError> refusal;  // of a repetition
+};
+
+// Never destroyed: threads may read until the process ends.
+Record& TheRecord() {
+  static Record* const record = new Record;
+  return *record;
+}
+
+std::string Now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc = {};
+  gmtime_r(&now, &utc);
+  char text[32] = {};
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+std::string Dotted(int major, int minor, int patch) {
+  return std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(patch);
+}
+
+// Whatever may change the last bit of a number.
+ordered_json BuildJson() {
+#if defined(__AVX512F__)
+  constexpr char kInstructions[] = "AVX-512";
+#elif defined(__AVX2__)
+  constexpr char kInstructions[] = "AVX2";
+#else
+  constexpr char kInstructions[] = "baseline";
+#endif
+  return {{"drapefit", BuildVersion()},
+          {"commit", BuildCommit()},
+          {"compiler", __VERSION__},
+          {"build_type", BuildType()},
+          {"instructions", kInstructions},
+          {"ceres", CERES_VERSION_STRING},
+          {"cholmod", Dotted(CHOLMOD_MAIN_VERSION, CHOLMOD_SUB_VERSION, CHOLMOD_SUBSUB_VERSION)},
+          {"eigen", Dotted(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
+          {"glibc", gnu_get_libc_version()}};
+}
+
+std::string Canonical(const std::string& path) {
+  std::error_code error;
+  const fs::path canonical = fs::weakly_canonical(fs::absolute(path, error), error);
+  std::string text = (error ? fs::path(path) : canonical).lexically_normal().string();
+  if (text.size() > 1 && text.ends_with('/')) text.pop_back();
+  return text;
+}
+
+bool IsInside(const std::string& path, const std::string& folder) {
+  return path == folder || path.starts_with(folder == "/" ? folder : folder + "/");
+}
+
+// Whether a file is an input. What lies in the output folder is mostly written by the run itself or
+// by one that it continues, unless an option names it, its folder, or a file beside it.
+bool IsInput(const Record& record, const std::string& path) {
+  if (record.out.empty()) return true;
+  const std::string file = Canonical(path), out = Canonical(record.out);
+  if (!IsInside(file, out)) return true;
+  const std::string parent = fs::path(file).parent_path().string();
+  for (const std::string& named : record.places) {
+    const std::string place = Canonical(named);
+    if (!fs::is_directory(place) ? parent == fs::path(place).parent_path()
+        : IsInside(out, place)   ? parent == place
+                                 : IsInside(file, place))
+      return true;
+  }
+  return false;
+}
+
+void RecordRead(const std::string& path, std::string_view content) {
+  Record& record = TheRecord();
+  if (getpid() != record.process) return;
+  const bool is_config = record.options.is_null();
+  if (!is_config && !IsInput(record, path)) return;
+  InputFile file = DescribeInput(path, content);
+  const std::lock_guard guard(record.mutex);
+  try {
+    if (record.repeated) CheckInput(*record.repeated, file);
+  } catch (const InputError& error) {
+    if (!record.refusal) record.refusal = error;
+    throw;
+  }
+  (is_config ? record.configs : record.inputs).insert(std::move(file));
+}
+
+ordered_json FilesJson(const std::set<InputFile>& files) {
+  ordered_json list = ordered_json::array();
+  for (const InputFile& file : files)
+    list.push_back({{"path", file.path}, {"bytes", file.bytes}, {"sha256", file.sha256}});
+  return list;
+}
+
+// The commands of the runs whose work this one continues, the earliest first, by the summary that
+// the latest of them has left.
+ordered_json ContinuedRuns(const OptionTable& table, const std::string& out) {
+  ordered_json runs = ordered_json::array();
+  for (const char* name : {"summary.json", "bench.json", "findings.json"}) try {
+      const std::string path = out + "/" + name;
+      if (!fs::exists(path)) continue;
+      const nlohmann::json summary = ParseJson(ReadOwnFile(path), path);
+      const nlohmann::json& earlier = summary.at("provenance");
+      if (earlier.at("program") != table.tool) continue;
+      for (const nlohmann::json& run : earlier.value("continues", nlohmann::json::array()))
+        runs.push_back(ordered_json(run));
+      runs.push_back({{"command", earlier.at("command")}, {"started", earlier.at("started")}});
+    } catch (const std::exception&) {  // it says nothing of its run
+    }
+  return runs;
+}
+
+void AddPlaces(const Option& option, std::vector<std::string>* places) {
+  if (!option.is_path || !option.repeated) return;
+  const auto add = [&](std::string text) {
+    if (!fs::exists(text)) text = text.substr(0, text.rfind('#'));  // FILE#name
+    if (!text.empty()) places->push_back(std::move(text));
+  };
+  if (const auto* text = std::get_if<std::string*>(&option.value)) add(**text);
+  if (const auto* texts = std::get_if<std::vector<std::string>*>(&option.value))
+    for (const std::string& text : **texts) add(text);
+}
+
+int CountCores() { return static_cast<int>(std::thread::hardware_concurrency()); }
+
+// What options of the common names say.
+void RecordOption(const Option& option, Record* record) {
+  record->options[option.key] = ValueJson(option);
+  AddPlaces(option, &record->places);
+  const std::string text = ValueText(option);
+  if (option.key == "out") record->out = text;
+  if (option.key == "backend") record->may_use_gpu = text != "cpu";
+  if (const auto* count = std::get_if<int*>(&option.value); count && option.key == "threads")
+    record->threads = **count > 0 ? **count : CountCores();
+}
+
+void WarnOfOtherBuild(const OptionTable& table, const StoredRun& repeated) {
+  if (repeated.build.empty() || repeated.build == nlohmann::json(BuildJson()).dump()) return;
+  std::fprintf(stderr, "%s: note: %s\n", table.tool.c_str(),
+               MakePrintableLine(repeated.summary +
+                                 " is of another build or other libraries: results may differ")
+                   .c_str());
+}
+
+ordered_json CommandJson(const Record& record) {
+  if (record.program.empty()) return ordered_json::object();  // a library's own use
+  return {{"program", record.program},
+          {"command", record.command},
+          {"working_directory", record.working_directory}};
+}
+
+void AddMachineAndBuild(const Record& record, ordered_json* json) {
+  (*json)["host"] = MakeUtf8(HostName());
+  (*json)["processor"] = MakeUtf8(ProcessorName());
+  (*json)["cores"] = CountCores();
+  if (!record.threads.is_null()) (*json)["threads"] = record.threads;
+  if (const std::string gpu = record.may_use_gpu ? UsableGpu() : ""; !gpu.empty())
+    (*json)["gpu"] = gpu;
+  (*json)["build"] = BuildJson();
+  if (!record.program.empty()) (*json)["started"] = record.started;
+}
+
+}  // namespace
+
+void RecordCommand(int argc, char** argv) {
+  Record& record = TheRecord();
+  record.process = getpid();
+  record.started = Now();
+  record.start = Clock::now();
+  record.command = ordered_json::array();
+  for (int i = 0; i < argc; ++i) record.command.push_back(MakeUtf8(argv[i]));
+  std::error_code error;
+  record.working_directory = MakeUtf8(fs::current_path(error).string());
+  ObserveReads(RecordRead);
+}
+
+void RecordOptions(const OptionTable& table, std::shared_ptr<const StoredRun> repeated) {
+  Record& record = TheRecord();
+  record.program = table.tool;
+  ObserveReads(nullptr);
+  if (repeated) {
+    WarnOfOtherBuild(table, *repeated);
+    if (!repeated->is_changed) CheckInputs(*repeated);
+  }
+  record.repeated = std::move(repeated);
+  if (table.operands != nullptr) {
+    record.operands = *table.operands;
+    record.places = *table.operands;
+  }
+  if (table.given != nullptr) record.given = *table.given;
+  record.options = ordered_json::object();
+  for (const Option& option : table.options) RecordOption(option, &record);
+  if (record.options.value("resume", false)) record.continues = ContinuedRuns(table, record.out);
+  ObserveReads(RecordRead);
+}
+
+ordered_json MakeProvenance() {
+  Record& record = TheRecord();
+  const std::lock_guard guard(record.mutex);
+  if (record.refusal) throw InputError(*record.refusal);
+  ordered_json json = CommandJson(record);
+  if (!record.program.empty()) {
+    if (!record.continues.empty()) json["continues"] = record.continues;
+    json["options"] = record.options;
+    if (!record.operands.is_null()) json["operands"] = record.operands;
+    if (!record.given.is_null()) json["given"] = record.given;
+    json["configs"] = FilesJson(record.configs);
+    json["inputs"] = FilesJson(record.inputs);
+  }
+  AddMachineAndBuild(record, &json);
+  if (!record.program.empty())
+    json["seconds"] = std::chrono::duration<double>(Clock::now() - record.start).count();
+  return json;
+}
+
+ordered_json MakePartProvenance() {
+  const Record& record = TheRecord();
+  ordered_json json = CommandJson(record);
+  AddMachineAndBuild(record, &json);
+  return json;
+}
+
+void WriteWithProvenance(const std::string& path, ordered_json summary) {
+  summary["provenance"] = MakeProvenance();
+  WriteFileAtomically(path, summary.dump(2) + "\n");
+}
+
+}  // namespace drape

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "tools/cli/option_table.h"
+
+namespace drape {
+
+// Where results are from: the member "provenance" of each summary, from which its run can be
+// repeated (repetition.h). One record belongs to the process.
+
+// Begins the record of a run with its command line. What is read from now on is a config.
+void RecordCommand(int argc, char** argv);
+
+// The options as they were read, by defaults too; what is read from now on is an input. `repeated`:
+// the run that this one repeats, or nullptr: whose inputs are checked now and as they are read
+// (CheckInputs, CheckInput, which throw InputError). To be called before other threads are started.
+void RecordOptions(const OptionTable& table, std::shared_ptr<const StoredRun> repeated);
+
+// The record so far. Throws InputError where the process repeats a run and has read other files,
+// also where the program took that error of one file for a result.
+nlohmann::ordered_json MakeProvenance();
+
+// The same for the summary of a part of the run, such as a fit of a study: without options and
+// inputs, which the summary of the whole has.
+nlohmann::ordered_json MakePartProvenance();
+
+// Writes a summary with its provenance, atomically. Throws InputError.
+void WriteWithProvenance(const std::string& path, nlohmann::ordered_json summary);
+
+}  // namespace drape
