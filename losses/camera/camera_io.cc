@@ -24,10 +24,9 @@ nlohmann::ordered_json CameraJson(const Camera& camera) {
   return json;
 }
 
-Camera ReadCamera(const std::string& path) {
-  const nlohmann::json json = ReadJsonFile(path);
-  const JsonInput file(json, path);
-  const JsonInput input = file.Has("camera") ? file.At("camera") : file;
+Camera CameraFromJson(const nlohmann::json& json, const std::string& where) {
+  const JsonInput whole(json, where);
+  const JsonInput input = whole.Has("camera") ? whole.At("camera") : whole;
   Camera camera;
   camera.kind = ParseName<CameraKind>(input.At("kind").String(), input.At("kind").Name());
   camera.width = input.At("width").Integer();
@@ -42,8 +41,10 @@ Camera ReadCamera(const std::string& path) {
     camera.eye_x = input.Has("eye_x_m") ? input.At("eye_x_m").Number() : 0.0;
     camera.eye_y = input.Has("eye_y_m") ? input.At("eye_y_m").Number() : 0.0;
   }
-  camera.Check(path);
+  camera.Check(where);
   return camera;
 }
+
+Camera ReadCamera(const std::string& path) { return CameraFromJson(ReadJsonFile(path), path); }
 
 }  // namespace drape

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <filesystem>
 
-#include "losses/camera/camera.h"
+#include "losses/camera/camera_io.h"
 #include "losses/image/segmentation.h"
 #include "losses/outline/outline.h"
 #include "losses/outline/shape_features.h"
@@ -27,22 +27,6 @@ namespace fs = std::filesystem;
 constexpr int kAngles = 360;
 constexpr std::size_t kMostDrapes = 12;             // of one folder
 constexpr std::uintmax_t kMostImageBytes = 900000;  // that are put into the page
-
-Camera CameraFrom(const nlohmann::json& json) {
-  Camera camera;
-  camera.kind =
-      json.value("kind", "") == "pinhole" ? CameraKind::kPinhole : CameraKind::kOrthographic;
-  camera.width = json.value("width", camera.width);
-  camera.height = json.value("height", camera.height);
-  camera.cx = json.value("cx", camera.cx);
-  camera.cy = json.value("cy", camera.cy);
-  camera.scale = json.value("px_per_m", camera.scale);
-  camera.eye_height = json.value("eye_height_m", camera.eye_height);
-  camera.field_of_view = json.value("field_of_view_rad", camera.field_of_view);
-  camera.eye_x = json.value("eye_x_m", camera.eye_x);
-  camera.eye_y = json.value("eye_y_m", camera.eye_y);
-  return camera;
-}
 
 // drape_fit writes its drapes as a camera sees them whose centre is that of the image.
 Eigen::VectorXd SeenFrom(const Camera& camera, Eigen::VectorXd x) {
@@ -87,7 +71,7 @@ std::string Toggle(const char* layer, const char* text) {
 
 std::string Layers(const ResultFolder& folder, const nlohmann::json& image) {
   const std::string file = image.at("file").get<std::string>();
-  const Camera camera = CameraFrom(image.at("camera"));
+  const Camera camera = CameraFromJson(image, file);
   const GrayImage silhouette = ReadSilhouette(file).image;
   if (silhouette.width != camera.width || silhouette.height != camera.height)
     throw InputError(file, "has another size than the fit's image");
