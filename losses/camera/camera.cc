@@ -44,6 +44,15 @@ Moments CoverageMoments(const GrayImage& image) {
 
 }  // namespace
 
+Camera CameraAbove(const DrapeDiscs& discs) {
+  Camera camera;
+  const double larger = discs.specimen / DrapeDiscs().specimen;
+  if (larger <= 1.0) return camera;
+  camera.width = camera.height = 2 * static_cast<int>(std::ceil(0.5 * larger * camera.width));
+  camera.cx = camera.cy = 0.5 * (camera.width - 1);
+  return camera;
+}
+
 void Camera::Check(const std::string& where) const {
   Require(width >= 16, where, "camera_width", width, ">= 16 px");
   Require(height >= 16, where, "camera_height", height, ">= 16 px");

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "losses/camera/projection.h"
+#include "physics/mesh/disc.h"
 #include "physics/util/options/enum_names.h"
 
 namespace drape {
@@ -80,6 +81,10 @@ struct Camera {
   // ∂image/∂x [px/m], shape [2, 3].
   Eigen::Matrix<double, 2, 3> ImageFromWorldJacobian(const double x[3]) const;
 };
+
+// The camera of the published images, in which a flat specimen fills 84 % of the picture; larger,
+// at the same scale, for a larger specimen.
+Camera CameraAbove(const DrapeDiscs& discs);
 
 // Projects all vertices: x [m], node-major, shape [3V] → image_points [px], shape [2, V]. Returns
 // false when a coordinate is not finite or a vertex is not in front of the camera.

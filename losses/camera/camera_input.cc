@@ -16,9 +16,9 @@ std::string SizeText(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
-bool HasPublishedSize(const GrayImage& image) {
-  const Camera published;
-  return image.width == published.width && image.height == published.height;
+bool HasUsualSize(const GrayImage& image, const DrapeDiscs& discs) {
+  const Camera usual = CameraAbove(discs);
+  return image.width == usual.width && image.height == usual.height;
 }
 
 // The file alone says what the camera is.
@@ -33,9 +33,7 @@ void RequireAlone(const CameraInput& input) {
 Camera ReadCameraOfImage(const CameraInput& input, const GrayImage& image,
                          const std::string& where) {
   RequireAlone(input);
-  const bool beside = input.file == kBeside;
-  const std::string file =
-      beside ? (std::filesystem::path(where).parent_path() / "camera.json").string() : input.file;
+  const std::string file = input.FileFor(where);
   const Camera camera = ReadCamera(file);
   if (camera.width != image.width || camera.height != image.height)
     throw InputError(where, "image is " + SizeText(image.width, image.height) + " px, expected " +
@@ -45,10 +43,14 @@ Camera ReadCameraOfImage(const CameraInput& input, const GrayImage& image,
 
 }  // namespace
 
+std::string CameraInput::FileFor(const std::string& image) const {
+  if (file != kBeside) return file;
+  return std::filesystem::path(image).parent_path() / "camera.json";
+}
 bool CameraInput::gives_scale() const { return !std::isnan(scale) || !std::isnan(image_width_mm); }
 bool CameraInput::gives_centre() const { return !std::isnan(cx) || !std::isnan(cy); }
 
-Camera MakeCamera(const CameraInput& input) {
+Camera MakeCamera(const CameraInput& input, const DrapeDiscs& discs) {
   constexpr double kMillimetre = 1e-3;
   if (input.gives_camera()) {
     RequireAlone(input);
@@ -58,7 +60,7 @@ Camera MakeCamera(const CameraInput& input) {
   }
   if (!std::isnan(input.scale) && !std::isnan(input.image_width_mm))
     throw InputError("option 'image_width_mm'", "found beside camera_scale, expected one of both");
-  Camera camera;
+  Camera camera = CameraAbove(discs);
   camera.kind = input.kind;
   if (input.width != 0) camera.width = input.width;
   if (input.height != 0) camera.height = input.height;
@@ -71,7 +73,8 @@ Camera MakeCamera(const CameraInput& input) {
   return camera;
 }
 
-Camera MakeCamera(const CameraInput& input, const GrayImage& image, const std::string& where) {
+Camera MakeCamera(const CameraInput& input, const GrayImage& image, const DrapeDiscs& discs,
+                  const std::string& where) {
   if (input.gives_camera()) return ReadCameraOfImage(input, image, where);
   CameraInput sized = input;
   if (sized.width == 0) sized.width = image.width;
@@ -82,16 +85,16 @@ Camera MakeCamera(const CameraInput& input, const GrayImage& image, const std::s
                                 SizeText(sized.width, sized.height) +
                                 " (camera_width, "
                                 "camera_height)");
-  if (!HasPublishedSize(image) && input.kind == CameraKind::kPinhole)
+  if (!HasUsualSize(image, DrapeDiscs()) && input.kind == CameraKind::kPinhole)
     throw InputError(where, "image is " + size +
                                 " px, expected 256x256: camera = pinhole is that "
                                 "of the published code");
-  if (!HasPublishedSize(image) && !input.gives_scale())
+  if (!HasUsualSize(image, discs) && !input.gives_scale())
     throw InputError(where, "image is " + size +
                                 " px and its scale is not given, expected "
                                 "image_width_mm, the width that it shows in the support plane, or "
                                 "camera_scale [px/m]");
-  return MakeCamera(sized);
+  return MakeCamera(sized, discs);
 }
 
 }  // namespace drape

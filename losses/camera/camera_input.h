@@ -25,6 +25,7 @@ struct CameraInput {
   std::string file;  // ReadCamera, in place of all others; "beside": camera.json in the folder of
                      // an image
 
+  std::string FileFor(const std::string& image) const;  // its path; empty: none
   bool gives_camera() const { return !file.empty(); }
   bool gives_scale() const;
   bool gives_centre() const;
@@ -66,12 +67,13 @@ void VisitFields(Input& input, Visitor&& visit) {
                     .word = "beside"});
 }
 
-// The camera of a rendering. Throws InputError.
-Camera MakeCamera(const CameraInput& input);
+// The camera of a rendering; what is not given is that of CameraAbove. Throws InputError.
+Camera MakeCamera(const CameraInput& input, const DrapeDiscs& discs);
 
 // The camera of an image, `where` being its path. Throws InputError (prefix `where`) also when the
-// image has another size than the given one, or another than the published 256 × 256 px and no
-// scale.
-Camera MakeCamera(const CameraInput& input, const GrayImage& image, const std::string& where);
+// image has another size than the given one, or another than that of CameraAbove (published images:
+// 256 × 256 px) and no scale.
+Camera MakeCamera(const CameraInput& input, const GrayImage& image, const DrapeDiscs& discs,
+                  const std::string& where);
 
 }  // namespace drape

@@ -144,7 +144,7 @@ class Evaluation {
       images.Add(drape->image);
       area += CoverageArea(drape->image, camera_) / static_cast<double>(known.size());
     }
-    const ObservedDrape disc = ObserveDisc(std::sqrt(area / M_PI), camera_);
+    const ObservedDrape disc = ObserveDisc(std::sqrt(area / M_PI), camera_, DrapeDiscs());
     const GrayImage mean = images.Mean();
     circle_scorer_.Add({&disc, &disc}, observed);
     for (const ObservedDrape* drape : observed) {
@@ -170,7 +170,7 @@ std::vector<ObservedCapture> ObserveCaptures(const std::vector<Capture>& capture
   for (const Capture& capture : captures) {
     GrayImage image = ReadSilhouette(capture.image).image;
     if (hard_edged) image = HardEdged(image);
-    seen.push_back({capture, ObserveImage(image, camera, capture.image)});
+    seen.push_back({capture, ObserveImage(image, camera, DrapeDiscs(), capture.image)});
   }
   return seen;
 }

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "physics/mesh/disc.h"
 
 namespace drape {
 
@@ -55,10 +58,14 @@ Photograph ReadPhotograph(const std::string& path);
 // which this function would spoil (mean squared change .0013).
 GrayImage HardEdged(const GrayImage& image, float level = 0.5f);
 
-// Writes an 8-bit PNG (a silhouette as black cloth on white). The write is atomic: throws
-// InputError, naming the path, when the folder or the disk does not allow it, and a file that
-// existed before is then unchanged.
-void WritePng(const GrayImage& image, const std::string& path);
+// Writes an 8-bit PNG (a silhouette as black cloth on white). A silhouette's comment says of which
+// discs it is, where they are given. The write is atomic: throws InputError, naming the path, when
+// the folder or the disk does not allow it, and a file that existed before is then unchanged.
+void WritePng(const GrayImage& image, const std::string& path,
+              const std::optional<DrapeDiscs>& discs = {});
 void WritePng(const RgbImage& image, const std::string& path);
+// What that comment says; none in a PNG of others and in another file. Throws InputError for a file
+// that cannot be read.
+std::optional<DrapeDiscs> ReadPngDiscs(const std::string& path);
 
 }  // namespace drape

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <glog/logging.h>
 #include <png.h>
+#include <zlib.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -25,8 +27,26 @@ InputError Broken(const std::string& where, const png_image& png) {
   return InputError(where, std::string("truncated or damaged PNG: ") + png.message);
 }
 
+constexpr std::size_t kSignatureSize = 8, kHeaderSize = 25;  // of a file, of its first chunk
+constexpr std::size_t kFrameSize = 12;                       // of a chunk beside its content
+const std::string kTextChunk = "tEXt", kKeyword = std::string("Comment") + '\0';
+
+std::string BigEndian(uint32_t number) {
+  std::string bytes;
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(number >> shift);
+  return bytes;
+}
+
+// The chunk of a comment [PNG, 11.3.4.3].
+std::string TextChunk(const std::string& comment) {
+  const std::string content = kKeyword + comment, typed = kTextChunk + content;
+  const auto sum = crc32(0, reinterpret_cast<const Bytef*>(typed.data()), uInt(typed.size()));
+  return BigEndian(uint32_t(content.size())) + typed + BigEndian(uint32_t(sum));
+}
+
+// comment: empty: none.
 void WriteBytes(const uint8_t* pixels, int width, int height, png_uint_32 format,
-                const std::string& path) {
+                const std::string& path, const std::string& comment) {
   PngHandle handle;
   handle.png.width = width;
   handle.png.height = height;
@@ -37,6 +57,7 @@ void WriteBytes(const uint8_t* pixels, int width, int height, png_uint_32 format
       png_image_write_to_memory(&handle.png, bytes.data(), &size, 0, pixels, 0, nullptr);
   CHECK(encoded) << handle.png.message;
   bytes.resize(size);
+  if (!comment.empty()) bytes.insert(kSignatureSize + kHeaderSize, TextChunk(comment));
   WriteFileAtomically(path, bytes);
 }
 
@@ -73,7 +94,25 @@ RgbImage DecodePngColors(const std::vector<uint8_t>& bytes, const std::string& w
   return {static_cast<int>(handle.png.width), static_cast<int>(handle.png.height), std::move(rgb)};
 }
 
-void WritePng(const GrayImage& image, const std::string& path) {
+std::optional<DrapeDiscs> ReadPngDiscs(const std::string& path) {
+  const std::string bytes = ReadWholeFile(path);
+  if (!LooksLikePng({bytes.begin(), bytes.begin() + std::min(bytes.size(), kSignatureSize)}))
+    return std::nullopt;
+  for (std::size_t at = kSignatureSize; at + kFrameSize <= bytes.size();) {
+    const std::size_t size = png_get_uint_32(reinterpret_cast<png_const_bytep>(&bytes[at]));
+    const std::string type = bytes.substr(at + 4, 4);
+    if (type == "IDAT" || size > bytes.size() - at - kFrameSize) break;
+    const std::string content = bytes.substr(at + 8, size);
+    if (type == kTextChunk && content.starts_with(kKeyword)) {
+      if (const auto discs = ParseDiscsLine(content.substr(kKeyword.size()))) return discs;
+    }
+    at += size + kFrameSize;
+  }
+  return std::nullopt;
+}
+
+void WritePng(const GrayImage& image, const std::string& path,
+              const std::optional<DrapeDiscs>& discs) {
   CHECK_EQ(image.coverage.size(), size_t(image.width) * image.height);
   std::vector<uint8_t> gray(image.coverage.size());
   for (size_t i = 0; i < gray.size(); ++i) {
@@ -81,12 +120,13 @@ void WritePng(const GrayImage& image, const std::string& path) {
     CHECK(c >= 0 && c <= 1) << "coverage " << c << " of pixel " << i;
     gray[i] = static_cast<uint8_t>(std::lround(255 * (1 - c)));
   }
-  WriteBytes(gray.data(), image.width, image.height, PNG_FORMAT_GRAY, path);
+  WriteBytes(gray.data(), image.width, image.height, PNG_FORMAT_GRAY, path,
+             discs ? DiscsLine(*discs) : "");
 }
 
 void WritePng(const RgbImage& image, const std::string& path) {
   CHECK_EQ(image.rgb.size(), size_t(3) * image.width * image.height);
-  WriteBytes(image.rgb.data(), image.width, image.height, PNG_FORMAT_RGB, path);
+  WriteBytes(image.rgb.data(), image.width, image.height, PNG_FORMAT_RGB, path, "");
 }
 
 }  // namespace drape

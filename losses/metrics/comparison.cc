@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "losses/metrics/comparison.h"
 
+#include <glog/logging.h>
+
 #include <cmath>
 
 #include "losses/camera/camera.h"
@@ -12,6 +14,7 @@
 namespace drape {
 
 DrapeDistance ComputeDistance(const ObservedDrape& a, const ObservedDrape& b) {
+  CHECK(a.discs == b.discs) << ToString(a.discs) << ", " << ToString(b.discs);
   return {
       .mse = MeanSquaredError(a.image, b.image),
       .iou = IntersectionOverUnion(a.image, b.image),
@@ -30,7 +33,7 @@ DrapeComparison CompareDrapes(const ObservedDrape& a, const ObservedDrape& b,
   DrapeComparison comparison{ComputeDistance(a, b), {}, AlignDrapes(a, b)};
   const auto& [rotation, mirrored] = comparison.alignment;
   const GrayImage turned = TurnedImage(b.image, camera, rotation, mirrored);
-  comparison.aligned = ComputeDistance(a, ObserveImage(turned, camera, "turned image"));
+  comparison.aligned = ComputeDistance(a, ObserveImage(turned, camera, b.discs, "turned image"));
   return comparison;
 }
 

@@ -30,7 +30,7 @@ struct DrapeComparison {
   Alignment alignment;
 };
 
-// Both drapes must be seen by the same camera.
+// Both drapes must be of the same discs and seen by the same camera.
 DrapeDistance ComputeDistance(const ObservedDrape& a, const ObservedDrape& b);
 
 // The best of 360 rotations times two flips by least squares of the outlines, refined between the

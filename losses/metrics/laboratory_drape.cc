@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "losses/outline/folds.h"
+#include "losses/outline/shape_features.h"
 
 namespace drape {
 namespace {
@@ -37,11 +38,6 @@ std::vector<double> Spacings(const std::vector<DrapeNode>& nodes) {
 
 }  // namespace
 
-double DrapeCoefficientPercent(double area, const DrapeDiscs& discs) {
-  const double support = M_PI * discs.support * discs.support;
-  return kPercent * (area - support) / (M_PI * discs.specimen * discs.specimen - support);
-}
-
 std::vector<DrapeNode> FindNodes(const Eigen::VectorXd& radius, double min_prominence) {
   const std::vector<Fold> folds = FindFolds(radius, min_prominence);
   std::vector<DrapeNode> nodes;
@@ -70,7 +66,7 @@ LaboratoryDrape MeasureLaboratoryDrape(const Eigen::VectorXd& radius, const Drap
   const MeanAndDeviation spacing = Describe(Spacings(drape.nodes));
   const MeanAndDeviation severity = Describe(severities);
   const double height = Describe(heights).mean;
-  drape.drape_coefficient = DrapeCoefficientPercent(ProfileArea(radius), discs);
+  drape.drape_coefficient = kPercent * DrapeCoefficient(ProfileArea(radius), discs);
   drape.spacing_mean = spacing.mean;
   drape.spacing_variation = spacing.mean > 0 ? spacing.deviation / spacing.mean : 0.0;
   drape.severity_mean = severity.mean;

@@ -4,20 +4,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "losses/outline/shape_features.h"
+#include "physics/mesh/disc.h"
 
 namespace drape {
-
-// A specimen and the disc that it lies on. Drape coefficients of other radii are of another
-// quantity: a specimen of 24, 30 and 36 cm gives three of one fabric [BS 5058], [ISO 9073-9].
-struct DrapeDiscs {
-  double specimen = kClothRadius;   // radius [m]
-  double support = kSupportRadius;  // radius [m]
-};
-
-// The drape coefficient 100·(A − πr²)/(πR² − πr²) [%] of the vertical projection A [m²] of the
-// whole specimen, R and r the radii of specimen and support [ISO 9073-9].
-double DrapeCoefficientPercent(double area, const DrapeDiscs& discs);
 
 // A node (fold) of an outline: a peak between two valleys.
 struct DrapeNode {

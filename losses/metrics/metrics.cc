@@ -49,19 +49,20 @@ double CoverageArea(const GrayImage& image, const Camera& camera) {
 
 SilhouetteMetrics CompareSilhouettes(const GrayImage& image, const Eigen::VectorXd& image_radius,
                                      const GrayImage& fitted_image,
-                                     const Eigen::VectorXd& fitted_radius, const Camera& camera) {
-  const Eigen::VectorXd image_metres = VerticalProfile(image_radius, camera);
-  const Eigen::VectorXd fitted_metres = VerticalProfile(fitted_radius, camera);
+                                     const Eigen::VectorXd& fitted_radius, const Camera& camera,
+                                     const DrapeDiscs& discs) {
+  const Eigen::VectorXd image_metres = VerticalProfile(image_radius, camera, discs);
+  const Eigen::VectorXd fitted_metres = VerticalProfile(fitted_radius, camera, discs);
   SilhouetteMetrics metrics;
   metrics.mse = MeanSquaredError(image, fitted_image);
   metrics.iou = IntersectionOverUnion(image, fitted_image);
   metrics.profile_rms = ProfileRms(image_radius, fitted_radius);
   metrics.hausdorff =
       HausdorffOfPolygons(ProfilePolygon(image_metres), ProfilePolygon(fitted_metres));
-  metrics.image_area_dc = DrapeCoefficient(CoverageArea(image, camera));
-  metrics.fitted_area_dc = DrapeCoefficient(CoverageArea(fitted_image, camera));
-  metrics.image = MeasureShape(image_metres);
-  metrics.fitted = MeasureShape(fitted_metres);
+  metrics.image_area_dc = DrapeCoefficient(CoverageArea(image, camera), discs);
+  metrics.fitted_area_dc = DrapeCoefficient(CoverageArea(fitted_image, camera), discs);
+  metrics.image = MeasureShape(image_metres, discs);
+  metrics.fitted = MeasureShape(fitted_metres, discs);
   return metrics;
 }
 

@@ -35,6 +35,7 @@ struct SilhouetteMetrics {
 // raster of the fit, of the same size as the image.
 SilhouetteMetrics CompareSilhouettes(const GrayImage& image, const Eigen::VectorXd& image_radius,
                                      const GrayImage& fitted_image,
-                                     const Eigen::VectorXd& fitted_radius, const Camera& camera);
+                                     const Eigen::VectorXd& fitted_radius, const Camera& camera,
+                                     const DrapeDiscs& discs);
 
 }  // namespace drape

@@ -31,7 +31,8 @@ double Bilinear(const GrayImage& image, double column, double row) {
 
 }  // namespace
 
-ObservedDrape ObserveImage(const GrayImage& image, const Camera& camera, const std::string& where) {
+ObservedDrape ObserveImage(const GrayImage& image, const Camera& camera, const DrapeDiscs& discs,
+                           const std::string& where) {
   if (image.width != camera.width || image.height != camera.height) {
     throw InputError(where, "image is " + std::to_string(image.width) + "x" +
                                 std::to_string(image.height) + ", expected the camera's " +
@@ -43,20 +44,20 @@ ObservedDrape ObserveImage(const GrayImage& image, const Camera& camera, const s
         where, "the outline has gaps: no cloth at " + std::to_string(outline.missing.size()) +
                    " of " + std::to_string(kObservedAngles) + " angles about the camera's centre");
   }
-  ObservedDrape drape{image, VerticalProfile(outline.radius, camera), {}};
-  drape.shape = MeasureShape(drape.radius);
+  ObservedDrape drape{image, VerticalProfile(outline.radius, camera, discs), {}, discs};
+  drape.shape = MeasureShape(drape.radius, discs);
   return drape;
 }
 
 ObservedDrape ObserveSurface(const ObjSurface& surface, const Camera& camera,
-                             const std::string& where) {
+                             const DrapeDiscs& discs, const std::string& where) {
   Eigen::Matrix2Xd points;
   if (!ProjectVertices(surface.x, camera, &points) || points.cwiseAbs().maxCoeff() > kFarthest)
     throw InputError(where, "a vertex is not in front of the camera");
-  return ObserveImage(Rasterize(surface, camera, kSupersample), camera, where);
+  return ObserveImage(Rasterize(surface, camera, kSupersample), camera, discs, where);
 }
 
-ObservedDrape ObserveDisc(double radius, const Camera& camera) {
+ObservedDrape ObserveDisc(double radius, const Camera& camera, const DrapeDiscs& discs) {
   CHECK_GT(radius, 0);
   const double radius_px = radius * camera.pixels_per_metre();
   GrayImage image(camera.width, camera.height);
@@ -72,7 +73,7 @@ ObservedDrape ObserveDisc(double radius, const Camera& camera) {
       image.at(col, row) = static_cast<float>(inside) / kSamples;
     }
   }
-  return ObserveImage(image, camera, "disc");
+  return ObserveImage(image, camera, discs, "disc");
 }
 
 GrayImage TurnedImage(const GrayImage& image, const Camera& camera, double rotation,

@@ -18,17 +18,19 @@ struct ObservedDrape {
   GrayImage image;
   Eigen::VectorXd radius;  // r(θ) of the outline [m], shape [kObservedAngles] (VerticalProfile)
   ShapeFeatures shape;     // of that profile
+  DrapeDiscs discs;
 };
 
 // Observes an image of the size of the camera, or the image of a surface. Throws InputError (prefix
 // `where`) when the sizes differ, the surface is not in front of the camera, or the outline has
 // gaps.
-ObservedDrape ObserveImage(const GrayImage& image, const Camera& camera, const std::string& where);
+ObservedDrape ObserveImage(const GrayImage& image, const Camera& camera, const DrapeDiscs& discs,
+                           const std::string& where);
 ObservedDrape ObserveSurface(const ObjSurface& surface, const Camera& camera,
-                             const std::string& where);
+                             const DrapeDiscs& discs, const std::string& where);
 
-// Observes a flat disc of that radius [m] about the camera centre.
-ObservedDrape ObserveDisc(double radius, const Camera& camera);
+// Observes a flat disc of that radius [m] about the camera centre, as a drape of the discs.
+ObservedDrape ObserveDisc(double radius, const Camera& camera, const DrapeDiscs& discs);
 
 // Returns the image mirrored (y → −y) if requested and then turned counter-clockwise about the
 // camera centre by `rotation` [rad]; bilinear between pixels, white outside the image.

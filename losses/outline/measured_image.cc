@@ -39,22 +39,26 @@ std::string ScaleRemedy(const Camera& camera, const ImageQuality& quality) {
                 quality.scale_given ? "given" : "of the published images");
 }
 
-void CheckBounds(const Camera& camera, const ImageQuality& quality, const std::string& where) {
+void CheckBounds(const Camera& camera, const ImageQuality& quality, const DrapeDiscs& discs,
+                 const std::string& where) {
+  const double least_radius = kLeastRadius * discs.support;
+  const double largest_radius = kLargestRadius * discs.specimen;
   const double least = quality.radius_min / kMillimetre, largest = quality.radius_max / kMillimetre;
   if (quality.overhanging > kLargestOverhang)
     throw InputError(where,
                      Format("%.0f %% of the rays from the centre cross the outline more than once, "
                             "expected at most %.0f %%: not the outline of one drape",
                             100 * quality.overhanging, 100 * kLargestOverhang));
-  if (quality.radius_max > kLargestRadius)
-    throw InputError(where, Format("the outline reaches %.0f mm, expected at most %.0f of a cloth "
-                                   "of 150 mm; ",
-                                   largest, kLargestRadius / kMillimetre) +
-                                ScaleRemedy(camera, quality));
-  if (quality.radius_min < kLeastRadius)
+  if (quality.radius_max > largest_radius)
+    throw InputError(where,
+                     Format("the outline reaches %.0f mm, expected at most %.0f of a cloth "
+                            "of %.0f mm; ",
+                            largest, largest_radius / kMillimetre, discs.specimen / kMillimetre) +
+                         ScaleRemedy(camera, quality));
+  if (quality.radius_min < least_radius)
     throw InputError(where, Format("the outline comes to %.0f mm of the centre, expected at least "
-                                   "%.0f with a support of 90 mm; ",
-                                   least, kLeastRadius / kMillimetre) +
+                                   "%.0f with a support of %.0f mm; ",
+                                   least, least_radius / kMillimetre, discs.support / kMillimetre) +
                                 ScaleRemedy(camera, quality));
   if (quality.drape_coefficient < kLeastDrapeCoefficient ||
       quality.drape_coefficient > kLargestDrapeCoefficient)
@@ -63,7 +67,7 @@ void CheckBounds(const Camera& camera, const ImageQuality& quality, const std::s
                                 ScaleRemedy(camera, quality));
 }
 
-void AddNotes(const Camera& camera, ImageQuality* quality) {
+void AddNotes(const Camera& camera, const DrapeDiscs& discs, ImageQuality* quality) {
   quality->notes = quality->segmentation.Notes();
   const auto add_doubt = [&](const std::string& note) {
     quality->notes.push_back(note);
@@ -73,20 +77,20 @@ void AddNotes(const Camera& camera, ImageQuality* quality) {
     add_doubt(Format(
         "%.1f %% of the rays cross the outline more than once; the outermost crossing counts",
         100 * quality->overhanging));
-  if (quality->radius_max > kClothRadius + kNotedSlack)
+  if (quality->radius_max > discs.specimen + kNotedSlack)
     add_doubt(
-        Format("the outline reaches %.1f mm, more than the cloth's 150 mm: "
+        Format("the outline reaches %.1f mm, more than the cloth's %.0f mm: "
                "the scale or the centre is slightly off",
-               quality->radius_max / kMillimetre));
-  if (quality->radius_min < kSupportRadius - kNotedSlack)
+               quality->radius_max / kMillimetre, discs.specimen / kMillimetre));
+  if (quality->radius_min < discs.support - kNotedSlack)
     add_doubt(
         Format("the outline comes to %.1f mm of the centre, less than the "
-               "support's 90 mm: the scale or the centre is slightly off",
-               quality->radius_min / kMillimetre));
+               "support's %.0f mm: the scale or the centre is slightly off",
+               quality->radius_min / kMillimetre, discs.support / kMillimetre));
   if (quality->centre_error > kNotedError * camera.pixels_per_metre())
     add_doubt(
         Format("the outline's centre is %.1f px from the centre used", quality->centre_error));
-  if (quality->centre_offset > kNotedOffset * kSupportRadius * camera.pixels_per_metre())
+  if (quality->centre_offset > kNotedOffset * discs.support * camera.pixels_per_metre())
     quality->notes.push_back(
         Format("the support's centre is %.0f px from the image's centre", quality->centre_offset));
 }
@@ -94,11 +98,11 @@ void AddNotes(const Camera& camera, ImageQuality* quality) {
 }  // namespace
 
 MeasuredImage MeasureImage(Silhouette silhouette, const CameraInput& input, CentreMode centre,
-                           const std::string& where) {
+                           const DrapeDiscs& discs, const std::string& where) {
   MeasuredImage measured{std::move(silhouette.image), {}, {}};
   const GrayImage& image = measured.image;
   Camera& camera = measured.camera;
-  camera = MakeCamera(input, image, where);
+  camera = MakeCamera(input, image, discs, where);
   ImageQuality& quality = measured.quality;
   quality.segmentation = std::move(silhouette.segmentation);
   const bool centre_known = input.gives_camera();  // a pinhole's outline is not about the centre
@@ -117,13 +121,13 @@ MeasuredImage MeasureImage(Silhouette silhouette, const CameraInput& input, Cent
     throw InputError(where,
                      "no closed outline around the support's centre, expected the silhouette of a "
                      "drape");
-  const ShapeFeatures shape = MeasureShape(VerticalProfile(outline.radius, camera));
+  const ShapeFeatures shape = MeasureShape(VerticalProfile(outline.radius, camera, discs), discs);
   quality.drape_coefficient = shape.drape_coefficient;
   quality.radius_min = shape.radius_min;
   quality.radius_max = shape.radius_max;
   quality.overhanging = ShareOfOverhangs(image, centred, outline);
-  CheckBounds(camera, quality, where);
-  AddNotes(camera, &quality);
+  CheckBounds(camera, quality, discs, where);
+  AddNotes(camera, discs, &quality);
   return measured;
 }
 

@@ -7,6 +7,7 @@
 #include "losses/camera/camera_input.h"
 #include "losses/image/segmentation.h"
 #include "losses/outline/centre.h"
+#include "physics/mesh/disc.h"
 
 namespace drape {
 
@@ -30,22 +31,22 @@ struct MeasuredImage {
   ImageQuality quality;
 };
 
-// Bounds beyond which an image shows no drape of a cloth of radius 15 cm on a support of radius
-// 9 cm, about the outline's centre. The 494 published images of 17 fabrics that were measured have
-// radii of 87.9 … 156.2 mm (22 go below 90 mm, 131 above 150 mm), drape coefficients of .125 … .961
-// and at most one ray of 360 that crosses the outline more than once.
-inline constexpr double kLeastRadius = 0.086, kLargestRadius = 0.160;  // [m]
+// Bounds beyond which an image shows no drape, about the outline's centre: shares of the radii of
+// support and specimen. The 494 published images of 17 fabrics that were measured (15 cm on 9 cm)
+// have radii of 87.9 … 156.2 mm (22 go below 90 mm, 131 above 150 mm), drape coefficients of .125 …
+// .961 and at most one ray of 360 that crosses the outline more than once.
+inline constexpr double kLeastRadius = 0.086 / 0.09, kLargestRadius = 0.160 / 0.15;
 inline constexpr double kLeastDrapeCoefficient = -0.02, kLargestDrapeCoefficient = 1.02;
 inline constexpr double kLargestOverhang = 0.1;
 
-// Finds the camera of a silhouette and measures its outline, in the vertical projection
-// (VerticalProfile). A camera file says where the centre is, whatever `centre` asks for. The
-// outline's centre is searched for from the camera's centre, or from the centroid of a cloth that
-// is far from it where the user gave no centre. Throws InputError (prefix `where`) when the camera
-// is not known (MakeCamera), the outline is not closed about the support's centre, or one of the
-// bounds does not hold; the message names the likely remedy.
+// Finds the camera of a silhouette of a drape of those discs and measures its outline, in the
+// vertical projection (VerticalProfile). A camera file says where the centre is, whatever `centre`
+// asks for. The outline's centre is searched for from the camera's centre, or from the centroid of
+// a cloth that is far from it where the user gave no centre. Throws InputError (prefix `where`)
+// when the camera is not known (MakeCamera), the outline is not closed about the support's centre,
+// or one of the bounds does not hold; the message names the likely remedy.
 MeasuredImage MeasureImage(Silhouette silhouette, const CameraInput& input, CentreMode centre,
-                           const std::string& where);
+                           const DrapeDiscs& discs, const std::string& where);
 
 // "orthographic camera, 1200x900 px, 2500.0 px/m (given), centre (603.1, 455.0) found from the
 // outline": what the measures of an image rest on.

@@ -158,20 +158,21 @@ RgbImage RenderLines(const GrayImage& image, const Camera& camera, const std::ve
 
 RgbImage RenderOverlay(const GrayImage& image, const Eigen::VectorXd& measured_radius,
                        const Eigen::VectorXd& fitted_radius, const Camera& camera,
-                       const OverlayOptions& options) {
+                       const DrapeDiscs& discs, const OverlayOptions& options) {
   return RenderLines(image, camera,
                      {{"FIT", fitted_radius, options.fitted, 1.0},
                       {"IMAGE", measured_radius, options.measured, 1.0},
-                      Circle("SUPPORT", kSupportRadius, camera, options.support)},
+                      Circle("SUPPORT", discs.support, camera, options.support)},
                      options);
 }
 
 RgbImage RenderMeasurement(const GrayImage& image, const Eigen::VectorXd& measured_radius,
-                           const Camera& camera, const OverlayOptions& options) {
+                           const Camera& camera, const DrapeDiscs& discs,
+                           const OverlayOptions& options) {
   return RenderLines(image, camera,
                      {{"IMAGE", measured_radius, options.measured, 1.0},
-                      Circle("FLAT", kClothRadius, camera, options.flat),
-                      Circle("SUPPORT", kSupportRadius, camera, options.support)},
+                      Circle("FLAT", discs.specimen, camera, options.flat),
+                      Circle("SUPPORT", discs.support, camera, options.support)},
                      options);
 }
 

@@ -22,16 +22,15 @@ struct OverlayOptions {
 };
 
 // Renders a fit: the image in pale grey, enlarged, and on it the measured and the fitted outline
-// (profiles [px], any number of angles ≥ 3), the support circle of radius 9 cm in the support
-// plane, and a legend.
+// (profiles [px], any number of angles ≥ 3), the circle of the support in its plane, and a legend.
 RgbImage RenderOverlay(const GrayImage& image, const Eigen::VectorXd& measured_radius,
                        const Eigen::VectorXd& fitted_radius, const Camera& camera,
-                       const OverlayOptions& options = {});
+                       const DrapeDiscs& discs, const OverlayOptions& options = {});
 
 // Renders how an image was measured, over the silhouette or over the picture that it was made from:
-// as above, with the measured outline [px], the circle of the flat cloth of radius 15 cm and that
-// of the support.
+// as above, with the measured outline [px], the circle of the flat cloth and that of the support.
 RgbImage RenderMeasurement(const GrayImage& image, const Eigen::VectorXd& measured_radius,
-                           const Camera& camera, const OverlayOptions& options = {});
+                           const Camera& camera, const DrapeDiscs& discs,
+                           const OverlayOptions& options = {});
 
 }  // namespace drape

@@ -15,9 +15,9 @@ constexpr int kBandEdges[kNumBands][2] = {{2, 2}, {3, 5}, {6, 9}, {10, 15}};
 
 }  // namespace
 
-double DrapeCoefficient(double area) {
-  const double support = M_PI * kSupportRadius * kSupportRadius;
-  return (area - support) / (M_PI * kClothRadius * kClothRadius - support);
+double DrapeCoefficient(double area, const DrapeDiscs& discs) {
+  const double support = M_PI * discs.support * discs.support;
+  return (area - support) / (M_PI * discs.specimen * discs.specimen - support);
 }
 
 double ProfileArea(const Eigen::VectorXd& radius) {
@@ -62,9 +62,9 @@ double IsoperimetricRatio(const Eigen::VectorXd& radius) {
   return 4 * M_PI * area / (length * length);
 }
 
-ShapeFeatures MeasureShape(const Eigen::VectorXd& radius) {
+ShapeFeatures MeasureShape(const Eigen::VectorXd& radius, const DrapeDiscs& discs) {
   ShapeFeatures features;
-  features.drape_coefficient = DrapeCoefficient(ProfileArea(radius));
+  features.drape_coefficient = DrapeCoefficient(ProfileArea(radius), discs);
   features.folds = CountFolds(radius);
   features.band_energy = BandEnergies(radius);
   features.radius_min = radius.minCoeff();

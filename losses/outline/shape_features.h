@@ -8,15 +8,13 @@
 
 namespace drape {
 
-inline constexpr double kClothRadius = 0.15;    // [m] [BS 5058]
-inline constexpr double kSupportRadius = 0.09;  // [m]
-
 // Features of one radial profile r(θ_k) [m], θ_k = 2πk/K, shape [K] [MODEL, M49]. They do not
 // depend on the rotation of the drape.
 
-// The drape coefficient DC = (A − π·0.09²)/(π·0.15² − π·0.09²) of the area of the silhouette [m²]:
-// 0 for the support, 1 for the flat cloth.
-double DrapeCoefficient(double area);
+// The drape coefficient DC = (A − πr²)/(πR² − πr²) of the area A [m²] of the drape's vertical
+// projection, R and r the radii of specimen and support [BS 5058], [ISO 9073-9]: 0 for the support,
+// 1 for the flat cloth. Laboratories give it in %.
+double DrapeCoefficient(double area, const DrapeDiscs& discs);
 
 // The area ½∫r²dθ [m²] by the trapezoidal rule, which is exact for a circle and spectrally accurate
 // for smooth profiles.
@@ -42,7 +40,7 @@ struct ShapeFeatures {
   double radius_max = 0;                           // [m]
   double isoperimetric_ratio = 0;
 };
-ShapeFeatures MeasureShape(const Eigen::VectorXd& radius);
+ShapeFeatures MeasureShape(const Eigen::VectorXd& radius, const DrapeDiscs& discs);
 
 // Converts a profile from pixels to metres in the support plane.
 inline Eigen::VectorXd MetresFromPixels(const Eigen::VectorXd& radius_px, const Camera& camera) {

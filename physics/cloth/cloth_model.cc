@@ -4,7 +4,12 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "physics/cloth/start_shape.h"
+#include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -84,6 +89,20 @@ Eigen::VectorXd ClothModel::LumpedMass(double density) const {
   for (int i = 0; i < mesh.num_vertices(); ++i)
     mass.segment<3>(3 * i).setConstant(density * vertex_area[i]);
   return mass;
+}
+
+bool HasDiscs(const ClothModel& model, const DrapeDiscs& discs) {
+  constexpr double kTolerance = 0.02;
+  const std::optional<double> support = SupportRadius(model.scene);
+  return support && std::abs(*support / discs.support - 1.0) < kTolerance &&
+         std::abs(HemRadius(model.mesh) / discs.specimen - 1.0) < kTolerance;
+}
+
+void RequireDiscs(const ClothModel& model, const DrapeDiscs& discs, const std::string& mesh) {
+  if (!HasDiscs(model, discs))
+    throw InputError(mesh, Format("found a cloth of radius %g m, expected %g m, half the diameter "
+                                  "of the specimen",
+                                  HemRadius(model.mesh), discs.specimen));
 }
 
 }  // namespace drape

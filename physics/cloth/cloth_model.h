@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "physics/cloth/scene.h"
@@ -38,5 +39,10 @@ struct ClothModel {
   // The lumped mass of each degree of freedom [kg], shape [3V] [MODEL, M27].
   Eigen::VectorXd LumpedMass(double density) const;
 };
+
+// Whether the hem and the support have those radii, to 2 %: a mesh may have a coarse hem.
+bool HasDiscs(const ClothModel& model, const DrapeDiscs& discs);
+// Throws InputError that names `mesh` where it has not.
+void RequireDiscs(const ClothModel& model, const DrapeDiscs& discs, const std::string& mesh);
 
 }  // namespace drape

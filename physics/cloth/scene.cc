@@ -33,13 +33,13 @@ bool Contains(const Region& region, const Eigen::Vector3d& rest_x) {
   return std::visit([&](const auto& shape) { return IsInside(shape, rest_x); }, region);
 }
 
-Scene CusickScene(const CusickContact& contact) {
+Scene CusickScene(const CusickContact& contact, double support_radius) {
   Scene scene;
   scene.gravity = Eigen::Vector3d(0.0, 0.0, -9.8);
-  scene.handles = Handles();
+  scene.handles = Handles{.regions = {DiscRegion{.radius = support_radius}}};
   if (contact.model == ContactModel::kSupport) {
     scene.contact = Contact{.thickness = contact.thickness};
-    scene.contact->obstacles = {MakeSupport(*scene.contact, *SupportRadius(scene))};
+    scene.contact->obstacles = {MakeSupport(*scene.contact, support_radius)};
   }
   return scene;
 }

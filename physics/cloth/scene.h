@@ -8,12 +8,13 @@
 #include <vector>
 
 #include "physics/cloth/contact/contact.h"
+#include "physics/mesh/disc.h"
 
 namespace drape {
 
 // Regions select vertices by their rest position; bounds are included to rounding [m] [MODEL, M28].
 struct DiscRegion {
-  double radius = 0.09;  // |x_rest − centre| ≤ radius
+  double radius = DrapeDiscs().support;  // |x_rest − centre| ≤ radius
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
 };
 struct RingRegion {
@@ -62,9 +63,9 @@ struct CusickContact {
   double thickness = Contact().thickness;  // of the cloth [m]
 };
 
-// The drape test [BS 5058], [ISO 9073-9], [MODEL, M29]: a support of radius 9 cm and gravity −9.8
-// m/s² along z.
-Scene CusickScene(const CusickContact& contact = {});
+// The drape test [BS 5058], [ISO 9073-9], [MODEL, M29]: a support of that radius [m] and gravity
+// −9.8 m/s² along z.
+Scene CusickScene(const CusickContact& contact = {}, double support_radius = DrapeDiscs().support);
 // The radius of the disc on which the cloth lies [m]; std::nullopt when the scene has no such
 // support: one disc about the origin that is all that is held.
 std::optional<double> SupportRadius(const Scene& scene);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string>
 
@@ -110,6 +111,25 @@ Mesh FlatMesh(const Eigen::Matrix2Xd& points, const Edges& edges) {
 }
 
 }  // namespace
+
+std::string ToString(const DrapeDiscs& discs) {
+  constexpr double kCentimetres = 100.0;  // in a metre
+  return Format("%g cm on %g cm", kCentimetres * 2 * discs.specimen,
+                kCentimetres * 2 * discs.support);
+}
+
+std::string DiscsLine(const DrapeDiscs& discs) {
+  return Format("specimen_diameter_m=%.15g support_diameter_m=%.15g", 2 * discs.specimen,
+                2 * discs.support);
+}
+
+std::optional<DrapeDiscs> ParseDiscsLine(const std::string& line) {
+  double specimen = 0.0, support = 0.0;
+  const int read = std::sscanf(line.c_str(), "specimen_diameter_m=%lf support_diameter_m=%lf",
+                               &specimen, &support);
+  if (read != 2 || !(support > 0.0 && support < specimen && specimen < 100.0)) return std::nullopt;
+  return DrapeDiscs{specimen / 2, support / 2};
+}
 
 Mesh MakeDisc(const DiscOptions& options) {
   CheckOptions(options);

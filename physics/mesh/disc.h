@@ -1,15 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+#include <string>
+
 #include "physics/mesh/mesh.h"
 
 namespace drape {
 
-// The specimen of the drape test [BS 5058], [ISO 9073-9] as a mesh.
+// The specimen of a drape test and the disc that it lies on. Drapes of other discs are of another
+// quantity: specimens of 24, 30 and 36 cm on a support of 18 cm give three drape coefficients of
+// one fabric [BS 5058], [ISO 9073-9].
+struct DrapeDiscs {
+  double specimen = 0.15;  // radius [m]
+  double support = 0.09;   // radius [m]
+
+  bool operator==(const DrapeDiscs&) const = default;
+};
+
+// "30 cm on 18 cm": their diameters.
+std::string ToString(const DrapeDiscs& discs);
+
+// A line that files of a drape hold (WriteObj, WritePng), so that drapes of other discs are not
+// mixed up: "specimen_diameter_m=0.3 support_diameter_m=0.18". None for a text that is no such
+// line.
+std::string DiscsLine(const DrapeDiscs& discs);
+std::optional<DrapeDiscs> ParseDiscsLine(const std::string& line);
+
+// The specimen as a mesh.
 struct DiscOptions {
-  double radius = 0.15;          // [m]
-  double support_radius = 0.09;  // [m]
-  int target_vertices = 1200;    // exact number of vertices, 100 … 1,000,000
+  double radius = DrapeDiscs().specimen;         // [m]
+  double support_radius = DrapeDiscs().support;  // [m]
+  int target_vertices = 1200;                    // exact number of vertices, 100 … 1,000,000
 };
 
 // A flat disc (z = 0, uv = xy) of relaxed, unstructured, nearly equilateral triangles without a

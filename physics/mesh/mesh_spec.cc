@@ -6,7 +6,6 @@
 #include <cmath>
 #include <string_view>
 
-#include "physics/mesh/disc.h"
 #include "physics/mesh/strip.h"
 #include "physics/util/errors.h"
 
@@ -26,14 +25,14 @@ T ParseNumber(std::string_view text, const std::string& spec, const std::string&
   return value;
 }
 
-DiscOptions ParseDisc(const std::string& spec) {
+DiscOptions ParseDisc(const std::string& spec, const DrapeDiscs& discs) {
   std::string_view rest = std::string_view(spec).substr(kDiscPrefix.size());
   const auto next_part = [&rest] {
     const std::string_view part = rest.substr(0, rest.find(','));
     rest.remove_prefix(std::min(part.size() + 1, rest.size()));
     return part;
   };
-  DiscOptions options;
+  DiscOptions options{.radius = discs.specimen, .support_radius = discs.support};
   options.target_vertices =
       ParseNumber<int>(next_part(), spec, "a whole number of vertices as in disc:1200");
   while (!rest.empty()) {
@@ -79,9 +78,9 @@ Mesh ParseStrip(const std::string& spec) {
 
 }  // namespace
 
-Mesh ParseMeshSpec(const std::string& spec, const ObjOptions& options) {
+Mesh ParseMeshSpec(const std::string& spec, const ObjOptions& options, const DrapeDiscs& discs) {
   if (spec.starts_with(kStripPrefix)) return ParseStrip(spec);
-  if (spec.starts_with(kDiscPrefix)) return MakeDisc(ParseDisc(spec));
+  if (spec.starts_with(kDiscPrefix)) return MakeDisc(ParseDisc(spec, discs));
   return ReadObj(spec, options);
 }
 

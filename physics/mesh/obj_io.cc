@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <optional>
+#include <sstream>
 
 #include "physics/mesh/obj_parser.h"
 #include "physics/util/atomic_file.h"
@@ -14,6 +15,8 @@
 
 namespace drape {
 namespace {
+
+constexpr std::string_view kComment = "# ";
 
 using Triangles = std::vector<std::array<int, 3>>;
 
@@ -144,9 +147,11 @@ Mesh ReadObj(const std::string& path, const ObjOptions& options) {
   return BuildMesh(surface.x, uv, surface.triangles, path);
 }
 
-void WriteObj(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& x) {
+void WriteObj(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& x,
+              const std::optional<DrapeDiscs>& discs) {
   CHECK_EQ(x.size(), 3 * mesh.num_vertices());
   std::string text = "# drapefit cloth, metres\n";
+  if (discs) text += std::string(kComment) + DiscsLine(*discs) + "\n";
   AppendVertices(x, &text);
   for (int i = 0; i < mesh.num_vertices(); ++i) AppendLine("vt", mesh.uv.col(i), &text);
   for (const Face& face : mesh.faces) {
@@ -166,6 +171,14 @@ void WriteObj(const std::string& path, const ObjSurface& surface) {
   for (const auto& [a, b, c] : surface.triangles)
     text += Format("f %d %d %d\n", a + 1, b + 1, c + 1);
   WriteFileAtomically(path, text);
+}
+
+std::optional<DrapeDiscs> ReadObjDiscs(const std::string& path) {
+  std::istringstream lines(ReadWholeFile(path));
+  for (std::string line; std::getline(lines, line) && line.starts_with('#');)
+    if (line.starts_with(kComment))
+      if (const auto discs = ParseDiscsLine(line.substr(kComment.size()))) return discs;
+  return std::nullopt;
 }
 
 }  // namespace drape

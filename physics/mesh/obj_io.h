@@ -3,9 +3,11 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "physics/mesh/disc.h"
 #include "physics/mesh/mesh.h"
 
 namespace drape {
@@ -38,10 +40,15 @@ ObjSurface ReadObjSurface(const std::string& path, const ObjOptions& options = {
 Mesh ReadObj(const std::string& path, const ObjOptions& options = {});
 
 // Writes positions x [m], shape [3V], with the faces of the mesh and with vt = uv. The write is
-// atomic, and numbers read back bit for bit. CHECKs the size of x. Throws InputError when the file
-// cannot be written.
-void WriteObj(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& x);
+// atomic, and numbers read back bit for bit. A comment says of which discs the drape is, where they
+// are given. CHECKs the size of x. Throws InputError when the file cannot be written.
+void WriteObj(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& x,
+              const std::optional<DrapeDiscs>& discs = {});
 // The same of a surface, which has no vt.
 void WriteObj(const std::string& path, const ObjSurface& surface);
+
+// What that comment says; none in a file of others. Throws InputError for a file that cannot be
+// read.
+std::optional<DrapeDiscs> ReadObjDiscs(const std::string& path);
 
 }  // namespace drape

@@ -20,6 +20,7 @@ struct Observation {
   GrayImage image;
   Camera camera;           // its centre is the support's centre in this image
   Eigen::VectorXd radius;  // outline r(θ) of the image [px of outline_camera()], shape [K]
+  DrapeDiscs discs;        // of the drape
   ImageQuality quality;    // how far the silhouette can be trusted, and what was done to it
 
   // The camera at the scale of the published images, in whose pixels (1.39 mm) a fit compares

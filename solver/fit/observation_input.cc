@@ -16,13 +16,15 @@ namespace {
 
 Observation MakeObservation(std::string name, std::string file, Silhouette silhouette,
                             const ObservationOptions& options) {
+  const DrapeDiscs discs = FindDiscs(options.discs, {file, options.camera.FileFor(file)});
   MeasuredImage measured =
-      MeasureImage(std::move(silhouette), options.camera, options.centre, file);
+      MeasureImage(std::move(silhouette), options.camera, options.centre, discs, file);
   Observation observation{.name = std::move(name),
                           .file = std::move(file),
                           .image = std::move(measured.image),
                           .camera = measured.camera,
                           .radius = {},
+                          .discs = discs,
                           .quality = std::move(measured.quality)};
   const auto radius = observation.MeasureRadius(options.angles);
   CHECK(radius.has_value());  // MeasureImage found a closed outline
@@ -35,7 +37,7 @@ Silhouette SilhouetteOfMesh(const Capture& capture, CameraKind kind) {
   surface.x = TurnedAboutZ(surface.x, capture.mesh_quarters * M_PI / 2);
   Camera camera;
   camera.kind = kind;
-  return {ObserveSurface(surface, camera, capture.mesh).image, {}};
+  return {ObserveSurface(surface, camera, DrapeDiscs(), capture.mesh).image, {}};
 }
 
 }  // namespace

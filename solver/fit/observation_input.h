@@ -4,6 +4,7 @@
 #include <string>
 
 #include "losses/camera/camera_input.h"
+#include "losses/camera/discs_input.h"
 #include "losses/dataset/dataset.h"
 #include "losses/outline/centre.h"
 #include "physics/util/options/enum_names.h"
@@ -24,13 +25,15 @@ constexpr auto EnumNames(ObservationSource) {
 
 struct ObservationOptions {
   CameraInput camera = {};  // of images; captures of the public data set have the published one
+  DiscsInput discs = {};
   CentreMode centre = CentreMode::kOutline;
   int angles = 90;  // K of r(θ)
 };
 
 template <MutableOrConst<ObservationOptions> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
-  auto& [camera, centre, angles] = options;
+  auto& [camera, discs, centre, angles] = options;
+  VisitFields(discs, visit);
   VisitFields(camera, visit);
   visit(centre, Field{.key = "centre",
                       .doc = "where the support's centre is: nominal: at camera_cx, camera_cy; "
@@ -43,7 +46,8 @@ void VisitFields(Options& options, Visitor&& visit) {
 
 // An image of a drape, or what the camera sees of a published mesh, which has been turned onto its
 // image (KeepUsable); its name is the file's, or "sample_2_capture_1_up". Throws InputError for a
-// file that cannot be read or shows no drape (SegmentSilhouette, MeasureImage).
+// file that cannot be read, shows no drape (SegmentSilhouette, MeasureImage) or is of other discs
+// than the options say (FindDiscs).
 Observation ReadImageObservation(const std::string& file, const ObservationOptions& options);
 Observation ReadCaptureObservation(const Capture& capture, ObservationSource source,
                                    const ObservationOptions& options);

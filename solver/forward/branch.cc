@@ -36,14 +36,15 @@ bool DrapeOutline(const Mesh& mesh, const Eigen::VectorXd& x, Eigen::VectorXd* o
   return true;
 }
 
-BranchSignature ComputeSignature(const Eigen::VectorXd& outline, const SignatureOptions& options) {
+BranchSignature ComputeSignature(const Eigen::VectorXd& outline, const DrapeDiscs& discs,
+                                 const SignatureOptions& options) {
   CHECK_GT(outline.size(), 2 * options.range.last);
   CHECK_GE(outline.size(), 180);
   CHECK(options.modes >= 1 && options.range.first >= 1);
   CHECK_GE(options.range.last, options.range.first);
   BranchSignature signature;
   signature.folds = CountFolds(outline);
-  signature.drape_coefficient = DrapeCoefficient(ProfileArea(outline));
+  signature.drape_coefficient = DrapeCoefficient(ProfileArea(outline), discs);
   for (int k = options.range.first; k <= options.range.last; ++k) {
     signature.modes.push_back(ModeOfOutline(outline, k));
   }

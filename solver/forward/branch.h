@@ -6,7 +6,7 @@
 
 #include "losses/outline/outline_match.h"
 #include "physics/cloth/start_shape.h"
-#include "physics/mesh/mesh.h"
+#include "physics/mesh/disc.h"
 
 namespace drape {
 
@@ -32,7 +32,7 @@ struct SignatureOptions {
 bool DrapeOutline(const Mesh& mesh, const Eigen::VectorXd& x, Eigen::VectorXd* outline);
 
 // Of an outline [m], shape [n] at θ_i = 2π i/n. CHECKs n > 2·range.last, n ≥ 180.
-BranchSignature ComputeSignature(const Eigen::VectorXd& outline,
+BranchSignature ComputeSignature(const Eigen::VectorXd& outline, const DrapeDiscs& discs,
                                  const SignatureOptions& options = {});
 
 // Root mean square distance of equal vertices [m]; a, b: [3V]. It is 0 on one branch only: turned

@@ -17,25 +17,26 @@ namespace {
 
 constexpr int kSupersample = 4;
 
-State RandomStart(const ClothModel& model, int seed, double hem_rms) {
+State RandomStart(const ClothModel& model, int seed, double hem_rms, const DrapeDiscs& discs) {
   const StartShape shape = RandomStartShape(static_cast<uint64_t>(seed), hem_rms);
-  return {ApplyStartShape(model.mesh, kSupportRadius, shape),
+  return {ApplyStartShape(model.mesh, discs.support, shape),
           Eigen::VectorXd::Zero(model.num_dofs())};
 }
 
-void Measure(const ClothModel& model, const MaterialField& material, DrapeSample* sample) {
+void Measure(const ClothModel& model, const MaterialField& material, const DrapeDiscs& discs,
+             DrapeSample* sample) {
   sample->energy = Energy(model, material, sample->x);
   sample->at_rest = DrapeOutline(model.mesh, sample->x, &sample->outline);
   if (!sample->at_rest) {
     sample->status = "no outline";
     return;
   }
-  sample->signature = ComputeSignature(sample->outline);
-  sample->silhouette = Rasterize(model.mesh, sample->x, Camera(), kSupersample);
+  sample->signature = ComputeSignature(sample->outline, discs);
+  sample->silhouette = Rasterize(model.mesh, sample->x, CameraAbove(discs), kSupersample);
 }
 
 DrapeSample FromEquilibrium(const ClothModel& model, const MaterialField& material,
-                            EquilibriumResult rest) {
+                            const DrapeDiscs& discs, EquilibriumResult rest) {
   DrapeSample sample;
   sample.status = ToString(rest.status);
   sample.stable = rest.status == EquilibriumStatus::kStable;
@@ -43,15 +44,15 @@ DrapeSample FromEquilibrium(const ClothModel& model, const MaterialField& materi
   sample.newton_iterations = rest.iterations;
   sample.x = std::move(rest.x);
   if (sample.stable || rest.status == EquilibriumStatus::kUnstable) {
-    Measure(model, material, &sample);
+    Measure(model, material, discs, &sample);
   }
   return sample;
 }
 
 DrapeSample FromSettled(const ClothModel& model, const MaterialField& material,
-                        SettledDrape drape) {
+                        const DrapeDiscs& discs, SettledDrape drape) {
   if (drape.steps == RolloutStatus::kOk)
-    return FromEquilibrium(model, material, std::move(drape.rest));
+    return FromEquilibrium(model, material, discs, std::move(drape.rest));
   DrapeSample failed;
   failed.status = ToString(drape.steps);
   return failed;
@@ -95,10 +96,11 @@ std::vector<DrapeSample> SampleEquilibria(Backend& backend, const MaterialField&
   const ClothModel& model = backend.model();
   std::vector<DrapeSample> samples;
   const auto task = [&](int i) {
-    return DrapeTask{material, RandomStart(model, options.first_seed + i, options.hem_rms)};
+    return DrapeTask{material,
+                     RandomStart(model, options.first_seed + i, options.hem_rms, options.discs)};
   };
   const auto done = [&](int i, SettledDrape drape) {
-    samples.push_back(FromSettled(model, material, std::move(drape)));
+    samples.push_back(FromSettled(model, material, options.discs, std::move(drape)));
     samples.back().seed = options.first_seed + i;
     control.Report((i + 1.0) / options.samples,
                    "start " + std::to_string(i + 1) + " of " + std::to_string(options.samples));

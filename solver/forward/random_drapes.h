@@ -25,6 +25,7 @@ struct SamplingOptions {
   double h = 0.1;         // time step [s]
   int steps = 100;        // before Newton
   int threads = 1;        // ≥ 1
+  DrapeDiscs discs = {};  // of the cloth
 };
 
 // One random start and where it came to rest.
@@ -39,7 +40,7 @@ struct DrapeSample {
   Eigen::VectorXd x;        // [m], shape [3V]
   Eigen::VectorXd outline;  // [m], shape [kBranchAngles]
   BranchSignature signature;
-  GrayImage silhouette;  // through the default camera
+  GrayImage silhouette;  // through CameraAbove
 };
 
 // In the order of their seeds; fewer when *cancel turns true.

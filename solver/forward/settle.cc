@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 #include <utility>
 
-#include "losses/outline/shape_features.h"
 #include "physics/cloth/start_shape.h"
 
 namespace drape {
@@ -72,6 +72,8 @@ NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::
                   const EquilibriumOptions& options) {
   constexpr int kNudges = 4;
   const Mesh& mesh = backend.model().mesh;
+  const std::optional<double> support = SupportRadius(backend.model().scene);
+  CHECK(support.has_value());
   NudgedDrape released = Release(backend, material, x, options.cancel);
   if (released.status == EquilibriumStatus::kStable && released.drift <= kAtRestDrift)
     return released;
@@ -80,7 +82,7 @@ NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::
   nudged.reserve(kNudges);
   for (int seed = 1; seed <= kNudges; ++seed) {
     const StartShape waves = RandomStartShape(seed, kNudge);
-    const Eigen::VectorXd moved = x + ApplyStartShape(mesh, kSupportRadius, waves) - mesh.rest_x;
+    const Eigen::VectorXd moved = x + ApplyStartShape(mesh, *support, waves) - mesh.rest_x;
     nudged.push_back({moved, Eigen::VectorXd::Zero(x.size())});
     inputs.push_back({&material, &nudged.back()});
   }

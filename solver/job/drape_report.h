@@ -4,7 +4,10 @@
 #include <Eigen/Core>
 #include <atomic>
 #include <optional>
+#include <string>
+#include <vector>
 
+#include "losses/metrics/laboratory_drape.h"
 #include "losses/metrics/metrics.h"
 #include "physics/simulation/backend.h"
 #include "solver/fit/observation.h"
@@ -32,6 +35,7 @@ struct DrapeReport {
   EquilibriumStatus status = EquilibriumStatus::kStable;
   // The drapes of the fitted material from other starts; none where they are not stable.
   std::optional<MeasuredDrape> from_guess, from_flat;
+  LaboratoryDrape laboratory;  // of the image
 };
 
 // Angles of the profiles that are compared.
@@ -50,5 +54,13 @@ struct DrapeReportOptions {
 bool ReportDrape(Backend& backend, StepSolver& solver, const MaterialField& material,
                  const Observation& observation, const Eigen::VectorXd& x,
                  const DrapeReportOptions& options, DrapeReport* report);
+
+// The names of the files of a fitted drape: a picture of the outlines, the mesh, and its state as a
+// start for other programs.
+std::vector<std::string> ListDrapeFiles(const Observation& observation);
+// Writes them, each atomically; nothing for a drape that has no outline. Throws InputError when one
+// cannot be written.
+void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& observation,
+                const DrapeReport& drape);
 
 }  // namespace drape

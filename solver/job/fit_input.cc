@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "cuda/make_backend.h"
+#include "physics/cloth/start_shape.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
@@ -165,31 +166,30 @@ void NoteDensity(const std::vector<LabMeasurement>& measurements, FitInput* inpu
              input->problem.material.density));
 }
 
-FitInput::Cloth MakeCloth(const FitSpec& spec, const std::string& mesh, std::string* device) {
+FitInput::Cloth MakeCloth(const FitSpec& spec, const DrapeDiscs& discs, const std::string& mesh,
+                          std::string* device) {
   FitInput::Cloth cloth;
-  cloth.model = std::make_shared<const ClothModel>(ParseMeshSpec(mesh), CusickScene(spec.contact),
-                                                   MakeLaw(spec.law));
+  cloth.model = std::make_shared<const ClothModel>(
+      ParseMeshSpec(mesh, {}, discs), CusickScene(spec.contact, discs.support), MakeLaw(spec.law));
   if (cloth.model->held.size() == static_cast<size_t>(cloth.model->mesh.num_vertices()))
     throw InputError(mesh,
-                     "found all vertices on the support of radius 0.09 m, expected a cloth "
-                     "that hangs over it");
+                     Format("found all vertices on the support of radius %g m, expected a cloth "
+                            "that hangs over it",
+                            discs.support));
+  RequireDiscs(*cloth.model, discs, mesh);
   cloth.backend = MakeBackend(spec.backend, cloth.model, spec.threads, device);
   return cloth;
 }
 
 void MakeBackends(const FitSpec& spec, FitInput* input) {
-  input->fine = MakeCloth(spec, spec.mesh, &input->device);
-  input->coarse = MakeCloth(spec, spec.coarse_mesh, nullptr);
+  input->fine = MakeCloth(spec, input->discs, spec.mesh, &input->device);
+  input->coarse = MakeCloth(spec, input->discs, spec.coarse_mesh, nullptr);
   input->problem.fine = input->fine.backend.get();
   input->problem.coarse = input->coarse.backend.get();
-  for (const std::string& mesh : SearchMeshes(spec, &input->notes)) {
-    input->search.push_back(MakeCloth(spec, mesh, nullptr));
+  for (const std::string& mesh : SearchMeshes(spec, input->discs, &input->notes)) {
+    input->search.push_back(MakeCloth(spec, input->discs, mesh, nullptr));
     input->problem.search.push_back(input->search.back().backend.get());
   }
-}
-
-double LargestRadius(const Mesh& mesh) {
-  return std::sqrt(mesh.uv.colwise().squaredNorm().maxCoeff());
 }
 
 double TotalArea(const Mesh& mesh) {
@@ -198,11 +198,10 @@ double TotalArea(const Mesh& mesh) {
   return area;
 }
 
-// To what coarse polygons lack of a round cloth.
 bool IsSameCloth(const Mesh& a, const Mesh& b) {
-  constexpr double kShare = 0.03;
+  constexpr double kShare = 0.03;  // that coarse polygons lack of a round cloth
   const auto agree = [](double x, double y) { return std::abs(x - y) <= kShare * std::max(x, y); };
-  return agree(TotalArea(a), TotalArea(b)) && agree(LargestRadius(a), LargestRadius(b));
+  return agree(TotalArea(a), TotalArea(b)) && agree(HemRadius(a), HemRadius(b));
 }
 
 // Adds the fields of a checkpoint's key.
@@ -265,12 +264,26 @@ std::shared_ptr<const FabricPrior> ReadPrior(const FitSpec& spec, double density
 
 }  // namespace
 
-std::vector<std::string> SearchMeshes(const FitSpec& spec, std::vector<std::string>* notes) {
+DrapeDiscs FitDiscs(const FitSpec& spec, const FitData& data) {
+  std::vector<std::string> files = data.images;
+  for (const std::string& image : data.images)
+    files.push_back(spec.observation.camera.FileFor(image));
+  const DrapeDiscs discs = FindDiscs(spec.observation.discs, files);
+  if (!data.captures.empty() && discs != DrapeDiscs())
+    throw InputError("option 'specimen' or 'support'",
+                     "found " + ToString(discs) + " beside the published data set, expected its " +
+                         ToString(DrapeDiscs()));
+  return discs;
+}
+
+std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& discs,
+                                      std::vector<std::string>* notes) {
   constexpr double kCoarser = 0.7;  // of the vertices
   constexpr double kMostGrowth = 2.0;
   constexpr double kRounding = 0.1;  // a disc has not exactly the vertices that it is named by
   constexpr std::string_view kDisc = "disc:";
-  const Mesh search = ParseMeshSpec(spec.search_mesh), fine = ParseMeshSpec(spec.mesh);
+  const Mesh search = ParseMeshSpec(spec.search_mesh, {}, discs),
+             fine = ParseMeshSpec(spec.mesh, {}, discs);
   const double growth = double(fine.num_vertices()) / search.num_vertices();
   if (growth * kCoarser < 1.0) return {};
   if (!IsSameCloth(search, fine)) {
@@ -320,7 +333,10 @@ FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   FitInput input;
   input.notes = data.notes;
   std::vector<LabMeasurement> measurements = ReadAllMeasurements(data.lab_measurements);
-  input.problem.observations = ReadObservations(data, spec.observation);
+  input.discs = FitDiscs(spec, data);
+  ObservationOptions observation = spec.observation;
+  observation.discs = GivenDiscs(input.discs);
+  input.problem.observations = ReadObservations(data, observation);
   input.problem.specimens = data.specimens;
   CheckNames(input.problem.observations);
   for (std::string& note : ListNotes(input.problem.observations))
@@ -348,6 +364,7 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
   const auto& [images, captures, source, specimens, lab_measurements, material, other_materials,
                density, ground_truth, notes, log_lines] = data;
   const FitProblem& problem = input.problem;
+  key["discs"] = {input.discs.specimen, input.discs.support};
   key["material"] = material;
   key["density"] = problem.material.density;
   key["stretch_table"] = problem.material.stretch[0].c;

@@ -20,6 +20,7 @@ struct FitInput {
   std::vector<Cloth> search;
   std::string device;  // of MakeBackend; empty: laboratory measurements alone, without a backend
   FitProblem problem;  // without strips
+  DrapeDiscs discs;
   bool density_is_given = false;  // else it is that of the start tables
   std::unique_ptr<StripResiduals> strips;
   std::unique_ptr<MaterialField> ground_truth;
@@ -27,11 +28,16 @@ struct FitInput {
   std::vector<std::string> notes;
 };
 
+// The discs of the drapes that are fitted: those of the images and the options, or of the captures.
+// Throws InputError where these contradict one another (FindDiscs).
+DrapeDiscs FitDiscs(const FitSpec& spec, const FitData& data);
+
 // The meshes of a fit before spec.mesh: spec.search_mesh and, where both are built-in discs, those
 // between them, each with at most twice the vertices of the one before. None where search_mesh
 // is not clearly coarser than mesh, or is another cloth, of which there is a note. Throws
 // InputError for a malformed one.
-std::vector<std::string> SearchMeshes(const FitSpec& spec, std::vector<std::string>* notes);
+std::vector<std::string> SearchMeshes(const FitSpec& spec, const DrapeDiscs& discs,
+                                      std::vector<std::string>* notes);
 
 // Throws InputError unless the names of the images can be those of output files: short and
 // distinct.

@@ -21,6 +21,7 @@
 #include "solver/job/fit_input.h"
 #include "solver/job/fit_report.h"
 #include "solver/posterior/posterior_fit.h"
+#include "solver/posterior/posterior_report.h"
 
 namespace drape {
 namespace {
@@ -172,38 +173,56 @@ void ReportDrapes(const FitSpec& spec, const FitProblem& problem, const FitInput
   }
 }
 
+// As laboratories report the fitted cloth.
+LaboratorySheet MakeSheet(const FitSpec& spec, const FitReport& report, const Judgement& judge) {
+  return MakeFabricSheet({.tables = MeanTables(report.material),
+                          .law = MakeLaw(spec.law),
+                          .weights = report.stiffness_weights,
+                          .density_is_given = report.density_is_given},
+                         judge);
+}
+
 // How well the stiffness of the fitted cloth is known: by the Laplace approximation at its one
 // table, with the outlines' residuals weighted as those of a posterior: by their own σ, and as many
-// as are independent.
-StiffnessEstimates EstimateFittedStiffness(const FitSpec& spec, const FitProblem& problem,
-                                           const FitCandidate& best,
-                                           const Eigen::MatrixXd& jacobian,
-                                           const FitReport& report) {
+// as are independent; the laboratory's quantities by the posterior of model bayes.
+void EstimateFittedStiffness(const FitSpec& spec, const FitProblem& problem,
+                             const FitCandidate& best, const Eigen::MatrixXd& jacobian,
+                             FitReport& report) {
   const OutlineResidualOptions& residuals = spec.stages.residuals;
   const double sigma_ratio = residuals.sigma_px / std::max(residuals.sigma_px, best.profile_rms);
   const double independent = std::min(1.0, double(spec.posterior.angles) / spec.observation.angles);
-  StiffnessEstimates estimates = EstimateStiffness(
-      FittedMaterial(spec.stages, best), report.stiffness_weights,
-      TyingMatrix(spec.stages.parameters),
-      {.jacobian = jacobian,
-       .outline_rows = std::min<Eigen::Index>(
-           jacobian.rows(), problem.observations.size() * spec.observation.angles),
-       .outline_weight = sigma_ratio * sigma_ratio * independent},
-      spec.stages.prior_sigma);
+  const MaterialField table = FittedMaterial(spec.stages, best);
+  const Eigen::MatrixXd tie = TyingMatrix(spec.stages.parameters);
+  const WeightedRows rows = {
+      .jacobian = jacobian,
+      .outline_rows = std::min<Eigen::Index>(jacobian.rows(),
+                                             problem.observations.size() * spec.observation.angles),
+      .outline_weight = sigma_ratio * sigma_ratio * independent};
+  StiffnessEstimates estimates =
+      EstimateStiffness(table, report.stiffness_weights, tie, rows, spec.stages.prior_sigma);
   const MaterialField mean = MeanTables(report.material);
   estimates.stretch.value = EffectiveStretch(mean, report.stiffness_weights);
   estimates.bend.value = EffectiveBend(mean, report.stiffness_weights);
-  return estimates;
+  report.stiffness = estimates;
+  const bool sampled = report.posterior && report.posterior->kind == PosteriorKind::kHierarchy;
+  report.fabric_sheet = MakeSheet(
+      spec, report,
+      sampled
+          ? JudgeByPosterior(MakeStoredPosterior(*report.posterior), estimates.stretch.determined)
+          : JudgeByLaplace(table, tie, rows, spec.stages.prior_sigma));
 }
 
-// The fit of laboratory measurements ends with the last of its stages that succeeds.
-StiffnessEstimates EstimateLabStiffness(const FitSummary& fit, const MaterialField& table,
-                                        double prior_sigma) {
+// That fit ends with the last of its stages that succeeds.
+void EstimateLabStiffness(const FitSpec& spec, FitReport& report) {
+  const FitSummary& fit = *report.lab_fit;
   const auto* const tying =
       std::find_if(std::begin(kParameterTyings), std::end(kParameterTyings),
                    [&](ParameterTying t) { return TyingMatrix(t).cols() == fit.jacobian.cols(); });
-  return EstimateStiffness(table, EqualStiffnessWeights(), TyingMatrix(*tying),
-                           {.jacobian = fit.jacobian}, prior_sigma);
+  const Eigen::MatrixXd tie = TyingMatrix(*tying);
+  const WeightedRows rows = {.jacobian = fit.jacobian};
+  const double sigma = spec.stages.prior_sigma;
+  report.stiffness = EstimateStiffness(report.material, EqualStiffnessWeights(), tie, rows, sigma);
+  report.fabric_sheet = MakeSheet(spec, report, JudgeByLaplace(report.material, tie, rows, sigma));
 }
 
 // Without a candidate: the fit of the laboratory measurements.
@@ -212,8 +231,7 @@ void ReportLab(const FitSpec& spec, const FitProblem& problem, FitReport& report
   if (problem.strips == nullptr) return;
   report.material = problem.material;
   report.spectrum = ComputeSpectrum(report.lab_fit->jacobian, spec.stages.prior_sigma);
-  report.stiffness =
-      EstimateLabStiffness(*report.lab_fit, report.material, spec.stages.prior_sigma);
+  EstimateLabStiffness(spec, report);
   report.strips = ReportStrips(*problem.strips, report.material);
   NoteMisfits(report.strips, &report.notes);
 }
@@ -237,7 +255,7 @@ void FillReport(const FitSpec& spec, const FitInput& input, const FitProblem& pr
       control.cancelled() ? Eigen::MatrixXd() : FitJacobian(problem, spec.stages, *best);
   if (jacobian.size() > 0) report.spectrum = ComputeSpectrum(jacobian, spec.stages.prior_sigma);
   report.stiffness_weights = StiffnessWeights(problem.fine->model(), FittedShapes(report, *best));
-  report.stiffness = EstimateFittedStiffness(spec, problem, *best, jacobian, report);
+  EstimateFittedStiffness(spec, problem, *best, jacobian, report);
   report.mesh_error = EstimateMeshError(input.problem, spec.stages, state);
   if (problem.fine != input.problem.fine && !control.cancelled())
     report.notes.push_back(Format("the fit ended on %d vertices: its drapes are not stable on %s",

@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "losses/camera/discs_input.h"
+#include "losses/metrics/laboratory_sheet.h"
 #include "losses/metrics/report_json.h"
-#include "losses/outline/outline.h"
-#include "losses/outline/overlay.h"
-#include "physics/cloth/state_io.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
-#include "physics/mesh/obj_io.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
@@ -175,6 +173,31 @@ ordered_json ImagesJson(const FitProblem& problem, const FitReport& report,
           {"mean_settled", ComputeMean(images, ordered_json::json_pointer("/settled/metrics"))}};
 }
 
+// The sheets that a laboratory would fill in: of the material and of the drape in each image.
+ordered_json LaboratoryJson(const FitProblem& problem, const FitReport& report) {
+  ordered_json json = ordered_json::object();
+  if (report.fabric_sheet) json["material"] = SheetJson(*report.fabric_sheet);
+  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+    json["drape_" + problem.observations[i].name] = DrapeSheetJson(
+        report.drapes[i].laboratory, "Drape in the image " + problem.observations[i].name);
+  return json;
+}
+
+// The rows of a sheet that fit on a screen.
+std::string ShortSheet(const LaboratorySheet& sheet) {
+  return SheetText(sheet, {"dc_percent", "nodes", "node_severity", "drape_distance_ratio_percent",
+                           "bending_warp_un_m", "bending_weft_un_m", "bending_overall_un_m",
+                           "bending_length_overall_cm", "shear_n_per_m"});
+}
+
+std::string LaboratoryText(const FitProblem& problem, const FitReport& report) {
+  std::string text;
+  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+    text += ShortSheet(DrapeSheet(report.drapes[i].laboratory,
+                                  "Drape in the image " + problem.observations[i].name));
+  return text + (report.fabric_sheet ? ShortSheet(*report.fabric_sheet) : "");
+}
+
 ordered_json SettingsJson(const FitSpec& spec) {
   return {{"model", ToString(spec.model)},
           {"law", ToString(spec.law)},
@@ -199,6 +222,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
   if (report.fitted()) {
     json["stiffness"] = StiffnessJson(report);
     json["bending"] = BendingJson(report);
+    json["laboratory"] = LaboratoryJson(problem, report);
   }
   if (!report.strips.empty()) json["lab_measurements"] = StripsJson(report.strips);
   if (problem.observations.empty()) {
@@ -207,6 +231,7 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
     if (report.lab_fit) json.update(LabFitJson(prior_sigma, *report.lab_fit));
     return json;
   }
+  json.update(DiscsJson(problem.observations[0].discs));
   json["backend"] = problem.fine->name();
   if (!data.captures.empty()) {
     json["fabric"] = data.captures[0].fabric;
@@ -231,45 +256,6 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
     json["posterior"] = PosteriorJson(*report.posterior, report.stiffness_weights);
   json.update(ImagesJson(problem, report, best->guess));
   return json;
-}
-
-// The drape moved so that a camera of this scale, centred in the image, sees it where the image has
-// it. That of a photograph stays where it is: its camera file says where the support is.
-Eigen::VectorXd SeenFromNominalCamera(const Eigen::VectorXd& x, const Camera& camera) {
-  if (camera.kind == CameraKind::kPinhole) return x;
-  const double cx = 0.5 * (camera.width - 1), cy = 0.5 * (camera.height - 1);
-  Eigen::VectorXd moved = x;
-  for (Eigen::Index i = 0; i < x.size(); i += 3) {
-    moved[i] += (camera.cx - cx) / camera.pixels_per_metre();
-    moved[i + 1] -= (camera.cy - cy) / camera.pixels_per_metre();
-  }
-  return moved;
-}
-
-std::string PictureName(const Observation& observation) {
-  return "fit_" + observation.name + ".png";
-}
-
-std::string DrapeName(const Observation& observation) {
-  return "drape_" + observation.name + ".obj";
-}
-std::string StartName(const Observation& observation) {
-  return "start_" + observation.name + ".json";
-}
-
-void WriteDrape(const std::string& folder, const Mesh& mesh, const Observation& observation,
-                const DrapeReport& drape) {
-  if (drape.fitted.x.size() == 0) return;  // it has no outline; there is a note
-  Outline image, fitted;
-  if (OutlineFromImage(observation.image, observation.camera, kReportAngles, &image) &&
-      OutlineFromMesh(mesh, drape.fitted.x, observation.camera, kReportAngles, &fitted)) {
-    WritePng(RenderOverlay(observation.image, image.radius, fitted.radius, observation.camera),
-             folder + "/" + PictureName(observation));
-  }
-  WriteObj(folder + "/" + DrapeName(observation), mesh,
-           SeenFromNominalCamera(drape.fitted.x, observation.camera));
-  WriteState(folder + "/" + StartName(observation),
-             {drape.fitted.x, Eigen::VectorXd::Zero(drape.fitted.x.size())});
 }
 
 // Of one table of each kind, beside those that the images were made with, if given: "c11  fitted
@@ -345,9 +331,7 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
 std::vector<std::string> ListResultFiles(const FitSpec& spec, const FitProblem& problem) {
   std::vector<std::string> names = {"summary.json", "material.json"};
   for (const Observation& observation : problem.observations)
-    for (const std::string& name :
-         {PictureName(observation), DrapeName(observation), StartName(observation)})
-      names.push_back(name);
+    for (const std::string& name : ListDrapeFiles(observation)) names.push_back(name);
   if (spec.model != FitModel::kHomogeneous) names.emplace_back("material_homogeneous.json");
   if (HasPosterior(spec.model)) names.insert(names.end(), {"posterior.json", "base.json"});
   if (spec.model == FitModel::kHeterogeneous)
@@ -358,7 +342,8 @@ std::vector<std::string> ListResultFiles(const FitSpec& spec, const FitProblem& 
 std::vector<std::string> MainFiles(const FitProblem& problem, const FitReport& report) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
-    if (report.drapes[i].fitted.x.size() > 0) names.push_back(PictureName(problem.observations[i]));
+    if (report.drapes[i].fitted.x.size() > 0)
+      names.push_back(ListDrapeFiles(problem.observations[i])[0]);
   names.emplace_back(report.posterior ? "posterior.json" : "material.json");
   return names;
 }
@@ -368,6 +353,7 @@ std::string FitText(const FitProblem& problem, const FitReport& report) {
          MaterialTable(MeanTables(report.material), report.ground_truth, report.stiffness_weights) +
          (report.fields ? FieldTable(*report.fields) : "") +
          (report.posterior ? PosteriorTable(*report.posterior, report.stiffness_weights) : "") +
+         LaboratoryText(problem, report) +
          Format("  %d of %d directions are determined by the data\n", report.spectrum.determined,
                 static_cast<int>(report.spectrum.values.size())) +
          VerdictLine(problem, report);

@@ -29,6 +29,7 @@ struct FitReport {
   Spectrum spectrum;                      // empty when the drapes are not stable
   Eigen::VectorXd stiffness_weights = EqualStiffnessWeights();  // of the fitted drapes
   std::optional<StiffnessEstimates> stiffness;  // of `material`, means over the cloth
+  std::optional<LaboratorySheet> fabric_sheet;  // of `material`
   std::optional<MeshError> mesh_error;          // of its one table; none for a fit on one mesh
   bool density_is_given = false;                // else it is that of the start tables
   const MaterialField* ground_truth = nullptr;  // that the images were made with, if known

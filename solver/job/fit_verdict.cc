@@ -159,6 +159,60 @@ double LaplaceDeviation(const Eigen::VectorXd& gradient, const Eigen::MatrixXd& 
   return std::sqrt(gradient.dot(precision.llt().solve(gradient)));
 }
 
+// How well the logarithm of a quantity is known at a fitted table, of which `shares` is its
+// gradient by the log entries, shape [39].
+class LaplaceApproximation {
+ public:
+  LaplaceApproximation(const Eigen::MatrixXd& tie, const WeightedRows& rows, double prior_sigma)
+      : tie_(tie),
+        has_outlines_(rows.outline_rows > 0),
+        all_(rows.jacobian.size() > 0 ? rows.jacobian : Eigen::MatrixXd(0, tie.cols())),
+        prior_sigma_(prior_sigma) {
+    all_.topRows(rows.outline_rows) *= std::sqrt(rows.outline_weight);
+    strips_ = all_.bottomRows(all_.rows() - rows.outline_rows);
+  }
+
+  // Whether a free number changes it at all.
+  bool Varies(const Eigen::VectorXd& shares) const {
+    constexpr double kRounding = 1e-6;
+    return (tie_.transpose() * shares).norm() > kRounding;
+  }
+
+  // degree: of the quantity in a stiffness, whose logarithm has the model's error.
+  StiffnessEstimate Estimate(double value, const Eigen::VectorXd& shares, bool outlines_tell,
+                             double degree = 1.0) const {
+    const Eigen::VectorXd gradient = tie_.transpose() * shares;
+    const double limit = kDetermined * prior_sigma_ * gradient.norm();
+    const bool by_strips = LaplaceDeviation(gradient, strips_, prior_sigma_) < limit;
+    const double deviation = LaplaceDeviation(gradient, all_, prior_sigma_);
+    const double model = by_strips || !has_outlines_ ? 0.0 : degree * kModelDeviation;
+    return StiffnessEstimate{.value = value,
+                             .log_deviation = std::hypot(deviation, model),
+                             .determined = by_strips || (outlines_tell && deviation < limit)};
+  }
+
+ private:
+  Eigen::MatrixXd tie_;
+  bool has_outlines_;
+  Eigen::MatrixXd all_, strips_;
+  double prior_sigma_;
+};
+
+// By central differences, which have an error of 1e-8 of the gradient.
+Eigen::VectorXd GradientByLogEntries(const LogQuantity& quantity, const MaterialField& table) {
+  constexpr double kStep = 1e-4;
+  const auto at = [&](int entry, double step) {
+    MaterialField moved = table;
+    (entry < kStretchEntries ? moved.stretch[0].entries()[entry]
+                             : moved.bend[0].entries()[entry - kStretchEntries]) *= std::exp(step);
+    return quantity(moved);
+  };
+  Eigen::VectorXd gradient(kMaterialEntries);
+  for (int entry = 0; entry < kMaterialEntries; ++entry)
+    gradient[entry] = (at(entry, kStep) - at(entry, -kStep)) / (2 * kStep);
+  return gradient;
+}
+
 // "to a factor of 1.3 (data) and 3 % (mesh)"; power: of the stiffness that is spoken of.
 std::string ErrorText(const FitReport& report, const StiffnessEstimate& estimate,
                       double MeshError::*log_error, double power) {
@@ -204,21 +258,25 @@ double StiffnessEstimate::factor() const { return std::exp(kQuantile90 * log_dev
 StiffnessEstimates EstimateStiffness(const MaterialField& table, const Eigen::VectorXd& weights,
                                      const Eigen::MatrixXd& tie, const WeightedRows& rows,
                                      double prior_sigma) {
-  Eigen::MatrixXd all = rows.jacobian.size() > 0 ? rows.jacobian : Eigen::MatrixXd(0, tie.cols());
-  all.topRows(rows.outline_rows) *= std::sqrt(rows.outline_weight);
-  const Eigen::MatrixXd strips = all.bottomRows(all.rows() - rows.outline_rows);
-  const auto estimate = [&](double value, const Eigen::VectorXd& shares, bool outlines_tell) {
-    const Eigen::VectorXd gradient = tie.transpose() * shares;
-    const double limit = kDetermined * prior_sigma * gradient.norm();
-    const bool by_strips = LaplaceDeviation(gradient, strips, prior_sigma) < limit;
-    const double deviation = LaplaceDeviation(gradient, all, prior_sigma);
-    const double model = by_strips || rows.outline_rows == 0 ? 0.0 : kModelDeviation;
-    return StiffnessEstimate{.value = value,
-                             .log_deviation = std::hypot(deviation, model),
-                             .determined = by_strips || (outlines_tell && deviation < limit)};
+  const LaplaceApproximation laplace(tie, rows, prior_sigma);
+  return {
+      laplace.Estimate(EffectiveStretch(table, weights), SharesInStretch(table, weights), false),
+      laplace.Estimate(EffectiveBend(table, weights), SharesInBend(table, weights), true)};
+}
+
+Judgement JudgeByLaplace(const MaterialField& table, const Eigen::MatrixXd& tie,
+                         const WeightedRows& rows, double prior_sigma) {
+  const LaplaceApproximation laplace(tie, rows, prior_sigma);
+  return [=](const LogQuantity& quantity, Resistance resistance) -> std::optional<KnownTo> {
+    const Eigen::VectorXd shares = GradientByLogEntries(quantity, table);
+    if (!laplace.Varies(shares)) return std::nullopt;
+    const double degree = std::max(std::abs(shares.head(kStretchEntries).sum()),
+                                   std::abs(shares.tail(kBendEntries).sum()));
+    const StiffnessEstimate estimate =
+        laplace.Estimate(1.0, shares, resistance == Resistance::kBending, degree);
+    return KnownTo{
+        .low = 1 / estimate.factor(), .high = estimate.factor(), .determined = estimate.determined};
   };
-  return {estimate(EffectiveStretch(table, weights), SharesInStretch(table, weights), false),
-          estimate(EffectiveBend(table, weights), SharesInBend(table, weights), true)};
 }
 
 FitVerdict JudgeFit(const FitProblem& problem, const FitReport& report) {

@@ -8,6 +8,7 @@
 
 #include "physics/material/material.h"
 #include "physics/util/options/enum_names.h"
+#include "solver/prediction/exchange/fabric_sheet.h"
 
 namespace drape {
 
@@ -41,6 +42,9 @@ struct WeightedRows {
 StiffnessEstimates EstimateStiffness(const MaterialField& table, const Eigen::VectorXd& weights,
                                      const Eigen::MatrixXd& tie, const WeightedRows& rows,
                                      double prior_sigma);
+// The same of any quantity, for the sheet of a laboratory.
+Judgement JudgeByLaplace(const MaterialField& table, const Eigen::MatrixXd& tie,
+                         const WeightedRows& rows, double prior_sigma);
 
 enum class FitGrade { kGood, kUsable, kDoNotUse };
 constexpr auto EnumNames(FitGrade) {

@@ -48,20 +48,18 @@ MaterialField SpecimenMaterial(const PredictionOptions& options, const MaterialS
   return Scaled(materials(specimen), std::exp(stretch), options.bend.of(face) * std::exp(bend));
 }
 
-void AddCaptureNoise(const Mesh& mesh, uint64_t seed, double rms, Eigen::VectorXd* x) {
-  constexpr double kEdge = kSupportRadius + 1e-6;  // the ring of vertices on it lies on the support
+void AddCaptureNoise(const Mesh& mesh, const PredictionOptions& options, uint64_t seed,
+                     Eigen::VectorXd* x) {
+  const double edge =
+      options.discs.support + 1e-6;  // the ring of vertices on it lies on the support
   std::mt19937_64 random(seed);
   for (int i = 0; i < mesh.num_vertices(); ++i) {
-    const double height = rms * SampleNormal(random);
-    if (mesh.rest_x.segment<2>(3 * i).norm() > kEdge) (*x)[3 * i + 2] += height;
+    const double height = options.capture_rms * SampleNormal(random);
+    if (mesh.rest_x.segment<2>(3 * i).norm() > edge) (*x)[3 * i + 2] += height;
   }
 }
 
-ObservedDrape See(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera) {
-  return ObserveSurface({x, ListTriangles(mesh)}, camera, "drape");
-}
-
-void Fill(const ClothModel& model, const Camera& camera, SettledDrape settled,
+void Fill(const ClothModel& model, const PredictionOptions& options, SettledDrape settled,
           PredictedDrape* drape) {
   const bool stepped = settled.steps == RolloutStatus::kOk;
   drape->status = stepped ? ToString(settled.rest.status) : ToString(settled.steps);
@@ -74,7 +72,8 @@ void Fill(const ClothModel& model, const Camera& camera, SettledDrape settled,
     return;
   }
   try {
-    drape->seen = See(model.mesh, drape->x, camera);
+    drape->seen = ObserveSurface({drape->x, ListTriangles(model.mesh)}, options.camera,
+                                 options.discs, "drape");
   } catch (const InputError& unseen) {  // counted like a drape without equilibrium
     drape->status = unseen.what();
   }
@@ -98,13 +97,13 @@ DrapeTask MakeDrapeTask(const ClothModel& model, const MaterialSource& materials
   const PredictedDrape which = NumberedDrape(options, drape);
   DrapeTask task{SpecimenMaterial(options, materials, which.specimen, which.face),
                  model.RestState()};
-  task.start.x = ApplyStartShape(model.mesh, kSupportRadius,
+  task.start.x = ApplyStartShape(model.mesh, options.discs.support,
                                  SpecimenStart(options, which.specimen, which.face));
   // Streams by face and repeat, so that more repeats leave the first ones as they are.
   const uint64_t capture = 2 * which.repeat + (which.face == ClothFace::kDown);
-  AddCaptureNoise(model.mesh,
+  AddCaptureNoise(model.mesh, options,
                   SeedOfStream(SpecimenSeed(options, which.specimen), kCaptureStream + capture),
-                  options.capture_rms, &task.start.x);
+                  &task.start.x);
   return task;
 }
 
@@ -116,7 +115,7 @@ std::vector<PredictedDrape> SampleDrapes(Backend& backend, const MaterialSource&
   std::vector<PredictedDrape> drapes;
   const auto done = [&](int i, SettledDrape settled) {
     drapes.push_back(NumberedDrape(options, i));
-    Fill(model, options.camera, std::move(settled), &drapes.back());
+    Fill(model, options, std::move(settled), &drapes.back());
     if (progress) progress(i + 1);
   };
   SettleInBatches(

@@ -38,7 +38,8 @@ struct PredictionOptions {
   BendFactors bend = {};
   SettleOptions settle = {.steps = {.h = 0.1, .steps = 100}};
   Camera camera = {};
-  int batch = 1;  // drapes at a time (SettleBatchSize)
+  DrapeDiscs discs = {};  // of the cloth
+  int batch = 1;          // drapes at a time (SettleBatchSize)
 
   int drapes_of_specimen() const { return repeats * static_cast<int>(faces.size()); }
   int num_drapes() const { return specimens * drapes_of_specimen(); }

@@ -23,7 +23,7 @@ inline std::unique_ptr<Backend> SmoothDisc(int vertices) {
 }
 
 inline State RandomStart(const ClothModel& model, uint64_t seed, double hem_rms = 5e-3) {
-  return {ApplyStartShape(model.mesh, kSupportRadius, RandomStartShape(seed, hem_rms)),
+  return {ApplyStartShape(model.mesh, DrapeDiscs().support, RandomStartShape(seed, hem_rms)),
           Eigen::VectorXd::Zero(model.num_dofs())};
 }
 
@@ -71,7 +71,7 @@ inline double ComputeDrapeCoefficient(const Mesh& mesh, const Eigen::VectorXd& x
   constexpr int kAngles = 360;
   Outline outline;
   EXPECT_TRUE(OutlineFromMesh(mesh, x, Camera(), kAngles, &outline));
-  return DrapeCoefficient(ProfileArea(MetresFromPixels(outline.radius, Camera())));
+  return DrapeCoefficient(ProfileArea(MetresFromPixels(outline.radius, Camera())), {});
 }
 
 }  // namespace drape::test

@@ -52,7 +52,7 @@ class ToolFixture : public FileFixture {
   std::string AddDisc(const std::string& name, double radius) const {
     const std::filesystem::path path = Path(name);
     std::filesystem::create_directories(path.parent_path());
-    WritePng(ObserveDisc(radius, Camera()).image, path.string());
+    WritePng(ObserveDisc(radius, Camera(), {}).image, path.string());
     return path.string();
   }
 

@@ -112,7 +112,7 @@ std::vector<Option> CellOptions(CellChoice& choice) {
 }
 
 std::vector<Option> ClothOptions(SceneInput& scene) {
-  return {
+  const std::vector<Option> cloth = {
       {.key = "mesh",
        .value = &scene.mesh,
        .doc = "cloth: an OBJ file, disc:N for a built-in disc of N vertices, or "
@@ -143,6 +143,7 @@ std::vector<Option> ClothOptions(SceneInput& scene) {
        .least = 0,
        .most = 0.01},
   };
+  return Concatenate(cloth, FieldOptionList(scene.discs));
 }
 
 std::vector<Option> CameraOptions(CameraInput& camera) { return FieldOptionList(camera); }

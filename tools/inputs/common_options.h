@@ -32,7 +32,7 @@ Option MeshOption(const std::string& key, Option::Value mesh, const std::string&
 // --list and --share of a study whose runs are cells.
 std::vector<Option> CellOptions(CellChoice& choice);
 
-// What names the cloth: mesh, material, law.
+// What names the cloth: mesh, material, law, specimen and support.
 std::vector<Option> ClothOptions(SceneInput& scene);
 // The same, the first shape, and loads and supports.
 std::vector<Option> SceneOptions(SceneInput& scene);

@@ -6,7 +6,6 @@
 #include "losses/outline/hem_estimate.h"
 #include "losses/outline/outline.h"
 #include "losses/silhouette/raster.h"
-#include "physics/cloth/start_shape.h"
 
 namespace drape {
 namespace {
@@ -32,24 +31,17 @@ bool IsInPicture(const Eigen::Matrix2Xd& image_points, const Camera& camera) {
 
 // The area of the drape's vertical projection [m²], which a pinhole's silhouette is not.
 double VerticalArea(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
-                    const GrayImage& silhouette) {
+                    const DrapeDiscs& discs, const GrayImage& silhouette) {
   if (camera.kind == CameraKind::kOrthographic) return CoverageArea(silhouette, camera);
-  const Camera above;
+  const Camera above = CameraAbove(discs);
   return CoverageArea(Rasterize(mesh, x, above, kSupersample), above);
-}
-
-// Those of BS 5058, to 2 %.
-bool HasStandardRadii(const ClothModel& model) {
-  constexpr double kTolerance = 0.02;
-  const std::optional<double> support = SupportRadius(model.scene);
-  return support && std::abs(*support / kSupportRadius - 1.0) < kTolerance &&
-         std::abs(HemRadius(model.mesh) / kClothRadius - 1.0) < kTolerance;
 }
 
 }  // namespace
 
 std::optional<DrapeView> ViewDrape(const ClothModel& model, const Eigen::VectorXd& x,
-                                   const Camera& camera, const GrayImage* image) {
+                                   const Camera& camera, const DrapeDiscs& discs,
+                                   const GrayImage* image) {
   const Mesh& mesh = model.mesh;
   Eigen::Matrix2Xd image_points;
   if (!ProjectVertices(x, camera, &image_points)) return {};
@@ -60,8 +52,9 @@ std::optional<DrapeView> ViewDrape(const ClothModel& model, const Eigen::VectorX
     view.fault = "not all in the picture";
   } else if (Extent(image_points).minCoeff() < kLeastExtent) {
     view.fault = "too small in the picture";
-  } else if (HasStandardRadii(model)) {
-    const double coefficient = DrapeCoefficient(VerticalArea(mesh, x, camera, view.silhouette));
+  } else if (HasDiscs(model, discs)) {
+    const double coefficient =
+        DrapeCoefficient(VerticalArea(mesh, x, camera, discs, view.silhouette), discs);
     if (coefficient > -kSlack && coefficient < 1.0 + kSlack) {
       view.drape_coefficient = coefficient;
     } else {
@@ -71,10 +64,10 @@ std::optional<DrapeView> ViewDrape(const ClothModel& model, const Eigen::VectorX
   if (!view.fault.empty()) return view;
   Outline fitted, measured;
   if (!OutlineFromMesh(mesh, x, camera, kAngles, &fitted)) return view;
-  view.folds = CountFolds(VerticalProfile(fitted.radius, camera));
+  view.folds = CountFolds(VerticalProfile(fitted.radius, camera, discs));
   if (image != nullptr && OutlineFromImage(*image, camera, kAngles, &measured)) {
     view.metrics =
-        CompareSilhouettes(*image, measured.radius, view.silhouette, fitted.radius, camera);
+        CompareSilhouettes(*image, measured.radius, view.silhouette, fitted.radius, camera, discs);
   }
   return view;
 }

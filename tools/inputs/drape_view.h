@@ -16,8 +16,8 @@ namespace drape {
 struct DrapeView {
   GrayImage silhouette;                     // coverage by 4×4 samples a pixel
   std::optional<double> drape_coefficient;  // by the area of the coverage; none for a cloth or a
-                                            // support of other radii than the standard's, and
-                                            // with a fault
+                                            // support of other radii than the discs', and with a
+                                            // fault
   std::string fault;                        // why this is no picture of a drape: "tangled" (its
                                             // area is less than the support's or more than the
                                             // cloth's), "not all in the picture", "too small in the
@@ -29,6 +29,7 @@ struct DrapeView {
 // x: positions [m], shape [3V]; image: of the camera's size, or nullptr. None when the cloth is not
 // in front of the camera or a million pixels away.
 std::optional<DrapeView> ViewDrape(const ClothModel& model, const Eigen::VectorXd& x,
-                                   const Camera& camera, const GrayImage* image);
+                                   const Camera& camera, const DrapeDiscs& discs,
+                                   const GrayImage* image);
 
 }  // namespace drape

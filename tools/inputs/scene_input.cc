@@ -122,14 +122,16 @@ LoadedScene LoadScene(const SceneInput& input) {
   const Law law = MakeLaw(input.law);
   const bool is_reference = !law.rejects_negative_entries();
   LoadedScene loaded;
-  Mesh mesh = ParseMeshSpec(input.mesh, {.round_to_float = is_reference});
+  loaded.discs = FindDiscs(input.discs);
+  Mesh mesh = ParseMeshSpec(input.mesh, {.round_to_float = is_reference}, loaded.discs);
   if (!input.material.empty()) loaded.material = ReadSceneMaterial(input, mesh, is_reference);
   for (const std::string& warning : loaded.material.warnings)
     LOG(WARNING) << MakePrintableLine(warning);
   if (input.scene != "cusick" && input.contact.model != ContactModel::kNone)
     throw InputError("option 'contact'", "found support with the scene " + input.scene +
                                              ", expected none: a scene file lists its obstacles");
-  const Scene scene = input.scene == "cusick" ? CusickScene(input.contact) : ReadScene(input.scene);
+  const Scene scene = input.scene == "cusick" ? CusickScene(input.contact, loaded.discs.support)
+                                              : ReadScene(input.scene);
   RequireRegions(input, scene, mesh);
   loaded.model = std::make_shared<ClothModel>(std::move(mesh), scene, law);
   const std::optional<double> support = SupportRadius(scene);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "losses/camera/discs_input.h"
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material_io.h"
@@ -20,6 +21,7 @@ struct SceneInput {
   std::string law = "smooth";           // MakeLaw
   std::string scene = "cusick";         // "cusick", or a scene file (ReadScene)
   CusickContact contact;                // of the former
+  DiscsInput discs;                     // FindDiscs
   std::string start = "flat";           // "flat", or a start shape or state file (ReadStart)
 };
 
@@ -27,6 +29,7 @@ struct LoadedScene {
   std::shared_ptr<const ClothModel> model;
   Material material;
   State start;
+  DrapeDiscs discs;
 };
 
 // Reads and checks all of it; warnings about the material go to the log. The reference law takes

@@ -32,15 +32,15 @@ Vector2d TagCorner(const PoseInput& input, const VectorXd& p, int corner) {
 }
 
 // The hem's point that is seen at a point of the outline.
-Vector2d HemPoint(const PhotoPose& pose, const Vector2d& image, const DrapeSize& size) {
+Vector2d HemPoint(const PhotoPose& pose, const Vector2d& image, const DrapeDiscs& discs) {
   constexpr int kRounds = 8;
   constexpr double kRim = 1.02;  // as VerticalProfile
   Vector2d point = pose.WorldFromImage(image, 0.0);
-  if (point.norm() < kRim * size.support) return point;
-  double z = 0.5 * EstimatedHemHeight(size.support, size);
+  if (point.norm() < kRim * discs.support) return point;
+  double z = 0.5 * EstimatedHemHeight(discs.support, discs);
   point = pose.WorldFromImage(image, z);
   for (int round = 0; round < kRounds; ++round) {
-    z = 0.5 * (z + EstimatedHemHeight(point.norm(), size));
+    z = 0.5 * (z + EstimatedHemHeight(point.norm(), discs));
     point = pose.WorldFromImage(image, z);
   }
   return point;
@@ -50,7 +50,7 @@ Vector2d HemPoint(const PhotoPose& pose, const Vector2d& image, const DrapeSize&
 Vector2d FirstHarmonic(const PoseInput& input, const PhotoPose& pose) {
   Vector2d sum = Vector2d::Zero();
   std::vector<Vector2d> hem;
-  for (const Vector2d& image : input.outline) hem.push_back(HemPoint(pose, image, input.size));
+  for (const Vector2d& image : input.outline) hem.push_back(HemPoint(pose, image, input.discs));
   for (size_t i = 0; i < hem.size(); ++i) {
     const Vector2d &a = hem[i], &b = hem[(i + 1) % hem.size()];
     sum += 0.5 * (a + b) * std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));

@@ -36,7 +36,7 @@ struct PoseInput {
   std::optional<std::array<Eigen::Vector2d, 4>> tag;
   double tag_side = 0.0, tag_height = 0.0;
   std::vector<Eigen::Vector2d> outline;  // of the cloth, in order [px]
-  DrapeSize size;
+  DrapeDiscs discs;
 };
 
 struct FoundPose {

@@ -22,10 +22,6 @@ namespace {
 constexpr int kAngles = 360;
 constexpr double kDegree = M_PI / 180;
 
-DrapeSize MakeSize(const PhotoOptions& options) {
-  return {0.5 * options.specimen, 0.5 * options.support};
-}
-
 void CheckOptions(const PhotoOptions& options) {
   if (options.support >= options.specimen)
     throw InputError("option 'support'", Format("found %g, expected less than specimen = %g m",
@@ -99,7 +95,7 @@ void CheckBlur(double blur) {
 class Development {
  public:
   Development(const Photograph& photo, const PhotoOptions& options)
-      : photo_(photo), options_(options), size_(MakeSize(options)) {}
+      : photo_(photo), options_(options), discs_(MakeDiscs(options)) {}
 
   PhotoResult Run() {
     planes_ = MakePlanes(photo_.image);
@@ -184,7 +180,7 @@ class Development {
                     .tag_side = options_.tag,
                     .tag_height = options_.tag_height,
                     .outline = {},
-                    .size = size_};
+                    .discs = discs_};
     constexpr size_t kPoints = 120;
     for (size_t i = 0; i < kPoints; ++i) {
       const cv::Point p = marks_.outline[i * marks_.outline.size() / kPoints];
@@ -231,7 +227,7 @@ class Development {
     for (int k = 0; k < kAngles; ++k) {
       const double angle = 2 * M_PI * k / kAngles;
       const Eigen::Vector2d p = pose.ImageFromWorld(
-          {size_.specimen * std::cos(angle), size_.specimen * std::sin(angle), 0});
+          {discs_.specimen * std::cos(angle), discs_.specimen * std::sin(angle), 0});
       marks_.flat.emplace_back(cvRound(p.x()), cvRound(p.y()));
     }
   }
@@ -265,35 +261,30 @@ class Development {
     Outline outline;
     if (!OutlineFromImage(result_.silhouette, camera, kAngles, &outline))
       throw PhotoFailure{PhotoFault::kNotADrape, "the outline does not close about the support"};
-    const Eigen::VectorXd radius = VerticalProfile(outline.radius, camera, size_);
+    const Eigen::VectorXd radius = VerticalProfile(outline.radius, camera, discs_);
     CheckOutline(outline, radius);
-    result_.shape = MeasureShape(radius);
-    result_.shape.drape_coefficient = Coefficient(radius);
-    result_.plane_coefficient = Coefficient(MetresFromPixels(outline.radius, camera));
+    result_.shape = MeasureShape(radius, discs_);
+    result_.plane_coefficient =
+        DrapeCoefficient(ProfileArea(MetresFromPixels(outline.radius, camera)), discs_);
     result_.projected = RenderProfile(radius);
-  }
-
-  double Coefficient(const Eigen::VectorXd& radius) const {
-    const double support = M_PI * size_.support * size_.support;
-    return (ProfileArea(radius) - support) / (M_PI * size_.specimen * size_.specimen - support);
   }
 
   void CheckOutline(const Outline& outline, const Eigen::VectorXd& radius) {
     constexpr double kSlack = 0.04, kNoted = 0.015;  // of the radius
     constexpr double kMostOverhang = 0.1, kOverhang = 0.002;
-    const double most = radius.maxCoeff() / size_.specimen;
-    const double least = radius.minCoeff() / size_.support;
+    const double most = radius.maxCoeff() / discs_.specimen;
+    const double least = radius.minCoeff() / discs_.support;
     if (most > 1 + kSlack)
       throw PhotoFailure{PhotoFault::kWrongSize,
                          Format("the outline reaches %.0f mm from the axis, expected at most %.0f: "
                                 "are specimen, support, disc and focal length right, and is "
                                 "nothing beside the cloth?",
-                                1e3 * radius.maxCoeff(), 1e3 * size_.specimen)};
+                                1e3 * radius.maxCoeff(), 1e3 * discs_.specimen)};
     if (least < 1 - kSlack)
       throw PhotoFailure{PhotoFault::kWrongSize,
                          Format("the outline comes to %.0f mm of the axis, expected at least %.0f: "
                                 "are specimen, support and disc right, and is the cloth whole?",
-                                1e3 * radius.minCoeff(), 1e3 * size_.support)};
+                                1e3 * radius.minCoeff(), 1e3 * discs_.support)};
     int overhanging = 0;
     for (int k = 0; k < kAngles; ++k)
       overhanging += outline.radius[k] -
@@ -306,7 +297,7 @@ class Development {
                                 100.0 * overhanging / kAngles)};
     if (most > 1 + kNoted)
       Warn(Format("the outline reaches %.1f mm from the axis, more than the specimen's %.0f mm",
-                  1e3 * radius.maxCoeff(), 1e3 * size_.specimen));
+                  1e3 * radius.maxCoeff(), 1e3 * discs_.specimen));
   }
 
   void Warn(const std::string& text) { result_.warnings.push_back(text); }
@@ -323,7 +314,7 @@ class Development {
 
   const Photograph& photo_;
   const PhotoOptions& options_;
-  const DrapeSize size_;
+  const DrapeDiscs discs_;
   PhotoPlanes planes_;
   std::optional<DiscRim> rim_;
   RefinedCloth cloth_;
@@ -332,6 +323,10 @@ class Development {
 };
 
 }  // namespace
+
+DrapeDiscs MakeDiscs(const PhotoOptions& options) {
+  return {0.5 * options.specimen, 0.5 * options.support};
+}
 
 PhotoResult MeasurePhoto(const Photograph& photo, const PhotoOptions& options) {
   CheckOptions(options);

@@ -25,19 +25,21 @@ constexpr auto EnumNames(PhotoMarker) {
 
 struct PhotoOptions {
   PhotoMarker marker = PhotoMarker::kDisc;
-  double specimen = 2 * kClothRadius;   // diameters [m]
-  double support = 2 * kSupportRadius;  //
-  double disc = 0.0;                    // diameter of the disc [m]; 0: the support's
-  double disc_height = 0.0;             // of its visible rim above the support plane [m]
-  double tag = 0.0;                     // side of the tag's black square [m]
-  double tag_height = 0.0;              // of the tag's plane above the support plane [m]
-  double focal_35mm = 0.0;              // [mm]; 0: EXIF
-  double px_per_m = 0.0;                // of a scan [px/m]
-  double threshold = 0.0;               // 0 … 1 between ground and cloth; 0: found
-  std::string mask;                     // picture of the cloth made by hand; empty: found
-  std::vector<int> cloth_points;        // columns and rows of points on the cloth [px]
-  std::vector<int> ground_points;       // and on the ground
+  double specimen = 2 * DrapeDiscs().specimen;  // diameters [m]
+  double support = 2 * DrapeDiscs().support;    //
+  double disc = 0.0;                            // diameter of the disc [m]; 0: the support's
+  double disc_height = 0.0;                     // of its visible rim above the support plane [m]
+  double tag = 0.0;                             // side of the tag's black square [m]
+  double tag_height = 0.0;                      // of the tag's plane above the support plane [m]
+  double focal_35mm = 0.0;                      // [mm]; 0: EXIF
+  double px_per_m = 0.0;                        // of a scan [px/m]
+  double threshold = 0.0;                       // 0 … 1 between ground and cloth; 0: found
+  std::string mask;                             // picture of the cloth made by hand; empty: found
+  std::vector<int> cloth_points;                // columns and rows of points on the cloth [px]
+  std::vector<int> ground_points;               // and on the ground
 };
+
+DrapeDiscs MakeDiscs(const PhotoOptions& options);
 
 template <MutableOrConst<PhotoOptions> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {

@@ -34,7 +34,7 @@ Eigen::VectorXd Normalised(Eigen::VectorXd weights) {
   return weights;
 }
 
-Eigen::VectorXd Entries(const MaterialField& table) {
+Eigen::VectorXd AllEntries(const MaterialField& table) {
   CHECK(table.stretch.size() == 1 && table.bend.size() == 1);
   Eigen::VectorXd entries(kMaterialEntries);
   entries << Eigen::Map<const Eigen::VectorXd>(table.stretch[0].entries(), kStretchEntries),
@@ -47,7 +47,7 @@ Eigen::VectorXd Part(const MaterialField& table, const Eigen::VectorXd& weights,
                      int count) {
   CHECK_EQ(weights.size(), kMaterialEntries);
   Eigen::VectorXd part = Eigen::VectorXd::Zero(kMaterialEntries);
-  part.segment(from, count) = weights.cwiseProduct(Entries(table)).segment(from, count);
+  part.segment(from, count) = weights.cwiseProduct(AllEntries(table)).segment(from, count);
   return part;
 }
 

@@ -5,8 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "losses/outline/shape_features.h"
-
 namespace drape {
 namespace {
 
@@ -21,8 +19,8 @@ constexpr Color kRing = {255, 255, 255};
 // A silhouette at half its size.
 class Tile {
  public:
-  Tile(const GrayImage& silhouette, const Camera& camera)
-      : silhouette_(silhouette), camera_(camera) {}
+  Tile(const GrayImage& silhouette, const Camera& camera, double support)
+      : silhouette_(silhouette), camera_(camera), support_(support) {}
   int width() const { return silhouette_.width / 2; }
   int height() const { return silhouette_.height / 2; }
 
@@ -35,13 +33,14 @@ class Tile {
   // Of the circle of the support, a pixel and a half wide.
   double Ring(int column, int row) const {
     const double radius = std::hypot(2 * column + 0.5 - camera_.cx, 2 * row + 0.5 - camera_.cy);
-    const double off = std::abs(radius - kSupportRadius * camera_.pixels_per_metre());
+    const double off = std::abs(radius - support_ * camera_.pixels_per_metre());
     return std::clamp(1.25 - 0.5 * off, 0.0, 1.0);
   }
 
  private:
   const GrayImage& silhouette_;
   const Camera& camera_;
+  double support_;  // [m]
 };
 
 void Paint(RgbImage* picture, int column, int row, const Color& color, double alpha) {
@@ -70,9 +69,10 @@ void RenderBar(const Tile& tile, int left, int top, bool joined, const Color& co
 
 }  // namespace
 
-RgbImage RenderContactSheet(const std::vector<SheetTile>& tiles, const Camera& camera) {
+RgbImage RenderContactSheet(const std::vector<SheetTile>& tiles, const Camera& camera,
+                            double support) {
   const GrayImage blank(camera.width, camera.height);
-  const Tile empty(blank, camera);
+  const Tile empty(blank, camera, support);
   const int count = std::max(1, static_cast<int>(tiles.size()));
   const int columns = std::min(kColumns, count);
   const int step_x = empty.width() + kGap, step_y = empty.height() + kBar + kGap;
@@ -83,7 +83,7 @@ RgbImage RenderContactSheet(const std::vector<SheetTile>& tiles, const Camera& c
     const bool joined =
         i + 1 < tiles.size() && column + 1 < columns && tiles[i + 1].group == tiles[i].group;
     const Color& color = kColors[tiles[i].group % std::size(kColors)];
-    const Tile tile(*tiles[i].silhouette, camera);
+    const Tile tile(*tiles[i].silhouette, camera, support);
     const int left = kGap + column * step_x, top = kGap + row * step_y;
     RenderTile(tile, left, top, color, &picture);
     RenderBar(tile, left, top, joined, color, &picture);

@@ -15,7 +15,9 @@ struct SheetTile {
 };
 
 // Silhouettes side by side at half their size, in the colours of their groups, the support as a
-// ring. A bar under the tiles joins neighbours of one group. Without tiles: an empty place.
-RgbImage RenderContactSheet(const std::vector<SheetTile>& tiles, const Camera& camera);
+// ring of that radius [m]. A bar under the tiles joins neighbours of one group. Without tiles: an
+// empty place.
+RgbImage RenderContactSheet(const std::vector<SheetTile>& tiles, const Camera& camera,
+                            double support);
 
 }  // namespace drape

@@ -32,7 +32,7 @@ std::vector<Eigen::Vector2d> Ellipse(const Eigen::Vector2d& centre,
   return points;
 }
 
-ChartSeries Outline(std::vector<Eigen::Vector2d> points, const char* colour) {
+ChartSeries OutlineSeries(std::vector<Eigen::Vector2d> points, const char* colour) {
   return {.mark = Mark::kLine, .points = std::move(points), .colour = colour, .width = 1.0};
 }
 
@@ -145,7 +145,7 @@ void RenderSpaceMap(const std::string& path, const MaterialSpace& space) {
   for (std::size_t i = 0; i < space.beliefs.fabrics.size(); ++i) {
     const Eigen::Vector2d at = space.map.points.row(Eigen::Index(i));
     points.points.push_back(at);
-    chart.series.push_back(Outline(Ellipse(at, space.map.ellipses[i]), kGrey));
+    chart.series.push_back(OutlineSeries(Ellipse(at, space.map.ellipses[i]), kGrey));
     chart.labels.push_back(NameAt(space.beliefs.fabrics[i].name, at));
   }
   for (const JudgedMaterial& material : space.added) {
@@ -178,7 +178,7 @@ void RenderTextileMap(const std::string& path, const MaterialSpace& space,
     }
     const Eigen::Vector2d centre = lengths.mean.array().exp() / kCentimetre;
     series->points.push_back(centre);
-    chart.series.push_back(Outline(outline, kGrey));
+    chart.series.push_back(OutlineSeries(outline, kGrey));
     chart.labels.push_back(NameAt(fabric.name, centre));
   };
   for (const FabricBelief& fabric : space.beliefs.fabrics) add(fabric, &points);

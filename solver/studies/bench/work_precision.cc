@@ -172,9 +172,9 @@ void MeasureErrors(const BenchReference& reference, const Mesh& mesh, const Benc
     const double area = reference.area();
     (*record)[kRadiusMm] =
         kMillimetres * std::abs(CircleRadius(ProfileArea(drape.outline)) - CircleRadius(area));
-    (*record)[kDrapeCoefficient] = DrapeCoefficient(ProfileArea(drape.outline));
+    (*record)[kDrapeCoefficient] = DrapeCoefficient(ProfileArea(drape.outline), DrapeDiscs());
     (*record)[kDrapeCoefficientError] =
-        std::abs((*record)[kDrapeCoefficient] - DrapeCoefficient(area));
+        std::abs((*record)[kDrapeCoefficient] - DrapeCoefficient(area, DrapeDiscs()));
     (*record)[kFolds] = CountFolds(drape.outline);
   }
   if (work == BenchWork::kGradient && drape.gradient.size() > 0)

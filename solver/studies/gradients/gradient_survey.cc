@@ -59,7 +59,7 @@ class Study {
   }
   State MakeStart(const ClothModel& model, int seed) const {
     State start = model.RestState();
-    start.x = ApplyStartShape(model.mesh, kSupportRadius,
+    start.x = ApplyStartShape(model.mesh, DrapeDiscs().support,
                               RandomStartShape(static_cast<uint64_t>(seed), options_.hem_rms));
     return start;
   }

@@ -34,7 +34,7 @@ GrayImage TwinImage(const OptimiserBenchmarkOptions& options, const MaterialFiel
                                                         CusickScene(options.spec.contact),
                                                         MakeLaw(options.spec.law));
   State start = model->RestState();
-  start.x = ApplyStartShape(model->mesh, kSupportRadius,
+  start.x = ApplyStartShape(model->mesh, DrapeDiscs().support,
                             RandomStartShape(static_cast<uint64_t>(seed), options.twin_hem_rms));
   const auto backend = MakeCpuBackend(model, 1);
   const SettledDrape drape =

@@ -78,9 +78,9 @@ void WriteDataset(const std::string& folder) {
   for (int sample = 1; sample <= 4; ++sample) {
     for (int capture = 1; capture <= 4; ++capture) {
       const double radius = 0.095 + 0.005 * sample + (capture > 2 ? 0.002 : 0.0);
-      WritePng(ObserveDisc(radius, Camera()).image, silhouettes + "Sample_" +
-                                                        std::to_string(sample) + "_Capture_" +
-                                                        std::to_string(capture) + ".png");
+      WritePng(ObserveDisc(radius, Camera(), {}).image, silhouettes + "Sample_" +
+                                                            std::to_string(sample) + "_Capture_" +
+                                                            std::to_string(capture) + ".png");
     }
   }
 }

@@ -22,7 +22,7 @@ constexpr double kGreyEdges = 3.5e-3;
 ObservedCapture Disc(int fabric, int sample, int capture, double radius) {
   const ClothFace face = capture <= 2 ? ClothFace::kUp : ClothFace::kDown;
   return {{.fabric = fabric, .sample = sample, .capture = capture, .face = face},
-          ObserveDisc(radius, Camera())};
+          ObserveDisc(radius, Camera(), {})};
 }
 
 const PredictorRow& Row(const TrivialPredictors& predictors, const std::string& name) {

@@ -107,8 +107,8 @@ TEST_F(CusickImages, MeanDrapeCoefficientsAndFoldsOfTheFabrics) {
       const GrayImage image = ReadSilhouette(path).image;
       Outline outline;
       ASSERT_TRUE(OutlineFromImage(image, Camera(), kNumAngles, &outline)) << path;
-      const ShapeFeatures shape = MeasureShape(MetresFromPixels(outline.radius, Camera()));
-      area_dc += DrapeCoefficient(CoverageArea(image, Camera())) / paths.size();
+      const ShapeFeatures shape = MeasureShape(MetresFromPixels(outline.radius, Camera()), {});
+      area_dc += DrapeCoefficient(CoverageArea(image, Camera()), {}) / paths.size();
       profile_dc += shape.drape_coefficient / paths.size();
       folds += double(shape.folds) / paths.size();
     }

@@ -276,6 +276,24 @@ TEST_F(OldFile, WritingIntoNoFolderOrOverAFolderIsRefused) {
   ExpectUntouched();
 }
 
+// A comment that says of which discs a silhouette is changes no pixel.
+TEST(WritePng, KeepsTheDiscsOfADrape) {
+  const TempFolder folder;
+  GrayImage image(64, 48);
+  image.at(20, 30) = 1;
+  WritePng(image, folder / "a.png", DrapeDiscs{0.18, 0.09});
+  WritePng(image, folder / "b.png");
+  EXPECT_EQ(ReadPngDiscs(folder / "a.png"), (DrapeDiscs{0.18, 0.09}));
+  EXPECT_EQ(ReadPngDiscs(folder / "b.png"), std::nullopt);
+  EXPECT_EQ(ReadImage(folder / "a.png").coverage, image.coverage);
+  WriteAll(folder / "c.png", {1, 2, 3});
+  EXPECT_EQ(ReadPngDiscs(folder / "c.png"), std::nullopt);
+  std::vector<uint8_t> cut = ReadAll(folder / "a.png");
+  cut.resize(50);
+  WriteAll(folder / "d.png", cut);
+  EXPECT_EQ(ReadPngDiscs(folder / "d.png"), std::nullopt);
+}
+
 // JPEG blurs a hard edge; the threshold brings the picture back bit for bit.
 TEST(HardEdged, UndoesJpeg) {
   std::vector<uint8_t> gray(64 * 64, 255);

@@ -35,32 +35,32 @@ ObjSurface Moved(double rotation, bool mirrored) {
 }
 
 TEST(ObserveSurface, IsObserveImageOfItsRaster) {
-  const ObservedDrape seen = ObserveSurface(Surface(), Camera(), "s");
+  const ObservedDrape seen = ObserveSurface(Surface(), Camera(), {}, "s");
   EXPECT_EQ(seen.image.coverage, Rasterize(Surface(), Camera(), 4).coverage);
-  EXPECT_EQ(seen.radius, ObserveImage(seen.image, Camera(), "i").radius);
+  EXPECT_EQ(seen.radius, ObserveImage(seen.image, Camera(), {}, "i").radius);
   EXPECT_EQ(seen.shape.folds, 6);
 }
 
 TEST(ObserveDisc, HasTheAreaOfTheCircle) {
-  const ObservedDrape disc = ObserveDisc(0.12, Camera());
+  const ObservedDrape disc = ObserveDisc(0.12, Camera(), {});
   EXPECT_NEAR(CoverageArea(disc.image, Camera()), M_PI * 0.12 * 0.12, 1e-5);
   EXPECT_NEAR((disc.radius.array() - 0.12).abs().maxCoeff(), 0, 3e-4);
 }
 
 TEST(ObserveImage, RejectsAnotherSizeAndGaps) {
-  EXPECT_THROW(ObserveImage(GrayImage(128, 256), Camera(), "i"), InputError);
-  EXPECT_THROW(ObserveImage(GrayImage(256, 256), Camera(), "i"), InputError);
+  EXPECT_THROW(ObserveImage(GrayImage(128, 256), Camera(), {}, "i"), InputError);
+  EXPECT_THROW(ObserveImage(GrayImage(256, 256), Camera(), {}, "i"), InputError);
   ObjSurface flown = Surface();
   flown.x[0] = 1e9;
-  EXPECT_THROW(ObserveSurface(flown, Camera(), "s"), InputError);
+  EXPECT_THROW(ObserveSurface(flown, Camera(), {}, "s"), InputError);
 }
 
 TEST(TurnedImage, IsTheImageOfTheTurnedSurface) {
   for (const bool mirrored : {false, true}) {
     const double turn = 37.3 * kDegree;
     const GrayImage turned =
-        TurnedImage(ObserveSurface(Surface(), Camera(), "s").image, Camera(), turn, mirrored);
-    const GrayImage expected = ObserveSurface(Moved(turn, mirrored), Camera(), "s").image;
+        TurnedImage(ObserveSurface(Surface(), Camera(), {}, "s").image, Camera(), turn, mirrored);
+    const GrayImage expected = ObserveSurface(Moved(turn, mirrored), Camera(), {}, "s").image;
     EXPECT_LT(MeanSquaredError(turned, expected), 3e-4);
     EXPECT_GT(IntersectionOverUnion(turned, expected), 0.995);
   }
@@ -68,10 +68,11 @@ TEST(TurnedImage, IsTheImageOfTheTurnedSurface) {
 
 TEST(CompareDrapes, FindsRotationAndFlip) {
   const Camera camera;
-  const ObservedDrape here = ObserveSurface(Surface(), camera, "a");
+  const ObservedDrape here = ObserveSurface(Surface(), camera, {}, "a");
   for (const bool mirrored : {false, true}) {
     for (const double degrees : {0.0, 37.3, 200.6}) {
-      const ObservedDrape there = ObserveSurface(Moved(degrees * kDegree, mirrored), camera, "b");
+      const ObservedDrape there =
+          ObserveSurface(Moved(degrees * kDegree, mirrored), camera, {}, "b");
       const DrapeComparison c = CompareDrapes(here, there, camera);
       // The rotation is undone by −φ; that of a mirrored drape by φ, since the mirror reverses it.
       const double expected = (mirrored ? degrees : -degrees) * kDegree;

@@ -18,7 +18,7 @@ class Discs {
   DistributionScorer::Drapes Of(const std::vector<double>& radii) {
     DistributionScorer::Drapes drapes;
     for (const double radius : radii) {
-      kept_.push_back(ObserveDisc(radius, Camera()));
+      kept_.push_back(ObserveDisc(radius, Camera(), {}));
       drapes.push_back(&kept_.back());
     }
     return drapes;
@@ -28,7 +28,7 @@ class Discs {
   std::list<ObservedDrape> kept_;
 };
 
-double Coefficient(double radius) { return DrapeCoefficient(M_PI * radius * radius); }
+double Coefficient(double radius) { return DrapeCoefficient(M_PI * radius * radius, {}); }
 
 TEST(DistributionScorer, DiscsInClosedForm) {
   Discs discs;

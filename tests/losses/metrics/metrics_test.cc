@@ -18,8 +18,8 @@ Eigen::VectorXd Profile(int num_angles, double mean, double amplitude, int order
 }
 
 TEST(DrapeCoefficient, IsZeroForTheSupportAndOneForTheFlatCloth) {
-  EXPECT_NEAR(DrapeCoefficient(M_PI * 0.09 * 0.09), 0, 1e-14);
-  EXPECT_NEAR(DrapeCoefficient(M_PI * 0.15 * 0.15), 1, 1e-14);
+  EXPECT_NEAR(DrapeCoefficient(M_PI * 0.09 * 0.09, {}), 0, 1e-14);
+  EXPECT_NEAR(DrapeCoefficient(M_PI * 0.15 * 0.15, {}), 1, 1e-14);
 }
 
 TEST(ProfileArea, OfCircleAndFoldedCircle) {
@@ -105,7 +105,7 @@ TEST(CompareSilhouettes, TwoCirclesInClosedForm) {
   Outline outline;
   ASSERT_TRUE(OutlineFromImage(image, camera, 360, &outline));
   const SilhouetteMetrics m = CompareSilhouettes(
-      image, outline.radius, fit, Eigen::VectorXd::Constant(360, small * camera.scale), camera);
+      image, outline.radius, fit, Eigen::VectorXd::Constant(360, small * camera.scale), camera, {});
   const double ring = M_PI * (large * large - small * small);
   // A border pixel of coverage c contributes c² where the area of the ring contributes c: ∫(c − c²)
   // = 1/6 px per border px.
@@ -115,10 +115,10 @@ TEST(CompareSilhouettes, TwoCirclesInClosedForm) {
   EXPECT_NEAR(m.iou, small * small / (large * large), 5e-3);
   EXPECT_NEAR(m.profile_rms, 0.02 * camera.scale, 0.05);
   EXPECT_NEAR(m.hausdorff, 0.02, 2e-4);
-  EXPECT_NEAR(m.image_area_dc, DrapeCoefficient(M_PI * large * large), 1e-3);
-  EXPECT_NEAR(m.fitted_area_dc, DrapeCoefficient(M_PI * small * small), 1e-3);
+  EXPECT_NEAR(m.image_area_dc, DrapeCoefficient(M_PI * large * large, {}), 1e-3);
+  EXPECT_NEAR(m.fitted_area_dc, DrapeCoefficient(M_PI * small * small, {}), 1e-3);
   EXPECT_NEAR(m.image.drape_coefficient, m.image_area_dc, 2e-3);
-  EXPECT_NEAR(m.fitted.drape_coefficient, DrapeCoefficient(M_PI * small * small), 1e-12);
+  EXPECT_NEAR(m.fitted.drape_coefficient, DrapeCoefficient(M_PI * small * small, {}), 1e-12);
   EXPECT_EQ(m.image.folds, 0);
   EXPECT_NEAR(m.image.radius_min, large, 2e-4);
   EXPECT_NEAR(m.image.radius_max, large, 2e-4);

@@ -7,9 +7,9 @@ namespace drape {
 namespace {
 
 TEST(EstimatedHemHeight, IsThatOfAHangingAndOfAFlatCloth) {
-  EXPECT_DOUBLE_EQ(EstimatedHemHeight(0.09), -0.06);
-  EXPECT_DOUBLE_EQ(EstimatedHemHeight(0.15), 0.0);
-  EXPECT_NEAR(EstimatedHemHeight(0.12), -0.06 * std::sqrt(0.9775 * 0.9775 - 0.25), 1e-12);
+  EXPECT_DOUBLE_EQ(EstimatedHemHeight(0.09, {}), -0.06);
+  EXPECT_DOUBLE_EQ(EstimatedHemHeight(0.15, {}), 0.0);
+  EXPECT_NEAR(EstimatedHemHeight(0.12, {}), -0.06 * std::sqrt(0.9775 * 0.9775 - 0.25), 1e-12);
   EXPECT_NEAR(EstimatedHemHeight(0.12, {0.18, 0.09}), -0.0842, 2e-3);
 }
 
@@ -30,7 +30,7 @@ TEST(VerticalProfile, UndoesAnObliquePinhole) {
   Eigen::Matrix2Xd points(2, kFine);
   for (int i = 0; i < kFine; ++i) {
     const double angle = 2 * M_PI * i / kFine, r = radius(angle);
-    const double x[3] = {r * std::cos(angle), r * std::sin(angle), EstimatedHemHeight(r)};
+    const double x[3] = {r * std::cos(angle), r * std::sin(angle), EstimatedHemHeight(r, {})};
     camera.Project(x, points.col(i).data());
   }
   for (int i = 0; i < kFine; ++i) {
@@ -41,7 +41,7 @@ TEST(VerticalProfile, UndoesAnObliquePinhole) {
   }
   for (int k = 0; k < kAngles; ++k)
     if (seen[k] == 0) seen[k] = seen[(k + kAngles - 1) % kAngles];
-  const Eigen::VectorXd found = VerticalProfile(seen, camera);
+  const Eigen::VectorXd found = VerticalProfile(seen, camera, {});
   const Eigen::VectorXd plane = MetresFromPixels(seen, camera);
   double worst = 0;
   for (int k = 0; k < kAngles; ++k)

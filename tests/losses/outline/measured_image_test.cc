@@ -16,7 +16,7 @@ using testing::ThrowsMessage;
 
 MeasuredImage Measure(const GrayImage& image, const CameraInput& input = {},
                       CentreMode centre = CentreMode::kOutline) {
-  return MeasureImage(SegmentSilhouette(image, "a.png"), input, centre, "a.png");
+  return MeasureImage(SegmentSilhouette(image, "a.png"), input, centre, {}, "a.png");
 }
 
 void ExpectRefused(const GrayImage& image, const CameraInput& input, const std::string& text) {

@@ -23,8 +23,9 @@ TEST(RenderOverlay, PaintsEachLineAtItsRadius) {
   const Camera camera;
   const GrayImage image = Rasterize(disc, disc.rest_x, camera);
   const OverlayOptions options;
-  const RgbImage picture = RenderOverlay(image, Eigen::VectorXd::Constant(1440, 93.5),
-                                         Eigen::VectorXd::Constant(1440, 80.0), camera, options);
+  const RgbImage picture =
+      RenderOverlay(image, Eigen::VectorXd::Constant(1440, 93.5),
+                    Eigen::VectorXd::Constant(1440, 80.0), camera, {}, options);
   ASSERT_EQ(picture.width, 768);
   ASSERT_EQ(picture.height, 768);
   // To the right of the centre; the column of radius r is 3·(127.5 + r + ½) − ½.
@@ -40,7 +41,7 @@ TEST(RenderOverlay, PaintsEachLineAtItsRadius) {
 TEST(RenderOverlay, LinesThatLeaveTheImageAreCut) {
   const RgbImage picture =
       RenderOverlay(GrayImage(64, 48), Eigen::VectorXd::Constant(8, 1e6),
-                    Eigen::VectorXd::Constant(8, 500), Camera(), {.upscale = 2});
+                    Eigen::VectorXd::Constant(8, 500), Camera(), {}, {.upscale = 2});
   EXPECT_EQ(picture.rgb.size(), 3u * 128 * 96);
 }
 

@@ -168,5 +168,24 @@ TEST_F(ObjIo, ReadsBackWhatItWrote) {
   EXPECT_THAT(surface.triangles, ElementsAre(ElementsAre(2, 1, 0)));
 }
 
+TEST_F(ObjIo, TheDiscsOfADrapeAreKept) {
+  const Mesh mesh = MakeDisc({.target_vertices = 100});
+  WriteObj(Path("a.obj"), mesh, mesh.rest_x, DrapeDiscs{0.12, 0.0635});
+  EXPECT_EQ(ReadObjDiscs(Path("a.obj")), (DrapeDiscs{0.12, 0.0635}));
+  WriteObj(Path("b.obj"), mesh, mesh.rest_x);
+  EXPECT_EQ(ReadObjDiscs(Path("b.obj")), std::nullopt);
+  EXPECT_EQ(ReadObj(Path("a.obj")).rest_x, ReadObj(Path("b.obj")).rest_x);
+}
+
+TEST(DrapeDiscs, AreALineOfText) {
+  EXPECT_EQ(DiscsLine({}), "specimen_diameter_m=0.3 support_diameter_m=0.18");
+  EXPECT_EQ(ParseDiscsLine(DiscsLine({0.127, 0.0635})), (DrapeDiscs{0.127, 0.0635}));
+  EXPECT_EQ(ToString(DrapeDiscs{0.12, 0.09}), "24 cm on 18 cm");
+  for (const char* line : {"", "specimen_diameter_m=0.3", "a comment",
+                           "specimen_diameter_m=0.1 support_diameter_m=0.18",
+                           "specimen_diameter_m=nan support_diameter_m=0.18"})
+    EXPECT_EQ(ParseDiscsLine(line), std::nullopt) << line;
+}
+
 }  // namespace
 }  // namespace drape

@@ -7,6 +7,7 @@
 #include <complex>
 #include <numbers>
 
+#include "physics/cloth/start_shape.h"
 #include "physics/mesh/mesh_spec.h"
 #include "tests/physics/file_fixture.h"
 
@@ -64,6 +65,8 @@ using MeshSpec = FileFixture;
 
 TEST_F(MeshSpec, MakesDiscs) {
   EXPECT_EQ(ParseMeshSpec("disc:300").num_vertices(), 300);
+  EXPECT_NEAR(HemRadius(ParseMeshSpec("disc:300", {}, {0.12, 0.07})), 0.12, 1e-12);
+  EXPECT_NEAR(HemRadius(ParseMeshSpec("disc:300,radius=0.1", {}, {0.12, 0.07})), 0.1, 1e-12);
   const Mesh mesh = ParseMeshSpec("disc:300,support=0.05,radius=0.1");
   EXPECT_NEAR(mesh.uv.colwise().norm().maxCoeff(), .1, 1e-15);
   EXPECT_LT((mesh.uv.colwise().norm().array() - .05).abs().minCoeff(), 1e-15);

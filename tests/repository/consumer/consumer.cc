@@ -14,17 +14,18 @@ int main(int argc, char** argv) {
   using namespace drape;
   if (argc != 2) return 2;
   const Material fabric = ReadMaterial(argv[1]);
+  const DrapeDiscs discs;  // a specimen of 30 cm on a support of 18 cm
   const auto model = std::make_shared<ClothModel>(MakeDisc({.target_vertices = 400}), CusickScene(),
                                                   MakeLaw("smooth"));
   State start = model->RestState();
-  start.x = ApplyStartShape(model->mesh, kSupportRadius, RandomStartShape(1, 3e-3));
+  start.x = ApplyStartShape(model->mesh, discs.support, RandomStartShape(1, 3e-3));
   const RolloutInput input{&fabric.field, &start};
   const auto backend = MakeBackend("cpu", model, 1);
   const RolloutResult drape = backend->Rollouts({&input, 1}, {.h = 0.05, .steps = 100}, nullptr)[0];
   const Camera camera;
   Outline outline;
   if (!OutlineFromMesh(model->mesh, drape.end.x, camera, 360, &outline)) return 1;
-  const ShapeFeatures shape = MeasureShape(MetresFromPixels(outline.radius, camera));
+  const ShapeFeatures shape = MeasureShape(MetresFromPixels(outline.radius, camera), discs);
   std::printf("%s: drape coefficient %.3f, %d folds\n", fabric.name.c_str(),
               shape.drape_coefficient, shape.folds);
 }

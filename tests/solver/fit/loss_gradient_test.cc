@@ -45,7 +45,7 @@ class NotingReadout final : public Readout {
 class LossGradientTest : public testing::Test {
  protected:
   LossGradientTest() {
-    start_.x = ApplyStartShape(model_->mesh, kSupportRadius, RandomStartShape(3, 3e-3));
+    start_.x = ApplyStartShape(model_->mesh, DrapeDiscs().support, RandomStartShape(3, 3e-3));
     camera_.cx += 0.3;
   }
   LossGradient At(const MaterialField& material, const ReadoutLoss& loss) const {

@@ -27,7 +27,7 @@ Eigen::VectorXd Folded(int folds, double phase, int n = kBranchAngles) {
 }
 
 TEST(BranchSignature, HasFoldsModesAndDrapeCoefficient) {
-  const BranchSignature s = ComputeSignature(Folded(7, 0.3));
+  const BranchSignature s = ComputeSignature(Folded(7, 0.3), {});
   EXPECT_EQ(s.folds, 7);
   ASSERT_EQ(s.modes.size(), 3u);
   EXPECT_EQ(s.modes[0].k, 7);
@@ -39,12 +39,12 @@ TEST(BranchSignature, HasFoldsModesAndDrapeCoefficient) {
   EXPECT_NEAR(s.modes[2].amplitude_m, 0, 1e-12);
   const double mean_square = .11 * .11 + (.01 * .01 + .004 * .004) / 2;
   EXPECT_NEAR(s.drape_coefficient, (mean_square - .09 * .09) / (.15 * .15 - .09 * .09), 1e-12);
-  EXPECT_EQ(ComputeSignature(Folded(7, 0.3), {.modes = 1}).modes.size(), 1u);
+  EXPECT_EQ(ComputeSignature(Folded(7, 0.3), {}, {.modes = 1}).modes.size(), 1u);
 }
 
 TEST(BranchSignature, TellsFoldCountsApart) {
-  EXPECT_EQ(ComputeSignature(Folded(6, 0)).folds, 6);
-  EXPECT_EQ(ComputeSignature(Folded(6, 0)).modes[0].k, 6);
+  EXPECT_EQ(ComputeSignature(Folded(6, 0), {}).folds, 6);
+  EXPECT_EQ(ComputeSignature(Folded(6, 0), {}).modes[0].k, 6);
   for (const auto freedom : {OutlineFreedom::kFixed, OutlineFreedom::kRotationAndMirror}) {
     // Waves of different orders are orthogonal at each rotation.
     EXPECT_GT(MatchOutlines(Folded(6, 0), Folded(7, 1), freedom).rms, .01 - 1e-12);
@@ -73,7 +73,7 @@ TEST_F(ClothBranch, OutlineTurnsWithTheCloth) {
   const OutlineMatch match = MatchOutlines(there, here, OutlineFreedom::kRotation);
   EXPECT_LT(match.rms, 1e-12);
   EXPECT_NEAR(match.rotation, kTurn, 1e-12);
-  const BranchSignature a = ComputeSignature(here), b = ComputeSignature(there);
+  const BranchSignature a = ComputeSignature(here, {}), b = ComputeSignature(there, {});
   EXPECT_EQ(a.folds, 6);
   EXPECT_EQ(a.folds, b.folds);
   EXPECT_NEAR(a.drape_coefficient, b.drape_coefficient, 1e-12);

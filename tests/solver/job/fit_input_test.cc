@@ -46,21 +46,21 @@ TEST_F(ExpandImagesTest, NothingIsAnError) {
 TEST(SearchMeshes, AtMostDoubleUpToTheMesh) {
   FitSpec spec;
   std::vector<std::string> notes;
-  EXPECT_EQ(SearchMeshes(spec, &notes), std::vector<std::string>{"disc:600"});
+  EXPECT_EQ(SearchMeshes(spec, {}, &notes), std::vector<std::string>{"disc:600"});
   spec.mesh = "disc:2400";
-  EXPECT_EQ(SearchMeshes(spec, &notes).size(), 2u);
+  EXPECT_EQ(SearchMeshes(spec, {}, &notes).size(), 2u);
   spec.mesh = "disc:4800";
-  const std::vector<std::string> meshes = SearchMeshes(spec, &notes);
+  const std::vector<std::string> meshes = SearchMeshes(spec, {}, &notes);
   ASSERT_EQ(meshes.size(), 3u);
   EXPECT_THAT(meshes[1], testing::StartsWith("disc:1"));
   EXPECT_THAT(meshes[2], testing::StartsWith("disc:2"));
   for (const char* mesh : {"disc:600", "disc:800", "disc:300"}) {
     spec.mesh = mesh;
-    EXPECT_TRUE(SearchMeshes(spec, &notes).empty()) << mesh;
+    EXPECT_TRUE(SearchMeshes(spec, {}, &notes).empty()) << mesh;
   }
   EXPECT_TRUE(notes.empty());
   spec.mesh = "disc:2400,radius=0.2";
-  EXPECT_TRUE(SearchMeshes(spec, &notes).empty());
+  EXPECT_TRUE(SearchMeshes(spec, {}, &notes).empty());
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_THAT(notes[0], testing::HasSubstr("another cloth"));
 }

@@ -185,7 +185,8 @@ TEST_F(FitJobTest, TheFilesBelongTogether) {
   RunFitJob(spec_, data_, files_, {});
   const auto backend = test::SmoothDisc(150);
   const MaterialField material = ReadMaterial(folder_ / "material.json").field;
-  const State start = ReadStart(folder_ / "start_a.json", backend->model().mesh, kSupportRadius);
+  const State start =
+      ReadStart(folder_ / "start_a.json", backend->model().mesh, DrapeDiscs().support);
   EXPECT_LT(ForceResidual(backend->model(), material, start.x), 1e-8);
 }
 

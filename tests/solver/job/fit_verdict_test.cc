@@ -68,6 +68,35 @@ TEST(EstimateStiffness, AddsTheModelErrorOfOutlines) {
       1.01);
 }
 
+// The logarithm of any product of entries: here of c11/bend, of which the gradient is ±1.
+TEST(JudgeByLaplace, KnowsTheGradientOfAnyQuantity) {
+  const Eigen::MatrixXd tie = TyingMatrix(ParameterTying::kScales);
+  WeightedRows rows;
+  rows.jacobian = Eigen::RowVector2d(0.0, 20.0);
+  const Judgement judge = JudgeByLaplace(UniformTables(), tie, rows, 0.5);
+  const auto bend = [](const MaterialField& t) { return std::log(t.bend[0].b[1][2]); };
+  const std::optional<KnownTo> known = judge(bend, Resistance::kBending);
+  ASSERT_TRUE(known);
+  EXPECT_TRUE(known->determined);
+  EXPECT_NEAR(known->high, std::exp(1.645 / std::sqrt(404.0)), 1e-6);
+  EXPECT_NEAR(known->low, 1 / known->high, 1e-9);
+  const std::optional<KnownTo> ratio =
+      judge([&](const MaterialField& t) { return std::log(t.stretch[0].c[0][0]) - bend(t); },
+            Resistance::kStretching);
+  ASSERT_TRUE(ratio);
+  EXPECT_FALSE(ratio->determined);
+  EXPECT_NEAR(ratio->high, std::exp(1.645 * std::sqrt(0.25 + 1 / 404.0)), 1e-4);
+  // A cube root, such as a bending length, has a third of the error that silhouettes leave.
+  WeightedRows outlines = rows;
+  outlines.outline_rows = 1;
+  const std::optional<KnownTo> length = JudgeByLaplace(UniformTables(), tie, outlines, 0.5)(
+      [&](const MaterialField& t) { return bend(t) / 3; }, Resistance::kBending);
+  EXPECT_NEAR(length->high, std::exp(1.645 / 3 * std::hypot(1 / std::sqrt(404.0), 0.3)), 1e-6);
+  // Two entries that move together have a ratio that no number changes.
+  EXPECT_FALSE(judge([&](const MaterialField& t) { return std::log(t.bend[0].b[0][2]) - bend(t); },
+                     Resistance::kBending));
+}
+
 class FitVerdictTest : public testing::Test {
  protected:
   FitVerdictTest() {

@@ -71,7 +71,7 @@ TEST_F(PredictedStarts, HaveTheSizesAskedFor) {
   const Eigen::VectorXd relaxed = Heights(Task(0));
   options_.capture_rms = 2e-4;
   const Eigen::VectorXd noise = Heights(Task(0)) - relaxed;
-  constexpr double kEdge = kSupportRadius + 1e-6;
+  constexpr double kEdge = DrapeDiscs().support + 1e-6;
   const double outside = (radius.array() > kEdge).count();
   EXPECT_NEAR(noise.norm() / std::sqrt(outside), 2e-4, 3e-5);
   EXPECT_EQ((radius.array() <= kEdge).select(noise, 0.0).norm(), 0.0);
@@ -176,12 +176,13 @@ TEST(Prediction, EndsEarlyWhenCancelled) {
 PredictedDrape Disc(ClothFace face, double radius) {
   PredictedDrape drape;
   drape.face = face;
-  drape.seen = ObserveDisc(radius, Camera());
+  drape.seen = ObserveDisc(radius, Camera(), {});
   return drape;
 }
 
 ObservedCapture Seen(ClothFace face, double radius) {
-  return {{.fabric = 1, .sample = 1, .capture = 1, .face = face}, ObserveDisc(radius, Camera())};
+  return {{.fabric = 1, .sample = 1, .capture = 1, .face = face},
+          ObserveDisc(radius, Camera(), {})};
 }
 
 TEST(PredictionScore, IsOfTheSameFace) {

@@ -135,6 +135,7 @@ void WriteEquilibriaSummary(const std::string& path, const EquilibriaOptions& op
                {"at_rest", survey.spread.drapes},
                {"backend", survey.backend}};
   json.update(SetUpJson(options, scene));
+  json.update(DiscsJson(scene.discs));
   json["spread"] = {{"dc", SpreadJson(survey.spread.drape_coefficient)},
                     {"folds", SpreadJson(survey.spread.folds)},
                     {"outline_rms_m", SpreadJson(survey.spread.outline_rms)},
@@ -148,12 +149,12 @@ void WriteEquilibriaSummary(const std::string& path, const EquilibriaOptions& op
   WriteWithProvenance(path, std::move(json));
 }
 
-RgbImage RenderEquilibria(const EquilibriumSurvey& survey) {
+RgbImage RenderEquilibria(const EquilibriumSurvey& survey, const DrapeDiscs& discs) {
   std::vector<SheetTile> tiles;
   for (size_t c = 0; c < survey.clusters.size(); ++c)
     for (const int member : survey.clusters[c].members)
       tiles.push_back({&survey.samples[member].silhouette, static_cast<int>(c)});
-  return RenderContactSheet(tiles, Camera());
+  return RenderContactSheet(tiles, CameraAbove(discs), discs.support);
 }
 
 }  // namespace drape

@@ -17,6 +17,6 @@ void WriteEquilibriaSummary(const std::string& path, const EquilibriaOptions& op
                             const LoadedScene& scene, const EquilibriumSurvey& survey);
 
 // A contact sheet of the drapes in the order of the table, clusters as groups.
-RgbImage RenderEquilibria(const EquilibriumSurvey& survey);
+RgbImage RenderEquilibria(const EquilibriumSurvey& survey, const DrapeDiscs& discs);
 
 }  // namespace drape

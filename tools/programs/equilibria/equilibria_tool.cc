@@ -98,6 +98,8 @@ EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunCo
   const LoadedScene scene = LoadScene(options.scene);
   SamplingOptions sampling = options.sampling;
   sampling.threads = CountThreads(sampling.threads);
+  RequireDiscs(*scene.model, scene.discs, options.scene.mesh);
+  sampling.discs = scene.discs;
   const auto backend = MakeLoggedBackend(options.backend, scene.model, sampling.threads, control);
   const OutputFolder out(options.out, {"summary.json", "branches.png"});
   EquilibriumSurvey survey;
@@ -108,7 +110,7 @@ EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunCo
   survey.spread = ComputeSpread(survey.samples);
   survey.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   WriteEquilibriumStates(survey, out);
-  WritePng(RenderEquilibria(survey), out.Staged("branches.png"));
+  WritePng(RenderEquilibria(survey, scene.discs), out.Staged("branches.png"));
   WriteEquilibriaSummary(out.Staged("summary.json"), options, scene, survey);
   out.Publish();
   return survey;

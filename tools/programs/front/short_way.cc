@@ -59,6 +59,8 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
   const std::string picture = options.operands[0];
   const bool silhouette = options.picture == "silhouette" ||
                           (options.picture == "auto" && IsSilhouette(ReadImage(picture)));
+  const std::vector<std::string> discs = {Format("--specimen=%g", options.specimen),
+                                          Format("--support=%g", options.support)};
   std::vector<Step> steps;
   Step fit = {"fit", {}, out + "/fit/summary.json"};
   const std::string config = options.fit_config.empty()
@@ -69,8 +71,7 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
     RequireProgram(folder, "photo",
                    "expected for a photograph; make a silhouette of it, black cloth on white");
     Step photo = {"photo", {picture}, out + "/photo/summary.json"};
-    photo.arguments.push_back(Format("--specimen=%g", options.specimen));
-    photo.arguments.push_back(Format("--support=%g", options.support));
+    photo.arguments.insert(photo.arguments.end(), discs.begin(), discs.end());
     if (options.focal_35mm > 0)
       photo.arguments.push_back(Format("--focal_35mm=%g", options.focal_35mm));
     photo.arguments.push_back("--out=" + out + "/photo");
@@ -79,12 +80,13 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
     fit.arguments.push_back("--camera_file=" + out + "/photo/camera.json");
   }
   const std::string threads = Format("--threads=%d", options.threads);
+  fit.arguments.insert(fit.arguments.end(), discs.begin(), discs.end());
   fit.arguments.push_back(Format("--density=%.9g", options.mass / kGramsPerKilogram));
   fit.arguments.push_back(threads);
   fit.arguments.push_back("--out=" + out + "/fit");
   steps.push_back(fit);
   steps.push_back({"predict",
-                   {"--posterior=" + out + "/fit", "--mesh=disc:600",
+                   {"--posterior=" + out + "/fit", "--mesh=disc:600", discs[0], discs[1],
                     Format("--draws=%d", options.draws), threads, "--out=" + out + "/predict"},
                    out + "/predict/summary.json"});
   if (!FindProgram(folder, "report").empty())
@@ -132,11 +134,6 @@ void Check(const ShortWayOptions& options) {
     throw InputError("option 'mass'",
                      "is missing, expected the mass of the fabric by area in g/m2, as weighed: a "
                      "drape shows stiffness over weight");
-  const ShortWayOptions usual;
-  if (options.specimen != usual.specimen || options.support != usual.support)
-    throw InputError("options 'specimen' and 'support'",
-                     Format("found %g and %g m, expected %g and %g m: fits know no other yet",
-                            options.specimen, options.support, usual.specimen, usual.support));
 }
 
 std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
@@ -149,8 +146,8 @@ std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
            .unit = "g/m2",
            .least = 0,
            .most = 10000},
-          metres("specimen", &options.specimen, "diameter of the specimen; fits know 0.3 only"),
-          metres("support", &options.support, "diameter of the support; fits know 0.18 only"),
+          metres("specimen", &options.specimen, "diameter of the flat specimen"),
+          metres("support", &options.support, "diameter of the support"),
           {.key = "focal_35mm",
            .value = &options.focal_35mm,
            .doc = "focal length of the photograph's lens as for a full-frame camera; 0: from the "

@@ -150,6 +150,7 @@ void WritePredictionSummary(const std::string& path, const PredictToolOptions& o
                {"failures", Failures(run)},
                {"backend", run.backend}};
   json.update(SetUpJson(options, run));
+  json.update(DiscsJson(run.prediction.discs));
   json.update(MaterialJson(options, run));
   if (run.calibration) json["calibration"] = CalibrationJson(*run.calibration);
   json["features"] = FeaturesJson(run);

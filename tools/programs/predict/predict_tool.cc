@@ -2,6 +2,7 @@
 #include "tools/programs/predict/predict_tool.h"
 
 #include <chrono>
+#include <cmath>
 #include <set>
 
 #include "losses/dataset/index_list.h"
@@ -124,7 +125,17 @@ std::vector<ClothFace> ListFaces(const std::string& face) {
   return {ClothFace::kUp, ClothFace::kDown};
 }
 
-PredictionOptions MakePredictionOptions(const PredictToolOptions& options,
+// Those of the fit, unless the user asks for the drapes of others.
+DiscsInput ChooseDiscs(const PredictToolOptions& options) {
+  DiscsInput chosen = options.scene.discs;
+  if (const auto fitted = StoredDiscs(options.posterior + "/summary.json")) {
+    if (std::isnan(chosen.specimen)) chosen.specimen = 2 * fitted->specimen;
+    if (std::isnan(chosen.support)) chosen.support = 2 * fitted->support;
+  }
+  return chosen;
+}
+
+PredictionOptions MakePredictionOptions(const PredictToolOptions& options, const DrapeDiscs& discs,
                                         const std::atomic<bool>* cancel) {
   PredictionOptions prediction = options.prediction;
   prediction.faces = ListFaces(options.data.face);
@@ -136,16 +147,22 @@ PredictionOptions MakePredictionOptions(const PredictToolOptions& options,
   }
   prediction.specimens = options.draws / each;
   prediction.seed = static_cast<uint64_t>(options.seed);
-  prediction.camera = MakeCamera(options.camera);
+  prediction.discs = discs;
+  prediction.camera = MakeCamera(options.camera, discs);
   prediction.settle.steps.cancel = prediction.settle.equilibrium.cancel = cancel;
   return prediction;
 }
 
 // The held-out data: of one fabric, since the material is that of one fabric.
-std::optional<DatasetReport> ReadData(const DatasetQuery& query, const Camera& camera,
+std::optional<DatasetReport> ReadData(const DatasetQuery& query, const PredictionOptions& options,
                                       const RunControl& control) {
   if (query.folder.empty()) return {};
-  DatasetReport report = EvaluateDataset(query, camera, control);
+  if (options.discs != DrapeDiscs())
+    throw InputError("option 'specimen' or 'support'",
+                     "found " + ToString(options.discs) + " beside the published data set, " +
+                         "expected its " + ToString(DrapeDiscs()) +
+                         ": drapes of different sizes cannot be compared");
+  DatasetReport report = EvaluateDataset(query, options.camera, control);
   std::set<int> fabrics;
   for (const Capture& capture : report.split.held_out) fabrics.insert(capture.fabric);
   if (fabrics.size() != 1) {
@@ -198,15 +215,16 @@ void WritePictures(const PredictionRun& run, const OutputFolder& out) {
   std::vector<SheetTile> tiles;
   for (const PredictedDrape& drape : run.drapes)
     if (drape.seen) tiles.push_back({&drape.seen->image, drape.specimen});
-  WritePng(ComputeMean(tiles, camera), out.Staged("mean_image.png"));
-  WritePng(RenderContactSheet(tiles, camera), out.Staged("draws.png"));
+  WritePng(ComputeMean(tiles, camera), out.Staged("mean_image.png"), run.prediction.discs);
+  WritePng(RenderContactSheet(tiles, camera, run.prediction.discs.support),
+           out.Staged("draws.png"));
 }
 
 void WriteMeshes(const PredictionRun& run, const OutputFolder& out) {
   for (std::size_t i = 0; i < run.drapes.size(); ++i)
     if (run.drapes[i].seen)
       WriteObj(out.Staged("draw_" + std::to_string(i + 1) + ".obj"), run.scene.model->mesh,
-               run.drapes[i].x);
+               run.drapes[i].x, run.prediction.discs);
 }
 
 }  // namespace
@@ -239,18 +257,21 @@ OptionTable PredictTable(PredictToolOptions& options) {
           Grouped("held-out drapes (--data)",
                   Concatenate(DatasetOptions(options.data), std::vector{CalibrateOption(options)})),
           Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
-      .common = {"material", "posterior", "mesh", "draws", "repeats", "seed", "data", "fabric",
-                 "train", "calibrate", "threads", "backend", "out"}};
+      .common = {"material", "posterior", "specimen", "support", "mesh", "draws", "repeats", "seed",
+                 "data", "fabric", "train", "calibrate", "threads", "backend", "out"}};
 }
 
 PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl& control) {
   const auto begin = std::chrono::steady_clock::now();
   RequireOneMaterial(options);
   PredictionRun run;
-  run.prediction = MakePredictionOptions(options, control.cancel);
-  run.scene = LoadScene(options.scene);
+  SceneInput scene = options.scene;
+  scene.discs = ChooseDiscs(options);
+  run.scene = LoadScene(scene);
+  RequireDiscs(*run.scene.model, run.scene.discs, scene.mesh);
+  run.prediction = MakePredictionOptions(options, run.scene.discs, control.cancel);
   const MaterialSource materials = MakeMaterials(options, run);
-  run.data = ReadData(options.data, run.prediction.camera, control);
+  run.data = ReadData(options.data, run.prediction, control);
   if (!control.cancelled()) CheckCalibration(options, run);
   const auto backend =
       MakeLoggedBackend(options.backend, run.scene.model, CountThreads(options.threads), control);

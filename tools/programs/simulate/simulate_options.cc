@@ -87,8 +87,8 @@ OptionTable SimulateTable(SimulateOptions& options) {
           Grouped("cloth and scene", SceneOptions(options.scene)),
           Grouped("simulation", Concatenate(steps, AccuracyOptions(options.accuracy))),
           Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
-      .common = {"mesh", "material", "start", "scene", "solve", "time_step", "steps", "accuracy",
-                 "image", "out"},
+      .common = {"mesh", "material", "specimen", "support", "start", "scene", "solve", "time_step",
+                 "steps", "accuracy", "image", "out"},
       .given = &options.accuracy.given};
 }
 

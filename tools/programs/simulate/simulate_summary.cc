@@ -107,6 +107,7 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"density", scene.material.field.density},
                {"mesh", MeshJson(options.scene.mesh, scene.model->mesh)},
                {"camera", CameraJson(camera)}};
+  if (HasDiscs(*scene.model, scene.discs)) json.update(DiscsJson(scene.discs));
   if (options.scene.scene != "cusick") json["scene"] = options.scene.scene;
   if (const std::optional<Contact>& contact = scene.model->scene.contact)
     json["contact"] = {{"thickness_m", contact->thickness},

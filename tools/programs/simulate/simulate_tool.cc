@@ -32,7 +32,7 @@ double SecondsSince(std::chrono::steady_clock::time_point begin) {
 // The input, read and checked.
 struct Input {
   explicit Input(const SimulateOptions& options)
-      : camera(MakeCamera(options.camera)), scene(LoadScene(options.scene)) {
+      : scene(LoadScene(options.scene)), camera(MakeCamera(options.camera, scene.discs)) {
     const bool on_support = SupportRadius(scene.model->scene).has_value();
     if (!options.image.empty() && !on_support) {
       throw InputError("option 'image'", "needs a drape over a support, which the scene " +
@@ -59,14 +59,14 @@ struct Input {
 
   void ReadImage(const SimulateOptions& options) {
     image = ReadSilhouette(options.image).image;
-    camera = MakeCamera(options.camera, *image, options.image);
+    camera = MakeCamera(options.camera, *image, scene.discs, options.image);
     LOG_IF(WARNING, options.camera.kind == CameraKind::kPinhole)
         << "the published images were not taken by this pinhole camera: a perfect drape "
            "appears 4-8 % too small in it";
   }
 
-  Camera camera;
   LoadedScene scene;
+  Camera camera;
   std::optional<GrayImage> image;
   std::optional<Eigen::VectorXd> weights;
 };
@@ -156,7 +156,8 @@ void MeasureEnd(const Input& input, const RunControl& control, SimulateResult* r
         LowestEigenvalues(solver, material, x, kReportedModes, control.cancel);
   }
   if (SupportRadius(model.scene)) {
-    result->view = ViewDrape(model, x, input.camera, input.image ? &*input.image : nullptr);
+    result->view =
+        ViewDrape(model, x, input.camera, input.scene.discs, input.image ? &*input.image : nullptr);
   } else {
     result->unsupported = ViewWithoutSupport(model, x);
   }
@@ -164,12 +165,15 @@ void MeasureEnd(const Input& input, const RunControl& control, SimulateResult* r
 
 void WriteFiles(const Input& input, const SimulateResult& result, const OutputFolder& out) {
   const SimulationResult& simulation = result.simulation;
+  // Of another cloth or support than the test's, the files do not say that it is one.
+  std::optional<DrapeDiscs> discs;
+  if (HasDiscs(*input.scene.model, input.scene.discs)) discs = input.scene.discs;
   if (simulation.end.x.allFinite() && simulation.end.v.allFinite()) {
     if (simulation.newton_iterations) WriteState(out.Staged("state_rest.json"), simulation.end);
-    WriteObj(out.Staged("drape.obj"), input.scene.model->mesh, simulation.end.x);
+    WriteObj(out.Staged("drape.obj"), input.scene.model->mesh, simulation.end.x, discs);
   }
   if (simulation.gradient) WriteLossGradient(out.Staged("gradient.json"), *simulation.gradient);
-  if (result.view) WritePng(result.view->silhouette, out.Staged("silhouette.png"));
+  if (result.view) WritePng(result.view->silhouette, out.Staged("silhouette.png"), discs);
 }
 
 SimulateResult RunChecked(const SimulateOptions& options, const RunControl& control) {
@@ -203,6 +207,8 @@ SimulateResult RunChecked(const SimulateOptions& options, const RunControl& cont
 
 SimulateResult RunSimulate(const SimulateOptions& given, const RunControl& control) {
   SimulateOptions options = given;
+  const std::vector<std::string> seen = {given.image, given.camera.FileFor(given.image)};
+  options.scene.discs = GivenDiscs(FindDiscs(given.scene.discs, seen));
   const std::string picked = ApplyAccuracy(&options);
   CheckOptions(options);
   SimulateResult result = RunChecked(options, control);

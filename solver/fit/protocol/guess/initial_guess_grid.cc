@@ -106,8 +106,10 @@ void InitialGuessOptions::Check() const {
 State GuessState(const ClothModel& model, const Observation& observation, double lift) {
   const std::optional<double> support = SupportRadius(model.scene);
   CHECK(support.has_value()) << "a drape needs a support";
-  return {FlapsFromOutline(model.mesh, *support,
-                           VerticalProfile(observation.radius, observation.outline_camera()), lift),
+  return {FlapsFromOutline(
+              model.mesh, *support,
+              VerticalProfile(observation.radius, observation.outline_camera(), observation.discs),
+              lift),
           Eigen::VectorXd::Zero(model.num_dofs())};
 }
 

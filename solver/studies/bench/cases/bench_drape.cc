@@ -92,7 +92,7 @@ SettingSolver::SettingSolver(const BenchSetting& setting, const BenchProblem& pr
 }
 
 State SettingSolver::Seed(const Mesh& mesh) const {
-  return {ApplyStartShape(mesh, kSupportRadius, problem_.seed),
+  return {ApplyStartShape(mesh, DrapeDiscs().support, problem_.seed),
           Eigen::VectorXd::Zero(mesh.rest_x.size())};
 }
 

@@ -58,9 +58,10 @@ struct HeldOutImage {
   GrayImage silhouette;
   Camera camera;
 };
-HeldOutImage ReadHeldOut(const std::string& file, const CameraInput& input) {
+HeldOutImage ReadHeldOut(const std::string& file, const CameraInput& input,
+                         const DrapeDiscs& discs) {
   HeldOutImage image{ReadSilhouette(file).image, {}};
-  image.camera = MakeCamera(input, image.silhouette, file);
+  image.camera = MakeCamera(input, image.silhouette, discs, file);
   return image;
 }
 
@@ -74,9 +75,10 @@ double HeldOutScore(const std::string& folder, const std::vector<std::string>& h
     const std::string fitted = file.path().string();
     const ObjSurface surface = ReadObjSurface(fitted);
     for (const std::string& image : held_out) {
-      const auto [silhouette, camera] = ReadHeldOut(image, input);
-      sum += CompareDrapes(ObserveSurface(surface, camera, fitted),
-                           ObserveImage(silhouette, camera, image), camera)
+      const DrapeDiscs discs = FindDiscs({}, {fitted, image});
+      const auto [silhouette, camera] = ReadHeldOut(image, input, discs);
+      sum += CompareDrapes(ObserveSurface(surface, camera, discs, fitted),
+                           ObserveImage(silhouette, camera, discs, image), camera)
                  .aligned.mse;
       ++pairs;
     }
@@ -114,7 +116,7 @@ void CheckBenchImages(const FitBenchOptions& options) {
       images.push_back(ReadImageObservation(image, options.spec.observation));
   CheckNames(images);
   for (const std::string& image : options.held_out)
-    ReadHeldOut(image, options.spec.observation.camera);
+    ReadHeldOut(image, options.spec.observation.camera, FindDiscs({}, {image}));
 }
 
 std::string RenderGroundTruth(const BenchSetting& setting, const BenchProblem& problem) {

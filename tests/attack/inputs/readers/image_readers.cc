@@ -16,7 +16,7 @@ Reader MakeImageReader(const std::string& name, const std::string& file,
           .read =
               [](const std::string& path) {
                 const MeasuredImage measured =
-                    MeasureImage(ReadSilhouette(path), {}, CentreMode::kOutline, path);
+                    MeasureImage(ReadSilhouette(path), {}, CentreMode::kOutline, {}, path);
                 return std::isfinite(measured.quality.drape_coefficient)
                            ? std::string()
                            : "measured a drape coefficient that is not finite";

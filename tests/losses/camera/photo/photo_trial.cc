@@ -23,7 +23,7 @@ constexpr int kAngles = 360;
 double ComputeCoefficient(const Mesh& mesh, const Eigen::VectorXd& x) {
   constexpr int kSamples = 8;
   const Camera above;
-  return DrapeCoefficient(CoverageArea(Rasterize(mesh, x, above, kSamples), above));
+  return DrapeCoefficient(CoverageArea(Rasterize(mesh, x, above, kSamples), above), {});
 }
 
 // The coefficient of an outline of which the mesh tells the heights: each point is moved to that of
@@ -49,7 +49,7 @@ double CoefficientWithHeights(const Outline& image, const Outline& whole, const 
     last = point;
   }
   area += 0.5 * (last.x() * first.y() - last.y() * first.x());
-  return DrapeCoefficient(area);
+  return DrapeCoefficient(area, {});
 }
 
 }  // namespace
@@ -62,7 +62,7 @@ KnownDrape SimulateDrape(const std::string& fabric, int seed) {
   const auto model = std::make_shared<ClothModel>(MakeDisc({.target_vertices = 700}), CusickScene(),
                                                   MakeLaw("smooth"));
   State start = model->RestState();
-  start.x = ApplyStartShape(model->mesh, kSupportRadius, RandomStartShape(seed, 3e-3));
+  start.x = ApplyStartShape(model->mesh, DrapeDiscs().support, RandomStartShape(seed, 3e-3));
   const RolloutInput input{&material.field, &start};
   const auto backend = MakeBackend("cpu", model, 1);
   const RolloutResult drape = backend->Rollouts({&input, 1}, {.h = 0.05, .steps = 60}, nullptr)[0];

@@ -156,7 +156,8 @@ TEST_F(ExperimentTest, ACalibrationKeepsTheScoresOfTheFitAsItIs) {
   EXPECT_FALSE(as_fitted.contains("bend_factor_up"));
   EXPECT_FALSE(as_fitted.contains("dc_error_as_fitted"));
   task_.calibrate = true;
-  training_ = {{training_[0].capture, ObserveDisc(0.1, Camera())}};  // hangs far lower than the fit
+  training_ = {
+      {training_[0].capture, ObserveDisc(0.1, Camera(), {})}};  // hangs far lower than the fit
   nlohmann::json earlier = ReadJsonFile(Path("experiment/prediction.json"));
   earlier["version"] = 2;
   Write("experiment/prediction.json", earlier.dump());

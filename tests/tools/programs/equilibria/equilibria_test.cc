@@ -28,7 +28,7 @@ DrapeSample FoldedSample(int seed, int folds, double turn, double energy) {
   for (int i = 0; i < kBranchAngles; ++i)
     sample.outline[i] = .11 + .01 * std::cos(folds * (2 * M_PI * i / kBranchAngles - turn));
   sample.x = FlapsFromOutline(mesh, .09, sample.outline, 1.0);
-  sample.signature = ComputeSignature(sample.outline);
+  sample.signature = ComputeSignature(sample.outline, {});
   sample.silhouette = GrayImage(256, 256, folds == 6 ? 0.25f : 0.75f);
   return sample;
 }
@@ -76,11 +76,11 @@ TEST(Branches, SpreadIsOverTheDrapesAtRestAndTheirPairs) {
 
 TEST(Branches, PictureHasATileADrape) {
   EquilibriumSurvey survey;
-  EXPECT_GT(RenderEquilibria(survey).width, 0);
+  EXPECT_GT(RenderEquilibria(survey, {}).width, 0);
   survey.samples = HandMade();
   survey.clusters = ClusterSamples(survey.samples, BranchMetric::kRotated, 1e-4);
   survey.spread = ComputeSpread(survey.samples);
-  const RgbImage picture = RenderEquilibria(survey);
+  const RgbImage picture = RenderEquilibria(survey, {});
   EXPECT_EQ(picture.width, 4 * (128 + 6) + 6);
   const auto blue = [&](int column, int row) {
     return picture.rgb[3 * (size_t(row) * picture.width + column) + 2];

@@ -78,6 +78,42 @@ TEST_F(FitTool, AReplayFindsTheFittedDrape) {
   EXPECT_NEAR(replay.at("mse").get<double>(), fit.at("mse").get<double>(), 1e-9);
 }
 
+// The size of a specimen is in its silhouette: the mesh, the drape coefficient and the files
+// follow.
+TEST_F(FitTool, KnowsTheSizeOfTheSpecimen) {
+  ASSERT_EQ(Simulate({"--mesh=disc:150", "--steps=60", "--time_step=0.1", "--specimen=0.36",
+                      "--out=" + Path("large")})
+                .exit_code,
+            0);
+  const std::string usual = Read(Path("drape.png"));
+  std::filesystem::copy(Path("large/silhouette.png"), Path("drape.png"),
+                        std::filesystem::copy_options::overwrite_existing);
+  const ProcessResult result = RunProcess(FitCommand(Path("fit")));
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("Material, as laboratories report it"));
+  const Json summary = ReadJson(Path("fit/summary.json"));
+  EXPECT_EQ(summary.at("specimen_diameter_m"), 0.36);
+  EXPECT_EQ(summary.at("support_diameter_m"), 0.18);
+  const double dc = ReadJson(Path("large/summary.json")).at("dc");
+  EXPECT_NEAR(summary.at("images").at(0).at("metrics").at("dc_image").get<double>(), dc, 0.02);
+  EXPECT_GT(summary.at("images").at(0).at("metrics").at("iou"), 0.8);
+  EXPECT_EQ(ReadObjDiscs(Path("fit/drape_drape.obj")), (DrapeDiscs{0.18, 0.09}));
+  const Json& drape = summary.at("laboratory").at("drape_drape").at("rows");
+  EXPECT_EQ(drape.at(0).at("value"), 36.0);
+  EXPECT_EQ(drape.at(2).at("name"), "drape coefficient DC");
+  EXPECT_NEAR(drape.at(2).at("value").get<double>(), 100 * dc, 2.0);
+  EXPECT_EQ(summary.at("laboratory").at("material").at("rows").at(0).at("unit"), "g/m²");
+  // Another size, two sizes and the published data set are refused, and so is another mesh.
+  ExpectOneLineError(RunProcess(FitCommand(Path("fit"), "--specimen=0.3")),
+                     "is of a specimen of 36 cm on 18 cm, expected 30 cm on 18 cm");
+  Write("usual.png", usual);
+  ExpectOneLineError(RunProcess(FitCommand(
+                         Path("fit"), "--images=" + Path("drape.png") + "," + Path("usual.png"))),
+                     "drapes of different sizes cannot be compared");
+  ExpectOneLineError(RunProcess(FitCommand(Path("fit"), "--mesh=disc:150,radius=0.15")),
+                     "found a cloth of radius 0.15 m, expected 0.18 m");
+}
+
 TEST_F(FitTool, FitsCapturesOfTheDataSet) {
   std::vector<std::string> command = FitCommand(Path("fit"));
   command[1] = "--data=" + AddData();

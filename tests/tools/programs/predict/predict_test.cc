@@ -86,7 +86,7 @@ TEST_F(PredictTool, MeanImageIsThatOfTheDraws) {
   for (int i = 1; i <= 6; ++i) {
     const std::string path = Path("out/draw_" + std::to_string(i) + ".obj");
     if (std::filesystem::exists(path))
-      draws.Add(ObserveSurface(ReadObjSurface(path), Camera(), path).image);
+      draws.Add(ObserveSurface(ReadObjSurface(path), Camera(), {}, path).image);
   }
   const GrayImage mean = ReadImage(Path("out/mean_image.png")), expected = draws.Mean();
   for (size_t i = 0; i < mean.coverage.size(); ++i)

@@ -57,7 +57,7 @@ TEST_F(SimulateTool, SummarisesTheDrape) {
   EXPECT_GT(summary.at("seconds").at("total"), 0.0);
   EXPECT_GT(summary.at("force_residual"), 1e-6);
   const GrayImage silhouette = ReadImage(Path("out/silhouette.png"));
-  const double dc = DrapeCoefficient(CoverageArea(silhouette, Camera()));
+  const double dc = DrapeCoefficient(CoverageArea(silhouette, Camera()), {});
   EXPECT_NEAR(summary.at("dc").get<double>(), dc, 1e-3);  // 8 bits a pixel
   EXPECT_GT(dc, 0.3);
   EXPECT_LT(dc, 0.95);
@@ -171,6 +171,25 @@ TEST_F(SimulateTool, TheDrapeCoefficientIsThatOfTheStandardsDisc) {
   EXPECT_TRUE(ReadJson(Path("out/summary.json")).at("dc").is_number());
   ASSERT_EQ(Simulate({"--steps=2", "--mesh=disc:200,radius=0.12"}).exit_code, 0);
   EXPECT_TRUE(ReadJson(Path("out/summary.json")).at("dc").is_null());
+}
+
+TEST_F(SimulateTool, SpecimenAndSupportAreOptions) {
+  const ProcessResult result = Simulate({"--steps=2", "--specimen=0.36", "--support=0.2"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json summary = ReadJson(Path("out/summary.json"));
+  EXPECT_EQ(summary.at("specimen_diameter_m"), 0.36);
+  EXPECT_EQ(summary.at("support_diameter_m"), 0.2);
+  EXPECT_EQ(summary.at("camera").at("width"), 308);
+  EXPECT_EQ(ReadPngDiscs(Path("out/silhouette.png")), (DrapeDiscs{0.18, 0.1}));
+  EXPECT_EQ(ReadObjDiscs(Path("out/drape.obj")), (DrapeDiscs{0.18, 0.1}));
+  const GrayImage silhouette = ReadImage(Path("out/silhouette.png"));
+  EXPECT_NEAR(summary.at("dc").get<double>(),
+              DrapeCoefficient(CoverageArea(silhouette, CameraAbove({0.18, 0.1})), {0.18, 0.1}),
+              1e-3);
+  // A cloth of another size than the specimen has no drape coefficient, and its files say nothing.
+  ASSERT_EQ(Simulate({"--steps=2", "--mesh=disc:200,radius=0.12"}).exit_code, 0);
+  EXPECT_EQ(ReadPngDiscs(Path("out/silhouette.png")), std::nullopt);
+  ExpectOneLineError(Simulate({"--support=0.4"}), "expected a support that is smaller");
 }
 
 TEST_F(SimulateTool, NewtonAloneDoesNotStartFromFlat) {

@@ -55,14 +55,15 @@ OperandKind KindOfOperand(const std::string& path) {
 
 ViewedFile ViewFile(const std::string& path, const View& view) {
   if (IsMesh(path)) {
-    const Camera camera = MakeCamera(view.camera);
+    const Camera camera = MakeCamera(view.camera, view.discs);
     const ObjSurface surface = ReadObjSurface(path);
-    return {path, ObserveSurface(surface, camera, path), camera, {}, surface};
+    return {path, ObserveSurface(surface, camera, view.discs, path), camera, {}, surface};
   }
-  MeasuredImage measured = MeasureImage(ReadSilhouette(path), view.camera, view.centre, path);
+  MeasuredImage measured =
+      MeasureImage(ReadSilhouette(path), view.camera, view.centre, view.discs, path);
   if (view.hard_edged) measured.image = HardEdged(measured.image);
   return {path,
-          ObserveImage(measured.image, measured.camera, path),
+          ObserveImage(measured.image, measured.camera, view.discs, path),
           measured.camera,
           std::move(measured.quality),
           {}};
@@ -76,14 +77,16 @@ ViewedFile ViewFileBeside(const std::string& path, const View& view, const Camer
   if (view.centre == CentreMode::kNominal) return file;
   if (file.surface && !CentreOnOutline(file.seen.image, &file.camera))
     throw InputError(path, "no closed outline around the support's centre");
-  file.seen = ObserveImage(MovedImage(file.seen.image, file.camera, camera), camera, path);
+  file.seen =
+      ObserveImage(MovedImage(file.seen.image, file.camera, camera), camera, view.discs, path);
   return file;
 }
 
-Camera FindCamera(const CameraInput& input, const std::vector<std::string>& files) {
+Camera FindCamera(const CameraInput& input, const DrapeDiscs& discs,
+                  const std::vector<std::string>& files) {
   for (const std::string& file : files)
-    if (!IsMesh(file)) return MakeCamera(input, ReadImage(file), file);
-  return MakeCamera(input);
+    if (!IsMesh(file)) return MakeCamera(input, ReadImage(file), discs, file);
+  return MakeCamera(input, discs);
 }
 
 std::vector<std::pair<std::string, std::string>> PairDrapes(const std::string& run_a,

@@ -28,6 +28,7 @@ struct View {
   CameraInput camera;
   CentreMode centre = CentreMode::kNominal;
   bool hard_edged = false;  // HardEdged
+  DrapeDiscs discs = {};
 };
 
 struct ViewedFile {
@@ -46,7 +47,8 @@ ViewedFile ViewFileBeside(const std::string& path, const View& view, const Camer
 
 // The camera of a comparison: of the size of the first image among the files, or that of a
 // rendering where all are meshes.
-Camera FindCamera(const CameraInput& input, const std::vector<std::string>& files);
+Camera FindCamera(const CameraInput& input, const DrapeDiscs& discs,
+                  const std::vector<std::string>& files);
 
 // The drapes of two runs that belong together: drape.obj or drape_<name>.obj of the same name, or
 // the only ones. `alone` gets the others. Throws InputError when nothing belongs together.

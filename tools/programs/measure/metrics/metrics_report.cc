@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "losses/metrics/laboratory_sheet.h"
 #include "losses/metrics/report_json.h"
 #include "physics/util/text_format.h"
 #include "tools/programs/results/tables/score_report.h"
@@ -18,6 +19,7 @@ constexpr double kMm = 1e-3;
 constexpr double kMm2 = 1e-6;
 constexpr double kCm2 = 1e-4;
 constexpr double kDegree = M_PI / 180;
+constexpr const char* kSheetTitle = "The drape, as laboratories report it";
 
 std::string TwoNumbers(const char* name, double a, double b) {
   return Format("  %-26s %10.4g %10.4g\n", name, a, b);
@@ -90,6 +92,7 @@ std::string MeasuredText(const MeasuredDrape& drape) {
       line("area [cm2]", drape.area / kCm2) + line("mean radius [mm]", drape.mean_radius / kMm);
   for (const FeatureColumn& column : kFeatureColumns)
     text += line(column.name, column.value(drape.shape));
+  text += SheetText(DrapeSheet(drape.laboratory, kSheetTitle));
   if (!drape.quality) return text;
   for (const std::string& note : drape.quality->notes) text += "  note: " + note + "\n";
   return text;
@@ -116,7 +119,9 @@ std::string MeasuredTable(const std::vector<MeasuredDrape>& drapes) {
 std::string MeasuredCsv(const std::vector<MeasuredDrape>& drapes) {
   std::string text = "file,";
   for (const FeatureColumn& column : kFeatureColumns) text += std::string(column.key) + ",";
-  text += "area_cm2,radius_mean_mm,centre_column_px,centre_row_px,px_per_m,notes,error\n";
+  text += "area_cm2,radius_mean_mm,centre_column_px,centre_row_px,px_per_m,";
+  for (const LaboratoryRow& row : DrapeSheet({}, "").rows) text += row.key + ",";
+  text += "notes,error\n";
   for (const MeasuredDrape& drape : drapes) {
     text += CsvText(drape.file) + ",";
     const bool measured = drape.error.empty();
@@ -125,6 +130,7 @@ std::string MeasuredCsv(const std::vector<MeasuredDrape>& drapes) {
     for (const double value : {drape.area / kCm2, drape.mean_radius / kMm, drape.camera.cx,
                                drape.camera.cy, drape.camera.pixels_per_metre()})
       add(value);
+    for (const LaboratoryRow& row : DrapeSheet(drape.laboratory, "").rows) add(row.value);
     text += CsvText(JoinedNotes(drape)) + "," + CsvText(drape.error) + "\n";
   }
   return text;
@@ -139,6 +145,7 @@ Json MeasuredJson(const MeasuredDrape& drape) {
   json["shape"] = ShapeJson(drape.shape);
   json["area_m2"] = drape.area;
   json["radius_mean_m"] = drape.mean_radius;
+  json["laboratory"] = DrapeSheetJson(drape.laboratory, kSheetTitle);
   json["camera"] = CameraJson(drape.camera);
   if (drape.quality) json["quality"] = QualityJson(*drape.quality);
   return json;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "losses/metrics/comparison.h"
+#include "losses/metrics/laboratory_drape.h"
 #include "losses/outline/measured_image.h"
 #include "losses/outline/shape_features.h"
 
@@ -30,6 +31,7 @@ struct MeasuredDrape {
   double area = 0.0;                    // inside the outline [m²]
   double mean_radius = 0.0;             // [m]
   ShapeFeatures shape;
+  LaboratoryDrape laboratory;
 };
 std::string MeasuredText(const MeasuredDrape& drape);
 nlohmann::ordered_json MeasuredJson(const MeasuredDrape& drape);

@@ -11,6 +11,7 @@
 #include "physics/util/errors.h"
 #include "solver/job/plot/chart.h"
 #include "solver/studies/validation/recovery.h"
+#include "tools/cli/field_options.h"
 #include "tools/cli/provenance.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/measure/metrics/metrics_input.h"
@@ -24,11 +25,15 @@ namespace {
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-// How drapes are looked at by themselves and in a comparison.
-View MakeView(const MetricsOptions& options, CentreMode by_default) {
+// How drapes are looked at by themselves and in a comparison. files: what says of which discs they
+// are, which have to agree.
+View MakeView(const MetricsOptions& options, CentreMode by_default,
+              std::vector<std::string> files) {
   const CentreMode centre =
       options.centre == "auto" ? by_default : ParseName<CentreMode>(options.centre, "centre");
-  return {options.camera, centre, options.data.hard_edged};
+  const std::size_t count = files.size();
+  for (std::size_t i = 0; i < count; ++i) files.push_back(options.camera.FileFor(files[i]));
+  return {options.camera, centre, options.data.hard_edged, FindDiscs(options.discs, files)};
 }
 
 void AppendNotes(const ViewedFile& file, std::vector<std::string>* notes) {
@@ -66,17 +71,19 @@ MeasuredDrape Measure(const std::string& path, const View& view, ViewedFile* vie
           viewed->quality,
           ProfileArea(viewed->seen.radius),
           viewed->seen.radius.mean(),
-          viewed->seen.shape};
+          viewed->seen.shape,
+          MeasureLaboratoryDrape(viewed->seen.radius, view.discs)};
 }
 
 Found MeasureOne(const MetricsOptions& options, const std::string& path) {
+  const View view = MakeView(options, CentreMode::kOutline, {path});
   ViewedFile viewed;
-  const MeasuredDrape drape = Measure(path, MakeView(options, CentreMode::kOutline), &viewed);
+  const MeasuredDrape drape = Measure(path, view, &viewed);
   if (!options.csv.empty()) WriteFileAtomically(options.csv, MeasuredCsv({drape}));
   if (!options.overlay.empty()) {
     const GrayImage picture = viewed.surface ? viewed.seen.image : ReadImage(path);
     const Eigen::VectorXd radius_px = viewed.seen.radius * viewed.camera.pixels_per_metre();
-    WritePng(RenderMeasurement(picture, radius_px, viewed.camera), options.overlay);
+    WritePng(RenderMeasurement(picture, radius_px, viewed.camera, view.discs), options.overlay);
   }
   return {MeasuredText(drape), MeasuredJson(drape)};
 }
@@ -84,7 +91,6 @@ Found MeasureOne(const MetricsOptions& options, const std::string& path) {
 // A drape that cannot be measured becomes a line with the reason.
 Found MeasureEach(const MetricsOptions& options, const std::vector<std::string>& files,
                   const RunControl& control) {
-  const View view = MakeView(options, CentreMode::kOutline);
   std::vector<MeasuredDrape> drapes;
   std::string first_error;
   size_t measured = 0;
@@ -93,12 +99,13 @@ Found MeasureEach(const MetricsOptions& options, const std::vector<std::string>&
     control.Report(static_cast<double>(drapes.size()) / static_cast<double>(files.size()), file);
     try {
       ViewedFile viewed;
-      drapes.push_back(Measure(file, view, &viewed));
+      drapes.push_back(Measure(file, MakeView(options, CentreMode::kOutline, {file}), &viewed));
       ++measured;
     } catch (const InputError& error) {
       const std::string reason = error.what();
       const bool named = reason.starts_with(file + ": ");
-      drapes.push_back({file, named ? reason.substr(file.size() + 2) : reason, {}, {}, 0, 0, {}});
+      drapes.push_back(
+          {file, named ? reason.substr(file.size() + 2) : reason, {}, {}, 0, 0, {}, {}});
       if (first_error.empty()) first_error = reason;
     }
   }
@@ -113,8 +120,10 @@ Found MeasureEach(const MetricsOptions& options, const std::vector<std::string>&
 
 Found CompareRuns(const MetricsOptions& options, const RunControl& control) {
   Found found{"", {{"pairs", Json::array()}, {"alone", Json::array()}}};
-  const View view = MakeView(options, CentreMode::kNominal);
-  const Camera camera = MakeCamera(options.camera);
+  const View view =
+      MakeView(options, CentreMode::kNominal,
+               {options.operands[0] + "/summary.json", options.operands[1] + "/summary.json"});
+  const Camera camera = MakeCamera(options.camera, view.discs);
   found.json["camera"] = CameraJson(camera);
   std::vector<std::string> alone;
   for (const auto& [a, b] : PairDrapes(options.operands[0], options.operands[1], &alone)) {
@@ -132,13 +141,13 @@ Found CompareRuns(const MetricsOptions& options, const RunControl& control) {
 
 // The drapes in A as draws of a distribution that those in B were drawn from.
 Found CompareDistributions(const MetricsOptions& options, const RunControl& control) {
-  const View view = MakeView(options, CentreMode::kNominal);
   std::vector<std::string> files[2];
   for (int side = 0; side < 2; ++side)
     files[side] = DrapesIn(options.operands[side], side == 0 ? 2 : 1);
   std::vector<std::string> all = files[0];
   all.insert(all.end(), files[1].begin(), files[1].end());
-  const Camera camera = FindCamera(options.camera, all);
+  const View view = MakeView(options, CentreMode::kNominal, all);
+  const Camera camera = FindCamera(options.camera, view.discs, all);
   std::vector<ObservedDrape> drapes[2];
   DistributionScorer::Drapes views[2];
   for (int side = 0; side < 2; ++side) {
@@ -168,9 +177,9 @@ Found CompareTwo(const MetricsOptions& options, const RunControl& control) {
   if (a != b)
     throw InputError(operands[a == OperandKind::kFile],
                      "is a folder, expected a file like " + operands[b == OperandKind::kFile]);
-  const Camera camera = FindCamera(options.camera, operands);
-  const ComparedPair pair =
-      Compare(operands[0], operands[1], MakeView(options, CentreMode::kNominal), camera);
+  const View view = MakeView(options, CentreMode::kNominal, operands);
+  const Camera camera = FindCamera(options.camera, view.discs, operands);
+  const ComparedPair pair = Compare(operands[0], operands[1], view, camera);
   Found found{PairText(pair), PairJson(pair)};
   found.json["camera"] = CameraJson(camera);
   return found;
@@ -215,7 +224,11 @@ Found EvaluateOperands(const MetricsOptions& options, const RunControl& control)
 }
 
 Found EvaluateData(const MetricsOptions& options, const RunControl& control) {
-  const Camera camera = MakeCamera(options.camera);
+  const Camera camera = MakeCamera(options.camera, DrapeDiscs());
+  if (FindDiscs(options.discs) != DrapeDiscs())
+    throw InputError("option 'specimen' or 'support'",
+                     "found " + ToString(FindDiscs(options.discs)) +
+                         " beside the published data set, expected its " + ToString(DrapeDiscs()));
   if (!options.operands.empty())
     throw InputError("command line", "found '" + options.operands[0] + "' beside --data");
   const DatasetReport report = EvaluateDataset(options.data, camera, control);
@@ -259,9 +272,10 @@ std::vector<Option> FileOptions(MetricsOptions& options) {
 }  // namespace
 
 OptionTable MetricsTable(MetricsOptions& options) {
-  std::vector<Option> all = Concatenate(
-      Grouped("camera", CameraOptions(options.camera)), ViewOptions(options),
-      Grouped("data set", DatasetOptions(options.data)), OfOneRun(FileOptions(options)));
+  std::vector<Option> all =
+      Concatenate(Grouped("camera", CameraOptions(options.camera)), FieldOptionList(options.discs),
+                  ViewOptions(options), Grouped("data set", DatasetOptions(options.data)),
+                  OfOneRun(FileOptions(options)));
   return {
       .tool = "drape_metrics",
       .summary =
@@ -280,8 +294,8 @@ OptionTable MetricsTable(MetricsOptions& options) {
           "with --recovery: output folders of drape_fit with --ground_truth; which of the fitted "
           "numbers can be trusted\n",
       .options = std::move(all),
-      .common = {"image_width_mm", "camera_scale", "centre", "csv", "overlay", "data", "fabric",
-                 "out"},
+      .common = {"image_width_mm", "camera_scale", "specimen", "support", "centre", "csv",
+                 "overlay", "data", "fabric", "out"},
       .operands = &options.operands,
       .operand_names = "[A [B …]]"};
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "losses/camera/camera_input.h"
+#include "losses/camera/discs_input.h"
 #include "physics/util/run_control.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/dataset_input.h"
@@ -15,6 +16,7 @@ namespace drape {
 struct MetricsOptions {
   std::vector<std::string> operands;  // files and folders; none with a data set
   CameraInput camera;
+  DiscsInput discs;
   std::string centre = "auto";  // CentreMode; auto: outline for drapes by themselves
   DatasetQuery data;            // its folder: none with operands
   std::string csv;              // file of the drapes measured by themselves

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "losses/camera/camera_io.h"
+#include "losses/camera/discs_input.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
@@ -30,8 +31,6 @@ Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
                {"projected", "projected.png"},
                {"overlay", "overlay.png"},
                {"marker", ToString(options.photo.marker)},
-               {"specimen_diameter_m", options.photo.specimen},
-               {"support_diameter_m", options.photo.support},
                {"dc", result.shape.drape_coefficient},
                {"dc_is", "estimate from the hem's estimated heights"},
                {"dc_without_camera_model", result.plane_coefficient},
@@ -46,6 +45,7 @@ Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
                {"blur_m", result.blur},
                {"contrast_lab", result.contrast},
                {"warnings", result.warnings}};
+  json.update(DiscsJson(MakeDiscs(options.photo)));
   return json;
 }
 
@@ -113,10 +113,13 @@ std::string RunPhoto(const PhotoToolOptions& options, const RunControl& control)
     throw InputError(file, std::string(ToString(result.fault)) + ": " + result.reason + " (see " +
                                options.out + "/" + kRefused + ")");
   }
-  WritePng(result.silhouette, out.Staged("silhouette.png"));
-  WritePng(result.projected, out.Staged("projected.png"));
+  const DrapeDiscs discs = MakeDiscs(options.photo);
+  WritePng(result.silhouette, out.Staged("silhouette.png"), discs);
+  WritePng(result.projected, out.Staged("projected.png"), discs);
   WritePng(result.overlay, out.Staged("overlay.png"));
-  WriteFileAtomically(out.Staged("camera.json"), CameraJson(result.camera).dump(2) + "\n");
+  Json camera = CameraJson(result.camera);
+  camera.update(DiscsJson(discs));
+  WriteFileAtomically(out.Staged("camera.json"), camera.dump(2) + "\n");
   WriteWithProvenance(out.Staged("summary.json"), SummaryJson(file, options, result));
   out.Publish();
   std::error_code ignored;

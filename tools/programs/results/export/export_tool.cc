@@ -42,18 +42,20 @@ std::vector<Option> LinearOptions(ExportToolOptions& options) {
 }
 
 std::vector<Option> RoundTripOptions(ExportToolOptions& options) {
-  return {MeshOption("mesh", &options.mesh, "disc on which original and export are draped here"),
-          {.key = "starts",
-           .value = &options.starts,
-           .doc = "number of random starts of these drapes; 0: none",
-           .least = 0,
-           .most = 100},
-          {.key = "seed",
-           .value = &options.seed,
-           .doc = "random seed of the first start, and of the samples of a posterior",
-           .least = 0,
-           .most = 1000000000},
-          ThreadsOption(options.threads)};
+  std::vector<Option> list = {
+      MeshOption("mesh", &options.mesh, "disc on which original and export are draped here"),
+      {.key = "starts",
+       .value = &options.starts,
+       .doc = "number of random starts of these drapes; 0: none",
+       .least = 0,
+       .most = 100},
+      {.key = "seed",
+       .value = &options.seed,
+       .doc = "random seed of the first start, and of the samples of a posterior",
+       .least = 0,
+       .most = 1000000000},
+      ThreadsOption(options.threads)};
+  return Concatenate(list, FieldOptionList(options.discs));
 }
 
 constexpr char kNetcdf[] = "netcdf", kCsv[] = "csv";
@@ -113,8 +115,9 @@ class Drapes {
  public:
   Drapes(const ExportToolOptions& options, const RunControl& control)
       : options_(options),
-        model_(std::make_shared<ClothModel>(ParseMeshSpec(options.mesh), CusickScene(),
-                                            MakeLaw(options.law))),
+        discs_(FindDiscs(options.discs, {options.operands[0] + "/summary.json"})),
+        model_(std::make_shared<ClothModel>(ParseMeshSpec(options.mesh, {}, discs_),
+                                            CusickScene({}, discs_.support), MakeLaw(options.law))),
         backend_(MakeLoggedBackend("cpu", model_, CountThreads(options.threads), control)),
         control_(control) {}
 
@@ -122,7 +125,8 @@ class Drapes {
     return SampleEquilibria(*backend_, tables,
                             {.samples = std::max(1, options_.starts),
                              .first_seed = options_.seed,
-                             .threads = backend_->threads()},
+                             .threads = backend_->threads(),
+                             .discs = discs_},
                             {.cancel = control_.cancel, .progress = {}});
   }
   // Throws InputError when no drape is at rest.
@@ -138,6 +142,7 @@ class Drapes {
 
  private:
   const ExportToolOptions& options_;
+  DrapeDiscs discs_;
   std::shared_ptr<const ClothModel> model_;
   std::unique_ptr<Backend> backend_;
   RunControl control_;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "losses/camera/discs_input.h"
 #include "physics/material/laws/law_kind.h"
 #include "physics/util/run_control.h"
 #include "solver/prediction/exchange/posterior_data.h"
@@ -24,6 +25,7 @@ struct ExportToolOptions {
   double thickness = 0.0;               // [m]; 0: not known
   LawKind law = LawKind::kSmooth;
   std::string mesh = "disc:600";   // of the round trip
+  DiscsInput discs;                // of the round trip; not given: those of the fit
   int starts = 3;                  // of the round trip; 0: none
   int seed = 1;                    // of the first start and of the samples of a posterior
   PosteriorDataOptions posterior;  // of "netcdf" and "csv"; its seed is `seed`

@@ -19,11 +19,11 @@ namespace {
 
 // Options of drape_fit that each experiment sets for itself.
 const std::set<std::string> kOfCells = {
-    "images",         "lab_tests", "material", "density",        "ground_truth",
-    "model",          "out",       "resume",   "data",           "fabric",
-    "samples",        "captures",  "face",     "data_source",    "specimens",
-    "camera",         "solve",     "accuracy", "accuracy_table", "table_form",
-    "other_materials"};
+    "images",          "lab_tests", "material", "density",        "ground_truth",
+    "model",           "out",       "resume",   "data",           "fabric",
+    "samples",         "captures",  "face",     "data_source",    "specimens",
+    "camera",          "solve",     "accuracy", "accuracy_table", "table_form",
+    "other_materials", "specimen",  "support"};
 // Options that change no number of an experiment.
 const std::set<std::string> kFree = {"data",  "out",     "fabrics", "materials", "models",
                                      "seeds", "threads", "list",    "share"};

@@ -31,10 +31,11 @@ namespace {
 
 // Options of drape_fit that each fit of the data set has set.
 const std::set<std::string> kOfCells = {
-    "images",     "lab_tests",   "material",       "density", "ground_truth",   "model",
-    "out",        "resume",      "data",           "fabric",  "samples",        "captures",
-    "face",       "data_source", "camera",         "solve",   "accuracy",       "specimens",
-    "table_form", "prior",       "accuracy_table", "threads", "other_materials"};
+    "images",     "lab_tests",   "material",       "density", "ground_truth",    "model",
+    "out",        "resume",      "data",           "fabric",  "samples",         "captures",
+    "face",       "data_source", "camera",         "solve",   "accuracy",        "specimens",
+    "table_form", "prior",       "accuracy_table", "threads", "other_materials", "specimen",
+    "support"};
 // Options that change no fit.
 const std::set<std::string> kFree = {
     "data",      "out",   "fabrics",   "posteriors", "new",         "by",   "threads",
@@ -168,6 +169,10 @@ std::string WriteSpace(const MaterialSpace& space, const std::vector<FabricBelie
 
 SpaceResult BuildSpace(const SpaceToolOptions& options, const std::vector<std::string>& folders,
                        const OutputFolder& out) {
+  std::vector<std::string> summaries;
+  for (const auto* list : {&folders, &options.added})
+    for (const std::string& folder : *list) summaries.push_back(folder + "/summary.json");
+  FindDiscs({}, summaries);  // fits of one size
   FabricBeliefs beliefs = ReadFabricBeliefs(folders, options.by);
   std::vector<FabricBelief> added;
   for (const std::string& path : options.added)

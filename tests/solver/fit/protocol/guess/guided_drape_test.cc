@@ -49,7 +49,8 @@ TEST_F(GuidedDrapeTest, ThePullIsTheDistanceToTheOutline) {
   const Eigen::VectorXd displacement = pull.Displacement(flat);
   for (int v = 0; v < model.mesh.num_vertices(); ++v) {
     const Eigen::Vector2d p = model.mesh.uv.col(v);
-    const double share = std::max(0.0, (p.norm() - kSupportRadius) / (0.15 - kSupportRadius));
+    const double share =
+        std::max(0.0, (p.norm() - DrapeDiscs().support) / (0.15 - DrapeDiscs().support));
     const Eigen::Vector3d d = displacement.segment<3>(3 * v);
     EXPECT_NEAR(d.head<2>().dot(p.normalized()), share * kFurther, 0.02 * kFurther) << v;
     EXPECT_NEAR(d.z(), 0.0, 1e-12);

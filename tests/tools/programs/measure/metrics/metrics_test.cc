@@ -57,6 +57,22 @@ TEST_F(MetricsTool, TwoImages) {
   EXPECT_FALSE(json["raw"].contains("surface_hausdorff_m"));
 }
 
+TEST_F(MetricsTool, DrapesOfDifferentSizesAreNotCompared) {
+  const std::string a = AddDisc("a.png", 0.10), small = Path("small.png");
+  WritePng(ObserveDisc(0.10, Camera(), {0.12, 0.09}).image, small, DrapeDiscs{0.12, 0.09});
+  WritePng(ReadImage(a), Path("b.png"), DrapeDiscs());
+  ExpectOneLineError(Run({Path("b.png"), small}), "drapes of different sizes cannot be compared");
+  ExpectOneLineError(Run({small, "--specimen=0.3"}), "is of a specimen of 24 cm on 18 cm");
+  ExpectOneLineError(Run({"--data=" + AddData(), "--specimen=0.24"}), "published data set");
+  // By itself each has its own: (.1² − .09²)/(.12² − .09²), and a sheet of it.
+  ASSERT_EQ(Run({small, "--out=" + Path("m.json"), "--csv=" + Path("m.csv")}).exit_code, 0);
+  const Json json = ReadJson(Path("m.json"));
+  EXPECT_NEAR(json["shape"]["dc"], 0.0019 / 0.0063, 3e-3);
+  EXPECT_EQ(json["laboratory"]["rows"][0]["value"], 24.0);
+  EXPECT_THAT(Read(Path("m.csv")), HasSubstr(",specimen_cm,support_cm,dc_percent,nodes,"));
+  EXPECT_THAT(Run({a, "--specimen=0.24"}).out, HasSubstr("drape distance ratio"));
+}
+
 // A photograph of 1200 × 900 px, off centre, under uneven light, with a label.
 TEST_F(MetricsTool, APhotographByItself) {
   const Camera camera = PhotographCamera();

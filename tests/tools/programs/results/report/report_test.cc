@@ -109,6 +109,18 @@ TEST_F(ReportTest, LaboratorySheetsAreShown) {
   EXPECT_THAT(page, Not(HasSubstr("no interval is stored")));
 }
 
+// Side by side, drapes of specimens of different sizes would look comparable.
+TEST_F(ReportTest, WarnsOfDrapesOfDifferentSizes) {
+  const Json usual = {{"specimen_diameter_m", 0.3}, {"support_diameter_m", 0.18}};
+  const Json small = {{"specimen_diameter_m", 0.24}, {"support_diameter_m", 0.18}};
+  const std::string a = AddFit("a", usual), b = AddFit("b", small), c = AddFit("c", usual);
+  const std::string page = Page({a, b});
+  EXPECT_THAT(page, HasSubstr("The drapes of b are of specimens of 24 cm on 18 cm, those of a of "
+                              "30 cm on 18 cm"));
+  EXPECT_LT(page.find("are of specimens of"), page.find("class=\"verdict"));
+  EXPECT_THAT(Page({a, c}), Not(HasSubstr("are of specimens of")));
+}
+
 TEST_F(ReportTest, RefusesOtherFolders) {
   const std::string out = "--out=" + Path("report.html");
   Write("report.html", "earlier");

@@ -10,7 +10,6 @@
 #include "losses/camera/camera_io.h"
 #include "losses/image/segmentation.h"
 #include "losses/outline/outline.h"
-#include "losses/outline/shape_features.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
@@ -88,10 +87,10 @@ std::string Layers(const ResultFolder& folder, const nlohmann::json& image) {
     svg += Format("<image width=\"%d\" height=\"%d\" opacity=\"0.35\" href=\"", camera.width,
                   camera.height) +
            ImageUri(ReadWholeFile(file)) + "\"/>\n";
-  const double support = image.value("support_radius_m", kSupportRadius);
-  const double flat = image.value("specimen_radius_m", kClothRadius);
-  svg += Ring(camera, support) + Ring(camera, flat) + MakePath(seen.radius, camera, "image") +
-         MakePath(fitted.radius, camera, "fitted") + Scale(camera) + "</svg>\n";
+  const DrapeDiscs discs = folder.Discs().value_or(DrapeDiscs());
+  svg += Ring(camera, discs.support) + Ring(camera, discs.specimen) +
+         MakePath(seen.radius, camera, "image") + MakePath(fitted.radius, camera, "fitted") +
+         Scale(camera) + "</svg>\n";
   return "<figure class=\"photo\">\n<div class=\"layers\">\n" + Toggle("picture", "picture") +
          Toggle("image", "outline of the image") + Toggle("fitted", "outline of the fit") +
          Toggle("ring", "support and flat cloth") + "</div>\n" + svg + "</figure>\n";
@@ -214,7 +213,7 @@ Json FieldJson(const char* name, const char* unit, const Eigen::VectorXd& values
   return {{"name", name}, {"unit", unit}, {"values", Packed<float>(values)}};
 }
 
-Json DrapeJson(const std::string& file, const std::string& name) {
+Json DrapeJson(const std::string& file, const std::string& name, double support) {
   const Mesh mesh = ReadObj(file);
   const Eigen::VectorXd x = ReadObjSurface(file).x;
   std::vector<int> corners;
@@ -222,6 +221,7 @@ Json DrapeJson(const std::string& file, const std::string& name) {
   Eigen::VectorXd height(mesh.num_vertices());
   for (int v = 0; v < mesh.num_vertices(); ++v) height[v] = 1e3 * x[3 * v + 2];
   return {{"name", name},
+          {"support_m", support},
           {"positions", Packed<float>(x)},
           {"faces", Packed<std::uint32_t>(corners)},
           {"fields",
@@ -244,7 +244,8 @@ std::string Drapes(const ResultFolder& folder, ReportPage* page) {
   Json drapes = Json::array();
   const std::vector<std::string> files = folder.Files(".obj");
   for (std::size_t i = 0; i < std::min(files.size(), kMostDrapes); ++i) try {
-      drapes.push_back(DrapeJson(folder.File(files[i]), DrapeName(files[i])));
+      drapes.push_back(DrapeJson(folder.File(files[i]), DrapeName(files[i]),
+                                 folder.Discs().value_or(DrapeDiscs()).support));
     } catch (const InputError& error) {
       html += HtmlElement("p", error.what(), "missing");
     }

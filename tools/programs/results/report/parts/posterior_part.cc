@@ -225,7 +225,8 @@ std::string Bands(const ResultFolder& folder) {
          band("ninety", 0.05, 0.95) + band("half", 0.25, 0.75) + "<path class=\"median\" d=\"" +
          Contour(image, 0.5) + "\"/>\n" +
          Format("<circle class=\"ring\" cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\" fill=\"none\"/>",
-                0.5 * (image.width - 1), 0.5 * (image.height - 1), kSupportRadius * scale) +
+                0.5 * (image.width - 1), 0.5 * (image.height - 1),
+                folder.Discs().value_or(DrapeDiscs()).support * scale) +
          "</svg>" +
          HtmlElement("figcaption",
                      "Half of the outlines lie in the dark band, 90 % in the light "

@@ -40,6 +40,13 @@ std::string ListPrograms() {
 
 }  // namespace
 
+std::optional<DrapeDiscs> ResultFolder::Discs() const {
+  const auto specimen = FindNumber(summary, "/specimen_diameter_m"),
+             support = FindNumber(summary, "/support_diameter_m");
+  if (!specimen || !support) return std::nullopt;
+  return DrapeDiscs{*specimen / 2, *support / 2};
+}
+
 std::vector<std::string> ResultFolder::Files(const std::string& end) const {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(path)) {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "physics/mesh/disc.h"
+
 namespace drape {
 
 // What a program has left in a folder.
@@ -18,6 +20,8 @@ struct ResultFolder {
 
   bool IsFit() const { return program == "drape_fit"; }
   std::string File(const std::string& file) const { return path + "/" + file; }
+  // Of its drapes; none for results that do not say so.
+  std::optional<DrapeDiscs> Discs() const;
   // The names of the files that end so, in order.
   std::vector<std::string> Files(const std::string& end) const;
 };

@@ -32,6 +32,22 @@ std::string Warnings(const std::vector<std::string>& texts) {
   return html + "</ul>\n";
 }
 
+// Drape coefficients, nodes and outlines of specimens of different sizes cannot be compared.
+std::vector<std::string> OtherSizes(const std::vector<ResultFolder>& folders) {
+  const ResultFolder* first = nullptr;
+  std::vector<std::string> warnings;
+  for (const ResultFolder& folder : folders) {
+    if (!folder.Discs()) continue;
+    if (first == nullptr) first = &folder;
+    if (*folder.Discs() != *first->Discs())
+      warnings.push_back("The drapes of " + folder.name + " are of specimens of " +
+                         ToString(*folder.Discs()) + ", those of " + first->name + " of " +
+                         ToString(*first->Discs()) +
+                         ": their drape coefficients, nodes and outlines cannot be compared.");
+  }
+  return warnings;
+}
+
 void Append(std::vector<std::string>* all, std::vector<std::string> more) {
   all->insert(all->end(), more.begin(), more.end());
 }
@@ -295,7 +311,8 @@ void AddVerdicts(const std::vector<ResultFolder>& folders, ReportPage* page) {
   for (const ResultFolder& folder : folders)
     html += folder.IsFit() ? VerdictOfFit(folder) : VerdictOfOther(folder);
   page->AddSection("verdict", "Verdict",
-                   folders.size() > 1 ? "<div class=\"side\">\n" + html + "</div>\n" : html);
+                   Warnings(OtherSizes(folders)) +
+                       (folders.size() > 1 ? "<div class=\"side\">\n" + html + "</div>\n" : html));
 }
 
 void AddMaterials(const std::vector<ResultFolder>& folders, ReportPage* page) {

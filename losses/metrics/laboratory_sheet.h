@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "losses/metrics/laboratory_drape.h"
+
+namespace drape {
+
+// A quantity as a textile laboratory reports it, in its unit.
+struct LaboratoryRow {
+  std::string key;  // of a CSV column, with the unit: "dc_percent"
+  std::string name;
+  double value = 0.0;
+  std::string unit;  // empty: none
+  struct Interval {
+    double low = 0.0, high = 0.0;
+  };
+  std::optional<Interval> interval = {};  // of 90 %
+  std::string source;                     // "measured", "from the prior", "given", …
+  std::string standard = {};              // that defines it, or where the formula is from
+};
+
+struct LaboratorySheet {
+  std::string title;
+  std::vector<LaboratoryRow> rows;
+};
+
+// Of the outline of a drape: sizes, drape coefficient, nodes, what follows from their heights.
+LaboratorySheet DrapeSheet(const LaboratoryDrape& drape, const std::string& title);
+
+// For reports: {"title", "rows": [{"key", "name", "value", "unit", "low", "high", "source",
+// "standard"}]}; low and high are null without an interval.
+nlohmann::ordered_json SheetJson(const LaboratorySheet& sheet);
+// The same with each node: {"angle_deg", "radius_mm", "height_mm", "width_mm", "severity"}.
+nlohmann::ordered_json DrapeSheetJson(const LaboratoryDrape& drape, const std::string& title);
+
+// For a person: the title and a line for each row, or for each that has one of the keys.
+std::string SheetText(const LaboratorySheet& sheet, const std::set<std::string>& keys = {});
+
+}  // namespace drape
