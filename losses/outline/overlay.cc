@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "losses/outline/shape_features.h"
 
@@ -79,61 +78,17 @@ RgbImage PaleUpscaled(const GrayImage& image, int upscale) {
   return picture;
 }
 
-// The letters of the legend as 3 × 5 dots, rows from the top, high bit left.
-struct Glyph {
-  char letter;
-  uint8_t rows[5];
-};
-constexpr Glyph kGlyphs[] = {{'A', {2, 5, 7, 5, 5}}, {'E', {7, 4, 6, 4, 7}}, {'F', {7, 4, 6, 4, 4}},
-                             {'G', {3, 4, 5, 5, 3}}, {'I', {7, 2, 2, 2, 7}}, {'L', {4, 4, 4, 4, 7}},
-                             {'M', {5, 7, 7, 5, 5}}, {'O', {2, 5, 5, 5, 2}}, {'P', {6, 5, 6, 4, 4}},
-                             {'R', {6, 5, 6, 5, 5}}, {'S', {3, 4, 2, 1, 6}}, {'T', {7, 2, 2, 2, 2}},
-                             {'U', {5, 5, 5, 5, 7}}};
-
-void FillBox(RgbImage* picture, int column, int row, int width, int height, const Color& color) {
-  for (int y = row; y < row + height; ++y) {
-    for (int x = column; x < column + width; ++x) Blend(picture, x, y, color, 1);
-  }
-}
-
-void RenderText(const char* text, int column, int row, int dot, RgbImage* picture) {
-  for (; *text; ++text, column += 4 * dot) {
-    const auto* glyph = std::find_if(std::begin(kGlyphs), std::end(kGlyphs),
-                                     [&](const Glyph& g) { return g.letter == *text; });
-    CHECK(glyph != std::end(kGlyphs)) << "no glyph for '" << *text << "'";
-    for (int y = 0; y < 5; ++y) {
-      for (int x = 0; x < 3; ++x) {
-        if (glyph->rows[y] >> (2 - x) & 1) {
-          FillBox(picture, column + x * dot, row + y * dot, dot, dot, {60, 60, 60});
-        }
-      }
-    }
-  }
-}
-
 struct Line {
-  const char* name;
   Eigen::VectorXd radius;  // [px]
   Color color;
   double relative_width;
 };
 
-void RenderLegend(const std::vector<Line>& lines, RgbImage* picture) {
-  const int dot = std::max(1, picture->width / 300);
-  int row = 4 * dot;
-  for (const Line& line : lines) {
-    FillBox(picture, 4 * dot, row + dot, 10 * dot, 3 * dot, line.color);
-    RenderText(line.name, 17 * dot, row, dot, picture);
-    row += 8 * dot;
-  }
+Line Circle(double radius, const Camera& camera, const Color& color) {
+  return {Eigen::VectorXd::Constant(kCircleAngles, radius * camera.pixels_per_metre()), color, 0.5};
 }
 
-Line Circle(const char* name, double radius, const Camera& camera, const Color& color) {
-  return {name, Eigen::VectorXd::Constant(kCircleAngles, radius * camera.pixels_per_metre()), color,
-          0.5};
-}
-
-// The lines in the order of the legend; the first one is drawn last, over the others.
+// The first line is drawn last, over the others.
 RgbImage RenderLines(const GrayImage& image, const Camera& camera, const std::vector<Line>& lines,
                      const OverlayOptions& options) {
   constexpr int kSize = 1000;         // [px] of a picture that needs no enlargement
@@ -150,7 +105,6 @@ RgbImage RenderLines(const GrayImage& image, const Camera& camera, const std::ve
   for (auto line = lines.rbegin(); line != lines.rend(); ++line)
     RenderProfile(line->radius, camera, upscale, line->relative_width * line_width, line->color,
                   &picture);
-  RenderLegend(lines, &picture);
   return picture;
 }
 
@@ -160,9 +114,9 @@ RgbImage RenderOverlay(const GrayImage& image, const Eigen::VectorXd& measured_r
                        const Eigen::VectorXd& fitted_radius, const Camera& camera,
                        const DrapeDiscs& discs, const OverlayOptions& options) {
   return RenderLines(image, camera,
-                     {{"FIT", fitted_radius, options.fitted, 1.0},
-                      {"IMAGE", measured_radius, options.measured, 1.0},
-                      Circle("SUPPORT", discs.support, camera, options.support)},
+                     {{fitted_radius, options.fitted, 1.0},
+                      {measured_radius, options.measured, 1.0},
+                      Circle(discs.support, camera, options.support)},
                      options);
 }
 
@@ -170,9 +124,9 @@ RgbImage RenderMeasurement(const GrayImage& image, const Eigen::VectorXd& measur
                            const Camera& camera, const DrapeDiscs& discs,
                            const OverlayOptions& options) {
   return RenderLines(image, camera,
-                     {{"IMAGE", measured_radius, options.measured, 1.0},
-                      Circle("FLAT", discs.specimen, camera, options.flat),
-                      Circle("SUPPORT", discs.support, camera, options.support)},
+                     {{measured_radius, options.measured, 1.0},
+                      Circle(discs.specimen, camera, options.flat),
+                      Circle(discs.support, camera, options.support)},
                      options);
 }
 

@@ -22,7 +22,8 @@ struct OverlayOptions {
 };
 
 // Renders a fit: the image in pale grey, enlarged, and on it the measured and the fitted outline
-// (profiles [px], any number of angles ≥ 3), the circle of the support in its plane, and a legend.
+// (profiles [px], any number of angles ≥ 3) and the circle of the support in its plane. The page of
+// drape_report shows the same as layers, with a key.
 RgbImage RenderOverlay(const GrayImage& image, const Eigen::VectorXd& measured_radius,
                        const Eigen::VectorXd& fitted_radius, const Camera& camera,
                        const DrapeDiscs& discs, const OverlayOptions& options = {});

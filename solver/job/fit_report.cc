@@ -316,6 +316,8 @@ void WriteFitReport(const FitSpec& spec, const FitData& data, const FitFiles& fi
   if (report.posterior)
     WritePosterior(files.out, MakeStoredPosterior(*report.posterior),
                    std::string("drape_fit, model ") + ToString(spec.model) + source);
+  if (report.posterior && report.posterior->samples)
+    WriteSamples(files.out, *report.posterior->samples);
   if (report.fields) {
     const std::string missing =
         WriteFields(files.out, *mesh, *report.fields, "drape_fit, model heterogeneous" + source);
@@ -333,7 +335,8 @@ std::vector<std::string> ListResultFiles(const FitSpec& spec, const FitProblem& 
   for (const Observation& observation : problem.observations)
     for (const std::string& name : ListDrapeFiles(observation)) names.push_back(name);
   if (spec.model != FitModel::kHomogeneous) names.emplace_back("material_homogeneous.json");
-  if (HasPosterior(spec.model)) names.insert(names.end(), {"posterior.json", "base.json"});
+  if (HasPosterior(spec.model))
+    names.insert(names.end(), {"posterior.json", "base.json", kSamplesFile});
   if (spec.model == FitModel::kHeterogeneous)
     names.insert(names.end(), std::begin(kFieldPictures), std::end(kFieldPictures));
   return names;

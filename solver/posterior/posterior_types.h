@@ -4,11 +4,13 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "physics/util/options/field.h"
 #include "solver/posterior/posterior_io.h"
 #include "solver/posterior/samples/hierarchical_samples.h"
+#include "solver/posterior/samples/stored_samples.h"
 #include "solver/posterior/variational/variational_fit.h"
 
 namespace drape {
@@ -106,6 +108,7 @@ struct PosteriorFit {
   // posterior.
   double elbo = 0.0, elbo_error = 0.0, pareto_k = 0.0;
   int elbo_samples_valid = 0;  // of these samples, with stable drapes; the others are not counted
+  std::optional<StoredSamples> samples = {};  // kHierarchy: the valid ones, with their outlines
   double sample_rms_px = 0.0;  // root mean square of their outlines against the images
   // Of the samples of the distribution, with a drape extrapolated past the end of its branch.
   int num_extrapolated = 0;

@@ -6,22 +6,24 @@
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/stored/build.h"
 #include "solver/prediction/exchange/statistics/fabric_samples.h"
+#include "solver/prediction/exchange/statistics/outline_data.h"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
 
-NetcdfDimension Chains(int chains) { return {"chain", chains, {}}; }
-NetcdfDimension Draws(int draws) { return {"draw", draws, {}}; }
+NetcdfDimension Chains(int chains) { return {.name = "chain", .size = chains}; }
+NetcdfDimension Draws(int draws) { return {.name = "draw", .size = draws}; }
 NetcdfDimension Parameters(const std::string& name, const std::vector<std::string>& names) {
-  return {name, static_cast<int>(names.size()), names};
+  return {.name = name, .size = static_cast<int>(names.size()), .labels = names};
 }
 
 std::vector<NetcdfDimension> SampleDimensions(const FabricSamples& samples, int chains) {
@@ -32,7 +34,7 @@ std::vector<NetcdfDimension> SampleDimensions(const FabricSamples& samples, int 
           {"strain", kStretchRows, {"zero", "0 deg", "22.5 deg", "45 deg", "67.5 deg", "90 deg"}},
           {"stiffness", kStretchCols, {"c11", "c12", "c22", "c33"}},
           {"edge", kBendRows, {"along weft", "45 deg", "along warp"}},
-          {"curvature", kBendCols, {}}};
+          {.name = "curvature", .size = kBendCols}};
 }
 
 // Chain after chain, as the samples come.
@@ -128,7 +130,7 @@ NetcdfGroup ObservedData(const std::string& folder) {
 }
 
 // The drapes at rest of a folder of drape_predict, in one chain.
-NetcdfGroup PredictiveData(const std::string& folder) {
+NetcdfGroup PredictedDrapes(const std::string& folder) {
   const std::string path = folder + "/summary.json";
   const nlohmann::json summary = ReadJsonFile(path);
   const JsonInput input(summary, path);
@@ -141,7 +143,7 @@ NetcdfGroup PredictiveData(const std::string& folder) {
     nodes.push_back(drape.At("folds").Number());
   }
   if (coefficients.empty()) drapes.Fail("a drape that came to rest");
-  NetcdfGroup group{.name = "posterior_predictive",
+  NetcdfGroup group{.name = "predictions",
                     .dimensions = {Chains(1), Draws(static_cast<int>(coefficients.size()))},
                     .variables = {},
                     .attributes = {{"source", folder}}};
@@ -158,30 +160,117 @@ void CheckSource(const FabricSource& source) {
                      "expected one of drape_fit --model=bayes");
 }
 
+// The samples that the fit has left, unless others are asked for.
+std::optional<StoredSamples> FindSamples(const FabricSource& source,
+                                         const PosteriorDataOptions& options) {
+  if (options.draws > 0 || !fs::exists(source.path + "/" + kSamplesFile)) return {};
+  StoredSamples samples = ReadSamples(source.path, source.posterior->size());
+  if (static_cast<int>(samples.samples.size()) < options.chains)
+    throw InputError(source.path + "/" + kSamplesFile,
+                     "has " + std::to_string(samples.samples.size()) + " samples, expected " +
+                         std::to_string(options.chains) + " chains of at least one; --draws=" +
+                         std::to_string(kNewDraws) + " takes new samples, without outlines");
+  samples.samples.resize(samples.samples.size() - samples.samples.size() % options.chains);
+  return samples;
+}
+
+Eigen::MatrixXd LogFactors(const StoredSamples& samples) {
+  Eigen::MatrixXd log_factors(samples.samples[0].log_factors.size(), samples.samples.size());
+  for (Eigen::Index s = 0; s < log_factors.cols(); ++s)
+    log_factors.col(s) = samples.samples[s].log_factors;
+  return log_factors;
+}
+
+NetcdfAttributes FileAttributes(const std::optional<StoredSamples>& samples) {
+  NetcdfAttributes attributes = {{"inference_library", "drapefit"},
+                                 {"inference_library_version", BuildVersion()},
+                                 {"creation_library", "drapefit"},
+                                 {"creation_library_version", BuildVersion()},
+                                 {"creation_library_language", "C++"}};
+  if (samples)
+    attributes.emplace_back("samples", "those of the fit's " + std::to_string(samples->drawn) +
+                                           " whose drapes are stable, without those that do not "
+                                           "fill the chains");
+  else
+    attributes.emplace_back("log_likelihood", "none: these samples have no drapes");
+  return attributes;
+}
+
+// The summary may be of another fit than the samples.
+void CheckImages(const NetcdfGroup& observed, const StoredSamples& samples,
+                 const std::string& folder) {
+  if (observed.dimensions.empty()) return;
+  std::vector<std::string> names;
+  for (const StoredSamples::Image& image : samples.images) names.push_back(image.name);
+  if (observed.dimensions[0].labels != names)
+    throw InputError(folder + "/" + kSamplesFile,
+                     "has other images than summary.json beside it, expected files of one fit");
+}
+
+// What only the fit's own samples have.
+void AddOutlines(const StoredSamples& samples, const PosteriorDataOptions& options,
+                 std::vector<NetcdfGroup>* groups) {
+  for (NetcdfGroup& group : *groups) {
+    if (group.name == "posterior") AddSampleOutlines(samples, &group);
+    if (group.name == "constant_data") AddSigma(samples, &group);
+    if (group.name == "observed_data") AddObservedOutlines(samples, &group);
+  }
+  for (NetcdfGroup& group : OutlineGroups(samples, options.chains, options.seed))
+    groups->push_back(std::move(group));
+}
+
+const NetcdfGroup* FindGroup(const PosteriorData& data, const char* name) {
+  for (const NetcdfGroup& group : data.groups)
+    if (group.name == name) return &group;
+  return nullptr;
+}
+
+// A column of the table: a number of each sample, every `stride`-th of `values` from `first` on.
+struct Column {
+  std::string name;
+  const std::vector<double>* values;
+  size_t first, stride;
+};
+
+// log_lik[i] of all radii, and the log densities.
+void AddLikelihoodColumns(const PosteriorData& data, size_t samples, std::vector<Column>* columns) {
+  const NetcdfGroup* stats = FindGroup(data, kSampleStatsGroup);
+  const NetcdfGroup* likelihood = FindGroup(data, kLogLikelihoodGroup);
+  if (stats == nullptr || likelihood == nullptr) return;
+  for (const NetcdfVariable& variable : stats->variables)
+    columns->push_back({variable.name + "__", &variable.values, 0, 1});
+  const std::vector<double>& values = likelihood->variables.front().values;
+  const size_t points = values.size() / samples;
+  for (size_t i = 0; i < points; ++i)
+    columns->push_back({"log_lik[" + std::to_string(i + 1) + "]", &values, i, points});
+}
+
 }  // namespace
 
 PosteriorData CollectPosterior(const FabricSource& source, const Law& law,
                                const PosteriorDataOptions& options) {
   CheckSource(source);
   CHECK_EQ(options.draws % options.chains, 0);
+  CHECK_LE(options.chains, kNewDraws);
   const StoredPosterior& posterior = *source.posterior;
+  const std::optional<StoredSamples> own = FindSamples(source, options);
+  const int draws = options.draws > 0 ? options.draws : kNewDraws - kNewDraws % options.chains;
   PosteriorData data;
-  data.attributes = {
-      {"inference_library", "drapefit"},
-      {"inference_library_version", BuildVersion()},
-      {"creation_library", "drapefit"},
-      {"creation_library_version", BuildVersion()},
-      {"creation_library_language", "C++"},
-      {"log_likelihood", "none: a fit stores no outlines of samples"},
-  };
-  data.groups = {SampleGroup("posterior", SamplePosterior(posterior, options.draws, options.seed),
-                             options.chains, law),
-                 SampleGroup("prior", SamplePrior(posterior, options.draws, options.seed),
-                             options.chains, law),
-                 ConstantData(posterior)};
+  data.attributes = FileAttributes(own);
+  data.groups = {
+      SampleGroup("posterior",
+                  own ? SamplesAt(posterior, LogFactors(*own))
+                      : SamplePosterior(posterior, draws, options.seed),
+                  options.chains, law),
+      SampleGroup("prior", SamplePrior(posterior, draws, options.seed), options.chains, law),
+      ConstantData(posterior)};
   NetcdfGroup observed = ObservedData(source.path);
-  if (!observed.variables.empty()) data.groups.push_back(std::move(observed));
-  if (!options.prediction.empty()) data.groups.push_back(PredictiveData(options.prediction));
+  if (own) CheckImages(observed, *own, source.path);
+  if (own || !observed.variables.empty()) data.groups.push_back(std::move(observed));
+  if (own) AddOutlines(*own, options, &data.groups);
+  if (!options.prediction.empty()) data.groups.push_back(PredictedDrapes(options.prediction));
+  for (NetcdfGroup& group : data.groups)
+    group.attributes.insert(group.attributes.end(), data.attributes.begin(), data.attributes.end());
   return data;
 }
 
@@ -189,23 +278,23 @@ std::string DrawsCsv(const PosteriorData& data) {
   const NetcdfGroup& group = data.groups.front();
   const int chains = group.dimensions[0].size, draws = group.dimensions[1].size;
   const std::vector<std::string>& names = group.dimensions[2].labels;
-  std::string text = ".chain,.iteration,.draw";
-  for (const std::string& name : names) text += ",log_factor[" + name + "]";
-  std::vector<const NetcdfVariable*> columns;
+  std::vector<Column> columns;
+  for (size_t i = 0; i < names.size(); ++i)
+    columns.push_back(
+        {"log_factor[" + names[i] + "]", &group.variables.front().values, i, names.size()});
   for (const NetcdfVariable& variable : group.variables)
-    if (variable.dimensions.size() == 2) columns.push_back(&variable);
-  for (const NetcdfVariable* column : columns) text += "," + column->name;
+    if (variable.dimensions.size() == 2) columns.push_back({variable.name, &variable.values, 0, 1});
+  AddLikelihoodColumns(data, static_cast<size_t>(chains) * draws, &columns);
+  std::string text = ".chain,.iteration,.draw";
+  for (const Column& column : columns) text += "," + column.name;
   text += "\n";
-  const std::vector<double>& factors = group.variables.front().values;
   for (int s = 0; s < chains * draws; ++s) {
     text += std::to_string(s / draws + 1) + "," + std::to_string(s % draws + 1) + "," +
             std::to_string(s + 1);
-    const auto add = [&](double value) {
+    for (const Column& column : columns) {
       text += ",";
-      AppendNumber(text, value);
-    };
-    for (size_t i = 0; i < names.size(); ++i) add(factors[s * names.size() + i]);
-    for (const NetcdfVariable* column : columns) add(column->values[s]);
+      AppendNumber(text, (*column.values)[column.first + column.stride * s]);
+    }
     text += "\n";
   }
   return text;

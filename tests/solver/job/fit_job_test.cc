@@ -10,13 +10,19 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "losses/metrics/observed_drape.h"
+#include "losses/outline/outline.h"
 #include "physics/cloth/state_io.h"
 #include "physics/material/material_field_io.h"
 #include "physics/material/material_io.h"
+#include "physics/material/material_scaling.h"
 #include "physics/simulation/statics/statics.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "solver/fit/protocol/guess/initial_guess_grid.h"
+#include "solver/posterior/posterior_io.h"
+#include "solver/posterior/samples/stored_samples.h"
+#include "solver/posterior/variational/pareto_smoothing.h"
 #include "solver/prediction/material_source.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/job/fit_job_fixture.h"
@@ -93,6 +99,61 @@ TEST_F(FitJobTest, BayesSaysHowSureItIs) {
   EXPECT_GT(posterior["sigma_px"], 0.0);
   const nlohmann::json file = ReadJsonFile(folder_ / "posterior.json");
   EXPECT_EQ(file["covariance"].size(), 4);
+}
+
+// The samples that the posterior is judged by, with the outlines of their drapes, although the
+// specimens are not in the order of the images.
+TEST_F(FitJobTest, BayesKeepsTheOutlinesOfItsSamples) {
+  AddImage("b.png", TurnedImage(DrapeImage(), Camera(), 0.4, false));
+  data_.specimens = {2, 1};
+  spec_.model = FitModel::kBayes;
+  spec_.stages.parameters = ParameterTying::kScales;
+  spec_.stages.prior_sigma = 0.3;
+  spec_.posterior.draws = 4;
+  spec_.posterior.rank = 0;
+  spec_.posterior.iterations = 3;
+  spec_.posterior.elbo_samples = 25;
+  RunFitJob(spec_, data_, files_, {});
+  const nlohmann::json summary = Summary(), posterior = summary["posterior"];
+  const StoredPosterior stored = ReadPosterior(folder_.path());
+  const StoredSamples samples = ReadSamples(folder_.path(), stored.size());
+  EXPECT_EQ(samples.drawn, 25);
+  ASSERT_EQ(samples.samples.size(), posterior["elbo_samples_valid"]);
+  ASSERT_EQ(samples.images.size(), 2u);
+  EXPECT_EQ(samples.images[0].name, "a");
+  EXPECT_EQ(samples.images[1].name, "b");
+  const double metre = Camera().scale;
+  EXPECT_NEAR(samples.images[0].sigma * metre, posterior["sigma_px"].get<double>(), 1e-12);
+  // Drapes of the first sample, from where the fit's own are.
+  const auto backend = test::SmoothDisc(150);
+  for (int i = 0; i < 2; ++i) {
+    const StoredSamples::Sample& sample = samples.samples[0];
+    const Eigen::VectorXd specimen = sample.log_factors.segment(2 + 2 * (1 - i), 2).array().exp();
+    const MaterialField material = Scaled(
+        TableParametrisation(stored.base, stored.fabric).Material(sample.log_factors.head(2)),
+        specimen[0], specimen[1]);
+    const State start = ReadState(folder_ / ("start_" + samples.images[i].name + ".json"),
+                                  backend->model().mesh.num_vertices());
+    const State drape = test::Settled(*backend, material, start);
+    Outline outline;
+    ASSERT_TRUE(
+        OutlineFromMesh(backend->model().mesh, drape.x, Camera(), samples.angles(), &outline));
+    EXPECT_LT((outline.radius / metre - sample.radius.col(i)).cwiseAbs().maxCoeff(), 1e-4) << i;
+  }
+  // What the summary says of them.
+  Eigen::VectorXd weights(samples.samples.size());
+  double squares = 0.0;
+  for (Eigen::Index s = 0; s < weights.size(); ++s) {
+    const StoredSamples::Sample& sample = samples.samples[s];
+    weights[s] = samples.LogLikelihood(sample).sum() + sample.log_prior - sample.log_density;
+    for (int i = 0; i < 2; ++i)
+      squares += (sample.radius.col(i) - samples.images[i].radius).squaredNorm();
+  }
+  const double radii = 2.0 * samples.angles();
+  EXPECT_NEAR(metre * std::sqrt(squares / radii / static_cast<double>(weights.size())),
+              posterior["sample_rms_px"].get<double>(), 1e-9);
+  EXPECT_NEAR(weights.mean() - radii * std::log(metre), posterior["elbo"].get<double>(), 1e-6);
+  EXPECT_NEAR(ParetoShape(weights), posterior["pareto_k"].get<double>(), 1e-6);
 }
 
 TEST_F(FitJobTest, BdpSaysHowElementsScatter) {

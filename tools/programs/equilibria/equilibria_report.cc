@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "physics/util/text_format.h"
-#include "solver/job/plot/contact_sheet.h"
 #include "tools/cli/provenance.h"
+#include "tools/programs/results/tables/outline_list.h"
 
 namespace drape {
 namespace {
@@ -149,12 +149,16 @@ void WriteEquilibriaSummary(const std::string& path, const EquilibriaOptions& op
   WriteWithProvenance(path, std::move(json));
 }
 
-RgbImage RenderEquilibria(const EquilibriumSurvey& survey, const DrapeDiscs& discs) {
-  std::vector<SheetTile> tiles;
+void WriteEquilibriumOutlines(const std::string& path, const EquilibriumSurvey& survey) {
+  std::vector<ListedOutline> outlines;
   for (size_t c = 0; c < survey.clusters.size(); ++c)
-    for (const int member : survey.clusters[c].members)
-      tiles.push_back({&survey.samples[member].silhouette, static_cast<int>(c)});
-  return RenderContactSheet(tiles, CameraAbove(discs), discs.support);
+    for (const int member : survey.clusters[c].members) {
+      const DrapeSample& sample = survey.samples[member];
+      outlines.push_back({Format("branch %zu, seed %d", c + 1, sample.seed), static_cast<int>(c),
+                          sample.signature.drape_coefficient, sample.signature.folds,
+                          sample.outline});
+    }
+  WriteOutlines(path, outlines);
 }
 
 }  // namespace drape

@@ -3,7 +3,6 @@
 
 #include <string>
 
-#include "losses/image/image.h"
 #include "tools/programs/equilibria/equilibria_result.h"
 
 namespace drape {
@@ -16,7 +15,8 @@ std::string EquilibriaTableText(const EquilibriumSurvey& survey);
 void WriteEquilibriaSummary(const std::string& path, const EquilibriaOptions& options,
                             const LoadedScene& scene, const EquilibriumSurvey& survey);
 
-// A contact sheet of the drapes in the order of the table, clusters as groups.
-RgbImage RenderEquilibria(const EquilibriumSurvey& survey, const DrapeDiscs& discs);
+// Of the drapes at rest in the order of the table, clusters as groups. Throws InputError when the
+// file cannot be written.
+void WriteEquilibriumOutlines(const std::string& path, const EquilibriumSurvey& survey);
 
 }  // namespace drape

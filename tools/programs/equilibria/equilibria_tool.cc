@@ -8,6 +8,7 @@
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/equilibria/equilibria_report.h"
+#include "tools/programs/results/tables/outline_list.h"
 
 namespace drape {
 namespace {
@@ -80,9 +81,9 @@ OptionTable EquilibriaTable(EquilibriaOptions& options) {
           "drape_equilibria --config=configs/programs/equilibria.json --samples=32 "
           "--out=out/branches",
       .notes =
-          "files: summary.json, branches.png (all silhouettes, one colour per branch) and, for "
-          "each branch, branch_<i>.json, its drape of least energy, which drape_simulate can start "
-          "from. They replace the files of an earlier run together, at the end.\n"
+          "files: summary.json, outlines.json (of all drapes, branch by branch, for drape_report) "
+          "and, for each branch, branch_<i>.json, its drape of least energy, which drape_simulate "
+          "can start from. They replace the files of an earlier run together, at the end.\n"
           "exit code 3: no start came to rest\n"
           "Ctrl-C writes the results so far.\n",
       .options = Concatenate(
@@ -101,7 +102,7 @@ EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunCo
   RequireDiscs(*scene.model, scene.discs, options.scene.mesh);
   sampling.discs = scene.discs;
   const auto backend = MakeLoggedBackend(options.backend, scene.model, sampling.threads, control);
-  const OutputFolder out(options.out, {"summary.json", "branches.png"});
+  const OutputFolder out(options.out, {"summary.json", kOutlinesFile});
   EquilibriumSurvey survey;
   survey.backend = backend->name();
   survey.samples = SampleEquilibria(*backend, scene.material.field, sampling, control);
@@ -110,7 +111,7 @@ EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunCo
   survey.spread = ComputeSpread(survey.samples);
   survey.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   WriteEquilibriumStates(survey, out);
-  WritePng(RenderEquilibria(survey, scene.discs), out.Staged("branches.png"));
+  WriteEquilibriumOutlines(out.Staged(kOutlinesFile), survey);
   WriteEquilibriaSummary(out.Staged("summary.json"), options, scene, survey);
   out.Publish();
   return survey;

@@ -11,6 +11,7 @@
 #include "solver/forward/random_drapes.h"
 #include "tools/cli/provenance.h"
 #include "tools/programs/results/tables/dataset_report.h"
+#include "tools/programs/results/tables/outline_list.h"
 #include "tools/programs/results/tables/score_report.h"
 
 namespace drape {
@@ -162,6 +163,20 @@ void WritePredictionSummary(const std::string& path, const PredictToolOptions& o
   for (const PredictedDrape& drape : run.drapes) json["drapes"].push_back(DrapeJson(drape));
   json["seconds"] = run.seconds;
   WriteWithProvenance(path, std::move(json));
+}
+
+void WritePredictedOutlines(const std::string& path, const PredictionRun& run) {
+  std::vector<ListedOutline> outlines;
+  for (const PredictedDrape& drape : run.drapes) {
+    if (!drape.seen) continue;
+    const std::string repeat =
+        run.prediction.repeats > 1 ? Format(", repeat %d", drape.repeat + 1) : "";
+    outlines.push_back(
+        {Format("specimen %d, face ", drape.specimen + 1) + ClothFaceName(drape.face) + repeat,
+         drape.specimen, drape.seen->shape.drape_coefficient, drape.seen->shape.folds,
+         drape.seen->radius});
+  }
+  WriteOutlines(path, outlines);
 }
 
 }  // namespace drape

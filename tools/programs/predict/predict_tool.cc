@@ -9,13 +9,13 @@
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/util/errors.h"
-#include "solver/job/plot/contact_sheet.h"
 #include "solver/prediction/material_source.h"
 #include "tools/cli/output_folder.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/dataset_input.h"
 #include "tools/programs/predict/predict_report.h"
+#include "tools/programs/results/tables/outline_list.h"
 
 namespace drape {
 namespace {
@@ -203,21 +203,13 @@ void WriteCalibratedMaterials(const PredictionRun& run, const OutputFolder& out)
 }
 
 // White without a drape.
-GrayImage ComputeMean(const std::vector<SheetTile>& tiles, const Camera& camera) {
-  if (tiles.empty()) return GrayImage(camera.width, camera.height);
-  MeanImage mean;
-  for (const SheetTile& tile : tiles) mean.Add(*tile.silhouette);
-  return mean.Mean();
-}
-
-void WritePictures(const PredictionRun& run, const OutputFolder& out) {
+GrayImage ComputeMean(const PredictionRun& run) {
   const Camera& camera = run.prediction.camera;
-  std::vector<SheetTile> tiles;
+  if (run.at_rest() == 0) return GrayImage(camera.width, camera.height);
+  MeanImage mean;
   for (const PredictedDrape& drape : run.drapes)
-    if (drape.seen) tiles.push_back({&drape.seen->image, drape.specimen});
-  WritePng(ComputeMean(tiles, camera), out.Staged("mean_image.png"), run.prediction.discs);
-  WritePng(RenderContactSheet(tiles, camera, run.prediction.discs.support),
-           out.Staged("draws.png"));
+    if (drape.seen) mean.Add(drape.seen->image);
+  return mean.Mean();
 }
 
 void WriteMeshes(const PredictionRun& run, const OutputFolder& out) {
@@ -242,8 +234,8 @@ OptionTable PredictTable(PredictToolOptions& options) {
           "drape_predict --config=configs/programs/predict.json --draws=64 --out=out/predict",
       .notes =
           "files: summary.json (features of each drape, their intervals, scores), mean_image.png "
-          "(mean coverage), draws.png (silhouettes, one colour per specimen) and draw_<i>.obj. "
-          "They replace the files of an earlier run together, at the end.\n"
+          "(mean coverage), outlines.json (of all drapes, for drape_report) and draw_<i>.obj. They "
+          "replace the files of an earlier run together, at the end.\n"
           "--calibrate: the factors are in summary.json and, with --material, in material_up.json "
           "and material_down.json.\n"
           "--data: the prediction is scored on held-out samples of --fabric, beside predictors "
@@ -275,7 +267,7 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl&
   if (!control.cancelled()) CheckCalibration(options, run);
   const auto backend =
       MakeLoggedBackend(options.backend, run.scene.model, CountThreads(options.threads), control);
-  const OutputFolder out(options.out, {"summary.json", "mean_image.png", "draws.png"});
+  const OutputFolder out(options.out, {"summary.json", "mean_image.png", kOutlinesFile});
   run.backend = backend->name();
   run.prediction.batch = SettleBatchSize(*backend, CountThreads(options.threads));
   if (options.calibrate && !control.cancelled()) Calibrate(*backend, materials, control, &run);
@@ -286,7 +278,8 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl&
   run.cancelled = static_cast<int>(run.drapes.size()) < options.draws;
   if (run.data) run.score = ScorePrediction(run.drapes, run.data->seen_held_out);
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  WritePictures(run, out);
+  WritePng(ComputeMean(run), out.Staged("mean_image.png"), run.prediction.discs);
+  WritePredictedOutlines(out.Staged(kOutlinesFile), run);
   if (options.keep_meshes) WriteMeshes(run, out);
   if (run.calibration && options.posterior.empty()) WriteCalibratedMaterials(run, out);
   WritePredictionSummary(out.Staged("summary.json"), options, run);

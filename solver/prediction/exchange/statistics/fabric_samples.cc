@@ -3,6 +3,8 @@
 
 #include <glog/logging.h>
 
+#include <utility>
+
 #include "physics/util/math/random.h"
 #include "solver/fit/parameters/parametrisation.h"
 #include "solver/posterior/variational/gaussian_posterior.h"
@@ -15,21 +17,27 @@ constexpr uint64_t kPosteriorStream = 0x706f7374, kPriorStream = 0x7072696f;
 
 FabricSamples SampleLogFactors(const StoredPosterior& posterior, const Eigen::VectorXd& mean,
                                const Eigen::MatrixXd& covariance, int count, uint64_t seed) {
-  CHECK(posterior.kind == PosteriorKind::kHierarchy);
   CHECK_GE(count, 1);
+  return SamplesAt(
+      posterior,
+      (CovarianceRoot(covariance) * IndependentSamples(posterior.size(), count, seed)).colwise() +
+          mean);
+}
+
+}  // namespace
+
+FabricSamples SamplesAt(const StoredPosterior& posterior, Eigen::MatrixXd log_factors) {
+  CHECK(posterior.kind == PosteriorKind::kHierarchy);
+  CHECK_EQ(log_factors.rows(), posterior.size());
   FabricSamples samples;
   for (int i = 0; i < posterior.size(); ++i) samples.names.push_back(posterior.NameFor(i));
-  samples.log_factors =
-      (CovarianceRoot(covariance) * IndependentSamples(posterior.size(), count, seed)).colwise() +
-      mean;
+  samples.log_factors = std::move(log_factors);
   const TableParametrisation table(posterior.base, posterior.fabric);
-  samples.tables.reserve(count);
+  samples.tables.reserve(samples.log_factors.cols());
   for (const auto& sample : samples.log_factors.colwise())
     samples.tables.push_back(table.Material(sample.head(posterior.num_fabric())));
   return samples;
 }
-
-}  // namespace
 
 FabricSamples SamplePosterior(const StoredPosterior& posterior, int count, uint64_t seed) {
   return SampleLogFactors(posterior, posterior.mean, posterior.covariance, count,

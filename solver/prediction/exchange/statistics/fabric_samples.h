@@ -21,6 +21,8 @@ struct FabricSamples {
 // bdp are a scatter over the cloth, not an uncertainty.
 FabricSamples SamplePosterior(const StoredPosterior& posterior, int count, uint64_t seed);
 FabricSamples SamplePrior(const StoredPosterior& posterior, int count, uint64_t seed);
+// The fabric at log factors of the posterior, shape [P, S].
+FabricSamples SamplesAt(const StoredPosterior& posterior, Eigen::MatrixXd log_factors);
 
 // The tables of the fabric at the mean of the log factors, which is the median of every entry.
 MaterialField MedianTables(const StoredPosterior& posterior);

@@ -63,9 +63,17 @@ class File {
 
   void PutCoordinate(int group, const NetcdfDimension& dimension, int dimension_id) const {
     int variable = 0;
-    const bool labelled = !dimension.labels.empty();
-    Check(DRAPE_NETCDF(nc_def_var)(group, dimension.name.c_str(), labelled ? NC_STRING : NC_INT64,
+    const bool labelled = !dimension.labels.empty(), numbered = !dimension.numbers.empty();
+    Check(DRAPE_NETCDF(nc_def_var)(group, dimension.name.c_str(),
+                                   labelled   ? NC_STRING
+                                   : numbered ? NC_DOUBLE
+                                              : NC_INT64,
                                    1, &dimension_id, &variable));
+    if (numbered) {
+      CHECK_EQ(static_cast<int>(dimension.numbers.size()), dimension.size) << dimension.name;
+      PutAttributes(group, variable, {{"units", dimension.units}});
+      return Check(DRAPE_NETCDF(nc_put_var_double)(group, variable, dimension.numbers.data()));
+    }
     if (labelled) {
       CHECK_EQ(static_cast<int>(dimension.labels.size()), dimension.size) << dimension.name;
       std::vector<const char*> labels;

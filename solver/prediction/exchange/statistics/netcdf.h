@@ -12,7 +12,10 @@ namespace drape {
 struct NetcdfDimension {
   std::string name;
   int size = 0;
-  std::vector<std::string> labels;  // of its coordinate; empty: 0, 1, 2, …
+  // Of its coordinate, texts or numbers; both empty: 0, 1, 2, …
+  std::vector<std::string> labels = {};
+  std::vector<double> numbers = {};
+  std::string units = {};  // of the numbers
 };
 
 struct NetcdfVariable {

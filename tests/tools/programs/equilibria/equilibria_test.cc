@@ -2,12 +2,12 @@
 // drape_equilibria: its clusters and spread by hand-made samples, its files from the real program.
 #include <cmath>
 
-#include "losses/image/image.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/disc.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/equilibria/equilibria_report.h"
 #include "tools/programs/equilibria/equilibria_tool.h"
+#include "tools/programs/results/tables/outline_list.h"
 
 namespace drape::test {
 namespace {
@@ -74,23 +74,6 @@ TEST(Branches, SpreadIsOverTheDrapesAtRestAndTheirPairs) {
   EXPECT_EQ(ComputeSpread({FoldedSample(1, 6, 0, 0)}).folds.sd, 0.0);
 }
 
-TEST(Branches, PictureHasATileADrape) {
-  EquilibriumSurvey survey;
-  EXPECT_GT(RenderEquilibria(survey, {}).width, 0);
-  survey.samples = HandMade();
-  survey.clusters = ClusterSamples(survey.samples, BranchMetric::kRotated, 1e-4);
-  survey.spread = ComputeSpread(survey.samples);
-  const RgbImage picture = RenderEquilibria(survey, {});
-  EXPECT_EQ(picture.width, 4 * (128 + 6) + 6);
-  const auto blue = [&](int column, int row) {
-    return picture.rgb[3 * (size_t(row) * picture.width + column) + 2];
-  };
-  EXPECT_EQ(blue(10, 10), 197);                // three quarters of the way from 255 to 178
-  EXPECT_EQ(blue(10, 6 + 128), 178);           // the bar
-  EXPECT_EQ(blue(6 + 128 + 3, 6 + 128), 178);  // joins the first two
-  EXPECT_EQ(blue(3 * 134 + 3, 6 + 128), 255);  // not the next cluster
-}
-
 class EquilibriaTool : public ToolFixture {
  protected:
   ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
@@ -102,7 +85,7 @@ class EquilibriaTool : public ToolFixture {
   }
 };
 
-TEST_F(EquilibriaTool, WritesTableStatesAndPicture) {
+TEST_F(EquilibriaTool, WritesTableStatesAndOutlines) {
   const ProcessResult result = Run({});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("energy [mJ]"));
@@ -119,7 +102,19 @@ TEST_F(EquilibriaTool, WritesTableStatesAndPicture) {
   for (const Json& branch : branches) share += branch.at("frequency").get<double>();
   EXPECT_NEAR(share, 1.0, 1e-12);
   EXPECT_LT(summary.at("branches").at(0).at("energy_J"), 0.0);
-  EXPECT_EQ(ReadImage(Path("out/branches.png")).width, summary.at("at_rest").get<int>() * 134 + 6);
+  // Branch by branch, each with its own drapes.
+  const std::vector<ListedOutline> outlines = ReadOutlines(Path("out/outlines.json"));
+  ASSERT_EQ(outlines.size(), summary.at("at_rest"));
+  size_t next = 0;
+  for (size_t b = 0; b < branches.size(); ++b)
+    for (const Json& seed : branches[b].at("seeds")) {
+      const ListedOutline& outline = outlines[next++];
+      EXPECT_EQ(outline.group, static_cast<int>(b));
+      EXPECT_EQ(outline.name, "branch " + std::to_string(b + 1) + ", seed " + seed.dump());
+      const Json& sample = summary.at("samples").at(seed.get<size_t>() - 1);
+      EXPECT_EQ(outline.folds, sample.at("folds"));
+      EXPECT_EQ(outline.drape_coefficient, sample.at("dc").get<double>());
+    }
 }
 
 TEST(EquilibriaTable, SaysHowManyBranchesAreLeftOut) {
@@ -154,7 +149,7 @@ TEST_F(EquilibriaTool, DoesNotDependOnTheThreads) {
   ASSERT_EQ(Run({}).exit_code, 0);
   ASSERT_EQ(Run({"--threads=1", "--out=" + Path("one")}).exit_code, 0);
   EXPECT_EQ(Read(Path("out/branch_1.json")), Read(Path("one/branch_1.json")));
-  EXPECT_EQ(Read(Path("out/branches.png")), Read(Path("one/branches.png")));
+  EXPECT_EQ(Read(Path("out/outlines.json")), Read(Path("one/outlines.json")));
 }
 
 TEST_F(EquilibriaTool, CtrlCWritesWhatThereIs) {
@@ -164,7 +159,7 @@ TEST_F(EquilibriaTool, CtrlCWritesWhatThereIs) {
   const Json summary = ReadJson(Path("out/summary.json"));
   EXPECT_EQ(summary.at("outcome"), "cancelled");
   EXPECT_LT(summary.at("samples").size(), 1000u);
-  EXPECT_GT(ReadImage(Path("out/branches.png")).width, 0);
+  EXPECT_EQ(ReadOutlines(Path("out/outlines.json")).size(), summary.at("at_rest"));
 }
 
 TEST_F(EquilibriaTool, MistakesAreOneLine) {

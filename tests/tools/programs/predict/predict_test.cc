@@ -7,6 +7,7 @@
 #include "solver/posterior/posterior_io.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/predict/predict_tool.h"
+#include "tools/programs/results/tables/outline_list.h"
 
 namespace drape::test {
 namespace {
@@ -54,7 +55,22 @@ TEST_F(PredictTool, DrawsDrapesAndScoresThem) {
   EXPECT_EQ(summary["data"]["split"]["seed"], 4);
   EXPECT_EQ(summary["data"]["trivial_predictors"]["circle"]["observed"], 8);
   EXPECT_EQ(ReadImage(Path("out/mean_image.png")).width, 256);
-  EXPECT_EQ(ReadImage(Path("out/draws.png")).width, at_rest * 134 + 6);
+  const std::vector<ListedOutline> outlines = ReadOutlines(Path("out/outlines.json"));
+  ASSERT_EQ(outlines.size(), static_cast<size_t>(at_rest));
+  for (size_t i = 0, next = 0; i < 6; ++i) {
+    const Json& drape = summary["drapes"][i];
+    if (drape["status"] != "stable") continue;
+    const ListedOutline& outline = outlines[next++];
+    EXPECT_EQ(outline.group + 1, drape["specimen"]);
+    EXPECT_EQ(outline.drape_coefficient, drape["dc"].get<double>());
+    EXPECT_EQ(outline.folds, drape["folds"]);
+    // The area within the outline is that of the drape coefficient.
+    const DrapeDiscs discs;
+    const double support = M_PI * discs.support * discs.support,
+                 flat = M_PI * discs.specimen * discs.specimen;
+    EXPECT_NEAR(outline.radius.squaredNorm() * M_PI / kListedAngles,
+                support + outline.drape_coefficient * (flat - support), 0.01 * flat);
+  }
 }
 
 TEST_F(PredictTool, CalibratesOnTheSideToLearnFrom) {
@@ -96,10 +112,10 @@ TEST_F(PredictTool, MeanImageIsThatOfTheDraws) {
 TEST_F(PredictTool, DoesNotDependOnTheThreads) {
   ASSERT_EQ(Run({}).exit_code, 0);
   ASSERT_EQ(Run({"--threads=1", "--out=" + Path("one")}).exit_code, 0);
-  EXPECT_EQ(Read(Path("out/draws.png")), Read(Path("one/draws.png")));
+  EXPECT_EQ(Read(Path("out/outlines.json")), Read(Path("one/outlines.json")));
   EXPECT_EQ(Read(Path("out/mean_image.png")), Read(Path("one/mean_image.png")));
   ASSERT_EQ(Run({"--seed=2", "--out=" + Path("two")}).exit_code, 0);
-  EXPECT_NE(Read(Path("out/draws.png")), Read(Path("two/draws.png")));
+  EXPECT_NE(Read(Path("out/outlines.json")), Read(Path("two/outlines.json")));
 }
 
 TEST_F(PredictTool, TakesAFieldOfTables) {
@@ -111,7 +127,7 @@ TEST_F(PredictTool, TakesAFieldOfTables) {
   ASSERT_EQ(Run({"--draws=2"}).exit_code, 0);
   ASSERT_EQ(Run({"--draws=2", "--material=" + Path("field.json"), "--out=" + Path("f")}).exit_code,
             0);
-  EXPECT_EQ(Read(Path("out/draws.png")), Read(Path("f/draws.png")));
+  EXPECT_EQ(Read(Path("out/outlines.json")), Read(Path("f/outlines.json")));
 }
 
 class PredictFromAFit : public PredictTool {
@@ -150,14 +166,14 @@ TEST_F(PredictFromAFit, SpecimensAreDrawsOfThePosterior) {
   ASSERT_EQ(Run({"--draws=4", "--face=up"}).exit_code, 0);
   const ProcessResult result = RunFromFit();
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(Read(Path("out/draws.png")), Read(Path("drawn/draws.png")));
+  EXPECT_EQ(Read(Path("out/outlines.json")), Read(Path("drawn/outlines.json")));
   const Json summary = ReadJson(Path("drawn/summary.json"));
   EXPECT_EQ(summary["posterior"], Path("fit"));
   EXPECT_EQ(summary["posterior_kind"], "hierarchy");
   EXPECT_FALSE(summary.contains("material_file"));
   Write(Posterior(0.5));
   ASSERT_EQ(RunFromFit().exit_code, 0);
-  EXPECT_NE(Read(Path("out/draws.png")), Read(Path("drawn/draws.png")));
+  EXPECT_NE(Read(Path("out/outlines.json")), Read(Path("drawn/outlines.json")));
 }
 
 TEST_F(PredictFromAFit, ElementsScatterByModelBdp) {
@@ -192,7 +208,7 @@ TEST_F(PredictTool, CtrlCWritesWhatThereIs) {
   EXPECT_LT(summary["draws"], 4096);
   EXPECT_EQ(summary["draws_wanted"], 4096);
   EXPECT_EQ(summary["drapes"].size(), summary["draws"]);
-  EXPECT_GT(ReadImage(Path("out/draws.png")).width, 0);
+  EXPECT_EQ(ReadOutlines(Path("out/outlines.json")).size(), summary["at_rest"]);
 }
 
 TEST_F(PredictTool, MistakesAreOneLine) {

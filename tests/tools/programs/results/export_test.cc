@@ -5,7 +5,6 @@
 
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
-#include "solver/posterior/posterior_io.h"
 #include "tests/tools/tool_fixture.h"
 
 namespace drape::test {
@@ -98,107 +97,6 @@ TEST_F(ExportTool, NewtonsScriptMeasuresTheHinges) {
     const double expected = D * hinge.rest_length / hinge.rest_area;  // h0 + h1 = 2·area/l
     EXPECT_NEAR(values[i].get<double>() / expected, 1.0, 1e-9);
   }
-}
-
-// Two factors on stretch and on bend, and a specimen.
-StoredPosterior Scales() {
-  StoredPosterior posterior;
-  posterior.fabric = ParameterTying::kScales;
-  posterior.specimens = 1;
-  posterior.base = ReadMaterial(kFabric).field;
-  posterior.prior_sd = Eigen::VectorXd::Constant(4, 0.5);
-  posterior.mean = Eigen::VectorXd::LinSpaced(4, -0.3, 0.3);
-  posterior.covariance = Eigen::MatrixXd::Constant(4, 4, 0.01);
-  posterior.covariance.diagonal() = Eigen::VectorXd::LinSpaced(4, 0.02, 0.08);
-  return posterior;
-}
-
-// As a statistician opens it: the file against posterior.json and against the table.
-constexpr char kReadPosterior[] = R"py(
-import csv, json, sys
-import numpy as np
-import xarray as xr
-folder, out = sys.argv[1:3]
-stored = json.load(open(folder + "/posterior.json"))
-opened = {g: xr.open_dataset(out + "/posterior.nc", group=g)
-          for g in ("posterior", "prior", "constant_data", "observed_data", "posterior_predictive")}
-posterior = opened["posterior"]
-assert posterior.log_factor.dims == ("chain", "draw", "parameter"), posterior.log_factor.dims
-assert posterior.log_factor.shape == (4, 1000, 4)
-assert list(posterior.parameter.values) == stored["names"], posterior.parameter.values
-assert posterior.stretch.attrs["units"] == "N/m" and posterior.bend_weft.attrs["units"] == "N m"
-for group in opened.values():
-    for name in group.data_vars:
-        assert "units" in group[name].attrs, name
-        for dim in group[name].dims:
-            assert dim in group.coords, dim
-flat = posterior.log_factor.values.reshape(-1, 4)
-sd = np.sqrt(np.diag(stored["covariance"]))
-assert np.all(abs(flat.mean(0) - stored["mean"]) < 4 * sd / 4000**0.5), flat.mean(0)
-assert np.all(abs(np.cov(flat.T) / stored["covariance"] - 1) < 0.25), np.cov(flat.T)
-prior = opened["prior"].log_factor.values.reshape(-1, 4)
-assert np.all(abs(prior.std(0) / stored["prior_sd"] - 1) < 0.05), prior.std(0)
-constant = opened["constant_data"]
-assert np.array_equal(constant.posterior_covariance.values, stored["covariance"])
-assert np.array_equal(constant.posterior_mean.values, stored["mean"])
-assert list(opened["observed_data"].image.values) == ["front"]
-assert opened["observed_data"].drape_coefficient.values[0] == 0.41
-assert opened["posterior_predictive"].nodes.values.tolist() == [[7.0, 6.0]]
-rows = list(csv.DictReader(open(out + "/draws.csv")))
-assert len(rows) == 4000 and rows[1000][".chain"] == "2" and rows[1000][".iteration"] == "1"
-for i in (0, 1234, 3999):
-    assert float(rows[i]["log_factor[bend]"]) == flat[i][1]
-    assert float(rows[i]["bend_weft"]) == posterior.bend_weft.values.reshape(-1)[i]
-    assert int(rows[i][".draw"]) == i + 1
-print("EQUAL")
-)py";
-
-TEST_F(ExportTool, StatisticiansOpenThePosterior) {
-  std::string python;
-  for (const char* candidate : {"/usr/bin/python3", "python3"})
-    if (RunProcess({"/bin/sh", "-c", std::string(candidate) + " -c 'import xarray, netCDF4'"})
-            .exit_code == 0)
-      python = candidate;
-  if (python.empty()) GTEST_SKIP() << "needs python3-xarray and python3-netcdf4";
-  WritePosterior(Path(""), Scales(), "test");
-  Write("summary.json", R"({"posterior": {}, "images": [
-      {"name": "front", "metrics": {"dc_image": 0.41, "folds_image": 6}}]})");
-  std::filesystem::create_directories(Path("prediction"));
-  Write("prediction/summary.json",
-        R"({"drapes": [{"dc": 0.4, "folds": 7}, {"status": "lost"}, {"dc": 0.5, "folds": 6}]})");
-  const std::vector<std::string> command = {Path(""),
-                                            "--to=netcdf,csv",
-                                            "--draws=4000",
-                                            "--chains=4",
-                                            "--starts=0",
-                                            "--linear_at=rest",
-                                            "--prediction=" + Path("prediction"),
-                                            "--out=" + Path("out")};
-  const ProcessResult result = Export(command);
-  if (result.exit_code == 2 && result.err.find("has no libnetcdf") != std::string::npos)
-    GTEST_SKIP() << "this build has no libnetcdf (libnetcdf-dev)";
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  Write("read.py", kReadPosterior);
-  const ProcessResult read =
-      RunProcess({"/bin/sh", "-c",
-                  python + " '" + Path("read.py") + "' '" + Path("") + "' '" + Path("out") + "'"});
-  EXPECT_EQ(read.out, "EQUAL\n") << read.err;
-}
-
-TEST_F(ExportTool, APosteriorIsNeededForItsFiles) {
-  const std::string out = "--out=" + Path("out");
-  ExpectOneLineError(Export({kFabric, "--to=csv", out}), "has no posterior");
-  WritePosterior(Path(""), Scales(), "test");
-  ExpectOneLineError(Export({Path(""), "--to=csv", "--draws=7", "--chains=2", out}), "multiple");
-  ExpectOneLineError(Export({Path(""), "--to=csv", "--prediction=" + Path("no"), out}),
-                     "no/summary");
-  StoredPosterior elements;
-  elements.kind = PosteriorKind::kElements;
-  elements.base = ReadMaterial(kFabric).field;
-  elements.mean = Eigen::VectorXd::Zero(39);
-  elements.prior_sd = elements.element_sd = Eigen::VectorXd::Ones(39);
-  WritePosterior(Path(""), elements, "test");
-  ExpectOneLineError(Export({Path(""), "--to=csv", out}), "kind bdp");
 }
 
 // The angle of the chord [rad] of a chain of N links that is clamped at its first hinge, with a

@@ -259,7 +259,8 @@ std::vector<Option> FileOptions(MetricsOptions& options) {
        .is_path = true},
       {.key = "overlay",
        .value = &options.overlay,
-       .doc = "one drape by itself: PNG of its outline, the support and the flat cloth",
+       .doc = "one drape by itself: PNG of its outline (blue), the support (green) and the flat "
+              "cloth (brown)",
        .is_path = true},
       {.key = "recovery",
        .value = &options.recovery,

@@ -80,8 +80,9 @@ std::vector<Option> SampleOptions(ExportToolOptions& options) {
   PosteriorDataOptions& posterior = options.posterior;
   return {{.key = "draws",
            .value = &posterior.draws,
-           .doc = "netcdf, csv: number of samples, a multiple of chains",
-           .least = 1,
+           .doc = "netcdf, csv: number of new samples, a multiple of chains; 0: the samples whose "
+                  "drapes the fit has computed, with outlines and log-likelihood",
+           .least = 0,
            .most = 1000000},
           {.key = "chains",
            .value = &posterior.chains,
@@ -91,7 +92,7 @@ std::vector<Option> SampleOptions(ExportToolOptions& options) {
            .most = 1000},
           {.key = "prediction",
            .value = &posterior.prediction,
-           .doc = "netcdf: a folder of drape_predict --posterior, for posterior_predictive",
+           .doc = "netcdf: a folder of drape_predict --posterior, for the group predictions",
            .is_path = true}};
 }
 
@@ -186,7 +187,7 @@ OptionTable ExportTable(ExportToolOptions& options) {
                .value = &options.to,
                .doc =
                    "programs and formats, separated by commas: arcsim, clo, newton, style3d, "
-                   "ppf, blender, unreal, u3m, usda, json; or all",
+                   "ppf, blender, unreal, u3m, usda, json; or all; of a posterior also netcdf, csv",
                .required = true};
   return {.tool = "drape_export",
           .summary =

@@ -11,6 +11,8 @@
 #include "tools/programs/results/report/built_in_template.h"
 #include "tools/programs/results/report/parts/drape_part.h"
 #include "tools/programs/results/report/parts/html_text.h"
+#include "tools/programs/results/report/parts/measure_part.h"
+#include "tools/programs/results/report/parts/outline_part.h"
 #include "tools/programs/results/report/parts/posterior_part.h"
 #include "tools/programs/results/report/parts/study_part.h"
 #include "tools/programs/results/report/parts/verdict_part.h"
@@ -24,14 +26,31 @@ std::string Title(const std::vector<ResultFolder>& folders) {
   return title;
 }
 
-std::string Head(const std::vector<ResultFolder>& folders, const ReportPage& page) {
+// What found no room, before anything else.
+std::string LeftOut(const ReportPage& page, double max_mb) {
+  constexpr std::size_t kMostNames = 12;
+  if (page.left_out.empty()) return "";
+  std::string names;
+  for (std::size_t i = 0; i < std::min(kMostNames, page.left_out.size()); ++i)
+    names += (i == 0 ? "" : ", ") + page.left_out[i];
+  if (page.left_out.size() > kMostNames)
+    names += Format(" and %zu more", page.left_out.size() - kMostNames);
+  return HtmlElement("p",
+                     Format("Left out, to keep this page below %g MB: ", max_mb) + names +
+                         ". A larger --max_mb of drape_report shows them.",
+                     "left_out") +
+         "\n";
+}
+
+std::string Head(const std::vector<ResultFolder>& folders, const ReportPage& page, double max_mb) {
   std::string html =
       "<header>\n" + HtmlElement("h1", Title(folders)) + "\n<nav aria-label=\"Parts\"><ul>";
   for (const auto& [id, heading] : page.sections)
     html += "<li><a href=\"#" + id + "\">" + EscapeHtml(heading) + "</a></li>";
   return html + "</ul></nav>\n" +
          "<noscript><p class=\"quiet\">Without scripts, charts and the drape in three dimensions "
-         "are missing; all tables are here.</p></noscript>\n</header>\n";
+         "are missing; all tables are here.</p></noscript>\n" +
+         LeftOut(page, max_mb) + "</header>\n";
 }
 
 // The template with its markers replaced, in their order; what is put in is not searched again.
@@ -66,22 +85,34 @@ OptionTable ReportTable(ReportOptions& options) {
       .notes =
           "FOLDER: what drape_fit, drape_predict, drape_simulate, drape_equilibria, "
           "drape_compare, drape_bench, drape_space, drape_stability, drape_gradients, "
-          "drape_compare_optimisers, drape_speed or drape_garment have written; several "
-          "are shown side by side.\n"
+          "drape_compare_optimisers, drape_speed, drape_validate, drape_garment, drape_photo or "
+          "drape_export have written, or a JSON file of drape_metrics; several are shown side by "
+          "side.\n"
           "The page is one file for any browser. It needs no network, its tables are "
           "complete without scripts, and it prints. Nothing is computed again.\n",
-      .options =
-          {{.key = "out", .value = &options.out, .doc = "file of the page", .is_path = true}},
+      .options = {{.key = "out", .value = &options.out, .doc = "file of the page", .is_path = true},
+                  {.key = "max_mb",
+                   .value = &options.max_mb,
+                   .doc = "largest size of the page; what would make it larger is named instead",
+                   .unit = "MB",
+                   .least = 1.2,
+                   .most = 1000}},
       .operands = &options.folders,
       .operand_names = "FOLDER..."};
 }
 
-std::string MakeReport(const std::vector<ResultFolder>& folders) {
+std::string MakeReport(const std::vector<ResultFolder>& folders, double max_mb) {
+  constexpr std::size_t kTexts = 250000;  // that are not counted, and the marks of the rest
   ReportPage page;
+  const auto most = static_cast<std::size_t>(1e6 * max_mb);
+  page.room = most - std::min(most, kReportTemplate.size() + kTexts);
   page.body = "<main>\n";
   AddVerdicts(folders, &page);
+  AddMeasurements(folders, &page);
   AddImages(folders, &page);
   AddMaterials(folders, &page);
+  AddExports(folders, &page);
+  AddOutlines(folders, &page);
   AddDrapes(folders, &page);
   AddPosteriors(folders, &page);
   AddPredictions(folders, &page);
@@ -93,7 +124,7 @@ std::string MakeReport(const std::vector<ResultFolder>& folders) {
   data["pictures"] = std::move(page.pictures);
   data["drapes"] = std::move(page.drapes);
   return Fill(kReportTemplate, {{"%%TITLE%%", EscapeHtml(Title(folders))},
-                                {"%%BODY%%", Head(folders, page) + page.body},
+                                {"%%BODY%%", Head(folders, page, max_mb) + page.body},
                                 {"%%DATA%%", ScriptJson(data)}});
 }
 
@@ -107,8 +138,9 @@ std::string RunReport(const ReportOptions& options, const RunControl& control) {
     folders.push_back(ReadResultFolder(path));
   }
   NameApart(&folders);
-  WriteFileAtomically(options.out, MakeReport(folders));
-  return "see " + options.out + "\n";
+  const std::string page = MakeReport(folders, options.max_mb);
+  WriteFileAtomically(options.out, page);
+  return Format("see %s (%.2f MB)\n", options.out.c_str(), 1e-6 * static_cast<double>(page.size()));
 }
 
 }  // namespace drape

@@ -103,11 +103,19 @@ function makeMarks(series, index, chart) {
   }
 }
 
-function axisOptions(axis, room) {
-  const options = { label: axis.label || null, type: axis.log ? "log" : "linear", nice: !axis.range };
+// Whether the numbers span less than a decade, which is then not made a whole one.
+function isNarrow(numbers) {
+  const positive = numbers.filter((number) => number > 0);
+  return positive.length > 0 && Math.max(...positive) < 10 * Math.min(...positive);
+}
+
+// numbers: of the chart along this axis.
+function axisOptions(axis, room, numbers) {
+  const narrow = axis.log && isNarrow(axis.range ?? numbers);
+  const options = { label: axis.label || null, type: axis.log ? "log" : "linear", nice: !axis.range && !narrow };
   if (axis.range) options.domain = axis.range;
   if (!axis.ticks) {
-    if (axis.log) options.tickFormat = (value) => decadeText(value);
+    if (axis.log) options.tickFormat = (value) => (narrow ? String(Number(value.toPrecision(2))) : decadeText(value));
     options.ticks = Math.max(2, Math.round(room / 70));
     return options;
   }
@@ -126,7 +134,7 @@ function decadeText(value) {
 function key(chart) {
   const entries = chart.series
     .map((series, index) => ({ series, look: makeLook(series, index) }))
-    .filter(({ series }) => series.title);
+    .filter(({ series }) => series.title && series.points.length);
   if (entries.length === 0) return [];
   const list = element("ul", { className: "key" });
   for (const { series, look } of entries) {
@@ -145,45 +153,90 @@ function drawChart(chart, width) {
   const marginLeft = Math.min(Math.max(52, 14 + 6.6 * wide), width / 2);
   const longest = Math.max(...(chart.x.ticks ?? [[0, ""]]).map(([, name]) => name.length));
   const across = (chart.x.ticks ?? []).length;
-  const tilted = across * longest * 6.5 > width - marginLeft;
+  const tilted = across * (7 * longest + 6) > width - marginLeft;
   const height = Math.max(240, Math.min(420, 0.66 * width)) + (tilted ? 5 * longest : 0);
   const coded = chart.series.some(isCoded);
+  // Letters on a coloured square are dark in both schemes.
+  const isOnSquare = ({ at: [x, y] }) =>
+    chart.series.some((series) => series.mark === "squares" && series.points.some((point) => Math.abs(point[0] - x) < 0.5 && Math.abs(point[1] - y) < 0.5));
   const middle = labels.filter((label) => label.align === "centre");
+  const onSquare = middle.filter(isOnSquare);
+  const onGround = middle.filter((label) => !isOnSquare(label));
   const beside = labels.filter((label) => label.align !== "centre");
   const at = (options) => ({ x: (d) => d.at[0], y: (d) => d.at[1], text: "text", fill: "currentColor", ...options });
+  const numbers = (i) => chart.series.flatMap((series) => series.points.map((point) => point[i]));
   const figure = plot({
     width,
     height,
     marginLeft,
     marginRight: 24,
+    marginTop: 28, // between the label of y and its uppermost tick
     marginBottom: tilted ? Math.min(150, 24 + 5.4 * longest) : 42,
     style: { fontSize: "12px", background: "none", overflow: "visible" },
     ariaLabel: `${chart.title || "Chart"}: ${chart.y.label} against ${chart.x.label}`,
-    x: { ...axisOptions(chart.x, width), tickRotate: tilted ? -40 : 0 },
-    y: axisOptions(chart.y, height),
+    x: { ...axisOptions(chart.x, width, numbers(0)), tickRotate: tilted ? -40 : 0 },
+    y: axisOptions(chart.y, height, numbers(1)),
     color: coded
-      ? { legend: true, scheme: "viridis", label: chart.colour?.label, type: chart.colour?.log ? "log" : "linear" }
+      ? { legend: true, marginLeft: 20, marginRight: 20, scheme: "viridis", label: chart.colour?.label, type: chart.colour?.log ? "log" : "linear" }
       : undefined,
     aspectRatio: chart.equal_units ? 1 : undefined,
     marks: [
       ...(chart.grid === false ? [] : [gridX({ strokeOpacity: 0.12 }), gridY({ strokeOpacity: 0.12 })]),
       ...chart.series.flatMap((series, index) => makeMarks(series, index, chart)),
-      ...(middle.length ? [text(middle, at({ fill: "#111" }))] : []),
-      ...(beside.length ? [text(beside, at({ textAnchor: "start", dx: 6, stroke: "var(--ground)", strokeWidth: 4 }))] : []),
+      ...(onSquare.length ? [text(onSquare, at({ fill: "#111" }))] : []),
+      ...(onGround.length ? [text(onGround, at({}))] : []),
+      ...(beside.length ? [text(beside, at({ textAnchor: "start", dx: 6, stroke: "var(--ground)", strokeWidth: 4, className: "beside" }))] : []),
     ],
   });
-  for (const svg of figure.tagName === "svg" ? [figure] : figure.querySelectorAll("svg"))
+  for (const svg of figure.tagName === "svg" ? [figure] : figure.querySelectorAll("svg")) {
     svg.setAttribute("role", "img");
+    if (!svg.hasAttribute("aria-label")) svg.setAttribute("aria-label", `Colours: ${chart.colour?.label ?? ""}`);
+    // A chart has one name; its groups have no role that could have one.
+    for (const group of svg.querySelectorAll("g[aria-label]")) {
+      group.dataset.part = group.getAttribute("aria-label");
+      group.removeAttribute("aria-label");
+    }
+  }
   return figure;
 }
+
+// Labels beside points, once they are on the page: moved into the picture, and down from one another.
+function settleLabels(svg) {
+  const bounds = svg.getBoundingClientRect();
+  const settled = [];
+  const texts = [...svg.querySelectorAll(".beside text")];
+  const top = (text) => text.getBoundingClientRect().top;
+  for (const text of texts.sort((a, b) => top(a) - top(b))) {
+    const box = text.getBoundingClientRect();
+    const left = Math.min(0, bounds.right - box.right);
+    let down = 0;
+    for (const other of settled)
+      if (box.left + left < other.right && other.left < box.right + left && box.top + down < other.bottom && other.top < box.bottom + down)
+        down = other.bottom - box.top;
+    if (left !== 0) text.setAttribute("x", left);
+    if (down !== 0) text.setAttribute("y", down);
+    settled.push(text.getBoundingClientRect());
+  }
+}
+
+// Charts of a row may name their common ticks once; one below another, each needs the names.
+function withNames(chart, charts) {
+  const ticks = chart.y.ticks ?? [];
+  if (ticks.length === 0 || ticks.some(([, name]) => name)) return chart;
+  const named = charts.find(({ y }) => y.ticks?.length === ticks.length && y.ticks.some(([, name]) => name));
+  return named ? { ...chart, y: { ...chart.y, ticks: named.y.ticks } } : chart;
+}
+
+const WIDEST = 880; // of a chart [px]
 
 export function drawPicture(place, picture, width) {
   const columns = width < 640 ? 1 : Math.min(picture.columns, picture.charts.length);
   const gap = 20;
-  const each = Math.floor((width - gap * (columns - 1)) / columns);
+  const each = Math.min(WIDEST, Math.floor((width - gap * (columns - 1)) / columns));
   const grid = element("div", { className: "charts" });
   grid.style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
-  for (const chart of picture.charts) {
+  for (const described of picture.charts) {
+    const chart = columns === 1 ? withNames(described, picture.charts) : described;
     const cell = element("div", { className: "chart" });
     if (chart.title) cell.append(element("p", { className: "title", textContent: chart.title }));
     if (chart.series.some((series) => series.points.length)) {
@@ -201,4 +254,5 @@ export function drawPicture(place, picture, width) {
   }
   place.querySelector(".charts")?.remove();
   place.prepend(grid);
+  for (const svg of grid.querySelectorAll("svg")) settleLabels(svg);
 }

@@ -40,27 +40,31 @@ function element(tag, properties = {}, ...children) {
   return made;
 }
 
+// Numbers are stored in 65,535 steps from the least to the most.
+function unpack({ least, most, steps }) {
+  return Float32Array.from(decode(steps, Uint16Array), (step) => least + ((most - least) * step) / 65535);
+}
+
 function findRange(name, groups) {
-  let [least, most] = [Infinity, -Infinity];
-  for (const field of groups.flat().flatMap((drape) => drape.fields))
-    if (field.name === name)
-      for (const value of decode(field.values, Float32Array)) {
-        least = Math.min(least, value);
-        most = Math.max(most, value);
-      }
+  const fields = groups.flat().flatMap((drape) => drape.fields.filter((field) => field.name === name));
+  const least = Math.min(...fields.map((field) => field.least));
+  const most = Math.max(...fields.map((field) => field.most));
   return [least, most > least ? most : least + 1];
 }
 
-function makeGeometry(drape) {
+// A drape without faces has those of the first.
+function makeGeometry(drape, first) {
   const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new BufferAttribute(decode(drape.positions, Float32Array), 3));
-  geometry.setIndex(new BufferAttribute(decode(drape.faces, Uint32Array), 1));
+  const positions = unpack(drape.positions);
+  const Index = positions.length / 3 <= 65536 ? Uint16Array : Uint32Array;
+  geometry.setAttribute("position", new BufferAttribute(positions, 3));
+  geometry.setIndex(new BufferAttribute(decode(drape.faces ?? first.faces, Index), 1));
   geometry.computeVertexNormals();
   return geometry;
 }
 
 function colour(geometry, field, [least, most]) {
-  const values = decode(field.values, Float32Array);
+  const values = unpack(field);
   const colours = new Float32Array(3 * values.length);
   values.forEach((value, i) => {
     const step = Math.round((255 * (value - least)) / (most - least));
@@ -101,8 +105,10 @@ class Viewer {
     new ResizeObserver(() => this.resize()).observe(this.canvas);
   }
 
-  addSupport(radius) {
+  // A little smaller, so that it does not show between the vertices of a coarse cloth.
+  addSupport(supportRadius) {
     const height = 0.012;
+    const radius = 0.97 * supportRadius;
     const disc = new Mesh(new CylinderGeometry(radius, radius, height, 64), new MeshLambertMaterial({ color: "#8a8f98" }));
     disc.rotation.x = Math.PI / 2;
     disc.position.z = -height / 2 - 0.002;
@@ -148,7 +154,7 @@ class Viewer {
     const drape = this.drapes[Number(this.which.value)];
     const field = drape.fields[Number(this.what.value)];
     const range = findRange(field.name, this.groups);
-    const geometry = makeGeometry(drape);
+    const geometry = makeGeometry(drape, this.drapes[0]);
     colour(geometry, field, range);
     if (this.cloth) this.scene.remove(this.cloth, this.edges);
     this.cloth = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
@@ -156,7 +162,8 @@ class Viewer {
     this.edges.visible = this.wire.checked;
     this.scene.add(this.cloth, this.edges);
     this.canvas.setAttribute("aria-label", `The drape ${drape.name} in three dimensions, coloured by ${field.name}; arrow keys turn it`);
-    const [low, high] = range.map((value) => Number(value.toPrecision(3)));
+    const digits = Math.min(6, Math.max(0, 2 - Math.floor(Math.log10(range[1] - range[0]))));
+    const [low, high] = range.map((value) => Number(value.toFixed(digits)));
     this.legend.replaceChildren(element("span", { textContent: `${low}` }), element("i"), element("span", { textContent: `${high} ${field.unit}` }));
     this.resize();
   }

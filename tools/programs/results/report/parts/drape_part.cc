@@ -6,14 +6,17 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <functional>
+#include <utility>
 
 #include "losses/camera/camera_io.h"
 #include "losses/image/segmentation.h"
 #include "losses/outline/outline.h"
+#include "physics/cloth/state_io.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
-#include "physics/util/options/enum_names.h"
 #include "physics/util/text_format.h"
 #include "tools/programs/results/report/parts/html_text.h"
 
@@ -24,8 +27,7 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr int kAngles = 360;
-constexpr std::size_t kMostDrapes = 12;             // of one folder
-constexpr std::uintmax_t kMostImageBytes = 900000;  // that are put into the page
+constexpr std::size_t kMostDrapes = 12;  // of one folder
 
 // drape_fit writes its drapes as a camera sees them whose centre is that of the image.
 Eigen::VectorXd SeenFrom(const Camera& camera, Eigen::VectorXd x) {
@@ -68,7 +70,7 @@ std::string Toggle(const char* layer, const char* text) {
       layer, text);
 }
 
-std::string Layers(const ResultFolder& folder, const nlohmann::json& image) {
+std::string Layers(const ResultFolder& folder, const nlohmann::json& image, ReportPage* page) {
   const std::string file = image.at("file").get<std::string>();
   const Camera camera = CameraFromJson(image, file);
   const GrayImage silhouette = ReadSilhouette(file).image;
@@ -83,10 +85,11 @@ std::string Layers(const ResultFolder& folder, const nlohmann::json& image) {
   std::string svg =
       Format("<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"", camera.width, camera.height) +
       EscapeHtml("Outline of " + file + " and of the fitted drape") + "\">\n";
-  if (fs::file_size(file) <= kMostImageBytes)
+  const std::string uri = ImageUri(ReadWholeFile(file));
+  if (page->TakeRoom(uri.size(), file))
     svg += Format("<image width=\"%d\" height=\"%d\" opacity=\"0.35\" href=\"", camera.width,
                   camera.height) +
-           ImageUri(ReadWholeFile(file)) + "\"/>\n";
+           uri + "\"/>\n";
   const DrapeDiscs discs = folder.Discs().value_or(DrapeDiscs());
   svg += Ring(camera, discs.support) + Ring(camera, discs.specimen) +
          MakePath(seen.radius, camera, "image") + MakePath(fitted.radius, camera, "fitted") +
@@ -98,12 +101,15 @@ std::string Layers(const ResultFolder& folder, const nlohmann::json& image) {
 
 // Without what can no longer be read: the picture of the fit.
 std::string StoredOverlay(const ResultFolder& folder, const std::string& name,
-                          const std::string& reason) {
+                          const std::string& reason, ReportPage* page) {
   const std::string file = folder.File("fit_" + name + ".png");
   if (!fs::is_regular_file(file)) return HtmlElement("p", reason, "missing");
-  return "<figure class=\"picture\"><img alt=\"Outlines of the image, blue, and of the fit, red\" "
-         "src=\"" +
-         ImageUri(ReadWholeFile(file)) + "\">" + HtmlElement("figcaption", reason) + "</figure>\n";
+  return page->IfItFits(
+      file,
+      "<figure class=\"picture\"><img alt=\"Outlines of the image, blue, and of the fit, red\" "
+      "src=\"" +
+          ImageUri(ReadWholeFile(file)) + "\">" + HtmlElement("figcaption", reason) +
+          "</figure>\n");
 }
 
 std::string Number(const nlohmann::json& json, const std::string& where, double factor,
@@ -132,13 +138,13 @@ std::string Metrics(const nlohmann::json& image) {
   return HtmlTable("", {"", "image", "fit"}, rows);
 }
 
-std::string Image(const ResultFolder& folder, const nlohmann::json& image) {
+std::string Image(const ResultFolder& folder, const nlohmann::json& image, ReportPage* page) {
   const std::string name = FindText(image, "/name");
   std::string html = HtmlElement("p", name, "quiet");
   try {
-    html += Layers(folder, image);
+    html += Layers(folder, image, page);
   } catch (const std::exception& error) {
-    html += StoredOverlay(folder, name, error.what());
+    html += StoredOverlay(folder, name, error.what(), page);
   }
   html = "<div class=\"side\">\n<div>" + html + "</div>\n<div>" + Metrics(image);
   for (const std::string& note : FindTexts(image, "/quality/notes"))
@@ -209,26 +215,49 @@ Eigen::VectorXd Curvature(const Mesh& mesh, const Eigen::VectorXd& x) {
   return sum.cwiseQuotient(count.cwiseMax(1.0));
 }
 
-Json FieldJson(const char* name, const char* unit, const Eigen::VectorXd& values) {
-  return {{"name", name}, {"unit", unit}, {"values", Packed<float>(values)}};
+// In 65,535 steps from the least to the most.
+Json NumbersJson(const Eigen::VectorXd& values) {
+  const double least = values.minCoeff(), most = values.maxCoeff();
+  const double step = most > least ? (most - least) / 65535 : 1.0;
+  const Eigen::VectorXd steps = ((values.array() - least) / step).round();
+  return {{"least", least}, {"most", most}, {"steps", Packed<std::uint16_t>(steps)}};
 }
 
-Json DrapeJson(const std::string& file, const std::string& name, double support) {
-  const Mesh mesh = ReadObj(file);
-  const Eigen::VectorXd x = ReadObjSurface(file).x;
+Json FieldJson(const char* name, const char* unit, const Eigen::VectorXd& values) {
+  Json json = {{"name", name}, {"unit", unit}};
+  json.update(NumbersJson(values));
+  return json;
+}
+
+std::string PackedFaces(const Mesh& mesh) {
   std::vector<int> corners;
   for (const Face& face : mesh.faces) corners.insert(corners.end(), face.vertex, face.vertex + 3);
+  return mesh.num_vertices() <= 65536 ? Packed<std::uint16_t>(corners)
+                                      : Packed<std::uint32_t>(corners);
+}
+
+// A drape of the viewer. Its faces are left out where they are those of the viewer's first drape.
+Json DrapeJson(const Mesh& mesh, const Eigen::VectorXd& x, const std::string& name, double support,
+               const Json& viewer) {
   Eigen::VectorXd height(mesh.num_vertices());
   for (int v = 0; v < mesh.num_vertices(); ++v) height[v] = 1e3 * x[3 * v + 2];
-  return {{"name", name},
-          {"support_m", support},
-          {"positions", Packed<float>(x)},
-          {"faces", Packed<std::uint32_t>(corners)},
-          {"fields",
-           {FieldJson("height", "mm", height),
-            FieldJson("stretch", "%", MeanOfFaces(mesh, Stretch(mesh, x))),
-            FieldJson("curvature", "1/m", Curvature(mesh, x))}}};
+  Json json = {{"name", name},
+               {"support_m", support},
+               {"positions", NumbersJson(x)},
+               {"fields",
+                {FieldJson("height", "mm", height),
+                 FieldJson("stretch", "%", MeanOfFaces(mesh, Stretch(mesh, x))),
+                 FieldJson("curvature", "1/m", Curvature(mesh, x))}}};
+  const std::string faces = PackedFaces(mesh);
+  if (viewer.empty() || viewer[0].at("faces") != faces) json["faces"] = faces;
+  return json;
 }
+
+// A drape to show, read when it is its turn.
+struct StoredDrape {
+  std::string name;
+  std::function<std::pair<Mesh, Eigen::VectorXd>()> read;
+};
 
 // "drape_a.obj" → "a".
 std::string DrapeName(const std::string& file) {
@@ -236,22 +265,56 @@ std::string DrapeName(const std::string& file) {
   return stem.starts_with("drape_") ? stem.substr(6) : stem;
 }
 
-std::string Drapes(const ResultFolder& folder, ReportPage* page) {
+// Meshes of drape_fit, drape_simulate and drape_predict.
+std::vector<StoredDrape> MeshFiles(const ResultFolder& folder) {
+  std::vector<StoredDrape> drapes;
+  for (const std::string& file : folder.Files(".obj"))
+    drapes.push_back({DrapeName(file), [path = folder.File(file)] {
+                        return std::pair(ReadObj(path), ReadObjSurface(path).x);
+                      }});
+  return drapes;
+}
+
+// States of drape_equilibria, on the mesh that its summary names.
+std::vector<StoredDrape> BranchStates(const ResultFolder& folder) {
+  std::vector<StoredDrape> drapes;
+  const nlohmann::json* branches = Find(folder.summary, "/branches");
+  if (branches == nullptr || !branches->is_array()) return drapes;
+  for (const nlohmann::json& branch : *branches)
+    drapes.push_back({Format("branch %zu, %.0f %% of the drapes", drapes.size() + 1,
+                             100 * FindNumber(branch, "/frequency").value_or(0.0)),
+                      [path = folder.File(FindText(branch, "/state")),
+                       spec = FindText(folder.summary, "/mesh")] {
+                        Mesh mesh = ParseMeshSpec(spec);
+                        const int vertices = mesh.num_vertices();
+                        return std::pair(std::move(mesh), ReadState(path, vertices).x);
+                      }});
+  return drapes;
+}
+
+std::vector<StoredDrape> ListDrapes(const ResultFolder& folder) {
+  if (folder.program == "drape_equilibria") return BranchStates(folder);
   const bool drapes_hang =
       folder.IsFit() || folder.program == "drape_simulate" || folder.program == "drape_predict";
-  if (!drapes_hang) return "";
+  return drapes_hang ? MeshFiles(folder) : std::vector<StoredDrape>();
+}
+
+std::string Drapes(const ResultFolder& folder, ReportPage* page) {
   std::string html;
   Json drapes = Json::array();
-  const std::vector<std::string> files = folder.Files(".obj");
-  for (std::size_t i = 0; i < std::min(files.size(), kMostDrapes); ++i) try {
-      drapes.push_back(DrapeJson(folder.File(files[i]), DrapeName(files[i]),
-                                 folder.Discs().value_or(DrapeDiscs()).support));
+  const std::vector<StoredDrape> stored = ListDrapes(folder);
+  const DrapeDiscs discs = folder.Discs().value_or(DrapeDiscs());
+  for (std::size_t i = 0; i < std::min(stored.size(), kMostDrapes); ++i) try {
+      const auto [mesh, x] = stored[i].read();
+      Json drape = DrapeJson(mesh, x, stored[i].name, discs.support, drapes);
+      if (!page->TakeRoom(drape.dump().size(), folder.name + ": drape " + stored[i].name)) continue;
+      drapes.push_back(std::move(drape));
     } catch (const InputError& error) {
       html += HtmlElement("p", error.what(), "missing");
     }
-  if (files.size() > kMostDrapes)
-    html +=
-        HtmlElement("p", Format("the first %zu of %zu drapes", kMostDrapes, files.size()), "quiet");
+  if (drapes.size() < stored.size())
+    html += HtmlElement("p", Format("%zu of %zu drapes are shown", drapes.size(), stored.size()),
+                        "missing");
   if (drapes.empty()) return html;
   page->drapes.push_back(drapes);
   return Format("<div class=\"drapes\" data-drapes=\"%zu\"></div>\n", page->drapes.size() - 1) +
@@ -266,7 +329,8 @@ void AddImages(const std::vector<ResultFolder>& folders, ReportPage* page) {
     std::string html;
     if (const nlohmann::json* images = Find(folder.summary, "/images");
         folder.IsFit() && images != nullptr && images->is_array())
-      for (const nlohmann::json& image : *images) html += "<div>" + Image(folder, image) + "</div>";
+      for (const nlohmann::json& image : *images)
+        html += "<div>" + Image(folder, image, page) + "</div>";
     contents.push_back(html.empty() ? "" : "<div class=\"side\">\n" + html + "</div>\n");
   }
   page->AddSection("images", "Image and fit", SideBySide(folders, contents));

@@ -12,7 +12,7 @@ namespace drape {
 // picture that the fit has written.
 void AddImages(const std::vector<ResultFolder>& folders, ReportPage* page);
 
-// The drapes of the OBJ files to turn, coloured by height, stretch and curvature.
+// The drapes of meshes and of stored branches to turn, coloured by height, stretch and curvature.
 void AddDrapes(const std::vector<ResultFolder>& folders, ReportPage* page);
 
 }  // namespace drape

@@ -26,9 +26,11 @@ std::string Trimmed(const std::string& text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-// "12", "-3.1e-5", "0.1 …  0.2", "6/6", "45 %": what is read from below is aligned to the right.
-bool LooksLikeNumber(const std::string& text) {
-  return !text.empty() && text.find_first_of("0123456789") != std::string::npos &&
+// "12", "-3.1e-5", "0.1 … 0.2", "0.4 ± 0.1", "6/6", "45 %", "–": what is read from below is aligned
+// to the right.
+bool LooksLikeNumber(std::string text) {
+  for (const char* mark : {"…", "±", "–", "×"}) Replace(text, mark, "/");
+  return !text.empty() && text.find_first_of("0123456789/") != std::string::npos &&
          text.find_first_not_of("0123456789+-.eE/% ") == std::string::npos;
 }
 
@@ -50,6 +52,18 @@ std::vector<std::string> MarkdownCells(const std::string& line) {
   for (std::string cell; std::getline(in, cell, '|');) cells.push_back(Trimmed(cell));
   if (!cells.empty() && cells.back().empty()) cells.pop_back();
   return cells;
+}
+
+// "**x**" of an escaped text → "<strong>x</strong>".
+std::string WithBold(std::string text) {
+  constexpr char kMark[] = "**";
+  for (std::size_t open = 0; (open = text.find(kMark, open)) != std::string::npos;) {
+    const std::size_t close = text.find(kMark, open + 2);
+    if (close == std::string::npos) break;
+    text.replace(close, 2, "</strong>");
+    text.replace(open, 2, "<strong>");
+  }
+  return text;
 }
 
 bool IsRule(const std::string& line) { return line.find_first_not_of("|-: ") == std::string::npos; }
@@ -164,15 +178,19 @@ Cell NumberCell(std::string text) { return {std::move(text), Cell::Kind::kNumber
 
 std::string HtmlTable(const std::string& caption, const std::vector<std::string>& head,
                       const std::vector<CellRow>& rows) {
-  std::string html = "<div class=\"scroll\" tabindex=\"0\"><table>\n";
-  if (!caption.empty()) html += HtmlElement("caption", caption) + "\n";
+  // A caption of the table itself would be as wide as the table and leave a narrow screen.
+  std::string html = caption.empty() ? "" : HtmlElement("p", caption, "caption") + "\n";
+  html += "<div class=\"scroll\" tabindex=\"0\"><table" +
+          (caption.empty() ? "" : " aria-label=\"" + EscapeHtml(caption) + "\"") + ">\n";
   if (!head.empty()) {
     html += "<thead><tr>";
     for (std::size_t c = 0; c < head.size(); ++c) {
       const bool number =
           !rows.empty() && c < rows[0].size() && rows[0][c].kind == Cell::Kind::kNumber;
-      html += std::string("<th scope=\"col\"") + (number ? " class=\"number\">" : ">") +
-              EscapeHtml(head[c]) + "</th>";
+      html += head[c].empty()
+                  ? "<td></td>"
+                  : std::string("<th scope=\"col\"") + (number ? " class=\"number\">" : ">") +
+                        EscapeHtml(head[c]) + "</th>";
     }
     html += "</tr></thead>\n";
   }
@@ -204,8 +222,34 @@ std::vector<CellRow> FlatRows(const nlohmann::json& object) {
   return rows;
 }
 
+std::string HtmlFromObjects(const std::string& caption, const nlohmann::json& objects,
+                            std::size_t most, std::vector<std::string> keys) {
+  for (const nlohmann::json& object : objects)
+    for (const auto& [key, value] : object.items())
+      if (!value.is_object() && std::find(keys.begin(), keys.end(), key) == keys.end())
+        keys.push_back(key);
+  std::vector<CellRow> rows;
+  for (const nlohmann::json& object : objects) {
+    if (rows.size() == most) break;
+    CellRow row;
+    for (const std::string& key : keys)
+      row.push_back(object.contains(key) ? GuessCell(ValueText(object[key])) : Cell{});
+    rows.push_back(std::move(row));
+  }
+  for (std::string& key : keys) Replace(key, "_", " ");
+  std::string html = HtmlTable(caption, keys, rows);
+  if (rows.size() < objects.size())
+    html += HtmlElement("p", Format("and %zu more rows in the file", objects.size() - rows.size()),
+                        "missing") +
+            "\n";
+  return html;
+}
+
 std::string HtmlFromMarkdown(const std::string& text) {
   const std::vector<std::string> lines = Lines(text);
+  const auto is_prose = [&](std::size_t i) {
+    return !lines[i].empty() && !lines[i].starts_with("|") && !lines[i].starts_with("#");
+  };
   std::string html;
   for (std::size_t i = 0; i < lines.size();) {
     std::size_t next = i + 1;
@@ -214,21 +258,23 @@ std::string HtmlFromMarkdown(const std::string& text) {
       html += MarkdownTable(lines, i, next);
     } else if (lines[i].starts_with("#")) {
       html += HtmlElement("h3", Trimmed(lines[i].substr(lines[i].find_first_not_of('#'))));
-    } else if (!lines[i].empty()) {
-      html += HtmlElement("p", lines[i]) + "\n";
+    } else if (is_prose(i)) {
+      std::string paragraph = lines[i];
+      for (; next < lines.size() && is_prose(next); ++next) paragraph += " " + lines[next];
+      html += "<p>" + WithBold(EscapeHtml(paragraph)) + "</p>\n";
     }
     i = next;
   }
   return html;
 }
 
-std::string HtmlFromCsv(const std::string& caption, const std::string& text, std::size_t most) {
+std::string HtmlFromCsv(const std::string& where, const std::string& text, std::size_t most) {
   std::vector<std::string> head;
   std::vector<CellRow> rows;
   std::size_t left_out = 0;
   for (const std::string& line : Lines(text)) {
     if (line.empty() || line.starts_with("#")) continue;
-    const std::vector<std::string> fields = ParseCsvRow(line, caption);
+    const std::vector<std::string> fields = ParseCsvRow(line, where);
     if (head.empty()) {
       head = fields;
     } else if (rows.size() == most) {
@@ -239,9 +285,9 @@ std::string HtmlFromCsv(const std::string& caption, const std::string& text, std
       rows.push_back(std::move(row));
     }
   }
-  std::string html = HtmlTable(caption, head, rows);
+  std::string html = HtmlTable("", head, rows);
   if (left_out > 0)
-    html += HtmlElement("p", Format("and %zu more rows in the file", left_out), "quiet") + "\n";
+    html += HtmlElement("p", Format("and %zu more rows in the file", left_out), "missing") + "\n";
   return html;
 }
 

@@ -48,9 +48,15 @@ std::string HtmlElement(const std::string& tag, const std::string& text,
 // Lists of objects and long lists are counted.
 std::vector<CellRow> FlatRows(const nlohmann::json& object);
 
-// The tables and paragraphs of a report in Markdown, and a table of a CSV file; of more than
-// `most` rows the first, and how many are left out.
+// A table of a list of objects with the same keys; of more than `most` rows the first, and how many
+// are left out. Members that are objects themselves are left out. keys: of the first columns; the
+// others follow by the alphabet.
+std::string HtmlFromObjects(const std::string& caption, const nlohmann::json& objects,
+                            std::size_t most, std::vector<std::string> keys = {});
+
+// The tables and paragraphs of a report in Markdown, with "**" as strong, and a table of a CSV
+// file, with `most` as above.
 std::string HtmlFromMarkdown(const std::string& text);
-std::string HtmlFromCsv(const std::string& caption, const std::string& text, std::size_t most);
+std::string HtmlFromCsv(const std::string& where, const std::string& text, std::size_t most);
 
 }  // namespace drape

@@ -142,6 +142,15 @@ std::vector<double> Values(const nlohmann::json& summary, const char* feature) {
   return values;
 }
 
+// At most about six.
+std::vector<std::pair<double, std::string>> WholeTicks(long first, long last) {
+  const long step = std::max(1L, (last - first + 4) / 5);
+  std::vector<std::pair<double, std::string>> ticks;
+  for (long value = first; value <= last; value += step)
+    ticks.emplace_back(value, std::to_string(value));
+  return ticks;
+}
+
 Chart Bars(const std::string& label, const std::vector<double>& values, double width) {
   std::map<long, int> counts;
   for (const double value : values) ++counts[std::lround(value / width)];
@@ -152,7 +161,12 @@ Chart Bars(const std::string& label, const std::vector<double>& values, double w
   for (long bin = counts.begin()->first - 1; bin <= counts.rbegin()->first + 1; ++bin)
     bars.points.emplace_back(width * (static_cast<double>(bin) - (whole ? 0.0 : 0.5)),
                              counts.contains(bin) ? counts[bin] : 0);
-  return {.x = {.label = label}, .y = {.label = "drapes"}, .series = {bars}};
+  Chart chart{.x = {.label = label}, .y = {.label = "drapes"}, .series = {bars}};
+  int most = 0;
+  for (const auto& [bin, count] : counts) most = std::max(most, count);
+  chart.y.ticks = WholeTicks(0, most);
+  if (whole) chart.x.ticks = WholeTicks(counts.begin()->first, counts.rbegin()->first);
+  return chart;
 }
 
 std::string Intervals(const nlohmann::json& features) {
@@ -160,7 +174,7 @@ std::string Intervals(const nlohmann::json& features) {
     const char* text;
     double factor;
   };
-  const std::map<std::string, Reading> readings = {
+  const std::pair<const char*, Reading> readings[] = {
       {"dc", {"drape coefficient [%]", 100}},
       {"folds", {"nodes", 1}},
       {"band_2", {"waves of the outline, 2 around [mm²]", 1e6}},
@@ -168,9 +182,9 @@ std::string Intervals(const nlohmann::json& features) {
       {"band_6_9", {"6 to 9 around [mm²]", 1e6}},
       {"band_10_15", {"10 to 15 around [mm²]", 1e6}}};
   std::vector<CellRow> rows;
-  for (const auto& [key, feature] : features.items()) {
-    const auto found = readings.find(key);
-    const Reading reading = found == readings.end() ? Reading{key.c_str(), 1} : found->second;
+  for (const auto& [key, reading] : readings) {
+    if (!features.contains(key)) continue;
+    const nlohmann::json& feature = features.at(key);
     const auto number = [&](const char* where) {
       const auto value = FindNumber(feature, where);
       return value ? Format("%.3g", reading.factor * *value) : std::string("none");

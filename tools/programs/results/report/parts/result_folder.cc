@@ -30,12 +30,59 @@ constexpr Mark kMarks[] = {
     {"drape_simulate", "summary.json", "steps_wanted"},
     {"drape_gradients", "summary.json", "horizons"},
     {"drape_compare_optimisers", "summary.json", "budget_rollouts"},
+    {"drape_photo", "summary.json", "photo"},
+    {"drape_export", "summary.json", "targets"},
+    {"drape_validate", "summary.json", "cases"},
 };
+
+// Keys of the files of drape_metrics: of one drape, several, a comparison, of two runs, of two
+// distributions, of fits of known fabrics, and of a data set.
+constexpr const char* kMetricsKeys[] = {"shape",
+                                        "drapes",
+                                        "aligned",
+                                        "pairs",
+                                        "outline_energy_score_m",
+                                        "ratios",
+                                        "trivial_predictors"};
 
 std::string ListPrograms() {
   std::string list;
   for (const Mark& mark : kMarks) list += (list.empty() ? "" : ", ") + std::string(mark.program);
   return list;
+}
+
+std::string NoRoom(const std::string& what) {
+  return HtmlElement("p", what + " has no room on this page", "missing") + "\n";
+}
+
+// "draw_2.obj" before "draw_10.obj": runs of digits by their length first.
+bool ComesBefore(const std::string& a, const std::string& b) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    if (is_digit(a[i]) && is_digit(b[i])) {
+      std::size_t end_a = i, end_b = i;
+      while (end_a < a.size() && is_digit(a[end_a])) ++end_a;
+      while (end_b < b.size() && is_digit(b[end_b])) ++end_b;
+      if (end_a != end_b) return end_a < end_b;
+    }
+    if (a[i] != b[i]) return a[i] < b[i];
+  }
+  return a.size() < b.size();
+}
+
+ResultFolder ReadMetricsFile(const std::string& path) {
+  constexpr const char* kExpected = "expected a folder of results or a JSON file of drape_metrics";
+  if (!path.ends_with(".json"))
+    throw InputError(path, std::string("is not a folder, ") + kExpected);
+  ResultFolder file{.path = path,
+                    .name = fs::path(path).filename().string(),
+                    .program = "drape_metrics",
+                    .file = {},
+                    .summary = ReadJsonFile(path)};
+  if (std::none_of(std::begin(kMetricsKeys), std::end(kMetricsKeys),
+                   [&](const char* key) { return file.summary.contains(key); }))
+    throw InputError(path, std::string("has no results of drape_metrics, ") + kExpected);
+  return file;
 }
 
 }  // namespace
@@ -49,19 +96,19 @@ std::optional<DrapeDiscs> ResultFolder::Discs() const {
 
 std::vector<std::string> ResultFolder::Files(const std::string& end) const {
   std::vector<std::string> names;
+  if (!fs::is_directory(path)) return names;
   for (const auto& entry : fs::directory_iterator(path)) {
     const std::string file = entry.path().filename().string();
     if (file.ends_with(end) && !file.starts_with(".") && entry.is_regular_file())
       names.push_back(file);
   }
-  std::sort(names.begin(), names.end());
+  std::sort(names.begin(), names.end(), ComesBefore);
   return names;
 }
 
 ResultFolder ReadResultFolder(const std::string& path) {
-  if (!fs::is_directory(path))
-    throw InputError(path, fs::exists(path) ? "is not a folder, expected a folder of results"
-                                            : "no such folder");
+  if (fs::is_regular_file(path)) return ReadMetricsFile(path);
+  if (!fs::is_directory(path)) throw InputError(path, "no such folder");
   const fs::path whole = fs::weakly_canonical(path);
   ResultFolder folder{
       .path = path, .name = whole.filename().string(), .program = {}, .file = {}, .summary = {}};
@@ -111,8 +158,22 @@ void ReportPage::AddSection(const std::string& id, const std::string& heading,
           "</section>\n";
 }
 
+bool ReportPage::TakeRoom(std::size_t bytes, const std::string& what) {
+  const bool fits = bytes <= room;
+  if (fits)
+    room -= bytes;
+  else
+    left_out.push_back(what);
+  return fits;
+}
+
+std::string ReportPage::IfItFits(const std::string& what, std::string markup) {
+  return TakeRoom(markup.size(), what) ? markup : NoRoom(what);
+}
+
 std::string ReportPage::AddPicture(const nlohmann::ordered_json& picture,
                                    const std::string& caption) {
+  if (!TakeRoom(ScriptJson(picture).size(), caption)) return NoRoom(caption);
   pictures.push_back(picture);
   return "<figure data-picture=\"" + std::to_string(pictures.size() - 1) + "\">" +
          (caption.empty() ? "" : HtmlElement("figcaption", caption)) + "</figure>\n";

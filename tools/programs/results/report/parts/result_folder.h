@@ -10,7 +10,7 @@
 
 namespace drape {
 
-// What a program has left in a folder.
+// What a program has left in a folder, or drape_metrics in a file.
 struct ResultFolder {
   std::string path;        // as the user named it
   std::string name;        // for headings: the last part of the path
@@ -19,14 +19,17 @@ struct ResultFolder {
   nlohmann::json summary;  // what that holds
 
   bool IsFit() const { return program == "drape_fit"; }
-  std::string File(const std::string& file) const { return path + "/" + file; }
+  std::string File(const std::string& file) const {
+    return file.empty() ? path : path + "/" + file;
+  }
   // Of its drapes; none for results that do not say so.
   std::optional<DrapeDiscs> Discs() const;
-  // The names of the files that end so, in order.
+  // The names of the files that end so, in order: draw_2 before draw_10.
   std::vector<std::string> Files(const std::string& end) const;
 };
 
-// Throws InputError for what is not a folder, and for one without results of a known program.
+// Of a folder, or of a JSON file of drape_metrics, which has no files. Throws InputError for
+// anything else, and for a folder without results of a known program.
 ResultFolder ReadResultFolder(const std::string& path);
 
 // A member by its JSON pointer, "/verdict/grade"; nullptr where there is none, or null.
@@ -42,9 +45,17 @@ struct ReportPage {
   nlohmann::ordered_json pictures = nlohmann::ordered_json::array();  // PictureJson
   nlohmann::ordered_json drapes = nlohmann::ordered_json::array();    // a list for each viewer
 
+  // What may still be put into the page [bytes], beside the texts of its parts.
+  std::size_t room = 0;
+  std::vector<std::string> left_out = {};  // what found no room
+
+  // Whether so many bytes find room, which they take; else `what` is left out.
+  bool TakeRoom(std::size_t bytes, const std::string& what);
+  // The markup, or a line that says that it found no room.
+  std::string IfItFits(const std::string& what, std::string markup);
   // A section of the page; one without content is left out.
   void AddSection(const std::string& id, const std::string& heading, const std::string& content);
-  // The place of a chart.
+  // The place of a chart; a line where it found no room.
   std::string AddPicture(const nlohmann::ordered_json& picture, const std::string& caption);
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/results/report/parts/study_part.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "physics/util/atomic_file.h"
@@ -15,15 +16,28 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMostPictureBytes = 1500000;
 constexpr std::size_t kMostRows = 200;  // of a table
+
+// "heat_map.chart.json" → "heat_map.png", which is the same chart.
+std::string PictureName(const std::string& chart_file) {
+  return chart_file.substr(0, chart_file.find(".chart.json")) + ".png";
+}
+
+// "heat_map.chart.json" → "heat map".
+std::string StemInWords(const std::string& chart_file) {
+  std::string stem = chart_file.substr(0, chart_file.find(".chart.json"));
+  std::replace(stem.begin(), stem.end(), '_', ' ');
+  return stem;
+}
 
 std::string Chart(const ResultFolder& folder, const std::string& file, ReportPage* page) {
   try {
     const nlohmann::json picture = ReadJsonFile(folder.File(file));
     if (picture.value("format", "") != "drapefit-chart" || !picture.contains("charts"))
       throw InputError(file, "is not a chart of drapefit");
-    return HtmlElement("h3", picture.value("title", "")) + page->AddPicture(picture, file);
+    const std::string title = picture.value("title", "");
+    return HtmlElement("h3", title.empty() ? StemInWords(file) : title) +
+           page->AddPicture(picture, PictureName(file));
   } catch (const std::exception& error) {
     return HtmlElement("p", error.what(), "missing");
   }
@@ -35,34 +49,56 @@ std::string Charts(const ResultFolder& folder, ReportPage* page) {
   return html;
 }
 
-// Those of fits are shown with their images.
-std::string Pictures(const ResultFolder& folder) {
+// Those of fits are shown with their images, that of a photograph with its measurement.
+std::string Pictures(const ResultFolder& folder, ReportPage* page) {
   std::string html;
   for (const std::string& file : folder.Files(".png")) {
     const fs::path path = folder.File(file);
     const bool has_chart = fs::exists(fs::path(path).replace_extension(".chart.json"));
-    if (has_chart || (folder.IsFit() && file.starts_with("fit_")) || file == "mean_image.png")
+    if (has_chart || (folder.IsFit() && file.starts_with("fit_")) || file == "mean_image.png" ||
+        (folder.program == "drape_photo" && file == "overlay.png"))
       continue;
-    if (fs::file_size(path) > kMostPictureBytes) {
-      html += HtmlElement("p", file + " is too large for this page", "missing");
-      continue;
-    }
-    html += "<figure class=\"picture\"><img alt=\"" + EscapeHtml(file) + "\" src=\"" +
-            ImageUri(ReadWholeFile(path)) + "\">" + HtmlElement("figcaption", file) + "</figure>\n";
+    html += page->IfItFits(folder.name + "/" + file,
+                           "<figure class=\"picture\"><img alt=\"" + EscapeHtml(file) +
+                               "\" src=\"" + ImageUri(ReadWholeFile(path)) + "\">" +
+                               HtmlElement("figcaption", file) + "</figure>\n");
   }
   return html;
 }
 
-std::string Tables(const ResultFolder& folder) {
+std::string Tables(const ResultFolder& folder, ReportPage* page) {
   std::string html;
   for (const std::string& file : folder.Files(".md"))
-    html += HtmlFromMarkdown(ReadWholeFile(folder.File(file)));
+    html += page->IfItFits(folder.name + "/" + file,
+                           HtmlFromMarkdown(ReadWholeFile(folder.File(file))));
   for (const std::string& file : folder.Files(".csv")) try {
-      html += HtmlDetails("Table " + file,
-                          HtmlFromCsv(file, ReadWholeFile(folder.File(file)), kMostRows));
+      html += page->IfItFits(
+          folder.name + "/" + file,
+          HtmlDetails("Table " + file,
+                      HtmlFromCsv(file, ReadWholeFile(folder.File(file)), kMostRows)));
     } catch (const InputError& error) {
       html += HtmlElement("p", error.what(), "missing");
     }
+  return html;
+}
+
+// Lists of results that are in the summary alone.
+std::string Lists(const ResultFolder& folder, ReportPage* page) {
+  struct List {
+    const char *program, *key;
+    std::vector<std::string> columns;
+  };
+  const List lists[] = {
+      {"drape_validate",
+       "cases",
+       {"group", "name", "reference", "computed", "error", "tolerance", "order", "pass"}},
+      {"drape_garment", "runs", {}}};
+  std::string html;
+  for (const List& known : lists)
+    if (const nlohmann::json* list = Find(folder.summary, std::string("/") + known.key);
+        folder.program == known.program && list != nullptr && list->is_array())
+      html += page->IfItFits(folder.name + ": " + known.key,
+                             HtmlFromObjects("", *list, kMostRows, known.columns));
   return html;
 }
 
@@ -87,7 +123,8 @@ std::string Provenance(const ResultFolder& folder) {
 void AddStudies(const std::vector<ResultFolder>& folders, ReportPage* page) {
   std::vector<std::string> contents;
   for (const ResultFolder& folder : folders)
-    contents.push_back(Charts(folder, page) + Pictures(folder) + Tables(folder));
+    contents.push_back(Charts(folder, page) + Pictures(folder, page) + Lists(folder, page) +
+                       Tables(folder, page));
   page->AddSection("studies", "Charts and tables", SideBySide(folders, contents));
 }
 

@@ -2,8 +2,11 @@
 #include "tools/programs/results/report/parts/verdict_part.h"
 
 #include <cmath>
+#include <filesystem>
 #include <map>
+#include <sstream>
 
+#include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
 #include "tools/programs/results/report/parts/html_text.h"
 
@@ -94,8 +97,10 @@ Verdict FitVerdict(const nlohmann::json& s) {
   const std::string grade = FindText(s, "/verdict/grade");
   if (grade == "good")
     return {"good", "Good",
-            "Outline, area and nodes are as in the image, at rest and stable. Trust "
-            "the numbers that are marked as measured, within their intervals."};
+            std::string(Find(s, "/images") == nullptr
+                            ? "The fabric is as the laboratory measured it. "
+                            : "Outline, area and nodes are as in the image, at rest and stable. ") +
+                "Trust the numbers that are marked as measured, within their intervals."};
   if (grade == "usable")
     return {"usable", "Usable", "Read the warnings before you use these numbers."};
   if (grade.empty()) return {"bad", "No verdict", "The fit has no verdict: it is not complete."};
@@ -116,6 +121,16 @@ std::string MeanAndDeviation(const nlohmann::json& feature, double factor, const
   return mean && sd ? Format("%.3g ± %.2g", factor * *mean, factor * *sd) + unit : "none";
 }
 
+// Of drape_validate: which reference cases fail.
+std::vector<std::string> FailedCases(const nlohmann::json& s) {
+  std::vector<std::string> failed;
+  if (const nlohmann::json* cases = Find(s, "/cases"); cases != nullptr && cases->is_array())
+    for (const nlohmann::json& one : *cases)
+      if (const nlohmann::json* pass = Find(one, "/pass"); pass != nullptr && *pass == false)
+        failed.push_back("fails: " + FindText(one, "/name"));
+  return failed;
+}
+
 std::vector<Number> OtherNumbers(const ResultFolder& folder) {
   const nlohmann::json& s = folder.summary;
   std::vector<Number> numbers;
@@ -125,7 +140,7 @@ std::vector<Number> OtherNumbers(const ResultFolder& folder) {
     else if (const auto value = FindNumber(s, where))
       numbers.push_back({name, Format("%.4g", factor * *value) + unit});
   };
-  add("/draws", "drapes", 1, "");
+  if (folder.program != "drape_garment") add("/draws", "drapes", 1, "");
   add("/at_rest", "of them at rest", 1, "");
   add("/features/dc", "drape coefficient", 100, " %");
   add("/features/folds", "nodes", 1, "");
@@ -134,7 +149,28 @@ std::vector<Number> OtherNumbers(const ResultFolder& folder) {
   add("/dc", "drape coefficient", 100, " %");
   add("/folds", "nodes", 1, "");
   add("/stability/lowest_frequency_hz", "lowest vibration", 1, " Hz");
+  if (const nlohmann::json* runs = Find(s, "/runs");
+      folder.program == "drape_bench" && runs != nullptr && runs->is_array())
+    numbers.push_back({"runs", std::to_string(runs->size())});
+  add("/runs", "runs", 1, "");
+  if (const nlohmann::json* cases = Find(s, "/cases"); cases != nullptr && cases->is_array())
+    numbers.push_back({"reference cases that hold",
+                       Format("%zu of %zu", cases->size() - FailedCases(s).size(), cases->size())});
+  if (const nlohmann::json* counts = Find(s, "/counts"); counts != nullptr && counts->is_object())
+    for (const auto& [name, count] : counts->items())
+      if (count.is_number() && count.get<double>() > 0) numbers.push_back({name, ValueText(count)});
   return numbers;
+}
+
+// What a comparison concludes, in its own words.
+std::string Conclusions(const ResultFolder& folder) {
+  const std::string file = folder.File("comparison.md");
+  if (folder.program != "drape_compare" || !std::filesystem::is_regular_file(file)) return "";
+  std::istringstream lines(ReadWholeFile(file));
+  std::string html;
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("**")) html += HtmlFromMarkdown(line);
+  return html;
 }
 
 std::string VerdictOfOther(const ResultFolder& folder) {
@@ -149,18 +185,24 @@ std::string VerdictOfOther(const ResultFolder& folder) {
       {"drape_gradients", "Where gradients of a drape fail."},
       {"drape_space", "Distances between fabrics, and their population."},
       {"drape_compare_optimisers", "Optimisers under equal budgets."},
-      {"drape_garment", "A moving body in a garment."}};
+      {"drape_garment", "A moving body in a garment."},
+      {"drape_photo", "A photograph of a drape."},
+      {"drape_export", "A fabric for other programs."},
+      {"drape_metrics", "Measured drapes."},
+      {"drape_validate", "Textbook solutions."}};
   const auto purpose = kPurposes.find(folder.program);
   std::string outcome = FindText(folder.summary, "/outcome");
   if (outcome.empty()) outcome = FindText(folder.summary, "/status");
   std::vector<std::string> warnings = FindTexts(folder.summary, "/notes");
+  Append(&warnings, FindTexts(folder.summary, "/warnings"));
+  Append(&warnings, FailedCases(folder.summary));
   if (outcome == "cancelled") warnings.insert(warnings.begin(), "The run was cancelled.");
   if (const nlohmann::json* failures = Find(folder.summary, "/failures"))
     for (const auto& [reason, count] : failures->items())
       warnings.push_back(ValueText(count) + " drapes: " + reason);
   return "<div class=\"verdict\">" + HtmlElement("h3", folder.name) + Warnings(warnings) +
          HtmlElement("p", purpose == kPurposes.end() ? folder.program : purpose->second) +
-         NumberList(OtherNumbers(folder)) + "</div>\n";
+         Conclusions(folder) + NumberList(OtherNumbers(folder)) + "</div>\n";
 }
 
 // One row of the material, for one fit.
@@ -249,25 +291,19 @@ std::string LaboratoryInterval(const nlohmann::json& row) {
   return low && high ? Format("%.3g … %.3g", *low, *high) : "";
 }
 
-// One sheet of the block "laboratory" of a summary: of the material or of the drape in an image.
-std::string LaboratorySheet(const nlohmann::json& sheet) {
-  const nlohmann::json* stored = Find(sheet, "/rows");
-  if (stored == nullptr || !stored->is_array()) return "";
-  std::vector<CellRow> rows;
-  for (const nlohmann::json& row : *stored) {
-    const std::string source = FindText(row, "/source");
-    const auto kind = source == "measured"         ? Cell::Kind::kMeasured
-                      : source == "from the prior" ? Cell::Kind::kPrior
-                                                   : Cell::Kind::kText;
-    rows.push_back({{FindText(row, "/name"), Cell::Kind::kHeader},
-                    NumberCell(Format("%.4g", FindNumber(row, "/value").value_or(NAN))),
-                    NumberCell(LaboratoryInterval(row)),
-                    {FindText(row, "/unit")},
-                    {source == "from the prior" ? "not measured: from the prior" : source, kind},
-                    {FindText(row, "/standard")}});
+// A table of the readings of each laboratory measurement.
+std::string Strips(const nlohmann::json& strips) {
+  constexpr std::size_t kMostReadings = 200;
+  std::string html;
+  for (const nlohmann::json& strip : strips) {
+    const nlohmann::json* points = Find(strip, "/points");
+    if (points == nullptr || !points->is_array()) continue;
+    html += HtmlFromObjects(
+        FindText(strip, "/name") + ": " + FindText(strip, "/test") +
+            Format(", %g degrees from the weft", FindNumber(strip, "/direction").value_or(NAN)),
+        *points, kMostReadings);
   }
-  return HtmlTable(FindText(sheet, "/title"),
-                   {"quantity", "value", "90 % interval", "unit", "where from", "standard"}, rows);
+  return html;
 }
 
 std::string Laboratory(const ResultFolder& folder) {
@@ -275,16 +311,18 @@ std::string Laboratory(const ResultFolder& folder) {
   if (const nlohmann::json* sheets = Find(folder.summary, "/laboratory");
       sheets != nullptr && sheets->is_object())
     for (const auto& [name, sheet] : sheets->items())
-      html += name == "material" ? "" : LaboratorySheet(sheet);
-  if (const nlohmann::json* strips = Find(folder.summary, "/lab_measurements"))
-    html += HtmlDetails("Laboratory measurements", HtmlTable("", {}, FlatRows(*strips)));
+      html += name == "material" ? "" : LaboratoryHtml(sheet);
+  if (const nlohmann::json* strips = Find(folder.summary, "/lab_measurements");
+      strips != nullptr && strips->is_array())
+    html +=
+        HtmlDetails("Laboratory measurements, and what the fitted fabric gives", Strips(*strips));
   return html;
 }
 
 // Older results have no sheet.
 std::string MaterialSheet(const ResultFolder& folder) {
   const nlohmann::json* sheet = Find(folder.summary, "/laboratory/material");
-  return sheet == nullptr ? Material(folder) : LaboratorySheet(*sheet);
+  return sheet == nullptr ? Material(folder) : LaboratoryHtml(*sheet);
 }
 
 std::string InWords(const nlohmann::json& s) {
@@ -305,6 +343,26 @@ std::string InWords(const nlohmann::json& s) {
 }
 
 }  // namespace
+
+std::string LaboratoryHtml(const nlohmann::json& sheet) {
+  const nlohmann::json* stored = Find(sheet, "/rows");
+  if (stored == nullptr || !stored->is_array()) return "";
+  std::vector<CellRow> rows;
+  for (const nlohmann::json& row : *stored) {
+    const std::string source = FindText(row, "/source");
+    const auto kind = source == "measured"         ? Cell::Kind::kMeasured
+                      : source == "from the prior" ? Cell::Kind::kPrior
+                                                   : Cell::Kind::kText;
+    rows.push_back({{FindText(row, "/name"), Cell::Kind::kHeader},
+                    NumberCell(Format("%.4g", FindNumber(row, "/value").value_or(NAN))),
+                    NumberCell(LaboratoryInterval(row)),
+                    {FindText(row, "/unit")},
+                    {source == "from the prior" ? "not measured: from the prior" : source, kind},
+                    {FindText(row, "/standard")}});
+  }
+  return HtmlTable(FindText(sheet, "/title"),
+                   {"quantity", "value", "90 % interval", "unit", "where from", "standard"}, rows);
+}
 
 void AddVerdicts(const std::vector<ResultFolder>& folders, ReportPage* page) {
   std::string html;
