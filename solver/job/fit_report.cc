@@ -7,6 +7,7 @@
 #include "losses/metrics/report_json.h"
 #include "losses/outline/outline.h"
 #include "losses/outline/overlay.h"
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/state_io.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
@@ -168,8 +169,12 @@ ordered_json ImagesJson(const FitProblem& problem, const FitReport& report,
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
     images.push_back(ImageJson(problem.observations[i], report.drapes[i], guess.lifts[i]));
   if (const std::optional<Contact>& contact = problem.fine->model().scene.contact)
-    for (std::size_t i = 0; i < report.drapes.size(); ++i)
-      images[i]["smallest_gap_m"] = SmallestGap(*contact, report.drapes[i].fitted.x);
+    for (std::size_t i = 0; i < report.drapes.size(); ++i) {
+      const Eigen::VectorXd& x = report.drapes[i].fitted.x;
+      images[i]["smallest_gap_m"] = SmallestGap(*contact, x);
+      if (contact->self)
+        images[i]["smallest_self_gap_m"] = SmallestSelfGap(problem.fine->model(), x);
+    }
   return {{"images", images},
           {"mean", ComputeMean(images, ordered_json::json_pointer("/metrics"))},
           {"mean_settled", ComputeMean(images, ordered_json::json_pointer("/settled/metrics"))}};

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "losses/metrics/report_json.h"
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
@@ -114,9 +115,13 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"mesh", MeshJson(options.scene.mesh, scene.model->mesh)},
                {"camera", CameraJson(camera)}};
   if (options.scene.scene != "cusick") json["scene"] = options.scene.scene;
-  if (const std::optional<Contact>& contact = scene.model->scene.contact)
+  if (const std::optional<Contact>& contact = scene.model->scene.contact) {
     json["contact"] = {{"thickness_m", contact->thickness},
                        {"smallest_gap_m", SmallestGap(*contact, result.simulation.end.x)}};
+    if (contact->self)
+      json["contact"]["smallest_self_gap_m"] =
+          SmallestSelfGap(*scene.model, result.simulation.end.x);
+  }
   if (!options.accuracy.accuracy.empty()) json["accuracy"] = options.accuracy.accuracy;
   if (result.unsupported) {
     for (const char* key : {"dc", "folds", "fault", "camera"}) json.erase(key);
