@@ -19,11 +19,15 @@ std::string CpuText(int threads) {
   return std::to_string(threads) + (threads == 1 ? " CPU thread" : " CPU threads");
 }
 
-bool HasMeshObstacle(const Scene& scene) {
-  if (!scene.contact) return false;
+// What a scene has that no device computes; empty: nothing.
+std::string OnCpuAlone(const Scene& scene) {
+  if (!scene.contact) return "";
+  if (scene.contact->self) return "contact of the cloth with itself";
   const std::vector<Obstacle>& obstacles = scene.contact->obstacles;
   return std::any_of(obstacles.begin(), obstacles.end(),
-                     [](const Obstacle& obstacle) { return !MakeSolid(obstacle); });
+                     [](const Obstacle& obstacle) { return !MakeSolid(obstacle); })
+             ? "an obstacle that is a mesh"
+             : "";
 }
 
 }  // namespace
@@ -34,10 +38,9 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name,
   if (name != "cpu" && name != "cuda" && name != "auto")
     throw InputError("backend", "unknown name '" + name + "', expected auto, cpu or cuda");
   std::string text = CpuText(threads);
-  if (HasMeshObstacle(model->scene)) {
-    if (name == "cuda")
-      throw InputError("backend", "found cuda, expected cpu for an obstacle that is a mesh");
-    if (device != nullptr) *device = text + ", on which alone obstacles that are meshes run";
+  if (const std::string what = OnCpuAlone(model->scene); !what.empty()) {
+    if (name == "cuda") throw InputError("backend", "found cuda, expected cpu for " + what);
+    if (device != nullptr) *device = text + ", on which alone " + what + " runs";
     return MakeCpuBackend(std::move(model), threads);
   }
   const CudaSurvey survey = name == "cpu" ? CudaSurvey{} : SurveyCuda();

@@ -37,8 +37,9 @@ Scene CusickScene(const CusickContact& contact, double support_radius) {
   Scene scene;
   scene.gravity = Eigen::Vector3d(0.0, 0.0, -9.8);
   scene.handles = Handles{.regions = {DiscRegion{.radius = support_radius}}};
-  if (contact.model == ContactModel::kSupport) {
-    scene.contact = Contact{.thickness = contact.thickness};
+  if (contact.model != ContactModel::kNone) {
+    scene.contact =
+        Contact{.thickness = contact.thickness, .self = contact.model == ContactModel::kSelf};
     scene.contact->obstacles = {MakeSupport(*scene.contact, support_radius)};
   }
   return scene;

@@ -55,8 +55,9 @@ struct Scene {
 
 // What the hanging part of a cloth in the drape test can touch (names: scene_io.h).
 enum class ContactModel {
-  kNone,    // nothing: it hangs through the support
-  kSupport  // the support (MakeSupport)
+  kNone,     // nothing: it hangs through the support and through itself
+  kSupport,  // the support (MakeSupport)
+  kSelf      // the support and itself
 };
 struct CusickContact {
   ContactModel model = ContactModel::kNone;

@@ -139,8 +139,9 @@ Obstacle ReadObstacle(const JsonInput& input) {
 
 Contact ReadContact(const JsonInput& input) {
   constexpr double kMostThickness = 0.1;  // [m], also of the range
-  input.ExpectKeys({"thickness", "range", "stiffness", "obstacles"});
+  input.ExpectKeys({"thickness", "range", "stiffness", "obstacles", "self"});
   Contact contact;
+  if (input.Has("self")) contact.self = Boolean(input.At("self"));
   if (input.Has("thickness"))
     contact.thickness = input.At("thickness").NumberWithin(0.0, kMostThickness);
   if (input.Has("range")) contact.range = Positive(input.At("range"), kMostThickness);

@@ -10,8 +10,9 @@ namespace drape {
 
 // Here and not in scene.h, which device code includes: names take C++20.
 constexpr auto EnumNames(ContactModel) {
-  return MakeNames<ContactModel>(
-      {{ContactModel::kNone, "none"}, {ContactModel::kSupport, "support"}});
+  return MakeNames<ContactModel>({{ContactModel::kNone, "none"},
+                                  {ContactModel::kSupport, "support"},
+                                  {ContactModel::kSelf, "self"}});
 }
 
 // Reads a scene from a JSON file that lists the terms that act. A term that is not listed is
@@ -20,7 +21,8 @@ constexpr auto EnumNames(ContactModel) {
 //    "gravity": [0, 0, -9.81],                                    m/s²
 //    "handles": {"regions": […, …], "vertices": [0, 20], "stiffness": 1000},  N/m at each vertex
 //    "load": {"region": …, "force": [2, 0, 0]},                   N in total, on the hem there
-//    "contact": {"thickness": 4e-4, "range": 5e-4, "stiffness": 100, "obstacles": […]}}  m, m, Pa
+//    "contact": {"thickness": 4e-4, "range": 5e-4, "stiffness": 100,  m, m, Pa
+//                "obstacles": […], "self": true}}               the cloth with itself too
 // Held are the vertices in any of the regions and those of these numbers, from 0 in the order of
 // the mesh; "region" stands for a list of one. A region of rest positions [m] is one of
 //   {"disc": {"radius": 0.09, "centre": [0, 0]}},

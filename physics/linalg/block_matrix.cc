@@ -76,6 +76,15 @@ BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinge
   return p;
 }
 
+bool AddSymmetricBlock(const BlockPattern& pattern, int i, int j, const Eigen::Matrix3d& block,
+                       BlockMatrix& A) {
+  const int here = pattern.Find(i, j);
+  if (here < 0) return false;
+  A.Add(here, block);
+  if (i != j) A.Add(pattern.Find(j, i), block.transpose());
+  return true;
+}
+
 void AddMultiply(const BlockPattern& pattern, const BlockMatrix& A, const RowMatrix& x,
                  RowMatrix& y) {
   const int registers = static_cast<int>(x.cols() / 4), rest = static_cast<int>(x.cols() % 4);

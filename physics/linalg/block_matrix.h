@@ -49,6 +49,11 @@ struct BlockMatrix {
   }
 };
 
+// Adds a block at (i, j) and, if these differ, its transpose at (j, i). Returns false where the
+// pattern has no such block.
+[[nodiscard]] bool AddSymmetricBlock(const BlockPattern& pattern, int i, int j,
+                                     const Eigen::Matrix3d& block, BlockMatrix& A);
+
 // y += A·x and y += Aᵀ·x, shapes [3V, m].
 void AddMultiply(const BlockPattern& pattern, const BlockMatrix& A, const RowMatrix& x,
                  RowMatrix& y);

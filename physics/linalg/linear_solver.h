@@ -34,6 +34,8 @@ class LinearSolver {
   virtual void SolveSaved(const std::vector<double>& saved, RowMatrix& b) = 0;
   virtual std::size_t factor_bytes() const = 0;
 
+  // Takes from another solver by which flag an Interruptible ends its factorisations.
+  void CancelLike(const LinearSolver& other) { cancel_ = other.cancel_; }
   bool cancelled() const { return cancel_ != nullptr && cancel_->load(std::memory_order_relaxed); }
 
  protected:

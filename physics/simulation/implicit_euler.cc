@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "physics/cloth/assembly/assembly.h"
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/contact/barrier.h"
 #include "physics/simulation/statics/statics.h"
 
@@ -44,6 +45,7 @@ ImplicitEuler::ImplicitEuler(std::shared_ptr<const ClothModel> model, const Mate
       weight_(CharacteristicForce(*model_, material)) {
   CHECK_GT(h, 0.0);
   CHECK_GT(options.creep_speed, 0.0);
+  CHECK(!HasSelfContact(model_->scene)) << "self-contact is one of the options";
   if (options.self_contact) self_.emplace(model_->mesh, model_->vertex_area, *options.self_contact);
 }
 

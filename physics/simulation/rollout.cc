@@ -3,9 +3,11 @@
 
 #include <glog/logging.h>
 
+#include <optional>
 #include <utility>
 
 #include "physics/cloth/assembly/assembly.h"
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/assembly/step_adjoint.h"
 
 namespace drape {
@@ -28,18 +30,31 @@ RolloutStatus SolveVelocity(StepSolver& solver, const MaterialField& material,
   return state.v.allFinite() ? RolloutStatus::kOk : RolloutStatus::kNotFinite;
 }
 
-// Shortens the moves h·v of vertices that would enter an obstacle. Returns whether it has.
-bool BlockMoves(const ClothModel& model, double h, State& state) {
-  if (!model.scene.contact) return false;
+// Shortens the moves h·v of vertices that would enter an obstacle, and of cloth that would pass
+// through itself. Returns whether the step has no derivative: it has, or the cloth touches itself.
+bool BlockMoves(StepSolver& solver, double h, State& state) {
+  const std::optional<Contact>& contact = solver.model().scene.contact;
+  if (!contact) return false;
   Eigen::VectorXd moves = h * state.v;
-  if (!ShortenMoves(*model.scene.contact, state.x, moves)) return false;
-  state.v = moves / h;
-  return true;
+  bool shortened = ShortenMoves(*contact, state.x, moves);
+  SelfContact* const self = solver.self_contact();
+  if (self != nullptr) shortened = self->ShortenMoves(state.x, moves) || shortened;
+  if (shortened) state.v = moves / h;
+  return shortened || (self != nullptr && !self->ListTouches(state.x).empty());
 }
 
-State OutsideObstacles(const ClothModel& model, State state) {
-  if (model.scene.contact) PushOut(*model.scene.contact, state.x);
-  return state;
+// The begin of a rollout: out of all obstacles.
+RolloutResult Begin(StepSolver& solver, const State& start) {
+  const ClothModel& model = solver.model();
+  RolloutResult result{RolloutStatus::kOk, start, 0};
+  if (!model.scene.contact) return result;
+  PushOut(*model.scene.contact, result.end.x);
+  if (solver.self_contact() == nullptr) return result;
+  if (!result.end.x.allFinite())
+    result.status = RolloutStatus::kNotFinite;
+  else if (FindSelfOverlap(model, result.end.x))
+    result.status = RolloutStatus::kOverlaps;
+  return result;
 }
 
 // Appends step result.steps. The memory of an earlier recording's factors is used again.
@@ -76,7 +91,9 @@ const char* ToString(RolloutStatus status) {
     case RolloutStatus::kCancelled:
       return "cancelled";
     case RolloutStatus::kBlocked:
-      return "blocked by an obstacle, where a step has no derivative";
+      return "blocked by an obstacle or by itself, where a step has no derivative";
+    case RolloutStatus::kOverlaps:
+      return "its start passes through itself";
   }
   return "unknown";
 }
@@ -85,7 +102,7 @@ RolloutStatus AdvanceOneStep(StepSolver& solver, const MaterialField& material,
                              const Eigen::VectorXd& mass, double h, State& state, bool* blocked) {
   const RolloutStatus status = SolveVelocity(solver, material, mass, h, state);
   if (status != RolloutStatus::kOk) return status;
-  const bool is_blocked = BlockMoves(solver.model(), h, state);
+  const bool is_blocked = BlockMoves(solver, h, state);
   if (blocked != nullptr) *blocked = is_blocked;
   if (!(state.x + h * state.v).allFinite()) return RolloutStatus::kNotFinite;
   state.x += h * state.v;
@@ -95,16 +112,17 @@ RolloutStatus AdvanceOneStep(StepSolver& solver, const MaterialField& material,
 RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const State& start,
                       const RolloutOptions& options, Recording* recording) {
   options.Check();
-  const Interruptible interruptible(solver.linear(), options.cancel);
+  solver.Forget();
+  const Interruptible interruptible(solver.own_linear(), options.cancel);
   const Eigen::VectorXd mass = solver.model().LumpedMass(material.density);
-  RolloutResult result{RolloutStatus::kOk, OutsideObstacles(solver.model(), start), 0};
+  RolloutResult result = Begin(solver, start);
   if (recording != nullptr) {
     recording->x.assign(1, result.end.x);
     recording->v.assign(1, result.end.v);
     recording->factor.resize(options.steps);
   }
   bool blocked = false;
-  for (; result.steps < options.steps; ++result.steps) {
+  for (; result.status == RolloutStatus::kOk && result.steps < options.steps; ++result.steps) {
     result.status = Cancelled(options)
                         ? RolloutStatus::kCancelled
                         : AdvanceOneStep(solver, material, mass, options.h, result.end, &blocked);
@@ -120,18 +138,19 @@ TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
                              const MaterialField& weight, const State& start,
                              const RolloutOptions& options) {
   options.Check();
-  const Interruptible interruptible(solver.linear(), options.cancel);
+  solver.Forget();
+  const Interruptible interruptible(solver.own_linear(), options.cancel);
   const ClothModel& model = solver.model();
   const Eigen::VectorXd mass = model.LumpedMass(material.density);
   // One column more than entries: rows of whole vector registers.
   RowMatrix dx = RowMatrix::Zero(model.num_dofs(), kPaddedEntries), dv = dx;
-  RolloutResult rollout{RolloutStatus::kOk, OutsideObstacles(model, start), 0};
-  for (; rollout.steps < options.steps; ++rollout.steps) {
+  RolloutResult rollout = Begin(solver, start);
+  for (; rollout.status == RolloutStatus::kOk && rollout.steps < options.steps; ++rollout.steps) {
     const Eigen::VectorXd& x = rollout.end.x;
     rollout.status = Cancelled(options)
                          ? RolloutStatus::kCancelled
                          : SolveVelocity(solver, material, mass, options.h, rollout.end);
-    if (rollout.status == RolloutStatus::kOk && BlockMoves(model, options.h, rollout.end))
+    if (rollout.status == RolloutStatus::kOk && BlockMoves(solver, options.h, rollout.end))
       rollout.status = RolloutStatus::kBlocked;
     if (rollout.status != RolloutStatus::kOk) break;
     const Eigen::VectorXd& w = rollout.end.v;
@@ -167,7 +186,8 @@ AdjointResult RolloutAdjoint(StepSolver& solver, const MaterialField& material,
                              const RolloutOptions& options, const Recording& recording,
                              const RowMatrix& seeds) {
   options.Check();
-  const Interruptible interruptible(solver.linear(), options.cancel);
+  solver.Forget();
+  const Interruptible interruptible(solver.own_linear(), options.cancel);
   const ClothModel& model = solver.model();
   const int m = static_cast<int>(seeds.cols()), steps = static_cast<int>(recording.factor.size());
   CHECK_EQ(seeds.rows(), model.num_dofs());

@@ -33,7 +33,9 @@ enum class RolloutStatus {
   kNotPositiveDefinite,  // a factorisation failed
   kNotFinite,            // positions overflowed
   kCancelled,
-  kBlocked  // an obstacle shortened a move, which has no derivative; not of a rollout without any
+  kBlocked,  // an obstacle shortened a move or the cloth touches itself, and this has no
+             // derivative; not of a rollout without any
+  kOverlaps  // the start is no shape of a cloth that touches itself (FindSelfOverlap)
 };
 const char* ToString(RolloutStatus status);
 
@@ -69,7 +71,8 @@ struct AdjointResult {
 // The step of all rollouts, the only implementation of [MODEL, M30]: v' at state.x, then
 // x' = x + h·v'. mass: LumpedMass(material.density), shape [3V]. The factor stays in the solver.
 // Positions are unchanged after another status than kOk. Where a vertex would enter an obstacle,
-// its move ends before and v' is what is left of it (ShortenMoves); *blocked, if given, tells so.
+// its move ends before and v' is what is left of it (ShortenMoves), and so with cloth that would
+// pass through itself; *blocked, if given, tells so, and whether the cloth touches itself.
 RolloutStatus AdvanceOneStep(StepSolver& solver, const MaterialField& material,
                              const Eigen::VectorXd& mass, double h, State& state,
                              bool* blocked = nullptr);

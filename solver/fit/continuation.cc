@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/simulation/statics/modes.h"
 
 namespace drape {
@@ -97,7 +98,8 @@ class BranchFollower {
     const double s = std::abs(rest) <= step_ ? options_.end : from.s + std::copysign(step_, rest);
     const Eigen::VectorXd predicted = from.x + (s - from.s) * tangent_;
     const EquilibriumResult drape =
-        SolveEquilibrium(solver_, MaterialAt(s), predicted, options_.corrector);
+        SolveEquilibrium(solver_, MaterialAt(s), ReachSafely(solver_.model(), from.x, predicted),
+                         options_.corrector);
     const double error = LargestMove(drape.x - predicted);
     if (drape.status == EquilibriumStatus::kCancelled) {
       result_.status = ContinuationStatus::kCancelled;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/util/errors.h"
 
 namespace drape {
@@ -126,7 +127,9 @@ void OutlineResiduals::RunDynamic(const MaterialField& material, bool with_jacob
 void OutlineResiduals::RunStatic(const MaterialField& material, bool with_jacobians) {
   std::vector<State> starts(num_observations());
   for (int i = 0; i < num_observations(); ++i)
-    starts[i].x = with_jacobians || !has_accepted() ? starts_[i].x : predicted_x_[i];
+    starts[i].x = with_jacobians || !has_accepted()
+                      ? starts_[i].x
+                      : ReachSafely(backend_->model(), accepted_.x[i], predicted_x_[i]);
   std::vector<EquilibriumResult> results =
       backend_->Equilibria(MakeInputs(material, starts), options_.equilibrium);
   for (int i = 0; i < num_observations(); ++i) {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/start_shape.h"
 
 namespace drape {
@@ -83,7 +84,7 @@ NudgedDrape Nudge(Backend& backend, const MaterialField& material, const Eigen::
   for (int seed = 1; seed <= kNudges; ++seed) {
     const StartShape waves = RandomStartShape(seed, kNudge);
     const Eigen::VectorXd moved = x + ApplyStartShape(mesh, *support, waves) - mesh.rest_x;
-    nudged.push_back({moved, Eigen::VectorXd::Zero(x.size())});
+    nudged.push_back({ReachSafely(backend.model(), x, moved), Eigen::VectorXd::Zero(x.size())});
     inputs.push_back({&material, &nudged.back()});
   }
   NudgedDrape furthest{.x = x};

@@ -83,7 +83,8 @@ class Simulation {
     return status;
   }
 
-  // Consecutive rollouts are bitwise one rollout: a state is all that one hands to the next.
+  // Consecutive rollouts are bitwise one rollout: a state is all that one hands to the next. Where
+  // the cloth touches itself they are to rounding: each begins with the model's own pattern.
   void RunSteps() {
     ShowStateAtStop();
     while (result_.steps < task_.steps) {

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "cuda/make_backend.h"
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
@@ -106,8 +107,9 @@ void CheckModel(const FitSpec& spec, const FitData& data) {
   if (spec.contact.model != ContactModel::kNone &&
       spec.stages.residuals.solve_mode != SolveMode::kStatic)
     throw InputError("contact",
-                     "found support with solve = dynamic, expected static: a step that an "
-                     "obstacle ends has no derivative");
+                     std::string("found ") + ToString(spec.contact.model) +
+                         " with solve = dynamic, expected static: a step that an obstacle ends "
+                         "has no derivative");
   if (spec.model == FitModel::kHomogeneous) return;
   const std::string name = ToString(spec.model);
   if (data.num_observations() == 0)
@@ -177,6 +179,7 @@ FitInput::Cloth MakeCloth(const FitSpec& spec, const DrapeDiscs& discs, const st
                             "that hangs over it",
                             discs.support));
   RequireDiscs(*cloth.model, discs, mesh);
+  RequireThinCloth(*cloth.model);
   cloth.backend = MakeBackend(spec.backend, cloth.model, spec.threads, device);
   return cloth;
 }

@@ -7,6 +7,7 @@
 #include "losses/camera/discs_input.h"
 #include "losses/metrics/laboratory_sheet.h"
 #include "losses/metrics/report_json.h"
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/statics/modes.h"
@@ -166,8 +167,12 @@ ordered_json ImagesJson(const FitProblem& problem, const FitReport& report,
   for (std::size_t i = 0; i < report.drapes.size(); ++i)
     images.push_back(ImageJson(problem.observations[i], report.drapes[i], guess.lifts[i]));
   if (const std::optional<Contact>& contact = problem.fine->model().scene.contact)
-    for (std::size_t i = 0; i < report.drapes.size(); ++i)
-      images[i]["smallest_gap_m"] = SmallestGap(*contact, report.drapes[i].fitted.x);
+    for (std::size_t i = 0; i < report.drapes.size(); ++i) {
+      const Eigen::VectorXd& x = report.drapes[i].fitted.x;
+      images[i]["smallest_gap_m"] = SmallestGap(*contact, x);
+      if (contact->self)
+        images[i]["smallest_self_gap_m"] = SmallestSelfGap(problem.fine->model(), x);
+    }
   return {{"images", images},
           {"mean", ComputeMean(images, ordered_json::json_pointer("/metrics"))},
           {"mean_settled", ComputeMean(images, ordered_json::json_pointer("/settled/metrics"))}};

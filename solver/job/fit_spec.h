@@ -76,8 +76,9 @@ inline FitSpec FitSpecWithThreads(int threads) {
 template <class Contact, class Visitor>
 void VisitContactFields(Contact& contact, Visitor&& visit) {
   visit(contact.model, Field{.key = "contact",
-                             .doc = "what the hanging cloth can touch: none, or the support of the "
-                                    "drape test, for which it takes the CPU"});
+                             .doc = "what the hanging cloth can touch: none; support: the support "
+                                    "of the drape test; self: this and itself, which takes the "
+                                    "CPU"});
   visit(contact.thickness, Field{.key = "thickness",
                                  .doc = "thickness of the cloth in contact",
                                  .unit = "m",

@@ -105,7 +105,7 @@ void JudgeDrape(const Observation& observation, const DrapeReport& drape, const 
     judge.Add(FitGrade::kDoNotUse, "the fitted drape is not stable" + which);
   if (drape.self_intersections > 0)
     judge.Add(FitGrade::kDoNotUse, Format("the fitted drape passes through itself, in %d pairs of "
-                                          "faces, which fits do not prevent",
+                                          "faces, which --contact=self prevents",
                                           drape.self_intersections) +
                                        which);
   if (drape.status == EquilibriumStatus::kStable) {

@@ -35,7 +35,16 @@ TEST(MakeBackend, AMeshObstacleIsForTheCpuAlone) {
   EXPECT_THAT(WhyNot(model), testing::HasSubstr("expected cpu for an obstacle that is a mesh"));
   std::string device;
   EXPECT_EQ(MakeBackend("auto", model, 1, &device)->name(), "cpu");
-  EXPECT_EQ(device, "1 CPU thread, on which alone obstacles that are meshes run");
+  EXPECT_EQ(device, "1 CPU thread, on which alone an obstacle that is a mesh runs");
+}
+
+TEST(MakeBackend, ContactOfTheClothWithItselfIsForTheCpuAlone) {
+  const auto model = std::make_shared<const ClothModel>(
+      MakeDisc({.target_vertices = 100}), CusickScene({ContactModel::kSelf}), MakeLaw("smooth"));
+  EXPECT_THAT(WhyNot(model), testing::HasSubstr("expected cpu for contact of the cloth"));
+  std::string device;
+  EXPECT_EQ(MakeBackend("auto", model, 1, &device)->name(), "cpu");
+  EXPECT_EQ(device, "1 CPU thread, on which alone contact of the cloth with itself runs");
 }
 
 TEST(MakeBackend, OtherObstaclesAreForAnyDevice) {

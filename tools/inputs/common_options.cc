@@ -134,8 +134,8 @@ std::vector<Option> ClothOptions(SceneInput& scene) {
        .most = 1},
       LawOption(scene.law),
       EnumOption("contact", scene.contact.model,
-                 "what the hanging cloth can touch: none, or the support of the drape test, for "
-                 "which it takes the CPU"),
+                 "what the hanging cloth can touch: none; support: the support of the drape test; "
+                 "self: this and itself, which takes the CPU"),
       {.key = "thickness",
        .value = &scene.contact.thickness,
        .doc = "thickness of the cloth in contact",

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/scene_io.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/cloth/state_io.h"
@@ -76,6 +77,23 @@ void RequireOutside(const SceneInput& input, const Contact& contact, const State
   }
 }
 
+// Contact keeps cloth out of itself but does not take it out.
+void RequireApart(const SceneInput& input, const ClothModel& model, const State& start) {
+  const std::optional<SelfOverlap> overlap = FindSelfOverlap(model, start.x);
+  if (!overlap) return;
+  const auto& [first, second] = overlap->vertex;
+  const Eigen::Vector3d place = 100.0 * start.x.segment<3>(3 * first);
+  const std::string what = overlap->distance > 0.0
+                               ? Format("%.3g mm from itself", 1e3 * overlap->distance)
+                               : "that passes through itself";
+  throw InputError(input.start == "flat" ? input.mesh : input.start,
+                   "found cloth " + what +
+                       Format(" near vertices %d and %d, (%.1f, %.1f, %.1f) cm, expected a start "
+                              "further apart than the thickness, %g mm",
+                              first, second, place.x(), place.y(), place.z(),
+                              1e3 * model.scene.contact->thickness));
+}
+
 }  // namespace
 
 void RequireOneTable(const Material& material, const std::string& option) {
@@ -128,8 +146,9 @@ LoadedScene LoadScene(const SceneInput& input) {
   for (const std::string& warning : loaded.material.warnings)
     LOG(WARNING) << MakePrintableLine(warning);
   if (input.scene != "cusick" && input.contact.model != ContactModel::kNone)
-    throw InputError("option 'contact'", "found support with the scene " + input.scene +
-                                             ", expected none: a scene file lists its obstacles");
+    throw InputError("option 'contact'", std::string("found ") + ToString(input.contact.model) +
+                                             " with the scene " + input.scene +
+                                             ", expected none: a scene file lists its contact");
   const Scene scene = input.scene == "cusick" ? CusickScene(input.contact, loaded.discs.support)
                                               : ReadScene(input.scene);
   RequireRegions(input, scene, mesh);
@@ -144,6 +163,8 @@ LoadedScene LoadScene(const SceneInput& input) {
     loaded.start = ReadState(input.start, loaded.model->mesh.num_vertices());
   }
   if (scene.contact) RequireOutside(input, *scene.contact, loaded.start);
+  RequireThinCloth(*loaded.model);
+  RequireApart(input, *loaded.model, loaded.start);
   return loaded;
 }
 

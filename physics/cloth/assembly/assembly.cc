@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/cloth/assembly/assembly.h"
 
+#include <glog/logging.h>
+
+#include <optional>
+
 #include "physics/cloth/assembly/element_blocks.h"
+#include "physics/cloth/assembly/scene_self_contact.h"
 
 namespace drape {
 namespace {
@@ -104,17 +109,40 @@ void AddBendDerivative(const Law& law, const ClothModel& model, const MaterialFi
   }
 }
 
+// Calls of(contact) with `self`, or with one that is searched for this x, in a scene that has
+// self-contact. A shape that is not finite touches nothing.
+template <class Of>
+void WithSelfContact(const ClothModel& model, const Eigen::VectorXd& x, SelfContact* self,
+                     const Of& of) {
+  if (!HasSelfContact(model.scene) || !x.allFinite()) return;
+  std::optional<SelfContact> local;
+  if (self == nullptr) self = &local.emplace(MakeSelfContact(model));
+  self->Know(x);
+  of(*self);
+}
+
+void AddSelfStiffness(const ClothModel& model, const Eigen::VectorXd& x,
+                      SelfContact::StiffnessPart part, double scale, SelfContact* self,
+                      BlockMatrix& A) {
+  WithSelfContact(model, x, self, [&](const SelfContact& contact) {
+    contact.ForEachStiffness(x, part, [&](int i, int j, const Eigen::Matrix3d& block) {
+      CHECK(AddSymmetricBlock(model.pattern, i, j, scale * block, A));
+    });
+  });
+}
+
 }  // namespace
 
 void AssembleForce(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                   Eigen::VectorXd& force) {
+                   Eigen::VectorXd& force, SelfContact* self) {
   force.setZero(x.size());
   AddOuterForces(model, material.density, x, force);
   AddElements(model, material, x, 0.0, force, nullptr);
+  WithSelfContact(model, x, self, [&](const SelfContact& contact) { contact.AddForces(x, force); });
 }
 
 void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                  double h, Eigen::VectorXd& force, BlockMatrix& A) {
+                  double h, Eigen::VectorXd& force, BlockMatrix& A, SelfContact* self) {
   force.setZero(x.size());
   A.SetZero();
   AddOuterForces(model, material.density, x, force);
@@ -129,11 +157,13 @@ void AssembleStep(const ClothModel& model, const MaterialField& material, const 
             h * h *
                 ContactStepStiffness(*model.scene.contact, model.vertex_area[i],
                                      x.segment<3>(3 * i)));
+  WithSelfContact(model, x, self, [&](const SelfContact& contact) { contact.AddForces(x, force); });
+  AddSelfStiffness(model, x, SelfContact::StiffnessPart::kPositive, h * h, self, A);
 }
 
 void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
                             const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
-                            BlockMatrix& derivative) {
+                            BlockMatrix& derivative, SelfContact* self) {
   derivative.SetZero();
   if (model.scene.stretch)
     std::visit(
@@ -154,6 +184,7 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
       derivative.Add(model.pattern.diagonal[i],
                      ContactStepDerivative(*model.scene.contact, model.vertex_area[i],
                                            x.segment<3>(3 * i), w.segment<3>(3 * i), h));
+  AddSelfStiffness(model, x, SelfContact::StiffnessPart::kWhole, -h, self, derivative);
 }
 
 StressField MembraneStress(const ClothModel& model, const MaterialField& material,
@@ -199,7 +230,8 @@ void AddGeometricStiffness(const ClothModel& model, const StressField& stress, B
   }
 }
 
-double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x) {
+double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
+              SelfContact* self) {
   double energy = 0.0;
   if (model.scene.gravity)
     for (int i = 0; i < model.mesh.num_vertices(); ++i)
@@ -213,6 +245,10 @@ double Energy(const ClothModel& model, const MaterialField& material, const Eige
   if (model.scene.contact)
     for (int i = 0; i < model.mesh.num_vertices(); ++i)
       energy += ContactEnergy(*model.scene.contact, model.vertex_area[i], x.segment<3>(3 * i));
+  WithSelfContact(model, x, self, [&](const SelfContact& contact) {
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
+    energy += contact.AddForces(x, force);
+  });
   if (model.scene.stretch)
     std::visit(
         [&](const auto& law) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/cloth/cloth_model.h"
+#include "physics/cloth/contact/self_contact.h"
 #include "physics/linalg/block_matrix.h"
 
 namespace drape {
@@ -12,20 +13,24 @@ namespace drape {
 // Sums of the element kernels over a cloth. x and w have shape [3V]. Everything about a step
 // follows from g(x; w) = h·f(x) − h²·H(x)·w [MODEL, M31]: the step solves (M + h²H)·v' = M·v + h·f
 // [MODEL, M30].
+// self: the contact of the cloth with itself, which keeps what it finds for the next shape; null:
+// it is found again. Scenes without it take none.
 
 // Computes f(x) [N], shape [3V].
 void AssembleForce(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                   Eigen::VectorXd& force);
+                   Eigen::VectorXd& force, SelfContact* self = nullptr);
 
-// Computes f(x) [N], shape [3V], and A = M + h²·H(x) [kg].
+// Computes f(x) [N], shape [3V], and A = M + h²·H(x) [kg]. CHECKs here and below that the pattern
+// has the blocks of pairs that touch.
 void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                  double h, Eigen::VectorXd& force, BlockMatrix& A);
+                  double h, Eigen::VectorXd& force, BlockMatrix& A, SelfContact* self = nullptr);
 
 // Computes ∂g/∂x with w held [kg/s] [MODEL, M39]. With w = 0 and h = 1 it is ∂f/∂x = −K, the exact
-// stiffness of statics [N/m] [MODEL, M33].
+// stiffness of statics [N/m] [MODEL, M33]. Where the cloth touches itself, that is all there is:
+// the change of its H with x is left out.
 void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
                             const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
-                            BlockMatrix& derivative);
+                            BlockMatrix& derivative, SelfContact* self = nullptr);
 
 // The second Piola–Kirchhoff stress of each face at x [N/m], shape [F]; empty in a scene without
 // stretch.
@@ -41,7 +46,8 @@ void AddGeometricStiffness(const ClothModel& model, const StressField& stress, B
 
 // The energy [J]: exact for gravity, handles, loads and bending [MODEL, M15]; for stretch see
 // StretchEnergy.
-double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x);
+double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
+              SelfContact* self = nullptr);
 
 // The energy of stretch and bend by unit of each entry of one table for the whole cloth: they are
 // linear in the entries as long as these are not negative. 24 of stretch [m], then 15 of bend [1],

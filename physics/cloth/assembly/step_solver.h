@@ -5,12 +5,15 @@
 #include <memory>
 
 #include "physics/cloth/cloth_model.h"
+#include "physics/cloth/contact/self_contact.h"
 #include "physics/linalg/linear_solver.h"
 #include "physics/material/material.h"
 
 namespace drape {
 
-// The workspace of one thread for the steps of one model [MODEL, M30].
+// The workspace of one thread for the steps of one model [MODEL, M30]. Where the cloth touches
+// itself, in a scene that has this contact, the pattern of the matrices is widened by the pairs
+// that touch or soon may; it stays so until Forget().
 class StepSolver {
  public:
   explicit StepSolver(std::shared_ptr<const ClothModel> model);
@@ -20,7 +23,17 @@ class StepSolver {
   StepSolver Clone() const { return StepSolver(model_, linear_->Clone()); }
 
   const ClothModel& model() const { return *model_; }
-  LinearSolver& linear() { return *linear_; }
+  // The model with the pattern of the present matrices. Factor and StepDerivative can end the life
+  // of both.
+  const ClothModel& wide_model() const { return wide_ ? *wide_->model : *model_; }
+  LinearSolver& linear();
+  // That of the model's own pattern, for Interruptible: linear() is cancelled as it is.
+  LinearSolver& own_linear() { return *linear_; }
+
+  // Of scenes that have it, else null.
+  SelfContact* self_contact() { return self_.get(); }
+  // Goes back to the model's own pattern, so that nothing depends on what was solved before.
+  void Forget();
 
   // Factors A(x); force() is f(x) afterwards. Returns false when A is not positive definite.
   [[nodiscard]] bool Factor(const MaterialField& material, const Eigen::VectorXd& x, double h);
@@ -30,8 +43,17 @@ class StepSolver {
                                     const Eigen::VectorXd& w, double h);
 
  private:
+  struct Wide {
+    std::shared_ptr<const ClothModel> model;
+    std::unique_ptr<LinearSolver> linear;
+  };
+  void Widen(const Eigen::VectorXd& x);
+  void MakeMatrices();
+
   std::shared_ptr<const ClothModel> model_;
   std::unique_ptr<LinearSolver> linear_;
+  std::unique_ptr<SelfContact> self_;
+  std::unique_ptr<Wide> wide_;
   Eigen::VectorXd force_;
   BlockMatrix matrix_, derivative_;
 };

@@ -52,6 +52,17 @@ PairMatrix PositivePart(const PairMatrix& symmetric) {
   const PairMatrix& vectors = solver.eigenvectors();
   return vectors * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * vectors.transpose();
 }
+PairMatrix SelectPart(const PairMatrix& symmetric, SelfContact::StiffnessPart part) {
+  switch (part) {
+    case SelfContact::StiffnessPart::kPositive:
+      return PositivePart(symmetric);
+    case SelfContact::StiffnessPart::kNegative:
+      return -PositivePart(-symmetric);
+    case SelfContact::StiffnessPart::kWhole:
+      break;
+  }
+  return symmetric;
+}
 
 }  // namespace
 
@@ -62,6 +73,10 @@ SelfContact::SelfContact(const Mesh& mesh, Eigen::VectorXd vertex_area, const Co
       edges_(ListEdges(mesh)),
       candidates_(ListEnds(edges_), ListTriangles(mesh), surface.thickness + surface.range) {
   CHECK_EQ(vertex_area_.size(), mesh.num_vertices());
+}
+
+void SelfContact::Know(const Eigen::VectorXd& x) {
+  if (!candidates_.Covers(x)) candidates_.Cover(x, Eigen::VectorXd::Zero(x.size()));
 }
 
 bool SelfContact::ShortenMoves(const Eigen::VectorXd& x, Eigen::VectorXd& dx) {
@@ -136,6 +151,9 @@ std::vector<SelfTouch> SelfContact::ListTouches(const Eigen::VectorXd& x) const 
     if (pair.of_edges) touch.mollifier = MollifyParallel(columns, RestSquares(pair));
     touches.push_back(touch);
   }
+  // The order of candidates depends on the way to x, sums must not.
+  std::sort(touches.begin(), touches.end(),
+            [](const SelfTouch& a, const SelfTouch& b) { return a.pair < b.pair; });
   return touches;
 }
 
@@ -161,8 +179,7 @@ double SelfContact::AddForces(const Eigen::VectorXd& x, Eigen::VectorXd& f) cons
 void SelfContact::ForEachStiffness(const Eigen::VectorXd& x, StiffnessPart part,
                                    const BlockVisitor& add) const {
   for (const SelfTouch& touch : ListTouches(x)) {
-    PairMatrix stiffness = Curvature(touch, x);
-    if (part == StiffnessPart::kPositive) stiffness = PositivePart(stiffness);
+    const PairMatrix stiffness = SelectPart(Curvature(touch, x), part);
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) {
         const int row = touch.pair.vertex[i], column = touch.pair.vertex[j];

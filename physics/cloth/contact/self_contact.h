@@ -33,17 +33,19 @@ class SelfContact {
   // Shortens the moves dx of single vertices at x so that on the straight way no pair crosses or
   // comes nearer than a tenth of its gap. Returns whether it has shortened one.
   bool ShortenMoves(const Eigen::VectorXd& x, Eigen::VectorXd& dx);
+  // Finds the pairs that are near at x.
+  void Know(const Eigen::VectorXd& x);
 
   // Adds the forces [N] to f, shape [3V]. Returns the energy [J]. Here and below x is a shape on
-  // the way of the last ShortenMoves.
+  // the way of the last ShortenMoves, or that of the last Know.
   double AddForces(const Eigen::VectorXd& x, Eigen::VectorXd& f) const;
-  // Calls add(i, j, block) for the blocks i ≤ j of −∂f/∂x [N/m], or of a positive semidefinite
-  // matrix instead, the sum of the positive parts of all pairs.
-  enum class StiffnessPart { kWhole, kPositive };
+  // Calls add(i, j, block) for the blocks i ≤ j of −∂f/∂x [N/m], or of the sum of the positive or
+  // negative semidefinite parts of all pairs.
+  enum class StiffnessPart { kWhole, kPositive, kNegative };
   using BlockVisitor = std::function<void(int i, int j, const Eigen::Matrix3d& block)>;
   void ForEachStiffness(const Eigen::VectorXd& x, StiffnessPart part,
                         const BlockVisitor& add) const;
-  // All pairs that push.
+  // All pairs that push, ascending.
   std::vector<SelfTouch> ListTouches(const Eigen::VectorXd& x) const;
   // By which a pair pushes its parts apart [N].
   double NormalForce(const SelfTouch& touch) const;

@@ -74,9 +74,10 @@ void FindLowest(StepSolver& solver, const MaterialField& material, const Eigen::
   const int n = solver.model().num_dofs();
   CHECK(count >= 1 && count < n) << count;
   double shift = 0.0;
+  solver.Forget();
+  const Interruptible interruptible(solver.own_linear(), cancel);
   Stiffness stiffness(solver, material);
   stiffness.Assemble(x);
-  const Interruptible interruptible(solver.linear(), cancel);
   const auto next = [&](double failed) {
     return solver.linear().cancelled() ? std::nullopt : StiffnessShift{}.After(failed);
   };
@@ -123,7 +124,7 @@ std::optional<double> HighestEigenvalue(StepSolver& solver, const MaterialField&
   const ClothModel& model = solver.model();
   const Eigen::VectorXd still = Eigen::VectorXd::Zero(x.size());
   const BlockMatrix& negative = solver.StepDerivative(material, x, still, 1.0);
-  ScaledStiffness scaled(model.pattern, negative, model.LumpedMass(material.density));
+  ScaledStiffness scaled(solver.wide_model().pattern, negative, model.LumpedMass(material.density));
   Spectra::SymEigsSolver<ScaledStiffness> lanczos(scaled, 1, std::min(model.num_dofs(), kSubspace));
   try {
     lanczos.init();

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/simulation/statics/statics.h"
 
+#include <limits>
 #include <optional>
 #include <utility>
 
 #include "physics/cloth/assembly/assembly.h"
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/simulation/statics/stiffness.h"
 
 namespace drape {
@@ -31,7 +33,7 @@ class EquilibriumSearch {
         stress_(here_.stress),
         start_energy_(here_.energy),
         control_(options, here_.residual, here_.energy),
-        interruptible_(solver.linear(), options.cancel) {}
+        interruptible_(solver.own_linear(), options.cancel) {}
 
   EquilibriumResult Run() {
     for (;;) {
@@ -55,9 +57,9 @@ class EquilibriumSearch {
   Iterate At(const Eigen::VectorXd& x) const {
     const ClothModel& model = solver_.model();
     Iterate at{.x = x, .force = {}, .stress = MembraneStress(model, material_, x)};
-    AssembleForce(model, material_, x, at.force);
+    AssembleForce(model, material_, x, at.force, solver_.self_contact());
     at.residual = at.force.norm() / weight_;
-    at.energy = Energy(model, material_, x);
+    at.energy = Energy(model, material_, x, solver_.self_contact());
     return at;
   }
 
@@ -67,6 +69,8 @@ class EquilibriumSearch {
     solver_.linear().Solve(dx);
     dx *= control_.Scale(dx.cwiseAbs().maxCoeff());
     if (solver_.model().scene.contact) ShortenMoves(*solver_.model().scene.contact, here_.x, dx);
+    if (solver_.self_contact() != nullptr && dx.allFinite())
+      was_held_up_ = solver_.self_contact()->ShortenMoves(here_.x, dx);
     stress_ = ExtrapolatedMembraneStress(solver_.model(), material_, here_.x, dx);
     here_ = At(here_.x + dx);
     switch (control_.Judge(here_.residual, here_.energy)) {
@@ -83,15 +87,35 @@ class EquilibriumSearch {
   }
 
   // Factors K at here_ with the geometric stiffness of stress_, shifted where necessary. Returns
-  // false when no shift makes it positive definite.
+  // false when no shift makes it positive definite. Where the cloth touches itself, the whole
+  // curvature of that converges quadratically near the end and is not positive definite far from it
+  // [MODEL, M62].
   bool FactorHere() {
-    stiffness_.Assemble(here_.x);
+    double mu = control_.FirstShift();
+    const bool touches = TouchesItself();
+    if (touches && !was_held_up_) {
+      AssembleHere(SelfContact::StiffnessPart::kWhole);
+      if (stiffness_.FactorShifted(shift_length_, &mu, [](double) { return std::nullopt; }))
+        return true;
+    }
+    AssembleHere(touches ? SelfContact::StiffnessPart::kPositive
+                         : SelfContact::StiffnessPart::kWhole);
+    return stiffness_.FactorShifted(shift_length_, &mu,
+                                    [this](double) { return control_.NextShift(); });
+  }
+
+  void AssembleHere(SelfContact::StiffnessPart part) {
+    stiffness_.Assemble(here_.x, part);
     StressField change = stress_;
     for (std::size_t f = 0; f < change.size(); ++f) change[f] -= here_.stress[f];
     stiffness_.AddStress(change);
-    double mu = control_.FirstShift();
-    return stiffness_.FactorShifted(shift_length_, &mu,
-                                    [this](double) { return control_.NextShift(); });
+  }
+
+  bool TouchesItself() {
+    SelfContact* const self = solver_.self_contact();
+    if (self == nullptr || !here_.x.allFinite()) return false;
+    self->Know(here_.x);
+    return !self->ListTouches(here_.x).empty();
   }
 
   std::optional<double> AsymmetryHere() {
@@ -119,6 +143,7 @@ class EquilibriumSearch {
   StressField stress_;   // of the geometric stiffness at here_
   double start_energy_;
   NewtonControl control_;
+  bool was_held_up_ = false;  // the last step, by the cloth itself
   Interruptible interruptible_;
 };
 
@@ -149,14 +174,22 @@ double ForceResidual(const ClothModel& model, const MaterialField& material,
 EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& material,
                                    const Eigen::VectorXd& x, const EquilibriumOptions& options) {
   const std::optional<Contact>& contact = solver.model().scene.contact;
+  solver.Forget();
   if (!contact) return EquilibriumSearch(solver, material, options, x).Run();
   Eigen::VectorXd outside = x;
   PushOut(*contact, outside);
+  if (contact->self && (!outside.allFinite() || FindSelfOverlap(solver.model(), outside))) {
+    EquilibriumResult none;
+    none.x = x;
+    none.residual = std::numeric_limits<double>::infinity();
+    return none;
+  }
   return EquilibriumSearch(solver, material, options, outside).Run();
 }
 
 bool EquilibriumTangent(StepSolver& solver, const MaterialField& material,
                         const MaterialField& weight, const Eigen::VectorXd& x, RowMatrix* dx) {
+  solver.Forget();
   Stiffness stiffness(solver, material);
   stiffness.Assemble(x);
   return stiffness.Factor() &&
@@ -166,6 +199,7 @@ bool EquilibriumTangent(StepSolver& solver, const MaterialField& material,
 bool EquilibriumJvpColumn(StepSolver& solver, const MaterialField& material,
                           const MaterialField& change, const Eigen::VectorXd& x,
                           Eigen::VectorXd* dx) {
+  solver.Forget();
   Stiffness stiffness(solver, material);
   stiffness.Assemble(x);
   RowMatrix column;
@@ -179,6 +213,7 @@ bool EquilibriumJvpColumn(StepSolver& solver, const MaterialField& material,
 bool EquilibriumAdjoint(StepSolver& solver, const MaterialField& material, const Eigen::VectorXd& x,
                         const RowMatrix& dL_dx, MaterialGradient* gradient) {
   const ClothModel& model = solver.model();
+  solver.Forget();
   Stiffness stiffness(solver, material);
   stiffness.Assemble(x);
   RowMatrix lambda;

@@ -36,6 +36,8 @@ double CharacteristicForce(const ClothModel& model, const MaterialField& materia
 // - A step may therefore raise the energy, and the next ones lower it again. Steps that do not do
 //   so within eight are rejected, and the radius is shortened (watchdog [Chamberlain 1982]).
 // - K is shifted until it is positive definite.
+// Where the scene has contact of the cloth with itself, no step passes through it; a start that
+// does (FindSelfOverlap) is returned as not converged.
 EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& material,
                                    const Eigen::VectorXd& x, const EquilibriumOptions& options);
 

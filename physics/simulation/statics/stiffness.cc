@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/simulation/statics/stiffness.h"
 
+#include <glog/logging.h>
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -61,24 +63,25 @@ void Advance(std::span<const double> weight, const RowMatrix& step, RowMatrix& b
 }  // namespace
 
 Stiffness::Stiffness(StepSolver& solver, const MaterialField& material)
-    : solver_(solver), material_(material), symmetric_(solver.model().pattern) {}
+    : solver_(solver), material_(material), symmetric_(solver.wide_model().pattern) {}
 
-void Stiffness::Assemble(const Eigen::VectorXd& x) {
+void Stiffness::Assemble(const Eigen::VectorXd& x, SelfContact::StiffnessPart part) {
   negative_ = &solver_.StepDerivative(material_, x, Eigen::VectorXd::Zero(x.size()), 1.0);
-  Symmetrise(solver_.model().pattern, *negative_, symmetric_);
+  const BlockPattern& pattern = solver_.wide_model().pattern;
+  if (symmetric_.value.size() != negative_->value.size()) symmetric_ = BlockMatrix(pattern);
+  Symmetrise(pattern, *negative_, symmetric_);
+  if (part == SelfContact::StiffnessPart::kWhole || solver_.self_contact() == nullptr) return;
+  solver_.self_contact()->ForEachStiffness(
+      x, SelfContact::StiffnessPart::kNegative,
+      [&](int i, int j, const Eigen::Matrix3d& block) { CHECK(AddBlock(i, j, -block)); });
 }
 
 void Stiffness::AddStress(const StressField& change) {
-  AddGeometricStiffness(solver_.model(), change, symmetric_);
+  AddGeometricStiffness(solver_.wide_model(), change, symmetric_);
 }
 
 bool Stiffness::AddBlock(int i, int j, const Eigen::Matrix3d& block) {
-  const BlockPattern& pattern = solver_.model().pattern;
-  const int here = pattern.Find(i, j);
-  if (here < 0) return false;
-  symmetric_.Add(here, block);
-  if (i != j) symmetric_.Add(pattern.Find(j, i), block.transpose());
-  return true;
+  return AddSymmetricBlock(solver_.wide_model().pattern, i, j, block, symmetric_);
 }
 
 bool Stiffness::Factor() { return solver_.linear().Factor(symmetric_); }
@@ -86,7 +89,7 @@ bool Stiffness::Factor() { return solver_.linear().Factor(symmetric_); }
 bool Stiffness::FactorShifted(double length, double* mu,
                               const std::function<std::optional<double>(double)>& next) {
   const auto add = [&](double more) {
-    if (more > 0.0) AddShift(solver_.model(), material_.density, more, length, symmetric_);
+    if (more > 0.0) AddShift(solver_.wide_model(), material_.density, more, length, symmetric_);
   };
   add(*mu);
   while (!Factor()) {
@@ -117,7 +120,7 @@ bool Stiffness::SolveWith(decltype(AddMultiply)& multiply, const RowMatrix& rhs,
     solver_.linear().Solve(step);
     Advance(columns.Weights(Dots(residual, step)), step, before, x);
     residual = rhs(Eigen::all, columns.active());
-    multiply(solver_.model().pattern, *negative_, x, residual);
+    multiply(solver_.wide_model().pattern, *negative_, x, residual);
     const std::vector<int> column_of_x = columns.active();
     columns.Judge(Norms(residual));
     if (columns.kept().size() == column_of_x.size()) continue;
@@ -140,7 +143,7 @@ double Stiffness::Asymmetry() {
   double radius = 0.0;
   for (int round = 0; round < kAsymmetryRounds; ++round) {
     image = RowMatrix::Zero(direction.rows(), 1);
-    AddMultiply(solver_.model().pattern, *negative_, direction, image);
+    AddMultiply(solver_.wide_model().pattern, *negative_, direction, image);
     solver_.linear().Solve(image);  // −Ks⁻¹·K·d
     image += direction;
     radius = image.norm() / direction.norm();

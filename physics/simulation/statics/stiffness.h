@@ -19,11 +19,14 @@ inline constexpr int kAsymmetryRounds = 8;
 // slightly unsymmetric because a stretch table is in general not the gradient of an energy.
 class Stiffness {
  public:
-  // Both arguments must outlive the object; the factor is kept in solver.linear().
+  // Both arguments must outlive the object; the factor is kept in solver.linear(), which Assemble
+  // replaces where new pairs of the cloth touch.
   Stiffness(StepSolver& solver, const MaterialField& material);
 
-  // Assembles K at x.
-  void Assemble(const Eigen::VectorXd& x);
+  // Assembles K at x; kPositive: of pairs of the cloth that touch, their positive parts alone in
+  // Ks.
+  void Assemble(const Eigen::VectorXd& x,
+                SelfContact::StiffnessPart part = SelfContact::StiffnessPart::kWhole);
   // Adds the geometric stiffness of a change of stress to Ks, until the next Assemble.
   void AddStress(const StressField& change);
 

@@ -189,8 +189,8 @@ class SceneChecks {
     const Vector none = Vector::Zero(x_.size());
     const BlockMatrix& negative = solver_.StepDerivative(material_, x_, none, 1.0);
     RowMatrix times = RowMatrix::Zero(x_.size(), 1), transposed = times;
-    AddMultiply(model_->pattern, negative, direction, times);
-    AddTransposeMultiply(model_->pattern, negative, direction, transposed);
+    AddMultiply(solver_.wide_model().pattern, negative, direction, times);
+    AddTransposeMultiply(solver_.wide_model().pattern, negative, direction, transposed);
     AddSweep("stiffness", "K against differences of the force", edge_, times.col(0), kDifferences,
              [&](double s) { return Force(*model_, x_ + s * direction); });
     Add("stiffness", "unsymmetric part of K along a direction",

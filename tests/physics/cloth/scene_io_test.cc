@@ -61,6 +61,16 @@ TEST_F(SceneFile, BadValuesAreNamed) {
   expect(handles(R"("vertices": [0.5])"), "'handles.vertices[0]': found 0.5");
 }
 
+TEST_F(SceneFile, ContactOfTheClothWithItselfIsAnOption) {
+  const auto read = [&](const std::string& text) {
+    return ReadScene(Write("a.json", R"({"contact": {"obstacles": [])" + text + "}}"))
+        .contact->self;
+  };
+  EXPECT_FALSE(read(""));
+  EXPECT_TRUE(read(R"(, "self": true)"));
+  EXPECT_INPUT_ERROR(read(R"(, "self": 1)"), "'contact.self': found 1, expected true or false");
+}
+
 TEST_F(SceneFile, AbsurdValuesAreRefused) {
   const auto expect = [&](const std::string& text, const std::string& message) {
     EXPECT_INPUT_ERROR(ReadScene(Write("a.json", text)), message);

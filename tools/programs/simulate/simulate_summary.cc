@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "losses/metrics/report_json.h"
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/provenance.h"
@@ -109,9 +110,13 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"camera", CameraJson(camera)}};
   if (HasDiscs(*scene.model, scene.discs)) json.update(DiscsJson(scene.discs));
   if (options.scene.scene != "cusick") json["scene"] = options.scene.scene;
-  if (const std::optional<Contact>& contact = scene.model->scene.contact)
+  if (const std::optional<Contact>& contact = scene.model->scene.contact) {
     json["contact"] = {{"thickness_m", contact->thickness},
                        {"smallest_gap_m", SmallestGap(*contact, result.simulation.end.x)}};
+    if (contact->self)
+      json["contact"]["smallest_self_gap_m"] =
+          SmallestSelfGap(*scene.model, result.simulation.end.x);
+  }
   if (!options.accuracy.accuracy.empty()) json["accuracy"] = options.accuracy.accuracy;
   if (result.unsupported) {
     for (const char* key : {"dc", "folds", "fault", "camera"}) json.erase(key);

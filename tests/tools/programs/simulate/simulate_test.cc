@@ -222,6 +222,19 @@ TEST_F(SimulateTool, SaysThatAClothPassesThroughItself) {
   const ProcessResult result = Simulate({"--steps=0", "--start=" + Path("crossed.json")});
   EXPECT_THAT(result.out, testing::HasSubstr("passes through itself"));
   EXPECT_GT(ReadJson(Path("out/summary.json")).at("self_intersections"), 0);
+  ExpectOneLineError(Simulate({"--steps=1", "--start=" + Path("crossed.json"), "--contact=self"}),
+                     "crossed.json: found cloth that passes through itself near vertices");
+}
+
+TEST_F(SimulateTool, ContactOfTheClothWithItself) {
+  ASSERT_EQ(Simulate({"--steps=2", "--contact=self"}).exit_code, 0);
+  const Json contact = ReadJson(Path("out/summary.json")).at("contact");
+  EXPECT_EQ(contact.at("smallest_self_gap_m"), Contact().range);  // nothing touches
+  ExpectOneLineError(Simulate({"--steps=2", "--contact=self", "--backend=cuda"}),
+                     "found cuda, expected cpu for contact of the cloth with itself");
+  ExpectOneLineError(
+      Simulate({"--steps=2", "--contact=self", "--thickness=0.01", "--mesh=disc:2000"}),
+      "contact: found cloth of 10 mm and a range of 0.5 mm on edges of");
 }
 
 TEST_F(SimulateTool, ComparesWithAnImage) {
