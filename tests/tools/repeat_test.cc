@@ -103,12 +103,12 @@ TEST_F(RepeatTest, Fit) {
   options.push_back("--posterior_samples=2");
   ExpectRepeats("fit", options);
   EXPECT_THAT(ListPaths(Provenance("old/summary.json")["inputs"]),
-              testing::ElementsAre("drape.png", "wool.json"));
+              testing::ElementsAre(kWool, "drape.png"));
 }
 
 TEST_F(RepeatTest, Predict) {
   ExpectRepeats("predict",
-                {"--mesh=disc:100", "--material=wool.json", "--draws=3", "--steps=20", "--seed=7"});
+                {"--mesh=disc:100", "--material=wool.json", "--draws=4", "--steps=20", "--seed=7"});
 }
 
 TEST_F(RepeatTest, Equilibria) {
@@ -153,7 +153,8 @@ TEST_F(RepeatTest, OtherInputsAreRefusedBeforeAnythingIsWritten) {
   Write("waves.json", waves + " ");
   ExpectRefused(Repeat(), "waves.json: has changed since the run of old/summary.json");
   fs::remove(Path("waves.json"));
-  ExpectRefused(Repeat(), "waves.json: no such file, expected the input of old/summary.json");
+  ExpectRefused(Repeat(),
+                "waves.json: no such file: it is an input of the run of old/summary.json");
   EXPECT_FALSE(fs::exists(Path("new")));
   Write("waves.json", waves);
   EXPECT_EQ(Repeat().exit_code, 0);
@@ -203,6 +204,17 @@ TEST_F(RepeatTest, InputsMayLieInTheOutputFolder) {
   const ProcessResult again = Run("simulate", {"--config=summary.json", "--out=new"});
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(Read(Path("drape.obj")), Read(Path("new/drape.obj")));
+}
+
+// What --accuracy has chosen is recorded, so that another table of it is noticed.
+TEST_F(RepeatTest, OtherChoicesAreRefused) {
+  ExpectRepeats("simulate", {"--accuracy=fast", "--material=wool.json"});
+  Json summary = ReadJson(Path("old/summary.json"));
+  Json& mesh = summary["provenance"]["options"]["mesh"];
+  EXPECT_EQ(mesh, summary["mesh"]["name"]);
+  mesh = "disc:7000";
+  Write("old/summary.json", summary.dump());
+  ExpectRefused(Repeat(), "was \"disc:7000\" in the run of old/summary.json");
 }
 
 TEST_F(RepeatTest, AnotherBuildIsSaid) {

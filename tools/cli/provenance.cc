@@ -51,6 +51,7 @@ struct Record {
   std::set<InputFile> configs, inputs;
   std::shared_ptr<const StoredRun> repeated;
   std::optional<InputError> refusal;  // of a repetition
+  std::string note;                   // on a repetition, once it has results
 };
 
 // Never destroyed: threads may read until the process ends.
@@ -113,9 +114,10 @@ bool IsInput(const Record& record, const std::string& path) {
   const std::string parent = fs::path(file).parent_path().string();
   for (const std::string& named : record.places) {
     const std::string place = Canonical(named);
-    if (!fs::is_directory(place) ? parent == fs::path(place).parent_path()
-        : IsInside(out, place)   ? parent == place
-                                 : IsInside(file, place))
+    std::error_code ignored;
+    if (!fs::is_directory(place, ignored) ? parent == fs::path(place).parent_path()
+        : IsInside(out, place)            ? parent == place
+                                          : IsInside(file, place))
       return true;
   }
   return false;
@@ -165,7 +167,8 @@ ordered_json ContinuedRuns(const OptionTable& table, const std::string& out) {
 void AddPlaces(const Option& option, std::vector<std::string>* places) {
   if (!option.is_path || !option.repeated) return;
   const auto add = [&](std::string text) {
-    if (!fs::exists(text)) text = text.substr(0, text.rfind('#'));  // FILE#name
+    std::error_code ignored;
+    if (!fs::exists(text, ignored)) text = text.substr(0, text.rfind('#'));  // FILE#name
     if (!text.empty()) places->push_back(std::move(text));
   };
   if (const auto* text = std::get_if<std::string*>(&option.value)) add(**text);
@@ -186,12 +189,13 @@ void RecordOption(const Option& option, Record* record) {
     record->threads = **count > 0 ? **count : CountCores();
 }
 
-void WarnOfOtherBuild(const OptionTable& table, const StoredRun& repeated) {
-  if (repeated.build.empty() || repeated.build == nlohmann::json(BuildJson()).dump()) return;
-  std::fprintf(stderr, "%s: note: %s\n", table.tool.c_str(),
-               MakePrintableLine(repeated.summary +
-                                 " is of another build or other libraries: results may differ")
-                   .c_str());
+// Of a run by another build; empty: by this one.
+std::string BuildNote(const OptionTable& table, const StoredRun& run) {
+  if (run.build.empty() || run.build == nlohmann::json(BuildJson()).dump()) return "";
+  return table.tool + ": note: " +
+         MakePrintableLine(run.summary +
+                           " is of another build or other libraries: results may differ") +
+         "\n";
 }
 
 ordered_json CommandJson(const Record& record) {
@@ -231,7 +235,7 @@ void RecordOptions(const OptionTable& table, std::shared_ptr<const StoredRun> re
   record.program = table.tool;
   ObserveReads(nullptr);
   if (repeated) {
-    WarnOfOtherBuild(table, *repeated);
+    record.note = BuildNote(table, *repeated);
     if (!repeated->is_changed) CheckInputs(*repeated);
   }
   record.repeated = std::move(repeated);
@@ -246,10 +250,23 @@ void RecordOptions(const OptionTable& table, std::shared_ptr<const StoredRun> re
   ObserveReads(RecordRead);
 }
 
+void RecordChoice(const std::string& key, const nlohmann::json& before,
+                  const nlohmann::json& chosen) {
+  Record& record = TheRecord();
+  if (record.repeated && !record.repeated->is_changed && before != chosen)
+    throw InputError("option '" + key + "'", "is chosen as " + chosen.dump() + ", and was " +
+                                                 before.dump() + " in the run of " +
+                                                 record.repeated->summary +
+                                                 ": expected the version of drapefit that made it");
+  record.options[key] = chosen;
+}
+
 ordered_json MakeProvenance() {
   Record& record = TheRecord();
   const std::lock_guard guard(record.mutex);
   if (record.refusal) throw InputError(*record.refusal);
+  // Only now, when the run has results: a refusal is one line.
+  std::fputs(std::exchange(record.note, "").c_str(), stderr);
   ordered_json json = CommandJson(record);
   if (!record.program.empty()) {
     if (!record.continues.empty()) json["continues"] = record.continues;

@@ -20,6 +20,11 @@ void RecordCommand(int argc, char** argv);
 // (CheckInputs, CheckInput, which throw InputError). To be called before other threads are started.
 void RecordOptions(const OptionTable& table, std::shared_ptr<const StoredRun> repeated);
 
+// Records the value that another option has chosen for one. A repetition has taken it from the
+// summary: throws InputError where that is another, such as from the table of another version.
+void RecordChoice(const std::string& key, const nlohmann::json& before,
+                  const nlohmann::json& chosen);
+
 // The record so far. Throws InputError where the process repeats a run and has read other files,
 // also where the program took that error of one file for a result.
 nlohmann::ordered_json MakeProvenance();

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
@@ -47,7 +49,9 @@ std::string ContentText(const InputFile& file) {
 
 // Where the relative paths of the run begin, unless that is here.
 std::string WhereText(const StoredRun& run, const std::string& path) {
-  if (path.starts_with("/") || run.working_directory.empty()) return "";
+  std::error_code ignored;
+  const std::string here = MakeUtf8(std::filesystem::current_path(ignored).string());
+  if (path.starts_with("/") || run.working_directory == here) return "";
   return " (repeat it in the folder " + run.working_directory + ", where its paths begin)";
 }
 
@@ -103,8 +107,8 @@ void CheckInputs(const StoredRun& run) {
     try {
       content = ReadOwnFile(expected.path);
     } catch (const InputError& error) {
-      throw InputError(std::string(error.what()) + ", expected the input of " + run.summary,
-                       ContentText(expected) + WhereText(run, expected.path));
+      throw InputError(error.what(), "it is an input of the run of " + run.summary + ", " +
+                                         ContentText(expected) + WhereText(run, expected.path));
     }
     const InputFile found = DescribeInput(expected.path, content);
     if (found != expected) FailAsChanged(run, expected, found);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "solver/forward/accuracy_table.h"
 #include "tools/cli/option_table.h"
+#include "tools/cli/provenance.h"
 
 namespace drape {
 
@@ -31,6 +33,7 @@ class AccuracyFilling {
   template <class Value>
   void Set(const std::string& key, const Value& value, Value* option) {
     if (!choice_.given.contains(key)) {
+      RecordChoice(key, *option, value);
       *option = value;
     } else if (*option != value) {
       kept_ += " --" + key;

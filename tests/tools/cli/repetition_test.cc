@@ -133,7 +133,8 @@ TEST_F(RepetitionTest, OtherFilesAreRefused) {
   Write("cloth.obj", "A mesh");
   EXPECT_INPUT_ERROR(CheckInputs(Run()), "cloth.obj: has changed since the run of s.json");
   std::filesystem::remove(input_);
-  EXPECT_INPUT_ERROR(CheckInputs(Run()), "cloth.obj: no such file, expected the input of s.json");
+  EXPECT_INPUT_ERROR(CheckInputs(Run()),
+                     "cloth.obj: no such file: it is an input of the run of s.json");
   Provenance()["inputs"][0]["path"] = "cloth.obj";
   EXPECT_INPUT_ERROR(CheckInputs(Run()), "repeat it in the folder /somewhere");
 }

@@ -158,7 +158,7 @@ std::string FailureText(const std::vector<FitFailure>& failures) {
 }
 
 std::string WriteSpace(const MaterialSpace& space, const std::vector<FabricBelief>& added,
-                       const SpaceToolOptions& options, const OutputFolder& out) {
+                       const OutputFolder& out) {
   WriteMaterialSpace(out.Staged(""), space, MakeProvenance());
   return TryPictures([&] {
     RenderHeatMap(out.Staged("heat_map.png"), space);
@@ -178,7 +178,7 @@ SpaceResult BuildSpace(const SpaceToolOptions& options, const std::vector<std::s
   for (const std::string& path : options.added)
     added.push_back(ReadFabricBelief(beliefs.frame, path));
   const MaterialSpace space = BuildMaterialSpace(std::move(beliefs), added);
-  return {.text = MaterialSpaceText(space) + WriteSpace(space, added, options, out)};
+  return {.text = MaterialSpaceText(space) + WriteSpace(space, added, out)};
 }
 
 // Before hours of work: without a device, each fit would fail.

@@ -9,6 +9,7 @@
 #include "physics/mesh/obj_io.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/results/report/parts/html_text.h"
+#include "tools/programs/results/report/parts/provenance_part.h"
 #include "tools/programs/results/report/report_tool.h"
 #include "tools/programs/results/tables/outline_list.h"
 
@@ -77,6 +78,22 @@ TEST_F(ReportTest, WarningsComeFirstAndNothingIsMarkup) {
   EXPECT_THAT(page, HasSubstr("a&lt;b&gt;.json"));
   EXPECT_LT(page.find("Do not use"), page.find("<section id=\"provenance\">"));
   EXPECT_THAT(page, Not(HasSubstr("%%")));
+}
+
+TEST_F(ReportTest, ProvenanceTellsHowToRepeat) {
+  EXPECT_EQ(ShellLine({"drape_fit", "--x=a'b c", "", "$y"}), "drape_fit '--x=a'\\''b c' '' '$y'");
+  const std::string fit =
+      AddFit("a fit", {{"provenance",
+                        {{"command", Json::array({"drape_fit", "--images=<a>.png"})},
+                         {"options", {{"seed", 7}, {"split_seed", 8}, {"mesh", "disc:100"}}},
+                         {"inputs", Json::array({{{"path", "<a>.png"}, {"bytes", 12345}}})},
+                         {"build", {{"drapefit", "0.1.0"}, {"commit", "763e1da"}}}}}});
+  const std::string page = Page({fit});
+  EXPECT_THAT(page, HasSubstr("drape_fit '--images=&lt;a&gt;.png'"));
+  EXPECT_THAT(page, HasSubstr("drape_fit '--config=" + fit + "/summary.json' --out=NEW"));
+  EXPECT_THAT(page, HasSubstr("seed 7, split_seed 8"));
+  EXPECT_THAT(page, HasSubstr("drapefit 0.1.0, commit 763e1da"));
+  EXPECT_THAT(page, HasSubstr("<td class=\"number\">12345</td>"));
 }
 
 // What is not stored has no part, and what has no interval says so.
