@@ -36,7 +36,7 @@ Seen See(double rim_height) {
         seen.pose.ImageFromWorld({0.09 * ray.x(), 0.09 * ray.y(), rim_height}));
     if (i % 3 == 0)
       seen.input.outline.push_back(seen.pose.ImageFromWorld(
-          {kHemRadius * ray.x(), kHemRadius * ray.y(), EstimatedHemHeight(kHemRadius)}));
+          {kHemRadius * ray.x(), kHemRadius * ray.y(), EstimatedHemHeight(kHemRadius, {})}));
   }
   return seen;
 }
