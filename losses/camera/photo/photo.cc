@@ -5,9 +5,12 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "losses/camera/photo/camera_pose.h"
-#include "losses/camera/photo/cloth_mask.h"
-#include "losses/camera/photo/marker.h"
+#include "losses/camera/photo/cloth/refined_cloth.h"
+#include "losses/camera/photo/marker/camera_pose.h"
+#include "losses/camera/photo/marker/disc.h"
+#include "losses/camera/photo/marker/rim.h"
+#include "losses/camera/photo/marker/tag.h"
+#include "losses/camera/photo/photo_checks.h"
 #include "losses/camera/photo/photo_overlay.h"
 #include "losses/camera/photo/rectified.h"
 #include "losses/outline/centre.h"
@@ -21,75 +24,6 @@ namespace {
 
 constexpr int kAngles = 360;
 constexpr double kDegree = M_PI / 180;
-
-void CheckOptions(const PhotoOptions& options) {
-  if (options.support >= options.specimen)
-    throw InputError("option 'support'", Format("found %g, expected less than specimen = %g m",
-                                                options.support, options.specimen));
-  if (options.marker == PhotoMarker::kTag && options.tag <= 0)
-    throw InputError("option 'tag'",
-                     "not given, expected the side of the tag's black square [m] "
-                     "with marker = tag");
-  if (options.marker == PhotoMarker::kNone && options.px_per_m <= 0)
-    throw InputError("option 'px_per_m'",
-                     "not given, expected the scale of the picture with "
-                     "marker = none");
-}
-
-// The focal length [px of the photograph]. The 35-mm equivalent is by the diagonal.
-double FocalLength(const Photograph& photo, const PhotoOptions& options) {
-  constexpr double kFilmDiagonal = 43.2666;  // [mm]
-  constexpr double kSameShape = 0.01;
-  const double width = photo.image.width, height = photo.image.height;
-  double focal = options.focal_35mm;
-  if (focal <= 0) {
-    focal = photo.exif.focal_35mm;
-    if (focal <= 0)
-      throw PhotoFailure{PhotoFault::kNoFocalLength,
-                         "the file does not tell the focal length, expected EXIF data (send the "
-                         "original file) or focal_35mm"};
-    if (photo.exif.width > 0 && photo.exif.height > 0) {
-      const double taken = double(std::max(photo.exif.width, photo.exif.height)) /
-                           std::min(photo.exif.width, photo.exif.height);
-      const double shown = std::max(width, height) / std::min(width, height);
-      if (std::abs(taken / shown - 1) > kSameShape)
-        throw PhotoFailure{PhotoFault::kCroppedPhoto,
-                           Format("the photograph was cropped: it is %.0fx%.0f px and was taken "
-                                  "with %dx%d, expected the whole photograph or focal_35mm",
-                                  width, height, photo.exif.width, photo.exif.height)};
-    }
-  }
-  return focal * std::hypot(width, height) / kFilmDiagonal;
-}
-
-void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth) {
-  constexpr double kMostOfGround = 0.02, kMostOfCloth = 0.004;
-  if (planes.saturated > kMostOfGround) return;  // back light, or a white ground
-  const std::vector<cv::Point> outline = LongestOutline(cloth);
-  std::vector<cv::Point> hull;
-  cv::convexHull(outline, hull);
-  cv::Mat1b inside = cv::Mat1b::zeros(cloth.size());
-  cv::fillConvexPoly(inside, hull, 1);
-  cv::Mat1b white;
-  cv::inRange(planes.rgb, cv::Scalar::all(250), cv::Scalar::all(255), white);
-  const cv::Mat1b glare = white & (inside * 255);
-  const double share = cv::countNonZero(glare) / double(cv::countNonZero(cloth));
-  if (share <= kMostOfCloth) return;
-  throw PhotoFailure{PhotoFault::kGlare,
-                     Format("glare: %.1f %% of the cloth is white without detail, expected light "
-                            "that is not reflected into the camera",
-                            100 * share),
-                     {LongestOutline(glare / 255)}};
-}
-
-void CheckBlur(double blur) {
-  constexpr double kMost = 2.5e-3;  // [m]
-  if (blur <= kMost) return;
-  throw PhotoFailure{PhotoFault::kBlur,
-                     Format("the outline is blurred over %.1f mm (standard deviation), expected at "
-                            "most %.1f: hold the camera still and focus on the cloth",
-                            1e3 * blur, 1e3 * kMost)};
-}
 
 // The work on one photograph, step by step; what was found by then is in the overlay of a failure.
 class Development {
@@ -134,12 +68,13 @@ class Development {
     const RoughCloth rough = FindCloth(planes_, options_);
     result_.warnings = rough.warnings;
     marks_.outline = LongestOutline(rough.mask);
-    cv::Mat1b disc = cv::Mat1b::zeros(rough.mask.size());
+    cv::Mat1f disc = cv::Mat1f::zeros(rough.mask.size());
     if (options_.marker == PhotoMarker::kDisc) {
       rim_ = FindDisc(planes_, FilledHull(rough.mask));
       if (rim_) {
+        LocateFinely();
         marks_.disc = rim_->ellipse;
-        cv::ellipse(disc, rim_->ellipse, 1, cv::FILLED);
+        disc = RenderEllipse(disc.size(), rim_->ellipse);
       }
     }
     CheckGlare(planes_, rough.mask);
@@ -148,6 +83,22 @@ class Development {
     result_.contrast = cloth_.contrast;
     if (cloth_.weak > 0.03)
       Warn(Format("%.0f %% of the outline has little contrast", 100 * cloth_.weak));
+  }
+
+  // The rim again, in the photograph at its full size.
+  void LocateFinely() {
+    constexpr double kLeastShare = 0.4;
+    const double scale = planes_.scale;
+    const auto to_photo = [&](float v) { return static_cast<float>((v + 0.5) / scale - 0.5); };
+    cv::RotatedRect ellipse = rim_->ellipse;
+    ellipse.center = {to_photo(ellipse.center.x), to_photo(ellipse.center.y)};
+    ellipse.size = {float(ellipse.size.width / scale), float(ellipse.size.height / scale)};
+    const RimPoints fine = LocateRim(photo_.image, ellipse);
+    if (fine.share < kLeastShare) return;
+    rim_->points.clear();
+    for (const Eigen::Vector2d& p : fine.points)
+      rim_->points.push_back((p.array() + 0.5) * scale - 0.5);
+    rim_->ellipse = FitEllipse(rim_->points);
   }
 
   void RequireMarker() {
@@ -188,6 +139,7 @@ class Development {
     }
     const auto found = FindPose(input);
     CheckPose(found);
+    scale_sd_ = found->height_sd;
     const Rectified rectified = Rectify(cloth_.coverage, found->pose);
     result_.silhouette = rectified.silhouette;
     result_.camera = rectified.camera;
@@ -216,10 +168,22 @@ class Development {
       throw PhotoFailure{PhotoFault::kTooClose,
                          Format("the camera is %.2f m above the support, expected at least %.2f m",
                                 height, kLeastHeight * options_.specimen)};
+    CheckCentre(found->first_harmonic);
     if (result_.tilt > kNotedTilt)
       Warn(Format("the camera is tilted by %.0f degrees", result_.tilt / kDegree));
     if (found->tilt_sd > 1.5 * kDegree)
       Warn(Format("the tilt is known to %.1f degrees only", found->tilt_sd / kDegree));
+  }
+
+  void CheckCentre(double off) {
+    constexpr double kMost = 8e-3, kNoted = 4e-3;  // [m]
+    if (off <= kNoted) return;
+    const std::string text = Format(
+        "the outline is %.0f mm off the centre of the disc, expected at most %.0f: does the "
+        "disc lie over the support, and the cloth in its middle?",
+        1e3 * off, 1e3 * kNoted);
+    if (off > kMost) throw PhotoFailure{PhotoFault::kWrongSize, text};
+    Warn(text);
   }
 
   // The flat specimen, as the camera would see it.
@@ -248,6 +212,7 @@ class Development {
   }
 
   void Measure() {
+    constexpr double kNotedSd = 0.005;
     const Camera& camera = result_.camera;
     const double px_per_mm = 1e-3 * camera.pixels_per_metre();
     constexpr double kLeastScale = 0.5;  // [px/mm]
@@ -266,7 +231,34 @@ class Development {
     result_.shape = MeasureShape(radius, discs_);
     result_.plane_coefficient =
         DrapeCoefficient(ProfileArea(MetresFromPixels(outline.radius, camera)), discs_);
+    result_.coefficient_sd = CoefficientSd(result_.shape.drape_coefficient, radius);
+    if (result_.coefficient_sd > kNotedSd)
+      Warn(
+          Format("the drape coefficient is known to %.1f points only: a sharper picture or one of "
+                 "more pixels tells more",
+                 100 * result_.coefficient_sd));
     result_.projected = RenderProfile(radius);
+  }
+
+  // Of the scale, of the outline by the blur of its edge, of the hem's estimated heights, and of
+  // the focal length, which files tell to 1 mm.
+  double CoefficientSd(double coefficient, const Eigen::VectorXd& radius) const {
+    constexpr double kHem = 0.02;    // of the correction for the hem's heights
+    constexpr double kEdge = 0.1;    // of the blur
+    constexpr double kRim = 1.0;     // [px] where cloth and disc are mixed
+    constexpr double kFocal = 0.29;  // [mm]
+    const double ring =
+        M_PI * (discs_.specimen * discs_.specimen - discs_.support * discs_.support);  // [m²]
+    const Eigen::Matrix2Xd polygon = ProfilePolygon(radius);
+    double length = (polygon.col(0) - polygon.col(polygon.cols() - 1)).norm();
+    for (Eigen::Index i = 1; i < polygon.cols(); ++i)
+      length += (polygon.col(i) - polygon.col(i - 1)).norm();
+    const double correction = std::abs(coefficient - result_.plane_coefficient);
+    const double focal = options_.focal_35mm > 0 ? options_.focal_35mm : photo_.exif.focal_35mm;
+    const double edge =
+        std::hypot(kEdge * result_.blur, kRim * cloth_.at_disc / result_.camera.pixels_per_metre());
+    return std::hypot(2 * ProfileArea(radius) / ring * scale_sd_, length / ring * edge,
+                      correction * std::hypot(kHem, focal > 0 ? kFocal / focal : 0.0));
   }
 
   void CheckOutline(const Outline& outline, const Eigen::VectorXd& radius) {
@@ -303,8 +295,9 @@ class Development {
   void Warn(const std::string& text) { result_.warnings.push_back(text); }
 
   void AddText() {
-    marks_.text = Format("Drape coefficient %.1f %% (estimate), %d folds. ",
-                         100 * result_.shape.drape_coefficient, result_.shape.folds);
+    marks_.text = Format("Drape coefficient %.1f +- %.1f %% (estimate), %d folds. ",
+                         100 * result_.shape.drape_coefficient, 100 * result_.coefficient_sd,
+                         result_.shape.folds);
     if (result_.camera.kind == CameraKind::kPinhole)
       marks_.text += Format("Camera %.2f m above the support, tilted by %.1f degrees. ",
                             result_.camera.eye_height, result_.tilt / kDegree);
@@ -317,16 +310,13 @@ class Development {
   const DrapeDiscs discs_;
   PhotoPlanes planes_;
   std::optional<DiscRim> rim_;
+  double scale_sd_ = 0.0;  // relative
   RefinedCloth cloth_;
   PhotoMarks marks_;
   PhotoResult result_;
 };
 
 }  // namespace
-
-DrapeDiscs MakeDiscs(const PhotoOptions& options) {
-  return {0.5 * options.specimen, 0.5 * options.support};
-}
 
 PhotoResult MeasurePhoto(const Photograph& photo, const PhotoOptions& options) {
   CheckOptions(options);

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/photo/marker.h"
+#include "losses/camera/photo/marker/disc.h"
 #include "losses/image/image.h"
 
 // Internal to losses/camera/photo: the picture that shows what was found.

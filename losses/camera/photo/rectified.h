@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "losses/camera/camera.h"
-#include "losses/camera/photo/camera_pose.h"
+#include "losses/camera/photo/marker/camera_pose.h"
 #include "losses/image/image.h"
 
 // Internal to losses/camera/photo: pictures as a camera straight above would show them.

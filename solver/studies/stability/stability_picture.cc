@@ -202,8 +202,10 @@ void RenderStabilityOverview(const std::string& path, const StabilityAtlas& atla
     chart.series.push_back({.title = shade.title, .mark = Mark::kSquares, .colour = shade.colour});
   const auto rows = static_cast<int>(grid.rows.size());
   const auto columns = static_cast<int>(grid.columns.size());
-  chart.x = {.range = {{-kRoom, columns - kRoom}}, .ticks = {{}}};
-  chart.y = {.range = {{rows - kRoom, -kRoom}}, .ticks = {{}}};
+  chart.x = {.range = {{-kRoom, columns - kRoom}}};
+  chart.y = {.range = {{rows - kRoom, -kRoom}}};
+  chart.x.ticks.emplace();
+  chart.y.ticks.emplace();
   for (int row = 0; row < rows; ++row) {
     chart.y.ticks->emplace_back(row, Describe(grid.rows[row]));
     for (int column = 0; column < columns; ++column)

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "losses/outline/shape_features.h"
+
 namespace drape {
 namespace {
 

@@ -134,7 +134,8 @@ INSTANTIATE_TEST_SUITE_P(
                    p.clear();
                    s.falloff = 0;
                  }},
-        BadPhoto{"dark", PhotoFault::kDark, [](Scene& s, Options&, Pieces&) { s.exposure = 0.08; }},
+        BadPhoto{"dark", PhotoFault::kDark,
+                 [](Scene& s, Options&, Pieces&) { s.exposure = 0.015; }},
         BadPhoto{"cloth_like_ground", PhotoFault::kNoDisc,
                  [](Scene& s, Options&, Pieces&) {
                    s.cloth = s.ground * 0.97;

@@ -2,7 +2,6 @@
 #include "tests/losses/camera/photo/photo_trial.h"
 
 #include <cmath>
-#include <fstream>
 #include <memory>
 
 #include "cuda/make_backend.h"
@@ -13,6 +12,7 @@
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/disc.h"
+#include "tests/losses/camera/photo/photo_file.h"
 
 namespace drape {
 namespace {
@@ -69,19 +69,19 @@ KnownDrape SimulateDrape(const std::string& fabric, int seed) {
   return {fabric, model->mesh, drape.end.x, ComputeCoefficient(model->mesh, drape.end.x)};
 }
 
-std::vector<KnownDrape> SimulateDrapes() {
-  return {SimulateDrape("synthetic_knit", 3), SimulateDrape("cotton_white", 5),
-          SimulateDrape("synthetic_wool", 1), SimulateDrape("synthetic_shirt", 2),
-          SimulateDrape("wool_red", 6),       SimulateDrape("cotton_pink", 4)};
+KnownDrape SimulateDrapeOfSix(unsigned number) {
+  constexpr struct {
+    const char* fabric;
+    int seed;
+  } kDrapes[kNumDrapes] = {{"synthetic_knit", 3},  {"cotton_white", 5}, {"synthetic_wool", 1},
+                           {"synthetic_shirt", 2}, {"wool_red", 6},     {"cotton_pink", 4}};
+  return SimulateDrape(kDrapes[number].fabric, kDrapes[number].seed);
 }
 
 PhotoTrial TryPhoto(const PhotoScene& scene, const KnownDrape& drape, const PhotoOptions& options,
                     const std::string& folder) {
   const std::string path = folder + "/photo.jpg";
-  const std::vector<uint8_t> bytes =
-      PhotoFile(scene, RenderPhoto(scene, {{&drape.mesh, drape.x, {0, 0}}}));
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<long>(bytes.size()));
+  WritePhotoFile(scene, RenderPhoto(scene, {{&drape.mesh, drape.x, {0, 0}}}), path);
   PhotoTrial trial;
   trial.result = MeasurePhoto(ReadPhotograph(path), options);
   if (trial.result.fault != PhotoFault::kNone) return trial;
@@ -92,6 +92,7 @@ PhotoTrial TryPhoto(const PhotoScene& scene, const KnownDrape& drape, const Phot
       !OutlineFromMesh(drape.mesh, drape.x, camera, kAngles, &seen))
     return trial;
   trial.outline_rms = ProfileRms(image.radius, whole.radius);
+  trial.outline_bias = (image.radius - whole.radius).mean();
   trial.outline_rms_mm = 1e3 * trial.outline_rms / camera.pixels_per_metre();
   trial.error_with_heights =
       100 * (CoefficientWithHeights(image, whole, seen, drape.x, camera) - drape.coefficient);

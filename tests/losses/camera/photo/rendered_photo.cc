@@ -10,8 +10,6 @@
 #include <cstdlib>
 #include <random>
 
-#include "tests/losses/image/encode.h"
-
 namespace drape {
 namespace {
 
@@ -24,13 +22,14 @@ constexpr int kFine = 2;  // samples of a pixel in each direction
 struct Canvas {
   int width, height;
   std::vector<float> depth;  // height of what is seen [m]
-  std::vector<Vector3d> color;
+  std::vector<Eigen::Vector3f> light;
 };
 
 class Lens {
  public:
   explicit Lens(const PhotoScene& scene)
       : eye_(scene.eye),
+        distortion_(scene.distortion),
         focal_(kFine * scene.focal_35mm * std::hypot(scene.width, scene.height) / 43.2666),
         column_(0.5 * (kFine * scene.width - 1)),
         row_(0.5 * (kFine * scene.height - 1)) {
@@ -42,7 +41,9 @@ class Lens {
   }
   Vector2d Project(const Vector3d& x) const {
     const Vector3d own = turn_.transpose() * (x - eye_);
-    return {column_ - focal_ * own.x() / own.z(), row_ + focal_ * own.y() / own.z()};
+    const Vector2d ideal(own.x() / own.z(), own.y() / own.z());
+    const Vector2d seen = focal_ * (1 + distortion_ * ideal.squaredNorm()) * ideal;
+    return {column_ - seen.x(), row_ + seen.y()};
   }
   Vector3d OnPlane(double column, double row, double z) const {
     const Vector3d ray = turn_ * Vector3d((column - column_) / focal_, (row_ - row) / focal_, -1);
@@ -52,9 +53,15 @@ class Lens {
 
  private:
   Vector3d eye_;
-  double focal_, column_, row_;
+  double distortion_, focal_, column_, row_;
   Eigen::Matrix3d turn_;
 };
+
+// The light of a stored colour (sRGB).
+Vector3d Light(const Rgb& stored) {
+  return stored.unaryExpr(
+      [](double s) { return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4); });
+}
 
 double Hash(int a, int b, unsigned seed) {
   uint32_t h = static_cast<uint32_t>(a) * 374761393u + static_cast<uint32_t>(b) * 668265263u +
@@ -88,32 +95,37 @@ double Smooth(double t) {
   return u * u * (3 - 2 * u);
 }
 
+// The same for all samples of a pixel.
 void PaintGround(const PhotoScene& scene, const Lens& lens, const std::vector<ScenePiece>& pieces,
                  Canvas* canvas) {
-  constexpr double kHem = -0.045, kSoft = 0.03;  // [m]
+  constexpr double kHem = -0.045;  // [m]
   std::vector<std::vector<double>> reach;
   for (const ScenePiece& piece : pieces) reach.push_back(Reach(piece));
-  const Vector3d light = LightDirection(scene);
-  for (int row = 0; row < canvas->height; ++row)
-    for (int col = 0; col < canvas->width; ++col) {
-      const Vector3d p = lens.OnPlane(col, row, scene.ground_height);
-      const Vector3d q = p + light * ((kHem - scene.ground_height) / light.z());
+  const Vector3d from = LightDirection(scene), ground = Light(scene.ground);
+  for (int row = 0; row < canvas->height; row += kFine)
+    for (int col = 0; col < canvas->width; col += kFine) {
+      const Vector3d p =
+          lens.OnPlane(col + 0.5 * (kFine - 1), row + 0.5 * (kFine - 1), scene.ground_height);
+      const Vector3d q = p + from * ((kHem - scene.ground_height) / from.z());
       double lit = 1.0;
       for (size_t i = 0; i < pieces.size(); ++i) {
         const Vector2d d = q.head<2>() - pieces[i].place;
         const int angle =
             static_cast<int>(std::floor(std::atan2(d.y(), d.x()) * 180 / M_PI) + 360) % 360;
-        lit -= scene.shadow * Smooth(0.5 + (reach[i][angle] - d.norm()) / kSoft);
+        lit -= scene.shadow * Smooth(0.5 + (reach[i][angle] - d.norm()) / scene.soft);
       }
       const double grain = 1 + scene.texture * Hash(static_cast<int>(std::floor(p.x() * 900)),
                                                     static_cast<int>(std::floor(p.y() * 900)), 3);
-      canvas->color[size_t(row) * canvas->width + col] = scene.ground * std::max(lit, 0.2) * grain;
+      const Eigen::Vector3f light = (ground * std::max(lit, 0.2) * grain).cast<float>();
+      for (int i = 0; i < kFine; ++i)
+        for (int k = 0; k < kFine; ++k)
+          canvas->light[size_t(row + i) * canvas->width + col + k] = light;
     }
 }
 
-// Paints a triangle with a colour at each corner.
-void PaintTriangle(const Lens& lens, const Vector3d corner[3], const Vector3d color[3],
-                   Canvas* canvas) {
+// Paints a triangle. shade(u, v, w): the colour at these weights of the corners.
+template <class Shade>
+void PaintTriangle(const Lens& lens, const Vector3d corner[3], const Shade& shade, Canvas* canvas) {
   Vector2d p[3];
   double inverse[3];
   for (int i = 0; i < 3; ++i) {
@@ -141,9 +153,14 @@ void PaintTriangle(const Lens& lens, const Vector3d corner[3], const Vector3d co
       float& depth = canvas->depth[size_t(row) * canvas->width + col];
       if (nearness <= depth) continue;
       depth = static_cast<float>(nearness);
-      canvas->color[size_t(row) * canvas->width + col] =
-          (1 - v - w) * color[0] + v * color[1] + w * color[2];
+      canvas->light[size_t(row) * canvas->width + col] =
+          shade(1 - v - w, v, w).template cast<float>();
     }
+}
+
+auto Plain(const Rgb& color) {
+  const Vector3d light = Light(color);
+  return [light](double, double, double) { return light; };
 }
 
 void PaintCloth(const PhotoScene& scene, const Lens& lens, const ScenePiece& piece,
@@ -160,15 +177,21 @@ void PaintCloth(const PhotoScene& scene, const Lens& lens, const ScenePiece& pie
     for (int k = 0; k < 3; ++k) normal[face.vertex[k]] += n;
   }
   const Vector3d light = LightDirection(scene);
-  std::vector<Vector3d> color(count);
-  for (int i = 0; i < count; ++i) {
-    const double lit = 0.45 + 0.55 * std::abs(normal[i].normalized().dot(light));
-    color[i] = scene.cloth * lit * (1 + scene.texture * Hash(i, 1, 5));
-  }
+  const Vector3d cloth = Light(scene.cloth), stripe = Light(scene.stripe);
+  std::vector<double> lit(count);
+  for (int i = 0; i < count; ++i)
+    lit[i] = (0.45 + 0.55 * std::abs(normal[i].normalized().dot(light))) *
+             (1 + scene.texture * Hash(i, 1, 5));
   for (const auto& face : mesh.faces) {
     const Vector3d corner[3] = {place(face.vertex[0]), place(face.vertex[1]),
                                 place(face.vertex[2])};
-    const Vector3d shade[3] = {color[face.vertex[0]], color[face.vertex[1]], color[face.vertex[2]]};
+    const auto shade = [&](double u, double v, double w) -> Vector3d {
+      const int* k = face.vertex;
+      const double weft = u * mesh.uv(0, k[0]) + v * mesh.uv(0, k[1]) + w * mesh.uv(0, k[2]);
+      const bool striped =
+          scene.stripes > 0 && static_cast<int>(std::floor(weft / scene.stripes)) % 2 == 0;
+      return (striped ? stripe : cloth) * (u * lit[k[0]] + v * lit[k[1]] + w * lit[k[2]]);
+    };
     PaintTriangle(lens, corner, shade, canvas);
   }
 }
@@ -176,14 +199,20 @@ void PaintCloth(const PhotoScene& scene, const Lens& lens, const ScenePiece& pie
 void PaintDisc(const PhotoScene& scene, const Lens& lens, const Vector2d& place, Canvas* canvas) {
   constexpr int kCorners = 720;
   const Vector3d middle(place.x(), place.y(), scene.disc_height + 2e-4);
-  const Vector3d color[3] = {scene.disc, scene.disc, scene.disc};
   for (int k = 0; k < kCorners; ++k) {
     const auto at = [&](int i) -> Vector3d {
       const double angle = 2 * M_PI * i / kCorners;
       return middle + scene.disc_radius * Vector3d(std::cos(angle), std::sin(angle), 0);
     };
     const Vector3d corner[3] = {middle, at(k), at(k + 1)};
-    PaintTriangle(lens, corner, color, canvas);
+    PaintTriangle(lens, corner, Plain(scene.disc), canvas);
+  }
+}
+
+void PaintPatch(const Lens& lens, const ScenePatch& patch, Canvas* canvas) {
+  for (size_t i = 2; i < patch.corners.size(); ++i) {
+    const Vector3d corner[3] = {patch.corners[0], patch.corners[i - 1], patch.corners[i]};
+    PaintTriangle(lens, corner, Plain(patch.color), canvas);
   }
 }
 
@@ -200,26 +229,26 @@ void PaintTag(const PhotoScene& scene, const Lens& lens, Canvas* canvas) {
         return scene.tag_place +
                cell * Vector3d(col + i - 0.5 * tag->width, 0.5 * tag->height - row - k, 0);
       };
-      const Vector3d color[3] = {shade, shade, shade};
       const Vector3d upper[3] = {at(0, 0), at(1, 0), at(1, 1)};
       const Vector3d lower[3] = {at(0, 0), at(1, 1), at(0, 1)};
-      PaintTriangle(lens, upper, color, canvas);
-      PaintTriangle(lens, lower, color, canvas);
+      PaintTriangle(lens, upper, Plain(shade), canvas);
+      PaintTriangle(lens, lower, Plain(shade), canvas);
     }
   std::free(tag->buf);
   std::free(tag);
   tag36h11_destroy(family);
 }
 
-void BlurRows(std::vector<Vector3d>* image, int width, int height,
-              const std::vector<double>& kernel) {
+using Picture = std::vector<Eigen::Vector3f>;
+
+void BlurRows(Picture* image, int width, int height, const std::vector<double>& kernel) {
   const int reach = static_cast<int>(kernel.size()) / 2;
-  std::vector<Vector3d> line(width);
+  Picture line(width);
   for (int row = 0; row < height; ++row) {
     for (int col = 0; col < width; ++col) {
-      Vector3d sum = Vector3d::Zero();
+      Eigen::Vector3f sum = Eigen::Vector3f::Zero();
       for (int k = -reach; k <= reach; ++k)
-        sum += kernel[size_t(k + reach)] *
+        sum += static_cast<float>(kernel[size_t(k + reach)]) *
                (*image)[size_t(row) * width + std::clamp(col + k, 0, width - 1)];
       line[col] = sum;
     }
@@ -227,8 +256,8 @@ void BlurRows(std::vector<Vector3d>* image, int width, int height,
   }
 }
 
-std::vector<Vector3d> Transposed(const std::vector<Vector3d>& image, int width, int height) {
-  std::vector<Vector3d> turned(image.size());
+Picture Transposed(const Picture& image, int width, int height) {
+  Picture turned(image.size());
   for (int row = 0; row < height; ++row)
     for (int col = 0; col < width; ++col)
       turned[size_t(col) * height + row] = image[size_t(row) * width + col];
@@ -247,7 +276,7 @@ std::vector<double> Gaussian(double sigma) {
   return kernel;
 }
 
-void Blur(const PhotoScene& scene, std::vector<Vector3d>* image) {
+void Blur(const PhotoScene& scene, Picture* image) {
   const std::vector<double> kernel = Gaussian(scene.blur);
   BlurRows(image, scene.width, scene.height, kernel);
   *image = Transposed(*image, scene.width, scene.height);
@@ -258,102 +287,62 @@ void Blur(const PhotoScene& scene, std::vector<Vector3d>* image) {
   BlurRows(image, scene.width, scene.height, std::vector<double>(length, 1.0 / length));
 }
 
+double Stored(double light) {
+  return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
+}
+
+// The light of each pixel: the mean of its samples.
+Picture PixelLight(const PhotoScene& scene, const Canvas& canvas) {
+  Picture image(size_t(scene.width) * scene.height, Eigen::Vector3f::Zero());
+  for (int row = 0; row < canvas.height; ++row)
+    for (int col = 0; col < canvas.width; ++col)
+      image[size_t(row / kFine) * scene.width + col / kFine] +=
+          canvas.light[size_t(row) * canvas.width + col] / (kFine * kFine);
+  return image;
+}
+
+void AddGlare(const PhotoScene& scene, const Lens& lens, Picture* image) {
+  const Vector2d spot = lens.Project({0.11, 0.05, -0.03}) / kFine;
+  const double reach = (lens.Project({0.11 + scene.glare, 0.05, -0.03}) / kFine - spot).norm();
+  for (int row = 0; row < scene.height; ++row)
+    for (int col = 0; col < scene.width; ++col)
+      (*image)[size_t(row) * scene.width + col].array() +=
+          static_cast<float>(2 * Smooth(2 - (Vector2d(col, row) - spot).norm() / reach));
+}
+
 }  // namespace
 
 RgbImage RenderPhoto(const PhotoScene& scene, const std::vector<ScenePiece>& pieces) {
   const Lens lens(scene);
   Canvas canvas{kFine * scene.width, kFine * scene.height, {}, {}};
   canvas.depth.assign(size_t(canvas.width) * canvas.height, 0.0f);
-  canvas.color.resize(canvas.depth.size());
+  canvas.light.resize(canvas.depth.size());
   PaintGround(scene, lens, pieces, &canvas);
   for (const ScenePiece& piece : pieces) {
     PaintCloth(scene, lens, piece, &canvas);
-    if (scene.has_disc) PaintDisc(scene, lens, piece.place, &canvas);
+    if (scene.has_disc) PaintDisc(scene, lens, piece.place + scene.disc_place, &canvas);
   }
+  for (const ScenePatch& patch : scene.patches) PaintPatch(lens, patch, &canvas);
   if (scene.tag_side > 0) PaintTag(scene, lens, &canvas);
-  std::vector<Vector3d> image(size_t(scene.width) * scene.height, Vector3d::Zero());
-  for (int row = 0; row < canvas.height; ++row)
-    for (int col = 0; col < canvas.width; ++col)
-      image[size_t(row / kFine) * scene.width + col / kFine] +=
-          canvas.color[size_t(row) * canvas.width + col] / (kFine * kFine);
-  if (scene.glare > 0) {
-    const Vector2d spot = lens.Project({0.11, 0.05, -0.03}) / kFine;
-    const double reach = (lens.Project({0.11 + scene.glare, 0.05, -0.03}) / kFine - spot).norm();
-    for (int row = 0; row < scene.height; ++row)
-      for (int col = 0; col < scene.width; ++col)
-        image[size_t(row) * scene.width + col] +=
-            Vector3d::Constant(2 * Smooth(2 - (Vector2d(col, row) - spot).norm() / reach));
-  }
+  Picture image = PixelLight(scene, canvas);
+  if (scene.glare > 0) AddGlare(scene, lens, &image);
   Blur(scene, &image);
   std::mt19937 random(scene.seed);
-  std::normal_distribution<double> noise(0, scene.noise);
+  std::normal_distribution<float> noise(0, static_cast<float>(scene.noise));
   RgbImage result{scene.width, scene.height, {}};
+  result.rgb.reserve(3 * image.size());
   for (int row = 0; row < scene.height; ++row)
     for (int col = 0; col < scene.width; ++col) {
       const double light = scene.exposure * (1 + scene.falloff * (double(col) / scene.width - 0.5));
-      for (int c = 0; c < 3; ++c)
-        result.rgb.push_back(static_cast<uint8_t>(std::lround(
-            255 * std::clamp(light * image[size_t(row) * scene.width + col][c] + noise(random), 0.0,
-                             1.0))));
+      for (int c = 0; c < 3; ++c) {
+        const double seen = Stored(light * image[size_t(row) * scene.width + col][c]);
+        const double s = std::clamp(seen, 0.0, 1.0);
+        const double toned = s + scene.tone * s * (1 - s) * (2 * s - 1);
+        result.rgb.push_back(
+            static_cast<uint8_t>(std::lround(255 * std::clamp(toned + noise(random), 0.0, 1.0))));
+      }
     }
   return result;
-}
-
-namespace {
-
-void Append(std::vector<uint8_t>* bytes, uint32_t value, int size) {
-  for (int i = size - 1; i >= 0; --i) bytes->push_back(static_cast<uint8_t>(value >> (8 * i)));
-}
-void AppendEntry(std::vector<uint8_t>* bytes, uint32_t tag, uint32_t type, uint32_t value) {
-  constexpr uint32_t kShort = 3;
-  Append(bytes, tag, 2);
-  Append(bytes, type, 2);
-  Append(bytes, 1, 4);
-  Append(bytes, type == kShort ? value << 16 : value, 4);
-}
-
-std::vector<uint8_t> ExifSegment(const PhotoScene& scene) {
-  constexpr uint32_t kShort = 3, kLong = 4, kSecond = 38;
-  std::vector<uint8_t> tiff = {'M', 'M', 0, 42, 0, 0, 0, 8};
-  Append(&tiff, 2, 2);
-  AppendEntry(&tiff, 0x0112, kShort, static_cast<uint32_t>(scene.orientation));
-  AppendEntry(&tiff, 0x8769, kLong, kSecond);
-  Append(&tiff, 0, 4);
-  Append(&tiff, 3, 2);
-  AppendEntry(&tiff, 0xA002, kLong, static_cast<uint32_t>(scene.width));
-  AppendEntry(&tiff, 0xA003, kLong, static_cast<uint32_t>(scene.height));
-  AppendEntry(&tiff, 0xA405, kShort, static_cast<uint32_t>(std::lround(scene.focal_35mm)));
-  Append(&tiff, 0, 4);
-  std::vector<uint8_t> segment = {0xFF, 0xE1};
-  Append(&segment, static_cast<uint32_t>(tiff.size() + 8), 2);
-  for (const char c : {'E', 'x', 'i', 'f', '\0', '\0'}) segment.push_back(static_cast<uint8_t>(c));
-  segment.insert(segment.end(), tiff.begin(), tiff.end());
-  return segment;
-}
-
-// Turned by a quarter clockwise: what orientation 8 turns back.
-RgbImage QuarterTurned(const RgbImage& image) {
-  RgbImage turned{image.height, image.width, std::vector<uint8_t>(image.rgb.size())};
-  for (int row = 0; row < turned.height; ++row)
-    for (int col = 0; col < turned.width; ++col)
-      std::copy_n(&image.rgb[3 * (size_t(image.height - 1 - col) * image.width + row)], 3,
-                  &turned.rgb[3 * (size_t(row) * turned.width + col)]);
-  return turned;
-}
-
-}  // namespace
-
-std::vector<uint8_t> PhotoFile(const PhotoScene& scene, const RgbImage& image) {
-  PhotoScene held = scene;
-  const RgbImage stored = scene.orientation == 8 ? QuarterTurned(image) : image;
-  held.width = stored.width;
-  held.height = stored.height;
-  std::vector<uint8_t> jpeg =
-      EncodeJpeg(stored.rgb, stored.width, stored.height, 3, scene.jpeg_quality);
-  if (!scene.has_exif) return jpeg;
-  const std::vector<uint8_t> exif = ExifSegment(held);
-  jpeg.insert(jpeg.begin() + 2, exif.begin(), exif.end());
-  return jpeg;
 }
 
 PhotoScene RandomScene(unsigned number) {

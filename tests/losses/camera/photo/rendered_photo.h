@@ -12,6 +12,12 @@ namespace drape {
 
 using Rgb = Eigen::Vector3d;  // 0 … 1, as stored (sRGB)
 
+// Something flat beside or on the cloth: a convex polygon [m].
+struct ScenePatch {
+  Rgb color;
+  std::vector<Eigen::Vector3d> corners;
+};
+
 // A scene that is rendered as a telephone would take it: a drape under a disc, above a table.
 struct PhotoScene {
   int width = 1600, height = 1200;  // [px]
@@ -22,10 +28,12 @@ struct PhotoScene {
   double ground_height = -0.25;  // [m]
   bool has_disc = true;
   double disc_radius = 0.09, disc_height = 0.0;  // [m]
+  Eigen::Vector2d disc_place{0.0, 0.0};          // from the support's axis [m]
   double tag_side = 0.0;                         // [m] 0: none; id 7 of family 36h11
   Eigen::Vector3d tag_place{0.0, 0.0, 0.001};    // of its centre [m]
   Eigen::Vector2d light{0.25, 0.15};             // x and y of where the light comes from, z = 1
   double shadow = 0.35;   // share of the light that the shadow on the ground lacks
+  double soft = 0.03;     // width of the shadow's edge [m]
   double falloff = 0.15;  // of the light from one side of the picture to the other
   double texture = 0.02;  // of cloth and ground, standard deviation
   double noise = 0.012;   // of a channel, standard deviation
@@ -37,6 +45,11 @@ struct PhotoScene {
   int orientation = 1;  // EXIF, of how the camera was held
   bool has_exif = true;
   unsigned seed = 1;
+  double distortion = 0.0;  // k1: a point at r focal lengths from the axis is seen at r(1 + k1 r²)
+  double tone = 0.0;        // contrast that the camera adds to stored values, 0 … 1
+  Rgb stripe{0, 0, 0};      // second colour of the cloth
+  double stripes = 0.0;     // their width [m]; 0: plain
+  std::vector<ScenePatch> patches;
 };
 
 // One piece of cloth in a scene.
@@ -46,10 +59,8 @@ struct ScenePiece {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();  // where its axis is [m]
 };
 
+// What the camera stores. Shadows, lens and pixels multiply and mix light, not stored numbers.
 RgbImage RenderPhoto(const PhotoScene& scene, const std::vector<ScenePiece>& pieces);
-// The file that a telephone would write of a picture: turned as it was held, with EXIF data.
-std::vector<uint8_t> PhotoFile(const PhotoScene& scene, const RgbImage& image);
-
 // A scene of a colourful laboratory, of that number.
 PhotoScene RandomScene(unsigned number);
 

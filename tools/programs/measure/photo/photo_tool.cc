@@ -32,6 +32,7 @@ Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
                {"overlay", "overlay.png"},
                {"marker", ToString(options.photo.marker)},
                {"dc", result.shape.drape_coefficient},
+               {"dc_sd", result.coefficient_sd},
                {"dc_is", "estimate from the hem's estimated heights"},
                {"dc_without_camera_model", result.plane_coefficient},
                {"folds", result.shape.folds},
@@ -55,9 +56,10 @@ std::string ResultText(const std::string& photo, const PhotoToolOptions& options
   std::string text =
       photo + "\n" +
       Format(
-          "  drape coefficient          %.1f %% (estimate of the vertical projection; %.1f %% "
-          "without a model of the camera)\n",
-          100 * result.shape.drape_coefficient, 100 * result.plane_coefficient) +
+          "  drape coefficient          %.1f +- %.1f %% (estimate of the vertical projection; "
+          "%.1f %% without a model of the camera)\n",
+          100 * result.shape.drape_coefficient, 100 * result.coefficient_sd,
+          100 * result.plane_coefficient) +
       Format("  folds                      %d\n", result.shape.folds) +
       Format("  radius                     %.1f … %.1f mm\n", 1e3 * result.shape.radius_min,
              1e3 * result.shape.radius_max);

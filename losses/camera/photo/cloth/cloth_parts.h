@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/photo/cloth_mask.h"
+#include "losses/camera/photo/cloth/cloth_mask.h"
 
 // Internal to losses/camera/photo.
 namespace drape {

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/camera/photo/marker.h"
-
-#include <apriltag/apriltag.h>
-#include <apriltag/tag36h11.h>
+#include "losses/camera/photo/marker/disc.h"
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <opencv2/imgproc.hpp>
 #include <random>
 
@@ -145,7 +141,7 @@ double DistanceFrom(const cv::RotatedRect& ellipse, const Vector2d& p) {
   const Vector2d d = p - Vector2d(ellipse.center.x, ellipse.center.y);
   const double u = (d.x() * std::cos(turn) + d.y() * std::sin(turn)) / (0.5 * ellipse.size.width);
   const double v = (-d.x() * std::sin(turn) + d.y() * std::cos(turn)) / (0.5 * ellipse.size.height);
-  return (1 - 1 / std::hypot(u, v)) * d.norm();
+  return (1 - 1 / std::max(std::hypot(u, v), 1e-6)) * d.norm();
 }
 
 // On each ray the edge nearest to the ellipse, where it is within the tolerance.
@@ -165,22 +161,14 @@ std::vector<Vector2d> PointsOn(const std::vector<Edge>& edges, const cv::Rotated
   return points;
 }
 
-struct Deleter {
-  void operator()(apriltag_family_t* family) const { tag36h11_destroy(family); }
-  void operator()(apriltag_detector_t* detector) const { apriltag_detector_destroy(detector); }
-  void operator()(zarray_t* detections) const { apriltag_detections_destroy(detections); }
-};
-
-double ComputeArea(const apriltag_detection_t& tag) {
-  double area = 0.0;
-  for (int i = 0; i < 4; ++i) {
-    const double *a = tag.p[i], *b = tag.p[(i + 1) % 4];
-    area += 0.5 * (a[0] * b[1] - a[1] * b[0]);
-  }
-  return std::abs(area);
-}
-
 }  // namespace
+
+cv::RotatedRect FitEllipse(const std::vector<Vector2d>& points) {
+  std::vector<cv::Point2f> places;
+  for (const Vector2d& p : points)
+    places.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
+  return cv::fitEllipseAMS(places);
+}
 
 std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& cloth) {
   constexpr double kLeastShare = 0.5;
@@ -200,39 +188,21 @@ std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& clot
   for (const double tolerance : kTolerances) {
     rim.points = PointsOn(edges, rim.ellipse, std::max(1.2, tolerance * circle.radius));
     if (rim.points.size() < kLeastPoints) return std::nullopt;
-    std::vector<cv::Point2f> points;
-    for (const Vector2d& p : rim.points)
-      points.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
-    rim.ellipse = cv::fitEllipseAMS(points);
+    rim.ellipse = FitEllipse(rim.points);
   }
   rim.share = double(rim.points.size()) / kRays;
   if (rim.share < kLeastShare) return std::nullopt;
   return rim;
 }
 
-std::optional<std::array<Eigen::Vector2d, 4>> FindTag(const PhotoPlanes& planes) {
-  constexpr int kMostErrors = 1;  // bits that are corrected
-  constexpr float kLeastMargin = 20;
-  cv::Mat1b gray;
-  cv::cvtColor(planes.rgb, gray, cv::COLOR_RGB2GRAY);
-  const std::unique_ptr<apriltag_family_t, Deleter> family(tag36h11_create());
-  const std::unique_ptr<apriltag_detector_t, Deleter> detector(apriltag_detector_create());
-  apriltag_detector_add_family_bits(detector.get(), family.get(), kMostErrors);
-  detector->quad_decimate = 1;
-  image_u8_t image{gray.cols, gray.rows, static_cast<int32_t>(gray.step[0]), gray.data};
-  const std::unique_ptr<zarray_t, Deleter> found(apriltag_detector_detect(detector.get(), &image));
-  const apriltag_detection_t* best = nullptr;
-  for (int i = 0; i < zarray_size(found.get()); ++i) {
-    apriltag_detection_t* tag = nullptr;
-    zarray_get(found.get(), i, &tag);
-    if (tag->decision_margin < kLeastMargin) continue;
-    if (best == nullptr || ComputeArea(*tag) > ComputeArea(*best)) best = tag;
-  }
-  if (best == nullptr) return std::nullopt;
-  std::array<Eigen::Vector2d, 4> corners;
-  // The library's pixel centres are at halves.
-  for (size_t i = 0; i < 4; ++i) corners[i] = {best->p[i][0] - 0.5, best->p[i][1] - 0.5};
-  return corners;
+cv::Mat1f RenderEllipse(cv::Size size, const cv::RotatedRect& ellipse) {
+  cv::Mat1f coverage(size);
+  for (int row = 0; row < size.height; ++row)
+    for (int col = 0; col < size.width; ++col) {
+      const Vector2d p(col, row);
+      coverage(row, col) = static_cast<float>(std::clamp(0.5 - DistanceFrom(ellipse, p), 0.0, 1.0));
+    }
+  return coverage;
 }
 
 }  // namespace drape

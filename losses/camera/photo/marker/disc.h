@@ -2,14 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
 
-#include "losses/camera/photo/cloth_mask.h"
+#include "losses/camera/photo/picture/photo_planes.h"
 
-// Internal to losses/camera/photo: what says where the camera was.
+// Internal to losses/camera/photo: the disc on the cloth.
 namespace drape {
 
 // The rim of the disc on the cloth.
@@ -19,12 +18,15 @@ struct DiscRim {
   double share = 0.0;                   // of the rays on which it is seen
 };
 
+// The ellipse through points, least squares.
+cv::RotatedRect FitEllipse(const std::vector<Eigen::Vector2d>& points);
+
 // The rim of a disc inside a cloth: on each ray from the cloth's middle the places where the colour
 // changes most, through which a circle is drawn by RANSAC and then an ellipse by least squares,
 // with a tolerance that shrinks. None where less than half of the rays agree.
 std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& cloth);
 
-// The corners of the largest AprilTag of family 36h11 [px of the working picture], as in PoseInput.
-std::optional<std::array<Eigen::Vector2d, 4>> FindTag(const PhotoPlanes& planes);
+// The coverage by an ellipse, 0 … 1, of pixels of a picture of that size.
+cv::Mat1f RenderEllipse(cv::Size size, const cv::RotatedRect& ellipse);
 
 }  // namespace drape

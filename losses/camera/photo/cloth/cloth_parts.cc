@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/camera/photo/cloth_parts.h"
+#include "losses/camera/photo/cloth/cloth_parts.h"
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
-#include "losses/camera/photo/marker.h"
+#include "losses/camera/photo/marker/disc.h"
 #include "physics/util/text_format.h"
 
 namespace drape {

@@ -41,8 +41,10 @@ struct PoseInput {
 
 struct FoundPose {
   PhotoPose pose;
-  double rms = 0.0;      // of the rim or the tag's corners [px]
-  double tilt_sd = 0.0;  // standard deviation of the tilt, of its less certain component [rad]
+  double rms = 0.0;        // of the rim or the tag's corners [px]
+  double tilt_sd = 0.0;    // standard deviation of the tilt, of its less certain component [rad]
+  double height_sd = 0.0;  // of the eye's height and so of the scale, relative
+  double first_harmonic = 0.0;  // of the hem about the axis, which the pose leaves over [m]
 };
 
 // Least squares over rim and tag. Near the vertical a circle says little of the tilt, and it cannot

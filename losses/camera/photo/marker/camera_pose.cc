@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/camera/photo/camera_pose.h"
+#include "losses/camera/photo/marker/camera_pose.h"
 
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
@@ -159,14 +159,29 @@ VectorXd MakeStart(const PoseInput& input) {
   return p;
 }
 
+// [px]
 double RimRms(const PoseInput& input, const VectorXd& p) {
-  const PhotoPose pose = MakePose(input, p);
-  double sum = 0.0;
-  for (const Vector2d& point : input.rim)
-    sum += std::pow((pose.WorldFromImage(point, input.rim_height).norm() - input.rim_radius) *
-                        input.focal / (pose.eye.z() - input.rim_height),
-                    2);
-  return std::sqrt(sum / std::max<size_t>(input.rim.size(), 1));
+  const auto points = static_cast<Eigen::Index>(input.rim.size());
+  return std::sqrt(Residuals(input, p, 1.0).head(points).squaredNorm() /
+                   std::max(1.0, static_cast<double>(points)));
+}
+
+// Without points that lie far off the rim: a crease, a highlight, a finger.
+void RemoveOutliers(const VectorXd& p, PoseInput* input) {
+  constexpr double kMost = 5.0;    // median deviations
+  constexpr double kSlack = 0.05;  // [px]
+  if (input->rim.empty()) return;
+  const VectorXd residuals = Residuals(*input, p, 1.0);
+  std::vector<double> sizes;
+  for (size_t i = 0; i < input->rim.size(); ++i)
+    sizes.push_back(std::abs(residuals[static_cast<Eigen::Index>(i)]));
+  std::vector<double> sorted = sizes;
+  std::nth_element(sorted.begin(), sorted.begin() + long(sorted.size() / 2), sorted.end());
+  const double most = kSlack + kMost * sorted[sorted.size() / 2];
+  std::vector<Vector2d> kept;
+  for (size_t i = 0; i < sizes.size(); ++i)
+    if (sizes[i] <= most) kept.push_back(input->rim[i]);
+  input->rim = kept;
 }
 
 double TagRms(const PoseInput& input, const VectorXd& p) {
@@ -194,34 +209,36 @@ Vector2d PhotoPose::ImageFromWorld(const Vector3d& x) const {
   return principal + focal * Vector2d(own.x(), -own.y()) / -own.z();
 }
 
-std::optional<FoundPose> FindPose(const PoseInput& input) {
+std::optional<FoundPose> FindPose(const PoseInput& whole) {
   constexpr int kDirections = 6;
   constexpr double kStartTilt = 0.1;  // [rad] the circle alone has no gradient at 0
+  PoseInput input = whole;
   const VectorXd start = MakeStart(input);
-  double rim_sigma = 1.0;
   Minimum best;
-  for (int round = 0; round < 2; ++round) {
-    best = {};
-    for (int i = 0; i < kDirections; ++i) {
-      VectorXd p = start;
-      const double angle = 2 * M_PI * i / kDirections;
-      p[0] = kStartTilt * std::cos(angle);
-      p[1] = kStartTilt * std::sin(angle);
-      // The eye moves so that the support stays where it is seen.
-      p[2] += p[4] * p[1];
-      p[3] -= p[4] * p[0];
-      const Minimum found = Minimise(input, p, rim_sigma);
-      if (found.cost < best.cost) best = found;
-    }
-    const double noise = std::max(RimRms(input, best.p), kRimNoise);
-    rim_sigma = std::hypot(noise, kRimFloor * std::sqrt(0.5 * double(input.rim.size())));
+  for (int i = 0; i < kDirections; ++i) {
+    VectorXd p = start;
+    const double angle = 2 * M_PI * i / kDirections;
+    p[0] = kStartTilt * std::cos(angle);
+    p[1] = kStartTilt * std::sin(angle);
+    // The eye moves so that the support stays where it is seen.
+    p[2] += p[4] * p[1];
+    p[3] -= p[4] * p[0];
+    const Minimum found = Minimise(input, p, 1.0);
+    if (found.cost < best.cost) best = found;
   }
+  if (!std::isfinite(best.cost)) return std::nullopt;
+  RemoveOutliers(best.p, &input);
+  const double noise = std::max(RimRms(input, best.p), kRimNoise);
+  best = Minimise(input, best.p,
+                  std::hypot(noise, kRimFloor * std::sqrt(0.5 * double(input.rim.size()))));
   if (!std::isfinite(best.cost) || best.hessian.size() == 0) return std::nullopt;
   const Eigen::MatrixXd covariance =
       best.hessian.ldlt().solve(Eigen::MatrixXd::Identity(best.p.size(), best.p.size()));
   FoundPose found{MakePose(input, best.p),
                   input.rim.empty() ? TagRms(input, best.p) : RimRms(input, best.p),
-                  std::sqrt(std::max(covariance(0, 0), covariance(1, 1)))};
+                  std::sqrt(std::max(covariance(0, 0), covariance(1, 1))),
+                  std::sqrt(covariance(4, 4)) / best.p[4],
+                  FirstHarmonic(input, MakePose(input, best.p)).norm()};
   return found;
 }
 

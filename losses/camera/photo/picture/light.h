@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "losses/image/image.h"
+
+// Internal to losses/camera/photo: a lens blurs light, not the numbers that a file stores of it. A
+// place where half of the light of either side falls is therefore found in linear light; by stored
+// values, a light disc looks .3 standard deviations of the blur too large, a dark one too small.
+namespace drape {
+
+// The light of each stored value, 0 … 1 (IEC 61966-2-1, sRGB).
+const std::array<float, 256>& LightOfStored();
+
+// The light at a place of a picture, bilinear.
+Eigen::Vector3f LightAt(const RgbImage& image, const Eigen::Vector2d& place);
+
+// Finds a blurred step in samples along a line across it: least squares of
+// (1 − Φ)·(a + b t) + Φ·(c + d t), Φ the normal distribution of (t − place)/sigma.
+class StepFinder {
+ public:
+  struct Step {
+    double place = 0.0;     // [px] from the middle of the samples
+    double misfit = 0.0;    // root mean square, in units of the samples
+    bool at_limit = false;  // of the search, which is half of the reach: no step was found
+  };
+
+  // Samples from −reach to reach [px].
+  StepFinder(double reach, double step, double sigma);
+  Step Find(const Eigen::VectorXd& samples) const;
+  static Eigen::Index CountSamples(double reach, double step);
+
+ private:
+  using Basis = Eigen::Matrix<double, Eigen::Dynamic, 4>;
+  double first_place_;
+  std::vector<Basis> bases_;  // orthonormal, of the model at each place
+};
+
+}  // namespace drape

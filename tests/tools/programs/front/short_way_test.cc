@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// drapefit photo.jpg --mass=…, all of its programs run, on a rendered photograph of a known drape.
+#include <gmock/gmock.h>
+
+#include "physics/material/material_io.h"
+#include "tests/losses/camera/photo/photo_file.h"
+#include "tests/losses/camera/photo/photo_trial.h"
+#include "tests/tools/tool_fixture.h"
+
+namespace drape::test {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kDrapefit = std::string(DRAPE_BIN_DIR) + "/drapefit";
+const std::string kFabrics = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/";
+
+class ShortWay : public ToolFixture {
+ protected:
+  // A telephone's picture of the drape.
+  std::string AddPhoto(const KnownDrape& drape) const {
+    PhotoScene scene;
+    scene.tilt = {0.05, 0.03};
+    scene.eye = {0.05, -0.04, 1.0};
+    const std::string path = Path("photo.jpg");
+    WritePhotoFile(scene, RenderPhoto(scene, {{&drape.mesh, drape.x}}), path);
+    return path;
+  }
+  // fit_bayes.json with a small mesh and few samples.
+  std::string AddConfig() const {
+    return Write("fit.json", Json({{"material", kFabrics + "synthetic_shirt.json"},
+                                   {"model", "bayes"},
+                                   {"mesh", "disc:200"},
+                                   {"num_parameters", "2"},
+                                   {"posterior_samples", 4},
+                                   {"posterior_rank", 2},
+                                   {"min_relative_stiffness", 0.1}})
+                                 .dump());
+  }
+};
+
+TEST_F(ShortWay, LeadsFromAPhotographToAReport) {
+  const KnownDrape wool = SimulateDrape("synthetic_wool", 1);
+  const double mass = 1000 * ReadMaterial(kFabrics + "synthetic_wool.json").field.density;
+  const ProcessResult result =
+      RunProcess({kDrapefit, AddPhoto(wool), "--mass=" + std::to_string(mass),
+                  "--fit_config=" + AddConfig(), "--draws=2", "--out=" + Path("out")});
+  ASSERT_EQ(result.exit_code, 0) << result.err << result.out;
+  const Json photo = ReadJson(Path("out/photo/summary.json"));
+  EXPECT_NEAR(100 * photo["dc"].get<double>(), 100 * wool.coefficient, 0.5);
+  const Json fit = ReadJson(Path("out/fit/summary.json"));
+  EXPECT_EQ(fit["images"][0]["camera"]["kind"], "pinhole");
+  EXPECT_NEAR(100 * fit["images"][0]["metrics"]["dc_fit"].get<double>(), 100 * wool.coefficient, 3);
+  EXPECT_NE(Read(Path("out/predict/summary.json")), "");
+  const std::string page = Read(Path("out/report.html"));
+  EXPECT_THAT(page, HasSubstr("<svg viewBox"));
+  EXPECT_THAT(page, HasSubstr("data:image/png;base64"));
+  EXPECT_THAT(page, HasSubstr("class=\"image\""));
+  EXPECT_THAT(page, HasSubstr("class=\"fitted\""));
+}
+
+// A photograph that is refused ends the run with its line, and the picture that shows why.
+TEST_F(ShortWay, EndsAtAPhotographThatIsRefused) {
+  PhotoScene scene;
+  scene.width = 800;
+  scene.height = 600;
+  const std::string path = Path("empty.jpg");
+  WritePhotoFile(scene, RenderPhoto(scene, {}), path);
+  const ProcessResult result = RunProcess({kDrapefit, path, "--mass=150", "--out=" + Path("out")});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("no cloth: "));
+  EXPECT_TRUE(std::filesystem::exists(Path("out/photo/refused.png")));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/fit")));
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape_photo with the files that people send.
+#include <gmock/gmock.h>
+
+#include "losses/camera/camera_io.h"
+#include "tests/losses/camera/photo/photo_file.h"
+#include "tests/losses/camera/photo/photo_trial.h"
+#include "tests/losses/image/encode.h"
+#include "tests/tools/tool_fixture.h"
+
+namespace drape::test {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kPhoto = std::string(DRAPE_BIN_DIR) + "/drape_photo";
+
+const KnownDrape& Wool() {
+  static const KnownDrape drape = SimulateDrape("synthetic_wool", 1);
+  return drape;
+}
+
+PhotoScene SmallScene() {
+  PhotoScene scene;
+  scene.width = 1000;
+  scene.height = 750;
+  scene.focal_35mm = 38;
+  return scene;
+}
+
+const RgbImage& Picture() {
+  static const RgbImage picture = RenderPhoto(SmallScene(), {{&Wool().mesh, Wool().x}});
+  return picture;
+}
+
+std::vector<uint8_t> Grey(const RgbImage& image) {
+  std::vector<uint8_t> grey;
+  for (size_t i = 0; i < image.rgb.size(); i += 3)
+    grey.push_back(
+        static_cast<uint8_t>((image.rgb[i] + 2 * image.rgb[i + 1] + image.rgb[i + 2]) / 4));
+  return grey;
+}
+
+std::string Text(const std::vector<uint8_t>& bytes) { return {bytes.begin(), bytes.end()}; }
+
+class PhotoTool : public ToolFixture {
+ protected:
+  ProcessResult Run(const std::string& photo, const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> command = {kPhoto, photo, "--out=" + Path("out")};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProcess(command);
+  }
+  void ExpectMeasured(const ProcessResult& result) const {
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NEAR(100 * ReadJson(Path("out/summary.json"))["dc"].get<double>(),
+                100 * Wool().coefficient, 0.5);
+  }
+};
+
+TEST_F(PhotoTool, WritesWhatAFitReads) {
+  WritePhotoFile(SmallScene(), Picture(), Path("a.jpg"));
+  ExpectMeasured(Run(Path("a.jpg")));
+  const Camera camera = ReadCamera(Path("out/camera.json"));
+  const GrayImage silhouette = ReadImage(Path("out/silhouette.png"));
+  EXPECT_EQ(silhouette.width, camera.width);
+  EXPECT_EQ(silhouette.height, camera.height);
+  EXPECT_NEAR(camera.eye_height, SmallScene().eye.z(), 0.01);
+  EXPECT_TRUE(std::filesystem::exists(Path("out/overlay.png")));
+}
+
+TEST_F(PhotoTool, ReadsGreyJpegAnd16BitPng) {
+  const RgbImage& picture = Picture();
+  const auto grey = EncodeJpeg(Grey(picture), picture.width, picture.height, 1);
+  ExpectMeasured(Run(Write("grey.jpg", Text(grey)), {"--focal_35mm=38"}));
+  std::vector<uint16_t> deep;  // libpng takes 16 bits as linear light
+  for (const uint8_t value : picture.rgb) {
+    const double stored = value / 255.0;
+    const double light =
+        stored <= 0.04045 ? stored / 12.92 : std::pow((stored + 0.055) / 1.055, 2.4);
+    deep.push_back(static_cast<uint16_t>(std::lround(65535 * light)));
+  }
+  const auto png = EncodePng(deep.data(), picture.width, picture.height, PNG_FORMAT_LINEAR_RGB);
+  ExpectMeasured(Run(Write("deep.png", Text(png)), {"--focal_35mm=38"}));
+}
+
+TEST_F(PhotoTool, RefusesOtherFilesInOneLine) {
+  const RgbImage& picture = Picture();
+  const std::string whole = Text(PhotoFile(SmallScene(), picture));
+  const auto cmyk = EncodeJpeg(std::vector<uint8_t>(size_t(4) * 64 * 48, 90), 64, 48, 4);
+  const struct {
+    const char *name, *reason;
+    std::string content;
+  } files[] = {{"half.jpg", "truncated or damaged JPEG", whole.substr(0, whole.size() / 2)},
+               {"cmyk.jpg", "4 channels, expected 1 (grey) or 3 (colour)", Text(cmyk)},
+               {"moving.gif", "neither JPEG nor PNG", "GIF89a\x10\x10"},
+               {"apple.jpg", "neither JPEG nor PNG",
+                std::string("\0\0\0\x18"
+                            "ftypheic",
+                            12)},
+               {"web.jpg", "neither JPEG nor PNG", std::string("RIFF\0\0\0\0WEBP", 12)},
+               {"page.png", "neither JPEG nor PNG", "%PDF-1.7\n"},
+               {"empty.jpg", "is empty", ""}};
+  for (const auto& file : files)
+    ExpectOneLineError(Run(Write(file.name, file.content)), file.reason);
+  EXPECT_FALSE(std::filesystem::exists(Path("out/summary.json")));
+}
+
+// A result that was there is kept, and the next one takes its place.
+TEST_F(PhotoTool, ARefusalKeepsWhatWasThere) {
+  WritePhotoFile(SmallScene(), Picture(), Path("a.jpg"));
+  ExpectMeasured(Run(Path("a.jpg")));
+  const std::string before = Read(Path("out/summary.json"));
+  PhotoScene bare = SmallScene();
+  bare.has_disc = false;
+  WritePhotoFile(bare, RenderPhoto(bare, {{&Wool().mesh, Wool().x}}), Path("b.jpg"));
+  ExpectOneLineError(Run(Path("b.jpg")), "no disc: ");
+  EXPECT_EQ(Read(Path("out/summary.json")), before);
+  EXPECT_GT(ReadImage(Path("out/refused.png")).width, 0);
+  ExpectMeasured(Run(Path("a.jpg")));
+  EXPECT_FALSE(std::filesystem::exists(Path("out/refused.png")));
+}
+
+}  // namespace
+}  // namespace drape::test
