@@ -176,7 +176,7 @@ class Development {
   }
 
   void CheckCentre(double off) {
-    constexpr double kMost = 8e-3, kNoted = 4e-3;  // [m]
+    constexpr double kMost = 6e-3, kNoted = 3e-3;  // [m]
     if (off <= kNoted) return;
     const std::string text = Format(
         "the outline is %.0f mm off the centre of the disc, expected at most %.0f: does the "

@@ -64,6 +64,7 @@ TEST_F(ShortWay, EndsAtAPhotographThatIsRefused) {
   PhotoScene scene;
   scene.width = 800;
   scene.height = 600;
+  scene.falloff = 0;
   const std::string path = Path("empty.jpg");
   WritePhotoFile(scene, RenderPhoto(scene, {}), path);
   const ProcessResult result = RunProcess({kDrapefit, path, "--mass=150", "--out=" + Path("out")});

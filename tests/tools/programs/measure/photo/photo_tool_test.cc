@@ -53,7 +53,7 @@ class PhotoTool : public ToolFixture {
   void ExpectMeasured(const ProcessResult& result) const {
     ASSERT_EQ(result.exit_code, 0) << result.err;
     EXPECT_NEAR(100 * ReadJson(Path("out/summary.json"))["dc"].get<double>(),
-                100 * Wool().coefficient, 0.5);
+                100 * Wool().coefficient, 0.7);
   }
 };
 
