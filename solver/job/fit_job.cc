@@ -207,9 +207,9 @@ void EstimateFittedStiffness(const FitSpec& spec, const FitProblem& problem,
   const bool sampled = report.posterior && report.posterior->kind == PosteriorKind::kHierarchy;
   report.fabric_sheet = MakeSheet(
       spec, report,
-      sampled
-          ? JudgeByPosterior(MakeStoredPosterior(*report.posterior), estimates.stretch.determined)
-          : JudgeByLaplace(table, tie, rows, spec.stages.prior_sigma));
+      sampled ? JudgeByPosterior(MakeStoredPosterior(*report.posterior),
+                                 estimates.stretch.determined, estimates.bend.model_deviation)
+              : JudgeByLaplace(table, tie, rows, spec.stages.prior_sigma));
 }
 
 // That fit ends with the last of its stages that succeeds.

@@ -188,6 +188,7 @@ class LaplaceApproximation {
     const double model = by_strips || !has_outlines_ ? 0.0 : degree * kModelDeviation;
     return StiffnessEstimate{.value = value,
                              .log_deviation = std::hypot(deviation, model),
+                             .model_deviation = model,
                              .determined = by_strips || (outlines_tell && deviation < limit)};
   }
 

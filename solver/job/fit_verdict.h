@@ -19,9 +19,10 @@ struct FitReport;
 
 // A stiffness of the fitted cloth, as its drapes show it, and how well its logarithm is known.
 struct StiffnessEstimate {
-  double value = 0.0;          // EffectiveStretch [N/m] or EffectiveBend [N m]
-  double log_deviation = 0.0;  // standard deviation, the model's error included
-  bool determined = false;     // by the data; else the prior's
+  double value = 0.0;            // EffectiveStretch [N/m] or EffectiveBend [N m]
+  double log_deviation = 0.0;    // standard deviation, the model's error included
+  double model_deviation = 0.0;  // that error: what silhouettes leave and strips do not
+  bool determined = false;       // by the data; else the prior's
 
   // The 90 % interval is value/factor … value·factor.
   double factor() const;

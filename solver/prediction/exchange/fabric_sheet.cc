@@ -177,6 +177,11 @@ double Variance(const std::vector<double>& values) {
   return (all - all.mean()).square().mean();
 }
 
+// The power of the rigidities in a quantity: 1 of a rigidity, 1/3 of a bending length.
+double BendDegree(const LogQuantity& log_quantity, const MaterialField& tables) {
+  return (log_quantity(Scaled(tables, 1.0, 2.0)) - log_quantity(tables)) / std::log(2.0);
+}
+
 std::vector<double> EvaluateAll(const LogQuantity& log_quantity, const FabricSamples& samples) {
   std::vector<double> values;
   for (const MaterialField& tables : samples.tables) values.push_back(log_quantity(tables));
@@ -185,10 +190,12 @@ std::vector<double> EvaluateAll(const LogQuantity& log_quantity, const FabricSam
 
 }  // namespace
 
-Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measured) {
+Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measured,
+                           double bend_deviation) {
   constexpr int kSamples = 1000;
   constexpr double kLeastVariance = 1e-20;  // rounding
   constexpr double kLeastShare = 0.5;
+  constexpr double kQuantile = 1.645;  // of a normal distribution, 90 % two-sided
   struct Samples {
     MaterialField median;
     FabricSamples after, before;
@@ -203,10 +210,12 @@ Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measur
     if (!(prior > kLeastVariance)) return std::nullopt;
     const double left = Variance(after), median = log_quantity(samples->median);
     const bool narrowed = 1.0 - left / prior >= kLeastShare;
-    return KnownTo{
-        .low = std::exp(Quantile(after, 0.05) - median),
-        .high = std::exp(Quantile(after, 0.95) - median),
-        .determined = narrowed && (resistance == Resistance::kBending || stretch_measured)};
+    const bool bends = resistance == Resistance::kBending;
+    const double degree = BendDegree(log_quantity, samples->median);
+    const double model = bends ? kQuantile * std::abs(degree) * bend_deviation : 0.0;
+    return KnownTo{.low = std::exp(-std::hypot(median - Quantile(after, 0.05), model)),
+                   .high = std::exp(std::hypot(Quantile(after, 0.95) - median, model)),
+                   .determined = narrowed && (bends || stretch_measured)};
   };
 }
 

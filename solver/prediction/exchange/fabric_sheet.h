@@ -31,8 +31,10 @@ using Judgement = std::function<std::optional<KnownTo>(const LogQuantity&, Resis
 
 // By samples of a posterior of kind hierarchy. A quantity is determined where the fit has removed
 // at least half of the variance of its logarithm in the prior, as in an ExchangeRecord; stretching
-// only where strips have measured it, since no silhouette does (P57).
-Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measured);
+// only where strips have measured it, since no silhouette does (P57). bend_deviation: standard
+// deviation of the logarithm of a rigidity, the model's error beside the posterior's.
+Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measured,
+                           double bend_deviation = 0.0);
 
 struct FabricSheetInput {
   MaterialField tables;  // one of each kind

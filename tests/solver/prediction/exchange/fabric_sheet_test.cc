@@ -110,6 +110,18 @@ TEST(FabricSheet, APosteriorHasIntervals) {
   EXPECT_EQ(Row(Sheet(JudgeByPosterior(Scales(), true)), "shear_n_per_m").source, "measured");
 }
 
+// What silhouettes leave uncertain is not hidden by a narrow posterior: it counts in full of a
+// rigidity and by a third of a bending length, its cube root.
+TEST(FabricSheet, ThePosteriorHasTheModelsErrorToo) {
+  const LaboratorySheet sheet = Sheet(JudgeByPosterior(Scales(), false, 0.3));
+  const double rigidity = 1.645 * std::hypot(0.1, 0.3);
+  const LaboratoryRow& overall = Row(sheet, "bending_overall_un_m");
+  EXPECT_NEAR(std::log(overall.interval->high / overall.value), rigidity, 0.01);
+  EXPECT_NEAR(std::log(overall.value / overall.interval->low), rigidity, 0.01);
+  const LaboratoryRow& length = Row(sheet, "bending_length_overall_cm");
+  EXPECT_NEAR(std::log(length.interval->high / length.value), rigidity / 3, 0.004);
+}
+
 TEST(FabricSheet, WhatThePosteriorHasNotNarrowedIsFromThePrior) {
   StoredPosterior wide = Scales();
   wide.covariance = Eigen::Vector2d(1.0, 0.6).asDiagonal();  // .64 before
