@@ -20,13 +20,13 @@ class StoredSamplesTest : public FileFixture {
     stored_.samples[1].radius << 0.11, 0.1, 0.12, 0.12, 0.13, 0.11;
   }
   // What Read says of the file with one text for another.
-  void ExpectRefused(const std::string& from, const std::string& to, const std::string& error) {
+  void ExpectRefused(const std::string& from, const std::string& to, const std::string& reason) {
     WriteSamples(Path(""), stored_);
     std::string text = Read(Path(kSamplesFile));
     const std::size_t at = text.find(from);
     ASSERT_NE(at, std::string::npos) << from;
     Write(kSamplesFile, text.replace(at, from.size(), to));
-    EXPECT_INPUT_ERROR(ReadSamples(Path(""), 2), error);
+    EXPECT_INPUT_ERROR(ReadSamples(Path(""), 2), reason);
   }
   StoredSamples stored_;
 };

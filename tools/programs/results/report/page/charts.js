@@ -150,7 +150,7 @@ function key(chart) {
 function drawChart(chart, width) {
   const labels = (chart.labels ?? []).filter((label) => !label.in_picture);
   const wide = Math.max(...(chart.y.ticks ?? [[0, ""]]).map(([, name]) => name.length));
-  const marginLeft = Math.min(Math.max(52, 14 + 6.6 * wide), width / 2);
+  const marginLeft = Math.min(Math.max(52, 14 + 7 * wide), 0.62 * width);
   const longest = Math.max(...(chart.x.ticks ?? [[0, ""]]).map(([, name]) => name.length));
   const across = (chart.x.ticks ?? []).length;
   const tilted = across * (7 * longest + 6) > width - marginLeft;
@@ -174,7 +174,7 @@ function drawChart(chart, width) {
     marginBottom: tilted ? Math.min(150, 24 + 5.4 * longest) : 42,
     style: { fontSize: "12px", background: "none", overflow: "visible" },
     ariaLabel: `${chart.title || "Chart"}: ${chart.y.label} against ${chart.x.label}`,
-    x: { ...axisOptions(chart.x, width, numbers(0)), tickRotate: tilted ? -40 : 0 },
+    x: { ...axisOptions(chart.x, width - marginLeft, numbers(0)), tickRotate: tilted ? -40 : 0 },
     y: axisOptions(chart.y, height, numbers(1)),
     color: coded
       ? { legend: true, marginLeft: 20, marginRight: 20, scheme: "viridis", label: chart.colour?.label, type: chart.colour?.log ? "log" : "linear" }
