@@ -63,7 +63,7 @@ TEST(FabricSheet, HasTheNumbersOfALaboratory) {
   expect("kes_b_weft_gf_cm2_per_cm", 4 / 98.0665, "gf·cm²/cm");
   expect("shear_n_per_m", 20, "N/m");
   expect("fast_eb5_percent", 123 / 20.0, "%");
-  expect("kes_g_gf_per_cm_deg", 20 / 98.0665 * 100 * M_PI / 180 / 100, "gf/(cm·°)");
+  expect("kes_g_gf_per_cm_deg", 20 / 0.980665 * M_PI / 180, "gf/(cm·°)");
   // A strip that is free to contract: c22 − c12²/c11 = 588, c11 − c12²/c22 = 294 N/m.
   expect("fast_e100_warp_percent", 100 * 98.0665 / 588, "%");
   expect("fast_e5_weft_percent", 100 * 4.903325 / 294, "%");
