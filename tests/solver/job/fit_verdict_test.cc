@@ -114,7 +114,9 @@ class FitVerdictTest : public testing::Test {
     drape.force_residual = 1e-9;
     drape.lowest_eigenvalues = Eigen::Vector3d(1.0, 2.0, 3.0);
     report_.drapes = {drape};
-    report_.stiffness = StiffnessEstimates{{100.0, 0.1, false}, {1e-5, 0.9, true}};
+    report_.stiffness =
+        StiffnessEstimates{{.value = 100.0, .log_deviation = 0.1},
+                           {.value = 1e-5, .log_deviation = 0.9, .determined = true}};
   }
   DrapeReport& drape() { return report_.drapes[0]; }
   SilhouetteMetrics& metrics() { return drape().fitted.metrics; }
