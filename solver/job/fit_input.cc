@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -131,12 +130,9 @@ MaterialField ReadStartTables(const FitSpec& spec, const std::string& file, doub
   MaterialField start = material.field;
   if (density > 0.0) start.density = density;
   const int raised = RaiseSmallEntries(start, spec.min_relative_stiffness);
-  if (raised > 0) {
-    std::ostringstream note;
-    note << raised << " start entries of " << file << " were raised to "
-         << spec.min_relative_stiffness << " of their column's largest";
-    notes->push_back(note.str());
-  }
+  if (raised > 0)
+    notes->push_back(Format("%d start entries of %s were raised to %g of their column's largest",
+                            raised, file.c_str(), spec.min_relative_stiffness));
   return InForm(std::move(start), spec.table_form);
 }
 
