@@ -101,6 +101,12 @@ class Development {
     rim_->ellipse = FitEllipse(rim_->points);
   }
 
+  // Without a scale [m]: that of a cloth which hangs straight down, as no other is larger.
+  double LeastBlur() const {
+    const double radius = std::sqrt(cv::contourArea(marks_.outline) / M_PI);
+    return cloth_.blur * discs_.support / radius;
+  }
+
   void RequireMarker() {
     if (options_.marker == PhotoMarker::kTag) {
       marks_.tag = FindTag(planes_);
@@ -109,6 +115,7 @@ class Development {
                            "no AprilTag of family 36h11 is seen, expected one that lies flat and "
                            "is not covered"};
     } else if (!rim_) {
+      CheckBlur(LeastBlur());  // which may be why
       throw PhotoFailure{PhotoFault::kNoDisc,
                          "the rim of the disc on the cloth is not seen, expected a disc of another "
                          "colour than the cloth, a printed tag (marker = tag), or a known scale "
