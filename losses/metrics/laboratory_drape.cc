@@ -22,8 +22,9 @@ struct MeanAndDeviation {
 };
 MeanAndDeviation Describe(const std::vector<double>& values) {
   if (values.empty()) return {};
-  const Eigen::Map<const Eigen::ArrayXd> all(values.data(),
-                                             static_cast<Eigen::Index>(values.size()));
+  // A copy: sums over a vector's own memory depend in their last bits on where it lies.
+  const Eigen::ArrayXd all =
+      Eigen::Map<const Eigen::ArrayXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   return {all.mean(), std::sqrt((all - all.mean()).square().mean())};
 }
 

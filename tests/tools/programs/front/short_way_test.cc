@@ -69,7 +69,7 @@ TEST_F(ShortWay, EndsAtAPhotographThatIsRefused) {
   WritePhotoFile(scene, RenderPhoto(scene, {}), path);
   const ProcessResult result = RunProcess({kDrapefit, path, "--mass=150", "--out=" + Path("out")});
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err, HasSubstr("no cloth: "));
+  EXPECT_THAT(result.err, HasSubstr("empty.jpg: "));
   EXPECT_TRUE(std::filesystem::exists(Path("out/photo/refused.png")));
   EXPECT_FALSE(std::filesystem::exists(Path("out/fit")));
 }
