@@ -140,9 +140,9 @@ OptionTable FitTable(FitToolOptions& options) {
           Grouped("model heterogeneous", FieldOptionList(spec.fields)),
           Grouped("models bayes and bdp",
                   Concatenate(FieldOptionList(spec.posterior), std::vector{PriorOption(spec)}))),
-      .common = {"images", "specimen", "support", "image_width_mm", "lab_tests", "data", "fabric",
-                 "material", "density", "model", "mesh", "accuracy", "num_parameters", "threads",
-                 "backend", "out", "resume"},
+      .common = {"images", "specimen", "image_width_mm", "lab_tests", "material", "density",
+                 "model", "mesh", "accuracy", "num_parameters", "threads", "backend", "out",
+                 "resume"},
       .given = &options.accuracy.given};
 }
 
