@@ -116,7 +116,7 @@ Picked PickNearest(const cv::Mat1i& labels, const std::vector<Part>& parts, doub
 
 cv::Mat1b PickCloth(const PhotoPlanes& planes, const PhotoOptions& options, const cv::Mat1b& mask,
                     std::vector<std::string>* warnings) {
-  constexpr double kLeastShare = 0.001;               // of the picture
+  constexpr double kLeastShare = 0.0001;              // of the picture
   constexpr double kSecond = 1.0 / 2, kNoted = 0.02;  // of the cloth
   constexpr double kBroken = 0.1;  // of the cloth, from which on it may be in pieces
   cv::Mat1i labels;
