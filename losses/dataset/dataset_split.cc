@@ -18,7 +18,7 @@
 namespace drape {
 namespace {
 
-constexpr char kFormat[] = "drapefit-split";
+constexpr char kSplitFormat[] = "drapefit-split";
 
 using Sample = std::pair<int, int>;  // fabric, sample
 Sample MakeSample(const Capture& capture) { return {capture.fabric, capture.sample}; }
@@ -91,7 +91,7 @@ Split SplitBySample(const std::vector<Capture>& captures, int train_samples, uin
 }
 
 void WriteSplit(const std::string& path, const Split& split) {
-  const nlohmann::ordered_json json = {{"format", kFormat},
+  const nlohmann::ordered_json json = {{"format", kSplitFormat},
                                        {"seed", split.seed},
                                        {"train", SideJson(split.train)},
                                        {"held_out", SideJson(split.held_out)}};
@@ -102,7 +102,7 @@ Split ReadSplit(const std::string& path, const Dataset& dataset) {
   const nlohmann::json json = ReadJsonFile(path);
   const JsonInput input(json, path);
   input.ExpectKeys({"format", "seed", "train", "held_out"});
-  if (input.At("format").String() != kFormat) input.At("format").Fail(kFormat);
+  if (input.At("format").String() != kSplitFormat) input.At("format").Fail(kSplitFormat);
   if (!input.At("seed").value().is_number_unsigned())
     input.At("seed").Fail("a whole number that is not negative");
   Split split{input.At("seed").value().get<uint64_t>(), ReadSide(input.At("train"), dataset),

@@ -10,7 +10,7 @@
 namespace drape {
 namespace {
 
-constexpr char kFormat[] = "drapefit-start-shape";
+constexpr char kShapeFormat[] = "drapefit-start-shape";
 constexpr int kVersion = 1, kMaxWaves = 1000, kMaxModes = 100;
 constexpr double kMaxAmplitude = 0.1, kMaxHemRms = 0.1;  // [m]; the cloth overhangs by 0.06
 constexpr double kMaxPhase = 1e3;                        // [rad]
@@ -25,8 +25,8 @@ StartShape::Mode ParseMode(const JsonInput& input) {
 
 StartShape ParseStartShape(const JsonInput& input) {
   input.ExpectKeys({"format", "version", "modes"});
-  if (input.At("format").String() != kFormat) {
-    input.At("format").Fail(std::string("\"").append(kFormat) + '"');
+  if (input.At("format").String() != kShapeFormat) {
+    input.At("format").Fail(std::string("\"").append(kShapeFormat) + '"');
   }
   if (input.At("version").Integer() != kVersion) input.At("version").Fail("1");
   const JsonInput modes = input.At("modes").ExpectArray();
@@ -50,7 +50,7 @@ StartShape ReadStartShape(const std::string& path) {
 
 void WriteStartShape(const std::string& path, const StartShape& shape) {
   std::string text =
-      "{\n  \"format\": \"" + std::string(kFormat) + "\",\n  \"version\": 1,\n  \"modes\": [";
+      "{\n  \"format\": \"" + std::string(kShapeFormat) + "\",\n  \"version\": 1,\n  \"modes\": [";
   for (size_t i = 0; i < shape.modes.size(); ++i) {
     const StartShape::Mode& mode = shape.modes[i];
     text += i == 0 ? "\n" : ",\n";

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr char kFormat[] = "drapefit-material-field";
+constexpr char kFieldFormat[] = "drapefit-material-field";
 
 // Appends the entries of each table as one row, in the convention of the file: entry × factor.
 template <class Table>
@@ -111,7 +111,7 @@ void WriteMaterialField(const std::string& path, const Material& material, const
   const MaterialField& field = material.field;
   CHECK_EQ(field.stretch.size(), static_cast<std::size_t>(mesh.num_faces()));
   CHECK_EQ(field.bend.size(), static_cast<std::size_t>(mesh.num_hinges()));
-  std::string text = "{\"format\": " + json(kFormat).dump() +
+  std::string text = "{\"format\": " + json(kFieldFormat).dump() +
                      ", \"version\": 1, \"name\": " + json(material.name).dump() +
                      ", \"units\": \"SI\",\n\"source\": " + json(material.source).dump() +
                      ",\n\"convention\": \"mechanical\", \"density\": ";
@@ -127,7 +127,7 @@ Material ReadMaterialFor(const Mesh& mesh, const std::string& path, const Materi
   const bool is_table = IsBendingRow(path) || path.ends_with(".csv");
   if (!is_table && SplitMaterialPath(path).name.empty()) {
     const json file = ReadJsonFile(path);
-    if (file.is_object() && file.value("format", json()) == kFormat)
+    if (file.is_object() && file.value("format", json()) == kFieldFormat)
       return ReadField(mesh, JsonInput(file, path), policy);
   }
   return ReadMaterial(path, policy);

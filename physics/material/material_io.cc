@@ -23,7 +23,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr char kFormat[] = "drapefit-material";
+constexpr char kMaterialFormat[] = "drapefit-material";
 constexpr int kVersion = 1;
 constexpr const char* kColumns[kStretchCols] = {"c11", "c12", "c22", "c33"};
 // Settings of ARCSim beside the tables, and the moduli of another bending law [Feng 2022]; none of
@@ -72,7 +72,7 @@ class EntryReader {
   void ReadOurs() {
     input_.ExpectKeys({"format", "version", "name", "units", "source", "convention", "density",
                        "stretch", "bend"});
-    ExpectString("format", kFormat);
+    ExpectString("format", kMaterialFormat);
     if (input_.At("version").Integer() != kVersion) input_.At("version").Fail("1");
     if (input_.Has("units")) ExpectString("units", "SI");
     if (input_.Has("name")) material_.name = input_.At("name").String();
@@ -323,7 +323,7 @@ Material ReadMaterial(const std::string& path, const MaterialPolicy& policy) {
 void WriteMaterial(const std::string& path, const Material& material, Convention convention) {
   CHECK_EQ(material.field.stretch.size(), 1u);
   CHECK_EQ(material.field.bend.size(), 1u);
-  std::string text = "{\n  \"format\": " + json(kFormat).dump() + ",\n  \"version\": 1,\n";
+  std::string text = "{\n  \"format\": " + json(kMaterialFormat).dump() + ",\n  \"version\": 1,\n";
   text += "  \"name\": " + json(material.name).dump() + ",\n  \"units\": \"SI\",\n";
   if (!material.source.empty()) text += "  \"source\": " + json(material.source).dump() + ",\n";
   text += "  \"convention\": " + json(ConventionName(convention)).dump() + ",\n  \"density\": ";

@@ -21,6 +21,8 @@ struct ProgramResult {
 ProgramResult RunProgram(const std::vector<std::string>& arguments, const std::string& input,
                          const std::vector<std::string>& environment = {});
 
+constexpr double kBytesPerMegabyte = 1e6;
+
 struct ChildResult {
   bool cancelled = false;
   std::string output;       // what the work returned

@@ -55,7 +55,7 @@ struct Arguments {
   va_list list;
 };
 
-void AppendNumber(std::string& text, const Conversion& conversion, double value) {
+void AppendConverted(std::string& text, const Conversion& conversion, double value) {
   if (std::isfinite(value)) return AppendPrinted(text, conversion.Text(), value);
   const bool left = conversion.flags.find('-') != std::string::npos;
   AppendPrinted(text, std::string(left ? "%-" : "%") + conversion.width + "s", "none");
@@ -92,7 +92,7 @@ void AppendConversion(std::string& text, Conversion conversion, Arguments& argum
       }
       break;
     default:
-      AppendNumber(text, conversion, va_arg(arguments.list, double));
+      AppendConverted(text, conversion, va_arg(arguments.list, double));
   }
 }
 

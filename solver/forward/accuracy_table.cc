@@ -16,7 +16,7 @@
 namespace drape {
 namespace {
 
-constexpr char kFormat[] = "drapefit-accuracy";
+constexpr char kAccuracyFormat[] = "drapefit-accuracy";
 constexpr int kVersion = 2;
 
 // Ranges of a table's numbers. Time step and steps are those of --time_step and --steps, though no
@@ -105,14 +105,11 @@ const AccuracyRow& AccuracyTable::Pick(const std::string& accuracy,
 }
 
 std::string AccuracyTableText(const AccuracyTable& table) {
-  nlohmann::ordered_json json = {{"format", kFormat},
-                                 {"version", kVersion},
-                                 {"made_on", table.made_on},
-                                 {"max_residual", kAtRestResidual},
-                                 {"max_drift_mm", 1e3 * kAtRestDrift},
-                                 {"fast_mm", table.fast},
-                                 {"balanced_mm", table.balanced},
-                                 {"exact_mm", table.exact}};
+  nlohmann::ordered_json json = {
+      {"format", kAccuracyFormat},          {"version", kVersion},
+      {"made_on", table.made_on},           {"max_residual", kAtRestResidual},
+      {"max_drift_mm", 1e3 * kAtRestDrift}, {"fast_mm", table.fast},
+      {"balanced_mm", table.balanced},      {"exact_mm", table.exact}};
   for (const AccuracyRow& row : table.rows)
     json["rows"].push_back({{"mesh", row.mesh},
                             {"solve", row.integrator},
@@ -128,7 +125,7 @@ std::string AccuracyTableText(const AccuracyTable& table) {
 AccuracyTable ParseAccuracyTable(const std::string& text, const std::string& where) {
   const nlohmann::json file = ParseJson(text, where);
   const JsonInput input(file, where);
-  if (input.At("format").String() != kFormat) input.At("format").Fail(kFormat);
+  if (input.At("format").String() != kAccuracyFormat) input.At("format").Fail(kAccuracyFormat);
   if (input.At("version").Integer() != kVersion)
     input.At("version").Fail("2, a table of drapes at rest (make it again by drape_bench --table)");
   input.ExpectKeys({"format", "version", "made_on", "max_residual", "max_drift_mm", "fast_mm",

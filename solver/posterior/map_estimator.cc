@@ -22,7 +22,7 @@ constexpr int kModeIterations = 40;
 constexpr double kUsualIterations = 10.0;  // of mode or distribution, for the progress line
 constexpr int kSigmaRounds = 2;       // of mode and σ in alternation, from σ of the candidate
 constexpr double kLeastSigma = 0.05;  // of an estimate: that of the measured outline [px]
-constexpr double kCostTolerance = 1e-4;
+constexpr double kMapTolerance = 1e-4;
 constexpr int kNewtonFactor = 2;  // a sample lies further from the mode than a trial
 
 }  // namespace
@@ -116,7 +116,7 @@ VariationalOptions MapEstimator::MakeOptions(SampleKind kind, int iterations, do
   options.rank = options_.rank;
   options.seed = options_.seed;
   options.trust_region.max_iterations = iterations;
-  options.trust_region.cost_tolerance = kCostTolerance;
+  options.trust_region.cost_tolerance = kMapTolerance;
   options.trust_region.cancel = control_.cancel;
   options.trust_region.progress = [this, from, to](const FitIteration& iteration) {
     const double share = IterationShare(iteration.iteration, kUsualIterations);

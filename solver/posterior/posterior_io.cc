@@ -18,7 +18,7 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr char kFormat[] = "drapefit-posterior";
+constexpr char kPosteriorFormat[] = "drapefit-posterior";
 constexpr int kVersion = 2;  // 1: c12 on a log scale of its own
 constexpr char kFile[] = "/posterior.json", kBase[] = "base.json";
 // Of a covariance's largest entry: what rounding may leave of asymmetry or of a negative variance.
@@ -68,8 +68,8 @@ PosteriorKind ReadKind(const JsonInput& input) {
 }
 
 void ExpectHeader(const JsonInput& input) {
-  if (!input.Has("format") || input.At("format").value() != kFormat)
-    input.Fail(std::string("a posterior, with \"format\": \"") + kFormat + '"');
+  if (!input.Has("format") || input.At("format").value() != kPosteriorFormat)
+    input.Fail(std::string("a posterior, with \"format\": \"") + kPosteriorFormat + '"');
   if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
   if (input.At("log_factors_on").String() != kBase)
     input.At("log_factors_on").Fail(std::string("\"") + kBase + '"');
@@ -99,7 +99,7 @@ void WritePosterior(const std::string& folder, const StoredPosterior& posterior,
   ordered_json names = ordered_json::array();
   for (int i = 0; i < posterior.size(); ++i) names.push_back(posterior.NameFor(i));
   ordered_json file = {
-      {"format", kFormat},           {"version", kVersion}, {"kind", ToString(posterior.kind)},
+      {"format", kPosteriorFormat},  {"version", kVersion}, {"kind", ToString(posterior.kind)},
       {"log_factors_on", kBase},     {"names", names},      {"prior_sd", List(posterior.prior_sd)},
       {"mean", List(posterior.mean)}};
   if (posterior.kind == PosteriorKind::kElements) {

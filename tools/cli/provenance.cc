@@ -230,7 +230,7 @@ void RecordCommand(int argc, char** argv) {
   ObserveReads(RecordRead);
 }
 
-void RecordOptions(const OptionTable& table, std::shared_ptr<const StoredRun> repeated) {
+void RecordRunOptions(const OptionTable& table, std::shared_ptr<const StoredRun> repeated) {
   Record& record = TheRecord();
   record.program = table.tool;
   ObserveReads(nullptr);

@@ -18,7 +18,7 @@ void RecordCommand(int argc, char** argv);
 // The options as they were read, by defaults too; what is read from now on is an input. `repeated`:
 // the run that this one repeats, or nullptr: whose inputs are checked now and as they are read
 // (CheckInputs, CheckInput, which throw InputError). To be called before other threads are started.
-void RecordOptions(const OptionTable& table, std::shared_ptr<const StoredRun> repeated);
+void RecordRunOptions(const OptionTable& table, std::shared_ptr<const StoredRun> repeated);
 
 // Records the value that another option has chosen for one. A repetition has taken it from the
 // summary: throws InputError where that is another, such as from the table of another version.

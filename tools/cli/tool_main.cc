@@ -225,7 +225,7 @@ ExitCode Run(int argc, char** argv, const OptionTable& table,
     std::shared_ptr<const StoredRun> repeated;
     RecordCommand(argc, argv);
     if (ParseCommandLine(table, argc, argv, &repeated) == ParseOutcome::kHelpShown) return kExitOk;
-    RecordOptions(table, std::move(repeated));
+    RecordRunOptions(table, std::move(repeated));
     const InterruptWatch watch(table.tool);
     const ToolOutcome outcome = RunWithProgress(table.tool, run);
     std::fputs(MakePrintable(outcome.text).c_str(), stdout);

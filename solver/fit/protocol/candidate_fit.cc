@@ -15,7 +15,7 @@ namespace {
 
 // A retried guess replaces a fitted drape when its misfit is lower by this factor.
 constexpr double kRetryGain = 0.97;
-constexpr double kCostTolerance = 1e-3;  // of all rounds but the last
+constexpr double kRoundTolerance = 1e-3;  // of all rounds but the last
 // A coarse mesh lets a fit drift to stretch stiffnesses under which a fine one has no drape: by how
 // much they are lowered at a time, and at most.
 constexpr double kSoftening = 1.0 / 8, kLeastSoftening = 1e-3;
@@ -221,7 +221,7 @@ FitOptions CandidateFitter::MakeFitOptions() const {
   fit.prior_sigma = options_.prior_sigma;
   fit.trust_region.max_iterations = options_.iterations[round_];
   fit.trust_region.initial_damping = options_.initial_damping;
-  fit.trust_region.cost_tolerance = last ? kLastCostTolerance : kCostTolerance;
+  fit.trust_region.cost_tolerance = last ? kLastCostTolerance : kRoundTolerance;
   fit.trust_region.cancel = cancel_;
   return fit;
 }

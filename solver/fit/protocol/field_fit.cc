@@ -25,7 +25,7 @@ constexpr double kMaxDamping = 1e7;
 // branch, millimetres away, and Newton needs 30 to 60 iterations for that.
 constexpr int kNewtonFactor = 3;
 constexpr double kRestartDamping = 100.0;  // beside the same squares
-constexpr double kCostTolerance = 1e-4;
+constexpr double kFieldTolerance = 1e-4;
 // For the progress line: iterations of an attempt, and the share of the time that the first takes.
 constexpr double kUsualIterations = 30.0, kFirstShare = 0.8;
 
@@ -171,7 +171,7 @@ class FieldFitter {
     options.trust_region.initial_damping = staged_.initial_damping;
     options.trust_region.unit_damping = true;
     options.trust_region.max_damping = kMaxDamping;
-    options.trust_region.cost_tolerance = kCostTolerance;
+    options.trust_region.cost_tolerance = kFieldTolerance;
     options.trust_region.cancel = control_.cancel;
     options.trust_region.progress = [&](const FitIteration& iteration) {
       const double share = IterationShare(iteration.iteration, kUsualIterations);

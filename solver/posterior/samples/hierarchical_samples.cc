@@ -15,7 +15,7 @@ namespace drape {
 namespace {
 
 // The rollouts of at most so many states are joined.
-constexpr int kSideBySide = 128;
+constexpr int kDrawsSideBySide = 128;
 constexpr double kLeastStep = 0.125;  // share of the way to a point, in one part
 
 }  // namespace
@@ -177,10 +177,11 @@ double HierarchicalSamples::least_step() const {
 void HierarchicalSamples::Prepare(const Eigen::MatrixXd& points, bool with_jacobians) {
   CHECK_EQ(points.rows(), num_latents_);
   CHECK_EQ(points.cols(), num_draws_);
-  RunBatched(*backend_, static_cast<int>(states_.size()), kSideBySide, [&](BatchingBackend& task) {
-    states_[task.index()]->Run(&task, points.col(task.index() / specimens_), with_jacobians,
-                               least_step());
-  });
+  RunBatched(*backend_, static_cast<int>(states_.size()), kDrawsSideBySide,
+             [&](BatchingBackend& task) {
+               states_[task.index()]->Run(&task, points.col(task.index() / specimens_),
+                                          with_jacobians, least_step());
+             });
 }
 
 bool HierarchicalSamples::Residuals(int draw, Eigen::VectorXd* residual,
@@ -222,7 +223,7 @@ bool HierarchicalSamples::StartAt(const Eigen::VectorXd& u) {
     return std::all_of(states_.begin(), states_.end(),
                        [](const auto& each) { return each->outlines.has_accepted(); });
   }
-  RunBatched(*backend_, specimens_, kSideBySide, [&](BatchingBackend& task) {
+  RunBatched(*backend_, specimens_, kDrawsSideBySide, [&](BatchingBackend& task) {
     prototypes_[task.index()]->Run(&task, u, true, least_step());
   });
   for (std::size_t i = 0; i < states_.size(); ++i)

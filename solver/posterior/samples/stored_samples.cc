@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr char kFormat[] = "drapefit-samples";
+constexpr char kSamplesFormat[] = "drapefit-samples";
 constexpr int kVersion = 1;
 constexpr int kMostDrawn = 1'000'000;
 
@@ -59,7 +59,7 @@ void WriteSamples(const std::string& folder, const StoredSamples& samples) {
     for (std::size_t i = 0; i < items.size(); ++i)
       *text += (i == 0 ? "\n  " : ",\n  ") + make(items[i]).dump();
   };
-  std::string text = "{\"format\": \"" + std::string(kFormat) +
+  std::string text = "{\"format\": \"" + std::string(kSamplesFormat) +
                      "\", \"version\": " + std::to_string(kVersion) +
                      ", \"drawn\": " + std::to_string(samples.drawn) + ",\n \"images\": [";
   lines(&text, samples.images, [](const StoredSamples::Image& image) {
@@ -81,8 +81,8 @@ StoredSamples ReadSamples(const std::string& folder, int parameters) {
   const std::string path = folder + "/" + kSamplesFile;
   const nlohmann::json file = ReadJsonFile(path);
   const JsonInput input(file, path);
-  if (!input.Has("format") || input.At("format").value() != kFormat)
-    input.Fail(std::string("samples of a posterior, with \"format\": \"") + kFormat + '"');
+  if (!input.Has("format") || input.At("format").value() != kSamplesFormat)
+    input.Fail(std::string("samples of a posterior, with \"format\": \"") + kSamplesFormat + '"');
   if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
   input.ExpectKeys({"format", "version", "drawn", "images", "samples"});
   StoredSamples stored;

@@ -18,7 +18,7 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-constexpr char kFormat[] = "drapefit-space";
+constexpr char kSpaceFormat[] = "drapefit-space";
 constexpr int kVersion = 1;
 constexpr double kLeastDeviation = 1e-9, kMostDeviation = 1e9;  // of a log factor of a prior
 
@@ -93,7 +93,7 @@ void AddPopulation(const MaterialSpace& space, ordered_json* file) {
 
 ordered_json SpaceJson(const MaterialSpace& space, const ordered_json& provenance) {
   const SpaceFrame& frame = space.beliefs.frame;
-  ordered_json file = {{"format", kFormat},
+  ordered_json file = {{"format", kSpaceFormat},
                        {"version", kVersion},
                        {"by", ToString(frame.by)},
                        {"kind", ToString(frame.kind)},
@@ -245,8 +245,8 @@ std::string MaterialSpaceText(const MaterialSpace& space) {
 SpacePrior ReadSpacePrior(const std::string& path) {
   const json file = ReadJsonFile(path);
   const JsonInput input(file, path);
-  if (!input.Has("format") || input.At("format").value() != kFormat)
-    input.Fail(std::string("a space of materials, with \"format\": \"") + kFormat + '"');
+  if (!input.Has("format") || input.At("format").value() != kSpaceFormat)
+    input.Fail(std::string("a space of materials, with \"format\": \"") + kSpaceFormat + '"');
   if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
   input.ExpectKeys({"format", "version", "settings", "by", "kind", "names", "base", "prior_of_fits",
                     "fabrics", "determined", "wasserstein", "hellinger", "tree", "population",

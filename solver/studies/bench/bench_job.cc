@@ -18,8 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kBytesPerMegabyte = 1e6;
-
 // Which reference a run is compared with.
 std::string ClothKey(const BenchSetting& setting) {
   return MaterialLabel(setting.material) + " " + setting.law + " " + setting.model;

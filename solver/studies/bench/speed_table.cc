@@ -20,8 +20,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kBytesPerMegabyte = 1e6;
-
 std::vector<double> ReadSpeeds(const JsonInput& row, const char* key, std::size_t count) {
   if (!row.Has(key)) return {};
   const Eigen::VectorXd speeds = row.At(key).Vector(static_cast<int>(count));

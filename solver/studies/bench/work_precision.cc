@@ -25,7 +25,7 @@ using nlohmann::json;
 
 constexpr double kMillimetres = 1e3;  // a metre
 
-constexpr StoredFormat kFormat = {"drapefit-bench-reference", 1};
+constexpr StoredFormat kReferenceFormat = {"drapefit-bench-reference", 1};
 
 constexpr double kSameOutline = 1e-9;  // [m]
 
@@ -141,12 +141,12 @@ std::string ReferenceText(const BenchSetting& setting, const BenchProblem& probl
     at_rest.mesh = mesh;
     text[name] = DrapeJson(SettingSolver(at_rest, relaxed_on_coarse, cancel).Run(work));
   }
-  return StoredJsonText(kFormat, text);
+  return StoredJsonText(kReferenceFormat, text);
 }
 
 BenchReference ParseReference(const std::string& text, const ReferenceOptions& options,
                               const std::string& where) {
-  const json file = ParseStoredJson(text, where, kFormat);
+  const json file = ParseStoredJson(text, where, kReferenceFormat);
   const JsonInput input(file, where);
   input.ExpectKeys({"fine", "coarse"});
   BenchReference reference;

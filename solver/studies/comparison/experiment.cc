@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
 // Version 1 knew no calibration, 2 calibrated stretch too, 3 had no checksum.
-constexpr StoredFormat kFormat = {"drapefit-prediction", 4};
+constexpr StoredFormat kPredictionFormat = {"drapefit-prediction", 4};
 // The numbers that each prediction is scored by.
 constexpr const char* kScores[] = {
     "mean_image_mse",    "dc_error",       "dc_crps",        "dc_coverage_50",
@@ -195,7 +195,7 @@ void AddAsFitted(const std::vector<PredictedDrape>& drapes,
 }
 
 void WritePrediction(const ExperimentTask& task, const nlohmann::json& json) {
-  WriteStoredJson(task.folder + "/prediction.json", kFormat, json, 1);
+  WriteStoredJson(task.folder + "/prediction.json", kPredictionFormat, json, 1);
 }
 
 bool Predict(const ExperimentTask& task, const RunControl& control) {
@@ -226,7 +226,7 @@ bool Predict(const ExperimentTask& task, const RunControl& control) {
 ExperimentResult ReadResult(const std::string& folder) {
   const nlohmann::json summary = FinishedFit(folder);
   const std::string path = folder + "/prediction.json";
-  const nlohmann::json prediction = ReadStoredJson(path, kFormat);
+  const nlohmann::json prediction = ReadStoredJson(path, kPredictionFormat);
   const JsonInput input(prediction, path);
   ExperimentResult result;
   if (input.Has("failure")) {

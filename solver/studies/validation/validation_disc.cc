@@ -15,7 +15,7 @@ namespace drape {
 namespace {
 
 constexpr int kDiscs[] = {300, 1200, 4800};
-constexpr double kRounding = 1e-10;
+constexpr double kDiscRounding = 1e-10;
 
 // A stretched and wrinkled disc on which nothing but the cloth itself acts.
 struct Wrinkled {
@@ -46,7 +46,7 @@ ReferenceCase Nothing(const std::string& group, const std::string& name) {
   return {.group = group,
           .name = name,
           .expected = 0.0,
-          .tolerance = kRounding,
+          .tolerance = kDiscRounding,
           .computed = {},
           .scale = 1.0};
 }

@@ -9,8 +9,8 @@
 namespace drape::attack {
 namespace {
 
-constexpr std::size_t kFew = 45;  // of a short campaign
-constexpr double kSeconds = 6.0;
+constexpr std::size_t kFewFiles = 45;  // of a short campaign
+constexpr double kFilesSeconds = 6.0;
 
 void TryFile(const Campaign& campaign, const FileReader& reader, const BadFile& bad,
              const std::vector<std::string>& command, Sandbox& sandbox) {
@@ -21,7 +21,7 @@ void TryFile(const Campaign& campaign, const FileReader& reader, const BadFile& 
     sandbox.Write((folder / std::filesystem::path(name).filename()).string(),
                   ReadText(campaign.options().work + "/valid/" + name));
   Request request = MakeRequest(campaign, command);
-  request.limits.seconds = kSeconds;
+  request.limits.seconds = kFilesSeconds;
   sandbox.Run(request,
               {.verdict = bad.refused ? Verdict::kRefused : Verdict::kAny,
                .named = bad.named.empty() ? std::vector<std::string>() : std::vector{bad.named}});
@@ -37,7 +37,7 @@ void AttackFiles(Campaign* campaign) {
         attacks.push_back(
             {reader.name + " of " + command.front() + ": " + bad.name,
              [=](Sandbox& sandbox) { TryFile(*campaign, reader, bad, command, sandbox); }});
-  campaign->Run("files", std::move(attacks), kFew);
+  campaign->Run("files", std::move(attacks), kFewFiles);
 }
 
 }  // namespace drape::attack

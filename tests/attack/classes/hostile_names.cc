@@ -9,7 +9,7 @@
 namespace drape::attack {
 namespace {
 
-constexpr double kSeconds = 15.0;
+constexpr double kHostileNamesSeconds = 15.0;
 
 const std::vector<std::string>& HostileNames() {
   static const std::vector<std::string> kNames = {"a`touch PLANTED1`b",
@@ -99,7 +99,7 @@ void TryName(const Campaign& campaign, const NamedInput& input, const std::strin
   else
     command.push_back(input.flag + file + plain);
   Request request = MakeRequest(campaign, command);
-  request.limits.seconds = kSeconds;
+  request.limits.seconds = kHostileNamesSeconds;
   sandbox.Run(request);
 }
 
@@ -108,7 +108,7 @@ void TryOut(const Campaign& campaign, const std::string& program, const std::str
   Request request = MakeRequest(campaign, QuickCommand(program, {"--out=results/" + name}));
   if (program == "drape_check") request.command.pop_back();
   sandbox.Write("results/notes.txt", "earlier");
-  request.limits.seconds = kSeconds;
+  request.limits.seconds = kHostileNamesSeconds;
   sandbox.Run(request, {.results = {"results"}});
 }
 

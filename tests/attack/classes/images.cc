@@ -7,15 +7,15 @@
 namespace drape::attack {
 namespace {
 
-constexpr std::size_t kFew = 25;  // of a short campaign
-constexpr double kSeconds = 15.0;
+constexpr std::size_t kFewImages = 25;  // of a short campaign
+constexpr double kImagesSeconds = 15.0;
 
 void TryPicture(const Campaign& campaign, const BadPicture& bad, std::vector<std::string> command,
                 Sandbox& sandbox) {
   AddEarlierResults(&sandbox);
   sandbox.Write("in/" + bad.file, bad.content);
   Request request = MakeRequest(campaign, std::move(command));
-  request.limits.seconds = kSeconds;
+  request.limits.seconds = kImagesSeconds;
   sandbox.Run(request,
               {.verdict = bad.refused ? Verdict::kRefused : Verdict::kAny, .named = {bad.file}});
 }
@@ -38,7 +38,7 @@ void AttackImages(Campaign* campaign) {
       attacks.push_back({command.front() + ": " + picture.name, [=](Sandbox& sandbox) {
                            TryPicture(*campaign, picture, command, sandbox);
                          }});
-  campaign->Run("images", std::move(attacks), kFew);
+  campaign->Run("images", std::move(attacks), kFewImages);
 }
 
 }  // namespace drape::attack

@@ -18,15 +18,15 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kFew = 60, kMany = 2500;  // random mutants of a reader
+constexpr int kFewMutants = 60, kMany = 2500;  // random mutants of a reader
 constexpr std::size_t kFewRules = 60;
-constexpr double kSeconds = 60.0;
+constexpr double kMutantsSeconds = 60.0;
 
 // The damaged files of a reader, by their number.
 class Damage {
  public:
   Damage(const Reader& reader, const CampaignOptions& options)
-      : reader_(reader), seed_(options.seed), random_(options.thorough ? kMany : kFew) {
+      : reader_(reader), seed_(options.seed), random_(options.thorough ? kMany : kFewMutants) {
     if (!reader.is_json) return;
     const json document = json::parse(reader.content, nullptr, true, true);
     const test::Tampering all(document, [&](const std::string&, const json& tampered) {
@@ -90,7 +90,7 @@ void AttackReader(const Reader& reader, Campaign* campaign) {
     test::WriteQuickly(path, damage.Make(i));
     return ReadDamaged(reader, path);
   };
-  const auto failures = TryForked(damage.size(), kSeconds, try_one);
+  const auto failures = TryForked(damage.size(), kMutantsSeconds, try_one);
   campaign->CountTried("mutants", damage.size());
   for (const ForkedFailure& failure : failures) {
     const std::string kept = folder + "/" + std::to_string(failure.index) + "_" + reader.file;

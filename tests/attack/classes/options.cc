@@ -12,9 +12,9 @@
 namespace drape::attack {
 namespace {
 
-constexpr std::size_t kFew = 60;         // of a short campaign
+constexpr std::size_t kFewOptions = 60;  // of a short campaign
 constexpr double kSecondsToRead = 60.0;  // an endless file, up to the limit of all files
-constexpr double kSeconds = 4.0;         // after which a run that took the value is cancelled
+constexpr double kOptionsSeconds = 4.0;  // after which a run that took the value is cancelled
 
 // An option that needs another one beside it.
 std::vector<std::string> CompanionsFor(const std::string& program, const std::string& key) {
@@ -77,7 +77,7 @@ void TryValue(const Campaign& campaign, const std::string& program, const Listed
   sandbox.Write("here/notes.txt", "earlier");
   if (program == "drape_metrics" && !has_results) sandbox.Write("out/notes.txt", "earlier");
   Request request = MakeRequest(campaign, MakeCommand(program, option, value.text));
-  request.limits.seconds = kSeconds;
+  request.limits.seconds = kOptionsSeconds;
   if (option.key == "threads") request.limits.memory_gb = 0;  // stacks take address space only
   sandbox.Run(request, {.verdict = value.refused ? Verdict::kRefused : Verdict::kAny,
                         .named = FindNames(option, value),
@@ -132,7 +132,7 @@ void AttackOptions(Campaign* campaign) {
     }
     AddCommandLines(*campaign, program, &attacks);
   }
-  campaign->Run("options", std::move(attacks), kFew);
+  campaign->Run("options", std::move(attacks), kFewOptions);
 }
 
 }  // namespace drape::attack

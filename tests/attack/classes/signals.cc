@@ -14,9 +14,9 @@
 namespace drape::attack {
 namespace {
 
-constexpr std::size_t kFew = 6;  // of a short campaign
-constexpr int kRepeats = 7;      // of a program and signal
-constexpr int kMostStops = 3;    // of a run
+constexpr std::size_t kFewSignals = 6;  // of a short campaign
+constexpr int kRepeats = 7;             // of a program and signal
+constexpr int kMostStops = 3;           // of a run
 
 struct WholeRun {
   const ResumableRun* run;
@@ -82,7 +82,7 @@ void AttackSignals(Campaign* campaign) {
             {whole.run->name + " signal " + std::to_string(signal) + ", " + std::to_string(i),
              [=](Sandbox& sandbox) { StopAndContinue(*campaign, whole, signal, seed, sandbox); }});
       }
-  campaign->Run("signals", std::move(attacks), kFew);
+  campaign->Run("signals", std::move(attacks), kFewSignals);
 }
 
 }  // namespace drape::attack

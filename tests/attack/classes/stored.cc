@@ -19,10 +19,10 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::size_t kFew = 30;         // of a short campaign
+constexpr std::size_t kFewStored = 30;   // of a short campaign
 constexpr std::size_t kMostRules = 220;  // of a file
 constexpr int kMutants = 40;             // of a table
-constexpr double kSeconds = 30.0;
+constexpr double kStoredSeconds = 30.0;
 
 // Results that a run from a file must repeat: what it printed and wrote, but for times.
 using Results = std::map<std::string, std::string>;
@@ -96,7 +96,7 @@ void TryStored(const Campaign& campaign, const StoredFolder& stored, const std::
   fs::copy(stored.folder, sandbox.folder() + "/out", fs::copy_options::recursive);
   sandbox.Write("out/" + file, content);
   Request request = MakeRequest(campaign, ResumeCommand(*stored.run));
-  request.limits.seconds = kSeconds;
+  request.limits.seconds = kStoredSeconds;
   const Outcome outcome = sandbox.Run(request, {.named = {fs::path(file).filename()}});
   if (compare && outcome.exit_code == 0) CompareResults(stored.results, file, &sandbox);
 }
@@ -163,7 +163,7 @@ void AttackStored(Campaign* campaign) {
                            }});
     }
   }
-  campaign->Run("stored", std::move(attacks), kFew);
+  campaign->Run("stored", std::move(attacks), kFewStored);
 }
 
 }  // namespace drape::attack

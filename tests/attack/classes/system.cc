@@ -17,14 +17,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kFew = 20;  // of a short campaign
-constexpr double kSeconds = 30.0;
+constexpr std::size_t kFewSystem = 20;  // of a short campaign
+constexpr double kSystemSeconds = 30.0;
 constexpr char kVictim[] = "in/victim.txt";
 
 Request MakeSystemRequest(const Campaign& campaign, const std::string& program,
                           const std::vector<std::string>& more = {}) {
   Request request = MakeRequest(campaign, QuickCommand(program, more));
-  request.limits.seconds = kSeconds;
+  request.limits.seconds = kSystemSeconds;
   return request;
 }
 
@@ -213,7 +213,7 @@ void AttackSystem(Campaign* campaign) {
   for (const ResumableRun& run : ResumableRuns())
     attacks.push_back({run.name + " twice at once",
                        [=](Sandbox& sandbox) { TryTwoAtOnce(*campaign, run, sandbox); }});
-  campaign->Run("system", std::move(attacks), kFew);
+  campaign->Run("system", std::move(attacks), kFewSystem);
 }
 
 }  // namespace drape::attack

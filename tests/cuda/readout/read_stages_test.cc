@@ -64,16 +64,16 @@ struct Found {
   int status = kRead, cuts = 0;
 };
 
-struct Case {
+struct ReadCase {
   const char* name;
   CameraKind kind;
   DrapeShape shape;
   double half_width;
   double noise = 1e-3;  // [m]
 };
-void PrintTo(const Case& c, std::ostream* stream) { *stream << c.name; }
+void PrintTo(const ReadCase& c, std::ostream* stream) { *stream << c.name; }
 
-class ReadStages : public testing::TestWithParam<Case> {
+class ReadStages : public testing::TestWithParam<ReadCase> {
  protected:
   ReadStages() {
     camera_.kind = GetParam().kind;
@@ -204,13 +204,13 @@ const DrapeShape kPlain = {.folds = 6};
 // The hem turns back on itself in the image: folds cover folds, and their edges cross.
 const DrapeShape kOverlap = {.folds = 5, .amplitude = 0.2, .twist = 0.5};
 INSTANTIATE_TEST_SUITE_P(Shapes, ReadStages,
-                         testing::Values(Case{"plain", kOrtho, kPlain, 1.0},
-                                         Case{"plain_pinhole", kPin, kPlain, 2.5},
-                                         Case{"overlap", kOrtho, kOverlap, 1.0},
-                                         Case{"overlap_wide", kOrtho, kOverlap, 2.5},
-                                         Case{"overlap_pinhole", kPin, kOverlap, 1.5},
+                         testing::Values(ReadCase{"plain", kOrtho, kPlain, 1.0},
+                                         ReadCase{"plain_pinhole", kPin, kPlain, 2.5},
+                                         ReadCase{"overlap", kOrtho, kOverlap, 1.0},
+                                         ReadCase{"overlap_wide", kOrtho, kOverlap, 2.5},
+                                         ReadCase{"overlap_pinhole", kPin, kOverlap, 1.5},
                                          // Edges of the border that several others cross.
-                                         Case{"crumpled", kOrtho, kOverlap, 1.0, 1e-2}),
+                                         ReadCase{"crumpled", kOrtho, kOverlap, 1.0, 1e-2}),
                          [](const auto& info) { return info.param.name; });
 
 }  // namespace

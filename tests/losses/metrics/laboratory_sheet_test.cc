@@ -59,7 +59,12 @@ TEST(SheetText, ShowsTheRowsThatAreAskedFor) {
                                 .unit = "µN·m",
                                 .interval = {{4.0, 16.0}},
                                 .source = "measured"},
-                               {.key = "g", .name = "shear", .value = 2, .source = "given"}}};
+                               {.key = "g",
+                                .name = "shear",
+                                .value = 2,
+                                .unit = "N/m",
+                                .interval = {},
+                                .source = "given"}}};
   const std::string text = SheetText(sheet, {"b_un_m"});
   EXPECT_THAT(text, testing::HasSubstr("8         4 … 16        µN·m        measured\n"));
   EXPECT_THAT(text, testing::Not(testing::HasSubstr("shear")));

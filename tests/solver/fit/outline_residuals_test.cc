@@ -18,9 +18,9 @@
 namespace drape {
 namespace {
 
-constexpr int kAngles = 72;
+constexpr int kOutlineAngles = 72;
 
-struct Case {
+struct OutlineCase {
   SolveMode solve_mode;
   ParameterTying tying;
   double coupling;  // c12/√(c11·c22) of all rows; 0: as the fabric has it
@@ -34,7 +34,7 @@ MaterialField Coupled(double coupling) {
   return material;
 }
 
-class OutlineJacobianTest : public testing::TestWithParam<Case> {
+class OutlineJacobianTest : public testing::TestWithParam<OutlineCase> {
  protected:
   static void SetUpTestSuite() {
     backend_ = test::SmoothDisc(120);
@@ -43,8 +43,8 @@ class OutlineJacobianTest : public testing::TestWithParam<Case> {
     for (const uint64_t seed : {1, 2}) {
       const State start = test::RandomStart(backend_->model(), seed);
       const State drape = test::Settled(*backend_, test::TestMaterial(), start);
-      observations_->push_back(
-          test::MakeObservation(backend_->model().mesh, drape, kAngles, std::to_string(seed)));
+      observations_->push_back(test::MakeObservation(backend_->model().mesh, drape, kOutlineAngles,
+                                                     std::to_string(seed)));
       starts_->push_back(drape);
     }
   }
@@ -65,12 +65,13 @@ class OutlineJacobianTest : public testing::TestWithParam<Case> {
     OutlineResiduals outlines(backend_.get(), &parametrisation_, observations_, *starts_, options);
     Eigen::Map<Eigen::VectorXd>(outlines.theta(), theta.size()) = theta;
     outlines.PrepareForEvaluation(jacobian != nullptr, true);
-    Eigen::VectorXd residual(2 * kAngles);
-    if (jacobian != nullptr) jacobian->resize(2 * kAngles, theta.size());
+    Eigen::VectorXd residual(2 * kOutlineAngles);
+    if (jacobian != nullptr) jacobian->resize(2 * kOutlineAngles, theta.size());
     for (int i = 0; i < 2; ++i) {
-      EXPECT_TRUE(outlines.Residuals(i, residual.data() + i * kAngles));
+      EXPECT_TRUE(outlines.Residuals(i, residual.data() + i * kOutlineAngles));
       if (jacobian != nullptr)
-        outlines.CopyJacobian(i, 0, outlines.num_parameters(), jacobian->row(i * kAngles).data());
+        outlines.CopyJacobian(i, 0, outlines.num_parameters(),
+                              jacobian->row(i * kOutlineAngles).data());
     }
     return residual;
   }
@@ -86,15 +87,16 @@ std::vector<State>* OutlineJacobianTest::starts_ = nullptr;
 
 INSTANTIATE_TEST_SUITE_P(
     Product, OutlineJacobianTest,
-    testing::Values(Case{SolveMode::kDynamic, ParameterTying::kScales, 0, "Dynamic2"},
-                    Case{SolveMode::kDynamic, ParameterTying::kColumns, 0, "Dynamic7"},
-                    Case{SolveMode::kDynamic, ParameterTying::kEntries, 0, "Dynamic39"},
-                    Case{SolveMode::kStatic, ParameterTying::kScales, 0, "Static2"},
-                    Case{SolveMode::kStatic, ParameterTying::kColumns, 0, "Static7"},
-                    Case{SolveMode::kStatic, ParameterTying::kEntries, 0, "Static39"},
-                    Case{SolveMode::kDynamic, ParameterTying::kEntries, 0.8, "DynamicCoupled39"},
-                    Case{SolveMode::kStatic, ParameterTying::kColumns, 0.8, "StaticCoupled7"},
-                    Case{SolveMode::kStatic, ParameterTying::kEntries, 0.8, "StaticCoupled39"}),
+    testing::Values(
+        OutlineCase{SolveMode::kDynamic, ParameterTying::kScales, 0, "Dynamic2"},
+        OutlineCase{SolveMode::kDynamic, ParameterTying::kColumns, 0, "Dynamic7"},
+        OutlineCase{SolveMode::kDynamic, ParameterTying::kEntries, 0, "Dynamic39"},
+        OutlineCase{SolveMode::kStatic, ParameterTying::kScales, 0, "Static2"},
+        OutlineCase{SolveMode::kStatic, ParameterTying::kColumns, 0, "Static7"},
+        OutlineCase{SolveMode::kStatic, ParameterTying::kEntries, 0, "Static39"},
+        OutlineCase{SolveMode::kDynamic, ParameterTying::kEntries, 0.8, "DynamicCoupled39"},
+        OutlineCase{SolveMode::kStatic, ParameterTying::kColumns, 0.8, "StaticCoupled7"},
+        OutlineCase{SolveMode::kStatic, ParameterTying::kEntries, 0.8, "StaticCoupled39"}),
     [](const auto& info) { return info.param.name; });
 
 // The best of a sweep: truncation falls with the step, rounding (and the equilibrium's tolerance)
@@ -107,8 +109,8 @@ TEST_P(OutlineJacobianTest, AgreesWithCentralDifferences) {
   RowMatrix jacobian;
   Residual(theta, &jacobian);
   const Eigen::VectorXd exact = jacobian * direction;
-  ASSERT_GT(exact.head(kAngles).norm(), 1.0);
-  ASSERT_GT(exact.tail(kAngles).norm(), 1.0);
+  ASSERT_GT(exact.head(kOutlineAngles).norm(), 1.0);
+  ASSERT_GT(exact.tail(kOutlineAngles).norm(), 1.0);
   double best = 1.0;
   for (double step = 1e-2; step > 1e-7; step /= 10) {
     const Eigen::VectorXd difference =
@@ -125,7 +127,7 @@ class OutlineFieldTest : public testing::Test {
   OutlineFieldTest() {
     starts_ = {
         test::Settled(*backend_, test::TestMaterial(), test::RandomStart(backend_->model(), 1))};
-    observations_ = {test::MakeObservation(mesh_, starts_[0], kAngles, "1")};
+    observations_ = {test::MakeObservation(mesh_, starts_[0], kOutlineAngles, "1")};
     options_.equilibrium.tolerance = 1e-12;
     options_.sigma_px = 0.5;
   }
@@ -137,7 +139,7 @@ class OutlineFieldTest : public testing::Test {
   Eigen::VectorXd Residual(const Eigen::VectorXd& theta) {
     OutlineResiduals outlines = At(theta);
     outlines.PrepareForEvaluation(false, true);
-    Eigen::VectorXd residual(kAngles);
+    Eigen::VectorXd residual(kOutlineAngles);
     EXPECT_TRUE(outlines.Residuals(0, residual.data()));
     return residual;
   }
@@ -216,7 +218,7 @@ class OutlineResidualsTest : public testing::Test {
       Observation observation;
       Outline outline;
       EXPECT_TRUE(OutlineFromMesh(backend_.model().mesh, Shape(stretch), observation.camera,
-                                  kAngles, &outline));
+                                  kOutlineAngles, &outline));
       observation.radius = outline.radius;
       observations_.push_back(observation);
       starts_.push_back(backend_.model().RestState());
@@ -237,7 +239,7 @@ class OutlineResidualsTest : public testing::Test {
   std::vector<Observation> observations_;
   std::vector<State> starts_;
   OutlineResidualOptions options_ = test::CloseOutlineOptions();
-  std::array<double, kAngles> residual_ = {};
+  std::array<double, kOutlineAngles> residual_ = {};
 };
 
 TEST_F(OutlineResidualsTest, SlicesBelongToTheirTargets) {

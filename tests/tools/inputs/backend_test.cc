@@ -9,7 +9,7 @@
 namespace drape::test {
 namespace {
 
-const std::string kBranches = std::string(DRAPE_BIN_DIR) + "/drape_equilibria";
+const std::string kEquilibria = std::string(DRAPE_BIN_DIR) + "/drape_equilibria";
 
 #define DRAPE_NEEDS_NO_GPU() \
   if (SurveyCuda().usable) GTEST_SKIP() << "there is a GPU here: auto takes it"
@@ -21,7 +21,7 @@ class BackendTool : public ToolFixture {
   }
   ProcessResult Branches(const std::vector<std::string>& more) const {
     std::vector<std::string> command = {
-        kBranches,     "--mesh=disc:120",     "--samples=2", "--steps=20", "--material=" + kFabric,
+        kEquilibria,   "--mesh=disc:120",     "--samples=2", "--steps=20", "--material=" + kFabric,
         "--threads=1", "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command);

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr StoredFormat kFormat = {"drapefit-steps", 1};
+constexpr StoredFormat kStepsFormat = {"drapefit-steps", 1};
 constexpr double kGramsPerKilogram = 1000.0;
 
 struct Step {
@@ -100,7 +100,7 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
 json ReadRecord(const std::string& path) {
   if (!fs::exists(path)) return json::object();
   try {
-    return ReadStoredJson(path, kFormat);
+    return ReadStoredJson(path, kStepsFormat);
   } catch (const InputError&) {  // damaged, or of another version: the steps are run again
     return json::object();
   }
@@ -225,7 +225,7 @@ int RunShortWay(const ShortWayOptions& options, const std::string& folder) {
     const bool stopped = same && step.verb == "fit" && fs::exists(out + "/fit/checkpoint.json");
     if (stopped) now.arguments.push_back("--resume");
     record[step.verb] = {{"key", key}, {"done", false}};
-    WriteStoredJson(record_path, kFormat, record, 2);
+    WriteStoredJson(record_path, kStepsFormat, record, 2);
     std::printf("drapefit: %s\n", CommandText(now).c_str());
     std::fflush(stdout);
     std::vector<std::string> command = {FindProgram(folder, step.verb)};
@@ -238,7 +238,7 @@ int RunShortWay(const ShortWayOptions& options, const std::string& folder) {
       return code;
     }
     record[step.verb]["done"] = true;
-    WriteStoredJson(record_path, kFormat, record, 2);
+    WriteStoredJson(record_path, kStepsFormat, record, 2);
   }
   std::printf("drapefit: see %s\n", MakePrintable(steps.back().result).c_str());
   return 0;

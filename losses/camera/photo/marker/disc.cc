@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kRays = 720;
-constexpr double kStep = 0.5;  // [px] along a ray
+constexpr int kEdgeRays = 720;
+constexpr double kEdgeStep = 0.5;  // [px] along a ray
 
 // Where the colour changes along a ray.
 struct Edge {
@@ -50,11 +50,11 @@ void CollectEdges(const cv::Mat3f& lab, const cv::Mat1b& cloth, const ClothSize&
                   std::vector<Edge>* edges) {
   constexpr int kReach = 6, kMostEdges = 6;
   constexpr double kInner = 0.45, kLeastStrength = 1.5;
-  const double angle = 2 * M_PI * ray / kRays;
+  const double angle = 2 * M_PI * ray / kEdgeRays;
   const Vector2d direction(std::cos(angle), std::sin(angle));
   std::vector<cv::Vec3f> colors;
   std::vector<Vector2d> places;
-  for (double t = kInner * size.radius;; t += kStep) {
+  for (double t = kInner * size.radius;; t += kEdgeStep) {
     const Vector2d p = size.middle + t * direction;
     if (p.x() < 1 || p.y() < 1 || p.x() > lab.cols - 3 || p.y() > lab.rows - 3 ||
         !cloth(static_cast<int>(p.y()), static_cast<int>(p.x())))
@@ -75,7 +75,7 @@ void CollectEdges(const cv::Mat3f& lab, const cv::Mat1b& cloth, const ClothSize&
       continue;
     const double bend = change[i - 1] - 2 * change[i] + change[i + 1];
     const double shift = bend < 0 ? 0.5 * (change[i - 1] - change[i + 1]) / bend : 0.0;
-    found.push_back({places[i] + shift * kStep * direction, ray, change[i]});
+    found.push_back({places[i] + shift * kEdgeStep * direction, ray, change[i]});
   }
   std::sort(found.begin(), found.end(),
             [](const Edge& a, const Edge& b) { return a.strength > b.strength; });
@@ -148,8 +148,8 @@ double DistanceFrom(const cv::RotatedRect& ellipse, const Vector2d& p) {
 std::vector<Vector2d> PointsOn(const std::vector<Edge>& edges, const cv::RotatedRect& ellipse,
                                double tolerance) {
   std::vector<Vector2d> points;
-  std::vector<double> nearest(kRays, tolerance);
-  std::vector<const Edge*> chosen(kRays, nullptr);
+  std::vector<double> nearest(kEdgeRays, tolerance);
+  std::vector<const Edge*> chosen(kEdgeRays, nullptr);
   for (const Edge& edge : edges) {
     const double distance = std::abs(DistanceFrom(ellipse, edge.place));
     if (distance >= nearest[edge.ray]) continue;
@@ -176,7 +176,7 @@ std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& clot
   constexpr double kTolerances[] = {0.04, 0.015, 0.008, 0.005};  // of the radius
   const ClothSize size = MeasureSize(cloth);
   std::vector<Edge> edges;
-  for (int ray = 0; ray < kRays; ++ray) CollectEdges(planes.lab, cloth, size, ray, &edges);
+  for (int ray = 0; ray < kEdgeRays; ++ray) CollectEdges(planes.lab, cloth, size, ray, &edges);
   if (edges.size() < kLeastPoints) return std::nullopt;
   const Circle circle = BestCircle(edges, size);
   if (circle.radius <= 0) return std::nullopt;
@@ -190,7 +190,7 @@ std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& clot
     if (rim.points.size() < kLeastPoints) return std::nullopt;
     rim.ellipse = FitEllipse(rim.points);
   }
-  rim.share = double(rim.points.size()) / kRays;
+  rim.share = double(rim.points.size()) / kEdgeRays;
   if (rim.share < kLeastShare) return std::nullopt;
   return rim;
 }

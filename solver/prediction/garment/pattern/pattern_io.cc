@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr char kFormat[] = "drapefit-garment";
+constexpr char kGarmentFormat[] = "drapefit-garment";
 constexpr int kVersion = 1, kMaxPanels = 200;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kLeastArm = 25, kMostArm = 90;  // [degrees]
@@ -85,8 +85,8 @@ Ring ReadRing(const JsonInput& input, const Pattern& pattern) {
 
 Pattern ReadOwnFormat(const JsonInput& input) {
   input.ExpectKeys({"format", "version", "name", "arm_angle", "panels", "stitches", "rings"});
-  if (input.At("format").String() != kFormat)
-    input.At("format").Fail(std::string("\"").append(kFormat) + '"');
+  if (input.At("format").String() != kGarmentFormat)
+    input.At("format").Fail(std::string("\"").append(kGarmentFormat) + '"');
   if (input.At("version").Integer() != kVersion) input.At("version").Fail("1");
   Pattern pattern;
   if (input.Has("name")) pattern.name = input.At("name").String();

@@ -18,12 +18,12 @@ using testing::Each;
 using testing::ElementsAre;
 
 // Patterns are made in their own test: ctest runs each in a process that registers all.
-struct Case {
+struct PlanCase {
   std::string name;
   std::function<test::PlacedPattern()> place;
   FrontPlanOptions options;
 };
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const PlanCase& c, std::ostream* out) { *out << c.name; }
 
 test::PlacedPattern Placed(const Mesh& mesh, bool hinges) {
   return {MakeBlockPattern(mesh, true, hinges), mesh.uv};
@@ -32,7 +32,7 @@ std::function<test::PlacedPattern()> PlacedDisc(int vertices, bool hinges = true
   return [=] { return Placed(test::Disc(vertices), hinges); };
 }
 
-std::vector<Case> Cases() {
+std::vector<PlanCase> Cases() {
   return {{"disc", PlacedDisc(300), {}},
           {"large_disc", PlacedDisc(2000), {}},
           {"faces_alone", PlacedDisc(300, false), {}},
@@ -59,7 +59,7 @@ std::vector<int> RowDofs(const FrontPlan& plan, const Front& f) {
   return dof;
 }
 
-class FrontPlanTest : public testing::TestWithParam<Case> {
+class FrontPlanTest : public testing::TestWithParam<PlanCase> {
  protected:
   FrontPlan MakePlan() const {
     return MakeFrontPlan(placed_.pattern, placed_.uv, GetParam().options);

@@ -4,9 +4,25 @@
 #include <utility>
 #include <vector>
 
+#include "physics/cloth/contact/barrier.h"
+#include "physics/cloth/contact/contact.h"
 #include "physics/mesh/mesh.h"
 
 namespace drape::test {
+
+constexpr double kGravity = 9.8;  // [m/s²]
+constexpr double kDensity = 0.2;  // [kg/m²], of the sheets
+
+// The gap at which the contact carries `pressure`, that of −κ·b'(gap) = pressure [m].
+inline double RestingGap(const Contact& contact, double pressure) {
+  double low = 0.0, high = contact.range;
+  while (high - low > 1e-12) {
+    const double middle = 0.5 * (low + high);
+    (-contact.stiffness * EvaluateBarrier(middle, contact.range).slope > pressure ? low : high) =
+        middle;
+  }
+  return low;
+}
 
 // Several cloths as one mesh. Their vertices follow one another.
 inline Mesh Together(const std::vector<Mesh>& sheets) {

@@ -16,7 +16,7 @@
 namespace drape {
 namespace {
 
-constexpr double kStep = 5e-3;
+constexpr double kFreeStep = 5e-3;
 
 // A sheet of 14 g that flies at an obstacle, without gravity.
 class Collision {
@@ -27,7 +27,7 @@ class Collision {
     model_ =
         std::make_shared<ClothModel>(MakeDisc({.target_vertices = 150}), scene, MakeLaw("smooth"));
     mass_ = model_->LumpedMass(material_.density);
-    euler_ = std::make_unique<ImplicitEuler>(model_, material_, kStep,
+    euler_ = std::make_unique<ImplicitEuler>(model_, material_, kFreeStep,
                                              ImplicitEulerOptions{.tolerance = 1e-11});
     now_ = model_->RestState();
     std::mt19937_64 random(7);

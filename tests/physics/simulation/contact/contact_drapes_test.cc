@@ -11,21 +11,13 @@
 #include "physics/mesh/disc.h"
 #include "physics/simulation/backend.h"
 #include "physics/simulation/textbook.h"
+#include "tests/physics/cloth/contact/sheets.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {
 namespace {
 
-// y of −κ·b'(y·range) = pressure.
-double RestingGap(const Contact& contact, double pressure) {
-  double low = 0.0, high = 1.0;
-  for (int i = 0; i < 100; ++i) {
-    const double y = 0.5 * (low + high);
-    const double slope = EvaluateBarrier(y * contact.range, contact.range).slope;
-    (-contact.stiffness * slope > pressure ? low : high) = y;
-  }
-  return 0.5 * (low + high) * contact.range;
-}
+using test::RestingGap;
 
 // A sheet that lies on a plane has the gap whose pressure carries its weight by area.
 TEST(ContactDrapes, ASheetLiesWhereThePressureIsItsWeight) {

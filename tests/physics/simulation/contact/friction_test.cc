@@ -10,11 +10,14 @@
 #include "physics/simulation/implicit_euler.h"
 #include "physics/simulation/textbook.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"
+#include "tests/physics/cloth/contact/sheets.h"
 
 namespace drape {
 namespace {
 
-constexpr double kGravity = 9.8, kCreep = 1e-3;
+using test::kGravity;
+
+constexpr double kCreep = 1e-3;
 
 // Gravity on a slope of tan = .5 along x, in the frame of the slope.
 std::shared_ptr<const ClothModel> SheetOnSlope() {

@@ -27,18 +27,9 @@
 namespace drape {
 namespace {
 
-constexpr double kGravity = 9.8, kDensity = 0.2;
-
-// Of −κ·b'(gap) = pressure [m].
-double RestingGap(const Contact& contact, double pressure) {
-  double low = 0.0, high = contact.range;
-  while (high - low > 1e-12) {
-    const double middle = 0.5 * (low + high);
-    (-contact.stiffness * EvaluateBarrier(middle, contact.range).slope > pressure ? low : high) =
-        middle;
-  }
-  return low;
-}
+using test::kDensity;
+using test::kGravity;
+using test::RestingGap;
 
 std::vector<SelfTouch> ListTouches(const ClothModel& model, const Eigen::VectorXd& x) {
   SelfContact contact = MakeSelfContact(model);

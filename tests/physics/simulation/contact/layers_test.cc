@@ -23,7 +23,8 @@
 namespace drape {
 namespace {
 
-constexpr double kGravity = 9.8, kDensity = 0.2;
+using test::kDensity;
+using test::kGravity;
 
 std::shared_ptr<const ClothModel> Falling(Mesh mesh, double gravity,
                                           const std::optional<Contact>& contact = {}) {

@@ -9,11 +9,14 @@
 #include "physics/mesh/strip.h"
 #include "physics/simulation/implicit_euler.h"
 #include "physics/simulation/textbook.h"
+#include "tests/physics/cloth/contact/sheets.h"
 
 namespace drape {
 namespace {
 
-constexpr double kStep = 0.01, kGravity = 9.8;
+using test::kGravity;
+
+constexpr double kPullStep = 0.01;  // [s]
 
 // The strip bent to a curve in the plane y = 0: its point at u is at curve(u).
 State Bent(const ClothModel& model, const std::function<Eigen::Vector3d(double)>& curve) {
@@ -35,7 +38,7 @@ double RatioOfTensions(double friction, double angle) {
       .obstacles = {CapsuleObstacle{.from = {0, -1, 0}, .to = {0, 1, 0}, .radius = kRadius}}};
   const auto model =
       std::make_shared<ClothModel>(MakeStrip(kLength, 0.02, 75, 3), scene, MakeLaw("smooth"));
-  ImplicitEuler euler(model, LinearMaterial(2000.0, 1e-9, 0.1), kStep,
+  ImplicitEuler euler(model, LinearMaterial(2000.0, 1e-9, 0.1), kPullStep,
                       {.tolerance = 1e-5, .friction = friction, .friction_change = 1e-3});
   const double radius = kRadius + 0.6 * scene.contact->range;
   const Eigen::Vector3d away(-std::sin(angle), 0.0, std::cos(angle));  // along which it is drawn
@@ -52,7 +55,7 @@ double RatioOfTensions(double friction, double angle) {
       around.pins.push_back({.vertex = i, .place = state.x.segment<3>(3 * i)});
   double tension = 0.0;
   for (int step = 0; step < 60; ++step) {
-    for (Pin& pin : around.pins) pin.place += kStep * kSpeed * away;
+    for (Pin& pin : around.pins) pin.place += kPullStep * kSpeed * away;
     EXPECT_EQ(euler.Advance(state, around), IntegratorStatus::kOk) << step;
     tension = 0.0;
     for (const Pin& pin : around.pins)
@@ -83,7 +86,7 @@ double SlidingSpeed(double friction, double lying, double hanging, double radius
   const int along = static_cast<int>(std::lround(length / 4e-3));
   const auto model =
       std::make_shared<ClothModel>(MakeStrip(length, 0.01, along, 2), scene, MakeLaw("smooth"));
-  ImplicitEuler euler(model, LinearMaterial(5000.0, 1e-9, 0.2), kStep,
+  ImplicitEuler euler(model, LinearMaterial(5000.0, 1e-9, 0.2), kPullStep,
                       {.tolerance = 1e-6, .friction = friction});
   const Eigen::Vector3d edge(gap - radius, 0.0, gap - radius);  // the centre of the circle
   State state = Bent(*model, [&](double u) -> Eigen::Vector3d {

@@ -10,13 +10,13 @@
 namespace drape {
 namespace {
 
-struct Case {
+struct FieldCase {
   FieldBasis basis;
   FieldGroups groups;
   std::string name;
 };
 
-class FieldParametrisationTest : public testing::TestWithParam<Case> {
+class FieldParametrisationTest : public testing::TestWithParam<FieldCase> {
  protected:
   FieldOptions Options() const {
     FieldOptions options;
@@ -36,12 +36,12 @@ class FieldParametrisationTest : public testing::TestWithParam<Case> {
 
 INSTANTIATE_TEST_SUITE_P(
     Product, FieldParametrisationTest,
-    testing::Values(Case{FieldBasis::kElements, FieldGroups::kScales, "ElementScales"},
-                    Case{FieldBasis::kElements, FieldGroups::kEntries, "ElementEntries"},
-                    Case{FieldBasis::kElements, FieldGroups::kBend, "ElementBend"},
-                    Case{FieldBasis::kModes, FieldGroups::kScales, "ModeScales"},
-                    Case{FieldBasis::kModes, FieldGroups::kStretch, "ModeStretch"},
-                    Case{FieldBasis::kModes, FieldGroups::kEntries, "ModeEntries"}),
+    testing::Values(FieldCase{FieldBasis::kElements, FieldGroups::kScales, "ElementScales"},
+                    FieldCase{FieldBasis::kElements, FieldGroups::kEntries, "ElementEntries"},
+                    FieldCase{FieldBasis::kElements, FieldGroups::kBend, "ElementBend"},
+                    FieldCase{FieldBasis::kModes, FieldGroups::kScales, "ModeScales"},
+                    FieldCase{FieldBasis::kModes, FieldGroups::kStretch, "ModeStretch"},
+                    FieldCase{FieldBasis::kModes, FieldGroups::kEntries, "ModeEntries"}),
     [](const auto& info) { return info.param.name; });
 
 TEST_P(FieldParametrisationTest, CountsItsNumbers) {

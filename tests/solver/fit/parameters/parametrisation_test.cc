@@ -27,11 +27,11 @@ Eigen::VectorXd SomeTheta(int size) {
 
 bool IsC12(int entry) { return entry < kStretchEntries && entry % kStretchCols == 1; }
 
-struct Case {
+struct TableCase {
   std::string text;
   int size;
 };
-class ParametrisationTest : public testing::TestWithParam<Case> {
+class ParametrisationTest : public testing::TestWithParam<TableCase> {
  protected:
   const MaterialField base_ = test::TestMaterial();
   const TableParametrisation parametrisation_{base_,
@@ -39,8 +39,8 @@ class ParametrisationTest : public testing::TestWithParam<Case> {
   const Eigen::MatrixXd& tie_ = parametrisation_.tie();
 };
 INSTANTIATE_TEST_SUITE_P(Tyings, ParametrisationTest,
-                         testing::Values(Case{"1", 1}, Case{"3", 3}, Case{"2", 2}, Case{"7", 7},
-                                         Case{"39", 39}),
+                         testing::Values(TableCase{"1", 1}, TableCase{"3", 3}, TableCase{"2", 2},
+                                         TableCase{"7", 7}, TableCase{"39", 39}),
                          [](const auto& info) { return "Free" + info.param.text; });
 
 TEST_P(ParametrisationTest, EachFreeEntryFollowsExactlyOneParameter) {

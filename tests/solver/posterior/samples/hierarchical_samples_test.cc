@@ -10,7 +10,7 @@
 namespace drape {
 namespace {
 
-constexpr int kAngles = 36;
+constexpr int kSpecimenAngles = 36;
 constexpr double kShortJump = 3e-4;  // [m]
 
 class HierarchicalSamplesTest : public testing::Test {
@@ -31,8 +31,8 @@ class HierarchicalSamplesTest : public testing::Test {
   void AddDrape(int specimen, uint64_t seed) {
     const State drape =
         test::Settled(*backend_, hierarchy_.base, test::RandomStart(backend_->model(), seed));
-    specimens_[specimen].observations.push_back(
-        test::MakeObservation(backend_->model().mesh, drape, kAngles, std::to_string(seed)));
+    specimens_[specimen].observations.push_back(test::MakeObservation(
+        backend_->model().mesh, drape, kSpecimenAngles, std::to_string(seed)));
     specimens_[specimen].starts.push_back(drape);
   }
   SpecimenDrapes FirstDrape() const {
@@ -71,7 +71,7 @@ TEST_F(HierarchicalSamplesTest, JacobiansAgreeWithCentralDifferences) {
   for (int s = 0; s < 2; ++s) {
     draws.Prepare(points, true);
     ASSERT_TRUE(draws.Residuals(s, &residual, &jacobian));
-    ASSERT_EQ(residual.size(), 3 * kAngles);
+    ASSERT_EQ(residual.size(), 3 * kSpecimenAngles);
     const Eigen::VectorXd exact = jacobian * direction;
     double best = 1.0;
     for (const double step : {1e-3, 1e-4, 1e-5}) {
@@ -212,7 +212,7 @@ TEST_F(HierarchicalSamplesTest, ElementwiseJacobiansAgreeWithCentralDifferences)
 // Two scales, two specimens with noise of their own, one of them with two drapes.
 TEST_F(HierarchicalSamplesTest, JacobiansOfElementDrawsAgreeWithCentralDifferences) {
   ElementwiseSamples draws(backend_.get(), hierarchy_.base, {0.5, 0.2}, specimens_, options_, 2, 5);
-  ASSERT_EQ(draws.num_residuals(), 3 * kAngles);
+  ASSERT_EQ(draws.num_residuals(), 3 * kSpecimenAngles);
   Eigen::VectorXd point(78);
   point << Eigen::VectorXd::Zero(39), Eigen::VectorXd::Constant(39, 0.5);
   ASSERT_TRUE(draws.StartAt(point));
@@ -244,7 +244,7 @@ TEST_F(HierarchicalSamplesTest, SpecimensOfElementDrawsHaveNoiseOfTheirOwn) {
         (Eigen::VectorXd(78) << Eigen::VectorXd::Zero(39), Eigen::VectorXd::Ones(39)).finished()));
     Eigen::VectorXd r;
     EXPECT_TRUE(draws.Residuals(0, &r, nullptr));
-    return Eigen::VectorXd(r.head(kAngles) - r.tail(kAngles));
+    return Eigen::VectorXd(r.head(kSpecimenAngles) - r.tail(kSpecimenAngles));
   };
   const Eigen::VectorXd small = difference(1e-4, 5), large = difference(2e-4, 5);
   EXPECT_GT(small.norm(), 1e-5);

@@ -18,11 +18,12 @@ Colour At(const RgbImage& image, int column, int row) {
 
 // Two squares of 1 m that face −y: the left half of a picture of the front at depth `left`, both
 // halves at depth 0.
-struct Scene {
+struct RenderCase {
   std::vector<std::array<int, 3>> square = {{0, 1, 2}, {0, 2, 3}};
   Eigen::VectorXd wide{{-.5, 0, -.5, .5, 0, -.5, .5, 0, .5, -.5, 0, .5}};
   Eigen::VectorXd half;
-  explicit Scene(double left) : half{{-.5, left, -.5, 0, left, -.5, 0, left, .5, -.5, left, .5}} {}
+  explicit RenderCase(double left)
+      : half{{-.5, left, -.5, 0, left, -.5, 0, left, .5, -.5, left, .5}} {}
 };
 
 constexpr Colour kRed = {200, 0, 0}, kGreen = {0, 200, 0}, kBlue = {0, 0, 200};
@@ -31,7 +32,7 @@ View Front() { return {0, 0, {0, 0, 0}, 2, 40, 40}; }
 
 TEST(Render, TheNearerSurfaceHidesTheFarther) {
   for (const double depth : {-.1, .1}) {
-    const Scene scene(depth);
+    const RenderCase scene(depth);
     const std::vector<ShownSurface> surfaces = {{&scene.square, &scene.wide, kRed, kBlue},
                                                 {&scene.square, &scene.half, kGreen, kBlue}};
     const RgbImage image = RenderSurfaces(surfaces, Front());
@@ -43,7 +44,7 @@ TEST(Render, TheNearerSurfaceHidesTheFarther) {
 }
 
 TEST(Render, TheBackHasItsColour) {
-  const Scene scene(0);
+  const RenderCase scene(0);
   View back = Front();
   back.azimuth = 180;
   const RgbImage image = RenderSurfaces({{&scene.square, &scene.half, kRed, kBlue}}, back);
@@ -53,7 +54,7 @@ TEST(Render, TheBackHasItsColour) {
 }
 
 TEST(Render, HasTheScaleOfTheView) {
-  const Scene scene(0);
+  const RenderCase scene(0);
   const RgbImage image = RenderSurfaces({{&scene.square, &scene.wide, kRed, kBlue}}, Front());
   int covered = 0;
   for (int row = 0; row < 40; ++row)

@@ -14,7 +14,7 @@ namespace {
 
 using testing::ElementsAre;
 
-const std::string kBranches = std::string(DRAPE_BIN_DIR) + "/drape_equilibria";
+const std::string kFindEquilibria = std::string(DRAPE_BIN_DIR) + "/drape_equilibria";
 
 // A drape at rest with `folds` folds turned by `turn`, of the given energy.
 DrapeSample FoldedSample(int seed, int folds, double turn, double energy) {
@@ -78,8 +78,8 @@ class EquilibriaTool : public ToolFixture {
  protected:
   ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
     std::vector<std::string> command = {
-        kBranches,     "--mesh=disc:120",     "--samples=4", "--steps=60", "--material=" + kFabric,
-        "--threads=2", "--out=" + Path("out")};
+        kFindEquilibria,         "--mesh=disc:120", "--samples=4",         "--steps=60",
+        "--material=" + kFabric, "--threads=2",     "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
   }
@@ -173,7 +173,7 @@ TEST_F(EquilibriaTool, MistakesAreOneLine) {
 TEST_F(EquilibriaTool, HelpAndConfigAreComplete) {
   EquilibriaOptions options;
   const OptionTable table = EquilibriaTable(options);
-  EXPECT_EQ(RunProcess({kBranches, "--help"}).out, table.Help());
+  EXPECT_EQ(RunProcess({kFindEquilibria, "--help"}).out, table.Help());
   table.ReadConfig(std::string(DRAPE_SOURCE_DIR) + "/configs/programs/equilibria.json");
   EXPECT_EQ(options.sampling.samples, 32);
 }

@@ -14,12 +14,12 @@
 namespace drape::test {
 namespace {
 
-const std::string kExport = std::string(DRAPE_BIN_DIR) + "/drape_export";
+const std::string kExportSamples = std::string(DRAPE_BIN_DIR) + "/drape_export";
 
 class StatisticsTest : public ToolFixture {
  protected:
   ProcessResult Export(const std::vector<std::string>& more) const {
-    std::vector<std::string> command = {kExport};
+    std::vector<std::string> command = {kExportSamples};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command);
   }

@@ -6,13 +6,13 @@
 namespace drape::test {
 namespace {
 
-const std::string kConfigs = std::string(DRAPE_SOURCE_DIR) + "/configs/";
+const std::string kSceneConfigs = std::string(DRAPE_SOURCE_DIR) + "/configs/";
 
 class SceneTool : public ToolFixture {
  protected:
   ProcessResult OnScene(const std::string& scene, const std::string& mesh,
                         const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> options = {"--scene=" + kConfigs + "scenes/" + scene + ".json",
+    std::vector<std::string> options = {"--scene=" + kSceneConfigs + "scenes/" + scene + ".json",
                                         "--mesh=" + mesh, "--solve=static"};
     options.insert(options.end(), more.begin(), more.end());
     return Simulate(options);
@@ -71,8 +71,8 @@ TEST_F(SceneTool, HeldCornersMustBeOfTheMesh) {
 
 TEST_F(SceneTool, CheckTakesAScene) {
   const ProcessResult result = RunProcess(
-      {kCheck, "--scene=" + kConfigs + "scenes/two_corners.json",
-       "--material=" + kConfigs + "fabrics/synthetic_wool.json", "--mesh=strip:0.2x0.2x20"});
+      {kCheck, "--scene=" + kSceneConfigs + "scenes/two_corners.json",
+       "--material=" + kSceneConfigs + "fabrics/synthetic_wool.json", "--mesh=strip:0.2x0.2x20"});
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("0 of "));
 }
@@ -80,8 +80,8 @@ TEST_F(SceneTool, CheckTakesAScene) {
 TEST_F(SceneTool, TheCusickSceneIsTheDefaultToTheBit) {
   ASSERT_EQ(Simulate({"--dump_steps=3"}).exit_code, 0);
   const std::string by_default = Read(Path("out/state_3.json"));
-  ASSERT_EQ(Simulate({"--dump_steps=3", "--scene=" + kConfigs + "scenes/cusick.json"}).exit_code,
-            0);
+  ASSERT_EQ(
+      Simulate({"--dump_steps=3", "--scene=" + kSceneConfigs + "scenes/cusick.json"}).exit_code, 0);
   EXPECT_EQ(Read(Path("out/state_3.json")), by_default);
 }
 
@@ -102,16 +102,17 @@ TEST_F(SceneTool, WhatASceneCannotHaveIsOneLine) {
 class TestFitTool : public ToolFixture {
  protected:
   ProcessResult Fit(const std::vector<std::string>& more) const {
-    std::vector<std::string> command = {kFit, "--num_parameters=2", "--out=" + Path("fit"),
-                                        "--material=" + kConfigs + "fabrics/synthetic_shirt.json"};
+    std::vector<std::string> command = {
+        kFit, "--num_parameters=2", "--out=" + Path("fit"),
+        "--material=" + kSceneConfigs + "fabrics/synthetic_shirt.json"};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command);
   }
 };
 
 TEST_F(TestFitTool, NeedsNoImage) {
-  const ProcessResult result =
-      Fit({"--lab_tests=" + kConfigs + "lab_tests/wool_cantilever_warp.json", "--density=0.27"});
+  const ProcessResult result = Fit(
+      {"--lab_tests=" + kSceneConfigs + "lab_tests/wool_cantilever_warp.json", "--density=0.27"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("wool_cantilever_warp"));
   EXPECT_EQ(ReadMaterial(Path("fit/material.json")).field.density, 0.27);
@@ -135,7 +136,7 @@ TEST_F(TestFitTool, BadTestsAreOneLine) {
 }
 
 TEST_F(TestFitTool, OneNameCannotStandForTwoTests) {
-  const std::string test = kConfigs + "lab_tests/wool_cantilever_warp.json";
+  const std::string test = kSceneConfigs + "lab_tests/wool_cantilever_warp.json";
   ExpectOneLineError(Fit({"--lab_tests=" + test + "," + test}), "a second measurement of the name");
 }
 

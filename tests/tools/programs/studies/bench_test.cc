@@ -8,14 +8,14 @@ namespace {
 
 const std::string kBench = std::string(DRAPE_BIN_DIR) + "/drape_bench";
 const std::string kSeed = std::string(DRAPE_SOURCE_DIR) + "/configs/starts/six_waves.json";
-const std::string kWool = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/wool_red.json";
+const std::string kRedWool = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/wool_red.json";
 
 class BenchTool : public ToolFixture {
  protected:
   ProcessResult Bench(const std::vector<std::string>& more = {},
                       const ProcessLimits& limits = {}) const {
     std::vector<std::string> command = {kBench,
-                                        "--material=" + kWool,
+                                        "--material=" + kRedWool,
                                         "--start=" + kSeed,
                                         "--mesh=disc:120,disc:160",
                                         "--solve=hybrid,static",
@@ -77,14 +77,14 @@ TEST_F(BenchTool, SharesHaveTheirOwnRunsWhichTheWholeTakesOver) {
 
 // A cloth that its weight pulls through the support has no drape.
 TEST_F(BenchTool, AFabricWithoutAReferenceIsNamedAndTheOthersAreMeasured) {
-  Json lead = ReadJson(kWool);
+  Json lead = ReadJson(kRedWool);
   lead["density"] = 1000.0;
   for (Json& row : lead["stretch"])
     for (Json& entry : row) entry = 1e-8 * entry.get<double>();
   for (Json& row : lead["bend"])
     for (Json& entry : row) entry = 1e-8 * entry.get<double>();
   Write("lead.json", lead.dump());
-  const std::string materials = "--material=" + Path("lead.json") + "," + kWool;
+  const std::string materials = "--material=" + Path("lead.json") + "," + kRedWool;
   const std::string reason = "no reference of lead smooth homogeneous: the drape on disc:300 is '";
   const ProcessResult result = Bench({materials});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -168,9 +168,9 @@ TEST_F(BenchTool, WithoutRunsTheReferenceIsMadeAgain) {
 
 TEST_F(BenchTool, FitsOfDistributionsHaveDraws) {
   const ProcessResult result = Bench(
-      {"--work=fit", "--ground_truth=" + kWool, "--ground_truth_mesh=disc:160", "--mesh=disc:120",
-       "--relax_time=4", "--solve=static", "--model=homogeneous,bdp", "--draws=2,4",
-       "--candidates_per_round=1", "--iterations=2", "--posterior_iterations=1"});
+      {"--work=fit", "--ground_truth=" + kRedWool, "--ground_truth_mesh=disc:160",
+       "--mesh=disc:120", "--relax_time=4", "--solve=static", "--model=homogeneous,bdp",
+       "--draws=2,4", "--candidates_per_round=1", "--iterations=2", "--posterior_iterations=1"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json runs = ReadJson(Path("out/bench.json"))["runs"];
   ASSERT_EQ(runs.size(), 3u);
@@ -201,7 +201,7 @@ TEST_F(BenchTool, TheTableIsWhatAccuracyPicksFrom) {
   const std::string table = Path("table.json");
   ASSERT_EQ(Bench({"--table=" + table}).exit_code, 0);
   const std::vector<std::string> command = {
-      kSimulate,          "--material=" + kWool,       "--start=" + kSeed,
+      kSimulate,          "--material=" + kRedWool,    "--start=" + kSeed,
       "--accuracy=exact", "--accuracy_table=" + table, "--out=" + Path("drape")};
   const ProcessResult picked = RunProcess(command);
   ASSERT_EQ(picked.exit_code, 0) << picked.err;

@@ -8,15 +8,17 @@ namespace drape::test {
 namespace {
 
 const std::string kGradients = std::string(DRAPE_BIN_DIR) + "/drape_gradients";
-const std::string kWool = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json";
+const std::string kGradientWool =
+    std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json";
 
 class GradientsTool : public ToolFixture {
  protected:
   ProcessResult Run(const std::vector<std::string>& more = {},
                     const ProcessLimits& limits = {}) const {
     std::vector<std::string> command = {
-        kGradients,         "--mesh=disc:100",   "--material=" + kWool, "--horizons=1,5",
-        "--time_steps=0.1", "--sweep_horizon=5", "--fold_starts=1",     "--out=" + Path("out")};
+        kGradients,        "--mesh=disc:100",     "--material=" + kGradientWool,
+        "--horizons=1,5",  "--time_steps=0.1",    "--sweep_horizon=5",
+        "--fold_starts=1", "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
   }

@@ -12,7 +12,8 @@ namespace drape::test {
 namespace {
 
 const std::string kSpace = std::string(DRAPE_BIN_DIR) + "/drape_space";
-const std::string kWool = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json";
+const std::string kSpaceWool =
+    std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json";
 
 class SpaceTool : public ToolFixture {
  protected:
@@ -22,7 +23,7 @@ class SpaceTool : public ToolFixture {
     StoredPosterior posterior;
     posterior.fabric = ParameterTying::kScales;
     posterior.specimens = 1;
-    posterior.base = ReadMaterial(kWool).field;
+    posterior.base = ReadMaterial(kSpaceWool).field;
     posterior.prior_sd = Eigen::Vector4d(prior, prior, 0.1, 0.1);
     posterior.mean = Eigen::Vector4d(stretch, bend, 0, 0);
     posterior.covariance = 0.01 * Eigen::Matrix4d::Identity();
@@ -91,7 +92,7 @@ class SpaceShares : public ToolFixture {
     std::vector<std::string> command = {kSpace,
                                         "--data=" + Path("set"),
                                         "--recognise",
-                                        "--material=" + kWool,
+                                        "--material=" + kSpaceWool,
                                         "--draws=24",
                                         "--mesh=disc:120",
                                         "--search_mesh=disc:120",

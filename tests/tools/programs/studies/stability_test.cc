@@ -15,18 +15,19 @@ namespace drape::test {
 namespace {
 
 const std::string kStability = std::string(DRAPE_BIN_DIR) + "/drape_stability";
-const std::string kConfigs = std::string(DRAPE_SOURCE_DIR) + "/configs/";
+const std::string kStabilityConfigs = std::string(DRAPE_SOURCE_DIR) + "/configs/";
 
 class StabilityTool : public ToolFixture {
  protected:
   ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
-    std::vector<std::string> command = {kStability,
-                                        "--mesh=disc:100",
-                                        "--material=" + kConfigs + "fabrics/synthetic_felt.json",
-                                        "--start=" + kConfigs + "starts/four_waves.json",
-                                        "--damping_time_step=0.1",
-                                        "--threads=2",
-                                        "--out=" + Path("out")};
+    std::vector<std::string> command = {
+        kStability,
+        "--mesh=disc:100",
+        "--material=" + kStabilityConfigs + "fabrics/synthetic_felt.json",
+        "--start=" + kStabilityConfigs + "starts/four_waves.json",
+        "--damping_time_step=0.1",
+        "--threads=2",
+        "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
   }
@@ -156,7 +157,7 @@ TEST_F(StabilityTool, HelpAndConfigsAreComplete) {
   EXPECT_EQ(RunProcess({kStability, "--help"}).out, table.Help());
   std::size_t cases = 0;
   for (const char* name : {"studies/stability.json", "studies/stability_quick.json"}) {
-    table.ReadConfig(kConfigs + name);
+    table.ReadConfig(kStabilityConfigs + name);
     for (const std::string& line : options.maps)
       for (const StabilityMap& map : ParseStabilityMaps(line, name)) cases += map.Cases().size();
   }

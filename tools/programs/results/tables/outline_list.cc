@@ -12,7 +12,7 @@
 namespace drape {
 namespace {
 
-constexpr char kFormat[] = "drapefit-outlines";
+constexpr char kOutlinesFormat[] = "drapefit-outlines";
 constexpr int kVersion = 1;
 constexpr double kStepsPerMetre = 1e5;
 constexpr int kMost = 1'000'000;  // groups, folds
@@ -33,7 +33,7 @@ nlohmann::ordered_json OutlineJson(const ListedOutline& outline) {
 }  // namespace
 
 void WriteOutlines(const std::string& path, const std::vector<ListedOutline>& outlines) {
-  std::string text = "{\"format\": \"" + std::string(kFormat) +
+  std::string text = "{\"format\": \"" + std::string(kOutlinesFormat) +
                      "\", \"version\": " + std::to_string(kVersion) + ",\n \"drapes\": [";
   for (std::size_t i = 0; i < outlines.size(); ++i)
     text += (i == 0 ? "\n  " : ",\n  ") + OutlineJson(outlines[i]).dump();
@@ -43,8 +43,8 @@ void WriteOutlines(const std::string& path, const std::vector<ListedOutline>& ou
 std::vector<ListedOutline> ReadOutlines(const std::string& path) {
   const nlohmann::json file = ReadJsonFile(path);
   const JsonInput input(file, path);
-  if (!input.Has("format") || input.At("format").value() != kFormat)
-    input.Fail(std::string("outlines of drapes, with \"format\": \"") + kFormat + '"');
+  if (!input.Has("format") || input.At("format").value() != kOutlinesFormat)
+    input.Fail(std::string("outlines of drapes, with \"format\": \"") + kOutlinesFormat + '"');
   if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
   const JsonInput drapes = input.At("drapes");
   drapes.ExpectArray();

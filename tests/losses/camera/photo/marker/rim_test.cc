@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kColumn = 80.3, kRow = 71.8, kRadius = 50.4;  // [px]
 
-uint8_t Stored(double light) {
+uint8_t StoredByte(double light) {
   const double s = light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
   return static_cast<uint8_t>(std::lround(255 * s));
 }
@@ -26,7 +26,7 @@ RgbImage DiscPicture(double inside, double outside, double blur, double slope) {
       const double after = 0.5 * std::erfc(-t / (std::sqrt(2.0) * blur));
       const double light =
           (1 - after) * inside + after * (outside + slope * std::clamp(t, -8.0, 8.0));
-      for (const double tint : {1.0, 0.9, 0.8}) image.rgb.push_back(Stored(tint * light));
+      for (const double tint : {1.0, 0.9, 0.8}) image.rgb.push_back(StoredByte(tint * light));
     }
   return image;
 }

@@ -12,7 +12,7 @@
 namespace drape {
 namespace {
 
-constexpr int kAngles = 90;
+constexpr int kGuessAngles = 90;
 
 TEST(Scaled, MultipliesStretchAndBendApart) {
   const MaterialField base = test::TestMaterial(), scaled = Scaled(base, 4.0, 0.5);
@@ -30,11 +30,11 @@ double LowestVertex(const State& state) {
 TEST(GuessState, HangsUnderTheOutlineOutsideTheSupport) {
   const auto model = test::SmallDisc("smooth", 300);
   Observation observation;
-  observation.radius = Eigen::VectorXd::Constant(kAngles, 0.12 * observation.camera.scale);
+  observation.radius = Eigen::VectorXd::Constant(kGuessAngles, 0.12 * observation.camera.scale);
   const State seed = GuessState(*model, observation, 1.0);
   EXPECT_EQ(seed.v, Eigen::VectorXd::Zero(model->num_dofs()));
   Outline outline;
-  ASSERT_TRUE(OutlineFromMesh(model->mesh, seed.x, observation.camera, kAngles, &outline));
+  ASSERT_TRUE(OutlineFromMesh(model->mesh, seed.x, observation.camera, kGuessAngles, &outline));
   EXPECT_LT((outline.radius - observation.radius).cwiseAbs().maxCoeff(), 0.5);
   for (const int held : model->held)
     EXPECT_LT((seed.x - model->mesh.rest_x).segment<3>(3 * held).norm(), 1e-15) << held;
@@ -52,7 +52,7 @@ TEST(RankInitialGuesses, PutsTheTrueScalesFirst) {
   options.lifts = {0.6, 1.0};
   const State drape = test::Settled(*backend, reference, test::RandomStart(backend->model(), 1));
   const std::vector<Observation> observations = {
-      test::MakeObservation(backend->model().mesh, drape, kAngles, "reference")};
+      test::MakeObservation(backend->model().mesh, drape, kGuessAngles, "reference")};
   double last = 0.0;
   const auto ranked = RankInitialGuesses(*backend, base, observations, options,
                                          {.progress = [&](double share, const std::string&) {
@@ -92,7 +92,7 @@ class InitialGuessTest : public testing::Test {
     options_.lifts = {0.5, 1.0};
   }
   Observation MakeObservation(double stretch, double bend) const {
-    return test::ObserveDrape(backend_, Scaled(test::TestMaterial(), stretch, bend), kAngles);
+    return test::ObserveDrape(backend_, Scaled(test::TestMaterial(), stretch, bend), kGuessAngles);
   }
   std::vector<InitialGuess> Rank(const std::vector<Observation>& observations,
                                  const std::atomic<bool>* cancel = nullptr) {

@@ -11,18 +11,12 @@
 
 #include "physics/mesh/disc.h"
 #include "solver/prediction/exchange/targets/export_material.h"
+#include "tests/solver/prediction/exchange/twill.h"
 
 namespace drape {
 namespace {
 
-constexpr LinearFabric kTwill = {.c11 = 300.0,
-                                 .c22 = 220.0,
-                                 .c12 = 40.0,
-                                 .shear = 12.0,
-                                 .bend_weft = 2e-5,
-                                 .bend_warp = 9e-6,
-                                 .bend_bias = 1.1e-5,
-                                 .density = 0.21};
+using test::kTwill;
 
 ExportedMaterial Export(ExportTarget target, const ExportOptions& options = {}) {
   FabricSource source;

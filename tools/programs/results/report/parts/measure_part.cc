@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostDrapes = 500;  // in a table
+constexpr std::size_t kMostDrapeRows = 500;  // in a table
 
 Cell Number(const json& object, const char* where, double factor, const char* format) {
   const auto value = FindNumber(object, where);
@@ -72,7 +72,7 @@ std::string Measured(const std::vector<json>& drapes) {
   std::vector<CellRow> rows;
   std::string sheets;
   for (const json& drape : drapes) {
-    if (rows.size() == kMostDrapes) break;
+    if (rows.size() == kMostDrapeRows) break;
     rows.push_back(MeasuredRow(drape));
     if (const json* sheet = Find(drape, "/laboratory"); sheet != nullptr && sheet->is_object())
       sheets += HtmlDetails(FindText(drape, "/file"), LaboratoryHtml(*sheet));
@@ -82,8 +82,8 @@ std::string Measured(const std::vector<json>& drapes) {
                                 "smallest radius [mm]", "largest radius [mm]", "notes"},
                                rows) +
                      sheets;
-  if (drapes.size() > kMostDrapes)
-    html += HtmlElement("p", Format("the first %zu of %zu drapes", kMostDrapes, drapes.size()),
+  if (drapes.size() > kMostDrapeRows)
+    html += HtmlElement("p", Format("the first %zu of %zu drapes", kMostDrapeRows, drapes.size()),
                         "missing");
   return html;
 }
@@ -118,7 +118,7 @@ std::string Compared(const json& pair) {
                           rows);
 }
 
-std::string Metrics(const json& s) {
+std::string MetricsTable(const json& s) {
   if (const json* drapes = Find(s, "/drapes"); drapes != nullptr && drapes->is_array())
     return Measured({drapes->begin(), drapes->end()});
   if (s.contains("shape")) return Measured({s});
@@ -136,7 +136,7 @@ std::string Metrics(const json& s) {
 
 std::string Measurement(const ResultFolder& folder, ReportPage* page) {
   if (folder.program == "drape_photo") return Photograph(folder, page);
-  return folder.program == "drape_metrics" ? Metrics(folder.summary) : "";
+  return folder.program == "drape_metrics" ? MetricsTable(folder.summary) : "";
 }
 
 std::string Record(const json& record) {

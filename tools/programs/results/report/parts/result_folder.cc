@@ -14,10 +14,10 @@ namespace {
 namespace fs = std::filesystem;
 
 // By which file and which key of it the results of a program are known.
-struct Mark {
+struct ProgramMark {
   const char *program, *file, *key;
 };
-constexpr Mark kMarks[] = {
+constexpr ProgramMark kMarks[] = {
     {"drape_compare", "comparison.json", "tables"},
     {"drape_bench", "bench.json", ""},
     {"drape_stability", "findings.json", ""},
@@ -47,7 +47,8 @@ constexpr const char* kMetricsKeys[] = {"shape",
 
 std::string ListPrograms() {
   std::string list;
-  for (const Mark& mark : kMarks) list += (list.empty() ? "" : ", ") + std::string(mark.program);
+  for (const ProgramMark& mark : kMarks)
+    list += (list.empty() ? "" : ", ") + std::string(mark.program);
   return list;
 }
 
@@ -112,7 +113,7 @@ ResultFolder ReadResultFolder(const std::string& path) {
   const fs::path whole = fs::weakly_canonical(path);
   ResultFolder folder{
       .path = path, .name = whole.filename().string(), .program = {}, .file = {}, .summary = {}};
-  for (const Mark& mark : kMarks) {
+  for (const ProgramMark& mark : kMarks) {
     if (!fs::is_regular_file(folder.File(mark.file))) continue;
     folder.summary = ReadJsonFile(folder.File(mark.file));
     if (!folder.summary.is_object() || (*mark.key != '\0' && !folder.summary.contains(mark.key)))

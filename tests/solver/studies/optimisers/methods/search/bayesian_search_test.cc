@@ -17,7 +17,7 @@
 namespace drape {
 namespace {
 
-constexpr double kBound = 3.0;
+constexpr double kHalfWidth = 3.0;
 constexpr double kPi = std::numbers::pi;
 
 using Function = std::function<std::optional<double>(const Eigen::VectorXd&)>;
@@ -27,7 +27,7 @@ double Minimise(SearchMethod& search, const Function& function, int evaluations)
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < evaluations; ++i) {
     const Eigen::VectorXd theta = search.Propose();
-    EXPECT_LE(theta.cwiseAbs().maxCoeff(), kBound);
+    EXPECT_LE(theta.cwiseAbs().maxCoeff(), kHalfWidth);
     if (i == 0) {
       EXPECT_EQ(theta.norm(), 0.0);
     }
@@ -119,7 +119,7 @@ TEST(LatinHypercube, HasOnePointInEachInterval) {
 
 TEST(BayesianSearch, FindsAMinimumOfBraninIn60Evaluations) {
   for (const uint64_t seed : {1, 2, 3}) {
-    BayesianSearch search(MakeIdentityEmbedding(2), kBound, {}, seed);
+    BayesianSearch search(MakeIdentityEmbedding(2), kHalfWidth, {}, seed);
     EXPECT_LT(Minimise(search, Branin, 60), 0.42) << seed;
   }
 }
@@ -133,7 +133,7 @@ TEST(BayesianSearch, TheBoundOfConfidenceFindsAMinimumIn60Evaluations) {
   options.initial_variance = 1e-6;
   const auto smooth = [](const Eigen::VectorXd& theta) { return std::exp(0.1 * Branin(theta)); };
   for (const uint64_t seed : {1, 2, 3}) {
-    BayesianSearch search(MakeIdentityEmbedding(2), kBound, options, seed);
+    BayesianSearch search(MakeIdentityEmbedding(2), kHalfWidth, options, seed);
     EXPECT_LT(10.0 * std::log(Minimise(search, smooth, 60)), 0.41) << seed;
   }
 }
@@ -143,9 +143,9 @@ TEST(BayesianSearch, TheBoundOfConfidenceFindsAMinimumIn60Evaluations) {
 TEST(BayesianSearch, FindsAMinimumThroughAnEmbedding) {
   std::mt19937_64 random(5);
   const Embedding embedding = MakeHashingEmbedding(39, 4, random);
-  const Eigen::VectorXd minimum = kBound * embedding.Map(Eigen::Vector4d(0.5, -0.4, 0.3, -0.6));
+  const Eigen::VectorXd minimum = kHalfWidth * embedding.Map(Eigen::Vector4d(0.5, -0.4, 0.3, -0.6));
   const auto bowl = [&](const Eigen::VectorXd& theta) { return (theta - minimum).squaredNorm(); };
-  BayesianSearch search(embedding, kBound, {}, 6);
+  BayesianSearch search(embedding, kHalfWidth, {}, 6);
   EXPECT_LT(Minimise(search, bowl, 60), 0.05 * minimum.squaredNorm());
 }
 
@@ -155,23 +155,23 @@ TEST(BayesianSearch, FindsAMinimumBesidePointsThatFail) {
     if (theta[0] > 1.0) return std::nullopt;
     return (theta - Eigen::Vector2d(1.2, -1.0)).squaredNorm();
   };
-  BayesianSearch search(MakeIdentityEmbedding(2), kBound, {}, 1);
+  BayesianSearch search(MakeIdentityEmbedding(2), kHalfWidth, {}, 1);
   EXPECT_LT(Minimise(search, bowl, 50), 0.12);  // 0.04 at the border, 2.44 at the start
 }
 
 TEST(BayesianSearch, LivesWithAConstantAndWithNothingAtAll) {
-  BayesianSearch flat(MakeIdentityEmbedding(2), kBound, {}, 8);
+  BayesianSearch flat(MakeIdentityEmbedding(2), kHalfWidth, {}, 8);
   EXPECT_EQ(Minimise(
                 flat, [](const auto&) { return 5.0; }, 30),
             5.0);
-  BayesianSearch nothing(MakeIdentityEmbedding(2), kBound, {}, 9);
+  BayesianSearch nothing(MakeIdentityEmbedding(2), kHalfWidth, {}, 9);
   EXPECT_TRUE(std::isinf(Minimise(
       nothing, [](const auto&) { return std::nullopt; }, 30)));
 }
 
 TEST(BayesianSearch, DependsOnItsSeedAlone) {
   const auto last = [](uint64_t seed) {
-    BayesianSearch search(MakeIdentityEmbedding(2), kBound, {}, seed);
+    BayesianSearch search(MakeIdentityEmbedding(2), kHalfWidth, {}, seed);
     Minimise(search, Branin, 20);
     return search.Propose();
   };
