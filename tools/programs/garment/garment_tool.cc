@@ -109,13 +109,14 @@ std::string SettingsText(const GarmentOptions& options, const Wardrobe& wardrobe
   for (const BendTable& table : material.bend)
     bend += std::accumulate(table.entries(), table.entries() + kBendEntries, 0.0);
   const Mesh& mesh = wardrobe.garment.mesh;
-  return Format("%s %.17g %.17g %s %.17g %s %.17g %.17g %.17g %s %g %g %g %g %g %d %g %g %d",
+  return Format("%s %.17g %.17g %s %.17g %s %.17g %.17g %.17g %s %g %g %g %g %g %g %d %g %g %d",
                 options.garment.c_str(), wardrobe.garment.start_x.sum(), mesh.uv.sum(),
                 options.body.c_str(), wardrobe.body->Positions(0.0).sum(),
                 (options.material + options.posterior).c_str(), material.density, stretch, bend,
-                options.law.c_str(), options.edge, wardrobe.wear.h, wardrobe.wear.thickness,
-                wardrobe.wear.skin_offset, wardrobe.wear.friction, wardrobe.wear.self_contact,
-                wardrobe.wear.self_friction, wardrobe.wear.start_noise, options.seed);
+                options.law.c_str(), options.edge, wardrobe.wear.h, wardrobe.wear.euler.tolerance,
+                wardrobe.wear.thickness, wardrobe.wear.skin_offset, wardrobe.wear.friction,
+                wardrobe.wear.self_contact, wardrobe.wear.self_friction, wardrobe.wear.start_noise,
+                options.seed);
 }
 
 // The places of the unsewn vertices, which the OBJ file and the cache have.
@@ -306,6 +307,7 @@ void WriteSummary(const GarmentOptions& options, const WearOptions& wear,
                {"law", options.law},
                {"edge_m", options.edge},
                {"time_step", wear.h},
+               {"tolerance", wear.euler.tolerance},
                {"frames_per_second", kFrameRate},
                {"thickness_m", wear.thickness},
                {"skin_offset_m", wear.skin_offset},
