@@ -107,6 +107,17 @@ std::vector<Option> MotionOptions(GarmentOptions& options) {
        .doc = "coefficient of friction of the cloth with itself",
        .least = 0,
        .most = 10},
+      {.key = "creep_speed",
+       .value = &wear.euler.creep_speed,
+       .doc = "relative speed below which contacts that hold creep",
+       .unit = "m/s",
+       .least = 1e-6,
+       .most = 1},
+      {.key = "friction_rounds",
+       .value = &wear.euler.friction_rounds,
+       .doc = "at most so many solutions of a time step, each with the normal forces of the last",
+       .least = 1,
+       .most = 100},
       ThreadsOption(options.threads),
   };
 }

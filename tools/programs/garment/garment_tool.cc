@@ -109,14 +109,14 @@ std::string SettingsText(const GarmentOptions& options, const Wardrobe& wardrobe
   for (const BendTable& table : material.bend)
     bend += std::accumulate(table.entries(), table.entries() + kBendEntries, 0.0);
   const Mesh& mesh = wardrobe.garment.mesh;
-  return Format("%s %.17g %.17g %s %.17g %s %.17g %.17g %.17g %s %g %g %g %g %g %g %d %g %g %d",
-                options.garment.c_str(), wardrobe.garment.start_x.sum(), mesh.uv.sum(),
-                options.body.c_str(), wardrobe.body->Positions(0.0).sum(),
-                (options.material + options.posterior).c_str(), material.density, stretch, bend,
-                options.law.c_str(), options.edge, wardrobe.wear.h, wardrobe.wear.euler.tolerance,
-                wardrobe.wear.thickness, wardrobe.wear.skin_offset, wardrobe.wear.friction,
-                wardrobe.wear.self_contact, wardrobe.wear.self_friction, wardrobe.wear.start_noise,
-                options.seed);
+  return Format(
+      "%s %.17g %.17g %s %.17g %s %.17g %.17g %.17g %s %g %g %g %g %g %g %g %d %d %g %g %d",
+      options.garment.c_str(), wardrobe.garment.start_x.sum(), mesh.uv.sum(), options.body.c_str(),
+      wardrobe.body->Positions(0.0).sum(), (options.material + options.posterior).c_str(),
+      material.density, stretch, bend, options.law.c_str(), options.edge, wardrobe.wear.h,
+      wardrobe.wear.euler.tolerance, wardrobe.wear.thickness, wardrobe.wear.skin_offset,
+      wardrobe.wear.friction, wardrobe.wear.self_contact, wardrobe.wear.self_friction,
+      wardrobe.wear.start_noise, options.seed);
 }
 
 // The places of the unsewn vertices, which the OBJ file and the cache have.
@@ -312,6 +312,8 @@ void WriteSummary(const GarmentOptions& options, const WearOptions& wear,
                {"thickness_m", wear.thickness},
                {"skin_offset_m", wear.skin_offset},
                {"friction", wear.friction},
+               {"creep_speed_m_s", wear.euler.creep_speed},
+               {"friction_rounds", wear.euler.friction_rounds},
                {"self_contact", wear.self_contact},
                {"self_friction", wear.self_friction},
                {"start_noise_m", wear.start_noise},

@@ -16,7 +16,7 @@ constexpr double kDensity = 0.2;  // [kg/m²], of the sheets
 // The gap at which the contact carries `pressure`, that of −κ·b'(gap) = pressure [m].
 inline double RestingGap(const Contact& contact, double pressure) {
   double low = 0.0, high = contact.range;
-  while (high - low > 1e-12) {
+  for (int i = 0; i < 100; ++i) {
     const double middle = 0.5 * (low + high);
     (-contact.stiffness * EvaluateBarrier(middle, contact.range).slope > pressure ? low : high) =
         middle;
