@@ -176,6 +176,13 @@ std::string ValueText(const nlohmann::json& value) {
 
 Cell NumberCell(std::string text) { return {std::move(text), Cell::Kind::kNumber}; }
 
+Cell OriginCell(const std::string& origin) {
+  if (origin == "measured") return {origin, Cell::Kind::kMeasured};
+  if (origin == "prior" || origin == "from the prior")
+    return {"not measured: from the prior", Cell::Kind::kPrior};
+  return {origin};
+}
+
 std::string HtmlTable(const std::string& caption, const std::vector<std::string>& head,
                       const std::vector<CellRow>& rows) {
   // A caption of the table itself would be as wide as the table and leave a narrow screen.
