@@ -148,6 +148,34 @@ TEST_F(ReportTest, WarnsOfDrapesOfDifferentSizes) {
   EXPECT_THAT(Page({a, c}), Not(HasSubstr("are of specimens of")));
 }
 
+// Numbers of a laboratory have no exponents as long as they are below a million.
+TEST_F(ReportTest, SheetsHavePlainNumbers) {
+  const std::string page = Page({AddFit(
+      "fit",
+      {{"laboratory",
+        {{"material",
+          {{"title", "Material"},
+           {"rows",
+            {{{"name", "E100"}, {"value", 40321.4}, {"low", 766.2}, {"high", 1354.3}}}}}}}}})});
+  EXPECT_THAT(page, HasSubstr("<td class=\"number\">40321</td>"
+                              "<td class=\"number\">766 … 1354</td>"));
+  EXPECT_THAT(page, Not(HasSubstr("Rows without an interval")));
+}
+
+// A strip has no disc below it, which would hide it.
+TEST_F(ReportTest, OnlyDrapesOverADiscHaveASupport) {
+  const Mesh mesh = MakeDisc({.target_vertices = 100});
+  for (const Json& summary :
+       {Json{{"steps_wanted", 1}},
+        Json{{"steps_wanted", 1}, {"specimen_diameter_m", 0.3}, {"support_diameter_m", 0.18}}}) {
+    const std::string folder = AddResult("drape", summary);
+    WriteObj(Path("drape/drape.obj"), mesh, mesh.rest_x);
+    EXPECT_THAT(Page({folder}),
+                HasSubstr(summary.contains("support_diameter_m") ? "\"support_m\":0.09,"
+                                                                 : "\"support_m\":null,"));
+  }
+}
+
 // In place of the contact sheets of drape_predict and drape_equilibria.
 TEST_F(ReportTest, DrapesFromAboveHaveColoursAndNumbers) {
   const std::string folder = AddResult("branches", {{"samples_wanted", 3},
@@ -214,7 +242,9 @@ TEST_F(ReportTest, MeasurementsAndExportsAreTables) {
       "export",
       {{"record",
         {{"name", "wool"},
-         {"linear", {{"c11", {{"value", 150.0}, {"unit", "N/m"}, {"origin", "prior"}}}}}}},
+         {"linear",
+          {{"c11", {{"value", 150.0}, {"unit", "N/m"}, {"origin", "prior"}}},
+           {"bend_warp", {{"value", 1.25e-5}, {"sd", 2e-6}, {"origin", "measured"}}}}}}},
        {"targets",
         {{{"target", "clo"}, {"file", "w.jfab"}, {"status", "unverified"}, {"lost", {"c12"}}}}}});
   const std::string page =
@@ -229,6 +259,9 @@ TEST_F(ReportTest, MeasurementsAndExportsAreTables) {
   EXPECT_THAT(page, HasSubstr("<li>tilted by 9 degrees</li>"));
   EXPECT_THAT(page, HasSubstr("<td class=\"number\">45.6</td>"));
   EXPECT_THAT(page, HasSubstr("w.jfab"));
+  EXPECT_THAT(
+      page, HasSubstr("<th scope=\"row\">bending rigidity, warp</th><td class=\"number\">12.5</td>"
+                      "<td class=\"number\">2</td><td>µN·m</td>"));
   EXPECT_THAT(page, HasSubstr("not measured: from the prior"));
   EXPECT_INPUT_ERROR(ReadResultFolder(Path("other.json")), "has no results of drape_metrics");
 }
@@ -387,8 +420,7 @@ TEST_F(ReportTest, TablesNeedNoScript) {
       "fit", {{"spectrum", {{"singular_values", {3.0, 0.25}}, {"determined_directions", 1}}},
               {"parameters", {{"prior_sigma", 1.0}}}})});
   page.erase(page.find("<script type=\"application/json\""));
-  EXPECT_THAT(page,
-              HasSubstr("<td class=\"number\">0.25</td><td class=\"text\">of the prior</td>"));
+  EXPECT_THAT(page, HasSubstr("<td class=\"number\">0.25</td><td>of the prior</td>"));
   EXPECT_THAT(page, HasSubstr("default-src 'none'"));
   EXPECT_THAT(page, Not(HasSubstr("src=\"http")));
 }

@@ -229,12 +229,12 @@ std::string PackedFaces(const Mesh& mesh) {
 }
 
 // A drape of the viewer. Its faces are left out where they are those of the viewer's first drape.
-Json DrapeJson(const Mesh& mesh, const Eigen::VectorXd& x, const std::string& name, double support,
-               const Json& viewer) {
+Json DrapeJson(const Mesh& mesh, const Eigen::VectorXd& x, const std::string& name,
+               const std::optional<DrapeDiscs>& discs, const Json& viewer) {
   Eigen::VectorXd height(mesh.num_vertices());
   for (int v = 0; v < mesh.num_vertices(); ++v) height[v] = 1e3 * x[3 * v + 2];
   Json json = {{"name", name},
-               {"support_m", support},
+               {"support_m", discs ? Json(discs->support) : Json()},
                {"positions", NumbersJson(x)},
                {"fields",
                 {FieldJson("height", "mm", height),
@@ -293,10 +293,9 @@ std::string Drapes(const ResultFolder& folder, ReportPage* page) {
   std::string html;
   Json drapes = Json::array();
   const std::vector<StoredDrape> stored = ListDrapes(folder);
-  const DrapeDiscs discs = folder.Discs().value_or(DrapeDiscs());
   for (std::size_t i = 0; i < std::min(stored.size(), kMostDrapes); ++i) try {
       const auto [mesh, x] = stored[i].read();
-      Json drape = DrapeJson(mesh, x, stored[i].name, discs.support, drapes);
+      Json drape = DrapeJson(mesh, x, stored[i].name, folder.Discs(), drapes);
       if (!page->TakeRoom(drape.dump().size(), folder.name + ": drape " + stored[i].name)) continue;
       drapes.push_back(std::move(drape));
     } catch (const InputError& error) {

@@ -97,8 +97,10 @@ void AddFlatRows(const nlohmann::json& value, const std::string& path, std::vect
   }
 }
 
-const char* ChooseClass(Cell::Kind kind) {
-  switch (kind) {
+// Only a long text may be broken into lines.
+const char* ChooseClass(const Cell& cell) {
+  constexpr std::size_t kLong = 40;
+  switch (cell.kind) {
     case Cell::Kind::kNumber:
       return "number";
     case Cell::Kind::kMeasured:
@@ -106,7 +108,7 @@ const char* ChooseClass(Cell::Kind kind) {
     case Cell::Kind::kPrior:
       return "prior";
     default:
-      return "text";
+      return cell.text.size() > kLong ? "text" : "";
   }
 }
 
@@ -207,7 +209,7 @@ std::string HtmlTable(const std::string& caption, const std::vector<std::string>
     for (const Cell& cell : row)
       html += cell.kind == Cell::Kind::kHeader
                   ? "<th scope=\"row\">" + EscapeHtml(cell.text) + "</th>"
-                  : HtmlElement("td", cell.text, ChooseClass(cell.kind));
+                  : HtmlElement("td", cell.text, ChooseClass(cell));
     html += "</tr>\n";
   }
   return html + "</tbody></table></div>\n";

@@ -145,17 +145,26 @@ std::string Metrics(const json& s) {
 }
 
 std::string Record(const json& record) {
-  const json* linear = Find(record, "/linear");
-  if (linear == nullptr) return "";
+  struct Reading {
+    const char *key, *name, *unit;
+    double factor = 1;
+  };
+  const Reading readings[] = {{"bend_warp", "bending rigidity, warp", "µN·m", 1e6},
+                              {"bend_weft", "bending rigidity, weft", "µN·m", 1e6},
+                              {"bend_bias", "bending rigidity, bias", "µN·m", 1e6},
+                              {"c11", "tensile stiffness, weft (c11)", "N/m"},
+                              {"c22", "tensile stiffness, warp (c22)", "N/m"},
+                              {"c12", "coupling of warp and weft (c12)", "N/m"},
+                              {"shear", "shear rigidity G", "N/m"}};
   std::vector<CellRow> rows;
-  for (const auto& [key, number] : linear->items()) {
-    const auto value = FindNumber(number, "/value"), sd = FindNumber(number, "/sd");
-    rows.push_back({{key, Cell::Kind::kHeader},
-                    NumberCell(value ? Format("%.4g", *value) : "none"),
-                    NumberCell(sd ? Format("%.2g", *sd) : ""),
-                    {FindText(number, "/unit")},
-                    OriginCell(FindText(number, "/origin"))});
-  }
+  for (const Reading& reading : readings)
+    if (const json* number = Find(record, std::string("/linear/") + reading.key))
+      rows.push_back({{reading.name, Cell::Kind::kHeader},
+                      Number(*number, "/value", reading.factor, "%.4g"),
+                      Number(*number, "/sd", reading.factor, "%.2g"),
+                      {reading.unit},
+                      OriginCell(FindText(*number, "/origin"))});
+  if (rows.empty()) return "";
   return HtmlTable("The linear record of " + FindText(record, "/name"),
                    {"quantity", "value", "standard deviation", "unit", "where from"}, rows);
 }

@@ -279,9 +279,10 @@ std::string Spectrum(const ResultFolder& folder, ReportPage* page) {
                     {value > limit ? "determined" : "of the prior"}});
   }
   cut.points = {{0.5, limit}, {static_cast<double>(values.size()) + 0.5, limit}};
-  const Chart chart{.x = {.label = "direction"},
-                    .y = {.label = "singular value", .log = true},
-                    .series = {above, below, cut}};
+  const Chart chart{
+      .x = {.label = "direction", .ticks = WholeTicks(1, static_cast<long>(values.size()))},
+      .y = {.label = "singular value", .log = true},
+      .series = {above, below, cut}};
   return page->AddPicture(PictureJson({.charts = {chart}}),
                           Format("%.0f of %zu directions of the log factors are determined: there "
                                  "the data say more than the prior.",

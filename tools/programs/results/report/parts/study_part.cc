@@ -23,20 +23,13 @@ std::string PictureName(const std::string& chart_file) {
   return chart_file.substr(0, chart_file.find(".chart.json")) + ".png";
 }
 
-// "heat_map.chart.json" → "heat map".
-std::string StemInWords(const std::string& chart_file) {
-  std::string stem = chart_file.substr(0, chart_file.find(".chart.json"));
-  std::replace(stem.begin(), stem.end(), '_', ' ');
-  return stem;
-}
-
 std::string Chart(const ResultFolder& folder, const std::string& file, ReportPage* page) {
   try {
     const nlohmann::json picture = ReadJsonFile(folder.File(file));
     if (picture.value("format", "") != "drapefit-chart" || !picture.contains("charts"))
       throw InputError(file, "is not a chart of drapefit");
     const std::string title = picture.value("title", "");
-    return HtmlElement("h3", title.empty() ? StemInWords(file) : title) +
+    return (title.empty() ? "" : HtmlElement("h3", title)) +
            page->AddPicture(picture, PictureName(file));
   } catch (const std::exception& error) {
     return HtmlElement("p", error.what(), "missing");

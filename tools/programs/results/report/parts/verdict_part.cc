@@ -155,7 +155,7 @@ std::vector<Number> OtherNumbers(const ResultFolder& folder) {
       numbers.push_back({name, Format("%.4g", factor * *value) + unit});
   };
   if (folder.program != "drape_garment") add("/draws", "drapes", 1, "");
-  add("/at_rest", "of them at rest", 1, "");
+  add("/at_rest", "drapes at rest", 1, "");
   add("/features/dc", "drape coefficient", 100, " %");
   add("/features/folds", "nodes", 1, "");
   add("/spread/dc", "drape coefficient", 100, " %");
@@ -297,12 +297,23 @@ std::string Material(const ResultFolder& folder) {
                     {q.unit},
                     q.from});
   if (rows.empty()) return "";
-  return HtmlTable("", {"quantity", "value", "90 % interval", "unit", "where from"}, rows);
+  return HtmlTable("", {"quantity", "value", "90 % interval", "unit", "where from"}, rows) +
+         HtmlElement("p",
+                     "Rows without an interval are means of the fitted tables; most of "
+                     "their entries are of strains and curvatures that no drape has.",
+                     "quiet");
+}
+
+// Up to 999,999 without an exponent: "766", "1346", not "1.35e+03".
+std::string PlainText(double value, int digits) {
+  const double size = std::abs(value);
+  const bool whole = size >= std::pow(10, digits) && size < 1e6;
+  return Format("%.*g", whole ? 6 : digits, whole ? std::round(value) : value);
 }
 
 std::string LaboratoryInterval(const nlohmann::json& row) {
   const auto low = FindNumber(row, "/low"), high = FindNumber(row, "/high");
-  return low && high ? Format("%.3g … %.3g", *low, *high) : "";
+  return low && high ? PlainText(*low, 3) + " … " + PlainText(*high, 3) : "";
 }
 
 // A table of the readings of each laboratory measurement.
@@ -358,7 +369,7 @@ std::string LaboratoryHtml(const nlohmann::json& sheet) {
   std::vector<CellRow> rows;
   for (const nlohmann::json& row : FindList(sheet, "/rows"))
     rows.push_back({{FindText(row, "/name"), Cell::Kind::kHeader},
-                    NumberCell(Format("%.4g", FindNumber(row, "/value").value_or(NAN))),
+                    NumberCell(PlainText(FindNumber(row, "/value").value_or(NAN), 4)),
                     NumberCell(LaboratoryInterval(row)),
                     {FindText(row, "/unit")},
                     OriginCell(FindText(row, "/source")),
@@ -378,16 +389,11 @@ void AddVerdicts(const std::vector<ResultFolder>& folders, ReportPage* page) {
 }
 
 void AddMaterials(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  std::string html = SideBySide(folders, [](const auto& folder) {
-    const std::string table = folder.IsFit() ? MaterialSheet(folder) : "";
-    return table.empty() ? "" : InWords(folder.summary) + table + Laboratory(folder);
-  });
-  if (!html.empty())
-    html += HtmlElement("p",
-                        "Rows without an interval are means of the fitted tables; most of "
-                        "their entries are of strains and curvatures that no drape has.",
-                        "quiet");
-  page->AddSection("material", "Material", html);
+  page->AddSection("material", "Material", SideBySide(folders, [](const auto& folder) {
+                     const std::string table = folder.IsFit() ? MaterialSheet(folder) : "";
+                     return table.empty() ? ""
+                                          : InWords(folder.summary) + table + Laboratory(folder);
+                   }));
 }
 
 }  // namespace drape
