@@ -8,8 +8,10 @@
 
 #include <csignal>
 #include <functional>
+#include <map>
 
 #include "losses/image/exif.h"
+#include "losses/image/thumbnail.h"
 #include "physics/util/errors.h"
 #include "tests/losses/image/encode.h"
 #include "tests/losses/temp_folder.h"
@@ -292,6 +294,28 @@ TEST(WritePng, KeepsTheDiscsOfADrape) {
   cut.resize(50);
   WriteAll(folder / "d.png", cut);
   EXPECT_EQ(ReadPngDiscs(folder / "d.png"), std::nullopt);
+}
+
+TEST(Thumbnail, IsThePictureInFewerPixels) {
+  RgbImage picture{1401, 90, {}};
+  for (int i = 0; i < picture.width * picture.height; ++i) {
+    const bool left = i % picture.width < 700;
+    for (const int value : {left ? 200 : 20, 90, left ? 30 : 220})
+      picture.rgb.push_back(static_cast<uint8_t>(value));
+  }
+  const TempFolder folder;
+  const std::string bytes = MakeThumbnail(picture, 1000);
+  WriteAll(folder / "a.jpg", {bytes.begin(), bytes.end()});
+  const RgbImage small = ReadPhotograph(folder / "a.jpg").image;
+  EXPECT_EQ(small.width, 700);
+  EXPECT_EQ(small.height, 45);
+  for (const auto& [column, colour] :
+       std::map<int, std::vector<int>>{{10, {200, 90, 30}}, {690, {20, 90, 220}}})
+    for (int channel = 0; channel < 3; ++channel)
+      EXPECT_NEAR(small.rgb[3 * column + channel], colour[channel], 4);
+  const std::string thin = MakeThumbnail({3000, 1, std::vector<uint8_t>(9000)}, 1000);
+  WriteAll(folder / "b.jpg", {thin.begin(), thin.end()});
+  EXPECT_EQ(ReadPhotograph(folder / "b.jpg").image.height, 1);
 }
 
 // JPEG blurs a hard edge; the threshold brings the picture back bit for bit.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "physics/util/text_format.h"
 #include "solver/prediction/exchange/targets/target_list.h"
 
 // Scripts that run inside another program. Where a stiffness depends on the mesh, they measure it
@@ -195,23 +196,23 @@ std::string ScriptText(const char* doc, const char* imports, const ExchangeRecor
 
 ExportedMaterial ExportNewton(const ExchangeRecord& record, IsotropicChoice keep) {
   const IsotropicSheet sheet = MakeIsotropic(record.material, keep);
-  return {
-      .file = "newton.py",
-      .text =
-          ScriptText("A fabric for Newton's SolverVBD and SolverSemiImplicit.", "import math\n\n",
-                     record, {{"mu", sheet.mu}, {"lambda", sheet.lambda}}, kNewtonScript),
-      .tables = TablesFrom(WithIsotropicMembrane(record.material, sheet)),
-      .use =
-          "import it, pass cloth_arguments(\"vbd\") to add_cloth_mesh, and call apply(model, "
-          "uv) after finalize()",
-      .lost = {"the anisotropy of the membrane: it is isotropic, with --isotropic=" +
-                   std::string(ToString(keep)) + " a shear rigidity of " + NumberText(sheet.mu) +
-                   " in place of " + NumberText(record.material.shear) + " N/m",
-               kLosesTables},
-      .verified = false,
-      .evidence =
-          "its hinge and membrane energies, written again from its source as a test, "
-          "are those of drapefit; not run in the program"};
+  return {.file = "newton.py",
+          .text = ScriptText("A fabric for Newton's SolverVBD and SolverSemiImplicit.",
+                             "import math\n\n", record,
+                             {{"mu", sheet.mu}, {"lambda", sheet.lambda}}, kNewtonScript),
+          .tables = TablesFrom(WithIsotropicMembrane(record.material, sheet)),
+          .use =
+              "import it, pass cloth_arguments(\"vbd\") to add_cloth_mesh, and call apply(model, "
+              "uv) after finalize()",
+          .lost = {"the anisotropy of the membrane: it is isotropic, with --isotropic=" +
+                       std::string(ToString(keep)) +
+                       Format(" a shear rigidity of %.3g in place of %.3g N/m", sheet.mu,
+                              record.material.shear),
+                   kLosesTables},
+          .verified = false,
+          .evidence =
+              "its hinge and membrane energies, written again from its source as a test, "
+              "are those of drapefit; not run in the program"};
 }
 
 ExportedMaterial ExportStyle3d(const ExchangeRecord& record) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks for what a reader could not see, read or reach in a page of drape_report. The test appends
-// it, after axe-core, to a copy of the page without its policy; what it finds is in the element
+// Looks for what a reader could not see, read or reach in a page of drape_report. check_page.sh
+// appends it, after axe-core, to a copy of the page without its policy; what it finds is in the element
 // "found", a line each, and "checked" is the last line.
 (async () => {
   const root = document.documentElement;
@@ -77,8 +77,12 @@
       if (section.textContent.trim().length < 20) found.push(`empty part: ${section.id}`);
     for (const image of document.querySelectorAll("img"))
       if (image.naturalWidth === 0) found.push(`picture not shown: ${image.alt}`);
-    for (const canvas of document.querySelectorAll("canvas"))
-      if (!(Number(canvas.dataset.drawn) > 5000)) found.push(`drape not drawn: ${canvas.dataset.drawn} pixels`);
+    for (const place of document.querySelectorAll("[data-drapes]")) {
+      const drawn = place.querySelector("canvas")?.dataset.drawn;
+      if (!(Number(drawn) > 5000)) found.push(`drape not drawn: ${drawn} pixels`);
+    }
+    for (const place of document.querySelectorAll("[data-picture]"))
+      if (!place.querySelector("svg, .notes")) found.push(`chart not drawn: ${place.textContent}`);
     for (const element of document.querySelectorAll("[src], link[href], image")) {
       const address = element.getAttribute("src") ?? element.getAttribute("href");
       if (!/^(data|blob):/.test(address)) found.push(`request: ${address}`);

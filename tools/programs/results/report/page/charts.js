@@ -109,6 +109,16 @@ function isNarrow(numbers) {
   return positive.length > 0 && Math.max(...positive) < 10 * Math.min(...positive);
 }
 
+// About so many round numbers between the least and the most: a logarithmic axis of less than a
+// decade would have one tick alone.
+function roundNumbers(numbers, count) {
+  const [least, most] = [Math.min(...numbers.filter((number) => number > 0)), Math.max(...numbers)];
+  const power = 10 ** Math.floor(Math.log10((most - least) / count || least));
+  const step = [1, 2, 5, 10].map((factor) => factor * power).find((each) => (most - least) / each <= count);
+  const first = Math.ceil(least / step);
+  return Array.from({ length: Math.floor(most / step) - first + 1 }, (_, i) => (first + i) * step);
+}
+
 // numbers: of the chart along this axis.
 function axisOptions(axis, room, numbers) {
   const narrow = axis.log && isNarrow(axis.range ?? numbers);
@@ -116,7 +126,8 @@ function axisOptions(axis, room, numbers) {
   if (axis.range) options.domain = axis.range;
   if (!axis.ticks) {
     if (axis.log) options.tickFormat = (value) => (narrow ? String(Number(value.toPrecision(2))) : decadeText(value));
-    options.ticks = Math.max(2, Math.round(room / 70));
+    const count = Math.max(2, Math.round(room / 70));
+    options.ticks = narrow ? roundNumbers(axis.range ?? numbers, count) : count;
     return options;
   }
   const names = new Map(axis.ticks);
@@ -129,6 +140,11 @@ function decadeText(value) {
   const round = Math.abs(power - Math.round(power)) < 1e-9;
   if (value >= 1e-3 && value < 1e4) return round || /^[25]/.test(value.toExponential()) ? String(Number(value.toPrecision(3))) : "";
   return round ? `1e${Math.round(power)}` : "";
+}
+
+// Lines where the ticks are.
+function gridOptions(axis) {
+  return { strokeOpacity: 0.12, ...(axis.ticks ? { ticks: axis.ticks.map(([at]) => at) } : {}) };
 }
 
 function key(chart) {
@@ -181,7 +197,7 @@ function drawChart(chart, width) {
       : undefined,
     aspectRatio: chart.equal_units ? 1 : undefined,
     marks: [
-      ...(chart.grid === false ? [] : [gridX({ strokeOpacity: 0.12 }), gridY({ strokeOpacity: 0.12 })]),
+      ...(chart.grid === false ? [] : [gridX(gridOptions(chart.x)), gridY(gridOptions(chart.y))]),
       ...chart.series.flatMap((series, index) => makeMarks(series, index, chart)),
       ...(onSquare.length ? [text(onSquare, at({ fill: "#111" }))] : []),
       ...(onGround.length ? [text(onGround, at({}))] : []),

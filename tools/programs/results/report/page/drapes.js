@@ -16,16 +16,17 @@ import {
   MeshLambertMaterial,
   PerspectiveCamera,
   Scene,
+  Vector3,
   WebGLRenderer,
   WireframeGeometry,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 const COLOURS = Array.from({ length: 256 }, (_, i) => new Color(interpolateViridis(i / 255)));
-const START = [0.19, -0.285, 0.22];
+// The first view: of a drape over a disc, or of all of a cloth of another scene.
+const view = { from: new Vector3(0.19, -0.285, 0.22), at: new Vector3(0, 0, -0.03) };
 const camera = new PerspectiveCamera(38, 4 / 3, 0.01, 10);
 camera.up.set(0, 0, 1);
-camera.position.set(...START);
 const viewers = [];
 const renderAll = () => viewers.forEach((viewer) => viewer.render());
 
@@ -92,10 +93,10 @@ class Viewer {
     const sun = new DirectionalLight("white", 2.2);
     sun.position.set(0.5, -0.4, 1);
     this.scene.add(new AmbientLight("white", 1.5), sun);
-    this.addSupport(drapes[0].support_m ?? 0.09);
+    if (drapes[0].support_m) this.addSupport(drapes[0].support_m);
     this.build(place);
     this.controls = new OrbitControls(camera, this.canvas);
-    this.controls.target.set(0, 0, -0.03);
+    this.controls.target.copy(view.at);
     this.controls.enablePan = false;
     this.controls.minDistance = 0.15;
     this.controls.maxDistance = 1.5;
@@ -125,7 +126,7 @@ class Viewer {
     this.wire.addEventListener("change", again);
     const reset = element("button", { type: "button", textContent: "first view" });
     reset.addEventListener("click", () => {
-      camera.position.set(...START);
+      camera.position.copy(view.from);
       this.controls.update();
       renderAll();
     });
@@ -156,7 +157,11 @@ class Viewer {
     const range = findRange(field.name, this.groups);
     const geometry = makeGeometry(drape, this.drapes[0]);
     colour(geometry, field, range);
-    if (this.cloth) this.scene.remove(this.cloth, this.edges);
+    if (this.cloth) {
+      this.scene.remove(this.cloth, this.edges);
+      this.cloth.geometry.dispose();
+      this.edges.geometry.dispose();
+    }
     this.cloth = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
     this.edges = new LineSegments(new WireframeGeometry(geometry), new LineBasicMaterial({ color: "black", transparent: true, opacity: 0.35 }));
     this.edges.visible = this.wire.checked;
@@ -192,7 +197,19 @@ class Viewer {
   }
 }
 
+function findView(drape) {
+  const geometry = makeGeometry(drape);
+  geometry.computeBoundingSphere();
+  const { center, radius } = geometry.boundingSphere;
+  view.from.sub(view.at).setLength(3.2 * radius).add(center);
+  view.at.copy(center);
+}
+
 export function showDrapes(place, drapes, groups) {
+  if (viewers.length === 0) {
+    if (!drapes[0].support_m) findView(drapes[0]);
+    camera.position.copy(view.from);
+  }
   const viewer = new Viewer(place, drapes, groups);
   viewers.push(viewer);
   viewer.render();

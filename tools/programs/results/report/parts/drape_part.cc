@@ -104,18 +104,7 @@ std::string StoredOverlay(const ResultFolder& folder, const std::string& name,
                           const std::string& reason, ReportPage* page) {
   const std::string file = folder.File("fit_" + name + ".png");
   if (!fs::is_regular_file(file)) return HtmlElement("p", reason, "missing");
-  return page->IfItFits(
-      file,
-      "<figure class=\"picture\"><img alt=\"Outlines of the image, blue, and of the fit, red\" "
-      "src=\"" +
-          ImageUri(ReadWholeFile(file)) + "\">" + HtmlElement("figcaption", reason) +
-          "</figure>\n");
-}
-
-std::string Number(const nlohmann::json& json, const std::string& where, double factor,
-                   const char* format) {
-  const std::optional<double> value = FindNumber(json, where);
-  return value ? Format(format, factor * *value) : "none";
+  return page->AddImage(file, "Outlines of the image, blue, and of the fit, red", reason);
 }
 
 std::string Metrics(const nlohmann::json& image) {
@@ -125,16 +114,19 @@ std::string Metrics(const nlohmann::json& image) {
   const auto add = [&](const char* name, const std::string& first, const std::string& second) {
     rows.push_back({{name, Cell::Kind::kHeader}, NumberCell(first), NumberCell(second)});
   };
-  const std::string fit = "/metrics/";
-  add("drape coefficient [%]", Number(image, fit + "dc_image", 100, "%.1f"),
-      Number(image, fit + "dc_fit", 100, "%.1f"));
-  add("folds (nodes)", Number(image, fit + "folds_image", 1, "%.0f"),
-      Number(image, fit + "folds_fit", 1, "%.0f"));
-  add("outline error, rms [mm]", "", Number(image, fit + "profile_rms_px", 1 / px_per_mm, "%.2f"));
+  const auto number = [&](const char* where, double factor, const char* format) {
+    return NumberText(image, where, factor, format);
+  };
+  add("drape coefficient [%]", number("/metrics/dc_image", 100, "%.1f"),
+      number("/metrics/dc_fit", 100, "%.1f"));
+  if (const auto photograph = FindPhotograph(image))
+    add("the photograph's, ± standard deviation [%]", CoefficientText(photograph->summary), "");
+  add("nodes", number("/metrics/folds_image", 1, "%.0f"), number("/metrics/folds_fit", 1, "%.0f"));
+  add("outline error, rms [mm]", "", number("/metrics/profile_rms_px", 1 / px_per_mm, "%.2f"));
   add("the same after settling [mm]", "",
-      Number(image, "/settled/metrics/profile_rms_px", 1 / px_per_mm, "%.2f"));
-  add("overlap of the areas (IoU) [%]", "", Number(image, fit + "iou", 100, "%.1f"));
-  add("lowest vibration [Hz]", "", Number(image, "/stability/lowest_frequency_hz", 1, "%.2f"));
+      number("/settled/metrics/profile_rms_px", 1 / px_per_mm, "%.2f"));
+  add("overlap of the areas (IoU) [%]", "", number("/metrics/iou", 100, "%.1f"));
+  add("lowest vibration [Hz]", "", number("/stability/lowest_frequency_hz", 1, "%.2f"));
   return HtmlTable("", {"", "image", "fit"}, rows);
 }
 
@@ -237,12 +229,12 @@ std::string PackedFaces(const Mesh& mesh) {
 }
 
 // A drape of the viewer. Its faces are left out where they are those of the viewer's first drape.
-Json DrapeJson(const Mesh& mesh, const Eigen::VectorXd& x, const std::string& name, double support,
-               const Json& viewer) {
+Json DrapeJson(const Mesh& mesh, const Eigen::VectorXd& x, const std::string& name,
+               const std::optional<DrapeDiscs>& discs, const Json& viewer) {
   Eigen::VectorXd height(mesh.num_vertices());
   for (int v = 0; v < mesh.num_vertices(); ++v) height[v] = 1e3 * x[3 * v + 2];
   Json json = {{"name", name},
-               {"support_m", support},
+               {"support_m", discs ? Json(discs->support) : Json()},
                {"positions", NumbersJson(x)},
                {"fields",
                 {FieldJson("height", "mm", height),
@@ -278,9 +270,7 @@ std::vector<StoredDrape> MeshFiles(const ResultFolder& folder) {
 // States of drape_equilibria, on the mesh that its summary names.
 std::vector<StoredDrape> BranchStates(const ResultFolder& folder) {
   std::vector<StoredDrape> drapes;
-  const nlohmann::json* branches = Find(folder.summary, "/branches");
-  if (branches == nullptr || !branches->is_array()) return drapes;
-  for (const nlohmann::json& branch : *branches)
+  for (const nlohmann::json& branch : FindList(folder.summary, "/branches"))
     drapes.push_back({Format("branch %zu, %.0f %% of the drapes", drapes.size() + 1,
                              100 * FindNumber(branch, "/frequency").value_or(0.0)),
                       [path = folder.File(FindText(branch, "/state")),
@@ -303,10 +293,9 @@ std::string Drapes(const ResultFolder& folder, ReportPage* page) {
   std::string html;
   Json drapes = Json::array();
   const std::vector<StoredDrape> stored = ListDrapes(folder);
-  const DrapeDiscs discs = folder.Discs().value_or(DrapeDiscs());
   for (std::size_t i = 0; i < std::min(stored.size(), kMostDrapes); ++i) try {
       const auto [mesh, x] = stored[i].read();
-      Json drape = DrapeJson(mesh, x, stored[i].name, discs.support, drapes);
+      Json drape = DrapeJson(mesh, x, stored[i].name, folder.Discs(), drapes);
       if (!page->TakeRoom(drape.dump().size(), folder.name + ": drape " + stored[i].name)) continue;
       drapes.push_back(std::move(drape));
     } catch (const InputError& error) {
@@ -324,22 +313,17 @@ std::string Drapes(const ResultFolder& folder, ReportPage* page) {
 }  // namespace
 
 void AddImages(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  std::vector<std::string> contents;
-  for (const ResultFolder& folder : folders) {
-    std::string html;
-    if (const nlohmann::json* images = Find(folder.summary, "/images");
-        folder.IsFit() && images != nullptr && images->is_array())
-      for (const nlohmann::json& image : *images)
-        html += "<div>" + Image(folder, image, page) + "</div>";
-    contents.push_back(html.empty() ? "" : "<div class=\"side\">\n" + html + "</div>\n");
-  }
-  page->AddSection("images", "Image and fit", SideBySide(folders, contents));
+  page->AddSection("images", "Image and fit", SideBySide(folders, [&](const auto& folder) {
+                     std::string html;
+                     if (folder.IsFit())
+                       for (const nlohmann::json& image : FindList(folder.summary, "/images"))
+                         html += "<div>" + Image(folder, image, page) + "</div>";
+                     return html.empty() ? "" : "<div class=\"side\">\n" + html + "</div>\n";
+                   }));
 }
 
 void AddDrapes(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  std::vector<std::string> contents;
-  for (const ResultFolder& folder : folders) contents.push_back(Drapes(folder, page));
-  std::string html = SideBySide(folders, contents);
+  std::string html = SideBySide(folders, [&](const auto& folder) { return Drapes(folder, page); });
   if (!html.empty())
     html = "<p class=\"quiet unscripted\">The drape in three dimensions needs a script.</p>\n" +
            HtmlElement("p",

@@ -97,8 +97,10 @@ void AddFlatRows(const nlohmann::json& value, const std::string& path, std::vect
   }
 }
 
-const char* ChooseClass(Cell::Kind kind) {
-  switch (kind) {
+// Only a long text may be broken into lines.
+const char* ChooseClass(const Cell& cell) {
+  constexpr std::size_t kLong = 40;
+  switch (cell.kind) {
     case Cell::Kind::kNumber:
       return "number";
     case Cell::Kind::kMeasured:
@@ -106,7 +108,7 @@ const char* ChooseClass(Cell::Kind kind) {
     case Cell::Kind::kPrior:
       return "prior";
     default:
-      return "text";
+      return cell.text.size() > kLong ? "text" : "";
   }
 }
 
@@ -176,6 +178,13 @@ std::string ValueText(const nlohmann::json& value) {
 
 Cell NumberCell(std::string text) { return {std::move(text), Cell::Kind::kNumber}; }
 
+Cell OriginCell(const std::string& origin) {
+  if (origin == "measured") return {origin, Cell::Kind::kMeasured};
+  if (origin == "prior" || origin == "from the prior")
+    return {"not measured: from the prior", Cell::Kind::kPrior};
+  return {origin};
+}
+
 std::string HtmlTable(const std::string& caption, const std::vector<std::string>& head,
                       const std::vector<CellRow>& rows) {
   // A caption of the table itself would be as wide as the table and leave a narrow screen.
@@ -200,7 +209,7 @@ std::string HtmlTable(const std::string& caption, const std::vector<std::string>
     for (const Cell& cell : row)
       html += cell.kind == Cell::Kind::kHeader
                   ? "<th scope=\"row\">" + EscapeHtml(cell.text) + "</th>"
-                  : HtmlElement("td", cell.text, ChooseClass(cell.kind));
+                  : HtmlElement("td", cell.text, ChooseClass(cell));
     html += "</tr>\n";
   }
   return html + "</tbody></table></div>\n";

@@ -32,6 +32,8 @@ struct Cell {
   enum class Kind { kText, kNumber, kHeader, kMeasured, kPrior } kind = Kind::kText;
 };
 Cell NumberCell(std::string text);
+// Where a value is from, as results store it: "measured", "from the prior", "given", …
+Cell OriginCell(const std::string& origin);
 
 using CellRow = std::vector<Cell>;
 // A table that can be scrolled sideways. `head` may be empty; a caption too.

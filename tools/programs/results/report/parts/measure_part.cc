@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/results/report/parts/measure_part.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
-#include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
 #include "tools/programs/results/report/parts/html_text.h"
 #include "tools/programs/results/report/parts/verdict_part.h"
@@ -13,12 +13,12 @@ namespace drape {
 namespace {
 
 using nlohmann::json;
+namespace fs = std::filesystem;
 
 constexpr std::size_t kMostDrapeRows = 500;  // in a table
 
 Cell Number(const json& object, const char* where, double factor, const char* format) {
-  const auto value = FindNumber(object, where);
-  return NumberCell(value ? Format(format, factor * *value) : std::string("none"));
+  return NumberCell(NumberText(object, where, factor, format));
 }
 
 CellRow Row(const char* name, std::vector<Cell> cells) {
@@ -30,7 +30,7 @@ CellRow Row(const char* name, std::vector<Cell> cells) {
 std::string Photograph(const ResultFolder& folder, ReportPage* page) {
   const json& s = folder.summary;
   std::vector<CellRow> rows = {
-      Row("drape coefficient, estimate [%]", {Number(s, "/dc", 100, "%.1f")}),
+      Row("drape coefficient, ± standard deviation [%]", {NumberCell(CoefficientText(s))}),
       Row("the same without a model of the camera [%]",
           {Number(s, "/dc_without_camera_model", 100, "%.1f")}),
       Row("nodes", {Number(s, "/folds", 1, "%.0f")}),
@@ -39,19 +39,32 @@ std::string Photograph(const ResultFolder& folder, ReportPage* page) {
       Row("camera above the support [m]", {Number(s, "/camera/eye_height_m", 1, "%.2f")}),
       Row("its tilt [degrees]", {Number(s, "/tilt_rad", 180 / M_PI, "%.1f")}),
       Row("scale [px/m]", {Number(s, "/camera/px_per_m", 1, "%.0f")}),
+      Row("error of the marker's outline, rms [px]", {Number(s, "/marker_rms_px", 1, "%.2f")}),
+      Row("marker seen [%]", {Number(s, "/marker_seen_share", 100, "%.0f")}),
+      Row("blur of the hem [mm]", {Number(s, "/blur_m", 1e3, "%.1f")}),
       Row("specimen [cm]", {Number(s, "/specimen_diameter_m", 100, "%.0f")}),
       Row("support [cm]", {Number(s, "/support_diameter_m", 100, "%.0f")})};
   std::erase_if(rows, [](const CellRow& row) { return row[1].text == "none"; });
   std::string picture;
   const std::string file = folder.File("overlay.png");
-  if (std::filesystem::is_regular_file(file))
-    picture = page->IfItFits(
-        folder.name + "/overlay.png",
-        "<figure class=\"picture\"><img alt=\"The photograph with the outline and the disc that "
-        "were found\" src=\"" +
-            ImageUri(ReadWholeFile(file)) + "\"></figure>\n");
+  if (fs::is_regular_file(file))
+    picture = page->AddImage(file, "The photograph with the outline and the disc that were found",
+                             FindText(s, "/photo"));
   return "<div class=\"side\">\n<div>" + picture + "</div>\n<div>" +
          HtmlTable("", {"", "found"}, rows) + "</div></div>\n";
+}
+
+// The photographs that a fit is of, but for those whose folders have a column of their own.
+std::string FitPhotographs(const ResultFolder& fit, const std::vector<ResultFolder>& folders,
+                           ReportPage* page) {
+  std::string html;
+  for (const json& image : FindList(fit.summary, "/images"))
+    if (const auto photograph = FindPhotograph(image);
+        photograph && std::none_of(folders.begin(), folders.end(), [&](const auto& folder) {
+          return fs::equivalent(folder.path, photograph->path);
+        }))
+      html += Photograph(*photograph, page);
+  return html;
 }
 
 CellRow MeasuredRow(const json& drape) {
@@ -68,7 +81,7 @@ CellRow MeasuredRow(const json& drape) {
           {notes}};
 }
 
-std::string Measured(const std::vector<json>& drapes) {
+std::string Measured(const json& drapes) {
   std::vector<CellRow> rows;
   std::string sheets;
   for (const json& drape : drapes) {
@@ -119,51 +132,47 @@ std::string Compared(const json& pair) {
 }
 
 std::string MetricsTable(const json& s) {
-  if (const json* drapes = Find(s, "/drapes"); drapes != nullptr && drapes->is_array())
-    return Measured({drapes->begin(), drapes->end()});
-  if (s.contains("shape")) return Measured({s});
+  if (s.contains("drapes")) return Measured(FindList(s, "/drapes"));
+  if (s.contains("shape")) return Measured(json::array({s}));
   if (s.contains("raw")) return Compared(s);
   std::string html;
-  if (const json* pairs = Find(s, "/pairs"); pairs != nullptr && pairs->is_array()) {
-    for (const json& pair : *pairs) html += Compared(pair);
-    return html;
-  }
+  for (const json& pair : FindList(s, "/pairs")) html += Compared(pair);
+  if (!html.empty()) return html;
   json rest = s;
   rest.erase("versions");
   rest.erase("provenance");
   return HtmlTable("", {}, FlatRows(rest));
 }
 
-std::string Measurement(const ResultFolder& folder, ReportPage* page) {
-  if (folder.program == "drape_photo") return Photograph(folder, page);
-  return folder.program == "drape_metrics" ? MetricsTable(folder.summary) : "";
-}
-
 std::string Record(const json& record) {
-  const json* linear = Find(record, "/linear");
-  if (linear == nullptr) return "";
+  struct Reading {
+    const char *key, *name, *unit;
+    double factor = 1;
+  };
+  const Reading readings[] = {{"bend_warp", "bending rigidity, warp", "µN·m", 1e6},
+                              {"bend_weft", "bending rigidity, weft", "µN·m", 1e6},
+                              {"bend_bias", "bending rigidity, bias", "µN·m", 1e6},
+                              {"c11", "tensile stiffness, weft (c11)", "N/m"},
+                              {"c22", "tensile stiffness, warp (c22)", "N/m"},
+                              {"c12", "coupling of warp and weft (c12)", "N/m"},
+                              {"shear", "shear rigidity G", "N/m"}};
   std::vector<CellRow> rows;
-  for (const auto& [key, number] : linear->items()) {
-    const auto value = FindNumber(number, "/value"), sd = FindNumber(number, "/sd");
-    const std::string origin = FindText(number, "/origin");
-    rows.push_back({{key, Cell::Kind::kHeader},
-                    NumberCell(value ? Format("%.4g", *value) : "none"),
-                    NumberCell(sd ? Format("%.2g", *sd) : ""),
-                    {FindText(number, "/unit")},
-                    {origin == "prior" ? "not measured: from the prior" : origin,
-                     origin == "measured" ? Cell::Kind::kMeasured
-                     : origin == "prior"  ? Cell::Kind::kPrior
-                                          : Cell::Kind::kText}});
-  }
+  for (const Reading& reading : readings)
+    if (const json* number = Find(record, std::string("/linear/") + reading.key))
+      rows.push_back({{reading.name, Cell::Kind::kHeader},
+                      Number(*number, "/value", reading.factor, "%.4g"),
+                      Number(*number, "/sd", reading.factor, "%.2g"),
+                      {reading.unit},
+                      OriginCell(FindText(*number, "/origin"))});
+  if (rows.empty()) return "";
   return HtmlTable("The linear record of " + FindText(record, "/name"),
                    {"quantity", "value", "standard deviation", "unit", "where from"}, rows);
 }
 
 std::string Export(const ResultFolder& folder) {
-  const json* targets = Find(folder.summary, "/targets");
-  if (folder.program != "drape_export" || targets == nullptr) return "";
+  if (folder.program != "drape_export") return "";
   std::vector<CellRow> rows;
-  for (const json& target : *targets) {
+  for (const json& target : FindList(folder.summary, "/targets")) {
     std::string lost;
     for (const std::string& text : FindTexts(target, "/lost"))
       lost += (lost.empty() ? "" : "; ") + text;
@@ -189,15 +198,15 @@ std::string Export(const ResultFolder& folder) {
 }  // namespace
 
 void AddMeasurements(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  std::vector<std::string> contents;
-  for (const ResultFolder& folder : folders) contents.push_back(Measurement(folder, page));
-  page->AddSection("measurement", "Measurement", SideBySide(folders, contents));
+  page->AddSection("measurement", "Measurement", SideBySide(folders, [&](const auto& folder) {
+                     if (folder.program == "drape_photo") return Photograph(folder, page);
+                     if (folder.program == "drape_metrics") return MetricsTable(folder.summary);
+                     return folder.IsFit() ? FitPhotographs(folder, folders, page) : std::string();
+                   }));
 }
 
 void AddExports(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  std::vector<std::string> contents;
-  for (const ResultFolder& folder : folders) contents.push_back(Export(folder));
-  page->AddSection("export", "For other programs", SideBySide(folders, contents));
+  page->AddSection("export", "For other programs", SideBySide(folders, Export));
 }
 
 }  // namespace drape

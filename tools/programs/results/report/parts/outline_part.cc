@@ -67,20 +67,17 @@ std::string Tiles(const ResultFolder& folder, ReportPage* page) {
 }
 
 std::string Branches(const ResultFolder& folder) {
-  const nlohmann::json* branches = Find(folder.summary, "/branches");
-  if (folder.program != "drape_equilibria" || branches == nullptr || !branches->is_array())
-    return "";
+  if (folder.program != "drape_equilibria") return "";
+  const nlohmann::json& branches = FindList(folder.summary, "/branches");
   std::vector<CellRow> rows;
-  for (const nlohmann::json& branch : *branches) {
+  for (const nlohmann::json& branch : branches) {
     if (rows.size() == kMostBranches) break;
     const auto number = [&](const char* where, double factor, const char* format) {
-      const auto value = FindNumber(branch, where);
-      return NumberCell(value ? Format(format, factor * *value) : std::string("none"));
+      return NumberCell(NumberText(branch, where, factor, format));
     };
-    const nlohmann::json* seeds = Find(branch, "/seeds");
     const nlohmann::json* stable = Find(branch, "/stable");
     rows.push_back({{Format("branch %zu", rows.size() + 1), Cell::Kind::kHeader},
-                    NumberCell(std::to_string(seeds == nullptr ? 0 : seeds->size())),
+                    NumberCell(std::to_string(FindList(branch, "/seeds").size())),
                     number("/frequency", 100, "%.0f"),
                     number("/dc", 100, "%.1f"),
                     number("/folds", 1, "%.0f"),
@@ -93,10 +90,10 @@ std::string Branches(const ResultFolder& folder) {
                                {"", "drapes", "share [%]", "drape coefficient [%]", "nodes",
                                 "energy [mJ]", "stable", "state"},
                                rows);
-  if (branches->size() > kMostBranches)
+  if (branches.size() > kMostBranches)
     html += HtmlElement("p",
                         Format("The first %zu of %zu branches; summary.json has all.",
-                               kMostBranches, branches->size()),
+                               kMostBranches, branches.size()),
                         "missing");
   return html;
 }
@@ -104,10 +101,8 @@ std::string Branches(const ResultFolder& folder) {
 }  // namespace
 
 void AddOutlines(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  std::vector<std::string> contents;
-  for (const ResultFolder& folder : folders)
-    contents.push_back(Branches(folder) + Tiles(folder, page));
-  std::string html = SideBySide(folders, contents);
+  std::string html = SideBySide(
+      folders, [&](const auto& folder) { return Branches(folder) + Tiles(folder, page); });
   if (html.find("class=\"tiles\"") != std::string::npos)
     html = HtmlElement("p",
                        "One colour for each specimen or branch; below each drape its drape "

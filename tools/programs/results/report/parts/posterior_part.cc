@@ -99,8 +99,7 @@ std::string PosteriorTable(const nlohmann::json& numbers) {
                     NumberCell(Format("%.3g … %.3g", std::exp(*mean - 1.645 * *sd),
                                       std::exp(*mean + 1.645 * *sd))),
                     NumberCell(Format("%.2f", *sd / *prior)),
-                    {measured ? "measured" : "not measured: from the prior",
-                     measured ? Cell::Kind::kMeasured : Cell::Kind::kPrior}});
+                    OriginCell(measured ? "measured" : "prior")});
   }
   return rows.empty() ? ""
                       : HtmlTable("Factors on the entries of the base tables",
@@ -135,10 +134,8 @@ std::string Posterior(const ResultFolder& folder, ReportPage* page) {
 // The numbers of a feature over the drapes that were seen.
 std::vector<double> Values(const nlohmann::json& summary, const char* feature) {
   std::vector<double> values;
-  if (const nlohmann::json* drapes = Find(summary, "/drapes"); drapes && drapes->is_array())
-    for (const nlohmann::json& drape : *drapes)
-      if (const auto value = FindNumber(drape, std::string("/") + feature))
-        values.push_back(*value);
+  for (const nlohmann::json& drape : FindList(summary, "/drapes"))
+    if (const auto value = FindNumber(drape, std::string("/") + feature)) values.push_back(*value);
   return values;
 }
 
@@ -186,8 +183,7 @@ std::string Intervals(const nlohmann::json& features) {
     if (!features.contains(key)) continue;
     const nlohmann::json& feature = features.at(key);
     const auto number = [&](const char* where) {
-      const auto value = FindNumber(feature, where);
-      return value ? Format("%.3g", reading.factor * *value) : std::string("none");
+      return NumberText(feature, where, reading.factor, "%.3g");
     };
     rows.push_back({{reading.text, Cell::Kind::kHeader},
                     NumberCell(number("/mean")),
@@ -267,53 +263,50 @@ std::string Prediction(const ResultFolder& folder, ReportPage* page) {
 }
 
 std::string Spectrum(const ResultFolder& folder, ReportPage* page) {
-  const nlohmann::json* values = Find(folder.summary, "/spectrum/singular_values");
+  const nlohmann::json& values = FindList(folder.summary, "/spectrum/singular_values");
   const auto determined = FindNumber(folder.summary, "/spectrum/determined_directions");
-  if (!folder.IsFit() || values == nullptr || !values->is_array() || !determined) return "";
+  if (!folder.IsFit() || !determined) return "";
   const double limit = 1.0 / FindNumber(folder.summary, "/parameters/prior_sigma").value_or(1.0);
   ChartSeries above{.title = "determined by the data", .mark = Mark::kPoints, .colour = kBlue},
       below{.title = "of the prior", .mark = Mark::kPoints, .colour = kGrey},
       cut{.title = "1/σ of the prior", .dashed = true};
   std::vector<CellRow> rows;
-  for (std::size_t i = 0; i < values->size(); ++i) {
-    const double value = values->at(i).get<double>();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double value = values.at(i).get<double>();
     (value > limit ? above : below).points.emplace_back(i + 1, value);
     rows.push_back({NumberCell(std::to_string(i + 1)),
                     NumberCell(Format("%.4g", value)),
                     {value > limit ? "determined" : "of the prior"}});
   }
-  cut.points = {{0.5, limit}, {static_cast<double>(values->size()) + 0.5, limit}};
-  const Chart chart{.x = {.label = "direction"},
-                    .y = {.label = "singular value", .log = true},
-                    .series = {above, below, cut}};
+  cut.points = {{0.5, limit}, {static_cast<double>(values.size()) + 0.5, limit}};
+  const Chart chart{
+      .x = {.label = "direction", .ticks = WholeTicks(1, static_cast<long>(values.size()))},
+      .y = {.label = "singular value", .log = true},
+      .series = {above, below, cut}};
   return page->AddPicture(PictureJson({.charts = {chart}}),
                           Format("%.0f of %zu directions of the log factors are determined: there "
                                  "the data say more than the prior.",
-                                 *determined, values->size())) +
+                                 *determined, values.size())) +
          HtmlDetails("Singular values", HtmlTable("", {"direction", "value", ""}, rows));
-}
-
-using PartOfFolder = std::string(const ResultFolder& folder, ReportPage* page);
-
-void AddPart(const std::vector<ResultFolder>& folders, const char* id, const char* heading,
-             PartOfFolder* part, ReportPage* page) {
-  std::vector<std::string> contents;
-  for (const ResultFolder& folder : folders) contents.push_back(part(folder, page));
-  page->AddSection(id, heading, SideBySide(folders, contents));
 }
 
 }  // namespace
 
 void AddPosteriors(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  AddPart(folders, "posterior", "Posterior", Posterior, page);
+  page->AddSection("posterior", "Posterior", SideBySide(folders, [&](const auto& folder) {
+                     return Posterior(folder, page);
+                   }));
 }
 
 void AddPredictions(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  AddPart(folders, "prediction", "Prediction", Prediction, page);
+  page->AddSection("prediction", "Prediction", SideBySide(folders, [&](const auto& folder) {
+                     return Prediction(folder, page);
+                   }));
 }
 
 void AddSpectra(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  AddPart(folders, "spectrum", "What the data determine", Spectrum, page);
+  page->AddSection("spectrum", "What the data determine",
+                   SideBySide(folders, [&](const auto& folder) { return Spectrum(folder, page); }));
 }
 
 }  // namespace drape

@@ -48,10 +48,9 @@ std::string Seeds(const json& options) {
 std::string RunTable(const ResultFolder& folder, const json& run) {
   std::vector<CellRow> rows;
   if (const json* command = Find(run, "/command")) AddRow("command", CommandText(*command), &rows);
-  if (const json* earlier = Find(run, "/continues"); earlier != nullptr && earlier->is_array())
-    for (const json& one : *earlier)
-      if (const json* command = Find(one, "/command"))
-        AddRow("continues", CommandText(*command), &rows);
+  for (const json& earlier : FindList(run, "/continues"))
+    if (const json* command = Find(earlier, "/command"))
+      AddRow("continues", CommandText(*command), &rows);
   if (Find(run, "/options") != nullptr)
     AddRow("repeated by",
            ShellLine({folder.program, "--config=" + folder.File(folder.file), "--out=NEW"}), &rows);
@@ -84,13 +83,12 @@ std::string RunTable(const ResultFolder& folder, const json& run) {
 std::string FilesTable(const json& run) {
   std::vector<CellRow> rows;
   for (const char* kind : {"inputs", "configs"})
-    if (const json* files = Find(run, std::string("/") + kind); files && files->is_array())
-      for (const json& file : *files) {
-        const json* bytes = Find(file, "/bytes");
-        rows.push_back({{FindText(file, "/path")},
-                        NumberCell(bytes != nullptr ? bytes->dump() : ""),
-                        {FindText(file, "/sha256")}});
-      }
+    for (const json& file : FindList(run, std::string("/") + kind)) {
+      const json* bytes = Find(file, "/bytes");
+      rows.push_back({{FindText(file, "/path")},
+                      NumberCell(bytes != nullptr ? bytes->dump() : ""),
+                      {FindText(file, "/sha256")}});
+    }
   if (rows.empty()) return "";
   return HtmlDetails("Files that the run read (" + std::to_string(rows.size()) + ")",
                      HtmlTable("", {"file", "bytes", "SHA-256"}, rows));

@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "losses/image/image.h"
+#include "losses/image/thumbnail.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/text_format.h"
 #include "tools/programs/results/report/parts/html_text.h"
 
 namespace drape {
@@ -54,6 +58,19 @@ std::string ListPrograms() {
 
 std::string NoRoom(const std::string& what) {
   return HtmlElement("p", what + " has no room on this page", "missing") + "\n";
+}
+
+// A large picture, such as a photograph, as a thumbnail: else it would leave no room.
+std::string BytesForPage(const std::string& file) {
+  constexpr std::size_t kLarge = 200000;  // bytes
+  constexpr int kSide = 1000;             // [px]
+  std::string bytes = ReadWholeFile(file);
+  if (bytes.size() < kLarge) return bytes;
+  try {
+    return MakeThumbnail(ReadPhotograph(file).image, kSide);
+  } catch (const InputError&) {  // of a kind that browsers alone read
+    return bytes;
+  }
 }
 
 // "draw_2.obj" before "draw_10.obj": runs of digits by their length first.
@@ -125,6 +142,22 @@ ResultFolder ReadResultFolder(const std::string& path) {
   throw InputError(path, "has no results, expected the output folder of one of " + ListPrograms());
 }
 
+std::optional<ResultFolder> FindPhotograph(const nlohmann::json& image) {
+  const fs::path file = FindText(image, "/file");
+  const std::string folder = file.has_parent_path() ? file.parent_path().string() : ".";
+  if (file.empty() || !fs::is_regular_file(folder + "/summary.json")) return {};
+  try {
+    ResultFolder photograph = ReadResultFolder(folder);
+    const std::string name = file.filename().string();
+    if (photograph.program == "drape_photo" &&
+        (name == FindText(photograph.summary, "/silhouette") ||
+         name == FindText(photograph.summary, "/projected")))
+      return photograph;
+  } catch (const InputError&) {  // of another program, or damaged
+  }
+  return {};
+}
+
 const nlohmann::json* Find(const nlohmann::json& json, const std::string& pointer) {
   const nlohmann::json::json_pointer where(pointer);
   if (!json.contains(where) || json.at(where).is_null()) return nullptr;
@@ -144,11 +177,27 @@ std::string FindText(const nlohmann::json& json, const std::string& pointer) {
 
 std::vector<std::string> FindTexts(const nlohmann::json& json, const std::string& pointer) {
   std::vector<std::string> texts;
-  const nlohmann::json* found = Find(json, pointer);
-  if (found == nullptr || !found->is_array()) return texts;
-  for (const nlohmann::json& item : *found)
+  for (const nlohmann::json& item : FindList(json, pointer))
     if (item.is_string()) texts.push_back(item.get<std::string>());
   return texts;
+}
+
+const nlohmann::json& FindList(const nlohmann::json& json, const std::string& pointer) {
+  static const nlohmann::json kNone = nlohmann::json::array();
+  const nlohmann::json* found = Find(json, pointer);
+  return found != nullptr && found->is_array() ? *found : kNone;
+}
+
+std::string NumberText(const nlohmann::json& json, const std::string& pointer, double factor,
+                       const char* format) {
+  const std::optional<double> value = FindNumber(json, pointer);
+  return value ? Format(format, factor * *value) : "none";
+}
+
+std::string CoefficientText(const nlohmann::json& photograph) {
+  const std::string text = NumberText(photograph, "/dc", 100, "%.1f");
+  return FindNumber(photograph, "/dc_sd") ? text + NumberText(photograph, "/dc_sd", 100, " ± %.1f")
+                                          : text;
 }
 
 void ReportPage::AddSection(const std::string& id, const std::string& heading,
@@ -172,6 +221,14 @@ std::string ReportPage::IfItFits(const std::string& what, std::string markup) {
   return TakeRoom(markup.size(), what) ? markup : NoRoom(what);
 }
 
+std::string ReportPage::AddImage(const std::string& file, const std::string& alt,
+                                 const std::string& caption) {
+  return IfItFits(file, "<figure class=\"picture\"><img alt=\"" + EscapeHtml(alt) + "\" src=\"" +
+                            ImageUri(BytesForPage(file)) + "\">" +
+                            (caption.empty() ? "" : HtmlElement("figcaption", caption)) +
+                            "</figure>\n");
+}
+
 std::string ReportPage::AddPicture(const nlohmann::ordered_json& picture,
                                    const std::string& caption) {
   if (!TakeRoom(ScriptJson(picture).size(), caption)) return NoRoom(caption);
@@ -181,14 +238,15 @@ std::string ReportPage::AddPicture(const nlohmann::ordered_json& picture,
 }
 
 std::string SideBySide(const std::vector<ResultFolder>& folders,
-                       const std::vector<std::string>& contents) {
+                       const std::function<std::string(const ResultFolder&)>& part) {
   std::string html;
   int count = 0;
-  for (std::size_t i = 0; i < folders.size(); ++i) {
-    if (contents[i].empty()) continue;
+  for (const ResultFolder& folder : folders) {
+    const std::string content = part(folder);
+    if (content.empty()) continue;
     ++count;
-    html += "<div>\n" + (folders.size() > 1 ? HtmlElement("h3", folders[i].name) : "") +
-            contents[i] + "</div>\n";
+    html += "<div>\n" + (folders.size() > 1 ? HtmlElement("h3", folder.name) : "") + content +
+            "</div>\n";
   }
   if (count == 0) return "";
   return count == 1 ? html : "<div class=\"side\">\n" + html + "</div>\n";

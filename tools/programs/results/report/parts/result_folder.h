@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -32,11 +33,21 @@ struct ResultFolder {
 // anything else, and for a folder without results of a known program.
 ResultFolder ReadResultFolder(const std::string& path);
 
+// The folder of drape_photo from which an image of a fit is, as long as it is there.
+std::optional<ResultFolder> FindPhotograph(const nlohmann::json& image);
+
 // A member by its JSON pointer, "/verdict/grade"; nullptr where there is none, or null.
 const nlohmann::json* Find(const nlohmann::json& json, const std::string& pointer);
 std::optional<double> FindNumber(const nlohmann::json& json, const std::string& pointer);
 std::string FindText(const nlohmann::json& json, const std::string& pointer);
 std::vector<std::string> FindTexts(const nlohmann::json& json, const std::string& pointer);
+// The items of a list; none where there is no list.
+const nlohmann::json& FindList(const nlohmann::json& json, const std::string& pointer);
+// A number times a factor, "none" where there is none.
+std::string NumberText(const nlohmann::json& json, const std::string& pointer, double factor,
+                       const char* format);
+// "27.3 ± 0.3": the drape coefficient of a photograph and its standard deviation [%].
+std::string CoefficientText(const nlohmann::json& photograph);
 
 // A page while its parts are written: the markup, and what its script shows in it.
 struct ReportPage {
@@ -55,12 +66,14 @@ struct ReportPage {
   std::string IfItFits(const std::string& what, std::string markup);
   // A section of the page; one without content is left out.
   void AddSection(const std::string& id, const std::string& heading, const std::string& content);
+  // A PNG or JPEG file with its caption, if it fits.
+  std::string AddImage(const std::string& file, const std::string& alt, const std::string& caption);
   // The place of a chart; a line where it found no room.
   std::string AddPicture(const nlohmann::ordered_json& picture, const std::string& caption);
 };
 
-// The contents of several folders side by side, each under its name; of one alone, without.
+// What `part` says of each folder, side by side, each under its name; of one alone, without.
 std::string SideBySide(const std::vector<ResultFolder>& folders,
-                       const std::vector<std::string>& contents);
+                       const std::function<std::string(const ResultFolder&)>& part);
 
 }  // namespace drape

@@ -23,20 +23,13 @@ std::string PictureName(const std::string& chart_file) {
   return chart_file.substr(0, chart_file.find(".chart.json")) + ".png";
 }
 
-// "heat_map.chart.json" → "heat map".
-std::string StemInWords(const std::string& chart_file) {
-  std::string stem = chart_file.substr(0, chart_file.find(".chart.json"));
-  std::replace(stem.begin(), stem.end(), '_', ' ');
-  return stem;
-}
-
 std::string Chart(const ResultFolder& folder, const std::string& file, ReportPage* page) {
   try {
     const nlohmann::json picture = ReadJsonFile(folder.File(file));
     if (picture.value("format", "") != "drapefit-chart" || !picture.contains("charts"))
       throw InputError(file, "is not a chart of drapefit");
     const std::string title = picture.value("title", "");
-    return HtmlElement("h3", title.empty() ? StemInWords(file) : title) +
+    return (title.empty() ? "" : HtmlElement("h3", title)) +
            page->AddPicture(picture, PictureName(file));
   } catch (const std::exception& error) {
     return HtmlElement("p", error.what(), "missing");
@@ -58,10 +51,7 @@ std::string Pictures(const ResultFolder& folder, ReportPage* page) {
     if (has_chart || (folder.IsFit() && file.starts_with("fit_")) || file == "mean_image.png" ||
         (folder.program == "drape_photo" && file == "overlay.png"))
       continue;
-    html += page->IfItFits(folder.name + "/" + file,
-                           "<figure class=\"picture\"><img alt=\"" + EscapeHtml(file) +
-                               "\" src=\"" + ImageUri(ReadWholeFile(path)) + "\">" +
-                               HtmlElement("figcaption", file) + "</figure>\n");
+    html += page->AddImage(path, file, file);
   }
   return html;
 }
@@ -95,10 +85,10 @@ std::string Lists(const ResultFolder& folder, ReportPage* page) {
       {"drape_garment", "runs", {}}};
   std::string html;
   for (const List& known : lists)
-    if (const nlohmann::json* list = Find(folder.summary, std::string("/") + known.key);
-        folder.program == known.program && list != nullptr && list->is_array())
+    if (const nlohmann::json& list = FindList(folder.summary, std::string("/") + known.key);
+        folder.program == known.program && !list.empty())
       html += page->IfItFits(folder.name + ": " + known.key,
-                             HtmlFromObjects("", *list, kMostRows, known.columns));
+                             HtmlFromObjects("", list, kMostRows, known.columns));
   return html;
 }
 
@@ -121,17 +111,14 @@ std::string Provenance(const ResultFolder& folder) {
 }  // namespace
 
 void AddStudies(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  std::vector<std::string> contents;
-  for (const ResultFolder& folder : folders)
-    contents.push_back(Charts(folder, page) + Pictures(folder, page) + Lists(folder, page) +
-                       Tables(folder, page));
-  page->AddSection("studies", "Charts and tables", SideBySide(folders, contents));
+  page->AddSection("studies", "Charts and tables", SideBySide(folders, [&](const auto& folder) {
+                     return Charts(folder, page) + Pictures(folder, page) + Lists(folder, page) +
+                            Tables(folder, page);
+                   }));
 }
 
 void AddProvenance(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  std::vector<std::string> contents;
-  for (const ResultFolder& folder : folders) contents.push_back(Provenance(folder));
-  page->AddSection("provenance", "Where these results are from", SideBySide(folders, contents));
+  page->AddSection("provenance", "Where these results are from", SideBySide(folders, Provenance));
 }
 
 }  // namespace drape

@@ -61,6 +61,13 @@ std::string WithInterval(double value, double factor, double power = 1.0) {
   return Format("%.3g (%.3g … %.3g)", value, value / f, value * f);
 }
 
+// What the program itself remarks on its results.
+std::vector<std::string> Notes(const ResultFolder& folder) {
+  std::vector<std::string> notes = FindTexts(folder.summary, "/notes");
+  Append(&notes, FindTexts(folder.summary, "/warnings"));
+  return notes;
+}
+
 std::vector<Number> FitNumbers(const nlohmann::json& s) {
   std::vector<Number> numbers;
   const auto rms = FindNumber(s, "/mean/profile_rms_px"),
@@ -71,6 +78,10 @@ std::vector<Number> FitNumbers(const nlohmann::json& s) {
   if (dc && dc_fit)
     numbers.push_back({"drape coefficient, image and fit",
                        Format("%.1f %% and %.1f %%", 100 * *dc, 100 * *dc_fit)});
+  if (const nlohmann::json& images = FindList(s, "/images"); images.size() == 1)
+    if (const auto photograph = FindPhotograph(images[0]))
+      numbers.push_back(
+          {"drape coefficient, photograph", CoefficientText(photograph->summary) + " %"});
   const auto folds = FindNumber(s, "/mean/folds_image"),
              folds_fit = FindNumber(s, "/mean/folds_fit");
   if (folds && folds_fit)
@@ -110,7 +121,11 @@ Verdict FitVerdict(const nlohmann::json& s) {
 std::string VerdictOfFit(const ResultFolder& folder) {
   const Verdict verdict = FitVerdict(folder.summary);
   std::vector<std::string> warnings = FindTexts(folder.summary, "/verdict/reasons");
-  Append(&warnings, FindTexts(folder.summary, "/notes"));
+  Append(&warnings, Notes(folder));
+  for (const nlohmann::json& image : FindList(folder.summary, "/images"))
+    if (const auto photograph = FindPhotograph(image))
+      for (const std::string& note : Notes(*photograph))
+        warnings.push_back(photograph->name + ": " + note);
   return "<div class=\"verdict " + verdict.style + "\">" + HtmlElement("h3", folder.name) +
          HtmlElement("p", verdict.grade, "grade") + Warnings(warnings) +
          HtmlElement("p", verdict.sentence) + NumberList(FitNumbers(folder.summary)) + "</div>\n";
@@ -124,10 +139,9 @@ std::string MeanAndDeviation(const nlohmann::json& feature, double factor, const
 // Of drape_validate: which reference cases fail.
 std::vector<std::string> FailedCases(const nlohmann::json& s) {
   std::vector<std::string> failed;
-  if (const nlohmann::json* cases = Find(s, "/cases"); cases != nullptr && cases->is_array())
-    for (const nlohmann::json& one : *cases)
-      if (const nlohmann::json* pass = Find(one, "/pass"); pass != nullptr && *pass == false)
-        failed.push_back("fails: " + FindText(one, "/name"));
+  for (const nlohmann::json& one : FindList(s, "/cases"))
+    if (const nlohmann::json* pass = Find(one, "/pass"); pass != nullptr && *pass == false)
+      failed.push_back("fails: " + FindText(one, "/name"));
   return failed;
 }
 
@@ -141,21 +155,23 @@ std::vector<Number> OtherNumbers(const ResultFolder& folder) {
       numbers.push_back({name, Format("%.4g", factor * *value) + unit});
   };
   if (folder.program != "drape_garment") add("/draws", "drapes", 1, "");
-  add("/at_rest", "of them at rest", 1, "");
+  add("/at_rest", "drapes at rest", 1, "");
   add("/features/dc", "drape coefficient", 100, " %");
   add("/features/folds", "nodes", 1, "");
   add("/spread/dc", "drape coefficient", 100, " %");
   add("/spread/folds", "nodes", 1, "");
-  add("/dc", "drape coefficient", 100, " %");
+  if (folder.program == "drape_photo")
+    numbers.push_back({"drape coefficient", CoefficientText(s) + " %"});
+  else
+    add("/dc", "drape coefficient", 100, " %");
   add("/folds", "nodes", 1, "");
   add("/stability/lowest_frequency_hz", "lowest vibration", 1, " Hz");
-  if (const nlohmann::json* runs = Find(s, "/runs");
-      folder.program == "drape_bench" && runs != nullptr && runs->is_array())
-    numbers.push_back({"runs", std::to_string(runs->size())});
+  if (folder.program == "drape_bench")
+    numbers.push_back({"runs", std::to_string(FindList(s, "/runs").size())});
   add("/runs", "runs", 1, "");
-  if (const nlohmann::json* cases = Find(s, "/cases"); cases != nullptr && cases->is_array())
+  if (const nlohmann::json& cases = FindList(s, "/cases"); !cases.empty())
     numbers.push_back({"reference cases that hold",
-                       Format("%zu of %zu", cases->size() - FailedCases(s).size(), cases->size())});
+                       Format("%zu of %zu", cases.size() - FailedCases(s).size(), cases.size())});
   if (const nlohmann::json* counts = Find(s, "/counts"); counts != nullptr && counts->is_object())
     for (const auto& [name, count] : counts->items())
       if (count.is_number() && count.get<double>() > 0) numbers.push_back({name, ValueText(count)});
@@ -193,8 +209,7 @@ std::string VerdictOfOther(const ResultFolder& folder) {
   const auto purpose = kPurposes.find(folder.program);
   std::string outcome = FindText(folder.summary, "/outcome");
   if (outcome.empty()) outcome = FindText(folder.summary, "/status");
-  std::vector<std::string> warnings = FindTexts(folder.summary, "/notes");
-  Append(&warnings, FindTexts(folder.summary, "/warnings"));
+  std::vector<std::string> warnings = Notes(folder);
   Append(&warnings, FailedCases(folder.summary));
   if (outcome == "cancelled") warnings.insert(warnings.begin(), "The run was cancelled.");
   if (const nlohmann::json* failures = Find(folder.summary, "/failures"))
@@ -207,11 +222,9 @@ std::string VerdictOfOther(const ResultFolder& folder) {
 
 // One row of the material, for one fit.
 struct Quantity {
-  std::string name, value, interval, unit, from;
-  Cell::Kind kind = Cell::Kind::kText;
+  std::string name, value, interval, unit;
+  Cell from;
 };
-
-const char* kNotTold = "no interval is stored";
 
 void AddEstimate(const nlohmann::json& s, const std::string& where, const char* name, double factor,
                  const char* unit, double power, std::vector<Quantity>* list) {
@@ -220,16 +233,18 @@ void AddEstimate(const nlohmann::json& s, const std::string& where, const char* 
   const bool measured = s.at(nlohmann::json::json_pointer(where)).value("determined", false);
   const double v = factor * std::pow(*value, power), f = std::pow(*spread, power);
   list->push_back({name, Format("%.3g", v), Format("%.3g … %.3g", v / f, v * f), unit,
-                   measured ? "measured" : "not measured: from the prior",
-                   measured ? Cell::Kind::kMeasured : Cell::Kind::kPrior});
+                   OriginCell(measured ? "measured" : "prior")});
 }
 
 void AddMean(const nlohmann::json& s, const char* key, const char* name, double factor,
              const char* unit, std::vector<Quantity>* list) {
   const std::string where = std::string("/stiffness/") + key + "/fitted";
   if (const auto value = FindNumber(s, where))
-    list->push_back(
-        {name, Format("%.3g", factor * *value), "", unit, kNotTold, Cell::Kind::kPrior});
+    list->push_back({name,
+                     Format("%.3g", factor * *value),
+                     "",
+                     unit,
+                     {"no interval is stored", Cell::Kind::kPrior}});
 }
 
 void AddWeight(const nlohmann::json& s, std::vector<Quantity>* list) {
@@ -237,8 +252,9 @@ void AddWeight(const nlohmann::json& s, std::vector<Quantity>* list) {
   if (!density) return;
   const std::string from = FindText(s, "/bending/density_from");
   list->push_back({"mass per area", Format("%.0f", 1e3 * *density), "", "g/m²",
-                   from == "given" ? "given" : "of the start tables: not measured",
-                   from == "given" ? Cell::Kind::kText : Cell::Kind::kPrior});
+                   from == "given"
+                       ? Cell{from}
+                       : Cell{"of the start tables: not measured", Cell::Kind::kPrior}});
 }
 
 void AddBendingLength(const nlohmann::json& s, std::vector<Quantity>* list) {
@@ -247,11 +263,9 @@ void AddBendingLength(const nlohmann::json& s, std::vector<Quantity>* list) {
   const nlohmann::json* determined = Find(s, "/verdict/bend_n_m/determined");
   if (!length || !spread || determined == nullptr) return;
   const double c = 1e2 * *length, f = std::cbrt(*spread);
-  const bool measured = *determined == true;
   list->push_back({"bending length c (ISO 9073-7)", Format("%.3g", c),
                    Format("%.3g … %.3g", c / f, c * f), "cm",
-                   measured ? "measured" : "not measured: from the prior",
-                   measured ? Cell::Kind::kMeasured : Cell::Kind::kPrior});
+                   OriginCell(*determined == true ? "measured" : "prior")});
 }
 
 std::vector<Quantity> ListQuantities(const nlohmann::json& s) {
@@ -281,28 +295,36 @@ std::string Material(const ResultFolder& folder) {
                     NumberCell(q.value),
                     NumberCell(q.interval),
                     {q.unit},
-                    {q.from, q.kind}});
+                    q.from});
   if (rows.empty()) return "";
-  return HtmlTable("", {"quantity", "value", "90 % interval", "unit", "where from"}, rows);
+  return HtmlTable("", {"quantity", "value", "90 % interval", "unit", "where from"}, rows) +
+         HtmlElement("p",
+                     "Rows without an interval are means of the fitted tables; most of "
+                     "their entries are of strains and curvatures that no drape has.",
+                     "quiet");
+}
+
+// Up to 999,999 without an exponent: "766", "1346", not "1.35e+03".
+std::string PlainText(double value, int digits) {
+  const double size = std::abs(value);
+  const bool whole = size >= std::pow(10, digits) && size < 1e6;
+  return Format("%.*g", whole ? 6 : digits, whole ? std::round(value) : value);
 }
 
 std::string LaboratoryInterval(const nlohmann::json& row) {
   const auto low = FindNumber(row, "/low"), high = FindNumber(row, "/high");
-  return low && high ? Format("%.3g … %.3g", *low, *high) : "";
+  return low && high ? PlainText(*low, 3) + " … " + PlainText(*high, 3) : "";
 }
 
 // A table of the readings of each laboratory measurement.
 std::string Strips(const nlohmann::json& strips) {
   constexpr std::size_t kMostReadings = 200;
   std::string html;
-  for (const nlohmann::json& strip : strips) {
-    const nlohmann::json* points = Find(strip, "/points");
-    if (points == nullptr || !points->is_array()) continue;
+  for (const nlohmann::json& strip : strips)
     html += HtmlFromObjects(
         FindText(strip, "/name") + ": " + FindText(strip, "/test") +
             Format(", %g degrees from the weft", FindNumber(strip, "/direction").value_or(NAN)),
-        *points, kMostReadings);
-  }
+        FindList(strip, "/points"), kMostReadings);
   return html;
 }
 
@@ -312,10 +334,9 @@ std::string Laboratory(const ResultFolder& folder) {
       sheets != nullptr && sheets->is_object())
     for (const auto& [name, sheet] : sheets->items())
       html += name == "material" ? "" : LaboratoryHtml(sheet);
-  if (const nlohmann::json* strips = Find(folder.summary, "/lab_measurements");
-      strips != nullptr && strips->is_array())
-    html +=
-        HtmlDetails("Laboratory measurements, and what the fitted fabric gives", Strips(*strips));
+  const std::string strips = Strips(FindList(folder.summary, "/lab_measurements"));
+  if (!strips.empty())
+    html += HtmlDetails("Laboratory measurements, and what the fitted fabric gives", strips);
   return html;
 }
 
@@ -345,21 +366,15 @@ std::string InWords(const nlohmann::json& s) {
 }  // namespace
 
 std::string LaboratoryHtml(const nlohmann::json& sheet) {
-  const nlohmann::json* stored = Find(sheet, "/rows");
-  if (stored == nullptr || !stored->is_array()) return "";
   std::vector<CellRow> rows;
-  for (const nlohmann::json& row : *stored) {
-    const std::string source = FindText(row, "/source");
-    const auto kind = source == "measured"         ? Cell::Kind::kMeasured
-                      : source == "from the prior" ? Cell::Kind::kPrior
-                                                   : Cell::Kind::kText;
+  for (const nlohmann::json& row : FindList(sheet, "/rows"))
     rows.push_back({{FindText(row, "/name"), Cell::Kind::kHeader},
-                    NumberCell(Format("%.4g", FindNumber(row, "/value").value_or(NAN))),
+                    NumberCell(PlainText(FindNumber(row, "/value").value_or(NAN), 4)),
                     NumberCell(LaboratoryInterval(row)),
                     {FindText(row, "/unit")},
-                    {source == "from the prior" ? "not measured: from the prior" : source, kind},
+                    OriginCell(FindText(row, "/source")),
                     {FindText(row, "/standard")}});
-  }
+  if (rows.empty()) return "";
   return HtmlTable(FindText(sheet, "/title"),
                    {"quantity", "value", "90 % interval", "unit", "where from", "standard"}, rows);
 }
@@ -374,18 +389,11 @@ void AddVerdicts(const std::vector<ResultFolder>& folders, ReportPage* page) {
 }
 
 void AddMaterials(const std::vector<ResultFolder>& folders, ReportPage* page) {
-  std::vector<std::string> contents;
-  for (const ResultFolder& folder : folders) {
-    const std::string table = folder.IsFit() ? MaterialSheet(folder) : "";
-    contents.push_back(table.empty() ? "" : InWords(folder.summary) + table + Laboratory(folder));
-  }
-  std::string html = SideBySide(folders, contents);
-  if (!html.empty())
-    html += HtmlElement("p",
-                        "Rows without an interval are means of the fitted tables; most of "
-                        "their entries are of strains and curvatures that no drape has.",
-                        "quiet");
-  page->AddSection("material", "Material", html);
+  page->AddSection("material", "Material", SideBySide(folders, [](const auto& folder) {
+                     const std::string table = folder.IsFit() ? MaterialSheet(folder) : "";
+                     return table.empty() ? ""
+                                          : InWords(folder.summary) + table + Laboratory(folder);
+                   }));
 }
 
 }  // namespace drape
