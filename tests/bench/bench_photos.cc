@@ -17,15 +17,21 @@ namespace {
 struct Errors {
   std::vector<double> values;
 
-  void Add(double value) { values.push_back(std::abs(value)); }
+  double sum = 0.0;
+
+  void Add(double value) {
+    values.push_back(std::abs(value));
+    sum += value;
+  }
   double Quantile(double share) {
     if (values.empty()) return 0.0;
     std::sort(values.begin(), values.end());
     return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
   }
   void Print(const char* name) {
-    std::printf("%-32s median %.2f, 95 %% %.2f, largest %.2f\n", name, Quantile(0.5),
-                Quantile(0.95), Quantile(1));
+    std::printf("%-32s median %.2f, 95 %% %.2f, largest %.2f, mean %+.2f\n", name, Quantile(0.5),
+                Quantile(0.95), Quantile(1),
+                sum / std::max(1.0, static_cast<double>(values.size())));
   }
 };
 
@@ -35,10 +41,11 @@ void Run(unsigned first, unsigned count, std::map<std::string, std::string> sett
   const std::string overlays = settings["overlays"];
   const std::string folder = std::filesystem::temp_directory_path().string();
   std::map<unsigned, KnownDrape> drapes;
-  std::printf("%4s %-16s %5s %5s %5s | %7s %5s %7s %7s | %5s %6s %6s %6s\n", "no", "drape", "DC",
-              "tilt", "found", "estim", "sd", "heights", "plane", "px", "bias", "blur", "eye %");
+  std::printf("%4s %-16s %5s %5s %5s | %6s %5s %7s %6s %7s %6s | %5s %6s %6s %6s\n", "no", "drape",
+              "DC", "tilt", "found", "estim", "sd", "outline", "camera", "heights", "plane", "px",
+              "bias", "blur", "eye %");
   int good = 0, refused = 0;
-  Errors of_coefficient, of_heights, of_plane, of_outline;
+  Errors of_coefficient, by_outline, by_camera, by_heights, of_plane, of_outline;
   const unsigned step = std::max(1u, static_cast<unsigned>(number_of("step")));
   for (unsigned number = first; number < first + count; number += step) {
     PhotoScene scene = RandomScene(number);
@@ -67,19 +74,23 @@ void Run(unsigned first, unsigned count, std::map<std::string, std::string> sett
     const bool is_good = std::abs(trial.error_of_estimate) <= 0.5 && trial.outline_rms <= 2;
     good += is_good;
     of_coefficient.Add(trial.error_of_estimate);
-    of_heights.Add(trial.error_with_heights);
+    by_outline.Add(trial.error_by_outline);
+    by_camera.Add(trial.error_by_camera);
+    by_heights.Add(trial.error_by_heights);
     of_plane.Add(trial.error_of_plane);
     of_outline.Add(trial.outline_rms);
-    std::printf("%5.2f | %+7.2f %5.2f %+7.2f %+7.2f | %5.2f %+6.2f %6.2f %+6.2f %s\n",
-                result.tilt / kDegree, trial.error_of_estimate, 100 * result.coefficient_sd,
-                trial.error_with_heights, trial.error_of_plane, trial.outline_rms,
-                trial.outline_bias, 1e3 * result.blur, 100 * trial.height_error,
-                is_good ? "" : "MISSED");
+    std::printf("%5.2f | %+6.2f %5.2f %+7.2f %+6.2f %+7.2f %+6.2f | %5.2f %+6.2f %6.2f %+6.2f %s\n",
+                result.tilt.norm() / kDegree, trial.error_of_estimate, 100 * result.coefficient_sd,
+                trial.error_by_outline, trial.error_by_camera, trial.error_by_heights,
+                trial.error_of_plane, trial.outline_rms, trial.outline_bias, 1e3 * result.blur,
+                100 * trial.height_error, is_good ? "" : "MISSED");
     std::fflush(stdout);
   }
   std::printf("%d good, %d refused, of %u\n", good, refused, count);
   of_coefficient.Print("error of the coefficient [points]");
-  of_heights.Print("with the hem's known heights");
+  by_outline.Print("by the outline");
+  by_camera.Print("by the camera");
+  by_heights.Print("by the hem's heights");
   of_plane.Print("without a model of the camera");
   of_outline.Print("error of the outline [px rms]");
 }

@@ -162,22 +162,23 @@ class Development {
           options_.marker == PhotoMarker::kTag ? PhotoFault::kNoTag : PhotoFault::kNoDisc,
           "no camera fits the marker that was found, expected a flat, horizontal "
           "one"};
-    result_.tilt = found->pose.tilt.norm();
+    result_.tilt = found->pose.tilt;
+    const double tilt = result_.tilt.norm();
     result_.marker_rms = found->rms / planes_.scale;
     const double height = found->pose.eye.z();
-    if (result_.tilt > kMostTilt)
+    if (tilt > kMostTilt)
       throw PhotoFailure{
           PhotoFault::kTilted,
           Format("the camera is tilted by %.0f degrees, expected at most 20: hold it "
                  "level above the support",
-                 result_.tilt / kDegree)};
+                 tilt / kDegree)};
     if (height < kLeastHeight * options_.specimen)
       throw PhotoFailure{PhotoFault::kTooClose,
                          Format("the camera is %.2f m above the support, expected at least %.2f m",
                                 height, kLeastHeight * options_.specimen)};
     CheckCentre(found->first_harmonic);
-    if (result_.tilt > kNotedTilt)
-      Warn(Format("the camera is tilted by %.0f degrees", result_.tilt / kDegree));
+    if (tilt > kNotedTilt)
+      Warn(Format("the camera is tilted by %.0f degrees", tilt / kDegree));
     if (found->tilt_sd > 1.5 * kDegree)
       Warn(Format("the tilt is known to %.1f degrees only", found->tilt_sd / kDegree));
   }
@@ -307,7 +308,7 @@ class Development {
                          result_.shape.folds);
     if (result_.camera.kind == CameraKind::kPinhole)
       marks_.text += Format("Camera %.2f m above the support, tilted by %.1f degrees. ",
-                            result_.camera.eye_height, result_.tilt / kDegree);
+                            result_.camera.eye_height, result_.tilt.norm() / kDegree);
     marks_.text += "Blue: outline, green: disc, ochre: flat specimen.";
     for (const std::string& warning : result_.warnings) marks_.text += " Note: " + warning + ".";
   }

@@ -27,7 +27,7 @@ struct PhotoResult {
   double coefficient_sd = 0.0;     // standard deviation of its drape coefficient
   double plane_coefficient = 0.0;  // drape coefficient without a model of the camera, as if the
                                    // drape were flat
-  double tilt = 0.0;               // of the optical axis from the vertical [rad]
+  Eigen::Vector2d tilt{0.0, 0.0};  // of the camera, as PhotoPose::tilt [rad]
   double focal = 0.0;              // [px of the photograph]
   double marker_rms = 0.0;         // of the rim or the tag's corners from the model [px]
   double marker_share = 0.0;       // of the rim that is seen

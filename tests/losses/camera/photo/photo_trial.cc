@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "cuda/make_backend.h"
+#include "losses/camera/photo/marker/camera_pose.h"
 #include "losses/metrics/metrics.h"
 #include "losses/outline/outline.h"
 #include "losses/silhouette/raster.h"
@@ -26,30 +27,26 @@ double ComputeCoefficient(const Mesh& mesh, const Eigen::VectorXd& x) {
   return DrapeCoefficient(CoverageArea(Rasterize(mesh, x, above, kSamples), above), {});
 }
 
-// The coefficient of an outline of which the mesh tells the heights: each point is moved to that of
-// the hem that the camera sees there.
-double CoefficientWithHeights(const Outline& image, const Outline& whole, const Outline& seen,
-                              const Eigen::VectorXd& x, const Camera& camera) {
-  constexpr double kHidden = 1.5;  // [px]
-  double area = 0.0;
-  Eigen::Vector2d first, last;
-  for (int k = 0; k < kAngles; ++k) {
-    const OutlineHit& hit = seen.hits[k];
-    // Where the support hides the hem, its rim is seen.
-    const bool hidden = whole.radius[k] > seen.radius[k] + kHidden;
-    const double z = hidden ? 0.0 : 0.5 * (x[3 * hit.vertex[0] + 2] + x[3 * hit.vertex[1] + 2]);
-    const Vec2 ray = RayDirection(k, kAngles);
-    const Eigen::Vector2d point = camera.WorldFromImage(
-        {camera.cx + image.radius[k] * ray.x, camera.cy - image.radius[k] * ray.y}, z);
-    if (k == 0) {
-      first = point;
-    } else {
-      area += 0.5 * (last.x() * point.y() - last.y() * point.x());
-    }
-    last = point;
-  }
-  area += 0.5 * (last.x() * first.y() - last.y() * first.x());
-  return DrapeCoefficient(area, {});
+// The vertices moved so that the camera that was found sees them where the true one did.
+Eigen::VectorXd AsSeen(const PhotoScene& scene, const PhotoResult& found,
+                       const Eigen::VectorXd& x) {
+  PhotoPose truth, pose;
+  truth.tilt = scene.tilt;
+  pose.tilt = found.tilt;
+  const double focal = scene.focal_35mm * std::hypot(scene.width, scene.height) / 43.2666;
+  const double zoom = focal / found.focal;
+  const Eigen::Matrix3d turn = pose.WorldFromCamera() *
+                               Eigen::Vector3d(zoom, zoom, 1).asDiagonal() *
+                               truth.WorldFromCamera().transpose();
+  const Eigen::Vector3d eye(found.camera.eye_x, found.camera.eye_y, found.camera.eye_height);
+  Eigen::VectorXd moved(x.size());
+  for (Eigen::Index i = 0; i < x.size(); i += 3)
+    moved.segment<3>(i) = eye + turn * (x.segment<3>(i) - scene.eye);
+  return moved;
+}
+
+double EstimateCoefficient(const Outline& outline, const Camera& camera) {
+  return MeasureShape(VerticalProfile(outline.radius, camera, {}), {}).drape_coefficient;
 }
 
 }  // namespace
@@ -86,20 +83,26 @@ PhotoTrial TryPhoto(const PhotoScene& scene, const KnownDrape& drape, const Phot
   trial.result = MeasurePhoto(ReadPhotograph(path), options);
   if (trial.result.fault != PhotoFault::kNone) return trial;
   const Camera& camera = trial.result.camera;
+  const auto outline_of_mesh = [&](const Eigen::VectorXd& x, Outline* outline) {
+    return OutlineFromImage(Rasterize(drape.mesh, x, camera, 4), camera, kAngles, outline);
+  };
   Outline image, whole, seen;
   if (!OutlineFromImage(trial.result.silhouette, camera, kAngles, &image) ||
-      !OutlineFromImage(Rasterize(drape.mesh, drape.x, camera, 4), camera, kAngles, &whole) ||
-      !OutlineFromMesh(drape.mesh, drape.x, camera, kAngles, &seen))
+      !outline_of_mesh(drape.x, &whole) ||
+      !outline_of_mesh(AsSeen(scene, trial.result, drape.x), &seen))
     return trial;
   trial.outline_rms = ProfileRms(image.radius, whole.radius);
-  trial.outline_bias = (image.radius - whole.radius).mean();
+  trial.outline_bias = (image.radius - seen.radius).mean();
   trial.outline_rms_mm = 1e3 * trial.outline_rms / camera.pixels_per_metre();
-  trial.error_with_heights =
-      100 * (CoefficientWithHeights(image, whole, seen, drape.x, camera) - drape.coefficient);
+  const double by_seen = EstimateCoefficient(seen, camera),
+               by_whole = EstimateCoefficient(whole, camera);
+  trial.error_by_outline = 100 * (trial.result.shape.drape_coefficient - by_seen);
+  trial.error_by_camera = 100 * (by_seen - by_whole);
+  trial.error_by_heights = 100 * (by_whole - drape.coefficient);
   trial.error_of_estimate = 100 * (trial.result.shape.drape_coefficient - drape.coefficient);
   trial.error_of_plane = 100 * (trial.result.plane_coefficient - drape.coefficient);
   trial.height_error = camera.eye_height / scene.eye.z() - 1;
-  trial.tilt_error = trial.result.tilt - scene.tilt.norm();
+  trial.tilt_error = trial.result.tilt.norm() - scene.tilt.norm();
   return trial;
 }
 

@@ -25,10 +25,13 @@ KnownDrape SimulateDrapeOfSix(unsigned number);
 struct PhotoTrial {
   PhotoResult result;
   double outline_rms = 0.0;     // of the silhouette from the drape seen by the camera found [px]
-  double outline_bias = 0.0;    // mean of the same, positive where the outline is too large
+  double outline_bias = 0.0;    // mean from the drape seen by the true camera, positive where the
+                                // outline is too large [px]
   double outline_rms_mm = 0.0;  // the same in the support plane
-  double error_with_heights = 0.0;  // of the coefficient by the outline and the hem's known heights
-  double error_of_estimate = 0.0;   // by the estimated heights, as drape_photo tells it
+  double error_of_estimate = 0.0;   // of the coefficient, as drape_photo tells it: the sum of …
+  double error_by_outline = 0.0;    // … that of the outline in the photograph, …
+  double error_by_camera = 0.0;     // … of the camera that was found, …
+  double error_by_heights = 0.0;    // … and of the hem's estimated heights
   double error_of_plane = 0.0;      // without a model of the camera
   double tilt_error = 0.0;          // [rad]
   double height_error = 0.0;        // of the eye, relative

@@ -40,7 +40,7 @@ Json SummaryJson(const std::string& photo, const PhotoToolOptions& options,
                {"radius_max_m", result.shape.radius_max},
                {"camera", CameraJson(result.camera)},
                {"focal_px_of_photo", result.focal},
-               {"tilt_rad", result.tilt},
+               {"tilt_rad", result.tilt.norm()},
                {"marker_rms_px", result.marker_rms},
                {"marker_seen_share", result.marker_share},
                {"blur_m", result.blur},
@@ -67,7 +67,7 @@ std::string ResultText(const std::string& photo, const PhotoToolOptions& options
     text += Format(
         "  camera                     %.2f m above the support, tilted by %.1f degrees, "
         "%.0f px/m\n",
-        camera.eye_height, result.tilt / kDegree, camera.pixels_per_metre());
+        camera.eye_height, result.tilt.norm() / kDegree, camera.pixels_per_metre());
   for (const std::string& warning : result.warnings) text += "  note: " + warning + "\n";
   return text + "see " + options.out +
          "/overlay.png; a fit of it:\n  drape_fit --images=" + options.out +
