@@ -15,22 +15,11 @@ namespace {
 
 constexpr double kShortening = 0.09;
 constexpr int kRounds = 12;
-constexpr double kRim = 1.02;  // of the support's radius, up to which its rim is seen
-
-// Where the hem that is seen at an image point hangs [m], by iteration of its height. The support
-// hides a hem that is nearer to the axis in the image: there its rim is what is seen.
-Eigen::Vector2d HemPoint(const Eigen::Vector2d& image, const Camera& camera,
-                         const DrapeDiscs& discs) {
-  Eigen::Vector2d point = camera.WorldFromImage(image, 0.0);
-  if (point.norm() < kRim * discs.support) return point;
-  double z = 0.5 * EstimatedHemHeight(discs.support, discs);
-  point = camera.WorldFromImage(image, z);
-  for (int round = 0; round < kRounds; ++round) {
-    z = 0.5 * (z + EstimatedHemHeight(point.norm(), discs));
-    point = camera.WorldFromImage(image, z);
-  }
-  return point;
-}
+// Of the support's radius, as seen at its height: up to kBend the outline is mostly the bend of the
+// cloth over the support, which hides the hem, from kHem on the hem; and the share of hems up to
+// kBend.
+constexpr double kBend = 1.02, kHem = 1.065;
+constexpr double kLeastHems = 0.2;
 
 // The profile of a closed polygon about the origin at K equal angles.
 Eigen::VectorXd ProfileOfPolygon(const std::vector<Vec2>& polygon, int num_angles) {
@@ -54,6 +43,20 @@ double EstimatedHemHeight(double r, const DrapeDiscs& discs) {
   return -free_length * std::sqrt(std::max(chord * chord - u * u, 0.0));
 }
 
+Eigen::Vector2d EstimatedOutermost(const std::function<Eigen::Vector2d(double)>& point_at,
+                                   const DrapeDiscs& discs) {
+  const Eigen::Vector2d bend = point_at(0.0);
+  double z = 0.5 * EstimatedHemHeight(discs.support, discs);
+  Eigen::Vector2d hem = point_at(z);
+  for (int round = 0; round < kRounds; ++round) {
+    z = 0.5 * (z + EstimatedHemHeight(hem.norm(), discs));
+    hem = point_at(z);
+  }
+  const double from_bend = (bend.norm() / discs.support - kBend) / (kHem - kBend);
+  const double hems = kLeastHems + (1 - kLeastHems) * std::clamp(from_bend, 0.0, 1.0);
+  return bend + hems * (hem - bend);
+}
+
 Eigen::VectorXd VerticalProfile(const Eigen::VectorXd& radius_px, const Camera& camera,
                                 const DrapeDiscs& discs) {
   CHECK_GE(radius_px.size(), 8);
@@ -62,8 +65,9 @@ Eigen::VectorXd VerticalProfile(const Eigen::VectorXd& radius_px, const Camera& 
   std::vector<Vec2> hem;
   for (int k = 0; k < num_angles; ++k) {
     const Vec2 ray = RayDirection(k, num_angles);
-    const Eigen::Vector2d point = HemPoint(
-        {camera.cx + radius_px[k] * ray.x, camera.cy - radius_px[k] * ray.y}, camera, discs);
+    const Eigen::Vector2d image(camera.cx + radius_px[k] * ray.x, camera.cy - radius_px[k] * ray.y);
+    const Eigen::Vector2d point =
+        EstimatedOutermost([&](double z) { return camera.WorldFromImage(image, z); }, discs);
     hem.push_back({point.x(), point.y()});
   }
   return ProfileOfPolygon(hem, num_angles);

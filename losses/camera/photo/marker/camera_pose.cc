@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "losses/camera/photo/picture/median.h"
+
 namespace drape {
 namespace {
 
@@ -31,26 +33,13 @@ Vector2d TagCorner(const PoseInput& input, const VectorXd& p, int corner) {
   return Eigen::Rotation2Dd(p[5]) * own + p.segment<2>(6);
 }
 
-// The hem's point that is seen at a point of the outline.
-Vector2d HemPoint(const PhotoPose& pose, const Vector2d& image, const DrapeDiscs& discs) {
-  constexpr int kRounds = 8;
-  constexpr double kRim = 1.02;  // as VerticalProfile
-  Vector2d point = pose.WorldFromImage(image, 0.0);
-  if (point.norm() < kRim * discs.support) return point;
-  double z = 0.5 * EstimatedHemHeight(discs.support, discs);
-  point = pose.WorldFromImage(image, z);
-  for (int round = 0; round < kRounds; ++round) {
-    z = 0.5 * (z + EstimatedHemHeight(point.norm(), discs));
-    point = pose.WorldFromImage(image, z);
-  }
-  return point;
-}
-
 // (1/π)∫ r e^{iθ} dθ of the hem [m].
 Vector2d FirstHarmonic(const PoseInput& input, const PhotoPose& pose) {
   Vector2d sum = Vector2d::Zero();
   std::vector<Vector2d> hem;
-  for (const Vector2d& image : input.outline) hem.push_back(HemPoint(pose, image, input.discs));
+  for (const Vector2d& image : input.outline)
+    hem.push_back(
+        EstimatedOutermost([&](double z) { return pose.WorldFromImage(image, z); }, input.discs));
   for (size_t i = 0; i < hem.size(); ++i) {
     const Vector2d &a = hem[i], &b = hem[(i + 1) % hem.size()];
     sum += 0.5 * (a + b) * std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
@@ -175,9 +164,7 @@ void RemoveOutliers(const VectorXd& p, PoseInput* input) {
   std::vector<double> sizes;
   for (size_t i = 0; i < input->rim.size(); ++i)
     sizes.push_back(std::abs(residuals[static_cast<Eigen::Index>(i)]));
-  std::vector<double> sorted = sizes;
-  std::nth_element(sorted.begin(), sorted.begin() + long(sorted.size() / 2), sorted.end());
-  const double most = kSlack + kMost * sorted[sorted.size() / 2];
+  const double most = kSlack + kMost * Median(sizes);
   std::vector<Vector2d> kept;
   for (size_t i = 0; i < sizes.size(); ++i)
     if (sizes[i] <= most) kept.push_back(input->rim[i]);
