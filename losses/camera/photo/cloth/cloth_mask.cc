@@ -78,6 +78,7 @@ RoughCloth FindCloth(const PhotoPlanes& planes, const PhotoOptions& options) {
   constexpr double kUneven = 9.0;  // [Lab units] of the ground, from which on it is refused
   constexpr double kLeastSeparation = 0.6;  // of the variance
   constexpr double kShadowed = 1.25;        // by how much worse that feature may separate
+  constexpr double kLeastDifference = 3.0;  // [Lab units] more than the pieces that noise makes
   const cv::Mat1b border = BorderMask(planes.lab.size());
   const Ground ground = FitGround(planes.lab, border);
   RoughCloth rough;
@@ -105,6 +106,10 @@ RoughCloth FindCloth(const PhotoPlanes& planes, const PhotoOptions& options) {
     }
     mask = feature.Mask();
     if (has_points || feature.separation < kLeastSeparation) mask = GrabCut(planes, mask, options);
+    if (!has_points && cv::norm(cv::mean(rest, mask)) < kLeastDifference)
+      throw PhotoFailure{PhotoFault::kNoCloth,
+                         "nothing differs from the ground, expected one piece of cloth on a plain "
+                         "ground"};
   }
   cv::morphologyEx(mask, mask, cv::MORPH_OPEN, RoundElement(2));
   cv::morphologyEx(mask, mask, cv::MORPH_CLOSE, RoundElement(2));
