@@ -128,9 +128,8 @@ INSTANTIATE_TEST_SUITE_P(
         Kind{"moved_much", PhotoFault::kTwoSpecimens, [](Shot& s, Options&) { s.motion = 31; }},
         Kind{"grey", kGood, [](Shot&, Options&) {},
              [](RgbImage& image) {
-               for (size_t i = 0; i < image.rgb.size(); i += 3)
-                 image.rgb[i] = image.rgb[i + 1] = image.rgb[i + 2] = static_cast<uint8_t>(
-                     (image.rgb[i] + 2 * image.rgb[i + 1] + image.rgb[i + 2]) / 4);
+               const std::vector<uint8_t> grey = GreyOf(image);
+               for (size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = grey[i / 3];
              }},
         Kind{"screenshot_with_bars", PhotoFault::kCroppedCloth,
              [](Shot& s, Options& o) {

@@ -13,26 +13,12 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 
-const KnownDrape& Wool() {
-  static const KnownDrape drape = SimulateDrape("synthetic_wool", 1);
-  return drape;
-}
-
 PhotoOptions With(PhotoMarker marker, double tag = 0.0, double px_per_m = 0.0) {
   PhotoOptions options;
   options.marker = marker;
   options.tag = tag;
   options.px_per_m = px_per_m;
   return options;
-}
-
-// 1.1 px/mm.
-PhotoScene SmallScene() {
-  PhotoScene scene;
-  scene.width = 1000;
-  scene.height = 750;
-  scene.focal_35mm = 38;
-  return scene;
 }
 
 PhotoTrial Try(const PhotoScene& scene, const PhotoOptions& options = {}) {

@@ -66,6 +66,11 @@ KnownDrape SimulateDrape(const std::string& fabric, int seed) {
   return {fabric, model->mesh, drape.end.x, ComputeCoefficient(model->mesh, drape.end.x)};
 }
 
+const KnownDrape& Wool() {
+  static const KnownDrape drape = SimulateDrape("synthetic_wool", 1);
+  return drape;
+}
+
 KnownDrape SimulateDrapeOfSix(unsigned number) {
   constexpr struct {
     const char* fabric;

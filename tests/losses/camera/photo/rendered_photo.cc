@@ -345,6 +345,22 @@ RgbImage RenderPhoto(const PhotoScene& scene, const std::vector<ScenePiece>& pie
   return result;
 }
 
+PhotoScene SmallScene() {
+  PhotoScene scene;
+  scene.width = 1000;
+  scene.height = 750;
+  scene.focal_35mm = 38;
+  return scene;
+}
+
+std::vector<uint8_t> GreyOf(const RgbImage& image) {
+  std::vector<uint8_t> grey;
+  for (size_t i = 0; i < image.rgb.size(); i += 3)
+    grey.push_back(
+        static_cast<uint8_t>((image.rgb[i] + 2 * image.rgb[i + 1] + image.rgb[i + 2]) / 4));
+  return grey;
+}
+
 PhotoScene RandomScene(unsigned number) {
   std::mt19937 random(number * 7919 + 17);
   const auto uniform = [&](double a, double b) {

@@ -63,5 +63,9 @@ struct ScenePiece {
 RgbImage RenderPhoto(const PhotoScene& scene, const std::vector<ScenePiece>& pieces);
 // A scene of a colourful laboratory, of that number.
 PhotoScene RandomScene(unsigned number);
+// One of 1000 × 750 px, 1.1 px/mm.
+PhotoScene SmallScene();
+// The grey level of each pixel.
+std::vector<uint8_t> GreyOf(const RgbImage& image);
 
 }  // namespace drape

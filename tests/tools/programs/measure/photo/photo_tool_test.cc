@@ -15,30 +15,9 @@ using testing::HasSubstr;
 
 const std::string kPhoto = std::string(DRAPE_BIN_DIR) + "/drape_photo";
 
-const KnownDrape& Wool() {
-  static const KnownDrape drape = SimulateDrape("synthetic_wool", 1);
-  return drape;
-}
-
-PhotoScene SmallScene() {
-  PhotoScene scene;
-  scene.width = 1000;
-  scene.height = 750;
-  scene.focal_35mm = 38;
-  return scene;
-}
-
 const RgbImage& Picture() {
   static const RgbImage picture = RenderPhoto(SmallScene(), {{&Wool().mesh, Wool().x}});
   return picture;
-}
-
-std::vector<uint8_t> Grey(const RgbImage& image) {
-  std::vector<uint8_t> grey;
-  for (size_t i = 0; i < image.rgb.size(); i += 3)
-    grey.push_back(
-        static_cast<uint8_t>((image.rgb[i] + 2 * image.rgb[i + 1] + image.rgb[i + 2]) / 4));
-  return grey;
 }
 
 std::string Text(const std::vector<uint8_t>& bytes) { return {bytes.begin(), bytes.end()}; }
@@ -70,7 +49,7 @@ TEST_F(PhotoTool, WritesWhatAFitReads) {
 
 TEST_F(PhotoTool, ReadsGreyJpegAnd16BitPng) {
   const RgbImage& picture = Picture();
-  const auto grey = EncodeJpeg(Grey(picture), picture.width, picture.height, 1);
+  const auto grey = EncodeJpeg(GreyOf(picture), picture.width, picture.height, 1);
   ExpectMeasured(Run(Write("grey.jpg", Text(grey)), {"--focal_35mm=38"}));
   std::vector<uint16_t> deep;  // libpng takes 16 bits as linear light
   for (const uint8_t value : picture.rgb) {
