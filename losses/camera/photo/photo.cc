@@ -72,9 +72,9 @@ class Development {
     if (options_.marker == PhotoMarker::kDisc) {
       rim_ = FindDisc(planes_, FilledHull(rough.mask));
       if (rim_) {
-        LocateFinely();
+        LocateFinely(rough.mask);
         marks_.disc = rim_->ellipse;
-        disc = RenderEllipse(disc.size(), rim_->ellipse);
+        disc = RenderEllipse(disc.size(), rim_->ellipse, rim_->blur);
       }
     }
     CheckGlare(planes_, rough.mask);
@@ -85,9 +85,11 @@ class Development {
       Warn(Format("%.0f %% of the outline has little contrast", 100 * cloth_.weak));
   }
 
-  // The rim again, in the photograph at its full size.
-  void LocateFinely() {
-    constexpr double kLeastShare = 0.4;
+  // The rim again, in the photograph at its full size, where the cloth beside it is wide enough not
+  // to mix its colour with the ground's.
+  void LocateFinely(const cv::Mat1b& mask) {
+    constexpr double kLeastShare = 0.4, kLeastClear = 0.25;
+    constexpr float kClear = 6.0f;  // [px]
     const double scale = planes_.scale;
     const auto to_photo = [&](float v) { return static_cast<float>((v + 0.5) / scale - 0.5); };
     cv::RotatedRect ellipse = rim_->ellipse;
@@ -95,10 +97,18 @@ class Development {
     ellipse.size = {float(ellipse.size.width / scale), float(ellipse.size.height / scale)};
     const RimPoints fine = LocateRim(photo_.image, ellipse);
     if (fine.share < kLeastShare) return;
-    rim_->points.clear();
-    for (const Eigen::Vector2d& p : fine.points)
-      rim_->points.push_back((p.array() + 0.5) * scale - 0.5);
+    const cv::Mat1b disc = RenderEllipse(mask.size(), rim_->ellipse, rim_->blur) > 0.5f;
+    cv::Mat1f inside;
+    cv::distanceTransform(mask | disc, inside, cv::DIST_L2, cv::DIST_MASK_5);
+    std::vector<Eigen::Vector2d> all, clear;
+    for (const Eigen::Vector2d& p : fine.points) {
+      all.push_back((p.array() + 0.5) * scale - 0.5);
+      const Eigen::Vector2i pixel = all.back().array().round().cast<int>();
+      if (inside(pixel.y(), pixel.x()) >= kClear) clear.push_back(all.back());
+    }
+    rim_->points = double(clear.size()) > kLeastClear * double(all.size()) ? clear : all;
     rim_->ellipse = FitEllipse(rim_->points);
+    rim_->blur = planes_.BlurOf(fine.blur);
   }
 
   // Without a scale [m]: that of a cloth which hangs straight down, as no other is larger.
@@ -177,8 +187,7 @@ class Development {
                          Format("the camera is %.2f m above the support, expected at least %.2f m",
                                 height, kLeastHeight * options_.specimen)};
     CheckCentre(found->first_harmonic);
-    if (tilt > kNotedTilt)
-      Warn(Format("the camera is tilted by %.0f degrees", tilt / kDegree));
+    if (tilt > kNotedTilt) Warn(Format("the camera is tilted by %.0f degrees", tilt / kDegree));
     if (found->tilt_sd > 1.5 * kDegree)
       Warn(Format("the tilt is known to %.1f degrees only", found->tilt_sd / kDegree));
   }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "losses/camera/photo/cloth/ground.h"
+#include "losses/camera/photo/picture/median.h"
 
 namespace drape {
 namespace {

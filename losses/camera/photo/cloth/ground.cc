@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "losses/camera/photo/picture/median.h"
 
 namespace drape {
 namespace {
@@ -10,13 +13,6 @@ namespace {
 constexpr double kNoiseOfFactor = 1.48;  // median absolute deviation to standard deviation
 
 }  // namespace
-
-double Median(std::vector<float> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Monomials MonomialsAt(int column, int row, cv::Size size) {
   const double x = 2.0 * column / size.width - 1, y = 2.0 * row / size.height - 1;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <opencv2/core.hpp>
-#include <vector>
 
 // Internal to losses/camera/photo: what lies around the cloth.
 namespace drape {
@@ -27,7 +26,5 @@ Ground FitGround(const cv::Mat3f& lab, const cv::Mat1b& border);
 
 // The colours less those of the ground.
 cv::Mat3f WithoutGround(const cv::Mat3f& lab, const Ground& ground);
-
-double Median(std::vector<float> values);
 
 }  // namespace drape

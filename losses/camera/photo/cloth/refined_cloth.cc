@@ -5,6 +5,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "losses/camera/photo/picture/light.h"
+#include "losses/camera/photo/picture/median.h"
 #include "physics/util/text_format.h"
 
 namespace drape {
@@ -14,6 +16,7 @@ constexpr int kBand = 10;               // [px] on either side, in which the out
 constexpr double kWindowShare = 0.02;   // of the longer side: the neighbourhood
 constexpr int kApart = 4;               // [px] from the outline, where colours are unmixed
 constexpr int kMixed = 3;               // [px] from the disc, where colours are mixed with its own
+constexpr int kStrip = 8;               // [px] from the disc, where the cloth may be a thin strip
 constexpr double kLeastContrast = 5.0;  // [Lab units]
 constexpr double kContrastOfNoise = 2.5;  // standard deviations of the ground
 
@@ -26,6 +29,10 @@ cv::Mat1b Dilated(const cv::Mat1b& mask, int radius) {
   cv::Mat1b dilated;
   cv::dilate(mask, dilated, RoundElement(radius));
   return dilated;
+}
+
+int WindowOf(const cv::Mat& picture) {
+  return 2 * static_cast<int>(kWindowShare * std::max(picture.rows, picture.cols) / 2) + 1;
 }
 
 // The mean colour in the neighbourhood of each pixel over the pixels of a mask, and the mask's
@@ -57,8 +64,7 @@ struct Sides {
   cv::Mat3f cloth, ground;
 };
 Sides WideSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc) {
-  const int window =
-      2 * static_cast<int>(kWindowShare * std::max(colors.rows, colors.cols) / 2) + 1;
+  const int window = WindowOf(colors);
   const cv::Mat1b inner = Eroded(mask, kApart).mul(1 - Dilated(disc, kApart));
   return {LocalMean(colors, inner, window).color,
           LocalMean(colors, 1 - Dilated(mask, kApart), window).color};
@@ -95,6 +101,37 @@ Sides NearSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b&
   cv::distanceTransform(1 - mask, outside, cv::DIST_L2, cv::DIST_MASK_5);
   return {ColorAtOutline(colors, inside, mask.mul(1 - Dilated(disc, kApart)), wide.cloth),
           ColorAtOutline(colors, outside, 1 - mask, wide.ground)};
+}
+
+// The disc's coverage and its colour near each pixel.
+struct DiscShare {
+  cv::Mat1f coverage;
+  cv::Mat3f color;
+
+  DiscShare(const cv::Mat3f& colors, const cv::Mat1f& coverage_by_disc)
+      : coverage(coverage_by_disc),
+        color(LocalMean(colors, Eroded((coverage > 0.5f) / 255, kApart), WindowOf(colors)).color) {}
+};
+
+// The light of each pixel near the outline is that of disc, cloth and ground by their shares, also
+// where a lens has blurred a strip of cloth between disc and ground; the disc's share is known. The
+// share of disc and cloth together, 0 … 1.
+cv::Mat1f ShareOfLight(const PhotoPlanes& planes, const Sides& sides, const DiscShare& disc,
+                       const cv::Mat1b& band) {
+  const auto color = [](const cv::Vec3f& light) { return Eigen::Vector3f(light.val); };
+  cv::Mat1f share = cv::Mat1f::zeros(band.size());
+  for (int row = 0; row < band.rows; ++row)
+    for (int col = 0; col < band.cols; ++col) {
+      if (!band(row, col)) continue;
+      const Eigen::Vector3f ground = color(sides.ground(row, col));
+      const float d = disc.coverage(row, col);
+      Eigen::Vector4f seen;
+      seen << color(planes.light(row, col)), planes.luma(row, col);
+      share(row, col) =
+          d + ShareOfMixture(seen, ground + d * (color(disc.color(row, col)) - ground),
+                             color(sides.cloth(row, col)) - ground);
+    }
+  return share;
 }
 
 // How far each pixel of the picture is from the ground's colour to the cloth's, 0 … 1, near the
@@ -177,7 +214,7 @@ void CheckContrast(const RefinedCloth& cloth, double least, const std::vector<cv
 
 RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
                          const cv::Mat1f& disc_coverage) {
-  constexpr int kRounds = 4;
+  constexpr int kRounds = 4, kLightRounds = 2;
   const cv::Mat1b disc = (disc_coverage > 0.5f) / 255;
   RefinedCloth cloth;
   cloth.mask = rough.mask | disc;
@@ -194,29 +231,33 @@ RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
     cloth.mask = LargestFilled(ClosedAroundDisc(moved | disc, disc));
   }
   position = Locate(planes.lab, WideSides(planes.lab, cloth.mask, disc));
-  const cv::Mat1f share = Locate(planes.light, NearSides(planes.light, cloth.mask, disc)).share;
-  const cv::Mat1b band = Dilated(cloth.mask, 2) - Eroded(cloth.mask, 2);
-  cloth.mask.convertTo(cloth.coverage, CV_32F);
-  share.copyTo(cloth.coverage, band.mul(1 - Dilated(disc, kMixed)));
-  cloth.coverage = cv::min(cv::max(cloth.coverage, disc_coverage), 1.0f);
+  const DiscShare disc_share(planes.light, disc_coverage);
+  for (int round = 0; round < kLightRounds; ++round) {
+    const cv::Mat1b band = (Dilated(cloth.mask, 2) | Dilated(disc, kStrip)) - Eroded(cloth.mask, 2);
+    cloth.mask.convertTo(cloth.coverage, CV_32F);
+    ShareOfLight(planes, NearSides(planes.light, cloth.mask, disc), disc_share, band)
+        .copyTo(cloth.coverage, band);
+    cloth.coverage = cv::min(cv::max(cloth.coverage, disc_coverage), 1.0f);
+    cloth.mask = LargestFilled((cloth.coverage > 0.5f) / 255);
+  }
   const std::vector<cv::Point> outline = LongestOutline(cloth.mask);
   const double least = std::max(kLeastContrast, kContrastOfNoise * rough.ground_noise);
   const cv::Mat1b near_disc = Dilated(disc, kMixed + 1);
   std::vector<float> contrasts;
-  std::vector<cv::Point> weak;
+  std::vector<cv::Point> weak, clear;
   for (const cv::Point& p : outline) {
     cloth.at_disc += near_disc(p) / double(outline.size());
+    if (!near_disc(p)) clear.push_back(p);
     contrasts.push_back(position.contrast(p));
     if (contrasts.back() < least) weak.push_back(p);
   }
   if (contrasts.empty())
     throw PhotoFailure{PhotoFault::kNoCloth, "nothing is left of the cloth near its outline"};
-  std::nth_element(contrasts.begin(), contrasts.begin() + long(contrasts.size() / 2),
-                   contrasts.end());
-  cloth.contrast = contrasts[contrasts.size() / 2];
+  cloth.contrast = Median(contrasts);
   cloth.weak = double(weak.size()) / double(outline.size());
   CheckContrast(cloth, least, weak);
-  cloth.blur = MeasureBlur(position.share, outline);
+  const Sides wide = WideSides(planes.light, cloth.mask, disc);
+  cloth.blur = MeasureBlur(Locate(planes.light, wide).share, clear.empty() ? outline : clear);
   return cloth;
 }
 

@@ -195,12 +195,16 @@ std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& clot
   return rim;
 }
 
-cv::Mat1f RenderEllipse(cv::Size size, const cv::RotatedRect& ellipse) {
+cv::Mat1f RenderEllipse(cv::Size size, const cv::RotatedRect& ellipse, double blur) {
+  constexpr double kReach = 4.0;  // standard deviations
   cv::Mat1f coverage(size);
   for (int row = 0; row < size.height; ++row)
     for (int col = 0; col < size.width; ++col) {
       const Vector2d p(col, row);
-      coverage(row, col) = static_cast<float>(std::clamp(0.5 - DistanceFrom(ellipse, p), 0.0, 1.0));
+      const double t = DistanceFrom(ellipse, p) / blur;
+      coverage(row, col) = t > kReach    ? 0.0f
+                           : t < -kReach ? 1.0f
+                                         : static_cast<float>(0.5 * std::erfc(t / std::sqrt(2.0)));
     }
   return coverage;
 }

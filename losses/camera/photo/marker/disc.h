@@ -16,6 +16,7 @@ struct DiscRim {
   cv::RotatedRect ellipse;              // [px of the working picture]
   std::vector<Eigen::Vector2d> points;  // on it [px]
   double share = 0.0;                   // of the rays on which it is seen
+  double blur = 1.0;                    // standard deviation [px]
 };
 
 // The ellipse through points, least squares.
@@ -26,7 +27,8 @@ cv::RotatedRect FitEllipse(const std::vector<Eigen::Vector2d>& points);
 // with a tolerance that shrinks. None where less than half of the rays agree.
 std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& cloth);
 
-// The coverage by an ellipse, 0 … 1, of pixels of a picture of that size.
-cv::Mat1f RenderEllipse(cv::Size size, const cv::RotatedRect& ellipse);
+// The coverage by an ellipse, 0 … 1, of pixels of a picture of that size, blurred by a Gaussian of
+// that standard deviation [px].
+cv::Mat1f RenderEllipse(cv::Size size, const cv::RotatedRect& ellipse, double blur);
 
 }  // namespace drape

@@ -5,12 +5,14 @@
 #include <cmath>
 
 #include "losses/camera/photo/picture/light.h"
+#include "losses/camera/photo/picture/median.h"
 
 namespace drape {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3f;
+using Eigen::Vector4f;
 using Eigen::VectorXd;
 
 constexpr int kRays = 720;
@@ -19,9 +21,9 @@ constexpr double kStep = 0.5;  // [px] between samples
 // One ray across the rim.
 struct Ray {
   Vector2d middle, normal;  // outwards
-  std::vector<Vector3f> light;
-  Vector3f across = Vector3f::Zero();  // from inside to outside
-  VectorXd samples;                    // along it: 0 inside, 1 outside
+  std::vector<Vector4f> light;
+  Vector3f inside = Vector3f::Zero(), outside = Vector3f::Zero();  // mean light away from the rim
+  VectorXd samples;                                                // along it: 0 inside, 1 outside
 };
 
 Ray MakeRay(const RgbImage& photo, const cv::RotatedRect& ellipse, int number, double reach) {
@@ -39,33 +41,30 @@ Ray MakeRay(const RgbImage& photo, const cv::RotatedRect& ellipse, int number, d
     ray.light.push_back(LightAt(photo, ray.middle + t * ray.normal));
   }
   const size_t third = ray.light.size() / 3;
-  for (size_t i = 0; i < third; ++i)
-    ray.across += (ray.light[ray.light.size() - 1 - i] - ray.light[i]) / float(third);
+  for (size_t i = 0; i < third; ++i) {
+    ray.inside += ray.light[i].head<3>() / float(third);
+    ray.outside += ray.light[ray.light.size() - 1 - i].head<3>() / float(third);
+  }
   return ray;
 }
 
-// The samples of each ray by the direction of the contrast in its neighbourhood.
-void ProjectLight(std::vector<Ray>* rays) {
+// The samples of each ray by the light on either side of the rim in its neighbourhood.
+void FindShares(std::vector<Ray>* rays) {
   constexpr int kNeighbours = 8;  // on either side
   const int n = static_cast<int>(rays->size());
   for (int i = 0; i < n; ++i) {
-    Vector3f across = Vector3f::Zero();
-    for (int k = -kNeighbours; k <= kNeighbours; ++k)
-      across += (*rays)[size_t(i + k + n) % rays->size()].across / float(2 * kNeighbours + 1);
+    Vector3f inside = Vector3f::Zero(), outside = Vector3f::Zero();
+    for (int k = -kNeighbours; k <= kNeighbours; ++k) {
+      const Ray& ray = (*rays)[size_t(i + k + n) % rays->size()];
+      inside += ray.inside / float(2 * kNeighbours + 1);
+      outside += ray.outside / float(2 * kNeighbours + 1);
+    }
     Ray& ray = (*rays)[size_t(i)];
-    const float squared = std::max(across.squaredNorm(), 1e-8f);
     ray.samples.resize(static_cast<Eigen::Index>(ray.light.size()));
     for (size_t k = 0; k < ray.light.size(); ++k)
       ray.samples[static_cast<Eigen::Index>(k)] =
-          (ray.light[k] - ray.light[0]).dot(across) / squared;
+          ShareOfMixture(ray.light[k], inside, outside - inside);
   }
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 struct Steps {
@@ -95,12 +94,12 @@ RimPoints LocateRim(const RgbImage& photo, const cv::RotatedRect& ellipse) {
   const double reach =
       std::max(kLeastReach, kReach * 0.25 * (ellipse.size.width + ellipse.size.height));
   std::vector<Ray> rays;
-  std::vector<double> contrasts;
+  std::vector<float> contrasts;
   for (int i = 0; i < kRays; ++i) {
     rays.push_back(MakeRay(photo, ellipse, i, reach));
-    contrasts.push_back(rays.back().across.norm());
+    contrasts.push_back((rays.back().outside - rays.back().inside).norm());
   }
-  ProjectLight(&rays);
+  FindShares(&rays);
   RimPoints rim;
   Steps best;
   for (const double blur : kBlurs) {

@@ -27,7 +27,31 @@ const std::array<float, 256>& LightOfStored() {
   return table;
 }
 
-Eigen::Vector3f LightAt(const RgbImage& image, const Eigen::Vector2d& place) {
+float LumaLight(const Eigen::Vector3f& stored) {
+  const float luma = stored.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f));
+  return luma <= 0.04045f ? luma / 12.92f : std::pow((luma + 0.055f) / 1.055f, 2.4f);
+}
+
+float ShareOfMixture(const Eigen::Vector4f& seen, const Eigen::Vector3f& from,
+                     const Eigen::Vector3f& across) {
+  constexpr float kLeastContrast = 0.2f;  // of luma, of that of all colours
+  constexpr int kRounds = 4;
+  const auto luma_at = [&](float share) {
+    return LumaLight((from + share * across).unaryExpr([](float light) {
+      return light <= 0.0031308f ? 12.92f * std::max(light, 0.0f)
+                                 : 1.055f * std::pow(light, 1 / 2.4f) - 0.055f;
+    }));
+  };
+  const float first = luma_at(0), contrast = luma_at(1) - first;
+  if (std::abs(contrast) <= kLeastContrast * across.norm())
+    return (seen.head<3>() - from).dot(across) / std::max(across.squaredNorm(), 1e-8f);
+  float share = (seen.w() - first) / contrast;
+  if (share <= 0 || share >= 1) return share;
+  for (int round = 0; round < kRounds; ++round) share += (seen.w() - luma_at(share)) / contrast;
+  return share;
+}
+
+Eigen::Vector4f LightAt(const RgbImage& image, const Eigen::Vector2d& place) {
   const std::array<float, 256>& light = LightOfStored();
   const double column = std::clamp(place.x(), 0.0, image.width - 1.001);
   const double row = std::clamp(place.y(), 0.0, image.height - 1.001);
@@ -35,7 +59,8 @@ Eigen::Vector3f LightAt(const RgbImage& image, const Eigen::Vector2d& place) {
   const auto u = static_cast<float>(column - c), v = static_cast<float>(row - r);
   const auto pixel = [&](int dc, int dr) {
     const uint8_t* p = &image.rgb[3 * (size_t(r + dr) * image.width + c + dc)];
-    return Eigen::Vector3f(light[p[0]], light[p[1]], light[p[2]]);
+    return Eigen::Vector4f(light[p[0]], light[p[1]], light[p[2]],
+                           LumaLight(Eigen::Vector3f(p[0], p[1], p[2]) / 255));
   };
   return (1 - v) * ((1 - u) * pixel(0, 0) + u * pixel(1, 0)) +
          v * ((1 - u) * pixel(0, 1) + u * pixel(1, 1));

@@ -16,8 +16,18 @@ namespace drape {
 // The light of each stored value, 0 … 1 (IEC 61966-2-1, sRGB).
 const std::array<float, 256>& LightOfStored();
 
-// The light at a place of a picture, bilinear.
-Eigen::Vector3f LightAt(const RgbImage& image, const Eigen::Vector2d& place);
+// The light of the luma (ITU-R BT.601), which a JPEG file has for each pixel, of stored values; it
+// has their colour for four pixels together, by which edges between colours are blurred and, since
+// it is not light that is averaged, shifted.
+float LumaLight(const Eigen::Vector3f& stored);
+
+// The light at a place of a picture, bilinear: red, green, blue, and that of the luma.
+Eigen::Vector4f LightAt(const RgbImage& image, const Eigen::Vector2d& place);
+
+// The share of the second light in what is seen, from + share·across, by its luma; by all of its
+// colours where those two differ little in luma.
+float ShareOfMixture(const Eigen::Vector4f& seen, const Eigen::Vector3f& from,
+                     const Eigen::Vector3f& across);
 
 // Finds a blurred step in samples along a line across it: least squares of
 // (1 − Φ)·(a + b t) + Φ·(c + d t), Φ the normal distribution of (t − place)/sigma.

@@ -2,6 +2,7 @@
 #include "losses/camera/photo/picture/photo_planes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/imgproc.hpp>
 
 #include "losses/camera/photo/picture/light.h"
@@ -13,11 +14,11 @@ namespace {
 constexpr int kWorkingSide = 2000;     // [px]
 constexpr double kBorderShare = 0.04;  // of the shorter side
 constexpr double kSaturated = 250;     // grey level without detail
+constexpr double kSmoothing = 0.7;     // [px]
 
 }  // namespace
 
 PhotoPlanes MakePlanes(const RgbImage& image) {
-  constexpr double kSmoothing = 0.7;  // [px]
   constexpr double kMostLight = 65535;
   PhotoPlanes planes;
   const cv::Mat3b photo(image.height, image.width,
@@ -27,18 +28,27 @@ PhotoPlanes MakePlanes(const RgbImage& image) {
   cv::Mat1w table(1, 256);
   std::transform(LightOfStored().begin(), LightOfStored().end(), table.begin(),
                  [](float light) { return cv::saturate_cast<uint16_t>(kMostLight * light); });
-  cv::Mat3w light;
-  cv::LUT(photo, table, light);
-  cv::Mat3w reduced;
-  cv::resize(light, reduced, {}, planes.scale, planes.scale, cv::INTER_AREA);
-  reduced.convertTo(planes.light, CV_32F, 1 / kMostLight);
-  cv::GaussianBlur(planes.light, planes.light, {}, kSmoothing);
+  const auto reduce = [&](const auto& stored, auto* result) {
+    cv::Mat light;
+    cv::LUT(stored, table, light);
+    cv::resize(light, light, {}, planes.scale, planes.scale, cv::INTER_AREA);
+    light.convertTo(*result, CV_32F, 1 / kMostLight);
+    cv::GaussianBlur(*result, *result, {}, kSmoothing);
+  };
+  reduce(photo, &planes.light);
+  cv::Mat1b luma;
+  cv::cvtColor(photo, luma, cv::COLOR_RGB2GRAY);
+  reduce(luma, &planes.luma);
   cv::cvtColor(planes.light, planes.lab, cv::COLOR_LRGB2Lab);
   const cv::Mat1b border = BorderMask(planes.rgb.size());
   cv::Mat1b least;
   cv::inRange(planes.rgb, cv::Scalar::all(kSaturated), cv::Scalar::all(255), least);
   planes.saturated = cv::mean(least, border)[0] / 255;
   return planes;
+}
+
+double PhotoPlanes::BlurOf(double blur_of_photo) const {
+  return std::hypot(scale * blur_of_photo, kSmoothing);
 }
 
 void CheckExposure(const PhotoPlanes& planes) {
