@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
         Kind{"moved_much", PhotoFault::kTwoSpecimens, [](Shot& s, Options&) { s.motion = 31; }},
         Kind{"grey", kGood, [](Shot&, Options&) {},
              [](RgbImage& image) {
-               const std::vector<uint8_t> grey = GreyOf(image);
+               const std::vector<uint8_t> grey = GreyLevels(image);
                for (size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = grey[i / 3];
              }},
         Kind{"screenshot_with_bars", PhotoFault::kCroppedCloth,

@@ -30,14 +30,14 @@ double ComputeCoefficient(const Mesh& mesh, const Eigen::VectorXd& x) {
 // The vertices moved so that the camera that was found sees them where the true one did.
 Eigen::VectorXd AsSeen(const PhotoScene& scene, const PhotoResult& found,
                        const Eigen::VectorXd& x) {
-  PhotoPose truth, pose;
-  truth.tilt = scene.tilt;
-  pose.tilt = found.tilt;
+  PhotoPose actual, found_pose;
+  actual.tilt = scene.tilt;
+  found_pose.tilt = found.tilt;
   const double focal = scene.focal_35mm * std::hypot(scene.width, scene.height) / 43.2666;
   const double zoom = focal / found.focal;
-  const Eigen::Matrix3d turn = pose.WorldFromCamera() *
+  const Eigen::Matrix3d turn = found_pose.WorldFromCamera() *
                                Eigen::Vector3d(zoom, zoom, 1).asDiagonal() *
-                               truth.WorldFromCamera().transpose();
+                               actual.WorldFromCamera().transpose();
   const Eigen::Vector3d eye(found.camera.eye_x, found.camera.eye_y, found.camera.eye_height);
   Eigen::VectorXd moved(x.size());
   for (Eigen::Index i = 0; i < x.size(); i += 3)

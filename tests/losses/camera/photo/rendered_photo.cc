@@ -353,7 +353,7 @@ PhotoScene SmallScene() {
   return scene;
 }
 
-std::vector<uint8_t> GreyOf(const RgbImage& image) {
+std::vector<uint8_t> GreyLevels(const RgbImage& image) {
   std::vector<uint8_t> grey;
   for (size_t i = 0; i < image.rgb.size(); i += 3)
     grey.push_back(

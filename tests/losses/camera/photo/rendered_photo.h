@@ -66,6 +66,6 @@ PhotoScene RandomScene(unsigned number);
 // One of 1000 × 750 px, 1.1 px/mm.
 PhotoScene SmallScene();
 // The grey level of each pixel.
-std::vector<uint8_t> GreyOf(const RgbImage& image);
+std::vector<uint8_t> GreyLevels(const RgbImage& image);
 
 }  // namespace drape

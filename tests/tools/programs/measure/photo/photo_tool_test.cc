@@ -49,7 +49,7 @@ TEST_F(PhotoTool, WritesWhatAFitReads) {
 
 TEST_F(PhotoTool, ReadsGreyJpegAnd16BitPng) {
   const RgbImage& picture = Picture();
-  const auto grey = EncodeJpeg(GreyOf(picture), picture.width, picture.height, 1);
+  const auto grey = EncodeJpeg(GreyLevels(picture), picture.width, picture.height, 1);
   ExpectMeasured(Run(Write("grey.jpg", Text(grey)), {"--focal_35mm=38"}));
   std::vector<uint16_t> deep;  // libpng takes 16 bits as linear light
   for (const uint8_t value : picture.rgb) {
