@@ -19,9 +19,9 @@ double EstimatedHemHeight(double r, const DrapeDiscs& discs);
 // Where the cloth ends, seen from above, at a point of the outline in a picture [m]. point_at(z):
 // the point of the plane at height z that is seen there. Far from the support that is the hem, by
 // iteration of its height. Near its rim it is the hem, or the cloth's bend over the rim, which
-// hides a hem that is up to 6 % farther out, and the mean of both is told: of 8 simulated drapes
-// (finer and others than those of PHOTOS.md), a fifth are hems up to 1.02 radii of the support, all
-// from 1.065 on.
+// hides a hem that is up to 6 % farther out, and the mean of both is reported: of 8 simulated
+// drapes (finer and others than those of PHOTOS.md), a fifth are hems up to 1.02 radii of the
+// support, all from 1.065 on.
 Eigen::Vector2d EstimatedOutermost(const std::function<Eigen::Vector2d(double)>& point_at,
                                    const DrapeDiscs& discs);
 

@@ -108,7 +108,7 @@ class Development {
     }
     rim_->points = double(clear.size()) > kLeastClear * double(all.size()) ? clear : all;
     rim_->ellipse = FitEllipse(rim_->points);
-    rim_->blur = planes_.BlurOf(fine.blur);
+    rim_->blur = planes_.WorkingBlur(fine.blur);
   }
 
   // Without a scale [m]: that of a cloth which hangs straight down, as no other is larger.

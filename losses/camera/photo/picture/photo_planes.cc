@@ -47,7 +47,7 @@ PhotoPlanes MakePlanes(const RgbImage& image) {
   return planes;
 }
 
-double PhotoPlanes::BlurOf(double blur_of_photo) const {
+double PhotoPlanes::WorkingBlur(double blur_of_photo) const {
   return std::hypot(scale * blur_of_photo, kSmoothing);
 }
 

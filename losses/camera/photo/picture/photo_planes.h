@@ -22,13 +22,13 @@ struct PhotoFailure {
 struct PhotoPlanes {
   cv::Mat3b rgb;
   cv::Mat3f light;       // red, green and blue in linear light, slightly smoothed
-  cv::Mat1f luma;        // the light of the luma, likewise
+  cv::Mat1f luma;        // the light of the luma, in the same way
   cv::Mat3f lab;         // the same in CIE Lab
   double scale = 1.0;    // working pixels to one of the photograph
   double saturated = 0;  // share of the border's pixels that are white without detail
 
   // Of light in the working picture, for that in the photograph: standard deviations [px].
-  double BlurOf(double blur_of_photo) const;
+  double WorkingBlur(double blur_of_photo) const;
 };
 PhotoPlanes MakePlanes(const RgbImage& image);
 
