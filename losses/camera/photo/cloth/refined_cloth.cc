@@ -31,7 +31,7 @@ cv::Mat1b Dilated(const cv::Mat1b& mask, int radius) {
   return dilated;
 }
 
-int WindowOf(const cv::Mat& picture) {
+int WindowSide(const cv::Mat& picture) {
   return 2 * static_cast<int>(kWindowShare * std::max(picture.rows, picture.cols) / 2) + 1;
 }
 
@@ -64,7 +64,7 @@ struct Sides {
   cv::Mat3f cloth, ground;
 };
 Sides WideSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc) {
-  const int window = WindowOf(colors);
+  const int window = WindowSide(colors);
   const cv::Mat1b inner = Eroded(mask, kApart).mul(1 - Dilated(disc, kApart));
   return {LocalMean(colors, inner, window).color,
           LocalMean(colors, 1 - Dilated(mask, kApart), window).color};
@@ -110,7 +110,8 @@ struct DiscShare {
 
   DiscShare(const cv::Mat3f& colors, const cv::Mat1f& coverage_by_disc)
       : coverage(coverage_by_disc),
-        color(LocalMean(colors, Eroded((coverage > 0.5f) / 255, kApart), WindowOf(colors)).color) {}
+        color(
+            LocalMean(colors, Eroded((coverage > 0.5f) / 255, kApart), WindowSide(colors)).color) {}
 };
 
 // The light of each pixel near the outline is that of disc, cloth and ground by their shares, also
