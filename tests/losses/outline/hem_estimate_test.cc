@@ -17,6 +17,23 @@ TEST(EstimatedHemHeight, IsThatOfAHangingAndOfAFlatCloth) {
   EXPECT_NEAR(EstimatedHemHeight(0.12, {0.18, 0.09}), -0.0842, 2e-3);
 }
 
+// Straight above the axis at 1 m, where a point at the height z is seen at radius·(1 − z/1 m).
+TEST(EstimatedOutermost, IsTheHemFarFromTheSupportAndBetweenItAndTheBendNearIt) {
+  const auto seen_at = [](double radius, double height) {
+    const double at_support = radius / (1 - height);
+    return [at_support](double z) { return Eigen::Vector2d(at_support * (1 - z), 0.0); };
+  };
+  for (const double radius : {0.11, 0.13, 0.15}) {
+    const auto point_at = seen_at(radius, EstimatedHemHeight(radius, {}));
+    EXPECT_NEAR(EstimatedOutermost(point_at, {}).x(), radius, 1e-5) << radius;
+  }
+  const double rim = 0.09;
+  const Eigen::Vector2d found = EstimatedOutermost(seen_at(rim, 0.0), {});
+  EXPECT_GT(found.x(), rim);
+  EXPECT_LT(found.x(), rim * (1 - EstimatedHemHeight(rim, {})));
+  EXPECT_NEAR(EstimatedOutermost(seen_at(1.02 * rim, 0.0), {}).x(), 1.02 * rim * 1.0117, 1e-4);
+}
+
 // A hem that hangs exactly at the estimated heights is found again.
 TEST(VerticalProfile, UndoesAnObliquePinhole) {
   Camera camera;

@@ -5,8 +5,8 @@
 
 #include <functional>
 
-#include "tests/losses/camera/photo/photo_file.h"
-#include "tests/losses/camera/photo/photo_trial.h"
+#include "tests/losses/camera/photo/rendered/photo_file.h"
+#include "tests/losses/camera/photo/rendered/photo_trial.h"
 
 namespace drape {
 namespace {

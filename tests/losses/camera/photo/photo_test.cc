@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "physics/util/errors.h"
-#include "tests/losses/camera/photo/photo_trial.h"
+#include "tests/losses/camera/photo/rendered/photo_trial.h"
 
 namespace drape {
 namespace {

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 
 #include "losses/camera/camera_io.h"
-#include "tests/losses/camera/photo/photo_file.h"
-#include "tests/losses/camera/photo/photo_trial.h"
+#include "tests/losses/camera/photo/rendered/photo_file.h"
+#include "tests/losses/camera/photo/rendered/photo_trial.h"
 #include "tests/losses/image/encode.h"
 #include "tests/tools/tool_fixture.h"
 

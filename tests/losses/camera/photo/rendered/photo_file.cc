@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/losses/camera/photo/photo_file.h"
+#include "tests/losses/camera/photo/rendered/photo_file.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/losses/camera/photo/photo_trial.h"
+#include "tests/losses/camera/photo/rendered/photo_trial.h"
 
 #include <cmath>
 #include <memory>
@@ -13,7 +13,7 @@
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/disc.h"
-#include "tests/losses/camera/photo/photo_file.h"
+#include "tests/losses/camera/photo/rendered/photo_file.h"
 
 namespace drape {
 namespace {

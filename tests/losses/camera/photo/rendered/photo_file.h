@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/losses/camera/photo/rendered_photo.h"
+#include "tests/losses/camera/photo/rendered/rendered_photo.h"
 
 namespace drape {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/losses/camera/photo/rendered_photo.h"
+#include "tests/losses/camera/photo/rendered/rendered_photo.h"
 
 #include <apriltag/apriltag.h>
 #include <apriltag/tag36h11.h>
