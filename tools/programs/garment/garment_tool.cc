@@ -115,8 +115,9 @@ std::string SettingsText(const GarmentOptions& options, const Wardrobe& wardrobe
       wardrobe.body->Positions(0.0).sum(), (options.material + options.posterior).c_str(),
       material.density, stretch, bend, options.law.c_str(), options.edge, wardrobe.wear.h,
       wardrobe.wear.euler.tolerance, wardrobe.wear.thickness, wardrobe.wear.skin_offset,
-      wardrobe.wear.friction, wardrobe.wear.self_contact, wardrobe.wear.self_friction,
-      wardrobe.wear.start_noise, options.seed);
+      wardrobe.wear.friction, wardrobe.wear.euler.creep_speed, wardrobe.wear.euler.friction_rounds,
+      wardrobe.wear.self_contact, wardrobe.wear.self_friction, wardrobe.wear.start_noise,
+      options.seed);
 }
 
 // The places of the unsewn vertices, which the OBJ file and the cache have.

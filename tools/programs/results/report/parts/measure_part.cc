@@ -27,7 +27,7 @@ CellRow Row(const char* name, std::vector<Cell> cells) {
   return row;
 }
 
-std::string Photograph(const ResultFolder& folder, ReportPage* page) {
+std::string PhotographText(const ResultFolder& folder, ReportPage* page) {
   const json& s = folder.summary;
   std::vector<CellRow> rows = {
       Row("drape coefficient, ± standard deviation [%]", {NumberCell(CoefficientText(s))}),
@@ -63,7 +63,7 @@ std::string FitPhotographs(const ResultFolder& fit, const std::vector<ResultFold
         photograph && std::none_of(folders.begin(), folders.end(), [&](const auto& folder) {
           return fs::equivalent(folder.path, photograph->path);
         }))
-      html += Photograph(*photograph, page);
+      html += PhotographText(*photograph, page);
   return html;
 }
 
@@ -199,7 +199,7 @@ std::string Export(const ResultFolder& folder) {
 
 void AddMeasurements(const std::vector<ResultFolder>& folders, ReportPage* page) {
   page->AddSection("measurement", "Measurement", SideBySide(folders, [&](const auto& folder) {
-                     if (folder.program == "drape_photo") return Photograph(folder, page);
+                     if (folder.program == "drape_photo") return PhotographText(folder, page);
                      if (folder.program == "drape_metrics") return MetricsTable(folder.summary);
                      return folder.IsFit() ? FitPhotographs(folder, folders, page) : std::string();
                    }));
