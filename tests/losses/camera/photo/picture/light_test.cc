@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-float StoredOf(float light) {
+float StoredValue(float light) {
   return light <= 0.0031308f ? 12.92f * light : 1.055f * std::pow(light, 1 / 2.4f) - 0.055f;
 }
 
@@ -18,13 +18,13 @@ float StoredOf(float light) {
 Eigen::Vector4f Mixture(const Vector3f& first, const Vector3f& second, float share) {
   const Vector3f light = (1 - share) * first + share * second;
   Eigen::Vector4f seen;
-  seen << light, LumaLight(light.unaryExpr(&StoredOf));
+  seen << light, LumaLight(light.unaryExpr(&StoredValue));
   return seen;
 }
 
 TEST(Light, LumaOfGreyIsItsLight) {
   for (const float light : {0.001f, 0.02f, 0.3f, 0.9f})
-    EXPECT_NEAR(LumaLight(Vector3f::Constant(StoredOf(light))), light, 1e-5f) << light;
+    EXPECT_NEAR(LumaLight(Vector3f::Constant(StoredValue(light))), light, 1e-5f) << light;
 }
 
 TEST(Light, TheShareOfAMixtureIsFound) {

@@ -27,9 +27,11 @@ double ComputeCoefficient(const Mesh& mesh, const Eigen::VectorXd& x) {
   return DrapeCoefficient(CoverageArea(Rasterize(mesh, x, above, kSamples), above), {});
 }
 
-// The vertices moved so that the camera that was found sees them where the true one did.
+// The vertices moved so that the camera that was found sees them where the true one did. An
+// orthographic camera has no place that could be wrong.
 Eigen::VectorXd AsSeen(const PhotoScene& scene, const PhotoResult& found,
                        const Eigen::VectorXd& x) {
+  if (found.camera.kind == CameraKind::kOrthographic) return x;
   PhotoPose actual, found_pose;
   actual.tilt = scene.tilt;
   found_pose.tilt = found.tilt;
