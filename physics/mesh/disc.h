@@ -15,7 +15,10 @@ struct DrapeDiscs {
   double specimen = 0.15;  // radius [m]
   double support = 0.09;   // radius [m]
 
-  bool operator==(const DrapeDiscs&) const = default;
+  // Not defaulted, which CUDA files in C++17 do not take.
+  bool operator==(const DrapeDiscs& other) const {
+    return specimen == other.specimen && support == other.support;
+  }
 };
 
 // "30 cm on 18 cm": their diameters.
