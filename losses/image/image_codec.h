@@ -7,8 +7,8 @@
 
 #include "losses/image/image.h"
 
-// Internal to losses/: the two decoders behind ReadImage. Both throw InputError (prefix `where`)
-// for a damaged or unsupported file.
+// Internal to losses/: the decoders behind ReadImage, which throw InputError (prefix `where`) for a
+// damaged or unsupported file, and the encoder of JPEG.
 namespace drape {
 
 // Telephones take up to 48 million.
@@ -22,6 +22,11 @@ inline float CoverageFromGray(uint8_t gray) { return 1.0f - gray / 255.0f; }
 bool LooksLikeJpeg(const std::vector<uint8_t>& bytes);
 GrayImage DecodeJpeg(const std::vector<uint8_t>& bytes, const std::string& where);
 Photograph DecodeJpegColors(const std::vector<uint8_t>& bytes, const std::string& where);
+
+// pixels are row-major with interleaved channels: 1 grey, 3 RGB, 4 CMYK. quality is that of
+// libjpeg, 1 … 100.
+std::vector<uint8_t> EncodeJpeg(const std::vector<uint8_t>& pixels, int width, int height,
+                                int channels, int quality = 95, bool progressive = false);
 
 bool LooksLikePng(const std::vector<uint8_t>& bytes);
 GrayImage DecodePng(const std::vector<uint8_t>& bytes, const std::string& where);

@@ -7,6 +7,7 @@
 #include <jerror.h>
 // clang-format on
 
+#include <cstdlib>
 #include <utility>
 
 #include "losses/image/exif.h"
@@ -140,6 +141,34 @@ Photograph DecodeJpegColors(const std::vector<uint8_t>& bytes, const std::string
   const ExifData exif = reader.exif();
   if (!reader.ReadColors(image.rgb.data())) throw Broken(where, reader);
   return {Upright(std::move(image), exif.orientation), exif};
+}
+
+std::vector<uint8_t> EncodeJpeg(const std::vector<uint8_t>& pixels, int width, int height,
+                                int channels, int quality, bool progressive) {
+  jpeg_compress_struct info;
+  jpeg_error_mgr errors;
+  info.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&info);
+  unsigned char* buffer = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&info, &buffer, &size);
+  info.image_width = width;
+  info.image_height = height;
+  info.input_components = channels;
+  info.in_color_space = channels == 1 ? JCS_GRAYSCALE : channels == 3 ? JCS_RGB : JCS_CMYK;
+  jpeg_set_defaults(&info);
+  jpeg_set_quality(&info, quality, TRUE);
+  if (progressive) jpeg_simple_progression(&info);
+  jpeg_start_compress(&info, TRUE);
+  while (info.next_scanline < info.image_height) {
+    JSAMPROW row = const_cast<uint8_t*>(&pixels[size_t(info.next_scanline) * width * channels]);
+    jpeg_write_scanlines(&info, &row, 1);
+  }
+  jpeg_finish_compress(&info);
+  std::vector<uint8_t> bytes(buffer, buffer + size);
+  jpeg_destroy_compress(&info);
+  std::free(buffer);
+  return bytes;
 }
 
 }  // namespace drape

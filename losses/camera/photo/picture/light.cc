@@ -12,15 +12,20 @@ constexpr double kPlaceStep = 0.1;  // [px] between the places that are tried
 
 std::array<float, 256> MakeTable() {
   std::array<float, 256> table{};
-  for (size_t i = 0; i < table.size(); ++i) {
-    const double stored = static_cast<double>(i) / 255;
-    table[i] = static_cast<float>(stored <= 0.04045 ? stored / 12.92
-                                                    : std::pow((stored + 0.055) / 1.055, 2.4));
-  }
+  for (size_t i = 0; i < table.size(); ++i)
+    table[i] = static_cast<float>(LightFromStored(static_cast<double>(i) / 255));
   return table;
 }
 
 }  // namespace
+
+double LightFromStored(double stored) {
+  return stored <= 0.04045 ? stored / 12.92 : std::pow((stored + 0.055) / 1.055, 2.4);
+}
+
+double StoredFromLight(double light) {
+  return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
+}
 
 const std::array<float, 256>& LightOfStored() {
   static const std::array<float, 256> table = MakeTable();
@@ -28,8 +33,7 @@ const std::array<float, 256>& LightOfStored() {
 }
 
 float LumaLight(const Eigen::Vector3f& stored) {
-  const float luma = stored.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f));
-  return luma <= 0.04045f ? luma / 12.92f : std::pow((luma + 0.055f) / 1.055f, 2.4f);
+  return static_cast<float>(LightFromStored(stored.dot(Eigen::Vector3f(0.299f, 0.587f, 0.114f))));
 }
 
 float ShareOfMixture(const Eigen::Vector4f& seen, const Eigen::Vector3f& from,
@@ -38,8 +42,7 @@ float ShareOfMixture(const Eigen::Vector4f& seen, const Eigen::Vector3f& from,
   constexpr int kRounds = 4;
   const auto luma_at = [&](float share) {
     return LumaLight((from + share * across).unaryExpr([](float light) {
-      return light <= 0.0031308f ? 12.92f * std::max(light, 0.0f)
-                                 : 1.055f * std::pow(light, 1 / 2.4f) - 0.055f;
+      return static_cast<float>(StoredFromLight(std::max(light, 0.0f)));
     }));
   };
   const float first = luma_at(0), contrast = luma_at(1) - first;

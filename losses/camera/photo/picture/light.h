@@ -13,7 +13,11 @@
 // values, a light disc looks .3 standard deviations of the blur too large, a dark one too small.
 namespace drape {
 
-// The light of each stored value, 0 … 1 (IEC 61966-2-1, sRGB).
+// Between linear light and the values that a file stores of it, both 0 … 1 (IEC 61966-2-1, sRGB).
+double LightFromStored(double stored);
+double StoredFromLight(double light);
+
+// The light of each stored byte.
 const std::array<float, 256>& LightOfStored();
 
 // The light of the luma (ITU-R BT.601), which a JPEG file has for each pixel, of stored values; it

@@ -68,71 +68,71 @@ TEST_P(PhotoKinds, AreMeasuredRightlyOrRefused) {
   }
 }
 
-using Shot = PhotoScene;
 using Options = PhotoOptions;
 constexpr PhotoFault kGood = PhotoFault::kNone;
 
 INSTANTIATE_TEST_SUITE_P(
     All, PhotoKinds,
     testing::Values(
-        Kind{"upside_down", kGood, [](Shot& s, Options&) { s.orientation = 3; }},
-        Kind{"on_its_side", kGood, [](Shot& s, Options&) { s.orientation = 6; }},
+        Kind{"upside_down", kGood, [](PhotoScene& s, Options&) { s.orientation = 3; }},
+        Kind{"on_its_side", kGood, [](PhotoScene& s, Options&) { s.orientation = 6; }},
         Kind{"striped_cloth", kGood,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                s.cloth = {0.15, 0.18, 0.4};
                s.stripe = {0.5, 0.2, 0.2};
                s.stripes = 0.02;
                s.disc = {0.9, 0.9, 0.88};
              }},
         Kind{"stripes_like_the_ground", PhotoFault::kNotADrape,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                s.stripe = s.ground;
                s.stripes = 0.025;
                s.disc = {0.15, 0.15, 0.15};
              }},
         Kind{"dark_on_dark", PhotoFault::kNoDisc,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                s.cloth = {0.16, 0.16, 0.17};
                s.ground = {0.14, 0.14, 0.14};
              }},
         Kind{"hand_on_the_hem", PhotoFault::kCroppedCloth,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                s.patches.push_back(Rectangle({0.82, 0.62, 0.52}, 0.1, 0.9, -0.05, 0.03, 0.01));
              }},
         Kind{"finger_on_the_disc", kGood,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                s.patches.push_back(Rectangle({0.82, 0.62, 0.52}, -0.11, -0.05, -0.01, 0.01, 0.01));
              }},
         Kind{"ruler_beside", kGood,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                s.patches.push_back(Rectangle({0.9, 0.8, 0.3}, -0.25, 0.25, 0.22, 0.25, -0.2));
              }},
         Kind{"ruler_under_the_hem", kGood,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                s.patches.push_back(Rectangle({0.3, 0.25, 0.2}, -0.25, 0.25, 0.08, 0.12, -0.2));
              }},
         Kind{"hard_shadow", kGood,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                s.shadow = 0.6;
                s.soft = 0.003;
                s.light = {0.45, 0.3};
              }},
         Kind{"hard_shadow_on_dark_cloth", kGood,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                s.cloth = {0.1, 0.1, 0.11};
                s.shadow = 0.7;
                s.soft = 0.003;
                s.light = {0.45, 0.3};
              }},
-        Kind{"moved_a_little", kGood, [](Shot& s, Options&) { s.motion = 5; }},
-        Kind{"moved_much", PhotoFault::kTwoSpecimens, [](Shot& s, Options&) { s.motion = 31; }},
-        Kind{"grey", kGood, [](Shot&, Options&) {},
+        Kind{"moved_a_little", kGood, [](PhotoScene& s, Options&) { s.motion = 5; }},
+        Kind{"moved_much", PhotoFault::kTwoSpecimens,
+             [](PhotoScene& s, Options&) { s.motion = 31; }},
+        Kind{"grey", kGood, [](PhotoScene&, Options&) {},
              [](RgbImage& image) {
                const std::vector<uint8_t> grey = GreyLevels(image);
                for (size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = grey[i / 3];
              }},
         Kind{"screenshot_with_bars", PhotoFault::kCroppedCloth,
-             [](Shot& s, Options& o) {
+             [](PhotoScene& s, Options& o) {
                s.has_exif = false;
                o.focal_35mm = 32;
              },
@@ -141,14 +141,14 @@ INSTANTIATE_TEST_SUITE_P(
                Fill(&image, image.height - 90, image.height, 0);
              }},
         Kind{"wooden_table", kGood,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                s.ground = {0.75, 0.66, 0.52};
                for (int i = -12; i < 12; i += 2)
                  s.patches.push_back(
                      Rectangle({0.68, 0.58, 0.45}, -1.0, 1.0, 0.08 * i, 0.08 * i + 0.08, -0.249));
              }},
         Kind{"tiles", PhotoFault::kUnevenGround,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                for (int i = -12; i < 12; ++i)
                  for (int k = -12; k < 12; ++k)
                    if ((i + k) % 2 == 0)
@@ -156,10 +156,10 @@ INSTANTIATE_TEST_SUITE_P(
                                                    0.08 * k, 0.08 * k + 0.08, -0.249));
              }},
         Kind{"disc_beside_the_support", PhotoFault::kWrongSize,
-             [](Shot& s, Options&) {
+             [](PhotoScene& s, Options&) {
                s.disc_place = {0.012, 0.0};
              }},
-        Kind{"vignette_and_yellow_light", kGood, [](Shot& s, Options&) { s.falloff = 0.5; },
+        Kind{"vignette_and_yellow_light", kGood, [](PhotoScene& s, Options&) { s.falloff = 0.5; },
              [](RgbImage& image) {
                for (size_t i = 2; i < image.rgb.size(); i += 3)
                  image.rgb[i] = static_cast<uint8_t>(0.7 * image.rgb[i]);

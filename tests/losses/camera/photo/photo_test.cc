@@ -89,69 +89,71 @@ TEST_P(BadPhotos, AreRefusedByName) {
   EXPECT_EQ(result.silhouette.width, 0);
 }
 
-using Shot = PhotoScene;
 using Options = PhotoOptions;
 using Pieces = std::vector<ScenePiece>;
 
 INSTANTIATE_TEST_SUITE_P(
     Kinds, BadPhotos,
-    testing::Values(
-        BadPhoto{"no_disc", PhotoFault::kNoDisc,
-                 [](Shot& s, Options&, Pieces&) { s.has_disc = false; }},
-        BadPhoto{"no_tag", PhotoFault::kNoTag,
-                 [](Shot&, Options& o, Pieces&) {
-                   o.marker = PhotoMarker::kTag;
-                   o.tag = 0.1;
-                 }},
-        BadPhoto{"cropped_at_the_side", PhotoFault::kCroppedCloth,
-                 [](Shot& s, Options&, Pieces&) { s.eye.x() = 0.4; }},
-        BadPhoto{"cropped_at_the_top", PhotoFault::kCroppedCloth,
-                 [](Shot& s, Options&, Pieces&) { s.eye.y() = -0.3; }},
-        BadPhoto{"two_specimens", PhotoFault::kTwoSpecimens,
-                 [](Shot& s, Options&, Pieces& p) {
-                   p[0].place = {-0.18, 0};
-                   p.push_back({&Wool().mesh, Wool().x, {0.18, 0}});
-                   s.eye.x() = 0;
-                 }},
-        BadPhoto{"no_focal_length", PhotoFault::kNoFocalLength,
-                 [](Shot& s, Options&, Pieces&) { s.has_exif = false; }},
-        BadPhoto{"empty", PhotoFault::kNoCloth,
-                 [](Shot& s, Options&, Pieces& p) {
-                   p.clear();
-                   s.falloff = 0;
-                 }},
-        BadPhoto{"dark", PhotoFault::kDark, [](Shot& s, Options&, Pieces&) { s.exposure = 0.015; }},
-        BadPhoto{"cloth_like_ground", PhotoFault::kNoDisc,
-                 [](Shot& s, Options&, Pieces&) {
-                   s.cloth = s.ground * 0.97;
-                   s.disc = {0.2, 0.2, 0.2};
-                   s.shadow = 0;
-                 }},
-        BadPhoto{"out_of_focus", PhotoFault::kBlur, [](Shot& s, Options&, Pieces&) { s.blur = 5; }},
-        BadPhoto{"shaken", PhotoFault::kBlur, [](Shot& s, Options&, Pieces&) { s.motion = 25; }},
-        BadPhoto{"far_away", PhotoFault::kTooSmall,
-                 [](Shot& s, Options&, Pieces&) { s.eye.z() = 3; }},
-        BadPhoto{"close", PhotoFault::kTooClose,
-                 [](Shot& s, Options&, Pieces&) {
-                   s.eye.z() = 0.5;
-                   s.focal_35mm = 20;
-                 }},
-        BadPhoto{"tilted", PhotoFault::kTilted,
-                 [](Shot& s, Options&, Pieces&) {
-                   s.tilt = {22 * kDegree, 0};
-                   s.eye = {0, -0.4, 1.0};
-                 }},
-        BadPhoto{"glare", PhotoFault::kGlare, [](Shot& s, Options&, Pieces&) { s.glare = 0.02; }},
-        BadPhoto{"specimen_of_another_size", PhotoFault::kWrongSize,
-                 [](Shot&, Options& o, Pieces&) { o.specimen = 0.24; }},
-        BadPhoto{"disc_of_another_size", PhotoFault::kWrongSize,
-                 [](Shot&, Options& o, Pieces&) { o.disc = 0.24; }},
-        BadPhoto{"cropped_file", PhotoFault::kCroppedPhoto,
-                 [](Shot& s, Options&, Pieces&) { s.height = 600; }},
-        BadPhoto{"large_glare", PhotoFault::kGlare,
-                 [](Shot& s, Options&, Pieces&) { s.glare = 0.035; }},
-        BadPhoto{"support_of_another_size", PhotoFault::kWrongSize,
-                 [](Shot&, Options& o, Pieces&) { o.support = 0.24; }}),
+    testing::Values(BadPhoto{"no_disc", PhotoFault::kNoDisc,
+                             [](PhotoScene& s, Options&, Pieces&) { s.has_disc = false; }},
+                    BadPhoto{"no_tag", PhotoFault::kNoTag,
+                             [](PhotoScene&, Options& o, Pieces&) {
+                               o.marker = PhotoMarker::kTag;
+                               o.tag = 0.1;
+                             }},
+                    BadPhoto{"cropped_at_the_side", PhotoFault::kCroppedCloth,
+                             [](PhotoScene& s, Options&, Pieces&) { s.eye.x() = 0.4; }},
+                    BadPhoto{"cropped_at_the_top", PhotoFault::kCroppedCloth,
+                             [](PhotoScene& s, Options&, Pieces&) { s.eye.y() = -0.3; }},
+                    BadPhoto{"two_specimens", PhotoFault::kTwoSpecimens,
+                             [](PhotoScene& s, Options&, Pieces& p) {
+                               p[0].place = {-0.18, 0};
+                               p.push_back({&Wool().mesh, Wool().x, {0.18, 0}});
+                               s.eye.x() = 0;
+                             }},
+                    BadPhoto{"no_focal_length", PhotoFault::kNoFocalLength,
+                             [](PhotoScene& s, Options&, Pieces&) { s.has_exif = false; }},
+                    BadPhoto{"empty", PhotoFault::kNoCloth,
+                             [](PhotoScene& s, Options&, Pieces& p) {
+                               p.clear();
+                               s.falloff = 0;
+                             }},
+                    BadPhoto{"dark", PhotoFault::kDark,
+                             [](PhotoScene& s, Options&, Pieces&) { s.exposure = 0.015; }},
+                    BadPhoto{"cloth_like_ground", PhotoFault::kNoDisc,
+                             [](PhotoScene& s, Options&, Pieces&) {
+                               s.cloth = s.ground * 0.97;
+                               s.disc = {0.2, 0.2, 0.2};
+                               s.shadow = 0;
+                             }},
+                    BadPhoto{"out_of_focus", PhotoFault::kBlur,
+                             [](PhotoScene& s, Options&, Pieces&) { s.blur = 5; }},
+                    BadPhoto{"shaken", PhotoFault::kBlur,
+                             [](PhotoScene& s, Options&, Pieces&) { s.motion = 25; }},
+                    BadPhoto{"far_away", PhotoFault::kTooSmall,
+                             [](PhotoScene& s, Options&, Pieces&) { s.eye.z() = 3; }},
+                    BadPhoto{"close", PhotoFault::kTooClose,
+                             [](PhotoScene& s, Options&, Pieces&) {
+                               s.eye.z() = 0.5;
+                               s.focal_35mm = 20;
+                             }},
+                    BadPhoto{"tilted", PhotoFault::kTilted,
+                             [](PhotoScene& s, Options&, Pieces&) {
+                               s.tilt = {22 * kDegree, 0};
+                               s.eye = {0, -0.4, 1.0};
+                             }},
+                    BadPhoto{"glare", PhotoFault::kGlare,
+                             [](PhotoScene& s, Options&, Pieces&) { s.glare = 0.02; }},
+                    BadPhoto{"specimen_of_another_size", PhotoFault::kWrongSize,
+                             [](PhotoScene&, Options& o, Pieces&) { o.specimen = 0.24; }},
+                    BadPhoto{"disc_of_another_size", PhotoFault::kWrongSize,
+                             [](PhotoScene&, Options& o, Pieces&) { o.disc = 0.24; }},
+                    BadPhoto{"cropped_file", PhotoFault::kCroppedPhoto,
+                             [](PhotoScene& s, Options&, Pieces&) { s.height = 600; }},
+                    BadPhoto{"large_glare", PhotoFault::kGlare,
+                             [](PhotoScene& s, Options&, Pieces&) { s.glare = 0.035; }},
+                    BadPhoto{"support_of_another_size", PhotoFault::kWrongSize,
+                             [](PhotoScene&, Options& o, Pieces&) { o.support = 0.24; }}),
     [](const testing::TestParamInfo<BadPhoto>& info) { return std::string(info.param.name); });
 
 TEST(Photo, RefusesContradictoryOptions) {

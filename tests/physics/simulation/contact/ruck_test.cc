@@ -9,6 +9,7 @@
 #include "physics/mesh/strip.h"
 #include "physics/simulation/implicit_euler.h"
 #include "physics/simulation/textbook.h"
+#include "tests/physics/cloth/contact/sheets.h"
 
 namespace drape {
 namespace {
@@ -17,14 +18,14 @@ namespace {
 // off with w = w' = w'' = 0 at both ends: tan(pL/2) = pL/2, w = 1.3256·Δ^(4/7)·ℓ^(3/7) with ℓ³ =
 // D/ρg and Δ the way by which the ends were moved together [Vella 2009].
 TEST(Ruck, HasTheHeightOfAHeavyBeam) {
-  constexpr double kGravity = 9.8, kDensity = 0.2, kRigidity = 1e-5, kLength = 0.14;
-  const double elastic = std::cbrt(kRigidity / (kDensity * kGravity));  // ℓ [m]
+  constexpr double kRigidity = 1e-5, kLength = 0.14;
+  const double elastic = std::cbrt(kRigidity / (test::kDensity * test::kGravity));  // ℓ [m]
   Scene scene;
-  scene.gravity = Eigen::Vector3d(0.0, 0.0, -kGravity);
+  scene.gravity = Eigen::Vector3d(0.0, 0.0, -test::kGravity);
   scene.contact = Contact{.thickness = 0.0, .range = 2e-5, .obstacles = {PlaneObstacle{}}};
   const auto model =
       std::make_shared<ClothModel>(MakeStrip(kLength, 6e-3, 112, 5), scene, MakeLaw("smooth"));
-  ImplicitEuler euler(model, LinearBeam(1e5, kRigidity, kDensity), 0.05, {.tolerance = 1e-7});
+  ImplicitEuler euler(model, LinearBeam(1e5, kRigidity, test::kDensity), 0.05, {.tolerance = 1e-7});
   for (const double share : {0.01, 0.02}) {
     const double moved = share * elastic;
     State state = model->RestState();

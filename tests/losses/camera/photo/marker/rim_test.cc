@@ -13,8 +13,7 @@ namespace {
 constexpr double kColumn = 80.3, kRow = 71.8, kRadius = 50.4;  // [px]
 
 uint8_t StoredByte(double light) {
-  const double s = light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
-  return static_cast<uint8_t>(std::lround(255 * s));
+  return static_cast<uint8_t>(std::lround(255 * StoredFromLight(light)));
 }
 
 // A round disc that a lens has blurred; the ground becomes lighter with the distance from it.
@@ -65,15 +64,6 @@ TEST(StepFinder, TellsWhereThereIsNoStep) {
   Eigen::VectorXd samples(count);
   for (Eigen::Index i = 0; i < count; ++i) samples[i] = std::tanh(0.5 * double(i - count + 2));
   EXPECT_TRUE(finder.Find(samples).at_limit);
-}
-
-TEST(Light, IsThatOfTheStandard) {
-  const std::array<float, 256>& light = LightOfStored();
-  EXPECT_FLOAT_EQ(light[0], 0);
-  EXPECT_FLOAT_EQ(light[255], 1);
-  EXPECT_NEAR(light[188], 0.5029, 1e-4);
-  const RgbImage image{2, 2, {0, 0, 0, 255, 255, 255, 0, 0, 0, 255, 255, 255}};
-  EXPECT_NEAR(LightAt(image, {0.25, 0.5}).x(), 0.25, 1e-6);
 }
 
 }  // namespace

@@ -3,28 +3,40 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 namespace drape {
 namespace {
 
 using Eigen::Vector3f;
 
-float StoredValue(float light) {
-  return light <= 0.0031308f ? 12.92f * light : 1.055f * std::pow(light, 1 / 2.4f) - 0.055f;
-}
-
 // What a camera sees of that share of the second light: red, green, blue and the light of the luma.
 Eigen::Vector4f Mixture(const Vector3f& first, const Vector3f& second, float share) {
   const Vector3f light = (1 - share) * first + share * second;
   Eigen::Vector4f seen;
-  seen << light, LumaLight(light.unaryExpr(&StoredValue));
+  seen << light, LumaLight(light.cast<double>().unaryExpr(&StoredFromLight).cast<float>());
   return seen;
+}
+
+TEST(Light, IsThatOfTheStandard) {
+  const std::array<float, 256>& light = LightOfStored();
+  EXPECT_FLOAT_EQ(light[0], 0);
+  EXPECT_FLOAT_EQ(light[255], 1);
+  EXPECT_NEAR(light[188], 0.5029, 1e-4);
+  const RgbImage image{2, 2, {0, 0, 0, 255, 255, 255, 0, 0, 0, 255, 255, 255}};
+  EXPECT_NEAR(LightAt(image, {0.25, 0.5}).x(), 0.25, 1e-6);
+}
+
+TEST(Light, GoesToStoredValuesAndBack) {
+  EXPECT_NEAR(LightFromStored(0.5), 0.214041, 1e-6);
+  EXPECT_NEAR(LightFromStored(0.04), 0.04 / 12.92, 1e-15);
+  for (const double stored : {0.0, 0.03, 0.2, 0.7, 1.0})
+    EXPECT_NEAR(StoredFromLight(LightFromStored(stored)), stored, 1e-12) << stored;
 }
 
 TEST(Light, LumaOfGreyIsItsLight) {
   for (const float light : {0.001f, 0.02f, 0.3f, 0.9f})
-    EXPECT_NEAR(LumaLight(Vector3f::Constant(StoredValue(light))), light, 1e-5f) << light;
+    EXPECT_NEAR(LumaLight(Vector3f::Constant(static_cast<float>(StoredFromLight(light)))), light,
+                1e-5f)
+        << light;
 }
 
 TEST(Light, TheShareOfAMixtureIsFound) {

@@ -10,6 +10,8 @@
 #include <cstdlib>
 #include <random>
 
+#include "losses/camera/photo/picture/light.h"
+
 namespace drape {
 namespace {
 
@@ -287,10 +289,6 @@ void Blur(const PhotoScene& scene, Picture* image) {
   BlurRows(image, scene.width, scene.height, std::vector<double>(length, 1.0 / length));
 }
 
-double Stored(double light) {
-  return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
-}
-
 // The light of each pixel: the mean of its samples.
 Picture PixelLight(const PhotoScene& scene, const Canvas& canvas) {
   Picture image(size_t(scene.width) * scene.height, Eigen::Vector3f::Zero());
@@ -335,7 +333,7 @@ RgbImage RenderPhoto(const PhotoScene& scene, const std::vector<ScenePiece>& pie
     for (int col = 0; col < scene.width; ++col) {
       const double light = scene.exposure * (1 + scene.falloff * (double(col) / scene.width - 0.5));
       for (int c = 0; c < 3; ++c) {
-        const double seen = Stored(light * image[size_t(row) * scene.width + col][c]);
+        const double seen = StoredFromLight(light * image[size_t(row) * scene.width + col][c]);
         const double s = std::clamp(seen, 0.0, 1.0);
         const double toned = s + scene.tone * s * (1 - s) * (2 * s - 1);
         result.rgb.push_back(

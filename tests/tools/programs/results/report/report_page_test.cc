@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pages of drape_report, opened in a browser.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "tests/tools/programs/results/report/report_fixture.h"
+
+namespace drape::test {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr int kSkipped = 77;  // exit code of check_page.sh where no browser is installed
+
+class ReportInABrowser : public ReportTest {
+ protected:
+  // What check_page.sh finds in a page that should have these parts.
+  ProcessResult CheckPage(const std::string& file, const std::vector<std::string>& parts) const {
+    std::vector<std::string> command = {
+        std::string(DRAPE_SOURCE_DIR) + "/tests/tools/programs/results/report/check_page.sh",
+        Path(file)};
+    command.insert(command.end(), parts.begin(), parts.end());
+    return RunProcess(command);
+  }
+  // A fit and its drape, drapes of its posterior, branches, and a chart.
+  std::vector<std::string> MakeFolders() const {
+    const auto run = [&](const std::vector<std::string>& command) {
+      const ProcessResult result = RunProcess(command);
+      EXPECT_EQ(result.exit_code, 0) << result.err;
+    };
+    const std::string bin = DRAPE_BIN_DIR;
+    run(SimulateCommand(
+        {"--mesh=disc:300", "--steps=60", "--out=" + Path("drape"),
+         "--start=" + std::string(DRAPE_SOURCE_DIR) + "/configs/starts/six_waves.json"}));
+    run({kFit, "--images=" + Path("drape/silhouette.png"), "--material=" + kFabric, "--model=bayes",
+         "--mesh=disc:150", "--coarse_mesh=disc:100", "--initial_stretch=1", "--initial_bend=0.5,1",
+         "--initial_lifts=0.5,1", "--candidates_per_round=3,2,1", "--num_parameters=2",
+         "--iterations=4,4,6", "--posterior_samples=4", "--posterior_iterations=4",
+         "--elbo_samples=25", "--out=" + Path("fit")});
+    run({bin + "/drape_predict", "--posterior=" + Path("fit"), "--mesh=disc:120", "--draws=6",
+         "--keep_meshes", "--steps=60", "--out=" + Path("predict")});
+    run({bin + "/drape_equilibria", "--material=" + kFabric, "--mesh=disc:120", "--samples=4",
+         "--steps=60", "--out=" + Path("branches")});
+    AddResult("optimisers", {{"budget_rollouts", 10}});
+    Write("optimisers/report.md", "# Gaps\n| method | gap |\n|---|---|\n| bobyqa | 0.5 |\n");
+    Write("optimisers/chart.chart.json", ChartText());
+    return {Path("fit"), Path("drape"), Path("predict"), Path("branches"), Path("optimisers")};
+  }
+  // With long names, many ticks, a colour scale and notes.
+  static std::string ChartText() {
+    Json chart = {{"title", "A chart with long names"},
+                  {"x", {{"label", "processor time [s]"}, {"log", true}}},
+                  {"y", {{"label", ""}, {"ticks", Json::array()}}},
+                  {"series", Json::array()},
+                  {"labels", {{{"text", "a note"}, {"at", {0.1, 0.1}}, {"in_picture", true}}}}};
+    Json points = Json::array(), values = Json::array();
+    for (int i = 0; i < 8; ++i) {
+      chart["y"]["ticks"].push_back({i, "a method with a long name " + std::to_string(i)});
+      points.push_back({std::pow(10.0, i - 3), i});
+      values.push_back(i);
+    }
+    chart["series"].push_back({{"title", "runs"}, {"mark", "points"}, {"points", points}});
+    Json coloured = chart;
+    coloured["series"][0]["values"] = values;
+    return Json{{"format", "drapefit-chart"},
+                {"version", 1},
+                {"title", "Charts"},
+                {"columns", 2},
+                {"charts", {chart, coloured}}}
+        .dump();
+  }
+};
+
+TEST_F(ReportInABrowser, EveryPartIsFilledAndReadable) {
+  std::vector<std::string> command = MakeFolders();
+  command.insert(command.begin(), kReport);
+  command.push_back("--out=" + Path("report.html"));
+  const ProcessResult report = RunProcess(command);
+  ASSERT_EQ(report.exit_code, 0) << report.err;
+  EXPECT_THAT(Read(Path("report.html")), HasSubstr("class=\"fitted\""));
+  const ProcessResult check =
+      CheckPage("report.html", {"verdict", "images", "material", "outlines", "drape", "posterior",
+                                "prediction", "spectrum", "studies", "provenance"});
+  if (check.exit_code == kSkipped) GTEST_SKIP() << check.out;
+  EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
+  EXPECT_THAT(check.out, testing::ContainsRegex("10 parts, 1[0-9] charts, 4 drapes"));
+}
+
+TEST_F(ReportInABrowser, FaultsOfAPageAreFound) {
+  std::string page = Page({AddFit("fit", Json::object())});
+  page.insert(page.find("<main>") + 6,
+              "<section id=\"hollow\"></section><img alt=\"x\" src=\"http://127.0.0.1:9/x.png\">"
+              "<div class=\"drapes\" data-drapes=\"7\"></div>"
+              "<p style=\"color: #999; background: #777; width: 2000px\">faint and wide</p>");
+  Write("page.html", page);
+  const ProcessResult check = CheckPage("page.html", {"verdict", "posterior"});
+  if (check.exit_code == kSkipped) GTEST_SKIP() << check.out;
+  EXPECT_EQ(check.exit_code, 1) << check.err;
+  for (const char* fault :
+       {"no part posterior", "message of the browser: ", "empty part: hollow",
+        "request: http:", "drape not drawn", "color-contrast", "wider than the window"})
+    EXPECT_THAT(check.out, HasSubstr(fault));
+}
+
+}  // namespace
+}  // namespace drape::test
