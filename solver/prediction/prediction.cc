@@ -18,28 +18,6 @@ namespace {
 // Streams of a specimen's seed.
 enum Stream : uint64_t { kStartStream, kScaleStream, kCaptureStream };
 
-uint64_t SpecimenSeed(const PredictionOptions& options, int specimen) {
-  return SeedOfStream(options.seed, static_cast<uint64_t>(specimen));
-}
-
-// Which drape of which specimen.
-PredictedDrape NumberedDrape(const PredictionOptions& options, int drape) {
-  const int of_specimen = drape % options.drapes_of_specimen();
-  PredictedDrape numbered;
-  numbered.specimen = drape / options.drapes_of_specimen();
-  numbered.face = options.faces[of_specimen / options.repeats];
-  numbered.repeat = of_specimen % options.repeats;
-  return numbered;
-}
-
-StartShape SpecimenStart(const PredictionOptions& options, int specimen, ClothFace face) {
-  StartShape shape = RandomStartShape(SeedOfStream(SpecimenSeed(options, specimen), kStartStream),
-                                      options.start_rms);
-  if (face == ClothFace::kDown)
-    for (StartShape::Mode& mode : shape.modes) mode.amplitude_m *= -1.0;
-  return shape;
-}
-
 MaterialField SpecimenMaterial(const PredictionOptions& options, const MaterialSource& materials,
                                int specimen, ClothFace face) {
   std::mt19937_64 random(SeedOfStream(SpecimenSeed(options, specimen), kScaleStream));
@@ -92,35 +70,61 @@ void PredictionOptions::Check() const {
   CHECK(settle.solve_mode == SolveMode::kStatic) << "drapes are judged at rest";
 }
 
-DrapeTask MakeDrapeTask(const ClothModel& model, const MaterialSource& materials,
-                        const PredictionOptions& options, int drape) {
-  const PredictedDrape which = NumberedDrape(options, drape);
-  DrapeTask task{SpecimenMaterial(options, materials, which.specimen, which.face),
-                 model.RestState()};
-  task.start.x = ApplyStartShape(model.mesh, options.discs.support,
-                                 SpecimenStart(options, which.specimen, which.face));
+uint64_t SpecimenSeed(const PredictionOptions& options, int specimen) {
+  return SeedOfStream(options.seed, static_cast<uint64_t>(specimen));
+}
+
+PredictedDrape NumberedDrape(const PredictionOptions& options, int drape) {
+  const int of_specimen = drape % options.drapes_of_specimen();
+  PredictedDrape numbered;
+  numbered.specimen = drape / options.drapes_of_specimen();
+  numbered.face = options.faces[of_specimen / options.repeats];
+  numbered.repeat = of_specimen % options.repeats;
+  return numbered;
+}
+
+State StartOfDrape(const ClothModel& model, const PredictionOptions& options,
+                   const PredictedDrape& which, StartShape of_specimen) {
+  if (which.face == ClothFace::kDown)
+    for (StartShape::Mode& mode : of_specimen.modes) mode.amplitude_m *= -1.0;
+  State start = model.RestState();
+  start.x = ApplyStartShape(model.mesh, options.discs.support, of_specimen);
   // Streams by face and repeat, so that more repeats leave the first ones as they are.
   const uint64_t capture = 2 * which.repeat + (which.face == ClothFace::kDown);
   AddCaptureNoise(model.mesh, options,
                   SeedOfStream(SpecimenSeed(options, which.specimen), kCaptureStream + capture),
-                  &task.start.x);
-  return task;
+                  &start.x);
+  return start;
+}
+
+DrapeTask MakeDrapeTask(const ClothModel& model, const MaterialSource& materials,
+                        const PredictionOptions& options, int drape) {
+  const PredictedDrape which = NumberedDrape(options, drape);
+  const uint64_t seed = SeedOfStream(SpecimenSeed(options, which.specimen), kStartStream);
+  return {SpecimenMaterial(options, materials, which.specimen, which.face),
+          StartOfDrape(model, options, which, RandomStartShape(seed, options.start_rms))};
 }
 
 std::vector<PredictedDrape> SampleDrapes(Backend& backend, const MaterialSource& materials,
                                          const PredictionOptions& options,
                                          const std::function<void(int done)>& progress) {
+  return SampleTasks(
+      backend, [&](int i) { return MakeDrapeTask(backend.model(), materials, options, i); },
+      options, progress);
+}
+
+std::vector<PredictedDrape> SampleTasks(Backend& backend,
+                                        const std::function<DrapeTask(int drape)>& task,
+                                        const PredictionOptions& options,
+                                        const std::function<void(int done)>& progress) {
   options.Check();
-  const ClothModel& model = backend.model();
   std::vector<PredictedDrape> drapes;
   const auto done = [&](int i, SettledDrape settled) {
     drapes.push_back(NumberedDrape(options, i));
-    Fill(model, options, std::move(settled), &drapes.back());
+    Fill(backend.model(), options, std::move(settled), &drapes.back());
     if (progress) progress(i + 1);
   };
-  SettleInBatches(
-      backend, options.num_drapes(), options.batch,
-      [&](int i) { return MakeDrapeTask(model, materials, options, i); }, options.settle, done);
+  SettleInBatches(backend, options.num_drapes(), options.batch, task, options.settle, done);
   return drapes;
 }
 

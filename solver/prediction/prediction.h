@@ -11,6 +11,7 @@
 #include "losses/dataset/dataset.h"
 #include "losses/dataset/trivial_predictors.h"
 #include "losses/metrics/distribution_metrics.h"
+#include "physics/cloth/start_shape.h"
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/backend.h"
 #include "solver/forward/settle.h"
@@ -61,8 +62,18 @@ struct PredictedDrape {
   Eigen::VectorXd x;  // [m], shape [3V]; empty where the steps failed
 };
 
-// Material and start of drape number `drape` of num_drapes(): specimen by specimen, face by face.
-// It depends on the seed, the specimen, the face and the repeat alone.
+// Which drape of which specimen number `drape` of num_drapes() is: specimen by specimen, face by
+// face, repeat by repeat. The rest of it is not set.
+PredictedDrape NumberedDrape(const PredictionOptions& options, int drape);
+// The seed of all that is random of a specimen.
+uint64_t SpecimenSeed(const PredictionOptions& options, int specimen);
+// Its start from a specimen's start shape, of opposite sign on kDown and with the noise of the
+// capture.
+State StartOfDrape(const ClothModel& model, const PredictionOptions& options,
+                   const PredictedDrape& which, StartShape of_specimen);
+
+// Material and start of drape number `drape`. It depends on the seed, the specimen, the face and
+// the repeat alone.
 DrapeTask MakeDrapeTask(const ClothModel& model, const MaterialSource& materials,
                         const PredictionOptions& options, int drape);
 
@@ -71,6 +82,11 @@ DrapeTask MakeDrapeTask(const ClothModel& model, const MaterialSource& materials
 std::vector<PredictedDrape> SampleDrapes(Backend& backend, const MaterialSource& materials,
                                          const PredictionOptions& options,
                                          const std::function<void(int done)>& progress = {});
+// The same of any tasks, which are called once for each drape, on the caller's thread.
+std::vector<PredictedDrape> SampleTasks(Backend& backend,
+                                        const std::function<DrapeTask(int drape)>& task,
+                                        const PredictionOptions& options,
+                                        const std::function<void(int done)>& progress = {});
 
 // The drapes that were found, of one face or, for kUnknown, of all.
 DistributionScorer::Drapes ObservedDrapes(const std::vector<PredictedDrape>& drapes,

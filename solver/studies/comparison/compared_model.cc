@@ -87,6 +87,13 @@ const std::vector<ComparedModel>& ComparedModels() {
        {},
        {},
        "a posterior of the fabric and its specimens"},
+      {"generative",
+       FitModel::kHomogeneous,
+       TableForm::kGiven,
+       {},
+       {},
+       "the distribution of specimens, learned from that of drapes, 18 numbers",
+       true},
   };
   return models;
 }
@@ -106,6 +113,8 @@ std::vector<std::string> InOrderOfComplexity(const std::vector<std::string>& nam
     if (std::count(names.begin(), names.end(), model.name) > 0) ordered.push_back(model.name);
   return ordered;
 }
+
+bool IsGenerative(const std::string& name) { return Known(name).generative; }
 
 FitSpec WithModel(FitSpec spec, const std::string& name) {
   const ComparedModel& model = Known(name);

@@ -17,6 +17,7 @@ struct ComparedModel {
   std::optional<ParameterTying> parameters = {};  // none: the job's
   std::optional<FieldBasis> basis = {};           // of fields; none: the job's
   std::string meaning;                            // for a person
+  bool generative = false;  // learned from the distribution of drapes, no fit to outlines
 };
 
 // From the simplest on, in the order of what a model says of a cloth, not of its count of numbers:
@@ -28,6 +29,7 @@ const std::vector<ComparedModel>& ComparedModels();
 // that comes twice.
 std::vector<std::string> InOrderOfComplexity(const std::vector<std::string>& names);
 
+bool IsGenerative(const std::string& known_name);
 // `spec` with what the model of a known name sets.
 FitSpec WithModel(FitSpec spec, const std::string& name);
 // Models of equal fits of one table can resume from one checkpoint: "one_table", or with what sets

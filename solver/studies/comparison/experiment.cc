@@ -198,6 +198,40 @@ void WritePrediction(const ExperimentTask& task, const nlohmann::json& json) {
   WriteStoredJson(task.folder + "/prediction.json", kPredictionFormat, json, 1);
 }
 
+// The distribution of specimens, learned, sampled and scored.
+bool LearnAndPredict(const ExperimentTask& task, const RunControl& control) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto seconds = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  const auto model = std::make_shared<const ClothModel>(
+      ParseMeshSpec(task.fit.mesh), CusickScene(task.fit.contact), MakeLaw(task.fit.law));
+  const auto backend = MakeBackend(task.fit.backend, model, task.fit.threads);
+  const LearnedFabric learned = LearnFabric(*backend, *task.training, *task.learning, control);
+  if (learned.cancelled) return false;
+  const double learning_seconds = seconds();
+  PredictionOptions options = task.prediction;
+  options.settle.steps.cancel = options.settle.equilibrium.cancel = control.cancel;
+  options.batch = SettleBatchSize(*backend, task.fit.threads);
+  control.Report(kFitShare, "prediction");
+  const std::vector<PredictedDrape> drapes = SampleSpecimens(*backend, learned.fit, options);
+  if (control.cancelled()) return false;
+  ordered_json json = {{"generative", true}};
+  AddScores(drapes, *task.held_out, &json);
+  if (json.contains("numbers")) {
+    json["numbers"]["fit_seconds"] = learning_seconds;
+    json["numbers"]["prediction_seconds"] = seconds() - learning_seconds;
+    json["numbers"]["rollouts"] = learned.simulated;
+    json["numbers"]["parameters"] = kDistributionNumbers;
+  }
+  json["energy_training"] = learned.fit.score;
+  json["energy_cross_validated"] = learned.fit.cross_validated;
+  json["effective_drapes"] = learned.fit.effective;
+  WriteDistributionFit(task.folder + "/specimens.json", learned.fit);
+  WritePrediction(task, json);
+  return true;
+}
+
 bool Predict(const ExperimentTask& task, const RunControl& control) {
   const auto start = std::chrono::steady_clock::now();
   Predictor predictor(task, control);
@@ -224,16 +258,17 @@ bool Predict(const ExperimentTask& task, const RunControl& control) {
 }
 
 ExperimentResult ReadResult(const std::string& folder) {
-  const nlohmann::json summary = FinishedFit(folder);
   const std::string path = folder + "/prediction.json";
   const nlohmann::json prediction = ReadStoredJson(path, kPredictionFormat);
   const JsonInput input(prediction, path);
+  const bool fitted = !input.Has("generative");
+  const nlohmann::json summary = fitted ? FinishedFit(folder) : nlohmann::json::object();
   ExperimentResult result;
   if (input.Has("failure")) {
     result.failure = input.At("failure").String();
     return result;
   }
-  result.numbers = FitNumbers(summary, folder + "/summary.json");
+  if (fitted) result.numbers = FitNumbers(summary, folder + "/summary.json");
   const JsonInput numbers = input.At("numbers");
   for (const auto& [key, value] : numbers.ExpectObject().value().items())
     result.numbers[key] = numbers.At(key).NotNegative();
@@ -257,6 +292,7 @@ std::optional<ExperimentResult> ReadExperiment(const std::string& folder) {
 
 bool RunExperiment(const ExperimentTask& task, const RunControl& control) {
   fs::create_directories(task.folder);
+  if (task.learning) return LearnAndPredict(task, control);
   const bool fitted = OrNothing([&] { return FinishedFit(task.folder); }).has_value();
   if (!fitted && !RunFit(task, control)) return false;
   const std::string failure = DescribeFailure(FinishedFit(task.folder), task.fit.model);

@@ -13,6 +13,7 @@
 #include "physics/util/run_control.h"
 #include "solver/job/fit_job.h"
 #include "solver/prediction/bend_calibration.h"
+#include "solver/prediction/generative/generative_prediction.h"
 #include "solver/prediction/prediction.h"
 #include "solver/studies/comparison/comparison_numbers.h"
 
@@ -30,6 +31,7 @@ struct ExperimentTask {
   // Those of the two sides; outlive the task.
   const std::vector<ObservedCapture>* training = nullptr;
   const std::vector<ObservedCapture>* held_out = nullptr;
+  std::optional<LearningOptions> learning;  // instead of a fit and its calibration
   bool calibrate = true;  // CalibrateBend before the prediction, on the training captures
 };
 
@@ -55,10 +57,11 @@ struct ExperimentResult {
 // What the files of a finished experiment say; none where one is missing or broken.
 std::optional<ExperimentResult> ReadExperiment(const std::string& folder);
 
-// Does what is still to be done: the fit (RunFitJob; from its checkpoint, where there is one), then
-// the prediction (SampleDrapes), whose scores go to prediction.json, those of a calibrated one
-// beside those of the fit as it is; so an experiment that was stopped continues to the same
-// numbers. False when it was cancelled. Throws InputError.
+// Does what is still to be done: the learning (LearnFabric; to specimens.json) or the fit
+// (RunFitJob; from its checkpoint, where there is one), then the prediction (SampleDrapes), whose
+// scores go to prediction.json, those of a calibrated one beside those of the fit as it is; so an
+// experiment that was stopped continues to the same numbers. False when it was cancelled. Throws
+// InputError.
 bool RunExperiment(const ExperimentTask& task, const RunControl& control);
 
 // Mean distance of the outlines of draws and the captures of their face [m]; NaN without a pair.

@@ -121,7 +121,12 @@ ExperimentTask MakeTask(const ComparisonJob& job, const SharedSplit& shared,
                       MakePredictionOptions(job, shared),
                       &shared.training,
                       &shared.held_out,
+                      {},
                       job.calibrate};
+  if (IsGenerative(model)) {
+    task.learning = job.learning;
+    task.learning->fit.seed = static_cast<uint64_t>(shared.seed);
+  }
   return task;
 }
 
@@ -148,7 +153,7 @@ void CheckFits(const ComparisonJob& job, const std::vector<SharedSplit>& splits)
   for (const SharedSplit& shared : splits)
     if (shared.seed == job.seeds[0])
       for (const std::string& model : job.models)
-        ReadFitInput(WithModel(shared.fit, model), shared.data);
+        if (!IsGenerative(model)) ReadFitInput(WithModel(shared.fit, model), shared.data);
 }
 
 std::vector<SharedSplit> ShareAll(const ComparisonJob& job, const RunControl& control) {

@@ -28,6 +28,7 @@ struct ComparisonJob {
   bool calibrate = true;               // each fit before its prediction (CalibrateBend)
   FitSpec fit;                         // of all, but for what the model sets
   std::function<nlohmann::ordered_json()> provenance;  // FitFiles::provenance of each fit
+  LearningOptions learning;      // of the generative model; its fit's seed is not used
   PredictionOptions prediction;  // its specimens, faces, seed and camera are not used
   std::string out;               // existing folder of the experiments
   std::optional<Share> share;    // of the experiments; none: all

@@ -82,6 +82,8 @@ Json DrapeJson(const PredictedDrape& drape) {
 }
 
 Json MaterialJson(const PredictToolOptions& options, const PredictionRun& run) {
+  if (options.learn) return {{"learned_from", options.data.folder}};
+  if (!options.specimens.empty()) return {{"specimens", options.specimens}};
   if (!options.posterior.empty())
     return {{"posterior", options.posterior}, {"posterior_kind", run.kind}};
   return {{"material", run.scene.material.name}, {"material_file", options.scene.material}};
@@ -104,6 +106,33 @@ Json SetUpJson(const PredictToolOptions& options, const PredictionRun& run) {
           {"mesh", options.scene.mesh},
           {"vertices", run.scene.model->mesh.num_vertices()},
           {"camera", CameraJson(prediction.camera)}};
+}
+
+// Means over the resampled distributions and their intervals.
+std::string LearnedText(const PredictionRun& run) {
+  if (!run.learned) return "";
+  const DistributionFit& fit = run.learned->fit;
+  std::string text =
+      Format("%-32s %10s %10s %23s\n", "specimens", "mean", "deviation", "mean: 90 % in");
+  for (int k = 0; k < kSpecimenNumbers; ++k)
+    for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown}) {
+      if (face == ClothFace::kDown && !DiffersByFace(k)) continue;
+      std::vector<double> means;
+      for (const SpecimenDistribution& each : fit.resampled) means.push_back(each.mean_of(face)[k]);
+      const std::string label =
+          NumberRanges()[k].label + (DiffersByFace(k) ? ", " + ClothFaceName(face) : std::string());
+      text += Format("%-32s %10.3g %10.2g", label.c_str(), fit.best.mean_of(face)[k],
+                     fit.best.deviation[k]);
+      if (means.size() >= 2) {
+        const CentralInterval ninety = ComputeInterval(means, 0.9);
+        text += Format(" %10.3g … %10.3g", ninety.low, ninety.high);
+      }
+      text += "\n";
+    }
+  return text + Format(
+                    "energy score of the training drapes %.3g, of samples left out %.3g; %.0f "
+                    "effective of %d drapes\n",
+                    fit.score, fit.cross_validated, fit.effective, fit.drapes);
 }
 
 std::string CalibrationText(const PredictionRun& run) {
@@ -132,8 +161,8 @@ Json CalibrationJson(const BendCalibration& calibration) {
 }  // namespace
 
 std::string PredictionText(const PredictionRun& run) {
-  std::string text =
-      CalibrationText(run) + Format("%zu drapes, %d at rest\n", run.drapes.size(), run.at_rest());
+  std::string text = CalibrationText(run) + LearnedText(run) +
+                     Format("%zu drapes, %d at rest\n", run.drapes.size(), run.at_rest());
   for (const auto& [status, count] : Failures(run))
     text += Format("no drape of %d: ", count) + status + "\n";
   text += FeaturesText(run);
@@ -154,6 +183,14 @@ void WritePredictionSummary(const std::string& path, const PredictToolOptions& o
   json.update(DiscsJson(run.prediction.discs));
   json.update(MaterialJson(options, run));
   if (run.calibration) json["calibration"] = CalibrationJson(*run.calibration);
+  if (run.learned) {
+    const DistributionFit& fit = run.learned->fit;
+    json["distribution"] = {{"best", DistributionJson(fit.best)},
+                            {"energy_training", fit.score},
+                            {"energy_cross_validated", fit.cross_validated},
+                            {"effective_drapes", fit.effective},
+                            {"pool_drapes", fit.drapes}};
+  }
   json["features"] = FeaturesJson(run);
   if (run.data) {
     json["score"] = run.score ? ScoreJson(*run.score) : Json(nullptr);

@@ -8,6 +8,7 @@
 #include "losses/camera/camera_input.h"
 #include "losses/dataset/dataset_evaluation.h"
 #include "solver/prediction/bend_calibration.h"
+#include "solver/prediction/generative/generative_prediction.h"
 #include "solver/prediction/prediction.h"
 #include "tools/inputs/scene_input.h"
 
@@ -15,8 +16,12 @@ namespace drape {
 
 // What a user of drape_predict sets.
 struct PredictToolOptions {
-  SceneInput scene;              // its start is not used
-  std::string posterior;         // instead of scene.material: folder of a fit (ReadMaterialSource)
+  SceneInput scene;          // its start is not used
+  std::string posterior;     // instead of scene.material: folder of a fit (ReadMaterialSource)
+  bool learn = false;        // instead of both: from the side of the split to learn from
+  std::string specimens;     // instead of these: file of an earlier run that learned
+  LearningOptions learning;  // RunPrediction sets its mesh, seeds, steps and threads
+  int pool_seed = 1;
   PredictionOptions prediction;  // RunPrediction sets its specimens, faces, seed, camera, batch
   int draws = 64;                // drapes in all
   int seed = 1;
@@ -33,10 +38,11 @@ struct PredictToolOptions {
 struct PredictionRun {
   bool cancelled = false;
   std::string backend;  // Backend::name
-  LoadedScene scene;    // without a material where a posterior is given
+  LoadedScene scene;    // without a material where none is given
   std::string kind;     // of the materials (ReadMaterialSource); empty: of one material file
   PredictionOptions prediction;
   std::optional<BendCalibration> calibration;  // `prediction` has its factors
+  std::optional<LearnedFabric> learned;        // of a file: its fit alone
   std::vector<PredictedDrape> drapes;
   std::optional<DatasetReport> data;
   std::optional<DistributionScore> score;  // ScorePrediction on the data held out

@@ -71,6 +71,50 @@ Option CalibrateOption(PredictToolOptions& options) {
               "look like those of the training samples"};
 }
 
+std::vector<Option> LearningTable(PredictToolOptions& options) {
+  LearningOptions& learning = options.learning;
+  return {
+      {.key = "learn",
+       .value = &options.learn,
+       .doc = "instead of a material: learn the distribution of specimens from the drapes of the "
+              "training samples"},
+      {.key = "specimens",
+       .value = &options.specimens,
+       .doc = "instead of a material: file specimens.json of a run with learn",
+       .is_path = true},
+      {.key = "pool",
+       .value = &learning.pool_file,
+       .doc = "file of the pool of simulated drapes, the same for all fabrics; made when missing "
+              "(default: pool.json in the output folder)",
+       .is_path = true},
+      {.key = "pool_drapes",
+       .value = &learning.pool.drapes,
+       .doc = "drapes of the pool",
+       .least = 512,
+       .most = 100000},
+      {.key = "pool_seed",
+       .value = &options.pool_seed,
+       .doc = "random seed of the pool",
+       .least = 0},
+      {.key = "rounds",
+       .value = &learning.rounds,
+       .doc = "further rounds of drapes, each simulated near what those before show of the fabric",
+       .least = 0,
+       .most = 20},
+      {.key = "round_drapes",
+       .value = &learning.round_drapes,
+       .doc = "drapes of a further round",
+       .least = 64,
+       .most = 100000},
+      {.key = "resamples",
+       .value = &learning.fit.resamples,
+       .doc = "inferences with random weights of the samples, which show how uncertain the "
+              "distribution is",
+       .least = 0,
+       .most = 1000},
+  };
+}
+
 std::vector<Option> FileOptions(PredictToolOptions& options) {
   return {
       {.key = "keep_meshes",
@@ -94,8 +138,13 @@ std::vector<Option> MaterialOptions(PredictToolOptions& options) {
   return all;
 }
 
+bool IsGenerative(const PredictToolOptions& options) {
+  return options.learn || !options.specimens.empty();
+}
+
 // The material of each specimen, whether one file says it or a fit.
 MaterialSource MakeMaterials(const PredictToolOptions& options, PredictionRun& run) {
+  if (IsGenerative(options)) return {};
   if (options.posterior.empty()) return [field = run.scene.material.field](int) { return field; };
   MaterialSource materials = ReadMaterialSource(options.posterior, *run.scene.model,
                                                 static_cast<uint64_t>(options.seed), &run.kind);
@@ -110,13 +159,18 @@ MaterialSource MakeMaterials(const PredictToolOptions& options, PredictionRun& r
 }
 
 void RequireOneMaterial(const PredictToolOptions& options) {
-  const bool both = !options.scene.material.empty() && !options.posterior.empty();
-  const bool none = options.scene.material.empty() && options.posterior.empty();
-  if (both || none) {
-    throw InputError(
-        "options 'material' and 'posterior'",
-        std::string("found ") + (both ? "both" : "neither") + ", expected one of them");
-  }
+  const int given = int(!options.scene.material.empty()) + int(!options.posterior.empty()) +
+                    int(options.learn) + int(!options.specimens.empty());
+  if (given != 1)
+    throw InputError("options 'material', 'posterior', 'learn' and 'specimens'",
+                     "found " + (given == 0 ? "none" : std::to_string(given) + " of them") +
+                         ", expected one of them");
+  const PredictionOptions& prediction = options.prediction;
+  if (IsGenerative(options) && (options.calibrate || prediction.specimen_stretch_sigma > 0 ||
+                                prediction.specimen_bend_sigma > 0))
+    throw InputError("option 'calibrate', 'specimen_stretch_sigma' or 'specimen_bend_sigma'",
+                     "found a value beside 'learn' or 'specimens', which already describe how "
+                     "specimens differ; expected none");
 }
 
 std::vector<ClothFace> ListFaces(const std::string& face) {
@@ -173,9 +227,10 @@ std::optional<DatasetReport> ReadData(const DatasetQuery& query, const Predictio
   return report;
 }
 
-void CheckCalibration(const PredictToolOptions& options, const PredictionRun& run) {
-  if (!options.calibrate) return;
-  const char* where = "option 'calibrate'";
+// What calibration and learning need.
+void CheckTraining(const PredictToolOptions& options, const PredictionRun& run) {
+  if (!options.calibrate && !options.learn) return;
+  const char* where = options.learn ? "option 'learn'" : "option 'calibrate'";
   if (!run.data) throw InputError(where, "found true without 'data', expected training samples");
   if (run.data->in_turn)
     throw InputError(where, "found true with train = 0, expected samples that are not held out");
@@ -190,6 +245,37 @@ void Calibrate(Backend& backend, const MaterialSource& materials, const RunContr
       backend, materials, run->prediction, run->data->seen_train, {},
       [&](int trials) { control.Report(0.0, "calibration, trial " + std::to_string(trials)); });
   run->prediction.bend = run->calibration->factors;
+}
+
+// None when it was cancelled.
+void Learn(const PredictToolOptions& options, Backend& backend, const RunControl& control,
+           PredictionRun* run) {
+  if (!options.specimens.empty()) {
+    run->learned = {.fit = ReadDistributionFit(options.specimens)};
+    return;
+  }
+  LearningOptions learning = options.learning;
+  learning.pool.mesh = options.scene.mesh;
+  learning.pool.seed = static_cast<uint64_t>(options.pool_seed);
+  learning.pool.settle = run->prediction.settle;
+  learning.fit.seed = run->prediction.seed;
+  learning.fit.threads = backend.threads();
+  if (learning.pool_file.empty()) learning.pool_file = options.out + "/pool.json";
+  const LearnedFabric learned = LearnFabric(backend, run->data->seen_train, learning, control);
+  if (!learned.cancelled) run->learned = learned;
+}
+
+// Fewer when it was cancelled.
+std::vector<PredictedDrape> Draw(const PredictToolOptions& options, Backend& backend,
+                                 const MaterialSource& materials, const RunControl& control,
+                                 const PredictionRun& run) {
+  const auto progress = [&](int done) {
+    control.Report(static_cast<double>(done) / options.draws,
+                   "draw " + std::to_string(done) + " of " + std::to_string(options.draws));
+  };
+  if (!IsGenerative(options)) return SampleDrapes(backend, materials, run.prediction, progress);
+  if (!run.learned) return {};
+  return SampleSpecimens(backend, run.learned->fit, run.prediction, progress);
 }
 
 // The material as it drapes with each face up.
@@ -238,6 +324,10 @@ OptionTable PredictTable(PredictToolOptions& options) {
           "replace the files of an earlier run together, at the end.\n"
           "--calibrate: the factors are in summary.json and, with --material, in material_up.json "
           "and material_down.json.\n"
+          "--learn: eight numbers of a specimen (bending length, anisotropy, stretch, shear, "
+          "start) "
+          "as normal distributions, which go to specimens.json, from a pool of simulated drapes; "
+          "--specimens=FILE predicts from them again.\n"
           "--data: the prediction is scored on held-out samples of --fabric, beside predictors "
           "without a model; the material should have been fitted to other samples.\n"
           "exit code 3: no sample came to rest\n"
@@ -248,9 +338,11 @@ OptionTable PredictTable(PredictToolOptions& options) {
                   Concatenate(DrawOptions(options), std::vector{BackendOption(options.backend)})),
           Grouped("held-out drapes (--data)",
                   Concatenate(DatasetOptions(options.data), std::vector{CalibrateOption(options)})),
+          Grouped("learning (--learn)", LearningTable(options)),
           Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
-      .common = {"material", "posterior", "specimen", "support", "mesh", "draws", "repeats", "seed",
-                 "data", "fabric", "train", "calibrate", "threads", "backend", "out"}};
+      .common = {"material", "posterior", "learn", "pool", "specimen", "support", "mesh", "draws",
+                 "repeats", "seed", "data", "fabric", "train", "calibrate", "threads", "backend",
+                 "out"}};
 }
 
 PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl& control) {
@@ -264,23 +356,22 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl&
   run.prediction = MakePredictionOptions(options, run.scene.discs, control.cancel);
   const MaterialSource materials = MakeMaterials(options, run);
   run.data = ReadData(options.data, run.prediction, control);
-  if (!control.cancelled()) CheckCalibration(options, run);
+  if (!control.cancelled()) CheckTraining(options, run);
   const auto backend =
       MakeLoggedBackend(options.backend, run.scene.model, CountThreads(options.threads), control);
   const OutputFolder out(options.out, {"summary.json", "mean_image.png", kOutlinesFile});
   run.backend = backend->name();
   run.prediction.batch = SettleBatchSize(*backend, CountThreads(options.threads));
   if (options.calibrate && !control.cancelled()) Calibrate(*backend, materials, control, &run);
-  run.drapes = SampleDrapes(*backend, materials, run.prediction, [&](int done) {
-    control.Report(static_cast<double>(done) / options.draws,
-                   "draw " + std::to_string(done) + " of " + std::to_string(options.draws));
-  });
+  if (IsGenerative(options) && !control.cancelled()) Learn(options, *backend, control, &run);
+  run.drapes = Draw(options, *backend, materials, control, run);
   run.cancelled = static_cast<int>(run.drapes.size()) < options.draws;
   if (run.data) run.score = ScorePrediction(run.drapes, run.data->seen_held_out);
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   WritePng(ComputeMean(run), out.Staged("mean_image.png"), run.prediction.discs);
   WritePredictedOutlines(out.Staged(kOutlinesFile), run);
   if (options.keep_meshes) WriteMeshes(run, out);
+  if (run.learned) WriteDistributionFit(out.Staged("specimens.json"), run.learned->fit);
   if (run.calibration && options.posterior.empty()) WriteCalibratedMaterials(run, out);
   WritePredictionSummary(out.Staged("summary.json"), options, run);
   out.Publish();

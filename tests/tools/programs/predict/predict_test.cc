@@ -96,6 +96,41 @@ TEST_F(PredictTool, CalibratesOnTheSideToLearnFrom) {
   }
 }
 
+TEST_F(PredictTool, LearnsSpecimensFromDrapesAndPredictsByThemAgain) {
+  const auto run = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> command = {kPredict,      "--mesh=disc:100", "--draws=6",
+                                        "--threads=2", "--steps=30",      "--out=" + Path("out")};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProcess(command);
+  };
+  const ProcessResult result =
+      run({"--learn", "--data=" + AddData(), "--samples=1-4", "--train=2", "--split_seed=4",
+           "--pool_drapes=512", "--rounds=1", "--round_drapes=64", "--resamples=2"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("bending length"));
+  EXPECT_THAT(result.out, HasSubstr("scores on the held-out drapes"));
+  const Json summary = ReadJson(Path("out/summary.json"));
+  const Json& length = summary["distribution"]["best"]["log_bending_length"];
+  EXPECT_LT(length["mean_up"], std::log(0.02));  // discs of DC .1 to .3 are soft cloth
+  EXPECT_GT(summary["distribution"]["effective_drapes"], 20);
+  EXPECT_EQ(summary["score"]["observed"], 8);
+  const Json drapes = summary["drapes"];
+
+  const ProcessResult again = run({"--specimens=" + Path("out/specimens.json")});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(ReadJson(Path("out/summary.json"))["drapes"], drapes);
+
+  ExpectOneLineError(run({"--learn"}), "option 'learn': found true without 'data'");
+  ExpectOneLineError(run({"--learn", "--material=" + kFabric}),
+                     "found 2 of them, expected one of them");
+  ExpectOneLineError(run({"--specimens=" + Path("out/specimens.json"), "--calibrate"}),
+                     "already describe how specimens differ");
+  ExpectOneLineError(run({"--specimens=" + Path("out/summary.json")}), "summary.json");
+  ExpectOneLineError(run({"--learn", "--data=" + Path("set"), "--samples=1-4", "--train=2",
+                          "--pool_drapes=513", "--pool=" + Path("out/pool.json")}),
+                     "found a pool of 512 drapes, expected 513");
+}
+
 TEST_F(PredictTool, MeanImageIsThatOfTheDraws) {
   ASSERT_EQ(Run({"--face=up", "--keep_meshes"}).exit_code, 0);
   MeanImage draws;
@@ -193,9 +228,10 @@ TEST_F(PredictFromAFit, MistakesAreOneLine) {
   ExpectOneLineError(RunFromFit(), "fit");
   Write(Posterior(0.1));
   ExpectOneLineError(RunFromFit({"--material=" + kFabric}),
-                     "options 'material' and 'posterior': found both, expected one of them");
+                     "'learn' and 'specimens': found 2 of them, expected one of them");
   ExpectOneLineError(RunFromFit({"--specimen_bend_sigma=0.1"}), "expected 0");
-  ExpectOneLineError(RunProcess({kPredict, "--out=" + Path("drawn")}), "found neither");
+  ExpectOneLineError(RunProcess({kPredict, "--out=" + Path("drawn")}),
+                     "found none, expected one of them");
   EXPECT_FALSE(std::filesystem::exists(Path("drawn")));
 }
 

@@ -106,6 +106,23 @@ TEST_F(CompareTool, SimplerModelsHaveFewerNumbersAndTablesOfTheirForm) {
   }
 }
 
+TEST_F(CompareTool, AGenerativeModelIsScoredBesideFits) {
+  const std::vector<std::string> options = {"--models=isotropic,generative", "--seeds=1",
+                                            "--mesh=disc:100", "--pool_drapes=512", "--rounds=0"};
+  const ProcessResult result = Run(options);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json learned = ReadJson(Path("out/fabric_3/generative/seed_1/prediction.json"));
+  EXPECT_GT(learned["energy_cross_validated"], learned["energy_training"]);
+  EXPECT_EQ(learned["numbers"]["rollouts"], 512);
+  EXPECT_TRUE(std::filesystem::exists(Path("out/pool.json")));
+  const Json comparison = ReadJson(Path("out/comparison.json"));
+  EXPECT_THAT(comparison.dump(), HasSubstr("\"generative\""));
+  const auto before = Snapshot(Path("out/fabric_3"));
+  const ProcessResult again = Run(options);
+  EXPECT_THAT(again.err, HasSubstr("2 of 2 runs are kept"));
+  EXPECT_EQ(Snapshot(Path("out/fabric_3")), before);
+}
+
 TEST_F(CompareTool, CtrlCKeepsWhatIsDone) {
   const ProcessResult stopped =
       Run({}, {.interrupt_when = Path("out/fabric_3/homogeneous/seed_1/prediction.json")});

@@ -26,7 +26,7 @@ const std::set<std::string> kOfCells = {
     "other_materials", "specimen",  "support"};
 // Options that change no number of an experiment.
 const std::set<std::string> kFree = {"data",  "out",     "fabrics", "materials", "models",
-                                     "seeds", "threads", "list",    "share"};
+                                     "seeds", "threads", "list",    "share",     "pool"};
 
 std::vector<Option> SplitOptions(CompareToolOptions& options) {
   ComparisonJob& job = options.job;
@@ -42,7 +42,8 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
        .doc = "models to compare: homogeneous, heterogeneous, bdp and bayes of drape_fit; "
               "isotropic and linear tables; scales and columns (2 and 7 parameters); bend and "
               "bend_rows (1 and 3 parameters, with the initial guess of stretch); elements (the "
-              "other basis of the heterogeneous model)"},
+              "other basis of the heterogeneous model); generative (distributions of eight numbers "
+              "of a specimen, learned from the drapes of the training samples)"},
       {.key = "seeds",
        .value = &job.seeds,
        .doc = "random seeds of the run, which is done with each: of the split that all models "
@@ -81,6 +82,26 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
        .value = &options.job.calibrate,
        .doc = "fit a factor on the bend stiffness for each face, so that simulated drapes look "
               "like the training captures"},
+      {.key = "pool",
+       .value = &options.job.learning.pool_file,
+       .doc = "file of the pool of simulated drapes of the generative model; made when missing "
+              "(default: pool.json in the output folder)",
+       .is_path = true},
+      {.key = "pool_drapes",
+       .value = &options.job.learning.pool.drapes,
+       .doc = "drapes of the pool",
+       .least = 512,
+       .most = 100000},
+      {.key = "rounds",
+       .value = &options.job.learning.rounds,
+       .doc = "further rounds of drapes, each simulated near what those before show of the fabric",
+       .least = 0,
+       .most = 20},
+      {.key = "round_drapes",
+       .value = &options.job.learning.round_drapes,
+       .doc = "drapes of a further round",
+       .least = 64,
+       .most = 100000},
       {.key = "start_rms",
        .value = &prediction.start_rms,
        .doc = "root mean square height of a specimen's random start shape at the hem",
@@ -118,6 +139,10 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
   job.train_captures = ParseIndexList(options.train_captures, "option 'train_captures'");
   if (options.face != "both") job.face = options.face == "up" ? ClothFace::kUp : ClothFace::kDown;
   job.out = options.out;
+  LearningOptions& learning = job.learning;
+  learning.pool.mesh = job.fit.mesh;
+  learning.fit.threads = job.fit.threads;
+  if (learning.pool_file.empty()) learning.pool_file = options.out + "/pool.json";
   job.share = options.cells.ParseShare();
   CompareToolOptions copy = options;
   for (const Option& option : CompareTable(copy).options)
@@ -157,7 +182,8 @@ OptionTable CompareTable(CompareToolOptions& options) {
           "all fabrics: error and rollouts of each model; held_out….png and .svg in the same way: "
           "error on other samples against free numbers and against time\n"
           "The chosen model is the simplest one (isotropic < linear < bend < bend_rows < scales < "
-          "columns < homogeneous < heterogeneous < elements < bdp < bayes) whose held-out energy "
+          "columns < homogeneous < heterogeneous < elements < bdp < bayes < generative) whose "
+          "held-out energy "
           "score of the features is within one standard error of the best; the standard error is "
           "that of the paired differences over held-out captures, taken as independent.\n"
           "After Ctrl-C or a kill the same command continues with the unfinished runs and gives "

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "losses/dataset/trivial_predictors.h"
+#include "physics/util/run_control.h"
+#include "solver/prediction/generative/drape_pool.h"
+#include "solver/prediction/generative/specimen_distribution.h"
+
+namespace drape {
+
+// The distribution of specimens whose drapes are most like the observed ones [METHODS, P72]. The
+// drapes of a pool, weighted by its density over theirs, are a prediction of each distribution, so
+// that its energy score is a smooth function of the distribution's numbers and no further drape is
+// simulated. The minimum of the mean score over the captures is a minimum scoring rule estimate
+// [Dawid 2016]; how well it is known comes from estimates with random weights on the samples (the
+// loss-likelihood bootstrap [Lyddon 2019]).
+struct DistributionFitOptions {
+  // The distance of two drapes is that of their features, in units of kFeatureScales, plus this
+  // weight times the root mean square distance of their outlines [1/mm].
+  double outline_weight = 0.2;
+  // A penalty keeps the effective number of drapes, 1/Σw², of each face above this.
+  double least_effective = 80.0;
+  int resamples = 32;  // ≥ 0
+  bool cross_validate = true;
+  int iterations = 60;
+  uint64_t seed = 1;
+  int threads = 1;
+};
+
+struct DistributionFit {
+  SpecimenDistribution best;
+  std::vector<SpecimenDistribution> resampled;
+  double score = 0.0;            // mean energy score of the captures
+  double cross_validated = 0.0;  // of each sample, by a fit to the others; NaN: not asked for
+  double effective = 0.0;        // number of drapes of the worse face
+  int drapes = 0;                // of the pool, near the fabric
+};
+
+// training: captures of one fabric, of two samples or more for resampling and cross-validation.
+// start: where the search begins; then the drapes used are those within kFitReach deviations of it,
+// else those between the numbers of the drapes that are most like the observed ones. Throws
+// InputError (prefix "pool") where the pool has too few drapes near the fabric. A function of its
+// arguments but threads. Cancelled: what is there so far.
+DistributionFit FitDistribution(const DrapePool& pool, const std::vector<ObservedCapture>& training,
+                                const DistributionFitOptions& options, const RunControl& control,
+                                const SpecimenDistribution* start = nullptr);
+inline constexpr double kFitReach = 4.0;
+
+// Mean energy score of the captures under a distribution, and the effective number of drapes of the
+// worse face, if wanted. Throws InputError as FitDistribution does.
+double ScoreDistribution(const DrapePool& pool, const SpecimenDistribution& distribution,
+                         const std::vector<ObservedCapture>& captures,
+                         const DistributionFitOptions& options, double* effective = nullptr);
+
+}  // namespace drape

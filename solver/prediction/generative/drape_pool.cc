@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/prediction/generative/drape_pool.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "physics/mesh/self_intersection.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "physics/util/math/random.h"
+#include "physics/util/stored/stored_json.h"
+
+namespace drape {
+namespace {
+
+constexpr StoredFormat kPoolFormat = {"drapefit-drape-pool", 1};
+constexpr double kRadiusUnit = 1e-6;  // of the file [m]
+constexpr int kDeviceBatch = 512;     // keeps two devices busy
+
+enum PoolStream : uint64_t { kPoolNumbers, kPoolStart };
+
+double Rounded(double value) {
+  if (value == 0.0) return 0.0;
+  const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) - 6.0);
+  return std::round(value / unit) * unit;
+}
+
+SpecimenNumbers UniformNumbers(uint64_t seed) {
+  std::mt19937_64 random(seed);
+  SpecimenNumbers numbers;
+  for (int k = 0; k < kSpecimenNumbers; ++k) {
+    const NumberRange& range = NumberRanges()[k];
+    numbers[k] = range.low + (range.high - range.low) * SampleUniform(random);
+  }
+  return numbers;
+}
+
+// Number i of a round; the components of the mixture take turns.
+SpecimenNumbers RoundNumbers(const PoolRound& round, int i, uint64_t seed) {
+  if (round.around.empty()) return UniformNumbers(seed);
+  const std::size_t faces = round.faces.size(), which = i % (faces * round.around.size());
+  return SampleNumbers(round.around[which / faces], round.faces[which % faces], seed);
+}
+
+// ln of the volume of NumberRanges.
+double LogVolume() {
+  double sum = 0.0;
+  for (const NumberRange& range : NumberRanges()) sum += std::log(range.high - range.low);
+  return sum;
+}
+
+double Density(const PoolRound& round, const SpecimenNumbers& numbers) {
+  if (round.around.empty()) return std::exp(-LogVolume());
+  double sum = 0.0;
+  for (const SpecimenDistribution& component : round.around)
+    for (const ClothFace face : round.faces) sum += std::exp(LogDensity(component, face, numbers));
+  return sum / double(round.around.size() * round.faces.size());
+}
+
+DrapeShape Rounded(DrapeShape shape) {
+  for (double& feature : shape.features) feature = Rounded(feature);
+  for (double& radius : shape.radius) radius = std::round(radius / kRadiusUnit) * kRadiusUnit;
+  return shape;
+}
+
+// None where the camera sees no drape, as of the prediction.
+std::optional<DrapeShape> See(const ClothModel& model, const SettledDrape& settled) {
+  if (!settled.IsUsable(SolveMode::kStatic)) return {};
+  const Eigen::VectorXd& x = settled.rest.x;
+  if (CountSelfIntersections(model.mesh, x) > 0) return {};
+  try {
+    return Rounded(
+        ShapeOf(ObserveSurface({x, ListTriangles(model.mesh)}, Camera(), DrapeDiscs(), "drape")));
+  } catch (const InputError&) {  // an outline with gaps
+    return {};
+  }
+}
+
+void CheckSame(const std::string& path, const DrapePool& pool, const PoolOptions& options) {
+  const auto fail = [&](const std::string& what, const std::string& found,
+                        const std::string& expected) {
+    throw InputError(path, "found a pool of " + what + found + ", expected " + expected +
+                               ": name another file, or remove this one");
+  };
+  if (pool.mesh != options.mesh) fail("mesh ", pool.mesh, options.mesh);
+  if (pool.seed != options.seed)
+    fail("seed ", std::to_string(pool.seed), std::to_string(options.seed));
+  if (pool.time_step != options.settle.steps.h)
+    fail("time step ", std::to_string(pool.time_step), std::to_string(options.settle.steps.h));
+  if (pool.simulated < options.drapes)
+    fail("", std::to_string(pool.simulated) + " drapes", std::to_string(options.drapes));
+}
+
+}  // namespace
+
+DrapeShape ShapeOf(const ObservedDrape& drape) {
+  DrapeShape shape{ComputeFeatures(drape.shape), Eigen::VectorXd(kPoolAngles)};
+  constexpr int kEach = kObservedAngles / kPoolAngles;
+  for (int i = 0; i < kPoolAngles; ++i) shape.radius[i] = drape.radius[i * kEach];
+  return shape;
+}
+
+Eigen::VectorXd DrapePool::LogProposal() const {
+  Eigen::VectorXd density = Eigen::VectorXd::Zero(drapes.size());
+  for (const PoolRound& round : rounds)
+    for (Eigen::Index i = 0; i < density.size(); ++i)
+      density[i] += round.drapes * Density(round, drapes[i].numbers) / simulated;
+  return density.array().log();
+}
+
+DrapePool Join(DrapePool pool, const DrapePool& further) {
+  CHECK(pool.mesh == further.mesh && pool.time_step == further.time_step);
+  pool.simulated += further.simulated;
+  pool.drapes.insert(pool.drapes.end(), further.drapes.begin(), further.drapes.end());
+  pool.rounds.insert(pool.rounds.end(), further.rounds.begin(), further.rounds.end());
+  return pool;
+}
+
+DrapePool SimulatePool(Backend& backend, const PoolOptions& options, const RunControl& control) {
+  const ClothModel& model = backend.model();
+  DrapePool pool{options.mesh, options.settle.steps.h, options.seed, 0, {}, {}};
+  std::vector<SpecimenNumbers> numbers;
+  const auto task = [&](int i) {
+    const uint64_t seed = SeedOfStream(options.seed, static_cast<uint64_t>(i));
+    numbers.push_back(RoundNumbers(options.from, i, SeedOfStream(seed, kPoolNumbers)));
+    for (double& number : numbers.back()) number = Rounded(number);
+    DrapeTask drape{SpecimenMaterial(numbers.back()), model.RestState()};
+    drape.start.x = ApplyStartShape(model.mesh, DrapeDiscs().support,
+                                    SpecimenStart(numbers.back(), SeedOfStream(seed, kPoolStart)));
+    return drape;
+  };
+  SettleOptions settle = options.settle;
+  settle.steps.cancel = settle.equilibrium.cancel = control.cancel;
+  const int batch_size = backend.name() == "cpu" ? backend.threads() : kDeviceBatch;
+  std::vector<SettledDrape> batch;
+  const auto see = [&](int last) {
+    std::vector<std::optional<DrapeShape>> seen(batch.size());
+    RunInThreads(static_cast<int>(batch.size()), backend.threads(), nullptr,
+                 [&](int i) { seen[i] = See(model, batch[i]); });
+    for (std::size_t i = 0; i < seen.size(); ++i)
+      if (seen[i]) pool.drapes.push_back({numbers[pool.simulated + i], *seen[i]});
+    pool.simulated += static_cast<int>(batch.size());
+    batch.clear();
+    control.Report(double(last + 1) / options.drapes, "pool, drape " + std::to_string(last + 1) +
+                                                          " of " + std::to_string(options.drapes));
+  };
+  SettleInBatches(backend, options.drapes, batch_size, task, settle,
+                  [&](int i, SettledDrape drape) {
+                    batch.push_back(std::move(drape));
+                    if (static_cast<int>(batch.size()) == batch_size || i + 1 == options.drapes)
+                      see(i);
+                  });
+  pool.rounds = {options.from};
+  pool.rounds.front().drapes = pool.simulated;
+  return pool;
+}
+
+void WritePool(const std::string& path, const DrapePool& pool) {
+  CHECK(pool.rounds.size() == 1 && pool.rounds.front().around.empty());
+  nlohmann::json drapes = nlohmann::json::array();
+  for (const PooledDrape& drape : pool.drapes) {
+    std::vector<int64_t> radius;
+    for (const double r : drape.shape.radius) radius.push_back(std::llround(r / kRadiusUnit));
+    drapes.push_back({{"numbers", std::vector<double>(drape.numbers.begin(), drape.numbers.end())},
+                      {"features", std::vector<double>(drape.shape.features.begin(),
+                                                       drape.shape.features.end())},
+                      {"radius_um", radius}});
+  }
+  WriteStoredJson(path, kPoolFormat,
+                  {{"mesh", pool.mesh},
+                   {"time_step", pool.time_step},
+                   {"seed", pool.seed},
+                   {"simulated", pool.simulated},
+                   {"drapes", std::move(drapes)}});
+}
+
+DrapePool ReadPool(const std::string& path) {
+  const nlohmann::json json = ReadStoredJson(path, kPoolFormat);
+  const JsonInput input(json, path);
+  DrapePool pool{input.At("mesh").String(),
+                 input.At("time_step").NotNegative(),
+                 json.at("seed").get<uint64_t>(),
+                 input.At("simulated").Integer(),
+                 {},
+                 {}};
+  pool.rounds = {{.drapes = pool.simulated}};
+  const JsonInput drapes = input.At("drapes");
+  for (int i = 0; i < drapes.ExpectArray().Size(); ++i) {
+    const JsonInput drape = drapes.At(i);
+    pool.drapes.push_back(
+        {drape.At("numbers").Vector(kSpecimenNumbers),
+         {drape.At("features").Vector(kNumFeatures),
+          (drape.At("radius_um").Vector(kPoolAngles).array() * kRadiusUnit).matrix()}});
+  }
+  return pool;
+}
+
+DrapePool ReadOrSimulatePool(const std::string& path, Backend& backend, const PoolOptions& options,
+                             const RunControl& control) {
+  if (std::filesystem::exists(path)) {
+    DrapePool pool = ReadPool(path);
+    CheckSame(path, pool, options);
+    control.Log("pool: " + std::to_string(pool.drapes.size()) + " drapes of " + path);
+    return pool;
+  }
+  DrapePool pool = SimulatePool(backend, options, control);
+  if (pool.simulated == options.drapes) WritePool(path, pool);
+  return pool;
+}
+
+}  // namespace drape

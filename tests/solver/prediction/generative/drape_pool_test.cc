@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers of specimens, the drapes simulated from them, and predictions by their distributions.
+#include "solver/prediction/generative/drape_pool.h"
+
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+
+#include "losses/metrics/ensemble_scores.h"
+#include "physics/material/material_scaling.h"
+#include "physics/util/errors.h"
+#include "solver/prediction/generative/generative_prediction.h"
+#include "tests/solver/prediction/generative/fake_pool.h"
+#include "tests/solver/solver_fixture.h"
+
+namespace drape::test {
+namespace {
+
+class DrapePoolTest : public testing::Test {
+ protected:
+  DrapePool Simulate(int drapes, int threads, const std::atomic<bool>* cancel = nullptr) const {
+    const auto backend = MakeCpuBackend(model_, threads);
+    return SimulatePool(*backend, Options(drapes), {.cancel = cancel});
+  }
+  PoolOptions Options(int drapes) const {
+    return {.mesh = "disc:100", .drapes = drapes, .settle = {.steps = {.h = 0.1, .steps = 30}}};
+  }
+  const std::shared_ptr<const ClothModel> model_ = SmallDisc("smooth", 100);
+  const std::string path_ = testing::TempDir() + "/drape_pool_test.json";
+};
+
+void ExpectSame(const DrapePool& a, const DrapePool& b) {
+  EXPECT_EQ(a.simulated, b.simulated);
+  ASSERT_EQ(a.drapes.size(), b.drapes.size());
+  for (std::size_t i = 0; i < a.drapes.size(); ++i) {
+    EXPECT_EQ(a.drapes[i].numbers, b.drapes[i].numbers) << i;
+    EXPECT_EQ(a.drapes[i].shape.features, b.drapes[i].shape.features) << i;
+    EXPECT_EQ(a.drapes[i].shape.radius, b.drapes[i].shape.radius) << i;
+  }
+}
+
+TEST_F(DrapePoolTest, IsTheSameOnAnyThreadsAndFromItsFile) {
+  const DrapePool pool = Simulate(12, 2);
+  EXPECT_EQ(pool.simulated, 12);
+  EXPECT_GE(pool.drapes.size(), 8u);
+  ExpectSame(pool, Simulate(12, 1));
+  WritePool(path_, pool);
+  const DrapePool read = ReadPool(path_);
+  ExpectSame(pool, read);
+  EXPECT_EQ(pool.LogProposal(), read.LogProposal());
+}
+
+TEST_F(DrapePoolTest, AFileIsUsedOnlyForWhatItHolds) {
+  std::filesystem::remove(path_);
+  const auto backend = MakeCpuBackend(model_, 2);
+  const DrapePool pool = ReadOrSimulatePool(path_, *backend, Options(4), {});
+  ExpectSame(pool, ReadOrSimulatePool(path_, *backend, Options(4), {}));
+  const auto message = [&](const PoolOptions& options) -> std::string {
+    try {
+      ReadOrSimulatePool(path_, *backend, options, {});
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_THAT(message(Options(5)), testing::HasSubstr("found a pool of 4 drapes, expected 5"));
+  PoolOptions other = Options(4);
+  other.mesh = "disc:200";
+  EXPECT_THAT(message(other), testing::HasSubstr("mesh disc:100, expected disc:200"));
+  other = Options(4);
+  other.seed = 2;
+  EXPECT_THAT(message(other), testing::HasSubstr("seed 1, expected 2"));
+}
+
+TEST_F(DrapePoolTest, EndsEarlyWhenCancelled) {
+  const std::atomic<bool> cancel = true;
+  EXPECT_EQ(Simulate(8, 2, &cancel).simulated, 0);
+}
+
+TEST(SpecimenDistributionTest, ADrapeDoesNotDependOnTheDensity) {
+  const auto model = SmallDisc("smooth", 100);
+  const auto backend = MakeCpuBackend(model, 2);
+  const SpecimenNumbers numbers = FakeFabric().mean[0];
+  std::vector<MaterialField> materials;
+  for (const double density : {0.1, 0.3}) materials.push_back(SpecimenMaterial(numbers, density));
+  State start = model->RestState();
+  start.x = ApplyStartShape(model->mesh, DrapeDiscs().support, SpecimenStart(numbers, 7));
+  const std::vector<RolloutInput> inputs = {{&materials[0], &start}, {&materials[1], &start}};
+  const auto drapes = Settle(*backend, inputs, {});
+  ASSERT_TRUE(drapes[0].IsUsable(SolveMode::kStatic));
+  EXPECT_LT((drapes[0].rest.x - drapes[1].rest.x).cwiseAbs().maxCoeff(), 1e-8);
+}
+
+TEST(SpecimenDistributionTest, NumbersAreThoseOfTheMaterialAndStart) {
+  SpecimenNumbers numbers = FakeFabric().mean[0];
+  numbers[kBendAnisotropy] = 0.8;
+  const MaterialField material = SpecimenMaterial(numbers, 0.25);
+  EXPECT_TRUE(ResistsAllStrains(material));
+  const auto& bend = material.bend[0].b;
+  EXPECT_NEAR(std::log(bend[0][0] / bend[2][0]), 0.8, 1e-12);
+  EXPECT_NEAR(BendingLength(std::sqrt(bend[0][0] * bend[2][0]) / kBendPerRigidity, 0.25), 0.016,
+              1e-12);
+  std::vector<double> squares;
+  for (uint64_t seed = 0; seed < 2000; ++seed)
+    squares.push_back(std::pow(HemRms(SpecimenStart(numbers, seed)), 2));
+  EXPECT_NEAR(std::sqrt(SpreadOfValues(squares).mean) / std::exp(numbers[kLogStartHeight]), 1.0,
+              0.03);
+}
+
+TEST(SpecimenDistributionTest, SamplesHaveTheDensityOfTheRoundsThatTheyAreDrawnFrom) {
+  // The integral of a distribution's density, estimated from drapes of two rounds.
+  const SpecimenDistribution fabric = FakeFabric();
+  SpecimenDistribution wide = fabric;
+  wide.deviation *= 1.3;
+  const DrapePool pool = Join(FakePool(4000), FakePoolOf(wide, 4000));
+  const Eigen::VectorXd log_proposal = pool.LogProposal();
+  for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown}) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < pool.drapes.size(); ++i)
+      sum += std::exp(LogDensity(fabric, face, pool.drapes[i].numbers) - log_proposal[i]);
+    EXPECT_NEAR(sum / pool.simulated, 1.0, 0.08) << ClothFaceName(face);
+  }
+}
+
+TEST(SpecimenDistributionTest, FacesOfASpecimenShareTheirChance) {
+  const SpecimenDistribution fabric = FakeFabric();
+  const SpecimenNumbers up = SampleNumbers(fabric, ClothFace::kUp, 4),
+                        down = SampleNumbers(fabric, ClothFace::kDown, 4);
+  EXPECT_NEAR(down[kLogBendingLength] - up[kLogBendingLength], std::log(0.019 / 0.016), 1e-12);
+  EXPECT_EQ(up[kLogStartHeight], down[kLogStartHeight]);
+}
+
+// Draped, learned and draped again, on a coarse mesh.
+TEST_F(DrapePoolTest, ALearnedFabricDrapesAsItsSamples) {
+  const auto backend = MakeCpuBackend(model_, 2);
+  const PredictionOptions draws{.specimens = 12,
+                                .faces = {ClothFace::kUp, ClothFace::kDown},
+                                .settle = {.steps = {.h = 0.1, .steps = 30}},
+                                .batch = 2};
+  DistributionFit generating;
+  generating.best = FakeFabric();
+  std::vector<ObservedCapture> seen;
+  for (PredictedDrape& drape : SampleSpecimens(*backend, generating, draws))
+    if (drape.seen)
+      seen.push_back({{.fabric = 1, .sample = drape.specimen, .capture = 1, .face = drape.face},
+                      std::move(*drape.seen)});
+  ASSERT_GE(seen.size(), 16u);
+  const std::string file = testing::TempDir() + "/learned_pool.json";
+  std::filesystem::remove(file);
+  const LearnedFabric learned = LearnFabric(*backend, seen,
+                                            {.pool = Options(400),
+                                             .pool_file = file,
+                                             .round_drapes = 100,
+                                             .rounds = 1,
+                                             .fit = {.least_effective = 20.0, .resamples = 4}},
+                                            {});
+  EXPECT_EQ(learned.simulated, 500);
+  for (const int face : {0, 1})
+    EXPECT_NEAR(learned.fit.best.mean[face][kLogBendingLength],
+                generating.best.mean[face][kLogBendingLength], 0.15)
+        << face;
+  WriteDistributionFit(path_, learned.fit);
+  const DistributionFit read = ReadDistributionFit(path_);
+  PredictionOptions again = draws;
+  again.seed = 9;
+  const auto drapes = SampleSpecimens(*backend, read, again);
+  const auto direct = SampleSpecimens(*backend, learned.fit, again);
+  ASSERT_EQ(drapes.size(), direct.size());
+  for (std::size_t i = 0; i < drapes.size(); ++i) EXPECT_EQ(drapes[i].x, direct[i].x) << i;
+  const auto score = ScorePrediction(drapes, seen);
+  ASSERT_TRUE(score.has_value());
+  EXPECT_LT(std::abs(score->features[0].predicted_mean - score->features[0].observed_mean), 0.04);
+}
+
+}  // namespace
+}  // namespace drape::test
