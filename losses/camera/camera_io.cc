@@ -47,4 +47,21 @@ Camera CameraFromJson(const nlohmann::json& json, const std::string& where) {
 
 Camera ReadCamera(const std::string& path) { return CameraFromJson(ReadJsonFile(path), path); }
 
+nlohmann::ordered_json PhotographJson(const PhotographNotes& notes) {
+  return {{"dc", notes.coefficient}, {"dc_sd", notes.coefficient_sd}, {"warnings", notes.warnings}};
+}
+
+std::optional<PhotographNotes> ReadPhotographNotes(const std::string& path) {
+  const nlohmann::json json = ReadJsonFile(path);
+  const JsonInput file(json, path);
+  if (!file.Has("photograph")) return std::nullopt;
+  const JsonInput input = file.At("photograph"), warnings = input.At("warnings");
+  PhotographNotes notes{.coefficient = input.At("dc").Number(),
+                        .coefficient_sd = input.At("dc_sd").NotNegative(),
+                        .warnings = {}};
+  warnings.ExpectArray();
+  for (int i = 0; i < warnings.Size(); ++i) notes.warnings.push_back(warnings.At(i).String());
+  return notes;
+}
+
 }  // namespace drape

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "losses/camera/camera.h"
+#include "losses/camera/camera_io.h"
 #include "losses/image/image.h"
 #include "losses/outline/measured_image.h"
 #include "physics/cloth/state.h"
@@ -22,6 +23,7 @@ struct Observation {
   Eigen::VectorXd radius;  // outline r(θ) of the image [px of outline_camera()], shape [K]
   DrapeDiscs discs;        // of the drape
   ImageQuality quality;    // how far the silhouette can be trusted, and what was done to it
+  std::optional<PhotographNotes> photograph;  // from which the silhouette is, by the camera's file
 
   // The camera at the scale of the published images, in whose pixels (1.39 mm) a fit compares
   // outlines: σ and the errors of a fit are lengths, whatever the resolution of the image.

@@ -16,7 +16,8 @@ namespace {
 
 Observation MakeObservation(std::string name, std::string file, Silhouette silhouette,
                             const ObservationOptions& options) {
-  const DrapeDiscs discs = FindDiscs(options.discs, {file, options.camera.FileFor(file)});
+  const std::string camera_file = options.camera.FileFor(file);
+  const DrapeDiscs discs = FindDiscs(options.discs, {file, camera_file});
   MeasuredImage measured =
       MeasureImage(std::move(silhouette), options.camera, options.centre, discs, file);
   Observation observation{.name = std::move(name),
@@ -25,7 +26,9 @@ Observation MakeObservation(std::string name, std::string file, Silhouette silho
                           .camera = measured.camera,
                           .radius = {},
                           .discs = discs,
-                          .quality = std::move(measured.quality)};
+                          .quality = std::move(measured.quality),
+                          .photograph = {}};
+  if (options.camera.gives_camera()) observation.photograph = ReadPhotographNotes(camera_file);
   const auto radius = observation.MeasureRadius(options.angles);
   CHECK(radius.has_value());  // MeasureImage found a closed outline
   observation.radius = *radius;

@@ -55,9 +55,13 @@ void CheckCamera(const CameraInput& camera, const FitData& data) {
 
 std::vector<std::string> ListNotes(const std::vector<Observation>& observations) {
   std::vector<std::string> notes;
-  for (const Observation& observation : observations)
-    for (const std::string& note : observation.quality.notes)
-      notes.push_back(observation.name + ": " + note);
+  for (const Observation& observation : observations) {
+    const auto add = [&](const std::vector<std::string>& more) {
+      for (const std::string& note : more) notes.push_back(observation.name + ": " + note);
+    };
+    if (observation.photograph) add(observation.photograph->warnings);
+    add(observation.quality.notes);
+  }
   return notes;
 }
 

@@ -31,21 +31,23 @@ ordered_json ReplayJson(const std::optional<MeasuredDrape>& drape) {
 }
 
 ordered_json ImageJson(const Observation& observation, const DrapeReport& drape, double lift) {
-  return {{"file", observation.file},
-          {"name", observation.name},
-          {"metrics", MetricsJson(drape.fitted.metrics)},
-          {"settled",
-           {{"metrics", MetricsJson(drape.settled.metrics)},
-            {"status", ToString(drape.status)},
-            {"drift_m", drape.drift}}},
-          {"from_initial_guess", ReplayJson(drape.from_guess)},
-          {"from_flat", ReplayJson(drape.from_flat)},
-          {"force_residual", drape.force_residual},
-          {"stability", StabilityJson(drape.lowest_eigenvalues)},
-          {"self_intersections", drape.self_intersections},
-          {"camera", CameraJson(observation.camera)},
-          {"quality", QualityJson(observation.quality)},
-          {"initial_lift", lift}};
+  ordered_json json = {{"file", observation.file},
+                       {"name", observation.name},
+                       {"metrics", MetricsJson(drape.fitted.metrics)},
+                       {"settled",
+                        {{"metrics", MetricsJson(drape.settled.metrics)},
+                         {"status", ToString(drape.status)},
+                         {"drift_m", drape.drift}}},
+                       {"from_initial_guess", ReplayJson(drape.from_guess)},
+                       {"from_flat", ReplayJson(drape.from_flat)},
+                       {"force_residual", drape.force_residual},
+                       {"stability", StabilityJson(drape.lowest_eigenvalues)},
+                       {"self_intersections", drape.self_intersections},
+                       {"camera", CameraJson(observation.camera)},
+                       {"quality", QualityJson(observation.quality)},
+                       {"initial_lift", lift}};
+  if (observation.photograph) json["photograph"] = PhotographJson(*observation.photograph);
+  return json;
 }
 
 // Means over the images of each number that ImageJson gives for one.

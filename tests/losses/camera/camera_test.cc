@@ -64,6 +64,24 @@ TEST(Camera, FileKeepsIt) {
   EXPECT_THROW(ReadCamera(path), InputError);
 }
 
+TEST(Camera, FileSaysWhatThePhotographSays) {
+  const std::string path = testing::TempDir() + "/photograph_camera.json";
+  nlohmann::ordered_json json = CameraJson(Oblique());
+  WriteFileAtomically(path, json.dump());
+  EXPECT_FALSE(ReadPhotographNotes(path));
+  json["photograph"] = PhotographJson({0.27, 0.003, {"the camera is tilted by 14 degrees"}});
+  WriteFileAtomically(path, json.dump());
+  const auto notes = ReadPhotographNotes(path);
+  ASSERT_TRUE(notes);
+  EXPECT_EQ(notes->coefficient, 0.27);
+  EXPECT_EQ(notes->coefficient_sd, 0.003);
+  EXPECT_EQ(notes->warnings, std::vector<std::string>{"the camera is tilted by 14 degrees"});
+  EXPECT_EQ(ReadCamera(path).eye_x, 0.2);
+  json["photograph"]["dc_sd"] = -1;
+  WriteFileAtomically(path, json.dump());
+  EXPECT_THROW(ReadPhotographNotes(path), InputError);
+}
+
 TEST(Camera, OrthographicPutsFifteenCentimetresAt107Point9Pixels) {
   const double x[3] = {0.15, -0.1, 0.3};
   double image[2];

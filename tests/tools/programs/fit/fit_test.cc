@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_fit from a silhouette to files, interrupted and resumed.
+#include "losses/camera/camera_io.h"
 #include "losses/image/image.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/obj_io.h"
@@ -112,6 +113,18 @@ TEST_F(FitTool, KnowsTheSizeOfTheSpecimen) {
                      "drapes of different sizes cannot be compared");
   ExpectOneLineError(RunProcess(FitCommand(Path("fit"), "--mesh=disc:150,radius=0.15")),
                      "found a cloth of radius 0.15 m, expected 0.18 m");
+}
+
+// The chain by hand, drape_photo and then drape_fit, loses nothing of what a photograph says.
+TEST_F(FitTool, PassesOnWhatThePhotographSays) {
+  Json camera = CameraJson(Camera());
+  camera["photograph"] = PhotographJson({0.4, 0.006, {"glare near the hem"}});
+  const std::string file = Write("camera.json", camera.dump());
+  const ProcessResult result = RunProcess(FitCommand(Path("fit"), "--camera_file=" + file));
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json summary = ReadJson(Path("fit/summary.json"));
+  EXPECT_EQ(summary.at("notes").at(0), "drape: glare near the hem");
+  EXPECT_EQ(summary.at("images").at(0).at("photograph"), camera["photograph"]);
 }
 
 TEST_F(FitTool, FitsCapturesOfTheDataSet) {

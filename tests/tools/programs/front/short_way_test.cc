@@ -50,6 +50,7 @@ TEST_F(ShortWay, LeadsFromAPhotographToAReport) {
   EXPECT_NEAR(100 * photo["dc"].get<double>(), 100 * wool.coefficient, 0.5);
   const Json fit = ReadJson(Path("out/fit/summary.json"));
   EXPECT_EQ(fit["images"][0]["camera"]["kind"], "pinhole");
+  EXPECT_EQ(fit["images"][0]["photograph"]["dc_sd"], photo["dc_sd"]);
   EXPECT_NEAR(100 * fit["images"][0]["metrics"]["dc_fit"].get<double>(), 100 * wool.coefficient, 3);
   EXPECT_NE(Read(Path("out/predict/summary.json")), "");
   const std::string page = Read(Path("out/report.html"));

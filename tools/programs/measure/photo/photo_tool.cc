@@ -89,8 +89,9 @@ OptionTable PhotoTable(PhotoToolOptions& options) {
       .summary = "makes the silhouette of a drape and its camera from a photograph",
       .example = "drape_photo photo.jpg --focal_35mm=26 --out=out/photo",
       .notes =
-          "files: silhouette.png and camera.json for drape_fit --camera_file; projected.png, "
-          "the estimated vertical projection, for programs that know only the camera of the "
+          "files: silhouette.png and camera.json, which also has the drape coefficient, its "
+          "standard deviation and the warnings, for drape_fit --camera_file; projected.png, the "
+          "estimated vertical projection, for programs that know only the camera of the "
           "published images; overlay.png; summary.json\n"
           "exit code 2: the photograph was refused; refused.png in the output folder shows why, "
           "its other files are unchanged\n",
@@ -121,6 +122,9 @@ std::string RunPhoto(const PhotoToolOptions& options, const RunControl& control)
   WritePng(result.overlay, out.Staged("overlay.png"));
   Json camera = CameraJson(result.camera);
   camera.update(DiscsJson(discs));
+  camera["photograph"] = PhotographJson({.coefficient = result.shape.drape_coefficient,
+                                         .coefficient_sd = result.coefficient_sd,
+                                         .warnings = result.warnings});
   WriteFileAtomically(out.Staged("camera.json"), camera.dump(2) + "\n");
   WriteWithProvenance(out.Staged("summary.json"), SummaryJson(file, options, result));
   out.Publish();

@@ -44,6 +44,9 @@ TEST_F(PhotoTool, WritesWhatAFitReads) {
   EXPECT_EQ(silhouette.width, camera.width);
   EXPECT_EQ(silhouette.height, camera.height);
   EXPECT_NEAR(camera.eye_height, SmallScene().eye.z(), 0.01);
+  const Json summary = ReadJson(Path("out/summary.json"));
+  const Json photograph = ReadJson(Path("out/camera.json"))["photograph"];
+  for (const char* key : {"dc", "dc_sd", "warnings"}) EXPECT_EQ(photograph[key], summary[key]);
   EXPECT_TRUE(std::filesystem::exists(Path("out/overlay.png")));
 }
 

@@ -240,7 +240,8 @@ TEST_F(ReportTest, MeasurementsAndExportsAreTables) {
   EXPECT_INPUT_ERROR(ReadResultFolder(Path("other.json")), "has no results of drape_metrics");
 }
 
-// What drape_photo says of a photograph is on the pages of the photograph and of its fit.
+// What drape_photo says of a photograph is on the pages of the photograph and of its fit, which has
+// stored it; the overlay and the rest are there as long as the photograph's folder is.
 TEST_F(ReportTest, PhotographsAreShownWithTheirFits) {
   const Json summary = {{"photo", "p<1>.jpg"},
                         {"silhouette", "silhouette.png"},
@@ -252,7 +253,11 @@ TEST_F(ReportTest, PhotographsAreShownWithTheirFits) {
   const std::string photo = AddResult("photo", summary);
   const auto fit_of = [&](const std::string& name, const std::string& file) {
     return AddFit(name, {{"verdict", {{"grade", "good"}}},
-                         {"images", {{{"name", "silhouette"}, {"file", file}}}}});
+                         {"notes", {"silhouette: tilted <by> 9"}},
+                         {"images",
+                          {{{"name", "silhouette"},
+                            {"file", file},
+                            {"photograph", {{"dc", 0.2734}, {"dc_sd", 0.0031}}}}}}});
   };
   const std::string fit = fit_of("fit", photo + "/silhouette.png");
   const std::string own = Page({photo}), page = Page({fit}), both = Page({fit, photo});
@@ -262,13 +267,18 @@ TEST_F(ReportTest, PhotographsAreShownWithTheirFits) {
     EXPECT_THAT(*each, HasSubstr("<td class=\"number\">90</td>"));
   }
   EXPECT_THAT(own, HasSubstr("<li>tilted &lt;by&gt; 9</li>"));
-  EXPECT_THAT(page, HasSubstr("<li>photo: tilted &lt;by&gt; 9</li>"));
-  EXPECT_LT(page.find("<li>photo: tilted"), page.find("<dl class=\"numbers\">"));
+  const std::string warning = "<li>silhouette: tilted &lt;by&gt; 9</li>";
+  EXPECT_LT(page.find(warning), page.find("<dl class=\"numbers\">"));
+  EXPECT_EQ(page.find("tilted"), page.rfind("tilted"));  // once
   const std::string blur = "blur of the hem [mm]";
   EXPECT_EQ(both.find(blur), both.rfind(blur));  // once
-  // Another image in that folder, and an image that is gone, have no photograph.
-  EXPECT_THAT(Page({fit_of("other", photo + "/overlay.png")}), Not(HasSubstr("tilted")));
-  EXPECT_THAT(Page({fit_of("gone", Path("none/silhouette.png"))}), Not(HasSubstr("tilted")));
+  // Of another image in that folder, and of an image that is gone, only what the fit has stored.
+  for (const std::string& file : {photo + "/overlay.png", Path("none/silhouette.png")}) {
+    const std::string stored = Page({fit_of("stored", file)});
+    EXPECT_THAT(stored, HasSubstr(warning));
+    EXPECT_THAT(stored, HasSubstr("<dd>27.3 ± 0.3 %</dd>"));
+    EXPECT_THAT(stored, Not(HasSubstr(blur)));
+  }
 }
 
 // The overlay of a photograph has more bytes than a page has room.

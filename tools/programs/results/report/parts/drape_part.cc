@@ -119,8 +119,8 @@ std::string Metrics(const nlohmann::json& image) {
   };
   add("drape coefficient [%]", number("/metrics/dc_image", 100, "%.1f"),
       number("/metrics/dc_fit", 100, "%.1f"));
-  if (const auto photograph = FindPhotograph(image))
-    add("the photograph's, ± standard deviation [%]", CoefficientText(photograph->summary), "");
+  if (const nlohmann::json* photograph = Find(image, "/photograph"))
+    add("the photograph's, ± standard deviation [%]", CoefficientText(*photograph), "");
   add("nodes", number("/metrics/folds_image", 1, "%.0f"), number("/metrics/folds_fit", 1, "%.0f"));
   add("outline error, rms [mm]", "", number("/metrics/profile_rms_px", 1 / px_per_mm, "%.2f"));
   add("the same after settling [mm]", "",

@@ -33,7 +33,8 @@ struct ResultFolder {
 // anything else, and for a folder without results of a known program.
 ResultFolder ReadResultFolder(const std::string& path);
 
-// The folder of drape_photo from which an image of a fit is, as long as it is there.
+// The folder of drape_photo from which an image of a fit is, as long as it is there, with its
+// overlay. What the photograph says of the drape is in the image itself, as "photograph".
 std::optional<ResultFolder> FindPhotograph(const nlohmann::json& image);
 
 // A member by its JSON pointer, "/verdict/grade"; nullptr where there is none, or null.

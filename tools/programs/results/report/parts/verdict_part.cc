@@ -79,9 +79,8 @@ std::vector<Number> FitNumbers(const nlohmann::json& s) {
     numbers.push_back({"drape coefficient, image and fit",
                        Format("%.1f %% and %.1f %%", 100 * *dc, 100 * *dc_fit)});
   if (const nlohmann::json& images = FindList(s, "/images"); images.size() == 1)
-    if (const auto photograph = FindPhotograph(images[0]))
-      numbers.push_back(
-          {"drape coefficient, photograph", CoefficientText(photograph->summary) + " %"});
+    if (const nlohmann::json* photograph = Find(images[0], "/photograph"))
+      numbers.push_back({"drape coefficient, photograph", CoefficientText(*photograph) + " %"});
   const auto folds = FindNumber(s, "/mean/folds_image"),
              folds_fit = FindNumber(s, "/mean/folds_fit");
   if (folds && folds_fit)
@@ -122,10 +121,6 @@ std::string VerdictOfFit(const ResultFolder& folder) {
   const Verdict verdict = FitVerdict(folder.summary);
   std::vector<std::string> warnings = FindTexts(folder.summary, "/verdict/reasons");
   Append(&warnings, Notes(folder));
-  for (const nlohmann::json& image : FindList(folder.summary, "/images"))
-    if (const auto photograph = FindPhotograph(image))
-      for (const std::string& note : Notes(*photograph))
-        warnings.push_back(photograph->name + ": " + note);
   return "<div class=\"verdict " + verdict.style + "\">" + HtmlElement("h3", folder.name) +
          HtmlElement("p", verdict.grade, "grade") + Warnings(warnings) +
          HtmlElement("p", verdict.sentence) + NumberList(FitNumbers(folder.summary)) + "</div>\n";
