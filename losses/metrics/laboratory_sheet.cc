@@ -19,6 +19,30 @@ std::string Padded(const std::string& text, int width) {
   return text + std::string(std::max(0, width), ' ');
 }
 
+constexpr const char* kBeyond = "beyond the instrument's range";
+
+// As the instrument of a row would print a number.
+std::string Reading(const LaboratoryRow& row, double value, const char* format) {
+  return row.Reads(value) ? Format(format, value) : "> " + Format(format, *row.reads_up_to);
+}
+
+nlohmann::ordered_json RowJson(const LaboratoryRow& row) {
+  const auto reading = [&](double value) {
+    return row.Reads(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+  };
+  nlohmann::ordered_json json = {
+      {"key", row.key},   {"name", row.name}, {"value", reading(row.value)},
+      {"unit", row.unit}, {"low", nullptr},   {"high", nullptr}};
+  if (row.interval)
+    json.update({{"low", reading(row.interval->low)}, {"high", reading(row.interval->high)}});
+  json["source"] = row.source;
+  json["standard"] = row.standard;
+  if (row.reads_up_to) json["reads_up_to"] = *row.reads_up_to;
+  if (!row.Reads(row.value))
+    json["note"] = std::string(kBeyond) + ": " + Reading(row, row.value, "%.3g") + " " + row.unit;
+  return json;
+}
+
 }  // namespace
 
 LaboratorySheet DrapeSheet(const LaboratoryDrape& drape, const std::string& title) {
@@ -54,14 +78,7 @@ LaboratorySheet DrapeSheet(const LaboratoryDrape& drape, const std::string& titl
 
 nlohmann::ordered_json SheetJson(const LaboratorySheet& sheet) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-  for (const LaboratoryRow& row : sheet.rows) {
-    nlohmann::ordered_json json = {{"key", row.key},   {"name", row.name}, {"value", row.value},
-                                   {"unit", row.unit}, {"low", nullptr},   {"high", nullptr}};
-    if (row.interval) json.update({{"low", row.interval->low}, {"high", row.interval->high}});
-    json["source"] = row.source;
-    json["standard"] = row.standard;
-    rows.push_back(json);
-  }
+  for (const LaboratoryRow& row : sheet.rows) rows.push_back(RowJson(row));
   return {{"title", sheet.title}, {"rows", rows}};
 }
 
@@ -82,10 +99,12 @@ std::string SheetText(const LaboratorySheet& sheet, const std::set<std::string>&
   std::string text = "  " + sheet.title + "\n";
   for (const LaboratoryRow& row : sheet.rows) {
     if (!keys.empty() && !keys.contains(row.key)) continue;
-    text += Format("    %-34s %9.4g", row.name.c_str(), row.value);
-    text += row.interval ? Format("  %8.3g … %-8.3g", row.interval->low, row.interval->high)
+    text += Format("    %-34s %9s", row.name.c_str(), Reading(row, row.value, "%.4g").c_str());
+    text += row.interval ? Format("  %8s … %-8s", Reading(row, row.interval->low, "%.3g").c_str(),
+                                  Reading(row, row.interval->high, "%.3g").c_str())
                          : std::string(21, ' ');
-    text += "  " + Padded(row.unit, 11) + " " + row.source + "\n";
+    text += "  " + Padded(row.unit, 11) + " " + row.source;
+    text += row.Reads(row.value) ? "\n" : std::string(", ") + kBeyond + "\n";
   }
   return text;
 }

@@ -21,6 +21,9 @@ double OverallStiffness(double warp, double weft);
 // extension EMT (500 gf/cm) [N/m].
 inline constexpr double kFastForces[] = {4.903325, 19.6133, 98.0665};
 inline constexpr double kKesForce = 490.3325;
+// The largest extensions that the instruments read [%], nominally: their jaws go no further apart.
+// A computed extension beyond them is none that a laboratory could report.
+inline constexpr double kFastMostExtension = 20.0, kKesMostExtension = 100.0;
 // The extension [%] of a strip of stiffness Y [N/m] under a force [N/m], taken as linear.
 double ExtensionPercent(double force, double stiffness);
 // FAST's shear rigidity G [N/m] = 123/EB5 of the bias extension EB5 [%], and back.

@@ -79,6 +79,7 @@ class SheetWriter {
     Resistance resistance = Resistance::kBending;
     bool one_direction = false;
     bool of_mass = true;  // in proportion to it
+    std::optional<double> reads_up_to = {};
   };
 
   void Add(const char* key, const std::string& name, const char* unit, const char* standard,
@@ -88,7 +89,8 @@ class SheetWriter {
                       .value = std::exp(log_quantity(input_.tables)),
                       .unit = unit,
                       .source = kPrior,
-                      .standard = standard};
+                      .standard = standard,
+                      .reads_up_to = basis.reads_up_to};
     const std::optional<KnownTo> known = judge_(log_quantity, basis.resistance);
     const bool tied = basis.one_direction && !ratio_varies_;
     if (known && !tied) row.interval = {row.value * known->low, row.value * known->high};
@@ -133,36 +135,43 @@ class SheetWriter {
   }
 
   void AddShear() {
-    const Basis basis{.resistance = Resistance::kStretching};
     const auto add = [&](const char* key, const char* name, const char* unit, const char* standard,
-                         const Quantity& quantity) {
-      Add(key, name, unit, standard, quantity, basis);
+                         const Quantity& quantity, std::optional<double> reads_up_to = {}) {
+      Add(key, name, unit, standard, quantity,
+          {.resistance = Resistance::kStretching, .reads_up_to = reads_up_to});
     };
     add("shear_n_per_m", "shear rigidity G", "N/m", "c33/2",
         [](const LinearFabric& f) { return f.shear; });
-    add("fast_eb5_percent", "bias extension EB5", "%", "FAST-3: G = 123/EB5",
-        [](const LinearFabric& f) { return FastBiasExtensionPercent(f.shear); });
+    add(
+        "fast_eb5_percent", "bias extension EB5", "%", "FAST-3: G = 123/EB5",
+        [](const LinearFabric& f) { return FastBiasExtensionPercent(f.shear); },
+        kFastMostExtension);
     add("kes_g_gf_per_cm_deg", "G", "gf/(cm·°)", "KES-FB1",
         [](const LinearFabric& f) { return KesShear(f.shear); });
   }
 
   void AddExtensions(bool warp) {
     const std::string direction = warp ? ", warp" : ", weft", end = warp ? "_warp" : "_weft";
-    const Basis basis{.resistance = Resistance::kStretching};
     const auto extension = [&](const std::string& key, const std::string& name,
-                               const char* standard, double force) {
+                               const char* standard, double force, double reads_up_to) {
       Add((key + end + "_percent").c_str(), name + direction, "%", standard,
           Quantity([=](const LinearFabric& f) {
             return ExtensionPercent(force, StripStiffness(f, warp));
           }),
-          basis);
+          {.resistance = Resistance::kStretching, .reads_up_to = reads_up_to});
     };
-    extension("fast_e5", "extension E5", "FAST-3, linear", kFastForces[0]);
-    extension("fast_e20", "extension E20", "FAST-3, linear", kFastForces[1]);
-    extension("fast_e100", "extension E100", "FAST-3, linear", kFastForces[2]);
-    extension("kes_emt", "extension EMT", "KES-FB1, linear", kKesForce);
+    const char *fast = "FAST-3, linear", *kes = "KES-FB1, linear";
+    extension("fast_e5", "extension E5", fast, kFastForces[0], kFastMostExtension);
+    extension("fast_e20", "extension E20", fast, kFastForces[1], kFastMostExtension);
+    extension("fast_e100", "extension E100", fast, kFastForces[2], kFastMostExtension);
+    extension("kes_emt", "extension EMT", kes, kKesForce, kKesMostExtension);
+    // Where E20 is the largest that is read.
+    const double most =
+        FormabilityMm2(Rigidity(fabric_, warp),
+                       kFastMostExtension * kFastForces[0] / kFastForces[1], kFastMostExtension);
     Add(("fast_formability" + end + "_mm2").c_str(), "formability F" + direction, "mm²", "FAST",
-        Quantity([=](const LinearFabric& f) { return Formability(f, warp); }), basis);
+        Quantity([=](const LinearFabric& f) { return Formability(f, warp); }),
+        {.resistance = Resistance::kStretching, .reads_up_to = most});
   }
 
   const FabricSheetInput& input_;

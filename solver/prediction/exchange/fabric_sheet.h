@@ -43,10 +43,10 @@ struct FabricSheetInput {
   bool density_is_given = false;
 };
 // Rigidities are those in the drapes (LineariseInDrape); stretching and shear are those at zero
-// strain, of a strip that is free to contract, and extensions are taken as linear. "measured" is a
-// bending rigidity or length of one direction only if the data also determine the ratio of the two.
-// Of a fabric whose weight is not known the bending lengths are measured, and the rigidities as far
-// as the assumed weight is right.
+// strain, of a strip that is free to contract, and extensions are taken as linear, up to the
+// largest that the instrument reads. "measured" is a bending rigidity or length of one direction
+// only if the data also determine the ratio of the two. Of a fabric whose weight is not known the
+// bending lengths are measured, and the rigidities as far as the assumed weight is right.
 LaboratorySheet MakeFabricSheet(const FabricSheetInput& input, const Judgement& judge);
 
 }  // namespace drape

@@ -71,5 +71,30 @@ TEST(SheetText, ShowsTheRowsThatAreAskedFor) {
   EXPECT_THAT(SheetText(sheet), testing::HasSubstr("shear"));
 }
 
+// An instrument that reads up to 20 % prints no 40,000 %.
+TEST(Sheet, SaysWhatIsBeyondTheInstrument) {
+  LaboratoryRow row{.key = "e",
+                    .name = "extension",
+                    .value = 40321.0,
+                    .unit = "%",
+                    .interval = {{12.0, 9e5}},
+                    .source = "from the prior",
+                    .reads_up_to = 20.0};
+  EXPECT_THAT(
+      SheetText({"Sheet", {row}}),
+      testing::HasSubstr("> 20        12 … > 20      %           from the prior, beyond the "
+                         "instrument's range\n"));
+  nlohmann::ordered_json json = SheetJson({"Sheet", {row}})["rows"][0];
+  EXPECT_EQ(json["value"], nullptr);
+  EXPECT_EQ(json["low"], 12.0);
+  EXPECT_EQ(json["high"], nullptr);
+  EXPECT_EQ(json["reads_up_to"], 20.0);
+  EXPECT_EQ(json["note"], "beyond the instrument's range: > 20 %");
+  row.value = 20.0;
+  json = SheetJson({"Sheet", {row}})["rows"][0];
+  EXPECT_EQ(json["value"], 20.0);
+  EXPECT_FALSE(json.contains("note"));
+}
+
 }  // namespace
 }  // namespace drape

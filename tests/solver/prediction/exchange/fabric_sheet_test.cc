@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "physics/material/material_scaling.h"
 #include "solver/fit/parameters/effective_stiffness.h"
 #include "solver/prediction/exchange/linear_fabric.h"
 
@@ -69,6 +70,27 @@ TEST(FabricSheet, HasTheNumbersOfALaboratory) {
   expect("fast_e5_weft_percent", 100 * 4.903325 / 294, "%");
   expect("kes_emt_weft_percent", 100 * 490.3325 / 294, "%");
   expect("fast_formability_warp_mm2", 16 * 100 * (19.6133 - 4.903325) / 588 / 14.7, "mm²");
+}
+
+// A strip of 294 N/m stretches by 6.7 % under FAST's 20 gf/cm and by 33 % under 100, of which FAST
+// reads 20; one of 29 N/m by 1,670 % under the force of KES-FB1.
+TEST(FabricSheet, ReadsNoMoreThanTheInstruments) {
+  const LaboratorySheet sheet = Sheet(KnowsAll);
+  const auto is_read = [](const LaboratoryRow& row) { return row.Reads(row.value); };
+  EXPECT_TRUE(is_read(Row(sheet, "fast_e20_weft_percent")));
+  EXPECT_TRUE(is_read(Row(sheet, "fast_formability_weft_mm2")));
+  EXPECT_TRUE(is_read(Row(sheet, "fast_eb5_percent")));
+  EXPECT_FALSE(is_read(Row(sheet, "fast_e100_weft_percent")));
+  const LaboratorySheet soft = MakeFabricSheet({.tables = Scaled(Tables(), 0.1, 1.0),
+                                                .law = MakeLaw("smooth"),
+                                                .weights = EqualStiffnessWeights()},
+                                               KnowsAll);
+  for (const char* key : {"kes_emt_weft_percent", "fast_e20_weft_percent", "fast_eb5_percent",
+                          "fast_formability_weft_mm2"})
+    EXPECT_FALSE(is_read(Row(soft, key))) << key;
+  // B·(E20 − E5)/14.7 with E20 = 20 % and E5 = 5 %.
+  EXPECT_NEAR(*Row(soft, "fast_formability_weft_mm2").reads_up_to, 4 * 15 / 14.7, 1e-9);
+  EXPECT_FALSE(Row(soft, "bending_warp_un_m").reads_up_to);
 }
 
 TEST(FabricSheet, SaysWhereANumberIsFrom) {

@@ -136,6 +136,22 @@ TEST_F(ReportTest, SheetsHavePlainNumbers) {
   EXPECT_THAT(page, Not(HasSubstr("Rows without an interval")));
 }
 
+// What an instrument could not read is no number on the page either.
+TEST_F(ReportTest, SheetsSayWhatIsBeyondTheInstrument) {
+  const Json row = {{"name", "EMT"},
+                    {"value", nullptr},
+                    {"low", 31.25},
+                    {"high", nullptr},
+                    {"source", "from the prior"},
+                    {"reads_up_to", 100.0},
+                    {"note", "beyond the instrument's range: > 100 %"}};
+  const std::string page =
+      Page({AddFit("fit", {{"laboratory", {{"material", {{"title", "M"}, {"rows", {row}}}}}}})});
+  EXPECT_THAT(page, HasSubstr("<td class=\"number\">&gt; 100</td>"
+                              "<td class=\"number\">31.2 … &gt; 100</td>"));
+  EXPECT_THAT(page, HasSubstr("not measured: from the prior; beyond the instrument"));
+}
+
 // A strip has no disc below it, which would hide it.
 TEST_F(ReportTest, OnlyDrapesOverADiscHaveASupport) {
   const Mesh mesh = MakeDisc({.target_vertices = 100});

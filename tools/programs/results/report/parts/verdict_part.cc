@@ -306,9 +306,24 @@ std::string PlainText(double value, int digits) {
   return Format("%.*g", whole ? 6 : digits, whole ? std::round(value) : value);
 }
 
+// "> 20" of a number that is not stored because its instrument reads up to 20.
+std::string LaboratoryReading(const nlohmann::json& row, const char* where, int digits) {
+  if (const auto value = FindNumber(row, where)) return PlainText(*value, digits);
+  const auto most = FindNumber(row, "/reads_up_to");
+  return most ? "> " + PlainText(*most, 3) : "none";
+}
+
 std::string LaboratoryInterval(const nlohmann::json& row) {
-  const auto low = FindNumber(row, "/low"), high = FindNumber(row, "/high");
-  return low && high ? PlainText(*low, 3) + " … " + PlainText(*high, 3) : "";
+  const bool known =
+      FindNumber(row, "/low") && (FindNumber(row, "/high") || FindNumber(row, "/reads_up_to"));
+  return known ? LaboratoryReading(row, "/low", 3) + " … " + LaboratoryReading(row, "/high", 3)
+               : "";
+}
+
+Cell LaboratoryOrigin(const nlohmann::json& row) {
+  Cell cell = OriginCell(FindText(row, "/source"));
+  if (const std::string note = FindText(row, "/note"); !note.empty()) cell.text += "; " + note;
+  return cell;
 }
 
 // A table of the readings of each laboratory measurement.
@@ -364,10 +379,10 @@ std::string LaboratoryHtml(const nlohmann::json& sheet) {
   std::vector<CellRow> rows;
   for (const nlohmann::json& row : FindList(sheet, "/rows"))
     rows.push_back({{FindText(row, "/name"), Cell::Kind::kHeader},
-                    NumberCell(PlainText(FindNumber(row, "/value").value_or(NAN), 4)),
+                    NumberCell(LaboratoryReading(row, "/value", 4)),
                     NumberCell(LaboratoryInterval(row)),
                     {FindText(row, "/unit")},
-                    OriginCell(FindText(row, "/source")),
+                    LaboratoryOrigin(row),
                     {FindText(row, "/standard")}});
   if (rows.empty()) return "";
   return HtmlTable(FindText(sheet, "/title"),
