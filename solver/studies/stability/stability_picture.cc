@@ -54,10 +54,56 @@ ChartSeries MakeSquares(const StabilityMap& map, const std::vector<int>& outcome
   return squares;
 }
 
-// What is set besides the axes, from the name.
+const char* Describe(StabilityMethod method) {
+  constexpr const char* kTexts[kStabilityMethods] = {"explicit Euler",
+                                                     "one solve per step",
+                                                     "one solve, conjugate gradients",
+                                                     "one solve, single precision",
+                                                     "implicit Euler, converged",
+                                                     "one solve, penalty",
+                                                     "Newton to rest",
+                                                     "Newton, shift by the mass",
+                                                     "Newton, no shift",
+                                                     "Newton, projected elements"};
+  return kTexts[static_cast<int>(method)];
+}
+
+const char* Describe(StabilityScenario scenario) {
+  constexpr const char* kTexts[kStabilityScenarios] = {
+      "drape",  "drape and support", "ball", "thin plate", "rod", "two sheets", "slope", "skid",
+      "pinched"};
+  return kTexts[static_cast<int>(scenario)];
+}
+
+// "density [kg/m²]" and .1 → "density 0.1 kg/m²"; "bend stiffness [factor]" and 10 → "bend
+// stiffness times 10".
+std::string Describe(const StabilityAxis& axis, double value) {
+  const std::string label = axis.label;
+  const std::size_t bracket = label.find(" [");
+  if (bracket == std::string::npos) return label + Format(" %.4g", value);
+  const std::string name = label.substr(0, bracket),
+                    unit = label.substr(bracket + 2, label.size() - bracket - 3);
+  return unit == "factor" ? name + Format(" times %.4g", value)
+                          : name + Format(" %.4g ", value) + unit;
+}
+
+// The method, the scenario and what else is unusual besides the axes: "explicit Euler, drape,
+// density 0.1 kg/m²".
 std::string MakeTitle(const StabilityMap& map) {
-  std::string title = map.name;
-  std::replace(title.begin(), title.end(), '-', ' ');
+  const StabilityCase usual;
+  std::string title = std::string(Describe(map.base.method)) + ", " + Describe(map.base.scenario);
+  if (map.base.law != usual.law) title += ", law " + map.base.law;
+  std::vector<double StabilityCase::*> named;
+  for (const StabilityAxis& axis : StabilityAxes()) {
+    const double value = map.base.*axis.fields[0];
+    const bool is_news = std::all_of(axis.fields.begin(), axis.fields.end(), [&](auto field) {
+      return map.base.*field == value && value != usual.*field &&
+             std::find(named.begin(), named.end(), field) == named.end();
+    });
+    if (!is_news) continue;
+    title += ", " + Describe(axis, value);
+    named.insert(named.end(), axis.fields.begin(), axis.fields.end());
+  }
   return title;
 }
 
@@ -84,15 +130,6 @@ const std::vector<Heading>& Hardships() {
                                                 {"skid", {}, Scenario::kSkid},
                                                 {"pinched", {}, Scenario::kPinch}};
   return headings;
-}
-
-const char* Describe(StabilityMethod method) {
-  constexpr const char* kTexts[kStabilityMethods] = {
-      "explicit Euler",        "one solve per step",        "… by conjugate gradients",
-      "… in single precision", "implicit Euler, converged", "one solve, penalty",
-      "Newton to rest",        "… shift by the mass",       "… no shift",
-      "… projected elements"};
-  return kTexts[static_cast<int>(method)];
 }
 
 using Counts = std::array<int, kStabilityOutcomes>;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
@@ -279,6 +280,23 @@ TEST_F(SurveyTest, AFolderThatIsNotThereIsAnInputError) {
 TEST_F(SurveyTest, PictureOfAMap) {
   RenderStabilityMap(Path("map.png"), maps_[0], {0, 1, 2, 3, kNoRun, 6}, {});
   EXPECT_GT(std::filesystem::file_size(Path("map.png")), 5000u);
+}
+
+// People read the title: what is unusual beside the axes, in the words of the axes.
+TEST_F(SurveyTest, TitlesOfMapsAreInWords) {
+  const auto title_of = [&](const std::string& line) {
+    const StabilityMap map = ParseStabilityMaps(line, "test")[0];
+    RenderStabilityMap(Path("map.png"), map, std::vector<int>(4, 0), {});
+    return nlohmann::json::parse(Read(Path("map.chart.json")))["charts"][0]["title"]
+        .get<std::string>();
+  };
+  EXPECT_EQ(title_of("step_pcg time_step=0.01/0.1 sliver=1/10"),
+            "one solve, conjugate gradients, drape");
+  EXPECT_EQ(title_of("static_no_shift pre_steps=0/5 tangle=0/1 density=0.1 stiffness=10"),
+            "Newton, no shift, drape, stiffness, stretch and bend times 10, density 0.1 kg/m²");
+  EXPECT_EQ(
+      title_of("implicit edge=5e-3/0.01 radius=1e-3/0.01 scenario=rod bend=0.03 law=reference"),
+      "implicit Euler, converged, rod, law reference, bend stiffness times 0.03");
 }
 
 }  // namespace
