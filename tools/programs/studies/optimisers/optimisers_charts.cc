@@ -15,12 +15,12 @@ namespace {
 
 // Methods that are shown in one chart, by their positions.
 struct MethodGroup {
-  std::string title;
+  std::string title;  // ", alone"; empty where there is one group
   std::vector<int> methods;
 };
 
 std::vector<MethodGroup> GroupMethods(const OptimiserBenchmark& benchmark) {
-  MethodGroup alone{"alone", {}}, refined{"refined by Levenberg–Marquardt", {}};
+  MethodGroup alone{", alone", {}}, refined{", refined by Levenberg–Marquardt", {}};
   for (int m = 0; m < benchmark.num_methods(); ++m) {
     const std::string& name = benchmark.methods[m];
     const bool is_refined = !FindOptimiser(name).search.empty();
@@ -28,7 +28,8 @@ std::vector<MethodGroup> GroupMethods(const OptimiserBenchmark& benchmark) {
     if (is_refined || name == "lm") refined.methods.push_back(m);
   }
   const bool any_refined = alone.methods.size() < benchmark.methods.size();
-  return any_refined ? std::vector{alone, refined} : std::vector{alone};
+  if (any_refined) return {alone, refined};
+  return {{"", alone.methods}};
 }
 
 // One colour per family, darker with more numbers of the embedding; a refined method looks like its
@@ -62,7 +63,7 @@ Chart ConvergenceChart(const OptimiserBenchmark& benchmark, const MethodGroup& g
                        double budget) {
   constexpr int kPoints = 150;
   constexpr double kLeastGap = 1e-2;
-  Chart chart{.title = "Median over " + CountProblems(benchmark) + ", " + group.title,
+  Chart chart{.title = "Median over " + CountProblems(benchmark) + group.title,
               .x = {.label = "spent [rollouts]", .log = true},
               .y = {.label = "(cost − best) / (start − best)", .log = true, .range = {{1e-2, 1.5}}},
               .key = KeyPlace::kOutside};
@@ -91,7 +92,8 @@ void AddStaircases(const OptimiserBenchmark& benchmark, const MethodGroup& group
 }
 
 std::string SolvedTitle(double tolerance, const MethodGroup& group) {
-  return Format("Solved: %g of the way to the best; ", 1.0 - tolerance) + group.title;
+  return Format("Problems solved to %g %% of the way to the best", 100 * (1.0 - tolerance)) +
+         group.title;
 }
 
 Chart ProfileChart(const OptimiserBenchmark& benchmark, const MethodGroup& group, double tolerance,
@@ -111,11 +113,12 @@ Chart ProfileChart(const OptimiserBenchmark& benchmark, const MethodGroup& group
 
 Chart DataProfileChart(const OptimiserBenchmark& benchmark, const MethodGroup& group,
                        const std::string& problems, double tolerance, double budget) {
-  Chart chart{
-      .title = problems + ", " + group.title,
-      .x = {.label = "spent [rollouts]", .log = true, .range = {{1.0, budget}}},
-      .y = {.label = Format("share with %g of the way", 1.0 - tolerance), .range = {{0.0, 1.02}}},
-      .key = KeyPlace::kOutside};
+  Chart chart{.title = problems +
+                       Format(", %g %% of the way to the best", 100 * (1.0 - tolerance)) +
+                       group.title,
+              .x = {.label = "spent [rollouts]", .log = true, .range = {{1.0, budget}}},
+              .y = {.label = "share of the problems", .range = {{0.0, 1.02}}},
+              .key = KeyPlace::kOutside};
   AddStaircases(benchmark, group, SpentToSolve(benchmark, tolerance, BudgetUnit::kBudget), budget,
                 &chart);
   return chart;
@@ -176,16 +179,16 @@ void PlaceSideBySide(double height, std::vector<Chart>* charts) {
 Chart BranchChart(const OptimiserBenchmark& benchmark, double branch_tolerance) {
   Chart chart{.title = "Ends on the branch of the best run",
               .x = {.tilt = -30},
-              .y = {.label = "share of the problems", .range = {{0.0, 1.1}}},
+              .y = {.label = "share of the problems [%]", .range = {{0.0, 110.0}}},
               .box = ChartBox{0.08, 0.92, 0.27, 0.9}};  // with room for the names of methods
   ChartSeries bars{.mark = Mark::kBars, .colour = "#0072b2"};
   chart.x.ticks.emplace();
   for (const MethodScore& score : ScoreMethods(benchmark, branch_tolerance)) {
-    const double x = static_cast<double>(bars.points.size());
-    bars.points.emplace_back(x, score.best_branch);
+    const double x = static_cast<double>(bars.points.size()), percent = 100 * score.best_branch;
+    bars.points.emplace_back(x, percent);
     chart.x.ticks->emplace_back(x, score.method);
-    chart.labels.push_back({.text = Format("%.2f", score.best_branch),
-                            .at = {x, score.best_branch + 0.04},
+    chart.labels.push_back({.text = Format("%.0f", percent),
+                            .at = {x, percent + 4.0},
                             .align = ChartLabel::Align::kCentre,
                             .font_size = 11});
   }

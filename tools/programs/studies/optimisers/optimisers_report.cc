@@ -156,7 +156,7 @@ nlohmann::json MakeSummary(const OptimiserBenchmarkOptions& options,
 
 TextTable MakeMethodTable(const OptimiserBenchmark& benchmark, double branch_tolerance) {
   TextTable table({"method", "within 10 %", "within 1 %", "best", "best branch", "gap", "rms [px]",
-                   "settled rms [px]", "c12^2/(c11 c22)", "failed", "CPU s", "own CPU s"});
+                   "settled rms [px]", "c12²/(c11·c22)", "failed", "CPU s", "own CPU s"});
   for (const MethodScore& score : ScoreMethods(benchmark, branch_tolerance))
     table.Add({score.method, Format("%.2f", score.solved_loose), Format("%.2f", score.solved_tight),
                Format("%.2f", score.wins), Format("%.2f", score.best_branch),

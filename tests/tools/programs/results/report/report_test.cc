@@ -37,6 +37,10 @@ TEST(HtmlText, TablesOfReportsAreKept) {
   EXPECT_THAT(html, HasSubstr("<h3>A</h3>"));
   EXPECT_THAT(html, HasSubstr("text &lt;"));
   EXPECT_THAT(html, HasSubstr("<td class=\"number\">1.5</td>"));
+  const std::string best =
+      HtmlFromMarkdown("| a | b |\n|---|---|\n| **5<6** (1 px) | 0.4 [0.3, 1] |\n");
+  EXPECT_THAT(best, HasSubstr("<td><strong>5&lt;6</strong> (1 px)</td>"));
+  EXPECT_THAT(best, HasSubstr("<td class=\"number\">0.4 [0.3, 1]</td>"));
   const std::string csv = HtmlFromCsv("runs", "# shared\na,\"b,c\"\n1,2\n3,4\n5,6\n", 2);
   EXPECT_THAT(csv, HasSubstr(">b,c</th>"));
   EXPECT_THAT(csv, HasSubstr("and 1 more rows"));
@@ -164,6 +168,17 @@ TEST_F(ReportTest, OnlyDrapesOverADiscHaveASupport) {
                 HasSubstr(summary.contains("support_diameter_m") ? "\"support_m\":0.09,"
                                                                  : "\"support_m\":null,"));
   }
+}
+
+// Of optimisers, the first of the methods that solve most problems.
+TEST_F(ReportTest, OptimisersHaveTheBestMethodInTheVerdict) {
+  const std::string page =
+      Page({AddResult("optimisers", {{"budget_rollouts", 60},
+                                     {"methods",
+                                      {{{"name", "adam"}, {"solved_at_0.1", 0.25}},
+                                       {{"name", "lm"}, {"solved_at_0.1", 0.75}},
+                                       {{"name", "lm_patient"}, {"solved_at_0.1", 0.75}}}}})});
+  EXPECT_THAT(page, HasSubstr("<dt>solves most problems to within 10 %</dt><dd>lm, 75 %</dd>"));
 }
 
 // In place of the contact sheets of drape_predict and drape_equilibria.

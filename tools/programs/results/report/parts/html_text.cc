@@ -26,12 +26,13 @@ std::string Trimmed(const std::string& text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-// "12", "-3.1e-5", "0.1 … 0.2", "0.4 ± 0.1", "6/6", "45 %", "–": what is read from below is aligned
-// to the right.
+// "12", "-3.1e-5", "0.1 … 0.2", "0.4 ± 0.1", "0.4 [0.3, 0.5]", "6/6", "45 %", "–", "none": what is
+// read from below is aligned to the right.
 bool LooksLikeNumber(std::string text) {
+  if (text == "none") return true;
   for (const char* mark : {"…", "±", "–", "×"}) Replace(text, mark, "/");
   return !text.empty() && text.find_first_of("0123456789/") != std::string::npos &&
-         text.find_first_not_of("0123456789+-.eE/% ") == std::string::npos;
+         text.find_first_not_of("0123456789+-.eE/%[], ") == std::string::npos;
 }
 
 Cell GuessCell(const std::string& text) {
@@ -74,7 +75,10 @@ std::string MarkdownTable(const std::vector<std::string>& lines, std::size_t fir
   for (std::size_t i = first + 1; i < last; ++i) {
     if (IsRule(lines[i])) continue;
     CellRow row;
-    for (const std::string& cell : MarkdownCells(lines[i])) row.push_back(GuessCell(cell));
+    for (const std::string& cell : MarkdownCells(lines[i])) {
+      row.push_back(GuessCell(cell));
+      row.back().markdown = true;
+    }
     rows.push_back(std::move(row));
   }
   return HtmlTable("", MarkdownCells(lines[first]), rows);
@@ -110,6 +114,11 @@ const char* ChooseClass(const Cell& cell) {
     default:
       return cell.text.size() > kLong ? "text" : "";
   }
+}
+
+std::string HtmlCell(const Cell& cell) {
+  const std::string html = HtmlElement("td", cell.text, ChooseClass(cell));
+  return cell.markdown ? WithBold(html) : html;
 }
 
 }  // namespace
@@ -209,7 +218,7 @@ std::string HtmlTable(const std::string& caption, const std::vector<std::string>
     for (const Cell& cell : row)
       html += cell.kind == Cell::Kind::kHeader
                   ? "<th scope=\"row\">" + EscapeHtml(cell.text) + "</th>"
-                  : HtmlElement("td", cell.text, ChooseClass(cell));
+                  : HtmlCell(cell);
     html += "</tr>\n";
   }
   return html + "</tbody></table></div>\n";

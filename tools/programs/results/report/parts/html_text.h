@@ -30,6 +30,7 @@ std::string ValueText(const nlohmann::json& value);
 struct Cell {
   std::string text;  // escaped here, not by the caller
   enum class Kind { kText, kNumber, kHeader, kMeasured, kPrior } kind = Kind::kText;
+  bool markdown = false;  // "**" is around what is strong
 };
 Cell NumberCell(std::string text);
 // Where a value is from, as results store it: "measured", "from the prior", "given", …

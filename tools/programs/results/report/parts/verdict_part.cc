@@ -140,6 +140,18 @@ std::vector<std::string> FailedCases(const nlohmann::json& s) {
   return failed;
 }
 
+// Of drape_compare_optimisers: the first of the methods that solve most problems, "lm, 75 %".
+std::string BestMethod(const nlohmann::json& s) {
+  std::string best;
+  double most = -1.0;
+  for (const nlohmann::json& method : FindList(s, "/methods"))
+    if (const auto share = FindNumber(method, "/solved_at_0.1"); share && *share > most) {
+      most = *share;
+      best = FindText(method, "/name") + Format(", %.0f %%", 100 * most);
+    }
+  return best;
+}
+
 std::vector<Number> OtherNumbers(const ResultFolder& folder) {
   const nlohmann::json& s = folder.summary;
   std::vector<Number> numbers;
@@ -164,6 +176,9 @@ std::vector<Number> OtherNumbers(const ResultFolder& folder) {
   if (folder.program == "drape_bench")
     numbers.push_back({"runs", std::to_string(FindList(s, "/runs").size())});
   add("/runs", "runs", 1, "");
+  add("/budget_rollouts", "rollouts for each method and problem", 1, "");
+  if (const std::string best = BestMethod(s); !best.empty())
+    numbers.push_back({"solves most problems to within 10 %", best});
   if (const nlohmann::json& cases = FindList(s, "/cases"); !cases.empty())
     numbers.push_back({"reference cases that hold",
                        Format("%zu of %zu", cases.size() - FailedCases(s).size(), cases.size())});
