@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 namespace drape {
@@ -59,6 +60,28 @@ TEST(CameraPose, LeavesOutWhatIsNotOnTheRim) {
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->pose.eye.z(), seen.pose.eye.z(), 2e-4);
   EXPECT_LT((found->pose.tilt - seen.pose.tilt).norm(), 2e-3);
+}
+
+// A tag that lies beside the cloth, below the support.
+TEST(CameraPose, FollowsFromATagOfKnownHeight) {
+  constexpr double kHeight = -0.15, kHalf = 0.05, kTurn = 0.3;
+  constexpr int kSigns[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+  Seen seen = See(0);
+  seen.input.rim.clear();
+  seen.input.tag_side = 2 * kHalf;
+  seen.input.tag_height = kHeight;
+  seen.input.tag.emplace();
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector2d corner =
+        Eigen::Vector2d(0.25, 0.05) +
+        Eigen::Rotation2Dd(kTurn) * Eigen::Vector2d(kHalf * kSigns[i][0], kHalf * kSigns[i][1]);
+    (*seen.input.tag)[size_t(i)] = seen.pose.ImageFromWorld({corner.x(), corner.y(), kHeight});
+  }
+  const auto found = FindPose(seen.input);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->pose.eye - seen.pose.eye).norm(), 1e-3);
+  EXPECT_LT((found->pose.tilt - seen.pose.tilt).norm(), 1e-3);
+  EXPECT_LT(found->rms, 0.01);
 }
 
 // A disc of another height above the cloth is nearer to the camera.
