@@ -165,7 +165,7 @@ void ImplicitEuler::AddSurroundings(Trial& trial) const {
 }
 
 // The blocks of K that are not of the model. Returns false where the pattern has not all of them.
-bool ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, SelfContact::StiffnessPart part) {
+bool ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part) {
   Stiffness& K = linear_->stiffness;
   bool fits = true;
   const auto add = [&](int i, int j, const Eigen::Matrix3d& block) {
@@ -199,7 +199,7 @@ void ImplicitEuler::Widen(const Eigen::VectorXd& x) {
   ++cost_.analyses;
 }
 
-void ImplicitEuler::Assemble(const Eigen::VectorXd& x, SelfContact::StiffnessPart part) {
+void ImplicitEuler::Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part) {
   linear_->stiffness.Assemble(x);
   if (AddBlocks(x, part)) return;
   Widen(x);
@@ -213,11 +213,11 @@ void ImplicitEuler::Assemble(const Eigen::VectorXd& x, SelfContact::StiffnessPar
 bool ImplicitEuler::Factor(const Eigen::VectorXd& x, bool near) {
   double mu = 1.0 / (h_ * h_);
   if (self_ && near) {
-    Assemble(x, SelfContact::StiffnessPart::kWhole);
+    Assemble(x, SurfaceContact::StiffnessPart::kWhole);
     if (linear_->stiffness.FactorShifted(0.0, &mu, [](double) { return std::nullopt; }))
       return true;
   }
-  Assemble(x, SelfContact::StiffnessPart::kPositive);
+  Assemble(x, SurfaceContact::StiffnessPart::kPositive);
   return linear_->stiffness.FactorShifted(0.0, &mu, [](double failed) {
     return 4.0 * failed > kMostShift ? std::nullopt : std::optional(4.0 * failed);
   });
@@ -283,7 +283,7 @@ void ImplicitEuler::AddObstacleRubs(const Eigen::VectorXd& before, const Eigen::
 }
 
 void ImplicitEuler::AddSelfRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x) {
-  for (const SelfTouch& touch : self_->ListTouches(x)) {
+  for (const SurfaceTouch& touch : self_->ListTouches(x)) {
     Rub rub{.vertex = touch.pair.vertex,
             .weight = touch.distance.weight,
             .limit = options_.self_friction * self_->NormalForce(touch),

@@ -12,7 +12,7 @@
 #include "physics/cloth/assembly/step_solver.h"
 #include "physics/cloth/contact/clearance.h"
 #include "physics/cloth/contact/friction.h"
-#include "physics/cloth/contact/self_contact.h"
+#include "physics/cloth/contact/surface_contact.h"
 #include "physics/cloth/state.h"
 #include "physics/simulation/statics/stiffness.h"
 
@@ -107,8 +107,8 @@ class ImplicitEuler {
   IntegratorStatus Start(const Eigen::VectorXd& from, Eigen::VectorXd& start);
   Trial At(const Eigen::VectorXd& x) const;
   void AddSurroundings(Trial& trial) const;
-  bool AddBlocks(const Eigen::VectorXd& x, SelfContact::StiffnessPart part);
-  void Assemble(const Eigen::VectorXd& x, SelfContact::StiffnessPart part);
+  bool AddBlocks(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part);
+  void Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part);
   void Widen(const Eigen::VectorXd& x);
   bool Factor(const Eigen::VectorXd& x, bool near);
   bool Backtrack(const Eigen::VectorXd& dx, Trial& here, bool* whole);
@@ -124,7 +124,7 @@ class ImplicitEuler {
   double h_;
   ImplicitEulerOptions options_;
   std::unique_ptr<Linear> linear_;
-  std::optional<SelfContact> self_;
+  std::optional<SurfaceContact> self_;
   Eigen::VectorXd mass_by_h2_;
   double weight_;
   Eigen::VectorXd coasted_;  // y of the present step

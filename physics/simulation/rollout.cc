@@ -37,7 +37,7 @@ bool BlockMoves(StepSolver& solver, double h, State& state) {
   if (!contact) return false;
   Eigen::VectorXd moves = h * state.v;
   bool shortened = ShortenMoves(*contact, state.x, moves);
-  SelfContact* const self = solver.self_contact();
+  SurfaceContact* const self = solver.self_contact();
   if (self != nullptr) shortened = self->ShortenMoves(state.x, moves) || shortened;
   if (shortened) state.v = moves / h;
   return shortened || (self != nullptr && !self->ListTouches(state.x).empty());

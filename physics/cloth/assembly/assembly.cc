@@ -112,19 +112,19 @@ void AddBendDerivative(const Law& law, const ClothModel& model, const MaterialFi
 // Calls of(contact) with `self`, or with one that is searched for this x, in a scene that has
 // self-contact. A shape that is not finite touches nothing.
 template <class Of>
-void WithSelfContact(const ClothModel& model, const Eigen::VectorXd& x, SelfContact* self,
+void WithSelfContact(const ClothModel& model, const Eigen::VectorXd& x, SurfaceContact* self,
                      const Of& of) {
   if (!HasSelfContact(model.scene) || !x.allFinite()) return;
-  std::optional<SelfContact> local;
+  std::optional<SurfaceContact> local;
   if (self == nullptr) self = &local.emplace(MakeSelfContact(model));
   self->Know(x);
   of(*self);
 }
 
 void AddSelfStiffness(const ClothModel& model, const Eigen::VectorXd& x,
-                      SelfContact::StiffnessPart part, double scale, SelfContact* self,
+                      SurfaceContact::StiffnessPart part, double scale, SurfaceContact* self,
                       BlockMatrix& A) {
-  WithSelfContact(model, x, self, [&](const SelfContact& contact) {
+  WithSelfContact(model, x, self, [&](const SurfaceContact& contact) {
     contact.ForEachStiffness(x, part, [&](int i, int j, const Eigen::Matrix3d& block) {
       CHECK(AddSymmetricBlock(model.pattern, i, j, scale * block, A));
     });
@@ -134,15 +134,16 @@ void AddSelfStiffness(const ClothModel& model, const Eigen::VectorXd& x,
 }  // namespace
 
 void AssembleForce(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                   Eigen::VectorXd& force, SelfContact* self) {
+                   Eigen::VectorXd& force, SurfaceContact* self) {
   force.setZero(x.size());
   AddOuterForces(model, material.density, x, force);
   AddElements(model, material, x, 0.0, force, nullptr);
-  WithSelfContact(model, x, self, [&](const SelfContact& contact) { contact.AddForces(x, force); });
+  WithSelfContact(model, x, self,
+                  [&](const SurfaceContact& contact) { contact.AddForces(x, force); });
 }
 
 void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                  double h, Eigen::VectorXd& force, BlockMatrix& A, SelfContact* self) {
+                  double h, Eigen::VectorXd& force, BlockMatrix& A, SurfaceContact* self) {
   force.setZero(x.size());
   A.SetZero();
   AddOuterForces(model, material.density, x, force);
@@ -157,13 +158,14 @@ void AssembleStep(const ClothModel& model, const MaterialField& material, const 
             h * h *
                 ContactStepStiffness(*model.scene.contact, model.vertex_area[i],
                                      x.segment<3>(3 * i)));
-  WithSelfContact(model, x, self, [&](const SelfContact& contact) { contact.AddForces(x, force); });
-  AddSelfStiffness(model, x, SelfContact::StiffnessPart::kPositive, h * h, self, A);
+  WithSelfContact(model, x, self,
+                  [&](const SurfaceContact& contact) { contact.AddForces(x, force); });
+  AddSelfStiffness(model, x, SurfaceContact::StiffnessPart::kPositive, h * h, self, A);
 }
 
 void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
                             const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
-                            BlockMatrix& derivative, SelfContact* self) {
+                            BlockMatrix& derivative, SurfaceContact* self) {
   derivative.SetZero();
   if (model.scene.stretch)
     std::visit(
@@ -184,7 +186,7 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
       derivative.Add(model.pattern.diagonal[i],
                      ContactStepDerivative(*model.scene.contact, model.vertex_area[i],
                                            x.segment<3>(3 * i), w.segment<3>(3 * i), h));
-  AddSelfStiffness(model, x, SelfContact::StiffnessPart::kWhole, -h, self, derivative);
+  AddSelfStiffness(model, x, SurfaceContact::StiffnessPart::kWhole, -h, self, derivative);
 }
 
 StressField MembraneStress(const ClothModel& model, const MaterialField& material,
@@ -231,7 +233,7 @@ void AddGeometricStiffness(const ClothModel& model, const StressField& stress, B
 }
 
 double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-              SelfContact* self) {
+              SurfaceContact* self) {
   double energy = 0.0;
   if (model.scene.gravity)
     for (int i = 0; i < model.mesh.num_vertices(); ++i)
@@ -245,7 +247,7 @@ double Energy(const ClothModel& model, const MaterialField& material, const Eige
   if (model.scene.contact)
     for (int i = 0; i < model.mesh.num_vertices(); ++i)
       energy += ContactEnergy(*model.scene.contact, model.vertex_area[i], x.segment<3>(3 * i));
-  WithSelfContact(model, x, self, [&](const SelfContact& contact) {
+  WithSelfContact(model, x, self, [&](const SurfaceContact& contact) {
     Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
     energy += contact.AddForces(x, force);
   });

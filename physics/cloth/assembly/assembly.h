@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "physics/cloth/cloth_model.h"
-#include "physics/cloth/contact/self_contact.h"
+#include "physics/cloth/contact/surface_contact.h"
 #include "physics/linalg/block_matrix.h"
 
 namespace drape {
@@ -18,19 +18,19 @@ namespace drape {
 
 // Computes f(x) [N], shape [3V].
 void AssembleForce(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                   Eigen::VectorXd& force, SelfContact* self = nullptr);
+                   Eigen::VectorXd& force, SurfaceContact* self = nullptr);
 
 // Computes f(x) [N], shape [3V], and A = M + h²·H(x) [kg]. CHECKs here and below that the pattern
 // has the blocks of pairs that touch.
 void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                  double h, Eigen::VectorXd& force, BlockMatrix& A, SelfContact* self = nullptr);
+                  double h, Eigen::VectorXd& force, BlockMatrix& A, SurfaceContact* self = nullptr);
 
 // Computes ∂g/∂x with w held [kg/s] [MODEL, M39]. With w = 0 and h = 1 it is ∂f/∂x = −K, the exact
 // stiffness of statics [N/m] [MODEL, M33]. Where the cloth touches itself, that is all there is:
 // the change of its H with x is left out.
 void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
                             const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
-                            BlockMatrix& derivative, SelfContact* self = nullptr);
+                            BlockMatrix& derivative, SurfaceContact* self = nullptr);
 
 // The second Piola–Kirchhoff stress of each face at x [N/m], shape [F]; empty in a scene without
 // stretch.
@@ -47,7 +47,7 @@ void AddGeometricStiffness(const ClothModel& model, const StressField& stress, B
 // The energy [J]: exact for gravity, handles, loads and bending [MODEL, M15]; for stretch see
 // StretchEnergy.
 double Energy(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-              SelfContact* self = nullptr);
+              SurfaceContact* self = nullptr);
 
 // The energy of stretch and bend by unit of each entry of one table for the whole cloth: they are
 // linear in the entries as long as these are not negative. 24 of stretch [m], then 15 of bend [1],

@@ -14,9 +14,9 @@ namespace drape {
 
 bool HasSelfContact(const Scene& scene) { return scene.contact && scene.contact->self; }
 
-SelfContact MakeSelfContact(const ClothModel& model) {
+SurfaceContact MakeSelfContact(const ClothModel& model) {
   CHECK(HasSelfContact(model.scene));
-  return SelfContact(model.mesh, model.vertex_area, *model.scene.contact);
+  return SurfaceContact(model.mesh, model.vertex_area, *model.scene.contact);
 }
 
 void RequireThinCloth(const ClothModel& model) {
@@ -41,9 +41,9 @@ std::optional<SelfOverlap> FindSelfOverlap(const ClothModel& model, const Eigen:
     const auto& [first, second] = meeting.front();
     return SelfOverlap{{model.mesh.faces[first].vertex[0], model.mesh.faces[second].vertex[0]}};
   }
-  SelfContact contact = MakeSelfContact(model);
+  SurfaceContact contact = MakeSelfContact(model);
   contact.Know(x);
-  for (const SelfTouch& touch : contact.ListTouches(x))
+  for (const SurfaceTouch& touch : contact.ListTouches(x))
     if (touch.distance.value <= model.scene.contact->thickness)
       return SelfOverlap{{touch.pair.vertex[0], touch.pair.vertex[3]}, touch.distance.value};
   return std::nullopt;
@@ -51,7 +51,7 @@ std::optional<SelfOverlap> FindSelfOverlap(const ClothModel& model, const Eigen:
 
 double SmallestSelfGap(const ClothModel& model, const Eigen::VectorXd& x) {
   if (!HasSelfContact(model.scene)) return Contact().range;
-  SelfContact contact = MakeSelfContact(model);
+  SurfaceContact contact = MakeSelfContact(model);
   contact.Know(x);
   return contact.SmallestGap(x);
 }

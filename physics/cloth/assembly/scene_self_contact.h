@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "physics/cloth/cloth_model.h"
-#include "physics/cloth/contact/self_contact.h"
+#include "physics/cloth/contact/surface_contact.h"
 
 namespace drape {
 
@@ -14,7 +14,7 @@ namespace drape {
 
 bool HasSelfContact(const Scene& scene);
 // CHECKs that the scene has it.
-SelfContact MakeSelfContact(const ClothModel& model);
+SurfaceContact MakeSelfContact(const ClothModel& model);
 // Throws InputError where thickness and range together are more than the mean edge: neighbours
 // would touch. Nothing where the scene has no such contact.
 void RequireThinCloth(const ClothModel& model);

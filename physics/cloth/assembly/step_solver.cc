@@ -12,8 +12,8 @@
 namespace drape {
 namespace {
 
-bool HasBlocks(const BlockPattern& pattern, const std::vector<SelfTouch>& touches) {
-  return std::all_of(touches.begin(), touches.end(), [&](const SelfTouch& touch) {
+bool HasBlocks(const BlockPattern& pattern, const std::vector<SurfaceTouch>& touches) {
+  return std::all_of(touches.begin(), touches.end(), [&](const SurfaceTouch& touch) {
     const std::array<int, 4>& vertex = touch.pair.vertex;
     return std::all_of(vertex.begin(), vertex.end(), [&](int i) {
       return std::all_of(vertex.begin(), vertex.end(),
@@ -34,7 +34,7 @@ StepSolver::StepSolver(std::shared_ptr<const ClothModel> model,
       matrix_(model_->pattern),
       derivative_(model_->pattern) {
   if (HasSelfContact(model_->scene))
-    self_ = std::make_unique<SelfContact>(MakeSelfContact(*model_));
+    self_ = std::make_unique<SurfaceContact>(MakeSelfContact(*model_));
 }
 
 LinearSolver& StepSolver::linear() {

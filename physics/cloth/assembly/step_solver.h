@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "physics/cloth/cloth_model.h"
-#include "physics/cloth/contact/self_contact.h"
+#include "physics/cloth/contact/surface_contact.h"
 #include "physics/linalg/linear_solver.h"
 #include "physics/material/material.h"
 
@@ -31,7 +31,7 @@ class StepSolver {
   LinearSolver& own_linear() { return *linear_; }
 
   // Of scenes that have it, else null.
-  SelfContact* self_contact() { return self_.get(); }
+  SurfaceContact* self_contact() { return self_.get(); }
   // Goes back to the model's own pattern, so that nothing depends on what was solved before.
   void Forget();
 
@@ -52,7 +52,7 @@ class StepSolver {
 
   std::shared_ptr<const ClothModel> model_;
   std::unique_ptr<LinearSolver> linear_;
-  std::unique_ptr<SelfContact> self_;
+  std::unique_ptr<SurfaceContact> self_;
   std::unique_ptr<Wide> wide_;
   Eigen::VectorXd force_;
   BlockMatrix matrix_, derivative_;

@@ -94,17 +94,17 @@ class EquilibriumSearch {
     double mu = control_.FirstShift();
     const bool touches = TouchesItself();
     if (touches && !was_held_up_) {
-      AssembleHere(SelfContact::StiffnessPart::kWhole);
+      AssembleHere(SurfaceContact::StiffnessPart::kWhole);
       if (stiffness_.FactorShifted(shift_length_, &mu, [](double) { return std::nullopt; }))
         return true;
     }
-    AssembleHere(touches ? SelfContact::StiffnessPart::kPositive
-                         : SelfContact::StiffnessPart::kWhole);
+    AssembleHere(touches ? SurfaceContact::StiffnessPart::kPositive
+                         : SurfaceContact::StiffnessPart::kWhole);
     return stiffness_.FactorShifted(shift_length_, &mu,
                                     [this](double) { return control_.NextShift(); });
   }
 
-  void AssembleHere(SelfContact::StiffnessPart part) {
+  void AssembleHere(SurfaceContact::StiffnessPart part) {
     stiffness_.Assemble(here_.x, part);
     StressField change = stress_;
     for (std::size_t f = 0; f < change.size(); ++f) change[f] -= here_.stress[f];
@@ -112,7 +112,7 @@ class EquilibriumSearch {
   }
 
   bool TouchesItself() {
-    SelfContact* const self = solver_.self_contact();
+    SurfaceContact* const self = solver_.self_contact();
     if (self == nullptr || !here_.x.allFinite()) return false;
     self->Know(here_.x);
     return !self->ListTouches(here_.x).empty();

@@ -65,14 +65,14 @@ void Advance(std::span<const double> weight, const RowMatrix& step, RowMatrix& b
 Stiffness::Stiffness(StepSolver& solver, const MaterialField& material)
     : solver_(solver), material_(material), symmetric_(solver.wide_model().pattern) {}
 
-void Stiffness::Assemble(const Eigen::VectorXd& x, SelfContact::StiffnessPart part) {
+void Stiffness::Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part) {
   negative_ = &solver_.StepDerivative(material_, x, Eigen::VectorXd::Zero(x.size()), 1.0);
   const BlockPattern& pattern = solver_.wide_model().pattern;
   if (symmetric_.value.size() != negative_->value.size()) symmetric_ = BlockMatrix(pattern);
   Symmetrise(pattern, *negative_, symmetric_);
-  if (part == SelfContact::StiffnessPart::kWhole || solver_.self_contact() == nullptr) return;
+  if (part == SurfaceContact::StiffnessPart::kWhole || solver_.self_contact() == nullptr) return;
   solver_.self_contact()->ForEachStiffness(
-      x, SelfContact::StiffnessPart::kNegative,
+      x, SurfaceContact::StiffnessPart::kNegative,
       [&](int i, int j, const Eigen::Matrix3d& block) { CHECK(AddBlock(i, j, -block)); });
 }
 

@@ -26,7 +26,7 @@ class Stiffness {
   // Assembles K at x; kPositive: of pairs of the cloth that touch, their positive parts alone in
   // Ks.
   void Assemble(const Eigen::VectorXd& x,
-                SelfContact::StiffnessPart part = SelfContact::StiffnessPart::kWhole);
+                SurfaceContact::StiffnessPart part = SurfaceContact::StiffnessPart::kWhole);
   // Adds the geometric stiffness of a change of stress to Ks, until the next Assemble.
   void AddStress(const StressField& change);
 

@@ -31,8 +31,8 @@ using test::kDensity;
 using test::kGravity;
 using test::RestingGap;
 
-std::vector<SelfTouch> ListTouches(const ClothModel& model, const Eigen::VectorXd& x) {
-  SelfContact contact = MakeSelfContact(model);
+std::vector<SurfaceTouch> ListTouches(const ClothModel& model, const Eigen::VectorXd& x) {
+  SurfaceContact contact = MakeSelfContact(model);
   contact.Know(x);
   return contact.ListTouches(x);
 }
@@ -269,14 +269,14 @@ TEST(LayersAtRest, AStackCarriesItsWeight) {
     for (int i = begin[k]; i < begin[k + 1]; ++i) sum += rest.x[3 * i + 2];
     return sum / (begin[k + 1] - begin[k]);
   };
-  const SelfContact contact = [&] {
-    SelfContact known = MakeSelfContact(*model);
+  const SurfaceContact contact = [&] {
+    SurfaceContact known = MakeSelfContact(*model);
     known.Know(rest.x);
     return known;
   }();
   for (int k = 1; k < kSheets; ++k) {
     double up = 0.0, carried = 0.0;
-    for (const SelfTouch& touch : contact.ListTouches(rest.x)) {
+    for (const SurfaceTouch& touch : contact.ListTouches(rest.x)) {
       double share = 0.0;  // of the force on the sheets from k on
       for (int i = 0; i < 4; ++i)
         if (touch.pair.vertex[i] >= begin[k]) share += touch.distance.weight[i];

@@ -67,7 +67,7 @@ struct Layers {
 // pairs.
 State RunLayers(Layers& run, std::size_t least_touches) {
   const ClothModel& model = *run.model;
-  SelfContact watcher(model.mesh, model.vertex_area, *run.options.self_contact);
+  SurfaceContact watcher(model.mesh, model.vertex_area, *run.options.self_contact);
   Eigen::VectorXd none = Eigen::VectorXd::Zero(model.num_dofs());
   run.options.on_accept = [&](const Eigen::VectorXd& x) {
     watcher.ShortenMoves(x, none);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/cloth/contact/self_contact.h"
+#include "physics/cloth/contact/surface_contact.h"
 
 #include <glog/logging.h>
 
@@ -52,13 +52,13 @@ PairMatrix PositivePart(const PairMatrix& symmetric) {
   const PairMatrix& vectors = solver.eigenvectors();
   return vectors * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * vectors.transpose();
 }
-PairMatrix SelectPart(const PairMatrix& symmetric, SelfContact::StiffnessPart part) {
+PairMatrix SelectPart(const PairMatrix& symmetric, SurfaceContact::StiffnessPart part) {
   switch (part) {
-    case SelfContact::StiffnessPart::kPositive:
+    case SurfaceContact::StiffnessPart::kPositive:
       return PositivePart(symmetric);
-    case SelfContact::StiffnessPart::kNegative:
+    case SurfaceContact::StiffnessPart::kNegative:
       return -PositivePart(-symmetric);
-    case SelfContact::StiffnessPart::kWhole:
+    case SurfaceContact::StiffnessPart::kWhole:
       break;
   }
   return symmetric;
@@ -66,7 +66,8 @@ PairMatrix SelectPart(const PairMatrix& symmetric, SelfContact::StiffnessPart pa
 
 }  // namespace
 
-SelfContact::SelfContact(const Mesh& mesh, Eigen::VectorXd vertex_area, const Contact& surface)
+SurfaceContact::SurfaceContact(const Mesh& mesh, Eigen::VectorXd vertex_area,
+                               const Contact& surface)
     : surface_(surface),
       rest_x_(mesh.rest_x),
       vertex_area_(std::move(vertex_area)),
@@ -75,11 +76,11 @@ SelfContact::SelfContact(const Mesh& mesh, Eigen::VectorXd vertex_area, const Co
   CHECK_EQ(vertex_area_.size(), mesh.num_vertices());
 }
 
-void SelfContact::Know(const Eigen::VectorXd& x) {
+void SurfaceContact::Know(const Eigen::VectorXd& x) {
   if (!candidates_.Covers(x)) candidates_.Cover(x, Eigen::VectorXd::Zero(x.size()));
 }
 
-bool SelfContact::ShortenMoves(const Eigen::VectorXd& x, Eigen::VectorXd& dx) {
+bool SurfaceContact::ShortenMoves(const Eigen::VectorXd& x, Eigen::VectorXd& dx) {
   constexpr int kMostRounds = 30;
   constexpr double kWithin = 0.98;  // of a share, so that the next round finds the moves safe
   candidates_.Cover(x, dx);
@@ -87,7 +88,7 @@ bool SelfContact::ShortenMoves(const Eigen::VectorXd& x, Eigen::VectorXd& dx) {
   const Eigen::VectorXd meant = dx;
   const Eigen::Index vertices = x.size() / 3;
   Islands islands(vertices);
-  for (const SelfTouch& touch : ListTouches(x)) islands.Join(touch.pair.vertex);
+  for (const SurfaceTouch& touch : ListTouches(x)) islands.Join(touch.pair.vertex);
   std::vector<bool> changed(vertices, true);
   std::vector<double> now(vertices, 1.0);  // the shares in dx
   for (int round = 0; round < kMostRounds; ++round) {
@@ -117,7 +118,7 @@ bool SelfContact::ShortenMoves(const Eigen::VectorXd& x, Eigen::VectorXd& dx) {
   return true;
 }
 
-const RestEdge& SelfContact::EdgeBetween(int a, int b) const {
+const RestEdge& SurfaceContact::EdgeBetween(int a, int b) const {
   const auto before = [](const RestEdge& edge, const std::array<int, 2>& ends) {
     return std::pair(edge.vertex[0], edge.vertex[1]) < std::pair(ends[0], ends[1]);
   };
@@ -125,46 +126,46 @@ const RestEdge& SelfContact::EdgeBetween(int a, int b) const {
                            before);
 }
 
-double SelfContact::Area(const ContactPair& pair) const {
+double SurfaceContact::Area(const ContactPair& pair) const {
   const auto& [a, b, c, d] = pair.vertex;
   // A half of the pressure is of vertices and faces, of either side a quarter, and a half of edges.
   return pair.of_edges ? 0.125 * (EdgeBetween(a, b).area + EdgeBetween(c, d).area)
                        : 0.25 * vertex_area_[a];
 }
 
-double SelfContact::RestSquares(const ContactPair& pair) const {
+double SurfaceContact::RestSquares(const ContactPair& pair) const {
   const auto& [a, b, c, d] = pair.vertex;
   return std::pow(EdgeBetween(a, b).rest_length * EdgeBetween(c, d).rest_length, 2);
 }
 
-bool SelfContact::Pushes(const ContactPair& pair) const {
+bool SurfaceContact::Pushes(const ContactPair& pair) const {
   return MeasureDistance(pair.of_edges, GatherPair(pair, rest_x_)).value >= Reach();
 }
 
-std::vector<SelfTouch> SelfContact::ListTouches(const Eigen::VectorXd& x) const {
-  std::vector<SelfTouch> touches;
+std::vector<SurfaceTouch> SurfaceContact::ListTouches(const Eigen::VectorXd& x) const {
+  std::vector<SurfaceTouch> touches;
   for (const auto& [reference_distance, pair] : candidates_.Near(x, 0.0)) {
     const PairColumns columns = GatherPair(pair, x);
     const PairDistance distance = MeasureDistance(pair.of_edges, columns);
     if (distance.value >= Reach() || !Pushes(pair)) continue;
-    SelfTouch touch{.pair = pair, .distance = distance, .area = Area(pair), .mollifier = {}};
+    SurfaceTouch touch{.pair = pair, .distance = distance, .area = Area(pair), .mollifier = {}};
     if (pair.of_edges) touch.mollifier = MollifyParallel(columns, RestSquares(pair));
     touches.push_back(touch);
   }
   // The order of candidates depends on the way to x, sums must not.
   std::sort(touches.begin(), touches.end(),
-            [](const SelfTouch& a, const SelfTouch& b) { return a.pair < b.pair; });
+            [](const SurfaceTouch& a, const SurfaceTouch& b) { return a.pair < b.pair; });
   return touches;
 }
 
-double SelfContact::NormalForce(const SelfTouch& touch) const {
+double SurfaceContact::NormalForce(const SurfaceTouch& touch) const {
   return -surface_.stiffness * touch.area * touch.mollifier.value *
          EvaluateBarrier(Gap(touch), surface_.range).slope;
 }
 
-double SelfContact::AddForces(const Eigen::VectorXd& x, Eigen::VectorXd& f) const {
+double SurfaceContact::AddForces(const Eigen::VectorXd& x, Eigen::VectorXd& f) const {
   double energy = 0.0;
-  for (const SelfTouch& touch : ListTouches(x)) {
+  for (const SurfaceTouch& touch : ListTouches(x)) {
     const double scale = surface_.stiffness * touch.area;
     const double barrier = EvaluateBarrier(Gap(touch), surface_.range).value;
     const Eigen::Vector3d push = NormalForce(touch) * touch.distance.normal;
@@ -176,9 +177,9 @@ double SelfContact::AddForces(const Eigen::VectorXd& x, Eigen::VectorXd& f) cons
   return energy;
 }
 
-void SelfContact::ForEachStiffness(const Eigen::VectorXd& x, StiffnessPart part,
-                                   const BlockVisitor& add) const {
-  for (const SelfTouch& touch : ListTouches(x)) {
+void SurfaceContact::ForEachStiffness(const Eigen::VectorXd& x, StiffnessPart part,
+                                      const BlockVisitor& add) const {
+  for (const SurfaceTouch& touch : ListTouches(x)) {
     const PairMatrix stiffness = SelectPart(Curvature(touch, x), part);
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) {
@@ -189,7 +190,7 @@ void SelfContact::ForEachStiffness(const Eigen::VectorXd& x, StiffnessPart part,
 }
 
 // Of the energy of one pair [N/m].
-PairMatrix SelfContact::Curvature(const SelfTouch& touch, const Eigen::VectorXd& x) const {
+PairMatrix SurfaceContact::Curvature(const SurfaceTouch& touch, const Eigen::VectorXd& x) const {
   const PairColumns columns = GatherPair(touch.pair, x);
   const Barrier barrier = EvaluateBarrier(Gap(touch), surface_.range);
   const Eigen::Vector<double, 12> by_distance =
@@ -207,7 +208,7 @@ PairMatrix SelfContact::Curvature(const SelfTouch& touch, const Eigen::VectorXd&
   return surface_.stiffness * touch.area * curvature;
 }
 
-std::vector<std::array<int, 4>> SelfContact::ListNear(const Eigen::VectorXd& x) const {
+std::vector<std::array<int, 4>> SurfaceContact::ListNear(const Eigen::VectorXd& x) const {
   constexpr double kSoon = 2.0;  // by the reach
   std::vector<std::array<int, 4>> near;
   for (const auto& [reference_distance, pair] : candidates_.Near(x, 0.5 * (kSoon - 1.0) * Reach()))
@@ -216,9 +217,9 @@ std::vector<std::array<int, 4>> SelfContact::ListNear(const Eigen::VectorXd& x) 
   return near;
 }
 
-double SelfContact::SmallestGap(const Eigen::VectorXd& x) const {
+double SurfaceContact::SmallestGap(const Eigen::VectorXd& x) const {
   double smallest = surface_.range;
-  for (const SelfTouch& touch : ListTouches(x)) smallest = std::min(smallest, Gap(touch));
+  for (const SurfaceTouch& touch : ListTouches(x)) smallest = std::min(smallest, Gap(touch));
   return smallest;
 }
 

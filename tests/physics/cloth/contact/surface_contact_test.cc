@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/cloth/contact/self_contact.h"
+#include "physics/cloth/contact/surface_contact.h"
 
 #include <gtest/gtest.h>
 
@@ -54,7 +54,7 @@ class TwoSheets : public testing::Test {
   }
 
   Mesh mesh_;
-  SelfContact contact_;
+  SurfaceContact contact_;
   Eigen::VectorXd x_;
 };
 
@@ -91,7 +91,7 @@ TEST_F(TwoSheets, ForcesAddUpToNothing) {
 TEST_F(TwoSheets, StiffnessBoundsTheSlopeOfTheForces) {
   std::mt19937_64 random(3);
   Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(x_.size(), x_.size());
-  contact_.ForEachStiffness(x_, SelfContact::StiffnessPart::kPositive,
+  contact_.ForEachStiffness(x_, SurfaceContact::StiffnessPart::kPositive,
                             [&](int i, int j, const Eigen::Matrix3d& block) {
                               EXPECT_LE(i, j);
                               stiffness.block<3, 3>(3 * i, 3 * j) += block;
@@ -118,12 +118,12 @@ TEST_F(TwoSheets, StiffnessBoundsTheSlopeOfTheForces) {
 
 // The pressure is that of an obstacle. Where edges nearly meet, their nearest points are not one
 // above the other: a sheet that slides over another feels its mesh.
-TEST(SelfContact, ParallelSheetsHaveThePressureOfTheirGap) {
+TEST(SurfaceContact, ParallelSheetsHaveThePressureOfTheirGap) {
   constexpr Contact kCloth{};
   constexpr double kGap = 1.5e-4, kSide = 0.1;
   const Mesh lower = MakeStrip(0.2, 0.2, 8, 9);
   const Mesh mesh = test::Together({lower, MakeStrip(kSide, kSide, 5, 6)});
-  SelfContact contact(mesh, VertexAreas(mesh), kCloth);
+  SurfaceContact contact(mesh, VertexAreas(mesh), kCloth);
   const double expected =
       -kCloth.stiffness * EvaluateBarrier(kGap, kCloth.range).slope * kSide * kSide;
   double up = 0.0, most_aside = 0.0;
@@ -146,9 +146,9 @@ TEST(SelfContact, ParallelSheetsHaveThePressureOfTheirGap) {
 }
 
 // Pairs that are near at rest, here all of a fine mesh, do not push: a flat sheet is without force.
-TEST(SelfContact, AFlatSheetDoesNotPushItself) {
+TEST(SurfaceContact, AFlatSheetDoesNotPushItself) {
   const Mesh mesh = MakeStrip(0.02, 0.02, 20, 20);
-  SelfContact contact(mesh, VertexAreas(mesh), kSurface);
+  SurfaceContact contact(mesh, VertexAreas(mesh), kSurface);
   Eigen::VectorXd none = Eigen::VectorXd::Zero(mesh.rest_x.size()), f = none;
   contact.ShortenMoves(mesh.rest_x, none);
   EXPECT_EQ(contact.AddForces(mesh.rest_x, f), 0.0);
@@ -157,9 +157,9 @@ TEST(SelfContact, AFlatSheetDoesNotPushItself) {
 }
 
 // Moves of any size, one after another, none of which lets the cloth through itself.
-TEST(SelfContact, ShortenedMovesNeverCross) {
+TEST(SurfaceContact, ShortenedMovesNeverCross) {
   const Mesh mesh = test::Together({MakeStrip(0.1, 0.05, 8, 5), MakeStrip(0.1, 0.05, 7, 6)});
-  SelfContact contact(mesh, VertexAreas(mesh), kSurface);
+  SurfaceContact contact(mesh, VertexAreas(mesh), kSurface);
   Eigen::VectorXd x = mesh.rest_x;
   const int lower = MakeStrip(0.1, 0.05, 8, 5).num_vertices();
   for (int i = lower; i < mesh.num_vertices(); ++i) x[3 * i + 2] += 0.005;

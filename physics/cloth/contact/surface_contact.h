@@ -14,7 +14,7 @@
 namespace drape {
 
 // A place where a cloth touches itself, in one shape.
-struct SelfTouch {
+struct SurfaceTouch {
   ContactPair pair;
   PairDistance distance;
   double area;  // it stands for [m²]
@@ -25,10 +25,10 @@ struct SelfTouch {
 // one another apart by the barrier of contact.h while their distance is less than thickness and
 // range together. Pairs that are as near at rest, as in slivers, do not push, but do not cross
 // either.
-class SelfContact {
+class SurfaceContact {
  public:
   // surface: its obstacles are not read. vertex_area: shape [V] [m²]. The mesh is not kept.
-  SelfContact(const Mesh& mesh, Eigen::VectorXd vertex_area, const Contact& surface);
+  SurfaceContact(const Mesh& mesh, Eigen::VectorXd vertex_area, const Contact& surface);
 
   // Shortens the moves dx of single vertices at x so that on the straight way no pair crosses or
   // comes nearer than a tenth of its gap. Returns whether it has shortened one.
@@ -46,20 +46,20 @@ class SelfContact {
   void ForEachStiffness(const Eigen::VectorXd& x, StiffnessPart part,
                         const BlockVisitor& add) const;
   // All pairs that push, ascending.
-  std::vector<SelfTouch> ListTouches(const Eigen::VectorXd& x) const;
+  std::vector<SurfaceTouch> ListTouches(const Eigen::VectorXd& x) const;
   // By which a pair pushes its parts apart [N].
-  double NormalForce(const SelfTouch& touch) const;
+  double NormalForce(const SurfaceTouch& touch) const;
   // The vertices of the pairs that push, and of those that may do so soon.
   std::vector<std::array<int, 4>> ListNear(const Eigen::VectorXd& x) const;
   // The smallest gap of the pairs that push [m]; the range if none does.
   double SmallestGap(const Eigen::VectorXd& x) const;
 
  private:
-  double Gap(const SelfTouch& touch) const { return touch.distance.value - surface_.thickness; }
+  double Gap(const SurfaceTouch& touch) const { return touch.distance.value - surface_.thickness; }
   double Reach() const { return surface_.thickness + surface_.range; }
   bool Pushes(const ContactPair& pair) const;
   double RestSquares(const ContactPair& pair) const;
-  PairMatrix Curvature(const SelfTouch& touch, const Eigen::VectorXd& x) const;
+  PairMatrix Curvature(const SurfaceTouch& touch, const Eigen::VectorXd& x) const;
   double Area(const ContactPair& pair) const;
   const RestEdge& EdgeBetween(int a, int b) const;
 
