@@ -11,6 +11,7 @@
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/contact/barrier.h"
+#include "physics/cloth/contact/surface_obstacle.h"
 #include "physics/simulation/statics/statics.h"
 
 namespace drape {
@@ -46,7 +47,8 @@ ImplicitEuler::ImplicitEuler(std::shared_ptr<const ClothModel> model, const Mate
   CHECK_GT(h, 0.0);
   CHECK_GT(options.creep_speed, 0.0);
   CHECK(!HasSelfContact(model_->scene)) << "self-contact is one of the options";
-  if (options.self_contact) self_.emplace(model_->mesh, model_->vertex_area, *options.self_contact);
+  if (options.self_contact)
+    surfaces_.emplace(model_->mesh, model_->vertex_area, options.self_contact);
 }
 
 const Contact* ImplicitEuler::contact() const {
@@ -62,11 +64,12 @@ IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around
   cost_ = {};
   failure_ = {};
   rubs_.clear();
+  MeetObstacles();
   Eigen::VectorXd start;
   if (const IntegratorStatus status = Start(state.x, start); status != IntegratorStatus::kOk)
     return status;
-  const bool rubs =
-      (contact() != nullptr && options_.friction > 0.0) || (self_ && options_.self_friction > 0.0);
+  const bool rubs = (contact() != nullptr && options_.friction > 0.0) ||
+                    (surfaces_ && options_.self_friction > 0.0);
   if (rubs) FindRubs(state.x, start);
   Trial here = At(start);
   for (;;) {
@@ -85,23 +88,50 @@ IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around
   return state.x.allFinite() ? IntegratorStatus::kOk : IntegratorStatus::kNotFinite;
 }
 
+void ImplicitEuler::MeetObstacles() {
+  const Contact none, &around = contact() == nullptr ? none : *contact();
+  const bool has_meshes =
+      std::any_of(around.obstacles.begin(), around.obstacles.end(), [](const Obstacle& obstacle) {
+        return std::holds_alternative<std::shared_ptr<const SurfaceObstacle>>(obstacle);
+      });
+  if (has_meshes && !surfaces_)
+    surfaces_.emplace(model_->mesh, model_->vertex_area, options_.self_contact);
+  if (surfaces_) surfaces_->SetObstacles(around);
+}
+
+IntegratorStatus ImplicitEuler::Pinched(int vertex, const Eigen::VectorXd& x) {
+  failure_ = {.vertex = vertex, .place = x.segment<3>(3 * vertex)};
+  return IntegratorStatus::kPinched;
+}
+
 // The shape with which Newton's method starts: out of all obstacles. Where layers lie on a moving
 // obstacle, the inner one can only leave it if all follow.
 IntegratorStatus ImplicitEuler::Start(const Eigen::VectorXd& from, Eigen::VectorXd& start) {
   start = from;
   if (contact() != nullptr) PushOut(*contact(), start);
-  if (self_) {
+  if (surfaces_) {
     Eigen::VectorXd moves = start - from;
-    if (self_->ShortenMoves(from, moves)) {
+    if (!surfaces_->CanFollow(from, moves)) {
       start = from;
       FollowObstacles(*contact(), start);
       PushOut(*contact(), start);
       moves = start - from;
-      self_->ShortenMoves(from, moves);
+      if (!surfaces_->HasObstacles())
+        surfaces_->ShortenMoves(from, moves);
+      else if (const std::optional<int> vertex = surfaces_->GiveWay(from, moves))
+        return Pinched(*vertex, from);
     }
     start = from + moves;
-    if (contact() != nullptr && !(SmallestGap(*contact(), start) > 0.0))
-      return IntegratorStatus::kPinched;
+    if (surfaces_->HasObstacles()) {
+      moves = start;
+      PushOut(*contact(), moves);
+      moves -= start;
+      surfaces_->ShortenMoves(start, moves);
+      start += moves;
+    }
+    if (contact() != nullptr)
+      for (int i = 0; i < model_->mesh.num_vertices(); ++i)
+        if (!(SmallestGap(*contact(), start.segment<3>(3 * i)) > 0.0)) return Pinched(i, start);
   }
   if (contact() != nullptr) clearance_ = Clearance(*contact(), start);
   return IntegratorStatus::kOk;
@@ -150,7 +180,7 @@ void ImplicitEuler::AddSurroundings(Trial& trial) const {
         trial.elastic.segment<3>(3 * i) -= force;
       trial.potential += ContactEnergy(*contact(), area, x);
     }
-  if (self_) trial.potential += self_->AddForces(trial.x, trial.unbalanced);
+  if (surfaces_) trial.potential += surfaces_->AddForces(trial.x, trial.unbalanced);
   for (const Pin& pin : around_.pins) {
     const Eigen::Vector3d away = trial.x.segment<3>(3 * pin.vertex) - pin.place;
     trial.unbalanced.segment<3>(3 * pin.vertex) -= pin.stiffness * away;
@@ -178,7 +208,7 @@ bool ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, SurfaceContact::Stiffnes
             ContactStepStiffness(*around_.contact, model_->vertex_area[i], x.segment<3>(3 * i)));
   for (const Pin& pin : around_.pins)
     add(pin.vertex, pin.vertex, pin.stiffness * Eigen::Matrix3d::Identity());
-  if (self_) self_->ForEachStiffness(x, part, add);
+  if (surfaces_) surfaces_->ForEachStiffness(x, part, add);
   for (const Rub& rub : rubs_) {
     const Eigen::Matrix3d stiffness = Rubbing(rub, x).stiffness;
     for (int k = 0; k < 4; ++k)
@@ -191,7 +221,7 @@ bool ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, SurfaceContact::Stiffnes
 
 // Analyses a pattern with the blocks of all pairs that are in contact or soon may be.
 void ImplicitEuler::Widen(const Eigen::VectorXd& x) {
-  std::vector<std::array<int, 4>> groups = self_->ListNear(x);
+  std::vector<std::array<int, 4>> groups = surfaces_->ListNear(x);
   for (const Rub& rub : rubs_) groups.push_back(rub.vertex);
   auto wide = std::make_shared<ClothModel>(*model_);
   wide->pattern = MakeBlockPattern(model_->mesh, model_->scene.stretch, model_->scene.bend, groups);
@@ -208,11 +238,11 @@ void ImplicitEuler::Assemble(const Eigen::VectorXd& x, SurfaceContact::Stiffness
 }
 
 // M/h² + K or, where that is not positive definite, with a larger multiple of M. The whole
-// curvature of self-contact converges quadratically `near` the end, its positive part from further
-// off.
+// curvature of pairs in contact converges quadratically `near` the end, its positive part from
+// further off.
 bool ImplicitEuler::Factor(const Eigen::VectorXd& x, bool near) {
   double mu = 1.0 / (h_ * h_);
-  if (self_ && near) {
+  if (surfaces_ && near) {
     Assemble(x, SurfaceContact::StiffnessPart::kWhole);
     if (linear_->stiffness.FactorShifted(0.0, &mu, [](double) { return std::nullopt; }))
       return true;
@@ -233,7 +263,7 @@ bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here, bool* whol
   for (int k = 0; k <= options_.max_halvings && !Cancelled(); ++k, length *= 0.5) {
     Eigen::VectorXd moves = length * dx;
     if (contact() != nullptr) clearance_.ShortenMoves(here.x, moves);
-    if (self_) self_->ShortenMoves(here.x, moves);
+    if (surfaces_) surfaces_->ShortenMoves(here.x, moves);
     Trial next = At(here.x + moves);
     const double rise =
         next.potential - here.potential - 0.5 * (here.elastic + next.elastic).dot(moves);
@@ -259,7 +289,7 @@ double ImplicitEuler::FindRubs(const Eigen::VectorXd& before, const Eigen::Vecto
   const Eigen::VectorXd old = by_vertex();
   rubs_.clear();
   if (contact() != nullptr && options_.friction > 0.0) AddObstacleRubs(before, x);
-  if (self_ && options_.self_friction > 0.0) AddSelfRubs(before, x);
+  if (surfaces_) AddSurfaceRubs(before, x);
   const Eigen::VectorXd now = by_vertex();
   return now.sum() > 0.0 ? (now - old).cwiseAbs().sum() / now.sum() : 0.0;
 }
@@ -270,7 +300,7 @@ void ImplicitEuler::AddObstacleRubs(const Eigen::VectorXd& before, const Eigen::
     if (!clearance_.MayTouch(i, here)) continue;
     for (const Obstacle& obstacle : contact()->obstacles) {
       const ObstacleDistance distance = DistanceTo(obstacle, here);
-      const double gap = distance.value - 0.5 * contact()->thickness;
+      const double gap = distance.value - contact()->offset();
       if (gap >= contact()->range) continue;
       const double force = -contact()->stiffness * model_->vertex_area[i] *
                            EvaluateBarrier(gap, contact()->range).slope * distance.normal.norm();
@@ -282,14 +312,13 @@ void ImplicitEuler::AddObstacleRubs(const Eigen::VectorXd& before, const Eigen::
   }
 }
 
-void ImplicitEuler::AddSelfRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x) {
-  for (const SurfaceTouch& touch : self_->ListTouches(x)) {
-    Rub rub{.vertex = touch.pair.vertex,
-            .weight = touch.distance.weight,
-            .limit = options_.self_friction * self_->NormalForce(touch),
-            .normal = touch.distance.normal};
-    rub.start = rub.Point(before);
-    rubs_.push_back(rub);
+void ImplicitEuler::AddSurfaceRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x) {
+  for (const SurfaceTouch& touch : surfaces_->ListTouches(x)) {
+    const double friction =
+        surfaces_->IsOfObstacle(touch.pair) ? options_.friction : options_.self_friction;
+    if (friction == 0.0) continue;
+    rubs_.push_back(surfaces_->RubAt(touch, before));
+    rubs_.back().limit = friction * surfaces_->NormalForce(touch);
   }
 }
 

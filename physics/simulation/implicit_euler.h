@@ -28,7 +28,8 @@ struct ImplicitEulerOptions {
   double creep_speed = 1e-3;      // relative speed above which a contact slides [m/s], > 0
   int friction_rounds = 5;        // solves of a step for the lagged normal forces
   double friction_change = 0.01;  // of these forces, below which no further round follows
-  // Contact of the cloth with itself [MODEL, M62]; obstacles are those of the scene or the step.
+  // Contact of the cloth with itself [MODEL, M62]; obstacles are those of the scene or the step,
+  // whose meshes also meet faces and edges of the cloth [MODEL, M63].
   std::optional<Contact> self_contact = {};
   const std::atomic<bool>* cancel = nullptr;  // ends a step early when it turns true
   // Sees each shape x, shape [3V], that a step has gone to.
@@ -65,7 +66,7 @@ struct ImplicitEulerCost {
 };
 
 // Where a step has failed: the vertex with the largest unbalanced force, or the first whose force
-// is not finite, at the last shape that was accepted.
+// is not finite, at the last shape that was accepted; pinched: one that is in the way.
 struct ImplicitEulerFailure {
   int vertex = -1;                                  // none: the last step has not failed
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  // [m]
@@ -73,8 +74,8 @@ struct ImplicitEulerFailure {
 
 // Implicit Euler to convergence [MODEL, M32]: M·(x − y)/h² = f(x), y = x_t0 + h·v_t0, by Newton's
 // method on the exact K, symmetrised and shifted where M/h² + K is not positive definite, with
-// backtracking on the energy. No vertex enters an obstacle and, with self-contact, no part of the
-// cloth another, if that is so at the start.
+// backtracking on the energy. No vertex enters an obstacle, no part of the cloth a triangle mesh
+// and, with self-contact, no part of the cloth another, if that is so at the start.
 class ImplicitEuler {
  public:
   ImplicitEuler(std::shared_ptr<const ClothModel> model, const MaterialField& material, double h,
@@ -104,6 +105,8 @@ class ImplicitEuler {
 
   const Contact* contact() const;  // of the surroundings, or the scene's
   bool Cancelled() const { return options_.cancel != nullptr && *options_.cancel; }
+  void MeetObstacles();
+  IntegratorStatus Pinched(int vertex, const Eigen::VectorXd& x);
   IntegratorStatus Start(const Eigen::VectorXd& from, Eigen::VectorXd& start);
   Trial At(const Eigen::VectorXd& x) const;
   void AddSurroundings(Trial& trial) const;
@@ -117,14 +120,14 @@ class ImplicitEuler {
   // Finds the normal forces at x. Returns by how much of their sum they have changed.
   double FindRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
   void AddObstacleRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
-  void AddSelfRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
+  void AddSurfaceRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
 
   std::shared_ptr<const ClothModel> model_;
   MaterialField material_;
   double h_;
   ImplicitEulerOptions options_;
   std::unique_ptr<Linear> linear_;
-  std::optional<SurfaceContact> self_;
+  std::optional<SurfaceContact> surfaces_;  // with itself and with meshes, where there are any
   Eigen::VectorXd mass_by_h2_;
   double weight_;
   Eigen::VectorXd coasted_;  // y of the present step

@@ -112,7 +112,7 @@ SolidContact DeviceCloth::UploadContact(const Contact& contact) {
   std::vector<Solid> solids;
   for (const Obstacle& obstacle : contact.obstacles) solids.push_back(MakeSolid(obstacle).value());
   solids_ = DeviceBuffer<Solid>(solids);
-  return {contact.thickness, contact.range, contact.stiffness, static_cast<int>(solids.size()),
+  return {2.0 * contact.offset(), contact.range, contact.stiffness, static_cast<int>(solids.size()),
           solids_.data()};
 }
 

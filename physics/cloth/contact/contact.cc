@@ -12,7 +12,7 @@ namespace {
 // What the formulas of solid.h take.
 struct PlainContact {
   explicit PlainContact(const Contact& contact)
-      : thickness(contact.thickness),
+      : thickness(2.0 * contact.offset()),
         range(contact.range),
         stiffness(contact.stiffness),
         count(static_cast<int>(contact.obstacles.size())),
@@ -39,7 +39,7 @@ Eigen::Matrix3d InEigen(const double (&block)[9]) {
 }
 
 double Gap(const Contact& contact, const Obstacle& obstacle, const Eigen::Vector3d& x) {
-  return DistanceTo(obstacle, x).value - 0.5 * contact.thickness;
+  return DistanceTo(obstacle, x).value - contact.offset();
 }
 
 }  // namespace
@@ -47,7 +47,7 @@ double Gap(const Contact& contact, const Obstacle& obstacle, const Eigen::Vector
 PlateObstacle MakeSupport(const Contact& contact, double radius) {
   PlateObstacle plate;
   plate.radius = radius;
-  plate.top.z() = -(0.5 * contact.thickness + 1.1 * contact.range);
+  plate.top.z() = -(contact.offset() + 1.1 * contact.range);
   return plate;
 }
 

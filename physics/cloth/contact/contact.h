@@ -9,14 +9,18 @@
 namespace drape {
 
 // Contact of a cloth with obstacles, at its vertices [MODEL, M60], and with itself. The midsurface
-// keeps half of the thickness from an obstacle; what is left of the distance is the gap, which is
-// always positive.
+// keeps half of the thickness from an obstacle, and its vertices a skin besides; what is left of
+// the distance is the gap, which is always positive.
 struct Contact {
   double thickness = 4e-4;   // of the cloth [m], ≥ 0
+  double skin = 0.0;         // between obstacles and vertices [m], ≥ 0
   double range = 5e-4;       // of the gap in which surfaces push one another [m], > 0
   double stiffness = 100.0;  // κ, of the surfaces' pile [Pa], > 0
   std::vector<Obstacle> obstacles = {};
   bool self = false;  // also that of the cloth with itself [MODEL, M62]
+
+  // By which the distance of a vertex from an obstacle exceeds its gap [m].
+  double offset() const { return 0.5 * thickness + skin; }
 };
 
 // The support of the drape test in a scene where cloth is held on z = 0: a plate so far below that

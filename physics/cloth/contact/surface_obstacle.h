@@ -27,6 +27,11 @@ class SurfaceObstacle {
   // second derivatives are those of the minimum of planes, negative semidefinite [MODEL, M60]; of
   // the distances d they are left out: they are those of facets, not of the body.
   ObstacleDistance DistanceTo(const Eigen::Vector3d& x) const;
+  const Eigen::Matrix3Xd& x() const { return x_; }
+  // At the begin of the step [m].
+  const Eigen::Matrix3Xd& before() const { return before_.cols() == 0 ? x_ : before_; }
+  const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
+
   // How far the point nearest to x has moved in the step [m].
   Eigen::Vector3d Move(const Eigen::Vector3d& x) const;
 

@@ -17,9 +17,14 @@ double LongestMove(const Eigen::VectorXd& dx) {
   return dx.size() == 0 ? 0.0 : dx.reshaped(3, dx.size() / 3).colwise().norm().maxCoeff();
 }
 
-PairCandidates::PairCandidates(std::vector<std::array<int, 2>> edges,
-                               std::vector<std::array<int, 3>> triangles, double reach)
-    : edges_(std::move(edges)), triangles_(std::move(triangles)), reach_(reach) {}
+PairCandidates::PairCandidates(SurfaceParts cloth, double reach, bool of_cloth)
+    : cloth_(std::move(cloth)), reach_(reach), of_cloth_(of_cloth) {}
+
+void PairCandidates::SetObstacles(SurfaceParts obstacles, double reach) {
+  obstacles_ = std::move(obstacles);
+  reach_ = reach;
+  known_ = {};
+}
 
 bool PairCandidates::Covers(const Eigen::VectorXd& x) const {
   if (known_.low.size() != x.size()) return false;
@@ -35,8 +40,12 @@ void PairCandidates::Cover(const Eigen::VectorXd& x, const Eigen::VectorXd& dx) 
   known_.low = x.cwiseMin(to).reshaped(3, vertices).array() - kSlack;
   known_.high = x.cwiseMax(to).reshaped(3, vertices).array() + kSlack;
   candidates_.clear();
-  for (const ContactPair& pair : ListPairsWithin(edges_, triangles_, known_, reach_))
-    candidates_.push_back({MeasureDistance(pair.of_edges, GatherPair(pair, x)).value, pair});
+  const auto add = [&](const std::vector<ContactPair>& pairs) {
+    for (const ContactPair& pair : pairs)
+      candidates_.push_back({MeasureDistance(pair.of_edges, GatherPair(pair, x)).value, pair});
+  };
+  if (of_cloth_) add(ListPairsWithin(cloth_, known_, reach_));
+  if (!obstacles_.vertices.empty()) add(ListPairsBetween(cloth_, obstacles_, known_, reach_));
   std::sort(candidates_.begin(), candidates_.end());
 }
 

@@ -12,8 +12,9 @@
 
 namespace drape {
 
-// The pairs of a cloth that can be near one another in shapes near a reference shape. Only what is
-// near is looked at again while the cloth moves little.
+// The pairs of a cloth, and of a cloth and obstacles, that can be near one another in shapes near a
+// reference shape. Only what is near is looked at again while the cloth moves little. A shape has
+// the vertices of the cloth and then those of the obstacles.
 class PairCandidates {
  public:
   struct Candidate {
@@ -24,9 +25,11 @@ class PairCandidates {
     }
   };
 
-  // edges, triangles: indices of vertices. reach: distances [m] above which a pair is not wanted.
-  PairCandidates(std::vector<std::array<int, 2>> edges, std::vector<std::array<int, 3>> triangles,
-                 double reach);
+  // reach: distances [m] above which a pair is not wanted. of_cloth: whether two parts of the cloth
+  // are a pair.
+  PairCandidates(SurfaceParts cloth, double reach, bool of_cloth = true);
+  // Other obstacles from now on, none if it has no parts. All shapes are unknown.
+  void SetObstacles(SurfaceParts obstacles, double reach);
 
   // Makes all shapes known in which each vertex is on the straight way from x to x + dx. x becomes
   // the reference shape where it is not near enough to the present one.
@@ -38,9 +41,9 @@ class PairCandidates {
   std::span<const Candidate> Near(const Eigen::VectorXd& x, double move) const;
 
  private:
-  std::vector<std::array<int, 2>> edges_;
-  std::vector<std::array<int, 3>> triangles_;
+  SurfaceParts cloth_, obstacles_;
   double reach_;
+  bool of_cloth_;
   VertexBoxes known_;
   Eigen::VectorXd reference_;
   std::vector<Candidate> candidates_;  // ascending

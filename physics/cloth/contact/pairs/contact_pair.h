@@ -7,8 +7,8 @@
 
 namespace drape {
 
-// Two parts of a cloth that can touch and have no vertex in common: a vertex and a face, or two
-// edges.
+// Two parts of a cloth, or of a cloth and of an obstacle, that can touch and have no vertex in
+// common: a vertex and a face, or two edges.
 struct ContactPair {
   bool of_edges = false;
   std::array<int, 4> vertex = {};  // the vertex and the face's corners, or the edges' ends

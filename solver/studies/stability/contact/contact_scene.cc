@@ -148,7 +148,7 @@ double LyingHeight(const Contact& contact, double pressure) {
     const double pushes = -contact.stiffness * EvaluateBarrier(middle, contact.range).slope;
     (pushes > pressure ? low : high) = middle;
   }
-  return 0.5 * contact.thickness + 0.5 * (low + high);
+  return contact.offset() + 0.5 * (low + high);
 }
 
 ContactScene MakeContactScene(const StabilityCase& run, MaterialField material) {

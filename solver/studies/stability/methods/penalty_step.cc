@@ -14,7 +14,7 @@ Eigen::Vector3d Pushed(const Contact& contact, const PenaltyOptions& options, do
                        const Eigen::Vector3d& x, Eigen::Vector3d v, double h) {
   for (const Obstacle& obstacle : contact.obstacles) {
     const ObstacleDistance distance = DistanceTo(obstacle, x);
-    const double depth = 0.5 * contact.thickness - distance.value;
+    const double depth = contact.offset() - distance.value;
     if (depth <= 0.0) continue;
     const double normal = v.dot(distance.normal);
     const double push = std::max(

@@ -46,6 +46,17 @@ inline ClosedMesh MakeBall(double radius, int divisions) {
   return ball;
 }
 
+// A prism on its side: a ridge along x of that length, with its middle in the origin, over a base
+// of the same length at z = −height.
+inline ClosedMesh MakeWedge(double length, double width, double height) {
+  const double x = 0.5 * length, y = 0.5 * width;
+  ClosedMesh wedge{
+      Eigen::Matrix3Xd(3, 6),
+      {{0, 3, 2}, {1, 4, 5}, {0, 4, 1}, {0, 2, 4}, {0, 5, 3}, {0, 1, 5}, {2, 5, 4}, {2, 3, 5}}};
+  wedge.x << -x, x, -x, -x, x, x, 0, 0, -y, y, -y, y, 0, 0, -height, -height, -height, -height;
+  return wedge;
+}
+
 // A ring whose section is a circle of radius `thin` about a circle of radius `wide` around z.
 inline ClosedMesh MakeRing(double wide, double thin, int around, int across) {
   ClosedMesh ring{Eigen::Matrix3Xd(3, around * across), {}};

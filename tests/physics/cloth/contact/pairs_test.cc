@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <random>
 #include <set>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "physics/cloth/contact/pairs/contact_pair.h"
 #include "physics/mesh/strip.h"
 #include "physics/util/math/random.h"
+#include "tests/physics/cloth/contact/closed_mesh.h"
 
 namespace drape {
 namespace {
@@ -179,7 +181,9 @@ TEST(Pairs, TheSearchFindsAllThatAreNear) {
   const Mesh mesh = MakeStrip(0.3, 0.1, 12, 5);
   const auto edges = ListEnds(mesh);
   const auto triangles = ListTriangles(mesh);
-  PairCandidates candidates(edges, triangles, kReach);
+  std::vector<int> vertices(mesh.num_vertices());
+  std::iota(vertices.begin(), vertices.end(), 0);
+  PairCandidates candidates({.vertices = vertices, .edges = edges, .triangles = triangles}, kReach);
   std::mt19937_64 random(5);
   Eigen::VectorXd x = mesh.rest_x;
   std::size_t most = 0;
@@ -208,6 +212,49 @@ TEST(Pairs, TheSearchFindsAllThatAreNear) {
       most = std::max(most, found.size());
     }
     x += dx;
+  }
+  EXPECT_GT(most, 100U);
+}
+
+// The same for a ball that wanders around the strip, of which pairs with itself are not wanted.
+TEST(Pairs, TheSearchFindsAllThatAreNearAnObstacle) {
+  constexpr double kReach = 0.02;
+  const Mesh mesh = MakeStrip(0.3, 0.1, 12, 5);
+  const test::ClosedMesh ball = test::MakeBall(0.04, 1);
+  const int cloth = mesh.num_vertices(), all = cloth + static_cast<int>(ball.x.cols());
+  SurfaceParts strip{.edges = ListEnds(mesh), .triangles = ListTriangles(mesh)}, around;
+  for (int i = 0; i < all; ++i) (i < cloth ? strip : around).vertices.push_back(i);
+  for (const auto& [p, q, r] : ball.triangles) {
+    around.triangles.push_back({cloth + p, cloth + q, cloth + r});
+    for (const auto& [a, b] : {std::array{p, q}, {q, r}, {r, p}})
+      if (a < b) around.edges.push_back({cloth + a, cloth + b});
+  }
+  PairCandidates candidates(strip, kReach, false);
+  candidates.SetObstacles(around, kReach);
+  std::mt19937_64 random(9);
+  std::size_t most = 0;
+  Eigen::VectorXd x(3 * all);
+  x << mesh.rest_x, (ball.x.colwise() + Eigen::Vector3d(0.05, 0.05, 0.03)).reshaped();
+  for (int step = 0; step < 30; ++step) {
+    Eigen::VectorXd dx(x.size());
+    for (double& part : dx) part = 2e-3 * SampleNormal(random);
+    dx.tail(ball.x.size()) += Eigen::Vector3d(5e-3, 0.0, 0.0).replicate(ball.x.cols(), 1);
+    candidates.Cover(x, dx);
+    x += dx;
+    std::set<ContactPair> found, expected;
+    for (const auto& [distance, pair] : candidates.Near(x, 0.0))
+      if (MeasureDistance(pair.of_edges, GatherPair(pair, x)).value < kReach) found.insert(pair);
+    const auto look = [&](const ContactPair& pair) {
+      if (MeasureDistance(pair.of_edges, GatherPair(pair, x)).value < kReach) expected.insert(pair);
+    };
+    for (const int i : strip.vertices)
+      for (const auto& [a, b, c] : around.triangles) look({false, {i, a, b, c}});
+    for (const int i : around.vertices)
+      for (const auto& [a, b, c] : strip.triangles) look({false, {i, a, b, c}});
+    for (const auto& [a, b] : strip.edges)
+      for (const auto& [c, d] : around.edges) look({true, {a, b, c, d}});
+    ASSERT_EQ(found, expected) << step;
+    most = std::max(most, found.size());
   }
   EXPECT_GT(most, 100U);
 }

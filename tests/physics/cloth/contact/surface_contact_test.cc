@@ -9,9 +9,11 @@
 #include <random>
 
 #include "physics/cloth/contact/barrier.h"
+#include "physics/cloth/contact/surface_obstacle.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/mesh/strip.h"
 #include "physics/util/math/random.h"
+#include "tests/physics/cloth/contact/closed_mesh.h"
 #include "tests/physics/cloth/contact/sheets.h"
 
 namespace drape {
@@ -184,6 +186,122 @@ TEST(SurfaceContact, ShortenedMovesNeverCross) {
     EXPECT_GT(contact.SmallestGap(x), -kSurface.thickness);
   }
   EXPECT_GT(shortened, 200);
+}
+
+// A sheet that lies bent around a ball of few facets, which has moved.
+class SheetOnBall : public testing::Test {
+ protected:
+  SheetOnBall() : contact_(mesh_, VertexAreas(mesh_), std::nullopt) {
+    const Eigen::Matrix3Xd before = ball_.x.colwise() - move_;
+    contact_.SetObstacles(
+        {.thickness = kSurface.thickness,
+         .range = kSurface.range,
+         .obstacles = {std::make_shared<const SurfaceObstacle>(ball_.x, ball_.triangles, before)}});
+    x_ = mesh_.rest_x;
+    std::mt19937_64 random(6);
+    for (Eigen::Index i = 0; i < x_.size(); i += 3) {
+      auto place = x_.segment<3>(i);
+      place.head<2>() -= Eigen::Vector2d(0.02, 0.02);
+      place.z() = 0.05;
+      place *= (kRadius + kSurface.thickness) / place.norm();
+    }
+    x_ += RandomMoves(x_.size(), 3e-4, random);
+    contact_.Know(x_);
+  }
+  double Energy(const Eigen::VectorXd& x) const {
+    Eigen::VectorXd f = Eigen::VectorXd::Zero(x.size());
+    return contact_.AddForces(x, f);
+  }
+  Eigen::VectorXd Forces(const Eigen::VectorXd& x) const {
+    Eigen::VectorXd f = Eigen::VectorXd::Zero(x.size());
+    contact_.AddForces(x, f);
+    return f;
+  }
+
+  static constexpr double kRadius = 0.05;
+  test::ClosedMesh ball_ = test::MakeBall(kRadius, 2);
+  Eigen::Vector3d move_ = Eigen::Vector3d(1e-3, 2e-3, -3e-3);  // of the ball in the step
+  Mesh mesh_ = MakeStrip(0.04, 0.04, 4, 4);
+  SurfaceContact contact_;
+  Eigen::VectorXd x_;
+};
+
+TEST_F(SheetOnBall, ForcesAreTheSlopeOfTheEnergy) {
+  int vertices = 0, edges = 0;
+  for (const SurfaceTouch& touch : contact_.ListTouches(x_)) {
+    EXPECT_TRUE(contact_.IsOfObstacle(touch.pair));
+    EXPECT_TRUE(touch.pair.of_edges || touch.pair.vertex[0] >= mesh_.num_vertices());
+    ++(touch.pair.of_edges ? edges : vertices);
+  }
+  EXPECT_GT(vertices, 5);
+  EXPECT_GT(edges, 20);
+  const Eigen::VectorXd f = Forces(x_);
+  std::mt19937_64 random(7);
+  for (int k = 0; k < 20; ++k) {
+    const Eigen::VectorXd way = RandomMoves(x_.size(), 1.0, random);
+    constexpr double kStep = 1e-8;
+    const double slope = (Energy(x_ + kStep * way) - Energy(x_ - kStep * way)) / (2.0 * kStep);
+    EXPECT_NEAR(-f.dot(way), slope, 1e-6 * f.norm() * way.norm());
+  }
+}
+
+TEST_F(SheetOnBall, TheWholeStiffnessIsTheSlopeOfTheForces) {
+  Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(x_.size(), x_.size());
+  contact_.ForEachStiffness(x_, SurfaceContact::StiffnessPart::kWhole,
+                            [&](int i, int j, const Eigen::Matrix3d& block) {
+                              ASSERT_LT(j, mesh_.num_vertices());
+                              stiffness.block<3, 3>(3 * i, 3 * j) += block;
+                              if (i != j) stiffness.block<3, 3>(3 * j, 3 * i) += block.transpose();
+                            });
+  std::mt19937_64 random(8);
+  for (int k = 0; k < 20; ++k) {
+    const Eigen::VectorXd way = RandomMoves(x_.size(), 1.0, random);
+    constexpr double kStep = 1e-9;
+    const Eigen::VectorXd slope =
+        (Forces(x_ - kStep * way) - Forces(x_ + kStep * way)) / (2.0 * kStep);
+    EXPECT_LT((stiffness * way - slope).norm(), 1e-6 * slope.norm());
+  }
+}
+
+// A point of the cloth that goes with the obstacle does not slip, one that rests slips by its move.
+TEST_F(SheetOnBall, SlipIsRelativeToTheObstacle) {
+  const Eigen::VectorXd led = x_ - move_.replicate(mesh_.num_vertices(), 1);
+  const std::vector<SurfaceTouch> touches = contact_.ListTouches(x_);
+  ASSERT_FALSE(touches.empty());
+  for (const SurfaceTouch& touch : touches) {
+    // A face that pushes back a vertex is the second part of its pair.
+    const double side = touch.pair.of_edges ? 1.0 : -1.0;
+    const Rub rub = contact_.RubAt(touch, led);
+    EXPECT_LT((rub.Point(x_) - rub.start).norm(), 1e-15);
+    const Rub at_rest = contact_.RubAt(touch, x_);
+    EXPECT_LT((at_rest.Point(x_) - at_rest.start + side * move_).norm(), 1e-15);
+    for (const int i : rub.vertex) EXPECT_LT(i, mesh_.num_vertices());
+  }
+}
+
+// A ridge that jumps through a coarse sheet, whose vertices are far from it, takes it along.
+TEST(SurfaceContact, ASheetGivesWayToARidge) {
+  const Mesh mesh = MakeStrip(0.3, 0.3, 3, 3);
+  const test::ClosedMesh wedge = test::MakeWedge(0.02, 0.02, 0.05);
+  const auto at = [&](double z) -> Eigen::Matrix3Xd {
+    return wedge.x.colwise() + Eigen::Vector3d(0.16, 0.14, z);
+  };
+  SurfaceContact contact(mesh, VertexAreas(mesh), std::nullopt);
+  contact.SetObstacles({.obstacles = {std::make_shared<const SurfaceObstacle>(
+                            at(0.02), wedge.triangles, at(-0.001))}});
+  Eigen::VectorXd moves = Eigen::VectorXd::Zero(mesh.rest_x.size());
+  EXPECT_FALSE(contact.CanFollow(mesh.rest_x, moves));
+  ASSERT_FALSE(contact.GiveWay(mesh.rest_x, moves));
+  const Eigen::VectorXd x = mesh.rest_x + moves;
+  std::vector<std::array<int, 3>> all = ListTriangles(mesh);
+  for (const auto& [p, q, r] : wedge.triangles)
+    all.push_back({mesh.num_vertices() + p, mesh.num_vertices() + q, mesh.num_vertices() + r});
+  Eigen::VectorXd both(x.size() + wedge.x.size());
+  both << x, at(0.02).reshaped();
+  EXPECT_TRUE(FindSelfIntersections(all, both).empty());
+  EXPECT_GT(moves(Eigen::seq(2, Eigen::last, 3)).maxCoeff(), 0.02);
+  // What is far away stays.
+  EXPECT_EQ(moves.head<3>().norm(), 0.0);
 }
 
 }  // namespace
