@@ -10,9 +10,11 @@
 #include <map>
 #include <memory>
 #include <random>
+#include <set>
 #include <utility>
 #include <vector>
 
+#include "physics/cloth/contact/surface_contact.h"
 #include "physics/cloth/contact/surface_obstacle.h"
 #include "physics/material/laws/stretch_element.h"
 #include "physics/mesh/self_intersection.h"
@@ -24,9 +26,6 @@ namespace {
 
 using Columns = DeformationGradient<double>;
 
-// What a contact takes for thickness, half of which lies on either side.
-double Offset(const WearOptions& options) { return options.thickness + 2.0 * options.skin_offset; }
-
 double LargestStretch(const ClothModel& model, const Eigen::VectorXd& x) {
   double largest = 0.0;
   for (const Face& face : model.mesh.faces) {
@@ -37,13 +36,14 @@ double LargestStretch(const ClothModel& model, const Eigen::VectorXd& x) {
   return largest;
 }
 
-// Pairs of faces that meet.
+// Pairs of faces that meet, and the faces of the cloth that meet the body.
 struct Intersections {
   int with_body = 0, of_cloth = 0;
+  std::set<int> pierced = {};
 };
-Intersections CountIntersections(const std::vector<std::array<int, 3>>& cloth,
-                                 const Eigen::VectorXd& x, const Body& body,
-                                 const Eigen::VectorXd& body_x) {
+Intersections FindIntersections(const std::vector<std::array<int, 3>>& cloth,
+                                const Eigen::VectorXd& x, const Body& body,
+                                const Eigen::VectorXd& body_x) {
   const int vertices = static_cast<int>(x.size() / 3), faces = static_cast<int>(cloth.size());
   std::vector<std::array<int, 3>> all = cloth;
   for (std::array<int, 3> triangle : body.triangles()) {
@@ -52,22 +52,53 @@ Intersections CountIntersections(const std::vector<std::array<int, 3>>& cloth,
   }
   Eigen::VectorXd both(x.size() + body_x.size());
   both << x, body_x;
-  Intersections count;
-  for (const auto& [one, other] : FindSelfIntersections(all, both, std::numeric_limits<int>::max()))
-    if (one < faces) ++(other < faces ? count.of_cloth : count.with_body);
-  return count;
+  Intersections found;
+  for (const auto& [one, other] :
+       FindSelfIntersections(all, both, std::numeric_limits<int>::max())) {
+    if (one >= faces) continue;
+    ++(other < faces ? found.of_cloth : found.with_body);
+    if (other >= faces) found.pierced.insert(one);
+  }
+  return found;
+}
+
+// With the body as it moves from one time to another.
+Contact BodyContact(const Body& body, const WearOptions& options, double before, double now) {
+  const auto places = [&](double t) -> Eigen::Matrix3Xd {
+    const Eigen::VectorXd x = body.Positions(t);
+    return x.reshaped(3, x.size() / 3);
+  };
+  return {.thickness = options.thickness,
+          .skin = options.skin_offset,
+          .obstacles = {std::make_shared<const SurfaceObstacle>(places(now), body.triangles(),
+                                                                places(before))}};
+}
+
+// The further distance from the body that single vertices keep before the first step [m].
+using FurtherSkin = std::map<int, double>;
+
+void PushOutFurther(Contact contact, const FurtherSkin& further, Eigen::VectorXd& x) {
+  PushOut(contact, x);
+  const double skin = contact.skin;
+  for (const auto& [i, more] : further) {
+    contact.skin = skin + more;
+    Eigen::VectorXd place = x.segment<3>(3 * i);
+    PushOut(contact, place);
+    x.segment<3>(3 * i) = place;
+  }
 }
 
 // Draws seams together whose panels begin apart: each edge in turn is brought towards its rest
 // length, as in position-based dynamics [Müller 2007], while held vertices stay and the body is
 // kept out. What stretch is left the first steps take.
-void DrawTogether(const SewnGarment& garment, const Contact& contact, Eigen::VectorXd& x) {
-  constexpr int kSweeps = 1000, kSweepsToPush = 5;
+void DrawTogether(const SewnGarment& garment, const Contact& contact, const FurtherSkin& further,
+                  int sweeps, Eigen::VectorXd& x) {
+  constexpr int kSweepsToPush = 5;
   constexpr double kShare = 0.5;  // of what an edge is too long or too short
   std::vector<bool> held(x.size() / 3, false);
   for (const int i : garment.held_by_pelvis) held[i] = true;
   const std::vector<RestEdge> edges = ListEdges(garment.model->mesh);
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  for (int sweep = 0; sweep < sweeps; ++sweep) {
     for (const RestEdge& edge : edges) {
       const auto& [a, b] = edge.vertex;
       if (held[a] && held[b]) continue;
@@ -79,9 +110,41 @@ void DrawTogether(const SewnGarment& garment, const Contact& contact, Eigen::Vec
       x.segment<3>(3 * a) += of_a * change;
       x.segment<3>(3 * b) -= (1.0 - of_a) * change;
     }
-    if (sweep % kSweepsToPush == 0) PushOut(contact, x);
+    if (sweep % kSweepsToPush == 0) PushOutFurther(contact, further, x);
   }
-  PushOut(contact, x);
+  PushOutFurther(contact, further, x);
+}
+
+// The vertices of faces of the cloth that meet the body or are not further off than half of the
+// thickness.
+std::set<int> FindTooNear(const Mesh& mesh, const Contact& contact, const Body& body,
+                          const Eigen::VectorXd& x) {
+  std::set<int> near;
+  const std::vector<std::array<int, 3>> cloth = ListTriangles(mesh);
+  for (const int face : FindIntersections(cloth, x, body, body.Positions(0.0)).pierced)
+    near.insert(cloth[face].begin(), cloth[face].end());
+  SurfaceContact surfaces(mesh, Eigen::VectorXd::Ones(mesh.num_vertices()), std::nullopt);
+  surfaces.SetObstacles(contact);
+  surfaces.Know(x);
+  for (const SurfaceTouch& touch : surfaces.ListTouches(x))
+    if (touch.distance.value <= 0.5 * contact.thickness)
+      for (const int i : touch.pair.vertex)
+        if (i < mesh.num_vertices()) near.insert(i);
+  return near;
+}
+
+// Moves vertices further away from the body, until the faces between them are outside as well.
+void ClearBody(const SewnGarment& garment, const Contact& contact, const Body& body,
+               Eigen::VectorXd& x) {
+  constexpr int kMostRounds = 30, kSweeps = 50;
+  constexpr double kMore = 1e-3;  // [m]
+  FurtherSkin further;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const std::set<int> near = FindTooNear(garment.model->mesh, contact, body, x);
+    if (near.empty()) return;
+    for (const int i : near) further[i] += kMore;
+    DrawTogether(garment, contact, further, kSweeps, x);
+  }
 }
 
 const char* ToText(IntegratorStatus status) {
@@ -128,29 +191,19 @@ class Wearing {
   const ImplicitEulerFailure& failure() const { return euler_->failure(); }
 
   WornFrame Frame(int index, double time, const State& state) const {
-    const Contact contact = BodyContact(time, time);
+    const Contact contact = BodyContact(body_, options_, time, time);
     WornFrame frame{.index = index, .time = time, .cloth = state};
     frame.body = body_.Positions(time);
     frame.smallest_gap = SmallestGap(contact, state.x);
     frame.largest_stretch = LargestStretch(*garment_.model, state.x);
-    const Intersections count = CountIntersections(triangles_, state.x, body_, frame.body);
-    frame.body_intersections = count.with_body;
-    frame.self_intersections = count.of_cloth;
+    const Intersections found = FindIntersections(triangles_, state.x, body_, frame.body);
+    frame.body_intersections = found.with_body;
+    frame.self_intersections = found.of_cloth;
     return frame;
   }
 
  private:
   static constexpr int kMostParts = 64;
-
-  Contact BodyContact(double before, double now) const {
-    const auto places = [&](double t) -> Eigen::Matrix3Xd {
-      const Eigen::VectorXd x = body_.Positions(t);
-      return x.reshaped(3, x.size() / 3);
-    };
-    return {.thickness = Offset(options_),
-            .obstacles = {std::make_shared<const SurfaceObstacle>(places(now), body_.triangles(),
-                                                                  places(before))}};
-  }
 
   std::vector<Pin> Pins(double time) const {
     std::vector<Pin> pins;
@@ -188,7 +241,7 @@ class Wearing {
     euler_h_ = h;
     for (int k = 0; k < count; ++k) {
       const double before = begin + k * h, now = before + h;
-      const Contact contact = BodyContact(before, now);
+      const Contact contact = BodyContact(body_, options_, before, now);
       status_ = euler_->Advance(state, {.contact = &contact, .pins = Pins(now)});
       *newton_steps += euler_->cost().newton_steps;
       if (status_ != IntegratorStatus::kOk) return false;
@@ -211,17 +264,16 @@ class Wearing {
 
 State StartToWear(const SewnGarment& garment, const Body& body, const WearOptions& options,
                   uint64_t seed) {
-  const Eigen::VectorXd x = body.Positions(0.0);
-  const Contact contact{.thickness = Offset(options),
-                        .obstacles = {std::make_shared<const SurfaceObstacle>(
-                            Eigen::Matrix3Xd(x.reshaped(3, x.size() / 3)), body.triangles())}};
+  const Contact contact = BodyContact(body, options, 0.0, 0.0);
   State state{garment.start_x, Eigen::VectorXd::Zero(garment.start_x.size())};
-  DrawTogether(garment, contact, state.x);
+  constexpr int kSweeps = 1000;
+  DrawTogether(garment, contact, {}, kSweeps, state.x);
   if (options.start_noise > 0.0) {
     std::mt19937_64 random(seed);
     for (double& part : state.x) part += options.start_noise * SampleNormal(random);
     PushOut(contact, state.x);
   }
+  ClearBody(garment, contact, body, state.x);
   return state;
 }
 
@@ -229,6 +281,13 @@ std::optional<std::pair<int, int>> FindStartIntersection(const SewnGarment& garm
                                                          const State& state) {
   const auto pairs = FindSelfIntersections(ListTriangles(garment.model->mesh), state.x);
   return pairs.empty() ? std::nullopt : std::optional(pairs.front());
+}
+
+std::optional<int> FindStartPiercing(const SewnGarment& garment, const Body& body,
+                                     const WearOptions& options, const State& state) {
+  const std::set<int> near =
+      FindTooNear(garment.model->mesh, BodyContact(body, options, 0.0, 0.0), body, state.x);
+  return near.empty() ? std::nullopt : std::optional(*near.begin());
 }
 
 WearResult Wear(const SewnGarment& garment, const MaterialField& material, const Body& body,

@@ -24,8 +24,8 @@ struct WearOptions {
   int steps_per_frame = 4;
   int frames = 100;         // after that of the start
   double thickness = 4e-4;  // of the cloth [m]
-  // Between the body and the cloth, more than an edge between two vertices cuts off a round limb
-  // [m].
+  // Between the body and the vertices of the cloth [m]. Faces and edges keep off half of the
+  // thickness only; a skin of more than an edge cuts off a round limb keeps them from touching.
   double skin_offset = 3e-3;
   double friction = 0.3;     // with the body
   bool self_contact = true;  // without it the cloth passes through itself
@@ -57,7 +57,8 @@ struct WearResult {
   int frames = 0;           // handed to on_frame
 };
 
-// The garment before its first step: out of the body at t = 0. It may intersect itself, which
+// The garment before its first step: out of the body at t = 0, its faces as well where they come
+// out by moving their vertices up to 30 mm (FindStartPiercing). It may intersect itself, which
 // contact cannot undo (FindStartIntersection). seed: of the noise.
 State StartToWear(const SewnGarment& garment, const Body& body, const WearOptions& options,
                   uint64_t seed = 1);
@@ -65,6 +66,11 @@ State StartToWear(const SewnGarment& garment, const Body& body, const WearOption
 // Two faces of the garment that meet in this state, if any.
 std::optional<std::pair<int, int>> FindStartIntersection(const SewnGarment& garment,
                                                          const State& state);
+
+// A vertex at a face that meets the body in this state or is nearer to it than half of the
+// thickness, if any. Contact keeps a body out of the cloth but does not take it out.
+std::optional<int> FindStartPiercing(const SewnGarment& garment, const Body& body,
+                                     const WearOptions& options, const State& state);
 
 // Runs from `state` at frame `first` and hands over that frame (if it is 0) and all later ones. A
 // step that does not converge is repeated in 2, 4, … 64 shorter ones; if these fail as well the run

@@ -92,7 +92,7 @@ std::vector<Option> MotionOptions(GarmentOptions& options) {
        .most = 0.01},
       {.key = "skin_offset",
        .value = &wear.skin_offset,
-       .doc = "distance of the cloth from the body, so that no edge cuts a round limb",
+       .doc = "distance of the vertices of the cloth from the body; edges and faces keep off less",
        .unit = "m",
        .least = 0,
        .most = 0.01},

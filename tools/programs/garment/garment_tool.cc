@@ -213,20 +213,26 @@ std::string VertexText(const Wardrobe& wardrobe, int sewn_vertex) {
                 wardrobe.pattern.panels[panel].name.c_str());
 }
 
-// Contact keeps cloth out of itself but does not take it out.
-void CheckStart(const GarmentOptions& options, const Wardrobe& wardrobe, const State& start) {
-  if (!options.wear.self_contact) return;
-  const auto faces = FindStartIntersection(wardrobe.sewn, start);
-  if (!faces) return;
-  const int vertex = wardrobe.sewn.model->mesh.faces[faces->first].vertex[0];
+[[noreturn]] void RefuseStart(const GarmentOptions& options, const Wardrobe& wardrobe,
+                              const State& start, int vertex, const std::string& found,
+                              const std::string& expected) {
   const Eigen::Vector3d place = 100.0 * start.x.segment<3>(3 * vertex);
   throw InputError(options.garment,
-                   Format("found cloth that passes through itself before the first step, near "
-                          "(%.1f, %.1f, %.1f) cm, ",
-                          place.x(), place.y(), place.z()) +
-                       VertexText(wardrobe, vertex) +
-                       ", expected panels that do not: move them apart, or set "
-                       "--self_contact=false");
+                   Format("found cloth that %s before the first step, near (%.1f, %.1f, %.1f) cm, ",
+                          found.c_str(), place.x(), place.y(), place.z()) +
+                       VertexText(wardrobe, vertex) + ", expected " + expected);
+}
+
+// Contact keeps cloth out of itself and the body out of cloth, but takes neither out.
+void CheckStart(const GarmentOptions& options, const Wardrobe& wardrobe, const State& start) {
+  if (const auto vertex = FindStartPiercing(wardrobe.sewn, *wardrobe.body, wardrobe.wear, start))
+    RefuseStart(options, wardrobe, start, *vertex, "the body passes through",
+                "panels around it: move them apart, or set a smaller --edge");
+  if (!options.wear.self_contact) return;
+  if (const auto faces = FindStartIntersection(wardrobe.sewn, start))
+    RefuseStart(options, wardrobe, start, wardrobe.sewn.model->mesh.faces[faces->first].vertex[0],
+                "passes through itself",
+                "panels that do not: move them apart, or set --self_contact=false");
 }
 
 double LowestPoint(const Eigen::VectorXd& x) {

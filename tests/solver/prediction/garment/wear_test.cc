@@ -46,6 +46,16 @@ TEST_F(WearTest, PanelsAreDrawnTogether) {
   EXPECT_GT(frames[0].smallest_gap, 0.0);
 }
 
+// Edges of 4 cm around an armhole cut the shoulder, although no vertex is in it.
+TEST_F(WearTest, NoFaceBeginsInTheBody) {
+  for (const char* name : {"tank_dress", "t_shirt", "circle_skirt"}) {
+    const std::vector<WornFrame> frames = Wear(name, {.frames = 0});
+    ASSERT_EQ(frames.size(), 1u);
+    EXPECT_EQ(frames[0].body_intersections, 0) << name;
+    EXPECT_EQ(frames[0].self_intersections, 0) << name;
+  }
+}
+
 TEST_F(WearTest, ASkirtFallsAndItsWaistbandStays) {
   const std::vector<WornFrame> frames = Wear("circle_skirt", {.frames = 4});
   ASSERT_EQ(frames.size(), 5u);

@@ -12,6 +12,7 @@
 #include "physics/util/stored/stored_json.h"
 #include "solver/prediction/garment/geometry_cache.h"
 #include "solver/prediction/garment/pattern/pattern_io.h"
+#include "tests/physics/cloth/contact/closed_mesh.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/garment/garment_tool.h"
 
@@ -119,6 +120,18 @@ TEST_F(GarmentTool, BadInputIsOneLine) {
   ExpectOneLineError(Dress({out, material, "--body=" + Path("body_%04d.obj")}), "body_");
   ExpectOneLineError(Dress({out, material, "--garment=" + kFabric}), "cotton_blue.json");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
+}
+
+// A thin rod that passes through a face of the skirt: to get out, the cloth would have to part.
+TEST_F(GarmentTool, ABodyThatPassesThroughTheClothIsRefused) {
+  test::ClosedMesh rod = test::MakeBall(1.0, 2);
+  rod.x = (Eigen::Vector3d(0.015, 0.015, 0.3).asDiagonal() * rod.x).colwise() +
+          Eigen::Vector3d(0.3, 0.0, 1.1);
+  WriteObj(Path("body_0000.obj"), ObjSurface{rod.x.reshaped(), rod.triangles});
+  ExpectOneLineError(
+      Dress({"--out=" + Path("out"), "--material=" + kFabric, "--body=" + Path("body_%04d.obj")}),
+      "the body passes through");
+  EXPECT_FALSE(std::filesystem::exists(Path("out/summary.json")));
 }
 
 TEST_F(GarmentTool, DressesTheBodyInSamplesOfAFit) {
