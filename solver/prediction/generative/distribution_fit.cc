@@ -297,7 +297,7 @@ Problem MakeProblem(const DrapePool& pool, const std::vector<ObservedCapture>& t
   Columns captures(static_cast<Eigen::Index>(training.size()), options.outline_weight);
   Problem problem;
   for (std::size_t j = 0; j < training.size(); ++j) {
-    captures.Set(static_cast<Eigen::Index>(j), ShapeOf(training[j].drape));
+    captures.Set(static_cast<Eigen::Index>(j), ComputeDrapeShape(training[j].drape));
     problem.face.push_back(SpecimenDistribution::FaceIndex(training[j].capture.face));
   }
   Box box = BoxAround(*start);

@@ -74,8 +74,8 @@ std::optional<DrapeShape> See(const ClothModel& model, const SettledDrape& settl
   const Eigen::VectorXd& x = settled.rest.x;
   if (CountSelfIntersections(model.mesh, x) > 0) return {};
   try {
-    return Rounded(
-        ShapeOf(ObserveSurface({x, ListTriangles(model.mesh)}, Camera(), DrapeDiscs(), "drape")));
+    return Rounded(ComputeDrapeShape(
+        ObserveSurface({x, ListTriangles(model.mesh)}, Camera(), DrapeDiscs(), "drape")));
   } catch (const InputError&) {  // an outline with gaps
     return {};
   }
@@ -98,7 +98,7 @@ void CheckSame(const std::string& path, const DrapePool& pool, const PoolOptions
 
 }  // namespace
 
-DrapeShape ShapeOf(const ObservedDrape& drape) {
+DrapeShape ComputeDrapeShape(const ObservedDrape& drape) {
   DrapeShape shape{ComputeFeatures(drape.shape), Eigen::VectorXd(kPoolAngles)};
   constexpr int kEach = kObservedAngles / kPoolAngles;
   for (int i = 0; i < kPoolAngles; ++i) shape.radius[i] = drape.radius[i * kEach];

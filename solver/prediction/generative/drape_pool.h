@@ -26,7 +26,7 @@ struct DrapeShape {
   FeatureVector features;  // ComputeFeatures
   Eigen::VectorXd radius;  // [m], shape [kPoolAngles], θ_i = 2π i/kPoolAngles
 };
-DrapeShape ShapeOf(const ObservedDrape& drape);
+DrapeShape ComputeDrapeShape(const ObservedDrape& drape);
 
 struct PooledDrape {
   SpecimenNumbers numbers;

@@ -24,7 +24,7 @@ std::vector<SpecimenDistribution> Widened(std::vector<SpecimenDistribution> dist
   return distributions;
 }
 
-std::vector<ClothFace> FacesOf(const std::vector<ObservedCapture>& captures) {
+std::vector<ClothFace> ListObservedFaces(const std::vector<ObservedCapture>& captures) {
   std::vector<ClothFace> faces;
   for (const ObservedCapture& seen : captures)
     if (std::find(faces.begin(), faces.end(), seen.capture.face) == faces.end())
@@ -52,7 +52,7 @@ LearnedFabric LearnFabric(Backend& backend, const std::vector<ObservedCapture>& 
     near.drapes = options.round_drapes;
     near.seed = SeedOfStream(options.pool.seed, kRoundStream + static_cast<uint64_t>(round));
     near.from.around = Widened(fit.resampled.empty() ? std::vector{fit.best} : fit.resampled);
-    near.from.faces = FacesOf(training);
+    near.from.faces = ListObservedFaces(training);
     const DrapePool further = SimulatePool(backend, near, control);
     learned.cancelled = control.cancelled() || further.simulated < near.drapes;
     if (learned.cancelled) return learned;

@@ -163,7 +163,7 @@ void RequireOneMaterial(const PredictToolOptions& options) {
                     int(options.learn) + int(!options.specimens.empty());
   if (given != 1)
     throw InputError("options 'material', 'posterior', 'learn' and 'specimens'",
-                     "found " + (given == 0 ? "none" : std::to_string(given) + " of them") +
+                     "found " + (given == 0 ? "nothing" : std::to_string(given) + " of them") +
                          ", expected one of them");
   const PredictionOptions& prediction = options.prediction;
   if (IsGenerative(options) && (options.calibrate || prediction.specimen_stretch_sigma > 0 ||

@@ -52,7 +52,7 @@ TEST_F(DistributionFitTest, ResamplingShowsHowUncertainItIs) {
 TEST_F(DistributionFitTest, ScoresAsUnweightedDrapesOfTheDistributionDo) {
   SpecimenDistribution one_face = fabric_;
   one_face.mean[1] = one_face.mean[0];
-  const DrapePool pool = FakePoolOf(one_face, 1000);
+  const DrapePool pool = FakePoolAround(one_face, 1000);
   options_.outline_weight = 0.0;
   options_.least_effective = 1.0;
   Eigen::MatrixXd samples(kNumFeatures, 1000), observed(kNumFeatures, seen_.size());

@@ -114,7 +114,7 @@ TEST(SpecimenDistributionTest, SamplesHaveTheDensityOfTheRoundsThatTheyAreDrawnF
   const SpecimenDistribution fabric = FakeFabric();
   SpecimenDistribution wide = fabric;
   wide.deviation *= 1.3;
-  const DrapePool pool = Join(FakePool(4000), FakePoolOf(wide, 4000));
+  const DrapePool pool = Join(FakePool(4000), FakePoolAround(wide, 4000));
   const Eigen::VectorXd log_proposal = pool.LogProposal();
   for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown}) {
     double sum = 0.0;

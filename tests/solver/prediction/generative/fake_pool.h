@@ -32,7 +32,7 @@ inline ObservedDrape FakeDrape(const SpecimenNumbers& numbers, uint64_t seed) {
 }
 
 inline void AddFakeDrape(const SpecimenNumbers& numbers, uint64_t seed, DrapePool* pool) {
-  pool->drapes.push_back({numbers, ShapeOf(FakeDrape(numbers, seed))});
+  pool->drapes.push_back({numbers, ComputeDrapeShape(FakeDrape(numbers, seed))});
   ++pool->simulated;
 }
 
@@ -51,7 +51,7 @@ inline DrapePool FakePool(int drapes) {
 }
 
 // Of this distribution, up and down in turn.
-inline DrapePool FakePoolOf(const SpecimenDistribution& distribution, int drapes) {
+inline DrapePool FakePoolAround(const SpecimenDistribution& distribution, int drapes) {
   DrapePool pool{"disc:100", 0.1, 1, 0, {}, {{.around = {distribution}, .drapes = drapes}}};
   for (int i = 0; i < drapes; ++i) {
     const ClothFace face = i % 2 == 0 ? ClothFace::kUp : ClothFace::kDown;

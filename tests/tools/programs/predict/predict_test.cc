@@ -231,7 +231,7 @@ TEST_F(PredictFromAFit, MistakesAreOneLine) {
                      "'learn' and 'specimens': found 2 of them, expected one of them");
   ExpectOneLineError(RunFromFit({"--specimen_bend_sigma=0.1"}), "expected 0");
   ExpectOneLineError(RunProcess({kPredict, "--out=" + Path("drawn")}),
-                     "found none, expected one of them");
+                     "found nothing, expected one of them");
   EXPECT_FALSE(std::filesystem::exists(Path("drawn")));
 }
 
