@@ -400,8 +400,8 @@ DistributionFit FitDistribution(const DrapePool& pool, const std::vector<Observe
 double ScoreDistribution(const DrapePool& pool, const SpecimenDistribution& distribution,
                          const std::vector<ObservedCapture>& captures,
                          const DistributionFitOptions& options, double* effective) {
-  SpecimenDistribution start;
-  const Problem problem = MakeProblem(pool, captures, options, true, &start);
+  SpecimenDistribution around = distribution;
+  const Problem problem = MakeProblem(pool, captures, options, false, &around);
   double least = std::numeric_limits<double>::infinity();
   const double score =
       MeanScore(problem, distribution, Eigen::VectorXd::Ones(captures.size()), &least);

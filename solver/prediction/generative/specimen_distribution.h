@@ -14,9 +14,10 @@
 namespace drape {
 
 // A fabric as the distribution of its specimens [METHODS, P72]: a linear material and a random
-// start shape in eight numbers, which are normal and independent. A drape does not depend on the
-// weight of the cloth once its stiffness is known over the weight, so the numbers are lengths and
-// ratios, and drapes of one density serve for all.
+// start shape in eight numbers, which are normal and independent. Once the stiffness over the
+// weight is known, a drape depends on the weight only in that the springs of the support give way,
+// which moves it by less than 1 mm. So the numbers are lengths and ratios, and drapes of one
+// density serve for all.
 
 inline constexpr int kSpecimenNumbers = 8;
 using SpecimenNumbers = Eigen::Matrix<double, kSpecimenNumbers, 1>;
@@ -67,7 +68,7 @@ double LogDensity(const SpecimenDistribution& distribution, ClothFace face,
 SpecimenNumbers SampleNumbers(const SpecimenDistribution& distribution, ClothFace face,
                               uint64_t seed);
 
-// The linear tables of a specimen, c12 = 0.2·k; no drape depends on the density [kg/m²].
+// The linear tables of a specimen of this density [kg/m²], c12 = 0.2·k.
 MaterialField SpecimenMaterial(const SpecimenNumbers& numbers, double density = 0.2);
 // Random waves whose expected mean square is that of the numbers; a function of both arguments.
 StartShape SpecimenStart(const SpecimenNumbers& numbers, uint64_t seed);
