@@ -9,11 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/math/random.h"
 #include "physics/util/stored/stored_json.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -21,6 +23,7 @@ namespace {
 constexpr StoredFormat kPoolFormat = {"drapefit-drape-pool", 1};
 constexpr double kRadiusUnit = 1e-6;  // of the file [m]
 constexpr int kDeviceBatch = 512;     // keeps two devices busy
+constexpr int kBatchOfThread = 8;     // so that threads seldom wait for one another
 
 enum PoolStream : uint64_t { kPoolNumbers, kPoolStart };
 
@@ -81,19 +84,24 @@ std::optional<DrapeShape> See(const ClothModel& model, const SettledDrape& settl
   }
 }
 
-void CheckSame(const std::string& path, const DrapePool& pool, const PoolOptions& options) {
-  const auto fail = [&](const std::string& what, const std::string& found,
-                        const std::string& expected) {
-    throw InputError(path, "found a pool of " + what + found + ", expected " + expected +
-                               ": name another file, or remove this one");
+std::string DescribeSetting(const ClothModel& model, const RolloutOptions& steps) {
+  const bool touches_itself = HasSelfContact(model.scene);
+  const char* contact = touches_itself ? "self" : model.scene.contact ? "support" : "none";
+  return Format("%s law, contact %s, %d steps of %g s",
+                model.law.rejects_negative_entries() ? "smooth" : "reference", contact, steps.steps,
+                steps.h);
+}
+
+void CheckSame(const std::string& path, const DrapePool& pool, const PoolOptions& options,
+               const std::string& setting) {
+  const auto check = [&](const char* what, const std::string& found, const std::string& expected) {
+    if (found != expected)
+      throw InputError(path, std::string("found a pool of ") + what + " " + found + ", expected " +
+                                 expected + ": name another file, or remove this one");
   };
-  if (pool.mesh != options.mesh) fail("mesh ", pool.mesh, options.mesh);
-  if (pool.seed != options.seed)
-    fail("seed ", std::to_string(pool.seed), std::to_string(options.seed));
-  if (pool.time_step != options.settle.steps.h)
-    fail("time step ", std::to_string(pool.time_step), std::to_string(options.settle.steps.h));
-  if (pool.simulated < options.drapes)
-    fail("", std::to_string(pool.simulated) + " drapes", std::to_string(options.drapes));
+  check("mesh", pool.mesh, options.mesh);
+  check("seed", std::to_string(pool.seed), std::to_string(options.seed));
+  check("setting", pool.setting, setting);
 }
 
 }  // namespace
@@ -114,18 +122,24 @@ Eigen::VectorXd DrapePool::LogProposal() const {
 }
 
 DrapePool Join(DrapePool pool, const DrapePool& further) {
-  CHECK(pool.mesh == further.mesh && pool.time_step == further.time_step);
+  CHECK(pool.mesh == further.mesh && pool.setting == further.setting);
   pool.simulated += further.simulated;
   pool.drapes.insert(pool.drapes.end(), further.drapes.begin(), further.drapes.end());
   pool.rounds.insert(pool.rounds.end(), further.rounds.begin(), further.rounds.end());
   return pool;
 }
 
-DrapePool SimulatePool(Backend& backend, const PoolOptions& options, const RunControl& control) {
+DrapePool SimulatePool(Backend& backend, const PoolOptions& options, const RunControl& control,
+                       DrapePool begun) {
   const ClothModel& model = backend.model();
-  DrapePool pool{options.mesh, options.settle.steps.h, options.seed, 0, {}, {}};
+  DrapePool pool = std::move(begun);
+  pool.mesh = options.mesh;
+  pool.setting = DescribeSetting(model, options.settle.steps);
+  pool.seed = options.seed;
+  const int first = pool.simulated;
   std::vector<SpecimenNumbers> numbers;
-  const auto task = [&](int i) {
+  const auto task = [&](int further) {
+    const int i = first + further;
     const uint64_t seed = SeedOfStream(options.seed, static_cast<uint64_t>(i));
     numbers.push_back(RoundNumbers(options.from, i, SeedOfStream(seed, kPoolNumbers)));
     for (double& number : numbers.back()) number = Rounded(number);
@@ -136,25 +150,26 @@ DrapePool SimulatePool(Backend& backend, const PoolOptions& options, const RunCo
   };
   SettleOptions settle = options.settle;
   settle.steps.cancel = settle.equilibrium.cancel = control.cancel;
-  const int batch_size = backend.name() == "cpu" ? backend.threads() : kDeviceBatch;
+  const int batch_size =
+      backend.name() == "cpu" ? kBatchOfThread * backend.threads() : kDeviceBatch;
   std::vector<SettledDrape> batch;
-  const auto see = [&](int last) {
+  const auto see = [&] {
     std::vector<std::optional<DrapeShape>> seen(batch.size());
     RunInThreads(static_cast<int>(batch.size()), backend.threads(), nullptr,
                  [&](int i) { seen[i] = See(model, batch[i]); });
     for (std::size_t i = 0; i < seen.size(); ++i)
-      if (seen[i]) pool.drapes.push_back({numbers[pool.simulated + i], *seen[i]});
+      if (seen[i]) pool.drapes.push_back({numbers[pool.simulated - first + i], *seen[i]});
     pool.simulated += static_cast<int>(batch.size());
     batch.clear();
-    control.Report(double(last + 1) / options.drapes, "pool, drape " + std::to_string(last + 1) +
-                                                          " of " + std::to_string(options.drapes));
+    control.Report(
+        double(pool.simulated) / options.drapes,
+        "pool, drape " + std::to_string(pool.simulated) + " of " + std::to_string(options.drapes));
   };
-  SettleInBatches(backend, options.drapes, batch_size, task, settle,
-                  [&](int i, SettledDrape drape) {
-                    batch.push_back(std::move(drape));
-                    if (static_cast<int>(batch.size()) == batch_size || i + 1 == options.drapes)
-                      see(i);
-                  });
+  const int count = std::max(0, options.drapes - first);
+  SettleInBatches(backend, count, batch_size, task, settle, [&](int i, SettledDrape drape) {
+    batch.push_back(std::move(drape));
+    if (static_cast<int>(batch.size()) == batch_size || i + 1 == count) see();
+  });
   pool.rounds = {options.from};
   pool.rounds.front().drapes = pool.simulated;
   return pool;
@@ -173,7 +188,7 @@ void WritePool(const std::string& path, const DrapePool& pool) {
   }
   WriteStoredJson(path, kPoolFormat,
                   {{"mesh", pool.mesh},
-                   {"time_step", pool.time_step},
+                   {"setting", pool.setting},
                    {"seed", pool.seed},
                    {"simulated", pool.simulated},
                    {"drapes", std::move(drapes)}});
@@ -183,7 +198,7 @@ DrapePool ReadPool(const std::string& path) {
   const nlohmann::json json = ReadStoredJson(path, kPoolFormat);
   const JsonInput input(json, path);
   DrapePool pool{input.At("mesh").String(),
-                 input.At("time_step").NotNegative(),
+                 input.At("setting").String(),
                  json.at("seed").get<uint64_t>(),
                  input.At("simulated").Integer(),
                  {},
@@ -202,14 +217,15 @@ DrapePool ReadPool(const std::string& path) {
 
 DrapePool ReadOrSimulatePool(const std::string& path, Backend& backend, const PoolOptions& options,
                              const RunControl& control) {
+  DrapePool pool;
   if (std::filesystem::exists(path)) {
-    DrapePool pool = ReadPool(path);
-    CheckSame(path, pool, options);
-    control.Log("pool: " + std::to_string(pool.drapes.size()) + " drapes of " + path);
-    return pool;
+    pool = ReadPool(path);
+    CheckSame(path, pool, options, DescribeSetting(backend.model(), options.settle.steps));
+    control.Log("pool: " + std::to_string(pool.simulated) + " drapes of " + path);
   }
-  DrapePool pool = SimulatePool(backend, options, control);
-  if (pool.simulated == options.drapes) WritePool(path, pool);
+  const int had = pool.simulated;
+  if (had < options.drapes) pool = SimulatePool(backend, options, control, std::move(pool));
+  if (pool.simulated > had) WritePool(path, pool);
   return pool;
 }
 

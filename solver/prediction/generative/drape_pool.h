@@ -42,8 +42,8 @@ struct PoolRound {
 };
 
 struct DrapePool {
-  std::string mesh;  // what was simulated (PoolOptions)
-  double time_step = 0.0;
+  std::string mesh;     // PoolOptions
+  std::string setting;  // how it was simulated: "smooth law, contact none, 100 steps of 0.1 s"
   uint64_t seed = 0;
   int simulated = 0;  // with those that have no stable drape, or pass through themselves
   std::vector<PooledDrape> drapes;
@@ -62,11 +62,12 @@ struct PoolOptions {
   SettleOptions settle = {.steps = {.h = 0.1, .steps = 100}};
 };
 
-// Drape by drape, each a function of the seed and its index; independent of the threads.
-// Fewer when control.cancel turns true.
-DrapePool SimulatePool(Backend& backend, const PoolOptions& options, const RunControl& control);
+// Drape by drape, each a function of the seed and its index, after those that `begun`, a pool of
+// the same options, has; independent of the threads. Fewer when control.cancel turns true.
+DrapePool SimulatePool(Backend& backend, const PoolOptions& options, const RunControl& control,
+                       DrapePool begun = {});
 
-// All drapes of both, which are of one mesh and time step (CHECK).
+// All drapes of both, which are of one mesh and setting (CHECK).
 DrapePool Join(DrapePool pool, const DrapePool& further);
 
 // A file of some 400 bytes for each drape; lengths are rounded to 1 µm and numbers to seven digits,
@@ -75,8 +76,9 @@ DrapePool Join(DrapePool pool, const DrapePool& further);
 void WritePool(const std::string& path, const DrapePool& pool);
 DrapePool ReadPool(const std::string& path);
 
-// The pool of a file, or, where there is none, a new one that is written there. Throws InputError
-// where the file holds a pool of another mesh, time step or seed, or of fewer drapes.
+// The pool of a file with at least options.drapes: all that it has, or those that it lacks too,
+// which are added to the file, also as far as they are when they are cancelled. Throws InputError
+// where the file holds a pool of another mesh, setting or seed.
 DrapePool ReadOrSimulatePool(const std::string& path, Backend& backend, const PoolOptions& options,
                              const RunControl& control);
 

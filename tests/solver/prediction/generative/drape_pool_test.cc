@@ -52,11 +52,15 @@ TEST_F(DrapePoolTest, IsTheSameOnAnyThreadsAndFromItsFile) {
   EXPECT_EQ(pool.LogProposal(), read.LogProposal());
 }
 
-TEST_F(DrapePoolTest, AFileIsUsedOnlyForWhatItHolds) {
+TEST_F(DrapePoolTest, AFileIsContinuedByDrapesOfTheSameKindOnly) {
   std::filesystem::remove(path_);
   const auto backend = MakeCpuBackend(model_, 2);
-  const DrapePool pool = ReadOrSimulatePool(path_, *backend, Options(4), {});
-  ExpectSame(pool, ReadOrSimulatePool(path_, *backend, Options(4), {}));
+  const DrapePool begun = ReadOrSimulatePool(path_, *backend, Options(4), {});
+  ExpectSame(begun, ReadOrSimulatePool(path_, *backend, Options(3), {}));
+  const DrapePool whole = Simulate(9, 2);
+  ExpectSame(whole, ReadOrSimulatePool(path_, *backend, Options(9), {}));
+  ExpectSame(whole, ReadPool(path_));
+  EXPECT_EQ(ReadPool(path_).rounds.front().drapes, 9);
   const auto message = [&](const PoolOptions& options) -> std::string {
     try {
       ReadOrSimulatePool(path_, *backend, options, {});
@@ -65,13 +69,15 @@ TEST_F(DrapePoolTest, AFileIsUsedOnlyForWhatItHolds) {
     }
     return "no error";
   };
-  EXPECT_THAT(message(Options(5)), testing::HasSubstr("found a pool of 4 drapes, expected 5"));
   PoolOptions other = Options(4);
   other.mesh = "disc:200";
   EXPECT_THAT(message(other), testing::HasSubstr("mesh disc:100, expected disc:200"));
   other = Options(4);
   other.seed = 2;
   EXPECT_THAT(message(other), testing::HasSubstr("seed 1, expected 2"));
+  other = Options(4);
+  other.settle.steps.h = 0.05;
+  EXPECT_THAT(message(other), testing::HasSubstr("30 steps of 0.1 s, expected"));
 }
 
 TEST_F(DrapePoolTest, EndsEarlyWhenCancelled) {
@@ -136,7 +142,7 @@ TEST(SpecimenDistributionTest, FacesOfASpecimenShareTheirChance) {
 // Draped, learned and draped again, on a coarse mesh.
 TEST_F(DrapePoolTest, ALearnedFabricDrapesAsItsSamples) {
   const auto backend = MakeCpuBackend(model_, 2);
-  const PredictionOptions draws{.specimens = 12,
+  const PredictionOptions draws{.specimens = 10,
                                 .faces = {ClothFace::kUp, ClothFace::kDown},
                                 .settle = {.steps = {.h = 0.1, .steps = 30}},
                                 .batch = 2};
@@ -147,17 +153,17 @@ TEST_F(DrapePoolTest, ALearnedFabricDrapesAsItsSamples) {
     if (drape.seen)
       seen.push_back({{.fabric = 1, .sample = drape.specimen, .capture = 1, .face = drape.face},
                       std::move(*drape.seen)});
-  ASSERT_GE(seen.size(), 16u);
+  ASSERT_GE(seen.size(), 14u);
   const std::string file = testing::TempDir() + "/learned_pool.json";
   std::filesystem::remove(file);
   const LearnedFabric learned = LearnFabric(*backend, seen,
-                                            {.pool = Options(400),
+                                            {.pool = Options(300),
                                              .pool_file = file,
                                              .round_drapes = 100,
                                              .rounds = 1,
                                              .fit = {.least_effective = 20.0, .resamples = 4}},
                                             {});
-  EXPECT_EQ(learned.simulated, 500);
+  EXPECT_EQ(learned.simulated, 400);
   for (const int face : {0, 1})
     EXPECT_NEAR(learned.fit.best.mean[face][kLogBendingLength],
                 generating.best.mean[face][kLogBendingLength], 0.15)

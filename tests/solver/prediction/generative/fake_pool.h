@@ -38,7 +38,7 @@ inline void AddFakeDrape(const SpecimenNumbers& numbers, uint64_t seed, DrapePoo
 
 // Of all NumberRanges.
 inline DrapePool FakePool(int drapes) {
-  DrapePool pool{"disc:100", 0.1, 1, 0, {}, {{.drapes = drapes}}};
+  DrapePool pool{"disc:100", "none", 1, 0, {}, {{.drapes = drapes}}};
   std::mt19937_64 random(3);
   for (int i = 0; i < drapes; ++i) {
     SpecimenNumbers numbers;
@@ -52,7 +52,7 @@ inline DrapePool FakePool(int drapes) {
 
 // Of this distribution, up and down in turn.
 inline DrapePool FakePoolAround(const SpecimenDistribution& distribution, int drapes) {
-  DrapePool pool{"disc:100", 0.1, 1, 0, {}, {{.around = {distribution}, .drapes = drapes}}};
+  DrapePool pool{"disc:100", "none", 1, 0, {}, {{.around = {distribution}, .drapes = drapes}}};
   for (int i = 0; i < drapes; ++i) {
     const ClothFace face = i % 2 == 0 ? ClothFace::kUp : ClothFace::kDown;
     AddFakeDrape(SampleNumbers(distribution, face, SeedOfStream(11, i)), SeedOfStream(13, i),

@@ -127,8 +127,8 @@ TEST_F(PredictTool, LearnsSpecimensFromDrapesAndPredictsByThemAgain) {
                      "already describe how specimens differ");
   ExpectOneLineError(run({"--specimens=" + Path("out/summary.json")}), "summary.json");
   ExpectOneLineError(run({"--learn", "--data=" + Path("set"), "--samples=1-4", "--train=2",
-                          "--pool_drapes=513", "--pool=" + Path("out/pool.json")}),
-                     "found a pool of 512 drapes, expected 513");
+                          "--pool_seed=2", "--pool=" + Path("out/pool.json")}),
+                     "found a pool of seed 1, expected 2");
 }
 
 TEST_F(PredictTool, MeanImageIsThatOfTheDraws) {
