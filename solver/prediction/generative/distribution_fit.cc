@@ -291,14 +291,14 @@ Box BoxAround(const SpecimenDistribution& start) {
 }
 
 // *start: where to begin; found, where `guess` is set.
-Problem MakeProblem(const DrapePool& pool, const std::vector<ObservedCapture>& training,
+Problem MakeProblem(const DrapePool& pool, const std::vector<TrainingDrape>& training,
                     const DistributionFitOptions& options, bool guess,
                     SpecimenDistribution* start) {
   Columns captures(static_cast<Eigen::Index>(training.size()), options.outline_weight);
   Problem problem;
   for (std::size_t j = 0; j < training.size(); ++j) {
-    captures.Set(static_cast<Eigen::Index>(j), ComputeDrapeShape(training[j].drape));
-    problem.face.push_back(SpecimenDistribution::FaceIndex(training[j].capture.face));
+    captures.Set(static_cast<Eigen::Index>(j), training[j].shape);
+    problem.face.push_back(SpecimenDistribution::FaceIndex(training[j].face));
   }
   Box box = BoxAround(*start);
   if (guess) {
@@ -332,14 +332,13 @@ Problem MakeProblem(const DrapePool& pool, const std::vector<ObservedCapture>& t
 }
 
 // Of each capture, which sample it is of, from 0.
-std::vector<int> SampleOfCaptures(const std::vector<ObservedCapture>& training, int* samples) {
+std::vector<int> SampleOfCaptures(const std::vector<TrainingDrape>& training, int* samples) {
   std::set<int> numbers;
-  for (const ObservedCapture& seen : training) numbers.insert(seen.capture.sample);
+  for (const TrainingDrape& seen : training) numbers.insert(seen.sample);
   *samples = static_cast<int>(numbers.size());
   std::vector<int> of;
-  for (const ObservedCapture& seen : training)
-    of.push_back(
-        static_cast<int>(std::distance(numbers.begin(), numbers.find(seen.capture.sample))));
+  for (const TrainingDrape& seen : training)
+    of.push_back(static_cast<int>(std::distance(numbers.begin(), numbers.find(seen.sample))));
   return of;
 }
 
@@ -353,7 +352,14 @@ Eigen::VectorXd RandomSampleWeights(int samples, uint64_t seed) {
 
 }  // namespace
 
-DistributionFit FitDistribution(const DrapePool& pool, const std::vector<ObservedCapture>& training,
+std::vector<TrainingDrape> ListTrainingDrapes(const std::vector<ObservedCapture>& captures) {
+  std::vector<TrainingDrape> drapes;
+  for (const ObservedCapture& seen : captures)
+    drapes.push_back({seen.capture.sample, seen.capture.face, ComputeDrapeShape(seen.drape)});
+  return drapes;
+}
+
+DistributionFit FitDistribution(const DrapePool& pool, const std::vector<TrainingDrape>& training,
                                 const DistributionFitOptions& options, const RunControl& control,
                                 const SpecimenDistribution* known_start) {
   CHECK(!training.empty());
@@ -398,13 +404,13 @@ DistributionFit FitDistribution(const DrapePool& pool, const std::vector<Observe
 }
 
 double ScoreDistribution(const DrapePool& pool, const SpecimenDistribution& distribution,
-                         const std::vector<ObservedCapture>& captures,
+                         const std::vector<TrainingDrape>& drapes,
                          const DistributionFitOptions& options, double* effective) {
   SpecimenDistribution around = distribution;
-  const Problem problem = MakeProblem(pool, captures, options, false, &around);
+  const Problem problem = MakeProblem(pool, drapes, options, false, &around);
   double least = std::numeric_limits<double>::infinity();
   const double score =
-      MeanScore(problem, distribution, Eigen::VectorXd::Ones(captures.size()), &least);
+      MeanScore(problem, distribution, Eigen::VectorXd::Ones(drapes.size()), &least);
   if (effective != nullptr) *effective = least;
   return score;
 }

@@ -14,7 +14,7 @@ namespace drape {
 // The distribution of specimens whose drapes are most like the observed ones [METHODS, P72]. The
 // drapes of a pool, weighted by its density over theirs, are a prediction of each distribution, so
 // that its energy score is a smooth function of the distribution's numbers and no further drape is
-// simulated. The minimum of the mean score over the captures is a minimum scoring rule estimate
+// simulated. The minimum of the mean score over the drapes is a minimum scoring rule estimate
 // [Dawid 2016]; how well it is known comes from estimates with random weights on the samples (the
 // loss-likelihood bootstrap [Lyddon 2019]).
 struct DistributionFitOptions {
@@ -30,29 +30,37 @@ struct DistributionFitOptions {
   int threads = 1;
 };
 
+// An observed drape.
+struct TrainingDrape {
+  int sample = 0;
+  ClothFace face = ClothFace::kUnknown;  // unknown: as kUp
+  DrapeShape shape;
+};
+std::vector<TrainingDrape> ListTrainingDrapes(const std::vector<ObservedCapture>& captures);
+
 struct DistributionFit {
   SpecimenDistribution best;
   std::vector<SpecimenDistribution> resampled;
-  double score = 0.0;            // mean energy score of the captures
+  double score = 0.0;            // mean energy score of the drapes
   double cross_validated = 0.0;  // of each sample, by a fit to the others; NaN: not asked for
   double effective = 0.0;        // number of drapes of the worse face
   int drapes = 0;                // of the pool, near the fabric
 };
 
-// training: captures of one fabric, of two samples or more for resampling and cross-validation.
+// training: drapes of one fabric, of two samples or more for resampling and cross-validation.
 // start: where the search begins; then the drapes used are those within kFitReach deviations of it,
 // else those between the numbers of the drapes that are most like the observed ones. Throws
 // InputError (prefix "pool") where the pool has too few drapes near the fabric. A function of its
 // arguments but threads. Cancelled: what is there so far.
-DistributionFit FitDistribution(const DrapePool& pool, const std::vector<ObservedCapture>& training,
+DistributionFit FitDistribution(const DrapePool& pool, const std::vector<TrainingDrape>& training,
                                 const DistributionFitOptions& options, const RunControl& control,
                                 const SpecimenDistribution* start = nullptr);
 inline constexpr double kFitReach = 4.0;
 
-// Mean energy score of the captures under a distribution, and the effective number of drapes of the
+// Mean energy score of drapes under a distribution, and the effective number of drapes of the
 // worse face, if wanted. Throws InputError as FitDistribution does.
 double ScoreDistribution(const DrapePool& pool, const SpecimenDistribution& distribution,
-                         const std::vector<ObservedCapture>& captures,
+                         const std::vector<TrainingDrape>& drapes,
                          const DistributionFitOptions& options, double* effective = nullptr);
 
 }  // namespace drape

@@ -40,6 +40,7 @@ LearnedFabric LearnFabric(Backend& backend, const std::vector<ObservedCapture>& 
   DrapePool pool = ReadOrSimulatePool(options.pool_file, backend, options.pool, control);
   learned.cancelled = pool.simulated < options.pool.drapes;
   if (learned.cancelled) return learned;
+  const std::vector<TrainingDrape> drapes = ListTrainingDrapes(training);
   std::optional<SpecimenDistribution> found;
   for (int round = 1; round <= options.rounds; ++round) {
     DistributionFitOptions rough = options.fit;
@@ -47,7 +48,7 @@ LearnedFabric LearnFabric(Backend& backend, const std::vector<ObservedCapture>& 
     rough.cross_validate = false;
     control.Report(0.0, "inference before round " + std::to_string(round));
     const DistributionFit fit =
-        FitDistribution(pool, training, rough, control, found ? &*found : nullptr);
+        FitDistribution(pool, drapes, rough, control, found ? &*found : nullptr);
     PoolOptions near = options.pool;
     near.drapes = options.round_drapes;
     near.seed = SeedOfStream(options.pool.seed, kRoundStream + static_cast<uint64_t>(round));
@@ -61,7 +62,7 @@ LearnedFabric LearnFabric(Backend& backend, const std::vector<ObservedCapture>& 
     found->deviation *= kWidening;
   }
   control.Report(0.0, "inference");
-  learned.fit = FitDistribution(pool, training, options.fit, control, found ? &*found : nullptr);
+  learned.fit = FitDistribution(pool, drapes, options.fit, control, found ? &*found : nullptr);
   learned.cancelled = control.cancelled();
   learned.at_rest = static_cast<int>(pool.drapes.size());
   learned.simulated = pool.simulated;

@@ -14,7 +14,7 @@ namespace {
 class DistributionFitTest : public testing::Test {
  protected:
   const SpecimenDistribution fabric_ = FakeFabric();
-  const std::vector<ObservedCapture> seen_ = FakeCaptures(fabric_, 6, 21);
+  const std::vector<TrainingDrape> seen_ = FakeSamples(fabric_, 6, 21);
   DistributionFitOptions options_{.resamples = 8, .threads = 2};
 };
 
@@ -39,10 +39,10 @@ TEST_F(DistributionFitTest, ResamplingShowsHowUncertainItIs) {
   std::vector<double> few, many;
   const DrapePool pool = FakePool(6000);
   for (const SpecimenDistribution& each :
-       FitDistribution(pool, FakeCaptures(fabric_, 3, 22), options_, {}).resampled)
+       FitDistribution(pool, FakeSamples(fabric_, 3, 22), options_, {}).resampled)
     few.push_back(each.mean[0][kLogBendingLength]);
   for (const SpecimenDistribution& each :
-       FitDistribution(pool, FakeCaptures(fabric_, 24, 22), options_, {}).resampled)
+       FitDistribution(pool, FakeSamples(fabric_, 24, 22), options_, {}).resampled)
     many.push_back(each.mean[0][kLogBendingLength]);
   const double spread = SpreadOfValues(few).sd;
   EXPECT_GT(spread, 5e-3);
@@ -59,7 +59,7 @@ TEST_F(DistributionFitTest, ScoresAsUnweightedDrapesOfTheDistributionDo) {
   for (int i = 0; i < 1000; ++i)
     samples.col(i) = pool.drapes[i].shape.features.cwiseQuotient(kFeatureScales);
   for (std::size_t j = 0; j < seen_.size(); ++j)
-    observed.col(j) = ComputeFeatures(seen_[j].drape.shape).cwiseQuotient(kFeatureScales);
+    observed.col(j) = seen_[j].shape.features.cwiseQuotient(kFeatureScales);
   double effective = 0.0;
   const double score = ScoreDistribution(pool, one_face, seen_, options_, &effective);
   EXPECT_NEAR(effective, 1000.0, 5.0);
@@ -91,9 +91,9 @@ TEST_F(DistributionFitTest, DoesNotDependOnTheThreads) {
 }
 
 TEST_F(DistributionFitTest, AFaceThatWasNotSeenIsAsTheOther) {
-  std::vector<ObservedCapture> up;
-  for (const ObservedCapture& each : seen_)
-    if (each.capture.face == ClothFace::kUp) up.push_back(each);
+  std::vector<TrainingDrape> up;
+  for (const TrainingDrape& each : seen_)
+    if (each.face == ClothFace::kUp) up.push_back(each);
   const DistributionFit fit = FitDistribution(FakePool(3000), up, options_, {});
   EXPECT_EQ(fit.best.mean[0], fit.best.mean[1]);
 }

@@ -62,18 +62,17 @@ inline DrapePool FakePoolAround(const SpecimenDistribution& distribution, int dr
 }
 
 // One drape on each face of so many samples.
-inline std::vector<ObservedCapture> FakeCaptures(const SpecimenDistribution& distribution,
-                                                 int samples, uint64_t seed) {
-  std::vector<ObservedCapture> captures;
+inline std::vector<TrainingDrape> FakeSamples(const SpecimenDistribution& distribution, int samples,
+                                              uint64_t seed) {
+  std::vector<TrainingDrape> drapes;
   for (int sample = 1; sample <= samples; ++sample)
     for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown}) {
       const uint64_t of_sample = SeedOfStream(seed, sample);
       const uint64_t of_drape = SeedOfStream(of_sample, face == ClothFace::kDown ? 101 : 100);
-      captures.push_back(
-          {{.fabric = 1, .sample = sample, .capture = face == ClothFace::kUp ? 1 : 3, .face = face},
-           FakeDrape(SampleNumbers(distribution, face, of_sample), of_drape)});
+      const SpecimenNumbers numbers = SampleNumbers(distribution, face, of_sample);
+      drapes.push_back({sample, face, ComputeDrapeShape(FakeDrape(numbers, of_drape))});
     }
-  return captures;
+  return drapes;
 }
 
 // A fabric whose faces differ.
