@@ -84,6 +84,12 @@ std::vector<Option> MotionOptions(GarmentOptions& options) {
        .unit = "m",
        .least = 0,
        .most = 0.01},
+      ThreadsOption(options.threads),
+  };
+}
+
+std::vector<Option> ContactOptions(WearOptions& wear) {
+  return {
       {.key = "thickness",
        .value = &wear.thickness,
        .doc = "thickness of the cloth",
@@ -118,7 +124,6 @@ std::vector<Option> MotionOptions(GarmentOptions& options) {
        .doc = "at most so many solutions of a time step, each with the normal forces of the last",
        .least = 1,
        .most = 100},
-      ThreadsOption(options.threads),
   };
 }
 
@@ -140,7 +145,8 @@ OptionTable GarmentTable(GarmentOptions& options) {
           "converge; the frames before it are there\n",
       .options = Concatenate(
           Grouped("garment and body", ClothingOptions(options)),
-          Grouped("fabric", FabricOptions(options)), Grouped("simulation", MotionOptions(options)),
+          Grouped("fabric", FabricOptions(options)),
+          Grouped("simulation", Concatenate(MotionOptions(options), ContactOptions(options.wear))),
           Grouped("results", std::vector<Option>{OutOption(options.out),
                                                  {.key = "resume",
                                                   .value = &options.resume,
