@@ -117,11 +117,12 @@ TEST(SpecimenDistributionTest, NumbersAreThoseOfTheMaterialAndStart) {
 }
 
 TEST(SpecimenDistributionTest, SamplesHaveTheDensityOfTheRoundsThatTheyAreDrawnFrom) {
-  // The integral of a distribution's density, estimated from drapes of two rounds.
+  // The integral of a distribution's density, estimated from drapes of three rounds.
   const SpecimenDistribution fabric = FakeFabric();
   SpecimenDistribution wide = fabric;
   wide.deviation *= 1.3;
-  const DrapePool pool = Join(FakePool(4000), FakePoolAround(wide, 4000));
+  const DrapePool pool =
+      Join(Join(FakePool(2000), FakePoolAround(fabric, 3000)), FakePoolAround(wide, 3000));
   const Eigen::VectorXd log_proposal = pool.LogProposal();
   for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown}) {
     double sum = 0.0;
