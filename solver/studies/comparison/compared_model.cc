@@ -4,28 +4,15 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "physics/util/errors.h"
 
 namespace drape {
 namespace {
 
-const ComparedModel* Find(const std::string& name) {
-  for (const ComparedModel& model : ComparedModels())
-    if (model.name == name) return &model;
-  return nullptr;
-}
-
-const ComparedModel& Known(const std::string& name) {
-  const ComparedModel* model = Find(name);
-  CHECK(model != nullptr) << name;
-  return *model;
-}
-
-}  // namespace
-
-const std::vector<ComparedModel>& ComparedModels() {
-  static const std::vector<ComparedModel> models = {
+std::vector<ComparedModel> MakeModelsOfOneTable() {
+  return {
       {"isotropic",
        FitModel::kHomogeneous,
        TableForm::kIsotropic,
@@ -68,6 +55,11 @@ const std::vector<ComparedModel>& ComparedModels() {
        {},
        {},
        "nonlinear tables, --num_parameters numbers"},
+  };
+}
+
+std::vector<ComparedModel> MakeRicherModels() {
+  return {
       {"heterogeneous",
        FitModel::kHeterogeneous,
        TableForm::kGiven,
@@ -95,6 +87,28 @@ const std::vector<ComparedModel>& ComparedModels() {
        "the distribution of specimens, learned from that of drapes, 18 numbers",
        true},
   };
+}
+
+const ComparedModel* Find(const std::string& name) {
+  for (const ComparedModel& model : ComparedModels())
+    if (model.name == name) return &model;
+  return nullptr;
+}
+
+const ComparedModel& Known(const std::string& name) {
+  const ComparedModel* model = Find(name);
+  CHECK(model != nullptr) << name;
+  return *model;
+}
+
+}  // namespace
+
+const std::vector<ComparedModel>& ComparedModels() {
+  static const std::vector<ComparedModel> models = [] {
+    std::vector<ComparedModel> all = MakeModelsOfOneTable();
+    for (ComparedModel& model : MakeRicherModels()) all.push_back(std::move(model));
+    return all;
+  }();
   return models;
 }
 

@@ -137,7 +137,7 @@ class Predictor {
   // Samples from here on are calibrated.
   BendCalibration Calibrate() {
     constexpr double kUsualTrials = 18;
-    const BendCalibration calibration =
+    BendCalibration calibration =
         CalibrateBend(*backend_, materials_, options_, *task_.training, {}, [&](int trials) {
           Report(std::min(0.9, 0.3 + 0.6 * trials / kUsualTrials), "calibration");
         });
