@@ -164,4 +164,29 @@ std::vector<Option> SceneOptions(SceneInput& scene) {
   return options;
 }
 
+std::vector<Option> PoolOptionRows(LearningOptions& learning) {
+  return {
+      {.key = "pool",
+       .value = &learning.pool_file,
+       .doc = "file of the pool of simulated drapes to learn from, the same for all fabrics; made "
+              "when missing (default: pool.json in the output folder)",
+       .is_path = true},
+      {.key = "pool_drapes",
+       .value = &learning.pool.drapes,
+       .doc = "drapes of the pool",
+       .least = 512,
+       .most = 100000},
+      {.key = "rounds",
+       .value = &learning.rounds,
+       .doc = "further rounds of drapes, each simulated near what those before show of the fabric",
+       .least = 0,
+       .most = 20},
+      {.key = "round_drapes",
+       .value = &learning.round_drapes,
+       .doc = "drapes of a further round",
+       .least = 64,
+       .most = 100000},
+  };
+}
+
 }  // namespace drape

@@ -6,6 +6,7 @@
 
 #include "losses/camera/camera_input.h"
 #include "physics/material/laws/law_kind.h"
+#include "solver/prediction/generative/generative_prediction.h"
 #include "solver/studies/cells/share.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/scene_input.h"
@@ -36,6 +37,8 @@ std::vector<Option> CellOptions(CellChoice& choice);
 std::vector<Option> ClothOptions(SceneInput& scene);
 // The same, the first shape, and loads and supports.
 std::vector<Option> SceneOptions(SceneInput& scene);
+// The pool of drapes from which a fabric is learned, and its further rounds.
+std::vector<Option> PoolOptionRows(LearningOptions& learning);
 // What sets the camera.
 std::vector<Option> CameraOptions(CameraInput& camera);
 

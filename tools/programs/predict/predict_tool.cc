@@ -72,7 +72,6 @@ Option CalibrateOption(PredictToolOptions& options) {
 }
 
 std::vector<Option> LearningTable(PredictToolOptions& options) {
-  LearningOptions& learning = options.learning;
   return {
       {.key = "learn",
        .value = &options.learn,
@@ -82,32 +81,12 @@ std::vector<Option> LearningTable(PredictToolOptions& options) {
        .value = &options.specimens,
        .doc = "instead of a material: file specimens.json of a run with learn",
        .is_path = true},
-      {.key = "pool",
-       .value = &learning.pool_file,
-       .doc = "file of the pool of simulated drapes, the same for all fabrics; made when missing "
-              "(default: pool.json in the output folder)",
-       .is_path = true},
-      {.key = "pool_drapes",
-       .value = &learning.pool.drapes,
-       .doc = "drapes of the pool",
-       .least = 512,
-       .most = 100000},
       {.key = "pool_seed",
        .value = &options.pool_seed,
        .doc = "random seed of the pool",
        .least = 0},
-      {.key = "rounds",
-       .value = &learning.rounds,
-       .doc = "further rounds of drapes, each simulated near what those before show of the fabric",
-       .least = 0,
-       .most = 20},
-      {.key = "round_drapes",
-       .value = &learning.round_drapes,
-       .doc = "drapes of a further round",
-       .least = 64,
-       .most = 100000},
       {.key = "resamples",
-       .value = &learning.fit.resamples,
+       .value = &options.learning.fit.resamples,
        .doc = "inferences with random weights of the samples, which show how uncertain the "
               "distribution is",
        .least = 0,
@@ -338,7 +317,8 @@ OptionTable PredictTable(PredictToolOptions& options) {
                   Concatenate(DrawOptions(options), std::vector{BackendOption(options.backend)})),
           Grouped("held-out drapes (--data)",
                   Concatenate(DatasetOptions(options.data), std::vector{CalibrateOption(options)})),
-          Grouped("learning (--learn)", LearningTable(options)),
+          Grouped("learning (--learn)",
+                  Concatenate(LearningTable(options), PoolOptionRows(options.learning))),
           Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
       .common = {"material", "posterior", "learn", "pool", "specimen", "support", "mesh", "draws",
                  "repeats", "seed", "data", "fabric", "train", "calibrate", "threads", "backend",

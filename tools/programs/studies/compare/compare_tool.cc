@@ -70,31 +70,6 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
   };
 }
 
-std::vector<Option> LearningTable(LearningOptions& learning) {
-  return {
-      {.key = "pool",
-       .value = &learning.pool_file,
-       .doc = "file of the pool of simulated drapes of the generative model; made when missing "
-              "(default: pool.json in the output folder)",
-       .is_path = true},
-      {.key = "pool_drapes",
-       .value = &learning.pool.drapes,
-       .doc = "drapes of the pool",
-       .least = 512,
-       .most = 100000},
-      {.key = "rounds",
-       .value = &learning.rounds,
-       .doc = "further rounds of drapes, each simulated near what those before show of the fabric",
-       .least = 0,
-       .most = 20},
-      {.key = "round_drapes",
-       .value = &learning.round_drapes,
-       .doc = "drapes of a further round",
-       .least = 64,
-       .most = 100000},
-  };
-}
-
 std::vector<Option> DrawOptions(CompareToolOptions& options) {
   PredictionOptions& prediction = options.job.prediction;
   return {
@@ -170,7 +145,7 @@ OptionTable CompareTable(CompareToolOptions& options) {
   std::vector<Option> all =
       Concatenate(Grouped("comparison", SplitOptions(options)),
                   Grouped("prediction and results",
-                          Concatenate(LearningTable(options.job.learning), DrawOptions(options),
+                          Concatenate(PoolOptionRows(options.job.learning), DrawOptions(options),
                                       CellOptions(options.cells))));
   for (const Option& option : FitTable(options.fit).options)
     if (!kOfCells.contains(option.key)) all.push_back(option);
