@@ -41,20 +41,23 @@ std::vector<TrainingDrape> ListTrainingDrapes(const std::vector<ObservedCapture>
 struct DistributionFit {
   SpecimenDistribution best;
   std::vector<SpecimenDistribution> resampled;
-  double score = 0.0;            // mean energy score of the drapes
+  std::vector<SpecimenDistribution> minima;  // local ones of the score, the best first
+  double score = 0.0;                        // mean energy score of the drapes
   double cross_validated = 0.0;  // of each sample, by a fit to the others; NaN: not asked for
   double effective = 0.0;        // number of drapes of the worse face
   int drapes = 0;                // of the pool, near the fabric
 };
 
 // training: drapes of one fabric, of two samples or more for resampling and cross-validation.
-// start: where the search begins; then the drapes used are those within kFitReach deviations of it,
-// else those between the numbers of the drapes that are most like the observed ones. Throws
+// starts: where the search begins; then the drapes used are those within kFitReach deviations of
+// them. Empty: the search begins from the mean of the drapes that are most like the observed ones,
+// also with other directions of bend, and uses the drapes between their numbers. Each fit with
+// random weights begins from all minima, so that an ambiguous fabric has wide intervals. Throws
 // InputError (prefix "pool") where the pool has too few drapes near the fabric. A function of its
 // arguments but threads. Cancelled: what is there so far.
 DistributionFit FitDistribution(const DrapePool& pool, const std::vector<TrainingDrape>& training,
                                 const DistributionFitOptions& options, const RunControl& control,
-                                const SpecimenDistribution* start = nullptr);
+                                std::vector<SpecimenDistribution> starts = {});
 inline constexpr double kFitReach = 4.0;
 
 // Mean energy score of drapes under a distribution, and the effective number of drapes of the

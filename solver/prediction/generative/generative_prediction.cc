@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "physics/util/json_input.h"
 #include "physics/util/math/random.h"
@@ -41,14 +40,13 @@ LearnedFabric LearnFabric(Backend& backend, const std::vector<ObservedCapture>& 
   learned.cancelled = pool.simulated < options.pool.drapes;
   if (learned.cancelled) return learned;
   const std::vector<TrainingDrape> drapes = ListTrainingDrapes(training);
-  std::optional<SpecimenDistribution> found;
+  std::vector<SpecimenDistribution> found;
   for (int round = 1; round <= options.rounds; ++round) {
     DistributionFitOptions rough = options.fit;
     rough.resamples = kRoughResamples;
     rough.cross_validate = false;
     control.Report(0.0, "inference before round " + std::to_string(round));
-    const DistributionFit fit =
-        FitDistribution(pool, drapes, rough, control, found ? &*found : nullptr);
+    const DistributionFit fit = FitDistribution(pool, drapes, rough, control, found);
     PoolOptions near = options.pool;
     near.drapes = options.round_drapes;
     near.seed = SeedOfStream(options.pool.seed, kRoundStream + static_cast<uint64_t>(round));
@@ -58,11 +56,10 @@ LearnedFabric LearnFabric(Backend& backend, const std::vector<ObservedCapture>& 
     learned.cancelled = control.cancelled() || further.simulated < near.drapes;
     if (learned.cancelled) return learned;
     pool = Join(std::move(pool), further);
-    found = fit.best;
-    found->deviation *= kWidening;
+    found = Widened(fit.minima);
   }
   control.Report(0.0, "inference");
-  learned.fit = FitDistribution(pool, drapes, options.fit, control, found ? &*found : nullptr);
+  learned.fit = FitDistribution(pool, drapes, options.fit, control, found);
   learned.cancelled = control.cancelled();
   learned.at_rest = static_cast<int>(pool.drapes.size());
   learned.simulated = pool.simulated;

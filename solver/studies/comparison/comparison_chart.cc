@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "physics/util/text_format.h"
 #include "solver/job/plot/chart.h"
+#include "solver/job/plot/label_places.h"
 #include "solver/studies/comparison/comparison_table.h"
 
 namespace drape {
@@ -13,7 +15,8 @@ namespace {
 
 struct ModelPoint {
   std::string model;
-  double rollouts = 0.0, own = 0.0, held_out = 0.0;
+  double rollouts = 0.0, held_out = 0.0;
+  std::optional<double> own;  // of models that are fitted to silhouettes
   double parameters = 0.0, seconds = 0.0;
   double error = 0.0;                     // standard error of the difference from the best
   bool chosen = false, compared = false;  // not compared: an experiment has no score
@@ -28,13 +31,13 @@ std::optional<double> ComputeMean(const ComparisonRow& row, const std::string& k
 std::vector<ModelPoint> MakePoints(const ComparisonTable& table) {
   std::vector<ModelPoint> points;
   for (const ComparisonRow& row : table.rows) {
-    const auto rollouts = ComputeMean(row, "rollouts"), own = ComputeMean(row, "train_mse"),
+    const auto rollouts = ComputeMean(row, "rollouts"),
                held_out = ComputeMean(row, "feature_energy");
-    if (!rollouts || !own || !held_out) continue;
+    if (!rollouts || !held_out) continue;
     ModelPoint point{.model = row.model,
                      .rollouts = *rollouts,
-                     .own = *own,
                      .held_out = *held_out,
+                     .own = ComputeMean(row, "train_mse"),
                      .parameters = ComputeMean(row, "parameters").value_or(0.0),
                      .seconds = ComputeMean(row, "fit_seconds").value_or(0.0),
                      .chosen = row.model == table.choice.chosen};
@@ -146,11 +149,13 @@ Chart CostPanel(std::vector<ModelPoint> points, const std::vector<Bound>& bounds
                 const std::string& cost, const Of& of) {
   constexpr char kBlue[] = "#0072b2", kGrey[] = "#555555";
   constexpr double kFits = 1e-3;  // room of an axis that its lines fill
-  constexpr double kLevel = 1.1;  // of the names over their points [characters]
-  Chart chart{
-      .x = {.label = cost, .log = true, .room = kFits},
-      .y = {.label = "energy score of held-out drapes, lower is better", .log = true, .room = 0.12},
-      .key = KeyPlace::kNone};
+  constexpr double kRoom = 0.12, kLeastExtent = 0.1;
+  const Eigen::Vector2d kPanel(460, 360);  // [px], about
+  Chart chart{.x = {.label = cost, .log = true, .room = kFits},
+              .y = {.label = "energy score of held-out drapes, lower is better",
+                    .log = true,
+                    .room = kRoom},
+              .key = KeyPlace::kNone};
   std::erase_if(points, [&](const ModelPoint& point) { return !(of(point) > 0.0); });
   if (points.empty()) return chart;
   std::sort(points.begin(), points.end(),
@@ -159,12 +164,21 @@ Chart CostPanel(std::vector<ModelPoint> points, const std::vector<Bound>& bounds
   for (const ModelPoint& point : points) {
     models.points.emplace_back(of(point), point.held_out);
     chart.labels.push_back(
-        {.text = point.model,
-         .at = models.points.back(),
-         .font_size = 10,
-         .offset = {-1.0, kLevel * (1 + static_cast<double>(models.points.size() % 3))}});
+        {.text = point.model, .at = models.points.back().array().log(), .font_size = 10});
   }
   const double left = of(points.front()) / 2.0, right = of(points.back()) * 6.0;
+  double least = points.front().held_out, most = least;
+  for (const ModelPoint& point : points) {
+    least = std::min(least, point.held_out);
+    most = std::max(most, point.held_out);
+  }
+  for (const Bound& bound : bounds) {
+    least = std::min(least, bound.energy);
+    most = std::max(most, bound.energy);
+  }
+  const Eigen::Vector2d extent(std::log(right / left), (1 + 2 * kRoom) * std::log(most / least));
+  PlaceAround(kPanel.cwiseQuotient(extent.cwiseMax(kLeastExtent)), &chart.labels);
+  for (ChartLabel& label : chart.labels) label.at = label.at.array().exp();
   for (const Bound& bound : bounds) {
     chart.series.push_back({.points = {{left, bound.energy}, {right, bound.energy}},
                             .colour = kGrey,
@@ -184,7 +198,7 @@ void RenderHeldOutChart(const std::string& path, const ComparisonTable& table) {
   if (points.empty()) return;
   const std::vector<Bound> bounds = FindBounds(table);
   const Picture picture{
-      .title = "How well fitted models predict drapes of other samples",
+      .title = "How well models predict drapes of other samples",
       .width = 1100,
       .height = 460,
       .charts = {CostPanel(points, bounds, "free numbers of the model",
@@ -196,10 +210,11 @@ void RenderHeldOutChart(const std::string& path, const ComparisonTable& table) {
 }
 
 void RenderModelChart(const std::string& path, const ComparisonTable& table) {
-  const std::vector<ModelPoint> points = MakePoints(table);
+  std::vector<ModelPoint> points = MakePoints(table);
+  std::erase_if(points, [](const ModelPoint& point) { return !point.own; });
   if (points.empty()) return;
   Chart own = MakePanel(
-      points, 0.45, 0.7, [](const ModelPoint& point) { return point.own; }, Mark::kPoints);
+      points, 0.45, 0.7, [](const ModelPoint& point) { return *point.own; }, Mark::kPoints);
   own.title = "own silhouettes";
   own.x.label = "mean squared error of the image";
   Chart cost = MakePanel(

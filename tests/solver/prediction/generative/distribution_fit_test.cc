@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "losses/metrics/ensemble_scores.h"
 #include "physics/util/errors.h"
 #include "tests/solver/prediction/generative/fake_pool.h"
@@ -33,20 +35,36 @@ TEST_F(DistributionFitTest, RecoversTheFabricThatWasDraped) {
   EXPECT_LT(fit.cross_validated, 1.5 * fit.score);
 }
 
-TEST_F(DistributionFitTest, ResamplingShowsHowUncertainItIs) {
+TEST_F(DistributionFitTest, ResamplingShowsHowTheSamplesDiffer) {
   options_.resamples = 16;
   options_.cross_validate = false;
-  std::vector<double> few, many;
   const DrapePool pool = FakePool(6000);
-  for (const SpecimenDistribution& each :
-       FitDistribution(pool, FakeSamples(fabric_, 3, 22), options_, {}).resampled)
-    few.push_back(each.mean[0][kLogBendingLength]);
-  for (const SpecimenDistribution& each :
-       FitDistribution(pool, FakeSamples(fabric_, 24, 22), options_, {}).resampled)
-    many.push_back(each.mean[0][kLogBendingLength]);
-  const double spread = SpreadOfValues(few).sd;
-  EXPECT_GT(spread, 5e-3);
-  EXPECT_LT(SpreadOfValues(many).sd, 0.7 * spread);
+  const auto spread_of = [&](const std::vector<TrainingDrape>& drapes) {
+    std::vector<double> lengths;
+    for (const SpecimenDistribution& each : FitDistribution(pool, drapes, options_, {}).resampled)
+      lengths.push_back(each.mean[0][kLogBendingLength]);
+    return SpreadOfValues(lengths).sd;
+  };
+  EXPECT_GT(spread_of(seen_), 5e-3);
+  // Samples that drape alike, both faces of each.
+  std::vector<TrainingDrape> alike = seen_;
+  for (std::size_t i = 2; i < alike.size(); ++i) alike[i].shape = seen_[i % 2].shape;
+  EXPECT_LT(spread_of(alike), 1e-3);
+}
+
+TEST_F(DistributionFitTest, FindsBothDirectionsOfBendWhereOnlyOutlinesTellThem) {
+  options_ = {.outline_weight = 0.0, .resamples = 16, .cross_validate = false, .threads = 2};
+  const DistributionFit fit = FitDistribution(FakePool(6000), seen_, options_, {});
+  EXPECT_EQ(fit.best.mean[0], fit.minima.front().mean[0]);
+  const auto bends_along = [](double sign) {
+    return [sign](const SpecimenDistribution& each) {
+      return sign * each.mean[0][kBendAnisotropy] > 0.3;
+    };
+  };
+  for (const double sign : {-1.0, 1.0}) {
+    EXPECT_TRUE(std::any_of(fit.minima.begin(), fit.minima.end(), bends_along(sign))) << sign;
+    EXPECT_TRUE(std::any_of(fit.resampled.begin(), fit.resampled.end(), bends_along(sign))) << sign;
+  }
 }
 
 TEST_F(DistributionFitTest, ScoresAsUnweightedDrapesOfTheDistributionDo) {

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/prediction/generative/weighted_drapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "physics/util/errors.h"
+
+namespace drape {
+namespace {
+
+constexpr int kNearest = 200;            // drapes from whose mean a fit starts
+constexpr double kPenalty = 20.0;        // of too few effective drapes
+constexpr double kNegligible = 1e-7;     // share of the largest weight
+constexpr double kFirstDeviation = 0.7;  // of the largest
+
+// Columns whose Euclidean distances add up to those of drapes.
+struct Columns {
+  Eigen::MatrixXf features;  // shape [kNumFeatures, n]
+  Eigen::MatrixXf outlines;  // shape [kPoolAngles, n]
+
+  Columns(Eigen::Index count, double outline_weight)
+      : features(kNumFeatures, count),
+        outlines(kPoolAngles, count),
+        per_metre_(outline_weight / (kMilli * std::sqrt(double(kPoolAngles)))) {}
+  void Set(Eigen::Index i, const DrapeShape& shape) {
+    features.col(i) = shape.features.cwiseQuotient(kFeatureScales).cast<float>();
+    outlines.col(i) = (shape.radius * per_metre_).cast<float>();
+  }
+
+ private:
+  static constexpr double kMilli = 1e-3;
+  double per_metre_;
+};
+
+// Of all columns of a to all of b, shape [b, a].
+Eigen::MatrixXf DistancesBetween(const Eigen::MatrixXf& a, const Eigen::MatrixXf& b) {
+  Eigen::MatrixXf squared = -2.0f * (b.transpose() * a);
+  squared.rowwise() += a.colwise().squaredNorm();
+  squared.colwise() += b.colwise().squaredNorm().transpose();
+  return squared.cwiseMax(0.0f).cwiseSqrt();
+}
+Eigen::MatrixXf DistancesBetween(const Columns& a, const Columns& b) {
+  return DistancesBetween(a.features, b.features) + DistancesBetween(a.outlines, b.outlines);
+}
+
+// A box of numbers.
+struct Box {
+  SpecimenNumbers low = SpecimenNumbers::Constant(std::numeric_limits<double>::infinity());
+  SpecimenNumbers high = -low;
+
+  void Add(const SpecimenNumbers& numbers) {
+    low = low.cwiseMin(numbers);
+    high = high.cwiseMax(numbers);
+  }
+  bool Has(const SpecimenNumbers& numbers) const {
+    return (numbers.array() >= low.array()).all() && (numbers.array() <= high.array()).all();
+  }
+};
+
+// Around the drapes most like the observed ones. *start: their mean, and large deviations.
+Box GuessStart(const DrapePool& pool, const Columns& captures, const Columns& drapes,
+               SpecimenDistribution* start) {
+  const Eigen::VectorXf away = DistancesBetween(captures, drapes).rowwise().sum();
+  std::vector<int> nearest(pool.drapes.size());
+  std::iota(nearest.begin(), nearest.end(), 0);
+  std::stable_sort(nearest.begin(), nearest.end(), [&](int a, int b) { return away[a] < away[b]; });
+  nearest.resize(std::min<std::size_t>(nearest.size(), kNearest));
+  Box box;
+  start->mean[0].setZero();
+  for (const int i : nearest) {
+    start->mean[0] += pool.drapes[i].numbers / double(nearest.size());
+    box.Add(pool.drapes[i].numbers);
+  }
+  start->mean[1] = start->mean[0];
+  for (int k = 0; k < kSpecimenNumbers; ++k)
+    start->deviation[k] = std::max(NumberRanges()[k].least_deviation,
+                                   kFirstDeviation * NumberRanges()[k].most_deviation);
+  return box;
+}
+
+Box BoxAround(const std::vector<SpecimenDistribution>& starts) {
+  Box box;
+  for (const SpecimenDistribution& start : starts)
+    for (const SpecimenNumbers& mean : start.mean)
+      for (const double side : {-kFitReach, kFitReach}) box.Add(mean + side * start.deviation);
+  return box;
+}
+
+// That the directions of bend are confused is what most minima come from, so a search begins with
+// other ones too.
+std::vector<SpecimenDistribution> WithOtherDirections(const SpecimenDistribution& start) {
+  std::vector<SpecimenDistribution> starts = {start};
+  for (const double anisotropy : {-1.0, 1.0}) {
+    starts.push_back(start);
+    for (SpecimenNumbers& mean : starts.back().mean) mean[kBendAnisotropy] = anisotropy;
+  }
+  return starts;
+}
+
+}  // namespace
+
+WeightedDrapes TakeNearDrapes(const DrapePool& pool, const std::vector<TrainingDrape>& training,
+                              const DistributionFitOptions& options,
+                              std::vector<SpecimenDistribution>* starts) {
+  Columns captures(static_cast<Eigen::Index>(training.size()), options.outline_weight);
+  WeightedDrapes drapes;
+  for (std::size_t j = 0; j < training.size(); ++j) {
+    captures.Set(static_cast<Eigen::Index>(j), training[j].shape);
+    drapes.face.push_back(SpecimenDistribution::FaceIndex(training[j].face));
+  }
+  Box box = BoxAround(*starts);
+  if (starts->empty()) {
+    const auto count = static_cast<Eigen::Index>(pool.drapes.size());
+    Columns all(count, options.outline_weight);
+    for (Eigen::Index i = 0; i < count; ++i) all.Set(i, pool.drapes[i].shape);
+    SpecimenDistribution guess;
+    box = GuessStart(pool, captures, all, &guess);
+    *starts = WithOtherDirections(guess);
+  }
+  std::vector<int> near;
+  for (std::size_t i = 0; i < pool.drapes.size(); ++i)
+    if (box.Has(pool.drapes[i].numbers)) near.push_back(static_cast<int>(i));
+  if (static_cast<double>(near.size()) < 2 * options.least_effective)
+    throw InputError("pool", "found " + std::to_string(near.size()) +
+                                 " drapes near the fabric, expected at least " +
+                                 std::to_string(static_cast<int>(2 * options.least_effective)));
+  const auto n = static_cast<Eigen::Index>(near.size());
+  const Eigen::VectorXd log_proposal = pool.LogProposal();
+  drapes.numbers.resize(kSpecimenNumbers, n);
+  drapes.log_proposal.resize(n);
+  Columns used(n, options.outline_weight);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    drapes.numbers.col(i) = pool.drapes[near[i]].numbers;
+    drapes.log_proposal[i] = log_proposal[near[i]];
+    used.Set(i, pool.drapes[near[i]].shape);
+  }
+  drapes.between = DistancesBetween(used, used);
+  drapes.to_captures = DistancesBetween(captures, used);
+  drapes.least_effective = options.least_effective;
+  return drapes;
+}
+
+FaceScore ScoreFace(const WeightedDrapes& drapes, const SpecimenDistribution& distribution,
+                    int face, const Eigen::VectorXd& capture_weights) {
+  const Eigen::Index n = drapes.numbers.cols();
+  const Eigen::ArrayXXd z = (drapes.numbers.colwise() - distribution.mean[face])
+                                .cwiseQuotient(distribution.deviation.replicate(1, n));
+  const Eigen::ArrayXd log_weight =
+      -0.5 * z.square().colwise().sum().transpose() - drapes.log_proposal.array();
+  Eigen::VectorXd w = (log_weight - log_weight.maxCoeff()).exp();
+  w = (w.array() > kNegligible).select(w, 0.0);
+  w /= w.sum();
+  const Eigen::VectorXf single = w.cast<float>();
+
+  Eigen::VectorXd target = Eigen::VectorXd::Zero(n);
+  double total = 0.0;
+  for (std::size_t j = 0; j < drapes.face.size(); ++j) {
+    if (drapes.face[j] != face || capture_weights[j] == 0.0) continue;
+    target += capture_weights[j] * drapes.to_captures.col(j).cast<double>();
+    total += capture_weights[j];
+  }
+  FaceScore result;
+  Eigen::VectorXd by_weight = Eigen::VectorXd::Zero(n);
+  double spread = 0.0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (w[i] == 0.0) continue;
+    const double sum = drapes.between.col(i).dot(single);
+    spread += w[i] * sum;
+    by_weight[i] = target[i] - total * sum;
+  }
+  result.score = w.dot(target) - 0.5 * total * spread;
+  result.by_log_weight = w.cwiseProduct((by_weight.array() - w.dot(by_weight)).matrix());
+  const double power = w.squaredNorm();
+  result.effective = 1.0 / power;
+  const double lack = std::log(drapes.least_effective * power);
+  if (lack > 0.0) {
+    result.penalty = kPenalty * lack * lack;
+    const Eigen::ArrayXd by_log = 2.0 * (w.array().square() - w.array() * power) / power;
+    result.by_log_weight += (2.0 * kPenalty * lack * by_log).matrix();
+  }
+  return result;
+}
+
+std::array<bool, 2> ListSeenFaces(const WeightedDrapes& drapes,
+                                  const Eigen::VectorXd& capture_weights) {
+  std::array<bool, 2> seen = {};
+  for (std::size_t j = 0; j < drapes.face.size(); ++j)
+    if (capture_weights[static_cast<Eigen::Index>(j)] > 0.0) seen[drapes.face[j]] = true;
+  return seen;
+}
+
+double MeanScore(const WeightedDrapes& drapes, const SpecimenDistribution& distribution,
+                 const Eigen::VectorXd& capture_weights, double* effective) {
+  const std::array<bool, 2> seen = ListSeenFaces(drapes, capture_weights);
+  double sum = 0.0;
+  for (int face = 0; face < 2; ++face) {
+    if (!seen[face]) continue;
+    const FaceScore score = ScoreFace(drapes, distribution, face, capture_weights);
+    sum += score.score;
+    if (effective != nullptr) *effective = std::min(*effective, score.effective);
+  }
+  return sum / capture_weights.sum();
+}
+
+}  // namespace drape

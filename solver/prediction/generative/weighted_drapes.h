@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "solver/prediction/generative/distribution_fit.h"
+
+namespace drape {
+
+// Drapes of a pool near a fabric, which with weights are a prediction of any distribution of its
+// specimens, and the distances that the energy score of it takes [METHODS, P72].
+struct WeightedDrapes {
+  Eigen::MatrixXd numbers;       // of the drapes, shape [kSpecimenNumbers, n]
+  Eigen::VectorXd log_proposal;  // shape [n]
+  Eigen::MatrixXf between;       // distances of the drapes, shape [n, n]
+  Eigen::MatrixXf to_captures;   // shape [n, captures]
+  std::vector<int> face;         // of each capture: SpecimenDistribution::FaceIndex
+  double least_effective = 0.0;  // DistributionFitOptions
+};
+
+// starts: where a search begins; then the drapes are those within kFitReach deviations of them.
+// Empty: filled in with what the drapes most like the observed ones suggest, and the drapes are
+// those between the numbers of these. Throws InputError (prefix "pool") where there are too few.
+WeightedDrapes TakeNearDrapes(const DrapePool& pool, const std::vector<TrainingDrape>& training,
+                              const DistributionFitOptions& options,
+                              std::vector<SpecimenDistribution>* starts);
+
+// Whether a capture with a weight shows each face. capture_weights: shape [captures].
+std::array<bool, 2> ListSeenFaces(const WeightedDrapes& drapes,
+                                  const Eigen::VectorXd& capture_weights);
+
+struct FaceScore {
+  double score = 0.0;             // sum over the captures, each times its weight
+  double effective = 0.0;         // number of drapes
+  double penalty = 0.0;           // of too few of them
+  Eigen::VectorXd by_log_weight;  // gradient of score and penalty, shape [n]
+};
+
+// The energy score of the drapes weighted for one face, for captures of these weights.
+FaceScore ScoreFace(const WeightedDrapes& drapes, const SpecimenDistribution& distribution,
+                    int face, const Eigen::VectorXd& capture_weights);
+
+// Mean score of the captures, with their weights. *effective, if wanted: lowered to the number of
+// drapes of the worse face.
+double MeanScore(const WeightedDrapes& drapes, const SpecimenDistribution& distribution,
+                 const Eigen::VectorXd& capture_weights, double* effective = nullptr);
+
+}  // namespace drape
