@@ -167,11 +167,12 @@ Chart CostPanel(std::vector<ModelPoint> points, const std::vector<Bound>& bounds
         {.text = point.model, .at = models.points.back().array().log(), .font_size = 10});
   }
   const double left = of(points.front()) / 2.0, right = of(points.back()) * 6.0;
-  double least = points.front().held_out, most = least;
+  double best = points.front().held_out, most = best;
   for (const ModelPoint& point : points) {
-    least = std::min(least, point.held_out);
+    best = std::min(best, point.held_out);
     most = std::max(most, point.held_out);
   }
+  double least = best;
   for (const Bound& bound : bounds) {
     least = std::min(least, bound.energy);
     most = std::max(most, bound.energy);
@@ -184,8 +185,10 @@ Chart CostPanel(std::vector<ModelPoint> points, const std::vector<Bound>& bounds
                             .colour = kGrey,
                             .width = 1.5,
                             .dashed = true});
-    chart.labels.push_back(
-        {.text = bound.text, .at = {left, bound.energy}, .font_size = 10, .offset = {0.8, 0.6}});
+    chart.labels.push_back({.text = bound.text,
+                            .at = {left, bound.energy},
+                            .font_size = 10,
+                            .offset = {0.8, bound.energy < best ? -0.6 : 0.6}});
   }
   chart.series.push_back(std::move(models));
   return chart;
