@@ -135,6 +135,7 @@ struct Simulator {
       throw InputError("contact",
                        "found that of the cloth with itself, which the Python module "
                        "leaves out, expected none or support");
+    if (threads < 0) throw InputError("threads", "expected 0, all cores, or more");
     backend = MakeBackend(backend_name, model, CountThreads(threads), &device);
   }
   double support_radius() const {

@@ -144,6 +144,7 @@ class ErrorsTest(PythonTest):
         mesh = self.simulator.mesh
         refused("backend: unknown name 'gpu'", drapefit.Simulator, mesh, backend="gpu")
         refused("expected none or support", drapefit.Simulator, mesh, contact="self")
+        refused("threads: expected 0", drapefit.Simulator, mesh, threads=-1)
         refused("contact: found 'all'", drapefit.Simulator, mesh, contact="all")
         refused("no such file", drapefit.Simulator, mesh, scene="absent.json")
         refused("expected one of 1, 2, 3, 7, 39", drape, self.wool, np.zeros(4))
