@@ -49,10 +49,7 @@ void Divide(double count, IntervalSkill* sum) {
 }  // namespace
 
 FeatureVector ComputeFeatures(const ShapeFeatures& shape) {
-  FeatureVector features;
-  features << shape.drape_coefficient, shape.folds,
-      Eigen::Map<const Eigen::Vector<double, kNumBands>>(shape.band_energy.data());
-  return features;
+  return ListShapeFeatures(shape).head<kNumFeatures>();
 }
 
 void DistributionScorer::AddFeature(int feature, const Eigen::VectorXd& samples, double observed) {

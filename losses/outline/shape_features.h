@@ -42,6 +42,18 @@ struct ShapeFeatures {
 };
 ShapeFeatures MeasureShape(const Eigen::VectorXd& radius, const DrapeDiscs& discs);
 
+// The features as numbers, under these names: the band energies [m²], the radii [m].
+inline constexpr int kNumShapeFeatures = 5 + kNumBands;
+inline constexpr std::array<const char*, kNumShapeFeatures> kShapeFeatureNames = {
+    "dc",         "folds",      "band_2",     "band_3_5",           "band_6_9",
+    "band_10_15", "radius_min", "radius_max", "isoperimetric_ratio"};
+using ShapeFeatureVector = Eigen::Matrix<double, kNumShapeFeatures, 1>;
+ShapeFeatureVector ListShapeFeatures(const ShapeFeatures& features);
+// ∂features/∂r, shape [kNumShapeFeatures, K]. The number of folds is constant between its jumps;
+// the extreme radii are differentiable where one angle alone has them.
+Eigen::Matrix<double, kNumShapeFeatures, Eigen::Dynamic> ShapeFeatureJacobian(
+    const Eigen::VectorXd& radius, const DrapeDiscs& discs);
+
 // Converts a profile from pixels to metres in the support plane.
 inline Eigen::VectorXd MetresFromPixels(const Eigen::VectorXd& radius_px, const Camera& camera) {
   return radius_px / camera.pixels_per_metre();

@@ -6,9 +6,13 @@
 #include <utility>
 
 #include "losses/outline/outline.h"
+#include "physics/util/errors.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
+
+constexpr int kProfileAngles = 360;
 
 // The item of rollout i; a single item serves all rollouts.
 template <class T>
@@ -64,6 +68,32 @@ bool OutlineReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::Vector
 
 const DeviceReadout* OutlineReadout::device(std::size_t i) const { return &Of(device_, i); }
 
+bool PositionReadout::Read(std::size_t, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+                           ReadoutJacobian* dr_dx) const {
+  if (!x.allFinite()) return false;
+  *r = x;
+  if (dr_dx == nullptr) return true;
+  dr_dx->resize(size_, size_);
+  dr_dx->setIdentity();
+  return true;
+}
+
+FeatureReadout::FeatureReadout(const Mesh& mesh, const DrapeDiscs& discs)
+    : discs_(discs), above_(CameraAbove(discs)), outline_(mesh, {above_}, kProfileAngles) {}
+
+bool FeatureReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+                          ReadoutJacobian* dr_dx) const {
+  Eigen::VectorXd pixels;
+  ReadoutJacobian by_x;
+  if (!outline_.Read(i, x, &pixels, dr_dx != nullptr ? &by_x : nullptr)) return false;
+  const Eigen::VectorXd radius = MetresFromPixels(pixels, above_);
+  *r = ListShapeFeatures(MeasureShape(radius, discs_));
+  if (dr_dx == nullptr) return true;
+  const Eigen::MatrixXd by_radius = ShapeFeatureJacobian(radius, discs_);
+  *dr_dx = (by_radius.sparseView() * by_x) / above_.pixels_per_metre();
+  return true;
+}
+
 SilhouetteReadout::SilhouetteReadout(const Mesh& mesh, std::vector<Camera> cameras,
                                      const SoftSilhouetteOptions& options)
     : mesh_(mesh), cameras_(std::move(cameras)), options_(options) {
@@ -87,5 +117,24 @@ bool SilhouetteReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::Vec
 }
 
 const DeviceReadout* SilhouetteReadout::device(std::size_t i) const { return &Of(device_, i); }
+
+std::unique_ptr<Readout> MakeReadout(const ReadoutChoice& choice, const Mesh& mesh,
+                                     const DrapeDiscs& discs) {
+  choice.camera.Check("camera");
+  if (choice.num_angles < 1)
+    throw InputError("num_angles", Format("found %d, expected at least 1", choice.num_angles));
+  if (!(choice.half_width > 0.0))
+    throw InputError("half_width", Format("found %g px, expected more than 0", choice.half_width));
+  const std::vector<Camera> cameras = {choice.camera};
+  if (choice.of == "positions") return std::make_unique<PositionReadout>(mesh);
+  if (choice.of == "outline")
+    return std::make_unique<OutlineReadout>(mesh, cameras, choice.num_angles);
+  if (choice.of == "features") return std::make_unique<FeatureReadout>(mesh, discs);
+  if (choice.of == "silhouette")
+    return std::make_unique<SilhouetteReadout>(mesh, cameras,
+                                               SoftSilhouetteOptions{choice.half_width});
+  throw InputError(
+      "readout", "found '" + choice.of + "', expected positions, outline, features or silhouette");
+}
 
 }  // namespace drape

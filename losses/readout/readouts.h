@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "losses/camera/camera.h"
+#include "losses/outline/shape_features.h"
 #include "losses/readout/device_readout.h"
 #include "losses/silhouette/soft_silhouette.h"
 #include "physics/mesh/mesh.h"
@@ -29,6 +32,35 @@ class OutlineReadout final : public Readout {
   std::vector<DeviceReadout> device_;
 };
 
+// The shape itself [m], K = 3V. Devices do not know it.
+class PositionReadout final : public Readout {
+ public:
+  explicit PositionReadout(const Mesh& mesh) : size_(static_cast<int>(mesh.rest_x.size())) {}
+  int size() const override { return size_; }
+  bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+            ReadoutJacobian* dr_dx) const override;
+
+ private:
+  int size_;
+};
+
+// The shape features of the vertical projection [MODEL, M49], K = kNumShapeFeatures: those of its
+// outline at 360 angles from the axis. Read returns false where an angle is missing. Devices do not
+// know it.
+class FeatureReadout final : public Readout {
+ public:
+  // `mesh` must outlive the object.
+  FeatureReadout(const Mesh& mesh, const DrapeDiscs& discs);
+  int size() const override { return kNumShapeFeatures; }
+  bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
+            ReadoutJacobian* dr_dx) const override;
+
+ private:
+  DrapeDiscs discs_;
+  Camera above_;
+  OutlineReadout outline_;
+};
+
 // The coverage of each pixel in [0, 1] (RenderSoft), row-major, K = height·width [MODEL, M48].
 class SilhouetteReadout final : public Readout {
  public:
@@ -47,5 +79,17 @@ class SilhouetteReadout final : public Readout {
   SoftSilhouetteOptions options_;
   std::vector<DeviceReadout> device_;
 };
+
+// What is read of every drape of a batch.
+struct ReadoutChoice {
+  std::string of = "positions";  // or "outline", "features", "silhouette": the readouts above
+  Camera camera;                 // of outline and silhouette
+  int num_angles = 360;          // of outline
+  double half_width = 1.0;       // of silhouette [px]
+};
+// Throws InputError for an unknown name, an invalid camera and numbers that are not positive.
+// `mesh` must outlive the result.
+std::unique_ptr<Readout> MakeReadout(const ReadoutChoice& choice, const Mesh& mesh,
+                                     const DrapeDiscs& discs);
 
 }  // namespace drape

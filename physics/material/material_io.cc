@@ -211,6 +211,23 @@ std::string PickedName(const json& file, const std::string& path, const std::str
   return pick;
 }
 
+// One fabric of a file, that of the name `pick` where it holds several.
+Material ReadFabric(const json& file, const std::string& path, const std::string& pick,
+                    const MaterialPolicy& policy) {
+  const JsonInput root(file, path);
+  root.ExpectObject();
+  const bool is_entry = IsEntry(file);
+  const std::string name = is_entry ? "" : PickedName(file, path, pick);
+  Material material = EntryReader(is_entry ? root : root.At(name), policy).Read();
+  if (material.name.empty()) {
+    material.name = is_entry ? std::filesystem::path(path).stem().string() : name;
+  }
+  if (is_entry && !pick.empty() && pick != material.name) {
+    throw InputError(path, "has no fabric '" + pick + "', found: " + material.name);
+  }
+  return material;
+}
+
 // A row of a table of bending measurements with the stretch of its base.
 Material ReadMeasuredBending(const BendingRow& row, const MaterialPolicy& policy) {
   const std::string path = row.table + "#" + row.row;
@@ -305,22 +322,15 @@ Material ReadMaterial(const std::string& path, const MaterialPolicy& policy) {
   if (path.ends_with(".csv") && std::filesystem::is_regular_file(path))
     throw InputError(path, "is a table of several fabrics, select a row with '#1', '#2', …");
   const auto [file_path, pick] = SplitMaterialPath(path);
-  const json file = ReadJsonFile(file_path);
-  const JsonInput root(file, file_path);
-  root.ExpectObject();
-  const bool is_entry = IsEntry(file);
-  const std::string name = is_entry ? "" : PickedName(file, file_path, pick);
-  Material material = EntryReader(is_entry ? root : root.At(name), policy).Read();
-  if (material.name.empty()) {
-    material.name = is_entry ? std::filesystem::path(file_path).stem().string() : name;
-  }
-  if (is_entry && !pick.empty() && pick != material.name) {
-    throw InputError(file_path, "has no fabric '" + pick + "', found: " + material.name);
-  }
-  return material;
+  return ReadFabric(ReadJsonFile(file_path), file_path, pick, policy);
 }
 
-void WriteMaterial(const std::string& path, const Material& material, Convention convention) {
+Material ParseMaterial(const std::string& text, const std::string& where,
+                       const MaterialPolicy& policy) {
+  return ReadFabric(ParseJson(text, where), where, "", policy);
+}
+
+std::string MaterialText(const Material& material, Convention convention) {
   CHECK_EQ(material.field.stretch.size(), 1u);
   CHECK_EQ(material.field.bend.size(), 1u);
   std::string text = "{\n  \"format\": " + json(kMaterialFormat).dump() + ",\n  \"version\": 1,\n";
@@ -330,7 +340,11 @@ void WriteMaterial(const std::string& path, const Material& material, Convention
   AppendNumber(text, material.field.density);
   AppendTable(text += ",\n  \"stretch\": ", material.field.stretch[0].c, StretchFactor(convention));
   AppendTable(text += ",\n  \"bend\": ", material.field.bend[0].b, BendFactor(convention));
-  WriteFileAtomically(path, text += "\n}\n");
+  return text += "\n}\n";
+}
+
+void WriteMaterial(const std::string& path, const Material& material, Convention convention) {
+  WriteFileAtomically(path, MaterialText(material, convention));
 }
 
 }  // namespace drape

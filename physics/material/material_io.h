@@ -66,6 +66,14 @@ bool IsBendingRow(const std::string& path);
 // in it: "felt", "fabrics#felt", "table#12".
 std::string MaterialLabel(const std::string& path);
 
+// The same of a text in one of these formats. where: its name in messages, and that of a fabric
+// without a name.
+Material ParseMaterial(const std::string& text, const std::string& where,
+                       const MaterialPolicy& policy = {});
+
+// Our format. Numbers read back bit for bit in both conventions. CHECKs as WriteMaterial.
+std::string MaterialText(const Material& material, Convention convention = Convention::kMechanical);
+
 // Writes our format atomically. Numbers read back bit for bit in both conventions. CHECKs that the
 // field has one table of each kind. Throws InputError when the file cannot be written.
 void WriteMaterial(const std::string& path, const Material& material,

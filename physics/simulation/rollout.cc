@@ -134,16 +134,19 @@ RolloutResult Rollout(StepSolver& solver, const MaterialField& material, const S
   return result;
 }
 
-TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
-                             const MaterialField& weight, const State& start,
-                             const RolloutOptions& options) {
+namespace {
+
+// Rollout that carries columns of ∂(end)/∂p along, shape [3V, m] each, from what they are at the
+// start. add_material(x, w, dv): dv += ∂g/∂p of the step at x.
+template <class AddMaterial>
+RolloutResult CarryTangents(StepSolver& solver, const MaterialField& material, const State& start,
+                            const RolloutOptions& options, const AddMaterial& add_material,
+                            RowMatrix& dx, RowMatrix& dv) {
   options.Check();
   solver.Forget();
   const Interruptible interruptible(solver.own_linear(), options.cancel);
   const ClothModel& model = solver.model();
   const Eigen::VectorXd mass = model.LumpedMass(material.density);
-  // One column more than entries: rows of whole vector registers.
-  RowMatrix dx = RowMatrix::Zero(model.num_dofs(), kPaddedEntries), dv = dx;
   RolloutResult rollout = Begin(solver, start);
   for (; rollout.status == RolloutStatus::kOk && rollout.steps < options.steps; ++rollout.steps) {
     const Eigen::VectorXd& x = rollout.end.x;
@@ -156,12 +159,42 @@ TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
     const Eigen::VectorXd& w = rollout.end.v;
     dv = mass.asDiagonal() * dv;
     AddMultiply(model.pattern, solver.StepDerivative(material, x, w, options.h), dx, dv);
-    AddMaterialColumns(model, material, weight, x, w, options.h, dv);
+    add_material(x, w, dv);
     solver.linear().Solve(dv);
     dx += options.h * dv;
     rollout.end.x += options.h * w;
   }
+  return rollout;
+}
+
+}  // namespace
+
+TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
+                             const MaterialField& weight, const State& start,
+                             const RolloutOptions& options) {
+  const ClothModel& model = solver.model();
+  // One column more than entries: rows of whole vector registers.
+  RowMatrix dx = RowMatrix::Zero(model.num_dofs(), kPaddedEntries), dv = dx;
+  const auto add_material = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& w, RowMatrix& to) {
+    AddMaterialColumns(model, material, weight, x, w, options.h, to);
+  };
+  RolloutResult rollout = CarryTangents(solver, material, start, options, add_material, dx, dv);
   return {std::move(rollout), dx.leftCols(kMaterialEntries), dv.leftCols(kMaterialEntries)};
+}
+
+JvpResult RolloutJvp(StepSolver& solver, const MaterialField& material, const MaterialField& change,
+                     const State& start, const State& start_change, const RolloutOptions& options) {
+  const ClothModel& model = solver.model();
+  CHECK_EQ(start_change.x.size(), model.num_dofs());
+  CHECK_EQ(start_change.v.size(), model.num_dofs());
+  RowMatrix dx = start_change.x, dv = start_change.v, columns(model.num_dofs(), kPaddedEntries);
+  const auto add_material = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& w, RowMatrix& to) {
+    columns.setZero();
+    AddMaterialColumns(model, material, change, x, w, options.h, columns);
+    to += columns.rowwise().sum();
+  };
+  RolloutResult rollout = CarryTangents(solver, material, start, options, add_material, dx, dv);
+  return {std::move(rollout), {dx, dv}};
 }
 
 namespace {

@@ -87,6 +87,17 @@ TangentResult RolloutTangent(StepSolver& solver, const MaterialField& material,
                              const MaterialField& weight, const State& start,
                              const RolloutOptions& options);
 
+// The end of a rollout and its change to first order, ∂(end)/∂p·dp + ∂(end)/∂start·dstart: a
+// Jacobian-vector product, by one solve a step.
+struct JvpResult {
+  RolloutResult rollout;
+  State change;  // [m] and [m/s] for each unit of the direction, shape [3V] each
+};
+// change: dp, that of each table entry; start_change: dstart, that of the start once it is out of
+// all obstacles.
+JvpResult RolloutJvp(StepSolver& solver, const MaterialField& material, const MaterialField& change,
+                     const State& start, const State& start_change, const RolloutOptions& options);
+
 // Gradients of m scalars L with seeds ∂L/∂x_end, shape [3V, m], back through a recorded rollout.
 AdjointResult RolloutAdjoint(StepSolver& solver, const MaterialField& material,
                              const RolloutOptions& options, const Recording& recording,

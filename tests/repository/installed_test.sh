@@ -32,6 +32,13 @@ run() {
   echo "$*"
   "$@" >"$scratch/out" 2>&1 || { cat "$scratch/out"; status=1; }
 }
+# The Python package, where it is built: from its installed folder alone.
+if [ -e "$build/python" ]; then
+  run "$cmake" --install "$build" --component python --prefix "$scratch/prefix"
+  python=$(sed -n 's/^Python_EXECUTABLE:[A-Z]*=//p' "$build/CMakeCache.txt")
+  run env PYTHONPATH="$scratch/prefix/lib/python3/dist-packages" "$python" -c \
+    'import drapefit; assert drapefit.Simulator(drapefit.disc(200)).camera.width == 256'
+fi
 run "$bin/drape_simulate" --mesh=disc:100 --material=configs/fabrics/synthetic_wool.json \
   --start=configs/starts/six_waves.json --steps=5 --time_step=0.1 --out="$scratch/drape"
 run "$bin/drape_simulate" --scene=configs/scenes/hanging_strip.json --mesh=strip:0.1x0.02x10 \

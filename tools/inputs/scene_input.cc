@@ -136,24 +136,35 @@ void ApplyBase(const std::string& base, const std::vector<std::string*>& materia
                                           "bending measurements, 'TABLE.csv#ROW'");
 }
 
+std::shared_ptr<const ClothModel> MakeSceneModel(const SceneInput& input, Mesh mesh,
+                                                 const DrapeDiscs& discs) {
+  if (input.scene != "cusick" && input.contact.model != ContactModel::kNone)
+    throw InputError("option 'contact'", std::string("found ") + ToString(input.contact.model) +
+                                             " with the scene " + input.scene +
+                                             ", expected none: a scene file lists its contact");
+  const Scene scene =
+      input.scene == "cusick" ? CusickScene(input.contact, discs.support) : ReadScene(input.scene);
+  RequireRegions(input, scene, mesh);
+  auto model = std::make_shared<const ClothModel>(std::move(mesh), scene, MakeLaw(input.law));
+  RequireThinCloth(*model);
+  return model;
+}
+
+void RequireFreeStart(const SceneInput& input, const ClothModel& model, const State& start) {
+  if (model.scene.contact) RequireOutside(input, *model.scene.contact, start);
+  RequireApart(input, model, start);
+}
+
 LoadedScene LoadScene(const SceneInput& input) {
-  const Law law = MakeLaw(input.law);
-  const bool is_reference = !law.rejects_negative_entries();
+  const bool is_reference = !MakeLaw(input.law).rejects_negative_entries();
   LoadedScene loaded;
   loaded.discs = FindDiscs(input.discs);
   Mesh mesh = ParseMeshSpec(input.mesh, {.round_to_float = is_reference}, loaded.discs);
   if (!input.material.empty()) loaded.material = ReadSceneMaterial(input, mesh, is_reference);
   for (const std::string& warning : loaded.material.warnings)
     LOG(WARNING) << MakePrintableLine(warning);
-  if (input.scene != "cusick" && input.contact.model != ContactModel::kNone)
-    throw InputError("option 'contact'", std::string("found ") + ToString(input.contact.model) +
-                                             " with the scene " + input.scene +
-                                             ", expected none: a scene file lists its contact");
-  const Scene scene = input.scene == "cusick" ? CusickScene(input.contact, loaded.discs.support)
-                                              : ReadScene(input.scene);
-  RequireRegions(input, scene, mesh);
-  loaded.model = std::make_shared<ClothModel>(std::move(mesh), scene, law);
-  const std::optional<double> support = SupportRadius(scene);
+  loaded.model = MakeSceneModel(input, std::move(mesh), loaded.discs);
+  const std::optional<double> support = SupportRadius(loaded.model->scene);
   if (input.start == "flat") {
     loaded.start = loaded.model->RestState();
   } else if (support) {
@@ -162,9 +173,7 @@ LoadedScene LoadScene(const SceneInput& input) {
     // A start shape is made for a support.
     loaded.start = ReadState(input.start, loaded.model->mesh.num_vertices());
   }
-  if (scene.contact) RequireOutside(input, *scene.contact, loaded.start);
-  RequireThinCloth(*loaded.model);
-  RequireApart(input, *loaded.model, loaded.start);
+  RequireFreeStart(input, *loaded.model, loaded.start);
   return loaded;
 }
 

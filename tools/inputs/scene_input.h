@@ -38,6 +38,14 @@ struct LoadedScene {
 // support.
 LoadedScene LoadScene(const SceneInput& input);
 
+// The parts of LoadScene for a mesh and a start that are there already; input.mesh and input.start
+// are what messages call them.
+std::shared_ptr<const ClothModel> MakeSceneModel(const SceneInput& input, Mesh mesh,
+                                                 const DrapeDiscs& discs);
+// Throws InputError for a start in an obstacle or one that passes through itself, where the scene
+// has such contact.
+void RequireFreeStart(const SceneInput& input, const ClothModel& model, const State& start);
+
 // Names `base` as the base of each of the materials that has no stretch of its own (WithBase).
 // Throws InputError where a base is given and no material needs it.
 void ApplyBase(const std::string& base, const std::vector<std::string*>& materials);

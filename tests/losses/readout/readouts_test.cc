@@ -76,6 +76,40 @@ TEST_P(ReadoutsTest, OneCameraServesAllAndAPartKnowsItsPlace) {
   EXPECT_EQ(second.device(0), readout.device(1));
 }
 
+// In metres, whatever camera sees the drape.
+TEST(FeatureReadoutTest, IsMeasureShapeWithItsDerivative) {
+  const Mesh mesh = MakeDisc(5, 50, 0.15);
+  const Eigen::VectorXd x =
+      Deform(mesh, {.folds = 5, .twist = 0.4}) + 1e-3 * RandomVector(3 * mesh.num_vertices(), 6);
+  const DrapeDiscs discs;
+  const Camera above = CameraAbove(discs);
+  const FeatureReadout readout(mesh, discs);
+  ASSERT_EQ(readout.size(), kNumShapeFeatures);
+  EXPECT_EQ(readout.device(0), nullptr);
+  Outline outline;
+  ASSERT_TRUE(OutlineFromMesh(mesh, x, above, 360, &outline));
+  const ShapeFeatures shape = MeasureShape(MetresFromPixels(outline.radius, above), discs);
+  Eigen::VectorXd r, plus, minus;
+  ReadoutJacobian jacobian;
+  ASSERT_TRUE(readout.Read(0, x, &r, &jacobian));
+  EXPECT_EQ(r, ListShapeFeatures(shape));
+  EXPECT_EQ(r[0], shape.drape_coefficient);
+  EXPECT_EQ(r[1], 5.0);
+  EXPECT_STREQ(kShapeFeatureNames[8], "isoperimetric_ratio");
+  EXPECT_EQ(r[8], shape.isoperimetric_ratio);
+  const Eigen::VectorXd direction = RandomVector(static_cast<int>(x.size()), 9);
+  const double h = 1e-7;
+  ASSERT_TRUE(readout.Read(0, x + h * direction, &plus, nullptr));
+  ASSERT_TRUE(readout.Read(0, x - h * direction, &minus, nullptr));
+  const Eigen::VectorXd found = jacobian * direction, differences = (plus - minus) / (2 * h);
+  for (int k = 0; k < kNumShapeFeatures; ++k) {
+    EXPECT_NEAR(found[k], differences[k], 1e-6 * jacobian.row(k).norm() * direction.norm())
+        << kShapeFeatureNames[k];
+    EXPECT_EQ(jacobian.row(k).norm() > 0.0, k != 1) << kShapeFeatureNames[k];
+  }
+  EXPECT_FALSE(readout.Read(0, x.array() + 1.0, &r, nullptr));
+}
+
 INSTANTIATE_TEST_SUITE_P(Cameras, ReadoutsTest,
                          testing::Values(CameraKind::kOrthographic, CameraKind::kPinhole));
 

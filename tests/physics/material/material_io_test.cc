@@ -184,6 +184,8 @@ TEST_F(MaterialIo, ReadsBackWhatItWroteBitForBit) {
     for (auto& row : m.field.bend[0].b)
       for (double& b : row) b *= 1e-6 / 7;
     WriteMaterial(Path("out.json"), m, convention);
+    EXPECT_EQ(MaterialText(ParseMaterial(MaterialText(m, convention), "text"), convention),
+              MaterialText(m, convention));
     const Material again = ReadMaterial(Path("out.json"));
     EXPECT_EQ(again.name, m.name);
     EXPECT_EQ(again.source, "s");
@@ -192,6 +194,13 @@ TEST_F(MaterialIo, ReadsBackWhatItWroteBitForBit) {
     EXPECT_EQ(std::memcmp(&again.field.stretch[0], &m.field.stretch[0], sizeof(StretchTable)), 0);
     EXPECT_EQ(std::memcmp(&again.field.bend[0], &m.field.bend[0], sizeof(BendTable)), 0);
   }
+}
+
+TEST_F(MaterialIo, NamesATextInErrors) {
+  EXPECT_INPUT_ERROR(ParseMaterial("{", "felt"), "felt: parse error at line 1");
+  Material m = Parse(Ours("arcsim"));
+  const std::string text = Replaced(MaterialText(m), "\"density\": ", "\"density\": 1e9");
+  EXPECT_INPUT_ERROR(ParseMaterial(text, "felt"), "felt: key 'density': found");
 }
 
 TEST(Fabrics, EachShippedFileIsReadable) {

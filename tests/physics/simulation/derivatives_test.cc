@@ -71,6 +71,32 @@ TEST_P(AdjointTest, AgreesWithTangentTo1em10) {
   EXPECT_LT((first.v0 - adjoint.v0.leftCols(1)).norm(), 1e-12 * adjoint.v0.norm());
 }
 
+// Along one direction of material and start: ⟨u, J·d⟩ = ⟨Jᵀ·u, d⟩.
+TEST_P(AdjointTest, AgreesWithJvpTo1em10) {
+  const Case& c = GetParam();
+  Experiment s(c.law, c.scattered);
+  const RolloutOptions options = ShortRollout();
+  const MaterialField change = c.scattered ? test::Scatter(s.material, s.model->mesh, 0.5, s.random)
+                                           : test::TestMaterial(0.7);
+  const State moved = {test::RandomMatrix(s.model->num_dofs(), 1, s.random),
+                       test::RandomMatrix(s.model->num_dofs(), 1, s.random)};
+  const JvpResult jvp = RolloutJvp(s.solver, s.material, change, s.start, moved, options);
+  Recording recording;
+  const RolloutResult end = Rollout(s.solver, s.material, s.start, options, &recording);
+  ASSERT_EQ(jvp.rollout.status, RolloutStatus::kOk);
+  EXPECT_EQ(jvp.rollout.end.x, end.end.x);
+  EXPECT_EQ(jvp.rollout.steps, options.steps);
+  const RowMatrix u = test::RandomMatrix(s.model->num_dofs(), 1, s.random);
+  const AdjointResult adjoint = RolloutAdjoint(s.solver, s.material, options, recording, u);
+  const double by_material = adjoint.material.Contract(change).sum(),
+               by_x = adjoint.x0.col(0).dot(moved.x), by_v = adjoint.v0.col(0).dot(moved.v);
+  const double expected = by_material + by_x + by_v;
+  EXPECT_NEAR(u.col(0).dot(jvp.change.x), expected,
+              1e-10 * (std::abs(by_material) + std::abs(by_x) + std::abs(by_v)));
+  EXPECT_NE(by_material, 0.0);
+  EXPECT_NE(by_v, 0.0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Product, AdjointTest,
                          testing::Values(Case{"reference", false, 10}, Case{"reference", true, 10},
                                          Case{"reference", false, 0}, Case{"reference", true, 4},

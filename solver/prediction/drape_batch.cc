@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/prediction/drape_batch.h"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "physics/util/errors.h"
+#include "physics/util/run_control.h"
+#include "physics/util/text_format.h"
+#include "solver/forward/settle.h"
+
+namespace drape {
+namespace {
+
+void RequireShape(const RowMatrix& array, const std::string& name, Eigen::Index rows,
+                  Eigen::Index columns) {
+  const auto shape = [](Eigen::Index b, Eigen::Index n) {
+    return Format("[%d, %d]", static_cast<int>(b), static_cast<int>(n));
+  };
+  if (array.rows() != rows || array.cols() != columns)
+    throw InputError(name, "found the shape " + shape(array.rows(), array.cols()) + ", expected " +
+                               shape(rows, columns));
+  if (!array.allFinite()) throw InputError(name, "found a number that is not finite");
+}
+
+}  // namespace
+
+void DrapeBatchOptions::Check() const {
+  if (!(h > 0.0 && std::isfinite(h)))
+    throw InputError("h", Format("found a time step of %g s, expected more than 0", h));
+  if (steps < 0) throw InputError("steps", Format("found %d, expected 0 or more", steps));
+}
+
+DrapeBatch::DrapeBatch(Backend& backend, const std::vector<MaterialField>& materials,
+                       const DrapeInputs& inputs, const DrapeBatchOptions& options)
+    : backend_(backend), options_(options) {
+  options.Check();
+  const Eigen::Index count = inputs.log_factors.rows(), factors = inputs.log_factors.cols();
+  if (count == 0) throw InputError("drapes", "found 0, expected 1 or more");
+  const auto tying =
+      ParseName<ParameterTying>(std::to_string(factors), "number of factors of a drape");
+  CheckShapes(inputs, count, factors);
+  if (materials.size() != 1 && static_cast<Eigen::Index>(materials.size()) != count)
+    throw InputError("materials", Format("found %zu, expected 1 or %d, the number of drapes",
+                                         materials.size(), static_cast<int>(count)));
+  for (Eigen::Index i = 0; i < count; ++i) {
+    maps_.emplace_back(materials[materials.size() == 1 ? 0 : i], tying);
+    materials_.push_back(maps_.back().Material(inputs.log_factors.row(i)));
+    starts_.push_back({inputs.start.row(i), inputs.velocity.row(i)});
+  }
+}
+
+void DrapeBatch::CheckShapes(const DrapeInputs& inputs, Eigen::Index count,
+                             Eigen::Index factors) const {
+  const Eigen::Index dofs = backend_.model().num_dofs();
+  RequireShape(inputs.log_factors, "log_factors", count, factors);
+  RequireShape(inputs.start, "start", count, dofs);
+  RequireShape(inputs.velocity, "velocity", count, dofs);
+}
+
+std::vector<RolloutInput> DrapeBatch::ListInputs() const {
+  std::vector<RolloutInput> inputs;
+  for (int i = 0; i < size(); ++i) inputs.push_back({&materials_[i], &starts_[i]});
+  return inputs;
+}
+
+RolloutOptions DrapeBatch::Steps(const std::atomic<bool>& cancel) const {
+  RolloutOptions steps;
+  steps.h = options_.h;
+  steps.steps = options_.steps;
+  steps.cancel = &cancel;
+  return steps;
+}
+
+std::vector<int> DrapeBatch::ListFound() const {
+  std::vector<int> found;
+  for (std::size_t i = 0; i < ends_.size(); ++i)
+    if (ends_[i].x.size() > 0) found.push_back(static_cast<int>(i));
+  return found;
+}
+
+void DrapeBatch::Run(const std::atomic<bool>& cancel) {
+  status_.clear();
+  ends_.assign(size(), {});
+  if (options_.solve_mode == SolveMode::kDynamic) {
+    auto rollouts =
+        backend_.Rollouts(ListInputs(), Steps(cancel), options_.record ? &recordings_ : nullptr);
+    for (int i = 0; i < size(); ++i) {
+      status_.emplace_back(ToString(rollouts[i].status));
+      if (rollouts[i].status == RolloutStatus::kOk) ends_[i] = std::move(rollouts[i].end);
+    }
+    return;
+  }
+  SettleOptions settle{.steps = Steps(cancel)};
+  settle.equilibrium.cancel = &cancel;
+  auto drapes = Settle(backend_, ListInputs(), settle);
+  for (int i = 0; i < size(); ++i) {
+    EquilibriumResult& rest = drapes[i].rest;
+    status_.emplace_back(drapes[i].steps == RolloutStatus::kOk ? ToString(rest.status)
+                                                               : ToString(drapes[i].steps));
+    if (drapes[i].IsUsable(SolveMode::kStatic))
+      ends_[i] = {rest.x, Eigen::VectorXd::Zero(rest.x.size())};
+  }
+}
+
+std::vector<bool> DrapeBatch::IsFound() const {
+  std::vector<bool> is_found(size(), false);
+  for (const int i : ListFound()) is_found[i] = true;
+  return is_found;
+}
+
+RowMatrix DrapeBatch::NotANumber(Eigen::Index columns) const {
+  return RowMatrix::Constant(size(), columns, std::numeric_limits<double>::quiet_NaN());
+}
+
+RowMatrix DrapeBatch::Positions() const {
+  RowMatrix x = NotANumber(backend_.model().num_dofs());
+  for (const int i : ListFound()) x.row(i) = ends_[i].x;
+  return x;
+}
+
+RowMatrix DrapeBatch::Velocities() const {
+  RowMatrix v = NotANumber(backend_.model().num_dofs());
+  for (const int i : ListFound()) v.row(i) = ends_[i].v;
+  return v;
+}
+
+Eigen::VectorXd DrapeBatch::Residuals() const {
+  Eigen::VectorXd residuals = NotANumber(1);
+  for (const int i : ListFound())
+    residuals[i] = ForceResidual(backend_.model(), materials_[i], ends_[i].x);
+  return residuals;
+}
+
+RowMatrix DrapeBatch::Read(const Readout& readout) const {
+  RowMatrix all = NotANumber(readout.size());
+  Eigen::VectorXd r;
+  for (const int i : ListFound())
+    if (readout.Read(i, ends_[i].x, &r, nullptr)) all.row(i) = r;
+  return all;
+}
+
+Eigen::VectorXd DrapeBatch::Move(int i, const DrapeInputs& change, StepSolver& solver,
+                                 const std::atomic<bool>& cancel) const {
+  const MaterialField entries = maps_[i].Jvp(materials_[i], change.log_factors.row(i));
+  if (options_.solve_mode == SolveMode::kStatic) {
+    Eigen::VectorXd dx;
+    const bool moves = EquilibriumJvpColumn(solver, materials_[i], entries, ends_[i].x, &dx);
+    return moves ? dx : Eigen::VectorXd();
+  }
+  const State start_change = {change.start.row(i), change.velocity.row(i)};
+  JvpResult jvp =
+      RolloutJvp(solver, materials_[i], entries, starts_[i], start_change, Steps(cancel));
+  return jvp.rollout.status == RolloutStatus::kOk ? std::move(jvp.change.x) : Eigen::VectorXd();
+}
+
+RowMatrix DrapeBatch::Jvp(const Readout& readout, const DrapeInputs& change,
+                          const std::atomic<bool>& cancel) const {
+  CheckShapes(change, size(), maps_[0].size());
+  // The model of a backend lives as long as the backend.
+  const std::shared_ptr<const ClothModel> model(std::shared_ptr<void>(), &backend_.model());
+  const StepSolver solver(model);
+  const std::vector<int> found = ListFound();
+  RowMatrix all = NotANumber(readout.size());
+  RunInThreads(static_cast<int>(found.size()), backend_.threads(), &cancel, [&](int k) {
+    const int i = found[k];
+    StepSolver own = solver.Clone();
+    const Eigen::VectorXd dx = Move(i, change, own, cancel);
+    Eigen::VectorXd r;
+    ReadoutJacobian dr_dx;
+    if (dx.size() > 0 && readout.Read(i, ends_[i].x, &r, &dr_dx)) all.row(i) = dr_dx * dx;
+  });
+  return all;
+}
+
+DrapeInputs DrapeBatch::Vjp(const Readout& readout, const RowMatrix& dL_dr,
+                            const std::atomic<bool>& cancel) const {
+  RequireShape(dL_dr, "cotangent", size(), readout.size());
+  const Eigen::Index dofs = backend_.model().num_dofs();
+  std::vector<int> readable;
+  std::vector<RowMatrix> dL_dx(size(), RowMatrix::Zero(dofs, 1));
+  for (const int i : ListFound()) {
+    Eigen::VectorXd r;
+    ReadoutJacobian dr_dx;
+    if (!readout.Read(i, ends_[i].x, &r, &dr_dx)) continue;
+    readable.push_back(i);
+    dL_dx[i] = dr_dx.transpose() * dL_dr.row(i).transpose();
+  }
+  DrapeInputs gradient{NotANumber(maps_[0].size()), NotANumber(dofs), NotANumber(dofs)};
+  if (options_.solve_mode == SolveMode::kDynamic) {
+    AddAdjoints(readable, dL_dx, cancel, &gradient);
+  } else {
+    AddEquilibriumAdjoints(readable, dL_dx, &gradient);
+  }
+  return gradient;
+}
+
+void DrapeBatch::AddAdjoints(const std::vector<int>& members, const std::vector<RowMatrix>& dL_dx,
+                             const std::atomic<bool>& cancel, DrapeInputs* gradient) const {
+  const std::vector<RolloutInput> inputs = ListInputs();
+  std::vector<Recording> again;
+  std::vector<bool> has_derivative(size(), true);
+  if (!options_.record) {
+    const auto rollouts = backend_.Rollouts(inputs, Steps(cancel), &again);
+    for (int i = 0; i < size(); ++i) has_derivative[i] = rollouts[i].status == RolloutStatus::kOk;
+  }
+  const auto adjoints =
+      backend_.Adjoints(inputs, options_.record ? recordings_ : again, dL_dx, Steps(cancel));
+  for (const int i : members) {
+    if (!has_derivative[i] || adjoints[i].status != RolloutStatus::kOk) continue;
+    gradient->log_factors.row(i) = maps_[i].Vjp(materials_[i], adjoints[i].material).transpose();
+    gradient->start.row(i) = adjoints[i].x0.transpose();
+    gradient->velocity.row(i) = adjoints[i].v0.transpose();
+  }
+}
+
+void DrapeBatch::AddEquilibriumAdjoints(const std::vector<int>& members,
+                                        const std::vector<RowMatrix>& dL_dx,
+                                        DrapeInputs* gradient) const {
+  std::vector<RolloutInput> inputs;
+  std::vector<RowMatrix> seeds;
+  for (const int i : members) {
+    inputs.push_back({&materials_[i], &ends_[i]});
+    seeds.push_back(dL_dx[i]);
+  }
+  const auto found = backend_.EquilibriumAdjoints(inputs, seeds);
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    const int i = members[k];
+    if (!found[k]) continue;
+    gradient->log_factors.row(i) = maps_[i].Vjp(materials_[i], *found[k]).transpose();
+    // A start moves no equilibrium; it can only lead to another.
+    gradient->start.row(i).setZero();
+    gradient->velocity.row(i).setZero();
+  }
+}
+
+}  // namespace drape

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "physics/simulation/backend.h"
+#include "solver/fit/parameters/parametrisation.h"
+#include "solver/forward/solve_mode.h"
+
+namespace drape {
+
+// A batch of B drapes as differentiable functions of factors on the entries of their tables and of
+// where they start: what a program of a user's own differentiates, an optimiser or a network.
+
+// One row for each drape: the inputs themselves, a change of them, or derivatives by them.
+struct DrapeInputs {
+  RowMatrix log_factors;  // θ of a TableParametrisation whose tying has P numbers, shape [B, P]
+  RowMatrix start;        // positions [m], shape [B, 3V]
+  RowMatrix velocity;     // [m/s], shape [B, 3V]
+};
+
+struct DrapeBatchOptions {
+  double h = 0.05;                             // time step [s], > 0
+  int steps = 100;                             // ≥ 0
+  SolveMode solve_mode = SolveMode::kDynamic;  // kStatic: Newton's method after the steps
+  bool record = false;  // keep what Vjp needs of the steps, which saves it a simulation
+
+  void Check() const;  // throws InputError
+};
+
+// All numbers of a drape that failed, of one that cannot be read, and of derivatives that do not
+// exist are NaN. Shapes of other sizes and numbers that are not finite are InputErrors.
+class DrapeBatch {
+ public:
+  // materials: one for all drapes or one for each. The backend outlives the object.
+  DrapeBatch(Backend& backend, const std::vector<MaterialField>& materials,
+             const DrapeInputs& inputs, const DrapeBatchOptions& options);
+  // Simulates; before all others. When cancel turns true, here and below, the rest is NaN.
+  void Run(const std::atomic<bool>& cancel);
+
+  int size() const { return static_cast<int>(starts_.size()); }
+  const std::vector<std::string>& status() const { return status_; }  // "ok", "stable" or why not
+  std::vector<bool> IsFound() const;
+  RowMatrix Positions() const;        // [m], shape [B, 3V]
+  RowMatrix Velocities() const;       // [m/s], shape [B, 3V]; 0 of equilibria
+  Eigen::VectorXd Residuals() const;  // ForceResidual, shape [B]
+
+  RowMatrix Read(const Readout& readout) const;  // shape [B, K]
+  // ∂r/∂inputs·change, shape [B, K], on the threads of the host.
+  RowMatrix Jvp(const Readout& readout, const DrapeInputs& change,
+                const std::atomic<bool>& cancel) const;
+  // ∂L/∂inputs of scalars L, from dL_dr, shape [B, K].
+  DrapeInputs Vjp(const Readout& readout, const RowMatrix& dL_dr,
+                  const std::atomic<bool>& cancel) const;
+
+ private:
+  void CheckShapes(const DrapeInputs& inputs, Eigen::Index count, Eigen::Index factors) const;
+  std::vector<RolloutInput> ListInputs() const;
+  RolloutOptions Steps(const std::atomic<bool>& cancel) const;
+  std::vector<int> ListFound() const;
+  RowMatrix NotANumber(Eigen::Index columns) const;
+  // How drape i moves, shape [3V]; empty where that has no derivative.
+  Eigen::VectorXd Move(int i, const DrapeInputs& change, StepSolver& solver,
+                       const std::atomic<bool>& cancel) const;
+  // Of the drapes `members`, from ∂L/∂x of each of the B drapes, shape [3V, 1].
+  void AddAdjoints(const std::vector<int>& members, const std::vector<RowMatrix>& dL_dx,
+                   const std::atomic<bool>& cancel, DrapeInputs* gradient) const;
+  void AddEquilibriumAdjoints(const std::vector<int>& members, const std::vector<RowMatrix>& dL_dx,
+                              DrapeInputs* gradient) const;
+
+  Backend& backend_;
+  DrapeBatchOptions options_;
+  std::vector<TableParametrisation> maps_;  // of each drape
+  std::vector<MaterialField> materials_;
+  std::vector<State> starts_, ends_;  // an end without positions: not found
+  std::vector<std::string> status_;
+  std::vector<Recording> recordings_;
+};
+
+}  // namespace drape

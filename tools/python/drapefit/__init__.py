@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drapes of a fabric and their exact derivatives, as numpy arrays.
+
+Units are SI: m, s, N/m (stretch), N m (bend), kg/m2; images and outlines are in px. Shapes: B
+drapes of a batch, V vertices, F faces, P factors on the tables. Bad input raises ValueError with
+one line that says what was expected. A drape that fails has another status than ok or stable, and
+NaN for its numbers.
+"""
+
+import collections
+import json
+import pathlib
+
+import numpy as np
+
+from . import _core
+from ._core import Camera, Material, Silhouette, read_camera
+from .results import read_folder
+
+FEATURES = tuple(_core.FEATURES)
+_DISCS = pathlib.Path(__file__).parent / "discs"
+_NOT_GIVEN = float("nan")
+
+Gradient = collections.namedtuple("Gradient", "log_factors start velocity")
+Gradient.__doc__ = "Derivatives by log_factors [B, P], start [B, V, 3] and velocity [B, V, 3]."
+
+
+def _table(key, doc):
+    return property(lambda self: np.array(json.loads(self.to_json())[key]), doc=doc)
+
+
+Material.density = _table("density", "kg/m2")
+Material.stretch = _table("stretch", "membrane stiffness, N/m, [6, 4]")
+Material.bend = _table("bend", "plate rigidity, N m, [3, 5]")
+
+
+def make_material(density, stretch, bend, name="material"):
+    """density; stretch [6, 4]: c11 c12 c22 c33 without strain and strained at 0, 22.5, 45, 67.5 and
+    90 degrees to the weft; bend [3, 5]: at 0, 45 and 90 degrees, by curvature."""
+    keys = {"format": "drapefit-material", "version": 1, "convention": "mechanical", "name": name,
+            "density": float(density), "stretch": np.asarray(stretch, float).tolist(),
+            "bend": np.asarray(bend, float).tolist()}
+    return Material(json.dumps(keys), name)
+
+
+def read_material(path):
+    """The Material of a file, or of FILE#NAME where it holds several."""
+    return _core.read_material(str(path))
+
+
+class Mesh(_core.Mesh):
+    """A cloth that is flat at rest: vertices [V, 3], faces [F, 3] counter-clockwise in the material
+    coordinates uv [V, 2] (weft, warp), by default x and y."""
+
+    def __init__(self, vertices, faces, uv=None):
+        vertices = np.asarray(vertices, float)
+        uv = vertices[:, :2] if uv is None else uv
+        super().__init__(vertices, np.asarray(faces).tolist(), np.asarray(uv, float))
+
+    vertices = property(lambda self: self.rest.reshape(-1, 3), doc="at rest, m, [V, 3]")
+    faces = property(lambda self: np.array(super().faces), doc="indices of vertices, [F, 3]")
+
+    def write(self, path, positions=None):
+        """Writes an OBJ file of these positions [V, 3], or of the flat cloth."""
+        super().write(str(path), np.ravel(self.rest if positions is None else positions))
+
+
+def read_mesh(path, round_to_float=False):
+    """The cloth of an OBJ file; round_to_float: as the law reference takes it."""
+    mesh = _core.read_mesh(str(path), round_to_float)
+    return Mesh(mesh.rest.reshape(-1, 3), mesh.faces, mesh.uv)
+
+
+def disc(vertices=600):
+    """The mesh disc:VERTICES of the programs: a specimen of 30 cm for a support of 18 cm."""
+    sizes = sorted(int(path.stem) for path in _DISCS.glob("*.obj"))
+    if vertices not in sizes:
+        raise ValueError(f"disc: found {vertices} vertices, expected one of {sizes}; others are "
+                         "written by drape_simulate --mesh=disc:N --steps=0, for read_mesh")
+    return read_mesh(_DISCS / f"{vertices}.obj")
+
+
+def read_silhouette(path, camera_file="", specimen=_NOT_GIVEN, support=_NOT_GIVEN):
+    """The Silhouette of an image; camera_file: of drape_photo; specimen, support: diameters."""
+    return _core.read_silhouette(str(path), str(camera_file), specimen, support)
+
+
+class Simulator(_core.Simulator):
+    """A cloth in the scene "cusick", with contact "none" or "support", or in that of a file.
+    specimen, support: diameters; backend: "cpu", "cuda" or "auto"; threads: 0 for all cores."""
+
+    def __init__(self, mesh, scene="cusick", law="smooth", contact="none", specimen=_NOT_GIVEN,
+                 support=_NOT_GIVEN, backend="cpu", threads=0):
+        super().__init__(mesh, str(scene), law, contact, specimen, support, backend, threads)
+        self.mesh = mesh
+
+    def random_start(self, seed, hem_rms=3e-3):
+        """Positions [V, 3]: waves of this root mean square at the hem, m."""
+        return super().random_start(seed, hem_rms).reshape(-1, 3)
+
+    def start_from_outline(self, outline, lift=0.8):
+        """Positions [V, 3]: flaps that hang below an outline [K] in m, the higher the less lift."""
+        return super().start_from_outline(np.asarray(outline, float), lift).reshape(-1, 3)
+
+    def read_start(self, path):
+        """Positions and velocities [V, 3] of the file of a start shape or of a state."""
+        return tuple(part.reshape(-1, 3) for part in super().read_start(str(path)))
+
+    def drape(self, material, log_factors=None, start=None, velocity=None, h=0.05, steps=100,
+              solve="dynamic", record=False):
+        """The Drapes of one or more inputs: material, or a list; log_factors [P] or [B, P],
+        logarithms of factors on 1 (bend), 2 (stretch, bend), 3 (rows of bend), 7 (columns of
+        stretch, rows of bend) or 39 numbers (all entries, the default); start and velocity [V, 3]
+        or [B, V, 3], flat and 0 by default. Takes steps of h; solve "hybrid" goes from there to the
+        equilibrium. record: keep what vjp needs, which saves it a simulation."""
+        return Drapes(self, material, log_factors, start, velocity, (h, steps, solve, record))
+
+
+class Drapes(_core.Drapes):
+    """B drapes. What is read of them is named by `of`: "positions" [V, 3]; "outline" [num_angles],
+    px; "features" [9], named by FEATURES; "silhouette" [H, W], the coverage by cloth with a border
+    of half_width px. Further options: camera, which by default sees the specimen without
+    perspective, num_angles=360, half_width=1."""
+
+    def __init__(self, simulator, material, log_factors, start, velocity, options):
+        materials = [material] if isinstance(material, Material) else list(material)
+        rest = simulator.mesh.vertices
+        given = [np.asarray(default if value is None else value, float) for value, default in
+                 ((log_factors, np.zeros(39)), (start, rest), (velocity, 0 * rest))]
+        batch = max([len(materials)] + [len(array) for array, one in zip(given, (1, 2, 2))
+                                        if array.ndim > one])
+        self._camera = simulator.camera
+        self._shapes = [(batch, *given[0].shape[-1:]), (batch, *rest.shape), (batch, *rest.shape)]
+        super().__init__(simulator, materials, self._inputs(*given), *options)
+
+    positions = property(lambda self: super().positions.reshape(self._shapes[1]), doc="m")
+    velocities = property(lambda self: super().velocities.reshape(self._shapes[1]), doc="m/s")
+    found = property(lambda self: np.array(super().found), doc="whether there is a drape, [B]")
+
+    def _inputs(self, *arrays):
+        rows = []
+        for name, array, shape in zip(Gradient._fields, arrays, self._shapes):
+            array = np.zeros(shape) if array is None else np.asarray(array, float)
+            try:
+                rows.append(np.broadcast_to(array, shape).reshape(shape[0], np.prod(shape[1:])))
+            except ValueError:
+                found = f"{name}: found the shape {array.shape}"
+                raise ValueError(f"{found}, expected {shape} or a part of it") from None
+        return _core.DrapeInputs(*rows)
+
+    def _shaped(self, rows, of, camera=None, **_):
+        camera = camera or self._camera
+        image = (len(rows), camera.height, camera.width)
+        return rows.reshape({"positions": self._shapes[1], "silhouette": image}.get(of, rows.shape))
+
+    def _choice(self, of, camera=None, num_angles=360, half_width=1.0):
+        return _core.ReadoutChoice(of, camera or self._camera, num_angles, half_width)
+
+    def read(self, of="positions", **seen):
+        """What `of` names, [B, ...]; NaN for a drape that it cannot be read of."""
+        return self._shaped(super().read(self._choice(of, **seen)), of, **seen)
+
+    def jvp(self, log_factors=None, start=None, velocity=None, of="positions", **seen):
+        """Its change [B, ...] to first order in changes of the inputs; on the CPU."""
+        change = self._inputs(log_factors, start, velocity)
+        return self._shaped(super().jvp(self._choice(of, **seen), change), of, **seen)
+
+    def vjp(self, cotangent, of="positions", **seen):
+        """The Gradient of a scalar, from its gradient [B, ...] by what `of` names."""
+        rows = np.asarray(cotangent, float).reshape(self._shapes[0][0], -1)
+        found = super().vjp(self._choice(of, **seen), rows)
+        return Gradient(*(np.array(getattr(found, name)).reshape(shape)
+                          for name, shape in zip(Gradient._fields, self._shapes)))

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+// drapefit._core: the library for Python, arrays with one row for each drape. drapefit/__init__.py
+// gives them the shapes that it documents.
+#include <pybind11/eigen.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <chrono>
+#include <future>
+#include <mutex>
+
+#include "cuda/make_backend.h"
+#include "losses/camera/camera_io.h"
+#include "losses/outline/measured_image.h"
+#include "losses/outline/outline.h"
+#include "losses/readout/readouts.h"
+#include "physics/cloth/scene_io.h"
+#include "physics/cloth/start_shape.h"
+#include "physics/util/errors.h"
+#include "solver/prediction/drape_batch.h"
+#include "tools/inputs/common_options.h"
+#include "tools/inputs/scene_input.h"
+
+namespace py = pybind11;
+
+namespace drape {
+namespace {
+
+// Works without the lock of the interpreter, so that other threads of Python run; Ctrl-C cancels.
+template <class Work>
+auto RunUnlocked(const Work& work) {
+  constexpr std::chrono::milliseconds kPoll(50);
+  std::atomic<bool> cancel = false;
+  auto result = std::async(std::launch::async, [&] { return work(cancel); });
+  const auto is_done = [&] {
+    const py::gil_scoped_release unlocked;
+    return result.wait_for(kPoll) == std::future_status::ready;
+  };
+  while (!is_done())
+    if (!cancel && PyErr_CheckSignals() != 0) cancel = true;
+  if (PyErr_Occurred() != nullptr) throw py::error_already_set();
+  return result.get();
+}
+
+Mesh MeshFromArrays(const RowMatrix& vertices, const std::vector<std::array<int, 3>>& faces,
+                    const RowMatrix& uv) {
+  if (vertices.cols() != 3 || uv.cols() != 2 || uv.rows() != vertices.rows())
+    throw InputError("mesh", "expected vertices of the shape [V, 3] and uv of the shape [V, 2]");
+  return BuildMesh(vertices.reshaped<Eigen::RowMajor>(), uv.transpose(), faces, "mesh");
+}
+
+MeasuredImage MeasureFile(const std::string& path, const std::string& camera_file, double specimen,
+                          double support) {
+  const DrapeDiscs discs = FindDiscs({specimen, support}, {path});
+  CameraInput camera;
+  camera.file = camera_file;
+  return MeasureImage(ReadSilhouette(path), camera, CentreMode::kOutline, discs, path);
+}
+
+Eigen::VectorXd ReadRadii(const MeasuredImage& image, int num_angles) {
+  Outline outline;
+  if (num_angles < 1 || !OutlineFromImage(image.image, image.camera, num_angles, &outline))
+    throw InputError("outline", "expected one angle or more, with cloth at each");
+  return outline.radius;
+}
+
+RowMatrix Coverage(const MeasuredImage& image) {
+  RowMatrix coverage(image.image.height, image.image.width);
+  std::copy(image.image.coverage.begin(), image.image.coverage.end(), coverage.data());
+  return coverage;
+}
+
+void BindInputs(py::module_& m) {
+  py::class_<Material>(m, "Material")
+      .def(py::init([](const std::string& json, const std::string& name) {
+        return ParseMaterial(json, name);
+      }))
+      .def_readonly("name", &Material::name)
+      .def_readonly("warnings", &Material::warnings)
+      .def("to_json", [](const Material& self) { return MaterialText(self); })
+      .def("write",
+           [](const Material& self, const std::string& path) { WriteMaterial(path, self); });
+  m.def("read_material", [](const std::string& path) { return ReadMaterial(path); });
+  py::class_<Mesh>(m, "Mesh")
+      .def(py::init(&MeshFromArrays))
+      .def_readonly("rest", &Mesh::rest_x)
+      .def_property_readonly("uv",
+                             [](const Mesh& self) -> RowMatrix { return self.uv.transpose(); })
+      .def_property_readonly("faces", &ListTriangles)
+      .def("write", [](const Mesh& self, const std::string& path, const Eigen::VectorXd& x) {
+        if (x.size() != self.rest_x.size()) throw InputError("positions", "are of another mesh");
+        WriteObj(path, self, x);
+      });
+  m.def("read_mesh", [](const std::string& path, bool round_to_float) {
+    return ReadObj(path, {.round_to_float = round_to_float});
+  });
+  py::class_<Camera>(m, "Camera", "Looks down on the support; pixel centres are at integers.")
+      .def_readwrite("width", &Camera::width, "px")
+      .def_readwrite("height", &Camera::height, "px")
+      .def_readwrite("cx", &Camera::cx, "column of the support's centre, px")
+      .def_readwrite("cy", &Camera::cy, "row of the support's centre, px")
+      .def_readwrite("scale", &Camera::scale, "of an orthographic camera, px/m")
+      .def_property_readonly("pixels_per_metre",
+                             [](const Camera& self) { return self.pixels_per_metre(); });
+  m.def("read_camera", &ReadCamera);
+  py::class_<MeasuredImage>(m, "Silhouette", "The silhouette of a drape and its camera.")
+      .def_readonly("camera", &MeasuredImage::camera)
+      .def_property_readonly("coverage", &Coverage, "of each pixel by cloth, 0 to 1, [H, W]")
+      .def_property_readonly("notes", [](const MeasuredImage& self) { return self.quality.notes; })
+      .def("outline", &ReadRadii, py::arg("num_angles") = 360,
+           "Radii about the camera's centre at equal angles, px, [K].");
+  m.def("read_silhouette", &MeasureFile);
+}
+
+// A cloth in a scene and what simulates it, which one thread at a time uses.
+struct Simulator {
+  SceneInput input;
+  DrapeDiscs discs;
+  std::shared_ptr<const ClothModel> model;
+  std::string device;  // "2 CPU threads"
+  std::unique_ptr<Backend> backend;
+  std::mutex in_use;
+
+  Simulator(const Mesh& mesh, const std::string& scene, const std::string& law,
+            const std::string& contact, double specimen, double support,
+            const std::string& backend_name, int threads)
+      : discs(FindDiscs({specimen, support})) {
+    input.mesh = "mesh";
+    input.start = "start";
+    input.law = law;
+    input.scene = scene;
+    input.contact.model = ParseName<ContactModel>(contact, "contact");
+    model = MakeSceneModel(input, mesh, discs);
+    if (model->scene.contact && model->scene.contact->self)
+      throw InputError("contact",
+                       "found that of the cloth with itself, which the Python module "
+                       "leaves out, expected none or support");
+    if (threads < 0) throw InputError("threads", "expected 0, all cores, or more");
+    backend = MakeBackend(backend_name, model, CountThreads(threads), &device);
+  }
+  double support_radius() const {
+    const std::optional<double> radius = SupportRadius(model->scene);
+    if (!radius) throw InputError("start", "is made for a support, which the scene does not have");
+    return *radius;
+  }
+};
+
+void BindSimulator(py::module_& m) {
+  py::class_<Simulator, std::shared_ptr<Simulator>>(m, "Simulator")
+      .def(py::init<const Mesh&, const std::string&, const std::string&, const std::string&, double,
+                    double, const std::string&, int>())
+      .def_readonly("device", &Simulator::device, "what it runs on")
+      .def_property_readonly("camera",
+                             [](const Simulator& self) { return CameraAbove(self.discs); })
+      .def("random_start",
+           [](const Simulator& self, uint64_t seed, double hem_rms) {
+             if (!(hem_rms >= 0.0)) throw InputError("hem_rms", "expected 0 m or more");
+             return ApplyStartShape(self.model->mesh, self.support_radius(),
+                                    RandomStartShape(seed, hem_rms));
+           })
+      .def("read_start",
+           [](const Simulator& self, const std::string& path) {
+             const State start = ReadStart(path, self.model->mesh, self.support_radius());
+             return std::make_pair(start.x, start.v);
+           })
+      .def("start_from_outline",
+           [](const Simulator& self, const Eigen::VectorXd& outline, double lift) {
+             if (outline.size() < 3 || !outline.allFinite() || !(lift > 0.0 && lift <= 1.0))
+               throw InputError("start", "expected 3 finite radii or more and a lift in (0, 1]");
+             return FlapsFromOutline(self.model->mesh, self.support_radius(), outline, lift);
+           });
+}
+
+// What Python calls Drapes; it keeps its simulator.
+struct Drapes {
+  std::shared_ptr<Simulator> simulator;
+  DrapeBatch batch;
+
+  Drapes(std::shared_ptr<Simulator> from, const std::vector<Material>& materials,
+         const DrapeInputs& inputs, const DrapeBatchOptions& options)
+      : simulator(std::move(from)), batch(*simulator->backend, Tables(materials), inputs, options) {
+    for (Eigen::Index i = 0; i < inputs.start.rows(); ++i)
+      RequireFreeStart(simulator->input, *simulator->model, {inputs.start.row(i), {}});
+    RunUnlocked([&](const std::atomic<bool>& cancel) {
+      const std::lock_guard lock(simulator->in_use);
+      batch.Run(cancel);
+    });
+  }
+  static std::vector<MaterialField> Tables(const std::vector<Material>& materials) {
+    std::vector<MaterialField> tables;
+    for (const Material& material : materials) tables.push_back(material.field);
+    return tables;
+  }
+  // use(readout, cancel)
+  template <class Use>
+  auto With(const ReadoutChoice& choice, const Use& use) const {
+    return RunUnlocked([&](const std::atomic<bool>& cancel) {
+      if (choice.of == "features") RequireDiscs(*simulator->model, simulator->discs, "mesh");
+      const auto readout = MakeReadout(choice, simulator->model->mesh, simulator->discs);
+      const std::lock_guard lock(simulator->in_use);
+      return use(*readout, cancel);
+    });
+  }
+};
+
+void BindDrapes(py::module_& m) {
+  py::class_<DrapeInputs>(m, "DrapeInputs")
+      .def(py::init<RowMatrix, RowMatrix, RowMatrix>())
+      .def_readonly("log_factors", &DrapeInputs::log_factors)
+      .def_readonly("start", &DrapeInputs::start)
+      .def_readonly("velocity", &DrapeInputs::velocity);
+  py::class_<ReadoutChoice>(m, "ReadoutChoice").def(py::init<std::string, Camera, int, double>());
+  py::class_<Drapes>(m, "Drapes")
+      .def(py::init([](std::shared_ptr<Simulator> simulator, const std::vector<Material>& materials,
+                       const DrapeInputs& inputs, double h, int steps, const std::string& solve,
+                       bool record) {
+        if (solve != "dynamic" && solve != "hybrid")
+          throw InputError("solve", "found '" + solve + "', expected dynamic or hybrid");
+        const SolveMode mode = solve == "hybrid" ? SolveMode::kStatic : SolveMode::kDynamic;
+        return std::make_unique<Drapes>(std::move(simulator), materials, inputs,
+                                        DrapeBatchOptions{h, steps, mode, record});
+      }))
+      .def_property_readonly("positions", [](const Drapes& self) { return self.batch.Positions(); })
+      .def_property_readonly("velocities",
+                             [](const Drapes& self) { return self.batch.Velocities(); })
+      .def_property_readonly("found", [](const Drapes& self) { return self.batch.IsFound(); })
+      .def_property_readonly("status", [](const Drapes& self) { return self.batch.status(); })
+      .def_property_readonly("residual", [](const Drapes& self) { return self.batch.Residuals(); })
+      .def("read",
+           [](const Drapes& self, const ReadoutChoice& choice) {
+             return self.With(choice, [&](const Readout& readout, const std::atomic<bool>&) {
+               return self.batch.Read(readout);
+             });
+           })
+      .def("jvp",
+           [](const Drapes& self, const ReadoutChoice& choice, const DrapeInputs& change) {
+             return self.With(choice, [&](const Readout& readout, const std::atomic<bool>& cancel) {
+               return self.batch.Jvp(readout, change, cancel);
+             });
+           })
+      .def("vjp", [](const Drapes& self, const ReadoutChoice& choice, const RowMatrix& dL_dr) {
+        return self.With(choice, [&](const Readout& readout, const std::atomic<bool>& cancel) {
+          return self.batch.Vjp(readout, dL_dr, cancel);
+        });
+      });
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_core, m) {
+  py::register_exception_translator([](std::exception_ptr error) {
+    try {
+      std::rethrow_exception(std::move(error));
+    } catch (const InputError& bad) {
+      PyErr_SetString(PyExc_ValueError, bad.what());
+    }
+  });
+  BindInputs(m);
+  BindSimulator(m);
+  BindDrapes(m);
+  m.attr("FEATURES") =
+      std::vector<std::string>(kShapeFeatureNames.begin(), kShapeFeatureNames.end());
+}
+
+}  // namespace drape
