@@ -6,7 +6,7 @@
 #   drapefit-cuda        in place of the others from a build with CUDA: as drapefit, with the GPU
 set(DRAPE_PACKAGE_MAINTAINER "The drapefit maintainers <maintainers@drapefit.invalid>" CACHE STRING
     "Maintainer of the Debian packages, with an address of whoever distributes them")
-set(DRAPE_PACKAGE_SOURCE_DIR ${PROJECT_SOURCE_DIR}/tools/setup/packaging)
+set(DRAPE_PACKAGE_SOURCE_DIR ${PROJECT_SOURCE_DIR}/tools/setup/packaging/debian)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME drapefit)
@@ -32,9 +32,9 @@ set(CPACK_DEBIAN_PACKAGE_SOURCE drapefit)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
+set(CPACK_COMPONENTS_ALL "")
 # drape_package(<name> SECTION ... SUMMARY ... DESCRIPTION ... [SHLIBDEPS] [DEPENDS ...]
 # [RECOMMENDS ...] [SUGGESTS ...] [CONFLICTS ...] COMPONENTS ...): a package of install components.
-set(CPACK_COMPONENTS_ALL "")
 macro(drape_package name)
   cmake_parse_arguments(ARG SHLIBDEPS "SECTION;SUMMARY;DESCRIPTION"
                         "DEPENDS;RECOMMENDS;SUGGESTS;CONFLICTS;COMPONENTS" ${ARGN})
@@ -94,25 +94,29 @@ find_package(drapefit), then link drape::solver."
             libmetis-dev libpng-dev libsuitesparse-dev nlohmann-json3-dev zlib1g-dev
     SUGGESTS cmake
     COMPONENTS devel)
-  # The Python module, where its component is installed.
+  # The Python module, where its component is installed; it is of one version of Python.
   get_cmake_property(installed COMPONENTS)
   if(python IN_LIST installed)
+    find_package(Python3 REQUIRED COMPONENTS Interpreter)
+    math(EXPR next "${Python3_VERSION_MINOR} + 1")
     drape_package(python3-drapefit
       SECTION python
       SUMMARY "fabric stiffness from Cusick drape tests (Python module)"
       DESCRIPTION "${library_text}
 This package has the Python module."
       SHLIBDEPS
-      DEPENDS python3 python3-numpy
+      DEPENDS "python3 (>= 3.${Python3_VERSION_MINOR}~)" "python3 (<< 3.${next})" python3-numpy
       COMPONENTS python)
   endif()
 endif()
 
+set(CPACK_DEBIAN_PYTHON3-DRAPEFIT_PACKAGE_CONTROL_EXTRA
+    ${DRAPE_PACKAGE_SOURCE_DIR}/python3/postinst ${DRAPE_PACKAGE_SOURCE_DIR}/python3/prerm)
 # A program compiled for AVX2 says so before it is installed, not by an illegal instruction.
 get_target_property(machine_flags drape_build_flags INTERFACE_COMPILE_OPTIONS)
 if(machine_flags MATCHES "x86-64-v3")
   foreach(name DRAPEFIT DRAPEFIT-CUDA LIBDRAPEFIT-DEV PYTHON3-DRAPEFIT)
-    set(CPACK_DEBIAN_${name}_PACKAGE_CONTROL_EXTRA ${DRAPE_PACKAGE_SOURCE_DIR}/preinst)
+    list(APPEND CPACK_DEBIAN_${name}_PACKAGE_CONTROL_EXTRA ${DRAPE_PACKAGE_SOURCE_DIR}/preinst)
   endforeach()
 endif()
 include(CPack)
