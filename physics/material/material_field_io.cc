@@ -45,10 +45,7 @@ void AppendPoints(std::string& text, const Eigen::Matrix2Xd& points) {
 Eigen::Matrix2Xd ReadPoints(const JsonInput& input) {
   Eigen::Matrix2Xd points(2, input.ExpectArray().Size());
   if (points.cols() == 0) input.Fail("at least one element");
-  for (int i = 0; i < points.cols(); ++i) {
-    const JsonInput point = input.At(i).ExpectArray(2);
-    points.col(i) << point.At(0).Number(), point.At(1).Number();
-  }
+  for (int i = 0; i < points.cols(); ++i) points.col(i) = input.At(i).Vector(2);
   return points;
 }
 

@@ -35,6 +35,17 @@ if [ -x "$2/bin/cuda_test" ] && [ -x "$2/bin/bench_cuda" ]; then
   mv "$scratch/tests" "$scratch/moved tests"
   cd "$scratch/moved tests"
   grep -q 'bin/bench_cuda' BUNDLE.txt
+  # By a sanitizer that only tells how it was called.
+  mkdir "$scratch/tool"
+  printf '#!/bin/sh\necho "GPU 0"\n' >"$scratch/tool/nvidia-smi"
+  printf '#!/bin/sh\necho "called $*"\n[ "$1" = --tool=memcheck ]\n' >"$scratch/tool/compute-sanitizer"
+  chmod +x "$scratch"/tool/*
+  if PATH=$scratch/tool:$PATH bin/compute_sanitizer --gtest_filter=None >"$scratch/log"; then
+    fail "compute_sanitizer says nothing of reports"
+  fi
+  grep -q "called --tool=initcheck .*/moved tests/bin/cuda_test --gtest_filter=None" "$scratch/log"
+  grep -q '^compute-sanitizer memcheck: clean' "$scratch/log"
+  grep -q '^compute-sanitizer racecheck: exit code 1' "$scratch/log"
   env -i bin/cuda_test --gtest_list_tests | grep -q Cuda || fail "no test of CUDA"
   env -i DRAPE_SHARED=/elsewhere bin/cuda_test --gtest_filter='CudaGolden*' |
     grep -q 'found no /elsewhere/golden/materials.json: set DRAPE_SHARED' ||

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # README.md agrees with the repository: its C++ example is the consumer, its paths exist.
+# CITATION.cff names the version of the build.
 # usage: readme_test.sh <source folder>
 set -eu
 cd "$1"
@@ -16,4 +17,7 @@ for path in $(grep -oE '(configs|tests|tools)/[A-Za-z0-9_./]+|\]\([A-Za-z]+\.md\
               sed -E 's/^\]\(|\)$//g; s/\.$//' | sort -u); do
   [ -e "$path" ] || { echo "README.md names $path, which does not exist"; status=1; }
 done
+version=$(sed -nE 's/^project\(drapefit VERSION ([0-9.]+).*/\1/p' CMakeLists.txt)
+grep -qx "version: $version" CITATION.cff ||
+  { echo "CITATION.cff names another version than CMakeLists.txt: $version"; status=1; }
 exit $status

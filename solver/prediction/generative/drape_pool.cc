@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -197,15 +198,17 @@ void WritePool(const std::string& path, const DrapePool& pool) {
 DrapePool ReadPool(const std::string& path) {
   const nlohmann::json json = ReadStoredJson(path, kPoolFormat);
   const JsonInput input(json, path);
+  const JsonInput seed = input.At("seed"), drapes = input.At("drapes");
+  if (!seed.value().is_number_unsigned()) seed.Fail("a whole number that is not negative");
+  constexpr int kMost = std::numeric_limits<int>::max();
   DrapePool pool{input.At("mesh").String(),
                  input.At("setting").String(),
-                 json.at("seed").get<uint64_t>(),
-                 input.At("simulated").Integer(),
+                 seed.value().get<uint64_t>(),
+                 input.At("simulated").IntegerWithin(drapes.ExpectArray().Size(), kMost),
                  {},
                  {}};
   pool.rounds = {{.drapes = pool.simulated}};
-  const JsonInput drapes = input.At("drapes");
-  for (int i = 0; i < drapes.ExpectArray().Size(); ++i) {
+  for (int i = 0; i < drapes.Size(); ++i) {
     const JsonInput drape = drapes.At(i);
     pool.drapes.push_back(
         {drape.At("numbers").Vector(kSpecimenNumbers),

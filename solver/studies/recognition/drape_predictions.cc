@@ -112,11 +112,17 @@ void RunPredictionCell(const RecognitionJob& job, const FittedSamples& samples,
                   1);
 }
 
+constexpr double kMostFeature = 1e6;  // so that their covariance is finite
+
 Eigen::MatrixXd ReadFeatures(const JsonInput& input) {
   const int count = input.ExpectArray().Size();
   if (count <= kNumFeatures) input.Fail("the features of more drapes at rest");
   Eigen::MatrixXd features(kNumFeatures, count);
-  for (int i = 0; i < count; ++i) features.col(i) = input.At(i).Vector(kNumFeatures);
+  for (int i = 0; i < count; ++i) {
+    features.col(i) = input.At(i).Vector(kNumFeatures);
+    if (features.col(i).cwiseAbs().maxCoeff() > kMostFeature)
+      input.At(i).Fail(Format("features of at most %g", kMostFeature));
+  }
   return features;
 }
 

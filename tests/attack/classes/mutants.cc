@@ -9,7 +9,7 @@
 
 #include "physics/util/errors.h"
 #include "tests/attack/classes/classes.h"
-#include "tests/attack/inputs/readers/readers.h"
+#include "tests/attack/inputs/readers/judged_reading.h"
 #include "tests/attack/run/forked.h"
 #include "tests/physics/util/stored/tampering.h"
 
@@ -63,20 +63,6 @@ class Damage {
   int random_;
   std::vector<std::string> tampered_;
 };
-
-// The rules of JudgeMessage, but for control bytes and length: the programs escape and shorten as
-// they print.
-std::vector<std::string> ReadDamaged(const Reader& reader, const std::string& path) {
-  try {
-    const std::string wrong = reader.read(path);
-    return wrong.empty() ? std::vector<std::string>() : std::vector<std::string>{wrong};
-  } catch (const InputError& error) {
-    const std::string name = std::filesystem::path(path).filename();
-    return JudgeMessage(Visible(error.what()), {name, "option 'accuracy'"});
-  } catch (const std::exception& error) {
-    return {std::string("threw another error than InputError: ") + error.what()};
-  }
-}
 
 void AttackReader(const Reader& reader, Campaign* campaign) {
   const CampaignOptions& options = campaign->options();

@@ -16,10 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 // The first `few` after a shuffle that is the same everywhere.
 void Choose(std::vector<Attack>* attacks, std::size_t few, uint64_t seed) {
   if (attacks->size() <= few) return;

@@ -22,10 +22,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr double kGigabyte = 1e9;
 
-double SecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 // Closed by its end.
 class Descriptor {
  public:
@@ -203,6 +199,10 @@ std::string RedirectText(const std::string& descriptor, Stream stream) {
 }
 
 }  // namespace
+
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 Outcome RunProgramIn(const std::string& folder, const Request& request) {
   const Sink out(request.out), err(request.err);

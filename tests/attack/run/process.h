@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <optional>
 #include <string>
@@ -19,6 +20,8 @@ enum class Stream {
 };
 
 using test::kCanLimitMemory;
+
+double SecondsSince(std::chrono::steady_clock::time_point start);
 
 // Bounds of one run; 0: none.
 struct Limits {

@@ -70,6 +70,9 @@ TEST_F(MaterialFieldFile, ErrorsNameTheKey) {
   EXPECT_INPUT_ERROR(
       ReadMaterialFor(mesh_, Changed("\"hinge_centres\": [[", "\"hinge_centres\": [[1, 2], [")),
       "bend");
+  EXPECT_INPUT_ERROR(
+      ReadMaterialFor(mesh_, Changed("\"hinge_centres\": [[", "\"hinge_centres\": [[\"x\", 2], [")),
+      "hinge_centres[0][0]");
   EXPECT_INPUT_ERROR(ReadMaterialFor(mesh_, Changed("\"bend\"", "\"bending\"")), "bending");
 }
 

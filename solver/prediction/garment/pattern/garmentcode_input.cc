@@ -18,6 +18,8 @@ Vector2d FromEdgeCoordinates(const JsonInput& input, const Vector2d& begin, cons
   return begin + share.x() * along + share.y() * Vector2d(-along.y(), along.x());
 }
 
+constexpr double kMostRadius = 1e4;  // [m]; beyond it points of an arc are lost to rounding
+
 PatternEdge ReadArc(const JsonInput& params, const Vector2d& begin, const Vector2d& end,
                     double metres) {
   params.ExpectArray(3);
@@ -27,7 +29,8 @@ PatternEdge ReadArc(const JsonInput& params, const Vector2d& begin, const Vector
     return input.value().is_boolean() ? input.Boolean() : input.IntegerWithin(0, 1) != 0;
   };
   const double radius = params.At(0).Number() * metres;
-  if (!(radius > 0)) params.At(0).Fail("a radius > 0");
+  if (!(radius > 0 && radius <= kMostRadius))
+    params.At(0).Fail(Format("a radius > 0 of at most %g m", kMostRadius));
   return MakeArc(begin, end, radius, flag(1), flag(2));
 }
 

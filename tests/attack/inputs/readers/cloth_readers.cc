@@ -4,6 +4,7 @@
 #include <memory>
 #include <span>
 
+#include "losses/dataset/published_mesh.h"
 #include "physics/cloth/scene_io.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/cloth/state_io.h"
@@ -89,6 +90,18 @@ std::vector<Reader> MakeClothReaders(const std::string& valid, const std::string
            [](const std::string& path) {
              return ReadObjSurface(path).x.allFinite() ? std::string()
                                                        : "read a surface that is not finite";
+           },
+       .is_json = false},
+      {.name = "published mesh",
+       .file = "drape.obj",
+       .content = ReadText(scratch + "mesh.obj"),
+       .read =
+           [](const std::string& path) {
+             ReadObjDiscs(path);
+             const PublishedMesh read = ReadPublishedMesh(path);
+             return read.surface.x.allFinite() && (!read.cloth || read.cloth->rest_x.allFinite())
+                        ? std::string()
+                        : "read a mesh that is not finite";
            },
        .is_json = false},
       {.name = "material",

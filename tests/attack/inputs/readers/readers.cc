@@ -9,8 +9,8 @@ std::vector<Reader> MakeReaders(const std::string& valid, const std::string& scr
   std::vector<Reader> all;
   for (std::vector<Reader> some :
        {MakeClothReaders(valid, scratch), MakeSettingReaders(valid, scratch),
-        MakeImageReaders(valid), MakeRecordReaders(scratch), MakeSpaceReaders(valid, scratch),
-        MakeGarmentReaders(valid, scratch)})
+        MakeImageReaders(valid), MakeRecordReaders(scratch), MakeResultReaders(scratch),
+        MakeSpaceReaders(valid, scratch), MakeGarmentReaders(valid, scratch)})
     for (Reader& reader : some) all.push_back(std::move(reader));
   return all;
 }

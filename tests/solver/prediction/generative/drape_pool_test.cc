@@ -7,11 +7,14 @@
 #include <atomic>
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "losses/metrics/ensemble_scores.h"
 #include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
+#include "physics/util/stored/stored_json.h"
 #include "solver/prediction/generative/generative_prediction.h"
+#include "tests/physics/file_fixture.h"
 #include "tests/solver/prediction/generative/fake_pool.h"
 #include "tests/solver/solver_fixture.h"
 
@@ -78,6 +81,21 @@ TEST_F(DrapePoolTest, AFileIsContinuedByDrapesOfTheSameKindOnly) {
   other = Options(4);
   other.settle.steps.h = 0.05;
   EXPECT_THAT(message(other), testing::HasSubstr("30 steps of 0.1 s, expected"));
+}
+
+// With a checksum that is right; found by fuzzing.
+TEST_F(DrapePoolTest, AFileWithOtherMembersIsRefusedByName) {
+  WritePool(path_, Simulate(4, 2));
+  const StoredFormat format = {"drapefit-drape-pool", 1};
+  const nlohmann::json members = ReadStoredJson(path_, format);
+  const auto expect = [&](const char* key, const nlohmann::json& value) {
+    nlohmann::json other = members;
+    other[key] = value;
+    WriteStoredJson(path_, format, other);
+    EXPECT_INPUT_ERROR(ReadPool(path_), std::string("key '") + key + "'");
+  };
+  for (const nlohmann::json& seed : {nlohmann::json("1"), nlohmann::json(-1)}) expect("seed", seed);
+  expect("simulated", 0);
 }
 
 TEST_F(DrapePoolTest, EndsEarlyWhenCancelled) {

@@ -5,11 +5,14 @@
 
 #include <Eigen/Cholesky>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "physics/material/material_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
+#include "physics/util/stored/stored_json.h"
 #include "solver/posterior/variational/gaussian_posterior.h"
+#include "solver/studies/recognition/drape_predictions.h"
 #include "solver/studies/recognition/fabric_fits.h"
 #include "solver/studies/recognition/recognition_scores.h"
 #include "solver/studies/recognition/sample_model.h"
@@ -117,6 +120,26 @@ TEST(RecognitionScores, ShrinksFewSamplesMoreThanMany) {
 }
 
 class FabricFitsTest : public FileFixture {};
+
+// Numbers whose covariance is not finite; found by fuzzing.
+TEST_F(FabricFitsTest, APredictionOfHugeFeaturesIsRefused) {
+  std::filesystem::create_directories(Path("prediction"));
+  nlohmann::json rows = nlohmann::json::array();
+  for (int drape = 0; drape <= kNumFeatures; ++drape)
+    rows.push_back(std::vector<double>(kNumFeatures, 0.1 + 0.01 * drape));
+  RecognitionJob job;
+  job.fits.out = Path("");
+  const auto write = [&](const nlohmann::json& down) {
+    WriteStoredJson(Path("prediction/fabric_1.json"), kRecognitionPredictionFormat,
+                    {{"fits", "fabric_1/sample_1\n"}, {"up", rows}, {"down", down}});
+  };
+  write(rows);
+  EXPECT_TRUE(ReadPrediction(job, {.name = "fabric_1"}).face[1].covariance.allFinite());
+  nlohmann::json huge = rows;
+  huge[2][0] = 1e200;
+  write(huge);
+  EXPECT_INPUT_ERROR(ReadPrediction(job, {.name = "fabric_1"}), "features of at most 1e+06");
+}
 
 TEST_F(FabricFitsTest, CellsAreByFabricOrBySample) {
   const std::vector<Capture> captures = {{1, 1, 1}, {1, 1, 2}, {1, 2, 1}, {4, 2, 1}};
