@@ -10,7 +10,7 @@ source=$1 build=$2 cpack=$3
 skip() { printf 'tests/repository/package_test.sh: Skipped\n%s\n' "$*"; exit 77; }
 fail() { echo "$*"; exit 1; }
 for tool in lintian mmdebstrap dpkg-shlibdeps unshare; do
-  command -v "$tool" >/dev/null || skip "no $tool here: tools/setup/install_packages packages_of_packaging.txt"
+  command -v "$tool" >/dev/null || skip "no $tool here: tools/setup/install_packages packaging"
 done
 [ "$(id -u)" -eq 0 ] || skip "the clean system needs root"
 
