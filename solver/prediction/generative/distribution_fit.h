@@ -41,8 +41,8 @@ std::vector<TrainingDrape> ListTrainingDrapes(const std::vector<ObservedCapture>
 struct DistributionFit {
   SpecimenDistribution best;
   std::vector<SpecimenDistribution> resampled;
-  std::vector<SpecimenDistribution> minima;  // local ones of the score, the best first
-  double score = 0.0;                        // mean energy score of the drapes
+  std::vector<SpecimenDistribution> minima = {};  // local ones of the score, the best first
+  double score = 0.0;                             // mean energy score of the drapes
   double cross_validated = 0.0;  // of each sample, by a fit to the others; NaN: not asked for
   double effective = 0.0;        // number of drapes of the worse face
   int drapes = 0;                // of the pool, near the fabric
