@@ -120,10 +120,10 @@ class TotalScore : public ceres::FirstOrderFunction {
 
 struct Minimum {
   SpecimenDistribution at;
-  double cost = std::numeric_limits<double>::infinity();
+  double cost = std::numeric_limits<double>::infinity();  // until a search has ended well
 };
 
-// For captures of these weights.
+// Finds minima of the score of these drapes, for captures of given weights.
 struct Search {
   const WeightedDrapes& drapes;
   int iterations;
@@ -137,7 +137,8 @@ struct Search {
     options.function_tolerance = 1e-5;
     ceres::GradientProblemSolver::Summary summary;
     ceres::Solve(options, score, u.data(), &summary);
-    Minimum found{DistributionAt(u.data()), summary.final_cost};
+    Minimum found{DistributionAt(u.data())};
+    if (summary.IsSolutionUsable()) found.cost = summary.final_cost;
     // A face without a capture is as the other.
     const std::array<bool, kFaces> seen = ListSeenFaces(drapes, capture_weights);
     for (int face = 0; face < kFaces; ++face)
@@ -146,9 +147,9 @@ struct Search {
   }
   SpecimenDistribution FromAll(const std::vector<SpecimenDistribution>& starts,
                                const Eigen::VectorXd& capture_weights) const {
-    Minimum best;
-    for (const SpecimenDistribution& start : starts) {
-      const Minimum found = From(start, capture_weights);
+    Minimum best = From(starts.front(), capture_weights);
+    for (std::size_t i = 1; i < starts.size(); ++i) {
+      const Minimum found = From(starts[i], capture_weights);
       if (found.cost < best.cost) best = found;
     }
     return best.at;
