@@ -199,7 +199,7 @@ TEST_F(MaterialIo, ReadsBackWhatItWroteBitForBit) {
 TEST_F(MaterialIo, NamesATextInErrors) {
   EXPECT_INPUT_ERROR(ParseMaterial("{", "felt"), "felt: parse error at line 1");
   Material m = Parse(Ours("arcsim"));
-  const std::string text = Replaced(MaterialText(m), "\"density\": ", "\"density\": 1e9");
+  const std::string text = Replaced(MaterialText(m), "\"density\": ", "\"density\": -");
   EXPECT_INPUT_ERROR(ParseMaterial(text, "felt"), "felt: key 'density': found");
 }
 
