@@ -14,39 +14,22 @@ namespace {
 
 using nlohmann::json;
 
-Reader MakeImageReader(const std::string& name, const std::string& file,
-                       const std::string& content) {
-  return {.name = name,
-          .file = file,
-          .content = content,
-          .read =
-              [](const std::string& path) {
-                const MeasuredImage measured =
-                    MeasureImage(ReadSilhouette(path), {}, CentreMode::kOutline, {}, path);
-                return std::isfinite(measured.quality.drape_coefficient)
-                           ? std::string()
-                           : "measured a drape coefficient that is not finite";
-              },
-          .is_json = false};
+std::string MeasureSilhouette(const std::string& path) {
+  const MeasuredImage measured =
+      MeasureImage(ReadSilhouette(path), {}, CentreMode::kOutline, {}, path);
+  return std::isfinite(measured.quality.drape_coefficient)
+             ? ""
+             : "measured a drape coefficient that is not finite";
 }
 
 // With what EXIF says of the camera, and with what a comment says of the discs.
-Reader MakePhotographReader(const std::string& name, const std::string& file,
-                            const std::string& content) {
-  return {.name = name,
-          .file = file,
-          .content = content,
-          .read =
-              [](const std::string& path) {
-                ReadPngDiscs(path);
-                const auto photograph = ReadPhotograph(path);
-                const RgbImage& image = photograph.image;
-                if (image.rgb.size() != 3 * size_t(image.width) * size_t(image.height))
-                  return "read a picture of another size than its pixels";
-                return std::isfinite(photograph.exif.focal_35mm) ? ""
-                                                                 : "read no finite focal length";
-              },
-          .is_json = false};
+std::string ReadWholePhotograph(const std::string& path) {
+  ReadPngDiscs(path);
+  const auto photograph = ReadPhotograph(path);
+  const RgbImage& image = photograph.image;
+  if (image.rgb.size() != 3 * size_t(image.width) * size_t(image.height))
+    return "read a picture of another size than its pixels";
+  return std::isfinite(photograph.exif.focal_35mm) ? "" : "read no finite focal length";
 }
 
 Reader MakeCameraReader() {
@@ -70,12 +53,19 @@ Reader MakeCameraReader() {
 
 std::vector<Reader> MakeImageReaders(const std::string& valid) {
   const std::vector<uint8_t> pixels = MakeStarPixels();
-  return {MakeImageReader("png", "a.png", ReadText(valid + "drape.png")),
-          MakeImageReader("jpeg", "a.jpg", EncodeJpegAs(pixels, {})),
-          MakeImageReader("progressive jpeg", "b.jpg", EncodeJpegAs(pixels, {.progressive = true})),
-          MakePhotographReader("photograph", "c.jpg", EncodeJpegAs(pixels, {.orientation = 6})),
-          MakePhotographReader("photograph png", "c.png", ReadText(valid + "photograph.png")),
-          MakeCameraReader()};
+  const auto picture = [](const char* name, const char* file, const std::string& content,
+                          std::string (*read)(const std::string&)) {
+    return Reader{.name = name, .file = file, .content = content, .read = read, .is_json = false};
+  };
+  const std::string progressive = EncodeJpegAs(pixels, {.progressive = true});
+  const std::string turned = EncodeJpegAs(pixels, {.orientation = 6});
+  return {
+      picture("png", "a.png", ReadText(valid + "drape.png"), MeasureSilhouette),
+      picture("jpeg", "a.jpg", EncodeJpegAs(pixels, {}), MeasureSilhouette),
+      picture("progressive jpeg", "b.jpg", progressive, MeasureSilhouette),
+      picture("photograph", "c.jpg", turned, ReadWholePhotograph),
+      picture("photograph png", "c.png", ReadText(valid + "photograph.png"), ReadWholePhotograph),
+      MakeCameraReader()};
 }
 
 }  // namespace drape::attack
