@@ -9,6 +9,7 @@ namespace drape {
 namespace {
 
 constexpr int kLeastMajor = 8;
+constexpr int kStaticShared = 1024;  // bytes of a block that kernels may declare themselves
 
 DeviceInfo Describe(int index) {
   cudaDeviceProp properties{};
@@ -18,7 +19,7 @@ DeviceInfo Describe(int index) {
           properties.major,
           properties.minor,
           properties.multiProcessorCount,
-          static_cast<int>(properties.sharedMemPerBlockOptin),
+          static_cast<int>(properties.sharedMemPerBlockOptin) - kStaticShared,
           properties.totalGlobalMem};
 }
 

@@ -76,6 +76,34 @@ class DeviceBuffer {
   std::size_t size_ = 0;
 };
 
+// Numbers of the host that the device copies at full speed. Move-only.
+template <class T>
+class PinnedBuffer {
+ public:
+  PinnedBuffer() = default;
+  PinnedBuffer(PinnedBuffer&& other) noexcept { *this = std::move(other); }
+  PinnedBuffer& operator=(PinnedBuffer&& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    return *this;
+  }
+  ~PinnedBuffer() { cudaFreeHost(data_); }
+
+  // The first `size` numbers; what was there is lost when it grows.
+  std::span<T> Take(std::size_t size) {
+    if (size > size_) {
+      *this = PinnedBuffer();
+      CUDA_CHECK(cudaMallocHost(reinterpret_cast<void**>(&data_), size * sizeof(T)));
+      size_ = size;
+    }
+    return {data_, size};
+  }
+
+ private:
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
 // All zeros, which all streams see.
 template <class T>
 void Clear(DeviceBuffer<T>& buffer) {

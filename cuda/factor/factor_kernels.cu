@@ -8,146 +8,253 @@
 namespace drape {
 namespace {
 
-constexpr int kBlockStride = 12;  // of the 8×8 inverse in shared memory
-constexpr int kBlockDoubles = 96;
+// Where a child's update lies and which of its rows a row of the front is.
+struct ChildUpdate {
+  const double* update;
+  const std::int16_t* row;  // [p + q], −1 where the child has none
+  int border;
+};
 
-// A front of one slot.
+constexpr int kStagedChildren = 6;
+
+// A front of one slot. What a loop needs lies in registers and in shared memory: the compiler must
+// read it again after each store otherwise.
 struct FrontWork {
   const PlanView& plan;
-  const Front& front;
-  const double* matrix;  // the slot's blocks
-  double* update;        // the slot's updates
+  const Front front;
+  const double* matrix;         // the slot's blocks
+  double* update;               // the slot's updates
+  const ChildUpdate* children;  // the first ones, in shared memory
   bool with_rhs;
 
   __device__ int rows() const { return front.pivots + front.border; }
   __device__ int stride() const { return front.pivots + 4; }
+  __device__ int num_children() const { return front.child_end - front.child_start; }
+  __device__ ChildUpdate child(int k) const {
+    return k < kStagedChildren ? children[k] : FindChild(k);
+  }
+  __device__ ChildUpdate FindChild(int k) const {
+    const FrontChild& child = plan.children[front.child_start + k];
+    const Front& from = plan.fronts[child.front];
+    return {update + from.update_offset, plan.child_row + child.inverse_start, from.border};
+  }
+  // By all threads of a block, which must meet before children are used.
+  __device__ void StageChildren(ChildUpdate* staged) const {
+    if (const int k = threadIdx.x; k < min(num_children(), kStagedChildren))
+      staged[k] = FindChild(k);
+  }
 };
 
-__device__ void ScatterEntries(const FrontWork& work, double* panel) {
+// A row of a 3×3 block of the matrix on its way to the panel.
+struct EntryRow {
+  double value[3];
+  int place;  // −1: none
+};
+
+// Row i of the 3·(entry_end − entry_start) ones of the front.
+__device__ EntryRow LoadEntryRow(const FrontWork& work, int i) {
   const Front& front = work.front;
-  const double* from = work.matrix + 9LL * front.entry_start;
-  const int count = 3 * (front.entry_end - front.entry_start), stride = work.stride();
-  for (int i = threadIdx.x; i < count; i += blockDim.x) {
-    const FrontEntry& entry = work.plan.entries[front.entry_start + i / 3];
-    double* to = panel + (entry.panel_row + i % 3) * stride + entry.panel_column;
-    for (int k = 0; k < 3; ++k) to[k] = from[3 * i + k];
-  }
-  for (int r = front.true_pivots + threadIdx.x; r < front.pivots; r += blockDim.x)
-    panel[r * stride + r] = 1.0;
+  EntryRow row{{}, -1};
+  if (i >= 3 * (front.entry_end - front.entry_start)) return row;
+  const FrontEntry& entry = work.plan.entries[front.entry_start + i / 3];
+  const double* from = work.matrix + 9LL * front.entry_start + 3 * i;
+  for (int k = 0; k < 3; ++k) row.value[k] = from[k];
+  row.place = (entry.panel_row + i % 3) * work.stride() + entry.panel_column;
+  return row;
 }
 
-// Adds `kWide` halves of 32 columns of a child's update to the panel, `kRows` rows of it at a time:
-// their loads are in flight together.
-template <int kWide, int kRows>
-__device__ void AddChildRows(const FrontWork& work, const FrontChild& child, double* panel) {
+__device__ void AddEntryRow(const EntryRow& row, double* panel) {
+  if (row.place < 0) return;
+  for (int k = 0; k < 3; ++k) panel[row.place + k] += row.value[k];
+}
+
+// Sums children first … first + kCount over `kWide` halves of 32 columns of the panel, of which the
+// lower triangle counts, and writes it there or, if they are not the first children, adds it. A
+// warp has `kRows` rows at a time: their loads are in flight together.
+template <int kWide, int kCount>
+__device__ void GatherChildRows(const FrontWork& work, int first_child, double* panel) {
+  constexpr int kRows = 24 / (kWide * kCount);
   const int lane = threadIdx.x & 31, warp = threadIdx.x >> 5, warps = blockDim.x >> 5;
-  const Front& from = work.plan.fronts[child.front];
-  const double* update = work.update + from.update_offset;
-  const std::int16_t* parent_row = work.plan.parent_row + child.row_start;
-  const int stride = work.stride(), columns = child.pivot_rows, border = from.true_border;
-  const int rows = border + (work.with_rhs ? 1 : 0);
-  int to_column[kWide];
-  for (int k = 0; k < kWide; ++k)
-    to_column[k] = lane + 32 * k < columns ? parent_row[lane + 32 * k] : 0;
-  for (int first = kRows * warp; first < rows; first += kRows * warps) {
-    double value[kRows][kWide];
-    int to_row[kRows];
+  const int pivots = work.front.pivots, rows = work.rows(), stride = work.stride();
+  const bool add = first_child > 0;
+  const double* update[kCount];
+  const std::int16_t* child_row[kCount];
+  int border[kCount], column[kCount][kWide];
 #pragma unroll
-    for (int u = 0; u < kRows; ++u) {
-      const int r = first + u, row = r < border ? r : from.border;  // the last is the rhs's
-      to_row[u] = r < border ? parent_row[r] * stride : work.rows() * stride;
+  for (int k = 0; k < kCount; ++k) {
+    const ChildUpdate child = work.child(first_child + k);
+    update[k] = child.update;
+    child_row[k] = child.row;
+    border[k] = child.border;
 #pragma unroll
-      for (int k = 0; k < kWide; ++k) {
-        const int c = lane + 32 * k;
-        value[u][k] = r < rows && c < columns && c <= r ? update[row * from.border + c] : 0.0;
-      }
-    }
+    for (int w = 0; w < kWide; ++w)
+      column[k][w] = lane + 32 * w < pivots ? child.row[lane + 32 * w] : -1;
+  }
+  for (int first = kRows * warp; first < rows + (work.with_rhs ? 1 : 0); first += kRows * warps) {
+    double value[kRows][kCount][kWide];
 #pragma unroll
     for (int u = 0; u < kRows; ++u)
 #pragma unroll
-      for (int k = 0; k < kWide; ++k) {
-        const int r = first + u, c = lane + 32 * k;
-        if (r < rows && c < columns && c <= r) panel[to_row[u] + to_column[k]] += value[u][k];
+      for (int k = 0; k < kCount; ++k) {
+        const int r = first + u;
+        const int from = r < rows ? child_row[k][r] : r == rows && work.with_rhs ? border[k] : -1;
+        const double* at = update[k] + static_cast<std::int64_t>(from) * border[k];
+#pragma unroll
+        for (int w = 0; w < kWide; ++w) {
+          const int j = column[k][w];
+          value[u][k][w] = from >= 0 && j >= 0 && j <= from ? at[j] : 0.0;
+        }
+      }
+#pragma unroll
+    for (int u = 0; u < kRows; ++u)
+#pragma unroll
+      for (int w = 0; w < kWide; ++w) {
+        const int r = first + u, c = lane + 32 * w;
+        if (r > rows || (r == rows && !work.with_rhs) || c >= pivots) continue;
+        double sum = add ? panel[r * stride + c] : 0.0;
+#pragma unroll
+        for (int k = 0; k < kCount; ++k) sum += value[u][k][w];
+        panel[r * stride + c] = sum;
       }
   }
 }
 
-__device__ void AssemblePanel(const FrontWork& work, double* panel) {
-  for (int i = threadIdx.x; i < work.rows() * work.stride(); i += blockDim.x) panel[i] = 0.0;
-  __syncthreads();
-  ScatterEntries(work, panel);
-  __syncthreads();
-  for (int c = work.front.child_start; c < work.front.child_end; ++c) {
-    const FrontChild& child = work.plan.children[c];
-    if (child.pivot_rows <= 32) {
-      AddChildRows<1, 8>(work, child, panel);
-    } else {
-      AddChildRows<2, 4>(work, child, panel);
-    }
-    __syncthreads();
-  }
+template <int kWide>
+__device__ void GatherPanel(const FrontWork& work, double* panel) {
+  int child = 0;
+  for (; child + 2 <= work.num_children(); child += 2)
+    GatherChildRows<kWide, 2>(work, child, panel);
+  if (child < work.num_children()) GatherChildRows<kWide, 1>(work, child, panel);
 }
 
-// One tile of 16 rows of block column `first`: subtracts what the columns before contribute. The
-// first tile's diagonal block is factored at once.
-__device__ void UpdateTileOfColumn(double* panel, int stride, int first, int tile, int rows,
-                                   double* inverse, bool& positive) {
+// Children's updates, then the matrix, which is loaded meanwhile. Row p + q is the right-hand
+// side's, seven rows of zeros follow it.
+template <int kThreads>
+__device__ void AssemblePanel(const FrontWork& work, const double* rhs, double* panel) {
+  constexpr int kAhead = 512 / kThreads;
+  const Front& front = work.front;
+  const int rows = work.rows(), stride = work.stride();
+  EntryRow ahead[kAhead];
+#pragma unroll
+  for (int u = 0; u < kAhead; ++u) ahead[u] = LoadEntryRow(work, threadIdx.x + u * kThreads);
+  const bool leaf = work.num_children() == 0;
+  const int first_zero = leaf ? 0 : rows + 1, rows_with_rhs = work.with_rhs ? rows + 8 : rows;
+  double2* pairs = reinterpret_cast<double2*>(panel);
+  for (int i = first_zero * stride / 2 + threadIdx.x; i < rows_with_rhs * stride / 2; i += kThreads)
+    pairs[i] = {0.0, 0.0};
+  if (!leaf) {
+    if (front.pivots <= 32) {
+      GatherPanel<1>(work, panel);
+    } else {
+      GatherPanel<2>(work, panel);
+    }
+  }
+  __syncthreads();
+#pragma unroll
+  for (int u = 0; u < kAhead; ++u) AddEntryRow(ahead[u], panel);
+  for (int i = threadIdx.x + kAhead * kThreads; i < 3 * (front.entry_end - front.entry_start);
+       i += kThreads)
+    AddEntryRow(LoadEntryRow(work, i), panel);
+  for (int r = front.true_pivots + threadIdx.x; r < front.pivots; r += kThreads)
+    panel[r * stride + r] = 1.0;
+  if (work.with_rhs)
+    for (int r = threadIdx.x; r < front.true_pivots; r += kThreads)
+      panel[rows * stride + r] += rhs[front.first_dof + r];
+  __syncthreads();
+}
+
+// The present 8×8 block of a tile of 16 rows (or of `upper` 0: of the first eight of them) in the
+// layout of MultiplyAdd's d.
+struct ColumnTile {
+  double2 low, high;
+};
+
+// Rows of block column `first` from `row` on: subtracts what the columns before contribute, and
+// multiplies by the transposed inverse of the diagonal block.
+__device__ ColumnTile FinishTile(const double* panel, int stride, int first, int row, int upper,
+                                 double (&sum)[4]) {
   const Lane lane = LaneOfWarp();
-  double* at = panel + (first + 16 * tile) * stride;
-  const int upper = first + 16 * tile + 8 < rows ? 8 : 0;
+  const double* at = panel + (row + lane.g) * stride + first + 2 * lane.t;
+  const double2 u = *reinterpret_cast<const double2*>(at);
+  const double2 v = *reinterpret_cast<const double2*>(at + upper * stride);
+  const double2 inverse =
+      *reinterpret_cast<const double2*>(panel + (first + lane.g) * stride + first + 2 * lane.t);
+  const double a[4] = {u.x - sum[0], v.x - sum[2], u.y - sum[1], v.y - sum[3]};
+  const double b[2] = {inverse.x, inverse.y};
+  double product[4] = {};
+  MultiplyAdd(product, a, b);
+  return {{product[0], product[1]}, {product[2], product[3]}};
+}
+
+__device__ void FactorTile(double* panel, int stride, int first, int row, int rows) {
+  const Lane lane = LaneOfWarp();
+  const int upper = row + 8 < rows ? 8 : 0;
   double sum[4] = {};
   for (int k = 0; k < first; k += 8) {
     double a[4], b[2];
-    LoadA(a, at + k, stride, lane, upper);
+    LoadA(a, panel + row * stride + k, stride, lane, upper);
     LoadTransposedB(b, panel + first * stride + k, stride, lane);
     MultiplyAdd(sum, a, b);
   }
-  double2& low = *reinterpret_cast<double2*>(at + lane.g * stride + first + 2 * lane.t);
-  double2& high = *reinterpret_cast<double2*>(at + (lane.g + upper) * stride + first + 2 * lane.t);
-  double2 u = low, v = high;
-  u.x -= sum[0];
-  u.y -= sum[1];
-  if (tile == 0) {
-    double e0, e1;
-    positive = InvertCholesky8(u.x, u.y, e0, e1, lane) && positive;
-    inverse[lane.g * kBlockStride + 2 * lane.t] = e0;
-    inverse[lane.g * kBlockStride + 2 * lane.t + 1] = e1;
-  }
-  low = u;
-  if (upper != 0) high = {v.x - sum[2], v.y - sum[3]};
+  const ColumnTile tile = FinishTile(panel, stride, first, row, upper, sum);
+  double* at = panel + (row + lane.g) * stride + first + 2 * lane.t;
+  *reinterpret_cast<double2*>(at) = tile.low;
+  if (upper != 0) *reinterpret_cast<double2*>(at + 8 * stride) = tile.high;
 }
 
-// Multiplies a tile by the transposed inverse of the diagonal block, which replaces that block.
-__device__ void ScaleTileOfColumn(double* panel, int stride, int first, int tile, int rows,
-                                  const double* inverse) {
+// The diagonal block at `first`, from which the columns before have been subtracted, becomes the
+// inverse of its factor.
+__device__ bool InvertDiagonal(double* panel, int stride, int first, double2 block) {
   const Lane lane = LaneOfWarp();
-  const double b[2] = {inverse[lane.g * kBlockStride + 2 * lane.t],
-                       inverse[lane.g * kBlockStride + 2 * lane.t + 1]};
-  double* at = panel + (first + 16 * tile) * stride + first;
-  const int upper = first + 16 * tile + 8 < rows ? 8 : 0;
-  double2& low = *reinterpret_cast<double2*>(at + lane.g * stride + 2 * lane.t);
-  double2& high = *reinterpret_cast<double2*>(at + (lane.g + upper) * stride + 2 * lane.t);
-  const double2 u = low, v = high;
-  const double a[4] = {u.x, v.x, u.y, v.y};
-  double product[4] = {};
-  MultiplyAdd(product, a, b);
-  low = tile == 0 ? double2{b[0], b[1]} : double2{product[0], product[1]};
-  if (upper != 0) high = {product[2], product[3]};
+  double2 inverse;
+  const bool positive = InvertCholesky8(block.x, block.y, inverse.x, inverse.y, lane);
+  *reinterpret_cast<double2*>(panel + (first + lane.g) * stride + first + 2 * lane.t) = inverse;
+  return positive;
+}
+
+// The rows of the next diagonal block: their part of block column `first`, then that block.
+__device__ bool FactorNextPivots(double* panel, int stride, int first) {
+  const Lane lane = LaneOfWarp();
+  const int row = first + 8;
+  double sum[4] = {}, diagonal[4] = {};
+  for (int k = 0; k < first; k += 8) {
+    double a[4], b[2];
+    LoadA(a, panel + row * stride + k, stride, lane, 0);
+    LoadTransposedB(b, panel + first * stride + k, stride, lane);
+    const double own[2] = {a[0], a[2]};
+    MultiplyAdd(sum, a, b);
+    MultiplyAdd(diagonal, a, own);
+  }
+  const double2 low = FinishTile(panel, stride, first, row, 0, sum).low;
+  double* at = panel + (row + lane.g) * stride + first + 2 * lane.t;
+  *reinterpret_cast<double2*>(at) = low;
+  const double a[4] = {low.x, low.x, low.y, low.y}, own[2] = {low.x, low.y};
+  MultiplyAdd(diagonal, a, own);
+  const double2 block = *reinterpret_cast<const double2*>(at + 8);
+  return InvertDiagonal(panel, stride, row, {block.x - diagonal[0], block.y - diagonal[1]});
 }
 
 // Left-looking Cholesky of the panel by block columns of eight. Diagonal blocks become the inverses
-// of their factors, so that each solve is a product too.
-__device__ bool FactorPanel(double* panel, int pivots, int rows, double* inverse) {
+// of their factors, so that each solve is a product too. While the first warp factors the next
+// diagonal block, the others finish the present column.
+__device__ bool FactorPanel(double* panel, int pivots, int rows) {
   const int warp = threadIdx.x >> 5, warps = blockDim.x >> 5, stride = pivots + 4;
   bool positive = true;
+  if (warp == 0) {
+    const Lane lane = LaneOfWarp();
+    positive = InvertDiagonal(
+        panel, stride, 0, *reinterpret_cast<const double2*>(panel + lane.g * stride + 2 * lane.t));
+  }
+  __syncthreads();
   for (int first = 0; first < pivots; first += 8) {
-    const int tiles = (rows - first + 15) / 16;
-    // The first warp has the first tile, the others share the rest.
-    for (int tile = warp; tile < tiles; tile += tile == 0 ? tiles : warps - 1)
-      UpdateTileOfColumn(panel, stride, first, tile, rows, inverse, positive);
-    __syncthreads();
-    for (int tile = warp; tile < tiles; tile += warps)
-      ScaleTileOfColumn(panel, stride, first, tile, rows, inverse);
+    const bool last = first + 8 == pivots;
+    if (warp == 0 && !last) {
+      positive = FactorNextPivots(panel, stride, first) && positive;
+    } else {
+      const int begin = last ? first + 8 + 16 * warp : first + 16 * warp;
+      for (int row = begin; row < rows; row += 16 * (last ? warps : warps - 1))
+        FactorTile(panel, stride, first, row, rows);
+    }
     __syncthreads();
   }
   return positive;
@@ -155,47 +262,58 @@ __device__ bool FactorPanel(double* panel, int pivots, int rows, double* inverse
 
 constexpr int kTileColumns = 4;  // of eight numbers each
 using TileSums = double[kTileColumns][4];
-using TileChildren = double[2][kTileColumns][2];
 
-// What the children contribute to the 16 × 32 tile (row0, column0) of a front's update.
-__device__ void GatherChildren(const FrontWork& work, int row0, int column0, TileChildren& sum) {
+// Subtracts from the tile what children first … first + kCount contribute to the 16 × 32 numbers
+// from (row0, column0) of a front's update. All loads are in flight together.
+template <int kCount>
+__device__ void SubtractChildren(const FrontWork& work, int first_child, int row0, int column0,
+                                 TileSums& sums) {
   const Lane lane = LaneOfWarp();
   const int border = work.front.border, pivots = work.front.pivots;
+  double value[kCount][kTileColumns][4];
 #pragma unroll
-  for (int half = 0; half < 2; ++half)
-#pragma unroll
-    for (int n = 0; n < kTileColumns; ++n) sum[half][n][0] = sum[half][n][1] = 0.0;
-  for (int k = work.front.child_start; k < work.front.child_end; ++k) {
-    const FrontChild& child = work.plan.children[k];
-    const Front& from = work.plan.fronts[child.front];
-    const std::int16_t* child_row = work.plan.child_row + child.inverse_start + pivots;
-    const double* update = work.update + from.update_offset;
-    short2 column[kTileColumns];
-#pragma unroll
-    for (int n = 0; n < kTileColumns; ++n) {
-      const int j = column0 + 8 * n + 2 * lane.t;
-      column[n] =
-          j < border ? *reinterpret_cast<const short2*>(child_row + j) : make_short2(-1, -1);
-    }
+  for (int k = 0; k < kCount; ++k) {
+    const ChildUpdate child = work.child(first_child + k);
+    const std::int16_t* child_row = child.row + pivots;
+    const double* at[2];
+    int last[2];  // column of the child's that is still in the lower triangle
 #pragma unroll
     for (int half = 0; half < 2; ++half) {
       const int i = row0 + 8 * half + lane.g;
-      const int row = i < border ? child_row[i] : i == border && work.with_rhs ? from.border : -1;
-      if (row < 0) continue;
-      const double* at = update + static_cast<std::int64_t>(row) * from.border;
+      last[half] =
+          i < border ? child_row[i] : i == border && work.with_rhs ? child.border : -1;
+      at[half] = child.update + static_cast<std::int64_t>(last[half]) * child.border;
+    }
 #pragma unroll
-      for (int n = 0; n < kTileColumns; ++n) {
-        const int j = column0 + 8 * n + 2 * lane.t;
-        if (column[n].x >= 0 && j <= i) sum[half][n][0] += at[column[n].x];
-        if (column[n].y >= 0 && j < i) sum[half][n][1] += at[column[n].y];
+    for (int n = 0; n < kTileColumns; ++n) {
+      const int j = column0 + 8 * n + 2 * lane.t;
+      const short2 column =
+          j < border ? *reinterpret_cast<const short2*>(child_row + j) : make_short2(-1, -1);
+#pragma unroll
+      for (int half = 0; half < 2; ++half) {
+        value[k][n][2 * half] = column.x >= 0 && column.x <= last[half] ? at[half][column.x] : 0.0;
+        value[k][n][2 * half + 1] =
+            column.y >= 0 && column.y <= last[half] ? at[half][column.y] : 0.0;
       }
     }
   }
+#pragma unroll
+  for (int k = 0; k < kCount; ++k)
+#pragma unroll
+    for (int n = 0; n < kTileColumns; ++n)
+#pragma unroll
+      for (int m = 0; m < 4; ++m) sums[n][m] -= value[k][n][m];
 }
 
-// update = children − products, lower triangle and the right-hand side's row.
-__device__ void StoreTile(const FrontWork& work, int row0, int column0,
-                          const TileChildren& children, const TileSums& products) {
+__device__ void SubtractAllChildren(const FrontWork& work, int row0, int column0, TileSums& sums) {
+  int child = 0;
+  for (; child + 2 <= work.num_children(); child += 2)
+    SubtractChildren<2>(work, child, row0, column0, sums);
+  if (child < work.num_children()) SubtractChildren<1>(work, child, row0, column0, sums);
+}
+
+// update = −sums, lower triangle and the right-hand side's row.
+__device__ void StoreTile(const FrontWork& work, int row0, int column0, const TileSums& sums) {
   const Lane lane = LaneOfWarp();
   const int border = work.front.border, rows = border + (work.with_rhs ? 1 : 0);
   double* update = work.update + work.front.update_offset;
@@ -206,8 +324,7 @@ __device__ void StoreTile(const FrontWork& work, int row0, int column0,
       const int i = row0 + 8 * half + lane.g, j = column0 + 8 * n + 2 * lane.t;
       if (i < rows && j <= i && j < border)
         *reinterpret_cast<double2*>(update + static_cast<std::int64_t>(i) * border + j) = {
-            children[half][n][0] - products[n][2 * half],
-            children[half][n][1] - products[n][2 * half + 1]};
+            -sums[n][2 * half], -sums[n][2 * half + 1]};
     }
 }
 
@@ -227,9 +344,8 @@ __device__ void FormUpdate(const FrontWork& work, const double* panel) {
     while (m * (m + 1) > x) --m;
     const int rest = x - m * (m + 1);
     const int row0 = 16 * (2 * m + rest / (m + 1)), column0 = 32 * (rest % (m + 1));
-    TileChildren children;
-    GatherChildren(work, row0, column0, children);
-    TileSums products = {};
+    TileSums sums = {};
+    SubtractAllChildren(work, row0, column0, sums);
     const double* low = L21 + min(row0 + lane.g, last_row) * stride + lane.t;
     const double* high = L21 + min(row0 + 8 + lane.g, last_row) * stride + lane.t;
     const double* right[kTileColumns];
@@ -242,47 +358,51 @@ __device__ void FormUpdate(const FrontWork& work, const double* panel) {
 #pragma unroll
       for (int n = 0; n < kTileColumns; ++n) {
         const double b[2] = {right[n][k], right[n][k + 4]};
-        MultiplyAdd(products[n], a, b);
+        MultiplyAdd(sums[n], a, b);
       }
     }
-    StoreTile(work, row0, column0, children, products);
+    StoreTile(work, row0, column0, sums);
   }
 }
 
+// A warp has one row at a time, of narrow panels two.
 __device__ void StorePanel(const Front& front, const double* panel, double* factor) {
-  const int half = front.pivots / 2, stride = front.pivots + 4;
-  for (int i = threadIdx.x; i < (front.pivots + front.border) * half; i += blockDim.x) {
-    const int r = i / half, c = 2 * (i - r * half);
-    *reinterpret_cast<double2*>(factor + static_cast<std::int64_t>(r) * front.pivots + c) =
-        *reinterpret_cast<const double2*>(panel + r * stride + c);
-  }
+  const int pivots = front.pivots, stride = pivots + 4, rows = pivots + front.border;
+  const int narrow = pivots <= 32 ? 1 : 0;
+  const int warp = threadIdx.x >> 5, lane = threadIdx.x & 31, warps = blockDim.x >> 5;
+  const int row = narrow ? 2 * warp + (lane >> 4) : warp, column = 2 * (narrow ? lane & 15 : lane);
+  if (column >= pivots) return;
+  for (int r = row; r < rows; r += warps << narrow)
+    *reinterpret_cast<double2*>(factor + static_cast<std::int64_t>(r) * pivots + column) =
+        *reinterpret_cast<const double2*>(panel + r * stride + column);
 }
 
 // The right-hand side rides along as row p + q of the panel: it leaves as the forward solution.
-__global__ void __launch_bounds__(256, 2)
+template <int kThreads>
+__global__ void __launch_bounds__(kThreads, 512 / kThreads)
     FactorFronts(PlanView plan, int first, FactorView view, const double* rhs, double* solution,
                  bool form_update) {
-  extern __shared__ __align__(16) double shared[];
+  extern __shared__ __align__(16) double panel[];
+  __shared__ ChildUpdate children[kStagedChildren];
   const std::int64_t slot = blockIdx.y;
-  const Front& front = plan.fronts[plan.level_front[first + blockIdx.x]];
-  const FrontWork work{plan, front, view.matrix + slot * 9 * plan.num_entries,
-                       view.update + slot * plan.update_size, rhs != nullptr};
-  double *inverse = shared, *panel = shared + kBlockDoubles;
-  double* rhs_row = panel + work.rows() * work.stride();
-  if (rhs != nullptr) {
-    for (int i = threadIdx.x; i < 8 * work.stride(); i += blockDim.x) rhs_row[i] = 0.0;
-    __syncthreads();
-    for (int r = threadIdx.x; r < front.true_pivots; r += blockDim.x)
-      rhs_row[r] = rhs[slot * plan.num_dofs + front.first_dof + r];
-  }
-  AssemblePanel(work, panel);
+  const FrontWork work{plan,
+                       plan.fronts[plan.level_front[first + blockIdx.x]],
+                       view.matrix + slot * 9 * plan.num_entries,
+                       view.update + slot * plan.update_size,
+                       children,
+                       rhs != nullptr};
+  const Front& front = work.front;
+  work.StageChildren(children);
+  __syncthreads();
+  const double* slot_rhs = rhs == nullptr ? nullptr : rhs + slot * plan.num_dofs;
+  AssemblePanel<kThreads>(work, slot_rhs, panel);
   const bool positive =
-      FactorPanel(panel, front.pivots, rhs != nullptr ? work.rows() + 8 : work.rows(), inverse);
+      FactorPanel(panel, front.pivots, rhs != nullptr ? work.rows() + 8 : work.rows());
   if (!positive && threadIdx.x == 0) view.failed[slot] = 1;
   StorePanel(front, panel, view.factor.Of(plan, slot) + front.factor_offset);
   if (rhs != nullptr)
     for (int r = threadIdx.x; r < front.true_pivots; r += blockDim.x)
-      solution[slot * plan.num_dofs + front.first_dof + r] = rhs_row[r];
+      solution[slot * plan.num_dofs + front.first_dof + r] = panel[work.rows() * work.stride() + r];
   if (form_update && front.border > 0) FormUpdate(work, panel);
 }
 
@@ -292,9 +412,15 @@ __global__ void __launch_bounds__(256) FormUpdateTiles(PlanView plan, const Upda
   extern __shared__ __align__(16) double shared[];
   const std::int64_t slot = blockIdx.y;
   const UpdateTile tile = tiles[blockIdx.x];
-  const Front& front = plan.fronts[tile.front];
-  const FrontWork work{plan, front, view.matrix, view.update + slot * plan.update_size,
+  __shared__ ChildUpdate children[kStagedChildren];
+  const FrontWork work{plan,
+                       plan.fronts[tile.front],
+                       view.matrix,
+                       view.update + slot * plan.update_size,
+                       children,
                        solution != nullptr};
+  const Front& front = work.front;
+  work.StageChildren(children);
   const int pivots = front.pivots, border = front.border, stride = work.stride(), half = pivots / 2;
   const double* L21 =
       view.factor.Of(plan, slot) + front.factor_offset + static_cast<std::int64_t>(pivots) * pivots;
@@ -322,9 +448,8 @@ __global__ void __launch_bounds__(256) FormUpdateTiles(PlanView plan, const Upda
   const int row0 = kUpdateTile * tile.row + local_row;
   const int column0 = kUpdateTile * tile.column + local_column;
   if (column0 > row0 + 15 || row0 >= border + (work.with_rhs ? 1 : 0) || column0 >= border) return;
-  TileChildren children;
-  GatherChildren(work, row0, column0, children);
-  TileSums products = {};
+  TileSums sums = {};
+  SubtractAllChildren(work, row0, column0, sums);
   for (int k = 0; k < pivots; k += 8) {
     double a[4];
     LoadA(a, rows + local_row * stride + k, stride, lane);
@@ -332,23 +457,28 @@ __global__ void __launch_bounds__(256) FormUpdateTiles(PlanView plan, const Upda
     for (int n = 0; n < kTileColumns; ++n) {
       double b[2];
       LoadTransposedB(b, columns + (local_column + 8 * n) * stride + k, stride, lane);
-      MultiplyAdd(products[n], a, b);
+      MultiplyAdd(sums[n], a, b);
     }
   }
-  StoreTile(work, row0, column0, children, products);
+  StoreTile(work, row0, column0, sums);
 }
 
 }  // namespace
 
 void PrepareFactorKernels(int shared_bytes) {
-  AllowSharedMemory(FactorFronts, shared_bytes);
+  AllowSharedMemory(FactorFronts<128>, shared_bytes);
+  AllowSharedMemory(FactorFronts<256>, shared_bytes);
+  AllowSharedMemory(FactorFronts<512>, shared_bytes);
   AllowSharedMemory(FormUpdateTiles, shared_bytes);
 }
 
 void LaunchFactorLevel(const LevelLaunch& on, const FactorView& view, const UpdateTile* tiles,
                        const double* rhs, double* solution, int threads) {
-  FactorFronts<<<dim3(on.level.end - on.level.begin, on.slots), threads, on.level.shared_panel,
-                 on.stream>>>(on.plan, on.level.begin, view, rhs, solution, tiles == nullptr);
+  const auto kernel = threads == 128   ? FactorFronts<128>
+                      : threads == 256 ? FactorFronts<256>
+                                       : FactorFronts<512>;
+  kernel<<<dim3(on.level.end - on.level.begin, on.slots), threads, on.level.shared_panel,
+           on.stream>>>(on.plan, on.level.begin, view, rhs, solution, tiles == nullptr);
   CUDA_CHECK(cudaGetLastError());
   const int count = on.level.tile_end - on.level.tile_begin;
   if (tiles == nullptr || count == 0) return;

@@ -6,7 +6,8 @@
 namespace drape {
 namespace {
 
-constexpr int kThreads = 256, kThreadsOfMany = 128;
+constexpr int kThreads = 256;
+constexpr int kReservedShared = 1024;  // bytes of shared memory that the device adds to each block
 
 int Bytes(int doubles) { return doubles * static_cast<int>(sizeof(double)); }
 
@@ -22,8 +23,8 @@ LevelRange MakeRange(const FrontPlan& plan, int level, std::vector<UpdateTile>* 
     const Front& front = plan.fronts[plan.level_front[i]];
     const int p = front.pivots, q = front.border;
     range.largest_pivots = std::max(range.largest_pivots, p);
-    range.shared_panel = std::max(range.shared_panel, Bytes((p + q + 8) * (p + 4) + 96));
-    range.shared_solve = std::max(range.shared_solve, Bytes(p * (p + 1) + p + q + kThreads));
+    range.shared_panel = std::max(range.shared_panel, Bytes((p + q + 8) * (p + 4)));
+    range.shared_solve = std::max(range.shared_solve, Bytes(p * (p + 1) + p + q + 2 * kThreads));
     const int rows = q > 0 ? (q + kUpdateTile) / kUpdateTile : 0;  // the right-hand side's included
     for (int row = 0; row < rows; ++row)
       for (int column = 0; column <= row && column * kUpdateTile < q; ++column)
@@ -58,6 +59,8 @@ Multifrontal::Multifrontal(const FrontPlan& plan, int shared_bytes)
   int device = 0;
   CUDA_CHECK(cudaGetDevice(&device));
   CUDA_CHECK(cudaDeviceGetAttribute(&multiprocessors_, cudaDevAttrMultiProcessorCount, device));
+  CUDA_CHECK(cudaDeviceGetAttribute(&shared_of_multiprocessor_,
+                                    cudaDevAttrMaxSharedMemoryPerMultiprocessor, device));
   PrepareFactorKernels(shared_bytes);
   PrepareSolveKernels(shared_bytes);
   PrepareSolveManyKernels(shared_bytes);
@@ -65,9 +68,10 @@ Multifrontal::Multifrontal(const FrontPlan& plan, int shared_bytes)
 
 bool Multifrontal::SplitsUpdates(int slots) const { return slots < multiprocessors_ / 4; }
 
-int Multifrontal::Threads(int slots) const {
-  const bool small_fronts = view_.num_dofs < 1500;
-  return small_fronts && slots >= multiprocessors_ ? kThreadsOfMany : kThreads;
+int Multifrontal::FactorThreads(const LevelRange& level, int slots) const {
+  if (slots < multiprocessors_ / 2) return kThreads;
+  const int panels = shared_of_multiprocessor_ / (level.shared_panel + kReservedShared);
+  return panels < 2 ? 2 * kThreads : panels == 2 ? kThreads : kThreads / 2;
 }
 
 void Multifrontal::FactorAndSolve(const FactorView& numbers, const double* rhs, double* solution,
@@ -75,7 +79,7 @@ void Multifrontal::FactorAndSolve(const FactorView& numbers, const double* rhs, 
   const UpdateTile* tiles = SplitsUpdates(all_slots) ? tiles_.data() : nullptr;
   for (const LevelRange& level : levels_)
     LaunchFactorLevel({view_, level, slots, stream}, numbers, tiles, rhs, solution,
-                      Threads(all_slots));
+                      FactorThreads(level, all_slots));
   if (rhs == nullptr) return;
   for (auto level = levels_.rbegin(); level != levels_.rend(); ++level)
     LaunchBackwardLevel({view_, *level, slots, stream}, numbers.factor, solution);

@@ -39,9 +39,11 @@ class Multifrontal {
  private:
   // Computes updates in blocks of their own where slots are too few to fill the device.
   bool SplitsUpdates(int slots) const;
-  int Threads(int slots) const;
+  // Threads of a block that factors a front: the fewer panels fit on a multiprocessor at a time, the
+  // more threads each has to hide its latency.
+  int FactorThreads(const LevelRange& level, int slots) const;
 
-  int multiprocessors_ = 0;
+  int multiprocessors_ = 0, shared_of_multiprocessor_ = 0;
   DeviceBuffer<Front> fronts_;
   DeviceBuffer<FrontChild> children_;
   DeviceBuffer<FrontEntry> entries_;

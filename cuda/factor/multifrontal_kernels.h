@@ -51,7 +51,7 @@ struct FactorView {
 struct LevelRange {
   int begin, end;
   int largest_pivots;
-  int shared_panel;          // bytes of the largest panel [p + q + 8, p + 4] and an 8×8 block
+  int shared_panel;          // bytes of the largest panel [p + q + 8, p + 4]
   int shared_solve;          // bytes of the largest solve with one right-hand side
   int tile_begin, tile_end;  // of the 64 × 64 tiles of the level's updates
 };

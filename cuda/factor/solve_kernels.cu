@@ -83,13 +83,12 @@ __device__ void SolveLowerTransposed(const double* L11, int stride, int pivots, 
   }
 }
 
-// Rows of L11 in shared memory, p + 1 numbers each; `inclusive`: only up to the diagonal block.
+// Rows of L11 in shared memory, p + 1 numbers each, up to the end of the diagonal block.
 __device__ void LoadLower(const SolveWork& work, double* L11) {
-  const int pivots = work.front.pivots;
-  for (int i = threadIdx.x; i < pivots * pivots; i += blockDim.x) {
-    const int r = i / pivots, c = i - r * pivots;
-    if (c <= (r | 7)) L11[r * (pivots + 1) + c] = work.panel[i];
-  }
+  const int pivots = work.front.pivots, lane = threadIdx.x & 31;
+  for (int r = threadIdx.x >> 5; r < pivots; r += blockDim.x >> 5)
+    for (int c = lane; c <= (r | 7); c += 32)
+      L11[r * (pivots + 1) + c] = work.panel[r * pivots + c];
 }
 
 __global__ void ForwardFronts(PlanView plan, int first, FactorPlace factor, const double* rhs,
@@ -125,12 +124,26 @@ __global__ void ForwardFronts(PlanView plan, int first, FactorPlace factor, cons
   }
 }
 
-__global__ void BackwardFronts(PlanView plan, int first, FactorPlace factor, double* solution) {
+constexpr int kAhead = 8;  // rows of L21 in flight
+
+__global__ void __launch_bounds__(256, 4)
+    BackwardFronts(PlanView plan, int first, FactorPlace factor, double* solution) {
   extern __shared__ __align__(16) double shared[];
   const SolveWork work(plan, plan.level_front[first + blockIdx.x], factor, solution);
   const Front& front = work.front;
   const int pivots = front.pivots, border = front.border;
   double *L11 = shared, *y = shared + pivots * (pivots + 1), *x = y + pivots, *sums = x + border;
+  // y −= L21ᵀ·x: each group of p / 2 threads has every `groups`-th row, two columns a thread. The
+  // first rows are read before x is known.
+  const int pairs = pivots / 2, groups = blockDim.x / pairs, group = threadIdx.x / pairs;
+  const int pair = threadIdx.x - group * pairs, end = group < groups ? border : 0;
+  const double2* L21 =
+      reinterpret_cast<const double2*>(work.panel + static_cast<std::int64_t>(pivots) * pivots) +
+      pair;
+  double2 ahead[kAhead];
+#pragma unroll
+  for (int u = 0; u < kAhead; ++u)
+    if (const int i = group + u * groups; i < end) ahead[u] = L21[i * pairs];
   for (int i = threadIdx.x; i < border; i += blockDim.x) {
     const int dof = plan.border_dof[front.border_start + i];
     x[i] = dof >= 0 ? work.solution[dof] : 0.0;
@@ -139,21 +152,22 @@ __global__ void BackwardFronts(PlanView plan, int first, FactorPlace factor, dou
   for (int r = threadIdx.x; r < pivots; r += blockDim.x)
     y[r] = r < front.true_pivots ? work.pivots()[r] : 0.0;
   __syncthreads();
-  // y −= L21ᵀ·x: each group of p threads takes every `groups`-th row.
-  const int groups = blockDim.x / pivots, group = threadIdx.x / pivots;
-  const int column = threadIdx.x - group * pivots;
-  if (group < groups) {
-    const double* L21 = work.panel + static_cast<std::int64_t>(pivots) * pivots + column;
-    double sum = 0.0;
-#pragma unroll 8
-    for (int i = group; i < border; i += groups) sum += L21[i * pivots] * x[i];
-    sums[group * pivots + column] = sum;
+  double2 sum = {0.0, 0.0};
+  for (int first = group; first < end; first += kAhead * groups) {
+#pragma unroll
+    for (int u = 0; u < kAhead; ++u)
+      if (const int i = first + u * groups; i < end) {
+        sum.x += ahead[u].x * x[i];
+        sum.y += ahead[u].y * x[i];
+        if (const int next = i + kAhead * groups; next < end) ahead[u] = L21[next * pairs];
+      }
   }
+  if (group < groups) reinterpret_cast<double2*>(sums)[group * pairs + pair] = sum;
   __syncthreads();
   for (int r = threadIdx.x; r < pivots; r += blockDim.x) {
-    double sum = 0.0;
-    for (int k = 0; k < groups; ++k) sum += sums[k * pivots + r];
-    y[r] -= sum;
+    double all = 0.0;
+    for (int k = 0; k < groups; ++k) all += sums[k * pivots + r];
+    y[r] -= all;
   }
   __syncthreads();
   if (threadIdx.x < 32) SolveLowerTransposed(L11, pivots + 1, pivots, y);

@@ -20,7 +20,7 @@ constexpr int kThreads = 256, kWarps = kThreads / 32;  // a warp for each eight 
 // A front of one slot, and the right-hand sides from `first_column` on.
 struct ManyWork {
   const PlanView& plan;
-  const Front& front;
+  const Front front;    // a copy: the compiler would read it again after each store
   const double* panel;  // [p + q, p]
   int columns;          // right-hand sides of the slot
   int first_column;
@@ -51,7 +51,8 @@ __device__ __forceinline__ void AddChildren(const ManyWork& work, const double* 
     for (int i = 0; i < kRows; ++i)
 #pragma unroll
       for (int c = 0; c < kColumns; ++c)
-        if (from[i] >= 0 && work.Has(column[c])) sum[i][c] += vectors[work.At(from[i], column[c])];
+        sum[i][c] +=
+            from[i] >= 0 && work.Has(column[c]) ? vectors[work.At(from[i], column[c])] : 0.0;
   }
 }
 
@@ -167,7 +168,7 @@ __global__ void __launch_bounds__(kThreads, 3)
                       double* solution, double* vectors, int columns) {
   extern __shared__ __align__(16) double Y[];
   const std::int64_t slot = blockIdx.y, offset = slot * columns * plan.num_dofs;
-  const Front& front = plan.fronts[plan.level_front[first + blockIdx.x]];
+  const Front front = plan.fronts[plan.level_front[first + blockIdx.x]];
   const ManyWork work{plan, front, factor.Of(plan, slot) + front.factor_offset, columns,
                       kColumnTile * Tiles * static_cast<int>(blockIdx.z)};
   const int stride = work.stride(), warp = threadIdx.x >> 5;
@@ -304,7 +305,7 @@ __global__ void __launch_bounds__(kThreads, 3)
                        SolutionSum total, int columns) {
   extern __shared__ __align__(16) double Y[];
   const std::int64_t slot = blockIdx.y, offset = slot * columns * plan.num_dofs;
-  const Front& front = plan.fronts[plan.level_front[first + blockIdx.x]];
+  const Front front = plan.fronts[plan.level_front[first + blockIdx.x]];
   const ManyWork work{plan, front, factor.Of(plan, slot) + front.factor_offset, columns,
                       kColumnTile * Tiles * static_cast<int>(blockIdx.z)};
   const int stride = work.stride(), warp = threadIdx.x >> 5;

@@ -67,6 +67,14 @@ __device__ __forceinline__ double Reciprocal(double x) {
   return fma(r, error, r);
 }
 
+// 1/√x in the same way.
+__device__ __forceinline__ double ReciprocalRoot(double x) {
+  double r;
+  asm("rsqrt.approx.ftz.f64 %0,%1;" : "=d"(r) : "d"(x));
+  const double error = fma(-x * r, r, 1.0);
+  return fma(r * error, fma(error, 0.375, 0.5), r);
+}
+
 // Inverse of the Cholesky factor of an 8×8 matrix, both in the layout of d[0..1]: (a0, a1) → (e0,
 // e1). False (in all lanes) when a pivot is not positive.
 __device__ __forceinline__ bool InvertCholesky8(double a0, double a1, double& e0, double& e1,
@@ -92,7 +100,7 @@ __device__ __forceinline__ bool InvertCholesky8(double a0, double a1, double& e0
     e0 = fma(factor, row0, e0);
     e1 = fma(factor, row1, e1);
   }
-  const double scale = rsqrt(own_pivot);
+  const double scale = ReciprocalRoot(own_pivot);
   e0 *= scale;
   e1 *= scale;
   return positive;

@@ -67,23 +67,24 @@ __device__ void AddHingeBlock(const HingeRecord& record, int a, int b, double sc
 
 __device__ void GatherStepBlock(const ClothView& cloth, const MaterialView& material,
                                 const FaceRecord* faces, const HingeRecord* hinges, double h,
-                                int entry, double* out) {
-  double block[9] = {};
+                                int entry, double (&block)[9]) {
   const FrontEntry& place = cloth.entries[entry];
   if (place.row == place.column) {
     const int i = place.row;
     const double diagonal = material.density * cloth.vertex_area[i] + h * h * cloth.handle[i];
     block[0] = block[4] = block[8] = diagonal;
   }
-  for (int k = cloth.to_entry.start[entry]; k < cloth.to_entry.start[entry + 1]; ++k) {
-    const Contribution c = Unpack(cloth.to_entry.item[k]);
+  const int end = cloth.to_entry.start[entry + 1];
+  int k = cloth.to_entry.start[entry], item = k < end ? cloth.to_entry.item[k] : 0;
+  while (k < end) {
+    const Contribution c = Unpack(item);
+    if (++k < end) item = cloth.to_entry.item[k];  // before the record is waited for
     if (c.hinge) {
       AddHingeBlock(hinges[c.element], c.row, c.column, h * h, block);
     } else {
       AddFaceBlock(cloth.faces[c.element], faces[c.element], c.row, c.column, h * h, block);
     }
   }
-  for (int k = 0; k < 9; ++k) out[k] = block[k];
 }
 
 __device__ Vec3<double> ForceOnVertex(const ClothView& cloth, const MaterialView& material,
@@ -109,19 +110,24 @@ __device__ Vec3<double> ForceOnVertex(const ClothView& cloth, const MaterialView
   return force;
 }
 
-// Threads for the matrix blocks, then for the vertices.
+// Warps for the matrix blocks, then threads for the vertices.
 __global__ void __launch_bounds__(kElementThreads)
     GatherStep(ClothView cloth, ShapeBatch batch, StepRecords records, const double* v, double h,
                double* matrix, double* rhs) {
+  __shared__ Stage stage;
   const int item = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
   const int rollout = RolloutAt(batch, slot);
   const MaterialView& material = batch.material[rollout];
   const FaceRecord* faces = records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
   const HingeRecord* hinges = records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;
-  if (item < cloth.num_entries) {
-    GatherStepBlock(cloth, material, faces, hinges, h, item,
-                    matrix + 9 * (static_cast<std::int64_t>(slot) * cloth.num_entries + item));
-  } else if (const int i = item - cloth.num_entries; rhs != nullptr && i < cloth.num_vertices) {
+  const int padded_entries = (cloth.num_entries + 31) / 32 * 32;
+  if (item < padded_entries) {
+    const int entry = item < cloth.num_entries ? cloth.entry_order[item] : -1;
+    double block[9] = {};
+    if (entry >= 0) GatherStepBlock(cloth, material, faces, hinges, h, entry, block);
+    StoreBlock(block, matrix + 9LL * slot * cloth.num_entries, entry, stage);
+  }
+  if (const int i = item - padded_entries; rhs != nullptr && i >= 0 && i < cloth.num_vertices) {
     const double* x = NodesOf(batch.x, rollout, cloth.num_dofs());
     const double mass = material.density * cloth.vertex_area[i];
     const Vec3<double> force = ForceOnVertex(cloth, material, faces, hinges, x, i);
@@ -184,7 +190,7 @@ void LaunchElementRecords(const LaunchContext& on, const StepRecords& records) {
 void LaunchGatherStep(const LaunchContext& on, const StepRecords& records, const double* v,
                       double h, double* matrix, double* rhs) {
   const int vertices = rhs == nullptr ? 0 : on.cloth.num_vertices;
-  const dim3 grid(BlocksFor(on.cloth.num_entries + vertices), on.batch.slots);
+  const dim3 grid(BlocksFor((on.cloth.num_entries + 31) / 32 * 32 + vertices), on.batch.slots);
   GatherStep<<<grid, kElementThreads, 0, on.stream>>>(on.cloth, on.batch, records, v, h, matrix,
                                                       rhs);
   CUDA_CHECK(cudaGetLastError());

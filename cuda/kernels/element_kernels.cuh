@@ -8,8 +8,6 @@
 
 namespace drape {
 
-constexpr int kElementThreads = 128;
-
 inline int BlocksFor(int count) { return (count + kElementThreads - 1) / kElementThreads; }
 
 // The rollout of a slot.
@@ -80,6 +78,22 @@ __device__ __forceinline__ void StoreRecord(const Record& record, Record* record
   StoreNumbers(part, kFrom, records, element, count, stage);
   if constexpr (kFrom + kPart < kNumbers)
     StoreRecord<Record, kFrom + kPart>(record, records, element, count, stage);
+}
+
+// Writes a 3×3 block of each thread of a warp to block `to` of `blocks`, nowhere where that is −1.
+// Called by all threads of a warp.
+__device__ __forceinline__ void StoreBlock(const double (&block)[9], double* blocks, int to,
+                                           Stage& stage) {
+  const int lane = threadIdx.x & 31;
+#pragma unroll
+  for (int k = 0; k < 9; ++k) stage[threadIdx.x][k] = block[k];
+  __syncwarp();
+#pragma unroll
+  for (int i = lane; i < 9 * 32; i += 32) {
+    const int from = i / 9, at = __shfl_sync(0xffffffffu, to, from);
+    if (at >= 0) blocks[9LL * at + i % 9] = stage[threadIdx.x - lane + from][i % 9];
+  }
+  __syncwarp();
 }
 
 __device__ __forceinline__ Contribution Unpack(int item) {

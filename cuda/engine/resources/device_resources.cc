@@ -59,17 +59,38 @@ void DeviceResources::Allocate(int slots, const TakeWorkspace& take) {
   take(arena, slots);
 }
 
-void DeviceResources::UploadStarts(std::span<const RolloutInput> batch, double* x,
-                                   double* v) const {
-  const int dofs = view().num_dofs();
-  std::vector<double> host(batch.size() * dofs);
+void DeviceResources::UploadStarts(std::span<const RolloutInput> batch, double* x, double* v) {
+  const std::size_t dofs = view().num_dofs(), size = batch.size() * dofs;
+  const std::span<double> host = staging_.Take(size);
   const auto upload = [&](Eigen::VectorXd State::*part, double* to) {
+#pragma omp parallel for num_threads(threads_)
     for (std::size_t i = 0; i < batch.size(); ++i)
       cloth_->ToEliminationOrder((batch[i].start->*part).data(), 1, 1, host.data() + i * dofs);
-    CopyToDevice<double>(host, to);
+    CUDA_CHECK(cudaMemcpyAsync(to, host.data(), host.size_bytes(), cudaMemcpyHostToDevice,
+                               stream()));
+    streams_->Synchronize();
   };
   upload(&State::x, x);
   if (v != nullptr) upload(&State::v, v);
+}
+
+void DeviceResources::DownloadEnds(const double* x, const double* v,
+                                   std::span<RolloutResult* const> results) {
+  const std::size_t dofs = view().num_dofs(), size = results.size() * dofs;
+  const std::span<double> host = staging_.Take(size);
+  const auto download = [&](const double* from, Eigen::VectorXd State::*part) {
+    CUDA_CHECK(cudaMemcpyAsync(host.data(), from, host.size_bytes(), cudaMemcpyDeviceToHost,
+                               stream()));
+    streams_->Synchronize();
+#pragma omp parallel for num_threads(threads_)
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      Eigen::VectorXd& to = results[i]->end.*part;
+      to.resize(static_cast<Eigen::Index>(dofs));
+      cloth_->ToMeshOrder(host.data() + i * dofs, 1, 1, to.data());
+    }
+  };
+  download(x, &State::x);
+  download(v, &State::v);
 }
 
 void DeviceResources::Clear(void* data, std::size_t bytes) const {

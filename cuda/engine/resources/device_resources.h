@@ -48,7 +48,10 @@ class DeviceResources {
   // Calls take(arena, slots) with memory for it, which the next batch uses again.
   void Allocate(int slots, const TakeWorkspace& take);
 
-  void UploadStarts(std::span<const RolloutInput> batch, double* x, double* v) const;
+  // Starts of a batch to x and v [dofs] a slot, unless v is null; the ends of a batch back from
+  // there. Both wait for the main stream.
+  void UploadStarts(std::span<const RolloutInput> batch, double* x, double* v);
+  void DownloadEnds(const double* x, const double* v, std::span<RolloutResult* const> results);
   void Clear(void* data, std::size_t bytes) const;
   // Replays `graph` for each step; the steps that were done before `cancel` turned true.
   int RunSteps(const Graph& graph, int steps, const std::atomic<bool>* cancel) const;
@@ -62,6 +65,7 @@ class DeviceResources {
   std::unique_ptr<DeviceCloth> cloth_;
   std::unique_ptr<Streams> streams_;
   DeviceBuffer<char> memory_;
+  PinnedBuffer<double> staging_;
 };
 
 std::vector<const MaterialField*> CollectMaterials(std::span<const RolloutInput> batch);

@@ -83,23 +83,14 @@ RolloutRun RolloutEngine::RunRollouts(std::span<const RolloutInput> batch,
 void RolloutEngine::CollectEnds(const StepWorkspace& w, int steps, int wanted_steps,
                                 std::span<RolloutResult* const> results,
                                 std::span<char> failed) const {
-  const DeviceCloth& cloth = resources_.cloth();
-  const int dofs = cloth.view().num_dofs();
-  std::vector<double> x(results.size() * dofs), v(x.size());
+  resources_.DownloadEnds(w.x, w.v, results);
   std::vector<int> flags(results.size());
-  resources_.streams().Synchronize();
-  CopyToHost<double>(w.x, x);
-  CopyToHost<double>(w.v, v);
   CopyToHost<int>(w.failed, flags);
   for (std::size_t i = 0; i < results.size(); ++i) {
     failed[i] = flags[i] != 0;
     RolloutResult& result = *results[i];
     result.status = steps < wanted_steps ? RolloutStatus::kCancelled : RolloutStatus::kOk;
     result.steps = steps;
-    result.end.x.resize(dofs);
-    result.end.v.resize(dofs);
-    cloth.ToMeshOrder(x.data() + i * dofs, 1, 1, result.end.x.data());
-    cloth.ToMeshOrder(v.data() + i * dofs, 1, 1, result.end.v.data());
   }
 }
 

@@ -94,7 +94,7 @@ Tree Amalgamated(Tree tree, int max_vertices) {
 
 std::int64_t PanelBytes(int pivot_vertices, int border_vertices) {
   const std::int64_t p = RoundUp8(3 * pivot_vertices), q = RoundUp8(3 * border_vertices);
-  return ((p + q + 8) * (p + 4) + 96) * static_cast<std::int64_t>(sizeof(double));
+  return (p + q + 8) * (p + 4) * static_cast<std::int64_t>(sizeof(double));
 }
 
 // Piece j of `count` begins at pivot vertex PieceStart.

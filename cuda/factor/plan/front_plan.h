@@ -71,7 +71,7 @@ struct FrontPlan {
 struct FrontPlanOptions {
   DissectionOptions dissection = {};
   int max_pivots = 63;  // unknowns a front; larger separators become chains of fronts
-  // A front and its right-hand side, [p + q + 8, p + 4] and 96 more doubles, fit in these.
+  // A front and its right-hand side, [p + q + 8, p + 4] doubles, fit in these.
   int shared_bytes = 232448;
 };
 

@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace drape {
@@ -65,6 +66,17 @@ GatherList GatherVertices(const Mesh& mesh, const Scene& scene) {
   return Gather(mesh, scene, mesh.num_vertices(), [](const int* vertex, const Contribution& c) {
     return c.row == c.column ? vertex[c.row] : -1;
   });
+}
+
+std::vector<int> OrderByWork(const GatherList& list, int chunk) {
+  std::vector<int> order(list.start.size() - 1);
+  std::iota(order.begin(), order.end(), 0);
+  const auto end = order.end();
+  for (auto from = order.begin(); from != end; from += std::min<std::ptrdiff_t>(chunk, end - from))
+    std::stable_sort(from, from + std::min<std::ptrdiff_t>(chunk, end - from), [&](int a, int b) {
+      return list.start[a + 1] - list.start[a] > list.start[b + 1] - list.start[b];
+    });
+  return order;
 }
 
 std::vector<int> DiagonalEntries(const FrontPlan& plan) {

@@ -29,6 +29,10 @@ struct Contribution {
 GatherList GatherEntries(const FrontPlan& plan, const Mesh& mesh, const Scene& scene);
 // To each vertex (column = row).
 GatherList GatherVertices(const Mesh& mesh, const Scene& scene);
+// Targets of a list by falling number of contributions within each `chunk` of them, so that the
+// threads of a warp, one for each target, have as much to do: a vertex has twenty, the corners
+// across a hinge one.
+std::vector<int> OrderByWork(const GatherList& list, int chunk);
 // The entry of each vertex with itself, [V]: to it alone contact with an obstacle adds.
 std::vector<int> DiagonalEntries(const FrontPlan& plan);
 

@@ -12,6 +12,9 @@
 
 namespace drape {
 
+// Threads of a block of the kernels over elements, over matrix blocks and over vertices.
+inline constexpr int kElementThreads = 128;
+
 // A GatherList in device memory.
 struct GatherView {
   const int *start, *item;
@@ -33,6 +36,7 @@ struct ClothView {
   const int *row_start, *column, *mirror;  // full pattern; mirror: block (j, i) of block (i, j)
   const int* entry_block;                  // block of the full pattern of each entry
   GatherView to_entry, to_vertex;
+  const int* entry_order;  // OrderByWork of to_entry by kElementThreads, [num_entries]
   SolidContact contact;
   const int* diagonal_entry;  // that of each vertex with itself, [V]; null without contact
 

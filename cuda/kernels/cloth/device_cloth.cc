@@ -81,7 +81,9 @@ DeviceCloth::DeviceCloth(std::shared_ptr<const ClothModel> model, const FrontPla
   column_ = DeviceBuffer<int>(pattern.column);
   mirror_ = DeviceBuffer<int>(MirrorBlocks(pattern));
   entry_block_ = DeviceBuffer<int>(BlocksOfEntries(pattern, plan));
-  to_entry_ = std::make_unique<Gather>(GatherEntries(plan, mesh, scene));
+  const GatherList to_entry = GatherEntries(plan, mesh, scene);
+  to_entry_ = std::make_unique<Gather>(to_entry);
+  entry_order_ = DeviceBuffer<int>(OrderByWork(to_entry, kElementThreads));
   to_vertex_ = std::make_unique<Gather>(GatherVertices(mesh, scene));
   view_.num_vertices = mesh.num_vertices();
   view_.num_faces = scene.stretch ? mesh.num_faces() : 0;
@@ -100,6 +102,7 @@ DeviceCloth::DeviceCloth(std::shared_ptr<const ClothModel> model, const FrontPla
   view_.column = column_.data();
   view_.mirror = mirror_.data();
   view_.to_entry = to_entry_->view();
+  view_.entry_order = entry_order_.data();
   view_.entry_block = entry_block_.data();
   view_.to_vertex = to_vertex_->view();
   if (!scene.contact) return;

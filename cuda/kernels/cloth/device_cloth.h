@@ -40,7 +40,8 @@ class DeviceCloth {
   DeviceBuffer<Face> faces_;
   DeviceBuffer<Hinge> hinges_;
   DeviceBuffer<double> vertex_area_, rest_x_, handle_, load_;
-  DeviceBuffer<int> row_start_, column_, mirror_, entry_block_, border_, diagonal_entry_;
+  DeviceBuffer<int> row_start_, column_, mirror_, entry_block_, entry_order_, border_,
+      diagonal_entry_;
   DeviceBuffer<Solid> solids_;
   DeviceBuffer<StretchNode> strain_nodes_;
   struct Gather {

@@ -53,8 +53,9 @@ __global__ void __launch_bounds__(kElementThreads)
 // Blocks (i, j) and (j, i) at once.
 __global__ void __launch_bounds__(kElementThreads)
     GatherDerivative(ClothView cloth, DerivativeRecords records, double h, double* all_blocks) {
-  const int entry = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
-  if (entry >= cloth.num_entries) return;
+  const int item = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  if (item >= cloth.num_entries) return;
+  const int entry = cloth.entry_order[item];
   const FaceDerivative* faces = records.faces + static_cast<std::int64_t>(slot) * cloth.num_faces;
   const HingeDerivative* hinges =
       records.hinges + static_cast<std::int64_t>(slot) * cloth.num_hinges;

@@ -11,9 +11,9 @@ namespace {
 __global__ void __launch_bounds__(kElementThreads)
     GatherStiffness(ClothView cloth, ShapeBatch batch, DerivativeRecords records,
                     StiffnessTerms terms, double* matrix) {
-  const int entry = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
-  if (entry >= cloth.num_entries) return;
-  const int rollout = RolloutAt(batch, slot);
+  const int item = blockIdx.x * blockDim.x + threadIdx.x, slot = blockIdx.y;
+  if (item >= cloth.num_entries) return;
+  const int entry = cloth.entry_order[item], rollout = RolloutAt(batch, slot);
   const std::int64_t face0 = static_cast<std::int64_t>(slot) * cloth.num_faces;
   const std::int64_t stress0 = static_cast<std::int64_t>(rollout) * cloth.num_faces;
   const FaceDerivative* faces = records.faces + face0;

@@ -101,6 +101,23 @@ TEST_P(GatherListTest, FacesComeFirstEachKindAscending) {
       }
 }
 
+TEST_P(GatherListTest, OrderByWorkFallsWithinEachChunk) {
+  constexpr int kChunk = 128;
+  const GatherList list = GatherEntries(plan_, mesh_, scene_);
+  const std::vector<int> order = OrderByWork(list, kChunk);
+  const auto work = [&](int target) { return list.start[target + 1] - list.start[target]; };
+  const int count = static_cast<int>(plan_.entries.size());
+  ASSERT_EQ(order.size(), plan_.entries.size());
+  ASSERT_NE(count % kChunk, 0) << "the last chunk is not full";
+  std::vector<int> seen(count);
+  for (int i = 0; i < count; ++i) {
+    EXPECT_EQ(order[i] / kChunk, i / kChunk);
+    ++seen[order[i]];
+    if (i % kChunk != 0) EXPECT_GE(work(order[i - 1]), work(order[i]));
+  }
+  EXPECT_THAT(seen, testing::Each(1));
+}
+
 TEST(Contribution, PackKeepsAllParts) {
   const Contribution c = Unpack(Contribution{1234567, true, 2, 3}.Pack());
   EXPECT_EQ(c.element, 1234567);
