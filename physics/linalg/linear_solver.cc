@@ -18,13 +18,8 @@
 namespace drape {
 namespace {
 
-// The lower triangle of the permuted matrix in compressed columns, and for each stored number its
-// source in the block matrix.
-struct LowerTriangle {
-  std::vector<int> column_start, row, source;
-};
-
-// order[k] is the unknown that is eliminated at position k.
+// The lower triangle of the permuted matrix, whose sources are places in the block matrix. order[k]
+// is the unknown that is eliminated at position k.
 LowerTriangle MakeLowerTriangle(const BlockPattern& p, const std::vector<int>& order) {
   std::vector<int> position(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) position[order[k]] = static_cast<int>(k);
@@ -143,25 +138,25 @@ class Analyser {
 struct Analysis {
   std::vector<int> order;  // of elimination: the k-th unknown
   SupernodalFactor factor;
-  std::vector<int> source, place;  // of each number of A's lower triangle: in A, in L
 };
 
 Analysis Analyse(const BlockPattern& pattern) {
   Analyser analyser;
   std::vector<int> order = analyser.EliminationOrder(pattern);
-  LowerTriangle lower = MakeLowerTriangle(pattern, order);
-  SupernodalFactor factor(analyser.BlockPatternFrom(lower));
-  std::vector<int> place;
-  for (int k = 0; k < static_cast<int>(order.size()); ++k)
-    for (int p = lower.column_start[k]; p < lower.column_start[k + 1]; ++p)
-      place.push_back(factor.FindPlace(lower.row[p], k));
-  return {std::move(order), std::move(factor), std::move(lower.source), std::move(place)};
+  const LowerTriangle lower = MakeLowerTriangle(pattern, order);
+  SupernodalFactor factor(analyser.BlockPatternFrom(lower), lower);
+  return {std::move(order), std::move(factor)};
 }
+
+// Threads wait for one another for longer than they gain with fewer flops each, half a millisecond.
+constexpr double kFlopsPerThread = 2e7;
 
 class SupernodalSolver final : public LinearSolver {
  public:
-  explicit SupernodalSolver(const BlockPattern& pattern)
-      : analysis_(std::make_shared<Analysis>(Analyse(pattern))) {}
+  SupernodalSolver(const BlockPattern& pattern, int threads)
+      : analysis_(std::make_shared<Analysis>(Analyse(pattern))) {
+    SetThreads(threads);
+  }
 
   std::unique_ptr<LinearSolver> Clone() const override {
     return std::make_unique<SupernodalSolver>(*this);
@@ -169,16 +164,14 @@ class SupernodalSolver final : public LinearSolver {
 
   bool Factor(const BlockMatrix& A) override {
     if (cancelled()) return false;
-    number_.assign(analysis_->factor.num_numbers(), 0.0);
-    for (std::size_t k = 0; k < analysis_->source.size(); ++k)
-      number_[analysis_->place[k]] = A.value[analysis_->source[k]];
-    return analysis_->factor.Factor(number_.data(), &workspace_, cancel_);
+    number_.resize(analysis_->factor.num_numbers());  // zero above the diagonals
+    return analysis_->factor.Factor(A.value.data(), number_.data(), &workspace_, threads_, cancel_);
   }
 
   void Solve(Eigen::VectorXd& b) override {
     permuted_.resize(b.size(), 1);
     for (Eigen::Index k = 0; k < b.size(); ++k) permuted_(k, 0) = b[analysis_->order[k]];
-    analysis_->factor.Solve(number_.data(), permuted_.data(), &workspace_);
+    analysis_->factor.Solve(number_.data(), permuted_.data(), &workspace_, threads_);
     for (Eigen::Index k = 0; k < b.size(); ++k) b[analysis_->order[k]] = permuted_(k, 0);
   }
 
@@ -192,6 +185,12 @@ class SupernodalSolver final : public LinearSolver {
   std::size_t factor_bytes() const override {
     return analysis_->factor.num_numbers() * sizeof(double);
   }
+  double factor_flops() const override { return analysis_->factor.flops(); }
+  void SetThreads(int threads) override {
+    CHECK_GE(threads, 1);
+    const double useful = factor_flops() / kFlopsPerThread;
+    threads_ = useful < threads ? std::max(1, static_cast<int>(useful)) : threads;
+  }
 
  private:
   void SolveWith(const std::vector<double>& number, RowMatrix& b) {
@@ -201,20 +200,22 @@ class SupernodalSolver final : public LinearSolver {
       permuted_.row(k).head(m) = b.row(analysis_->order[k]);
       permuted_.row(k).tail(padded - m).setZero();
     }
-    analysis_->factor.SolveRows(number.data(), permuted_);
+    analysis_->factor.SolveRows(number.data(), permuted_, threads_);
     for (Eigen::Index k = 0; k < b.rows(); ++k)
       b.row(analysis_->order[k]) = permuted_.row(k).head(m);
   }
 
   std::shared_ptr<const Analysis> analysis_;
-  std::vector<double> number_, workspace_;
+  std::vector<double> number_;
+  FactorWorkspace workspace_;
+  int threads_ = 1;
   RowMatrix permuted_;
 };
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> MakeLinearSolver(const BlockPattern& pattern) {
-  return std::make_unique<SupernodalSolver>(pattern);
+std::unique_ptr<LinearSolver> MakeLinearSolver(const BlockPattern& pattern, int threads) {
+  return std::make_unique<SupernodalSolver>(pattern, threads);
 }
 
 }  // namespace drape

@@ -33,6 +33,12 @@ class LinearSolver {
   virtual void SaveFactor(std::vector<double>& saved) const = 0;
   virtual void SolveSaved(const std::vector<double>& saved, RowMatrix& b) = 0;
   virtual std::size_t factor_bytes() const = 0;
+  virtual double factor_flops() const { return 0.0; }  // of one factorisation; 0 if not known
+
+  // The threads of one factorisation and of its solves, ≥ 1 (1 at first): for where fewer systems
+  // than processors are solved at a time. Small systems use fewer (1,000 vertices two, 10,000 all
+  // of a large server). The results do not depend on them.
+  virtual void SetThreads(int /*threads*/) {}
 
   // Takes from another solver by which flag an Interruptible ends its factorisations.
   void CancelLike(const LinearSolver& other) { cancel_ = other.cancel_; }
@@ -61,7 +67,8 @@ class Interruptible {
 };
 
 // Makes a supernodal solver: nested dissection of the vertices [George 1973], symbolic analysis by
-// CHOLMOD, factorisation and solves by SupernodalFactor.
-std::unique_ptr<LinearSolver> MakeLinearSolver(const BlockPattern& pattern);
+// CHOLMOD, factorisation and solves by SupernodalFactor. threads: see SetThreads; clones have as
+// many.
+std::unique_ptr<LinearSolver> MakeLinearSolver(const BlockPattern& pattern, int threads = 1);
 
 }  // namespace drape

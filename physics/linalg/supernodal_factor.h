@@ -3,65 +3,90 @@
 
 #include <atomic>
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "physics/linalg/block_matrix.h"
+#include "physics/linalg/factor_plan.h"
+#include "physics/linalg/tree_tasks.h"
 
 namespace drape {
 
-// The layout of a supernodal factor L, from CHOLMOD's analysis [Liu 1992]. Supernode s holds the
-// columns first_column[s] … first_column[s + 1] as a dense column-major panel from first_number[s]
-// on. The rows of the panel are row[first_row[s] … first_row[s + 1]], of which the first ones are
-// its own columns.
-struct SupernodalPattern {
-  std::vector<int> first_column, first_row, first_number;  // [S + 1] each
-  std::vector<int> row;
+// Numbers on the boundary of a cache line, not initialised.
+class AlignedNumbers {
+ public:
+  void Resize(std::size_t size);  // keeps its memory when it is large enough
+  double* data() const { return data_.get(); }
 
-  int num_supernodes() const { return static_cast<int>(first_column.size()) - 1; }
+ private:
+  struct Free {
+    void operator()(double* data) const;
+  };
+  std::unique_ptr<double[], Free> data_;
+  std::size_t size_ = 0;
 };
 
-// The factorisation A = L·Lᵀ on such a pattern, left-looking: each supernode receives products of
-// earlier ones, which are planned once, and is then factored itself. It does not use the BLAS: the
-// supernodes of a cloth are so small that a BLAS call costs as much as the products, and threads
-// wait for its locks. The object is immutable and shared by threads; numbers and workspace belong
-// to the caller. Each number is summed in the same order whatever the vector width of the machine.
+// The memory that a factorisation or a solve of one vector needs beside its result. Copies are
+// empty.
+struct FactorWorkspace {
+  FactorWorkspace() = default;
+  FactorWorkspace(const FactorWorkspace&) {}
+  FactorWorkspace& operator=(const FactorWorkspace&) { return *this; }
+
+  AlignedNumbers shared;                // update matrices, and vectors, that pass between tasks
+  std::vector<AlignedNumbers> panel;    // [threads] own columns of a front
+  std::vector<AlignedNumbers> subtree;  // [threads] update matrices inside a task
+};
+
+// The factorisation A = L·Lᵀ on such a pattern, multifrontal [Duff 1983; Liu 1992]. It does
+// not use the BLAS: the supernodes of a cloth are so small that a BLAS call costs as much as the
+// products, and threads wait for its locks. The object is immutable and shared by threads; numbers
+// and workspace belong to the caller. Each number is summed in the same order whatever the vector
+// width of the machine and the number of threads.
 class SupernodalFactor {
  public:
-  explicit SupernodalFactor(SupernodalPattern pattern);
+  // lower: the lower triangle of A, every number of which the pattern must contain.
+  SupernodalFactor(SupernodalPattern pattern, const LowerTriangle& lower,
+                   const FrontKernels& kernels = ChosenFrontKernels());
 
-  // The size of `number` below: the numbers of L and a margin that vector loads may read.
+  // The size of `number` below.
   std::size_t num_numbers() const;
   // The index of the number of L in a row and a column, which the pattern must contain.
   int FindPlace(int row, int column) const;
+  double flops() const { return plan_.flops; }  // of a factorisation
 
-  // Factors in place: `number` holds the lower triangle of A at the places of L, zero elsewhere,
-  // and holds L afterwards. Returns false when A is not positive definite, and soon after *cancel
-  // turns true (cancel may be null).
-  [[nodiscard]] bool Factor(double* number, std::vector<double>* workspace,
-                            const std::atomic<bool>* cancel = nullptr) const;
+  // Factors A, whose numbers are read at lower.source of `a`, into the lower triangles of `number`.
+  // Returns false when A is not positive definite, and soon after *cancel turns true (cancel may be
+  // null). threads ≥ 1.
+  [[nodiscard]] bool Factor(const double* a, double* number, FactorWorkspace* workspace,
+                            int threads = 1, const std::atomic<bool>* cancel = nullptr) const;
 
   // Solves in place, b ← L⁻ᵀ·L⁻¹·b, shape [n].
-  void Solve(const double* number, double* b, std::vector<double>* workspace) const;
+  void Solve(const double* number, double* b, FactorWorkspace* workspace, int threads = 1) const;
   // The same for shape [n, m], with m a multiple of 4 (pad with zero columns). CHOLMOD's own solve
   // gathers and scatters columns that are n numbers apart. Measured with 39 right-hand sides on
   // 2,700 vertices: 15 ms by BLAS calls on rows, 9 ms by this function.
-  void SolveRows(const double* number, RowMatrix& b) const;
+  void SolveRows(const double* number, RowMatrix& b, int threads = 1) const;
 
  private:
-  // A product that a supernode receives: the rows of an earlier supernode from `first` on times
-  // those of these rows that are columns of the receiver, the first `own` ones.
-  struct Update {
-    int from, first, own;
-    int place;  // in receiving_row_
-  };
+  // The memory of a thread for one task, and what the fronts of the task read.
+  struct Front;
 
-  void PlanUpdates();
+  // A tile reads up to seven numbers past the rows of a panel or an update matrix.
+  static constexpr int kMargin = 8;
+
+  void PlaceTasks();
+  bool FactorFront(const Front& front, int s) const;
+  UpdateMatrix GetUpdateMatrix(const Front& front, int s) const;
 
   SupernodalPattern pattern_;
-  std::vector<Update> updates_;
-  std::vector<int> first_update_;   // [S + 1]
-  std::vector<int> receiving_row_;  // row of the receiver's panel for each row of each update
-  int max_rows_ = 0;                // largest number of rows of a panel
+  FactorPlan plan_;
+  TreeTasks tasks_;
+  const FrontKernels* kernels_;
+  std::vector<std::ptrdiff_t> place_;        // [S] of an update matrix: in `subtree`, or
+  std::vector<char> is_shared_;              // [S] … in `shared`
+  std::vector<std::ptrdiff_t> first_below_;  // [S + 1] of vectors over the rows below
+  std::size_t shared_size_ = 0, subtree_size_ = 0, panel_size_ = 0;
 };
 
 }  // namespace drape

@@ -64,14 +64,6 @@ void BackwardColumns(const Supernode& s, int j, double* y) {
   }
 }
 
-void ForwardOne(const Supernode& s, double* b, double* y) {
-  std::copy_n(b + s.column, s.width, y);
-  std::fill(y + s.width, y + s.rows, 0.0);
-  ForEachChunk<4>(s.width, [&]<int N>(int j) { ForwardColumns<N>(s, j, y); });
-  std::copy_n(y, s.width, b + s.column);
-  for (int i = s.width; i < s.rows; ++i) b[s.row[i]] += y[i];
-}
-
 void BackwardOne(const Supernode& s, double* b, double* y) {
   for (int i = 0; i < s.rows; ++i) y[i] = b[s.row[i]];
   int j = s.width;
@@ -134,15 +126,16 @@ void ForwardBelow(const Supernode& s, int i, const Columns<V>& b) {
   for (int r = 0; r < R; ++r) tile.Save(r, 1.0, b.row(s.row[i + r]));
 }
 
-// Solves the own rows j … j + R of Lᵀ·x = y.
+// Solves the own rows j … j + R of Lᵀ·x = y. From the last row on: then the order of a sum does not
+// depend on R.
 template <int R, int V>
 void BackwardOwn(const Supernode& s, int j, const Columns<V>& b) {
   Tile<R, V> tile;
   for (int r = 0; r < R; ++r) tile.Load(r, b.row(s.column + j + r));
-  for (int i = j + R; i < s.rows; ++i)
+  for (int i = s.rows - 1; i >= j + R; --i)
     for (int r = 0; r < R; ++r) tile.Subtract(r, *s.at(i, j + r), b.row(s.row[i]));
   for (int r = R - 1; r >= 0; --r) {
-    for (int k = r + 1; k < R; ++k) tile.Subtract(r, *s.at(j + k, j + r), b.row(s.column + j + k));
+    for (int k = R - 1; k > r; --k) tile.Subtract(r, *s.at(j + k, j + r), b.row(s.column + j + k));
     tile.Save(r, 1.0 / *s.at(j + r, j + r), b.row(s.column + j + r));
   }
 }
@@ -167,27 +160,58 @@ void Backward(const Supernode& s, const Columns<V>& b) {
 
 }  // namespace
 
-void SupernodalFactor::Solve(const double* number, double* b,
-                             std::vector<double>* workspace) const {
-  workspace->resize(max_rows_);
-  const int supernodes = pattern_.num_supernodes();
-  for (int n = 0; n < supernodes; ++n)
-    ForwardOne(GetSupernode(pattern_, number, n), b, workspace->data());
-  for (int n = supernodes - 1; n >= 0; --n)
-    BackwardOne(GetSupernode(pattern_, number, n), b, workspace->data());
+void SupernodalFactor::Solve(const double* number, double* b, FactorWorkspace* workspace,
+                             int threads) const {
+  workspace->shared.Resize(shared_size_ + kMargin);
+  workspace->panel.resize(threads);
+  double* const passed = workspace->shared.data();  // sums that a supernode passes to its parent
+  const auto forward = [&](const Supernode& s, int n, double* y) {
+    std::copy_n(b + s.column, s.width, y);
+    std::fill(y + s.width, y + s.rows, 0.0);
+    for (int k = plan_.first_child[n]; k < plan_.first_child[n + 1]; ++k) {
+      const int c = plan_.child[k];
+      const double* from = passed + first_below_[c];
+      for (int r = plan_.first_run[c]; r < plan_.first_run[c + 1]; ++r) {
+        const RowRun& run = plan_.run[r];
+        for (int i = 0; i < run.length; ++i) y[run.to + i] += from[run.from + i];
+      }
+    }
+    ForEachChunk<4>(s.width, [&]<int N>(int j) { ForwardColumns<N>(s, j, y); });
+    std::copy_n(y, s.width, b + s.column);
+    std::copy(y + s.width, y + s.rows, passed + first_below_[n]);
+  };
+  tasks_.VisitUp(threads, [&](int thread, const TreeTasks::Task& task) {
+    workspace->panel[thread].Resize(panel_size_);
+    for (int n = task.first; n <= task.last; ++n)
+      forward(GetSupernode(pattern_, number, n), n, workspace->panel[thread].data());
+    return true;
+  });
+  tasks_.VisitDown(threads, [&](int thread, const TreeTasks::Task& task) {
+    workspace->panel[thread].Resize(panel_size_);
+    for (int n = task.last; n >= task.first; --n)
+      BackwardOne(GetSupernode(pattern_, number, n), b, workspace->panel[thread].data());
+    return true;
+  });
 }
 
-void SupernodalFactor::SolveRows(const double* number, RowMatrix& b) const {
+void SupernodalFactor::SolveRows(const double* number, RowMatrix& b, int threads) const {
   CHECK_EQ(b.cols() % 4, 0);
   const int supernodes = pattern_.num_supernodes(), registers = static_cast<int>(b.cols() / 4);
-  for (int n = 0; n < supernodes; ++n)
-    ForEachChunk<3>(registers, [&]<int V>(int first) {
-      Forward(GetSupernode(pattern_, number, n), Columns<V>{b.data() + 4 * first, b.cols()});
-    });
-  for (int n = supernodes - 1; n >= 0; --n)
-    ForEachChunk<3>(registers, [&]<int V>(int first) {
-      Backward(GetSupernode(pattern_, number, n), Columns<V>{b.data() + 4 * first, b.cols()});
-    });
+  const int parts = std::min(threads, registers);
+#pragma omp parallel for schedule(static, 1) num_threads(parts) if (parts > 1)
+  for (int part = 0; part < parts; ++part) {
+    const int begin = registers * part / parts, end = registers * (part + 1) / parts;
+    for (int n = 0; n < supernodes; ++n)
+      ForEachChunk<3>(end - begin, [&]<int V>(int first) {
+        Forward(GetSupernode(pattern_, number, n),
+                Columns<V>{b.data() + 4 * (begin + first), b.cols()});
+      });
+    for (int n = supernodes - 1; n >= 0; --n)
+      ForEachChunk<3>(end - begin, [&]<int V>(int first) {
+        Backward(GetSupernode(pattern_, number, n),
+                 Columns<V>{b.data() + 4 * (begin + first), b.cols()});
+      });
+  }
 }
 
 }  // namespace drape

@@ -116,12 +116,14 @@ class CpuBackend final : public Backend {
   }
 
  private:
-  // Calls work(solver of this thread, item) for each item of a batch.
+  // Calls work(solver of this thread, item) for each item of a batch. An item that is alone has all
+  // threads for its factorisations, on which its result does not depend.
   template <class Result, class Work>
   std::vector<Result> ForEach(std::size_t count, const Work& work) {
     std::vector<Result> results(count);
+    for (StepSolver& solver : solvers_) solver.SetThreads(count == 1 ? threads() : 1);
     std::exception_ptr error;  // out of memory; an exception may not leave a parallel region
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads())
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads()) if (count > 1)
     for (int i = 0; i < static_cast<int>(count); ++i) {
       try {
         results[i] = work(solvers_[omp_get_thread_num()], i);

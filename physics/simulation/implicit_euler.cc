@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -20,6 +21,10 @@ namespace {
 // Above ω² of any cloth, needles of 1 : 1000 included, so that it is reached by no shape but one
 // that is lost.
 constexpr double kMostShift = 1e13;  // [s⁻²]
+// Of the residual at the begin of a round, to which it is solved if another round follows.
+constexpr double kEarlyShare = 0.1;
+// The largest multiple of M/h² after a step that was slow.
+constexpr double kSlowShift = 64.0;
 
 ImplicitEulerFailure FindWorst(const Eigen::VectorXd& x, const Eigen::VectorXd& unbalanced) {
   ImplicitEulerFailure worst;
@@ -41,7 +46,7 @@ ImplicitEuler::ImplicitEuler(std::shared_ptr<const ClothModel> model, const Mate
       material_(material),
       h_(h),
       options_(options),
-      linear_(std::make_unique<Linear>(model_, material_)),
+      linear_(std::make_unique<Linear>(model_, material_, options.threads)),
       mass_by_h2_(model_->LumpedMass(material.density) / (h * h)),
       weight_(CharacteristicForce(*model_, material)) {
   CHECK_GT(h, 0.0);
@@ -72,15 +77,18 @@ IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around
                     (surfaces_ && options_.self_friction > 0.0);
   if (rubs) FindRubs(state.x, start);
   Trial here = At(start);
-  for (;;) {
-    if (const IntegratorStatus status = Minimise(here); status != IntegratorStatus::kOk) {
+  for (bool last = !rubs;;) {
+    last = last || cost_.friction_rounds + 1 == options_.friction_rounds;
+    const double enough =
+        last ? options_.tolerance : std::max(options_.tolerance, kEarlyShare * here.residual);
+    if (const IntegratorStatus status = Minimise(enough, here); status != IntegratorStatus::kOk) {
       failure_ = FindWorst(here.x, here.unbalanced);
       return status;
     }
     ++cost_.friction_rounds;
-    if (!rubs || cost_.friction_rounds == options_.friction_rounds ||
-        FindRubs(state.x, here.x) < options_.friction_change)
-      break;
+    if (last) break;
+    last = FindRubs(state.x, here.x) < options_.friction_change;
+    if (last && here.residual <= options_.tolerance) break;
     here = At(here.x);
   }
   state.v = (here.x - state.x) / h_;
@@ -96,7 +104,9 @@ void ImplicitEuler::MeetObstacles() {
       });
   if (has_meshes && !surfaces_)
     surfaces_.emplace(model_->mesh, model_->vertex_area, options_.self_contact);
-  if (surfaces_) surfaces_->SetObstacles(around);
+  if (!surfaces_) return;
+  surfaces_->UseThreads(options_.threads);
+  surfaces_->SetObstacles(around);
 }
 
 IntegratorStatus ImplicitEuler::Pinched(int vertex, const Eigen::VectorXd& x) {
@@ -133,22 +143,22 @@ IntegratorStatus ImplicitEuler::Start(const Eigen::VectorXd& from, Eigen::Vector
       for (int i = 0; i < model_->mesh.num_vertices(); ++i)
         if (!(SmallestGap(*contact(), start.segment<3>(3 * i)) > 0.0)) return Pinched(i, start);
   }
-  if (contact() != nullptr) clearance_ = Clearance(*contact(), start);
+  if (contact() != nullptr) clearance_ = Clearance(*contact(), start, options_.threads);
   return IntegratorStatus::kOk;
 }
 
-IntegratorStatus ImplicitEuler::Minimise(Trial& here) {
-  bool whole = false;  // the last step
+IntegratorStatus ImplicitEuler::Minimise(double enough, Trial& here) {
+  LastStep last;
   // A force that is not a number is not in balance.
-  for (int i = 0; !(here.residual <= options_.tolerance); ++i) {
+  for (int i = 0; !(here.residual <= enough); ++i) {
     if (!std::isfinite(here.residual)) return IntegratorStatus::kNotFinite;
     if (Cancelled()) return IntegratorStatus::kCancelled;
     if (i == options_.max_iterations) return IntegratorStatus::kNotConverged;
-    if (!Factor(here.x, whole)) return IntegratorStatus::kNotPositiveDefinite;
+    if (!Factor(here.x, last)) return IntegratorStatus::kNotPositiveDefinite;
     Eigen::VectorXd dx = here.unbalanced;
     linear_->solver.linear().Solve(dx);
     ++cost_.newton_steps;
-    if (!Backtrack(dx, here, &whole))
+    if (!Backtrack(dx, here, &last))
       return Cancelled() ? IntegratorStatus::kCancelled : IntegratorStatus::kNotConverged;
     if (options_.on_accept) options_.on_accept(here.x);
   }
@@ -167,19 +177,7 @@ ImplicitEuler::Trial ImplicitEuler::At(const Eigen::VectorXd& x) const {
 }
 
 void ImplicitEuler::AddSurroundings(Trial& trial) const {
-  if (contact() != nullptr)
-    for (int i = 0; i < model_->mesh.num_vertices(); ++i) {
-      const Eigen::Vector3d x = trial.x.segment<3>(3 * i);
-      if (!clearance_.MayTouch(i, x)) continue;
-      const double area = model_->vertex_area[i];
-      const Eigen::Vector3d force = ContactForce(*contact(), area, x);
-      // The model has that of a scene.
-      if (around_.contact != nullptr)
-        trial.unbalanced.segment<3>(3 * i) += force;
-      else
-        trial.elastic.segment<3>(3 * i) -= force;
-      trial.potential += ContactEnergy(*contact(), area, x);
-    }
+  if (contact() != nullptr) AddContact(trial);
   if (surfaces_) trial.potential += surfaces_->AddForces(trial.x, trial.unbalanced);
   for (const Pin& pin : around_.pins) {
     const Eigen::Vector3d away = trial.x.segment<3>(3 * pin.vertex) - pin.place;
@@ -192,6 +190,26 @@ void ImplicitEuler::AddSurroundings(Trial& trial) const {
       trial.unbalanced.segment<3>(3 * rub.vertex[k]) += rub.weight[k] * rubbing.force;
     trial.potential += rubbing.potential;
   }
+}
+
+void ImplicitEuler::AddContact(Trial& trial) const {
+  const int vertices = model_->mesh.num_vertices();
+  Eigen::VectorXd energy = Eigen::VectorXd::Zero(vertices);
+#pragma omp parallel for schedule(dynamic, 64) \
+    num_threads(options_.threads) if (options_.threads > 1)
+  for (int i = 0; i < vertices; ++i) {
+    const Eigen::Vector3d x = trial.x.segment<3>(3 * i);
+    if (!clearance_.MayTouch(i, x)) continue;
+    const double area = model_->vertex_area[i];
+    const Eigen::Vector3d force = ContactForce(*contact(), area, x);
+    // The model has that of a scene.
+    if (around_.contact != nullptr)
+      trial.unbalanced.segment<3>(3 * i) += force;
+    else
+      trial.elastic.segment<3>(3 * i) -= force;
+    energy[i] = ContactEnergy(*contact(), area, x);
+  }
+  for (const double of_vertex : energy) trial.potential += of_vertex;
 }
 
 // The blocks of K that are not of the model. Returns false where the pattern has not all of them.
@@ -225,27 +243,37 @@ void ImplicitEuler::Widen(const Eigen::VectorXd& x) {
   for (const Rub& rub : rubs_) groups.push_back(rub.vertex);
   auto wide = std::make_shared<ClothModel>(*model_);
   wide->pattern = MakeBlockPattern(model_->mesh, model_->scene.stretch, model_->scene.bend, groups);
-  linear_ = std::make_unique<Linear>(std::move(wide), material_);
+  linear_ = std::make_unique<Linear>(std::move(wide), material_, options_.threads);
   ++cost_.analyses;
 }
 
 void ImplicitEuler::Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part) {
-  linear_->stiffness.Assemble(x);
-  if (AddBlocks(x, part)) return;
+  const auto assemble = [&] {
+    if (part == SurfaceContact::StiffnessPart::kPositive)
+      linear_->stiffness.AssemblePositive(x);
+    else
+      linear_->stiffness.Assemble(x);
+    return AddBlocks(x, part);
+  };
+  if (assemble()) return;
   Widen(x);
-  linear_->stiffness.Assemble(x);
-  CHECK(AddBlocks(x, part));
+  CHECK(assemble());
 }
 
-// M/h² + K or, where that is not positive definite, with a larger multiple of M. The whole
-// curvature of pairs in contact converges quadratically `near` the end, its positive part from
-// further off.
-bool ImplicitEuler::Factor(const Eigen::VectorXd& x, bool near) {
-  double mu = 1.0 / (h_ * h_);
-  if (surfaces_ && near) {
+// M/h² + K, which converges quadratically, `near` the end; from further off, and where that is not
+// positive definite, the positive parts of all forces. A larger multiple of M would slow all of the
+// cloth down for the sake of a wrinkle; where a cloth is about to buckle as a whole, so that the
+// positive parts converge slowly, it is the better way.
+bool ImplicitEuler::Factor(const Eigen::VectorXd& x, const LastStep& last) {
+  const double own = 1.0 / (h_ * h_), most = last.slow ? kSlowShift * own : own;
+  double mu = own;
+  if (last.whole) {
     Assemble(x, SurfaceContact::StiffnessPart::kWhole);
-    if (linear_->stiffness.FactorShifted(0.0, &mu, [](double) { return std::nullopt; }))
+    if (linear_->stiffness.FactorShifted(0.0, &mu, [&](double failed) {
+          return 4.0 * failed > most ? std::nullopt : std::optional(4.0 * failed);
+        }))
       return true;
+    mu = own;
   }
   Assemble(x, SurfaceContact::StiffnessPart::kPositive);
   return linear_->stiffness.FactorShifted(0.0, &mu, [](double failed) {
@@ -257,7 +285,7 @@ bool ImplicitEuler::Factor(const Eigen::VectorXd& x, bool near) {
 // the trapezoidal rule for the elastic ones, which have none where tables are not linear. Each
 // vertex goes as far as obstacles and other cloth let it: a step so short that none is in the way
 // has the direction of Newton's.
-bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here, bool* whole) {
+bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here, LastStep* last) {
   constexpr double kRounded = 1e-12;
   double length = 1.0;
   for (int k = 0; k <= options_.max_halvings && !Cancelled(); ++k, length *= 0.5) {
@@ -268,7 +296,10 @@ bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here, bool* whol
     const double rise =
         next.potential - here.potential - 0.5 * (here.elastic + next.elastic).dot(moves);
     if (!(rise <= kRounded * here.potential) || !std::isfinite(next.residual)) continue;
-    *whole = moves == dx;
+    last->whole = moves == dx;
+    last->slow = last->whole && next.residual > 0.5 * here.residual;
+    for (Rub& rub : rubs_)
+      rub.share = ShareAfter(rub, rub.Point(here.x), rub.Point(next.x), options_.creep_speed, h_);
     here = std::move(next);
     return true;
   }
@@ -287,11 +318,21 @@ double ImplicitEuler::FindRubs(const Eigen::VectorXd& before, const Eigen::Vecto
     return limits;
   };
   const Eigen::VectorXd old = by_vertex();
-  rubs_.clear();
+  const std::vector<Rub> known = std::exchange(rubs_, {});
   if (contact() != nullptr && options_.friction > 0.0) AddObstacleRubs(before, x);
   if (surfaces_) AddSurfaceRubs(before, x);
+  KeepShares(known);
   const Eigen::VectorXd now = by_vertex();
   return now.sum() > 0.0 ? (now - old).cwiseAbs().sum() / now.sum() : 0.0;
+}
+
+// Those of a contact that was there before. Both lists are in the same order.
+void ImplicitEuler::KeepShares(const std::vector<Rub>& known) {
+  std::map<std::array<int, 4>, const Rub*> of;
+  for (const Rub& rub : known) of[rub.vertex] = &rub;
+  for (Rub& rub : rubs_)
+    if (const auto found = of.find(rub.vertex); found != of.end())
+      rub.share = found->second->share - rub.normal.dot(found->second->share) * rub.normal;
 }
 
 void ImplicitEuler::AddObstacleRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x) {

@@ -31,6 +31,7 @@ struct ImplicitEulerOptions {
   // Contact of the cloth with itself [MODEL, M62]; obstacles are those of the scene or the step,
   // whose meshes also meet faces and edges of the cloth [MODEL, M63].
   std::optional<Contact> self_contact = {};
+  int threads = 1;                            // of a step, whose result does not depend on them
   const std::atomic<bool>* cancel = nullptr;  // ends a step early when it turns true
   // Sees each shape x, shape [3V], that a step has gone to.
   std::function<void(const Eigen::VectorXd& x)> on_accept = {};
@@ -95,10 +96,17 @@ class ImplicitEuler {
     double residual = 0.0;                // norm of the latter by the weight
     double potential = 0.0;               // ½‖x − y‖²_M/h², of contact and friction [J]
   };
+  // Of Newton's method.
+  struct LastStep {
+    bool whole = false;  // not shortened
+    bool slow = false;   // whole, but more than half of the residual is left
+  };
   // The matrix and its factor, on a pattern that contact can widen.
   struct Linear {
-    Linear(std::shared_ptr<const ClothModel> model, const MaterialField& material)
-        : solver(std::move(model)), stiffness(solver, material) {}
+    Linear(std::shared_ptr<const ClothModel> model, const MaterialField& material, int threads)
+        : solver(std::move(model)), stiffness(solver, material) {
+      solver.SetThreads(threads);
+    }
     StepSolver solver;
     Stiffness stiffness;
   };
@@ -110,15 +118,17 @@ class ImplicitEuler {
   IntegratorStatus Start(const Eigen::VectorXd& from, Eigen::VectorXd& start);
   Trial At(const Eigen::VectorXd& x) const;
   void AddSurroundings(Trial& trial) const;
+  void AddContact(Trial& trial) const;
   bool AddBlocks(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part);
   void Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part);
   void Widen(const Eigen::VectorXd& x);
-  bool Factor(const Eigen::VectorXd& x, bool near);
-  bool Backtrack(const Eigen::VectorXd& dx, Trial& here, bool* whole);
-  IntegratorStatus Minimise(Trial& here);
+  bool Factor(const Eigen::VectorXd& x, const LastStep& last);
+  bool Backtrack(const Eigen::VectorXd& dx, Trial& here, LastStep* last);
+  IntegratorStatus Minimise(double enough, Trial& here);
   RubForce Rubbing(const Rub& rub, const Eigen::VectorXd& x) const;
   // Finds the normal forces at x. Returns by how much of their sum they have changed.
   double FindRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
+  void KeepShares(const std::vector<Rub>& known);
   void AddObstacleRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
   void AddSurfaceRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x);
 

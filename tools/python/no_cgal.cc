@@ -5,7 +5,6 @@
 #include <glog/logging.h>
 
 #include "losses/metrics/hausdorff.h"
-#include "physics/cloth/contact/pairs/pair_search.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/mesh/triangulate.h"
 
@@ -27,13 +26,6 @@ std::vector<std::pair<int, int>> FindSelfIntersections(const std::vector<std::ar
   LeftOut();
 }
 int CountSelfIntersections(const Mesh&, const Eigen::VectorXd&) { LeftOut(); }
-std::vector<ContactPair> ListPairsWithin(const SurfaceParts&, const VertexBoxes&, double) {
-  LeftOut();
-}
-std::vector<ContactPair> ListPairsBetween(const SurfaceParts&, const SurfaceParts&,
-                                          const VertexBoxes&, double) {
-  LeftOut();
-}
 double HausdorffOfPolygons(const Eigen::Matrix2Xd&, const Eigen::Matrix2Xd&, double) { LeftOut(); }
 double HausdorffOfMeshes(const Mesh&, const Eigen::VectorXd&, const Mesh&, const Eigen::VectorXd&,
                          const std::string&, double) {

@@ -37,6 +37,18 @@ StepSolver::StepSolver(std::shared_ptr<const ClothModel> model,
     self_ = std::make_unique<SurfaceContact>(MakeSelfContact(*model_));
 }
 
+StepSolver StepSolver::Clone() const {
+  StepSolver clone(model_, linear_->Clone());
+  clone.SetThreads(threads_);
+  return clone;
+}
+
+void StepSolver::SetThreads(int threads) {
+  threads_ = threads;
+  linear_->SetThreads(threads);
+  if (wide_) wide_->linear->SetThreads(threads);
+}
+
 LinearSolver& StepSolver::linear() {
   if (!wide_) return *linear_;
   wide_->linear->CancelLike(*linear_);
@@ -61,7 +73,7 @@ void StepSolver::Widen(const Eigen::VectorXd& x) {
   auto model = std::make_shared<ClothModel>(*model_);
   model->pattern =
       MakeBlockPattern(model->mesh, model->scene.stretch, model->scene.bend, self_->ListNear(x));
-  std::unique_ptr<LinearSolver> linear = MakeLinearSolver(model->pattern);
+  std::unique_ptr<LinearSolver> linear = MakeLinearSolver(model->pattern, threads_);
   wide_ = std::make_unique<Wide>(Wide{std::move(model), std::move(linear)});
   MakeMatrices();
 }

@@ -20,7 +20,9 @@ class StepSolver {
   // Uses `linear` in place of MakeLinearSolver's.
   StepSolver(std::shared_ptr<const ClothModel> model, std::unique_ptr<LinearSolver> linear);
   // Returns a solver for another thread, which shares the symbolic analysis.
-  StepSolver Clone() const { return StepSolver(model_, linear_->Clone()); }
+  StepSolver Clone() const;
+  // The threads of one factorisation (LinearSolver::SetThreads), also of widened patterns.
+  void SetThreads(int threads);
 
   const ClothModel& model() const { return *model_; }
   // The model with the pattern of the present matrices. Factor and StepDerivative can end the life
@@ -52,6 +54,7 @@ class StepSolver {
 
   std::shared_ptr<const ClothModel> model_;
   std::unique_ptr<LinearSolver> linear_;
+  int threads_ = 1;
   std::unique_ptr<SurfaceContact> self_;
   std::unique_ptr<Wide> wide_;
   Eigen::VectorXd force_;

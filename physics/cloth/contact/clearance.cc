@@ -3,8 +3,9 @@
 
 namespace drape {
 
-Clearance::Clearance(const Contact& contact, const Eigen::VectorXd& x)
-    : contact_(&contact), x_(x), gap_(x.size() / 3) {
+Clearance::Clearance(const Contact& contact, const Eigen::VectorXd& x, int threads)
+    : contact_(&contact), threads_(threads), x_(x), gap_(x.size() / 3) {
+#pragma omp parallel for schedule(dynamic, 64) num_threads(threads_) if (threads_ > 1)
   for (Eigen::Index i = 0; i < gap_.size(); ++i)
     gap_[i] = SmallestGap(contact, x.segment<3>(3 * i));
 }
@@ -15,6 +16,9 @@ bool Clearance::MayTouch(int i, const Eigen::Vector3d& place) const {
 
 bool Clearance::ShortenMoves(const Eigen::VectorXd& x, Eigen::VectorXd& dx) const {
   bool shortened = false;
+#pragma omp parallel for schedule(dynamic, 64) num_threads(threads_) if (threads_ > 1) \
+    reduction(||                                                                       \
+              : shortened)
   for (int i = 0; i < static_cast<int>(gap_.size()); ++i) {
     const double way = (x.segment<3>(3 * i) - x_.segment<3>(3 * i)).norm();
     // More is left of the gap after the move than where a move is shortened.

@@ -14,8 +14,9 @@ class Clearance {
  public:
   // Of no shape.
   Clearance() = default;
-  // Measures the smallest gap of each vertex of x, shape [3V]. The contact outlives the object.
-  Clearance(const Contact& contact, const Eigen::VectorXd& x);
+  // Measures the smallest gap of each vertex of x, shape [3V], with so many threads at a time here
+  // and below. The contact outlives the object.
+  Clearance(const Contact& contact, const Eigen::VectorXd& x, int threads = 1);
 
   // Whether vertex i may be within the range of an obstacle when it is at `place`.
   bool MayTouch(int i, const Eigen::Vector3d& place) const;
@@ -24,6 +25,7 @@ class Clearance {
 
  private:
   const Contact* contact_ = nullptr;
+  int threads_ = 1;
   Eigen::VectorXd x_, gap_;  // [m]
 };
 

@@ -14,6 +14,9 @@ struct Rub {
   double limit = 0.0;                                 // μ·λ, with the normal force λ [N]
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of unit length
   Eigen::Vector3d start = Eigen::Vector3d::Zero();    // where the point would be without slip [m]
+  // Of Newton's method: the force against the slip as a share of the limit, to first order from the
+  // shape before; in the tangent plane, at most 1 long.
+  Eigen::Vector3d share = Eigen::Vector3d::Zero();
 
   Eigen::Vector3d Point(const Eigen::VectorXd& x) const;
 };
@@ -22,9 +25,12 @@ struct Rub {
 struct RubForce {
   double potential;           // [J]
   Eigen::Vector3d force;      // [N]
-  Eigen::Matrix3d stiffness;  // positive semidefinite [N/m]
+  Eigen::Matrix3d stiffness;  // positive semidefinite; −∂force/∂point at the share of it [N/m]
 };
 // creep: the relative speed above which a contact slides [m/s]; h: the time step [s].
 RubForce EvaluateRub(const Rub& rub, const Eigen::Vector3d& point, double creep, double h);
+// The share after a move of the point [Chan 1999, eq. 4.5].
+Eigen::Vector3d ShareAfter(const Rub& rub, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                           double creep, double h);
 
 }  // namespace drape

@@ -232,13 +232,21 @@ bool SurfaceContact::ShortenMoves(const Eigen::VectorXd& x, Eigen::VectorXd& dx)
     if (!IsOfObstacle(touch.pair)) islands.Join(touch.pair.vertex);
   std::vector<bool> changed(vertices, true);
   std::vector<double> now(vertices, 1.0);  // the shares in dx
+  std::vector<double> shares(near.size());
+  const auto has_changed = [&](int i) { return IsOfCloth(i) && changed[i]; };
   for (int round = 0; round < kMostRounds; ++round) {
     bool safe = true;
-    for (const auto& [distance, pair] : near) {
-      const auto has_changed = [&](int i) { return IsOfCloth(i) && changed[i]; };
-      if (std::none_of(pair.vertex.begin(), pair.vertex.end(), has_changed)) continue;
-      const double share = SafeShare(pair.of_edges, GatherPair(pair, from), GatherPair(pair, moves),
-                                     LayerBetween(pair).thickness);
+#pragma omp parallel for num_threads(threads_) if (threads_ > 1)
+    for (std::size_t k = 0; k < near.size(); ++k) {
+      const ContactPair& pair = near[k].pair;
+      const bool looks = std::any_of(pair.vertex.begin(), pair.vertex.end(), has_changed);
+      shares[k] = looks ? SafeShare(pair.of_edges, GatherPair(pair, from), GatherPair(pair, moves),
+                                    LayerBetween(pair).thickness)
+                        : 1.0;
+    }
+    for (std::size_t k = 0; k < near.size(); ++k) {
+      const ContactPair& pair = near[k].pair;
+      const double share = shares[k];
       if (share == 1.0) continue;
       safe = false;
       for (const int i : pair.vertex)
@@ -295,13 +303,17 @@ bool SurfaceContact::Pushes(const ContactPair& pair) const {
 }
 
 std::vector<SurfaceTouch> SurfaceContact::ListTouches(const Eigen::VectorXd& x) const {
+  const auto near = candidates_.Near(WithObstacles(x), 0.0);
+  std::vector<PairDistance> distances(near.size());
+#pragma omp parallel for num_threads(threads_) if (threads_ > 1)
+  for (std::size_t k = 0; k < near.size(); ++k)
+    distances[k] = MeasureDistance(near[k].pair.of_edges, Gather(near[k].pair, x));
   std::vector<SurfaceTouch> touches;
-  for (const auto& [reference_distance, pair] : candidates_.Near(WithObstacles(x), 0.0)) {
-    const PairColumns columns = Gather(pair, x);
-    const PairDistance distance = MeasureDistance(pair.of_edges, columns);
-    if (distance.value >= LayerBetween(pair).reach() || !Pushes(pair)) continue;
-    SurfaceTouch touch{.pair = pair, .distance = distance, .area = Area(pair), .mollifier = {}};
-    if (pair.of_edges) touch.mollifier = MollifyParallel(columns, RestSquares(pair));
+  for (std::size_t k = 0; k < near.size(); ++k) {
+    const ContactPair& pair = near[k].pair;
+    if (distances[k].value >= LayerBetween(pair).reach() || !Pushes(pair)) continue;
+    SurfaceTouch touch{.pair = pair, .distance = distances[k], .area = Area(pair), .mollifier = {}};
+    if (pair.of_edges) touch.mollifier = MollifyParallel(Gather(pair, x), RestSquares(pair));
     touches.push_back(touch);
   }
   // The order of candidates depends on the way to x, sums must not.
@@ -382,7 +394,7 @@ PairMatrix SurfaceContact::Curvature(const SurfaceTouch& touch, const Eigen::Vec
 }
 
 std::vector<std::array<int, 4>> SurfaceContact::ListNear(const Eigen::VectorXd& x) const {
-  constexpr double kSoon = 2.0;  // by the reach
+  constexpr double kSoon = 4.0;  // by the reach
   const double reach = self_layer_.reach();
   std::vector<std::array<int, 4>> near;
   for (const auto& [reference_distance, pair] :

@@ -35,6 +35,11 @@ class SurfaceContact {
   // vertex_area: shape [V] [m²]. The mesh is not kept.
   SurfaceContact(const Mesh& mesh, Eigen::VectorXd vertex_area, const std::optional<Contact>& self);
 
+  // That work at the same time, with the same result; one at first.
+  void UseThreads(int threads) {
+    threads_ = threads;
+    candidates_.UseThreads(threads);
+  }
   // The meshes among the obstacles of `around` are those of the present step, at its end.
   void SetObstacles(const Contact& around);
   bool HasObstacles() const { return obstacle_x_.size() > 0; }
@@ -106,6 +111,7 @@ class SurfaceContact {
   Eigen::VectorXd rest_x_, vertex_area_;
   std::vector<RestEdge> edges_;  // ascending by their vertices
   PairCandidates candidates_;
+  int threads_ = 1;
   // Of the obstacles, at the end of the step and at its begin, shape [3B].
   Eigen::VectorXd obstacle_x_, obstacle_before_;
   std::vector<std::array<int, 3>> obstacle_triangles_;

@@ -63,7 +63,12 @@ void Advance(std::span<const double> weight, const RowMatrix& step, RowMatrix& b
 }  // namespace
 
 Stiffness::Stiffness(StepSolver& solver, const MaterialField& material)
-    : solver_(solver), material_(material), symmetric_(solver.wide_model().pattern) {}
+    : solver_(solver),
+      material_(material),
+      weightless_(material),
+      symmetric_(solver.wide_model().pattern) {
+  weightless_.density = 0.0;
+}
 
 void Stiffness::Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part) {
   negative_ = &solver_.StepDerivative(material_, x, Eigen::VectorXd::Zero(x.size()), 1.0);
@@ -74,6 +79,14 @@ void Stiffness::Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart
   solver_.self_contact()->ForEachStiffness(
       x, SurfaceContact::StiffnessPart::kNegative,
       [&](int i, int j, const Eigen::Matrix3d& block) { CHECK(AddBlock(i, j, -block)); });
+}
+
+void Stiffness::AssemblePositive(const Eigen::VectorXd& x) {
+  const BlockPattern& pattern = solver_.wide_model().pattern;
+  if (symmetric_.value.size() != 9 * pattern.column.size()) symmetric_ = BlockMatrix(pattern);
+  Eigen::VectorXd force;
+  AssembleStep(solver_.wide_model(), weightless_, x, 1.0, force, symmetric_,
+               solver_.self_contact());
 }
 
 void Stiffness::AddStress(const StressField& change) {

@@ -27,6 +27,9 @@ class Stiffness {
   // Ks.
   void Assemble(const Eigen::VectorXd& x,
                 SurfaceContact::StiffnessPart part = SurfaceContact::StiffnessPart::kWhole);
+  // Assembles in place of K the positive semidefinite H of a linearly implicit step [MODEL, M30]:
+  // for Factor alone, until the next Assemble.
+  void AssemblePositive(const Eigen::VectorXd& x);
   // Adds the geometric stiffness of a change of stress to Ks, until the next Assemble.
   void AddStress(const StressField& change);
 
@@ -57,6 +60,7 @@ class Stiffness {
 
   StepSolver& solver_;
   const MaterialField& material_;
+  MaterialField weightless_;
   const BlockMatrix* negative_ = nullptr;  // −K
   BlockMatrix symmetric_;                  // Ks
 };

@@ -5,17 +5,20 @@
 
 namespace drape {
 
-// Four doubles that the compiler maps to the vector registers of the machine (a GCC and Clang
-// extension).
+// Four and eight doubles that the compiler maps to the vector registers of the machine (a GCC and
+// Clang extension).
 using Vec4 = double __attribute__((vector_size(32)));
+using Vec8 = double __attribute__((vector_size(64)));
 
-// The doubles in T = Vec4 or double.
+// The doubles in T = Vec8, Vec4 or double.
 template <class T>
 inline constexpr int kLanes = 1;
 template <>
 inline constexpr int kLanes<Vec4> = 4;
+template <>
+inline constexpr int kLanes<Vec8> = 8;
 
-// Loads T = Vec4 or double from an address of any alignment.
+// Loads T = Vec8, Vec4 or double from an address of any alignment.
 template <class T>
 inline __attribute__((always_inline)) T LoadAs(const double* from) {
   T value;

@@ -32,7 +32,7 @@ struct WearOptions {
   double self_friction = 0.3;
   double start_noise = 0.0;    // standard deviation of the vertices before the first step [m]
   double pin_stiffness = 1e3;  // of a vertex that the pelvis holds [N/m]
-  ImplicitEulerOptions euler = {.tolerance = 1e-5, .max_iterations = 300};
+  ImplicitEulerOptions euler = {.tolerance = 1e-5, .max_iterations = 100};
 };
 
 // One frame, and what the steps that led to it took.

@@ -112,6 +112,49 @@ TEST_F(LinearSolverTest, SavedFactorSolvesBitForBit) {
   EXPECT_LT(Residual(B, x, b), 1e-11);
 }
 
+TEST_F(LinearSolverTest, ThreadsChangeNoBit) {
+  model_ = test::SmallDisc("smooth", 1500);
+  const BlockMatrix A = StepMatrix(1.0);
+  const RowMatrix b = test::RandomMatrix(model_->num_dofs(), 39, random_);
+  std::vector<double> factor;
+  RowMatrix many;
+  Eigen::VectorXd one;
+  for (const int threads : {1, 2, 5}) {
+    const auto solver = MakeLinearSolver(model_->pattern, threads)->Clone();
+    for (int round = 0; round < 3; ++round) {  // the order in which threads take tasks differs
+      SCOPED_TRACE(testing::Message() << threads << " threads, round " << round);
+      ASSERT_TRUE(solver->Factor(A));
+      std::vector<double> saved;
+      solver->SaveFactor(saved);
+      RowMatrix x = b;
+      solver->Solve(x);
+      Eigen::VectorXd y = b.col(0);
+      solver->Solve(y);
+      EXPECT_LT(Residual(A, x, b), 1e-11);
+      if (factor.empty()) {
+        factor = saved;
+        many = x;
+        one = y;
+      }
+      EXPECT_TRUE(saved == factor);
+      EXPECT_TRUE(x == many);
+      EXPECT_TRUE(y == one);
+    }
+  }
+}
+
+TEST_F(LinearSolverTest, AFlagEndsAFactorisationOnThreads) {
+  model_ = test::SmallDisc("smooth", 1500);
+  const BlockMatrix A = StepMatrix(1.0);
+  const auto solver = MakeLinearSolver(model_->pattern, 2);
+  std::atomic<bool> cancel = true;
+  {
+    const Interruptible interruptible(*solver, &cancel);
+    EXPECT_FALSE(solver->Factor(A));
+  }
+  EXPECT_TRUE(solver->Factor(A));
+}
+
 TEST_F(LinearSolverTest, TransposedProductIsTheAdjoint) {
   BlockMatrix A(model_->pattern);
   for (double& value : A.value) value = SampleNormal(random_);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compares factors and solves on hand-made patterns with Eigen's dense Cholesky factor.
+// Compares factors and solves on hand-made patterns with Eigen's dense Cholesky factor, and the
+// versions of the kernels with one another.
 #include "physics/linalg/supernodal_factor.h"
 
 #include <gmock/gmock.h>
@@ -49,25 +50,66 @@ Eigen::MatrixXd MakeMatrix(const SupernodalPattern& pattern, std::mt19937_64& ra
   return lower * lower.transpose();
 }
 
+// All numbers of the pattern; their sources are those of a row-major matrix of this size.
+LowerTriangle MakeLower(const SupernodalPattern& pattern) {
+  LowerTriangle lower;
+  const int n = pattern.first_column.back();
+  ForEachNumber(pattern, [&](int i, int j) {
+    if (i == j) lower.column_start.push_back(static_cast<int>(lower.row.size()));
+    lower.row.push_back(i);
+    lower.source.push_back(i * n + j);
+  });
+  lower.column_start.push_back(static_cast<int>(lower.row.size()));
+  return lower;
+}
+
 struct Factored {
   bool ok;
-  std::vector<double> number, workspace;
+  std::vector<double> number;
+  FactorWorkspace workspace;
 };
 
-Factored ComputeFactor(const SupernodalFactor& factor, const SupernodalPattern& pattern,
-                       const Eigen::MatrixXd& a) {
+Factored ComputeFactor(const SupernodalFactor& factor, const RowMatrix& a, int threads = 1) {
   Factored result{false, std::vector<double>(factor.num_numbers()), {}};
-  ForEachNumber(pattern, [&](int i, int j) { result.number[factor.FindPlace(i, j)] = a(i, j); });
-  result.ok = factor.Factor(result.number.data(), &result.workspace);
+  result.ok = factor.Factor(a.data(), result.number.data(), &result.workspace, threads);
   return result;
 }
 
+// The factor and the solutions of all versions of the kernels on several threads are equal, bit for
+// bit.
+void ExpectAlike(const SupernodalPattern& pattern, const RowMatrix& a, std::mt19937_64& random) {
+  const LowerTriangle lower = MakeLower(pattern);
+  const RowMatrix b = test::RandomMatrix(static_cast<int>(a.rows()), 12, random);
+  std::vector<double> number;
+  RowMatrix many;
+  Eigen::VectorXd one;
+  for (const FrontKernels* kernels : AvailableFrontKernels())
+    for (const int threads : {1, 2, 3, 7}) {
+      SCOPED_TRACE(testing::Message() << kernels->name << ", " << threads << " threads");
+      const SupernodalFactor factor(pattern, lower, *kernels);
+      Factored found = ComputeFactor(factor, a, threads);
+      ASSERT_TRUE(found.ok);
+      RowMatrix x = b;
+      factor.SolveRows(found.number.data(), x, threads);
+      Eigen::VectorXd y = b.col(1);
+      factor.Solve(found.number.data(), y.data(), &found.workspace, threads);
+      if (number.empty()) {
+        number = found.number;
+        many = x;
+        one = y;
+      }
+      EXPECT_TRUE(found.number == number);
+      EXPECT_TRUE(x == many);
+      EXPECT_TRUE(y == one);
+    }
+}
+
 void ExpectFactorAndSolves(const SupernodalPattern& pattern, std::mt19937_64& random) {
-  const Eigen::MatrixXd a = MakeMatrix(pattern, random);
+  const RowMatrix a = MakeMatrix(pattern, random);
   const Eigen::LLT<Eigen::MatrixXd> dense(a);
   const Eigen::MatrixXd lower = dense.matrixL();
-  const SupernodalFactor factor(pattern);
-  Factored found = ComputeFactor(factor, pattern, a);
+  const SupernodalFactor factor(pattern, MakeLower(pattern));
+  Factored found = ComputeFactor(factor, a);
   ASSERT_TRUE(found.ok);
   ForEachNumber(pattern, [&](int i, int j) {
     EXPECT_NEAR(found.number[factor.FindPlace(i, j)], lower(i, j), 1e-13) << i << ", " << j;
@@ -80,6 +122,7 @@ void ExpectFactorAndSolves(const SupernodalPattern& pattern, std::mt19937_64& ra
   Eigen::VectorXd one = b.col(2);
   factor.Solve(found.number.data(), one.data(), &found.workspace);
   EXPECT_LT((one - expected.col(2)).norm(), 1e-13 * expected.norm());
+  ExpectAlike(pattern, a, random);
 }
 
 class SupernodalFactorTest : public testing::Test {
@@ -107,18 +150,37 @@ TEST_F(SupernodalFactorTest, SupernodesReceiveFromAllEarlierOnes) {
     }
 }
 
+// Two levels of separators over leaves: update matrices pass through several parents, in places
+// that others had before.
+TEST_F(SupernodalFactorTest, UpdateMatricesPassUpATree) {
+  for (int width = 2; width <= 22; width += 5) {
+    SCOPED_TRACE(width);
+    const SupernodalPattern separators =
+        MakePattern({3, 4, width, 5, 9, width + 1, 17}, [&](int s, int row) {
+          const int first_right = 7 + width, root = first_right + 15 + width;
+          if (row >= root) return (row + s) % 4 != 0 || s == 2 || s == 5;
+          return s < 2 ? row >= 7 && row < first_right : s > 2 && s < 5 && row >= first_right + 14;
+        });
+    ExpectFactorAndSolves(separators, random_);
+  }
+}
+
+TEST_F(SupernodalFactorTest, AWideRootIsFactoredInSeveralBlocks) {
+  ExpectFactorAndSolves(MakePattern({70, 150}, [](int, int row) { return row % 3 != 0; }), random_);
+}
+
 TEST_F(SupernodalFactorTest, AnIndefiniteMatrixIsFalse) {
   const SupernodalPattern pattern = MakePattern({5, 6}, [](int, int) { return true; });
-  const SupernodalFactor factor(pattern);
-  Eigen::MatrixXd a = MakeMatrix(pattern, random_);
-  EXPECT_TRUE(ComputeFactor(factor, pattern, a).ok);
-  for (const int i : {0, 4, 5, 10}) {
-    for (const double bad : {-1e-3, std::numeric_limits<double>::quiet_NaN()}) {
-      Eigen::MatrixXd changed = a;
-      changed(i, i) = bad;
-      EXPECT_FALSE(ComputeFactor(factor, pattern, changed).ok) << i << ", " << bad;
-    }
-  }
+  const SupernodalFactor factor(pattern, MakeLower(pattern));
+  const RowMatrix a = MakeMatrix(pattern, random_);
+  EXPECT_TRUE(ComputeFactor(factor, a).ok);
+  for (const int i : {0, 4, 5, 10})
+    for (const double bad : {-1e-3, std::numeric_limits<double>::quiet_NaN()})
+      for (const int threads : {1, 2}) {
+        RowMatrix changed = a;
+        changed(i, i) = bad;
+        EXPECT_FALSE(ComputeFactor(factor, changed, threads).ok) << i << ", " << bad;
+      }
 }
 
 }  // namespace

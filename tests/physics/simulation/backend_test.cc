@@ -63,6 +63,21 @@ TEST_F(BackendTest, BatchIsEqualToOneByOneBitForBit) {
   }
 }
 
+// A drape that is alone has all threads for its factorisations.
+TEST_F(BackendTest, ThreadsOfOneDrapeChangeNoBit) {
+  model_ = test::SmallDisc("smooth", 1200);
+  const MaterialField material = test::TestMaterial();
+  const State start = test::NoisyStart(*model_, 1e-3, random_);
+  const std::vector<RolloutInput> one = {{&material, &start}};
+  const auto alone = MakeCpuBackend(model_, 1)->Rollouts(one, options_, nullptr);
+  const auto backend = MakeCpuBackend(model_, 3);
+  const auto threaded = backend->Rollouts(one, options_, nullptr);
+  const auto batch = backend->Rollouts({{one[0], one[0]}}, options_, nullptr);
+  EXPECT_EQ(threaded[0].status, RolloutStatus::kOk);
+  EXPECT_TRUE(threaded[0].end.x == alone[0].end.x);
+  EXPECT_TRUE(batch[1].end.x == alone[0].end.x);
+}
+
 // Rows over a few degrees of freedom, different for each rollout.
 ReadoutJacobian SomeRows(std::size_t i, const Eigen::VectorXd& x) {
   ReadoutJacobian rows(4, x.size());

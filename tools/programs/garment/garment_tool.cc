@@ -56,6 +56,9 @@ Wardrobe MakeWardrobe(const GarmentOptions& options) {
   wardrobe.garment = MakeGarmentMesh(wardrobe.pattern, options.edge);
   wardrobe.sewn = Sew(wardrobe.garment, MakeLaw(options.law));
   wardrobe.wear = options.wear;
+  // Where other programs have the cores, threads that wait for one another cost more than they
+  // gain.
+  wardrobe.wear.euler.threads = std::max(1, options.threads / options.draws);
   wardrobe.wear.frames = static_cast<int>(std::lround(options.seconds * kFrameRate));
   const double frame = 1.0 / kFrameRate;
   wardrobe.wear.steps_per_frame =

@@ -28,6 +28,8 @@ class PairCandidates {
   // reach: distances [m] above which a pair is not wanted. of_cloth: whether two parts of the cloth
   // are a pair.
   PairCandidates(SurfaceParts cloth, double reach, bool of_cloth = true);
+  // That search at the same time, with the same result; one at first.
+  void UseThreads(int threads) { threads_ = threads; }
   // Other obstacles from now on, none if it has no parts. All shapes are unknown.
   void SetObstacles(SurfaceParts obstacles, double reach);
 
@@ -41,9 +43,14 @@ class PairCandidates {
   std::span<const Candidate> Near(const Eigen::VectorXd& x, double move) const;
 
  private:
-  SurfaceParts cloth_, obstacles_;
+  // Those that can come within reach by the ways of their vertices, shape [V] [m].
+  void AddCandidates(const std::vector<ContactPair>& pairs, const Eigen::VectorXd& x,
+                     const Eigen::VectorXd& ways);
+
+  BoxedSurface cloth_, obstacles_;
   double reach_;
   bool of_cloth_;
+  int threads_ = 1;
   VertexBoxes known_;
   Eigen::VectorXd reference_;
   std::vector<Candidate> candidates_;  // ascending

@@ -191,6 +191,7 @@ TEST(Pairs, TheSearchFindsAllThatAreNear) {
     Eigen::VectorXd dx(x.size());
     const double moves = step % 3 == 0 ? 2e-2 : 2e-4;
     for (double& part : dx) part = moves * SampleNormal(random);
+    candidates.UseThreads(step % 2 == 0 ? 1 : 3);
     candidates.Cover(x, dx);
     for (const double share : {0.0, 0.5, 1.0}) {
       const Eigen::VectorXd at = x + share * dx;

@@ -2,6 +2,7 @@
 // Implicit Euler with contact and friction: a sheet on a slope, and on a turning ball.
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <memory>
 
@@ -38,6 +39,65 @@ double SlidingSpeed(double friction, int steps) {
   for (int step = 0; step < steps; ++step)
     EXPECT_EQ(euler.Advance(state), IntegratorStatus::kOk) << step;
   return Eigen::Map<const Eigen::Matrix3Xd>(state.v.data(), 3, state.v.size() / 3).row(0).mean();
+}
+
+struct SlidingPoint {
+  Rub rub{.limit = 0.3, .normal = Eigen::Vector3d(1.0, 2.0, 2.0) / 3.0};
+  Eigen::Vector3d along = Eigen::Vector3d(2.0, 1.0, -2.0) / 3.0,
+                  across = Eigen::Vector3d(2.0, -2.0, 1.0) / 3.0;
+  Eigen::Vector3d At(double slip) const { return slip * along + 0.1 * rub.normal; }
+};
+
+// With the share that the force has, below the speed of creep and above it.
+TEST(Friction, TheStiffnessIsTheDerivativeOfTheForce) {
+  constexpr double kH = 0.01, kStep = 1e-9;
+  SlidingPoint point;
+  for (const double slip : {2e-6, 7e-6, 3e-5, 1e-3}) {
+    const Eigen::Vector3d x = point.At(slip) + 0.5 * slip * point.across;
+    point.rub.share = -EvaluateRub(point.rub, x, kCreep, kH).force / point.rub.limit;
+    const Eigen::Matrix3d stiffness = EvaluateRub(point.rub, x, kCreep, kH).stiffness;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(k);
+      const Eigen::Vector3d difference = (EvaluateRub(point.rub, x - step, kCreep, kH).force -
+                                          EvaluateRub(point.rub, x + step, kCreep, kH).force) /
+                                         (2.0 * kStep);
+      EXPECT_LT((stiffness.col(k) - difference).norm(), 1e-5 * stiffness.norm()) << slip;
+    }
+  }
+}
+
+// A contact that slid the other way before resists at once, whatever the share.
+TEST(Friction, TheStiffnessIsPositiveAndStopsAReversal) {
+  constexpr double kH = 0.01, kSlip = 1e-3;
+  SlidingPoint point;
+  for (int k = 0; k < 12; ++k) {
+    const double angle = M_PI * k / 6.0;
+    point.rub.share = std::cos(angle) * point.along + std::sin(angle) * point.across;
+    const Eigen::Matrix3d stiffness = EvaluateRub(point.rub, point.At(kSlip), kCreep, kH).stiffness;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(stiffness);
+    EXPECT_GE(solver.eigenvalues().minCoeff(), -1e-9 * stiffness.norm()) << k;
+    const double secant = point.rub.limit / kSlip;
+    EXPECT_NEAR(point.along.dot(stiffness * point.along), (1.0 - std::cos(angle)) * secant,
+                1e-9 * secant)
+        << k;
+  }
+}
+
+// It follows the force as far as that is linear, and is never more than the limit.
+TEST(Friction, TheShareFollowsTheForceToFirstOrder) {
+  constexpr double kH = 0.01;
+  SlidingPoint point;
+  const auto share = [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+    return -EvaluateRub(point.rub, x, kCreep, kH).force / point.rub.limit;
+  };
+  for (const double slip : {3e-6, 1e-3}) {
+    const Eigen::Vector3d from = point.At(slip), by = 1e-4 * slip * point.across,
+                          to = from + by + 1e-4 * slip * point.along;
+    point.rub.share = share(from);
+    EXPECT_LT((ShareAfter(point.rub, from, to, kCreep, kH) - share(to)).norm(), 1e-7) << slip;
+    EXPECT_LE(ShareAfter(point.rub, from, from - 9.0 * slip * point.along, kCreep, kH).norm(),
+              1.0 + 1e-12);
+  }
 }
 
 TEST(Friction, ASheetSlidesWithTheAccelerationOfCoulomb) {
