@@ -12,7 +12,7 @@ namespace drape {
 namespace {
 
 constexpr std::align_val_t kCacheLine{64};
-constexpr int kAhead = 32;                    // numbers of A
+constexpr int kAhead = 128;                   // numbers of A
 constexpr std::ptrdiff_t kPrefetched = 8192;  // numbers of L
 constexpr int kPanelColumns = 64;
 constexpr int kPartColumns = 24;      // of a part of a product that another thread may take
@@ -119,9 +119,9 @@ bool SupernodalFactor::FactorFront(const Front& front, int s,
   std::memset(panel.number, 0,
               (static_cast<std::size_t>(panel.stride) * width + kMargin) * sizeof(double));
   const FactorPlan::Entry* const entry = plan_.entry.data();
-  const int last_entry = plan_.first_entry[s + 1];
+  const int last_entry = plan_.first_entry[s + 1], all_entries = plan_.first_entry.back();
   for (int e = plan_.first_entry[s]; e < last_entry; ++e) {
-    __builtin_prefetch(front.a + entry[std::min(e + kAhead, last_entry - 1)].source);
+    __builtin_prefetch(front.a + entry[std::min(e + kAhead, all_entries - 1)].source);
     panel.number[entry[e].place] = front.a[entry[e].source];
   }
   constexpr int kColumns = 8;
