@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 
 #include <atomic>
+#include <chrono>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 namespace drape {
@@ -59,6 +61,8 @@ TEST_F(TreeTasksTest, ChildrenComeFirstUpAndLastDown) {
         for (int s = 0; s < task.first; ++s)  // the nodes outside the task that it depends on
           if (up && parent_[s] >= task.first && parent_[s] <= task.last) wrong += done[s] != 1;
         if (const int p = parent_[task.last]; !up && p >= 0) wrong += done[p] != 1;
+        // So that the others take tasks meanwhile.
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
         for (int s = task.first; s <= task.last; ++s) ++done[s];
         return true;
       };
