@@ -12,8 +12,23 @@ namespace drape {
 namespace {
 
 constexpr std::align_val_t kCacheLine{64};
-constexpr int kAhead = 32;                    // numbers of A
+constexpr int kAhead = 128;                   // numbers of A
 constexpr std::ptrdiff_t kPrefetched = 8192;  // numbers of L
+constexpr int kPanelColumns = 64;
+constexpr int kPartColumns = 24;      // of a part of a product that another thread may take
+constexpr double kSharedFlops = 2e6;  // handing out a smaller product takes longer than it gains
+
+// Calls part(first, last) for the columns begin … end, in parts for other threads where that pays.
+void ForEachPart(const TreeTasks::Worker& worker, int begin, int end, double flops,
+                 const auto& part) {
+  if (begin >= end) return;
+  if (worker.queue == nullptr || flops < kSharedFlops) return part(begin, end);
+  worker.ForEach((end - begin + kPartColumns - 1) / kPartColumns, [&](int i) {
+    const int first = begin + i * kPartColumns;
+    part(first, std::min(first + kPartColumns, end));
+  });
+}
+
 }  // namespace
 
 void AlignedNumbers::Free::operator()(double* data) const { ::operator delete[](data, kCacheLine); }
@@ -85,15 +100,28 @@ UpdateMatrix SupernodalFactor::GetUpdateMatrix(const Front& front, int s) const 
   return {(is_shared_[s] ? front.shared : front.subtree) + place_[s], pattern_.num_below(s)};
 }
 
-bool SupernodalFactor::FactorFront(const Front& front, int s) const {
+bool SupernodalFactor::FactorPanel(const FrontPanel& panel, const TreeTasks::Worker& worker) const {
+  for (int begin = 0; begin < panel.width; begin += kPanelColumns) {
+    const int end = std::min(begin + kPanelColumns, panel.width);
+    if (!kernels_->factor_columns(panel, begin, end)) return false;
+    const double flops = 2.0 * kPanelColumns * (panel.width - end) * (panel.rows - end);
+    ForEachPart(worker, end, panel.width, flops, [&](int first, int last) {
+      kernels_->subtract_columns(panel, begin, end, first, last);
+    });
+  }
+  return true;
+}
+
+bool SupernodalFactor::FactorFront(const Front& front, int s,
+                                   const TreeTasks::Worker& worker) const {
   const int rows = pattern_.num_rows(s), width = pattern_.width(s);
   const FrontPanel panel{front.panel, UpdateMatrix::Padded(rows), rows, width};
   std::memset(panel.number, 0,
               (static_cast<std::size_t>(panel.stride) * width + kMargin) * sizeof(double));
   const FactorPlan::Entry* const entry = plan_.entry.data();
-  const int last_entry = plan_.first_entry[s + 1];
+  const int last_entry = plan_.first_entry[s + 1], all_entries = plan_.first_entry.back();
   for (int e = plan_.first_entry[s]; e < last_entry; ++e) {
-    __builtin_prefetch(front.a + entry[std::min(e + kAhead, last_entry - 1)].source);
+    __builtin_prefetch(front.a + entry[std::min(e + kAhead, all_entries - 1)].source);
     panel.number[entry[e].place] = front.a[entry[e].source];
   }
   constexpr int kColumns = 8;
@@ -122,13 +150,14 @@ bool SupernodalFactor::FactorFront(const Front& front, int s) const {
     }
   };
   add_children(true, [&](int j) { return panel.column(j); });
-  if (!kernels_->factor_panel(panel)) return false;
+  if (!FactorPanel(panel, worker)) return false;
   // The numbers of L are written after the products, which hide that they come from memory.
   double* to = front.number + pattern_.first_number[s];
   const std::ptrdiff_t size = static_cast<std::ptrdiff_t>(rows) * width;
   for (std::ptrdiff_t i = 0; i < std::min(size, kPrefetched); i += 8) __builtin_prefetch(to + i, 1);
   const UpdateMatrix update = GetUpdateMatrix(front, s);
-  if (update.size > 0) kernels_->multiply_below(panel, update, 0, update.size);
+  ForEachPart(worker, 0, update.size, static_cast<double>(update.size) * update.size * width,
+              [&](int first, int last) { kernels_->multiply_below(panel, update, first, last); });
   for (int j = 0; j < width; ++j, to += rows)
     std::copy(panel.column(j) + j, panel.column(j) + rows, to + j);
   add_children(false, [&](int j) { return update.column(j - width) - width; });
@@ -140,14 +169,15 @@ bool SupernodalFactor::Factor(const double* a, double* number, FactorWorkspace* 
   workspace->shared.Resize(shared_size_ + kMargin);
   workspace->panel.resize(threads);
   workspace->subtree.resize(threads);
-  return tasks_.VisitUp(threads, [&](int thread, const TreeTasks::Task& task) {
+  return tasks_.VisitUp(threads, [&](const TreeTasks::Worker& worker, const TreeTasks::Task& task) {
+    const int thread = worker.thread;
     workspace->panel[thread].Resize(panel_size_);
     workspace->subtree[thread].Resize(subtree_size_ + kMargin);
     const Front front{a, number, workspace->panel[thread].data(), workspace->subtree[thread].data(),
                       workspace->shared.data()};
     for (int s = task.first; s <= task.last; ++s) {
       if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return false;
-      if (!FactorFront(front, s)) return false;
+      if (!FactorFront(front, s, worker)) return false;
     }
     return true;
   });

@@ -76,7 +76,8 @@ class SupernodalFactor {
   static constexpr int kMargin = 8;
 
   void PlaceTasks();
-  bool FactorFront(const Front& front, int s) const;
+  bool FactorFront(const Front& front, int s, const TreeTasks::Worker& worker) const;
+  bool FactorPanel(const FrontPanel& panel, const TreeTasks::Worker& worker) const;
   UpdateMatrix GetUpdateMatrix(const Front& front, int s) const;
 
   SupernodalPattern pattern_;

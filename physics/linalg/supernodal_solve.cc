@@ -180,16 +180,18 @@ void SupernodalFactor::Solve(const double* number, double* b, FactorWorkspace* w
     std::copy_n(y, s.width, b + s.column);
     std::copy(y + s.width, y + s.rows, passed + first_below_[n]);
   };
-  tasks_.VisitUp(threads, [&](int thread, const TreeTasks::Task& task) {
-    workspace->panel[thread].Resize(panel_size_);
+  tasks_.VisitUp(threads, [&](const TreeTasks::Worker& worker, const TreeTasks::Task& task) {
+    AlignedNumbers& rows = workspace->panel[worker.thread];
+    rows.Resize(panel_size_);
     for (int n = task.first; n <= task.last; ++n)
-      forward(GetSupernode(pattern_, number, n), n, workspace->panel[thread].data());
+      forward(GetSupernode(pattern_, number, n), n, rows.data());
     return true;
   });
-  tasks_.VisitDown(threads, [&](int thread, const TreeTasks::Task& task) {
-    workspace->panel[thread].Resize(panel_size_);
+  tasks_.VisitDown(threads, [&](const TreeTasks::Worker& worker, const TreeTasks::Task& task) {
+    AlignedNumbers& rows = workspace->panel[worker.thread];
+    rows.Resize(panel_size_);
     for (int n = task.last; n >= task.first; --n)
-      BackwardOne(GetSupernode(pattern_, number, n), b, workspace->panel[thread].data());
+      BackwardOne(GetSupernode(pattern_, number, n), b, rows.data());
     return true;
   });
 }

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <numeric>
 #include <set>
+#include <thread>
 
 namespace drape {
 namespace {
@@ -17,8 +18,14 @@ namespace {
 // server, so few that handing them out costs nothing.
 constexpr double kLargestShare = 1.0 / 40;
 
-// The tasks that are ready, handed out to threads.
-class Queue {
+// How often a thread without work looks again before it sleeps: some ten microseconds, as waking it
+// takes.
+constexpr int kLooks = 100;
+
+}  // namespace
+
+// The tasks that are ready, and the loops of tasks (ForEach), handed out to threads.
+class TreeTasks::Queue {
  public:
   Queue(const std::vector<int>& rank, int tasks) : rank_(rank), left_(tasks) {}
 
@@ -27,15 +34,29 @@ class Queue {
     ready_.insert({rank_[task], task});
     changed_.notify_one();
   }
-  // Returns −1 when nothing is left to do.
+  // Returns a task, or −1 when all are done; works on the loops of others until there is one.
   int Take() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return !ready_.empty() || left_ == 0 || stopped_; });
-    if (left_ == 0 || stopped_) return -1;
-    const int task = ready_.begin()->second;
-    ready_.erase(ready_.begin());
+    for (;;) {
+      Wait(lock,
+           [&] { return stopped_ || left_ == 0 || !ready_.empty() || FindLoop() != nullptr; });
+      if (stopped_ || left_ == 0) return -1;
+      if (!ready_.empty()) {
+        const int task = ready_.begin()->second;
+        ready_.erase(ready_.begin());
+        return task;
+      }
+      WorkOn(*FindLoop(), lock);
+    }
+  }
+  // Returns whether this was the last of `count` tasks that another one waits for.
+  bool IsLast(int& count) {
+    const std::lock_guard lock(mutex_);
+    return --count == 0;
+  }
+  void CountDone() {
+    const std::lock_guard lock(mutex_);
     if (--left_ == 0) changed_.notify_all();
-    return task;
   }
   void Stop() {
     const std::lock_guard lock(mutex_);
@@ -43,22 +64,57 @@ class Queue {
     changed_.notify_all();
   }
   bool stopped() const { return stopped_; }
-  // Returns whether this was the last of `count` tasks that another one waits for.
-  bool IsLast(int& count) {
-    const std::lock_guard lock(mutex_);
-    return --count == 0;
+
+  void ForEach(int count, const std::function<void(int)>& work) {
+    Loop loop{&work, count, 0, count};
+    std::unique_lock lock(mutex_);
+    loops_.push_back(&loop);
+    changed_.notify_all();
+    while (loop.next < count) WorkOn(loop, lock);
+    Wait(lock, [&] { return loop.left == 0; });
+    loops_.erase(std::find(loops_.begin(), loops_.end(), &loop));
   }
 
  private:
+  struct Loop {
+    const std::function<void(int)>* work;
+    int count, next, left;  // left: not yet finished
+  };
+
+  void Wait(std::unique_lock<std::mutex>& lock, const auto& ready) {
+    for (int look = 0; look < kLooks && !ready(); ++look) {
+      lock.unlock();
+      std::this_thread::yield();
+      lock.lock();
+    }
+    changed_.wait(lock, ready);
+  }
+  Loop* FindLoop() const {
+    for (Loop* loop : loops_)
+      if (loop->next < loop->count) return loop;
+    return nullptr;
+  }
+  void WorkOn(Loop& loop, std::unique_lock<std::mutex>& lock) {
+    const int i = loop.next++;
+    lock.unlock();
+    (*loop.work)(i);
+    lock.lock();
+    if (--loop.left == 0) changed_.notify_all();
+  }
+
   const std::vector<int>& rank_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::set<std::pair<int, int>> ready_;
-  int left_;  // not yet handed out
+  std::vector<Loop*> loops_;
+  int left_;  // tasks that are not done
   bool stopped_ = false;
 };
 
-}  // namespace
+void TreeTasks::Worker::ForEach(int count, const std::function<void(int)>& work) const {
+  if (queue != nullptr) return queue->ForEach(count, work);
+  for (int i = 0; i < count; ++i) work(i);
+}
 
 TreeTasks::TreeTasks(const std::vector<int>& parent, const std::vector<double>& work) {
   const int nodes = static_cast<int>(parent.size());
@@ -117,7 +173,7 @@ bool TreeTasks::VisitAll(int threads, bool up, const Visit& visit) const {
   const int count = static_cast<int>(tasks_.size());
   if (threads <= 1) {
     for (int t = 0; t < count; ++t)
-      if (!visit(0, tasks_[up ? t : count - 1 - t])) return false;
+      if (!visit({0, nullptr}, tasks_[up ? t : count - 1 - t])) return false;
     return true;
   }
   Queue queue(rank_, count);
@@ -131,11 +187,12 @@ bool TreeTasks::VisitAll(int threads, bool up, const Visit& visit) const {
   for (int thread = 0; thread < threads; ++thread) {
     try {
       for (int t = queue.Take(); t >= 0; t = queue.Take()) {
-        if (!visit(thread, tasks_[t])) queue.Stop();
+        if (!visit({thread, &queue}, tasks_[t])) queue.Stop();
         if (!up)
           for (int c = first_child_[t]; c < first_child_[t + 1]; ++c) queue.Add(child_[c]);
         else if (tasks_[t].parent >= 0 && queue.IsLast(waits_for[tasks_[t].parent]))
           queue.Add(tasks_[t].parent);
+        queue.CountDone();
       }
     } catch (...) {
       queue.Stop();

@@ -22,9 +22,20 @@ class TreeTasks {
 
   const std::vector<Task>& tasks() const { return tasks_; }
 
-  // Calls visit(thread, task), 0 ≤ thread < threads, for every task after its children's, or after
-  // its parent's. Ends soon after a call returned false, and returns false then.
-  using Visit = std::function<bool(int thread, const Task& task)>;
+  // Who visits a task.
+  class Queue;
+  struct Worker {
+    int thread;    // 0 … threads − 1
+    Queue* queue;  // null where there is one thread
+
+    // Calls work(i) for 0 ≤ i < count, on this thread and on those that have no task just now.
+    // work throws nothing.
+    void ForEach(int count, const std::function<void(int)>& work) const;
+  };
+
+  // Calls visit(worker, task) for every task after its children's, or after its parent's. Ends soon
+  // after a call returned false, and returns false then.
+  using Visit = std::function<bool(const Worker& worker, const Task& task)>;
   bool VisitUp(int threads, const Visit& visit) const;
   bool VisitDown(int threads, const Visit& visit) const;
 

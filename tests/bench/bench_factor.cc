@@ -4,8 +4,11 @@
 // sheet, and the best of many rounds is nearest to an idle machine.
 //   bench_factor [<vertices>[,<vertices>...] [<threads>]]
 // DRAPE_VECTORS=baseline measures the narrow kernels.
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -70,7 +73,8 @@ struct Times {
   }
 };
 
-void Measure(int vertices, int threads) {
+// Prints a line; returns the time of a step, which is an assembly, a factorisation and a solve [s].
+double Measure(int vertices, int threads) {
   DiscOptions options;
   options.target_vertices = vertices;
   const ClothModel model(MakeDisc(options), CusickScene(), MakeLaw("smooth"));
@@ -81,13 +85,14 @@ void Measure(int vertices, int threads) {
   AssembleStep(model, Cotton(), x, 0.05, force, A);
   const std::unique_ptr<LinearSolver> solver = MakeLinearSolver(model.pattern);
   RowMatrix columns = RowMatrix::Ones(model.num_dofs(), 39);
-  Times one, many, solve, solve39, peak, share, gain;
+  Times assemble, one, many, solve, solve39, peak, share, gain;
   const auto factor = [&] {
     if (!solver->Factor(A)) std::abort();
   };
   double spent = 0.0;
   for (int round = 0; round < 7 || spent < kRoundSeconds; ++round) {
     const double peak_now = Peak(1);
+    assemble.values.push_back(Seconds([&] { AssembleStep(model, Cotton(), x, 0.05, force, A); }));
     solver->SetThreads(1);
     one.values.push_back(Seconds(factor));
     if (threads > 1) {
@@ -109,7 +114,12 @@ void Measure(int vertices, int threads) {
               100.0 * flops / one.best() * peak.best(), 100.0 * flops / share.median());
   if (threads > 1)
     std::printf(" %9.3f %6.2f %6.2f", 1e3 * many.best(), one.best() / many.best(), gain.median());
-  std::printf(" %9.3f %9.3f\n", 1e3 * solve.best(), 1e3 * solve39.best());
+  const double step = assemble.best() + one.best() + solve.best();
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  std::printf(" %9.3f %9.3f %9.3f %9.3f %8.0f\n", 1e3 * solve.best(), 1e3 * solve39.best(),
+              1e3 * assemble.best(), 1e3 * step, usage.ru_maxrss * 1024e-6);
+  return step;
 }
 
 }  // namespace
@@ -118,13 +128,26 @@ void Measure(int vertices, int threads) {
 int main(int argc, char** argv) {
   std::stringstream list(argc > 1 ? argv[1] : "600,2400,4800,10000,30000");
   const int threads = argc > 2 ? std::max(1, std::atoi(argv[2])) : 1;
+  double peak_of_one = 0.0, peak_of_all = 0.0;
+  for (int round = 0; round < 20; ++round) {
+    peak_of_one = std::max(peak_of_one, drape::Peak(1));
+    peak_of_all = std::max(peak_of_all, drape::Peak(threads));
+  }
   std::printf("kernels: %s; peak of 1 and %d threads: %.1f, %.1f Gflop/s\n",
-              drape::ChosenFrontKernels().name, threads, 1e-9 * drape::Peak(1),
-              1e-9 * drape::Peak(threads));
+              drape::ChosenFrontKernels().name, threads, 1e-9 * peak_of_one, 1e-9 * peak_of_all);
   std::printf("%8s %10s %9s %9s %9s %8s %8s %7s %7s", "vertices", "Mflop", "MB", "best ms",
               "median", "Gflop/s", "peak", "best %", "med. %");
   if (threads > 1) std::printf(" %6d ms %6s %6s", threads, "best x", "med. x");
-  std::printf(" %9s %9s\n", "solve ms", "solve39");
-  for (std::string vertices; std::getline(list, vertices, ',');)
-    drape::Measure(std::atoi(vertices.c_str()), threads);
+  std::printf(" %9s %9s %9s %9s %8s\n", "solve ms", "solve39", "assemble", "step ms", "peak MB");
+  double last_step = 0.0;
+  int last = 0;
+  for (std::string item; std::getline(list, item, ',');) {
+    const int vertices = std::atoi(item.c_str());
+    const double step = drape::Measure(vertices, threads);
+    if (last > 0)
+      std::printf("%8s step ~ vertices^%.2f\n", "",
+                  std::log(step / last_step) / std::log(static_cast<double>(vertices) / last));
+    last = vertices;
+    last_step = step;
+  }
 }

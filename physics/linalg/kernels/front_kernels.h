@@ -49,11 +49,15 @@ struct RowRun {
 struct FrontKernels {
   const char* name;
 
-  // Factors the own columns, L·Lᵀ = A in the own rows, and solves for the rows below. Numbers above
-  // the diagonal are not kept. Returns false when A is not positive definite.
-  bool (*factor_panel)(const FrontPanel& panel);
-  // Computes −B·Bᵀ of the rows below of a factored panel, in the blocks of columns from `begin` to
-  // `end`.
+  // Factors the own columns begin … end, from which all earlier ones are subtracted, L·Lᵀ = A in
+  // these rows, and solves for the rows below. begin: a multiple of eight. Numbers above the
+  // diagonal are not kept. Returns false when A is not positive definite.
+  bool (*factor_columns)(const FrontPanel& panel, int begin, int end);
+  // Subtracts the products of the columns begin … end, multiples of eight, from the own columns
+  // first … last, which come after them.
+  void (*subtract_columns)(const FrontPanel& panel, int begin, int end, int first, int last);
+  // Computes −B·Bᵀ of the rows below of a factored panel, in the columns begin … end of the
+  // product. begin: a multiple of eight.
   void (*multiply_below)(const FrontPanel& panel, const UpdateMatrix& product, int begin, int end);
   // Adds the columns first … first + count of a child's matrix to columns of its parent: from[n] is
   // row 0 of column first + n and to[n] that of the column to which it is added, `runs` to `end`

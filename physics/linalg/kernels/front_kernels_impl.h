@@ -15,7 +15,7 @@ namespace {
 template <class T>
 constexpr int kTileColumns = kLanes<T>;
 constexpr int kTileRegisters = 3;
-constexpr int kDepth = 64;  // columns of a panel that stay in the cache while they are subtracted
+constexpr int kDepth = 64;  // columns that stay in the cache while their products are summed
 
 // sum −= a·b, rounded once where the machine can. Registers of a vector type are multiplied and
 // subtracted by one instruction; where a compiler itself makes vectors of single numbers, it may
@@ -118,30 +118,30 @@ bool FactorColumns(const FrontPanel& panel, int done, int j) {
 }
 
 template <class T>
-bool FactorPanel(const FrontPanel& panel) {
+bool FactorRange(const FrontPanel& panel, int begin, int end) {
   bool positive = true;
-  for (int begin = 0; begin < panel.width && positive; begin += kDepth) {
-    const int end = begin + kDepth < panel.width ? begin + kDepth : panel.width;
-    ForEachChunk<kTileColumns<T>>(end - begin, [&]<int N>(int j) {
-      positive = positive && FactorColumns<T, N>(panel, begin, begin + j);
-    });
-    ForEachChunk<kTileColumns<T>>(panel.width - end, [&]<int N>(int n) {
-      const double* earlier = panel.column(begin) + end + n;
-      if (positive)
-        SubtractRows<T, N, false>(earlier, earlier, panel.stride, end - begin,
-                                  panel.stride - end - n, panel.column(end + n) + end + n,
-                                  panel.stride);
-    });
-  }
+  ForEachChunk<kTileColumns<T>>(end - begin, [&]<int N>(int j) {
+    positive = positive && FactorColumns<T, N>(panel, begin, begin + j);
+  });
   return positive;
 }
 
 template <class T>
+void SubtractColumns(const FrontPanel& panel, int begin, int end, int first, int last) {
+  ForEachChunk<kTileColumns<T>>(last - first, [&]<int N>(int n) {
+    const int j = first + n;
+    const double* earlier = panel.column(begin) + j;
+    SubtractRows<T, N, false>(earlier, earlier, panel.stride, end - begin, panel.stride - j,
+                              panel.column(j) + j, panel.stride);
+  });
+}
+
+template <class T>
 void MultiplyBelow(const FrontPanel& panel, const UpdateMatrix& product, int begin, int end) {
-  const int size = product.size, last = end < size ? end : size;
+  const int size = product.size;
   for (int depth = 0; depth == 0 || depth < panel.width; depth += kDepth) {
     const int columns = panel.width - depth < kDepth ? panel.width - depth : kDepth;
-    ForEachChunk<kTileColumns<T>>(last - begin, [&]<int N>(int n) {
+    ForEachChunk<kTileColumns<T>>(end - begin, [&]<int N>(int n) {
       const int j = begin + n, rows = UpdateMatrix::Padded(size) - j;
       const double* below = panel.column(depth) + panel.width + j;
       double* to = product.column(j) + j;
@@ -197,7 +197,7 @@ double MultiplyAdd(long rounds, double factor) {
 
 template <class T>
 constexpr FrontKernels MakeFrontKernels(const char* name) {
-  return {name,          FactorPanel<T>, MultiplyBelow<T>,
+  return {name,          FactorRange<T>, SubtractColumns<T>,     MultiplyBelow<T>,
           AddColumns<T>, MultiplyAdd<T>, 2 * kChains * kLanes<T>};
 }
 

@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 
 #include <atomic>
+#include <chrono>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 namespace drape {
@@ -54,11 +56,13 @@ TEST_F(TreeTasksTest, ChildrenComeFirstUpAndLastDown) {
       SCOPED_TRACE(testing::Message() << threads << (up ? ", up" : ", down"));
       std::vector<std::atomic<int>> done(parent_.size());
       std::atomic<int> wrong = 0;
-      const auto visit = [&](int thread, const TreeTasks::Task& task) {
-        wrong += thread < 0 || thread >= threads;
+      const auto visit = [&](const TreeTasks::Worker& worker, const TreeTasks::Task& task) {
+        wrong += worker.thread < 0 || worker.thread >= threads;
         for (int s = 0; s < task.first; ++s)  // the nodes outside the task that it depends on
           if (up && parent_[s] >= task.first && parent_[s] <= task.last) wrong += done[s] != 1;
         if (const int p = parent_[task.last]; !up && p >= 0) wrong += done[p] != 1;
+        // So that the others take tasks meanwhile.
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
         for (int s = task.first; s <= task.last; ++s) ++done[s];
         return true;
       };
@@ -68,16 +72,29 @@ TEST_F(TreeTasksTest, ChildrenComeFirstUpAndLastDown) {
     }
 }
 
+TEST_F(TreeTasksTest, LoopsOfATaskAreSharedAndEndWithin) {
+  for (const int threads : {1, 2, 5}) {
+    std::atomic<int> wrong = 0;
+    tasks_.VisitUp(threads, [&](const TreeTasks::Worker& worker, const TreeTasks::Task&) {
+      std::vector<int> calls(50);
+      worker.ForEach(50, [&](int i) { ++calls[i]; });
+      for (const int count : calls) wrong += count != 1;
+      return true;
+    });
+    EXPECT_EQ(wrong, 0) << threads;
+  }
+}
+
 TEST_F(TreeTasksTest, EndsAfterARefusalAndPassesErrorsOn) {
   for (const int threads : {1, 3}) {
     std::atomic<int> calls = 0;
-    EXPECT_FALSE(tasks_.VisitUp(threads, [&](int, const TreeTasks::Task&) {
+    EXPECT_FALSE(tasks_.VisitUp(threads, [&](const TreeTasks::Worker&, const TreeTasks::Task&) {
       ++calls;
       return false;
     }));
     EXPECT_LE(calls, threads);
     EXPECT_THROW(tasks_.VisitUp(threads,
-                                [](int, const TreeTasks::Task& task) {
+                                [](const TreeTasks::Worker&, const TreeTasks::Task& task) {
                                   if (task.last > 100) throw std::runtime_error("full");
                                   return true;
                                 }),
