@@ -280,8 +280,7 @@ __device__ void SubtractChildren(const FrontWork& work, int first_child, int row
 #pragma unroll
     for (int half = 0; half < 2; ++half) {
       const int i = row0 + 8 * half + lane.g;
-      last[half] =
-          i < border ? child_row[i] : i == border && work.with_rhs ? child.border : -1;
+      last[half] = i < border ? child_row[i] : i == border && work.with_rhs ? child.border : -1;
       at[half] = child.update + static_cast<std::int64_t>(last[half]) * child.border;
     }
 #pragma unroll
@@ -413,12 +412,9 @@ __global__ void __launch_bounds__(256) FormUpdateTiles(PlanView plan, const Upda
   const std::int64_t slot = blockIdx.y;
   const UpdateTile tile = tiles[blockIdx.x];
   __shared__ ChildUpdate children[kStagedChildren];
-  const FrontWork work{plan,
-                       plan.fronts[tile.front],
-                       view.matrix,
-                       view.update + slot * plan.update_size,
-                       children,
-                       solution != nullptr};
+  const FrontWork work{plan,        plan.fronts[tile.front],
+                       view.matrix, view.update + slot * plan.update_size,
+                       children,    solution != nullptr};
   const Front& front = work.front;
   work.StageChildren(children);
   const int pivots = front.pivots, border = front.border, stride = work.stride(), half = pivots / 2;

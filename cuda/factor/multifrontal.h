@@ -39,8 +39,8 @@ class Multifrontal {
  private:
   // Computes updates in blocks of their own where slots are too few to fill the device.
   bool SplitsUpdates(int slots) const;
-  // Threads of a block that factors a front: the fewer panels fit on a multiprocessor at a time, the
-  // more threads each has to hide its latency.
+  // Threads of a block that factors a front: the fewer panels fit on a multiprocessor at a time,
+  // the more threads each has to hide its latency.
   int FactorThreads(const LevelRange& level, int slots) const;
 
   int multiprocessors_ = 0, shared_of_multiprocessor_ = 0;

@@ -66,8 +66,8 @@ void DeviceResources::UploadStarts(std::span<const RolloutInput> batch, double* 
 #pragma omp parallel for num_threads(threads_)
     for (std::size_t i = 0; i < batch.size(); ++i)
       cloth_->ToEliminationOrder((batch[i].start->*part).data(), 1, 1, host.data() + i * dofs);
-    CUDA_CHECK(cudaMemcpyAsync(to, host.data(), host.size_bytes(), cudaMemcpyHostToDevice,
-                               stream()));
+    CUDA_CHECK(
+        cudaMemcpyAsync(to, host.data(), host.size_bytes(), cudaMemcpyHostToDevice, stream()));
     streams_->Synchronize();
   };
   upload(&State::x, x);
@@ -79,8 +79,8 @@ void DeviceResources::DownloadEnds(const double* x, const double* v,
   const std::size_t dofs = view().num_dofs(), size = results.size() * dofs;
   const std::span<double> host = staging_.Take(size);
   const auto download = [&](const double* from, Eigen::VectorXd State::*part) {
-    CUDA_CHECK(cudaMemcpyAsync(host.data(), from, host.size_bytes(), cudaMemcpyDeviceToHost,
-                               stream()));
+    CUDA_CHECK(
+        cudaMemcpyAsync(host.data(), from, host.size_bytes(), cudaMemcpyDeviceToHost, stream()));
     streams_->Synchronize();
 #pragma omp parallel for num_threads(threads_)
     for (std::size_t i = 0; i < results.size(); ++i) {

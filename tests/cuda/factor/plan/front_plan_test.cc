@@ -90,8 +90,7 @@ TEST_P(FrontPlanTest, FrontsKeepToTheLimits) {
     EXPECT_GT(f.true_pivots, 0);
     EXPECT_LE(f.true_pivots, GetParam().options.max_pivots);
     EXPECT_LE(f.pivots, 64);
-    EXPECT_LE(((f.pivots + f.border + 8) * (f.pivots + 4)) * 8,
-              GetParam().options.shared_bytes);
+    EXPECT_LE(((f.pivots + f.border + 8) * (f.pivots + 4)) * 8, GetParam().options.shared_bytes);
   }
 }
 
