@@ -113,7 +113,9 @@ TEST_P(GatherListTest, OrderByWorkFallsWithinEachChunk) {
   for (int i = 0; i < count; ++i) {
     EXPECT_EQ(order[i] / kChunk, i / kChunk);
     ++seen[order[i]];
-    if (i % kChunk != 0) EXPECT_GE(work(order[i - 1]), work(order[i]));
+    if (i % kChunk != 0) {
+      EXPECT_GE(work(order[i - 1]), work(order[i]));
+    }
   }
   EXPECT_THAT(seen, testing::Each(1));
 }
