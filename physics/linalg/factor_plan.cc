@@ -82,25 +82,21 @@ FactorPlan MakeFactorPlan(const SupernodalPattern& pattern, const LowerTriangle&
   return plan;
 }
 
-std::vector<std::ptrdiff_t> PlaceUpdateMatrices(const SupernodalPattern& pattern,
-                                                const FactorPlan& plan, int first, int last,
-                                                std::size_t* size) {
-  std::vector<std::ptrdiff_t> place(last - first + 1, -1);
+std::vector<std::ptrdiff_t> PlacePassed(const FactorPlan& plan,
+                                        const std::vector<std::ptrdiff_t>& numbers, int first,
+                                        int last, std::size_t* size) {
+  std::vector<std::ptrdiff_t> place;
   std::map<std::ptrdiff_t, std::ptrdiff_t> taken;  // begin → end
   std::ptrdiff_t most = 0;
   for (int s = first; s <= last; ++s) {
-    if (s != last) {
-      const auto needed =
-          static_cast<std::ptrdiff_t>(UpdateMatrix::NumNumbers(pattern.num_below(s)));
-      std::ptrdiff_t begin = 0;  // of the first gap that is large enough
-      for (const auto& [from, to] : taken) {
-        if (from - begin >= needed) break;
-        begin = to;
-      }
-      if (needed > 0) taken[begin] = begin + needed;
-      place[s - first] = begin;
-      most = std::max(most, begin + needed);
+    std::ptrdiff_t begin = 0;  // of the first gap that is large enough
+    for (const auto& [from, to] : taken) {
+      if (from - begin >= numbers[s]) break;
+      begin = to;
     }
+    if (numbers[s] > 0 && plan.parent[s] >= 0) taken[begin] = begin + numbers[s];
+    place.push_back(begin);
+    most = std::max(most, begin + numbers[s]);
     for (int c = plan.first_child[s]; c < plan.first_child[s + 1]; ++c)
       if (plan.child[c] >= first) taken.erase(place[plan.child[c] - first]);
   }

@@ -49,11 +49,11 @@ struct FactorPlan {
 
 FactorPlan MakeFactorPlan(const SupernodalPattern& pattern, const LowerTriangle& lower);
 
-// Places for the update matrices of the supernodes first … last, which are visited in this order:
-// each is alive until its parent has been visited. Returns the offsets, that of `last` being −1 (it
-// is stored elsewhere), and in *size how many numbers they need.
-std::vector<std::ptrdiff_t> PlaceUpdateMatrices(const SupernodalPattern& pattern,
-                                                const FactorPlan& plan, int first, int last,
-                                                std::size_t* size);
+// Places for what the supernodes first … last, which are visited in this order, pass to their
+// parents: each is alive until its parent has been visited. numbers: [S], how many each passes.
+// Returns the offsets of first … last, and in *size how many numbers they need.
+std::vector<std::ptrdiff_t> PlacePassed(const FactorPlan& plan,
+                                        const std::vector<std::ptrdiff_t>& numbers, int first,
+                                        int last, std::size_t* size);
 
 }  // namespace drape

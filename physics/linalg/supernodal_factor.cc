@@ -44,7 +44,7 @@ void AlignedNumbers::Resize(std::size_t size) {
 struct SupernodalFactor::Front {
   const double* a;
   double* number;
-  double *panel, *subtree, *shared;
+  double *panel, *subtree, *shared;  // shared: null where there is one thread
 };
 
 SupernodalFactor::SupernodalFactor(SupernodalPattern pattern, const LowerTriangle& lower,
@@ -58,25 +58,32 @@ SupernodalFactor::SupernodalFactor(SupernodalPattern pattern, const LowerTriangl
 
 void SupernodalFactor::PlaceTasks() {
   const int supernodes = pattern_.num_supernodes();
+  std::vector<std::ptrdiff_t> matrices, vectors;
+  for (int s = 0; s < supernodes; ++s) {
+    const std::ptrdiff_t rows = UpdateMatrix::Padded(pattern_.num_rows(s));
+    matrices.push_back(UpdateMatrix::NumNumbers(pattern_.num_below(s)));
+    vectors.push_back(rows);
+    vector_place_.push_back(static_cast<std::ptrdiff_t>(shared_size_));
+    shared_size_ += rows;
+    panel_size_ =
+        std::max(panel_size_, static_cast<std::size_t>(rows) * pattern_.width(s) + kMargin);
+  }
   place_.resize(supernodes);
   is_shared_.assign(supernodes, 0);
+  std::size_t shared_matrices = 0, size = 0;
   for (const TreeTasks::Task& task : tasks_.tasks()) {
-    std::size_t size = 0;
     const std::vector<std::ptrdiff_t> place =
-        PlaceUpdateMatrices(pattern_, plan_, task.first, task.last, &size);
+        PlacePassed(plan_, matrices, task.first, task.last - 1, &size);
     std::copy(place.begin(), place.end(), place_.begin() + task.first);
     subtree_size_ = std::max(subtree_size_, size);
-    place_[task.last] = static_cast<std::ptrdiff_t>(shared_size_);
+    place_[task.last] = static_cast<std::ptrdiff_t>(shared_matrices);
     is_shared_[task.last] = 1;
-    shared_size_ += UpdateMatrix::NumNumbers(pattern_.num_below(task.last));
+    shared_matrices += matrices[task.last];
   }
-  first_below_.push_back(0);
-  for (int s = 0; s < supernodes; ++s) {
-    first_below_.push_back(first_below_.back() + pattern_.num_below(s));
-    const std::size_t stride = UpdateMatrix::Padded(pattern_.num_rows(s));
-    panel_size_ = std::max(panel_size_, stride * pattern_.width(s) + kMargin);
-  }
-  shared_size_ = std::max(shared_size_, static_cast<std::size_t>(first_below_.back()));
+  shared_size_ = std::max(shared_size_, shared_matrices);
+  place_alone_ = PlacePassed(plan_, matrices, 0, supernodes - 1, &alone_size_);
+  vector_place_alone_ = PlacePassed(plan_, vectors, 0, supernodes - 1, &size);
+  alone_size_ = std::max(alone_size_, size);
 }
 
 std::size_t SupernodalFactor::num_numbers() const {
@@ -97,7 +104,9 @@ int SupernodalFactor::FindPlace(int row, int column) const {
 }
 
 UpdateMatrix SupernodalFactor::GetUpdateMatrix(const Front& front, int s) const {
-  return {(is_shared_[s] ? front.shared : front.subtree) + place_[s], pattern_.num_below(s)};
+  const int below = pattern_.num_below(s);
+  if (front.shared == nullptr) return {front.subtree + place_alone_[s], below};
+  return {(is_shared_[s] ? front.shared : front.subtree) + place_[s], below};
 }
 
 bool SupernodalFactor::FactorPanel(const FrontPanel& panel, const TreeTasks::Worker& worker) const {
@@ -166,15 +175,16 @@ bool SupernodalFactor::FactorFront(const Front& front, int s,
 
 bool SupernodalFactor::Factor(const double* a, double* number, FactorWorkspace* workspace,
                               int threads, const std::atomic<bool>* cancel) const {
-  workspace->shared.Resize(shared_size_ + kMargin);
+  const bool alone = threads <= 1;
+  if (!alone) workspace->shared.Resize(shared_size_ + kMargin);
   workspace->panel.resize(threads);
   workspace->subtree.resize(threads);
   return tasks_.VisitUp(threads, [&](const TreeTasks::Worker& worker, const TreeTasks::Task& task) {
     const int thread = worker.thread;
     workspace->panel[thread].Resize(panel_size_);
-    workspace->subtree[thread].Resize(subtree_size_ + kMargin);
+    workspace->subtree[thread].Resize((alone ? alone_size_ : subtree_size_) + kMargin);
     const Front front{a, number, workspace->panel[thread].data(), workspace->subtree[thread].data(),
-                      workspace->shared.data()};
+                      alone ? nullptr : workspace->shared.data()};
     for (int s = task.first; s <= task.last; ++s) {
       if (cancel != nullptr && cancel->load(std::memory_order_relaxed)) return false;
       if (!FactorFront(front, s, worker)) return false;

@@ -84,10 +84,13 @@ class SupernodalFactor {
   FactorPlan plan_;
   TreeTasks tasks_;
   const FrontKernels* kernels_;
-  std::vector<std::ptrdiff_t> place_;        // [S] of an update matrix: in `subtree`, or
-  std::vector<char> is_shared_;              // [S] … in `shared`
-  std::vector<std::ptrdiff_t> first_below_;  // [S + 1] of vectors over the rows below
-  std::size_t shared_size_ = 0, subtree_size_ = 0, panel_size_ = 0;
+  std::vector<std::ptrdiff_t> place_;         // [S] of an update matrix: in `subtree`, or
+  std::vector<char> is_shared_;               // [S] … in `shared`
+  std::vector<std::ptrdiff_t> vector_place_;  // [S] of a vector over the rows: in `shared`
+  // One thread has few of them at a time: all are in `subtree`, and leave the numbers of L in the
+  // cache for the solve.
+  std::vector<std::ptrdiff_t> place_alone_, vector_place_alone_;
+  std::size_t shared_size_ = 0, subtree_size_ = 0, alone_size_ = 0, panel_size_ = 0;
 };
 
 }  // namespace drape

@@ -26,6 +26,9 @@ Supernode GetSupernode(const SupernodalPattern& p, const double* number, int s) 
 
 // Solves with one right-hand side: y holds the rows of a panel.
 
+// How far ahead numbers of L are read [numbers]: past the columns at hand, in the next ones.
+int Ahead(const Supernode& s) { return std::max(1024, 4 * s.rows); }
+
 // Solves columns j … j + N of L·y = b and subtracts their contribution from the rows of y below.
 template <int N>
 void ForwardColumns(const Supernode& s, int j, double* y) {
@@ -37,7 +40,19 @@ void ForwardColumns(const Supernode& s, int j, double* y) {
   }
   const double* column[N];
   for (int c = 0; c < N; ++c) column[c] = s.at(0, j + c);
-  for (int i = j + N; i < s.rows; ++i) {
+  const int ahead = Ahead(s);
+  int i = j + N;
+  for (; i + 8 <= s.rows; i += 8) {
+    Vec4 rows = LoadAs<Vec4>(y + i), next = LoadAs<Vec4>(y + i + 4);
+    for (int c = 0; c < N; ++c) {
+      __builtin_prefetch(column[c] + i + ahead);
+      rows -= LoadAs<Vec4>(column[c] + i) * x[c];
+      next -= LoadAs<Vec4>(column[c] + i + 4) * x[c];
+    }
+    Store(rows, y + i);
+    Store(next, y + i + 4);
+  }
+  for (; i < s.rows; ++i) {
     double sum = y[i];
     for (int c = 0; c < N; ++c) sum -= column[c][i] * x[c];
     y[i] = sum;
@@ -47,15 +62,29 @@ void ForwardColumns(const Supernode& s, int j, double* y) {
 // Solves columns j … j + N of Lᵀ·x = y.
 template <int N>
 void BackwardColumns(const Supernode& s, int j, double* y) {
-  Vec4 sums[N] = {};
+  const double* column[N];
+  for (int c = 0; c < N; ++c) column[c] = s.at(0, j + c);
+  const int ahead = Ahead(s);
+  Vec4 sums[N] = {}, next[N] = {};
   int i = j + N;
-  for (; i + 4 <= s.rows; i += 4) {
+  for (; i + 8 <= s.rows; i += 8) {
+    const Vec4 rows = LoadAs<Vec4>(y + i), next_rows = LoadAs<Vec4>(y + i + 4);
+    for (int c = 0; c < N; ++c) {
+      __builtin_prefetch(column[c] + i - ahead);
+      sums[c] += LoadAs<Vec4>(column[c] + i) * rows;
+      next[c] += LoadAs<Vec4>(column[c] + i + 4) * next_rows;
+    }
+  }
+  if (i + 4 <= s.rows) {
     const Vec4 rows = LoadAs<Vec4>(y + i);
-    for (int c = 0; c < N; ++c) sums[c] += LoadAs<Vec4>(s.at(i, j + c)) * rows;
+    for (int c = 0; c < N; ++c) sums[c] += LoadAs<Vec4>(column[c] + i) * rows;
+    i += 4;
   }
   double x[N];
-  for (int c = 0; c < N; ++c)
+  for (int c = 0; c < N; ++c) {
+    sums[c] += next[c];
     x[c] = y[j + c] - ((sums[c][0] + sums[c][1]) + (sums[c][2] + sums[c][3]));
+  }
   for (; i < s.rows; ++i)
     for (int c = 0; c < N; ++c) x[c] -= *s.at(i, j + c) * y[i];
   for (int c = N - 1; c >= 0; --c) {
@@ -162,15 +191,20 @@ void Backward(const Supernode& s, const Columns<V>& b) {
 
 void SupernodalFactor::Solve(const double* number, double* b, FactorWorkspace* workspace,
                              int threads) const {
-  workspace->shared.Resize(shared_size_ + kMargin);
+  // The vectors that supernodes pass to their parents.
+  const bool alone = threads <= 1;
+  const std::ptrdiff_t* const place = (alone ? vector_place_alone_ : vector_place_).data();
   workspace->panel.resize(threads);
-  double* const passed = workspace->shared.data();  // sums that a supernode passes to its parent
-  const auto forward = [&](const Supernode& s, int n, double* y) {
+  workspace->subtree.resize(threads);
+  AlignedNumbers& passed = alone ? workspace->subtree[0] : workspace->shared;
+  passed.Resize((alone ? alone_size_ : shared_size_) + kMargin);
+  const auto forward = [&](const Supernode& s, int n) {
+    double* const y = passed.data() + place[n];
     std::copy_n(b + s.column, s.width, y);
     std::fill(y + s.width, y + s.rows, 0.0);
     for (int k = plan_.first_child[n]; k < plan_.first_child[n + 1]; ++k) {
       const int c = plan_.child[k];
-      const double* from = passed + first_below_[c];
+      const double* from = passed.data() + place[c] + pattern_.width(c);
       for (int r = plan_.first_run[c]; r < plan_.first_run[c + 1]; ++r) {
         const RowRun& run = plan_.run[r];
         for (int i = 0; i < run.length; ++i) y[run.to + i] += from[run.from + i];
@@ -178,13 +212,9 @@ void SupernodalFactor::Solve(const double* number, double* b, FactorWorkspace* w
     }
     ForEachChunk<4>(s.width, [&]<int N>(int j) { ForwardColumns<N>(s, j, y); });
     std::copy_n(y, s.width, b + s.column);
-    std::copy(y + s.width, y + s.rows, passed + first_below_[n]);
   };
-  tasks_.VisitUp(threads, [&](const TreeTasks::Worker& worker, const TreeTasks::Task& task) {
-    AlignedNumbers& rows = workspace->panel[worker.thread];
-    rows.Resize(panel_size_);
-    for (int n = task.first; n <= task.last; ++n)
-      forward(GetSupernode(pattern_, number, n), n, rows.data());
+  tasks_.VisitUp(threads, [&](const TreeTasks::Worker&, const TreeTasks::Task& task) {
+    for (int n = task.first; n <= task.last; ++n) forward(GetSupernode(pattern_, number, n), n);
     return true;
   });
   tasks_.VisitDown(threads, [&](const TreeTasks::Worker& worker, const TreeTasks::Task& task) {
