@@ -171,19 +171,19 @@ void BackwardOwn(const Supernode& s, int j, const Columns<V>& b) {
 
 template <int V>
 void Forward(const Supernode& s, const Columns<V>& b) {
-  constexpr int R = kTileRows<V>;
+  constexpr int kRows = kTileRows<V>;
   int i = 0;
-  for (; i + R <= s.width; i += R) ForwardOwn<R, V>(s, i, b);
+  for (; i + kRows <= s.width; i += kRows) ForwardOwn<kRows, V>(s, i, b);
   for (; i < s.width; ++i) ForwardOwn<1, V>(s, i, b);
-  for (; i + R <= s.rows; i += R) ForwardBelow<R, V>(s, i, b);
+  for (; i + kRows <= s.rows; i += kRows) ForwardBelow<kRows, V>(s, i, b);
   for (; i < s.rows; ++i) ForwardBelow<1, V>(s, i, b);
 }
 
 template <int V>
 void Backward(const Supernode& s, const Columns<V>& b) {
-  constexpr int R = kTileRows<V>;
+  constexpr int kRows = kTileRows<V>;
   int j = s.width;
-  for (; j >= R; j -= R) BackwardOwn<R, V>(s, j - R, b);
+  for (; j >= kRows; j -= kRows) BackwardOwn<kRows, V>(s, j - kRows, b);
   for (; j > 0; --j) BackwardOwn<1, V>(s, j - 1, b);
 }
 

@@ -153,21 +153,22 @@ void MultiplyBelow(const FrontPanel& panel, const UpdateMatrix& product, int beg
   }
 }
 
-template <class T>
+template <class T, int kNumbers = kLanes<T>>
 inline __attribute__((always_inline)) void AddRegister(const double*& from, double*& sum) {
   Store(LoadAs<T>(sum) + LoadAs<T>(from), sum);
-  from += sizeof(T) / sizeof(double);
-  sum += sizeof(T) / sizeof(double);
+  from += kNumbers;
+  sum += kNumbers;
 }
 
 // Masks would be slower: a load beside a masked store waits for it.
 template <class T>
 inline __attribute__((always_inline)) void AddNumbers(const double* from, int count, double* sum) {
   using Vec2 = double __attribute__((vector_size(16)));
-  for (int i = kLanes<T>; i <= count; i += kLanes<T>) AddRegister<T>(from, sum);
-  if constexpr (kLanes < T >> 4)
+  constexpr int kWidth = kLanes<T>;
+  for (int i = kWidth; i <= count; i += kWidth) AddRegister<T>(from, sum);
+  if constexpr (kWidth > 4)
     if ((count & 4) != 0) AddRegister<Vec4>(from, sum);
-  if ((count & 2) != 0) AddRegister<Vec2>(from, sum);
+  if ((count & 2) != 0) AddRegister<Vec2, 2>(from, sum);
   if ((count & 1) != 0) AddRegister<double>(from, sum);
 }
 
