@@ -43,19 +43,15 @@ Multifrontal::Multifrontal(const FrontPlan& plan, int shared_bytes)
       border_dof_(plan.border_dof),
       level_front_(plan.level_front),
       source_(plan.source),
-      parent_row_(plan.parent_row),
       child_row_(plan.child_row) {
   std::vector<UpdateTile> tiles;
   for (int level = 0; level < plan.num_levels(); ++level)
     levels_.push_back(MakeRange(plan, level, &tiles));
   tiles_ = DeviceBuffer<UpdateTile>(tiles);
-  view_ = {fronts_.data(),          children_.data(),
-           entries_.data(),         border_dof_.data(),
-           parent_row_.data(),      child_row_.data(),
-           source_.data(),          level_front_.data(),
-           3 * plan.num_vertices(), static_cast<int>(plan.entries.size()),
-           plan.factor_size,        plan.update_size,
-           plan.vector_size};
+  view_ = {fronts_.data(),      children_.data(),        entries_.data(),
+           border_dof_.data(),  child_row_.data(),       source_.data(),
+           level_front_.data(), 3 * plan.num_vertices(), static_cast<int>(plan.entries.size()),
+           plan.factor_size,    plan.update_size,        plan.vector_size};
   int device = 0;
   CUDA_CHECK(cudaGetDevice(&device));
   CUDA_CHECK(cudaDeviceGetAttribute(&multiprocessors_, cudaDevAttrMultiProcessorCount, device));

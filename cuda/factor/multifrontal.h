@@ -48,7 +48,7 @@ class Multifrontal {
   DeviceBuffer<FrontChild> children_;
   DeviceBuffer<FrontEntry> entries_;
   DeviceBuffer<int> border_dof_, level_front_, source_;
-  DeviceBuffer<std::int16_t> parent_row_, child_row_;
+  DeviceBuffer<std::int16_t> child_row_;
   DeviceBuffer<UpdateTile> tiles_;
   std::vector<LevelRange> levels_;
   PlanView view_;

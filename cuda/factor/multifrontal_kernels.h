@@ -15,7 +15,7 @@ struct PlanView {
   const FrontChild* children;
   const FrontEntry* entries;
   const int* border_dof;
-  const std::int16_t *parent_row, *child_row;
+  const std::int16_t* child_row;
   const int* source;
   const int* level_front;
   int num_dofs, num_entries;
