@@ -4,6 +4,7 @@
 #include <cuda_runtime_api.h>
 
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -80,27 +81,24 @@ class DeviceBuffer {
 template <class T>
 class PinnedBuffer {
  public:
-  PinnedBuffer() = default;
-  PinnedBuffer(PinnedBuffer&& other) noexcept { *this = std::move(other); }
-  PinnedBuffer& operator=(PinnedBuffer&& other) noexcept {
-    std::swap(data_, other.data_);
-    std::swap(size_, other.size_);
-    return *this;
-  }
-  ~PinnedBuffer() { cudaFreeHost(data_); }
-
   // The first `size` numbers; what was there is lost when it grows.
   std::span<T> Take(std::size_t size) {
     if (size > size_) {
-      *this = PinnedBuffer();
-      CUDA_CHECK(cudaMallocHost(reinterpret_cast<void**>(&data_), size * sizeof(T)));
+      data_.reset();
+      size_ = 0;
+      void* data = nullptr;
+      CUDA_CHECK(cudaMallocHost(&data, size * sizeof(T)));
+      data_.reset(static_cast<T*>(data));
       size_ = size;
     }
-    return {data_, size};
+    return {data_.get(), size};
   }
 
  private:
-  T* data_ = nullptr;
+  struct Free {
+    void operator()(T* data) const { cudaFreeHost(data); }
+  };
+  std::unique_ptr<T, Free> data_;
   std::size_t size_ = 0;
 };
 
