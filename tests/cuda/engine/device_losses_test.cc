@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Outlines and soft silhouettes that a device reads by itself, held to losses/ on the host.
-#include <cuda_runtime_api.h>
-
 #include <algorithm>
 #include <limits>
 #include <tuple>
 
+#include "cuda/device/device.h"
 #include "cuda/factor/plan/front_plan.h"
 #include "cuda/readout/device_readouts.h"
 #include "losses/readout/readouts.h"
@@ -159,8 +158,7 @@ class DeviceSilhouettesTest : public testing::TestWithParam<CameraKind> {
  protected:
   void SetUp() override {
     DRAPE_NEEDS_GPU();
-    int shared_bytes = 0;
-    CUDA_CHECK(cudaDeviceGetAttribute(&shared_bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, 0));
+    const int shared_bytes = FindDevices().at(0).shared_bytes;
     cloth_ = std::make_unique<DeviceCloth>(
         model_, MakeFrontPlan(model_->pattern, model_->mesh.uv, {.shared_bytes = shared_bytes}),
         shared_bytes);
