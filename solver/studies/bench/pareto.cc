@@ -8,6 +8,12 @@
 
 namespace drape {
 
+namespace {
+
+constexpr double kRounding = 1e-6;  // by which an error is no smaller than another, relative
+
+}  // namespace
+
 std::vector<int> ParetoFront(const std::vector<CostAndError>& points) {
   std::vector<int> order;
   for (int i = 0; i < static_cast<int>(points.size()); ++i)
@@ -19,7 +25,7 @@ std::vector<int> ParetoFront(const std::vector<CostAndError>& points) {
   std::vector<int> front;
   double least = std::numeric_limits<double>::infinity();
   for (const int i : order) {
-    if (points[i].error >= least) continue;
+    if (points[i].error >= (1.0 - kRounding) * least) continue;
     least = points[i].error;
     front.push_back(i);
   }

@@ -11,7 +11,8 @@ struct CostAndError {
 };
 
 // Indices of the points that no other point beats in both, cheapest first; of equal points the
-// first. Points with a number that is not finite are left out.
+// first. Errors that differ by rounding alone (10⁻⁶ of themselves), as those of one drape by two
+// backends do, are equal. Points with a number that is not finite are left out.
 std::vector<int> ParetoFront(const std::vector<CostAndError>& points);
 
 }  // namespace drape

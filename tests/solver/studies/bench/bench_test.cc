@@ -51,6 +51,7 @@ BenchAxes TwoByTwo() {
 TEST(ParetoFront, HoldsWhatNoPointBeatsFastestFirst) {
   EXPECT_THAT(ParetoFront({{3, 1}, {1, 5}, {2, 5}, {2, 2}, {4, 1}, {2, 2}, {kNaN, 0}, {0, kNaN}}),
               ElementsAre(1, 3, 0));
+  EXPECT_THAT(ParetoFront({{1, 0.5}, {2, 0.5 * (1 - 1e-9)}, {3, 0.4999}}), ElementsAre(0, 2));
   EXPECT_TRUE(ParetoFront({}).empty());
 }
 
