@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
@@ -279,20 +280,34 @@ std::string MakeScript(const Picture& picture, bool svg) {
   return script + "unset multiplot\n";
 }
 
+// Where TryPictures keeps why a picture could not be drawn, so that others are still described.
+thread_local std::string* undrawn = nullptr;
+
 }  // namespace
 
 void WritePicture(const std::string& path, const Picture& picture) {
   if (path.ends_with(".png")) WriteFileAtomically(ChartPath(path), PictureText(picture));
-  WriteFileAtomically(path, RunGnuplot(MakeScript(picture, path.ends_with(".svg"))));
+  std::string drawn;
+  try {
+    drawn = RunGnuplot(MakeScript(picture, path.ends_with(".svg")));
+  } catch (const InputError& error) {
+    if (undrawn == nullptr) throw;
+    if (undrawn->empty()) *undrawn = error.what();
+    return;
+  }
+  WriteFileAtomically(path, drawn);
 }
 
 std::string TryPictures(const std::function<void()>& write) {
+  std::string why;
+  undrawn = &why;
+  const std::shared_ptr<void> reset(nullptr, [](void*) { undrawn = nullptr; });
   try {
     write();
   } catch (const InputError& error) {
-    return std::string("no pictures: ") + error.what() + "\n";
+    if (why.empty()) why = error.what();
   }
-  return "";
+  return why.empty() ? "" : "no pictures: " + why + "\n";
 }
 
 }  // namespace drape

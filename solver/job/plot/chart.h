@@ -98,8 +98,9 @@ struct Picture {
 void WritePicture(const std::string& path, const Picture& picture);
 
 // Calls a function that writes pictures of numbers that are in other files and worth keeping
-// without them. Returns an empty text or, when it throws an InputError, such as without gnuplot, a
-// line that says so: "no pictures: gnuplot: cannot be started, …".
+// without them. A picture that gnuplot does not draw, or is not there to draw, leaves its
+// description, and the next one follows. Returns an empty text or, when a picture was not drawn or
+// an InputError was thrown, a line that says so: "no pictures: gnuplot: cannot be started, …".
 std::string TryPictures(const std::function<void()>& write);
 
 }  // namespace drape

@@ -120,6 +120,23 @@ TEST_F(ChartTest, AFolderThatIsMissingIsNamed) {
   EXPECT_INPUT_ERROR(WritePicture(Path("absent/chart.png"), {.charts = {SmallChart()}}), "absent");
 }
 
+// The page of the results draws all charts from their descriptions where gnuplot is missing.
+TEST_F(ChartTest, WithoutGnuplotEachPictureIsDescribed) {
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", "/nowhere", 1);
+  const std::string note = TryPictures([&] {
+    WritePicture(Path("first.png"), {.charts = {SmallChart()}});
+    WritePicture(Path("second.png"), {.charts = {SmallChart()}});
+  });
+  EXPECT_INPUT_ERROR(WritePicture(Path("third.png"), {.charts = {SmallChart()}}), "gnuplot");
+  setenv("PATH", path.c_str(), 1);
+  EXPECT_THAT(note, testing::StartsWith("no pictures: gnuplot"));
+  for (const char* name : {"first", "second"}) {
+    EXPECT_TRUE(std::filesystem::exists(Path(std::string(name) + ".chart.json"))) << name;
+    EXPECT_FALSE(std::filesystem::exists(Path(std::string(name) + ".png"))) << name;
+  }
+}
+
 TEST(QuoteForGnuplot, KeepsUtf8AndNothingThatEndsTheText) {
   EXPECT_EQ(QuoteForGnuplot("it's `a`\n\"b\"\t\\"), "'it’s `a` \"b\" \\'");
   EXPECT_EQ(QuoteForGnuplot("µ→𝜃"), "'µ→𝜃'");
