@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "losses/dataset/trivial_predictors.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <random>
 #include <tuple>
 
 #include "losses/image/segmentation.h"
 #include "losses/metrics/metrics.h"
 #include "physics/util/math/quantile.h"
+#include "physics/util/math/random.h"
 
 namespace drape {
 namespace {
@@ -69,6 +72,25 @@ std::vector<Pair> Thinned(const std::vector<Pair>& pairs) {
   return thinned;
 }
 
+// Of the normal distribution by the features of drapes (TrivialPredictors::normal).
+Eigen::MatrixXd SampleNormalFeatures(const DistributionScorer::Drapes& drapes) {
+  constexpr int kSamples = 1000;
+  constexpr double kLeastDeviation = 1e-3;  // in units of kFeatureScales
+  const Eigen::MatrixXd features =
+      kFeatureScales.cwiseInverse().asDiagonal() * ComputeFeatures(drapes);
+  const double n = static_cast<double>(drapes.size());
+  const FeatureVector mean = features.rowwise().mean();
+  const Eigen::MatrixXd centred = features.colwise() - mean;
+  Eigen::MatrixXd covariance = 0.5 * (1.0 + 1.0 / n) / (n - 1.0) * centred * centred.transpose();
+  covariance.diagonal() *= 2.0;
+  covariance.diagonal().array() += kLeastDeviation * kLeastDeviation;
+  std::mt19937_64 random(1);
+  Eigen::MatrixXd samples(kNumFeatures, kSamples);
+  for (double& value : samples.reshaped()) value = SampleNormal(random);
+  samples = covariance.llt().matrixL() * samples;
+  return kFeatureScales.asDiagonal() * (samples.colwise() + mean).eval();
+}
+
 // The trivial predictors of one split.
 class Evaluation {
  public:
@@ -118,7 +140,7 @@ class Evaluation {
       const Capture& c = seen.capture;
       groups[{c.fabric, c.face, c.sample}].push_back(&seen);
     }
-    DistributionScorer scorer;
+    DistributionScorer scorer, normal;
     bool complete = !groups.empty(), known_area = complete;
     for (const auto& [key, group] : groups) {
       DistributionScorer::Drapes known, observed;
@@ -127,12 +149,18 @@ class Evaluation {
       for (const ObservedCapture* seen : group) observed.push_back(&seen->drape);
       complete &= known.size() >= 2;
       known_area &= !known.empty();
-      if (known.size() >= 2) scorer.Add(known, observed);
+      if (known.size() >= 2) {
+        scorer.Add(known, observed);
+        normal.AddFeatures(SampleNormalFeatures(known), ComputeFeatures(observed));
+      }
       if (!known.empty()) AddCircleAndGrey(known, observed);
     }
     AddRow("circle of the mean area", circle_);
     AddRow("grey mean image", grey_);
-    if (complete) result_.other_samples = scorer.Score();
+    if (complete) {
+      result_.other_samples = scorer.Score();
+      result_.normal = normal.Score();
+    }
     if (known_area) result_.circle = circle_scorer_.Score();
   }
 

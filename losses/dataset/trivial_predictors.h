@@ -44,6 +44,13 @@ struct TrivialPredictors {
   // The circle of the mean area as a distribution without scatter; std::nullopt where a held-out
   // capture has no other sample from which to estimate the area.
   std::optional<DistributionScore> circle;
+  // What the features of the other samples tell without a model of cloth: a normal distribution by
+  // their mean and covariance, the latter halfway to its diagonal and wider by what their number n
+  // leaves of the mean, (1 + 1/n). Of features alone; std::nullopt as other_samples. Fair scores
+  // [Ferro 2014] of `other_samples` are those of the true distribution in the mean; n samples leave
+  // the mean uncertain, which costs a normal distribution of known width √(4 + 2/n) − 2 of it, .08
+  // for six.
+  std::optional<DistributionScore> normal;
 };
 
 // Each held-out capture is predicted from the training captures that show its fabric and face but

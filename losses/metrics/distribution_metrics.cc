@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "losses/metrics/ensemble_scores.h"
 #include "losses/metrics/metrics.h"
@@ -13,12 +14,6 @@ namespace drape {
 namespace {
 
 using Drapes = DistributionScorer::Drapes;
-
-Eigen::MatrixXd FeatureMatrix(const Drapes& drapes) {
-  Eigen::MatrixXd features(kNumFeatures, drapes.size());
-  for (size_t i = 0; i < drapes.size(); ++i) features.col(i) = ComputeFeatures(drapes[i]->shape);
-  return features;
-}
 
 // The outlines [m] divided by √K, so that Euclidean distances are root mean squares.
 Eigen::MatrixXd OutlineMatrix(const Drapes& drapes) {
@@ -52,6 +47,12 @@ FeatureVector ComputeFeatures(const ShapeFeatures& shape) {
   return ListShapeFeatures(shape).head<kNumFeatures>();
 }
 
+Eigen::MatrixXd ComputeFeatures(const Drapes& drapes) {
+  Eigen::MatrixXd features(kNumFeatures, drapes.size());
+  for (size_t i = 0; i < drapes.size(); ++i) features.col(i) = ComputeFeatures(drapes[i]->shape);
+  return features;
+}
+
 void DistributionScorer::AddFeature(int feature, const Eigen::VectorXd& samples, double observed) {
   FeatureScore& sum = sum_.features[feature];
   const double mean = samples.mean();
@@ -67,22 +68,34 @@ void DistributionScorer::AddFeature(int feature, const Eigen::VectorXd& samples,
 void DistributionScorer::Add(const Drapes& samples, const Drapes& observed) {
   CHECK_GE(samples.size(), 2u);
   if (observed.empty()) return;
-  const Eigen::MatrixXd predicted = FeatureMatrix(samples), seen = FeatureMatrix(observed);
   const GrayImage mean = ComputeMean(samples);
-  for (size_t i = 0; i < observed.size(); ++i) {
-    sum_.mean_image_mse += MeanSquaredError(mean, observed[i]->image);
-    for (int k = 0; k < kNumFeatures; ++k) AddFeature(k, predicted.row(k), seen(k, i));
-  }
-  const auto weights = scales_.cwiseInverse().asDiagonal();
-  sum_.feature_energy += EnergyScores(weights * predicted, weights * seen).sum();
+  for (const ObservedDrape* drape : observed)
+    sum_.mean_image_mse += MeanSquaredError(mean, drape->image);
   sum_.outline_energy += EnergyScores(OutlineMatrix(samples), OutlineMatrix(observed)).sum();
-  sum_.observed += static_cast<int>(observed.size());
+  SumFeatures(ComputeFeatures(samples), ComputeFeatures(observed));
+}
+
+void DistributionScorer::AddFeatures(const Eigen::MatrixXd& samples,
+                                     const Eigen::MatrixXd& observed) {
+  features_alone_ = true;
+  SumFeatures(samples, observed);
+}
+
+void DistributionScorer::SumFeatures(const Eigen::MatrixXd& samples,
+                                     const Eigen::MatrixXd& observed) {
+  for (Eigen::Index i = 0; i < observed.cols(); ++i)
+    for (int k = 0; k < kNumFeatures; ++k) AddFeature(k, samples.row(k), observed(k, i));
+  const auto weights = scales_.cwiseInverse().asDiagonal();
+  sum_.feature_energy += EnergyScores(weights * samples, weights * observed).sum();
+  sum_.observed += static_cast<int>(observed.cols());
 }
 
 DistributionScore DistributionScorer::Score() const {
   CHECK_GT(sum_.observed, 0);
   DistributionScore score = sum_;
   const double count = sum_.observed;
+  if (features_alone_)
+    score.mean_image_mse = score.outline_energy = std::numeric_limits<double>::quiet_NaN();
   for (double* value : {&score.mean_image_mse, &score.feature_energy, &score.outline_energy})
     *value /= count;
   for (FeatureScore& feature : score.features) {

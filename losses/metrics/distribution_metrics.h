@@ -17,6 +17,8 @@ inline constexpr std::array<const char*, kNumFeatures> kFeatureNames = {
     "dc", "folds", "band_2", "band_3_5", "band_6_9", "band_10_15"};
 using FeatureVector = Eigen::Matrix<double, kNumFeatures, 1>;
 FeatureVector ComputeFeatures(const ShapeFeatures& shape);  // bands in m²
+// Of several drapes, shape [kNumFeatures, drapes].
+Eigen::MatrixXd ComputeFeatures(const std::vector<const ObservedDrape*>& drapes);
 
 // The scale of each feature in the energy score: the scatter between samples of one fabric and
 // face, pooled over fabrics 1–5 (240 images), so that the scores of different fabrics are
@@ -40,12 +42,12 @@ struct FeatureScore {
 // Scores as means over all observed drapes.
 struct DistributionScore {
   int observed = 0;
-  double mean_image_mse = 0;  // of the predictive mean image
+  double mean_image_mse = 0;  // of the predictive mean image; NaN of features alone
   std::array<FeatureScore, kNumFeatures> features = {};
   double feature_energy = 0;  // energy score of the features, each divided by its scale
   // The energy score of the outlines r(θ) without alignment, by their root mean square distance
   // [m]. They are not aligned because a score by a distance that is minimised over rotations need
-  // not favour the true distribution.
+  // not favour the true distribution. NaN of features alone.
   double outline_energy = 0;
 };
 
@@ -58,13 +60,18 @@ class DistributionScorer {
   explicit DistributionScorer(const FeatureVector& scales = kFeatureScales) : scales_(scales) {}
 
   void Add(const Drapes& samples, const Drapes& observed);
+  // A prediction of features alone, shapes [kNumFeatures, ≥ 2] and [kNumFeatures, observed]; then
+  // the score is of features alone.
+  void AddFeatures(const Eigen::MatrixXd& samples, const Eigen::MatrixXd& observed);
   DistributionScore Score() const;  // CHECKs that a drape was observed
 
  private:
+  void SumFeatures(const Eigen::MatrixXd& samples, const Eigen::MatrixXd& observed);
   void AddFeature(int feature, const Eigen::VectorXd& samples, double observed);
 
   FeatureVector scales_;
   DistributionScore sum_;
+  bool features_alone_ = false;
 };
 
 }  // namespace drape

@@ -97,14 +97,20 @@ Chart MakePanel(const std::vector<ModelPoint>& points, double left, double right
           .box = ChartBox{left, right, 0.21, 0.85}};
 }
 
+// The energy of a predictor without a model; none of `normal`, whose label would cover others.
+std::optional<double> TrivialEnergy(const ComparisonRow& row) {
+  if (ComputeMean(row, "rollouts") || row.model == kNormal) return std::nullopt;
+  return ComputeMean(row, "feature_energy");
+}
+
 // Drapes of other samples, a circle: a dashed line each where it is not far off.
 void AddTrivialLines(const ComparisonTable& table, const std::vector<ModelPoint>& points,
                      Chart* chart) {
   double most = 0.0;
   for (const ModelPoint& point : points) most = std::max(most, point.held_out + point.error);
   for (const ComparisonRow& row : table.rows) {
-    const auto energy = ComputeMean(row, "feature_energy");
-    if (!energy || ComputeMean(row, "rollouts") || *energy > 2 * most) continue;
+    const auto energy = TrivialEnergy(row);
+    if (!energy || *energy > 2 * most) continue;
     const auto [bottom, top] = *chart->y.range;
     chart->series.push_back({.title = row.model,
                              .points = {{*energy, bottom}, {*energy, top}},
@@ -133,8 +139,8 @@ struct Bound {
 std::vector<Bound> FindBounds(const ComparisonTable& table) {
   std::vector<Bound> bounds;
   for (const ComparisonRow& row : table.rows) {
-    const auto energy = ComputeMean(row, "feature_energy");
-    if (!energy || *energy <= 0.0 || ComputeMean(row, "rollouts")) continue;
+    const auto energy = TrivialEnergy(row);
+    if (!energy || *energy <= 0.0) continue;
     bounds.push_back({*energy, row.model == kOtherSamples
                                    ? "drapes of the training samples themselves"
                                : row.model == kCircle ? "a circle of their mean area"

@@ -39,6 +39,7 @@ Numbers ComputeNumbers(const DistributionScore& score) {
                      {"outline_energy_m", score.outline_energy}};
   AddFeature("dc", score.features[0], &numbers);
   AddFeature("folds", score.features[1], &numbers);
+  std::erase_if(numbers, [](const auto& number) { return std::isnan(number.second); });
   return numbers;
 }
 

@@ -16,7 +16,7 @@ namespace drape {
 // The experiments of a comparison, summed up.
 
 // The trivial predictors, beside the models.
-inline constexpr char kOtherSamples[] = "other samples", kCircle[] = "circle";
+inline constexpr char kOtherSamples[] = "other samples", kNormal[] = "normal", kCircle[] = "circle";
 
 // An experiment, or what a trivial predictor gives on the same split.
 struct ComparedExperiment {

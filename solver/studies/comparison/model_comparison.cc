@@ -145,6 +145,7 @@ void AddTrivial(const SharedSplit& shared, std::vector<ComparedExperiment>* expe
     experiments->push_back(experiment);
   };
   add(kOtherSamples, "another sample, same face", trivial.other_samples);
+  add(kNormal, "", trivial.normal);
   add(kCircle, "circle of the mean area", trivial.circle);
 }
 
@@ -244,7 +245,8 @@ ComparisonRun RunComparison(const ComparisonJob& given, const RunControl& contro
     }
     AddTrivial(shared, &experiments);
   }
-  run.comparison = SumUp(experiments, InOrderOfComplexity(job.models), {kOtherSamples, kCircle});
+  run.comparison =
+      SumUp(experiments, InOrderOfComplexity(job.models), {kOtherSamples, kNormal, kCircle});
   return run;
 }
 

@@ -50,9 +50,9 @@ std::vector<std::string> ListComparisonCells(const ComparisonJob& job);
 // Experiment by experiment: out/fabric_<N>/<model>/seed_<K>, beside out/fabric_<N>/split_<K>.json,
 // and out/settings.json. Experiments that are there are taken over, so a run that was stopped goes
 // on to the same answer. The split's side to learn from holds the captures that are fitted and no
-// others: the trivial predictors, "other samples" and "circle", learn from the same. Runs of other
-// shares may have the same folder at the same time. Reads all input before it computes. Throws
-// InputError, also where `out` holds experiments of other settings.
+// others: the trivial predictors, "other samples", "normal" and "circle", learn from the same. Runs
+// of other shares may have the same folder at the same time. Reads all input before it computes.
+// Throws InputError, also where `out` holds experiments of other settings.
 ComparisonRun RunComparison(const ComparisonJob& job, const RunControl& control);
 
 }  // namespace drape

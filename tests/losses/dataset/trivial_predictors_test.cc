@@ -78,6 +78,15 @@ TEST_F(TrivialPredictorsOfDiscs, InClosedForm) {
   ASSERT_TRUE(predictors.other_samples);
   EXPECT_EQ(predictors.other_samples->observed, 2);
   EXPECT_NEAR(predictors.other_samples->mean_image_mse, grey.mean.mse, 1e-6);
+  // The features of the other samples by their mean and scatter, wider by what three samples leave
+  // of the mean.
+  ASSERT_TRUE(predictors.normal);
+  const FeatureScore &normal = predictors.normal->features[0],
+                     &samples = predictors.other_samples->features[0];
+  EXPECT_EQ(predictors.normal->observed, 2);
+  EXPECT_NEAR(normal.predicted_mean, samples.predicted_mean, 0.1 * samples.predicted_sd);
+  EXPECT_NEAR(normal.predicted_sd / samples.predicted_sd, std::sqrt(4.0 / 3.0), 0.06);
+  EXPECT_TRUE(std::isnan(predictors.normal->mean_image_mse));
   // A prediction without scatter scores its distance.
   ASSERT_TRUE(predictors.circle);
   EXPECT_NEAR(predictors.circle->mean_image_mse, circle.mean.mse, 1e-6);
@@ -94,6 +103,7 @@ TEST_F(TrivialPredictorsOfDiscs, TheSameListLeavesEachSampleOut) {
   EXPECT_EQ(Row(predictors, "circle of the mean area").pairs, 5);  // none for the other face
   EXPECT_FALSE(Row(predictors, "same sample, same face").aligned_mean);
   EXPECT_FALSE(predictors.other_samples);
+  EXPECT_FALSE(predictors.normal);
   EXPECT_FALSE(predictors.circle);
 }
 

@@ -73,6 +73,11 @@ std::string PredictorsText(const TrivialPredictors& predictors) {
   if (predictors.other_samples)
     text += "other samples of the fabric and face, as a distribution\n" +
             ScoreText(*predictors.other_samples);
+  if (predictors.normal)
+    text += Format(
+        "normal distribution of their features: energy score of the features %.3f, %.2f of them in "
+        "the intervals of 90 %% of DC\n",
+        predictors.normal->feature_energy, predictors.normal->features[0].ninety.coverage);
   if (predictors.circle)
     text += "circle of the mean area, as a distribution\n" + ScoreText(*predictors.circle);
   return text;
@@ -83,6 +88,7 @@ Json PredictorsJson(const TrivialPredictors& predictors) {
   for (const PredictorRow& row : predictors.rows) json["rows"].push_back(PredictorJson(row));
   json["other_samples"] =
       predictors.other_samples ? ScoreJson(*predictors.other_samples) : Json(nullptr);
+  json["normal"] = predictors.normal ? ScoreJson(*predictors.normal) : Json(nullptr);
   json["circle"] = predictors.circle ? ScoreJson(*predictors.circle) : Json(nullptr);
   return json;
 }
