@@ -37,7 +37,7 @@ struct FrontWork {
   __device__ ChildUpdate FindChild(int k) const {
     const FrontChild& child = plan.children[front.child_start + k];
     const Front& from = plan.fronts[child.front];
-    return {update + from.update_offset, plan.child_row + child.inverse_start, from.border};
+    return {update + from.update_offset, plan.child_row + child.row_start, from.border};
   }
   // By all threads of a block, which must meet before children are used.
   __device__ void StageChildren(ChildUpdate* staged) const {

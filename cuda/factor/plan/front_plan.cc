@@ -115,20 +115,16 @@ class Planner {
   }
 
   void AddChild(const Front& parent, int index, const FrontRows& rows) {
-    FrontChild child{index, 0, static_cast<int>(plan_.parent_row.size()),
-                     static_cast<int>(plan_.child_row.size())};
-    plan_.parent_row.resize(child.row_start + plan_.fronts[index].border, -1);
-    plan_.child_row.resize(child.inverse_start + parent.pivots + parent.border, -1);
+    const FrontChild child{index, static_cast<int>(plan_.child_row.size())};
+    plan_.child_row.resize(child.row_start + parent.pivots + parent.border, -1);
     plan_.source.resize(plan_.child_row.size(), -1);
     int from = 0;
     for (const int v : tree_[index].border) {
       CHECK_GE(rows.of(v), 0) << "the border of a child is in its parent's front";
       for (int r = 0; r < 3; ++r, ++from) {
         const int to = rows.of(v) + r;
-        child.pivot_rows += to < parent.pivots;
-        plan_.parent_row[child.row_start + from] = static_cast<std::int16_t>(to);
-        plan_.child_row[child.inverse_start + to] = static_cast<std::int16_t>(from);
-        plan_.source[child.inverse_start + to] = plan_.fronts[index].vector_offset + from;
+        plan_.child_row[child.row_start + to] = static_cast<std::int16_t>(from);
+        plan_.source[child.row_start + to] = plan_.fronts[index].vector_offset + from;
       }
     }
     plan_.children.push_back(child);

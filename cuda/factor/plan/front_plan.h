@@ -34,11 +34,8 @@ struct Front {
 
 // A child's border rows seen from its parent's front (rows 0..p−1 pivots, then p + border row).
 struct FrontChild {
-  int front;          // index of the child
-  int pivot_rows;     // its first rows that are pivots of the parent
-  int row_start;      // [border of the child] in FrontPlan::parent_row: row of the parent's front
-  int inverse_start;  // [p + q of the parent] in FrontPlan::child_row: row of the child's border,
-                      // −1
+  int front;      // index of the child
+  int row_start;  // [p + q of the parent] in FrontPlan::child_row: row of the child's border
 };
 
 // A 3×3 block (row, column) of A's lower triangle in elimination order, in the panel of the front
@@ -54,11 +51,10 @@ struct FrontPlan {
   std::vector<Front> fronts;  // children before parents
   std::vector<FrontChild> children;
   std::vector<FrontEntry> entries;
-  std::vector<int> border_dof;           // elimination-order dofs; −1 in the padding
-  std::vector<std::int16_t> parent_row;  // −1 in the padding
-  std::vector<std::int16_t> child_row;   // −1 where the child has none
-  std::vector<int> source;       // the same as places in a solve's workspace, front by front
-  std::vector<int> level_start;  // [levels + 1] in level_front
+  std::vector<int> border_dof;          // elimination-order dofs; −1 in the padding
+  std::vector<std::int16_t> child_row;  // −1 where the child has none
+  std::vector<int> source;              // the same as places in a solve's workspace, front by front
+  std::vector<int> level_start;         // [levels + 1] in level_front
   std::vector<int> level_front;  // fronts by level, leaves first, large ones first in a level
   std::int64_t factor_size = 0, update_size = 0;  // [doubles]
   int vector_size = 0;                            // [doubles]

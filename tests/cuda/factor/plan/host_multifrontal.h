@@ -112,14 +112,17 @@ class HostMultifrontal {
     }
   }
 
+  // Gathers, as a device does: each place of the front looks for its row and column of the child.
   void AddChild(const FrontChild& child, int p, Rows& panel, RowMatrix& update, RowMatrix& right) {
     const Front& f = plan_.fronts[child.front];
     const Rows from = MakeUpdate(f);
-    const std::int16_t* to = plan_.parent_row.data() + child.row_start;
-    for (int c = 0; c < f.true_border; ++c) {
-      for (int r = c; r < f.true_border; ++r)
-        (to[c] < p ? panel(to[r], to[c]) : update(to[r] - p, to[c] - p)) += from(r, c);
-      (to[c] < p ? right(0, to[c]) : update(update.rows() - 1, to[c] - p)) += from(f.border, c);
+    const std::int16_t* row = plan_.child_row.data() + child.row_start;
+    const auto rows = static_cast<int>(panel.rows());
+    for (int c = 0; c < rows; ++c) {
+      if (row[c] < 0) continue;
+      for (int r = c; r < rows; ++r)
+        if (row[r] >= 0) (c < p ? panel(r, c) : update(r - p, c - p)) += from(row[r], row[c]);
+      (c < p ? right(0, c) : update(update.rows() - 1, c - p)) += from(f.border, row[c]);
     }
   }
 
