@@ -112,6 +112,18 @@ TEST(RecognitionScores, AProductTakesWhatHelps) {
   EXPECT_GT(ScoreWay(samples, "noise", 4).log_loss, 2.0);
 }
 
+// Sample 0 counts for its own weights neither where they help it nor where they harm.
+TEST(RecognitionScores, WeightsOfASampleComeFromTheOthers) {
+  const auto product = [](int fabric) {
+    std::vector<RecognisedSample> samples = {Recognised(fabric, "way", Eigen::Vector2d(3, 0)),
+                                             Recognised(0, "way", Eigen::Vector2d(1, 0))};
+    AddProduct("product", {"way"}, &samples);
+    return samples[0].by_way.at("product");
+  };
+  EXPECT_EQ(product(0), product(1));
+  EXPECT_LT(product(1)[1], -10.0);  // the other sample is right, so that it is sure
+}
+
 class FabricFitsTest : public FileFixture {};
 
 TEST_F(FabricFitsTest, CellsAreByFabricOrBySample) {
