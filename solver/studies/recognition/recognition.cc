@@ -59,19 +59,42 @@ void AddPredictionWay(const RecognitionJob& job, const SampleList& list, const D
   AddProduct(kByPredictions, {kByEnergyScore}, &result->samples);
 }
 
-// The products of two and three ways, each of those that were asked for.
-std::vector<std::string> AddProducts(const RecognitionWays& ways, Recognition* result) {
+// Names of the cells that can be compared: with the posterior those that have one.
+std::vector<std::string> FindSamples(const RecognitionJob& job, const RunControl& control,
+                                     Recognition* result) {
   std::vector<std::string> names;
-  const auto add = [&](const char* name, const std::vector<std::string>& factors) {
-    AddProduct(name, factors, &result->samples);
-    names.emplace_back(name);
+  if (!job.ways.posterior) {
+    for (const FitCell& cell : job.cells) names.push_back(cell.name);
+    return names;
+  }
+  FitCellRun fits = RunFitCells(job.fits, job.cells, control);
+  result->cancelled = fits.cancelled;
+  result->failures = std::move(fits.failures);
+  return std::move(fits.done);
+}
+
+// Each way that was asked for, and then the products of two and three of them.
+void ScoreWays(const RecognitionWays& ways, Recognition* result) {
+  const auto score = [&](const char* way) {
+    result->scores.push_back(
+        ScoreWay(result->samples, way, static_cast<int>(result->fabrics.size())));
   };
-  if (ways.posterior && ways.features) add("A and features", {kByPosterior, kByFeatures});
-  if (ways.posterior && ways.predictions) add("A and B", {kByPosterior, kByEnergyScore});
-  if (ways.predictions && ways.features) add("B and features", {kByEnergyScore, kByFeatures});
+  const auto multiply = [&](const char* way, const std::vector<std::string>& factors) {
+    AddProduct(way, factors, &result->samples);
+    score(way);
+  };
+  if (ways.posterior) score(kByPosterior);
+  if (ways.features) score(kByFeatures);
+  if (ways.predictions) score(kByPredictions);
+  if (ways.posterior && ways.features) multiply("A and features", {kByPosterior, kByFeatures});
+  if (ways.posterior && ways.predictions) multiply("A and B", {kByPosterior, kByEnergyScore});
+  if (ways.predictions && ways.features) multiply("B and features", {kByEnergyScore, kByFeatures});
   if (ways.posterior && ways.predictions && ways.features)
-    add("A, B and features", {kByPosterior, kByEnergyScore, kByFeatures});
-  return names;
+    multiply("A, B and features", {kByPosterior, kByEnergyScore, kByFeatures});
+  if (ways.posterior) {
+    score(kByDensity);
+    result->scores.back().by_drapes = false;
+  }
 }
 
 }  // namespace
@@ -85,42 +108,24 @@ Recognition Recognise(const RecognitionJob& job, const RunControl& control) {
     result.cancelled = pool.simulated < job.pool.drapes;
     if (result.cancelled) return result;
   }
-  std::vector<std::string> names;
-  if (ways.posterior) {
-    FitCellRun fits = RunFitCells(job.fits, job.cells, PartOfRun(control, kPoolShare, kFitShare));
-    result.cancelled = fits.cancelled;
-    result.failures = std::move(fits.failures);
-    names = std::move(fits.done);
-  } else {
-    for (const FitCell& cell : job.cells) names.push_back(cell.name);
-  }
+  const std::vector<std::string> names =
+      FindSamples(job, PartOfRun(control, kPoolShare, kFitShare), &result);
   if (result.cancelled) return result;
   const SampleList list = ListSamples(job.cells, names, job.images);
   result.fabrics = list.fabrics;
   for (const ListedSample& sample : list.samples)
     result.samples.push_back({sample.name, sample.fabric, {}});
-  std::vector<std::string> scored;
   if (ways.posterior) {
     PosteriorLogs logs = CompareByPosterior(list, job.fits.out, job.by);
     AddWay(kByPosterior, std::move(logs.by_posterior), &result);
     AddWay(kByDensity, std::move(logs.by_density), &result);
-    scored.emplace_back(kByPosterior);
   }
-  if (ways.features) {
-    AddWay(kByFeatures, CompareByFeatures(list), &result);
-    scored.emplace_back(kByFeatures);
-  }
+  if (ways.features) AddWay(kByFeatures, CompareByFeatures(list), &result);
   if (ways.predictions) {
     AddPredictionWay(job, list, pool, PartOfRun(control, kFitShare, 1.0), &result);
     if (result.cancelled) return result;
-    scored.emplace_back(kByPredictions);
   }
-  for (std::string& name : AddProducts(ways, &result)) scored.push_back(std::move(name));
-  if (ways.posterior) scored.emplace_back(kByDensity);
-  for (const std::string& way : scored) {
-    result.scores.push_back(ScoreWay(result.samples, way, list.num_fabrics()));
-    result.scores.back().by_drapes = way != kByDensity;
-  }
+  ScoreWays(ways, &result);
   return result;
 }
 
