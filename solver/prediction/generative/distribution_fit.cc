@@ -229,8 +229,7 @@ DistributionFit FitDistribution(const DrapePool& pool, const std::vector<Trainin
                [&](int i) { found[i] = search.From(starts[i], equal); });
   fit.minima = ListMinima(std::move(found));
   fit.best = fit.minima.front();
-  fit.effective = std::numeric_limits<double>::infinity();
-  fit.score = MeanScore(drapes, fit.best, equal, &fit.effective);
+  fit.score = ScoreCaptures(drapes, fit.best, &fit.effective).mean();
 
   const int resamples = samples >= 2 ? options.resamples : 0;
   const int left_out = samples >= 2 && options.cross_validate ? samples : 0;
@@ -246,7 +245,8 @@ DistributionFit FitDistribution(const DrapePool& pool, const std::vector<Trainin
     Eigen::VectorXd only = Eigen::VectorXd::Zero(samples);
     only[task - resamples] = 1.0;
     const Eigen::VectorXd here = weights_by_sample(only);
-    scores[task - resamples] = MeanScore(drapes, search.FromAll(starts, equal - here), here);
+    const SpecimenDistribution learned = search.FromAll(starts, equal - here);
+    scores[task - resamples] = here.dot(ScoreCaptures(drapes, learned)) / here.sum();
   });
   if (control.cancelled()) return fit;
   fit.resampled = std::move(resampled);
@@ -255,15 +255,12 @@ DistributionFit FitDistribution(const DrapePool& pool, const std::vector<Trainin
   return fit;
 }
 
-double ScoreDistribution(const DrapePool& pool, const SpecimenDistribution& distribution,
-                         const std::vector<TrainingDrape>& drapes,
-                         const DistributionFitOptions& options, double* effective) {
+Eigen::VectorXd ScoreDrapes(const DrapePool& pool, const SpecimenDistribution& distribution,
+                            const std::vector<TrainingDrape>& drapes,
+                            const DistributionFitOptions& options, double* effective) {
   std::vector<SpecimenDistribution> around = {distribution};
   const WeightedDrapes near = TakeNearDrapes(pool, drapes, options, &around);
-  double least = std::numeric_limits<double>::infinity();
-  const double score = MeanScore(near, distribution, Eigen::VectorXd::Ones(drapes.size()), &least);
-  if (effective != nullptr) *effective = least;
-  return score;
+  return ScoreCaptures(near, distribution, effective);
 }
 
 }  // namespace drape

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -60,10 +61,10 @@ DistributionFit FitDistribution(const DrapePool& pool, const std::vector<Trainin
                                 std::vector<SpecimenDistribution> starts = {});
 inline constexpr double kFitReach = 4.0;
 
-// Mean energy score of drapes under a distribution, and the effective number of drapes of the
-// worse face, if wanted. Throws InputError as FitDistribution does.
-double ScoreDistribution(const DrapePool& pool, const SpecimenDistribution& distribution,
-                         const std::vector<TrainingDrape>& drapes,
-                         const DistributionFitOptions& options, double* effective = nullptr);
+// The energy score of each drape under a distribution, shape [drapes], and the effective number of
+// drapes of the pool for the worse face, if wanted. Throws InputError as FitDistribution does.
+Eigen::VectorXd ScoreDrapes(const DrapePool& pool, const SpecimenDistribution& distribution,
+                            const std::vector<TrainingDrape>& drapes,
+                            const DistributionFitOptions& options, double* effective = nullptr);
 
 }  // namespace drape

@@ -100,6 +100,19 @@ std::vector<SpecimenDistribution> WithOtherDirections(const SpecimenDistribution
   return starts;
 }
 
+// Of a distribution on one face, the sum 1, shape [n].
+Eigen::VectorXd WeightsOfDrapes(const WeightedDrapes& drapes,
+                                const SpecimenDistribution& distribution, int face) {
+  const Eigen::Index n = drapes.numbers.cols();
+  const Eigen::ArrayXXd z = (drapes.numbers.colwise() - distribution.mean[face])
+                                .cwiseQuotient(distribution.deviation.replicate(1, n));
+  const Eigen::ArrayXd log_weight =
+      -0.5 * z.square().colwise().sum().transpose() - drapes.log_proposal.array();
+  Eigen::VectorXd w = (log_weight - log_weight.maxCoeff()).exp();
+  w = (w.array() > kNegligible).select(w, 0.0);
+  return w / w.sum();
+}
+
 }  // namespace
 
 WeightedDrapes TakeNearDrapes(const DrapePool& pool, const std::vector<TrainingDrape>& training,
@@ -146,13 +159,7 @@ WeightedDrapes TakeNearDrapes(const DrapePool& pool, const std::vector<TrainingD
 FaceScore ScoreFace(const WeightedDrapes& drapes, const SpecimenDistribution& distribution,
                     int face, const Eigen::VectorXd& capture_weights) {
   const Eigen::Index n = drapes.numbers.cols();
-  const Eigen::ArrayXXd z = (drapes.numbers.colwise() - distribution.mean[face])
-                                .cwiseQuotient(distribution.deviation.replicate(1, n));
-  const Eigen::ArrayXd log_weight =
-      -0.5 * z.square().colwise().sum().transpose() - drapes.log_proposal.array();
-  Eigen::VectorXd w = (log_weight - log_weight.maxCoeff()).exp();
-  w = (w.array() > kNegligible).select(w, 0.0);
-  w /= w.sum();
+  const Eigen::VectorXd w = WeightsOfDrapes(drapes, distribution, face);
   const Eigen::VectorXf single = w.cast<float>();
 
   Eigen::VectorXd target = Eigen::VectorXd::Zero(n);
@@ -192,17 +199,26 @@ std::array<bool, 2> ListSeenFaces(const WeightedDrapes& drapes,
   return seen;
 }
 
-double MeanScore(const WeightedDrapes& drapes, const SpecimenDistribution& distribution,
-                 const Eigen::VectorXd& capture_weights, double* effective) {
-  const std::array<bool, 2> seen = ListSeenFaces(drapes, capture_weights);
-  double sum = 0.0;
+Eigen::VectorXd ScoreCaptures(const WeightedDrapes& drapes,
+                              const SpecimenDistribution& distribution, double* effective) {
+  const auto captures = static_cast<Eigen::Index>(drapes.face.size());
+  const std::array<bool, 2> seen = ListSeenFaces(drapes, Eigen::VectorXd::Ones(captures));
+  Eigen::VectorXd scores(captures);
+  double least = std::numeric_limits<double>::infinity();
   for (int face = 0; face < 2; ++face) {
     if (!seen[face]) continue;
-    const FaceScore score = ScoreFace(drapes, distribution, face, capture_weights);
-    sum += score.score;
-    if (effective != nullptr) *effective = std::min(*effective, score.effective);
+    const Eigen::VectorXd w = WeightsOfDrapes(drapes, distribution, face);
+    const Eigen::VectorXf single = w.cast<float>();
+    double spread = 0.0;
+    for (Eigen::Index i = 0; i < w.size(); ++i)
+      if (w[i] > 0.0) spread += w[i] * drapes.between.col(i).dot(single);
+    for (Eigen::Index j = 0; j < captures; ++j)
+      if (drapes.face[j] == face)
+        scores[j] = w.dot(drapes.to_captures.col(j).cast<double>()) - 0.5 * spread;
+    least = std::min(least, 1.0 / w.squaredNorm());
   }
-  return sum / capture_weights.sum();
+  if (effective != nullptr) *effective = least;
+  return scores;
 }
 
 }  // namespace drape

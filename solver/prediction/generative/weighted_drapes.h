@@ -42,9 +42,10 @@ struct FaceScore {
 FaceScore ScoreFace(const WeightedDrapes& drapes, const SpecimenDistribution& distribution,
                     int face, const Eigen::VectorXd& capture_weights);
 
-// Mean score of the captures, with their weights. *effective, if wanted: lowered to the number of
-// drapes of the worse face.
-double MeanScore(const WeightedDrapes& drapes, const SpecimenDistribution& distribution,
-                 const Eigen::VectorXd& capture_weights, double* effective = nullptr);
+// The energy score of each capture, shape [captures]. *effective, if wanted: the number of drapes
+// of the worse face of the captures.
+Eigen::VectorXd ScoreCaptures(const WeightedDrapes& drapes,
+                              const SpecimenDistribution& distribution,
+                              double* effective = nullptr);
 
 }  // namespace drape

@@ -1,120 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/recognition/recognition.h"
 
-#include <algorithm>
-#include <cmath>
-#include <map>
-#include <set>
+#include <glog/logging.h>
 
-#include "physics/util/errors.h"
+#include <memory>
+#include <utility>
+
+#include "cuda/make_backend.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/util/text_format.h"
-#include "solver/studies/recognition/drape_predictions.h"
-#include "solver/studies/recognition/fitted_samples.h"
+#include "solver/studies/recognition/feature_way.h"
+#include "solver/studies/recognition/posterior_way.h"
+#include "solver/studies/recognition/prediction_way.h"
 
 namespace drape {
 namespace {
 
-constexpr double kNotSeen = 1e6;    // variance of a feature of a face that has no capture
-constexpr double kExact = 1e-8;     // variance of a measured feature
-constexpr double kWeighing = 0.03;  // standard deviation of ln density
-constexpr double kFitShare = 0.7;   // of the time
-
-// Means over the captures of each face, shape [2·kNumFeatures]; a capture of unknown face counts
-// for both.
-NormalDistribution FeaturesOfSample(const RecognitionJob& job, const FittedSample& sample) {
-  NormalDistribution seen{Eigen::VectorXd::Zero(2 * kNumFeatures),
-                          kExact * Eigen::MatrixXd::Identity(2 * kNumFeatures, 2 * kNumFeatures)};
-  Eigen::Vector2d count = Eigen::Vector2d::Zero();
-  for (const ObservedCapture& image : job.images) {
-    if (image.capture.fabric != sample.cell->captures[0].fabric ||
-        image.capture.sample != sample.sample)
-      continue;
-    for (int face = 0; face < 2; ++face) {
-      if (image.capture.face == (face == 0 ? ClothFace::kDown : ClothFace::kUp)) continue;
-      seen.mean.segment(face * kNumFeatures, kNumFeatures) += ScaledFeatures(image.drape);
-      ++count[face];
-    }
-  }
-  for (int face = 0; face < 2; ++face) {
-    seen.mean.segment(face * kNumFeatures, kNumFeatures) /= std::max(1.0, count[face]);
-    if (count[face] == 0)
-      seen.covariance.diagonal().segment(face * kNumFeatures, kNumFeatures).setConstant(kNotSeen);
-  }
-  return seen;
-}
-
-// Σ over the sample's captures of ln p(features | predicted drapes of the face).
-double SyntheticLogLikelihood(const RecognitionJob& job, const FittedSamples& samples,
-                              const FittedSample& sample, const PredictedFeatures& predicted) {
-  double sum = 0.0;
-  for (const ObservedCapture& image : job.images) {
-    if (image.capture.fabric != samples.fabrics[sample.fabric] ||
-        image.capture.sample != sample.sample)
-      continue;
-    const Eigen::VectorXd features = ScaledFeatures(image.drape);
-    const double up = LogDensity(predicted.face[0], features);
-    const double down = LogDensity(predicted.face[1], features);
-    if (image.capture.face == ClothFace::kUnknown)
-      sum += std::max(up, down) + std::log1p(std::exp(-std::abs(up - down))) - std::log(2.0);
-    else
-      sum += image.capture.face == ClothFace::kUp ? up : down;
-  }
-  return sum;
-}
-
-void AddDrapeWay(const RecognitionJob& job, const FittedSamples& samples, Recognition* result) {
-  const std::vector<PredictionCell> cells = ListPredictions(samples);
-  std::map<std::string, PredictedFeatures> predicted;
-  for (const PredictionCell& cell : cells) {
-    try {
-      predicted[cell.name] = ReadPrediction(job, cell);
-    } catch (const InputError& error) {
-      result->failures.push_back({"prediction/" + cell.name, error.what()});
-    }
-  }
-  const auto fabrics = samples.fabrics.size();
-  for (std::size_t i = 0; i < samples.fitted.size(); ++i) {
-    Eigen::VectorXd logs(fabrics);
-    bool complete = true;
-    for (std::size_t f = 0; f < fabrics; ++f) {
-      const bool own = int(f) == samples.fitted[i].fabric;
-      const auto found = predicted.find(own ? cells[fabrics + i].name : cells[f].name);
-      complete &= found != predicted.end();
-      if (complete)
-        logs[Eigen::Index(f)] =
-            SyntheticLogLikelihood(job, samples, samples.fitted[i], found->second);
-    }
-    if (complete) result->samples[i].by_way[kByDrapes] = logs;
-  }
-}
-
-// By the density of the fabric, as if weighed with an error.
-Eigen::VectorXd DensityLogs(const FittedSamples& samples, int fabric) {
-  Eigen::VectorXd density(samples.fabrics.size());
-  for (const FittedSample& sample : samples.fitted) density[sample.fabric] = sample.belief.density;
-  return -0.5 * ((density.array() / density[fabric]).log() / kWeighing).square();
-}
-
-void AddFitWays(const RecognitionJob& job, const FittedSamples& samples, Recognition* result) {
-  const int count = static_cast<int>(samples.fitted.size());
-  std::vector<SeenSample> features;
-  for (const FittedSample& sample : samples.fitted)
-    features.push_back({sample.fabric, FeaturesOfSample(job, sample)});
-  for (int i = 0; i < count; ++i) {
-    const FittedSample& sample = samples.fitted[i];
-    RecognisedSample recognised{sample.cell->name, sample.fabric, {}};
-    recognised.by_way[kByPosterior] =
-        ModelOfPosteriors(samples, i)
-            .LogLikelihoods(Evidence(samples.frame, sample.belief, samples.leading.axes));
-    std::vector<SeenSample> others = features;
-    others.erase(others.begin() + i);
-    const SampleModel model(others, static_cast<int>(samples.fabrics.size()),
-                            Eigen::VectorXd::Ones(2 * kNumFeatures));
-    recognised.by_way[kByFeatures] = model.LogLikelihoods(features[i].seen);
-    recognised.by_way[kByDensity] = DensityLogs(samples, sample.fabric);
-    result->samples.push_back(std::move(recognised));
-  }
-}
+// Before its factor is found.
+constexpr char kByEnergyScore[] = "energy score of the predicted drapes";
+// When the pool is there and when the fits are, as shares of the time.
+constexpr double kPoolShare = 0.2, kFitShare = 0.9;
 
 // The part of a run from one share of its time to another.
 RunControl PartOfRun(const RunControl& whole, double from, double to) {
@@ -125,91 +30,102 @@ RunControl PartOfRun(const RunControl& whole, double from, double to) {
           whole.log};
 }
 
-RunControl FitPart(const RecognitionJob& job, const RunControl& whole) {
-  return PartOfRun(whole, 0.0, job.draws > 0 ? kFitShare : 1.0);
+void AddWay(const std::string& way, std::vector<Eigen::VectorXd> logs, Recognition* result) {
+  CHECK_EQ(logs.size(), result->samples.size());
+  for (std::size_t i = 0; i < logs.size(); ++i) result->samples[i].by_way[way] = std::move(logs[i]);
 }
 
-// Those of the names that have all fits that they need.
-std::vector<PredictionCell> FindPredictions(const std::vector<std::string>& own,
-                                            const FittedSamples& samples) {
-  std::vector<PredictionCell> cells = ListPredictions(samples);
-  std::erase_if(cells, [&](const PredictionCell& cell) {
-    return std::find(own.begin(), own.end(), cell.name) == own.end();
-  });
-  return cells;
+DrapePool TakePool(const RecognitionJob& job, const RunControl& control) {
+  const FitSpec& fit = job.fits.fit;
+  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(job.pool.mesh),
+                                                        CusickScene(fit.contact), MakeLaw(fit.law));
+  const auto backend = MakeBackend(fit.backend, model, job.fits.threads);
+  return ReadOrSimulatePool(job.pool_file, *backend, job.pool, control);
 }
 
-// Predicts what is of the share once all fits have ended; adds to what the share has done.
-void AddPredictions(const RecognitionJob& job, const std::vector<std::string>& own,
-                    const RunControl& control, RecognitionShare* share) {
-  const FitCellRun fits = FindFits(job.fits, job.cells);
-  if (!fits.missing.empty()) {
-    share->waiting = own.size();
-    return;
+void AddPredictionWay(const RecognitionJob& job, const SampleList& list, const DrapePool& pool,
+                      const RunControl& control, Recognition* result) {
+  std::vector<SampleDrapes> samples;
+  for (const ListedSample& sample : list.samples) {
+    std::vector<ObservedCapture> captures;
+    for (const ObservedCapture* image : sample.images) captures.push_back(*image);
+    samples.push_back({sample.fabric, ListTrainingDrapes(captures)});
   }
-  const FittedSamples samples = CollectSamples(job, fits.done);
-  const std::vector<PredictionCell> cells = FindPredictions(own, samples);
-  share->cancelled = !RunPredictions(job, samples, cells, PartOfRun(control, kFitShare, 1.0));
-  share->done += own.size() - cells.size();  // without a fit there is nothing to predict
-  for (const PredictionCell& cell : cells) share->done += HasPrediction(job, samples, cell);
+  std::vector<Eigen::VectorXd> logs =
+      CompareByPredictions(pool, samples, list.num_fabrics(), job.distribution, control);
+  result->cancelled = control.cancelled();
+  if (result->cancelled) return;
+  AddWay(kByEnergyScore, std::move(logs), result);
+  AddProduct(kByPredictions, {kByEnergyScore}, &result->samples);
+}
+
+// Names of the cells that can be compared: with the posterior those that have one.
+std::vector<std::string> FindSamples(const RecognitionJob& job, const RunControl& control,
+                                     Recognition* result) {
+  std::vector<std::string> names;
+  if (!job.ways.posterior) {
+    for (const FitCell& cell : job.cells) names.push_back(cell.name);
+    return names;
+  }
+  FitCellRun fits = RunFitCells(job.fits, job.cells, control);
+  result->cancelled = fits.cancelled;
+  result->failures = std::move(fits.failures);
+  return std::move(fits.done);
+}
+
+// Each way that was asked for, and then the products of two and three of them.
+void ScoreWays(const RecognitionWays& ways, Recognition* result) {
+  const auto score = [&](const char* way) {
+    result->scores.push_back(
+        ScoreWay(result->samples, way, static_cast<int>(result->fabrics.size())));
+  };
+  const auto multiply = [&](const char* way, const std::vector<std::string>& factors) {
+    AddProduct(way, factors, &result->samples);
+    score(way);
+  };
+  if (ways.posterior) score(kByPosterior);
+  if (ways.features) score(kByFeatures);
+  if (ways.predictions) score(kByPredictions);
+  if (ways.posterior && ways.features) multiply("A and features", {kByPosterior, kByFeatures});
+  if (ways.posterior && ways.predictions) multiply("A and B", {kByPosterior, kByEnergyScore});
+  if (ways.predictions && ways.features) multiply("B and features", {kByEnergyScore, kByFeatures});
+  if (ways.posterior && ways.predictions && ways.features)
+    multiply("A, B and features", {kByPosterior, kByEnergyScore, kByFeatures});
+  if (ways.posterior) {
+    score(kByDensity);
+    result->scores.back().by_drapes = false;
+  }
 }
 
 }  // namespace
 
-std::vector<std::string> ListRecognitionCells(const RecognitionJob& job) {
-  std::vector<std::string> names;
-  for (const FitCell& cell : job.cells) names.push_back(cell.name);
-  if (job.draws > 0)
-    for (const std::string& name : ListPredictionNames(job.cells))
-      names.push_back("prediction/" + name);
-  return names;
-}
-
-RecognitionShare RunRecognitionShare(const RecognitionJob& job, const RunControl& control) {
-  CheckPredictionSettings(job);
-  const std::vector<FitCell> own = CellsOfShare(job.cells, *job.share);
-  const FitCellRun fits = RunFitCells(job.fits, own, FitPart(job, control));
-  RecognitionShare share{.cancelled = fits.cancelled,
-                         .cells = own.size(),
-                         .done = fits.done.size() + fits.failures.size(),
-                         .failures = fits.failures};
-  std::vector<std::string> predictions;
-  if (job.draws > 0) {
-    const std::vector<std::string> all = ListPredictionNames(job.cells);
-    for (std::size_t k = 0; k < all.size(); ++k)
-      if (job.share->Has(job.cells.size() + k)) predictions.push_back(all[k]);
-  }
-  share.cells += predictions.size();
-  if (!share.cancelled && !predictions.empty()) AddPredictions(job, predictions, control, &share);
-  return share;
-}
-
 Recognition Recognise(const RecognitionJob& job, const RunControl& control) {
-  CheckPredictionSettings(job);
-  FitCellRun fits = RunFitCells(job.fits, job.cells, FitPart(job, control));
-  Recognition result{.cancelled = fits.cancelled, .failures = std::move(fits.failures)};
-  if (result.cancelled) return result;
-  const FittedSamples samples = CollectSamples(job, fits.done);
-  result.fabrics = samples.fabrics;
-  result.cancelled = job.draws > 0 && !RunPredictions(job, samples, ListPredictions(samples),
-                                                      PartOfRun(control, kFitShare, 1.0));
-  if (result.cancelled) return result;
-  AddFitWays(job, samples, &result);
-  std::vector<std::string> ways = {kByPosterior, kByFeatures};
-  AddProduct("A and features", ways, &result.samples);
-  ways.emplace_back("A and features");
-  if (job.draws > 0) {
-    AddDrapeWay(job, samples, &result);
-    AddProduct("B and features", {kByDrapes, kByFeatures}, &result.samples);
-    AddProduct("A, B and features", {kByPosterior, kByDrapes, kByFeatures}, &result.samples);
-    for (const char* way : {kByDrapes, "B and features", "A, B and features"})
-      ways.emplace_back(way);
+  const RecognitionWays& ways = job.ways;
+  Recognition result;
+  DrapePool pool;
+  if (ways.predictions) {  // before hours of work: the file may be of another mesh
+    pool = TakePool(job, PartOfRun(control, 0.0, kPoolShare));
+    result.cancelled = pool.simulated < job.pool.drapes;
+    if (result.cancelled) return result;
   }
-  ways.emplace_back(kByDensity);
-  for (const std::string& way : ways)
-    result.scores.push_back(
-        ScoreWay(result.samples, way, static_cast<int>(samples.fabrics.size())));
-  result.scores.back().by_drapes = false;
+  const std::vector<std::string> names =
+      FindSamples(job, PartOfRun(control, kPoolShare, kFitShare), &result);
+  if (result.cancelled) return result;
+  const SampleList list = ListSamples(job.cells, names, job.images);
+  result.fabrics = list.fabrics;
+  for (const ListedSample& sample : list.samples)
+    result.samples.push_back({sample.name, sample.fabric, {}});
+  if (ways.posterior) {
+    PosteriorLogs logs = CompareByPosterior(list, job.fits.out, job.by);
+    AddWay(kByPosterior, std::move(logs.by_posterior), &result);
+    AddWay(kByDensity, std::move(logs.by_density), &result);
+  }
+  if (ways.features) AddWay(kByFeatures, CompareByFeatures(list), &result);
+  if (ways.predictions) {
+    AddPredictionWay(job, list, pool, PartOfRun(control, kFitShare, 1.0), &result);
+    if (result.cancelled) return result;
+  }
+  ScoreWays(ways, &result);
   return result;
 }
 

@@ -12,7 +12,8 @@
 namespace drape {
 namespace {
 
-constexpr std::array<double, 7> kExponents = {0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5};
+constexpr std::array<double, 11> kExponents = {0.0, 0.1, 0.25, 0.5, 0.75, 1.0,
+                                               1.5, 2.0, 3.0,  4.0, 6.0};
 
 // How many fabrics are more probable; of equals those before.
 int Rank(const Eigen::VectorXd& logs, int fabric) {
@@ -133,24 +134,6 @@ std::string RecognitionText(const std::vector<RecognitionScore>& scores,
   return text + "\nConfusions of \"" + best->way +
          "\":\n\n| fabric | recognised | taken for |\n|---|---|---|\n" +
          ConfusionText(*best, fabrics);
-}
-
-ShrunkMoments EstimateShrunkMoments(const Eigen::MatrixXd& samples) {
-  const double n = double(samples.cols()), d = double(samples.rows());
-  CHECK_GE(samples.cols(), 2);
-  ShrunkMoments moments;
-  moments.mean = samples.rowwise().mean();
-  const Eigen::MatrixXd off = samples.colwise() - moments.mean;
-  const Eigen::MatrixXd covariance = off * off.transpose() / n;
-  const double mean = covariance.trace() / d;
-  const Eigen::MatrixXd target = mean * Eigen::MatrixXd::Identity(samples.rows(), samples.rows());
-  const double distance = (covariance - target).squaredNorm();
-  double error = 0.0;
-  for (Eigen::Index i = 0; i < off.cols(); ++i)
-    error += (off.col(i) * off.col(i).transpose() - covariance).squaredNorm() / (n * n);
-  moments.share = distance > 0 ? std::min(1.0, error / distance) : 1.0;
-  moments.covariance = moments.share * target + (1 - moments.share) * covariance;
-  return moments;
 }
 
 }  // namespace drape

@@ -48,13 +48,4 @@ void AddProduct(const std::string& name, const std::vector<std::string>& ways,
 std::string RecognitionText(const std::vector<RecognitionScore>& scores,
                             const std::vector<std::string>& fabrics);
 
-// Mean and covariance of samples as columns, shape [d, n], n ≥ 2, the covariance shrunk towards
-// equal variances [Ledoit 2004].
-struct ShrunkMoments {
-  Eigen::VectorXd mean;
-  Eigen::MatrixXd covariance;
-  double share = 0.0;  // of the shrinkage, 0 … 1
-};
-ShrunkMoments EstimateShrunkMoments(const Eigen::MatrixXd& samples);
-
 }  // namespace drape

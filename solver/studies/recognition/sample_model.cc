@@ -73,4 +73,15 @@ Eigen::VectorXd SampleModel::LogLikelihoods(const NormalDistribution& seen) cons
   return logs;
 }
 
+std::vector<Eigen::VectorXd> CompareWithOthers(const std::vector<SeenSample>& samples, int fabrics,
+                                               const Eigen::VectorXd& scale) {
+  std::vector<Eigen::VectorXd> logs;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    std::vector<SeenSample> others = samples;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    logs.push_back(SampleModel(others, fabrics, scale).LogLikelihoods(samples[i].seen));
+  }
+  return logs;
+}
+
 }  // namespace drape

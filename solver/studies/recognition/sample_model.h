@@ -36,4 +36,8 @@ class SampleModel {
   std::vector<NormalDistribution> fabrics_;
 };
 
+// ln p of each sample under the model of all others, shape [samples][fabrics].
+std::vector<Eigen::VectorXd> CompareWithOthers(const std::vector<SeenSample>& samples, int fabrics,
+                                               const Eigen::VectorXd& scale);
+
 }  // namespace drape

@@ -2,13 +2,10 @@
 // What drape_space reads: posteriors of several fabrics, the space as a prior, and what it stores
 // beside fits of a data set.
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "physics/util/atomic_file.h"
-#include "physics/util/stored/stored_json.h"
 #include "solver/posterior/space/space_io.h"
 #include "solver/studies/cells/study_settings.h"
-#include "solver/studies/recognition/drape_predictions.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
 
@@ -67,41 +64,12 @@ Reader MakeSettingsReader() {
           }};
 }
 
-// It lies in a folder "prediction", to which each mutant is copied.
-Reader MakePredictionReader(const std::string& scratch) {
-  nlohmann::json rows = nlohmann::json::array();
-  for (int drape = 0; drape < kNumFeatures + 2; ++drape) {
-    std::vector<double> features(kNumFeatures, 0.1);
-    features[static_cast<std::size_t>(drape % kNumFeatures)] = 0.3 + 0.01 * drape;
-    rows.push_back(features);
-  }
-  const nlohmann::json members = {
-      {"fits", "fabric_2/sample_1\nfabric_2/sample_2\n"}, {"up", rows}, {"down", rows}};
-  const auto read = [out = scratch + "recognition"](const std::string& path) {
-    const fs::path folder = out + "/prediction";
-    fs::create_directories(folder);
-    fs::copy_file(path, folder / fs::path(path).filename(), fs::copy_options::overwrite_existing);
-    RecognitionJob job;
-    job.fits.out = out;
-    for (const NormalDistribution& face : ReadPrediction(job, {.name = fs::path(path).stem()}).face)
-      if (!IsFinite(face)) return "read moments that are not finite";
-    return "";
-  };
-  return {.name = "prediction of a recognition",
-          .file = "fabric_2.json",
-          .content = members.dump(),
-          .read = read,
-          .seal = [](const nlohmann::json& changed) {
-            return StoredJsonText(kRecognitionPredictionFormat, changed);
-          }};
-}
-
 }  // namespace
 
-std::vector<Reader> MakeSpaceReaders(const std::string& valid, const std::string& scratch) {
+std::vector<Reader> MakeSpaceReaders(const std::string& valid) {
   return {MakeBeliefReader(valid, "posterior.json", "base.json"),
           MakeBeliefReader(valid, "base.json", "posterior.json"), MakePriorReader(valid),
-          MakeSettingsReader(), MakePredictionReader(scratch)};
+          MakeSettingsReader()};
 }
 
 }  // namespace drape::attack

@@ -79,7 +79,7 @@ TEST_F(DistributionFitTest, ScoresAsUnweightedDrapesOfTheDistributionDo) {
   for (std::size_t j = 0; j < seen_.size(); ++j)
     observed.col(j) = seen_[j].shape.features.cwiseQuotient(kFeatureScales);
   double effective = 0.0;
-  const double score = ScoreDistribution(pool, one_face, seen_, options_, &effective);
+  const double score = ScoreDrapes(pool, one_face, seen_, options_, &effective).mean();
   EXPECT_NEAR(effective, 1000.0, 5.0);
   EXPECT_NEAR(score, EnergyScores(samples, observed).mean(), 0.01 * score);
 }
@@ -88,12 +88,12 @@ TEST_F(DistributionFitTest, IsAMinimumOfTheScore) {
   const DrapePool pool = FakePool(3000);
   options_ = {.least_effective = 20.0, .resamples = 0, .cross_validate = false, .iterations = 200};
   const DistributionFit fit = FitDistribution(pool, seen_, options_, {});
-  const double here = ScoreDistribution(pool, fit.best, seen_, options_);
+  const double here = ScoreDrapes(pool, fit.best, seen_, options_).mean();
   EXPECT_NEAR(here, fit.score, 0.05 * fit.score);
   for (const double step : {-0.2, 0.2}) {
     SpecimenDistribution moved = fit.best;
     for (auto& mean : moved.mean) mean[kLogBendingLength] += step;
-    EXPECT_GT(ScoreDistribution(pool, moved, seen_, options_), 1.01 * here) << step;
+    EXPECT_GT(ScoreDrapes(pool, moved, seen_, options_).mean(), 1.01 * here) << step;
   }
 }
 

@@ -5,16 +5,14 @@
 
 #include <Eigen/Cholesky>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "physics/material/material_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
-#include "physics/util/stored/stored_json.h"
 #include "solver/posterior/variational/gaussian_posterior.h"
-#include "solver/studies/recognition/drape_predictions.h"
 #include "solver/studies/recognition/fabric_fits.h"
 #include "solver/studies/recognition/recognition_scores.h"
+#include "solver/studies/recognition/sample_list.h"
 #include "solver/studies/recognition/sample_model.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
@@ -57,6 +55,15 @@ TEST(SampleModel, AFabricWithoutSamplesIsAsThePopulation) {
   std::erase_if(samples, [](const SeenSample& sample) { return sample.fabric == 5; });
   const SampleModel model(samples, kFabrics, Eigen::Vector2d::Constant(0.5));
   EXPECT_GT(model.fabric(5).covariance(0, 0), 2.0);
+}
+
+TEST(SampleModel, ComparesEachSampleWithTheOthersAlone) {
+  std::vector<SeenSample> samples = DrawSamples(0.1);
+  samples.resize(12);
+  const Eigen::Vector2d scale = Eigen::Vector2d::Constant(0.5);
+  const std::vector<SeenSample> others(samples.begin() + 1, samples.end());
+  EXPECT_EQ(CompareWithOthers(samples, kFabrics, scale)[0],
+            SampleModel(others, kFabrics, scale).LogLikelihoods(samples[0].seen));
 }
 
 RecognisedSample Recognised(int fabric, const std::string& way, const Eigen::VectorXd& logs) {
@@ -105,41 +112,19 @@ TEST(RecognitionScores, AProductTakesWhatHelps) {
   EXPECT_GT(ScoreWay(samples, "noise", 4).log_loss, 2.0);
 }
 
-TEST(RecognitionScores, ShrinksFewSamplesMoreThanMany) {
-  Eigen::VectorXd scale(6);
-  scale << 3, 1, 1, 1, 1, 0.1;
-  const auto estimate = [&](int count) {
-    return EstimateShrunkMoments(scale.asDiagonal() * IndependentSamples(6, count, 5));
+// Sample 0 counts for its own weights neither where they help it nor where they harm.
+TEST(RecognitionScores, WeightsOfASampleComeFromTheOthers) {
+  const auto product = [](int fabric) {
+    std::vector<RecognisedSample> samples = {Recognised(fabric, "way", Eigen::Vector2d(3, 0)),
+                                             Recognised(0, "way", Eigen::Vector2d(1, 0))};
+    AddProduct("product", {"way"}, &samples);
+    return samples[0].by_way.at("product");
   };
-  EXPECT_GT(estimate(8).share, 2 * estimate(200).share);
-  const ShrunkMoments many = estimate(20000);
-  EXPECT_LT(many.share, 0.01);
-  EXPECT_NEAR(many.covariance(0, 0), 9.0, 0.4);
-  // Fewer than directions: still positive definite.
-  EXPECT_EQ(estimate(3).covariance.llt().info(), Eigen::Success);
+  EXPECT_EQ(product(0), product(1));
+  EXPECT_LT(product(1)[1], -10.0);  // the other sample is right, so that it is sure
 }
 
 class FabricFitsTest : public FileFixture {};
-
-// Numbers whose covariance is not finite; found by fuzzing.
-TEST_F(FabricFitsTest, APredictionOfHugeFeaturesIsRefused) {
-  std::filesystem::create_directories(Path("prediction"));
-  nlohmann::json rows = nlohmann::json::array();
-  for (int drape = 0; drape <= kNumFeatures; ++drape)
-    rows.push_back(std::vector<double>(kNumFeatures, 0.1 + 0.01 * drape));
-  RecognitionJob job;
-  job.fits.out = Path("");
-  const auto write = [&](const nlohmann::json& down) {
-    WriteStoredJson(Path("prediction/fabric_1.json"), kRecognitionPredictionFormat,
-                    {{"fits", "fabric_1/sample_1\n"}, {"up", rows}, {"down", down}});
-  };
-  write(rows);
-  EXPECT_TRUE(ReadPrediction(job, {.name = "fabric_1"}).face[1].covariance.allFinite());
-  nlohmann::json huge = rows;
-  huge[2][0] = 1e200;
-  write(huge);
-  EXPECT_INPUT_ERROR(ReadPrediction(job, {.name = "fabric_1"}), "features of at most 1e+06");
-}
 
 TEST_F(FabricFitsTest, CellsAreByFabricOrBySample) {
   const std::vector<Capture> captures = {{1, 1, 1}, {1, 1, 2}, {1, 2, 1}, {4, 2, 1}};
@@ -149,6 +134,25 @@ TEST_F(FabricFitsTest, CellsAreByFabricOrBySample) {
   EXPECT_EQ(fabrics[0].captures.size(), 3u);
   ASSERT_EQ(samples.size(), 3u);
   EXPECT_EQ(samples[2].name, "fabric_4/sample_2");
+}
+
+TEST_F(FabricFitsTest, AFabricWithOneSampleIsNotRecognised) {
+  const std::vector<Capture> captures = {{1, 1, 1}, {1, 2, 1}, {2, 1, 1},
+                                         {4, 2, 1}, {4, 5, 1}, {4, 5, 2}};
+  const std::vector<FitCell> cells = CellsBySample(captures);
+  std::vector<ObservedCapture> images;
+  for (const Capture& capture : captures) images.push_back({capture, {}});
+  std::vector<std::string> names;
+  for (const FitCell& cell : cells) names.push_back(cell.name);
+  const SampleList list = ListSamples(cells, names, images);
+  EXPECT_EQ(list.fabrics, (std::vector<int>{1, 4}));
+  ASSERT_EQ(list.samples.size(), 4u);
+  EXPECT_EQ(list.samples[3].name, "fabric_4/sample_5");
+  EXPECT_EQ(list.samples[3].fabric, 1);
+  ASSERT_EQ(list.samples[3].images.size(), 2u);
+  EXPECT_EQ(list.samples[3].images[0], &images[4]);
+  names.erase(names.begin());  // as if its fit had failed
+  EXPECT_INPUT_ERROR(ListSamples(cells, names, images), "found 1 fabric(s) with two samples");
 }
 
 // Images that are no silhouettes: each failure is named and kept, and the run ends.

@@ -5,7 +5,7 @@
 #include "cuda/engine/cuda_backend.h"
 #include "physics/material/material_io.h"
 #include "solver/posterior/posterior_io.h"
-#include "solver/studies/recognition/drape_predictions.h"
+#include "tests/solver/prediction/generative/fake_pool.h"
 #include "tests/tools/tool_fixture.h"
 
 namespace drape::test {
@@ -93,7 +93,7 @@ class SpaceShares : public ToolFixture {
                                         "--data=" + Path("set"),
                                         "--recognise",
                                         "--material=" + kSpaceWool,
-                                        "--draws=24",
+                                        "--ways=posterior,features",
                                         "--mesh=disc:120",
                                         "--search_mesh=disc:120",
                                         "--coarse_mesh=disc:100",
@@ -113,7 +113,7 @@ class SpaceShares : public ToolFixture {
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
   }
-  // The files of fits that hold no times, and the predictions.
+  // The files of fits that hold no times.
   std::map<std::string, std::string> Results(const std::string& folder) const {
     std::map<std::string, std::string> results;
     for (const auto& [path, content] : Snapshot(Path(folder + "/samples")))
@@ -127,32 +127,54 @@ class SpaceShares : public ToolFixture {
 TEST_F(SpaceShares, GatherToTheSameRecognition) {
   const ProcessResult whole = Run({"--out=" + Path("whole")});
   ASSERT_EQ(whole.exit_code, 0) << whole.err;
-  EXPECT_EQ(Run({"--list", "--share=1/3"}).out,
-            "samples/fabric_2/sample_2\nsamples/prediction/fabric_2\n"
-            "samples/prediction/fabric_2_without_2\n");
+  EXPECT_EQ(Run({"--list", "--share=1/3"}).out, "samples/fabric_2/sample_2\n");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
   const ProcessLimits killed = {.interrupt_when = Path("out/samples/fabric_2/sample_2/fit.log"),
                                 .interrupt_signal = SIGKILL};
   EXPECT_EQ(Run({"--share=1/3"}, killed).exit_code, 128 + SIGKILL);
-  const ProcessResult first = Run({"--share=0/3"});
-  EXPECT_THAT(first.out, testing::HasSubstr("share 0/3: 2 of 4 cells are complete"));
-  EXPECT_THAT(first.out, testing::HasSubstr("2 predictions need fits of other shares"));
-  const auto rest = [&] { return Run({"--share=2/3"}).exit_code; };
-  auto third = std::async(std::launch::async, rest);
+  EXPECT_THAT(Run({"--share=0/3"}).out, testing::HasSubstr("share 0/3: 2 of 2 cells are complete"));
+  auto third = std::async(std::launch::async, [&] { return Run({"--share=2/3"}).exit_code; });
   EXPECT_EQ(Run({"--share=1/3"}).exit_code, 0);
   EXPECT_EQ(third.get(), 0);
-  // The predictions; two shares make theirs, the last ones are left to the run without a share.
-  third = std::async(std::launch::async, rest);
-  EXPECT_THAT(Run({"--share=0/3"}).out, testing::HasSubstr("4 of 4 cells"));
-  EXPECT_EQ(third.get(), 0);
   EXPECT_FALSE(std::filesystem::exists(Path("out/recognition.md")));
-  const auto before = Snapshot(Path("out/samples/prediction"));
   const ProcessResult gathered = Run({});
   ASSERT_EQ(gathered.exit_code, 0) << gathered.err;
-  for (const auto& [path, content] : before) EXPECT_EQ(Read(path), content) << path;
   EXPECT_EQ(gathered.out, whole.out);
   EXPECT_EQ(Results("out"), Results("whole"));
   EXPECT_EQ(Read(Path("out/recognition.md")), Read(Path("whole/recognition.md")));
+}
+
+// From a pool that is there, without start tables.
+TEST_F(SpaceShares, PredictionsNeedNoFit) {
+  DrapePool pool = FakePool(1000);
+  pool.mesh = "disc:120";
+  pool.setting = "smooth law, contact none, 100 steps of 0.1 s";
+  WritePool(Path("pool.json"), pool);
+  const std::vector<std::string> options = {"--ways=predictions,features",
+                                            "--material=", "--pool=" + Path("pool.json"),
+                                            "--pool_drapes=1000"};
+  const auto run = [&](const std::string& more) {
+    std::vector<std::string> all = options;
+    all.push_back(more);
+    return Run(all);
+  };
+  const ProcessResult result = run("--pool_mesh=disc:120");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("| predicted drapes (B) | 4 | 1.000 |"));
+  EXPECT_THAT(result.out, testing::HasSubstr("| B and features | 4 | 1.000 |"));
+  EXPECT_THAT(result.out, testing::Not(testing::HasSubstr("posterior")));
+  EXPECT_EQ(Read(Path("out/recognition.md")), result.out);
+  EXPECT_FALSE(std::filesystem::exists(Path("out/samples")));
+  ExpectOneLineError(run("--pool_mesh=disc:150"),
+                     "found a pool of mesh disc:120, expected disc:150");
+  ExpectOneLineError(run("--share=0/2"), "option 'ways': found no 'posterior'");
+  ExpectOneLineError(run("--ways=features,telepathy"), "option 'ways': found 'telepathy'");
+  ExpectOneLineError(run("--ways=posterior"), "option 'material': not given");
+  const ProcessResult all = Run(
+      {"--ways=posterior,predictions,features", options[2], options[3], "--pool_mesh=disc:120"});
+  ASSERT_EQ(all.exit_code, 0) << all.err;
+  for (const char* way : {"posterior (A)", "A and B", "A and features", "A, B and features"})
+    EXPECT_THAT(all.out, testing::HasSubstr(std::string("| ") + way + " | 4 |"));
 }
 
 TEST_F(SpaceShares, HaveFabricsOfTheirOwnAndNoTables) {
@@ -178,20 +200,6 @@ TEST_F(SpaceShares, ABackendThatIsNotThereIsRefusedBeforeAnyFit) {
     ExpectOneLineError(Run({"--backend=cuda", "--contact=support"}), survey.text);
   ExpectOneLineError(Run({"--backend=gpu"}), "option 'backend': found 'gpu'");
   EXPECT_FALSE(std::filesystem::exists(Path("out/samples")));
-}
-
-TEST_F(SpaceShares, PredictionsAreOfTheFitsAndSettingsThatAreThere) {
-  ASSERT_EQ(Run({}).exit_code, 0);
-  ExpectOneLineError(Run({"--draws=26"}), "the predictions there have draws '24', found '26'");
-  // As if a fit had failed then, and was made again.
-  const std::string path = "out/samples/prediction/fabric_2.json";
-  const std::string good = Read(Path(path));
-  nlohmann::json stored = ReadStoredJson(Path(path), kRecognitionPredictionFormat);
-  stored["fits"] = "fabric_2/sample_1\n";
-  stored["up"][0][0] = 7.0;
-  WriteStoredJson(Path(path), kRecognitionPredictionFormat, stored, 1);
-  ASSERT_EQ(Run({}).exit_code, 0);
-  EXPECT_EQ(Read(Path(path)), good);
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/space/space_tool.h"
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -37,12 +36,9 @@ const std::set<std::string> kOfCells = {
     "table_form", "prior",       "accuracy_table", "threads", "other_materials", "specimen",
     "support"};
 // Options that change no fit.
-const std::set<std::string> kFree = {
-    "data",      "out",   "fabrics",   "posteriors", "new",         "by",   "threads",
-    "recognise", "draws", "calibrate", "start_rms",  "capture_rms", "list", "share"};
-// Options that change predictions.
-const std::set<std::string> kOfPredictions = {"by", "draws", "calibrate", "start_rms",
-                                              "capture_rms"};
+const std::set<std::string> kFree = {"data",        "out",       "fabrics",   "posteriors", "new",
+                                     "by",          "threads",   "recognise", "ways",       "pool",
+                                     "pool_drapes", "pool_mesh", "list",      "share"};
 
 std::vector<Option> SpaceOptions(SpaceToolOptions& options) {
   return {{.key = "posteriors",
@@ -79,35 +75,49 @@ std::vector<Option> DataOptions(SpaceToolOptions& options) {
 }
 
 std::vector<Option> RecognitionOptions(SpaceToolOptions& options) {
-  const auto height = [](const char* key, double* value, const char* doc) {
-    return Option{.key = key, .value = value, .doc = doc, .unit = "m", .least = 0, .most = 0.05};
-  };
-  return {
+  std::vector<Option> all = {
       {.key = "recognise",
        .value = &options.recognise,
-       .doc = "with --data: fit each sample alone, and tell the fabric of each from the others"},
-      {.key = "draws",
-       .value = &options.draws,
-       .doc = "number of drapes that are predicted of each fabric, with and without each of its "
-              "samples; 0: recognition without predicted drapes",
-       .least = 0,
-       .most = 4096},
-      {.key = "calibrate",
-       .value = &options.calibrate,
-       .doc = "calibrate bend for each prediction first, as drape_predict does"},
-      height("start_rms", &options.prediction.start_rms,
-             "root mean square height of a specimen's random start shape at the hem"),
-      height("capture_rms", &options.prediction.capture_rms,
-             "root mean square noise of each vertex at the start of each drape")};
+       .doc = "with --data: tell the fabric of each sample from the other samples"},
+      {.key = "ways",
+       .value = &options.ways,
+       .doc = "by what, and by their products: posterior, of a fit of each sample alone; "
+              "predictions, drapes of distributions of specimens that are learned from a pool of "
+              "simulated drapes, which needs no fit; features of the images alone"},
+      {.key = "pool_mesh",
+       .value = &options.learning.pool.mesh,
+       .doc = "cloth of the pool; it may differ from `mesh`, that of the fits",
+       .is_path = true,
+       .words = {"disc:"}}};
+  for (Option& option : PoolOptionRows(options.learning))
+    if (option.key == "pool" || option.key == "pool_drapes") all.push_back(std::move(option));
+  return all;
 }
 
-std::map<std::string, std::string> Settings(
-    const SpaceToolOptions& options, const std::function<bool(const std::string& key)>& has) {
+std::map<std::string, std::string> FitSettings(const SpaceToolOptions& options) {
   std::map<std::string, std::string> settings = {{"drapefit", BuildVersion()}};
   SpaceToolOptions copy = options;
   for (const Option& option : SpaceTable(copy).options)
-    if (has(option.key)) settings[option.key] = ValueText(option);
+    if (!kFree.contains(option.key)) settings[option.key] = ValueText(option);
   return settings;
+}
+
+RecognitionWays ParseWays(const SpaceToolOptions& options) {
+  RecognitionWays ways = {.posterior = false, .predictions = false, .features = false};
+  for (const std::string& way : options.ways) {
+    if (way == "posterior")
+      ways.posterior = true;
+    else if (way == "predictions")
+      ways.predictions = true;
+    else if (way == "features")
+      ways.features = true;
+    else
+      throw InputError("option 'ways'",
+                       "found '" + way + "', expected posterior, predictions or features");
+  }
+  if (options.ways.empty())
+    throw InputError("option 'ways'", "is empty, expected posterior, predictions or features");
+  return ways;
 }
 
 void CheckSource(const SpaceToolOptions& options) {
@@ -115,10 +125,15 @@ void CheckSource(const SpaceToolOptions& options) {
     throw InputError("options 'posteriors' and 'data'",
                      std::string("found ") + (options.data.empty() ? "neither" : "both") +
                          ", expected one of them");
-  if (!options.data.empty() && options.fit.data.material.empty())
-    throw InputError("option 'material'", "not given, expected the start tables of the fits");
-  if (!options.data.empty())
+  const bool fits = !options.recognise || ParseWays(options).posterior;
+  if (!options.data.empty() && fits) {
+    if (options.fit.data.material.empty())
+      throw InputError("option 'material'", "not given, expected the start tables of the fits");
     ReadMaterial(options.fit.data.material, {NegativeEntries::kWarn});  // before hours of work
+  }
+  if (!fits && (options.cells.list || !options.cells.share.empty()))
+    throw InputError("option 'ways'",
+                     "found no 'posterior', expected it: only fits can be listed and shared");
   const auto needs_data = [&](const char* option, const std::string& value) {
     throw InputError(std::string("option '") + option + "'",
                      "found " + value + " without 'data', expected a data set");
@@ -137,17 +152,6 @@ std::vector<Capture> SelectedCaptures(const SpaceToolOptions& options, const Run
   std::vector<Capture> usable = KeepUsable(Select(ReadDataset(options.data), selection), &skipped);
   for (const FileNote& note : skipped) control.Log("skipped: " + note.text);
   return usable;
-}
-
-FitCellJob MakeFitCellJob(const SpaceToolOptions& options, const std::string& folder) {
-  FitCellJob job{
-      .fit = MakeFitSpec(options.fit),
-      .material = options.fit.data.material,
-      .out = options.out + "/" + folder,
-      .settings = Settings(options, [](const std::string& key) { return !kFree.contains(key); })};
-  job.threads = job.fit.threads;
-  job.provenance = MakePartProvenance;
-  return job;
 }
 
 std::string FailureText(const std::vector<FitFailure>& failures) {
@@ -190,66 +194,58 @@ void CheckBackend(const SpaceToolOptions& options, const RunControl& control) {
                     1, control);
 }
 
-// A run of fits of a data set: of each fabric, or of each sample and then predictions.
-constexpr char kFabrics[] = "fabrics", kSamples[] = "samples";
+// What is fitted of a data set: each fabric, or each sample.
+FitCellJob MakeFitCellJob(const SpaceToolOptions& options) {
+  FitCellJob job{.fit = MakeFitSpec(options.fit),
+                 .material = options.fit.data.material,
+                 .out = options.out + (options.recognise ? "/samples" : "/fabrics"),
+                 .settings = FitSettings(options)};
+  job.threads = job.fit.threads;
+  job.provenance = MakePartProvenance;
+  if (options.recognise)  // a sample is one specimen
+    job.fit.posterior.specimen_stretch_sigma = job.fit.posterior.specimen_bend_sigma = 0.0;
+  return job;
+}
+
+std::vector<FitCell> MakeCells(const SpaceToolOptions& options,
+                               const std::vector<Capture>& captures) {
+  return options.recognise ? CellsBySample(captures) : CellsByFabric(captures);
+}
 
 RecognitionJob MakeRecognitionJob(const SpaceToolOptions& options,
                                   const std::vector<Capture>& captures) {
-  RecognitionJob job{.fits = MakeFitCellJob(options, kSamples)};
-  // A sample is one specimen.
-  job.fits.fit.posterior.specimen_stretch_sigma = job.fits.fit.posterior.specimen_bend_sigma = 0.0;
-  job.cells = CellsBySample(captures);
+  RecognitionJob job{.ways = ParseWays(options), .fits = MakeFitCellJob(options)};
+  job.cells = MakeCells(options, captures);
+  job.images = ObserveCaptures(captures, Camera());
   job.by = options.by;
-  job.draws = options.draws;
-  job.calibrate = options.calibrate;
-  job.prediction = options.prediction;
-  job.prediction_settings =
-      Settings(options, [](const std::string& key) { return kOfPredictions.contains(key); });
-  job.share = options.cells.ParseShare();
+  job.pool = options.learning.pool;
+  job.pool_file =
+      options.learning.pool_file.empty() ? options.out + "/pool.json" : options.learning.pool_file;
+  job.distribution.threads = job.fits.threads;
   return job;
 }
 
 SpaceResult ListCells(const SpaceToolOptions& options, const RunControl& control) {
-  const std::vector<Capture> captures = SelectedCaptures(options, control);
   std::vector<std::string> names;
-  if (options.recognise)
-    names = ListRecognitionCells(MakeRecognitionJob(options, captures));
-  else
-    for (const FitCell& cell : CellsByFabric(captures)) names.push_back(cell.name);
-  for (std::string& name : names)
-    name = std::string(options.recognise ? kSamples : kFabrics) + "/" + name;
+  for (const FitCell& cell : MakeCells(options, SelectedCaptures(options, control)))
+    names.push_back((options.recognise ? "samples/" : "fabrics/") + cell.name);
   return {.text = ListText(names, options.cells.ParseShare())};
 }
 
 SpaceResult RunFitShare(const SpaceToolOptions& options, const std::vector<Capture>& captures,
                         const RunControl& control) {
   const std::vector<FitCell> own =
-      CellsOfShare(CellsByFabric(captures), *options.cells.ParseShare());
-  const FitCellRun run = RunFitCells(MakeFitCellJob(options, kFabrics), own, control);
+      CellsOfShare(MakeCells(options, captures), *options.cells.ParseShare());
+  const FitCellRun run = RunFitCells(MakeFitCellJob(options), own, control);
   return {.cancelled = run.cancelled,
           .text = FailureText(run.failures) +
                   ShareText(options.cells.share, own.size() - run.missing.size(), own.size())};
 }
 
-SpaceResult RunShareOfRecognition(const SpaceToolOptions& options,
-                                  const std::vector<Capture>& captures, const RunControl& control) {
-  RecognitionJob job = MakeRecognitionJob(options, captures);
-  job.images = ObserveCaptures(captures, Camera());
-  const RecognitionShare share = RunRecognitionShare(job, control);
-  SpaceResult result{.cancelled = share.cancelled,
-                     .text = FailureText(share.failures) +
-                             ShareText(options.cells.share, share.done, share.cells)};
-  if (share.waiting > 0)
-    result.text += std::to_string(share.waiting) +
-                   " predictions need fits of other shares: run this share again when the fits of "
-                   "all shares have ended\n";
-  return result;
-}
-
 SpaceResult FitSpace(const SpaceToolOptions& options, const std::vector<Capture>& captures,
                      const OutputFolder& out, const RunControl& control) {
-  const FitCellJob job = MakeFitCellJob(options, kFabrics);
-  const FitCellRun run = RunFitCells(job, CellsByFabric(captures), control);
+  const FitCellJob job = MakeFitCellJob(options);
+  const FitCellRun run = RunFitCells(job, MakeCells(options, captures), control);
   if (run.cancelled) return {.cancelled = true, .text = ""};
   std::vector<std::string> folders;
   for (const std::string& name : run.done) folders.push_back(job.out + "/" + name);
@@ -260,9 +256,7 @@ SpaceResult FitSpace(const SpaceToolOptions& options, const std::vector<Capture>
 
 SpaceResult RunRecognition(const SpaceToolOptions& options, const std::vector<Capture>& captures,
                            const OutputFolder& out, const RunControl& control) {
-  RecognitionJob job = MakeRecognitionJob(options, captures);
-  job.images = ObserveCaptures(captures, Camera());
-  const Recognition recognition = Recognise(job, control);
+  const Recognition recognition = Recognise(MakeRecognitionJob(options, captures), control);
   if (recognition.cancelled) return {.cancelled = true, .text = ""};
   const std::string report = RecognitionReport(recognition);
   WriteFileAtomically(out.Staged("recognition.md"), report);
@@ -273,9 +267,7 @@ SpaceResult RunOnData(const SpaceToolOptions& options, const OutputFolder& out,
                       const RunControl& control) {
   CheckBackend(options, control);
   const std::vector<Capture> captures = SelectedCaptures(options, control);
-  if (options.cells.ParseShare())
-    return options.recognise ? RunShareOfRecognition(options, captures, control)
-                             : RunFitShare(options, captures, control);
+  if (options.cells.ParseShare()) return RunFitShare(options, captures, control);
   return options.recognise ? RunRecognition(options, captures, out, control)
                            : FitSpace(options, captures, out, control);
 }
@@ -310,15 +302,14 @@ OptionTable SpaceTable(SpaceToolOptions& options) {
           "or a kill the same "
           "command continues with the unfinished ones. A fit that fails is named and left out; "
           "failure.json in its folder says why, and is to be removed to try it again.\n"
-          "--list, --share: the cells are the fits and, with --recognise, after them the "
-          "predictions, each of which needs the fits of all samples. A share fits first and "
-          "predicts if all fits have ended; otherwise it says how many predictions wait: run the "
-          "shares twice, the second time when all have ended the first, or let the command without "
-          "--share predict.\n",
+          "--list, --share: the cells are the fits.\n"
+          "--recognise --ways=predictions,features needs no fit: with a pool that is there it "
+          "takes "
+          "a minute.\n",
       .options = std::move(all),
       .common = {"posteriors", "new", "by", "data", "fabrics", "samples", "captures", "material",
-                 "recognise", "draws", "mesh", "num_parameters", "threads", "backend", "share",
-                 "out"}};
+                 "recognise", "ways", "pool", "mesh", "num_parameters", "threads", "backend",
+                 "share", "out"}};
 }
 
 SpaceResult RunSpaceTool(const SpaceToolOptions& options, const RunControl& control) {

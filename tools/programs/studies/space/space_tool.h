@@ -6,7 +6,7 @@
 
 #include "physics/util/run_control.h"
 #include "solver/posterior/space/fabric_belief.h"
-#include "solver/prediction/prediction.h"
+#include "solver/prediction/generative/generative_prediction.h"
 #include "solver/studies/cells/share.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/fit_options.h"
@@ -19,6 +19,7 @@ struct SpaceToolOptions {
     fit.spec.model = FitModel::kBayes;
     fit.spec.simpler_models = false;  // their tables would be bases of their own
     fit.spec.backend = "cpu";         // fits of one image each run side by side on its threads
+    learning.pool.mesh = "disc:600";
   }
 
   std::vector<std::string> posteriors;  // folders of fits
@@ -30,10 +31,9 @@ struct SpaceToolOptions {
   std::string data, fabrics, samples, captures;  // ParseIndexList; empty: all
   FitToolOptions fit;
   bool recognise = false;  // RecognitionJob
-  int draws = 64;
-  bool calibrate = false;
-  PredictionOptions prediction;
-  CellChoice cells;  // of the fits and predictions
+  std::vector<std::string> ways = {"posterior", "predictions", "features"};
+  LearningOptions learning;  // its further rounds are not used
+  CellChoice cells;          // of the fits
 };
 
 // Points into `options`, which outlives it.
@@ -42,8 +42,8 @@ OptionTable SpaceTable(SpaceToolOptions& options);
 // Fits what is to be fitted, in options.out/fabrics or options.out/samples, and writes to
 // options.out space.json, distances.csv, heat_map.png, map.png and textile_map.png, or, with
 // `recognise`, recognition.md. `text` is what they say. Throws InputError; then what lay there is
-// as it was, but for fits that were made meanwhile. A share of the fits and predictions, or their
-// list, writes none of these files.
+// as it was, but for fits and a pool that were made meanwhile. A share of the fits, or their list,
+// writes none of these files.
 struct SpaceResult {
   bool cancelled = false;
   std::string text;

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fabrics recognised by predictions that are learned from fake drapes [METHODS, P62].
+#include "solver/studies/recognition/prediction_way.h"
+
+#include <gmock/gmock.h>
+
+#include <atomic>
+
+#include "physics/util/errors.h"
+#include "solver/studies/recognition/recognition_scores.h"
+#include "tests/physics/file_fixture.h"
+#include "tests/solver/prediction/generative/fake_pool.h"
+
+namespace drape::test {
+namespace {
+
+const DistributionFitOptions kOptions{.least_effective = 20.0, .threads = 2};
+
+// One fabric for each bending length [m].
+std::vector<SpecimenDistribution> FakeFabrics(const std::vector<double>& lengths) {
+  std::vector<SpecimenDistribution> fabrics;
+  for (const double length : lengths) {
+    fabrics.push_back(FakeFabric());
+    fabrics.back().mean[0][kLogBendingLength] = std::log(length);
+    fabrics.back().mean[1][kLogBendingLength] = std::log(1.15 * length);
+    fabrics.back().deviation[kLogBendingLength] = 0.08;
+  }
+  return fabrics;
+}
+
+std::vector<SampleDrapes> DrawSamples(const std::vector<SpecimenDistribution>& fabrics,
+                                      int samples) {
+  std::vector<SampleDrapes> list;
+  for (std::size_t f = 0; f < fabrics.size(); ++f) {
+    const std::vector<TrainingDrape> drapes = FakeSamples(fabrics[f], samples, 31 + f);
+    for (std::size_t i = 0; i < drapes.size(); i += 2)  // both faces
+      list.push_back({static_cast<int>(f), {drapes[i], drapes[i + 1]}});
+  }
+  return list;
+}
+
+// After the factor was found on the other samples.
+RecognitionScore Score(const std::vector<SampleDrapes>& samples,
+                       const std::vector<Eigen::VectorXd>& logs) {
+  std::vector<RecognisedSample> recognised;
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    recognised.push_back({"sample", samples[i].fabric, {{"score", logs[i]}}});
+  AddProduct("way", {"score"}, &recognised);
+  return ScoreWay(recognised, "way", static_cast<int>(logs[0].size()));
+}
+
+TEST(PredictionWay, RecognisesFabricsThatDrapeUnlike) {
+  const std::vector<SampleDrapes> samples = DrawSamples(FakeFabrics({0.008, 0.013, 0.02}), 4);
+  const RecognitionScore score =
+      Score(samples, CompareByPredictions(FakePool(2000), samples, 3, kOptions, {}));
+  EXPECT_EQ(score.samples, 12);
+  EXPECT_EQ(score.top_1, 1.0);
+  EXPECT_LT(score.log_loss, 0.02);
+}
+
+// Two whose means are 2.5 deviations apart: no way of telling them is always right.
+TEST(PredictionWay, IsAsSureOfFabricsThatOverlapAsItIsRight) {
+  const std::vector<SampleDrapes> samples =
+      DrawSamples(FakeFabrics({0.0141, 0.0141 * std::exp(0.2)}), 30);
+  const RecognitionScore score =
+      Score(samples, CompareByPredictions(FakePool(1500), samples, 2, kOptions, {}));
+  EXPECT_GT(score.top_1, 0.7);
+  EXPECT_LT(score.top_1, 0.95);
+  EXPECT_LT(score.log_loss, 0.5);  // ln 2 without any knowledge
+  const Eigen::VectorXd count = score.reliability.col(0);
+  const double sure = count.dot(score.reliability.col(1)) / count.sum();
+  EXPECT_NEAR(sure, score.top_1, 0.08);
+}
+
+TEST(PredictionWay, LeavesTheSampleOutOfItsFabricAlone) {
+  std::vector<SampleDrapes> samples = DrawSamples(FakeFabrics({0.01, 0.018}), 3);
+  samples[0].drapes = DrawSamples(FakeFabrics({0.0145}), 1)[0].drapes;  // unlike its fabric
+  const DrapePool pool = FakePool(2000);
+  const auto score = [&](const std::vector<int>& learned_from) {
+    std::vector<TrainingDrape> training;
+    for (const int i : learned_from)
+      training.insert(training.end(), samples[i].drapes.begin(), samples[i].drapes.end());
+    DistributionFitOptions options = kOptions;
+    options.resamples = 0;
+    options.cross_validate = false;
+    const DistributionFit fit = FitDistribution(pool, training, options, {});
+    return -ScoreDrapes(pool, fit.best, samples[0].drapes, options).sum();  // one of each face
+  };
+  const std::vector<Eigen::VectorXd> logs = CompareByPredictions(pool, samples, 2, kOptions, {});
+  EXPECT_NEAR(logs[0][0], score({1, 2}), 1e-5);
+  EXPECT_NEAR(logs[0][1], score({3, 4, 5}), 1e-5);
+  EXPECT_GT(score({0, 1, 2}), logs[0][0] + 0.1);  // what it would be with the sample
+}
+
+TEST(PredictionWay, CapturesOfAFaceCountOnceAndThreadsDoNot) {
+  std::vector<SampleDrapes> samples = DrawSamples(FakeFabrics({0.01, 0.018}), 2);
+  const DrapePool pool = FakePool(1500);
+  DistributionFitOptions options = kOptions;
+  const std::vector<Eigen::VectorXd> once = CompareByPredictions(pool, samples, 2, options, {});
+  options.threads = 1;
+  EXPECT_EQ(CompareByPredictions(pool, samples, 2, options, {}), once);
+  samples[3].drapes.push_back(samples[3].drapes.back());
+  const std::vector<Eigen::VectorXd> twice = CompareByPredictions(pool, samples, 2, options, {});
+  for (const int f : {0, 1}) EXPECT_NEAR(twice[3][f], once[3][f], 1e-5) << f;
+}
+
+TEST(PredictionWay, EndsEarlyAndRefusesASmallPool) {
+  const std::vector<SampleDrapes> samples = DrawSamples(FakeFabrics({0.01, 0.018}), 2);
+  const std::atomic<bool> cancel = true;
+  EXPECT_TRUE(
+      CompareByPredictions(FakePool(500), samples, 2, kOptions, {.cancel = &cancel}).empty());
+  EXPECT_INPUT_ERROR(CompareByPredictions(FakePool(30), samples, 2, kOptions, {}), "pool: found");
+}
+
+}  // namespace
+}  // namespace drape::test
