@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cuda/engine/cuda_backend.h"
-#include "physics/cloth/contact/solid.h"
+#include "physics/cloth/contact/obstacles/solid.h"
 #include "physics/util/errors.h"
 
 namespace drape {
@@ -25,7 +25,9 @@ std::string OnCpuAlone(const Scene& scene) {
   if (scene.contact->self) return "contact of the cloth with itself";
   const std::vector<Obstacle>& obstacles = scene.contact->obstacles;
   return std::any_of(obstacles.begin(), obstacles.end(),
-                     [](const Obstacle& obstacle) { return !MakeSolid(obstacle); })
+                     [](const Obstacle& obstacle) {
+                       return MakeSolid(obstacle).kind == Solid::Kind::kMesh;
+                     })
              ? "an obstacle that is a mesh"
              : "";
 }

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "cuda/engine/cuda_backend.h"
-#include "physics/cloth/contact/surface_obstacle.h"
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/util/errors.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"
 #include "tests/physics/cloth_fixture.h"

@@ -113,7 +113,7 @@ DeviceCloth::DeviceCloth(std::shared_ptr<const ClothModel> model, const FrontPla
 
 SolidContact DeviceCloth::UploadContact(const Contact& contact) {
   std::vector<Solid> solids;
-  for (const Obstacle& obstacle : contact.obstacles) solids.push_back(MakeSolid(obstacle).value());
+  for (const Obstacle& obstacle : contact.obstacles) solids.push_back(MakeSolid(obstacle));
   solids_ = DeviceBuffer<Solid>(solids);
   return {2.0 * contact.offset(), contact.range, contact.stiffness, static_cast<int>(solids.size()),
           solids_.data()};
