@@ -19,6 +19,7 @@ constexpr double kCell = 0.02;   // [m], about a triangle of a body
 constexpr int kMostCells = 128;  // along an axis
 // More cells than these in the box of a triangle are looked at one by one.
 constexpr int kManyCells = 1000;
+constexpr double kSharp = M_PI / 6;  // between the normals of two facets
 
 }  // namespace
 
@@ -95,13 +96,29 @@ void SurfaceObstacle::FindBalls() {
   }
 }
 
+// Whether the surface is bent inwards by more than kSharp over the edge opposite corner k of t.
+bool SurfaceObstacle::IsSharplyConcave(int t, int k) const {
+  const int other = lists_.neighbour[t][k];
+  const Eigen::Vector3d normal = face_normal_.col(t);
+  const Eigen::Vector3d across =
+      x_(Eigen::all, triangles_[other]).rowwise().mean() - x_.col(triangles_[t][(k + 1) % 3]);
+  return normal.dot(face_normal_.col(other)) < std::cos(kSharp) && normal.dot(across) > 0.0;
+}
+
 // Each edge and corner is that of the first of its triangles.
 void SurfaceObstacle::CountParts() {
-  std::vector<char> is_counted(x_.cols(), 0);
+  std::vector<char> is_left_out(x_.cols(), 0);
   for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
     for (int k = 0; k < 3; ++k) {
-      if (t < lists_.neighbour[t][k]) lists_.counted[t] |= CountedEdge(k);
-      char& corner = is_counted[triangles_[t][k]];
+      if (!IsSharplyConcave(t, k)) {
+        if (t < lists_.neighbour[t][k]) lists_.counted[t] |= CountedEdge(k);
+        continue;
+      }
+      is_left_out[triangles_[t][(k + 1) % 3]] = is_left_out[triangles_[t][(k + 2) % 3]] = 1;
+    }
+  for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)
+    for (int k = 0; k < 3; ++k) {
+      char& corner = is_left_out[triangles_[t][k]];
       if (corner == 0) lists_.counted[t] |= CountedCorner(k);
       corner = 1;
     }

@@ -17,8 +17,9 @@ enum class SurfaceBlend {
   // where
   // the facets are flat: for bodies, from which a skin keeps the vertices of a garment.
   kFacets,
-  // Facets and corners less edges. What is flat or convex has its distance to rounding; only where
-  // two places of the surface are equally near, as in a concave edge, it is less.
+  // Facets and corners less edges that are not sharply concave. What is flat or convex has its
+  // distance to rounding; only where two places of the surface are equally near, as in a concave
+  // edge, it is less.
   kPlaces
 };
 
@@ -62,6 +63,7 @@ class SurfaceObstacle {
  private:
   void FindNormals();
   void FindBalls();
+  bool IsSharplyConcave(int t, int k) const;
   void CountParts();
   bool IsConvex() const;
   void FillGrid();
