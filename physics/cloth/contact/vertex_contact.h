@@ -17,6 +17,7 @@ struct SolidContact {
   double stiffness = 0.0;               // [Pa]
   int count = 0;                        // of the obstacles
   const Solid* solids = nullptr;
+  bool has_meshes = false;
 
   DRAPE_HD SolidDistance Distance(int k, const Vec3<double>& x) const {
     return DistanceTo(solids[k], x);
@@ -26,6 +27,16 @@ struct SolidContact {
                                double (&block)[9]) const {
     drape::AddBlendChange(solids[k].surface, x, w, scale, block);
   }
+};
+// The same where no obstacle is a mesh: kernels then take half as many registers.
+struct FormulaContact : SolidContact {
+  DRAPE_HD explicit FormulaContact(const SolidContact& contact) : SolidContact(contact) {}
+  DRAPE_HD SolidDistance Distance(int k, const Vec3<double>& x) const {
+    return DistanceToFormula(solids[k], x);
+  }
+  DRAPE_HD bool IsConvex(int) const { return true; }
+  DRAPE_HD void AddBlendChange(int, const Vec3<double>&, const Vec3<double>&, double,
+                               double (&)[9]) const {}
 };
 
 // Calls of(barrier, distance, obstacle) for each obstacle within range of x.

@@ -58,7 +58,8 @@ DRAPE_HD inline SolidDistance DistanceToPlate(const Solid& plate, const Vec3<dou
   return distance;
 }
 
-DRAPE_HD inline SolidDistance DistanceTo(const Solid& solid, const Vec3<double>& x) {
+// From a solid that is no mesh.
+DRAPE_HD inline SolidDistance DistanceToFormula(const Solid& solid, const Vec3<double>& x) {
   switch (solid.kind) {
     case Solid::Kind::kSphere:
       return AwayFrom(x - solid.first, solid.size, {0.0, 0.0, 0.0});
@@ -66,9 +67,8 @@ DRAPE_HD inline SolidDistance DistanceTo(const Solid& solid, const Vec3<double>&
       return DistanceToSegment(solid.first, solid.second, solid.size, x);
     case Solid::Kind::kPlate:
       return DistanceToPlate(solid, x);
-    case Solid::Kind::kMesh:
-      return DistanceTo(solid.surface, x);
     case Solid::Kind::kPlane:
+    case Solid::Kind::kMesh:
       break;
   }
   SolidDistance distance;
@@ -76,6 +76,11 @@ DRAPE_HD inline SolidDistance DistanceTo(const Solid& solid, const Vec3<double>&
   distance.normal = solid.first;
   return distance;
 }
+DRAPE_HD inline SolidDistance DistanceTo(const Solid& solid, const Vec3<double>& x) {
+  return solid.kind == Solid::Kind::kMesh ? DistanceTo(solid.surface, x)
+                                          : DistanceToFormula(solid, x);
+}
+
 // Whether the distance is convex along a straight line.
 DRAPE_HD inline bool IsConvex(const Solid& solid) {
   return solid.kind != Solid::Kind::kMesh || solid.surface.is_convex;
