@@ -3,12 +3,9 @@
 
 #include <glog/logging.h>
 
-#include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "cuda/engine/cuda_backend.h"
-#include "physics/cloth/contact/solid.h"
 #include "physics/util/errors.h"
 
 namespace drape {
@@ -21,13 +18,7 @@ std::string CpuText(int threads) {
 
 // What a scene has that no device computes; empty: nothing.
 std::string OnCpuAlone(const Scene& scene) {
-  if (!scene.contact) return "";
-  if (scene.contact->self) return "contact of the cloth with itself";
-  const std::vector<Obstacle>& obstacles = scene.contact->obstacles;
-  return std::any_of(obstacles.begin(), obstacles.end(),
-                     [](const Obstacle& obstacle) { return !MakeSolid(obstacle); })
-             ? "an obstacle that is a mesh"
-             : "";
+  return scene.contact && scene.contact->self ? "contact of the cloth with itself" : "";
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace drape {
 
 // What obstacles do to the vertices of a batch, added to what the kernels of the cloth have written
-// (physics/cloth/contact/solid.h). In a scene without obstacles nothing is launched.
+// (physics/cloth/contact/vertex_contact.h). In a scene without obstacles nothing is launched.
 
 // Moves vertices of x, by rollout, out of all obstacles.
 void LaunchPushOut(const LaunchContext& on, double* x);

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/cloth/scene_io.h"
 
+#include <filesystem>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
+#include "physics/mesh/obj_io.h"
+#include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
 
@@ -128,16 +134,49 @@ PlateObstacle ReadPlate(const JsonInput& input) {
   return plate;
 }
 
-Obstacle ReadObstacle(const JsonInput& input) {
-  input.ExpectKeys({"plane", "sphere", "capsule", "plate"});
-  if (input.Size() != 1) input.Fail("one of plane, sphere, capsule, plate");
+// The surface of a solid, in the place that the scene gives it.
+ObjSurface ReadSolid(const JsonInput& input, const std::string& folder) {
+  input.ExpectKeys({"file", "scale", "translation"});
+  const JsonInput file = input.At("file");
+  const double scale = input.Has("scale") ? Positive(input.At("scale"), kMaxLength) : 1.0;
+  Eigen::Vector3d move = Eigen::Vector3d::Zero();
+  if (input.Has("translation")) move = Vector(input.At("translation"), kMaxLength);
+  const std::string path = (std::filesystem::path(folder) / file.String()).string();
+  try {
+    ObjSurface surface = ReadObjSurface(path);
+    for (Eigen::Index i = 0; i < surface.x.size(); i += 3)
+      surface.x.segment<3>(i) = scale * surface.x.segment<3>(i) + move;
+    if (const double most = surface.x.cwiseAbs().maxCoeff(); !(most <= kMaxLength))
+      throw InputError(path, Format("a vertex has a coordinate of %g m, expected at most %g m; "
+                                    "scale is the length of its unit in metres",
+                                    most, kMaxLength));
+    RequireClosed(surface, path);
+    RequireSolid(surface, path);
+    return surface;
+  } catch (const InputError& error) {
+    throw InputError(file.Name(), error.what());
+  }
+}
+
+Obstacle ReadMesh(const JsonInput& input, const std::string& folder) {
+  constexpr double kReach = 0.03;  // [m]
+  ObjSurface surface = ReadSolid(input, folder);
+  Eigen::Matrix3Xd x = surface.x.reshaped(3, surface.x.size() / 3);
+  return std::make_shared<const SurfaceObstacle>(std::move(x), std::move(surface.triangles),
+                                                 Eigen::Matrix3Xd(), kReach, SurfaceBlend::kPlaces);
+}
+
+Obstacle ReadObstacle(const JsonInput& input, const std::string& folder) {
+  input.ExpectKeys({"plane", "sphere", "capsule", "plate", "mesh"});
+  if (input.Size() != 1) input.Fail("one of plane, sphere, capsule, plate, mesh");
+  if (input.Has("mesh")) return ReadMesh(input.At("mesh"), folder);
   if (input.Has("plane")) return ReadPlane(input.At("plane"));
   if (input.Has("sphere")) return ReadSphere(input.At("sphere"));
   if (input.Has("capsule")) return ReadCapsule(input.At("capsule"));
   return ReadPlate(input.At("plate"));
 }
 
-Contact ReadContact(const JsonInput& input) {
+Contact ReadContact(const JsonInput& input, const std::string& folder) {
   constexpr double kMostThickness = 0.1;  // [m], also of the range
   input.ExpectKeys({"thickness", "range", "stiffness", "obstacles", "self"});
   Contact contact;
@@ -148,7 +187,7 @@ Contact ReadContact(const JsonInput& input) {
   if (input.Has("stiffness")) contact.stiffness = Positive(input.At("stiffness"), kMaxStiffness);
   const JsonInput obstacles = input.At("obstacles").ExpectArray();
   for (int i = 0; i < obstacles.Size(); ++i)
-    contact.obstacles.push_back(ReadObstacle(obstacles.At(i)));
+    contact.obstacles.push_back(ReadObstacle(obstacles.At(i), folder));
   return contact;
 }
 
@@ -164,7 +203,10 @@ Scene ReadScene(const std::string& path) {
   if (input.Has("gravity")) scene.gravity = Vector(input.At("gravity"), kMaxGravity);
   if (input.Has("handles")) scene.handles = ReadHandles(input.At("handles"));
   if (input.Has("load")) scene.load = ReadLoad(input.At("load"));
-  if (input.Has("contact")) scene.contact = ReadContact(input.At("contact"));
+  if (input.Has("contact")) {
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    scene.contact = ReadContact(input.At("contact"), folder);
+  }
   return scene;
 }
 

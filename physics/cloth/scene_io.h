@@ -33,6 +33,9 @@ constexpr auto EnumNames(ContactModel) {
 //   {"sphere": {"centre": [0, 0, -0.1], "radius": 0.1}}
 //   {"capsule": {"from": [-0.1, 0, -0.1], "to": [0.1, 0, -0.1], "radius": 0.05}}
 //   {"plate": {"top": [0, 0, -0.001], "radius": 0.09, "thickness": 0.05, "rim_radius": 0.001}}
+//   {"mesh": {"file": "head.obj", "scale": 0.001, "translation": [0, 0, -0.1]}}
+// Of a mesh, the file is relative to the folder of the scene; its vertices times the scale, by
+// default 1, plus the translation, by default 0, are the surface of a solid (RequireSolid).
 // By default centre is the origin, inner 0, outer infinite and normal [1, 0, 0]; a normal need not
 // have length 1. Comments are allowed. Throws InputError, naming the file, the key, the value and
 // what was expected.

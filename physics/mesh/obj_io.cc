@@ -5,10 +5,13 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "physics/mesh/obj_parser.h"
+#include "physics/mesh/self_intersection.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
@@ -136,6 +139,44 @@ void OrientCounterClockwise(const ObjContent& content, const Eigen::Matrix2Xd& u
 
 ObjSurface ReadObjSurface(const std::string& path, const ObjOptions& options) {
   return MakeSurface(Load(path, options));
+}
+
+void RequireClosed(const ObjSurface& surface, const std::string& where) {
+  std::map<std::pair<int, int>, int> faces;
+  for (size_t f = 0; f < surface.triangles.size(); ++f) {
+    const auto& t = surface.triangles[f];
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      if (!faces.try_emplace({a, b}, static_cast<int>(f)).second)
+        throw InputError(where,
+                         Format("face %zu: edge %d-%d runs as in another face, expected two "
+                                "faces at each edge, which traverse it in opposite directions",
+                                f + 1, a + 1, b + 1));
+    }
+  }
+  for (const auto& [edge, face] : faces)
+    if (!faces.count({edge.second, edge.first}))
+      throw InputError(where, Format("face %d: edge %d-%d has no second face, expected a closed "
+                                     "surface",
+                                     face + 1, edge.first + 1, edge.second + 1));
+}
+
+void RequireSolid(const ObjSurface& surface, const std::string& where) {
+  const auto vertex = [&](int i) -> Eigen::Vector3d { return surface.x.segment<3>(3 * i); };
+  double volume = 0;
+  for (const auto& t : surface.triangles)
+    volume += vertex(t[0]).dot(vertex(t[1]).cross(vertex(t[2])));
+  if (!(volume > 0))
+    throw InputError(where, Format("the volume is %g m³, expected > 0: faces counter-clockwise as "
+                                   "seen from outside",
+                                   volume / 6));
+  const auto found = FindSelfIntersections(surface.triangles, surface.x);
+  if (found.empty()) return;
+  const Eigen::Vector3d place = vertex(surface.triangles[found[0].first][0]);
+  throw InputError(
+      where, Format("faces %d and %d intersect near (%.4g, %.4g, %.4g), expected a "
+                    "surface that does not intersect itself",
+                    found[0].first + 1, found[0].second + 1, place.x(), place.y(), place.z()));
 }
 
 Mesh ReadObj(const std::string& path, const ObjOptions& options) {

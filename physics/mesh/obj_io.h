@@ -32,6 +32,13 @@ struct ObjSurface {
 // that is not a triangle, an index out of range, a number that is not finite.
 ObjSurface ReadObjSurface(const std::string& path, const ObjOptions& options = {});
 
+// What bounds a solid: every edge is of two faces, which traverse it in opposite directions. Throws
+// InputError that names `where`, the face and the edge.
+void RequireClosed(const ObjSurface& surface, const std::string& where);
+// Of a closed surface: its faces are counter-clockwise as seen from outside, and it does not
+// intersect itself (FindSelfIntersections). Throws InputError that names `where`.
+void RequireSolid(const ObjSurface& surface, const std::string& where);
+
 // Reads a cloth [MODEL, M1]. Its material coordinates [m] are the vt when each vertex has exactly
 // one vt value, otherwise x and y when all z are equal. A mesh that is clockwise throughout in
 // these coordinates is turned over. Throws InputError as ReadObjSurface and BuildMesh do, and when

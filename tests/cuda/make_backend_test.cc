@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "cuda/engine/cuda_backend.h"
-#include "physics/cloth/contact/surface_obstacle.h"
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/util/errors.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"
 #include "tests/physics/cloth_fixture.h"
@@ -28,16 +28,6 @@ std::string WhyNot(const std::shared_ptr<const ClothModel>& model) {
   return "";
 }
 
-TEST(MakeBackend, AMeshObstacleIsForTheCpuAlone) {
-  const test::ClosedMesh ball = test::MakeBall(0.05, 2);
-  const auto model = DiscAmong(
-      {PlaneObstacle{.offset = -1.0}, std::make_shared<SurfaceObstacle>(ball.x, ball.triangles)});
-  EXPECT_THAT(WhyNot(model), testing::HasSubstr("expected cpu for an obstacle that is a mesh"));
-  std::string device;
-  EXPECT_EQ(MakeBackend("auto", model, 1, &device)->name(), "cpu");
-  EXPECT_EQ(device, "1 CPU thread, on which alone an obstacle that is a mesh runs");
-}
-
 TEST(MakeBackend, ContactOfTheClothWithItselfIsForTheCpuAlone) {
   const auto model = std::make_shared<const ClothModel>(
       MakeDisc({.target_vertices = 100}), CusickScene({ContactModel::kSelf}), MakeLaw("smooth"));
@@ -47,9 +37,11 @@ TEST(MakeBackend, ContactOfTheClothWithItselfIsForTheCpuAlone) {
   EXPECT_EQ(device, "1 CPU thread, on which alone contact of the cloth with itself runs");
 }
 
-TEST(MakeBackend, OtherObstaclesAreForAnyDevice) {
+TEST(MakeBackend, ObstaclesAreForAnyDevice) {
+  const test::ClosedMesh ball = test::MakeBall(0.05, 2);
   const auto model = DiscAmong({PlaneObstacle{.offset = -1.0}, SphereObstacle{}, CapsuleObstacle{},
-                                PlateObstacle{.top = {0.0, 0.0, -0.001}}});
+                                PlateObstacle{.top = {0.0, 0.0, -0.001}},
+                                std::make_shared<SurfaceObstacle>(ball.x, ball.triangles)});
   const CudaSurvey survey = SurveyCuda();
   if (survey.usable) {
     EXPECT_EQ(WhyNot(model), "");

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "physics/cloth/assembly/scene_self_contact.h"
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/cloth/scene_io.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/cloth/state_io.h"
@@ -67,6 +69,15 @@ void RequireRegions(const SceneInput& input, const Scene& scene, const Mesh& mes
                                       " in it, expected some");
 }
 
+// Whether x is so deep in a mesh that its gap from that is not known.
+bool IsDeepInMesh(const Contact& contact, const Eigen::Vector3d& x) {
+  return std::any_of(
+      contact.obstacles.begin(), contact.obstacles.end(), [&](const Obstacle& obstacle) {
+        const auto* mesh = std::get_if<std::shared_ptr<const SurfaceObstacle>>(&obstacle);
+        return mesh != nullptr && (*mesh)->DistanceTo(x).normal.isZero() && (*mesh)->Encloses(x);
+      });
+}
+
 void RequireOutside(const SceneInput& input, const Contact& contact, const State& start) {
   for (Eigen::Index i = 0; i < start.x.size() / 3; ++i) {
     const double gap = SmallestGap(contact, start.x.segment<3>(3 * i));
@@ -74,6 +85,11 @@ void RequireOutside(const SceneInput& input, const Contact& contact, const State
       throw InputError(input.start == "flat" ? input.scene : input.start,
                        Format("found vertex %d %.3g mm in an obstacle, expected a start outside",
                               static_cast<int>(i), -1e3 * gap));
+    if (IsDeepInMesh(contact, start.x.segment<3>(3 * i)))
+      throw InputError(input.start == "flat" ? input.scene : input.start,
+                       Format("found vertex %d deep in an obstacle that is a mesh, expected a "
+                              "start outside",
+                              static_cast<int>(i)));
   }
 }
 

@@ -5,7 +5,7 @@
 
 #include "cuda/factor/plan/front_plan.h"
 #include "cuda/factor/plan/gather_list.h"
-#include "physics/cloth/contact/solid.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/material/laws/hinge_geometry.h"
 #include "physics/material/laws/law.h"
 #include "physics/material/laws/stretch_element.h"

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <utility>
+#include <variant>
 
 namespace drape {
 namespace {
@@ -113,10 +114,14 @@ DeviceCloth::DeviceCloth(std::shared_ptr<const ClothModel> model, const FrontPla
 
 SolidContact DeviceCloth::UploadContact(const Contact& contact) {
   std::vector<Solid> solids;
-  for (const Obstacle& obstacle : contact.obstacles) solids.push_back(MakeSolid(obstacle).value());
+  for (const Obstacle& obstacle : contact.obstacles) {
+    solids.push_back(MakeSolid(obstacle));
+    if (const auto* mesh = std::get_if<std::shared_ptr<const SurfaceObstacle>>(&obstacle))
+      solids.back().surface = surfaces_.emplace_back(**mesh).view();
+  }
   solids_ = DeviceBuffer<Solid>(solids);
-  return {2.0 * contact.offset(), contact.range, contact.stiffness, static_cast<int>(solids.size()),
-          solids_.data()};
+  return {2.0 * contact.offset(),          contact.range,  contact.stiffness,
+          static_cast<int>(solids.size()), solids_.data(), !surfaces_.empty()};
 }
 
 void DeviceCloth::ToEliminationOrder(const double* mesh_order, int columns, int stride,

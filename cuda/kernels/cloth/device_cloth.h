@@ -8,6 +8,7 @@
 #include "cuda/device/device_buffer.h"
 #include "cuda/factor/multifrontal.h"
 #include "cuda/kernels/cloth/cloth_view.h"
+#include "cuda/kernels/cloth/device_surface.h"
 #include "cuda/kernels/cloth/mesh_view.h"
 #include "physics/cloth/cloth_model.h"
 
@@ -16,7 +17,7 @@ namespace drape {
 // A cloth model on the present device, in elimination order.
 class DeviceCloth {
  public:
-  // shared_bytes: of a block of threads. No obstacle is a mesh.
+  // shared_bytes: of a block of threads.
   DeviceCloth(std::shared_ptr<const ClothModel> model, const FrontPlan& plan, int shared_bytes);
 
   const ClothModel& model() const { return *model_; }
@@ -43,6 +44,7 @@ class DeviceCloth {
   DeviceBuffer<int> row_start_, column_, mirror_, entry_block_, entry_order_, border_,
       diagonal_entry_;
   DeviceBuffer<Solid> solids_;
+  std::vector<DeviceSurface> surfaces_;
   DeviceBuffer<StretchNode> strain_nodes_;
   struct Gather {
     DeviceBuffer<int> start, item;

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <limits>
 
-#include "physics/cloth/contact/solid.h"
+#include "physics/cloth/contact/vertex_contact.h"
 
 namespace drape {
 namespace {
 
-// What the formulas of solid.h take.
+// What the formulas of vertex_contact.h take.
 struct PlainContact {
   explicit PlainContact(const Contact& contact)
       : thickness(2.0 * contact.offset()),
@@ -19,21 +19,19 @@ struct PlainContact {
         obstacles(contact.obstacles) {}
 
   SolidDistance Distance(int k, const Vec3<double>& x) const {
-    if (const std::optional<Solid> solid = MakeSolid(obstacles[k])) return DistanceTo(*solid, x);
-    const ObstacleDistance d = DistanceTo(obstacles[k], {x.x, x.y, x.z});
-    const Eigen::Matrix3d& c = d.curvature;
-    return {d.value,
-            {d.normal.x(), d.normal.y(), d.normal.z()},
-            {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)}};
+    return DistanceTo(MakeSolid(obstacles[k]), x);
   }
-  bool IsConvex(int k) const { return drape::IsConvex(obstacles[k]); }
+  bool IsConvex(int k) const { return drape::IsConvex(MakeSolid(obstacles[k])); }
+  void AddBlendChange(int k, const Vec3<double>& x, const Vec3<double>& w, double scale,
+                      double (&block)[9]) const {
+    drape::AddBlendChange(MakeSolid(obstacles[k]).surface, x, w, scale, block);
+  }
 
   double thickness, range, stiffness;
   int count;
   const std::vector<Obstacle>& obstacles;
 };
 
-Vec3<double> Plain(const Eigen::Vector3d& a) { return {a.x(), a.y(), a.z()}; }
 Eigen::Matrix3d InEigen(const double (&block)[9]) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(block);
 }

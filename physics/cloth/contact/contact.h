@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "physics/cloth/contact/obstacle.h"
+#include "physics/cloth/contact/obstacles/obstacle.h"
 
 namespace drape {
 

@@ -11,7 +11,7 @@
 #include <variant>
 
 #include "physics/cloth/contact/barrier.h"
-#include "physics/cloth/contact/surface_obstacle.h"
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 
 namespace drape {
 namespace {

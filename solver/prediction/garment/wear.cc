@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/cloth/contact/surface_contact.h"
-#include "physics/cloth/contact/surface_obstacle.h"
 #include "physics/material/laws/stretch_element.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/math/random.h"

@@ -123,6 +123,7 @@ class SceneChecks {
     internal.gravity.reset();
     internal.handles.reset();
     internal.load.reset();
+    if (internal.contact) internal.contact->obstacles.clear();
     const ClothModel cloth(model_->mesh, internal, model_->law);
     const Vector force = Force(cloth, x_);
     const Eigen::Map<const Eigen::Matrix3Xd> f(force.data(), 3, force.size() / 3);
@@ -211,9 +212,13 @@ class SceneChecks {
   }
 
   void CheckRollout() {
-    const TangentResult tangent = RolloutTangent(solver_, material_, material_, start_, rollout_);
     Recording recording;
-    (void)Rollout(solver_, material_, start_, rollout_, &recording);
+    const RolloutStatus status = Rollout(solver_, material_, start_, rollout_, &recording).status;
+    if (status != RolloutStatus::kOk) {
+      Add("rollout", std::string("no derivatives: ") + ToString(status), 1.0);
+      return;
+    }
+    const TangentResult tangent = RolloutTangent(solver_, material_, material_, start_, rollout_);
     const Vector seed = Direction(x_.size());
     const AdjointResult adjoint = RolloutAdjoint(solver_, material_, rollout_, recording, seed);
     const Vector by_tangent = tangent.dx.transpose() * seed;

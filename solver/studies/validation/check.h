@@ -41,7 +41,9 @@ struct CheckOptions {
 //             rise of the total energy informs too: one Newton step a time step promises no
 //             decrease
 //  stiffness  K = −∂f/∂x against central differences; how unsymmetric K is
-//  rollout    tangent = adjoint; both against central differences by the material and by the start
+//  rollout    tangent = adjoint; both against central differences by the material and by the start.
+//             Where an obstacle ends a move, that step has no derivative, and a row says so in
+//             place of these: shorter steps have
 // Central differences run over steps of 1e-3 … 1e-8 (a row each; mean edge lengths for positions,
 // relative for entries), of second and fourth order: too long a step crosses kinks and sees
 // curvature, too short a one drowns in rounding, so the best of the sweep is what is judged, bound

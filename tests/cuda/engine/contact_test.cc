@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Contact on a device beside the CPU's.
+#include <memory>
+#include <span>
+#include <vector>
+
 #include "cuda/engine/cuda_backend.h"
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/simulation/textbook.h"
 #include "tests/cuda/engine/gpu_fixture.h"
+#include "tests/physics/cloth/contact/closed_mesh.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {
@@ -51,11 +57,39 @@ class CudaContact : public testing::TestWithParam<const char*> {
     }
     EXPECT_LT(Gap(starts_[0].x), 0.9 * model_->scene.contact->range);
   }
-  void Relax() {
-    const auto relaxed = host_->Rollouts(inputs_, {.h = 0.1, .steps = 60}, nullptr);
+  void Relax(double h = 0.1, int steps = 60) {
+    const auto relaxed = host_->Rollouts(inputs_, {.h = h, .steps = steps}, nullptr);
     for (std::size_t i = 0; i < starts_.size(); ++i)
       starts_[i] = {relaxed[i].end.x, Eigen::VectorXd::Zero(relaxed[i].end.x.size())};
   }
+  // Drapes over an obstacle, held in the middle at z = 0, until they are at rest there, on the
+  // host. The cloth is thick, so that more of its vertices are over edges and corners.
+  void LoadDrapesOver(const Contact& contact, int count) {
+    Scene scene;
+    scene.gravity = Eigen::Vector3d(0.0, 0.0, -9.8);
+    scene.handles = Handles{.regions = {DiscRegion{.radius = 0.02}}};
+    scene.contact = contact;
+    Load(scene, 400, 2 * count);  // not every start ends at rest
+    if (IsSkipped()) return;
+    for (std::size_t i = 0; i < fields_.size(); ++i)
+      fields_[i] = LinearMaterial(500.0, 3e-6 * (1 + 0.1 * static_cast<double>(i)), 0.3);
+    Relax(0.05, 100);
+    const auto rests = host_->Equilibria(inputs_, {});
+    int kept = 0;
+    for (std::size_t i = 0; i < rests.size() && kept < count; ++i) {
+      if (rests[i].status != EquilibriumStatus::kStable) continue;
+      fields_[kept] = fields_[i];
+      starts_[kept++].x = rests[i].x;
+    }
+    ASSERT_EQ(kept, count);
+    fields_.resize(count);
+    starts_.resize(count);
+    Point();
+    EXPECT_LT(Gap(starts_[0].x), 0.9 * model_->scene.contact->range);
+  }
+  void ExpectSameStepDerivatives(const RolloutOptions& options);
+  void ExpectSameEquilibria();
+  void ExpectSameEquilibriumDerivatives();
   double Gap(const Eigen::VectorXd& x) const { return SmallestGap(*model_->scene.contact, x); }
 
   std::mt19937_64 random_{5};
@@ -75,13 +109,31 @@ Scene Falling(const std::vector<Obstacle>& obstacles) {
   return scene;
 }
 
+Obstacle MeshObstacle(test::ClosedMesh mesh, const Eigen::Vector3d& move) {
+  mesh.x.colwise() += move;
+  return std::make_shared<const SurfaceObstacle>(mesh.x, mesh.triangles, Eigen::Matrix3Xd(), 0.03,
+                                                 SurfaceBlend::kPlaces);
+}
+// One that is convex, one with a concave edge. The cloth is thick, so that more of its vertices are
+// over edges and corners.
+std::vector<Contact> MeshesUnderDrapes() {
+  return {
+      {.thickness = 4e-3,
+       .obstacles = {MeshObstacle(test::MakeBall(0.06, 2), {0.0, 0.0, -0.06 - 2.6e-3})}},
+      {.thickness = 4e-3,
+       .stiffness = 1e3,
+       .obstacles = {MeshObstacle(test::MakeStair(0.03, 0.1), {-0.01, -0.05, -0.06 - 2.6e-3})}}};
+}
+
 // Each kind of obstacle, met at a speed that ends moves, with vertices that start within it.
 TEST_P(CudaContact, RolloutsAreEquivalentToReference) {
   const std::vector<Obstacle> kinds = {
       PlaneObstacle{.normal = Eigen::Vector3d(1, 2, 30).normalized(), .offset = -0.03},
       SphereObstacle{.centre = {0.01, 0.02, -0.105}, .radius = 0.1},
       CapsuleObstacle{.from = {-0.1, 0.01, -0.05}, .to = {0.1, 0.02, -0.06}, .radius = 0.055},
-      PlateObstacle{.top = {0.01, 0.0, -0.003}, .radius = 0.08, .rim_radius = 4e-3}};
+      PlateObstacle{.top = {0.01, 0.0, -0.003}, .radius = 0.08, .rim_radius = 4e-3},
+      MeshObstacle(test::MakeBall(0.1, 3), {0.01, 0.02, -0.105}),
+      MeshObstacle(test::MakeStair(0.05, 0.2), {-0.02, -0.1, -0.105})};
   for (const Obstacle& obstacle : kinds) {
     Load(Falling({obstacle, PlaneObstacle{.offset = -0.2}}), 200, 3);
     if (IsSkipped()) return;
@@ -139,7 +191,19 @@ TEST_P(CudaContact, DerivativesOfStepsAreEquivalentToReference) {
   LoadSupportedDrapes(200, 3);
   if (IsSkipped()) return;
   for (MaterialField& field : fields_) field = test::Scatter(Soft(1.1), model_->mesh, 0.1, random_);
-  const RolloutOptions options{.h = 2e-3, .steps = 8};
+  ExpectSameStepDerivatives({.h = 2e-3, .steps = 8});
+}
+
+TEST_P(CudaContact, DerivativesOfStepsOnMeshesAreEquivalentToReference) {
+  for (const Contact& contact : MeshesUnderDrapes()) {
+    LoadDrapesOver(contact, 3);
+    if (IsSkipped()) return;
+    for (MaterialField& field : fields_) field = test::Scatter(field, model_->mesh, 0.01, random_);
+    ExpectSameStepDerivatives({.h = 2e-3, .steps = 8});
+  }
+}
+
+void CudaContact::ExpectSameStepDerivatives(const RolloutOptions& options) {
   const auto found = device_->Tangents(inputs_, weights_, options);
   const auto expected = host_->Tangents(inputs_, weights_, options);
   std::vector<Recording> of_device, of_host;
@@ -172,6 +236,21 @@ TEST_P(CudaContact, EquilibriaAreEquivalentToReference) {
   Load(CusickScene({ContactModel::kSupport}), 300, 4);
   if (IsSkipped()) return;
   Relax();
+  ExpectSameEquilibria();
+}
+
+// From where another bending stiffness is at rest.
+TEST_P(CudaContact, EquilibriaOnMeshesAreEquivalentToReference) {
+  for (const Contact& contact : MeshesUnderDrapes()) {
+    LoadDrapesOver(contact, 3);
+    if (IsSkipped()) return;
+    for (MaterialField& field : fields_)
+      for (double& b : std::span(field.bend[0].entries(), kBendEntries)) b *= 1.005;
+    ExpectSameEquilibria();
+  }
+}
+
+void CudaContact::ExpectSameEquilibria() {
   const auto found = device_->Equilibria(inputs_, {});
   const auto expected = host_->Equilibria(inputs_, {});
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
@@ -188,6 +267,18 @@ TEST_P(CudaContact, EquilibriaAreEquivalentToReference) {
 TEST_P(CudaContact, DerivativesOfEquilibriaAreEquivalentToReference) {
   LoadSupportedDrapes(300, 3);
   if (IsSkipped()) return;
+  ExpectSameEquilibriumDerivatives();
+}
+
+TEST_P(CudaContact, DerivativesOfEquilibriaOnMeshesAreEquivalentToReference) {
+  for (const Contact& contact : MeshesUnderDrapes()) {
+    LoadDrapesOver(contact, 3);
+    if (IsSkipped()) return;
+    ExpectSameEquilibriumDerivatives();
+  }
+}
+
+void CudaContact::ExpectSameEquilibriumDerivatives() {
   const auto tangents = device_->EquilibriumTangents(inputs_, weights_);
   const auto tangents_there = host_->EquilibriumTangents(inputs_, weights_);
   const auto moves = device_->EquilibriumJvp(inputs_, weights_);

@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <utility>
 
 #include "physics/mesh/obj_io.h"
-#include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 
@@ -51,43 +49,6 @@ class FrameNames {
 
 std::string FaceText(const std::array<int, 3>& t) {
   return Format("%d %d %d", t[0] + 1, t[1] + 1, t[2] + 1);
-}
-
-void CheckClosed(const ObjSurface& surface, const std::string& path) {
-  std::map<std::pair<int, int>, int> faces;
-  for (size_t f = 0; f < surface.triangles.size(); ++f) {
-    const auto& t = surface.triangles[f];
-    for (int k = 0; k < 3; ++k) {
-      const int a = t[k], b = t[(k + 1) % 3];
-      if (!faces.try_emplace({a, b}, static_cast<int>(f)).second)
-        throw InputError(path,
-                         Format("face %zu: edge %d-%d runs as in another face, expected two "
-                                "faces at each edge, which traverse it in opposite directions",
-                                f + 1, a + 1, b + 1));
-    }
-  }
-  for (const auto& [edge, face] : faces)
-    if (!faces.count({edge.second, edge.first}))
-      throw InputError(path, Format("face %d: edge %d-%d has no second face, expected a closed "
-                                    "surface",
-                                    face + 1, edge.first + 1, edge.second + 1));
-}
-
-void CheckSurface(const ObjSurface& surface, const std::string& path) {
-  double volume = 0;
-  for (const auto& t : surface.triangles)
-    volume += Vertex(surface.x, t[0]).dot(Vertex(surface.x, t[1]).cross(Vertex(surface.x, t[2])));
-  if (!(volume > 0))
-    throw InputError(path, Format("the volume is %g m³, expected > 0: faces counter-clockwise as "
-                                  "seen from outside",
-                                  volume / 6));
-  const auto found = FindSelfIntersections(surface.triangles, surface.x);
-  if (found.empty()) return;
-  const Vector3d place = Vertex(surface.x, surface.triangles[found[0].first][0]);
-  throw InputError(
-      path, Format("faces %d and %d intersect near (%.4g, %.4g, %.4g), expected a "
-                   "surface that does not intersect itself",
-                   found[0].first + 1, found[0].second + 1, place.x(), place.y(), place.z()));
 }
 
 void CheckSameFaces(const ObjSurface& surface, const ObjSurface& first, const std::string& path,
@@ -176,15 +137,15 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern,
   const int start = std::filesystem::exists(names.Name(0)) ? 0 : 1;
   const std::string first_path = names.Name(start);
   const ObjSurface first = ReadObjSurface(first_path);
-  CheckClosed(first, first_path);
-  CheckSurface(first, first_path);
+  RequireClosed(first, first_path);
+  RequireSolid(first, first_path);
   std::vector<Eigen::VectorXd> frames = {first.x};
   for (int k = start + 1; k < kMaxFrames && std::filesystem::exists(names.Name(k)); ++k) {
     const std::string path = names.Name(k);
     ObjSurface next = ReadObjSurface(path);
     CheckSameFaces(next, first, path, first_path);
     CheckSpeed(frames.back(), next.x, options, path, names.Name(k - 1));
-    CheckSurface(next, path);
+    RequireSolid(next, path);
     frames.push_back(std::move(next.x));
   }
   return std::make_unique<BodySequence>(first.triangles, std::move(frames),

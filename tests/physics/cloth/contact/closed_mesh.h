@@ -57,6 +57,36 @@ inline ClosedMesh MakeWedge(double length, double width, double height) {
   return wedge;
 }
 
+// A prism along y from 0 to that length. section: x and z of its corners, counter-clockwise where x
+// is to the right and z upwards; caps: triangles of it.
+inline ClosedMesh MakePrism(const std::vector<Eigen::Vector2d>& section,
+                            const std::vector<std::array<int, 3>>& caps, double length) {
+  const int n = static_cast<int>(section.size());
+  ClosedMesh prism{Eigen::Matrix3Xd(3, 2 * n), caps};
+  for (const auto& [a, b, c] : caps) prism.triangles.push_back({a + n, c + n, b + n});
+  for (int i = 0; i < n; ++i) {
+    const int j = (i + 1) % n;
+    prism.x.col(i) << section[i].x(), 0.0, section[i].y();
+    prism.x.col(i + n) << section[i].x(), length, section[i].y();
+    prism.triangles.push_back({j, i, i + n});
+    prism.triangles.push_back({j, i + n, j + n});
+  }
+  return prism;
+}
+
+// A cube from the origin to (size, size, size).
+inline ClosedMesh MakeCube(double size) {
+  return MakePrism({{0, 0}, {size, 0}, {size, size}, {0, size}}, {{0, 1, 2}, {0, 2, 3}}, size);
+}
+
+// A stair of two treads of that width and height, which meet at a right angle in a concave edge
+// along y at x = z = size.
+inline ClosedMesh MakeStair(double size, double length) {
+  const double s = size;
+  return MakePrism({{0, 0}, {2 * s, 0}, {2 * s, s}, {s, s}, {s, 2 * s}, {0, 2 * s}},
+                   {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, length);
+}
+
 // A ring whose section is a circle of radius `thin` about a circle of radius `wide` around z.
 inline ClosedMesh MakeRing(double wide, double thin, int around, int across) {
   ClosedMesh ring{Eigen::Matrix3Xd(3, around * across), {}};

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "physics/cloth/contact/barrier.h"
-#include "physics/cloth/contact/solid.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/util/math/random.h"
 
 namespace drape {
@@ -150,7 +150,7 @@ TEST_F(ContactTest, ForceIsTheSlopeOfTheEnergy) {
 TEST_F(ContactTest, PlainDataGiveTheSame) {
   constexpr double kRounding = 1e-12;
   std::vector<Solid> solids;
-  for (const Obstacle& obstacle : contact_.obstacles) solids.push_back(MakeSolid(obstacle).value());
+  for (const Obstacle& obstacle : contact_.obstacles) solids.push_back(MakeSolid(obstacle));
   const SolidContact plain{contact_.thickness, contact_.range, contact_.stiffness,
                            static_cast<int>(solids.size()), solids.data()};
   const auto expect_near = [&](const Vec3<double>& a, const Eigen::Vector3d& b) {

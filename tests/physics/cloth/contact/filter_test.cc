@@ -12,7 +12,7 @@
 
 #include "physics/cloth/contact/clearance.h"
 #include "physics/cloth/contact/contact.h"
-#include "physics/cloth/contact/surface_obstacle.h"
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/math/random.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "physics/cloth/contact/barrier.h"
-#include "physics/cloth/contact/surface_obstacle.h"
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/mesh/strip.h"
 #include "physics/util/math/random.h"

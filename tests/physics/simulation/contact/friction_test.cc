@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "physics/cloth/contact/surface_obstacle.h"
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/mesh/disc.h"
 #include "physics/simulation/implicit_euler.h"
 #include "physics/simulation/textbook.h"

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/contact/surface_obstacle.h"
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/mesh/strip.h"

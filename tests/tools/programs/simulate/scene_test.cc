@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_simulate on scenes other than the Cusick test, and drape_fit on mechanical tests.
+#include <algorithm>
+#include <utility>
+
 #include "physics/material/material_io.h"
+#include "physics/mesh/obj_io.h"
+#include "tests/physics/cloth/contact/closed_mesh.h"
 #include "tests/tools/tool_fixture.h"
 
 namespace drape::test {
@@ -97,6 +102,135 @@ TEST_F(SceneTool, WhatASceneCannotHaveIsOneLine) {
                      "needs a scene that holds the cloth");
   ExpectOneLineError(Simulate({"--mesh=strip:0.08x0.02x10"}), "found all vertices held");
   ExpectOneLineError(Simulate({"--mesh=strip:0.1"}), "expected strip:LENGTHxWIDTHxALONG");
+}
+
+class MeshScene : public SceneTool {
+ protected:
+  // A scene with what the file of a mesh has, .8 mm below the cloth, and more keys of the entry.
+  std::string SceneOn(const ClosedMesh& mesh, const std::string& more = "") const {
+    WriteObj(Path("body.obj"), {mesh.x.reshaped(), mesh.triangles});
+    return Write("s.json", R"({"gravity": [0, 0, -9.81], "handles": {"region": {"disc":
+        {"radius": 0.02}}, "stiffness": 1000}, "contact": {"obstacles":
+        [{"plane": {"normal": [0, 0, 1], "offset": -3}}, {"mesh": {"file": "body.obj")" +
+                               more + "}}]}}");
+  }
+  ProcessResult On(const std::string& scene, const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> options = {"--scene=" + scene};
+    options.insert(options.end(), more.begin(), more.end());
+    return Simulate(options);
+  }
+  static ClosedMesh Moved(ClosedMesh mesh, double z) {
+    mesh.x.row(2).array() += z;
+    return mesh;
+  }
+};
+
+TEST_F(MeshScene, TheShippedOneIsStable) {
+  const std::vector<std::string> run = {
+      "--material=" + kSceneConfigs + "fabrics/synthetic_wool.json", "--time_step=0.05",
+      "--steps=100", "--solve=hybrid"};
+  const ProcessResult rest = OnScene("three_lobes", "disc:400", run);
+  ASSERT_EQ(rest.exit_code, 0) << rest.out << rest.err;
+  EXPECT_EQ(Summary().at("status"), "stable");
+  double lowest = 0.0;
+  const ObjSurface drape = ReadObjSurface(Path("out/drape.obj"));
+  for (Eigen::Index i = 2; i < drape.x.size(); i += 3) lowest = std::min(lowest, drape.x[i]);
+  EXPECT_LT(lowest, -0.05);
+  EXPECT_GT(Summary().at("contact").at("smallest_gap_m"), 0.0);
+  EXPECT_LT(Summary().at("contact").at("smallest_gap_m"), 5e-4);
+}
+
+// In other units, in another place, and as the plane that its upper face is.
+TEST_F(MeshScene, ScaleAndTranslationPlaceTheMesh) {
+  ASSERT_EQ(On(SceneOn(Moved(MakeCube(1.0), -1.0 - 8e-4), R"(, "translation": [-0.5, -0.5, 0])"))
+                .exit_code,
+            0);
+  const std::string drape = Read(Path("out/drape.obj"));
+  ASSERT_EQ(
+      On(SceneOn(MakeCube(1000.0), R"(, "scale": 0.001, "translation": [-0.5, -0.5, -1.0008])"))
+          .exit_code,
+      0);
+  const ObjSurface scaled = ReadObjSurface(Path("out/drape.obj"));
+  const std::string plane = Write("p.json", R"({"gravity": [0, 0, -9.81], "handles": {"region":
+      {"disc": {"radius": 0.02}}, "stiffness": 1000},
+      "contact": {"obstacles":
+      [{"plane": {"normal": [0, 0, 1], "offset": -0.0008}}]}})");
+  ASSERT_EQ(On(plane).exit_code, 0);
+  const ObjSurface flat = ReadObjSurface(Path("out/drape.obj"));
+  EXPECT_LT((scaled.x - flat.x).cwiseAbs().maxCoeff(), 1e-10);
+  Write("first.obj", drape);
+  EXPECT_LT((ReadObjSurface(Path("first.obj")).x - flat.x).cwiseAbs().maxCoeff(), 1e-10);
+}
+
+TEST_F(MeshScene, ARunIsRepeatedOnlyWithTheSameMesh) {
+  const ClosedMesh cube = Moved(MakeCube(0.1), -0.1 - 8e-4);
+  ASSERT_EQ(On(SceneOn(cube)).exit_code, 0);
+  const std::string drape = Read(Path("out/drape.obj"));
+  const std::vector<std::string> again = {kSimulate, "--config=" + Path("out/summary.json"),
+                                          "--out=" + Path("again")};
+  ASSERT_EQ(RunProcess(again).exit_code, 0);
+  EXPECT_EQ(Read(Path("again/drape.obj")), drape);
+  SceneOn(Moved(cube, -1e-4));
+  ExpectOneLineError(RunProcess(again), "body.obj");
+}
+
+TEST_F(MeshScene, WhatIsNoSolidIsNamed) {
+  const ClosedMesh cube = Moved(MakeCube(0.1), -0.1 - 8e-4);
+  const auto expect = [&](const ClosedMesh& mesh, const std::string& message) {
+    const ProcessResult result = On(SceneOn(mesh));
+    ExpectOneLineError(result, message);
+    EXPECT_THAT(result.err, testing::HasSubstr("s.json: key 'contact.obstacles[1].mesh.file': " +
+                                               Path("body.obj")));
+  };
+  ClosedMesh bad = cube;
+  bad.triangles.erase(bad.triangles.begin());
+  expect(bad, "has no second face, expected a closed surface");
+  bad = cube;
+  std::swap(bad.triangles[0][0], bad.triangles[0][1]);
+  expect(bad, "runs as in another face");
+  bad = cube;
+  for (auto& triangle : bad.triangles) std::swap(triangle[0], triangle[1]);
+  expect(bad, "expected > 0: faces counter-clockwise as seen from outside");
+  const int count = static_cast<int>(cube.x.cols());
+  bad.x.resize(3, 2 * count);
+  bad.x << cube.x, cube.x.array() - 0.03;
+  bad.triangles = cube.triangles;
+  for (const auto& [a, b, c] : cube.triangles)
+    bad.triangles.push_back({a + count, b + count, c + count});
+  expect(bad, "expected a surface that does not intersect itself");
+  bad = cube;
+  bad.x *= 1e6;
+  expect(bad, "expected at most 100 m; scale is the length of its unit in metres");
+  SceneOn(cube);
+  std::filesystem::remove(Path("body.obj"));
+  ExpectOneLineError(On(Path("s.json")), "key 'contact.obstacles[1].mesh.file': ");
+  ExpectOneLineError(On(SceneOn(cube, R"(, "scale": 0)")),
+                     "key 'contact.obstacles[1].mesh.scale': found 0, expected a number > 0");
+  ExpectOneLineError(On(SceneOn(cube, R"(, "rotation": 0)")),
+                     "unknown key 'contact.obstacles[1].mesh.rotation', allowed: file scale");
+}
+
+TEST_F(MeshScene, AStartInsideIsRefused) {
+  ExpectOneLineError(On(SceneOn(Moved(MakeCube(0.1), -0.099))),
+                     "mm in an obstacle, expected a start outside");
+  // Deeper than distances are known.
+  ExpectOneLineError(On(SceneOn(Moved(MakeCube(2.0), -1.0), R"(, "translation": [-1, -1, 0])")),
+                     "found vertex 0 deep in an obstacle that is a mesh, expected a start outside");
+}
+
+TEST_F(MeshScene, CheckCoversIt) {
+  const ProcessResult result = RunProcess(
+      {kCheck, "--scene=" + kSceneConfigs + "scenes/three_lobes.json",
+       "--material=" + kSceneConfigs + "fabrics/synthetic_wool.json", "--mesh=disc:300"});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, testing::HasSubstr("0 of "));
+  EXPECT_THAT(result.out, testing::HasSubstr("blocked by an obstacle"));
+  // Steps that are so short that no move ends at the body.
+  const ProcessResult in_contact = RunProcess(
+      {kCheck, "--scene=" + kSceneConfigs + "scenes/three_lobes.json", "--time_step=0.001",
+       "--material=" + kSceneConfigs + "fabrics/synthetic_wool.json", "--mesh=disc:300"});
+  EXPECT_EQ(in_contact.exit_code, 0) << in_contact.out << in_contact.err;
+  EXPECT_THAT(in_contact.out, testing::HasSubstr("tangent = adjoint"));
 }
 
 class TestFitTool : public ToolFixture {

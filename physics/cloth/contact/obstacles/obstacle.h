@@ -35,11 +35,10 @@ struct PlateObstacle {
 };
 using Obstacle = std::variant<PlaneObstacle, SphereObstacle, CapsuleObstacle, PlateObstacle,
                               std::shared_ptr<const SurfaceObstacle>>;
-// Whether it is convex, so that the distance from it is convex along a straight line.
-bool IsConvex(const Obstacle& obstacle);
 
 // The distance from a surface to second order. Where several points of the surface are the nearest,
-// the derivatives are those by one of them.
+// the derivatives are those by one of them; a mesh of triangles has a smooth minimum there
+// (SurfaceObstacle), whose gradient can be shorter than 1.
 struct ObstacleDistance {
   double value = 0.0;                                   // [m]
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();     // its gradient, of unit length
