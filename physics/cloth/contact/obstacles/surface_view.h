@@ -160,6 +160,45 @@ DRAPE_HD void ForEachPart(const SurfaceView& surface, const Vec3<double>& x, dou
   }
 }
 
+// Weighted sums over the parts of 1, ∇d, ∇d·∇dᵀ and ∇²d; for the change of the blend with x, w
+// held, of ∇d·∇dᵀ times ∇d·w, and of the derivative of ∇d·∇dᵀ·w, row by row.
+struct PartSums {
+  double weight = 0.0;
+  Vec3<double> normal{0.0, 0.0, 0.0};
+  SymmetricMatrix square = {}, bend = {}, square_along = {};
+  double of_square[9] = {};
+};
+// w: null where no change is asked for.
+DRAPE_HD inline PartSums SumParts(const SurfaceView& surface, const Vec3<double>& x, double least,
+                                  const Vec3<double>* w) {
+  PartSums sums;
+  ForEachPart(surface, x, least + kSurfaceFaded * kSurfaceBlend,
+              [&](double sign, const SolidDistance& d) {
+                const double weight = sign * std::exp(-(d.value - least) / kSurfaceBlend);
+                sums.weight += weight;
+                sums.normal = sums.normal + weight * d.normal;
+                AddSquare(weight, d.normal, sums.square);
+                AddScaled(weight, d.curvature, sums.bend);
+                if (w == nullptr) return;
+                const double along = weight * Dot(d.normal, *w);
+                AddSquare(along, d.normal, sums.square_along);
+                AddToBlock(along, d.curvature, sums.of_square);
+                AddToBlock(weight, d.normal, d.curvature * *w, sums.of_square);
+              });
+  return sums;
+}
+
+// Of distance.blend·w by x, w held.
+DRAPE_HD inline void AddBlendChange(const PartSums& sums, const SolidDistance& distance,
+                                    const Vec3<double>& w, double (&change)[9]) {
+  const double k = 1.0 / kSurfaceBlend, share = 1.0 / sums.weight;
+  AddToBlock(k * Dot(distance.normal, w), distance.curvature, change);
+  AddToBlock(k, distance.normal, distance.curvature * w, change);
+  AddToBlock(-k * k * share, sums.square * w, distance.normal, change);
+  AddToBlock(k * k * share, sums.square_along, change);
+  for (int n = 0; n < 9; ++n) change[n] -= k * share * sums.of_square[n];
+}
+
 // The distance and, unless change is null, the derivative of blend·w by x, w held, row by row.
 DRAPE_HD inline SolidDistance MeasureSurface(const SurfaceView& surface, const Vec3<double>& x,
                                              const Vec3<double>& w, double (*change)[9]) {
@@ -179,44 +218,20 @@ DRAPE_HD inline SolidDistance MeasureSurface(const SurfaceView& surface, const V
     distance.normal = -1.0 * of_nearest.normal;
     return distance;
   }
-  // Weighted sums over the parts: of 1, ∇d, ∇d·∇dᵀ, ∇²d; for the change, of those times ∇d·w and
-  // of the derivative of ∇d·∇dᵀ·w.
-  double sum = 0.0;
-  Vec3<double> normal{0.0, 0.0, 0.0};
-  SymmetricMatrix square, bend, square_along;
-  double of_square[9] = {};
-  ForEachPart(surface, x, least + kSurfaceFaded * kSurfaceBlend,
-              [&](double sign, const SolidDistance& d) {
-                const double weight = sign * std::exp(-(d.value - least) / kSurfaceBlend);
-                sum += weight;
-                normal = normal + weight * d.normal;
-                AddSquare(weight, d.normal, square);
-                AddScaled(weight, d.curvature, bend);
-                if (change == nullptr) return;
-                const double along = weight * Dot(d.normal, w);
-                AddSquare(along, d.normal, square_along);
-                AddToBlock(along, d.curvature, of_square);
-                AddToBlock(weight, d.normal, d.curvature * w, of_square);
-              });
+  const PartSums sums = SumParts(surface, x, least, change == nullptr ? nullptr : &w);
   // Less than the nearest part alone: it is in the middle of a ring [MODEL, M60].
-  if (!(sum >= 1.0)) return of_nearest;
-  const double share = 1.0 / sum;
-  distance.value = least - kSurfaceBlend * std::log(sum);
-  distance.normal = share * normal;
+  if (!(sums.weight >= 1.0)) return of_nearest;
+  const double share = 1.0 / sums.weight;
+  distance.value = least - kSurfaceBlend * std::log(sums.weight);
+  distance.normal = share * sums.normal;
   SymmetricMatrix blend;
   AddSquare(1.0 / kSurfaceBlend, distance.normal, blend);
-  AddScaled(-share / kSurfaceBlend, square, blend);
-  AddScaled(share, bend, distance.curvature);
+  AddScaled(-share / kSurfaceBlend, sums.square, blend);
+  AddScaled(share, sums.bend, distance.curvature);
   AddScaled(1.0, blend, distance.curvature);
   if (!IsNegativeSemidefinite(blend)) return distance;
   distance.blend = blend;
-  if (change == nullptr) return distance;
-  const double k = 1.0 / kSurfaceBlend;
-  AddToBlock(k * Dot(distance.normal, w), distance.curvature, *change);
-  AddToBlock(k, distance.normal, distance.curvature * w, *change);
-  AddToBlock(-k * k * share, square * w, distance.normal, *change);
-  AddToBlock(k * k * share, square_along, *change);
-  for (int n = 0; n < 9; ++n) (*change)[n] -= k * share * of_square[n];
+  if (change != nullptr) AddBlendChange(sums, distance, w, *change);
   return distance;
 }
 
