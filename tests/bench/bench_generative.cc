@@ -1,23 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 // How often the intervals of FitDistribution hold the numbers of fabrics that are known. Fabrics
 // are drawn at random; their drapes are taken from one half of a pool, in proportion to the
-// fabric's density, and the fabric is inferred from the other half.
+// fabric's density, and the fabric is inferred from the other half. Of one sample, the numbers to
+// be held are those of the specimen itself.
 #include <gflags/gflags.h>
 #include <glog/logging.h>
 
 #include <array>
 #include <cstdio>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "losses/metrics/ensemble_scores.h"
 #include "physics/util/math/random.h"
-#include "solver/prediction/generative/distribution_fit.h"
+#include "solver/prediction/generative/specimen_posterior.h"
 
 DEFINE_string(pool, "", "file of a pool of simulated drapes (drape_predict --learn)");
 DEFINE_int32(fabrics, 60, "number of fabrics");
-DEFINE_int32(samples, 12, "drapes of each, of one face and of as many samples");
-DEFINE_int32(resamples, 32, "inferences with random weights of the samples");
+DEFINE_int32(samples, 12, "drapes of each, of one face and of as many samples; 1: of a specimen");
+DEFINE_int32(
+    resamples, 32,
+    "inferences with random weights of the samples, or samples of the posterior of a specimen");
 DEFINE_double(deviation, 0.7, "deviation of each number, in units of the largest of its range");
 DEFINE_uint64(seed, 1, "random seed of the first fabric");
 DEFINE_int32(threads, 1, "threads of an inference");
@@ -53,8 +57,8 @@ const PooledDrape& DrawDrape(const DrapePool& pool, const std::vector<double>& w
   return pool.drapes.back();
 }
 
-std::vector<TrainingDrape> DrapeFabric(const DrapePool& pool, const SpecimenDistribution& fabric,
-                                       std::mt19937_64& random) {
+std::vector<PooledDrape> DrapeFabric(const DrapePool& pool, const SpecimenDistribution& fabric,
+                                     std::mt19937_64& random) {
   const Eigen::VectorXd log_proposal = pool.LogProposal();
   std::vector<double> weights;
   double sum = 0.0;
@@ -64,10 +68,35 @@ std::vector<TrainingDrape> DrapeFabric(const DrapePool& pool, const SpecimenDist
     sum += weights.back();
   }
   for (double& weight : weights) weight /= sum;
-  std::vector<TrainingDrape> drapes;
-  for (int i = 0; i < FLAGS_samples; ++i)
-    drapes.push_back({i, ClothFace::kUp, DrawDrape(pool, weights, random).shape});
+  std::vector<PooledDrape> drapes;
+  for (int i = 0; i < FLAGS_samples; ++i) drapes.push_back(DrawDrape(pool, weights, random));
   return drapes;
+}
+
+std::vector<TrainingDrape> ListAsSamples(const std::vector<PooledDrape>& drapes) {
+  std::vector<TrainingDrape> training;
+  for (const PooledDrape& drape : drapes)
+    training.push_back({static_cast<int>(training.size()), ClothFace::kUp, drape.shape});
+  return training;
+}
+
+// The means of a fabric and what they can be, or the numbers of a specimen.
+void Infer(const DrapePool& pool, const std::vector<TrainingDrape>& training, SpecimenNumbers* best,
+           std::vector<SpecimenNumbers>* possible) {
+  const DistributionFitOptions options{.resamples = FLAGS_resamples,
+                                       .cross_validate = false,
+                                       .seed = FLAGS_seed,
+                                       .threads = FLAGS_threads};
+  if (training.size() == 1) {
+    SpecimenPosterior posterior =
+        InferSpecimen(pool, training, options.outline_weight, options.resamples, options.seed);
+    *best = posterior.mean;
+    *possible = std::move(posterior.samples);
+    return;
+  }
+  const DistributionFit fit = FitDistribution(pool, training, options, {});
+  *best = fit.best.mean[0];
+  for (const SpecimenDistribution& each : fit.resampled) possible->push_back(each.mean[0]);
 }
 
 void Run() {
@@ -79,28 +108,27 @@ void Run() {
   for (int f = 0; f < FLAGS_fabrics; ++f) {
     std::mt19937_64 random(SeedOfStream(FLAGS_seed, static_cast<uint64_t>(f)));
     const SpecimenDistribution fabric = RandomFabric(seen_half, random);
-    const std::vector<TrainingDrape> training = DrapeFabric(seen_half, fabric, random);
-    const DistributionFit fit = FitDistribution(known_half, training,
-                                                {.resamples = FLAGS_resamples,
-                                                 .cross_validate = false,
-                                                 .seed = FLAGS_seed,
-                                                 .threads = FLAGS_threads},
-                                                {});
+    const std::vector<PooledDrape> drapes = DrapeFabric(seen_half, fabric, random);
+    const SpecimenNumbers& known = FLAGS_samples == 1 ? drapes[0].numbers : fabric.mean[0];
+    SpecimenNumbers best;
+    std::vector<SpecimenNumbers> possible;
+    Infer(known_half, ListAsSamples(drapes), &best, &possible);
     for (int k = 0; k < kSpecimenNumbers; ++k) {
-      std::vector<double> means;
-      for (const SpecimenDistribution& each : fit.resampled) means.push_back(each.mean[0][k]);
-      const CentralInterval ninety = ComputeInterval(means, 0.9);
+      std::vector<double> values;
+      for (const SpecimenNumbers& each : possible) values.push_back(each[k]);
+      const CentralInterval ninety = ComputeInterval(values, 0.9);
       nominal = ninety.nominal;
-      held[k] += ninety.Contains(fabric.mean[0][k]);
+      held[k] += ninety.Contains(known[k]);
       width[k] += (ninety.high - ninety.low) / FLAGS_fabrics;
-      error[k] += std::abs(fit.best.mean[0][k] - fabric.mean[0][k]) / FLAGS_fabrics;
+      error[k] += std::abs(best[k] - known[k]) / FLAGS_fabrics;
     }
     std::fprintf(stderr, "\r%d of %d", f + 1, FLAGS_fabrics);
   }
   std::printf("\nintervals of %.0f %%, %d fabrics, %d samples\n", 100 * nominal, FLAGS_fabrics,
               FLAGS_samples);
   for (int k = 0; k < kSpecimenNumbers; ++k)
-    std::printf("%-32s held %.2f  width %.3f  mean error %.3f\n", NumberRanges()[k].label,
+    std::printf("%s%-32s held %.2f  width %.3f  mean error %.3f\n",
+                NumberRanges()[k].is_log ? "ln " : "   ", NumberRanges()[k].label,
                 double(held[k]) / FLAGS_fabrics, width[k], error[k]);
 }
 

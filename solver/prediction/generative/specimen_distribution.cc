@@ -26,17 +26,19 @@ bool Within(const NumberRange& range, double value) {
 }  // namespace
 
 const std::array<NumberRange, kSpecimenNumbers>& NumberRanges() {
+  constexpr double kMilli = 1e-3;
   static const std::array<NumberRange, kSpecimenNumbers> ranges = {{
-      {"log_bending_length", "bending length [ln m]", std::log(4.5e-3), std::log(0.032), 0.01,
-       0.17},
-      {"bend_anisotropy", "bend, ln along weft / along warp", -2.0, 2.0, 0.06, 0.8},
-      {"bias_bend", "bend, ln at 45 degrees / mean", -0.8, 0.8, 0.05, 0.5},
-      {"log_stretch_length", "stretch over weight [ln m]", std::log(25.0), std::log(4000.0), 0.15,
-       3.0},
-      {"log_shear_ratio", "shear, ln over stretch", std::log(0.03), 0.0, 0.15, 3.0},
-      {"log_start_height", "start height [ln m]", std::log(5e-4), std::log(0.015), 0.1, 2.0},
-      {"start_slope", "slope of the start's waves", -1.0, 2.0, 0.12, 2.0},
-      {"stretch_anisotropy", "stretch, ln weft / warp", -1.0, 1.0, 0.12, 2.0},
+      {"log_bending_length", "bending length", "mm", kMilli, true, std::log(4.5e-3),
+       std::log(0.032), 0.01, 0.17},
+      {"bend_anisotropy", "bend along weft / along warp", "", 1, true, -2.0, 2.0, 0.06, 0.8},
+      {"bias_bend", "bend at 45 degrees / mean", "", 1, true, -0.8, 0.8, 0.05, 0.5},
+      {"log_stretch_length", "stretch over weight", "m", 1, true, std::log(25.0), std::log(4000.0),
+       0.15, 3.0},
+      {"log_shear_ratio", "shear / stretch", "", 1, true, std::log(0.03), 0.0, 0.15, 3.0},
+      {"log_start_height", "start height", "mm", kMilli, true, std::log(5e-4), std::log(0.015), 0.1,
+       2.0},
+      {"start_slope", "slope of the start's waves", "", 1, false, -1.0, 2.0, 0.12, 2.0},
+      {"stretch_anisotropy", "stretch along weft / along warp", "", 1, true, -1.0, 1.0, 0.12, 2.0},
   }};
   return ranges;
 }

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -36,10 +37,17 @@ enum SpecimenNumber {
 // What is known of a number before any drape: it is uniform in [low, high], and its deviation
 // between specimens is in [least_deviation, most_deviation].
 struct NumberRange {
-  const char* key;    // of files
-  const char* label;  // for a person
+  const char* key;  // of files
+  // What a person is shown of it: its name, and its value over `unit_size`, or that of its
+  // exponential, in `unit` (may be empty).
+  const char* label;
+  const char* unit;
+  double unit_size;
+  bool is_log;
   double low, high;
   double least_deviation, most_deviation;
+
+  double Shown(double number) const { return (is_log ? std::exp(number) : number) / unit_size; }
 };
 const std::array<NumberRange, kSpecimenNumbers>& NumberRanges();
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "physics/util/errors.h"
 
@@ -61,18 +60,13 @@ struct Box {
 };
 
 // Around the drapes most like the observed ones. *start: their mean, and large deviations.
-Box GuessStart(const DrapePool& pool, const Columns& captures, const Columns& drapes,
+Box GuessStart(const DrapePool& pool, const std::vector<NearDrape>& nearest,
                SpecimenDistribution* start) {
-  const Eigen::VectorXf away = DistancesBetween(captures, drapes).rowwise().sum();
-  std::vector<int> nearest(pool.drapes.size());
-  std::iota(nearest.begin(), nearest.end(), 0);
-  std::stable_sort(nearest.begin(), nearest.end(), [&](int a, int b) { return away[a] < away[b]; });
-  nearest.resize(std::min<std::size_t>(nearest.size(), kNearest));
   Box box;
   start->mean[0].setZero();
-  for (const int i : nearest) {
-    start->mean[0] += pool.drapes[i].numbers / double(nearest.size());
-    box.Add(pool.drapes[i].numbers);
+  for (const NearDrape& near : nearest) {
+    start->mean[0] += pool.drapes[near.index].numbers / double(nearest.size());
+    box.Add(pool.drapes[near.index].numbers);
   }
   start->mean[1] = start->mean[0];
   for (int k = 0; k < kSpecimenNumbers; ++k)
@@ -115,6 +109,25 @@ Eigen::VectorXd WeightsOfDrapes(const WeightedDrapes& drapes,
 
 }  // namespace
 
+std::vector<NearDrape> ListNearestDrapes(const DrapePool& pool,
+                                         const std::vector<TrainingDrape>& seen,
+                                         double outline_weight, int count) {
+  Columns captures(static_cast<Eigen::Index>(seen.size()), outline_weight);
+  for (std::size_t j = 0; j < seen.size(); ++j)
+    captures.Set(static_cast<Eigen::Index>(j), seen[j].shape);
+  Columns drapes(static_cast<Eigen::Index>(pool.drapes.size()), outline_weight);
+  for (std::size_t i = 0; i < pool.drapes.size(); ++i)
+    drapes.Set(static_cast<Eigen::Index>(i), pool.drapes[i].shape);
+  const Eigen::VectorXf away = DistancesBetween(captures, drapes).rowwise().mean();
+  std::vector<NearDrape> nearest;
+  for (std::size_t i = 0; i < pool.drapes.size(); ++i)
+    nearest.push_back({static_cast<int>(i), away[static_cast<Eigen::Index>(i)]});
+  std::stable_sort(nearest.begin(), nearest.end(),
+                   [](const NearDrape& a, const NearDrape& b) { return a.away < b.away; });
+  nearest.resize(std::min<std::size_t>(nearest.size(), count));
+  return nearest;
+}
+
 WeightedDrapes TakeNearDrapes(const DrapePool& pool, const std::vector<TrainingDrape>& training,
                               const DistributionFitOptions& options,
                               std::vector<SpecimenDistribution>* starts) {
@@ -126,11 +139,9 @@ WeightedDrapes TakeNearDrapes(const DrapePool& pool, const std::vector<TrainingD
   }
   Box box = BoxAround(*starts);
   if (starts->empty()) {
-    const auto count = static_cast<Eigen::Index>(pool.drapes.size());
-    Columns all(count, options.outline_weight);
-    for (Eigen::Index i = 0; i < count; ++i) all.Set(i, pool.drapes[i].shape);
     SpecimenDistribution guess;
-    box = GuessStart(pool, captures, all, &guess);
+    box = GuessStart(pool, ListNearestDrapes(pool, training, options.outline_weight, kNearest),
+                     &guess);
     *starts = WithOtherDirections(guess);
   }
   std::vector<int> near;

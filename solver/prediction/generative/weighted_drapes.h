@@ -20,6 +20,17 @@ struct WeightedDrapes {
   double least_effective = 0.0;  // DistributionFitOptions
 };
 
+// Of a pool, and its distance from the drapes that it is compared with.
+struct NearDrape {
+  int index = 0;
+  double away = 0.0;
+};
+// The `count` drapes with the least mean distance from the seen ones (fewer where the pool has
+// fewer), the nearest first; distances are those of DistributionFitOptions.
+std::vector<NearDrape> ListNearestDrapes(const DrapePool& pool,
+                                         const std::vector<TrainingDrape>& seen,
+                                         double outline_weight, int count);
+
 // starts: where a search begins; then the drapes are those within kFitReach deviations of them.
 // Empty: filled in with what the drapes most like the observed ones suggest, and the drapes are
 // those between the numbers of these. Throws InputError (prefix "pool") where there are too few.

@@ -37,15 +37,15 @@ inline void AddFakeDrape(const SpecimenNumbers& numbers, uint64_t seed, DrapePoo
 }
 
 // Of all NumberRanges.
-inline DrapePool FakePool(int drapes) {
+inline DrapePool FakePool(int drapes, uint64_t seed = 3) {
   DrapePool pool{"disc:100", "none", 1, 0, {}, {{.drapes = drapes}}};
-  std::mt19937_64 random(3);
+  std::mt19937_64 random(seed);
   for (int i = 0; i < drapes; ++i) {
     SpecimenNumbers numbers;
     for (int k = 0; k < kSpecimenNumbers; ++k)
       numbers[k] = NumberRanges()[k].low +
                    (NumberRanges()[k].high - NumberRanges()[k].low) * SampleUniform(random);
-    AddFakeDrape(numbers, SeedOfStream(5, i), &pool);
+    AddFakeDrape(numbers, SeedOfStream(seed + 2, i), &pool);
   }
   return pool;
 }
