@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/predict/predict_report.h"
 
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "losses/metrics/ensemble_scores.h"
@@ -82,7 +84,9 @@ Json DrapeJson(const PredictedDrape& drape) {
 }
 
 Json MaterialJson(const PredictToolOptions& options, const PredictionRun& run) {
-  if (options.learn) return {{"learned_from", options.data.folder}};
+  if (options.learn && options.images.images.empty())
+    return {{"learned_from", options.data.folder}};
+  if (options.learn) return {{"learned_from", options.images.images}};
   if (!options.specimens.empty()) return {{"specimens", options.specimens}};
   if (!options.posterior.empty())
     return {{"posterior", options.posterior}, {"posterior_kind", run.kind}};
@@ -108,31 +112,118 @@ Json SetUpJson(const PredictToolOptions& options, const PredictionRun& run) {
           {"camera", CameraJson(prediction.camera)}};
 }
 
-// Means over the resampled distributions and their intervals.
-std::string LearnedText(const PredictionRun& run) {
-  if (!run.learned) return "";
-  const DistributionFit& fit = run.learned->fit;
-  std::string text =
-      Format("%-32s %10s %10s %23s\n", "specimens", "mean", "deviation", "mean: 90 % in");
+// A number that was learned, of one face where the faces differ.
+struct LearnedNumber {
+  int number = 0;
+  std::optional<ClothFace> face;
+  double value = 0.0;                     // the best
+  std::optional<CentralInterval> ninety;  // over what it can be
+
+  std::string Key() const {
+    return NumberRanges()[number].key + (face ? "_" + ClothFaceName(*face) : std::string());
+  }
+  std::string Label() const {
+    const NumberRange& range = NumberRanges()[number];
+    return range.label + (face ? ", face " + ClothFaceName(*face) : std::string()) +
+           (range.unit[0] == '\0' ? std::string() : std::string(" [") + range.unit + "]");
+  }
+};
+
+LearnedNumber MakeLearnedNumber(int number, ClothFace face, double value,
+                                const std::vector<double>& possible) {
+  LearnedNumber learned{number, {}, value, {}};
+  if (DiffersByFace(number)) learned.face = face;
+  if (possible.size() >= 2) learned.ninety = ComputeInterval(possible, 0.9);
+  return learned;
+}
+
+// The means of specimens, and over the resampled distributions.
+std::vector<LearnedNumber> ListMeans(const DistributionFit& fit) {
+  std::vector<LearnedNumber> all;
   for (int k = 0; k < kSpecimenNumbers; ++k)
     for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown}) {
       if (face == ClothFace::kDown && !DiffersByFace(k)) continue;
       std::vector<double> means;
       for (const SpecimenDistribution& each : fit.resampled) means.push_back(each.mean_of(face)[k]);
-      const std::string label =
-          NumberRanges()[k].label + (DiffersByFace(k) ? ", " + ClothFaceName(face) : std::string());
-      text += Format("%-32s %10.3g %10.2g", label.c_str(), fit.best.mean_of(face)[k],
-                     fit.best.deviation[k]);
-      if (means.size() >= 2) {
-        const CentralInterval ninety = ComputeInterval(means, 0.9);
-        text += Format(" %10.3g … %10.3g", ninety.low, ninety.high);
-      }
-      text += "\n";
+      all.push_back(MakeLearnedNumber(k, face, fit.best.mean_of(face)[k], means));
     }
+  return all;
+}
+
+// Those of one specimen, by its drapes with this face up.
+std::vector<LearnedNumber> ListNumbers(const SpecimenPosterior& posterior, ClothFace face) {
+  std::vector<LearnedNumber> all;
+  for (int k = 0; k < kSpecimenNumbers; ++k) {
+    std::vector<double> samples;
+    for (const SpecimenNumbers& sample : posterior.samples) samples.push_back(sample[k]);
+    all.push_back(MakeLearnedNumber(k, face, posterior.mean[k], samples));
+  }
+  return all;
+}
+
+std::string NumberText(const LearnedNumber& learned, const std::string& varies) {
+  const NumberRange& range = NumberRanges()[learned.number];
+  std::string text = Format("%-38s %10.3g %12s", learned.Label().c_str(),
+                            range.Shown(learned.value), varies.c_str());
+  if (learned.ninety)
+    text += Format(" %10.3g … %10.3g", range.Shown(learned.ninety->low),
+                   range.Shown(learned.ninety->high));
+  return text + "\n";
+}
+
+std::string SpecimenText(const PredictionRun& run) {
+  std::string text;
+  for (const auto& [face, posterior] : run.specimen) {
+    text += Format("%-38s %10s %12s %23s\n", ("specimen, face " + ClothFaceName(face)).c_str(),
+                   "mean", "", "90 % in");
+    for (const LearnedNumber& learned : ListNumbers(posterior, face))
+      text += NumberText(learned, "");
+    if (!posterior.has_like())
+      text += Format(
+          "no drape of the pool is like it (distance %.2g, expected at most %.2g): do "
+          "not rely on these numbers\n",
+          posterior.nearest, SpecimenPosterior::kFarthestLike);
+  }
+  return text;
+}
+
+std::string LearnedText(const PredictionRun& run) {
+  if (!run.learned) return "";
+  const DistributionFit& fit = run.learned->fit;
+  std::string text = SpecimenText(run);
+  text += Format("%-38s %10s %12s %23s\n", "specimens", "mean", "they vary by",
+                 fit.resampled.empty() ? "" : "mean: 90 % in");
+  for (const LearnedNumber& learned : ListMeans(fit)) {
+    const double deviation = fit.best.deviation[learned.number];
+    text += NumberText(learned, NumberRanges()[learned.number].is_log
+                                    ? Format("x %.3g", std::exp(deviation))
+                                    : Format("%.2g", deviation));
+  }
   return text + Format(
                     "energy score of the training drapes %.3g, of samples left out %.3g; %.0f "
                     "effective of %d drapes\n",
                     fit.score, fit.cross_validated, fit.effective, fit.drapes);
+}
+
+// By their keys, "log_bending_length_up".
+Json IntervalsJson(const std::vector<LearnedNumber>& numbers) {
+  Json json = Json::object();
+  for (const LearnedNumber& learned : numbers)
+    if (learned.ninety) json[learned.Key()] = IntervalJson(*learned.ninety);
+  return json;
+}
+
+Json SpecimenJson(const PredictionRun& run) {
+  Json json = Json::object();
+  for (const auto& [face, posterior] : run.specimen) {
+    const std::vector<LearnedNumber> numbers = ListNumbers(posterior, face);
+    Json mean = Json::object();
+    for (const LearnedNumber& learned : numbers) mean[learned.Key()] = learned.value;
+    json[ClothFaceName(face)] = {{"mean", mean},
+                                 {"interval_90", IntervalsJson(numbers)},
+                                 {"like_drapes_of_the_pool", posterior.has_like()}};
+  }
+  return json;
 }
 
 std::string CalibrationText(const PredictionRun& run) {
@@ -185,12 +276,12 @@ void WritePredictionSummary(const std::string& path, const PredictToolOptions& o
   if (run.calibration) json["calibration"] = CalibrationJson(*run.calibration);
   if (run.learned) {
     const DistributionFit& fit = run.learned->fit;
-    json["distribution"] = {{"best", DistributionJson(fit.best)},
-                            {"energy_training", fit.score},
-                            {"energy_cross_validated", fit.cross_validated},
-                            {"effective_drapes", fit.effective},
-                            {"pool_drapes", fit.drapes}};
+    json["distribution"] = {
+        {"best", DistributionJson(fit.best)}, {"mean_interval_90", IntervalsJson(ListMeans(fit))},
+        {"energy_training", fit.score},       {"energy_cross_validated", fit.cross_validated},
+        {"effective_drapes", fit.effective},  {"pool_drapes", fit.drapes}};
   }
+  if (!run.specimen.empty()) json["specimen"] = SpecimenJson(run);
   json["features"] = FeaturesJson(run);
   if (run.data) {
     json["score"] = run.score ? ScoreJson(*run.score) : Json(nullptr);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,8 +10,10 @@
 #include "losses/dataset/dataset_evaluation.h"
 #include "solver/prediction/bend_calibration.h"
 #include "solver/prediction/generative/generative_prediction.h"
+#include "solver/prediction/generative/specimen_posterior.h"
 #include "solver/prediction/prediction.h"
 #include "tools/inputs/scene_input.h"
+#include "tools/programs/predict/training_images.h"
 
 namespace drape {
 
@@ -18,7 +21,8 @@ namespace drape {
 struct PredictToolOptions {
   SceneInput scene;          // its start is not used
   std::string posterior;     // instead of scene.material: folder of a fit (ReadMaterialSource)
-  bool learn = false;        // instead of both: from the side of the split to learn from
+  bool learn = false;        // instead of both: from images or the side of the split to learn from
+  TrainingImages images;     // with `learn`; none: of the data set
   std::string specimens;     // instead of these: file of an earlier run that learned
   LearningOptions learning;  // RunPrediction sets its mesh, seeds, steps and threads
   int pool_seed = 1;
@@ -41,8 +45,9 @@ struct PredictionRun {
   LoadedScene scene;    // without a material where none is given
   std::string kind;     // of the materials (ReadMaterialSource); empty: of one material file
   PredictionOptions prediction;
-  std::optional<BendCalibration> calibration;  // `prediction` has its factors
-  std::optional<LearnedFabric> learned;        // of a file: its fit alone
+  std::optional<BendCalibration> calibration;       // `prediction` has its factors
+  std::optional<LearnedFabric> learned;             // of a file: its fit alone
+  std::map<ClothFace, SpecimenPosterior> specimen;  // learned from one sample: what it can be
   std::vector<PredictedDrape> drapes;
   std::optional<DatasetReport> data;
   std::optional<DistributionScore> score;  // ScorePrediction on the data held out

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/predict/predict_tool.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "losses/dataset/index_list.h"
@@ -75,8 +77,9 @@ std::vector<Option> LearningTable(PredictToolOptions& options) {
   return {
       {.key = "learn",
        .value = &options.learn,
-       .doc = "instead of a material: learn the distribution of specimens from the drapes of the "
-              "training samples"},
+       .doc =
+           "instead of a material: learn the distribution of specimens from drapes, of images or "
+           "of the training samples of data"},
       {.key = "specimens",
        .value = &options.specimens,
        .doc = "instead of a material: file specimens.json of a run with learn",
@@ -181,7 +184,8 @@ PredictionOptions MakePredictionOptions(const PredictToolOptions& options, const
   prediction.specimens = options.draws / each;
   prediction.seed = static_cast<uint64_t>(options.seed);
   prediction.discs = discs;
-  prediction.camera = MakeCamera(options.camera, discs);
+  prediction.camera =
+      options.images.images.empty() ? MakeCamera(options.camera, discs) : CameraAbove(discs);
   prediction.settle.steps.cancel = prediction.settle.equilibrium.cancel = cancel;
   return prediction;
 }
@@ -206,11 +210,30 @@ std::optional<DatasetReport> ReadData(const DatasetQuery& query, const Predictio
   return report;
 }
 
+void RequireDataOrImages(const PredictToolOptions& options, const DrapeDiscs& discs) {
+  if (options.images.images.empty()) {
+    if (!options.images.samples.empty() || !options.images.faces.empty())
+      throw InputError("option 'image_samples' or 'image_faces'", "found without 'images'");
+    return;
+  }
+  if (!options.learn) throw InputError("option 'images'", "found without 'learn'");
+  if (!options.data.folder.empty())
+    throw InputError("options 'images' and 'data'", "found both, expected one of them");
+  if (discs != DrapeDiscs())
+    throw InputError("option 'specimen' or 'support'",
+                     "found " + ToString(discs) + " beside 'learn', expected " +
+                         ToString(DrapeDiscs()) + ", of which the drapes of a pool are");
+}
+
 // What calibration and learning need.
 void CheckTraining(const PredictToolOptions& options, const PredictionRun& run) {
   if (!options.calibrate && !options.learn) return;
+  if (!options.images.images.empty()) return;
   const char* where = options.learn ? "option 'learn'" : "option 'calibrate'";
-  if (!run.data) throw InputError(where, "found true without 'data', expected training samples");
+  const char* needs = options.learn ? "'images' or 'data'" : "'data'";
+  if (!run.data)
+    throw InputError(where,
+                     std::string("found true without ") + needs + ", expected training samples");
   if (run.data->in_turn)
     throw InputError(where, "found true with train = 0, expected samples that are not held out");
   if (run.data->seen_train.empty())
@@ -226,9 +249,31 @@ void Calibrate(Backend& backend, const MaterialSource& materials, const RunContr
   run->prediction.bend = run->calibration->factors;
 }
 
-// None when it was cancelled.
-void Learn(const PredictToolOptions& options, Backend& backend, const RunControl& control,
+// What one sample can be, by the drapes of each face.
+std::map<ClothFace, SpecimenPosterior> InferSample(const std::vector<ObservedCapture>& seen,
+                                                   const LearningOptions& learning) {
+  constexpr int kSamples = 199;
+  const DrapePool pool = ReadPool(learning.pool_file);
+  std::map<ClothFace, std::vector<TrainingDrape>> drapes;
+  for (TrainingDrape& drape : ListTrainingDrapes(seen)) drapes[drape.face].push_back(drape);
+  std::map<ClothFace, SpecimenPosterior> specimen;
+  for (const auto& [face, of_face] : drapes)
+    specimen[face] =
+        InferSpecimen(pool, of_face, learning.fit.outline_weight, kSamples, learning.fit.seed);
+  return specimen;
+}
+
+bool ShowsOneSample(const std::vector<ObservedCapture>& seen) {
+  return std::all_of(seen.begin(), seen.end(), [&](const ObservedCapture& each) {
+    return each.capture.sample == seen[0].capture.sample;
+  });
+}
+
+// Nothing when it was cancelled.
+void Learn(const PredictToolOptions& options, Backend& backend,
+           const std::vector<ObservedCapture>& seen, const RunControl& control,
            PredictionRun* run) {
+  constexpr int kLeastPool = 1000;
   if (!options.specimens.empty()) {
     run->learned = {.fit = ReadDistributionFit(options.specimens)};
     return;
@@ -240,8 +285,15 @@ void Learn(const PredictToolOptions& options, Backend& backend, const RunControl
   learning.fit.seed = run->prediction.seed;
   learning.fit.threads = backend.threads();
   if (learning.pool_file.empty()) learning.pool_file = options.out + "/pool.json";
-  const LearnedFabric learned = LearnFabric(backend, run->data->seen_train, learning, control);
-  if (!learned.cancelled) run->learned = learned;
+  const bool one_sample = ShowsOneSample(seen);
+  if (one_sample && learning.pool.drapes < kLeastPool)
+    throw InputError("option 'pool_drapes'",
+                     "found " + std::to_string(learning.pool.drapes) + ", expected at least " +
+                         std::to_string(kLeastPool) + " to learn from one sample");
+  const LearnedFabric learned = LearnFabric(backend, seen, learning, control);
+  if (learned.cancelled) return;
+  run->learned = learned;
+  if (one_sample) run->specimen = InferSample(seen, learning);
 }
 
 // Fewer when it was cancelled.
@@ -304,9 +356,9 @@ OptionTable PredictTable(PredictToolOptions& options) {
           "--calibrate: the factors are in summary.json and, with --material, in material_up.json "
           "and material_down.json.\n"
           "--learn: eight numbers of a specimen (bending length, anisotropy, stretch, shear, "
-          "start) "
-          "as normal distributions, which go to specimens.json, from a pool of simulated drapes; "
-          "--specimens=FILE predicts from them again.\n"
+          "start) as normal distributions, which go to specimens.json, from a pool of simulated "
+          "drapes; of one sample also what its own numbers can be, whatever branch its drape is "
+          "on; --specimens=FILE predicts from them again.\n"
           "--data: the prediction is scored on held-out samples of --fabric, beside predictors "
           "without a model; the material should have been fitted to other samples.\n"
           "exit code 3: no sample came to rest\n"
@@ -318,11 +370,12 @@ OptionTable PredictTable(PredictToolOptions& options) {
           Grouped("held-out drapes (--data)",
                   Concatenate(DatasetOptions(options.data), std::vector{CalibrateOption(options)})),
           Grouped("learning (--learn)",
-                  Concatenate(LearningTable(options), PoolOptionRows(options.learning))),
+                  Concatenate(LearningTable(options), TrainingImageOptions(options.images),
+                              PoolOptionRows(options.learning))),
           Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
-      .common = {"material", "posterior", "learn", "pool", "specimen", "support", "mesh", "draws",
-                 "repeats", "seed", "data", "fabric", "train", "calibrate", "threads", "backend",
-                 "out"}};
+      .common = {"material", "posterior", "learn", "images", "pool", "specimen", "support", "mesh",
+                 "draws", "repeats", "seed", "data", "fabric", "train", "calibrate", "threads",
+                 "backend", "out"}};
 }
 
 PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl& control) {
@@ -333,17 +386,21 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl&
   scene.discs = ChooseDiscs(options);
   run.scene = LoadScene(scene);
   RequireDiscs(*run.scene.model, run.scene.discs, scene.mesh);
+  RequireDataOrImages(options, run.scene.discs);
   run.prediction = MakePredictionOptions(options, run.scene.discs, control.cancel);
   const MaterialSource materials = MakeMaterials(options, run);
   run.data = ReadData(options.data, run.prediction, control);
   if (!control.cancelled()) CheckTraining(options, run);
+  const std::vector<ObservedCapture> seen =
+      run.data ? run.data->seen_train
+               : ObserveTrainingImages(options.images, options.camera, run.scene.discs);
   const auto backend =
       MakeLoggedBackend(options.backend, run.scene.model, CountThreads(options.threads), control);
   const OutputFolder out(options.out, {"summary.json", "mean_image.png", kOutlinesFile});
   run.backend = backend->name();
   run.prediction.batch = SettleBatchSize(*backend, CountThreads(options.threads));
   if (options.calibrate && !control.cancelled()) Calibrate(*backend, materials, control, &run);
-  if (IsGenerative(options) && !control.cancelled()) Learn(options, *backend, control, &run);
+  if (IsGenerative(options) && !control.cancelled()) Learn(options, *backend, seen, control, &run);
   run.drapes = Draw(options, *backend, materials, control, run);
   run.cancelled = static_cast<int>(run.drapes.size()) < options.draws;
   if (run.data) run.score = ScorePrediction(run.drapes, run.data->seen_held_out);

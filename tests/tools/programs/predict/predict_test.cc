@@ -5,6 +5,7 @@
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "solver/posterior/posterior_io.h"
+#include "tests/solver/prediction/generative/fake_pool.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/predict/predict_tool.h"
 #include "tools/programs/results/tables/outline_list.h"
@@ -120,7 +121,7 @@ TEST_F(PredictTool, LearnsSpecimensFromDrapesAndPredictsByThemAgain) {
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(ReadJson(Path("out/summary.json"))["drapes"], drapes);
 
-  ExpectOneLineError(run({"--learn"}), "option 'learn': found true without 'data'");
+  ExpectOneLineError(run({"--learn"}), "option 'learn': found true without 'images' or 'data'");
   ExpectOneLineError(run({"--learn", "--material=" + kFabric}),
                      "found 2 of them, expected one of them");
   ExpectOneLineError(run({"--specimens=" + Path("out/specimens.json"), "--calibrate"}),
@@ -129,6 +130,63 @@ TEST_F(PredictTool, LearnsSpecimensFromDrapesAndPredictsByThemAgain) {
   ExpectOneLineError(run({"--learn", "--data=" + Path("set"), "--samples=1-4", "--train=2",
                           "--pool_seed=2", "--pool=" + Path("out/pool.json")}),
                      "found a pool of seed 1, expected 2");
+}
+
+TEST_F(PredictTool, LearnsFromImagesOfOneSample) {
+  const std::string folder = AddData() + "/data/Fabric 3/silhouettes/";
+  const std::string up = "--images=" + folder + "Sample_1_Capture_1.png",
+                    both = up + "," + folder + "Sample_1_Capture_3.png";
+  DrapePool pool = FakePool(1000);
+  pool.setting = "smooth law, contact none, 30 steps of 0.1 s";
+  WritePool(Path("pool.json"), pool);
+  const auto run = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> command = {kPredict,
+                                        "--mesh=disc:100",
+                                        "--draws=4",
+                                        "--threads=2",
+                                        "--steps=30",
+                                        "--pool_drapes=1000",
+                                        "--pool=" + Path("pool.json"),
+                                        "--rounds=0",
+                                        "--resamples=9",
+                                        "--out=" + Path("out")};
+    command.insert(command.end(), more.begin(), more.end());
+    return RunProcess(command);
+  };
+  const ProcessResult result =
+      run({"--learn", both, "--image_samples=1,1", "--image_faces=up,down"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("bending length, face down [mm]"));
+  const Json summary = ReadJson(Path("out/summary.json"));
+  EXPECT_EQ(summary["learned_from"].size(), 2u);
+  for (const std::string face : {"up", "down"}) {
+    const Json& specimen = summary["specimen"][face];
+    const Json &length = specimen["mean"]["log_bending_length_" + face],
+               &interval = specimen["interval_90"]["log_bending_length_" + face];
+    EXPECT_LT(length, std::log(0.02));  // a disc of DC .1 is soft cloth
+    EXPECT_LT(interval["low"], length);
+    EXPECT_GT(interval["high"], length);
+    EXPECT_EQ(specimen["like_drapes_of_the_pool"], false);
+  }
+  EXPECT_THAT(result.out, HasSubstr("no drape of the pool is like it"));  // it is a disc
+  // Two samples show how specimens differ.
+  ASSERT_EQ(run({"--learn", both}).exit_code, 0);
+  const Json of_two = ReadJson(Path("out/summary.json"));
+  EXPECT_FALSE(of_two.contains("specimen"));
+  const Json& interval = of_two["distribution"]["mean_interval_90"]["log_bending_length_up"];
+  EXPECT_LT(interval["low"], interval["high"]);
+
+  ExpectOneLineError(run({"--learn", up, "--data=" + Path("set")}), "found both");
+  ExpectOneLineError(run({"--material=" + kFabric, up}), "option 'images': found without 'learn'");
+  ExpectOneLineError(run({"--material=" + kFabric, "--image_faces=up"}), "found without 'images'");
+  ExpectOneLineError(run({"--learn", both, "--image_samples=1"}),
+                     "option 'image_samples': found 1 values, expected 2, one for each image");
+  ExpectOneLineError(run({"--learn", up, "--image_faces=left"}), "expected up or down");
+  ExpectOneLineError(run({"--learn", up, "--specimen=0.32"}), "of which the drapes of a pool are");
+  ExpectOneLineError(run({"--learn", "--images=" + Path("none.png")}), "none.png");
+  ExpectOneLineError(
+      run({"--learn", up, "--pool_drapes=600"}),
+      "option 'pool_drapes': found 600, expected at least 1000 to learn from one sample");
 }
 
 TEST_F(PredictTool, MeanImageIsThatOfTheDraws) {
