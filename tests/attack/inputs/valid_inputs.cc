@@ -36,7 +36,8 @@ void WriteText(const std::string& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;
 }
 
-// A scene with an obstacle of each kind.
+// A scene with an obstacle of each kind, and where its mesh is.
+constexpr char kSolid[] = "SOLID";
 constexpr char kContact[] = R"({
   "gravity": [0, 0, -9.81],
   "contact": {"thickness": 4e-4, "range": 5e-4, "stiffness": 100,
@@ -45,7 +46,9 @@ constexpr char kContact[] = R"({
                             {"capsule": {"from": [-0.2, 0.3, -0.2], "to": [0.2, 0.3, -0.2],
                                          "radius": 0.05}},
                             {"plate": {"top": [0.4, 0, -0.2], "radius": 0.09, "thickness": 0.05,
-                                       "rim_radius": 0.001}}]}
+                                       "rim_radius": 0.001}},
+                            {"mesh": {"file": "SOLID", "scale": 0.1,
+                                      "translation": [0, 0.4, -0.2]}}]}
 })";
 
 // Two panels, in front of a mannequin and behind it, with an edge of each kind.
@@ -208,8 +211,10 @@ void MakeValidInputs(const std::string& work, const std::string& sources) {
   copy("scenes/uniaxial.json", "pull.json");
   copy("garments/circle_skirt.json", "skirt.json");
   WriteText(folder + "garmentcode.json", kGarmentCode);
-  WriteText(folder + "contact.json", kContact);
   WriteText(folder + "body.obj", MakeBodyObj(0.0));
+  WriteText(folder + "contact.json",
+            std::string(kContact).replace(std::string(kContact).find(kSolid), sizeof(kSolid) - 1,
+                                          fs::absolute(folder + "body.obj").string()));
   copy("lab_tests/wool_tensile_warp.json", "tensile.json");
   copy("lab_tests/wool_cantilever_warp.json", "cantilever.json");
   copy("accuracy.json", "accuracy.json");

@@ -121,6 +121,8 @@ std::vector<BadFile> MakeBadBodies(const std::string& valid) {
 }
 
 std::vector<BadFile> MakeBadContacts(const std::string& valid) {
+  const std::string open_surface =
+      nlohmann::json(std::filesystem::absolute(valid + "disc.obj").string()).dump();
   return MakeChanged(valid + "contact.json",
                      {{"/contact", "[]"},
                       {"/contact", "{}"},
@@ -159,7 +161,26 @@ std::vector<BadFile> MakeBadContacts(const std::string& valid) {
                       {"/contact/obstacles/3/plate/rim_radius", "0"},
                       {"/contact/obstacles/3/plate/rim_radius", "1"},
                       {"/contact/obstacles/3/plate/radius", "1e-300"},
-                      {"/contact/obstacles/3/plate/thickness", "null"}});
+                      {"/contact/obstacles/3/plate/thickness", "null"},
+                      {"/contact/obstacles/4/mesh", "[]"},
+                      {"/contact/obstacles/4/mesh/file", ""},
+                      {"/contact/obstacles/4/mesh/file", "1"},
+                      {"/contact/obstacles/4/mesh/file", "\"\""},
+                      {"/contact/obstacles/4/mesh/file", "\"none.obj\""},
+                      {"/contact/obstacles/4/mesh/file", "\"contact.json\""},
+                      {"/contact/obstacles/4/mesh/file", "\"/dev/null\""},
+                      {"/contact/obstacles/4/mesh/file", open_surface},
+                      {"/contact/obstacles/4/mesh/scale", "", false},
+                      {"/contact/obstacles/4/mesh/scale", "0"},
+                      {"/contact/obstacles/4/mesh/scale", "-1"},
+                      {"/contact/obstacles/4/mesh/scale", "1e308"},
+                      {"/contact/obstacles/4/mesh/scale", "1e-300"},
+                      {"/contact/obstacles/4/mesh/scale", "1e-5", false},
+                      {"/contact/obstacles/4/mesh/translation", "", false},
+                      {"/contact/obstacles/4/mesh/translation", "[0, 0]"},
+                      {"/contact/obstacles/4/mesh/translation", "[0, 0, 1e308]"},
+                      {"/contact/obstacles/4/mesh/translation", "[0, 0, 0]", false},
+                      {"/contact/obstacles/4/mesh/more", "1"}});
 }
 
 std::vector<BadFile> MakeBadSpaces(const std::string& valid) {
