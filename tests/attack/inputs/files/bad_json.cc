@@ -51,7 +51,8 @@ std::vector<BadFile> MakeChanged(const std::string& path, const std::vector<Chan
     } else {
       changed[pointer.parent_pointer()].erase(pointer.back());
     }
-    files.push_back({change.pointer + " = " + change.value, changed.dump(), change.refused});
+    files.push_back(
+        {change.pointer + " = " + change.value, changed.dump(), change.refused, change.named});
   }
   return files;
 }

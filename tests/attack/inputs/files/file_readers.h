@@ -55,6 +55,7 @@ struct Change {
   std::string pointer;
   std::string value;  // JSON; empty: the member is removed
   bool refused = true;
+  std::string named = {};  // BadFile
 };
 // The document of a file, changed in turn by each; comments are allowed.
 std::vector<BadFile> MakeChanged(const std::string& path, const std::vector<Change>& changes);
