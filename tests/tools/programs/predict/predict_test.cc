@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_predict as a user runs it.
 #include "losses/image/image.h"
+#include "losses/image/segmentation.h"
 #include "physics/material/material_field_io.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
@@ -169,6 +170,21 @@ TEST_F(PredictTool, LearnsFromImagesOfOneSample) {
     EXPECT_EQ(specimen["like_drapes_of_the_pool"], false);
   }
   EXPECT_THAT(result.out, HasSubstr("no drape of the pool is like it"));  // it is a disc
+  // The same silhouette in twice as many pixels, by the camera that the user says.
+  const GrayImage small = ReadSilhouette(folder + "Sample_1_Capture_1.png").image;
+  GrayImage large(2 * small.width, 2 * small.height);
+  for (int row = 0; row < large.height; ++row)
+    for (int column = 0; column < large.width; ++column)
+      large.at(column, row) = small.at(column / 2, row / 2);
+  WritePng(large, Path("large.png"));
+  const std::string of_large = "--images=" + Path("large.png");
+  ASSERT_EQ(run({"--learn", of_large, "--camera_scale=1439"}).exit_code, 0);
+  const Json twice = ReadJson(Path("out/summary.json"));
+  EXPECT_NEAR(twice["specimen"]["up"]["mean"]["log_bending_length_up"].get<double>(),
+              summary["specimen"]["up"]["mean"]["log_bending_length_up"].get<double>(), 0.02);
+  EXPECT_EQ(twice["camera"]["width"], small.width);  // of the predictions
+  ExpectOneLineError(run({"--learn", of_large}), "large.png");
+
   // Two samples show how specimens differ.
   ASSERT_EQ(run({"--learn", both}).exit_code, 0);
   const Json of_two = ReadJson(Path("out/summary.json"));
