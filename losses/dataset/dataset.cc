@@ -153,6 +153,12 @@ void ReadTrainingImages(const fs::path& folder, Dataset* dataset) {
 
 }  // namespace
 
+std::optional<ClothFace> ParseClothFace(const std::string& name) {
+  for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown})
+    if (name == ClothFaceName(face)) return face;
+  return {};
+}
+
 std::string ClothFaceName(ClothFace face) {
   if (face == ClothFace::kUnknown) return "unknown";
   return face == ClothFace::kUp ? "up" : "down";

@@ -14,6 +14,8 @@ namespace drape {
 // further captures it is not documented.
 enum class ClothFace { kUp, kDown, kUnknown };
 std::string ClothFaceName(ClothFace face);
+// "up" or "down"; none of other texts.
+std::optional<ClothFace> ParseClothFace(const std::string& name);
 
 // One drape of one sample; all numbers count from 1.
 struct Capture {

@@ -8,11 +8,10 @@ namespace drape {
 namespace {
 
 Selection MakeSelection(const DatasetQuery& query) {
-  Selection selection{.fabrics = ParseIndexList(query.fabric, "option 'fabric'"),
-                      .samples = ParseIndexList(query.samples, "option 'samples'"),
-                      .captures = ParseIndexList(query.captures, "option 'captures'")};
-  if (query.face != "both") selection.face = query.face == "up" ? ClothFace::kUp : ClothFace::kDown;
-  return selection;
+  return {.fabrics = ParseIndexList(query.fabric, "option 'fabric'"),
+          .samples = ParseIndexList(query.samples, "option 'samples'"),
+          .captures = ParseIndexList(query.captures, "option 'captures'"),
+          .face = ParseClothFace(query.face)};
 }
 
 // The captures of `all` that are among the usable ones.

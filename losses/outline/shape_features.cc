@@ -4,7 +4,6 @@
 #include <glog/logging.h>
 
 #include <cmath>
-#include <complex>
 
 #include "losses/outline/folds.h"
 
@@ -16,20 +15,19 @@ constexpr int kBandEdges[kNumBands][2] = {{2, 2}, {3, 5}, {6, 9}, {10, 15}};
 // cos kθ + i·sin kθ at angle i of n.
 std::complex<double> Wave(int k, int i, int n) { return std::polar(1.0, 2 * M_PI * k * i / n); }
 
-// Amplitude a and phase of mode k: a cos(kθ − phase).
-std::complex<double> ComputeMode(const Eigen::VectorXd& radius, int k) {
-  const int n = static_cast<int>(radius.size());
-  std::complex<double> sum = 0;
-  for (int i = 0; i < n; ++i) sum += radius[i] * Wave(k, i, n);
-  return 2.0 / n * sum;
-}
-
 // Twice the signed area between the axis and the edge from a to b.
 double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
 }
 
 }  // namespace
+
+std::complex<double> ComputeMode(const Eigen::VectorXd& radius, int k) {
+  const int n = static_cast<int>(radius.size());
+  std::complex<double> sum = 0;
+  for (int i = 0; i < n; ++i) sum += radius[i] * Wave(k, i, n);
+  return 2.0 / n * sum;
+}
 
 double DrapeCoefficient(double area, const DrapeDiscs& discs) {
   const double support = M_PI * discs.support * discs.support;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <complex>
 
 #include "losses/camera/camera.h"
 
@@ -23,6 +24,9 @@ double ProfileArea(const Eigen::VectorXd& radius);
 // The number of peaks with a prominence of at least min_prominence [m] after smoothing by a
 // Gaussian of standard deviation 2° (use K ≥ 180: a spacing wider than 2° is not smoothed).
 int CountFolds(const Eigen::VectorXd& radius, double min_prominence = 2.5e-3);
+
+// Amplitude a [m] and phase of mode k of the profile: a cos(kθ − phase).
+std::complex<double> ComputeMode(const Eigen::VectorXd& radius, int k);
 
 // ½ Σ a_k² [m²] over k = 2 | 3–5 | 6–9 | 10–15 with a_k the amplitude of cos/sin kθ: the
 // contribution of each band to the variance of r. K > 30.

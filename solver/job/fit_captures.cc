@@ -12,12 +12,10 @@ namespace drape {
 namespace {
 
 Selection MakeSelection(const FitSelection& chosen) {
-  Selection selection{.fabrics = {chosen.fabric},
-                      .samples = ParseIndexList(chosen.samples, "option 'samples'"),
-                      .captures = ParseIndexList(chosen.captures, "option 'captures'")};
-  if (chosen.face == "up") selection.face = ClothFace::kUp;
-  if (chosen.face == "down") selection.face = ClothFace::kDown;
-  return selection;
+  return {.fabrics = {chosen.fabric},
+          .samples = ParseIndexList(chosen.samples, "option 'samples'"),
+          .captures = ParseIndexList(chosen.captures, "option 'captures'"),
+          .face = ParseClothFace(chosen.face)};
 }
 
 std::string MakeLine(const char* what, const FileNote& note) {

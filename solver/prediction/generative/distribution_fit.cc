@@ -15,13 +15,14 @@
 #include <set>
 
 #include "physics/util/math/random.h"
+#include "solver/prediction/generative/bounded_number.h"
 #include "solver/prediction/generative/weighted_drapes.h"
 
 namespace drape {
 namespace {
 
 constexpr int kFaces = 2;
-constexpr double kMostOfRange = 0.98;  // where a fit may start, of the range of a number
+constexpr double kFromEnds = 0.01;  // where a fit may start (BoundedNumber::From)
 // Minima are one where all means are within this many deviations.
 constexpr double kSameMinimum = 0.5;
 
@@ -32,29 +33,16 @@ constexpr int kMeans = kSpecimenNumbers + kDiffering;
 constexpr int kUnknowns = kMeans + kSpecimenNumbers;
 static_assert(kUnknowns == kDistributionNumbers);
 
-double Logistic(double u) { return 1.0 / (1.0 + std::exp(-u)); }
-double Logit(double share) {
-  share = std::clamp(share, (1 - kMostOfRange) / 2, (1 + kMostOfRange) / 2);
-  return std::log(share / (1.0 - share));
-}
-
 // Of the mean of a number on a face among the unknowns.
 int MeanIndex(int number, int face) {
   return face == 1 && DiffersByFace(number) ? kSpecimenNumbers + number : number;
 }
 static_assert(kLogBendingLength == 0 && kBendAnisotropy == 1, "MeanIndex counts on it");
 
-struct Bounds {
-  double low, high;
-  double At(double u) const { return low + (high - low) * Logistic(u); }
-  double From(double value) const { return Logit((value - low) / (high - low)); }
-  double Slope(double u) const {
-    const double share = Logistic(u);
-    return (high - low) * share * (1.0 - share);
-  }
-};
-Bounds MeanBounds(int number) { return {NumberRanges()[number].low, NumberRanges()[number].high}; }
-Bounds DeviationBounds(int number) {
+BoundedNumber MeanBounds(int number) {
+  return {NumberRanges()[number].low, NumberRanges()[number].high};
+}
+BoundedNumber DeviationBounds(int number) {
   const NumberRange& range = NumberRanges()[number];
   return {std::log(range.least_deviation), std::log(range.most_deviation)};
 }
@@ -75,8 +63,8 @@ Unknowns UnknownsAt(const SpecimenDistribution& distribution) {
   Unknowns u;
   for (int k = 0; k < kSpecimenNumbers; ++k) {
     for (int face = 0; face < kFaces; ++face)
-      u[MeanIndex(k, face)] = MeanBounds(k).From(distribution.mean[face][k]);
-    u[kMeans + k] = DeviationBounds(k).From(std::log(distribution.deviation[k]));
+      u[MeanIndex(k, face)] = MeanBounds(k).From(distribution.mean[face][k], kFromEnds);
+    u[kMeans + k] = DeviationBounds(k).From(std::log(distribution.deviation[k]), kFromEnds);
   }
   return u;
 }

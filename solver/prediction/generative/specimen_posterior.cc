@@ -8,11 +8,12 @@
 #include <cmath>
 #include <complex>
 #include <limits>
-#include <numbers>
 #include <random>
 
+#include "losses/outline/shape_features.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
+#include "solver/prediction/generative/bounded_number.h"
 #include "solver/prediction/generative/weighted_drapes.h"
 
 namespace drape {
@@ -22,8 +23,12 @@ constexpr int kAmplitudes = 8;                        // of waves 1 … 8 of the
 constexpr int kFirstDirected = 2, kLastDirected = 4;  // waves that show where warp is
 constexpr int kRegressors = kNumFeatures + kAmplitudes + 2 * (kLastDirected - kFirstDirected + 1);
 constexpr double kRidge = 0.1;        // beside the weights of drapes, of which the largest is 1
-constexpr double kFromEnds = 1e-6;    // of its range, as near as a number comes to its ends
+constexpr double kFromEnds = 1e-6;    // BoundedNumber::From
 constexpr double kLeastShare = 1e-9;  // of the largest weight
+
+BoundedNumber InRange(int number) {
+  return {NumberRanges()[number].low, NumberRanges()[number].high};
+}
 
 using Regressors = Eigen::Matrix<double, kRegressors, 1>;
 
@@ -32,13 +37,11 @@ Regressors ComputeRegressors(const DrapeShape& shape) {
   all.head<kNumFeatures>() = shape.features.cwiseQuotient(kFeatureScales);
   int next = kNumFeatures;
   for (int wave = 1; wave <= kAmplitudes; ++wave) {
-    std::complex<double> sum = 0.0;
-    for (int i = 0; i < kPoolAngles; ++i)
-      sum += std::polar(shape.radius[i], -2 * std::numbers::pi * wave * i / kPoolAngles);
-    all[next++] = std::abs(sum);
+    const std::complex<double> mode = ComputeMode(shape.radius, wave);
+    all[next++] = std::abs(mode);
     if (wave < kFirstDirected || wave > kLastDirected) continue;
-    all[next++] = sum.real();
-    all[next++] = sum.imag();
+    all[next++] = mode.real();
+    all[next++] = mode.imag();
   }
   return all;
 }
@@ -57,18 +60,6 @@ Eigen::MatrixXd StandardisedRegressors(const DrapePool& pool, const std::vector<
   const Eigen::RowVectorXd deviation =
       ((all.rowwise() - mean).colwise().squaredNorm() / double(all.rows())).cwiseSqrt();
   return all * deviation.cwiseMax(std::numeric_limits<double>::min()).cwiseInverse().asDiagonal();
-}
-
-// From the range of a number to the real line, and back.
-double Unbounded(int number, double value) {
-  const NumberRange& range = NumberRanges()[number];
-  const double share =
-      std::clamp((value - range.low) / (range.high - range.low), kFromEnds, 1.0 - kFromEnds);
-  return std::log(share / (1.0 - share));
-}
-double Bounded(int number, double unbounded) {
-  const NumberRange& range = NumberRanges()[number];
-  return range.low + (range.high - range.low) / (1.0 + std::exp(-unbounded));
 }
 
 // Numbers on the real line, shape [drapes, kSpecimenNumbers], as they would be where the regressors
@@ -117,7 +108,7 @@ SpecimenPosterior InferSpecimen(const DrapePool& pool, const std::vector<Trainin
     weights[row] = std::max(1.0 - share * share, kLeastShare) *
                    std::exp(log_proposal[nearest.front().index] - log_proposal[index]);
     for (int k = 0; k < kSpecimenNumbers; ++k)
-      numbers(row, k) = Unbounded(k, pool.drapes[index].numbers[k]);
+      numbers(row, k) = InRange(k).From(pool.drapes[index].numbers[k], kFromEnds);
   }
   SpecimenPosterior posterior;
   posterior.nearest = nearest.front().away;
@@ -125,7 +116,7 @@ SpecimenPosterior InferSpecimen(const DrapePool& pool, const std::vector<Trainin
     MoveAlongRegression(StandardisedRegressors(pool, nearest, seen), weights, &numbers);
   weights /= weights.sum();
   for (int k = 0; k < kSpecimenNumbers; ++k)
-    for (double& number : numbers.col(k)) number = Bounded(k, number);
+    for (double& number : numbers.col(k)) number = InRange(k).At(number);
 
   posterior.mean = numbers.transpose() * weights;
   posterior.effective = 1.0 / weights.squaredNorm();

@@ -15,10 +15,9 @@ void CheckCount(const char* option, std::size_t found, std::size_t images) {
                          std::to_string(images) + ", one for each image");
 }
 
-ClothFace ParseFace(const std::string& face) {
-  if (face == "up") return ClothFace::kUp;
-  if (face == "down") return ClothFace::kDown;
-  throw InputError("option 'image_faces'", "found \"" + face + "\", expected up or down");
+ClothFace FaceOfImage(const std::string& name) {
+  if (const auto face = ParseClothFace(name)) return *face;
+  throw InputError("option 'image_faces'", "found \"" + name + "\", expected up or down");
 }
 
 }  // namespace
@@ -56,7 +55,7 @@ std::vector<ObservedCapture> ObserveTrainingImages(const TrainingImages& trainin
         .fabric = 1,
         .sample = training.samples.empty() ? number : training.samples[i],
         .capture = number,
-        .face = training.faces.empty() ? ClothFace::kUp : ParseFace(training.faces[i]),
+        .face = training.faces.empty() ? ClothFace::kUp : FaceOfImage(training.faces[i]),
         .image = files[i]};
     const GrayImage image = ReadSilhouette(files[i]).image;
     seen.push_back({capture, ObserveImage(image, MakeCamera(camera, image, discs, files[i]), discs,

@@ -117,7 +117,7 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
     throw InputError("option 'models'", "is empty, expected at least one model");
   if (job.seeds.empty()) throw InputError("option 'seeds'", "is empty, expected at least one seed");
   job.train_captures = ParseIndexList(options.train_captures, "option 'train_captures'");
-  if (options.face != "both") job.face = options.face == "up" ? ClothFace::kUp : ClothFace::kDown;
+  job.face = ParseClothFace(options.face);
   job.out = options.out;
   LearningOptions& learning = job.learning;
   learning.pool.mesh = job.fit.mesh;
