@@ -221,6 +221,7 @@ Json SpecimenJson(const PredictionRun& run) {
     for (const LearnedNumber& learned : numbers) mean[learned.Key()] = learned.value;
     json[ClothFaceName(face)] = {{"mean", mean},
                                  {"interval_90", IntervalsJson(numbers)},
+                                 {"effective_drapes", posterior.effective},
                                  {"like_drapes_of_the_pool", posterior.has_like()}};
   }
   return json;

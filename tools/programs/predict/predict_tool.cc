@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/predict/predict_tool.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "losses/dataset/index_list.h"
@@ -16,6 +14,7 @@
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/dataset_input.h"
+#include "tools/programs/predict/predict_learning.h"
 #include "tools/programs/predict/predict_report.h"
 #include "tools/programs/results/tables/outline_list.h"
 
@@ -71,30 +70,6 @@ Option CalibrateOption(PredictToolOptions& options) {
           .doc =
               "fit a factor on the bend stiffness for each face first, so that simulated drapes "
               "look like those of the training samples"};
-}
-
-std::vector<Option> LearningTable(PredictToolOptions& options) {
-  return {
-      {.key = "learn",
-       .value = &options.learn,
-       .doc =
-           "instead of a material: learn the distribution of specimens from drapes, of images or "
-           "of the training samples of data"},
-      {.key = "specimens",
-       .value = &options.specimens,
-       .doc = "instead of a material: file specimens.json of a run with learn",
-       .is_path = true},
-      {.key = "pool_seed",
-       .value = &options.pool_seed,
-       .doc = "random seed of the pool",
-       .least = 0},
-      {.key = "resamples",
-       .value = &options.learning.fit.resamples,
-       .doc = "inferences with random weights of the samples, which show how uncertain the "
-              "distribution is",
-       .least = 0,
-       .most = 1000},
-  };
 }
 
 std::vector<Option> FileOptions(PredictToolOptions& options) {
@@ -156,8 +131,7 @@ void RequireOneMaterial(const PredictToolOptions& options) {
 }
 
 std::vector<ClothFace> ListFaces(const std::string& face) {
-  if (face == "up") return {ClothFace::kUp};
-  if (face == "down") return {ClothFace::kDown};
+  if (const auto one = ParseClothFace(face)) return {*one};
   return {ClothFace::kUp, ClothFace::kDown};
 }
 
@@ -210,21 +184,6 @@ std::optional<DatasetReport> ReadData(const DatasetQuery& query, const Predictio
   return report;
 }
 
-void RequireDataOrImages(const PredictToolOptions& options, const DrapeDiscs& discs) {
-  if (options.images.images.empty()) {
-    if (!options.images.samples.empty() || !options.images.faces.empty())
-      throw InputError("option 'image_samples' or 'image_faces'", "found without 'images'");
-    return;
-  }
-  if (!options.learn) throw InputError("option 'images'", "found without 'learn'");
-  if (!options.data.folder.empty())
-    throw InputError("options 'images' and 'data'", "found both, expected one of them");
-  if (discs != DrapeDiscs())
-    throw InputError("option 'specimen' or 'support'",
-                     "found " + ToString(discs) + " beside 'learn', expected " +
-                         ToString(DrapeDiscs()) + ", of which the drapes of a pool are");
-}
-
 // What calibration and learning need.
 void CheckTraining(const PredictToolOptions& options, const PredictionRun& run) {
   if (!options.calibrate && !options.learn) return;
@@ -247,53 +206,6 @@ void Calibrate(Backend& backend, const MaterialSource& materials, const RunContr
       backend, materials, run->prediction, run->data->seen_train, {},
       [&](int trials) { control.Report(0.0, "calibration, trial " + std::to_string(trials)); });
   run->prediction.bend = run->calibration->factors;
-}
-
-// What one sample can be, by the drapes of each face.
-std::map<ClothFace, SpecimenPosterior> InferSample(const std::vector<ObservedCapture>& seen,
-                                                   const LearningOptions& learning) {
-  constexpr int kSamples = 199;
-  const DrapePool pool = ReadPool(learning.pool_file);
-  std::map<ClothFace, std::vector<TrainingDrape>> drapes;
-  for (TrainingDrape& drape : ListTrainingDrapes(seen)) drapes[drape.face].push_back(drape);
-  std::map<ClothFace, SpecimenPosterior> specimen;
-  for (const auto& [face, of_face] : drapes)
-    specimen[face] =
-        InferSpecimen(pool, of_face, learning.fit.outline_weight, kSamples, learning.fit.seed);
-  return specimen;
-}
-
-bool ShowsOneSample(const std::vector<ObservedCapture>& seen) {
-  return std::all_of(seen.begin(), seen.end(), [&](const ObservedCapture& each) {
-    return each.capture.sample == seen[0].capture.sample;
-  });
-}
-
-// Nothing when it was cancelled.
-void Learn(const PredictToolOptions& options, Backend& backend,
-           const std::vector<ObservedCapture>& seen, const RunControl& control,
-           PredictionRun* run) {
-  constexpr int kLeastPool = 1000;
-  if (!options.specimens.empty()) {
-    run->learned = {.fit = ReadDistributionFit(options.specimens)};
-    return;
-  }
-  LearningOptions learning = options.learning;
-  learning.pool.mesh = options.scene.mesh;
-  learning.pool.seed = static_cast<uint64_t>(options.pool_seed);
-  learning.pool.settle = run->prediction.settle;
-  learning.fit.seed = run->prediction.seed;
-  learning.fit.threads = backend.threads();
-  if (learning.pool_file.empty()) learning.pool_file = options.out + "/pool.json";
-  const bool one_sample = ShowsOneSample(seen);
-  if (one_sample && learning.pool.drapes < kLeastPool)
-    throw InputError("option 'pool_drapes'",
-                     "found " + std::to_string(learning.pool.drapes) + ", expected at least " +
-                         std::to_string(kLeastPool) + " to learn from one sample");
-  const LearnedFabric learned = LearnFabric(backend, seen, learning, control);
-  if (learned.cancelled) return;
-  run->learned = learned;
-  if (one_sample) run->specimen = InferSample(seen, learning);
 }
 
 // Fewer when it was cancelled.
@@ -369,9 +281,7 @@ OptionTable PredictTable(PredictToolOptions& options) {
                   Concatenate(DrawOptions(options), std::vector{BackendOption(options.backend)})),
           Grouped("held-out drapes (--data)",
                   Concatenate(DatasetOptions(options.data), std::vector{CalibrateOption(options)})),
-          Grouped("learning (--learn)",
-                  Concatenate(LearningTable(options), TrainingImageOptions(options.images),
-                              PoolOptionRows(options.learning))),
+          Grouped("learning (--learn)", LearningOptionRows(options)),
           Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
       .common = {"material", "posterior", "learn", "images", "pool", "specimen", "support", "mesh",
                  "draws", "repeats", "seed", "data", "fabric", "train", "calibrate", "threads",
@@ -386,7 +296,7 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl&
   scene.discs = ChooseDiscs(options);
   run.scene = LoadScene(scene);
   RequireDiscs(*run.scene.model, run.scene.discs, scene.mesh);
-  RequireDataOrImages(options, run.scene.discs);
+  CheckTrainingImages(options, run.scene.discs);
   run.prediction = MakePredictionOptions(options, run.scene.discs, control.cancel);
   const MaterialSource materials = MakeMaterials(options, run);
   run.data = ReadData(options.data, run.prediction, control);
