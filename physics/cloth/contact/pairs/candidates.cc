@@ -10,7 +10,7 @@
 namespace drape {
 namespace {
 
-constexpr double kSlack = 1e-3;  // of the boxes around vertices [m]
+constexpr double kSlack = 5e-4;  // of the boxes around vertices [m]
 
 }  // namespace
 

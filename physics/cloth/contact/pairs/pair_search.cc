@@ -66,11 +66,11 @@ void BoxedSurface::Enclose(const VertexBoxes& boxes, double more, int threads) {
 std::vector<ContactPair> ListPairsWithin(const BoxedSurface& cloth, int threads) {
   std::vector<ContactPair> pairs;
   AddVerticesAndTriangles(cloth, cloth, threads, pairs);
-  const auto list = [&](int k, std::vector<ContactPair>& found) {
-    const auto& [p, q] = cloth.parts().edges[k];
-    cloth.edge_tree().ForEachMeeting(cloth.edges()[k], [&](int other) {
-      if (other <= k) return;
-      const auto& [r, s] = cloth.parts().edges[other];
+  const auto list = [&](int place, std::vector<ContactPair>& found) {
+    const int one = cloth.edge_tree().order()[place];
+    cloth.edge_tree().ForEachLaterMeeting(place, [&](int other) {
+      const auto& [p, q] = cloth.parts().edges[std::min(one, other)];
+      const auto& [r, s] = cloth.parts().edges[std::max(one, other)];
       if (p != r && p != s && q != r && q != s) found.push_back({true, {p, q, r, s}});
     });
   };
