@@ -125,7 +125,10 @@ __device__ void GatherPanel(const FrontWork& work, double* panel) {
   int child = 0;
   for (; child + 2 <= work.num_children(); child += 2)
     GatherChildRows<kWide, 2>(work, child, panel);
-  if (child < work.num_children()) GatherChildRows<kWide, 1>(work, child, panel);
+  if (child == work.num_children()) return;
+  // One child's rows lie with other warps than those of two.
+  if (child > 0) __syncthreads();
+  GatherChildRows<kWide, 1>(work, child, panel);
 }
 
 // Children's updates, then the matrix, which is loaded meanwhile. Row p + q is the right-hand
