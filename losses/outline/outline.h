@@ -8,7 +8,7 @@
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
 #include "losses/outline/outline_ray.h"
-#include "physics/linalg/block_matrix.h"
+#include "physics/linalg/blocks/block_matrix.h"
 #include "physics/mesh/mesh.h"
 
 namespace drape {

@@ -7,7 +7,7 @@
 
 #include "physics/cloth/scene.h"
 #include "physics/cloth/state.h"
-#include "physics/linalg/block_matrix.h"
+#include "physics/linalg/blocks/block_matrix.h"
 #include "physics/material/laws/law.h"
 #include "physics/material/material.h"
 #include "physics/mesh/mesh.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "physics/linalg/block_matrix.h"
+#include "physics/linalg/blocks/block_matrix.h"
 
 namespace drape {
 
@@ -19,6 +19,9 @@ class LinearSolver {
 
   // Returns a copy with its own factor, for another thread.
   virtual std::unique_ptr<LinearSolver> Clone() const = 0;
+  // Returns a solver on another pattern of the same vertices, whose analysis starts from this one's
+  // where the two differ little.
+  virtual std::unique_ptr<LinearSolver> Adapt(const BlockPattern& other) const = 0;
 
   // Factors A = L·Lᵀ with A symmetric (one entry of each pair is read). Returns false when A is not
   // positive definite or the factorisation is cancelled; the factor is then unusable.

@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "physics/linalg/block_matrix.h"
-#include "physics/linalg/factor_plan.h"
+#include "physics/linalg/analysis/factor_plan.h"
+#include "physics/linalg/blocks/block_matrix.h"
 #include "physics/linalg/tree_tasks.h"
 
 namespace drape {

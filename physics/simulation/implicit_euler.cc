@@ -25,6 +25,9 @@ constexpr double kMostShift = 1e13;  // [s⁻²]
 constexpr double kEarlyShare = 0.1;
 // The largest multiple of M/h² after a step that was slow.
 constexpr double kSlowShift = 64.0;
+// Newton steps without a trial of M/h² + K, at most: where it was not positive definite it often is
+// not so in the next step either.
+constexpr int kMostWaits = 3;
 
 ImplicitEulerFailure FindWorst(const Eigen::VectorXd& x, const Eigen::VectorXd& unbalanced) {
   ImplicitEulerFailure worst;
@@ -46,12 +49,14 @@ ImplicitEuler::ImplicitEuler(std::shared_ptr<const ClothModel> model, const Mate
       material_(material),
       h_(h),
       options_(options),
-      linear_(std::make_unique<Linear>(model_, material_, options.threads)),
       mass_by_h2_(model_->LumpedMass(material.density) / (h * h)),
       weight_(CharacteristicForce(*model_, material)) {
   CHECK_GT(h, 0.0);
   CHECK_GT(options.creep_speed, 0.0);
   CHECK(!HasSelfContact(model_->scene)) << "self-contact is one of the options";
+  if (options_.linear_solver == nullptr) options_.linear_solver = MakeLinearSolver(model_->pattern);
+  linear_ = std::make_unique<Linear>(model_, material_, options_.linear_solver->Clone(),
+                                     options_.threads);
   if (options.self_contact)
     surfaces_.emplace(model_->mesh, model_->vertex_area, options.self_contact);
 }
@@ -118,13 +123,13 @@ IntegratorStatus ImplicitEuler::Pinched(int vertex, const Eigen::VectorXd& x) {
 // obstacle, the inner one can only leave it if all follow.
 IntegratorStatus ImplicitEuler::Start(const Eigen::VectorXd& from, Eigen::VectorXd& start) {
   start = from;
-  if (contact() != nullptr) PushOut(*contact(), start);
+  if (contact() != nullptr) PushOut(*contact(), start, options_.threads);
   if (surfaces_) {
     Eigen::VectorXd moves = start - from;
     if (!surfaces_->CanFollow(from, moves)) {
       start = from;
-      FollowObstacles(*contact(), start);
-      PushOut(*contact(), start);
+      FollowObstacles(*contact(), start, options_.threads);
+      PushOut(*contact(), start, options_.threads);
       moves = start - from;
       if (!surfaces_->HasObstacles())
         surfaces_->ShortenMoves(from, moves);
@@ -134,16 +139,17 @@ IntegratorStatus ImplicitEuler::Start(const Eigen::VectorXd& from, Eigen::Vector
     start = from + moves;
     if (surfaces_->HasObstacles()) {
       moves = start;
-      PushOut(*contact(), moves);
+      PushOut(*contact(), moves, options_.threads);
       moves -= start;
       surfaces_->ShortenMoves(start, moves);
       start += moves;
     }
-    if (contact() != nullptr)
-      for (int i = 0; i < model_->mesh.num_vertices(); ++i)
-        if (!(SmallestGap(*contact(), start.segment<3>(3 * i)) > 0.0)) return Pinched(i, start);
   }
-  if (contact() != nullptr) clearance_ = Clearance(*contact(), start, options_.threads);
+  if (contact() == nullptr) return IntegratorStatus::kOk;
+  clearance_ = Clearance(*contact(), start, options_.threads);
+  if (surfaces_)
+    for (int i = 0; i < model_->mesh.num_vertices(); ++i)
+      if (!(clearance_.gap(i) > 0.0)) return Pinched(i, start);
   return IntegratorStatus::kOk;
 }
 
@@ -154,7 +160,7 @@ IntegratorStatus ImplicitEuler::Minimise(double enough, Trial& here) {
     if (!std::isfinite(here.residual)) return IntegratorStatus::kNotFinite;
     if (Cancelled()) return IntegratorStatus::kCancelled;
     if (i == options_.max_iterations) return IntegratorStatus::kNotConverged;
-    if (!Factor(here.x, last)) return IntegratorStatus::kNotPositiveDefinite;
+    if (!Factor(here.x, &last)) return IntegratorStatus::kNotPositiveDefinite;
     Eigen::VectorXd dx = here.unbalanced;
     linear_->solver.linear().Solve(dx);
     ++cost_.newton_steps;
@@ -167,7 +173,7 @@ IntegratorStatus ImplicitEuler::Minimise(double enough, Trial& here) {
 
 ImplicitEuler::Trial ImplicitEuler::At(const Eigen::VectorXd& x) const {
   Trial trial{.x = x, .elastic = {}, .unbalanced = {}};
-  AssembleForce(*model_, material_, x, trial.elastic);
+  AssembleForce(*model_, material_, x, trial.elastic, nullptr, linear_->solver.parts());
   const Eigen::VectorXd inertia = mass_by_h2_.cwiseProduct(x - coasted_);
   trial.unbalanced = trial.elastic - inertia;
   trial.potential = 0.5 * inertia.dot(x - coasted_);
@@ -212,12 +218,10 @@ void ImplicitEuler::AddContact(Trial& trial) const {
   for (const double of_vertex : energy) trial.potential += of_vertex;
 }
 
-// The blocks of K that are not of the model. Returns false where the pattern has not all of them.
-bool ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part) {
-  Stiffness& K = linear_->stiffness;
-  bool fits = true;
+// The blocks of K that are not of the model.
+void ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part) {
   const auto add = [&](int i, int j, const Eigen::Matrix3d& block) {
-    fits = K.AddBlock(i, j, block) && fits;
+    CHECK(linear_->stiffness.AddBlock(i, j, block));
   };
   if (around_.contact != nullptr)
     for (int i = 0; i < model_->mesh.num_vertices(); ++i)
@@ -234,7 +238,18 @@ bool ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, SurfaceContact::Stiffnes
         if (rub.vertex[k] <= rub.vertex[l] && rub.weight[k] * rub.weight[l] != 0.0)
           add(rub.vertex[k], rub.vertex[l], rub.weight[k] * rub.weight[l] * stiffness);
   }
-  return fits;
+}
+
+bool ImplicitEuler::HasBlocksOfPairs(const Eigen::VectorXd& x) const {
+  const BlockPattern& pattern = linear_->solver.model().pattern;
+  const std::vector<SurfaceTouch>& touches = surfaces_->ListTouches(x);
+  return std::all_of(touches.begin(), touches.end(),
+                     [&](const SurfaceTouch& touch) {
+                       return surfaces_->IsOfObstacle(touch.pair) ||
+                              pattern.HasAllBlocks(touch.pair.vertex);
+                     }) &&
+         std::all_of(rubs_.begin(), rubs_.end(),
+                     [&](const Rub& rub) { return pattern.HasAllBlocks(rub.vertex); });
 }
 
 // Analyses a pattern with the blocks of all pairs that are in contact or soon may be.
@@ -242,37 +257,38 @@ void ImplicitEuler::Widen(const Eigen::VectorXd& x) {
   std::vector<std::array<int, 4>> groups = surfaces_->ListNear(x);
   for (const Rub& rub : rubs_) groups.push_back(rub.vertex);
   auto wide = std::make_shared<ClothModel>(*model_);
-  wide->pattern = MakeBlockPattern(model_->mesh, model_->scene.stretch, model_->scene.bend, groups);
-  linear_ = std::make_unique<Linear>(std::move(wide), material_, options_.threads);
+  wide->pattern = AddGroups(model_->pattern, groups);
+  std::unique_ptr<LinearSolver> solver = linear_->solver.linear().Adapt(wide->pattern);
+  linear_ =
+      std::make_unique<Linear>(std::move(wide), material_, std::move(solver), options_.threads);
   ++cost_.analyses;
 }
 
 void ImplicitEuler::Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part) {
-  const auto assemble = [&] {
-    if (part == SurfaceContact::StiffnessPart::kPositive)
-      linear_->stiffness.AssemblePositive(x);
-    else
-      linear_->stiffness.Assemble(x);
-    return AddBlocks(x, part);
-  };
-  if (assemble()) return;
-  Widen(x);
-  CHECK(assemble());
+  if (surfaces_ && !HasBlocksOfPairs(x)) Widen(x);
+  if (part == SurfaceContact::StiffnessPart::kPositive)
+    linear_->stiffness.AssemblePositive(x);
+  else
+    linear_->stiffness.Assemble(x);
+  AddBlocks(x, part);
 }
 
 // M/h² + K, which converges quadratically, `near` the end; from further off, and where that is not
 // positive definite, the positive parts of all forces. A larger multiple of M would slow all of the
 // cloth down for the sake of a wrinkle; where a cloth is about to buckle as a whole, so that the
 // positive parts converge slowly, it is the better way.
-bool ImplicitEuler::Factor(const Eigen::VectorXd& x, const LastStep& last) {
-  const double own = 1.0 / (h_ * h_), most = last.slow ? kSlowShift * own : own;
+bool ImplicitEuler::Factor(const Eigen::VectorXd& x, LastStep* last) {
+  const double own = 1.0 / (h_ * h_), most = last->slow ? kSlowShift * own : own;
   double mu = own;
-  if (last.whole) {
+  if (last->whole && --last->waits < 0) {
     Assemble(x, SurfaceContact::StiffnessPart::kWhole);
     if (linear_->stiffness.FactorShifted(0.0, &mu, [&](double failed) {
           return 4.0 * failed > most ? std::nullopt : std::optional(4.0 * failed);
-        }))
+        })) {
+      last->failures = 0;
       return true;
+    }
+    last->waits = std::min(++last->failures, kMostWaits);
     mu = own;
   }
   Assemble(x, SurfaceContact::StiffnessPart::kPositive);

@@ -31,7 +31,9 @@ struct ImplicitEulerOptions {
   // Contact of the cloth with itself [MODEL, M62]; obstacles are those of the scene or the step,
   // whose meshes also meet faces and edges of the cloth [MODEL, M63].
   std::optional<Contact> self_contact = {};
-  int threads = 1;                            // of a step, whose result does not depend on them
+  int threads = 1;  // of a step, whose result does not depend on them
+  // For the pattern of the model, of which copies are used; none: MakeLinearSolver's.
+  std::shared_ptr<const LinearSolver> linear_solver = {};
   const std::atomic<bool>* cancel = nullptr;  // ends a step early when it turns true
   // Sees each shape x, shape [3V], that a step has gone to.
   std::function<void(const Eigen::VectorXd& x)> on_accept = {};
@@ -100,11 +102,14 @@ class ImplicitEuler {
   struct LastStep {
     bool whole = false;  // not shortened
     bool slow = false;   // whole, but more than half of the residual is left
+    int failures = 0;    // of M/h² + K to be positive definite, one after the other
+    int waits = 0;       // steps until it is tried again
   };
   // The matrix and its factor, on a pattern that contact can widen.
   struct Linear {
-    Linear(std::shared_ptr<const ClothModel> model, const MaterialField& material, int threads)
-        : solver(std::move(model)), stiffness(solver, material) {
+    Linear(std::shared_ptr<const ClothModel> model, const MaterialField& material,
+           std::unique_ptr<LinearSolver> linear, int threads)
+        : solver(std::move(model), std::move(linear)), stiffness(solver, material) {
       solver.SetThreads(threads);
     }
     StepSolver solver;
@@ -119,10 +124,11 @@ class ImplicitEuler {
   Trial At(const Eigen::VectorXd& x) const;
   void AddSurroundings(Trial& trial) const;
   void AddContact(Trial& trial) const;
-  bool AddBlocks(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part);
   void Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part);
+  void AddBlocks(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part);
+  bool HasBlocksOfPairs(const Eigen::VectorXd& x) const;
   void Widen(const Eigen::VectorXd& x);
-  bool Factor(const Eigen::VectorXd& x, const LastStep& last);
+  bool Factor(const Eigen::VectorXd& x, LastStep* last);
   bool Backtrack(const Eigen::VectorXd& dx, Trial& here, LastStep* last);
   IntegratorStatus Minimise(double enough, Trial& here);
   RubForce Rubbing(const Rub& rub, const Eigen::VectorXd& x) const;

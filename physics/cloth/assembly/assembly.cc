@@ -36,77 +36,112 @@ void AddOuterForces(const ClothModel& model, double density, const Eigen::Vector
           ContactForce(*model.scene.contact, model.vertex_area[i], x.segment<3>(3 * i));
 }
 
+// Calls add(k, corners) for the elements of a part, or for `count` ones as a whole where it is
+// null.
+template <class Add>
+void ForEachElement(const AssemblyPart* part,
+                    std::vector<AssemblyPart::Element> AssemblyPart::*list, int count,
+                    const Add& add) {
+  if (part == nullptr) {
+    for (int k = 0; k < count; ++k) add(k, ~0U);
+  } else {
+    for (const auto& [k, corners] : part->*list) add(k, corners);
+  }
+}
+
+// Calls add(part) for all parts at the same time, or for the whole: null.
+template <class Add>
+void ForEachPart(const AssemblyParts& parts, const Add& add) {
+  if (parts.empty()) return add(nullptr);
+  const int count = static_cast<int>(parts.size());
+#pragma omp parallel for num_threads(count) if (count > 1)
+  for (int k = 0; k < count; ++k) add(&parts[k]);
+}
+
 // Adds stretch and bend of a step. A may be null (forces only).
 template <class Law>
 void AddStretchStep(const Law& law, const ClothModel& model, const MaterialField& material,
-                    const double* x, double h, double* force, BlockMatrix* A) {
-  for (int f = 0; f < model.mesh.num_faces(); ++f) {
+                    const double* x, double h, double* force, BlockMatrix* A,
+                    const AssemblyPart* part) {
+  const auto add = [&](int f, unsigned corners) {
     const Face& face = model.mesh.faces[f];
     const Columns F = GatherColumns(face, x);
     const StretchCoefficients<double> k = EvaluateStretch(law, Green(F), material.stretch_of(f));
-    ScatterColumns(face, StretchForce(k, F), force);
-    if (A == nullptr) continue;
+    ScatterColumns(face, StretchForce(k, F), force, corners);
+    if (A == nullptr) return;
     Matrix6 H;  // symmetric: column j is H·e_j
     for (int j = 0; j < 6; ++j) {
       const Columns column = StretchStiffnessTimes(k, F, UnitColumns(j));
       for (int i = 0; i < 6; ++i) H[i][j] = Component(column, i);
     }
-    AddFaceBlocks(face, H, h * h * face.area, &model.pattern.face_block[9 * f], *A);
-  }
+    AddFaceBlocks(face, H, h * h * face.area, &model.pattern.face_block[9 * f], *A, corners);
+  };
+  ForEachElement(part, &AssemblyPart::faces, model.mesh.num_faces(), add);
 }
 
 template <class Law>
 void AddBendStep(const Law& law, const ClothModel& model, const MaterialField& material,
-                 const double* x, double h, double* force, BlockMatrix* A) {
-  for (int e = 0; e < model.mesh.num_hinges(); ++e) {
+                 const double* x, double h, double* force, BlockMatrix* A,
+                 const AssemblyPart* part) {
+  const auto add = [&](int e, unsigned corners) {
     const Hinge& hinge = model.mesh.hinges[e];
-    const HingeCorners corners = GatherCorners(hinge, x);
-    const double theta = DihedralAngle(corners);
-    const HingeGradient d = AngleGradient(EvaluateWings(corners));
+    const HingeCorners places = GatherCorners(hinge, x);
+    const double theta = DihedralAngle(places);
+    const HingeGradient d = AngleGradient(EvaluateWings(places));
     const double kappa = HingeStiffness(law, hinge, material.bend_of(e), theta);
     const HingeMeasure mu = law.Measure(theta);
-    for (int a = 0; a < 4; ++a) AddTo(force, hinge.vertex[a], (-kappa * mu.value) * d.d[a]);
+    for (int a = 0; a < 4; ++a)
+      if ((corners >> a & 1U) != 0) AddTo(force, hinge.vertex[a], (-kappa * mu.value) * d.d[a]);
     if (A != nullptr)
-      AddHingeBlocks(d, h * h * kappa * mu.slope, &model.pattern.hinge_block[16 * e], *A);
-  }
+      AddHingeBlocks(d, h * h * kappa * mu.slope, &model.pattern.hinge_block[16 * e], *A, corners);
+  };
+  ForEachElement(part, &AssemblyPart::hinges, model.mesh.num_hinges(), add);
 }
 
 void AddElements(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                 double h, Eigen::VectorXd& force, BlockMatrix* A) {
-  if (model.scene.stretch)
-    std::visit(
-        [&](const auto& law) {
-          AddStretchStep(law, model, material, x.data(), h, force.data(), A);
-        },
-        model.law.stretch);
-  if (model.scene.bend)
-    std::visit(
-        [&](const auto& law) { AddBendStep(law, model, material, x.data(), h, force.data(), A); },
-        model.law.bend);
+                 double h, Eigen::VectorXd& force, BlockMatrix* A, const AssemblyParts& parts) {
+  ForEachPart(parts, [&](const AssemblyPart* part) {
+    if (model.scene.stretch)
+      std::visit(
+          [&](const auto& law) {
+            AddStretchStep(law, model, material, x.data(), h, force.data(), A, part);
+          },
+          model.law.stretch);
+    if (model.scene.bend)
+      std::visit(
+          [&](const auto& law) {
+            AddBendStep(law, model, material, x.data(), h, force.data(), A, part);
+          },
+          model.law.bend);
+  });
 }
 
 template <class Law>
 void AddStretchDerivative(const Law& law, const ClothModel& model, const MaterialField& material,
-                          const double* x, const double* w, double h, BlockMatrix& out) {
-  for (int f = 0; f < model.mesh.num_faces(); ++f) {
+                          const double* x, const double* w, double h, BlockMatrix& out,
+                          const AssemblyPart* part) {
+  const auto add = [&](int f, unsigned corners) {
     const Face& face = model.mesh.faces[f];
     Matrix6 Q;
     StretchStepDerivative(law, GatherColumns(face, x), material.stretch_of(f),
                           GatherColumns(face, w), h, Q);
-    AddFaceBlocks(face, Q, face.area, &model.pattern.face_block[9 * f], out);
-  }
+    AddFaceBlocks(face, Q, face.area, &model.pattern.face_block[9 * f], out, corners);
+  };
+  ForEachElement(part, &AssemblyPart::faces, model.mesh.num_faces(), add);
 }
 
 template <class Law>
 void AddBendDerivative(const Law& law, const ClothModel& model, const MaterialField& material,
-                       const double* x, const double* w, double h, BlockMatrix& out) {
-  for (int e = 0; e < model.mesh.num_hinges(); ++e) {
+                       const double* x, const double* w, double h, BlockMatrix& out,
+                       const AssemblyPart* part) {
+  const auto add = [&](int e, unsigned corners) {
     const Hinge& hinge = model.mesh.hinges[e];
     double Q[12][12];
     BendStepDerivative(law, hinge, material.bend_of(e), GatherCorners(hinge, x),
                        GatherCorners(hinge, w), h, Q);
-    AddHingeBlocks(Q, &model.pattern.hinge_block[16 * e], out);
-  }
+    AddHingeBlocks(Q, &model.pattern.hinge_block[16 * e], out, corners);
+  };
+  ForEachElement(part, &AssemblyPart::hinges, model.mesh.num_hinges(), add);
 }
 
 // Calls of(contact) with `self`, or with one that is searched for this x, in a scene that has
@@ -134,20 +169,21 @@ void AddSelfStiffness(const ClothModel& model, const Eigen::VectorXd& x,
 }  // namespace
 
 void AssembleForce(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                   Eigen::VectorXd& force, SurfaceContact* self) {
+                   Eigen::VectorXd& force, SurfaceContact* self, const AssemblyParts& parts) {
   force.setZero(x.size());
   AddOuterForces(model, material.density, x, force);
-  AddElements(model, material, x, 0.0, force, nullptr);
+  AddElements(model, material, x, 0.0, force, nullptr, parts);
   WithSelfContact(model, x, self,
                   [&](const SurfaceContact& contact) { contact.AddForces(x, force); });
 }
 
 void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                  double h, Eigen::VectorXd& force, BlockMatrix& A, SurfaceContact* self) {
+                  double h, Eigen::VectorXd& force, BlockMatrix& A, SurfaceContact* self,
+                  const AssemblyParts& parts) {
   force.setZero(x.size());
   A.SetZero();
   AddOuterForces(model, material.density, x, force);
-  AddElements(model, material, x, h, force, &A);
+  AddElements(model, material, x, h, force, &A, parts);
   for (int i = 0; i < model.mesh.num_vertices(); ++i)
     A.AddScaledIdentity(model.pattern.diagonal[i], material.density * model.vertex_area[i]);
   for (int i : model.held)
@@ -165,20 +201,23 @@ void AssembleStep(const ClothModel& model, const MaterialField& material, const 
 
 void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
                             const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
-                            BlockMatrix& derivative, SurfaceContact* self) {
+                            BlockMatrix& derivative, SurfaceContact* self,
+                            const AssemblyParts& parts) {
   derivative.SetZero();
-  if (model.scene.stretch)
-    std::visit(
-        [&](const auto& law) {
-          AddStretchDerivative(law, model, material, x.data(), w.data(), h, derivative);
-        },
-        model.law.stretch);
-  if (model.scene.bend)
-    std::visit(
-        [&](const auto& law) {
-          AddBendDerivative(law, model, material, x.data(), w.data(), h, derivative);
-        },
-        model.law.bend);
+  ForEachPart(parts, [&](const AssemblyPart* part) {
+    if (model.scene.stretch)
+      std::visit(
+          [&](const auto& law) {
+            AddStretchDerivative(law, model, material, x.data(), w.data(), h, derivative, part);
+          },
+          model.law.stretch);
+    if (model.scene.bend)
+      std::visit(
+          [&](const auto& law) {
+            AddBendDerivative(law, model, material, x.data(), w.data(), h, derivative, part);
+          },
+          model.law.bend);
+  });
   for (int i : model.held)
     derivative.AddScaledIdentity(model.pattern.diagonal[i], -h * model.scene.handles->stiffness);
   if (model.scene.contact)

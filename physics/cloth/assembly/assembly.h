@@ -4,9 +4,10 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "physics/cloth/assembly/assembly_part.h"
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/contact/surface_contact.h"
-#include "physics/linalg/block_matrix.h"
+#include "physics/linalg/blocks/block_matrix.h"
 
 namespace drape {
 
@@ -15,22 +16,27 @@ namespace drape {
 // [MODEL, M30].
 // self: the contact of the cloth with itself, which keeps what it finds for the next shape; null:
 // it is found again. Scenes without it take none.
+// parts: of the mesh, a thread each; empty: one thread.
+using AssemblyParts = std::vector<AssemblyPart>;
 
 // Computes f(x) [N], shape [3V].
 void AssembleForce(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                   Eigen::VectorXd& force, SurfaceContact* self = nullptr);
+                   Eigen::VectorXd& force, SurfaceContact* self = nullptr,
+                   const AssemblyParts& parts = {});
 
 // Computes f(x) [N], shape [3V], and A = M + h²·H(x) [kg]. CHECKs here and below that the pattern
 // has the blocks of pairs that touch.
 void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
-                  double h, Eigen::VectorXd& force, BlockMatrix& A, SurfaceContact* self = nullptr);
+                  double h, Eigen::VectorXd& force, BlockMatrix& A, SurfaceContact* self = nullptr,
+                  const AssemblyParts& parts = {});
 
 // Computes ∂g/∂x with w held [kg/s] [MODEL, M39]. With w = 0 and h = 1 it is ∂f/∂x = −K, the exact
 // stiffness of statics [N/m] [MODEL, M33]. Where the cloth touches itself, that is all there is:
 // the change of its H with x is left out.
 void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
                             const Eigen::VectorXd& x, const Eigen::VectorXd& w, double h,
-                            BlockMatrix& derivative, SurfaceContact* self = nullptr);
+                            BlockMatrix& derivative, SurfaceContact* self = nullptr,
+                            const AssemblyParts& parts = {});
 
 // The second Piola–Kirchhoff stress of each face at x [N/m], shape [F]; empty in a scene without
 // stretch.

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "physics/linalg/block_matrix.h"
+#include "physics/linalg/blocks/block_matrix.h"
 #include "physics/material/laws/hinge_geometry.h"
 #include "physics/material/laws/stretch_element.h"
 
 namespace drape {
 
-// Adds the small matrices of elements to a block matrix, for the loops of assembly.
+// Adds the small matrices of elements to a block matrix, for the loops of assembly: the rows of the
+// corners whose bit is set.
 
 using Matrix6 = double[6][6];  // over the columns of F, as StretchStepDerivative orders them
 
@@ -19,12 +20,13 @@ inline void AddBlock(const double (&block)[9], double* out) {
 
 // Adds scale·[Du Dv]ᵀ·Q·[Du Dv] to the nine blocks of a face.
 inline void AddFaceBlocks(const Face& face, const Matrix6& Q, double scale, const int* blocks,
-                          BlockMatrix& A) {
+                          BlockMatrix& A, unsigned corners = ~0U) {
   const ShapeGradient s = GradientOf(face);
   double part[2][2][9];  // Q's blocks uu uv, vu vv
   for (int i = 0; i < 6; ++i)
     for (int k = 0; k < 6; ++k) part[i / 3][k / 3][3 * (i % 3) + k % 3] = scale * Q[i][k];
   for (int a = 0; a < 3; ++a) {
+    if ((corners >> a & 1U) == 0) continue;
     double row_u[9], row_v[9];
     for (int i = 0; i < 9; ++i) {
       row_u[i] = s.u[a] * part[0][0][i] + s.v[a] * part[1][0][i];
@@ -38,20 +40,24 @@ inline void AddFaceBlocks(const Face& face, const Matrix6& Q, double scale, cons
   }
 }
 
-inline void AddHingeBlocks(const double (&Q)[12][12], const int* blocks, BlockMatrix& A) {
-  for (int a = 0; a < 4; ++a)
+inline void AddHingeBlocks(const double (&Q)[12][12], const int* blocks, BlockMatrix& A,
+                           unsigned corners = ~0U) {
+  for (int a = 0; a < 4; ++a) {
+    if ((corners >> a & 1U) == 0) continue;
     for (int b = 0; b < 4; ++b) {
       double block[9];
       for (int i = 0; i < 3; ++i)
         for (int k = 0; k < 3; ++k) block[3 * i + k] = Q[3 * a + i][3 * b + k];
       AddBlock(block, A.block(blocks[4 * a + b]));
     }
+  }
 }
 
 // Adds scale·d·dᵀ to the sixteen blocks of a hinge.
 inline void AddHingeBlocks(const HingeGradient& gradient, double scale, const int* blocks,
-                           BlockMatrix& A) {
+                           BlockMatrix& A, unsigned corners = ~0U) {
   for (int a = 0; a < 4; ++a) {
+    if ((corners >> a & 1U) == 0) continue;
     const Vec3<double> row = scale * gradient.d[a];
     for (int b = 0; b < 4; ++b) {
       const Vec3<double>& d = gradient.d[b];

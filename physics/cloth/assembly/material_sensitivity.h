@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 
 #include "physics/cloth/cloth_model.h"
-#include "physics/linalg/block_matrix.h"
+#include "physics/linalg/blocks/block_matrix.h"
 
 namespace drape {
 

@@ -2,23 +2,20 @@
 #include "physics/cloth/assembly/step_solver.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
 
 namespace drape {
 namespace {
 
+// Threads wait for one another for longer than they gain with fewer.
+constexpr int kVerticesOfPart = 400;
+
 bool HasBlocks(const BlockPattern& pattern, const std::vector<SurfaceTouch>& touches) {
   return std::all_of(touches.begin(), touches.end(), [&](const SurfaceTouch& touch) {
-    const std::array<int, 4>& vertex = touch.pair.vertex;
-    return std::all_of(vertex.begin(), vertex.end(), [&](int i) {
-      return std::all_of(vertex.begin(), vertex.end(),
-                         [&](int j) { return pattern.Find(i, j) >= 0; });
-    });
+    return pattern.HasAllBlocks(touch.pair.vertex);
   });
 }
 
@@ -44,6 +41,11 @@ StepSolver StepSolver::Clone() const {
 }
 
 void StepSolver::SetThreads(int threads) {
+  const int parts = std::clamp(model_->mesh.num_vertices() / kVerticesOfPart, 1, threads);
+  if (parts == 1)
+    parts_.clear();
+  else if (parts != static_cast<int>(parts_.size()))
+    parts_ = SplitAssembly(model_->mesh, parts);
   threads_ = threads;
   linear_->SetThreads(threads);
   if (wide_) wide_->linear->SetThreads(threads);
@@ -71,16 +73,16 @@ void StepSolver::Widen(const Eigen::VectorXd& x) {
   self_->Know(x);
   if (HasBlocks(wide_model().pattern, self_->ListTouches(x))) return;
   auto model = std::make_shared<ClothModel>(*model_);
-  model->pattern =
-      MakeBlockPattern(model->mesh, model->scene.stretch, model->scene.bend, self_->ListNear(x));
-  std::unique_ptr<LinearSolver> linear = MakeLinearSolver(model->pattern, threads_);
+  model->pattern = AddGroups(model_->pattern, self_->ListNear(x));
+  std::unique_ptr<LinearSolver> linear = linear_->Adapt(model->pattern);
+  linear->SetThreads(threads_);
   wide_ = std::make_unique<Wide>(Wide{std::move(model), std::move(linear)});
   MakeMatrices();
 }
 
 bool StepSolver::Factor(const MaterialField& material, const Eigen::VectorXd& x, double h) {
   Widen(x);
-  AssembleStep(wide_model(), material, x, h, force_, matrix_, self_.get());
+  AssembleStep(wide_model(), material, x, h, force_, matrix_, self_.get(), parts_);
   return linear().Factor(matrix_);
 }
 
@@ -88,7 +90,7 @@ const BlockMatrix& StepSolver::StepDerivative(const MaterialField& material,
                                               const Eigen::VectorXd& x, const Eigen::VectorXd& w,
                                               double h) {
   Widen(x);
-  AssembleStepDerivative(wide_model(), material, x, w, h, derivative_, self_.get());
+  AssembleStepDerivative(wide_model(), material, x, w, h, derivative_, self_.get(), parts_);
   return derivative_;
 }
 

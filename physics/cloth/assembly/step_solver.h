@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <memory>
 
+#include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/contact/surface_contact.h"
 #include "physics/linalg/linear_solver.h"
@@ -21,8 +22,12 @@ class StepSolver {
   StepSolver(std::shared_ptr<const ClothModel> model, std::unique_ptr<LinearSolver> linear);
   // Returns a solver for another thread, which shares the symbolic analysis.
   StepSolver Clone() const;
-  // The threads of one factorisation (LinearSolver::SetThreads), also of widened patterns.
+  // The threads of one assembly and one factorisation (LinearSolver::SetThreads), also of widened
+  // patterns.
   void SetThreads(int threads);
+  int threads() const { return threads_; }
+  // Of the mesh, for as many threads; empty for one.
+  const AssemblyParts& parts() const { return parts_; }
 
   const ClothModel& model() const { return *model_; }
   // The model with the pattern of the present matrices. Factor and StepDerivative can end the life
@@ -55,6 +60,7 @@ class StepSolver {
   std::shared_ptr<const ClothModel> model_;
   std::unique_ptr<LinearSolver> linear_;
   int threads_ = 1;
+  AssemblyParts parts_;
   std::unique_ptr<SurfaceContact> self_;
   std::unique_ptr<Wide> wide_;
   Eigen::VectorXd force_;

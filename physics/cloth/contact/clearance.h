@@ -18,6 +18,7 @@ class Clearance {
   // and below. The contact outlives the object.
   Clearance(const Contact& contact, const Eigen::VectorXd& x, int threads = 1);
 
+  double gap(int i) const { return gap_[i]; }  // the smallest of vertex i [m]
   // Whether vertex i may be within the range of an obstacle when it is at `place`.
   bool MayTouch(int i, const Eigen::Vector3d& place) const;
   // ShortenMoves of contact.h, to the same result.

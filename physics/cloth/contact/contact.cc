@@ -80,8 +80,11 @@ double SmallestGap(const Contact& contact, const Eigen::VectorXd& x) {
   return smallest;
 }
 
-bool PushOut(const Contact& contact, Eigen::VectorXd& x) {
+bool PushOut(const Contact& contact, Eigen::VectorXd& x, int threads) {
   bool moved = false;
+#pragma omp parallel for schedule(dynamic, 64) num_threads(threads) if (threads > 1) \
+    reduction(||                                                                     \
+              : moved)
   for (Eigen::Index i = 0; i < x.size(); i += 3) {
     Vec3<double> place = Plain(x.segment<3>(i));
     if (!PushVertexOut(PlainContact(contact), place)) continue;
@@ -91,8 +94,9 @@ bool PushOut(const Contact& contact, Eigen::VectorXd& x) {
   return moved;
 }
 
-void FollowObstacles(const Contact& contact, Eigen::VectorXd& x) {
+void FollowObstacles(const Contact& contact, Eigen::VectorXd& x, int threads) {
   constexpr double kNear = 5e-3, kFar = 25e-3;  // [m]
+#pragma omp parallel for schedule(dynamic, 64) num_threads(threads) if (threads > 1)
   for (Eigen::Index i = 0; i < x.size(); i += 3)
     for (const Obstacle& obstacle : contact.obstacles) {
       const Eigen::Vector3d place = x.segment<3>(i);

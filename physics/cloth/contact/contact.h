@@ -36,15 +36,15 @@ Eigen::Matrix3d ContactStepStiffness(const Contact& contact, double area, const 
 Eigen::Matrix3d ContactStepDerivative(const Contact& contact, double area, const Eigen::Vector3d& x,
                                       const Eigen::Vector3d& w, double h);
 
-// Of all vertices, shape [3V].
+// Of all vertices, shape [3V]. threads: that work at the same time.
 // The smallest gap [m]; infinite without obstacles.
 double SmallestGap(const Contact& contact, const Eigen::VectorXd& x);
 // Moves vertices whose gap is less than a tenth of the range away from the obstacle: shapes that
 // were interpolated or extrapolated can lie in it. Returns whether it has moved one.
-bool PushOut(const Contact& contact, Eigen::VectorXd& x);
+bool PushOut(const Contact& contact, Eigen::VectorXd& x, int threads = 1);
 // Moves vertices near the surface of an obstacle as that has moved in the present step, those
 // within 5 mm as far, those from 25 mm on not at all.
-void FollowObstacles(const Contact& contact, Eigen::VectorXd& x);
+void FollowObstacles(const Contact& contact, Eigen::VectorXd& x, int threads = 1);
 // Shortens the move dx of each vertex at x, whose gaps are positive, so that on the straight way
 // no gap falls below a tenth of what it was. Returns whether it has shortened one.
 bool ShortenMoves(const Contact& contact, const Eigen::VectorXd& x, Eigen::VectorXd& dx);

@@ -106,6 +106,7 @@ void SurfaceContact::SetObstacles(const Contact& around) {
   obstacle_layer_ = {0.5 * around.thickness, around.range, around.stiffness};
   obstacle_x_.resize(0);
   obstacle_before_.resize(0);
+  touched_x_.resize(0);
   std::vector<std::array<int, 3>> triangles;
   for (const Obstacle& obstacle : around.obstacles) {
     const auto* surface = std::get_if<std::shared_ptr<const SurfaceObstacle>>(&obstacle);
@@ -302,24 +303,26 @@ bool SurfaceContact::Pushes(const ContactPair& pair) const {
   return MeasureDistance(pair.of_edges, GatherPair(pair, rest_x_)).value >= self_layer_.reach();
 }
 
-std::vector<SurfaceTouch> SurfaceContact::ListTouches(const Eigen::VectorXd& x) const {
+const std::vector<SurfaceTouch>& SurfaceContact::ListTouches(const Eigen::VectorXd& x) const {
+  if (touched_x_.size() == x.size() && touched_x_ == x) return touches_;
   const auto near = candidates_.Near(WithObstacles(x), 0.0);
   std::vector<PairDistance> distances(near.size());
 #pragma omp parallel for num_threads(threads_) if (threads_ > 1)
   for (std::size_t k = 0; k < near.size(); ++k)
     distances[k] = MeasureDistance(near[k].pair.of_edges, Gather(near[k].pair, x));
-  std::vector<SurfaceTouch> touches;
+  touches_.clear();
   for (std::size_t k = 0; k < near.size(); ++k) {
     const ContactPair& pair = near[k].pair;
     if (distances[k].value >= LayerBetween(pair).reach() || !Pushes(pair)) continue;
     SurfaceTouch touch{.pair = pair, .distance = distances[k], .area = Area(pair), .mollifier = {}};
     if (pair.of_edges) touch.mollifier = MollifyParallel(Gather(pair, x), RestSquares(pair));
-    touches.push_back(touch);
+    touches_.push_back(touch);
   }
   // The order of candidates depends on the way to x, sums must not.
-  std::sort(touches.begin(), touches.end(),
+  std::sort(touches_.begin(), touches_.end(),
             [](const SurfaceTouch& a, const SurfaceTouch& b) { return a.pair < b.pair; });
-  return touches;
+  touched_x_ = x;
+  return touches_;
 }
 
 double SurfaceContact::NormalForce(const SurfaceTouch& touch) const {

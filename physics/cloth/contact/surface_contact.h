@@ -66,8 +66,8 @@ class SurfaceContact {
   using BlockVisitor = std::function<void(int i, int j, const Eigen::Matrix3d& block)>;
   void ForEachStiffness(const Eigen::VectorXd& x, StiffnessPart part,
                         const BlockVisitor& add) const;
-  // All pairs that push, ascending.
-  std::vector<SurfaceTouch> ListTouches(const Eigen::VectorXd& x) const;
+  // All pairs that push, ascending. They are kept for one shape, which another replaces.
+  const std::vector<SurfaceTouch>& ListTouches(const Eigen::VectorXd& x) const;
   // By which a pair pushes its parts apart [N].
   double NormalForce(const SurfaceTouch& touch) const;
   bool IsOfObstacle(const ContactPair& pair) const;
@@ -112,6 +112,8 @@ class SurfaceContact {
   std::vector<RestEdge> edges_;  // ascending by their vertices
   PairCandidates candidates_;
   int threads_ = 1;
+  mutable Eigen::VectorXd touched_x_;  // that of touches_; empty: none
+  mutable std::vector<SurfaceTouch> touches_;
   // Of the obstacles, at the end of the step and at its begin, shape [3B].
   Eigen::VectorXd obstacle_x_, obstacle_before_;
   std::vector<std::array<int, 3>> obstacle_triangles_;

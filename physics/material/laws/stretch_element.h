@@ -255,10 +255,11 @@ DRAPE_HD inline DeformationGradient<double> GatherColumns(const Face& f, const d
 
 // Adds the forces by rest area, times the area, to the nodes: the transpose of GatherColumns.
 DRAPE_HD inline void ScatterColumns(const Face& f, const DeformationGradient<double>& by_area,
-                                    double* nodes) {
+                                    double* nodes, unsigned corners = ~0U) {
   const ShapeGradient s = GradientOf(f);
   for (int a = 0; a < 3; ++a)
-    AddTo(nodes, f.vertex[a], (f.area * s.u[a]) * by_area.u + (f.area * s.v[a]) * by_area.v);
+    if ((corners >> a & 1U) != 0)
+      AddTo(nodes, f.vertex[a], (f.area * s.u[a]) * by_area.u + (f.area * s.v[a]) * by_area.v);
 }
 
 // The strain energy by rest area [N/m] with the stiffnesses held at this strain [MODEL, M12]: a

@@ -57,7 +57,7 @@ class EquilibriumSearch {
   Iterate At(const Eigen::VectorXd& x) const {
     const ClothModel& model = solver_.model();
     Iterate at{.x = x, .force = {}, .stress = MembraneStress(model, material_, x)};
-    AssembleForce(model, material_, x, at.force, solver_.self_contact());
+    AssembleForce(model, material_, x, at.force, solver_.self_contact(), solver_.parts());
     at.residual = at.force.norm() / weight_;
     at.energy = Energy(model, material_, x, solver_.self_contact());
     return at;

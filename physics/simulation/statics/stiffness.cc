@@ -17,7 +17,9 @@ namespace drape {
 namespace {
 
 // ½(K + Kᵀ) of a stiffness given as −K.
-void Symmetrise(const BlockPattern& pattern, const BlockMatrix& negative, BlockMatrix& K) {
+void Symmetrise(const BlockPattern& pattern, const BlockMatrix& negative, int threads,
+                BlockMatrix& K) {
+#pragma omp parallel for num_threads(threads) if (threads > 1)
   for (int i = 0; i < pattern.num_vertices(); ++i)
     for (int b = pattern.row_start[i]; b < pattern.row_start[i + 1]; ++b) {
       const int j = pattern.column[b];
@@ -74,7 +76,7 @@ void Stiffness::Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart
   negative_ = &solver_.StepDerivative(material_, x, Eigen::VectorXd::Zero(x.size()), 1.0);
   const BlockPattern& pattern = solver_.wide_model().pattern;
   if (symmetric_.value.size() != negative_->value.size()) symmetric_ = BlockMatrix(pattern);
-  Symmetrise(pattern, *negative_, symmetric_);
+  Symmetrise(pattern, *negative_, solver_.threads(), symmetric_);
   if (part == SurfaceContact::StiffnessPart::kWhole || solver_.self_contact() == nullptr) return;
   solver_.self_contact()->ForEachStiffness(
       x, SurfaceContact::StiffnessPart::kNegative,
@@ -85,8 +87,8 @@ void Stiffness::AssemblePositive(const Eigen::VectorXd& x) {
   const BlockPattern& pattern = solver_.wide_model().pattern;
   if (symmetric_.value.size() != 9 * pattern.column.size()) symmetric_ = BlockMatrix(pattern);
   Eigen::VectorXd force;
-  AssembleStep(solver_.wide_model(), weightless_, x, 1.0, force, symmetric_,
-               solver_.self_contact());
+  AssembleStep(solver_.wide_model(), weightless_, x, 1.0, force, symmetric_, solver_.self_contact(),
+               solver_.parts());
 }
 
 void Stiffness::AddStress(const StressField& change) {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "physics/linalg/block_matrix.h"
+#include "physics/linalg/blocks/block_matrix.h"
 #include "solver/fit/fit.h"
 #include "solver/posterior/variational/gaussian_posterior.h"
 

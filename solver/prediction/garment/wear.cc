@@ -168,8 +168,16 @@ class Wearing {
         material_(material),
         body_(body),
         options_(options),
-        cancel_(cancel),
-        triangles_(ListTriangles(garment.model->mesh)) {}
+        triangles_(ListTriangles(garment.model->mesh)) {
+    options_.euler.friction = options_.friction;
+    options_.euler.cancel = cancel;
+    if (options_.self_contact) {
+      options_.euler.self_contact = Contact{.thickness = options_.thickness};
+      options_.euler.self_friction = options_.self_friction;
+    }
+    if (options_.euler.linear_solver == nullptr)
+      options_.euler.linear_solver = MakeLinearSolver(garment.model->pattern);
+  }
 
   // From the frame before `index` to it. Returns why not, or nothing. Cancelled, it may be at a
   // step between.
@@ -229,15 +237,8 @@ class Wearing {
   }
 
   bool Steps(double begin, double h, int count, State& state, int* newton_steps) {
-    ImplicitEulerOptions euler_options = options_.euler;
-    euler_options.friction = options_.friction;
-    euler_options.cancel = cancel_;
-    if (options_.self_contact) {
-      euler_options.self_contact = Contact{.thickness = options_.thickness};
-      euler_options.self_friction = options_.self_friction;
-    }
     if (euler_ == nullptr || h != euler_h_)
-      euler_ = std::make_unique<ImplicitEuler>(garment_.model, material_, h, euler_options);
+      euler_ = std::make_unique<ImplicitEuler>(garment_.model, material_, h, options_.euler);
     euler_h_ = h;
     for (int k = 0; k < count; ++k) {
       const double before = begin + k * h, now = before + h;
@@ -252,8 +253,7 @@ class Wearing {
   const SewnGarment& garment_;
   const MaterialField& material_;
   const Body& body_;
-  const WearOptions& options_;
-  const std::atomic<bool>* cancel_;
+  WearOptions options_;
   std::vector<std::array<int, 3>> triangles_;
   std::unique_ptr<ImplicitEuler> euler_;
   double euler_h_ = 0.0;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/linalg/block_matrix.h"
+#include "physics/linalg/blocks/block_matrix.h"
 
 namespace drape {
 

@@ -19,6 +19,9 @@ namespace {
 class StudySolver : public LinearSolver {
  public:
   std::unique_ptr<LinearSolver> Clone() const override { LOG(FATAL) << "not cloned"; }
+  std::unique_ptr<LinearSolver> Adapt(const BlockPattern&) const override {
+    LOG(FATAL) << "no contact of the cloth with itself";
+  }
   void Solve(RowMatrix&) override { LOG(FATAL) << "one right-hand side only"; }
   void SaveFactor(std::vector<double>&) const override { LOG(FATAL) << "no adjoint"; }
   void SolveSaved(const std::vector<double>&, RowMatrix&) override { LOG(FATAL) << "no adjoint"; }

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <limits>
 
-#include "physics/linalg/block_matrix.h"
+#include "physics/linalg/blocks/block_matrix.h"
 #include "physics/simulation/statics/statics.h"
 
 namespace drape {

@@ -27,11 +27,12 @@ struct BlockPattern {
   int num_vertices() const { return static_cast<int>(row_start.size()) - 1; }
   int num_blocks() const { return static_cast<int>(column.size()); }
   int Find(int row, int col) const;  // the index of a block of the pattern; −1 of another
+  bool HasAllBlocks(const std::array<int, 4>& group) const;  // the blocks between these vertices
 };
 
-// more: further groups of vertices, all blocks between which can be non-zero.
-BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges,
-                              const std::vector<std::array<int, 4>>& more = {});
+BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges);
+// The same with all blocks between the vertices of each group.
+BlockPattern AddGroups(const BlockPattern& pattern, const std::vector<std::array<int, 4>>& groups);
 
 // The values on a pattern, as row-major 3×3 blocks.
 struct BlockMatrix {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/linalg/factor_plan.h"
+#include "physics/linalg/analysis/factor_plan.h"
 
 #include <glog/logging.h>
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/linalg/block_matrix.h"
+#include "physics/linalg/blocks/block_matrix.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "physics/util/math/simd.h"
 
@@ -50,15 +51,19 @@ int BlockPattern::Find(int row, int col) const {
   return it != end && *it == col ? static_cast<int>(it - column.begin()) : -1;
 }
 
-BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges,
-                              const std::vector<std::array<int, 4>>& more) {
+bool BlockPattern::HasAllBlocks(const std::array<int, 4>& group) const {
+  return std::all_of(group.begin(), group.end(), [&](int i) {
+    return std::all_of(group.begin(), group.end(), [&](int j) { return Find(i, j) >= 0; });
+  });
+}
+
+BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges) {
   std::vector<std::vector<int>> neighbours(mesh.num_vertices());
   for (int i = 0; i < mesh.num_vertices(); ++i) neighbours[i].push_back(i);
   if (with_faces)
     for (const Face& f : mesh.faces) AddClique(f.vertex, neighbours);
   if (with_hinges)
     for (const Hinge& e : mesh.hinges) AddClique(e.vertex, neighbours);
-  for (const std::array<int, 4>& group : more) AddClique(group, neighbours);
 
   BlockPattern p;
   p.row_start.push_back(0);
@@ -74,6 +79,42 @@ BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinge
   if (with_hinges)
     for (const Hinge& e : mesh.hinges) AppendBlocks(p, e.vertex, p.hinge_block);
   return p;
+}
+
+BlockPattern AddGroups(const BlockPattern& pattern, const std::vector<std::array<int, 4>>& groups) {
+  std::vector<std::pair<int, int>> added;
+  for (const std::array<int, 4>& group : groups)
+    for (const int i : group)
+      for (const int j : group)
+        if (pattern.Find(i, j) < 0) added.emplace_back(i, j);
+  std::sort(added.begin(), added.end());
+  added.erase(std::unique(added.begin(), added.end()), added.end());
+
+  BlockPattern wider;
+  wider.row_start.push_back(0);
+  std::vector<int> place(pattern.num_blocks());  // of each block in the wider pattern
+  auto next = added.begin();
+  for (int i = 0; i < pattern.num_vertices(); ++i) {
+    const auto add_before = [&](int column) {
+      for (; next != added.end() && *next < std::pair(i, column); ++next)
+        wider.column.push_back(next->second);
+    };
+    for (int b = pattern.row_start[i]; b < pattern.row_start[i + 1]; ++b) {
+      add_before(pattern.column[b]);
+      place[b] = wider.num_blocks();
+      wider.column.push_back(pattern.column[b]);
+    }
+    add_before(pattern.num_vertices());
+    wider.row_start.push_back(wider.num_blocks());
+  }
+  const auto placed = [&](std::vector<int> blocks) {
+    for (int& b : blocks) b = place[b];
+    return blocks;
+  };
+  wider.diagonal = placed(pattern.diagonal);
+  wider.face_block = placed(pattern.face_block);
+  wider.hinge_block = placed(pattern.hinge_block);
+  return wider;
 }
 
 bool AddSymmetricBlock(const BlockPattern& pattern, int i, int j, const Eigen::Matrix3d& block,
