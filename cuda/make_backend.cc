@@ -16,6 +16,11 @@ std::string CpuText(int threads) {
   return std::to_string(threads) + (threads == 1 ? " CPU thread" : " CPU threads");
 }
 
+void CheckName(const std::string& name) {
+  if (name != "cpu" && name != "cuda" && name != "auto")
+    throw InputError("backend", "unknown name '" + name + "', expected auto, cpu or cuda");
+}
+
 // What a scene has that no device computes; empty: nothing.
 std::string OnCpuAlone(const Scene& scene) {
   return scene.contact && scene.contact->self ? "contact of the cloth with itself" : "";
@@ -26,8 +31,7 @@ std::string OnCpuAlone(const Scene& scene) {
 std::unique_ptr<Backend> MakeBackend(const std::string& name,
                                      std::shared_ptr<const ClothModel> model, int threads,
                                      std::string* device) {
-  if (name != "cpu" && name != "cuda" && name != "auto")
-    throw InputError("backend", "unknown name '" + name + "', expected auto, cpu or cuda");
+  CheckName(name);
   std::string text = CpuText(threads);
   if (const std::string what = OnCpuAlone(model->scene); !what.empty()) {
     if (name == "cuda") throw InputError("backend", "found cuda, expected cpu for " + what);
@@ -48,6 +52,21 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name,
   }
   if (device != nullptr) *device = text;
   return MakeCpuBackend(std::move(model), threads);
+}
+
+std::unique_ptr<LinearSolver> MakeStepLinearSolver(const std::string& name,
+                                                   const BlockPattern& pattern, int threads,
+                                                   std::string* device) {
+  CheckName(name);
+  const CudaSurvey survey = name == "cpu" ? CudaSurvey{} : SurveyCuda();
+  if (name == "cuda" || survey.usable) {
+    std::unique_ptr<LinearSolver> solver = MakeCudaSolver(pattern);
+    solver->SetThreads(threads);
+    if (device != nullptr) *device = survey.text;
+    return solver;
+  }
+  if (device != nullptr) *device = CpuText(threads);
+  return MakeLinearSolver(pattern, threads);
 }
 
 std::string UsableGpu() {

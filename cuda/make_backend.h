@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "physics/linalg/linear_solver.h"
 #include "physics/simulation/backend.h"
 
 namespace drape {
@@ -14,6 +15,12 @@ namespace drape {
 std::unique_ptr<Backend> MakeBackend(const std::string& name,
                                      std::shared_ptr<const ClothModel> model, int threads,
                                      std::string* device = nullptr);
+
+// A direct solver of single systems by the same names, for the steps of one large cloth. On a GPU
+// it factors in a fraction of the time; what else a step does is on the host. The same throws.
+std::unique_ptr<LinearSolver> MakeStepLinearSolver(const std::string& name,
+                                                   const BlockPattern& pattern, int threads,
+                                                   std::string* device = nullptr);
 
 // The GPUs that auto runs on, "NVIDIA H200"; empty: none.
 std::string UsableGpu();

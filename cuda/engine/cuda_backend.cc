@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "cuda/engine/readouts/readout_engine.h"
+#include "cuda/factor/device_solver.h"
 #include "physics/simulation/host_readouts.h"
 
 namespace drape {
@@ -340,6 +341,13 @@ std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel> model
   const std::vector<DeviceInfo> devices = FindDevices(&why);
   if (devices.empty()) throw NoDevice(why);
   return std::make_unique<CudaBackend>(std::move(model), devices, threads);
+}
+
+std::unique_ptr<LinearSolver> MakeCudaSolver(const BlockPattern& pattern) {
+  std::string why;
+  const std::vector<DeviceInfo> devices = FindDevices(&why);
+  if (devices.empty()) throw NoDevice(why);
+  return MakeDeviceSolver(pattern, devices.front());
 }
 
 CudaSurvey SurveyCuda() {

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "physics/linalg/linear_solver.h"
 #include "physics/simulation/backend.h"
 
 namespace drape {
@@ -27,6 +28,9 @@ class NoDevice : public std::runtime_error {
 // cannot decide, a system that is not positive definite for one, is done on `threads` threads of
 // the host. Throws NotCompiled or NoDevice, later CudaError or DeviceMemoryError (cuda_error.h).
 std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel> model, int threads);
+
+// A LinearSolver on the first CUDA device (factor/device_solver.h). Throws as MakeCudaBackend does.
+std::unique_ptr<LinearSolver> MakeCudaSolver(const BlockPattern& pattern);
 
 // Where rollouts can run here, in words: the devices, or why there is none.
 struct CudaSurvey {

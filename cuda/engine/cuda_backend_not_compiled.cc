@@ -12,6 +12,10 @@ std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel>, int)
   throw NotCompiled("cuda", kHow);
 }
 
+std::unique_ptr<LinearSolver> MakeCudaSolver(const BlockPattern&) {
+  throw NotCompiled("cuda", kHow);
+}
+
 CudaSurvey SurveyCuda() { return {false, kHow}; }
 
 }  // namespace drape

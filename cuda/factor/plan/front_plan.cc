@@ -174,8 +174,12 @@ class Planner {
 
 FrontPlan MakeFrontPlan(const BlockPattern& pattern, const Eigen::Matrix2Xd& uv,
                         const FrontPlanOptions& options) {
+  return MakeFrontPlan(pattern, NestedDissection(pattern, uv, options.dissection), options);
+}
+
+FrontPlan MakeFrontPlan(const BlockPattern& pattern, const std::vector<Separator>& separators,
+                        const FrontPlanOptions& options) {
   CHECK(options.max_pivots >= 3 && options.max_pivots <= 64);
-  const auto separators = NestedDissection(pattern, uv, options.dissection);
   return Planner(pattern, MakeAssemblyTree(pattern, separators, options)).Run();
 }
 

@@ -74,6 +74,9 @@ struct FrontPlanOptions {
 // Throws InputError when the panel of one vertex does not fit.
 FrontPlan MakeFrontPlan(const BlockPattern& pattern, const Eigen::Matrix2Xd& uv,
                         const FrontPlanOptions& options);
+// From a dissection of the pattern.
+FrontPlan MakeFrontPlan(const BlockPattern& pattern, const std::vector<Separator>& separators,
+                        const FrontPlanOptions& options);
 
 // The mesh with its vertices in elimination order; faces and hinges keep their own order and
 // corners.

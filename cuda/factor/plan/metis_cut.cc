@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "cuda/factor/plan/graph_cut.h"
-#include "physics/linalg/metis_lock.h"
+#include "physics/linalg/analysis/metis_lock.h"
 
 namespace drape {
 namespace {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "cuda/factor/plan/graph_cut.h"
+#include "physics/linalg/analysis/elimination_order.h"
 
 namespace drape {
 namespace {
@@ -62,6 +63,23 @@ std::vector<std::vector<int>> Packed(const std::vector<std::vector<int>>& parts,
     packed.back().insert(packed.back().end(), part.begin(), part.end());
   }
   return packed;
+}
+
+// How many later vertices the column of L of each place in an order reaches.
+std::vector<int> CountReached(const BlockPattern& pattern, const std::vector<int>& order,
+                              const std::vector<int>& parent) {
+  const int n = static_cast<int>(order.size());
+  std::vector<int> place(n), reached(n, 0), last(n, -1);
+  for (int k = 0; k < n; ++k) place[order[k]] = k;
+  for (int k = 0; k < n; ++k) {
+    last[k] = k;
+    for (int b = pattern.row_start[order[k]]; b < pattern.row_start[order[k] + 1]; ++b)
+      for (int at = place[pattern.column[b]]; at < k && last[at] != k; at = parent[at]) {
+        last[at] = k;
+        ++reached[at];
+      }
+  }
+  return reached;
 }
 
 class Dissector {
@@ -140,6 +158,24 @@ std::vector<Separator> NestedDissection(const BlockPattern& pattern, const Eigen
   CHECK_EQ(uv.cols(), pattern.num_vertices());
   CHECK_GE(options.leaf_vertices, 1);
   return Dissector(pattern, uv, options.leaf_vertices).Run();
+}
+
+std::vector<Separator> MakeSeparators(const BlockPattern& pattern, const std::vector<int>& order) {
+  const std::vector<int> parent = EliminationTree(pattern, order),
+                         reached = CountReached(pattern, order, parent);
+  const int n = static_cast<int>(order.size());
+  std::vector<int> children(n + 1, 0), node(n, 0);
+  for (const int p : parent) ++children[p];
+  std::vector<Separator> separators;
+  for (int k = 0; k < n; ++k) {
+    if (k == 0 || parent[k - 1] != k || children[k] > 1 || reached[k - 1] != reached[k] + 1)
+      separators.emplace_back();
+    node[k] = static_cast<int>(separators.size()) - 1;
+    separators.back().vertices.push_back(order[k]);
+  }
+  for (int k = 0; k < n; ++k)
+    if (parent[k] < n && node[parent[k]] != node[k]) separators[node[k]].parent = node[parent[k]];
+  return separators;
 }
 
 }  // namespace drape

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "physics/linalg/block_matrix.h"
+#include "physics/linalg/blocks/block_matrix.h"
 
 namespace drape {
 
@@ -23,5 +23,9 @@ struct DissectionOptions {
 // separators are minimal vertex covers of the cut edges (König).
 std::vector<Separator> NestedDissection(const BlockPattern& pattern, const Eigen::Matrix2Xd& uv,
                                         const DissectionOptions& options);
+
+// The fundamental supernodes of an order of the vertices that is a postorder of its elimination
+// tree [Liu 1992]: chains of vertices whose columns of L reach the same later ones.
+std::vector<Separator> MakeSeparators(const BlockPattern& pattern, const std::vector<int>& order);
 
 }  // namespace drape

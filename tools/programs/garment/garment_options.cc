@@ -85,6 +85,11 @@ std::vector<Option> MotionOptions(GarmentOptions& options) {
        .least = 0,
        .most = 0.01},
       ThreadsOption(options.threads),
+      {.key = "backend",
+       .value = &options.backend,
+       .doc = "device of the factorisations; auto: a CUDA device if there is one, else the CPU. "
+              "The rest is on the CPU",
+       .choices = {"auto", "cpu", "cuda"}},
   };
 }
 

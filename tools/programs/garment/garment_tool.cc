@@ -12,6 +12,7 @@
 #include <optional>
 #include <utility>
 
+#include "cuda/make_backend.h"
 #include "losses/image/image.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
@@ -46,6 +47,7 @@ struct Wardrobe {
   SewnGarment sewn;
   std::unique_ptr<Body> body;
   WearOptions wear;
+  std::string device;  // of factorisations, in words
 };
 
 Wardrobe MakeWardrobe(const GarmentOptions& options) {
@@ -64,6 +66,8 @@ Wardrobe MakeWardrobe(const GarmentOptions& options) {
   wardrobe.wear.steps_per_frame =
       std::max(1, static_cast<int>(std::ceil(frame / options.wear.h - 1e-9)));
   wardrobe.wear.h = frame / wardrobe.wear.steps_per_frame;
+  wardrobe.wear.euler.linear_solver = MakeStepLinearSolver(
+      options.backend, wardrobe.sewn.model->pattern, wardrobe.wear.euler.threads, &wardrobe.device);
   return wardrobe;
 }
 
@@ -304,8 +308,9 @@ Json RunJson(const GarmentRun& run) {
           {"seconds", run.seconds}};
 }
 
-void WriteSummary(const GarmentOptions& options, const WearOptions& wear,
+void WriteSummary(const GarmentOptions& options, const Wardrobe& wardrobe,
                   const GarmentResult& result, const std::string& path) {
+  const WearOptions& wear = wardrobe.wear;
   Json json = {{"tool", "drape_garment"},
                {"status", result.cancelled ? "cancelled" : "done"},
                {"garment", options.garment},
@@ -327,6 +332,7 @@ void WriteSummary(const GarmentOptions& options, const WearOptions& wear,
                {"self_contact", wear.self_contact},
                {"self_friction", wear.self_friction},
                {"start_noise_m", wear.start_noise},
+               {"backend", wardrobe.device},
                {"runs", Json::array()}};
   for (const GarmentRun& run : result.runs) json["runs"].push_back(RunJson(run));
   WriteWithProvenance(path, std::move(json));
@@ -338,6 +344,7 @@ GarmentResult RunGarments(const GarmentOptions& options, const RunControl& contr
   const Wardrobe wardrobe = MakeWardrobe(options);
   const MaterialSource materials = MakeMaterials(options, *wardrobe.sewn.model);
   const OutputFolder out(options.out, {"summary.json"});
+  control.Log("factorises on " + wardrobe.device);
   GarmentResult result;
   result.runs.resize(options.draws);
   for (int draw = 0; draw < options.draws; ++draw) {
@@ -361,7 +368,7 @@ GarmentResult RunGarments(const GarmentOptions& options, const RunControl& contr
     result.runs[draw] = std::move(run);
   });
   result.cancelled = control.cancelled();
-  WriteSummary(options, wardrobe.wear, result, out.Staged("summary.json"));
+  WriteSummary(options, wardrobe, result, out.Staged("summary.json"));
   out.Publish();
   return result;
 }

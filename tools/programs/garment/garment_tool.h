@@ -21,6 +21,7 @@ struct GarmentOptions {
   int draws = 1;  // of the posterior, or starts of a material
   int seed = 1;
   int threads = 0;
+  std::string backend = "auto";  // MakeStepLinearSolver
   std::string law = "smooth";
   double edge = 0.012;   // of the triangles [m]
   double seconds = 4.0;  // simulated

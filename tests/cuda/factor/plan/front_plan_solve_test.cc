@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "physics/cloth/assembly/assembly.h"
+#include "physics/linalg/analysis/elimination_order.h"
 #include "physics/linalg/linear_solver.h"
 #include "physics/mesh/strip.h"
 #include "tests/cuda/factor/plan/host_multifrontal.h"
@@ -52,6 +53,37 @@ void ExpectSolvesAsTheHost(const BlockPattern& pattern, const Eigen::Matrix2Xd& 
   solver->Solve(expected);
   const Eigen::VectorXd x = SolveByPlan(MakeFrontPlan(pattern, uv, options), pattern, A, b);
   EXPECT_LT((x - expected).norm(), 1e-11 * expected.norm());
+}
+
+// By the fronts of the host's order of elimination.
+void ExpectSolvesInOrder(const BlockPattern& pattern, const EliminationOrder& order,
+                         const BlockMatrix& A) {
+  std::mt19937_64 random(6);
+  const Eigen::VectorXd b = test::RandomMatrix(3 * pattern.num_vertices(), 1, random);
+  Eigen::VectorXd expected = b;
+  const auto solver = MakeLinearSolver(pattern);
+  ASSERT_TRUE(solver->Factor(A));
+  solver->Solve(expected);
+  const FrontPlan plan = MakeFrontPlan(pattern, MakeSeparators(pattern, order.vertex), {});
+  const Eigen::VectorXd x = SolveByPlan(plan, pattern, A, b);
+  EXPECT_LT((x - expected).norm(), 1e-11 * expected.norm());
+}
+
+TEST(FrontPlanSolve, InTheOrderOfTheHostAndWithBlocksOfContact) {
+  std::mt19937_64 random(8);
+  for (const int vertices : {150, 900}) {
+    const auto model = test::Cloth(test::Disc(vertices), true, true);
+    const EliminationOrder order = DissectVertices(model->pattern);
+    ExpectSolvesInOrder(model->pattern, order, StepMatrix(*model, random));
+    for (const int groups : {2, 40}) {
+      std::vector<std::array<int, 4>> more;
+      const int n = model->mesh.num_vertices();
+      for (int k = 0; k < groups; ++k) more.push_back({k, n / 3 + k, n / 2 + k, n - 1 - k});
+      const BlockPattern touching = AddGroups(model->pattern, more);
+      ExpectSolvesInOrder(touching, AdaptOrder(order, model->pattern, touching),
+                          RandomMatrixOn(touching, random));
+    }
+  }
 }
 
 void ExpectSolves(const Mesh& mesh, bool stretch, bool bend, const FrontPlanOptions& options = {}) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "physics/linalg/analysis/elimination_order.h"
 #include "tests/cuda/factor/plan/plan_fixture.h"
 
 namespace drape {
@@ -75,6 +76,30 @@ TEST(NestedDissection, GraphWithoutACutIsALeaf) {
   const auto nodes = NestedDissection(pattern, uv, {});
   ExpectDissects(nodes, pattern);
   EXPECT_EQ(nodes.size(), 1U);
+}
+
+// The tree of an order of elimination is a dissection too.
+TEST(SeparatorsOfOrder, Discs) {
+  for (const int vertices : {100, 300, 1500}) {
+    const Mesh mesh = test::Disc(vertices);
+    const BlockPattern pattern = MakeBlockPattern(mesh, true, true);
+    const auto nodes = MakeSeparators(pattern, DissectVertices(pattern).vertex);
+    ExpectDissects(nodes, pattern);
+    EXPECT_EQ(NumRoots(nodes), 1);
+    EXPECT_LT(nodes.back().vertices.size(), 4 * std::sqrt(vertices));
+  }
+}
+
+TEST(SeparatorsOfOrder, PartsThatAreNotJoinedHaveTheirOwnRoots) {
+  const BlockPattern pattern = test::TwoDiscs(200).pattern;
+  const auto nodes = MakeSeparators(pattern, DissectVertices(pattern).vertex);
+  ExpectDissects(nodes, pattern);
+  EXPECT_EQ(NumRoots(nodes), 2);
+}
+
+TEST(SeparatorsOfOrder, VerticesWithTheSameColumnsAreTogether) {
+  const BlockPattern pattern = test::Complete(60).pattern;
+  EXPECT_EQ(MakeSeparators(pattern, DissectVertices(pattern).vertex).size(), 1U);
 }
 
 TEST(NestedDissection, VerticesFollowTheirPrincipalAxis) {
