@@ -56,7 +56,8 @@ Camera CameraAbove(const DrapeDiscs& discs) {
 void Camera::Check(const std::string& where) const {
   Require(width >= 16, where, "camera_width", width, ">= 16 px");
   Require(height >= 16, where, "camera_height", height, ">= 16 px");
-  constexpr double kFarthest = 1e6;  // [px]
+  constexpr double kFarthest = 1e6;      // [px]
+  constexpr double kLargestScale = 1e7;  // [px/m]
   Require(std::abs(cx) <= kFarthest, where, "camera_cx", cx, "a column from -1e6 to 1e6");
   Require(std::abs(cy) <= kFarthest, where, "camera_cy", cy, "a row from -1e6 to 1e6");
   if (kind == CameraKind::kPinhole) {
@@ -64,11 +65,13 @@ void Camera::Check(const std::string& where) const {
             "more than 0, up to 1000 m");
     Require(field_of_view > 0 && field_of_view < M_PI, where, "field_of_view", field_of_view,
             "between 0 and pi rad");
+    Require(pixels_per_metre() <= kLargestScale, where, "field_of_view", field_of_view,
+            "so wide that a metre has at most 1e7 px");
     constexpr double kFarthestEye = 100;  // [m]
     Require(std::abs(eye_x) <= kFarthestEye, where, "eye_x", eye_x, "-100 to 100 m");
     Require(std::abs(eye_y) <= kFarthestEye, where, "eye_y", eye_y, "-100 to 100 m");
   } else {
-    Require(scale >= 1 && scale <= 1e7, where, "camera_scale", scale, "1 to 1e7 px/m");
+    Require(scale >= 1 && scale <= kLargestScale, where, "camera_scale", scale, "1 to 1e7 px/m");
   }
 }
 

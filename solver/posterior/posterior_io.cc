@@ -10,6 +10,7 @@
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
+#include "physics/util/text_format.h"
 #include "solver/posterior/samples/hierarchical_samples.h"
 
 namespace drape {
@@ -77,6 +78,14 @@ void ExpectHeader(const JsonInput& input) {
 
 }  // namespace
 
+Eigen::VectorXd ReadLogFactors(const JsonInput& input, int count) {
+  const Eigen::VectorXd factors = input.Vector(count);
+  for (int i = 0; i < count; ++i)
+    if (std::abs(factors[i]) > kMostLogFactor)
+      input.At(i).Fail(Format("a log factor of at most %g", kMostLogFactor));
+  return factors;
+}
+
 std::string ToString(PosteriorKind kind) {
   return kind == PosteriorKind::kHierarchy ? "hierarchy" : "bdp";
 }
@@ -138,7 +147,7 @@ StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& p
   if (elements && count != kMaterialEntries)
     input.At("names").Fail("the 39 entries of a table, of kind bdp");
   posterior.prior_sd = ReadDeviations(input.At("prior_sd"), count);
-  posterior.mean = input.At("mean").Vector(count);
+  posterior.mean = ReadLogFactors(input.At("mean"), count);
   if (elements) {
     posterior.element_sd = ReadDeviations(input.At("element_sd"), count);
   } else {

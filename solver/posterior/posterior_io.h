@@ -9,6 +9,8 @@
 
 namespace drape {
 
+class JsonInput;
+
 enum class PosteriorKind {
   kHierarchy,  // "hierarchy": log factors of a fabric, then of its specimens, jointly normal
   kElements    // "bdp": of each face and hinge, independent normal, the same for all [METHODS, P33]
@@ -47,8 +49,14 @@ std::string ToString(PosteriorKind kind);
 void WritePosterior(const std::string& folder, const StoredPosterior& posterior,
                     const std::string& source);
 
+// Of a mean of a posterior or of a population: a factor of 1e43 is that of no fabric.
+inline constexpr double kMostLogFactor = 100.0;
+// The means of `count` log factors. Throws InputError for one above kMostLogFactor.
+Eigen::VectorXd ReadLogFactors(const JsonInput& input, int count);
+
 // Reads both. Throws InputError naming the file and the key: another format, version or kind, names
-// of no tying, a negative deviation, a covariance that is not symmetric or has a negative variance.
+// of no tying, a mean above kMostLogFactor, a negative deviation, a covariance that is not
+// symmetric or has a negative variance.
 StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& policy = {});
 
 }  // namespace drape

@@ -11,6 +11,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
+#include "solver/posterior/posterior_io.h"
 
 namespace drape {
 namespace {
@@ -260,7 +261,8 @@ SpacePrior ReadSpacePrior(const std::string& path) {
   const int size = static_cast<int>(TyingMatrix(prior.frame.tying).cols());
   prior.frame.prior_root = ReadCovariance(input.At("prior_of_fits"), size).llt().matrixL();
   const JsonInput theta = input.At("prior");
-  prior.theta = {theta.At("mean").Vector(size), ReadCovariance(theta.At("covariance"), size)};
+  prior.theta = {ReadLogFactors(theta.At("mean"), size),
+                 ReadCovariance(theta.At("covariance"), size)};
   return prior;
 }
 

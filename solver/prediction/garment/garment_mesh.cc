@@ -52,27 +52,28 @@ std::vector<int> CountSegments(const Pattern& pattern, const EdgeList& list, dou
   return count;
 }
 
-void CheckSize(const Pattern& pattern, double edge) {
+void CheckSize(const Pattern& pattern, double edge, const std::string& where) {
   if (!(edge >= kLeastEdge && edge <= kMostEdge))
-    throw InputError("garment",
+    throw InputError(where,
                      Format("edges of %g m, expected %g … %g m", edge, kLeastEdge, kMostEdge));
   double area = 0;
   for (const Panel& panel : pattern.panels) area += LoopArea(panel.outline);
   const double vertices = area / (edge * edge * std::sqrt(3) / 2);
   if (vertices > kMostVertices)
-    throw InputError("garment", Format("%.3g vertices at edges of %g m, expected at most %.0f",
-                                       vertices, edge, kMostVertices));
+    throw InputError(where, Format("%.3g vertices at edges of %g m, expected at most %.0f",
+                                   vertices, edge, kMostVertices));
 }
 
 // Collects the panels in one list of vertices.
 class Assembler {
  public:
-  Assembler(const Pattern& pattern, double edge) : pattern_(pattern), list_(pattern) {
+  Assembler(const Pattern& pattern, double edge, const std::string& where)
+      : pattern_(pattern), list_(pattern) {
     const std::vector<int> count = CountSegments(pattern, list_, edge);
     for (size_t p = 0; p < pattern.panels.size(); ++p) {
       const auto begin = count.begin() + list_.first(static_cast<int>(p));
       const Panel& panel = pattern.panels[p];
-      Add(panel, MakePanelMesh(panel, {begin, begin + panel.num_edges()}, edge));
+      Add(panel, MakePanelMesh(panel, {begin, begin + panel.num_edges()}, edge, where));
     }
   }
 
@@ -152,9 +153,9 @@ double GarmentMesh::WidestSeam() const {
   return widest;
 }
 
-GarmentMesh MakeGarmentMesh(const Pattern& pattern, double edge) {
-  CheckSize(pattern, edge);
-  return Assembler(pattern, edge).Result();
+GarmentMesh MakeGarmentMesh(const Pattern& pattern, double edge, const std::string& where) {
+  CheckSize(pattern, edge, where);
+  return Assembler(pattern, edge, where).Result();
 }
 
 }  // namespace drape

@@ -42,9 +42,10 @@ struct GarmentMesh {
 // Measured on the three shipped garments with edges of 12 mm: 5,387 to 9,258 vertices in 0.3 to
 // 0.8 s on one core, no angle below 22°.
 //
-// Throws InputError (prefix: the pattern's name, the panel's) for an edge length out of range, more
+// Throws InputError that names `where`, the pattern's file, for an edge length out of range, more
 // than 1,000,000 vertices, and panels too narrow for that edge length. The pattern has no problem
 // (FindProblem).
-GarmentMesh MakeGarmentMesh(const Pattern& pattern, double edge);
+GarmentMesh MakeGarmentMesh(const Pattern& pattern, double edge,
+                            const std::string& where = "garment");
 
 }  // namespace drape

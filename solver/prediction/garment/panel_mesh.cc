@@ -110,18 +110,20 @@ void Renumber(PanelMesh* mesh) {
 }
 
 // Each vertex of the border has a triangle, and each triangle an area.
-void CheckMesh(const PanelMesh& mesh, const std::string& name) {
+void CheckMesh(const PanelMesh& mesh, const std::string& name, const std::string& where) {
   std::vector<bool> used(mesh.points.cols(), false);
   for (const auto& t : mesh.triangles)
     for (const int i : t) used[i] = true;
   if (std::find(used.begin(), used.end(), false) != used.end() || mesh.triangles.empty())
-    throw InputError("panel '" + MakePrintableLine(name) + "'",
-                     "too narrow somewhere for triangles of this size, expected shorter edges");
+    throw InputError(where, "found panel '" + MakePrintableLine(name) +
+                                "' too narrow somewhere for triangles of this size, expected "
+                                "shorter edges");
 }
 
 }  // namespace
 
-PanelMesh MakePanelMesh(const Panel& panel, const std::vector<int>& segments, double edge) {
+PanelMesh MakePanelMesh(const Panel& panel, const std::vector<int>& segments, double edge,
+                        const std::string& where) {
   const Border border = DivideBorder(panel, segments);
   const std::vector<Vector2d> inside = ScatterInside(border, edge);
   const int first_inside = static_cast<int>(border.points.size());
@@ -139,7 +141,7 @@ PanelMesh MakePanelMesh(const Panel& panel, const std::vector<int>& segments, do
     const bool empty = u.x() * v.y() - u.y() * v.x() < kLeastArea * edge * edge;
     if (!empty && Contains(border, (a + b + c) / 3)) mesh.triangles.push_back(t);
   }
-  CheckMesh(mesh, panel.name);
+  CheckMesh(mesh, panel.name, where);
   Renumber(&mesh);
   return mesh;
 }

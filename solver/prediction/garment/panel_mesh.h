@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <string>
 #include <vector>
 
 #include "solver/prediction/garment/pattern/pattern.h"
@@ -16,7 +17,8 @@ struct PanelMesh {
 };
 
 // One panel with segments[e] equal segments on edge e and triangle edges of about `edge` [m]
-// inside. Throws InputError (prefix "panel '<name>'") when they are too long for the panel.
-PanelMesh MakePanelMesh(const Panel& panel, const std::vector<int>& segments, double edge);
+// inside. Throws InputError that names `where` and the panel when they are too long for it.
+PanelMesh MakePanelMesh(const Panel& panel, const std::vector<int>& segments, double edge,
+                        const std::string& where);
 
 }  // namespace drape

@@ -133,8 +133,10 @@ TEST(Camera, CheckNamesTheFieldAndTheValue) {
   EXPECT_THAT([&] { camera.Check("a.json"); },
               testing::ThrowsMessage<InputError>(testing::HasSubstr("a.json: camera_scale = -2")));
   camera = Pinhole();
-  camera.field_of_view = 4;
-  EXPECT_THROW(camera.Check("camera"), InputError);
+  for (const double angle : {4.0, 1e-320}) {
+    camera.field_of_view = angle;
+    EXPECT_THROW(camera.Check("camera"), InputError) << angle;
+  }
 }
 
 TEST(CalibrateFromCircle, FindsScaleAndCentre) {

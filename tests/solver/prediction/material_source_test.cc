@@ -16,6 +16,7 @@
 #include "physics/util/json_input.h"
 #include "solver/fit/parameters/coupled_table.h"
 #include "tests/losses/temp_folder.h"
+#include "tests/physics/file_fixture.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {
@@ -92,6 +93,13 @@ class MaterialSourceTest : public testing::Test {
   const std::unique_ptr<Backend> backend_ = test::SmoothDisc(120);
   std::mt19937_64 random_{3};
 };
+
+TEST_F(MaterialSourceTest, AMeanOfNoFabricIsRefused) {
+  StoredPosterior far = Hierarchy();
+  far.mean[1] = -1e308;
+  WritePosterior(folder_.path(), far, "test");
+  EXPECT_INPUT_ERROR(ReadPosterior(folder_.path()), "expected a log factor of at most 100");
+}
 
 TEST_F(MaterialSourceTest, APosteriorReadsBackBitForBit) {
   for (const StoredPosterior& written : {Hierarchy(), Elements()}) {

@@ -55,7 +55,7 @@ Wardrobe MakeWardrobe(const GarmentOptions& options) {
   wardrobe.pattern = ReadPattern(options.garment);
   wardrobe.body = ParseBodySpec(options.body, wardrobe.pattern.arm_angle,
                                 {.frames_per_second = options.body_fps});
-  wardrobe.garment = MakeGarmentMesh(wardrobe.pattern, options.edge);
+  wardrobe.garment = MakeGarmentMesh(wardrobe.pattern, options.edge, options.garment);
   wardrobe.sewn = Sew(wardrobe.garment, MakeLaw(options.law));
   wardrobe.wear = options.wear;
   // Where other programs have the cores, threads that wait for one another cost more than they

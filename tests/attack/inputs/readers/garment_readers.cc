@@ -25,7 +25,7 @@ constexpr double kEdge = 0.09;  // of the triangles [m]
 
 // As far as a program gets before the first step.
 std::string ReadAndSew(const std::string& path) {
-  const GarmentMesh garment = MakeGarmentMesh(ReadPattern(path), kEdge);
+  const GarmentMesh garment = MakeGarmentMesh(ReadPattern(path), kEdge, path);
   const SewnGarment sewn = Sew(garment, MakeLaw("smooth"));
   return garment.mesh.rest_x.allFinite() && garment.mesh.uv.allFinite() && sewn.start_x.allFinite()
              ? ""

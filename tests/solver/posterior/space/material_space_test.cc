@@ -173,6 +173,11 @@ TEST_F(MaterialSpaceTest, ThePriorIsReadBack) {
   Write("narrow.json", narrow.dump());
   EXPECT_THAT(CatchError([&] { ReadSpacePrior(Path("narrow.json")); }),
               testing::HasSubstr("narrow.json: key 'prior.covariance'"));
+  nlohmann::json far = nlohmann::json::parse(Read(Path("space.json")));
+  far["prior"]["mean"][0] = 1e308;
+  Write("far.json", far.dump());
+  EXPECT_THAT(CatchError([&] { ReadSpacePrior(Path("far.json")); }),
+              testing::HasSubstr("far.json: key 'prior.mean[0]'"));
   EXPECT_EQ(prior.theta.mean, space.prior.mean);
   EXPECT_EQ(prior.theta.covariance, space.prior.covariance);
   EXPECT_EQ(prior.frame.by, SpaceBy::kDrape);

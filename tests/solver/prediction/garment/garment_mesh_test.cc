@@ -88,6 +88,14 @@ TEST(GarmentMesh, RefusesSizesThatDoNotFit) {
     edge.end *= 20;
   }
   EXPECT_INPUT_ERROR(MakeGarmentMesh(large, .002), "expected at most 1000000");
+  // A notch that is too narrow at its end.
+  Pattern narrow = TwoPanels(false);
+  narrow.panels[0].outline = {{{0, 0}, {.2, 0}},
+                              {{.2, 0}, {.2, .1}},
+                              {{.2, .1}, {1e-12, 1e-12}},
+                              {{1e-12, 1e-12}, {0, .1}},
+                              {{0, .1}, {0, 0}}};
+  EXPECT_INPUT_ERROR(MakeGarmentMesh(narrow, .05, "shirt.json"), "shirt.json: found panel 'a'");
 }
 
 class ShippedGarment : public ::testing::TestWithParam<const char*> {
