@@ -28,7 +28,7 @@ constexpr double kRounding = 1e-9;
 std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
 
 Eigen::VectorXd ReadDeviations(const JsonInput& input, int count) {
-  const Eigen::VectorXd deviations = input.Vector(count);
+  Eigen::VectorXd deviations = input.Vector(count);
   for (int i = 0; i < count; ++i)
     if (deviations[i] < 0) input.At(i).Fail("a standard deviation, at least 0");
   return deviations;
@@ -79,7 +79,7 @@ void ExpectHeader(const JsonInput& input) {
 }  // namespace
 
 Eigen::VectorXd ReadLogFactors(const JsonInput& input, int count) {
-  const Eigen::VectorXd factors = input.Vector(count);
+  Eigen::VectorXd factors = input.Vector(count);
   for (int i = 0; i < count; ++i)
     if (std::abs(factors[i]) > kMostLogFactor)
       input.At(i).Fail(Format("a log factor of at most %g", kMostLogFactor));

@@ -21,7 +21,7 @@ bool HasBlocks(const BlockPattern& pattern, const std::vector<SurfaceTouch>& tou
 
 }  // namespace
 
-StepSolver::StepSolver(std::shared_ptr<const ClothModel> model)
+StepSolver::StepSolver(const std::shared_ptr<const ClothModel>& model)
     : StepSolver(model, MakeLinearSolver(model->pattern)) {}
 
 StepSolver::StepSolver(std::shared_ptr<const ClothModel> model,

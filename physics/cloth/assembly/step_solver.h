@@ -17,7 +17,7 @@ namespace drape {
 // that touch or soon may; it stays so until Forget().
 class StepSolver {
  public:
-  explicit StepSolver(std::shared_ptr<const ClothModel> model);
+  explicit StepSolver(const std::shared_ptr<const ClothModel>& model);
   // Uses `linear` in place of MakeLinearSolver's.
   StepSolver(std::shared_ptr<const ClothModel> model, std::unique_ptr<LinearSolver> linear);
   // Returns a solver for another thread, which shares the symbolic analysis.

@@ -84,10 +84,10 @@ std::vector<ContactPair> ListPairsBetween(const BoxedSurface& cloth, const Boxed
   AddVerticesAndTriangles(cloth, obstacle, threads, pairs);
   AddVerticesAndTriangles(obstacle, cloth, threads, pairs);
   const auto list = [&](int k, std::vector<ContactPair>& found) {
-    const auto& [p, q] = cloth.parts().edges[k];
+    const std::array<int, 2>& edge = cloth.parts().edges[k];
     obstacle.edge_tree().ForEachMeeting(cloth.edges()[k], [&](int other) {
       const auto& [r, s] = obstacle.parts().edges[other];
-      found.push_back({true, {p, q, r, s}});
+      found.push_back({true, {edge[0], edge[1], r, s}});
     });
   };
   Collect(static_cast<int>(cloth.edges().size()), threads, list, pairs);
