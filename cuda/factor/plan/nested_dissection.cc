@@ -69,8 +69,8 @@ std::vector<std::vector<int>> Packed(const std::vector<std::vector<int>>& parts,
 std::vector<int> CountReached(const BlockPattern& pattern, const std::vector<int>& order,
                               const std::vector<int>& parent) {
   const int n = static_cast<int>(order.size());
-  std::vector<int> place(n), reached(n, 0), last(n, -1);
-  for (int k = 0; k < n; ++k) place[order[k]] = k;
+  const std::vector<int> place = FindPlaces(order);
+  std::vector<int> reached(n, 0), last(n, -1);
   for (int k = 0; k < n; ++k) {
     last[k] = k;
     for (int b = pattern.row_start[order[k]]; b < pattern.row_start[order[k] + 1]; ++b)

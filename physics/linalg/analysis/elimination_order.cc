@@ -15,12 +15,6 @@ namespace {
 // Of a new dissection.
 constexpr double kMostOperations = 1.25;
 
-std::vector<int> Inverse(const std::vector<int>& order) {
-  std::vector<int> place(order.size());
-  for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<int>(k);
-  return place;
-}
-
 // Two vertices of a new block, neither of which is the other's ancestor in the elimination tree,
 // and the place of their lowest common one: V if they have none.
 struct Conflict {
@@ -29,7 +23,7 @@ struct Conflict {
 
 std::vector<Conflict> FindConflicts(const std::vector<int>& order, const BlockPattern& pattern,
                                     const BlockPattern& other) {
-  const std::vector<int> place = Inverse(order), parent = EliminationTree(pattern, order);
+  const std::vector<int> place = FindPlaces(order), parent = EliminationTree(pattern, order);
   std::vector<Conflict> conflicts;
   for (int i = 0; i < other.num_vertices(); ++i)
     for (int b = other.row_start[i]; b < other.row_start[i + 1]; ++b) {
@@ -104,9 +98,15 @@ EliminationOrder AdaptOrder(const EliminationOrder& order, const BlockPattern& p
   return adapted;
 }
 
+std::vector<int> FindPlaces(const std::vector<int>& order) {
+  std::vector<int> place(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<int>(k);
+  return place;
+}
+
 std::vector<int> EliminationTree(const BlockPattern& pattern, const std::vector<int>& order) {
   const int n = pattern.num_vertices();
-  const std::vector<int> place = Inverse(order);
+  const std::vector<int> place = FindPlaces(order);
   std::vector<int> parent(n, n), ancestor(n, n);
   for (int k = 0; k < n; ++k)
     for (int b = pattern.row_start[order[k]]; b < pattern.row_start[order[k] + 1]; ++b) {

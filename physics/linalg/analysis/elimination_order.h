@@ -26,6 +26,9 @@ EliminationOrder DissectVertices(const BlockPattern& pattern);
 EliminationOrder AdaptOrder(const EliminationOrder& order, const BlockPattern& pattern,
                             const BlockPattern& other);
 
+// The place of each vertex in an order.
+std::vector<int> FindPlaces(const std::vector<int>& order);
+
 // The elimination tree: the parent of each place in the order, V of a root.
 std::vector<int> EliminationTree(const BlockPattern& pattern, const std::vector<int>& order);
 

@@ -5,14 +5,14 @@
 #include <utility>
 
 #include "physics/linalg/analysis/cholmod_graph.h"
+#include "physics/linalg/analysis/elimination_order.h"
 
 namespace drape {
 namespace {
 
 // The lower triangle of the matrix in an order of elimination.
 LowerTriangle MakeLowerTriangle(const BlockPattern& p, const std::vector<int>& order) {
-  std::vector<int> place(order.size());
-  for (std::size_t k = 0; k < order.size(); ++k) place[order[k]] = static_cast<int>(k);
+  const std::vector<int> place = FindPlaces(order);
   LowerTriangle lower;
   lower.column_start.push_back(0);
   std::vector<std::pair<int, int>> below;  // the place of a vertex and its block

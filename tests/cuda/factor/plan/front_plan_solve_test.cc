@@ -43,30 +43,27 @@ Eigen::VectorXd SolveByPlan(const FrontPlan& plan, const BlockPattern& pattern,
   return test::Unpermuted(plan, x);
 }
 
-void ExpectSolvesAsTheHost(const BlockPattern& pattern, const Eigen::Matrix2Xd& uv,
-                           const BlockMatrix& A, const FrontPlanOptions& options = {}) {
+void ExpectSolvesAsTheHost(const FrontPlan& plan, const BlockPattern& pattern,
+                           const BlockMatrix& A) {
   std::mt19937_64 random(6);
   const Eigen::VectorXd b = test::RandomMatrix(3 * pattern.num_vertices(), 1, random);
   Eigen::VectorXd expected = b;
   const auto solver = MakeLinearSolver(pattern);
   ASSERT_TRUE(solver->Factor(A));
   solver->Solve(expected);
-  const Eigen::VectorXd x = SolveByPlan(MakeFrontPlan(pattern, uv, options), pattern, A, b);
+  const Eigen::VectorXd x = SolveByPlan(plan, pattern, A, b);
   EXPECT_LT((x - expected).norm(), 1e-11 * expected.norm());
+}
+void ExpectSolvesAsTheHost(const BlockPattern& pattern, const Eigen::Matrix2Xd& uv,
+                           const BlockMatrix& A, const FrontPlanOptions& options = {}) {
+  ExpectSolvesAsTheHost(MakeFrontPlan(pattern, uv, options), pattern, A);
 }
 
 // By the fronts of the host's order of elimination.
 void ExpectSolvesInOrder(const BlockPattern& pattern, const EliminationOrder& order,
                          const BlockMatrix& A) {
-  std::mt19937_64 random(6);
-  const Eigen::VectorXd b = test::RandomMatrix(3 * pattern.num_vertices(), 1, random);
-  Eigen::VectorXd expected = b;
-  const auto solver = MakeLinearSolver(pattern);
-  ASSERT_TRUE(solver->Factor(A));
-  solver->Solve(expected);
-  const FrontPlan plan = MakeFrontPlan(pattern, MakeSeparators(pattern, order.vertex), {});
-  const Eigen::VectorXd x = SolveByPlan(plan, pattern, A, b);
-  EXPECT_LT((x - expected).norm(), 1e-11 * expected.norm());
+  ExpectSolvesAsTheHost(MakeFrontPlan(pattern, MakeSeparators(pattern, order.vertex), {}), pattern,
+                        A);
 }
 
 TEST(FrontPlanSolve, InTheOrderOfTheHostAndWithBlocksOfContact) {
