@@ -10,19 +10,26 @@ trap 'rm -rf "$scratch"' EXIT
 fail() { echo "$*"; exit 1; }
 drapefit=$build/bin/drapefit
 
-# The list agrees with the programs: each is in it, under a task, with its own words.
+# The list agrees with the programs: each is in it with a line of at most 100 columns, and runs by its
+# verb and by its name.
 "$drapefit" >"$scratch/list"
-grep -q '^others:' "$scratch/list" && fail "a program has no task: see tools/programs/front/verbs.cc"
+long=$(LC_ALL=C.UTF-8 grep -E '.{101}|…$' "$scratch/list") && fail "too long for the list: $long"
 documents=$scratch/documents
 "$drapefit" --write_documents="$documents"
+links=0
 for program in "$build"/bin/drape_*; do
+  if [ -L "$program" ]; then links=$((links + 1)); fi
   name=${program##*/}
-  "$program" --help >"$scratch/help" || continue
-  grep -q "^  ${name#drape_}  *$(sed -n '1s/^[^:]*: \([^ ]* [^ ]*\).*/\1/p' "$scratch/help")" \
-    "$scratch/list" || fail "drapefit --help lacks $name or its description"
+  grep -qE "^  ${name#drape_}  +[a-z].* .* " "$scratch/list" ||
+    fail "drapefit --help lacks $name or its description"
+  "$program" --help >"$scratch/by_name"
+  grep -q "^$name " "$scratch/by_name" || fail "$name runs another program"
+  "$drapefit" "${name#drape_}" --help | cmp - "$scratch/by_name" ||
+    fail "drapefit ${name#drape_} is not $name"
   [ -s "$documents/man/man1/$name.1" ] || fail "no manual page of $name"
   [ -s "$documents/bash-completion/completions/$name" ] || fail "no completion of $name"
 done
+[ "$links" -ge 10 ] || fail "only $links programs are links to drapefit"
 "$drapefit" help fit | grep -q '^drape_fit ' || fail "help fit is not that of drape_fit"
 if "$drapefit" fti 2>"$scratch/err"; then fail "ran an unknown verb"; else [ $? -eq 2 ]; fi
 grep -q "unknown verb 'fti', did you mean 'fit'" "$scratch/err"

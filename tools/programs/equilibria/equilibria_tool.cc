@@ -5,6 +5,7 @@
 
 #include "physics/cloth/state_io.h"
 #include "tools/cli/output_folder.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/equilibria/equilibria_report.h"
@@ -116,5 +117,18 @@ EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunCo
   out.Publish();
   return survey;
 }
+
+namespace {
+
+ToolOutcome Run(const EquilibriaOptions& options, const RunControl& control) {
+  const EquilibriumSurvey survey = SurveyEquilibria(options, control);
+  return {.text = EquilibriaTableText(survey),
+          .cancelled = survey.cancelled,
+          .failure = survey.spread.drapes > 0 ? "" : "no start came to rest, see summary.json"};
+}
+
+}  // namespace
+
+int EquilibriaMain(int argc, char** argv) { return ToolMain(argc, argv, EquilibriaTable, Run); }
 
 }  // namespace drape

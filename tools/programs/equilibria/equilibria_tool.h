@@ -15,4 +15,7 @@ OptionTable EquilibriaTable(EquilibriaOptions& options);
 // cancelled run writes what it has. Throws InputError; then what lay in the folder is as it was.
 EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunControl& control);
 
+// The program drape_equilibria.
+int EquilibriaMain(int argc, char** argv);
+
 }  // namespace drape

@@ -3,6 +3,7 @@
 
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
+#include "tools/cli/tool_main.h"
 
 namespace drape {
 namespace {
@@ -38,5 +39,18 @@ FitJobResult RunFitTool(const FitToolOptions& given, const RunControl& control) 
   out.Publish();
   return result;
 }
+
+namespace {
+
+ToolOutcome Run(const FitToolOptions& options, const RunControl& control) {
+  FitJobResult result = RunFitTool(options, control);
+  return {.text = std::move(result.table),
+          .cancelled = result.cancelled,
+          .failure = result.fitted ? "" : "nothing could be fitted, see summary.json"};
+}
+
+}  // namespace
+
+int FitMain(int argc, char** argv) { return ToolMain(argc, argv, FitTable, Run); }
 
 }  // namespace drape

@@ -11,4 +11,7 @@ namespace drape {
 // there while it runs. Throws InputError; then earlier results are unchanged.
 FitJobResult RunFitTool(const FitToolOptions& options, const RunControl& control);
 
+// The program drape_fit.
+int FitMain(int argc, char** argv);
+
 }  // namespace drape

@@ -68,10 +68,10 @@ void AddTable(const json& table, std::string* options, std::string* values) {
 
 }  // namespace
 
-std::string BashCompletion(const json& front, const std::vector<Program>& programs) {
+std::string BashCompletion(const json& front, const std::vector<ProgramTable>& programs) {
   std::string verbs, names = "drapefit", options, values;
   AddTable(front, &options, &values);
-  for (const Program& program : programs) {
+  for (const ProgramTable& program : programs) {
     verbs += (verbs.empty() ? "" : " ") + program.verb;
     names += " " + program.table.at("tool").get<std::string>();
     AddTable(program.table, &options, &values);

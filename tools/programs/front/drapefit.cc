@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// drapefit <verb> runs drape_<verb>; drapefit <picture> runs all steps to a report.
+// All programs in one executable: drapefit VERB, or a link drape_VERB to it, runs one of them, and
+// drapefit PICTURE all steps to a report.
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "physics/util/errors.h"
 #include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
+#include "tools/cli/option_text.h"
 #include "tools/cli/tool_main.h"
 #include "tools/programs/front/child.h"
 #include "tools/programs/front/documents.h"
 #include "tools/programs/front/programs.h"
 #include "tools/programs/front/short_way.h"
-#include "tools/programs/front/verbs.h"
 
 namespace drape {
 namespace {
@@ -23,18 +25,50 @@ constexpr char kUsage[] =
     "       drapefit help VERB               its options\n"
     "       drapefit PICTURE --mass=G_PER_M2 from a photograph of a drape to a report: photo, "
     "fit,\n"
-    "                                        predict, report (options: drapefit --help=all)\n\n";
+    "                                        predict, report (options: drapefit --help=all)\n";
 
 int Fail(const std::string& message) {
   std::fprintf(stderr, "drapefit: error: %s\n", MakePrintableLine(message).c_str());
   return kExitBadInput;
 }
 
+// Whether the program is here: one with an executable of its own may be left out of a build.
+bool IsHere(const Program& program, const std::string& folder) {
+  return program.main != nullptr || HasProgram(folder, program.verb);
+}
+
 int ShowVerbs(const std::string& folder) {
-  const std::string text = "drapefit " + BuildVersion() + ": stiffness of fabrics from drapes\n\n" +
-                           kUsage + VerbsText(ReadPrograms(folder));
+  std::string text =
+      "drapefit " + BuildVersion() + ": stiffness of fabrics from drapes\n\n" + kUsage;
+  std::string task;
+  for (const Program& program : Programs()) {
+    if (!IsHere(program, folder)) continue;
+    if (task != program.task) text += "\n" + (task = program.task) + ":\n";
+    text += Format("  %-20s  %s\n", program.verb, program.summary);
+  }
   std::fputs(text.c_str(), stdout);
   return std::fflush(stdout) == 0 ? kExitOk : Fail("stdout: cannot be written");
+}
+
+// `words`: the command line of the program after its name.
+int RunProgram(const Program& program, const std::string& folder, std::vector<std::string> words) {
+  const std::string path = ProgramPath(folder, program.verb);
+  if (program.main == nullptr) Become(path, words);
+  words.insert(words.begin(), path);
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  return program.main(static_cast<int>(words.size()), arguments.data());
+}
+
+int FailUnknown(const std::string& verb, const std::string& folder) {
+  std::vector<std::string> names = {"help"};
+  for (const Program& program : Programs())
+    if (IsHere(program, folder)) names.push_back(program.verb);
+  const std::string nearest = SuggestName(verb, names);
+  return Fail("command line: unknown verb '" + verb + "'" +
+              (nearest.empty() ? "" : ", did you mean '" + nearest + "'?") +
+              " (drapefit --help lists all)");
 }
 
 int RunPicture(int argc, char** argv, const std::string& folder) {
@@ -51,6 +85,12 @@ bool IsPicture(const std::string& word) {
 }
 
 int Run(int argc, char** argv) {
+  constexpr char kPrefix[] = "drape_";
+  const std::string name = std::filesystem::path(argv[0]).filename();
+  if (name.starts_with(kPrefix)) {
+    const Program* program = FindProgram(name.substr(std::size(kPrefix) - 1));
+    if (program != nullptr && program->main != nullptr) return program->main(argc, argv);
+  }
   const std::string folder = ProgramFolder();
   std::vector<std::string> words(argv + 1, argv + argc);
   const bool asked = words.empty() || words[0] == "--help" || words[0] == "-h";
@@ -65,10 +105,12 @@ int Run(int argc, char** argv) {
     words.erase(words.begin());
     words.insert(words.begin() + 1, "--help");
   }
-  const std::string verb = words[0], program = FindProgram(folder, verb);
-  if (!program.empty()) Become(program, {words.begin() + 1, words.end()});
+  const std::string verb = words[0];
+  const Program* program = FindProgram(verb);
+  if (program != nullptr && IsHere(*program, folder))
+    return RunProgram(*program, folder, {words.begin() + 1, words.end()});
   if (!help && IsPicture(verb)) return RunPicture(argc, argv, folder);
-  return Fail(UnknownVerbText(verb, FindVerbs(folder)));
+  return FailUnknown(verb, folder);
 }
 
 }  // namespace

@@ -6,23 +6,69 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "physics/util/child_process.h"
 #include "physics/util/errors.h"
+#include "tools/programs/equilibria/equilibria_tool.h"
+#include "tools/programs/fit/fit_tool.h"
+#include "tools/programs/garment/garment_tool.h"
+#include "tools/programs/measure/metrics/metrics_tool.h"
+#include "tools/programs/predict/predict_tool.h"
+#include "tools/programs/results/export/export_tool.h"
+#include "tools/programs/results/report/report_tool.h"
+#include "tools/programs/simulate/simulate_tool.h"
+#include "tools/programs/studies/bench/bench_tool.h"
+#include "tools/programs/studies/bench/speed_tool.h"
+#include "tools/programs/studies/check/check_report.h"
+#include "tools/programs/studies/check/validate.h"
+#include "tools/programs/studies/compare/compare_tool.h"
+#include "tools/programs/studies/gradients/gradients_tool.h"
+#include "tools/programs/studies/optimisers/optimisers_tool.h"
+#include "tools/programs/studies/space/space_tool.h"
+#include "tools/programs/studies/stability/stability_tool.h"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kPrefix[] = "drape_";
-constexpr std::size_t kPrefixLength = std::size(kPrefix) - 1;
+constexpr char kReport[] = "from a photograph to a report";
+constexpr char kDrapes[] = "drapes and garments";
+constexpr char kFabrics[] = "many fabrics and models";
+constexpr char kScene[] = "your own scene, and the solver";
+constexpr char kStudies[] = "studies of accuracy and cost";
 
-bool IsProgram(const fs::path& path) {
-  std::error_code error;
-  return fs::is_regular_file(path, error) && access(path.c_str(), X_OK) == 0;
-}
+constexpr Program kPrograms[] = {
+    {"photo", kReport, "find the outline of a drape in a photograph", nullptr},
+    {"fit", kReport, "estimate the stiffness of a fabric from silhouettes or tests", FitMain},
+    {"predict", kReport, "predict how further samples of a fabric drape", PredictMain},
+    {"report", kReport, "show results in one HTML page", ReportMain},
+    {"export", kReport, "write a fitted fabric for other simulators and for statistics",
+     ExportMain},
+    {"simulate", kDrapes, "drape a fabric of known stiffness", SimulateMain},
+    {"metrics", kDrapes, "measure and compare drapes: coefficient, folds, outline", MetricsMain},
+    {"equilibria", kDrapes, "find all stable drapes of a fabric", EquilibriaMain},
+    {"garment", kDrapes, "dress a moving body in a garment of a fitted fabric", GarmentMain},
+    {"space", kFabrics, "measure distances between fabrics, find outliers, recognise fabrics",
+     SpaceMain},
+    {"compare", kFabrics, "compare material models on drapes that no fit has seen", CompareMain},
+    {"check", kScene, "check forces, energies and derivatives of a scene", CheckMain},
+    {"validate", kScene, "compare simulated stiffness with textbook solutions", ValidateMain},
+    {"bench", kStudies, "measure cost and error over lists of settings", BenchMain},
+    {"speed", kStudies, "time a simulation step beside published times", SpeedMain},
+    {"stability", kStudies, "map where solvers and contact succeed and fail", StabilityMain},
+    {"gradients", kStudies, "show where gradients of a drape fail", GradientsMain},
+    {"compare_optimisers", kStudies, "compare optimisers at equal cost, start and budget",
+     CompareOptimisersMain}};
 
 }  // namespace
+
+std::span<const Program> Programs() { return kPrograms; }
+
+const Program* FindProgram(std::string verb) {
+  std::replace(verb.begin(), verb.end(), '-', '_');
+  for (const Program& program : kPrograms)
+    if (verb == program.verb) return &program;
+  return nullptr;
+}
 
 std::string ProgramFolder() {
   std::error_code error;
@@ -31,34 +77,12 @@ std::string ProgramFolder() {
   return self.parent_path();
 }
 
-std::string FindProgram(const std::string& folder, const std::string& verb) {
-  if (verb.empty() || verb.find('/') != std::string::npos) return "";
-  std::string name = kPrefix + verb;
-  std::replace(name.begin(), name.end(), '-', '_');
-  const fs::path path = fs::path(folder) / name;
-  return IsProgram(path) ? path.string() : "";
+std::string ProgramPath(const std::string& folder, const std::string& verb) {
+  return folder + "/drape_" + verb;
 }
 
-std::vector<std::string> FindVerbs(const std::string& folder) {
-  std::vector<std::string> verbs;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename();
-    if (name.starts_with(kPrefix) && IsProgram(entry)) verbs.push_back(name.substr(kPrefixLength));
-  }
-  std::sort(verbs.begin(), verbs.end());
-  return verbs;
-}
-
-std::vector<Program> ReadPrograms(const std::string& folder) {
-  std::vector<Program> programs;
-  for (const std::string& verb : FindVerbs(folder)) {
-    const ProgramResult answer = RunProgram({FindProgram(folder, verb), "--help=json"}, "");
-    nlohmann::json table = nlohmann::json::parse(answer.output, nullptr, false);
-    if (answer.status == 0 && table.is_object() && table.contains("sections"))
-      programs.push_back({verb, std::move(table)});
-  }
-  return programs;
+bool HasProgram(const std::string& folder, const std::string& verb) {
+  return access(ProgramPath(folder, verb).c_str(), X_OK) == 0;
 }
 
 }  // namespace drape

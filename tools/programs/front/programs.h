@@ -1,31 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <span>
 #include <string>
-#include <vector>
-
-#include "tools/cli/option_table.h"
 
 namespace drape {
 
-// A program that answers --help=json.
+// A program: drapefit VERB, or drape_VERB, a link to drapefit.
 struct Program {
-  std::string verb;      // "fit" of drape_fit
-  nlohmann::json table;  // as TableJson (tools/cli/option_text.h) writes it
+  const char* verb;
+  const char* task;                    // heading of the list of verbs
+  const char* summary;                 // one line of the list, at most 74 columns
+  int (*main)(int argc, char** argv);  // nullptr: an executable of its own beside drapefit
 };
 
-// The folder of the executable that runs, where the other programs are.
+// All programs, in the order of the list of verbs.
+std::span<const Program> Programs();
+
+// The program of a verb ("compare_optimisers" or "compare-optimisers"); nullptr where there is
+// none.
+const Program* FindProgram(std::string verb);
+
+// The folder of the executable that runs, where the links to it are.
 std::string ProgramFolder();
 
-// The path of the program of a verb ("fit", "compare_optimisers" or "compare-optimisers"); empty
-// where there is none.
-std::string FindProgram(const std::string& folder, const std::string& verb);
+// The path of drape_VERB in a folder.
+std::string ProgramPath(const std::string& folder, const std::string& verb);
 
-// The verbs of the programs in a folder, by the alphabet.
-std::vector<std::string> FindVerbs(const std::string& folder);
-
-// The programs in a folder, by the alphabet; without those that do not answer.
-std::vector<Program> ReadPrograms(const std::string& folder);
+// Whether drape_VERB can be run in a folder.
+bool HasProgram(const std::string& folder, const std::string& verb);
 
 }  // namespace drape

@@ -49,7 +49,7 @@ std::string FindConfigs(const std::string& folder) {
 }
 
 void RequireProgram(const std::string& folder, const std::string& verb, const std::string& why) {
-  if (FindProgram(folder, verb).empty())
+  if (!HasProgram(folder, verb))
     throw InputError("drape_" + verb, "is not among the programs here, " + why);
 }
 
@@ -89,7 +89,7 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
                    {"--posterior=" + out + "/fit", "--mesh=disc:600", discs[0], discs[1],
                     Format("--draws=%d", options.draws), threads, "--out=" + out + "/predict"},
                    out + "/predict/summary.json"});
-  if (!FindProgram(folder, "report").empty())
+  if (HasProgram(folder, "report"))
     steps.push_back({"report",
                      {out + "/fit", out + "/predict", "--out=" + out + "/report.html"},
                      out + "/report.html"});
@@ -228,7 +228,7 @@ int RunShortWay(const ShortWayOptions& options, const std::string& folder) {
     WriteStoredJson(record_path, kStepsFormat, record, 2);
     std::printf("drapefit: %s\n", CommandText(now).c_str());
     std::fflush(stdout);
-    std::vector<std::string> command = {FindProgram(folder, step.verb)};
+    std::vector<std::string> command = {ProgramPath(folder, step.verb)};
     command.insert(command.end(), now.arguments.begin(), now.arguments.end());
     if (const int code = RunAttached(command); code != 0) {
       std::fprintf(stderr,

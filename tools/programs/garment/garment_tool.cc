@@ -29,6 +29,7 @@
 #include "solver/prediction/material_source.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
 
 namespace drape {
@@ -392,5 +393,18 @@ std::string GarmentFailure(const GarmentResult& result) {
              ", see the frames before";
   return "";
 }
+
+namespace {
+
+ToolOutcome Run(const GarmentOptions& options, const RunControl& control) {
+  const GarmentResult result = RunGarments(options, control);
+  return {.text = GarmentText(result),
+          .cancelled = result.cancelled,
+          .failure = GarmentFailure(result)};
+}
+
+}  // namespace
+
+int GarmentMain(int argc, char** argv) { return ToolMain(argc, argv, GarmentTable, Run); }
 
 }  // namespace drape

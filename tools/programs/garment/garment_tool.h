@@ -56,4 +56,7 @@ std::string GarmentText(const GarmentResult& result);
 // Why not all runs have reached their end; empty otherwise.
 std::string GarmentFailure(const GarmentResult& result);
 
+// The program drape_garment.
+int GarmentMain(int argc, char** argv);
+
 }  // namespace drape

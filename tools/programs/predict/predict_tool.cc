@@ -11,6 +11,7 @@
 #include "physics/util/errors.h"
 #include "solver/prediction/material_source.h"
 #include "tools/cli/output_folder.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/dataset_input.h"
@@ -324,5 +325,18 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl&
   out.Publish();
   return run;
 }
+
+namespace {
+
+ToolOutcome Run(const PredictToolOptions& options, const RunControl& control) {
+  const PredictionRun run = RunPrediction(options, control);
+  return {.text = PredictionText(run),
+          .cancelled = run.cancelled,
+          .failure = run.at_rest() > 0 ? "" : "no sample came to rest, see summary.json"};
+}
+
+}  // namespace
+
+int PredictMain(int argc, char** argv) { return ToolMain(argc, argv, PredictTable, Run); }
 
 }  // namespace drape

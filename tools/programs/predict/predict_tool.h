@@ -16,4 +16,7 @@ OptionTable PredictTable(PredictToolOptions& options);
 // cancelled run writes what it has. Throws InputError; then what lay in the folder is as it was.
 PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl& control);
 
+// The program drape_predict.
+int PredictMain(int argc, char** argv);
+
 }  // namespace drape

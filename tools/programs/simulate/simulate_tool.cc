@@ -16,6 +16,7 @@
 #include "solver/prediction/exchange/geometry/drape_fields.h"
 #include "solver/prediction/exchange/geometry/drape_files.h"
 #include "tools/cli/output_folder.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/programs/simulate/gradient_io.h"
 #include "tools/programs/simulate/simulate_summary.h"
@@ -215,5 +216,19 @@ SimulateResult RunSimulate(const SimulateOptions& given, const RunControl& contr
   if (!picked.empty()) result.line = picked + "\n" + result.line;
   return result;
 }
+
+namespace {
+
+ToolOutcome Run(const SimulateOptions& options, const RunControl& control) {
+  const SimulateResult result = RunSimulate(options, control);
+  const SimulationResult& simulation = result.simulation;
+  return {.text = result.line + "\n",
+          .cancelled = simulation.outcome == SimulationOutcome::kCancelled,
+          .failure = simulation.outcome == SimulationOutcome::kFailed ? simulation.status : ""};
+}
+
+}  // namespace
+
+int SimulateMain(int argc, char** argv) { return ToolMain(argc, argv, SimulateTable, Run); }
 
 }  // namespace drape

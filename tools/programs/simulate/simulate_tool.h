@@ -22,4 +22,7 @@ std::string ApplyAccuracy(SimulateOptions* options);
 // Points into `options`, which outlives it.
 OptionTable SimulateTable(SimulateOptions& options);
 
+// The program drape_simulate.
+int SimulateMain(int argc, char** argv);
+
 }  // namespace drape

@@ -13,6 +13,7 @@
 #include "solver/studies/validation/recovery.h"
 #include "tools/cli/field_options.h"
 #include "tools/cli/provenance.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/measure/metrics/metrics_input.h"
 #include "tools/programs/measure/metrics/metrics_report.h"
@@ -310,5 +311,15 @@ std::string RunMetrics(const MetricsOptions& options, const RunControl& control)
   if (!options.out.empty()) WriteWithProvenance(options.out, found.json);
   return found.text;
 }
+
+namespace {
+
+ToolOutcome Run(const MetricsOptions& options, const RunControl& control) {
+  return {.text = RunMetrics(options, control), .cancelled = control.cancelled()};
+}
+
+}  // namespace
+
+int MetricsMain(int argc, char** argv) { return ToolMain(argc, argv, MetricsTable, Run); }
 
 }  // namespace drape

@@ -34,4 +34,7 @@ OptionTable MetricsTable(MetricsOptions& options);
 // InputError, also when not one of several drapes can be measured.
 std::string RunMetrics(const MetricsOptions& options, const RunControl& control);
 
+// The program drape_metrics.
+int MetricsMain(int argc, char** argv);
+
 }  // namespace drape

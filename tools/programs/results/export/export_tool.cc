@@ -12,6 +12,7 @@
 #include "solver/fit/parameters/effective_stiffness.h"
 #include "tools/cli/field_options.h"
 #include "tools/cli/output_folder.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/results/export/export_report.h"
@@ -282,5 +283,16 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
   out.Publish();
   return run;
 }
+
+namespace {
+
+ToolOutcome Run(const ExportToolOptions& options, const RunControl& control) {
+  const ExportRun run = RunExport(options, control);
+  return {.text = ExportText(run), .cancelled = run.cancelled};
+}
+
+}  // namespace
+
+int ExportMain(int argc, char** argv) { return ToolMain(argc, argv, ExportTable, Run); }
 
 }  // namespace drape

@@ -51,4 +51,7 @@ struct ExportRun {
 // Writes a file for each target and summary.json. Throws InputError.
 ExportRun RunExport(const ExportToolOptions& options, const RunControl& control);
 
+// The program drape_export.
+int ExportMain(int argc, char** argv);
+
 }  // namespace drape

@@ -8,6 +8,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "tools/cli/tool_main.h"
 #include "tools/programs/results/report/built_in_template.h"
 #include "tools/programs/results/report/parts/drape_part.h"
 #include "tools/programs/results/report/parts/html_text.h"
@@ -142,5 +143,16 @@ std::string RunReport(const ReportOptions& options, const RunControl& control) {
   WriteFileAtomically(options.out, page);
   return Format("see %s (%.2f MB)\n", options.out.c_str(), 1e-6 * static_cast<double>(page.size()));
 }
+
+namespace {
+
+ToolOutcome Run(const ReportOptions& options, const RunControl& control) {
+  std::string text = RunReport(options, control);
+  return {.text = std::move(text), .cancelled = control.cancelled()};
+}
+
+}  // namespace
+
+int ReportMain(int argc, char** argv) { return ToolMain(argc, argv, ReportTable, Run); }
 
 }  // namespace drape

@@ -28,4 +28,7 @@ std::string MakeReport(const std::vector<ResultFolder>& folders,
 // folder without results, and when the page cannot be written.
 std::string RunReport(const ReportOptions& options, const RunControl& control);
 
+// The program drape_report.
+int ReportMain(int argc, char** argv);
+
 }  // namespace drape

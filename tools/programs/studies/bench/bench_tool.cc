@@ -10,6 +10,7 @@
 #include "solver/job/plot/chart.h"
 #include "solver/studies/bench/make_accuracy_table.h"
 #include "tools/cli/output_folder.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/bench/bench_report.h"
@@ -369,5 +370,19 @@ BenchToolResult RunBenchTool(const BenchToolOptions& options, const RunControl& 
     summary.no_table = TryTable(options, job, result, time);
   return summary;
 }
+
+namespace {
+
+ToolOutcome Run(const BenchToolOptions& options, const RunControl& control) {
+  BenchToolResult result = RunBenchTool(options, control);
+  if (result.is_list) return {.text = std::move(result.table), .cancelled = result.cancelled};
+  return {.text = std::move(result.table),
+          .cancelled = result.cancelled,
+          .failure = result.measured > 0 ? result.no_table : "no run has a result, see bench.json"};
+}
+
+}  // namespace
+
+int BenchMain(int argc, char** argv) { return ToolMain(argc, argv, BenchTable, Run); }
 
 }  // namespace drape

@@ -44,4 +44,7 @@ struct BenchToolResult {
 // writes what it has. Throws InputError.
 BenchToolResult RunBenchTool(const BenchToolOptions& options, const RunControl& control);
 
+// The program drape_bench.
+int BenchMain(int argc, char** argv);
+
 }  // namespace drape

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
@@ -242,5 +244,16 @@ SpeedToolResult RunSpeedTool(const SpeedToolOptions& options, const RunControl& 
   out.Publish();
   return result;
 }
+
+namespace {
+
+ToolOutcome Run(const SpeedToolOptions& options, const RunControl& control) {
+  SpeedToolResult result = RunSpeedTool(options, control);
+  return {.text = std::move(result.text), .cancelled = result.table.cancelled};
+}
+
+}  // namespace
+
+int SpeedMain(int argc, char** argv) { return ToolMain(argc, argv, SpeedOptionTable, Run); }
 
 }  // namespace drape

@@ -29,4 +29,7 @@ struct SpeedToolResult {
 // Throws InputError.
 SpeedToolResult RunSpeedTool(const SpeedToolOptions& options, const RunControl& control);
 
+// The program drape_speed.
+int SpeedMain(int argc, char** argv);
+
 }  // namespace drape

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "physics/util/text_format.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
 
 namespace drape {
@@ -50,5 +51,21 @@ OptionTable CheckTable(CheckToolOptions& options) {
           .notes = "exit code 1: a check failed\n",
           .options = Concatenate(SceneOptions(options.scene), checks)};
 }
+
+namespace {
+
+ToolOutcome Run(const CheckToolOptions& options, const RunControl& control) {
+  const LoadedScene scene = LoadScene(options.scene);
+  RequireOneTable(scene.material, "material");
+  const std::vector<CheckRow> rows =
+      CheckScene(scene.model, scene.material.field, scene.start, options.check, control);
+  return {.text = CheckTableText(rows),
+          .cancelled = control.cancelled(),
+          .exit_code = AllPass(rows) ? kExitOk : kExitCheckFailed};
+}
+
+}  // namespace
+
+int CheckMain(int argc, char** argv) { return ToolMain(argc, argv, CheckTable, Run); }
 
 }  // namespace drape

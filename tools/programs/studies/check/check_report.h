@@ -22,4 +22,7 @@ std::string CheckTableText(const std::vector<CheckRow>& rows);
 // Points into `options`, which outlives it.
 OptionTable CheckTable(CheckToolOptions& options);
 
+// The program drape_check.
+int CheckMain(int argc, char** argv);
+
 }  // namespace drape

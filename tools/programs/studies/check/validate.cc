@@ -9,6 +9,7 @@
 #include "physics/util/text_format.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
 
 namespace drape {
@@ -90,5 +91,18 @@ std::string ValidationText(const std::vector<ReferenceCase>& cases) {
       std::count_if(cases.begin(), cases.end(), [](const auto& one) { return !one.Holds(); });
   return text + Format("%td of %zu reference cases failed\n", failed, cases.size());
 }
+
+namespace {
+
+ToolOutcome Run(const ValidateToolOptions& options, const RunControl& control) {
+  const std::vector<ReferenceCase> cases = RunValidation(options, control);
+  return {.text = ValidationText(cases),
+          .cancelled = control.cancelled(),
+          .exit_code = AllPass(cases) ? kExitOk : kExitCheckFailed};
+}
+
+}  // namespace
+
+int ValidateMain(int argc, char** argv) { return ToolMain(argc, argv, ValidateTable, Run); }
 
 }  // namespace drape

@@ -25,4 +25,7 @@ std::vector<ReferenceCase> RunValidation(const ValidateToolOptions& options,
 // One row per reference case, then how many failed.
 std::string ValidationText(const std::vector<ReferenceCase>& cases);
 
+// The program drape_validate.
+int ValidateMain(int argc, char** argv);
+
 }  // namespace drape

@@ -11,6 +11,7 @@
 #include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
 
@@ -192,5 +193,20 @@ CompareResult RunCompareTool(const CompareToolOptions& options, const RunControl
   result.text = ComparisonText(result.run.comparison) + missing;
   return result;
 }
+
+namespace {
+
+ToolOutcome Run(const CompareToolOptions& options, const RunControl& control) {
+  CompareResult result = RunCompareTool(options, control);
+  if (result.run.cancelled)
+    result.text += std::to_string(result.run.done) + " of " +
+                   std::to_string(result.run.experiments) +
+                   " experiments are complete; run the same command again to continue\n";
+  return {.text = std::move(result.text), .cancelled = result.run.cancelled};
+}
+
+}  // namespace
+
+int CompareMain(int argc, char** argv) { return ToolMain(argc, argv, CompareTable, Run); }
 
 }  // namespace drape

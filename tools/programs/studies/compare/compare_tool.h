@@ -40,4 +40,7 @@ struct CompareResult {
 };
 CompareResult RunCompareTool(const CompareToolOptions& options, const RunControl& control);
 
+// The program drape_compare.
+int CompareMain(int argc, char** argv);
+
 }  // namespace drape

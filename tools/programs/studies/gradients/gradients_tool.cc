@@ -2,6 +2,7 @@
 #include "tools/programs/studies/gradients/gradients_tool.h"
 
 #include "tools/cli/output_folder.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
@@ -108,5 +109,22 @@ GradientStudy RunGradients(const GradientsOptions& options, const RunControl& co
   out.Publish();
   return found;
 }
+
+namespace {
+
+ToolOutcome Run(const GradientsOptions& options, const RunControl& control) {
+  const GradientStudy study = RunGradients(options, control);
+  std::string text;
+  for (const TextTable& table : MakeGradientTables(study)) {
+    if (!text.empty()) text += '\n';
+    text += table.Aligned();
+  }
+  if (!study.note.empty()) text += '\n' + study.note;
+  return {.text = std::move(text), .cancelled = study.cancelled};
+}
+
+}  // namespace
+
+int GradientsMain(int argc, char** argv) { return ToolMain(argc, argv, GradientsTable, Run); }
 
 }  // namespace drape

@@ -25,4 +25,7 @@ OptionTable GradientsTable(GradientsOptions& options);
 // cancelled run what it has. Throws InputError.
 GradientStudy RunGradients(const GradientsOptions& options, const RunControl& control);
 
+// The program drape_gradients.
+int GradientsMain(int argc, char** argv);
+
 }  // namespace drape

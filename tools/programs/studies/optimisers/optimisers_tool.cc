@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "tools/cli/output_folder.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
@@ -200,6 +201,29 @@ OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const Run
   WriteBenchmarkReport(options, out, &benchmark);
   out.Publish();
   return benchmark;
+}
+
+namespace {
+
+ToolOutcome Run(const OptimiserBenchmarkOptions& options, const RunControl& control) {
+  if (options.cells.list) return {.text = ListOptimiserText(options)};
+  const OptimiserBenchmark benchmark = RunBenchmarkTool(options, control);
+  std::string text;
+  for (const std::string& note : benchmark.notes) text += note + "\n";
+  if (!options.cells.share.empty())
+    return {.text = text + ShareText(options.cells.share, benchmark.done, benchmark.cells),
+            .cancelled = benchmark.cancelled};
+  const bool has_problems = !benchmark.problems.empty();
+  if (has_problems) text += MakeMethodTable(benchmark, options.branch_tolerance).Aligned();
+  return {.text = std::move(text),
+          .cancelled = benchmark.cancelled,
+          .failure = has_problems ? "" : "no problem has a start"};
+}
+
+}  // namespace
+
+int CompareOptimisersMain(int argc, char** argv) {
+  return ToolMain(argc, argv, OptimiserBenchmarkTable, Run);
 }
 
 }  // namespace drape

@@ -19,4 +19,7 @@ std::string ListOptimiserText(const OptimiserBenchmarkOptions& options);
 // InputError.
 OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const RunControl& control);
 
+// The program drape_compare_optimisers.
+int CompareOptimisersMain(int argc, char** argv);
+
 }  // namespace drape

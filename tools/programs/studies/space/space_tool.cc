@@ -22,6 +22,7 @@
 #include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 
@@ -326,5 +327,17 @@ SpaceResult RunSpaceTool(const SpaceToolOptions& options, const RunControl& cont
   if (!result.cancelled && !share) out.Publish();
   return result;
 }
+
+namespace {
+
+ToolOutcome Run(const SpaceToolOptions& options, const RunControl& control) {
+  SpaceResult result = RunSpaceTool(options, control);
+  if (result.cancelled) result.text += "run the same command again to continue\n";
+  return {.text = std::move(result.text), .cancelled = result.cancelled};
+}
+
+}  // namespace
+
+int SpaceMain(int argc, char** argv) { return ToolMain(argc, argv, SpaceTable, Run); }
 
 }  // namespace drape

@@ -50,4 +50,7 @@ struct SpaceResult {
 };
 SpaceResult RunSpaceTool(const SpaceToolOptions& options, const RunControl& control);
 
+// The program drape_space.
+int SpaceMain(int argc, char** argv);
+
 }  // namespace drape

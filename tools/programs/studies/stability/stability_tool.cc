@@ -10,6 +10,7 @@
 #include "solver/job/plot/chart.h"
 #include "solver/studies/stability/stability_picture.h"
 #include "tools/cli/output_folder.h"
+#include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/stability/stability_report.h"
@@ -217,5 +218,19 @@ StabilityAtlas RunStability(const StabilityOptions& given, const RunControl& con
   out.Publish();
   return atlas;
 }
+
+namespace {
+
+ToolOutcome Run(const StabilityOptions& options, const RunControl& control) {
+  if (options.cells.list) return {.text = ListStabilityText(options)};
+  const StabilityAtlas atlas = RunStability(options, control);
+  if (!options.cells.share.empty())
+    return {.text = StabilityShareText(options, atlas), .cancelled = atlas.cancelled};
+  return {.text = StabilityTableText(atlas), .cancelled = atlas.cancelled};
+}
+
+}  // namespace
+
+int StabilityMain(int argc, char** argv) { return ToolMain(argc, argv, StabilityTable, Run); }
 
 }  // namespace drape

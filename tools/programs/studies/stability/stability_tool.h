@@ -23,4 +23,7 @@ std::string StabilityShareText(const StabilityOptions& options, const StabilityA
 // a share nothing. Throws InputError; then what lay in the folder is as it was.
 StabilityAtlas RunStability(const StabilityOptions& options, const RunControl& control);
 
+// The program drape_stability.
+int StabilityMain(int argc, char** argv);
+
 }  // namespace drape
