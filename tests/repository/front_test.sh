@@ -14,8 +14,8 @@ drapefit=$build/bin/drapefit
 # verb and by its name.
 "$drapefit" >"$scratch/list"
 long=$(LC_ALL=C.UTF-8 grep -E '.{101}|…$' "$scratch/list") && fail "too long for the list: $long"
-documents=$scratch/documents
-"$drapefit" --write_documents="$documents"
+mkdir "$scratch/man"
+"$drapefit" --help=man >"$scratch/man/drapefit.1"
 links=0
 for program in "$build"/bin/drape_*; do
   if [ -L "$program" ]; then links=$((links + 1)); fi
@@ -26,8 +26,7 @@ for program in "$build"/bin/drape_*; do
   grep -q "^$name " "$scratch/by_name" || fail "$name runs another program"
   "$drapefit" "${name#drape_}" --help | cmp - "$scratch/by_name" ||
     fail "drapefit ${name#drape_} is not $name"
-  [ -s "$documents/man/man1/$name.1" ] || fail "no manual page of $name"
-  [ -s "$documents/bash-completion/completions/$name" ] || fail "no completion of $name"
+  "$program" --help=man >"$scratch/man/$name.1"
 done
 [ "$links" -ge 10 ] || fail "only $links programs are links to drapefit"
 "$drapefit" help fit | grep -q '^drape_fit ' || fail "help fit is not that of drape_fit"
@@ -36,8 +35,8 @@ grep -q "unknown verb 'fti', did you mean 'fit'" "$scratch/err"
 
 # Manual pages.
 if command -v groff >/dev/null; then
-  for page in "$documents"/man/man1/*.1; do
-    warnings=$(groff -man -Tutf8 -ww "$page" 2>&1 >"$scratch/page")
+  for page in "$scratch"/man/*.1; do
+    warnings=$(groff -k -man -Tutf8 -ww "$page" 2>&1 >"$scratch/page")
     [ -z "$warnings" ] || fail "$page: $warnings"
     grep -q OPTIONS <(sed 's/.\x08//g' "$scratch/page") || fail "$page shows no options"
   done
@@ -46,13 +45,11 @@ else
 fi
 
 # Completion, as bash calls it.
-script=$documents/bash-completion/completions/drapefit
-bash -n "$script"
-# shellcheck disable=SC1090
-. "$script"
+# shellcheck disable=SC1091
+. "$source/tools/programs/front/completion.bash"
 complete_line() {
   COMP_LINE=$1 COMP_POINT=${#1} COMPREPLY=()
-  _drapefit "${1%% *}" 2>/dev/null || true
+  _drapefit "$build/bin/${1%% *}" 2>/dev/null || true
   [ "${COMPREPLY[*]}" = "$2" ] || fail "completes '$1' to '${COMPREPLY[*]}', expected '$2'"
 }
 complete_line "drapefit fi" "fit"
@@ -61,6 +58,8 @@ complete_line "drapefit fit --dens" "--density="
 complete_line "drape_fit --model=bay" "bayes"
 complete_line "drapefit fit --resu" "--resume"
 complete_line "drapefit --picture=sil" "silhouette"
+complete_line "drapefit drape.jpg --picture=sil" "silhouette"
+complete_line "drape_fit --images=$source/tools/quick" "$source/tools/quickstart"
 
 # From a picture to a report, with programs that only tell how they were called.
 mkdir "$scratch/bin" "$scratch/configs" "$scratch/configs/programs"

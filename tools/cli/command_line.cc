@@ -95,7 +95,8 @@ std::optional<std::string> AskedHelp(const OptionTable& table, int argc, char** 
   std::optional<HelpScope> scope;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
-    if (argument == "--help=json") return TableJson(table);
+    if (argument == "--help=man") return ManPage(table);
+    if (argument == "--help=words") return CompletionWords(table);
     if (argument == "--help=all" || argument == "-help=all") scope = HelpScope::kAll;
     const bool asked = argument == "--help" || argument == "-help" || argument == "-h";
     if (asked && !scope) scope = HelpScope::kCommon;

@@ -119,18 +119,19 @@ std::string WordsText(const std::vector<std::string>& words) {
   });
 }
 
-std::string Describe(const Option& option) {
-  std::string text = "  --" + option.key + "  <" + TypeText(option) + ">";
+// What follows the key of an option: " <number>, 0 … 5 [m], default: 1".
+std::string FactsText(const Option& option) {
+  std::string text = "  <" + TypeText(option) + ">";
   if (!option.words.empty()) text += " or " + WordsText(option.words);
   const std::string range = RangeText(option), value = ValueText(option);
   if (!range.empty()) text += ", " + range;
   if (!option.unit.empty()) text += " [" + option.unit + "]";
-  if (option.required) {
-    text += ", required";
-  } else {
-    text += value.empty() ? ", default: none" : ", default: " + value;
-  }
-  return Wrap(text + "\n      " + option.doc, "      ");
+  if (option.required) return text + ", required";
+  return text + (value.empty() ? ", default: none" : ", default: " + value);
+}
+
+std::string Describe(const Option& option) {
+  return Wrap("  --" + option.key + FactsText(option) + "\n      " + option.doc, "      ");
 }
 
 // Options and their headings, in the order in which they are shown.
@@ -225,48 +226,66 @@ std::vector<Option> OfOneRun(std::vector<Option> options) {
 
 namespace {
 
-nlohmann::json OptionJson(const Option& option) {
-  return {{"key", option.key},
-          {"doc", option.doc},
-          {"type", TypeText(option)},
-          {"words", option.words},
-          {"range", RangeText(option)},
-          {"unit", option.unit},
-          {"default", ValueText(option)},
-          {"required", option.required},
-          {"choices", option.choices},
-          {"is_path", option.is_path},
-          {"is_switch", std::holds_alternative<bool*>(option.value)}};
+// Every option, the common ones first.
+std::vector<HelpSection> AllSections(const OptionTable& table) {
+  const HelpSection common = CommonSection(table);
+  std::vector<HelpSection> sections = OtherSections(table, common);
+  if (!common.options.empty()) sections.insert(sections.begin(), common);
+  return sections;
+}
+
+std::string UsageText(const OptionTable& table) {
+  std::string usage =
+      table.tool + (table.operands ? " " + table.operand_names : "") + " [--config=FILE]";
+  for (const Option& option : table.options)
+    if (option.required) usage += " --" + option.key + "=…";
+  return usage + " [--key=value …]";
+}
+
+// A text as roff shows it as it is.
+std::string RoffText(const std::string& text) {
+  std::string roff;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool begins_line = i == 0 || text[i - 1] == '\n';
+    if (begins_line && (text[i] == '.' || text[i] == '\'')) roff += "\\&";
+    if (text[i] == '-') roff += '\\';
+    roff += text[i] == '\\' ? "\\(rs" : std::string(1, text[i]);
+  }
+  return roff;
 }
 
 }  // namespace
 
-std::string TableJson(const OptionTable& table) {
-  nlohmann::json sections = nlohmann::json::array();
-  const auto add = [&](const HelpSection& section) {
-    nlohmann::json options = nlohmann::json::array();
-    for (const Option* option : section.options) options.push_back(OptionJson(*option));
-    if (!options.empty()) sections.push_back({{"title", section.title}, {"options", options}});
-  };
-  const HelpSection common = CommonSection(table);
-  add(common);
-  for (const HelpSection& section : OtherSections(table, common)) add(section);
-  const nlohmann::json json = {{"tool", table.tool},
-                               {"version", BuildVersion()},
-                               {"summary", table.summary},
-                               {"example", table.example},
-                               {"notes", table.notes + kCommonNotes},
-                               {"operands", table.operands != nullptr ? table.operand_names : ""},
-                               {"sections", sections}};
-  return json.dump(-1, ' ', true) + "\n";
+std::string ManPage(const OptionTable& table) {
+  std::string page = ".\\\" -*- coding: UTF-8 -*-\n.TH " + table.tool + " 1 \"\" \"drapefit " +
+                     BuildVersion() + "\" \"User commands\"\n.SH NAME\n" + RoffText(table.tool) +
+                     " \\- " + RoffText(table.summary) + "\n.SH SYNOPSIS\n" +
+                     RoffText(UsageText(table)) + "\n.SH OPTIONS\n";
+  for (const HelpSection& section : AllSections(table)) {
+    page += ".SS " + RoffText(section.title) + "\n";
+    for (const Option* option : section.options)
+      page += ".TP\n\\fB" + RoffText("--" + option->key) + "\\fR" + RoffText(FactsText(*option)) +
+              "\n" + RoffText(option->doc) + "\n";
+  }
+  page += ".SH EXAMPLES\n.nf\n" + RoffText(table.example) + "\n.fi\n.SH NOTES\n";
+  std::istringstream notes(table.notes + kCommonNotes);
+  for (std::string line; std::getline(notes, line);) page += ".PP\n" + RoffText(line) + "\n";
+  return page + ".SH SEE ALSO\ndrapefit(1)\n";
+}
+
+std::string CompletionWords(const OptionTable& table) {
+  std::string words = "--help\n--version\n--config=\n";
+  for (const Option& option : table.options) {
+    const std::string key = "--" + option.key;
+    words += key + (std::holds_alternative<bool*>(option.value) ? "\n" : "=\n");
+    for (const std::string& choice : option.choices) words += key + "=" + choice + "\n";
+  }
+  return words;
 }
 
 std::string OptionTable::Help(HelpScope scope) const {
-  std::string usage = "usage: " + tool + (operands ? " " + operand_names : "") + " [--config=FILE]";
-  for (const Option& option : options)
-    if (option.required) usage += " --" + option.key + "=…";
-  const std::string heading = tool + " " + BuildVersion() + ": " + summary + "\n\n" + usage +
-                              " [--key=value …]\nexample: " + example + "\n\n";
+  const std::string heading = tool + " " + BuildVersion() + ": " + summary +
+                              "\n\nusage: " + UsageText(*this) + "\nexample: " + example + "\n\n";
   return Wrap(heading, "  ") + OptionsText(*this, scope) + Wrap(notes + kCommonNotes, "  ");
 }
 

@@ -18,9 +18,12 @@ std::string ValueText(const Option& option);
 // The same as JSON of its own type, which ReadConfig takes.
 nlohmann::json ValueJson(const Option& option);
 
-// The table for programs, as one JSON object: what --help=all shows, with the texts of each option
-// in members of their own. `drapefit` makes manual pages and shell completion from it.
-std::string TableJson(const OptionTable& table);
+// The manual page of a program, in roff and UTF-8.
+std::string ManPage(const OptionTable& table);
+
+// The words that a shell may complete on the command line, one a line: "--key=" of each option, or
+// "--key" of a switch, and "--key=choice".
+std::string CompletionWords(const OptionTable& table);
 
 // The name nearest to what a user wrote, where one is near enough to be meant (Levenshtein's
 // distance up to half the length, rounded up); else empty.

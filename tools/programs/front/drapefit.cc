@@ -7,13 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "physics/util/errors.h"
 #include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/option_text.h"
 #include "tools/cli/tool_main.h"
 #include "tools/programs/front/child.h"
-#include "tools/programs/front/documents.h"
 #include "tools/programs/front/programs.h"
 #include "tools/programs/front/short_way.h"
 
@@ -95,11 +93,6 @@ int Run(int argc, char** argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   const bool asked = words.empty() || words[0] == "--help" || words[0] == "-h";
   if (asked || (words[0] == "help" && words.size() == 1)) return ShowVerbs(folder);
-  constexpr char kDocuments[] = "--write_documents=";  // for the build
-  if (words[0].starts_with(kDocuments)) {
-    WriteDocuments(folder, words[0].substr(std::size(kDocuments) - 1));
-    return kExitOk;
-  }
   const bool help = words[0] == "help";
   if (help) {
     words.erase(words.begin());

@@ -184,6 +184,9 @@ std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
 }  // namespace
 
 OptionTable ShortWayTable(ShortWayOptions& options) {
+  std::string verbs;
+  for (const Program& program : Programs())
+    verbs += std::string(program.verb) + ": " + program.summary + "\n";
   return {.tool = "drapefit",
           .summary =
               "runs the programs of drapefit by their verbs; given a picture of a drape, runs "
@@ -193,7 +196,8 @@ OptionTable ShortWayTable(ShortWayOptions& options) {
               "VERB [options]: runs drape_VERB, which is beside drapefit; help VERB: its help\n"
               "PICTURE: photo/, fit/, predict/ and report.html are written to the output folder. "
               "The same command again runs only what is not done; it continues a fit that was "
-              "interrupted. A step that fails ends the run with its line and exit code.\n",
+              "interrupted. A step that fails ends the run with its line and exit code.\n" +
+              verbs,
           .options = ShortWayOptionList(options),
           .operands = &options.operands,
           .operand_names = "PICTURE|VERB"};
