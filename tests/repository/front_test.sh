@@ -71,9 +71,14 @@ for verb in fit predict report photo; do
 echo "$verb \$*" >>"$scratch/calls"
 [ ! -e "$scratch/fail_$verb" ] || { echo "drape_$verb: error: no" >&2; exit 3; }
 for word; do case \$word in --out=*.html) : >"\${word#--out=}" ;;
-  --out=*) mkdir -p "\${word#--out=}"; : >"\${word#--out=}/summary.json" ;; esac; done
+  --out=*) mkdir -p "\${word#--out=}"
+    hash=\$(sha256sum <"$scratch/input_$verb" | cut -d' ' -f1)
+    echo "{\"provenance\": {\"configs\": [], \"inputs\":
+      [{\"path\": \"$scratch/input_$verb\", \"sha256\": \"\$hash\"}]}}" \
+      >"\${word#--out=}/summary.json" ;; esac; done
 END
   chmod +x "$scratch/bin/drape_$verb"
+  echo "$verb" >"$scratch/input_$verb"
 done
 cd "$scratch"
 called() {
@@ -96,6 +101,9 @@ grep -q 'done before: drapefit fit' log || fail "does not say that the fit is do
 called "predict report "
 bin/drapefit drape.png --picture=silhouette --mass=150 >log
 called ""
+echo changed >input_predict  # such as the table that a config names
+bin/drapefit drape.png --picture=silhouette --mass=150 >log
+called "predict report "
 bin/drapefit drape.png --picture=silhouette --mass=160 >log
 called "fit predict report "
 bin/drapefit drape.png --picture=photo --mass=150 >log
@@ -106,3 +114,23 @@ bin/drapefit drape.png --picture=photo --mass=150 --specimen=0.24 >log
 called "photo fit predict report "
 if bin/drapefit drape.png 2>err; then fail "took no mass"; else [ $? -eq 2 ]; fi
 grep -q "option 'mass': is missing" err
+# Another picture of the same name does not replace the results of the first.
+mkdir cotton
+{ cat drape.png; echo other; } >cotton/drape.png
+if bin/drapefit cotton/drape.png --picture=silhouette --mass=150 2>err; then
+  fail "wrote over the results of another picture"
+else [ $? -eq 2 ]; fi
+grep -q 'out/drape: holds the results of another picture, drape.png' err || fail "$(cat err)"
+called ""
+# The printed commands can be pasted: the shell reads the words that the programs have got.
+name=$(printf "it's a \033[1m \303\274 %0210d.png" 7)
+cp drape.png "$name"
+bin/drapefit "$name" --picture=silhouette --mass=150 --out=out/pasted >log
+if grep -q "$(printf '\033')" log; then fail "sends control characters to the terminal"; fi
+sed -n 's/^drapefit: drapefit fit/drape_fit/p' log >command
+head -1 calls >expected
+: >calls
+PATH=$scratch/bin:$PATH
+# shellcheck disable=SC1091
+. ./command
+cmp calls expected || fail "pasted: $(cat calls), expected: $(cat expected)"

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // All programs in one executable: drapefit VERB, or a link drape_VERB to it, runs one of them, and
 // drapefit PICTURE all steps to a report.
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "physics/util/errors.h"
 #include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/option_text.h"
 #include "tools/cli/tool_main.h"
-#include "tools/programs/front/child.h"
 #include "tools/programs/front/programs.h"
 #include "tools/programs/front/short_way.h"
 
@@ -48,15 +52,18 @@ int ShowVerbs(const std::string& folder) {
   return std::fflush(stdout) == 0 ? kExitOk : Fail("stdout: cannot be written");
 }
 
-// `words`: the command line of the program after its name.
+// `words`: the command line of the program after its name. A program with an executable of its own
+// replaces this one.
 int RunProgram(const Program& program, const std::string& folder, std::vector<std::string> words) {
   const std::string path = ProgramPath(folder, program.verb);
-  if (program.main == nullptr) Become(path, words);
   words.insert(words.begin(), path);
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
-  return program.main(static_cast<int>(words.size()), arguments.data());
+  if (program.main != nullptr)
+    return program.main(static_cast<int>(words.size()), arguments.data());
+  execv(path.c_str(), arguments.data());
+  throw InputError(path, std::string("cannot be run: ") + std::strerror(errno));
 }
 
 int FailUnknown(const std::string& verb, const std::string& folder) {
@@ -91,9 +98,10 @@ int Run(int argc, char** argv) {
   }
   const std::string folder = ProgramFolder();
   std::vector<std::string> words(argv + 1, argv + argc);
-  const bool asked = words.empty() || words[0] == "--help" || words[0] == "-h";
-  if (asked || (words[0] == "help" && words.size() == 1)) return ShowVerbs(folder);
-  const bool help = words[0] == "help";
+  const bool help = !words.empty() && words[0] == "help";
+  if (words.empty() || words[0] == "--help" || words[0] == "-h" ||
+      (help && (words.size() == 1 || words[1] == "help")))
+    return ShowVerbs(folder);
   if (help) {
     words.erase(words.begin());
     words.insert(words.begin() + 1, "--help");

@@ -1,18 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/front/short_way.h"
 
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "losses/image/image.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/stored/build.h"
 #include "physics/util/stored/stored_json.h"
 #include "physics/util/text_format.h"
-#include "tools/programs/front/child.h"
+#include "tools/cli/repetition.h"
+#include "tools/cli/tool_main.h"
 #include "tools/programs/front/programs.h"
+
+extern char** environ;
 
 namespace drape {
 namespace {
@@ -20,7 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr StoredFormat kStepsFormat = {"drapefit-steps", 1};
+constexpr StoredFormat kStepsFormat = {"drapefit-steps", 2};
 constexpr double kGramsPerKilogram = 1000.0;
 
 struct Step {
@@ -96,34 +107,123 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
   return steps;
 }
 
-// What is known of a step: its key, and whether it has ended.
-json ReadRecord(const std::string& path) {
-  if (!fs::exists(path)) return json::object();
-  try {
-    return ReadStoredJson(path, kStepsFormat);
-  } catch (const InputError&) {  // damaged, or of another version: the steps are run again
-    return json::object();
+// Whether the files that a step had read, by its summary, are as they were.
+bool HasSameInputs(const std::string& summary_path) try {
+  const json summary = json::parse(ReadWholeFile(summary_path));
+  for (const char* list : {"configs", "inputs"})
+    for (const json& file : summary.at("provenance").at(list))
+      if (Sha256(ReadWholeFile(file.at("path"))) != file.at("sha256")) return false;
+  return true;
+} catch (const std::exception&) {  // no summary, or a file is gone
+  return false;
+}
+
+// steps.json of an output folder: its picture and, of each step, its key and whether it has ended.
+class StepRecord {
+ public:
+  // Throws InputError where the folder has results of another picture.
+  StepRecord(const std::string& out, const json& picture) : path_(out + "/steps.json") {
+    CheckReplaceable(path_);
+    try {
+      if (fs::exists(path_)) record_ = ReadStoredJson(path_, kStepsFormat);
+    } catch (const InputError&) {  // damaged, or of another version: the steps are run again
+    }
+    const json earlier = record_.value("picture", picture);
+    if (earlier["sha256"] != picture["sha256"])
+      throw InputError(out, "holds the results of another picture, " +
+                                earlier["path"].get<std::string>() +
+                                "; choose another folder with --out, or remove this one");
+    record_["picture"] = picture;
   }
-}
 
-// A text that differs where the step would: its command, and what the steps before it had.
-std::string StepKey(const Step& step, const std::string& before) {
-  std::string text = step.verb;
-  for (const std::string& argument : step.arguments) text += "\n" + argument;
-  return Format("%016zx", std::hash<std::string>{}(text + "\n" + before));
-}
+  bool HasDone(const Step& step, const std::string& key) const {
+    return Is(step, key, true) && fs::exists(step.result) &&
+           (!step.result.ends_with("/summary.json") || HasSameInputs(step.result));
+  }
+  bool WasStopped(const Step& step, const std::string& key) const {
+    return step.verb == "fit" && Is(step, key, false);
+  }
+  void Set(const Step& step, const std::string& key, bool done) {
+    record_[step.verb] = {{"key", key}, {"done", done}};
+    WriteStoredJson(path_, kStepsFormat, record_, 2);
+  }
 
-std::string Quoted(const std::string& argument) {
-  const bool plain = argument.find_first_not_of(
-                         "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWX"
-                         "YZ0123456789_-+=./:,@%") == std::string::npos;
-  return plain && !argument.empty() ? argument : "'" + argument + "'";
+ private:
+  bool Is(const Step& step, const std::string& key, bool done) const {
+    return record_.value(step.verb, json()) == json{{"key", key}, {"done", done}};
+  }
+
+  std::string path_;
+  json record_ = json::object();
+};
+
+// A word as a shell reads it. Bytes that a terminal would not show as a character are escaped.
+std::string ShellWord(const std::string& word) {
+  constexpr char kPlain[] =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
+  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+  std::string quoted;
+  for (std::size_t i = 0, length = 0; i < word.size(); i += length) {
+    length = std::max<std::size_t>(1, Utf8Length(word, i));
+    const std::string character = word.substr(i, length);
+    const bool is_shown = Utf8Length(word, i) > 0 && MakePrintableLine(character) == character;
+    if (character == "'") {
+      quoted += "'\\''";
+    } else if (is_shown && character != "\t") {
+      quoted += character;
+    } else {
+      for (const char byte : character)
+        quoted += Format("'$'\\x%02x''", static_cast<unsigned char>(byte));
+    }
+  }
+  return "'" + quoted + "'";
 }
 
 std::string CommandText(const Step& step) {
   std::string text = "drapefit " + step.verb;
-  for (const std::string& argument : step.arguments) text += " " + Quoted(argument);
-  return MakePrintable(text);
+  for (const std::string& argument : step.arguments) text += " " + ShellWord(argument);
+  return text;
+}
+
+volatile std::sig_atomic_t running_child = 0;
+
+extern "C" void PassOn(int signal) {
+  if (running_child > 0) kill(static_cast<pid_t>(running_child), signal);
+}
+
+// Runs a program with the standard streams of this process and returns its exit code, or 128 and
+// the signal that ended it. A process of its own: a step that runs out of memory leaves the others,
+// and the record of its command and inputs is its own. It gets SIGINT and SIGTERM that arrive
+// meanwhile, and this process waits for it to save its results.
+int RunAttached(std::vector<std::string> command) {
+  std::vector<char*> words;
+  for (std::string& word : command) words.push_back(word.data());
+  words.push_back(nullptr);
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, PassOn);
+  pid_t child = 0;
+  const int error = posix_spawn(&child, words[0], nullptr, nullptr, words.data(), environ);
+  if (error != 0) throw InputError(command[0], std::string("cannot be run: ") + strerror(error));
+  running_child = child;
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  running_child = 0;
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, SIG_DFL);
+  constexpr int kSignalled = 128;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status);
+}
+
+// Prints the command of a step and runs it. Returns its exit code.
+int RunStep(const Step& step, const std::string& folder) {
+  std::printf("drapefit: %s\n", CommandText(step).c_str());
+  std::fflush(stdout);
+  std::vector<std::string> command = {ProgramPath(folder, step.verb)};
+  command.insert(command.end(), step.arguments.begin(), step.arguments.end());
+  const int code = RunAttached(command);
+  if (code != 0)
+    std::fprintf(stderr, "drapefit: drape_%s ended with exit code %d%s\n", step.verb.c_str(), code,
+                 code == kExitBadInput ? "" : "; the same command continues from here");
+  return code;
 }
 
 void Check(const ShortWayOptions& options) {
@@ -134,6 +234,10 @@ void Check(const ShortWayOptions& options) {
     throw InputError("option 'mass'",
                      "is missing, expected the mass of the fabric by area in g/m2, as weighed: a "
                      "drape shows stiffness over weight");
+  constexpr double kLightest = 10, kHeaviest = 1500;
+  if (options.mass < kLightest || options.mass > kHeaviest)
+    std::fprintf(stderr, "drapefit: note: a mass of %g g/m2; fabrics have %g to %g\n", options.mass,
+                 kLightest, kHeaviest);
 }
 
 std::vector<Option> ShortWayOptionList(ShortWayOptions& options) {
@@ -212,37 +316,23 @@ int RunShortWay(const ShortWayOptions& options, const std::string& folder) {
   std::error_code error;
   fs::create_directories(out, error);
   if (error) throw InputError(out, "cannot be made: " + error.message());
-  const std::string record_path = out + "/steps.json";
-  CheckReplaceable(record_path);
-  json record = ReadRecord(record_path);
-  std::string key = ReadWholeFile(picture);
-  if (!options.fit_config.empty()) key += ReadWholeFile(options.fit_config);
+  StepRecord record(out, {{"path", MakeUtf8(picture)}, {"sha256", Sha256(ReadWholeFile(picture))}});
+  bool run_all = false;  // what follows a step that was run again is run again
   for (const Step& step : steps) {
-    key = StepKey(step, key);
-    const json known = record.value(step.verb, json::object());
-    const bool same = known.value("key", "") == key;
-    if (same && known.value("done", false) && fs::exists(step.result)) {
+    std::string key = MakeUtf8(CommandText(step) + " # " + BuildCommit());
+    if (step.verb == "fit" && !options.fit_config.empty())
+      key += " " + Sha256(ReadWholeFile(options.fit_config));
+    if (!run_all && record.HasDone(step, key)) {
       std::printf("drapefit: done before: %s\n", CommandText(step).c_str());
       continue;
     }
+    run_all = true;
     Step now = step;
-    const bool stopped = same && step.verb == "fit" && fs::exists(out + "/fit/checkpoint.json");
-    if (stopped) now.arguments.push_back("--resume");
-    record[step.verb] = {{"key", key}, {"done", false}};
-    WriteStoredJson(record_path, kStepsFormat, record, 2);
-    std::printf("drapefit: %s\n", CommandText(now).c_str());
-    std::fflush(stdout);
-    std::vector<std::string> command = {ProgramPath(folder, step.verb)};
-    command.insert(command.end(), now.arguments.begin(), now.arguments.end());
-    if (const int code = RunAttached(command); code != 0) {
-      std::fprintf(stderr,
-                   "drapefit: drape_%s ended with exit code %d; the same command continues "
-                   "from here\n",
-                   step.verb.c_str(), code);
-      return code;
-    }
-    record[step.verb]["done"] = true;
-    WriteStoredJson(record_path, kStepsFormat, record, 2);
+    if (record.WasStopped(step, key) && fs::exists(out + "/fit/checkpoint.json"))
+      now.arguments.push_back("--resume");
+    record.Set(step, key, false);
+    if (const int code = RunStep(now, folder); code != 0) return code;
+    record.Set(step, key, true);
   }
   std::printf("drapefit: see %s\n", MakePrintable(steps.back().result).c_str());
   return 0;

@@ -25,10 +25,11 @@ struct ShortWayOptions {
 // Points into `options`, which outlives it.
 OptionTable ShortWayTable(ShortWayOptions& options);
 
-// Runs the steps that are not done yet, with the standard streams of this process, and says before
-// each what it runs. Stops at the first that fails and returns its exit code. `folder`: where the
-// programs are (ProgramFolder). A step is done when it has ended with these options and inputs
-// before; steps.json in the output folder tells. Throws InputError for bad options.
+// Runs the steps that are not done yet, with the standard streams of this process, and prints the
+// command of each. Stops at the first step that fails and returns its exit code. `folder`: where
+// the programs are (ProgramFolder). steps.json in the output folder records the picture and what is
+// done: a step is done when it has ended with the same command, build and contents of its inputs.
+// Throws InputError for bad options, and for a folder with results of another picture.
 int RunShortWay(const ShortWayOptions& options, const std::string& folder);
 
 }  // namespace drape
