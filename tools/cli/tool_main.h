@@ -11,7 +11,7 @@ namespace drape {
 
 enum ExitCode {
   kExitOk = 0,
-  kExitCheckFailed = 1,  // drape_check, drape_validate: a check failed
+  kExitCheckFailed = 1,  // drape_check: a check failed
   kExitBadInput = 2,     // one line on stderr; earlier output files are unchanged
   kExitNumerical = 3,    // the computation failed; the summary says how
   kExitCancelled = 130   // by Ctrl-C or SIGTERM; the results so far are on disk

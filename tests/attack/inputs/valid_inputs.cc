@@ -167,7 +167,6 @@ const std::map<std::string, std::vector<std::string>>& Commands() {
       {"drape_predict",
        {"--mesh=disc:100", material, "--draws=2", "--steps=10", "--threads=1", "--out=out"}},
       {"drape_check", {"--mesh=disc:100", material, "--steps=2"}},
-      {"drape_validate", {"--filter=turn", "--out=out"}},
       {"drape_compare", compare},
       {"drape_bench",
        {material, start, "--mesh=disc:120", "--solve=hybrid", "--time_step=0.2",
@@ -277,13 +276,19 @@ std::string MakeBodyObj(double x) {
 }
 
 const std::vector<std::string>& ProgramNames() {
-  static const std::vector<std::string> kNames = {"drape_simulate",  "drape_fit",
-                                                  "drape_metrics",   "drape_equilibria",
-                                                  "drape_predict",   "drape_check",
-                                                  "drape_validate",  "drape_compare",
-                                                  "drape_bench",     "drape_speed",
-                                                  "drape_stability", "drape_gradients",
-                                                  "drape_space",     "drape_compare_optimisers",
+  static const std::vector<std::string> kNames = {"drape_simulate",
+                                                  "drape_fit",
+                                                  "drape_metrics",
+                                                  "drape_equilibria",
+                                                  "drape_predict",
+                                                  "drape_check",
+                                                  "drape_compare",
+                                                  "drape_bench",
+                                                  "drape_speed",
+                                                  "drape_stability",
+                                                  "drape_gradients",
+                                                  "drape_space",
+                                                  "drape_compare_optimisers",
                                                   "drape_garment"};
   return kNames;
 }

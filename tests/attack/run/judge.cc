@@ -104,7 +104,7 @@ class Judgement {
 
   bool MayEndWith(int code) const {
     const std::string name = fs::path(request_.command.front()).filename().string();
-    const bool is_check = name == "drape_check" || name == "drape_validate";
+    const bool is_check = name == "drape_check";
     return code == 0 || code == 2 || code == 3 || code == 130 || (code == 1 && is_check);
   }
 

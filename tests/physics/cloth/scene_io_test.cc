@@ -4,8 +4,8 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/load_path.h"
 #include "physics/simulation/rollout.h"
-#include "physics/simulation/textbook.h"
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/simulation/textbook/closed_forms.h"
 
 namespace drape {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "physics/mesh/disc.h"
 #include "physics/mesh/strip.h"
-#include "physics/simulation/textbook.h"
+#include "tests/physics/simulation/textbook/closed_forms.h"
 
 namespace drape {
 namespace {

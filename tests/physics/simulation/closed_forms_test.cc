@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cases with a closed form [MODEL, M53, M56, M57].
+#include "tests/physics/simulation/textbook/closed_forms.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -7,7 +9,6 @@
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/mesh/strip.h"
 #include "physics/simulation/rollout.h"
-#include "physics/simulation/textbook.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {

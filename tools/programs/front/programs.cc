@@ -17,8 +17,7 @@
 #include "tools/programs/simulate/simulate_tool.h"
 #include "tools/programs/studies/bench/bench_tool.h"
 #include "tools/programs/studies/bench/speed_tool.h"
-#include "tools/programs/studies/check/check_report.h"
-#include "tools/programs/studies/check/validate.h"
+#include "tools/programs/studies/check/check.h"
 #include "tools/programs/studies/compare/compare_tool.h"
 #include "tools/programs/studies/gradients/gradients_tool.h"
 #include "tools/programs/studies/optimisers/optimisers_tool.h"
@@ -51,7 +50,6 @@ constexpr Program kPrograms[] = {
      SpaceMain},
     {"compare", kFabrics, "compare material models on drapes that no fit has seen", CompareMain},
     {"check", kScene, "check forces, energies and derivatives of a scene", CheckMain},
-    {"validate", kScene, "compare simulated stiffness with textbook solutions", ValidateMain},
     {"bench", kStudies, "measure cost and error over lists of settings", BenchMain},
     {"speed", kStudies, "time a simulation step beside published times", SpeedMain},
     {"stability", kStudies, "map where solvers and contact succeed and fail", StabilityMain},

@@ -8,8 +8,8 @@
 
 #include "physics/mesh/strip.h"
 #include "physics/simulation/implicit_euler.h"
-#include "physics/simulation/textbook.h"
 #include "tests/physics/cloth/contact/sheets.h"
+#include "tests/physics/simulation/textbook/closed_forms.h"
 
 namespace drape {
 namespace {

@@ -7,11 +7,11 @@
 #include <span>
 
 #include "physics/material/material_io.h"
-#include "physics/simulation/textbook.h"
 #include "physics/util/json_input.h"
 #include "solver/fit/lab/strip_report.h"
 #include "solver/job/fit_job.h"
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/simulation/textbook/closed_forms.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {

@@ -6,10 +6,10 @@
 
 #include <cmath>
 
-#include "physics/simulation/textbook.h"
 #include "solver/fit/lab/strip_report.h"
 #include "solver/fit/parameters/parametrisation.h"
 #include "tests/physics/cloth_fixture.h"
+#include "tests/physics/simulation/textbook/closed_forms.h"
 
 namespace drape {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/simulation/textbook.h"
 #include "tests/physics/cloth_fixture.h"
+#include "tests/physics/simulation/textbook/closed_forms.h"
 #include "tests/solver/prediction/exchange/twill.h"
 
 namespace drape {

@@ -10,7 +10,6 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "solver/job/plot/chart.h"
-#include "solver/studies/validation/recovery.h"
 #include "tools/cli/field_options.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
@@ -186,16 +185,6 @@ Found CompareTwo(const MetricsOptions& options, const RunControl& control) {
   return found;
 }
 
-Found CompareWithKnownFabrics(const MetricsOptions& options) {
-  const Recovery recovery = ReadRecovery(options.operands);
-  const std::string missing = TryPictures([&] { RenderRecovery(recovery, options.recovery); });
-  Found found{RecoveryText(recovery) + missing, {{"fits", recovery.fits}}};
-  found.json["left_out"] = recovery.left_out;
-  for (const RecoveredQuantity& quantity : recovery.quantities)
-    found.json["ratios"][quantity.name] = quantity.ratios;
-  return found;
-}
-
 void RequireOnlyWith(const std::string& option, const std::string& value, bool fits,
                      const std::string& expected) {
   if (!value.empty() && !fits) throw InputError("option '" + option + "'", "expected " + expected);
@@ -207,11 +196,6 @@ Found EvaluateOperands(const MetricsOptions& options, const RunControl& control)
     throw InputError("command line",
                      "found no file or folder, expected a drape, a folder of them, "
                      "two to compare (A and B), or --data");
-  const bool all_runs = std::all_of(operands.begin(), operands.end(), [](const std::string& path) {
-    return KindOfOperand(path) == OperandKind::kRun;
-  });
-  RequireOnlyWith("recovery", options.recovery, all_runs, "output folders of drape_fit");
-  if (!options.recovery.empty()) return CompareWithKnownFabrics(options);
   const bool one = operands.size() == 1, folder = one && fs::is_directory(operands[0]);
   RequireOnlyWith("overlay", options.overlay, one && !folder, "one drape");
   RequireOnlyWith("csv", options.csv, operands.size() != 2, "drapes that are not compared");
@@ -263,11 +247,6 @@ std::vector<Option> FileOptions(MetricsOptions& options) {
        .doc = "one drape by itself: PNG of its outline (blue), the support (green) and the flat "
               "cloth (brown)",
        .is_path = true},
-      {.key = "recovery",
-       .value = &options.recovery,
-       .doc = "folders of drape_fit with --ground_truth: PNG of the fitted stiffness over "
-              "the known one",
-       .is_path = true},
       {.key = "out", .value = &options.out, .doc = "JSON file for the results", .is_path = true}};
 }
 
@@ -292,9 +271,7 @@ OptionTable MetricsTable(MetricsOptions& options) {
           "drape_simulate or drape_fit, whose drapes of the same name are compared; or two other "
           "folders of images and meshes: A holds samples of a distribution, B what was observed\n"
           "aligned: after the rotation and reflection of B that brings its outline closest to "
-          "that of A\n"
-          "with --recovery: output folders of drape_fit with --ground_truth; which of the fitted "
-          "numbers can be trusted\n",
+          "that of A\n",
       .options = std::move(all),
       .common = {"image_width_mm", "camera_scale", "specimen", "support", "centre", "csv",
                  "overlay", "data", "fabric", "out"},
@@ -303,7 +280,7 @@ OptionTable MetricsTable(MetricsOptions& options) {
 }
 
 std::string RunMetrics(const MetricsOptions& options, const RunControl& control) {
-  for (const std::string& file : {options.out, options.csv, options.overlay, options.recovery})
+  for (const std::string& file : {options.out, options.csv, options.overlay})
     if (!file.empty()) CheckReplaceable(file);
   const Found found = options.data.folder.empty() ? EvaluateOperands(options, control)
                                                   : EvaluateData(options, control);

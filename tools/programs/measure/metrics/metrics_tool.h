@@ -21,7 +21,6 @@ struct MetricsOptions {
   DatasetQuery data;            // its folder: none with operands
   std::string csv;              // file of the drapes measured by themselves
   std::string overlay;          // picture of one
-  std::string recovery;         // chart of fits of known fabrics
   std::string out;              // JSON file
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// ReferenceCases of discs, of the rigidity that a mesh makes of a table, and of symmetry.
+// Reference cases of discs, of the rigidity that a mesh makes of a table, and of symmetry.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <memory>
@@ -7,9 +7,9 @@
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/strip.h"
-#include "physics/simulation/textbook.h"
 #include "physics/util/text_format.h"
-#include "solver/studies/validation/validation_groups.h"
+#include "tests/physics/simulation/textbook/closed_forms.h"
+#include "tests/physics/simulation/textbook/reference_case.h"
 
 namespace drape {
 namespace {
@@ -42,14 +42,7 @@ MaterialField Anisotropic() {
   return material;
 }
 
-ReferenceCase Nothing(const std::string& group, const std::string& name) {
-  return {.group = group,
-          .name = name,
-          .expected = 0.0,
-          .tolerance = kDiscRounding,
-          .computed = {},
-          .scale = 1.0};
-}
+ReferenceCase Nothing(const std::string& name) { return {name, 0.0, kDiscRounding, 1.0}; }
 
 using Matrix3X = Eigen::Matrix3Xd;
 
@@ -65,16 +58,15 @@ Eigen::Matrix2d Diagonal(double uu, double vv) {
 
 }  // namespace
 
-std::vector<ReferenceCase> RigidityCases() {
+std::vector<ReferenceCase> RigidityCases(const Law&) {
   const double nu = kHingePoisson;
   std::vector<ReferenceCase> cases = {
-      RelativeReference("rigidity", "disc: D_mesh / D along u", 1.0, .02),
-      RelativeReference("rigidity", "disc: D_mesh / D along v", 1.0, .02),
-      RelativeReference("rigidity", "disc: dome, 2 (1 + nu)", 2.0 * (1.0 + nu), .02),
-      RelativeReference("rigidity", "disc: saddle, 2 (1 - nu)", 2.0 * (1.0 - nu), .02),
-      RelativeReference("rigidity", "strip: D_mesh / D, held flat across", 1.0, .02),
-      RelativeReference("rigidity", "strip: D_mesh / D, free to curl, 1 - nu^2", 1.0 - nu * nu,
-                        .02)};
+      RelativeReference("disc: D_mesh / D along u", 1.0, .02),
+      RelativeReference("disc: D_mesh / D along v", 1.0, .02),
+      RelativeReference("disc: dome, 2 (1 + nu)", 2.0 * (1.0 + nu), .02),
+      RelativeReference("disc: saddle, 2 (1 - nu)", 2.0 * (1.0 - nu), .02),
+      RelativeReference("strip: D_mesh / D, held flat across", 1.0, .02),
+      RelativeReference("strip: D_mesh / D, free to curl, 1 - nu^2", 1.0 - nu * nu, .02)};
   const Eigen::Matrix2d bent[] = {Diagonal(1, 0), Diagonal(0, 1), Diagonal(1, 1), Diagonal(1, -1)};
   for (const int vertices : kDiscs) {
     const Mesh disc = MakeDisc({.target_vertices = vertices});
@@ -97,8 +89,8 @@ std::vector<ReferenceCase> RigidityCases() {
 std::vector<ReferenceCase> ClampedDiscCases(const Law& law) {
   constexpr double kRadius = 0.1, kRigidity = 1e-2, kStiffness = 10.0, kDensity = 0.2;
   const double q = kDensity * kReferenceGravity;
-  ReferenceCase one = RelativeReference("disc", "w0 [m], clamped",
-                                        q * std::pow(kRadius, 4) / (64.0 * kRigidity), .02);
+  ReferenceCase one =
+      RelativeReference("w0 [m], clamped", q * std::pow(kRadius, 4) / (64.0 * kRigidity), .02);
   for (const int vertices : kDiscs) {
     const double row = kRadius * std::sqrt(M_PI * std::sqrt(0.75) / vertices);
     const double inner = kRadius - (law.held_wing_bends() ? 0.5 * row : 0.0);
@@ -127,7 +119,7 @@ std::vector<ReferenceCase> AnnulusCases(const Law& law) {
     const double rigidity =
         AnnulusDeflection(ratio, kHingePoisson) * q * std::pow(kRadius, 4) / sag;
     ReferenceCase one =
-        RelativeReference("annulus", Format("rim [m], support %g of the radius", ratio), sag, .03);
+        RelativeReference(Format("rim [m], support %g of the radius", ratio), sag, .03);
     for (const int vertices : kDiscs) {
       const double row = kRadius * std::sqrt(M_PI * std::sqrt(0.75) / vertices);
       const double support = ratio * kRadius + (law.held_wing_bends() ? 0.5 * row : 0.0);
@@ -150,10 +142,10 @@ std::vector<ReferenceCase> AnnulusCases(const Law& law) {
 }
 
 std::vector<ReferenceCase> RigidMotionCases(const Law& law) {
-  std::vector<ReferenceCase> cases = {Nothing("rigid", "net force / sum of forces"),
-                                      Nothing("rigid", "net torque / sum of torques"),
-                                      Nothing("rigid", "forces after a rigid motion of the rest"),
-                                      Nothing("rigid", "forces turn with a rigid motion")};
+  std::vector<ReferenceCase> cases = {Nothing("net force / sum of forces"),
+                                      Nothing("net torque / sum of torques"),
+                                      Nothing("forces after a rigid motion of the rest"),
+                                      Nothing("forces turn with a rigid motion")};
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(1.0, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   const Eigen::Vector3d shift(0.1, -0.2, 0.3);
@@ -176,7 +168,7 @@ std::vector<ReferenceCase> RigidMotionCases(const Law& law) {
 }
 
 std::vector<ReferenceCase> TurnCases(const Law& law) {
-  ReferenceCase one = Nothing("turn", "forces after a quarter turn of material and table");
+  ReferenceCase one = Nothing("forces after a quarter turn of material and table");
   for (const int vertices : kDiscs) {
     const Wrinkled cloth = MakeWrinkled(law, vertices);
     const Mesh& mesh = cloth.model.mesh;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// ReferenceCases of strips: they bend under their weight or a load on the tip, hang, and are
+// Reference cases of strips: they bend under their weight or a load on the tip, hang, and are
 // pulled.
 #include <cmath>
 #include <memory>
 
 #include "physics/mesh/strip.h"
-#include "physics/simulation/textbook.h"
 #include "physics/util/text_format.h"
-#include "solver/studies/validation/validation_groups.h"
+#include "tests/physics/simulation/textbook/closed_forms.h"
+#include "tests/physics/simulation/textbook/reference_case.h"
 
 namespace drape {
 namespace {
@@ -66,13 +66,8 @@ std::vector<ReferenceCase> CantileverCases(const Law& law) {
   std::vector<ReferenceCase> cases;
   for (const HeavyPoint& point : kHeavy)
     cases.push_back(point.gamma == kAstmGamma
-                        ? ReferenceCase{.group = "cantilever",
-                                        .name = "ASTM D1388 chord angle [deg]",
-                                        .expected = kAstmAngle,
-                                        .tolerance = 0.5,
-                                        .computed = {},
-                                        .scale = 1.0}
-                        : RelativeReference("cantilever", Format("H/W at Gamma = %g", point.gamma),
+                        ? ReferenceCase{"ASTM D1388 chord angle [deg]", kAstmAngle, 0.5, 1.0}
+                        : RelativeReference(Format("H/W at Gamma = %g", point.gamma),
                                             point.drop_over_reach, point.tolerance));
   for (const int n : {80, 160, 320}) {
     Scene scene;
@@ -96,10 +91,9 @@ std::vector<ReferenceCase> TipLoadCases(const Law& law) {
   constexpr double kPull = 0.005, kStiffness = 5.0;  // P [N/m of width], k [N/m]
   std::vector<ReferenceCase> cases;
   for (const TipPoint& point : kTip) {
-    cases.push_back(RelativeReference("tip_load", Format("drop / L at P L^2 / EI = %g", point.load),
-                                      point.drop, .01));
-    cases.push_back(RelativeReference("tip_load",
-                                      Format("(L - reach) / L at P L^2 / EI = %g", point.load),
+    cases.push_back(
+        RelativeReference(Format("drop / L at P L^2 / EI = %g", point.load), point.drop, .01));
+    cases.push_back(RelativeReference(Format("(L - reach) / L at P L^2 / EI = %g", point.load),
                                       point.shortening, .01));
   }
   for (const int n : {80, 160, 320}) {
@@ -126,9 +120,9 @@ std::vector<ReferenceCase> TipLoadCases(const Law& law) {
 std::vector<ReferenceCase> HangingCases(const Law& law) {
   const double length = 0.3, load = kDensity * kReferenceGravity * length;
   std::vector<ReferenceCase> cases = {
-      RelativeReference("hanging", "stretch at k = 100 N/m, to second order",
+      RelativeReference("stretch at k = 100 N/m, to second order",
                         load / 200.0 * (1.0 - load / 100.0), 1e-3),
-      RelativeReference("hanging", "stretch at k = 10000 N/m, x 100", 2.943e-3, 1e-3)};
+      RelativeReference("stretch at k = 10000 N/m, x 100", 2.943e-3, 1e-3)};
   for (const int n : {30, 60, 120}) {
     const auto model =
         std::make_shared<const ClothModel>(MakeStrip(length, length / 15, n, n * 6 / 75 + 1),
@@ -148,8 +142,7 @@ std::vector<ReferenceCase> UniaxialCases(const Law& law) {
   std::vector<ReferenceCase> cases;
   for (const double stretch : {1.05, 1.1, 1.2}) {
     const double pull = k * (stretch * stretch - 1.0) * stretch / 2.0;
-    ReferenceCase one =
-        RelativeReference("uniaxial", Format("l at N = %.4g N/m", pull), stretch, 1e-3);
+    ReferenceCase one = RelativeReference(Format("l at N = %.4g N/m", pull), stretch, 1e-3);
     one.scale = pull / (k * (3.0 * stretch * stretch - 1.0) / 2.0);  // .1 % of N, not of l
     for (const int n : {10, 20, 40}) {
       const auto model = std::make_shared<const ClothModel>(

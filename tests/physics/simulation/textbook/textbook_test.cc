@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/simulation/textbook.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "tests/physics/simulation/textbook/closed_forms.h"
 
 namespace drape {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/studies/validation/check.h"
+#include "tools/programs/studies/check/check.h"
 
 #include <gmock/gmock.h>
 

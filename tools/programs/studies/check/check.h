@@ -8,10 +8,12 @@
 
 #include "physics/simulation/rollout.h"
 #include "physics/util/run_control.h"
+#include "tools/cli/option_table.h"
+#include "tools/inputs/scene_input.h"
 
 namespace drape {
 
-// Checks of a user's own scene and material: that forces, energies and derivatives fit together.
+// Checks a user's own scene and material: whether forces, energies and derivatives fit together.
 
 struct CheckRow {
   static constexpr double kNoBound = std::numeric_limits<double>::quiet_NaN();
@@ -37,23 +39,35 @@ struct CheckOptions {
 //  it;
 //             the flat rest carries no load
 //  energy     force = −∇energy of bending, gravity and handles. Stretch joins in where every table
-//             has equal rows; else its force has no energy (assembly.h) and the row informs. The
-//             rise of the total energy informs too: one Newton step a time step promises no
+//             has equal rows; otherwise its force has no energy (assembly.h) and the row informs.
+//             The rise of the total energy informs too: one Newton step a time step promises no
 //             decrease
 //  stiffness  K = −∂f/∂x against central differences; how unsymmetric K is
 //  rollout    tangent = adjoint; both against central differences by the material and by the start.
-//             Where an obstacle ends a move, that step has no derivative, and a row says so in
-//             place of these: shorter steps have
+//             A step whose move an obstacle ends has no derivative, and a row says so instead:
+//             shorter steps have one
 // Central differences run over steps of 1e-3 … 1e-8 (a row each; mean edge lengths for positions,
-// relative for entries), of second and fourth order: too long a step crosses kinks and sees
-// curvature, too short a one drowns in rounding, so the best of the sweep is what is judged, bound
-// 1e-6. Over long rollouts of the
-// reference law even the best step can cross its kinks (100 steps of 1,200 vertices: 5e-6).
+// relative for entries), of second and fourth order. Too long a step crosses kinks and sees
+// curvature, too short a step drowns in rounding, so the best of the sweep is judged, bound 1e-6.
+// Over long rollouts of the reference law even the best step can cross its kinks (100 steps of
+// 1,200 vertices: 5e-6).
 // material: one table of each kind. A cancelled run ends before the next sweep.
 std::vector<CheckRow> CheckScene(std::shared_ptr<const ClothModel> model,
                                  const MaterialField& material, const State& start,
                                  const CheckOptions& options, const RunControl& control = {});
 
 bool AllPass(const std::vector<CheckRow>& rows);
+
+// One row per check: group, name, value, bound and ok or FAIL; then how many failed.
+std::string CheckTableText(const std::vector<CheckRow>& rows);
+
+// What drape_check checks.
+struct CheckToolOptions {
+  SceneInput scene;
+  CheckOptions check;
+};
+// Points into `options`, which outlives it.
+OptionTable CheckTable(CheckToolOptions& options);
+int CheckMain(int argc, char** argv);
 
 }  // namespace drape
