@@ -123,8 +123,6 @@ TEST_F(RepeatTest, Metrics) {
                             "--overlay=old.png"})
                 .exit_code,
             0);
-  ExpectRefused(Run("metrics", {"--config=old.json", "--out=new.json", "--csv=new.csv"}),
-                "option 'overlay'");
   const ProcessResult again =
       Run("metrics", {"--config=old.json", "--out=new.json", "--csv=new.csv", "--overlay=new.png"});
   ASSERT_EQ(again.exit_code, 0) << again.err;
@@ -151,7 +149,7 @@ TEST_F(RepeatTest, OtherInputsAreRefusedBeforeAnythingIsWritten) {
   Simulate();
   const std::string waves = Read(Path("waves.json"));
   Write("waves.json", waves + " ");
-  ExpectRefused(Repeat(), "waves.json: has changed since the run of old/summary.json");
+  ExpectRefused(Repeat(), "waves.json: is an input of the run of old/summary.json");
   fs::remove(Path("waves.json"));
   ExpectRefused(Repeat(),
                 "waves.json: no such file: it is an input of the run of old/summary.json");
@@ -167,7 +165,7 @@ TEST_F(RepeatTest, AFileMoreInAFolderIsRefused) {
   ASSERT_EQ(Run("metrics", {"in", "--out=old.json"}).exit_code, 0);
   fs::copy(Path("in/a.png"), Path("in/c.png"));
   ExpectRefused(Run("metrics", {"--config=old.json", "--out=new.json"}),
-                "in/c.png: is read, and the run of old.json did not read it");
+                "in/c.png: was read, and the run of old.json did not read it");
   EXPECT_FALSE(fs::exists(Path("new.json")));
 }
 
@@ -178,7 +176,8 @@ TEST_F(RepeatTest, AnotherFolderIsNamed) {
   limits.folder = Path("other");
   const std::vector<std::string> command = {std::string(DRAPE_BIN_DIR) + "/drape_simulate",
                                             "--config=../old/summary.json", "--out=new"};
-  ExpectRefused(RunProcess(command, limits), "(repeat it in the folder ");
+  ExpectRefused(RunProcess(command, limits),
+                "is an input of the run of ../old/summary.json in " + Path(""));
   fs::copy(Path("wool.json"), Path("other/wool.json"));
   fs::copy(Path("waves.json"), Path("other/waves.json"));
   ASSERT_EQ(RunProcess(command, limits).exit_code, 0);
@@ -192,7 +191,8 @@ TEST_F(RepeatTest, OptionsOfTheCommandLineMakeAnotherRun) {
   EXPECT_THAT(ListPaths(Provenance("new/summary.json")["inputs"]),
               testing::ElementsAre("felt.json", "waves.json"));
   Write("waves.json", Read(Path("waves.json")) + " ");
-  ExpectRefused(Repeat({"--material=felt.json"}), "waves.json: has changed");
+  EXPECT_EQ(Repeat({"--material=felt.json"}).exit_code, 0);
+  ExpectRefused(Repeat(), "waves.json: is an input of the run");
 }
 
 // Results beside inputs are inputs only where an option names them.
@@ -206,15 +206,11 @@ TEST_F(RepeatTest, InputsMayLieInTheOutputFolder) {
   EXPECT_EQ(Read(Path("drape.obj")), Read(Path("new/drape.obj")));
 }
 
-// What --accuracy has chosen is recorded, so that another table of it is noticed.
-TEST_F(RepeatTest, OtherChoicesAreRefused) {
+// What --accuracy has chosen is recorded.
+TEST_F(RepeatTest, ChoicesAreRecorded) {
   ExpectRepeats("simulate", {"--accuracy=fast", "--material=wool.json"});
-  Json summary = ReadJson(Path("old/summary.json"));
-  Json& mesh = summary["provenance"]["options"]["mesh"];
-  EXPECT_EQ(mesh, summary["mesh"]["name"]);
-  mesh = "disc:7000";
-  Write("old/summary.json", summary.dump());
-  ExpectRefused(Repeat(), "was \"disc:7000\" in the run of old/summary.json");
+  const Json summary = ReadJson(Path("old/summary.json"));
+  EXPECT_EQ(summary["provenance"]["options"]["mesh"], summary["mesh"]["name"]);
 }
 
 TEST_F(RepeatTest, AnotherBuildIsSaid) {

@@ -122,14 +122,6 @@ void SetOption(const OptionTable& table, const Flag& flag, StoredRun* repeated) 
     repeated->is_changed = true;
 }
 
-// A repetition needs paths of its own for the results of the run.
-void CheckResults(const OptionTable& table, const StoredRun& repeated) {
-  for (const auto& [key, path] : repeated.results)
-    if (!path.empty() && ValueText(*Find(table, key)).empty())
-      throw InputError("option '" + key + "'", "not given, expected a path for what the run of " +
-                                                   repeated.summary + " wrote to '" + path + "'");
-}
-
 }  // namespace
 
 std::string SuggestName(const std::string& written, const std::vector<std::string>& names) {
@@ -184,7 +176,6 @@ ParseOutcome ParseCommandLine(const OptionTable& table, int argc, char** argv,
     *table.operands = operands;
   }
   table.CheckRequired();
-  if (repeated) CheckResults(table, *repeated);
   if (run != nullptr) *run = repeated;
   return ParseOutcome::kRun;
 }

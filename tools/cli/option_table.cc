@@ -187,15 +187,13 @@ std::vector<std::string> Strings(const JsonInput& list) {
 
 // Those of a run, with its paths as they were. What is as it is by default is not set: a default
 // may be a value that no user may give.
-void TakeOptions(const OptionTable& table, const JsonInput& provenance, StoredRun* run) {
+void TakeOptions(const OptionTable& table, const JsonInput& provenance) {
   const JsonInput values = provenance.At("options");
   values.ExpectKeys(ListKeys(table));
   for (const Option& option : table.options) {
-    if (!values.Has(option.key)) continue;
+    if (!values.Has(option.key) || !option.repeated) continue;
     const JsonInput value = values.At(option.key);
-    if (!option.repeated) {
-      if (option.is_path) run->results[option.key] = value.String();
-    } else if (!value.value().is_null() && value.value() != ValueJson(option))
+    if (!value.value().is_null() && value.value() != ValueJson(option))
       SetFromJson(option, value, "");
   }
   if (table.given != nullptr && provenance.Has("given"))
@@ -229,7 +227,7 @@ std::shared_ptr<StoredRun> OptionTable::ReadConfig(const std::string& path) cons
   if (config.Has("provenance")) {
     const JsonInput provenance = config.At("provenance");
     auto run = std::make_shared<StoredRun>(ReadStoredRun(provenance, path, tool));
-    TakeOptions(*this, provenance, run.get());
+    TakeOptions(*this, provenance);
     return run;
   }
   config.ExpectKeys(ListKeys(*this));

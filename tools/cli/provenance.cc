@@ -7,13 +7,13 @@
 #include <unistd.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 #include <string_view>
 #include <thread>
@@ -50,8 +50,6 @@ struct Record {
   std::vector<std::string> places;  // paths of inputs, as options and operands name them
   std::set<InputFile> configs, inputs;
   std::shared_ptr<const StoredRun> repeated;
-  std::optional<InputError> refusal;  // of a repetition
-  std::string note;                   // on a repetition, once it has results
 };
 
 // Never destroyed: threads may read until the process ends.
@@ -130,12 +128,6 @@ void RecordRead(const std::string& path, std::string_view content) {
   if (!is_config && !IsInput(record, path)) return;
   InputFile file = DescribeInput(path, content);
   const std::lock_guard guard(record.mutex);
-  try {
-    if (record.repeated) CheckInput(*record.repeated, file);
-  } catch (const InputError& error) {
-    if (!record.refusal) record.refusal = error;
-    throw;
-  }
   (is_config ? record.configs : record.inputs).insert(std::move(file));
 }
 
@@ -189,13 +181,25 @@ void RecordOption(const Option& option, Record* record) {
     record->threads = **count > 0 ? **count : CountCores();
 }
 
-// Of a run by another build; empty: by this one.
-std::string BuildNote(const OptionTable& table, const StoredRun& run) {
-  if (run.build.empty() || run.build == nlohmann::json(BuildJson()).dump()) return "";
-  return table.tool + ": note: " +
-         MakePrintableLine(run.summary +
-                           " is of another build or other libraries: results may differ") +
-         "\n";
+// Checks the inputs of a run before it is repeated, and notes another build.
+void CheckRepeated(const OptionTable& table, const StoredRun& run) {
+  CheckInputs(run);
+  if (run.build.empty() || run.build == nlohmann::json(BuildJson()).dump()) return;
+  std::fprintf(
+      stderr, "%s: note: %s\n", table.tool.c_str(),
+      MakePrintableLine(run.summary + " is of another build or other libraries: results may differ")
+          .c_str());
+}
+
+// Throws InputError where a repetition has read what its run had not, such as a new file of a
+// folder.
+void CheckRead(const Record& record) {
+  if (!record.repeated) return;
+  const std::vector<InputFile>& expected = record.repeated->inputs;
+  for (const InputFile& file : record.inputs)
+    if (std::find(expected.begin(), expected.end(), file) == expected.end())
+      throw InputError(file.path, "was read, and the run of " + record.repeated->summary +
+                                      " did not read it: expected the same files");
 }
 
 ordered_json CommandJson(const Record& record) {
@@ -234,11 +238,10 @@ void RecordRunOptions(const OptionTable& table, std::shared_ptr<const StoredRun>
   Record& record = TheRecord();
   record.program = table.tool;
   ObserveReads(nullptr);
-  if (repeated) {
-    record.note = BuildNote(table, *repeated);
-    if (!repeated->is_changed) CheckInputs(*repeated);
+  if (repeated && !repeated->is_changed) {
+    CheckRepeated(table, *repeated);
+    record.repeated = std::move(repeated);
   }
-  record.repeated = std::move(repeated);
   if (table.operands != nullptr) {
     record.operands = *table.operands;
     record.places = *table.operands;
@@ -250,23 +253,14 @@ void RecordRunOptions(const OptionTable& table, std::shared_ptr<const StoredRun>
   ObserveReads(RecordRead);
 }
 
-void RecordChoice(const std::string& key, const nlohmann::json& before,
-                  const nlohmann::json& chosen) {
-  Record& record = TheRecord();
-  if (record.repeated && !record.repeated->is_changed && before != chosen)
-    throw InputError("option '" + key + "'", "is chosen as " + chosen.dump() + ", and was " +
-                                                 before.dump() + " in the run of " +
-                                                 record.repeated->summary +
-                                                 ": expected the version of drapefit that made it");
-  record.options[key] = chosen;
+void RecordChoice(const std::string& key, const nlohmann::json& chosen) {
+  TheRecord().options[key] = chosen;
 }
 
 ordered_json MakeProvenance() {
   Record& record = TheRecord();
   const std::lock_guard guard(record.mutex);
-  if (record.refusal) throw InputError(*record.refusal);
-  // Only now, when the run has results: a refusal is one line.
-  std::fputs(std::exchange(record.note, "").c_str(), stderr);
+  CheckRead(record);
   ordered_json json = CommandJson(record);
   if (!record.program.empty()) {
     if (!record.continues.empty()) json["continues"] = record.continues;

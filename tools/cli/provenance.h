@@ -15,18 +15,15 @@ namespace drape {
 // Begins the record of a run with its command line. What is read from now on is a config.
 void RecordCommand(int argc, char** argv);
 
-// The options as they were read, by defaults too; what is read from now on is an input. `repeated`:
-// the run that this one repeats, or nullptr: whose inputs are checked now and as they are read
-// (CheckInputs, CheckInput, which throw InputError). To be called before other threads are started.
+// Records the options as they were read, defaults included. What is read from now on is an input.
+// `repeated`: the run that this one repeats with the same options, or nullptr; throws InputError
+// where an input of that run has changed (CheckInputs). Call it before other threads are started.
 void RecordRunOptions(const OptionTable& table, std::shared_ptr<const StoredRun> repeated);
 
-// Records the value that another option has chosen for one. A repetition has taken it from the
-// summary: throws InputError where that is another, such as from the table of another version.
-void RecordChoice(const std::string& key, const nlohmann::json& before,
-                  const nlohmann::json& chosen);
+// Records the value that another option has chosen for this one.
+void RecordChoice(const std::string& key, const nlohmann::json& chosen);
 
-// The record so far. Throws InputError where the process repeats a run and has read other files,
-// also where the program took that error of one file for a result.
+// The record so far. Throws InputError where the process repeats a run and has read other files.
 nlohmann::ordered_json MakeProvenance();
 
 // The same for the summary of a part of the run, such as a fit of a study: without options and

@@ -41,20 +41,6 @@ std::string ContentText(const InputFile& file) {
   return std::to_string(file.bytes) + " bytes with SHA-256 " + file.sha256.substr(0, kDigits) + "…";
 }
 
-[[noreturn]] void FailAsChanged(const StoredRun& run, const InputFile& expected,
-                                const InputFile& found) {
-  throw InputError(expected.path, "has changed since the run of " + run.summary + ": found " +
-                                      ContentText(found) + ", expected " + ContentText(expected));
-}
-
-// Where the relative paths of the run begin, unless that is here.
-std::string WhereText(const StoredRun& run, const std::string& path) {
-  std::error_code ignored;
-  const std::string here = MakeUtf8(std::filesystem::current_path(ignored).string());
-  if (path.starts_with("/") || run.working_directory == here) return "";
-  return " (repeat it in the folder " + run.working_directory + ", where its paths begin)";
-}
-
 }  // namespace
 
 InputFile DescribeInput(const std::string& path, std::string_view content) {
@@ -103,28 +89,18 @@ StoredRun ReadStoredRun(const JsonInput& provenance, const std::string& summary,
 
 void CheckInputs(const StoredRun& run) {
   for (const InputFile& expected : run.inputs) {
+    const std::string origin = "is an input of the run of " + run.summary + " in " +
+                               run.working_directory + ", " + ContentText(expected);
     std::string content;
     try {
       content = ReadOwnFile(expected.path);
-    } catch (const InputError& error) {
-      throw InputError(error.what(), "it is an input of the run of " + run.summary + ", " +
-                                         ContentText(expected) + WhereText(run, expected.path));
+    } catch (const std::exception& error) {
+      throw InputError(error.what(), "it " + origin);
     }
     const InputFile found = DescribeInput(expected.path, content);
-    if (found != expected) FailAsChanged(run, expected, found);
+    if (found != expected)
+      throw InputError(expected.path, origin + ", and has changed: found " + ContentText(found));
   }
-}
-
-void CheckInput(const StoredRun& run, const InputFile& found) {
-  const InputFile* expected = nullptr;
-  for (const InputFile& input : run.inputs) {
-    if (input == found) return;
-    if (input.path == found.path) expected = &input;
-  }
-  if (expected != nullptr) FailAsChanged(run, *expected, found);
-  if (!run.is_changed)
-    throw InputError(found.path, "is read, and the run of " + run.summary +
-                                     " did not read it: expected the same files in its folders");
 }
 
 }  // namespace drape

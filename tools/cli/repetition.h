@@ -3,7 +3,6 @@
 
 #include <compare>
 #include <cstdint>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,8 +36,7 @@ struct StoredRun {
   std::string working_directory;  // where its relative paths begin
   std::string build;              // that of BuildText, or empty
   std::vector<InputFile> inputs;
-  std::map<std::string, std::string> results;  // the paths of its results, by their options
-  bool is_changed = false;                     // the command line makes another run of it
+  bool is_changed = false;  // the command line makes another run of it
 };
 
 // Throws InputError where the provenance is not that of a whole run of the program `tool`.
@@ -48,9 +46,5 @@ StoredRun ReadStoredRun(const JsonInput& provenance, const std::string& summary,
 // Throws InputError, naming the file, unless each input is there with the bytes that the run had
 // read.
 void CheckInputs(const StoredRun& run);
-
-// The same of a file that a program has read now. One that the run had not read is refused too,
-// unless the command line makes another run of it.
-void CheckInput(const StoredRun& run, const InputFile& found);
 
 }  // namespace drape

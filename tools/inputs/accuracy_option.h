@@ -33,7 +33,7 @@ class AccuracyFilling {
   template <class Value>
   void Set(const std::string& key, const Value& value, Value* option) {
     if (!choice_.given.contains(key)) {
-      RecordChoice(key, *option, value);
+      RecordChoice(key, value);
       *option = value;
     } else if (*option != value) {
       kept_ += " --" + key;
