@@ -324,6 +324,32 @@ void CheckNames(const std::vector<Observation>& observations) {
                            "', expected distinct names: they name the output files");
 }
 
+FitInput MakeFitInput(const FitSpec& spec, const MaterialField& start,
+                      std::vector<Observation> observations) {
+  if (observations.empty())
+    throw InputError("observations", "found none, expected at least one silhouette");
+  FitData data;
+  for (const Observation& each : observations) data.images.push_back(each.name);
+  CheckModel(spec, data);
+  FitInput input;
+  input.discs = observations.front().discs;
+  for (const Observation& each : observations)
+    if (each.discs != input.discs)
+      throw InputError(each.name, "found " + ToString(each.discs) + ", expected the size of '" +
+                                      observations.front().name + "', " + ToString(input.discs));
+  input.problem.observations = std::move(observations);
+  input.notes = ListNotes(input.problem.observations);
+  input.density_is_given = true;
+  input.problem.material = start;
+  RaiseSmallEntries(input.problem.material, spec.min_relative_stiffness);
+  input.problem.material = InForm(std::move(input.problem.material), spec.table_form);
+  if (spec.simpler_models)
+    input.problem.simpler_models = SimplerModels({spec.table_form, spec.stages.parameters});
+  input.prior = ReadPrior(spec, start.density);
+  MakeBackends(spec, &input);
+  return input;
+}
+
 FitInput ReadFitInput(const FitSpec& spec, const FitData& data) {
   if (data.num_observations() == 0 && data.lab_measurements.empty())
     throw InputError(

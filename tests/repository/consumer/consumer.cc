@@ -1,31 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Drapes a fabric and measures what a camera above sees.
+// Fits a fabric to one silhouette and prints what the fit can tell.
 #include <cstdio>
-#include <memory>
 
-#include "cuda/make_backend.h"
-#include "losses/outline/outline.h"
-#include "losses/outline/shape_features.h"
-#include "physics/cloth/start_shape.h"
-#include "physics/material/material_io.h"
-#include "physics/mesh/disc.h"
+#include "solver/drapefit.h"
 
 int main(int argc, char** argv) {
   using namespace drape;
-  if (argc != 2) return 2;
-  const Material fabric = ReadMaterial(argv[1]);
-  const DrapeDiscs discs;  // a specimen of 30 cm on a support of 18 cm
-  const auto model = std::make_shared<ClothModel>(MakeDisc({.target_vertices = 400}), CusickScene(),
-                                                  MakeLaw("smooth"));
-  State start = model->RestState();
-  start.x = ApplyStartShape(model->mesh, discs.support, RandomStartShape(1, 3e-3));
-  const RolloutInput input{&fabric.field, &start};
-  const auto backend = MakeBackend("cpu", model, 1);
-  const RolloutResult drape = backend->Rollouts({&input, 1}, {.h = 0.05, .steps = 100}, nullptr)[0];
-  const Camera camera;
-  Outline outline;
-  if (!OutlineFromMesh(model->mesh, drape.end.x, camera, 360, &outline)) return 1;
-  const ShapeFeatures shape = MeasureShape(MetresFromPixels(outline.radius, camera), discs);
-  std::printf("%s: drape coefficient %.3f, %d folds\n", fabric.name.c_str(),
-              shape.drape_coefficient, shape.folds);
+  if (argc != 3) return 2;
+  const Observation image = ReadImageObservation(argv[1], {});
+  FitSpec spec;
+  spec.mesh = spec.search_mesh = "disc:300";
+  spec.simpler_models = false;
+  const FitReport fit = FitDrapes(spec, ReadMaterial(argv[2]).field, {image});
+  if (!fit.fitted()) return 1;
+  const StiffnessEstimate& bend = fit.stiffness->bend;
+  std::printf("%s: bending rigidity %.3g uN m, 90 %% interval %.3g to %.3g\n",
+              ToString(fit.verdict.grade), 1e6 * bend.value, 1e6 * bend.value / bend.factor(),
+              1e6 * bend.value * bend.factor());
 }

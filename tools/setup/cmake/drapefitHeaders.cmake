@@ -8,7 +8,7 @@ set(private_headers
     step_adjoint.h supernodal_factor.h tree_tasks.h simd.h triangulate.h
     dataset_names.h exif.h hausdorff.h image_codec.h silhouette_edges.h
     batch_scheduler.h batching_backend.h elementwise_samples.h field_report.h fit_checkpoint.h
-    fit_report.h fit_work.h candidate_check.h csv_log.h stored_json.h
+    fit_work.h candidate_check.h csv_log.h stored_json.h
     element_posterior.h map_estimator.h posterior_report.h weighted_drapes.h)
 set(DRAPE_HEADER_RULES FILES_MATCHING PATTERN "*.h")
 foreach(private studies garment photo plot kernels analysis ${private_headers})
