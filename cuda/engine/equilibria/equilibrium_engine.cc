@@ -38,19 +38,8 @@ void EquilibriumEngine::SolveChunks(std::span<const RolloutInput> batch,
     FactorStiffness(resources_, w, shapes);
     LaunchFactorRecords(on, scales.views(), w.step.v, 1.0, w.factors);
     fill_rhs(on, w);
-    visit(first, count, {w.step.x, w.x, SolveStiffness(resources_, w, shapes, false, columns)});
+    visit(first, count, {w.x, SolveStiffness(resources_, w, shapes, false, columns)});
   });
-}
-
-void EquilibriumEngine::ForEachTangentChunk(std::span<const RolloutInput> batch,
-                                            std::span<const MaterialField* const> weights,
-                                            const VisitTangents& visit) {
-  SolveChunks(
-      batch, weights, kPaddedEntries,
-      [](const LaunchContext& on, const ImplicitWorkspace& w) {
-        LaunchTangentRhs(on, w.factors, nullptr, nullptr, w.rhs);
-      },
-      visit);
 }
 
 void EquilibriumEngine::Tangents(std::span<const RolloutInput> batch,
@@ -58,8 +47,12 @@ void EquilibriumEngine::Tangents(std::span<const RolloutInput> batch,
                                  std::span<RowMatrix> results) {
   const int dofs = resources_.view().num_dofs();
   const std::size_t columns = std::size_t{kPaddedEntries} * dofs;
-  ForEachTangentChunk(
-      batch, weights, [&](std::size_t first, std::size_t count, const TangentRun& run) {
+  SolveChunks(
+      batch, weights, kPaddedEntries,
+      [](const LaunchContext& on, const ImplicitWorkspace& w) {
+        LaunchTangentRhs(on, w.factors, nullptr, nullptr, w.rhs);
+      },
+      [&](std::size_t first, std::size_t count, const TangentRun& run) {
         std::vector<double> host(count * columns);
         CopyToHost<double>(run.dx, host);
         for (std::size_t i = 0; i < count; ++i) {
