@@ -3,13 +3,63 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "losses/camera/projection.h"
+#include "losses/camera/plane.h"
 #include "physics/mesh/disc.h"
+#include "physics/util/math/host_device.h"
 #include "physics/util/options/enum_names.h"
 
 namespace drape {
+
+// The projection of a Camera (losses/camera/camera.h) as plain numbers, which kernels use too
+// [MODEL, M46].
+struct Projection {
+  bool pinhole;
+  double cx, cy;        // column and row of the world's origin, the support's centre [px]
+  double scale;         // orthographic only [px/m]
+  double eye_height;    // pinhole only [m]
+  double focal;         // pinhole only [px]
+  double eye_x, eye_y;  // pinhole only: of the centre of projection [m]
+
+  // Magnification of the plane at height z [px/m].
+  template <typename T>
+  DRAPE_HD T PixelsPerMetre(const T& z) const {
+    return pinhole ? T(focal) / (T(eye_height) - z) : T(scale);
+  }
+  // Maps x [m], shape [3], to the image point (column, row) [px], shape [2].
+  template <typename T>
+  DRAPE_HD void Project(const T x[3], T image[2]) const {
+    const T s = PixelsPerMetre(x[2]);
+    const T parallax = PixelsPerMetre(T(0)) - s;
+    image[0] = T(cx) + s * x[0] + parallax * T(eye_x);
+    image[1] = T(cy) - s * x[1] - parallax * T(eye_y);
+  }
+  // ∂image/∂x [px/m], shape [2, 3].
+  DRAPE_HD void Jacobian(const double x[3], double jacobian[2][3]) const {
+    const double s = PixelsPerMetre(x[2]);
+    const double ds_dz = pinhole ? s / (eye_height - x[2]) : 0.0;
+    jacobian[0][0] = s;
+    jacobian[0][1] = 0.0;
+    jacobian[0][2] = ds_dz * (x[0] - eye_x);
+    jacobian[1][0] = 0.0;
+    jacobian[1][1] = -s;
+    jacobian[1][2] = -ds_dz * (x[1] - eye_y);
+  }
+  // adj_x = Jacobianᵀ·adj_image, shape [3].
+  DRAPE_HD void AdjProject(const double x[3], const Vec2& adj_image, double adj_x[3]) const {
+    double jacobian[2][3];
+    Jacobian(x, jacobian);
+    for (int i = 0; i < 3; ++i)
+      adj_x[i] = jacobian[0][i] * adj_image.x + jacobian[1][i] * adj_image.y;
+  }
+  // Returns whether the camera sees the point; false also for a point that is not finite in front
+  // of a pinhole.
+  DRAPE_HD bool IsInFront(const double x[3]) const { return !pinhole || x[2] < eye_height; }
+};
 
 struct GrayImage;
 
@@ -100,5 +150,29 @@ Camera CalibrateFromCircle(const GrayImage& image, double radius, const std::str
 // Returns positions, shape [3V], mirrored (y → −y) if requested and then turned about z
 // counter-clockwise by `rotation` [rad].
 Eigen::VectorXd TurnedAboutZ(const Eigen::VectorXd& x, double rotation, bool mirrored = false);
+
+// A camera as reports hold it and as a file of its own: kind, width, height, cx, cy [px]; px_per_m
+// in the support plane; of a pinhole also eye_height_m, field_of_view_rad, eye_x_m and eye_y_m.
+nlohmann::ordered_json CameraJson(const Camera& camera);
+
+// The camera of such an object, or of an object that holds it as "camera". Throws InputError
+// (prefix `where`) for a key that is missing and a value that Camera::Check refuses.
+Camera CameraFromJson(const nlohmann::json& json, const std::string& where);
+
+// The camera of a file that holds such an object, or of one that holds it as "camera", as the
+// files of drape_photo do. Throws InputError also for a file that cannot be read.
+Camera ReadCamera(const std::string& path);
+
+// What drape_photo says of a photograph beside its camera, for whoever uses the silhouette.
+struct PhotographNotes {
+  double coefficient = 0.0;     // estimated drape coefficient
+  double coefficient_sd = 0.0;  // its standard deviation
+  std::vector<std::string> warnings;
+};
+// {"dc", "dc_sd", "warnings"}, the member "photograph" of a camera file.
+nlohmann::ordered_json PhotographJson(const PhotographNotes& notes);
+// Of such a file; none where it does not come from a photograph. Throws InputError for a file that
+// cannot be read and for a member of another form.
+std::optional<PhotographNotes> ReadPhotographNotes(const std::string& path);
 
 }  // namespace drape

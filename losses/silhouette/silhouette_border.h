@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "losses/camera/projection.h"
+#include "losses/camera/camera.h"
 #include "physics/mesh/mesh.h"
 
 namespace drape {

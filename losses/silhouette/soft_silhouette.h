@@ -6,9 +6,20 @@
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
+#include "losses/silhouette/silhouette_border.h"
 #include "physics/mesh/mesh.h"
 
 namespace drape {
+
+struct SilhouetteEdges {
+  std::vector<SilhouettePiece> pieces;
+  std::vector<EdgeCrossing> crossings;
+};
+
+// Finds the border of the silhouette, holes included. The candidates are the boundary edges of the
+// mesh and the hinges whose faces overlap in the image. They are cut where they cross, and a part
+// is kept when exactly one of its sides is covered. image_points: finite, [px], shape [2, V].
+SilhouetteEdges FindSilhouetteEdges(const Mesh& mesh, const Eigen::Matrix2Xd& image_points);
 
 struct SoftSilhouetteOptions {
   double half_width = 1.0;  // of the ramp around the border [px], > 0

@@ -11,8 +11,8 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
-#include "physics/cloth/contact/barrier.h"
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/simulation/statics/statics.h"
 
 namespace drape {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "physics/cloth/assembly/step_solver.h"
-#include "physics/cloth/contact/clearance.h"
+#include "physics/cloth/contact/contact.h"
 #include "physics/cloth/contact/friction.h"
 #include "physics/cloth/contact/surface_contact.h"
 #include "physics/cloth/state.h"

@@ -8,7 +8,7 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
-#include "physics/cloth/assembly/step_adjoint.h"
+#include "physics/cloth/assembly/step_solver.h"
 
 namespace drape {
 namespace {

@@ -10,11 +10,11 @@
 #include <mutex>
 
 #include "cuda/make_backend.h"
-#include "losses/camera/camera_io.h"
+#include "losses/camera/camera.h"
 #include "losses/outline/measured_image.h"
 #include "losses/outline/outline.h"
 #include "losses/readout/readouts.h"
-#include "physics/cloth/scene_io.h"
+#include "physics/cloth/scene.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/util/errors.h"
 #include "solver/prediction/drape_batch.h"

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "cuda/engine/resources/device_gradient.h"
 #include "cuda/engine/resources/device_resources.h"
 #include "cuda/engine/resources/step_workspace.h"
 #include "cuda/engine/rollouts/device_history.h"

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "losses/camera/camera.h"
-#include "losses/camera/photo/picture/photo_fault.h"
 #include "losses/camera/photo/picture/photo_options.h"
 #include "losses/image/image.h"
 #include "losses/outline/shape_features.h"

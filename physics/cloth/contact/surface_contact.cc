@@ -10,8 +10,8 @@
 #include <utility>
 #include <variant>
 
-#include "physics/cloth/contact/barrier.h"
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
+#include "physics/cloth/contact/vertex_contact.h"
 
 namespace drape {
 namespace {

@@ -6,7 +6,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "losses/camera/camera_io.h"
 #include "losses/silhouette/raster.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"

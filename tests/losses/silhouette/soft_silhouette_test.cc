@@ -6,7 +6,6 @@
 #include <chrono>
 
 #include "losses/silhouette/raster.h"
-#include "losses/silhouette/silhouette_edges.h"
 #include "tests/losses/disc.h"
 
 namespace drape {

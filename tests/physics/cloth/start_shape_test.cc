@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/disc.h"
 #include "physics/util/math/random.h"
 #include "tests/physics/file_fixture.h"

@@ -6,7 +6,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "losses/camera/photo/picture/light.h"
-#include "losses/camera/photo/picture/median.h"
 #include "physics/util/text_format.h"
 
 namespace drape {

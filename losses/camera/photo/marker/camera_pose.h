@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Internal to losses/camera/photo: where a camera was.
+// Internal to losses/camera/photo: the printed marker.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,10 +8,13 @@
 #include <optional>
 #include <vector>
 
+#include "losses/camera/photo/picture/photo_planes.h"
 #include "losses/outline/hem_estimate.h"
 
-// Internal to losses/camera/photo: where a camera was.
 namespace drape {
+
+// The corners of the largest AprilTag of family 36h11 [px of the working picture], as in PoseInput.
+std::optional<std::array<Eigen::Vector2d, 4>> FindTag(const PhotoPlanes& planes);
 
 // A pinhole above the support [m, px]. Its own frame is x right, y up and z away from the scene; a
 // rotation about the axis (tilt.x, tilt.y, 0) takes it to that of the world.

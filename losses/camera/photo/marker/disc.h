@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Internal to losses/camera/photo: the disc on the cloth.
+// Internal to losses/camera/photo: the disc's rim to a part of a pixel.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,8 +9,8 @@
 #include <vector>
 
 #include "losses/camera/photo/picture/photo_planes.h"
+#include "losses/image/image.h"
 
-// Internal to losses/camera/photo: the disc on the cloth.
 namespace drape {
 
 // The rim of the disc on the cloth.
@@ -30,5 +32,15 @@ std::optional<DiscRim> FindDisc(const PhotoPlanes& planes, const cv::Mat1b& clot
 // The coverage by an ellipse, 0 … 1, of pixels of a picture of that size, blurred by a Gaussian of
 // that standard deviation [px].
 cv::Mat1f RenderEllipse(cv::Size size, const cv::RotatedRect& ellipse, double blur);
+
+// Points of the rim [px of the photograph] near an ellipse: on rays across it, the place of a step
+// of the light between two linear functions (StepFinder), blurred alike on all rays. Rays without a
+// clear step are left out.
+struct RimPoints {
+  std::vector<Eigen::Vector2d> points;
+  double share = 0.0;  // of the rays
+  double blur = 0.0;   // standard deviation [px]
+};
+RimPoints LocateRim(const RgbImage& photo, const cv::RotatedRect& ellipse);
 
 }  // namespace drape

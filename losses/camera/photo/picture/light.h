@@ -1,17 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
+// Internal to losses/camera/photo: a lens blurs light, not the numbers that a file stores of it. A
+// place where half of the light of either side falls is therefore found in linear light; by stored
+// values, a light disc looks .3 standard deviations of the blur too large, a dark one too small.
+// Internal to losses/camera/photo.
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
 
 #include "losses/image/image.h"
 
-// Internal to losses/camera/photo: a lens blurs light, not the numbers that a file stores of it. A
-// place where half of the light of either side falls is therefore found in linear light; by stored
-// values, a light disc looks .3 standard deviations of the blur too large, a dark one too small.
 namespace drape {
+
+// The upper median; 0 of no values.
+template <typename T>
+T Median(std::vector<T> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 // Between linear light and the values that a file stores of it, both 0 … 1 (IEC 61966-2-1, sRGB).
 double LightFromStored(double stored);

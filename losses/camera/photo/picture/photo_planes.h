@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/photo/picture/photo_fault.h"
+#include "losses/camera/photo/picture/photo_options.h"
 #include "losses/image/image.h"
 
 // Internal to losses/camera/photo: the picture that is worked on.

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <random>
 
-#include "physics/cloth/contact/barrier.h"
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/mesh/strip.h"
 #include "physics/util/math/random.h"

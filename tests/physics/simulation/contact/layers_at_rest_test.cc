@@ -14,7 +14,7 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
-#include "physics/cloth/contact/barrier.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/mesh/strip.h"

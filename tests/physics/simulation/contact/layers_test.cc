@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/contact/barrier.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/mesh/strip.h"

@@ -11,7 +11,7 @@
 #include "physics/util/errors.h"
 #include "solver/prediction/garment/body/body_spec.h"
 #include "solver/prediction/garment/body/mannequin.h"
-#include "solver/prediction/garment/pattern/pattern_io.h"
+#include "solver/prediction/garment/pattern/pattern.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/camera/photo/marker/rim.h"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
 
+#include "losses/camera/photo/marker/disc.h"
 #include "losses/camera/photo/picture/light.h"
 
 namespace drape {

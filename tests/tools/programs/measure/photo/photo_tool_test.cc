@@ -2,7 +2,7 @@
 // drape_photo with the files that people send.
 #include <gmock/gmock.h>
 
-#include "losses/camera/camera_io.h"
+#include "losses/camera/camera.h"
 #include "tests/losses/camera/photo/rendered/photo_file.h"
 #include "tests/losses/camera/photo/rendered/photo_trial.h"
 #include "tests/losses/image/encode.h"

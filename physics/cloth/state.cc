@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 
 #include <glog/logging.h>
 
@@ -9,6 +9,7 @@
 #include "physics/util/json_input.h"
 
 namespace drape {
+
 namespace {
 
 Eigen::VectorXd ReadTriples(const JsonInput& input, int num_vertices) {
