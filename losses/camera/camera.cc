@@ -15,35 +15,9 @@ namespace drape {
 
 namespace {
 
-// 2π·(second polar moment)/area² is 1 for a disc and (q + 1/q)/2 for an ellipse of axis ratio q.
-// This bound rejects ellipses of q > 1.1 and every drape.
-constexpr double kMaxCircleMoment = 1.005;
-
 void Require(bool holds, const std::string& where, const char* field, double value,
              const char* expected) {
   if (!holds) throw InputError(where, Format("%s = %g, expected %s", field, value, expected));
-}
-
-struct Moments {
-  double area = 0, column = 0, row = 0, polar = 0;
-};
-
-Moments CoverageMoments(const GrayImage& image) {
-  Moments m;
-  double raw_polar = 0;
-  for (int row = 0; row < image.height; ++row) {
-    for (int col = 0; col < image.width; ++col) {
-      const double c = image.at(col, row);
-      m.area += c;
-      m.column += c * col;
-      m.row += c * row;
-      raw_polar += c * (double(col) * col + double(row) * row);
-    }
-  }
-  m.column /= m.area;
-  m.row /= m.area;
-  m.polar = raw_polar - m.area * (m.column * m.column + m.row * m.row);
-  return m;
 }
 
 }  // namespace
@@ -79,12 +53,6 @@ void Camera::Check(const std::string& where) const {
   }
 }
 
-Eigen::Matrix<double, 2, 3> Camera::ImageFromWorldJacobian(const double x[3]) const {
-  double rows[2][3];
-  projection().Jacobian(x, rows);
-  return Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(rows[0]);
-}
-
 bool ProjectVertices(const Eigen::VectorXd& x, const Camera& camera,
                      Eigen::Matrix2Xd* image_points) {
   CHECK_EQ(x.size() % 3, 0);
@@ -95,24 +63,6 @@ bool ProjectVertices(const Eigen::VectorXd& x, const Camera& camera,
     projection.Project(&x[3 * i], image_points->col(i).data());
   }
   return x.allFinite() && image_points->allFinite();
-}
-
-Camera CalibrateFromCircle(const GrayImage& image, double radius, const std::string& where) {
-  CHECK_GT(radius, 0);
-  const Moments m = CoverageMoments(SegmentSilhouette(image, where).image);
-  const double moment = 2 * M_PI * m.polar / (m.area * m.area);
-  if (moment > kMaxCircleMoment) {
-    throw InputError(where, "the silhouette is not a circle (second moment " +
-                                std::to_string(moment) +
-                                " times that of a disc, expected at most 1.005)");
-  }
-  Camera camera;
-  camera.width = image.width;
-  camera.height = image.height;
-  camera.cx = m.column;
-  camera.cy = m.row;
-  camera.scale = std::sqrt(m.area / M_PI) / radius;
-  return camera;
 }
 
 Eigen::VectorXd TurnedAboutZ(const Eigen::VectorXd& x, double rotation, bool mirrored) {

@@ -127,9 +127,6 @@ struct Camera {
     return {(image.x() - cx - (pinhole ? parallax * eye_x : 0.0)) / s,
             (cy - image.y() - (pinhole ? parallax * eye_y : 0.0)) / s};
   }
-
-  // ∂image/∂x [px/m], shape [2, 3].
-  Eigen::Matrix<double, 2, 3> ImageFromWorldJacobian(const double x[3]) const;
 };
 
 // The camera of the published images, in which a flat specimen fills 84 % of the picture; larger,
@@ -140,12 +137,6 @@ Camera CameraAbove(const DrapeDiscs& discs);
 // false when a coordinate is not finite or a vertex is not in front of the camera.
 bool ProjectVertices(const Eigen::VectorXd& x, const Camera& camera,
                      Eigen::Matrix2Xd* image_points);
-
-// Calibrates an orthographic camera from an image of a flat circle of known radius [m]: centre =
-// centroid of the coverage, scale = sqrt(area/π)/radius. Throws InputError (prefix `where`) when
-// the silhouette is not plausible (SegmentSilhouette) or when its second moment is not that of a
-// circle.
-Camera CalibrateFromCircle(const GrayImage& image, double radius, const std::string& where);
 
 // Returns positions, shape [3V], mirrored (y → −y) if requested and then turned about z
 // counter-clockwise by `rotation` [rad].

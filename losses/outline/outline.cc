@@ -162,13 +162,6 @@ Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices) {
   return seeds;
 }
 
-void AdjOutline(const Outline& outline, const Eigen::VectorXd& radius_adjoint,
-                Eigen::VectorXd* gradient) {
-  CHECK_EQ(radius_adjoint.size(), outline.num_angles());
-  ForEachEntry(outline,
-               [&](int k, int i, double value) { (*gradient)[i] += value * radius_adjoint[k]; });
-}
-
 double ProfileRms(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   CHECK_EQ(a.size(), b.size());
   CHECK_GT(a.size(), 0);

@@ -106,10 +106,6 @@ RowMatrix OutlineJacobianTimes(const Outline& outline, const RowMatrix& dx_dp);
 // Jᵀ as the right-hand sides of an adjoint solve, shape [3V, K].
 Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices);
 
-// gradient += Jᵀ · radius_adjoint: shapes [K] → [3V].
-void AdjOutline(const Outline& outline, const Eigen::VectorXd& radius_adjoint,
-                Eigen::VectorXd* gradient);
-
 // The root mean square of a − b, in their unit. Both have the same non-zero size.
 double ProfileRms(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 

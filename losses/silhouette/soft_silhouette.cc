@@ -206,31 +206,4 @@ bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera
   }
   return true;
 }
-
-void AdjRenderSoft(const SoftSilhouette& silhouette, const Eigen::VectorXd& x, const Camera& camera,
-                   const Eigen::VectorXd& pixel_adjoint, Eigen::VectorXd* gradient) {
-  CHECK_EQ(pixel_adjoint.size(), silhouette.coverage.size());
-  CHECK_EQ(gradient->size(), x.size());
-  Matrix2Xd d_image = Matrix2Xd::Zero(2, x.size() / 3);
-  for (const RampPixel& ramp : silhouette.ramp) {
-    for (int k = 0; k < ramp.num_vertices; ++k) {
-      d_image.col(ramp.vertex[k]) += pixel_adjoint[ramp.pixel] * ramp.d_image[k];
-    }
-  }
-  const Projection projection = camera.projection();
-  for (int i = 0; i < d_image.cols(); ++i) {
-    if (d_image.col(i).isZero(0)) continue;
-    double by_x[3];
-    projection.AdjProject(&x[3 * i], {d_image(0, i), d_image(1, i)}, by_x);
-    for (int d = 0; d < 3; ++d) (*gradient)[3 * i + d] += by_x[d];
-  }
-}
-
-GrayImage ToGrayImage(const SoftSilhouette& silhouette) {
-  GrayImage image(silhouette.width, silhouette.height);
-  Eigen::Map<Eigen::VectorXf>(image.coverage.data(), image.coverage.size()) =
-      silhouette.coverage.cast<float>();
-  return image;
-}
-
 }  // namespace drape

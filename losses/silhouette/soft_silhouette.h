@@ -38,7 +38,7 @@ struct SoftSilhouette {
   int width = 0;
   int height = 0;
   Eigen::VectorXd coverage;     // row-major, shape [height · width], in [0, 1]
-  std::vector<RampPixel> ramp;  // for AdjRenderSoft
+  std::vector<RampPixel> ramp;  // ascending by pixel
 };
 
 // The differentiable silhouette [MODEL, M48]. With φ the distance of a pixel centre to the border
@@ -49,12 +49,5 @@ struct SoftSilhouette {
 // finite or not in front of the camera.
 bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                 const SoftSilhouetteOptions& options, SoftSilhouette* silhouette);
-
-// gradient += (∂coverage/∂x)ᵀ pixel_adjoint: shapes [height · width] → [3V]. `silhouette` is the
-// result of RenderSoft at the same x and camera.
-void AdjRenderSoft(const SoftSilhouette& silhouette, const Eigen::VectorXd& x, const Camera& camera,
-                   const Eigen::VectorXd& pixel_adjoint, Eigen::VectorXd* gradient);
-
-GrayImage ToGrayImage(const SoftSilhouette& silhouette);
 
 }  // namespace drape

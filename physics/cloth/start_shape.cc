@@ -118,33 +118,6 @@ double HemRms(const StartShape& shape) {
   return std::sqrt(sum);
 }
 
-StartShape GuessFromOutline(const std::vector<double>& outline, double hem_rms,
-                            const ModeRange& range) {
-  CheckRange(range, hem_rms);
-  const size_t n = outline.size();
-  CHECK_GT(n, 2u * range.last) << "too few angles for the highest mode";
-  StartShape shape;
-  double mean = 0;
-  for (const double r : outline) mean += r / static_cast<double>(n);
-  CHECK(std::isfinite(mean)) << "an outline radius is not finite";
-  for (int k = range.first; k <= range.last; ++k) {
-    double a = 0, b = 0;
-    for (size_t i = 0; i < n; ++i) {
-      const double angle = 2 * pi * k * static_cast<double>(i) / static_cast<double>(n);
-      a += 2 * outline[i] * std::cos(angle) / static_cast<double>(n);
-      b += 2 * outline[i] * std::sin(angle) / static_cast<double>(n);
-    }
-    shape.modes.push_back(MakeMode(k, a, b));
-  }
-  const double rms = HemRms(shape);
-  if (!(rms > 1e-9 * std::abs(mean))) {
-    throw InputError("start shape", "the outline is a circle of " + std::to_string(mean) +
-                                        " m, expected folds to start from");
-  }
-  for (auto& mode : shape.modes) mode.amplitude_m *= hem_rms / rms;
-  return shape;
-}
-
 StartShape RandomStartShape(uint64_t seed, double hem_rms, const ModeRange& range) {
   CheckRange(range, hem_rms);
   std::mt19937_64 random(seed);
@@ -178,20 +151,6 @@ Eigen::VectorXd FlapsFromOutline(const Mesh& mesh, double support_radius,
 StartShape ReadStartShape(const std::string& path) {
   const nlohmann::json file = ReadJsonFile(path);
   return ParseStartShape(JsonInput(file, path));
-}
-
-void WriteStartShape(const std::string& path, const StartShape& shape) {
-  std::string text =
-      "{\n  \"format\": \"" + std::string(kShapeFormat) + "\",\n  \"version\": 1,\n  \"modes\": [";
-  for (size_t i = 0; i < shape.modes.size(); ++i) {
-    const StartShape::Mode& mode = shape.modes[i];
-    text += i == 0 ? "\n" : ",\n";
-    text += "    {\"k\": " + std::to_string(mode.k);
-    AppendNumber(text += ", \"amplitude_m\": ", mode.amplitude_m);
-    AppendNumber(text += ", \"phase\": ", mode.phase);
-    text += '}';
-  }
-  WriteFileAtomically(path, text += "\n  ]\n}\n");
 }
 
 State ReadStart(const std::string& path, const Mesh& mesh, double support_radius) {

@@ -186,23 +186,21 @@ void AddBendDerivative(const Law& law, const ClothModel& model, const MaterialFi
   ForEachElement(part, &AssemblyPart::hinges, model.mesh.num_hinges(), add);
 }
 
-// Calls of(contact) with `self`, or with one that is searched for this x, in a scene that has
-// self-contact. A shape that is not finite touches nothing.
-template <class Of>
-void WithSelfContact(const ClothModel& model, const Eigen::VectorXd& x, SurfaceContact* self,
-                     const Of& of) {
+// Calls visit(pairs) with the active pairs at x in a scene that has self-contact. They are found by
+// `self`, or by a search for this x alone. A shape that is not finite touches nothing.
+template <class Visit>
+void VisitActivePairs(const ClothModel& model, const Eigen::VectorXd& x, SurfaceContact* self,
+                      const Visit& visit) {
   if (!HasSelfContact(model.scene) || !x.allFinite()) return;
   std::optional<SurfaceContact> local;
   if (self == nullptr) self = &local.emplace(MakeSelfContact(model));
-  self->Know(x);
-  of(*self);
+  visit(self->FindActivePairs(x));
 }
 
-void AddSelfStiffness(const ClothModel& model, const Eigen::VectorXd& x,
-                      SurfaceContact::StiffnessPart part, double scale, SurfaceContact* self,
-                      BlockMatrix& A) {
-  WithSelfContact(model, x, self, [&](const SurfaceContact& contact) {
-    contact.ForEachStiffness(x, part, [&](int i, int j, const Eigen::Matrix3d& block) {
+void AddSelfStiffness(const ClothModel& model, const Eigen::VectorXd& x, StiffnessPart part,
+                      double scale, SurfaceContact* self, BlockMatrix& A) {
+  VisitActivePairs(model, x, self, [&](const ActivePairs& pairs) {
+    ForEachPairStiffness(pairs, part, [&](int i, int j, const Eigen::Matrix3d& block) {
       CHECK(AddSymmetricBlock(model.pattern, i, j, scale * block, A));
     });
   });
@@ -226,8 +224,7 @@ void AssembleForce(const ClothModel& model, const MaterialField& material, const
   force.setZero(x.size());
   AddOuterForces(model, material.density, x, force);
   AddElements(model, material, x, 0.0, force, nullptr, parts);
-  WithSelfContact(model, x, self,
-                  [&](const SurfaceContact& contact) { contact.AddForces(x, force); });
+  VisitActivePairs(model, x, self, [&](const ActivePairs& pairs) { AddPairForces(pairs, force); });
 }
 
 void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
@@ -247,9 +244,8 @@ void AssembleStep(const ClothModel& model, const MaterialField& material, const 
             h * h *
                 ContactStepStiffness(*model.scene.contact, model.vertex_area[i],
                                      x.segment<3>(3 * i)));
-  WithSelfContact(model, x, self,
-                  [&](const SurfaceContact& contact) { contact.AddForces(x, force); });
-  AddSelfStiffness(model, x, SurfaceContact::StiffnessPart::kPositive, h * h, self, A);
+  VisitActivePairs(model, x, self, [&](const ActivePairs& pairs) { AddPairForces(pairs, force); });
+  AddSelfStiffness(model, x, StiffnessPart::kPositive, h * h, self, A);
 }
 
 void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
@@ -278,7 +274,7 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
       derivative.Add(model.pattern.diagonal[i],
                      ContactStepDerivative(*model.scene.contact, model.vertex_area[i],
                                            x.segment<3>(3 * i), w.segment<3>(3 * i), h));
-  AddSelfStiffness(model, x, SurfaceContact::StiffnessPart::kWhole, -h, self, derivative);
+  AddSelfStiffness(model, x, StiffnessPart::kWhole, -h, self, derivative);
 }
 
 StressField MembraneStress(const ClothModel& model, const MaterialField& material,
@@ -339,9 +335,9 @@ double Energy(const ClothModel& model, const MaterialField& material, const Eige
   if (model.scene.contact)
     for (int i = 0; i < model.mesh.num_vertices(); ++i)
       energy += ContactEnergy(*model.scene.contact, model.vertex_area[i], x.segment<3>(3 * i));
-  WithSelfContact(model, x, self, [&](const SurfaceContact& contact) {
+  VisitActivePairs(model, x, self, [&](const ActivePairs& pairs) {
     Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
-    energy += contact.AddForces(x, force);
+    energy += AddPairForces(pairs, force);
   });
   if (model.scene.stretch)
     std::visit(

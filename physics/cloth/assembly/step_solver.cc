@@ -16,8 +16,8 @@ namespace {
 // Threads wait for one another for longer than they gain with fewer.
 constexpr int kVerticesOfPart = 400;
 
-bool HasBlocks(const BlockPattern& pattern, const std::vector<SurfaceTouch>& touches) {
-  return std::all_of(touches.begin(), touches.end(), [&](const SurfaceTouch& touch) {
+bool HasBlocks(const BlockPattern& pattern, const ActivePairs& touches) {
+  return std::all_of(touches.begin(), touches.end(), [&](const ActivePair& touch) {
     return pattern.HasAllBlocks(touch.pair.vertex);
   });
 }
@@ -113,8 +113,7 @@ void StepSolver::MakeMatrices() {
 
 void StepSolver::Widen(const Eigen::VectorXd& x) {
   if (!self_ || !x.allFinite()) return;
-  self_->Know(x);
-  if (HasBlocks(wide_model().pattern, self_->ListTouches(x))) return;
+  if (HasBlocks(wide_model().pattern, self_->FindActivePairs(x))) return;
   auto model = std::make_shared<ClothModel>(*model_);
   model->pattern = AddGroups(model_->pattern, self_->ListNear(x));
   std::unique_ptr<LinearSolver> linear = linear_->Adapt(model->pattern);

@@ -280,13 +280,6 @@ PanelMesh MakePanelMesh(const Panel& panel, const std::vector<int>& segments, do
   return mesh;
 }
 
-double GarmentMesh::WidestSeam() const {
-  double widest = 0;
-  for (const auto& [a, b] : stitches)
-    widest = std::max(widest, (start_x.segment<3>(3 * a) - start_x.segment<3>(3 * b)).norm());
-  return widest;
-}
-
 GarmentMesh MakeGarmentMesh(const Pattern& pattern, double edge, const std::string& where) {
   CheckSize(pattern, edge, where);
   return Assembler(pattern, edge, where).Result();

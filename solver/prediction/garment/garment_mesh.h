@@ -40,9 +40,6 @@ struct GarmentMesh {
   };
   std::vector<HeldRing> rings;
   std::vector<int> panel_begin;  // the first vertex of each panel, and the number of all
-
-  // The longest distance between the two vertices of a stitch at the start [m].
-  double WidestSeam() const;
 };
 
 // Meshes each panel with relaxed, unstructured, nearly equilateral triangles with edges of about

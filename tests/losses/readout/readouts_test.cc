@@ -5,6 +5,7 @@
 
 #include "losses/outline/outline.h"
 #include "tests/losses/disc.h"
+#include "tests/losses/silhouette/adj_render_soft.h"
 
 namespace drape {
 namespace {
@@ -50,7 +51,7 @@ TEST_P(ReadoutsTest, SilhouetteIsTheSoftCoverageAndItsTransposeTheAdjoint) {
     EXPECT_EQ(r, soft.coverage);
     const Eigen::VectorXd weights = RandomVector(r.size(), 8);
     Eigen::VectorXd adjoint = Eigen::VectorXd::Zero(x_.size());
-    AdjRenderSoft(soft, x_, cameras_[i], weights, &adjoint);
+    test::AdjRenderSoft(soft, x_, cameras_[i], weights, &adjoint);
     EXPECT_LT((jacobian.transpose() * weights - adjoint).norm(), 1e-12 * adjoint.norm());
   }
   Eigen::VectorXd x = x_, r;

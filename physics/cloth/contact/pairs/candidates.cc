@@ -101,6 +101,12 @@ std::vector<ContactPair> ListPairsBetween(const BoxedSurface& cloth, const Boxed
   return pairs;
 }
 
+Eigen::VectorXd Joined(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  Eigen::VectorXd joined(a.size() + b.size());
+  joined << a, b;
+  return joined;
+}
+
 double LongestMove(const Eigen::VectorXd& dx) {
   return dx.size() == 0 ? 0.0 : dx.reshaped(3, dx.size() / 3).colwise().norm().maxCoeff();
 }

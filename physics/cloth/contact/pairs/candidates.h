@@ -97,6 +97,8 @@ class PairCandidates {
   std::vector<Candidate> candidates_;  // ascending
 };
 
+// a and b one after the other.
+Eigen::VectorXd Joined(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 // The longest move of a vertex [m].
 double LongestMove(const Eigen::VectorXd& dx);
 
