@@ -12,7 +12,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 void Require(bool holds, const std::string& where, const char* field, double value,

@@ -65,8 +65,8 @@ struct GrayImage;
 
 enum class CameraKind {
   kOrthographic,  // the projection of the published images, and the default
-  kPinhole  // a photograph's, turned to look straight down (losses/camera/photo), or that of the
-            // published code, which is for parity runs only [MODEL, M46]
+  kPinhole        // a photograph's, turned to look straight down (losses/photo), or that of the
+                  // published code, which is for parity runs only [MODEL, M46]
 };
 
 constexpr auto EnumNames(CameraKind) {

@@ -11,7 +11,6 @@
 #include "physics/util/errors.h"
 
 namespace drape {
-
 namespace {
 
 std::optional<int> NumberIn(const std::smatch& match, int group) {

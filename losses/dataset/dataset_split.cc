@@ -18,7 +18,6 @@
 #include "physics/util/math/random.h"
 
 namespace drape {
-
 namespace {
 
 constexpr int kLargest = 9999;

@@ -16,7 +16,6 @@
 #include "physics/util/errors.h"
 
 namespace drape {
-
 namespace {
 
 constexpr int kAngles = 360, kSupersample = 2;

@@ -12,7 +12,6 @@
 #include "physics/util/errors.h"
 
 namespace drape {
-
 namespace {
 
 std::vector<uint8_t> ReadBytes(const std::string& path) {

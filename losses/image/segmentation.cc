@@ -13,7 +13,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 constexpr size_t kMaxRuns = size_t{1} << 21;

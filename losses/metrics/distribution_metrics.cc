@@ -10,7 +10,6 @@
 #include "losses/metrics/metrics.h"
 
 namespace drape {
-
 namespace {
 
 using Drapes = DistributionScorer::Drapes;

@@ -9,7 +9,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 constexpr double kPercent = 100.0;

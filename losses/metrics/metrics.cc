@@ -14,7 +14,6 @@
 #include "physics/simulation/statics/modes.h"
 
 namespace drape {
-
 namespace {
 
 void CheckSameSize(const GrayImage& a, const GrayImage& b) {

@@ -15,7 +15,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 using std::numbers::pi;

@@ -8,7 +8,6 @@
 #include <utility>
 
 namespace drape {
-
 namespace {
 
 constexpr double kRayStep = 0.25;  // [px]

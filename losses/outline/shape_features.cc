@@ -6,7 +6,6 @@
 #include <cmath>
 
 namespace drape {
-
 namespace {
 
 constexpr double kSmoothingAngle = 2 * M_PI / 180;  // [rad] standard deviation

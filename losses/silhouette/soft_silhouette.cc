@@ -10,7 +10,6 @@
 #include "losses/silhouette/raster.h"
 
 namespace drape {
-
 namespace {
 
 using Eigen::Matrix2Xd;

@@ -14,7 +14,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 // A ring or row of vertices exactly on a bound counts as inside, whichever way it is rounded.

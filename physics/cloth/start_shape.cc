@@ -16,7 +16,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 using std::numbers::pi;

@@ -9,7 +9,6 @@
 #include "physics/util/json_input.h"
 
 namespace drape {
-
 namespace {
 
 Eigen::VectorXd ReadTriples(const JsonInput& input, int num_vertices) {

@@ -20,7 +20,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 using Tokens = std::vector<std::string_view>;

@@ -16,7 +16,6 @@
 #include "physics/simulation/statics/stiffness.h"
 
 namespace drape {
-
 namespace {
 
 // By rollout, except `work`, which is by slot.

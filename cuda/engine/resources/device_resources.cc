@@ -5,7 +5,6 @@
 #include <utility>
 
 namespace drape {
-
 namespace {
 
 void AddRows(std::span<const double> rows, int columns, RowMatrix& sum) {

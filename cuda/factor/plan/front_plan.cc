@@ -14,7 +14,6 @@
 #include "physics/util/errors.h"
 
 namespace drape {
-
 namespace {
 
 using Tree = std::vector<TreeNode>;

@@ -8,7 +8,6 @@
 #include <utility>
 
 namespace drape {
-
 namespace {
 
 struct Used {

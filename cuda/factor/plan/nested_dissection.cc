@@ -12,7 +12,6 @@
 #include "physics/linalg/analysis/elimination_order.h"
 
 namespace drape {
-
 namespace {
 
 constexpr int kDirections = 16;

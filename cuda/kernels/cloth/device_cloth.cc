@@ -9,7 +9,6 @@
 #include <variant>
 
 namespace drape {
-
 namespace {
 
 // Copies `size` numbers of the host and lets the view point to the copy.

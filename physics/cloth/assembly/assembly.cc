@@ -11,7 +11,6 @@
 #include "physics/cloth/assembly/scene_self_contact.h"
 
 namespace drape {
-
 namespace {
 
 using Vertices = std::vector<int>::iterator;

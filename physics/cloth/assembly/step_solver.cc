@@ -10,7 +10,6 @@
 #include "physics/cloth/assembly/scene_self_contact.h"
 
 namespace drape {
-
 namespace {
 
 // Threads wait for one another for longer than they gain with fewer.

@@ -7,7 +7,6 @@
 #include "physics/cloth/contact/vertex_contact.h"
 
 namespace drape {
-
 namespace {
 
 // What the formulas of vertex_contact.h take.

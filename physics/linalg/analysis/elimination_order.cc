@@ -15,7 +15,6 @@
 #include "physics/linalg/analysis/metis_lock.h"
 
 namespace drape {
-
 namespace {
 
 // Of a new dissection.

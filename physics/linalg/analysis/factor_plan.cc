@@ -11,7 +11,6 @@
 #include "physics/linalg/analysis/elimination_order.h"
 
 namespace drape {
-
 namespace {
 
 void PlanTree(const SupernodalPattern& p, FactorPlan& plan) {

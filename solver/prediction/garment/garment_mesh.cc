@@ -14,7 +14,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 using Eigen::Vector2d;

@@ -8,7 +8,6 @@
 #include <utility>
 
 namespace drape {
-
 namespace {
 
 // The boxes around parts of a surface, each `more` [m] larger on all sides.

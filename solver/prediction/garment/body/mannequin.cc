@@ -12,7 +12,6 @@
 #include "solver/prediction/garment/body/skeleton.h"
 
 namespace drape {
-
 namespace {
 
 constexpr double kGrowSeconds = .5, kLowerSeconds = .75, kRampSeconds = .5;

@@ -12,7 +12,6 @@
 #include <vector>
 
 namespace drape {
-
 namespace {
 
 using Eigen::AngleAxisd;

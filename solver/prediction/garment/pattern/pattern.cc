@@ -13,7 +13,6 @@
 #include "solver/prediction/garment/pattern/pattern_input.h"
 
 namespace drape {
-
 namespace {
 
 using Eigen::Vector2d;

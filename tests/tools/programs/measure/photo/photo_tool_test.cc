@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 
 #include "losses/camera/camera.h"
-#include "tests/losses/camera/photo/rendered/photo_file.h"
-#include "tests/losses/camera/photo/rendered/photo_trial.h"
 #include "tests/losses/image/encode.h"
+#include "tests/losses/photo/rendered/photo_file.h"
+#include "tests/losses/photo/rendered/photo_trial.h"
 #include "tests/tools/tool_fixture.h"
 
 namespace drape::test {
