@@ -8,15 +8,27 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/plane.h"
 #include "physics/mesh/disc.h"
-#include "physics/util/math/host_device.h"
 #include "physics/util/options/enum_names.h"
 
 namespace drape {
 
-// The projection of a Camera (losses/camera/camera.h) as plain numbers, which kernels use too
-// [MODEL, M46].
+// A point or vector of the image plane [px].
+struct Vec2 {
+  double x, y;
+};
+
+inline Vec2 operator+(const Vec2& a, const Vec2& b) { return {a.x + b.x, a.y + b.y}; }
+inline Vec2 operator-(const Vec2& a, const Vec2& b) { return {a.x - b.x, a.y - b.y}; }
+inline Vec2 operator*(double s, const Vec2& a) { return {s * a.x, s * a.y}; }
+inline bool operator==(const Vec2& a, const Vec2& b) { return a.x == b.x && a.y == b.y; }
+inline double Dot(const Vec2& a, const Vec2& b) { return a.x * b.x + a.y * b.y; }
+inline double Cross(const Vec2& a, const Vec2& b) { return a.x * b.y - a.y * b.x; }
+
+// Column i of an array of shape [2, V].
+inline Vec2 PointAt(const double* points, int i) { return {points[2 * i], points[2 * i + 1]}; }
+
+// The projection of a Camera as plain numbers [MODEL, M46].
 struct Projection {
   bool pinhole;
   double cx, cy;        // column and row of the world's origin, the support's centre [px]
@@ -27,19 +39,19 @@ struct Projection {
 
   // Magnification of the plane at height z [px/m].
   template <typename T>
-  DRAPE_HD T PixelsPerMetre(const T& z) const {
+  T PixelsPerMetre(const T& z) const {
     return pinhole ? T(focal) / (T(eye_height) - z) : T(scale);
   }
   // Maps x [m], shape [3], to the image point (column, row) [px], shape [2].
   template <typename T>
-  DRAPE_HD void Project(const T x[3], T image[2]) const {
+  void Project(const T x[3], T image[2]) const {
     const T s = PixelsPerMetre(x[2]);
     const T parallax = PixelsPerMetre(T(0)) - s;
     image[0] = T(cx) + s * x[0] + parallax * T(eye_x);
     image[1] = T(cy) - s * x[1] - parallax * T(eye_y);
   }
   // ∂image/∂x [px/m], shape [2, 3].
-  DRAPE_HD void Jacobian(const double x[3], double jacobian[2][3]) const {
+  void Jacobian(const double x[3], double jacobian[2][3]) const {
     const double s = PixelsPerMetre(x[2]);
     const double ds_dz = pinhole ? s / (eye_height - x[2]) : 0.0;
     jacobian[0][0] = s;
@@ -50,7 +62,7 @@ struct Projection {
     jacobian[1][2] = -ds_dz * (x[1] - eye_y);
   }
   // adj_x = Jacobianᵀ·adj_image, shape [3].
-  DRAPE_HD void AdjProject(const double x[3], const Vec2& adj_image, double adj_x[3]) const {
+  void AdjProject(const double x[3], const Vec2& adj_image, double adj_x[3]) const {
     double jacobian[2][3];
     Jacobian(x, jacobian);
     for (int i = 0; i < 3; ++i)
@@ -58,7 +70,7 @@ struct Projection {
   }
   // Returns whether the camera sees the point; false also for a point that is not finite in front
   // of a pinhole.
-  DRAPE_HD bool IsInFront(const double x[3]) const { return !pinhole || x[2] < eye_height; }
+  bool IsInFront(const double x[3]) const { return !pinhole || x[2] < eye_height; }
 };
 
 struct GrayImage;

@@ -14,8 +14,8 @@
 
 namespace drape {
 
-// The radial profile of a projected hem, ray by ray [MODEL, M47], in one source for the host and
-// the kernels. Points of the hem are in pixels about the camera centre, y up.
+// The radial profile of a projected hem, ray by ray [MODEL, M47].
+// Points of the hem are in pixels about the camera centre, y up.
 
 // The segment of the projected hem between two vertices through which the ray of one angle leaves.
 struct OutlineHit {
@@ -25,7 +25,7 @@ struct OutlineHit {
 
 // Projects a point of the hem [px]. Returns false when it is not finite or not in front of the
 // camera.
-DRAPE_HD inline bool ProjectHemPoint(const Projection& camera, const double x[3], Vec2* point) {
+inline bool ProjectHemPoint(const Projection& camera, const double x[3], Vec2* point) {
   double image[2];
   camera.Project(x, image);
   *point = {image[0] - camera.cx, camera.cy - image[1]};
@@ -34,7 +34,7 @@ DRAPE_HD inline bool ProjectHemPoint(const Projection& camera, const double x[3]
 }
 
 // The direction of ray k of num_angles.
-DRAPE_HD inline Vec2 RayDirection(int k, int num_angles) {
+inline Vec2 RayDirection(int k, int num_angles) {
   const double angle = 2 * M_PI * k / num_angles;
   return {std::cos(angle), std::sin(angle)};
 }
@@ -49,8 +49,8 @@ struct RayCrossing {
 // Records the segment a→b of the hem if it is the outermost crossing so far. A vertex lies on the
 // same side of a ray in both of its segments (half-open rule), so that no ray passes between two
 // segments.
-DRAPE_HD inline void CrossRay(const Vec2& ray, const Vec2& a, const Vec2& b, int segment,
-                              RayCrossing* outermost) {
+inline void CrossRay(const Vec2& ray, const Vec2& a, const Vec2& b, int segment,
+                     RayCrossing* outermost) {
   const double side_a = Cross(ray, a), side_b = Cross(ray, b);
   if ((side_a > 0) == (side_b > 0)) return;
   const double t = side_a / (side_a - side_b);
@@ -60,9 +60,8 @@ DRAPE_HD inline void CrossRay(const Vec2& ray, const Vec2& a, const Vec2& b, int
 
 // ∂r of the crossing at a + t(b − a), with edge = b − a [MODEL, M47]: the normal of the segment
 // over its component along the ray, distributed to the ends at x_a and x_b [m].
-DRAPE_HD inline void RadiusByEnds(const Projection& camera, const Vec2& ray, const Vec2& edge,
-                                  double t, const double* x_a, const double* x_b,
-                                  double d_radius[6]) {
+inline void RadiusByEnds(const Projection& camera, const Vec2& ray, const Vec2& edge, double t,
+                         const double* x_a, const double* x_b, double d_radius[6]) {
   const double across = Cross(ray, edge);
   const Vec2 by_image{edge.y / across, edge.x / across};  // rows of the image run down
   camera.AdjProject(x_a, (1 - t) * by_image, d_radius);

@@ -55,7 +55,7 @@ struct Scene {
   std::optional<Contact> contact;
 };
 
-// What the hanging part of a cloth in the drape test can touch (names: scene_io.h).
+// What the hanging part of a cloth in the drape test can touch (names: below).
 enum class ContactModel {
   kNone,     // nothing: it hangs through the support and through itself
   kSupport,  // the support (MakeSupport)

@@ -61,7 +61,7 @@ Eigen::VectorXd FlapsFromOutline(const Mesh& mesh, double support_radius,
 StartShape ReadStartShape(const std::string& path);
 
 // Reads the file that --start names: a start shape (at rest, v = 0) or a state of this mesh
-// (state_io.h). Throws InputError as ReadStartShape and ReadState do, and when the file is neither.
+// (state.h). Throws InputError as ReadStartShape and ReadState do, and when the file is neither.
 State ReadStart(const std::string& path, const Mesh& mesh, double support_radius);
 
 }  // namespace drape
