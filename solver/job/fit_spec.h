@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "losses/dataset/dataset.h"
-#include "physics/cloth/scene.h"
+#include "physics/cloth/scene_io.h"
 #include "physics/material/laws/law_kind.h"
 #include "physics/material/material_scaling.h"
 #include "physics/util/options/enum_names.h"

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/scene.h"
+#include "physics/cloth/scene_io.h"
 #include "physics/util/errors.h"
 #include "tools/cli/field_options.h"
 

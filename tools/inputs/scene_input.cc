@@ -10,7 +10,7 @@
 
 #include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
-#include "physics/cloth/scene.h"
+#include "physics/cloth/scene_io.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material_field_io.h"

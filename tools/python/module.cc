@@ -14,7 +14,7 @@
 #include "losses/outline/measured_image.h"
 #include "losses/outline/outline.h"
 #include "losses/readout/readouts.h"
-#include "physics/cloth/scene.h"
+#include "physics/cloth/scene_io.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/util/errors.h"
 #include "solver/prediction/drape_batch.h"

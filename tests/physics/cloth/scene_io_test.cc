@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/cloth/scene.h"
+#include "physics/cloth/scene_io.h"
+
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/load_path.h"
 #include "physics/simulation/rollout.h"

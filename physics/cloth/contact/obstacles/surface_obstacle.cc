@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "physics/cloth/contact/obstacles/solid.h"
-#include "physics/cloth/contact/pairs/contact_pair.h"
+#include "physics/cloth/contact/pairs/nearest_points.h"
 
 namespace drape {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "physics/cloth/contact/obstacles/solid_distance.h"
-#include "physics/cloth/contact/pairs/contact_pair.h"
+#include "physics/cloth/contact/pairs/nearest_points.h"
 
 namespace drape {
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "losses/dataset/published_mesh.h"
-#include "physics/cloth/scene.h"
+#include "physics/cloth/scene_io.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/cloth/state.h"
 #include "physics/material/material_field_io.h"

@@ -6,7 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "physics/cloth/scene.h"
+#include "physics/cloth/scene_io.h"
 #include "physics/util/text_format.h"
 #include "solver/prediction/garment/body/body_sequence.h"
 #include "solver/prediction/garment/garment_mesh.h"
