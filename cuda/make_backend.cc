@@ -9,7 +9,6 @@
 #include "physics/util/errors.h"
 
 namespace drape {
-
 namespace {
 
 std::string CpuText(int threads) {

@@ -10,9 +10,9 @@
 #include <thread>
 #include <utility>
 
-#include "cuda/engine/readouts/readout_engine.h"
+#include "cuda/engine/equilibria/equilibrium_engine.h"
+#include "cuda/engine/rollouts/rollout_engine.h"
 #include "cuda/factor/device_solver.h"
-#include "physics/simulation/host_readouts.h"
 
 namespace drape {
 namespace {
@@ -26,7 +26,6 @@ struct DeviceEngine {
   DeviceResources resources;
   RolloutEngine rollouts{resources};
   EquilibriumEngine equilibria{resources};
-  ReadoutEngine readouts{resources, rollouts, equilibria};
 };
 
 // A part of a batch that one device works on.
@@ -97,26 +96,6 @@ class CudaBackend final : public Backend {
     return results;
   }
 
-  std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
-                                              std::span<const MaterialField* const> weights,
-                                              const RolloutOptions& options,
-                                              const Readout& readout) override {
-    options.Check();
-    CHECK_EQ(weights.size(), batch.size());
-    std::vector<ReadoutTangent> results(batch.size());
-    std::vector<char> failed(batch.size());
-    SplitOverDevices(batch.size(), [&](const Share& s) {
-      s.engine->readouts.ReadoutTangents(
-          batch.subspan(s.first, s.count), weights.subspan(s.first, s.count), options,
-          ReadoutFrom(readout, s.first), std::span(results).subspan(s.first, s.count),
-          std::span(failed).subspan(s.first, s.count));
-    });
-    for (const std::size_t i : Indices(failed))
-      results[i] = std::move(host_->ReadoutTangents(batch.subspan(i, 1), weights.subspan(i, 1),
-                                                    options, ReadoutFrom(readout, i))[0]);
-    return results;
-  }
-
   std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
                                       std::span<const Recording> recordings,
                                       std::span<const RowMatrix> dL_dx,
@@ -138,30 +117,6 @@ class CudaBackend final : public Backend {
     RunConcurrently(work);
     for (const std::size_t i : Indices(failed))
       results[i] = AdjointOnHost(batch[i], dL_dx[i], options);
-    return results;
-  }
-
-  std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
-                                          const RolloutOptions& options,
-                                          const ReadoutLoss& loss) override {
-    options.Check();
-    loss.Check(batch.size());
-    if (batch.empty() || loss.readout->device(0) == nullptr)
-      return DifferentiateLosses(*this, batch, options, loss);
-    std::vector<LossGradient> results(batch.size());
-    std::vector<char> failed(batch.size());
-    SplitOverDevices(batch.size(), [&](const Share& s) {
-      const ReadoutFrom readout(*loss.readout, s.first);
-      s.engine->readouts.LossGradients(batch.subspan(s.first, s.count), options,
-                                       SliceLoss(loss, readout, s.first, s.count),
-                                       std::span(results).subspan(s.first, s.count),
-                                       std::span(failed).subspan(s.first, s.count));
-    });
-    for (const std::size_t i : Indices(failed)) {
-      const ReadoutFrom readout(*loss.readout, i);
-      results[i] = std::move(
-          host_->LossGradients(batch.subspan(i, 1), options, SliceLoss(loss, readout, i, 1))[0]);
-    }
     return results;
   }
 
@@ -198,19 +153,6 @@ class CudaBackend final : public Backend {
     return results;
   }
 
-  std::vector<LinearReadout> EquilibriumReadoutTangents(
-      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
-      const Readout& readout) override {
-    CHECK_EQ(weights.size(), batch.size());
-    std::vector<LinearReadout> results(batch.size());
-    SplitOverDevices(batch.size(), [&](const Share& s) {
-      s.engine->readouts.EquilibriumReadoutTangents(
-          batch.subspan(s.first, s.count), weights.subspan(s.first, s.count),
-          ReadoutFrom(readout, s.first), std::span(results).subspan(s.first, s.count));
-    });
-    return results;
-  }
-
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
       std::span<const RolloutInput> batch, std::span<const RowMatrix> dL_dx) override {
     CHECK_EQ(dL_dx.size(), batch.size());
@@ -243,14 +185,7 @@ class CudaBackend final : public Backend {
     return set;
   }
 
-  // The loss of a part of its batch; `readout`: that of the part.
-  static ReadoutLoss SliceLoss(const ReadoutLoss& loss, const Readout& readout, std::size_t first,
-                               std::size_t count) {
-    const auto begin = loss.targets.begin() + first;
-    return {&readout, {begin, begin + count}, loss.sigma};
-  }
-
-  // A thread each; waits for all and rethrows what one threw.
+  // Runs each work on a thread of its own, waits for all and rethrows an exception of one.
   static void RunConcurrently(const std::vector<std::function<void()>>& work) {
     if (work.size() == 1) return work[0]();
     std::vector<std::exception_ptr> errors(work.size());

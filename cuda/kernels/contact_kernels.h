@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "cuda/kernels/cloth/launch_context.h"
+#include "cuda/kernels/cloth/cloth_view.h"
 
 namespace drape {
 

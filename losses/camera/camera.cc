@@ -3,43 +3,20 @@
 
 #include <glog/logging.h>
 
+#include <nlohmann/json.hpp>
+
 #include "losses/image/image.h"
 #include "losses/image/segmentation.h"
 #include "physics/util/errors.h"
+#include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
 
-// 2π·(second polar moment)/area² is 1 for a disc and (q + 1/q)/2 for an ellipse of axis ratio q.
-// This bound rejects ellipses of q > 1.1 and every drape.
-constexpr double kMaxCircleMoment = 1.005;
-
 void Require(bool holds, const std::string& where, const char* field, double value,
              const char* expected) {
   if (!holds) throw InputError(where, Format("%s = %g, expected %s", field, value, expected));
-}
-
-struct Moments {
-  double area = 0, column = 0, row = 0, polar = 0;
-};
-
-Moments CoverageMoments(const GrayImage& image) {
-  Moments m;
-  double raw_polar = 0;
-  for (int row = 0; row < image.height; ++row) {
-    for (int col = 0; col < image.width; ++col) {
-      const double c = image.at(col, row);
-      m.area += c;
-      m.column += c * col;
-      m.row += c * row;
-      raw_polar += c * (double(col) * col + double(row) * row);
-    }
-  }
-  m.column /= m.area;
-  m.row /= m.area;
-  m.polar = raw_polar - m.area * (m.column * m.column + m.row * m.row);
-  return m;
 }
 
 }  // namespace
@@ -75,12 +52,6 @@ void Camera::Check(const std::string& where) const {
   }
 }
 
-Eigen::Matrix<double, 2, 3> Camera::ImageFromWorldJacobian(const double x[3]) const {
-  double rows[2][3];
-  projection().Jacobian(x, rows);
-  return Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(rows[0]);
-}
-
 bool ProjectVertices(const Eigen::VectorXd& x, const Camera& camera,
                      Eigen::Matrix2Xd* image_points) {
   CHECK_EQ(x.size() % 3, 0);
@@ -93,24 +64,6 @@ bool ProjectVertices(const Eigen::VectorXd& x, const Camera& camera,
   return x.allFinite() && image_points->allFinite();
 }
 
-Camera CalibrateFromCircle(const GrayImage& image, double radius, const std::string& where) {
-  CHECK_GT(radius, 0);
-  const Moments m = CoverageMoments(SegmentSilhouette(image, where).image);
-  const double moment = 2 * M_PI * m.polar / (m.area * m.area);
-  if (moment > kMaxCircleMoment) {
-    throw InputError(where, "the silhouette is not a circle (second moment " +
-                                std::to_string(moment) +
-                                " times that of a disc, expected at most 1.005)");
-  }
-  Camera camera;
-  camera.width = image.width;
-  camera.height = image.height;
-  camera.cx = m.column;
-  camera.cy = m.row;
-  camera.scale = std::sqrt(m.area / M_PI) / radius;
-  return camera;
-}
-
 Eigen::VectorXd TurnedAboutZ(const Eigen::VectorXd& x, double rotation, bool mirrored) {
   CHECK_EQ(x.size() % 3, 0);
   const double c = std::cos(rotation), s = std::sin(rotation), sign = mirrored ? -1 : 1;
@@ -120,6 +73,62 @@ Eigen::VectorXd TurnedAboutZ(const Eigen::VectorXd& x, double rotation, bool mir
     turned[i + 1] = s * x[i] + c * sign * x[i + 1];
   }
   return turned;
+}
+
+nlohmann::ordered_json CameraJson(const Camera& camera) {
+  nlohmann::ordered_json json = {{"kind", ToString(camera.kind)},
+                                 {"width", camera.width},
+                                 {"height", camera.height},
+                                 {"cx", camera.cx},
+                                 {"cy", camera.cy},
+                                 {"px_per_m", camera.pixels_per_metre()}};
+  if (camera.kind == CameraKind::kPinhole) {
+    json["eye_height_m"] = camera.eye_height;
+    json["field_of_view_rad"] = camera.field_of_view;
+    json["eye_x_m"] = camera.eye_x;
+    json["eye_y_m"] = camera.eye_y;
+  }
+  return json;
+}
+
+Camera CameraFromJson(const nlohmann::json& json, const std::string& where) {
+  const JsonInput whole(json, where);
+  const JsonInput input = whole.Has("camera") ? whole.At("camera") : whole;
+  Camera camera;
+  camera.kind = ParseName<CameraKind>(input.At("kind").String(), input.At("kind").Name());
+  camera.width = input.At("width").Integer();
+  camera.height = input.At("height").Integer();
+  camera.cx = input.At("cx").Number();
+  camera.cy = input.At("cy").Number();
+  if (camera.kind == CameraKind::kOrthographic) {
+    camera.scale = input.At("px_per_m").Number();
+  } else {
+    camera.eye_height = input.At("eye_height_m").Number();
+    camera.field_of_view = input.At("field_of_view_rad").Number();
+    camera.eye_x = input.Has("eye_x_m") ? input.At("eye_x_m").Number() : 0.0;
+    camera.eye_y = input.Has("eye_y_m") ? input.At("eye_y_m").Number() : 0.0;
+  }
+  camera.Check(where);
+  return camera;
+}
+
+Camera ReadCamera(const std::string& path) { return CameraFromJson(ReadJsonFile(path), path); }
+
+nlohmann::ordered_json PhotographJson(const PhotographNotes& notes) {
+  return {{"dc", notes.coefficient}, {"dc_sd", notes.coefficient_sd}, {"warnings", notes.warnings}};
+}
+
+std::optional<PhotographNotes> ReadPhotographNotes(const std::string& path) {
+  const nlohmann::json json = ReadJsonFile(path);
+  const JsonInput file(json, path);
+  if (!file.Has("photograph")) return std::nullopt;
+  const JsonInput input = file.At("photograph"), warnings = input.At("warnings");
+  PhotographNotes notes{.coefficient = input.At("dc").Number(),
+                        .coefficient_sd = input.At("dc_sd").NotNegative(),
+                        .warnings = {}};
+  warnings.ExpectArray();
+  for (int i = 0; i < warnings.Size(); ++i) notes.warnings.push_back(warnings.At(i).String());
+  return notes;
 }
 
 }  // namespace drape

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "losses/camera/camera_io.h"
+#include "losses/camera/camera.h"
 #include "physics/util/errors.h"
 
 namespace drape {

@@ -7,6 +7,24 @@
 
 namespace drape {
 
+// Internal to losses/: parsers of the file names of the public data set. Each takes a name without
+// its extension and returns std::nullopt when the name does not have the form.
+
+struct CaptureName {
+  std::optional<int> fabric;
+  int sample = 0, capture = 0;
+};
+std::optional<CaptureName> ParseCaptureName(const std::string& stem);
+
+// Fills in all but the fabric and the path.
+std::optional<TrainingImage> ParseTrainingName(const std::string& stem);
+
+// "Fabric 7" → 7.
+std::optional<int> ParseFabricFolder(const std::string& name);
+
+// The name in lower case, with blanks and hyphens as underscores.
+std::string PlainName(const std::string& name);
+
 // The public Cusick drapes [Gong 2024] in their published layout, irregularities included:
 // data/Fabric N/silhouettes/*.jpg, data/Fabric N/meshes/*.obj, bnn_image_gt/<fabric>/*.jpg.
 

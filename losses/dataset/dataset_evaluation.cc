@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "losses/dataset/dataset_evaluation.h"
 
-#include "losses/dataset/index_list.h"
+#include "losses/dataset/dataset_split.h"
 #include "physics/util/errors.h"
 
 namespace drape {

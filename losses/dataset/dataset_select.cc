@@ -3,7 +3,7 @@
 #include <set>
 
 #include "losses/dataset/dataset.h"
-#include "losses/dataset/index_list.h"
+#include "losses/dataset/dataset_split.h"
 #include "losses/dataset/published_mesh.h"
 #include "losses/image/segmentation.h"
 #include "physics/util/errors.h"

@@ -4,14 +4,14 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "losses/metrics/metrics.h"
-#include "losses/outline/centre.h"
 #include "losses/outline/outline.h"
 #include "losses/silhouette/raster.h"
-#include "physics/mesh/obj_parser.h"
+#include "physics/mesh/obj_io.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 
@@ -39,6 +39,14 @@ Eigen::VectorXd Shifted(const Eigen::VectorXd& radius, Eigen::Index shift) {
 }
 
 }  // namespace
+
+std::optional<double> PublishedDensity(int fabric) {
+  static constexpr std::array kDensities = {.059, .192, .213, .114, .274, .183, .100, .230, .249,
+                                            .204, .148, .313, .107, .139, .211, .191, .278, .154,
+                                            .282, .259, .186, .231, .163, .104, .060};
+  if (fabric < 1 || fabric > static_cast<int>(kDensities.size())) return {};
+  return kDensities[fabric - 1];
+}
 
 PublishedMesh ReadPublishedMesh(const std::string& path) {
   const ObjContent content = ParseObj(ReadWholeFile(path), path, false);

@@ -12,6 +12,10 @@
 
 namespace drape {
 
+// The areal density [kg/m²] of a fabric of the public data set, as published with it [Gong 2024],
+// for fabrics 1–25; std::nullopt for any other number.
+std::optional<double> PublishedDensity(int fabric);
+
 // A reconstructed drape of the public data set. Its surface joins the support to the outline by
 // straight flaps, so that z carries no information about the cloth [MODEL, M52].
 struct PublishedMesh {

@@ -8,8 +8,8 @@
 #include "losses/camera/camera.h"
 #include "losses/metrics/hausdorff.h"
 #include "losses/metrics/metrics.h"
+#include "losses/outline/measured_image.h"
 #include "losses/outline/outline.h"
-#include "losses/outline/outline_match.h"
 
 namespace drape {
 

@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
-#include "losses/outline/folds.h"
 #include "losses/outline/shape_features.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -35,6 +36,39 @@ std::vector<double> Spacings(const std::vector<DrapeNode>& nodes) {
     spacings.push_back(nodes[(i + 1) % nodes.size()].angle + turn - nodes[i].angle);
   }
   return spacings;
+}
+
+constexpr double kDegreesPerRadian = 180.0 / M_PI;
+constexpr const char* kDrapeStandard = "BS 5058, ISO 9073-9";
+
+// A text and blanks up to a width in characters of UTF-8.
+std::string Padded(const std::string& text, int width) {
+  for (const char byte : text) width -= (byte & 0xC0) != 0x80;
+  return text + std::string(std::max(0, width), ' ');
+}
+
+constexpr const char* kBeyond = "beyond the instrument's range";
+
+// As the instrument of a row would print a number.
+std::string Reading(const LaboratoryRow& row, double value, const char* format) {
+  return row.Reads(value) ? Format(format, value) : "> " + Format(format, *row.reads_up_to);
+}
+
+nlohmann::ordered_json RowJson(const LaboratoryRow& row) {
+  const auto reading = [&](double value) {
+    return row.Reads(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+  };
+  nlohmann::ordered_json json = {
+      {"key", row.key},   {"name", row.name}, {"value", reading(row.value)},
+      {"unit", row.unit}, {"low", nullptr},   {"high", nullptr}};
+  if (row.interval)
+    json.update({{"low", reading(row.interval->low)}, {"high", reading(row.interval->high)}});
+  json["source"] = row.source;
+  json["standard"] = row.standard;
+  if (row.reads_up_to) json["reads_up_to"] = *row.reads_up_to;
+  if (!row.Reads(row.value))
+    json["note"] = std::string(kBeyond) + ": " + Reading(row, row.value, "%.3g") + " " + row.unit;
+  return json;
 }
 
 }  // namespace
@@ -77,6 +111,70 @@ LaboratoryDrape MeasureLaboratoryDrape(const Eigen::VectorXd& radius, const Drap
   drape.amplitude_ratio = kPercent * 0.5 * height / radius.mean();
   drape.circularity = IsoperimetricRatio(radius);
   return drape;
+}
+
+LaboratorySheet DrapeSheet(const LaboratoryDrape& drape, const std::string& title) {
+  constexpr double kPercent = 100.0, kCentimetres = 100.0;  // in 1, in a metre
+  LaboratorySheet sheet{title, {}};
+  const auto add = [&](const char* key, const char* name, double value, const char* unit,
+                       const char* standard = "", const char* source = "measured") {
+    sheet.rows.push_back({.key = key,
+                          .name = name,
+                          .value = value,
+                          .unit = unit,
+                          .source = source,
+                          .standard = standard});
+  };
+  add("specimen_cm", "specimen, diameter", kCentimetres * 2 * drape.discs.specimen, "cm",
+      kDrapeStandard, "given");
+  add("support_cm", "support, diameter", kCentimetres * 2 * drape.discs.support, "cm",
+      kDrapeStandard, "given");
+  add("dc_percent", "drape coefficient DC", drape.drape_coefficient, "%", kDrapeStandard);
+  add("nodes", "nodes N", static_cast<double>(drape.nodes.size()), "");
+  add("node_spacing_deg", "node spacing, mean", kDegreesPerRadian * drape.spacing_mean, "°");
+  add("node_spacing_cv_percent", "node spacing, CV", kPercent * drape.spacing_variation, "%");
+  add("node_severity", "node severity, mean", drape.severity_mean, "", "height over width at base");
+  add("node_severity_sd", "node severity, SD", drape.severity_deviation, "",
+      "height over width at base");
+  add("drape_distance_ratio_percent", "drape distance ratio", drape.distance_ratio, "%",
+      "Jeong 1998");
+  add("fold_depth_index_percent", "fold depth index", drape.fold_depth_index, "%");
+  add("amplitude_ratio_percent", "amplitude ratio", drape.amplitude_ratio, "%");
+  add("circularity", "circularity", drape.circularity, "", "4πA/L²");
+  return sheet;
+}
+
+nlohmann::ordered_json SheetJson(const LaboratorySheet& sheet) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (const LaboratoryRow& row : sheet.rows) rows.push_back(RowJson(row));
+  return {{"title", sheet.title}, {"rows", rows}};
+}
+
+nlohmann::ordered_json DrapeSheetJson(const LaboratoryDrape& drape, const std::string& title) {
+  constexpr double kMillimetres = 1e3;  // in a metre
+  nlohmann::ordered_json json = SheetJson(DrapeSheet(drape, title));
+  json["nodes"] = nlohmann::ordered_json::array();
+  for (const DrapeNode& node : drape.nodes)
+    json["nodes"].push_back({{"angle_deg", kDegreesPerRadian * node.angle},
+                             {"radius_mm", kMillimetres * node.radius},
+                             {"height_mm", kMillimetres * node.height},
+                             {"width_mm", kMillimetres * node.width},
+                             {"severity", node.severity()}});
+  return json;
+}
+
+std::string SheetText(const LaboratorySheet& sheet, const std::set<std::string>& keys) {
+  std::string text = "  " + sheet.title + "\n";
+  for (const LaboratoryRow& row : sheet.rows) {
+    if (!keys.empty() && !keys.contains(row.key)) continue;
+    text += Format("    %-34s %9s", row.name.c_str(), Reading(row, row.value, "%.4g").c_str());
+    text += row.interval ? Format("  %8s … %-8s", Reading(row, row.interval->low, "%.3g").c_str(),
+                                  Reading(row, row.interval->high, "%.3g").c_str())
+                         : std::string(21, ' ');
+    text += "  " + Padded(row.unit, 11) + " " + row.source;
+    text += row.Reads(row.value) ? "\n" : std::string(", ") + kBeyond + "\n";
+  }
+  return text;
 }
 
 }  // namespace drape

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
+#include "losses/metrics/distribution_metrics.h"
+#include "losses/outline/measured_image.h"
 #include "losses/outline/shape_features.h"
 
 namespace drape {
@@ -37,5 +40,13 @@ SilhouetteMetrics CompareSilhouettes(const GrayImage& image, const Eigen::Vector
                                      const GrayImage& fitted_image,
                                      const Eigen::VectorXd& fitted_radius, const Camera& camera,
                                      const DrapeDiscs& discs);
+
+// The form in which the reports of all programs write the quality of an image, a comparison, the
+// stability of a drape and the score of a prediction. Keys contain the unit.
+nlohmann::ordered_json QualityJson(const ImageQuality& quality);
+nlohmann::ordered_json MetricsJson(const SilhouetteMetrics& metrics);
+// lowest_eigenvalues: the result of LowestEigenvalues [s⁻²]; an empty one is written as nulls.
+nlohmann::ordered_json StabilityJson(const Eigen::VectorXd& lowest_eigenvalues);
+nlohmann::ordered_json ScoreJson(const DistributionScore& score);
 
 }  // namespace drape

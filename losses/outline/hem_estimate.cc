@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "losses/outline/outline_ray.h"
+#include "losses/outline/outline.h"
 #include "losses/outline/shape_features.h"
 
 namespace drape {

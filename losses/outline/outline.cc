@@ -4,6 +4,7 @@
 #include <glog/logging.h>
 
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace drape {
@@ -160,17 +161,46 @@ Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices) {
   return seeds;
 }
 
-void AdjOutline(const Outline& outline, const Eigen::VectorXd& radius_adjoint,
-                Eigen::VectorXd* gradient) {
-  CHECK_EQ(radius_adjoint.size(), outline.num_angles());
-  ForEachEntry(outline,
-               [&](int k, int i, double value) { (*gradient)[i] += value * radius_adjoint[k]; });
-}
-
 double ProfileRms(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   CHECK_EQ(a.size(), b.size());
   CHECK_GT(a.size(), 0);
   return (a - b).norm() / std::sqrt(double(a.size()));
+}
+
+bool CentreOnOutline(const GrayImage& image, Camera* camera) {
+  constexpr int kAngles = 360, kMaxRounds = 20;
+  constexpr double kTolerance = 1e-4;  // [px]
+  for (int round = 0; round < kMaxRounds; ++round) {
+    Outline outline;
+    if (!OutlineFromImage(image, *camera, kAngles, &outline)) return false;
+    double along = 0.0, up = 0.0;
+    for (int k = 0; k < kAngles; ++k) {
+      const double theta = 2.0 * std::numbers::pi * k / kAngles;
+      along += 2.0 / kAngles * outline.radius[k] * std::cos(theta);
+      up += 2.0 / kAngles * outline.radius[k] * std::sin(theta);
+    }
+    camera->cx += along;
+    camera->cy -= up;
+    if (std::hypot(along, up) < kTolerance) break;
+  }
+  return true;
+}
+
+void CentreOnFarCloth(const GrayImage& image, Camera* camera) {
+  double area = 0.0, column = 0.0, row = 0.0;
+  for (int r = 0; r < image.height; ++r) {
+    for (int c = 0; c < image.width; ++c) {
+      area += image.at(c, r);
+      column += static_cast<double>(image.at(c, r)) * c;
+      row += static_cast<double>(image.at(c, r)) * r;
+    }
+  }
+  column /= area;
+  row /= area;
+  const double mean_radius = std::sqrt(area / std::numbers::pi);
+  if (!(std::hypot(column - camera->cx, row - camera->cy) > mean_radius / 3)) return;
+  camera->cx = column;
+  camera->cy = row;
 }
 
 }  // namespace drape

@@ -3,15 +3,70 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <cmath>
 #include <vector>
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
-#include "losses/outline/outline_ray.h"
 #include "physics/linalg/blocks/block_matrix.h"
 #include "physics/mesh/mesh.h"
+#include "physics/util/options/enum_names.h"
 
 namespace drape {
+
+// The radial profile of a projected hem, ray by ray [MODEL, M47].
+// Points of the hem are in pixels about the camera centre, y up.
+
+// The segment of the projected hem between two vertices through which the ray of one angle leaves.
+struct OutlineHit {
+  int vertex[2] = {-1, -1};  // −1: the ray met nothing
+  double d_radius[6] = {};   // ∂r/∂(x of vertex[0], x of vertex[1]) [px/m]
+};
+
+// Projects a point of the hem [px]. Returns false when it is not finite or not in front of the
+// camera.
+inline bool ProjectHemPoint(const Projection& camera, const double x[3], Vec2* point) {
+  double image[2];
+  camera.Project(x, image);
+  *point = {image[0] - camera.cx, camera.cy - image[1]};
+  return camera.IsInFront(x) && std::isfinite(point->x) && std::isfinite(point->y) &&
+         std::isfinite(x[2]);
+}
+
+// The direction of ray k of num_angles.
+inline Vec2 RayDirection(int k, int num_angles) {
+  const double angle = 2 * M_PI * k / num_angles;
+  return {std::cos(angle), std::sin(angle)};
+}
+
+// The outermost crossing of a ray so far.
+struct RayCrossing {
+  int segment = -1;  // of the hem, from its point `segment` to the next one; -1: none
+  double t = 0;      // position on it
+  double radius = 0;
+};
+
+// Records the segment a→b of the hem if it is the outermost crossing so far. A vertex lies on the
+// same side of a ray in both of its segments (half-open rule), so that no ray passes between two
+// segments.
+inline void CrossRay(const Vec2& ray, const Vec2& a, const Vec2& b, int segment,
+                     RayCrossing* outermost) {
+  const double side_a = Cross(ray, a), side_b = Cross(ray, b);
+  if ((side_a > 0) == (side_b > 0)) return;
+  const double t = side_a / (side_a - side_b);
+  const double radius = Dot(ray, a + t * (b - a));
+  if (radius > outermost->radius) *outermost = {segment, t, radius};
+}
+
+// ∂r of the crossing at a + t(b − a), with edge = b − a [MODEL, M47]: the normal of the segment
+// over its component along the ray, distributed to the ends at x_a and x_b [m].
+inline void RadiusByEnds(const Projection& camera, const Vec2& ray, const Vec2& edge, double t,
+                         const double* x_a, const double* x_b, double d_radius[6]) {
+  const double across = Cross(ray, edge);
+  const Vec2 by_image{edge.y / across, edge.x / across};  // rows of the image run down
+  camera.AdjProject(x_a, (1 - t) * by_image, d_radius);
+  camera.AdjProject(x_b, t * by_image, d_radius + 3);
+}
 
 // The radial profile r(θ_k) [px] about the camera centre, θ_k = 2πk/K, counter-clockwise as seen in
 // the image (θ = 0 is +column, θ = π/2 is up) [MODEL, M47].
@@ -50,11 +105,29 @@ RowMatrix OutlineJacobianTimes(const Outline& outline, const RowMatrix& dx_dp);
 // Jᵀ as the right-hand sides of an adjoint solve, shape [3V, K].
 Eigen::MatrixXd OutlineAdjointSeeds(const Outline& outline, int num_vertices);
 
-// gradient += Jᵀ · radius_adjoint: shapes [K] → [3V].
-void AdjOutline(const Outline& outline, const Eigen::VectorXd& radius_adjoint,
-                Eigen::VectorXd* gradient);
-
 // The root mean square of a − b, in their unit. Both have the same non-zero size.
 double ProfileRms(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
+
+// Where the support's centre is in an image.
+enum class CentreMode {
+  kNominal,  // at the image's centre, or where the user says
+  kOutline   // where the outline has no first harmonic: the published images are off by up to 11 px
+};
+constexpr auto EnumNames(CentreMode) {
+  return MakeNames<CentreMode>(
+      {{CentreMode::kNominal, "nominal"}, {CentreMode::kOutline, "outline"}});
+}
+
+// Moves the camera to the point about which the outline of the image has no first harmonic, Σ r(θ)
+// e^{iθ} = 0. This point is the centre of the support in an image of a drape whose folds favour no
+// side. The centres of the published images deviate from the nominal one by up to 11 px (median 2).
+// The search starts at the camera's centre. Returns false when the outline is not complete; the
+// camera may then have moved.
+bool CentreOnOutline(const GrayImage& image, Camera* camera);
+
+// Moves the camera's centre to the centroid of the coverage where it is farther from it than a
+// third of the cloth's mean radius: from there the outline may not be seen as a whole. No published
+// image is off by more than a fifth.
+void CentreOnFarCloth(const GrayImage& image, Camera* camera);
 
 }  // namespace drape

@@ -22,15 +22,6 @@ const T& Of(const std::vector<T>& each, std::size_t i) {
   return each[i];
 }
 
-std::vector<DeviceReadout> OnDevice(ReadoutKind kind, int size, double half_width,
-                                    const std::vector<Camera>& cameras) {
-  CHECK(!cameras.empty());
-  std::vector<DeviceReadout> readouts;
-  for (const Camera& camera : cameras)
-    readouts.push_back({kind, size, camera.projection(), camera.width, camera.height, half_width});
-  return readouts;
-}
-
 ReadoutJacobian CoverageJacobian(const SoftSilhouette& silhouette, const Eigen::VectorXd& x,
                                  const Camera& camera) {
   const Projection projection = camera.projection();
@@ -50,10 +41,8 @@ ReadoutJacobian CoverageJacobian(const SoftSilhouette& silhouette, const Eigen::
 }  // namespace
 
 OutlineReadout::OutlineReadout(const Mesh& mesh, std::vector<Camera> cameras, int num_angles)
-    : mesh_(mesh),
-      cameras_(std::move(cameras)),
-      num_angles_(num_angles),
-      device_(OnDevice(ReadoutKind::kOutline, num_angles, 0.0, cameras_)) {
+    : mesh_(mesh), cameras_(std::move(cameras)), num_angles_(num_angles) {
+  CHECK(!cameras_.empty());
   CHECK_GT(num_angles, 0);
 }
 
@@ -65,8 +54,6 @@ bool OutlineReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::Vector
   *r = std::move(outline.radius);
   return true;
 }
-
-const DeviceReadout* OutlineReadout::device(std::size_t i) const { return &Of(device_, i); }
 
 bool PositionReadout::Read(std::size_t, const Eigen::VectorXd& x, Eigen::VectorXd* r,
                            ReadoutJacobian* dr_dx) const {
@@ -99,7 +86,6 @@ SilhouetteReadout::SilhouetteReadout(const Mesh& mesh, std::vector<Camera> camer
     : mesh_(mesh), cameras_(std::move(cameras)), options_(options) {
   CHECK(!cameras_.empty());
   CHECK_GT(options.half_width, 0);
-  device_ = OnDevice(ReadoutKind::kSoftSilhouette, size(), options.half_width, cameras_);
   for (const Camera& camera : cameras_) {
     CHECK_EQ(camera.width, cameras_[0].width);
     CHECK_EQ(camera.height, cameras_[0].height);
@@ -115,8 +101,6 @@ bool SilhouetteReadout::Read(std::size_t i, const Eigen::VectorXd& x, Eigen::Vec
   *r = std::move(silhouette.coverage);
   return true;
 }
-
-const DeviceReadout* SilhouetteReadout::device(std::size_t i) const { return &Of(device_, i); }
 
 std::unique_ptr<Readout> MakeReadout(const ReadoutChoice& choice, const Mesh& mesh,
                                      const DrapeDiscs& discs) {

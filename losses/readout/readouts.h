@@ -7,7 +7,6 @@
 
 #include "losses/camera/camera.h"
 #include "losses/outline/shape_features.h"
-#include "losses/readout/device_readout.h"
 #include "losses/silhouette/soft_silhouette.h"
 #include "physics/mesh/mesh.h"
 #include "physics/simulation/readout.h"
@@ -23,16 +22,14 @@ class OutlineReadout final : public Readout {
   int size() const override { return num_angles_; }
   bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
             ReadoutJacobian* dr_dx) const override;
-  const DeviceReadout* device(std::size_t i) const override;
 
  private:
   const Mesh& mesh_;
   std::vector<Camera> cameras_;
   int num_angles_;
-  std::vector<DeviceReadout> device_;
 };
 
-// The shape itself [m], K = 3V. Devices do not know it.
+// The shape itself [m], K = 3V.
 class PositionReadout final : public Readout {
  public:
   explicit PositionReadout(const Mesh& mesh) : size_(static_cast<int>(mesh.rest_x.size())) {}
@@ -44,9 +41,9 @@ class PositionReadout final : public Readout {
   int size_;
 };
 
-// The shape features of the vertical projection [MODEL, M49], K = kNumShapeFeatures: those of its
-// outline at 360 angles from the axis. Read returns false where an angle is missing. Devices do not
-// know it.
+// The shape features of the vertical projection [MODEL, M49], K = kNumShapeFeatures: the
+// features of its outline at 360 angles from the axis. Read returns false where an angle is
+// missing.
 class FeatureReadout final : public Readout {
  public:
   // `mesh` must outlive the object.
@@ -71,13 +68,11 @@ class SilhouetteReadout final : public Readout {
   int size() const override { return cameras_[0].width * cameras_[0].height; }
   bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
             ReadoutJacobian* dr_dx) const override;
-  const DeviceReadout* device(std::size_t i) const override;
 
  private:
   const Mesh& mesh_;
   std::vector<Camera> cameras_;
   SoftSilhouetteOptions options_;
-  std::vector<DeviceReadout> device_;
 };
 
 // What is read of every drape of a batch.

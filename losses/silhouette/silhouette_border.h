@@ -3,14 +3,13 @@
 
 #include <cmath>
 
-#include "losses/camera/projection.h"
+#include "losses/camera/camera.h"
 #include "physics/mesh/mesh.h"
 
 namespace drape {
 
 // The elementary operations of the soft silhouette [MODEL, M48] on edges, crossings, pieces of the
-// border and pixels, in one source for the host (silhouette_edges, soft_silhouette) and the
-// kernels. `points`: the projected vertices [px], shape [2, V].
+// border and pixels. `points`: the projected vertices [px], shape [2, V].
 
 inline constexpr double kBorderProbe = 1e-6;  // [px] from an edge: where its sides are probed
 inline constexpr double kOnBorder = 1e-9;  // [px] distance below which the offset has no direction
@@ -32,7 +31,7 @@ struct SilhouettePiece {
 // The side of the edge i→j of the projected mesh on which the point lies: twice the signed area of
 // the triangle (i, j, point) [px²]. It is exactly antisymmetric in (i, j), so that two triangles
 // that share an edge leave no gap between them.
-DRAPE_HD inline double EdgeSide(const double* points, int i, int j, const Vec2& p) {
+inline double EdgeSide(const double* points, int i, int j, const Vec2& p) {
   const double sign = i < j ? 1 : -1;
   const Vec2 a = PointAt(points, i < j ? i : j), b = PointAt(points, i < j ? j : i);
   return sign * Cross(b - a, p - a);
@@ -40,7 +39,7 @@ DRAPE_HD inline double EdgeSide(const double* points, int i, int j, const Vec2& 
 
 // Returns whether the closed projected triangle of three vertices contains the point, whichever
 // face is seen. A triangle of zero area contains nothing.
-DRAPE_HD inline bool Covers(const double* points, const int* triangle, const Vec2& p) {
+inline bool Covers(const double* points, const int* triangle, const Vec2& p) {
   const int a = triangle[0], b = triangle[1], c = triangle[2];
   const double ab = EdgeSide(points, a, b, p);
   const double bc = EdgeSide(points, b, c, p);
@@ -49,25 +48,25 @@ DRAPE_HD inline bool Covers(const double* points, const int* triangle, const Vec
   return inside && EdgeSide(points, a, b, PointAt(points, c)) != 0;
 }
 
-DRAPE_HD inline bool Covers(const double* points, const Face& face, const Vec2& p) {
+inline bool Covers(const double* points, const Face& face, const Vec2& p) {
   return Covers(points, face.vertex, p);
 }
 
 // Returns whether the two faces of a hinge overlap in the image.
-DRAPE_HD inline bool FoldsOver(const double* points, const Hinge& hinge) {
+inline bool FoldsOver(const double* points, const Hinge& hinge) {
   const int* v = hinge.vertex;
   return EdgeSide(points, v[0], v[1], PointAt(points, v[2])) *
              EdgeSide(points, v[0], v[1], PointAt(points, v[3])) >=
          0;
 }
 
-DRAPE_HD inline bool ShareVertex(const int l[2], const int r[2]) {
+inline bool ShareVertex(const int l[2], const int r[2]) {
   return l[0] == r[0] || l[0] == r[1] || l[1] == r[0] || l[1] == r[1];
 }
 
 // Computes the positions t of the crossing on the edges l and r. Returns false when they do not
 // cross inside both.
-DRAPE_HD inline bool Intersect(const double* points, const int l[2], const int r[2], double t[2]) {
+inline bool Intersect(const double* points, const int l[2], const int r[2], double t[2]) {
   const Vec2 l0 = PointAt(points, l[0]), r0 = PointAt(points, r[0]);
   const Vec2 e = PointAt(points, l[1]) - l0, f = PointAt(points, r[1]) - r0;
   const Vec2 offset = r0 - l0;
@@ -81,7 +80,7 @@ DRAPE_HD inline bool Intersect(const double* points, const int l[2], const int r
 // Returns whether a part of an edge is a piece of the border, that is, whether exactly one of its
 // sides is covered, and sets its inward normal. is_covered(point) → bool.
 template <class IsCovered>
-DRAPE_HD bool FindInward(const double* points, const IsCovered& is_covered, SilhouettePiece* part) {
+bool FindInward(const double* points, const IsCovered& is_covered, SilhouettePiece* part) {
   const Vec2 a = PointAt(points, part->vertex[0]), e = PointAt(points, part->vertex[1]) - a;
   const double length = std::sqrt(Dot(e, e));
   const Vec2 normal{-e.y / length, e.x / length};
@@ -98,8 +97,8 @@ struct PieceContact {
   double t;         // position on the edge of the piece
   int end;          // 0 or 1: this end of the piece; −1: between the ends
 };
-DRAPE_HD inline PieceContact NearestOnPiece(const double* points, const SilhouettePiece& piece,
-                                            const Vec2& pixel) {
+inline PieceContact NearestOnPiece(const double* points, const SilhouettePiece& piece,
+                                   const Vec2& pixel) {
   const Vec2 a = PointAt(points, piece.vertex[0]), e = PointAt(points, piece.vertex[1]) - a;
   double t = Dot(pixel - a, e) / Dot(e, e);
   const int end = t <= piece.t[0] ? 0 : t >= piece.t[1] ? 1 : -1;
@@ -112,8 +111,7 @@ DRAPE_HD inline PieceContact NearestOnPiece(const double* points, const Silhouet
 struct PieceBox {
   Vec2 min, max;
 };
-DRAPE_HD inline PieceBox BoundingBox(const double* points, const SilhouettePiece& piece,
-                                     double reach) {
+inline PieceBox BoundingBox(const double* points, const SilhouettePiece& piece, double reach) {
   const Vec2 a = PointAt(points, piece.vertex[0]), e = PointAt(points, piece.vertex[1]) - a;
   const Vec2 p = a + piece.t[0] * e, q = a + piece.t[1] * e;
   return {{std::fmin(p.x, q.x) - reach, std::fmin(p.y, q.y) - reach},
@@ -124,7 +122,7 @@ DRAPE_HD inline PieceBox BoundingBox(const double* points, const SilhouettePiece
 struct PixelRange {
   int first, last;
 };
-DRAPE_HD inline PixelRange PixelsIn(double min, double max, int size) {
+inline PixelRange PixelsIn(double min, double max, int size) {
   const double end = size;
   return {static_cast<int>(std::ceil(std::fmin(std::fmax(min, 0.0), end))),
           static_cast<int>(std::floor(std::fmin(std::fmax(max, -1.0), end - 1.0)))};
@@ -135,15 +133,15 @@ DRAPE_HD inline PixelRange PixelsIn(double min, double max, int size) {
 struct SoftRamp {
   double coverage, slope;
 };
-DRAPE_HD inline SoftRamp RampAt(double distance, bool inside, double half_width) {
+inline SoftRamp RampAt(double distance, bool inside, double half_width) {
   const double u = 0.5 * (1 + (inside ? 1.0 : -1.0) * distance / half_width);
   return {u * u * (3 - 2 * u), 3 * u * (1 - u) / half_width};
 }
 
 // ∂coverage/∂(point of contact) [1/px], by the envelope theorem with its position on the edge held.
-DRAPE_HD inline Vec2 CoverageByPoint(const double* points, const SilhouettePiece& piece,
-                                     const PieceContact& contact, const Vec2& pixel, bool inside,
-                                     double slope) {
+inline Vec2 CoverageByPoint(const double* points, const SilhouettePiece& piece,
+                            const PieceContact& contact, const Vec2& pixel, bool inside,
+                            double slope) {
   if (contact.distance < kOnBorder) return -slope * piece.inward;
   const Vec2 a = PointAt(points, piece.vertex[0]), e = PointAt(points, piece.vertex[1]) - a;
   const Vec2 offset = pixel - a - contact.t * e;
@@ -154,8 +152,8 @@ DRAPE_HD inline Vec2 CoverageByPoint(const double* points, const SilhouettePiece
 // A crossing X lies on both edges: n·δX = (1 − t) n·δa + t n·δb for the normal n of each. The
 // adjoint of X is written in the basis of the two normals, and each component goes to the ends of
 // its own edge.
-DRAPE_HD inline void AdjCrossing(const double* points, const EdgeCrossing& crossing,
-                                 const Vec2& adj_point, Vec2 adj_vertex[4]) {
+inline void AdjCrossing(const double* points, const EdgeCrossing& crossing, const Vec2& adj_point,
+                        Vec2 adj_vertex[4]) {
   Vec2 normal[2];
   for (int k = 0; k < 2; ++k) {
     const Vec2 e =

@@ -3,11 +3,120 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
 #include "losses/silhouette/raster.h"
-#include "losses/silhouette/silhouette_edges.h"
 
 namespace drape {
 namespace {
+
+using Eigen::Matrix2Xd;
+using Eigen::Vector2d;
+
+// Sorts the triangles into square cells of the image, to find those that cover a point.
+class TriangleGrid {
+ public:
+  TriangleGrid(const Mesh& mesh, const Matrix2Xd& points) : mesh_(mesh), points_(points) {
+    origin_ = points.rowwise().minCoeff();
+    const Vector2d extent = (points.rowwise().maxCoeff() - origin_).cwiseMax(1e-12);
+    side_ = std::max(1, static_cast<int>(std::sqrt(mesh.num_faces())));
+    per_pixel_ = extent.cwiseInverse() * side_;
+    cells_.resize(size_t(side_) * side_);
+    for (int f = 0; f < mesh.num_faces(); ++f) Insert(f);
+  }
+
+  bool IsCovered(const Vec2& p) const {
+    const Vector2d cell = (Vector2d(p.x, p.y) - origin_).cwiseProduct(per_pixel_);
+    if (!(cell.minCoeff() >= 0 && cell.maxCoeff() <= side_)) return false;
+    for (int f : cells_[Index(Clamp(cell.x()), Clamp(cell.y()))]) {
+      if (Covers(points_.data(), mesh_.faces[f], p)) return true;
+    }
+    return false;
+  }
+
+ private:
+  int Clamp(double cell) const { return std::clamp(static_cast<int>(cell), 0, side_ - 1); }
+  size_t Index(int column, int row) const { return size_t(row) * side_ + column; }
+
+  void Insert(int f) {
+    const int* v = mesh_.faces[f].vertex;
+    const auto a = points_.col(v[0]), b = points_.col(v[1]), c = points_.col(v[2]);
+    const Vector2d min = (a.cwiseMin(b).cwiseMin(c) - origin_).cwiseProduct(per_pixel_);
+    const Vector2d max = (a.cwiseMax(b).cwiseMax(c) - origin_).cwiseProduct(per_pixel_);
+    for (int row = Clamp(min.y()); row <= Clamp(max.y()); ++row) {
+      for (int col = Clamp(min.x()); col <= Clamp(max.x()); ++col) {
+        cells_[Index(col, row)].push_back(f);
+      }
+    }
+  }
+
+  const Mesh& mesh_;
+  const Matrix2Xd& points_;
+  Vector2d origin_, per_pixel_;
+  int side_;
+  std::vector<std::vector<int>> cells_;
+};
+
+struct Candidate {
+  int vertex[2];
+  double min_column, max_column;
+  std::vector<std::pair<double, int>> cuts;  // t, index of the crossing
+};
+
+// Returns the candidates sorted by min_column, for the sweep.
+std::vector<Candidate> FindCandidates(const Mesh& mesh, const Matrix2Xd& points) {
+  std::vector<Candidate> candidates;
+  const auto add = [&](int a, int b) {
+    const auto [min, max] = std::minmax(points(0, a), points(0, b));
+    if (points.col(a) != points.col(b)) candidates.push_back({{a, b}, min, max, {}});
+  };
+  for (const auto& loop : mesh.boundary_loops) {
+    for (size_t i = 0; i < loop.size(); ++i) add(loop[i], loop[(i + 1) % loop.size()]);
+  }
+  for (const Hinge& hinge : mesh.hinges) {
+    if (FoldsOver(points.data(), hinge)) add(hinge.vertex[0], hinge.vertex[1]);
+  }
+  std::sort(candidates.begin(), candidates.end(),
+            [](const Candidate& l, const Candidate& r) { return l.min_column < r.min_column; });
+  return candidates;
+}
+
+std::vector<EdgeCrossing> CutCandidates(const Matrix2Xd& points, std::vector<Candidate>* all) {
+  std::vector<EdgeCrossing> crossings;
+  for (size_t i = 0; i < all->size(); ++i) {
+    Candidate& l = (*all)[i];
+    for (size_t j = i + 1; j < all->size() && (*all)[j].min_column <= l.max_column; ++j) {
+      Candidate& r = (*all)[j];
+      double t[2];
+      if (ShareVertex(l.vertex, r.vertex) || !Intersect(points.data(), l.vertex, r.vertex, t))
+        continue;
+      const int index = static_cast<int>(crossings.size());
+      crossings.push_back({{l.vertex[0], l.vertex[1], r.vertex[0], r.vertex[1]}, {t[0], t[1]}});
+      l.cuts.emplace_back(t[0], index);
+      r.cuts.emplace_back(t[1], index);
+    }
+  }
+  return crossings;
+}
+
+// Adds the parts of one candidate with cloth on one side only.
+void KeepBorderParts(const Matrix2Xd& points, const TriangleGrid& grid, Candidate* candidate,
+                     std::vector<SilhouettePiece>* pieces) {
+  auto& cuts = candidate->cuts;
+  cuts.emplace_back(0.0, -1);
+  cuts.emplace_back(1.0, -1);
+  std::sort(cuts.begin(), cuts.end());
+  for (size_t i = 0; i + 1 < cuts.size(); ++i) {
+    SilhouettePiece part{{candidate->vertex[0], candidate->vertex[1]},
+                         {cuts[i].first, cuts[i + 1].first},
+                         {cuts[i].second, cuts[i + 1].second},
+                         {}};
+    const auto is_covered = [&](const Vec2& p) { return grid.IsCovered(p); };
+    if (FindInward(points.data(), is_covered, &part)) pieces->push_back(part);
+  }
+}
 
 using Eigen::Matrix2Xd;
 
@@ -60,6 +169,17 @@ void FillRamp(const Matrix2Xd& points, const SilhouetteEdges& edges, const Conta
 
 }  // namespace
 
+SilhouetteEdges FindSilhouetteEdges(const Mesh& mesh, const Matrix2Xd& image_points) {
+  SilhouetteEdges edges;
+  std::vector<Candidate> candidates = FindCandidates(mesh, image_points);
+  edges.crossings = CutCandidates(image_points, &candidates);
+  const TriangleGrid grid(mesh, image_points);
+  for (Candidate& candidate : candidates) {
+    KeepBorderParts(image_points, grid, &candidate, &edges.pieces);
+  }
+  return edges;
+}
+
 bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                 const SoftSilhouetteOptions& options, SoftSilhouette* silhouette) {
   CHECK_GT(options.half_width, 0);
@@ -85,31 +205,4 @@ bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera
   }
   return true;
 }
-
-void AdjRenderSoft(const SoftSilhouette& silhouette, const Eigen::VectorXd& x, const Camera& camera,
-                   const Eigen::VectorXd& pixel_adjoint, Eigen::VectorXd* gradient) {
-  CHECK_EQ(pixel_adjoint.size(), silhouette.coverage.size());
-  CHECK_EQ(gradient->size(), x.size());
-  Matrix2Xd d_image = Matrix2Xd::Zero(2, x.size() / 3);
-  for (const RampPixel& ramp : silhouette.ramp) {
-    for (int k = 0; k < ramp.num_vertices; ++k) {
-      d_image.col(ramp.vertex[k]) += pixel_adjoint[ramp.pixel] * ramp.d_image[k];
-    }
-  }
-  const Projection projection = camera.projection();
-  for (int i = 0; i < d_image.cols(); ++i) {
-    if (d_image.col(i).isZero(0)) continue;
-    double by_x[3];
-    projection.AdjProject(&x[3 * i], {d_image(0, i), d_image(1, i)}, by_x);
-    for (int d = 0; d < 3; ++d) (*gradient)[3 * i + d] += by_x[d];
-  }
-}
-
-GrayImage ToGrayImage(const SoftSilhouette& silhouette) {
-  GrayImage image(silhouette.width, silhouette.height);
-  Eigen::Map<Eigen::VectorXf>(image.coverage.data(), image.coverage.size()) =
-      silhouette.coverage.cast<float>();
-  return image;
-}
-
 }  // namespace drape

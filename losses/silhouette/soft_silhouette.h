@@ -6,9 +6,20 @@
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
+#include "losses/silhouette/silhouette_border.h"
 #include "physics/mesh/mesh.h"
 
 namespace drape {
+
+struct SilhouetteEdges {
+  std::vector<SilhouettePiece> pieces;
+  std::vector<EdgeCrossing> crossings;
+};
+
+// Finds the border of the silhouette, holes included. The candidates are the boundary edges of the
+// mesh and the hinges whose faces overlap in the image. They are cut where they cross, and a part
+// is kept when exactly one of its sides is covered. image_points: finite, [px], shape [2, V].
+SilhouetteEdges FindSilhouetteEdges(const Mesh& mesh, const Eigen::Matrix2Xd& image_points);
 
 struct SoftSilhouetteOptions {
   double half_width = 1.0;  // of the ramp around the border [px], > 0
@@ -27,7 +38,7 @@ struct SoftSilhouette {
   int width = 0;
   int height = 0;
   Eigen::VectorXd coverage;     // row-major, shape [height · width], in [0, 1]
-  std::vector<RampPixel> ramp;  // for AdjRenderSoft
+  std::vector<RampPixel> ramp;  // ascending by pixel
 };
 
 // The differentiable silhouette [MODEL, M48]. With φ the distance of a pixel centre to the border
@@ -38,12 +49,5 @@ struct SoftSilhouette {
 // finite or not in front of the camera.
 bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
                 const SoftSilhouetteOptions& options, SoftSilhouette* silhouette);
-
-// gradient += (∂coverage/∂x)ᵀ pixel_adjoint: shapes [height · width] → [3V]. `silhouette` is the
-// result of RenderSoft at the same x and camera.
-void AdjRenderSoft(const SoftSilhouette& silhouette, const Eigen::VectorXd& x, const Camera& camera,
-                   const Eigen::VectorXd& pixel_adjoint, Eigen::VectorXd* gradient);
-
-GrayImage ToGrayImage(const SoftSilhouette& silhouette);
 
 }  // namespace drape

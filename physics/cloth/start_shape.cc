@@ -5,10 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "physics/cloth/state.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/json_input.h"
 #include "physics/util/math/random.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -53,6 +58,37 @@ void CheckRange(const ModeRange& range, double hem_rms) {
   CHECK_GE(hem_rms, 0);
 }
 
+constexpr char kShapeFormat[] = "drapefit-start-shape";
+constexpr int kVersion = 1, kMaxWaves = 1000, kMaxModes = 100;
+constexpr double kMaxAmplitude = 0.1, kMaxHemRms = 0.1;  // [m]; the cloth overhangs by 0.06
+constexpr double kMaxPhase = 1e3;                        // [rad]
+
+StartShape::Mode ParseMode(const JsonInput& input) {
+  input.ExpectKeys({"k", "amplitude_m", "phase"});
+  const int k = input.At("k").Integer();
+  if (k < 0 || k > kMaxWaves) input.At("k").Fail("0.." + std::to_string(kMaxWaves));
+  return {k, input.At("amplitude_m").NumberWithin(-kMaxAmplitude, kMaxAmplitude),
+          input.At("phase").NumberWithin(-kMaxPhase, kMaxPhase)};
+}
+
+StartShape ParseStartShape(const JsonInput& input) {
+  input.ExpectKeys({"format", "version", "modes"});
+  if (input.At("format").String() != kShapeFormat) {
+    input.At("format").Fail(std::string("\"").append(kShapeFormat) + '"');
+  }
+  if (input.At("version").Integer() != kVersion) input.At("version").Fail("1");
+  const JsonInput modes = input.At("modes").ExpectArray();
+  StartShape shape;
+  if (modes.Size() > kMaxModes) modes.Fail(Format("at most %d modes", kMaxModes));
+  for (int i = 0; i < modes.Size(); ++i) shape.modes.push_back(ParseMode(modes.At(i)));
+  if (HemRms(shape) > kMaxHemRms)
+    modes.Fail(
+        Format("a root mean square height of at most %g m at the hem, which these modes "
+               "exceed with %g m",
+               kMaxHemRms, HemRms(shape)));
+  return shape;
+}
+
 }  // namespace
 
 double HemRadius(const Mesh& mesh) {
@@ -79,33 +115,6 @@ double HemRms(const StartShape& shape) {
   double sum = 0;
   for (const auto& mode : shape.modes) sum += mode.amplitude_m * mode.amplitude_m / 2;
   return std::sqrt(sum);
-}
-
-StartShape GuessFromOutline(const std::vector<double>& outline, double hem_rms,
-                            const ModeRange& range) {
-  CheckRange(range, hem_rms);
-  const size_t n = outline.size();
-  CHECK_GT(n, 2u * range.last) << "too few angles for the highest mode";
-  StartShape shape;
-  double mean = 0;
-  for (const double r : outline) mean += r / static_cast<double>(n);
-  CHECK(std::isfinite(mean)) << "an outline radius is not finite";
-  for (int k = range.first; k <= range.last; ++k) {
-    double a = 0, b = 0;
-    for (size_t i = 0; i < n; ++i) {
-      const double angle = 2 * pi * k * static_cast<double>(i) / static_cast<double>(n);
-      a += 2 * outline[i] * std::cos(angle) / static_cast<double>(n);
-      b += 2 * outline[i] * std::sin(angle) / static_cast<double>(n);
-    }
-    shape.modes.push_back(MakeMode(k, a, b));
-  }
-  const double rms = HemRms(shape);
-  if (!(rms > 1e-9 * std::abs(mean))) {
-    throw InputError("start shape", "the outline is a circle of " + std::to_string(mean) +
-                                        " m, expected folds to start from");
-  }
-  for (auto& mode : shape.modes) mode.amplitude_m *= hem_rms / rms;
-  return shape;
 }
 
 StartShape RandomStartShape(uint64_t seed, double hem_rms, const ModeRange& range) {
@@ -136,6 +145,22 @@ Eigen::VectorXd FlapsFromOutline(const Mesh& mesh, double support_radius,
     x[3 * i + 2] -= flap * std::sin(angle);
   }
   return x;
+}
+
+StartShape ReadStartShape(const std::string& path) {
+  const nlohmann::json file = ReadJsonFile(path);
+  return ParseStartShape(JsonInput(file, path));
+}
+
+State ReadStart(const std::string& path, const Mesh& mesh, double support_radius) {
+  const nlohmann::json file = ReadJsonFile(path);
+  const JsonInput input(file, path);
+  if (input.Has("modes") || input.Has("format")) {
+    return {ApplyStartShape(mesh, support_radius, ParseStartShape(input)),
+            Eigen::VectorXd::Zero(mesh.rest_x.size())};
+  }
+  if (input.Has("x") || input.Has("v")) return ReadState(path, mesh.num_vertices());
+  input.Fail("a start shape (keys format, version, modes) or a state (keys x, v)");
 }
 
 }  // namespace drape

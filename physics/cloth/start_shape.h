@@ -40,13 +40,6 @@ double HemRadius(const Mesh& mesh);
 // The root mean square of z around the hem [m].
 double HemRms(const StartShape& shape);
 
-// The Fourier modes of an outline r(θ_i), θ_i = 2π i/n, in metres, scaled to HemRms = hem_rms [m]
-// [MODEL, M38]. Where the outline reaches far out the cloth has a ridge, so the shape starts high
-// there. Throws InputError when the outline is a circle to 1e-9. CHECKs n > 2·last, finite radii
-// and hem_rms ≥ 0.
-StartShape GuessFromOutline(const std::vector<double>& outline, double hem_rms,
-                            const ModeRange& range = {});
-
 // Random modes with independent normal cosine and sine amplitudes of equal variance. hem_rms [m] is
 // the root of the expected mean square. The same seed gives the same shape (see random.h). CHECKs
 // hem_rms ≥ 0.
@@ -64,13 +57,11 @@ Eigen::VectorXd FlapsFromOutline(const Mesh& mesh, double support_radius,
 // Files of the form
 //   {"format": "drapefit-start-shape", "version": 1, "modes": [{"k", "amplitude_m", "phase"}, …]}
 // of at most 100 modes with k = 0 … 1000, amplitudes and a HemRms of at most 0.1 m, and phases of
-// at most 1000 rad. Both functions throw InputError naming the file, and reading also the key and
-// index. Writing is atomic, and numbers read back bit for bit.
+// at most 1000 rad. Throws InputError naming the file, key and index.
 StartShape ReadStartShape(const std::string& path);
-void WriteStartShape(const std::string& path, const StartShape& shape);
 
 // Reads the file that --start names: a start shape (at rest, v = 0) or a state of this mesh
-// (state_io.h). Throws InputError as ReadStartShape and ReadState do, and when the file is neither.
+// (state.h). Throws InputError as ReadStartShape and ReadState do, and when the file is neither.
 State ReadStart(const std::string& path, const Mesh& mesh, double support_radius);
 
 }  // namespace drape

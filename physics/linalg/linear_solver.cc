@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "physics/linalg/analysis/elimination_order.h"
-#include "physics/linalg/analysis/symbolic_analysis.h"
+#include "physics/linalg/analysis/factor_plan.h"
 #include "physics/linalg/supernodal_factor.h"
 
 namespace drape {

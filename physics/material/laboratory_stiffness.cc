@@ -9,25 +9,11 @@ namespace drape {
 namespace {
 
 constexpr double kMicro = 1e-6, kPercent = 100.0;
-constexpr double kGrams = 1e3;        // in a kilogram
-constexpr double kMillimetres = 1e3;  // in a metre
-constexpr double kAstmFactor = 1.421e-5, kFastShear = 123.0, kFastFormability = 14.7;
+constexpr double kFastShear = 123.0, kFastFormability = 14.7;
 constexpr double kGramForce = 1e-3 * kStandardGravity;  // [N]
 constexpr double kCentimetre = 1e-2;
 
 }  // namespace
-
-double FlexuralRigidity(double density, double bending_length) {
-  return density * kStandardGravity * std::pow(bending_length, 3);
-}
-
-double AstmFlexuralRigidityMicro(double density, double bending_length) {
-  return kAstmFactor * kGrams * density * std::pow(kMillimetres * bending_length, 3);
-}
-
-double BendingModulus(double rigidity, double thickness) {
-  return 12.0 * rigidity / std::pow(thickness, 3);
-}
 
 double OverallStiffness(double warp, double weft) { return std::sqrt(warp * weft); }
 

@@ -4,16 +4,8 @@
 namespace drape {
 
 // Stiffness as textile laboratories report it: the standards' own formulas, in SI units unless the
-// name of a function says otherwise. W: mass by area [kg/m²], c: bending length [m].
+// name of a function says otherwise.
 
-// The flexural rigidity B = W·g·c³ [N·m], in laboratories B [µN·m] = 9.807e-6·W [g/m²]·c³ [mm³]
-// [ISO 9073-7]; BendingLength is its inverse.
-double FlexuralRigidity(double density, double bending_length);
-// The same by [ASTM D1388]: G [µJ/m] = 1.421e-5·W [g/m²]·c³ [mm³], 1.449 times the above. The two
-// are never to be mixed.
-double AstmFlexuralRigidityMicro(double density, double bending_length);
-// q = 12·B/t³ [Pa] of a cloth of thickness t [m].
-double BendingModulus(double rigidity, double thickness);
 // The geometric mean of warp and weft, for rigidities and bending lengths.
 double OverallStiffness(double warp, double weft);
 

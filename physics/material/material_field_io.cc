@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "physics/material/material_ranges.h"
+#include "physics/material/material.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
 

@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "physics/material/bending_table.h"
-#include "physics/material/material_ranges.h"
+#include "physics/material/material.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"

@@ -79,4 +79,17 @@ std::string MaterialText(const Material& material, Convention convention = Conve
 void WriteMaterial(const std::string& path, const Material& material,
                    Convention convention = Convention::kMechanical);
 
+class JsonInput;
+
+// Internal to physics/material: the largest numbers that files of materials may hold, in the
+// mechanical convention: at least 1e3 times the stiffness of fabrics.
+inline constexpr double kMinDensity = 1e-5, kMaxDensity = 1e3;  // [kg/m²]
+inline constexpr double kMaxMembraneStiffness = 1e8;            // [N/m]
+inline constexpr double kMaxRigidity = 100.0;                   // [N·m]
+
+// Read the number at a place of a file. `most`: the largest size of an entry, in its unit. Both
+// throw InputError.
+double ReadDensity(const JsonInput& input);
+double ReadEntry(const JsonInput& input, double most, const MaterialPolicy& policy);
+
 }  // namespace drape

@@ -7,8 +7,6 @@
 #include <exception>
 #include <utility>
 
-#include "physics/simulation/host_readouts.h"
-
 namespace drape {
 namespace {
 
@@ -44,13 +42,6 @@ class CpuBackend final : public Backend {
     });
   }
 
-  std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
-                                              std::span<const MaterialField* const> weights,
-                                              const RolloutOptions& options,
-                                              const Readout& readout) override {
-    return ReadTangents(*this, batch, weights, options, readout);
-  }
-
   std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
                                       std::span<const Recording> recordings,
                                       std::span<const RowMatrix> dL_dx,
@@ -60,12 +51,6 @@ class CpuBackend final : public Backend {
     return ForEach<AdjointResult>(batch.size(), [&](StepSolver& solver, int i) {
       return RolloutAdjoint(solver, *batch[i].material, options, recordings[i], dL_dx[i]);
     });
-  }
-
-  std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
-                                          const RolloutOptions& options,
-                                          const ReadoutLoss& loss) override {
-    return DifferentiateLosses(*this, batch, options, loss);
   }
 
   std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
@@ -95,12 +80,6 @@ class CpuBackend final : public Backend {
           EquilibriumJvpColumn(solver, *batch[i].material, *changes[i], batch[i].start->x, &dx);
       return ok ? dx : Eigen::VectorXd();
     });
-  }
-
-  std::vector<LinearReadout> EquilibriumReadoutTangents(
-      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
-      const Readout& readout) override {
-    return ReadEquilibriumTangents(*this, batch, weights, readout);
   }
 
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
@@ -141,13 +120,6 @@ class CpuBackend final : public Backend {
 };
 
 }  // namespace
-
-void ReadoutLoss::Check(std::size_t count) const {
-  CHECK(readout != nullptr);
-  CHECK_GT(sigma, 0.0);
-  CHECK_EQ(targets.size(), count);
-  for (const Eigen::VectorXd* target : targets) CHECK_EQ(target->size(), readout->size());
-}
 
 std::unique_ptr<Backend> MakeCpuBackend(std::shared_ptr<const ClothModel> model, int threads) {
   return std::make_unique<CpuBackend>(std::move(model), threads);

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "physics/simulation/readout.h"
 #include "physics/simulation/rollout.h"
 #include "physics/simulation/statics/statics.h"
 
@@ -20,32 +19,6 @@ namespace drape {
 struct RolloutInput {
   const MaterialField* material = nullptr;
   const State* start = nullptr;
-};
-
-// What a readout finds at a shape, to first order; both empty where there is no shape or it cannot
-// be read.
-struct LinearReadout {
-  Eigen::VectorXd r;  // [K]
-  RowMatrix dr;       // ∂r/∂x · ∂x/∂p, shape [K, 39]
-};
-struct ReadoutTangent {
-  RolloutResult rollout;
-  LinearReadout read;  // of its end
-};
-
-// L = ½ Σ_k ((r_k − target_k)/sigma)² of the numbers that `readout` finds.
-struct ReadoutLoss {
-  const Readout* readout = nullptr;
-  std::vector<const Eigen::VectorXd*> targets;  // [K] each, of rollout i; rollouts may share one
-  double sigma = 1.0;                           // in the unit of r, > 0
-
-  // Programmer errors; `count`: rollouts of the batch.
-  void Check(std::size_t count) const;
-};
-struct LossGradient {
-  RolloutStatus status = RolloutStatus::kOk;
-  std::optional<double> loss;  // empty where the rollout failed or its end cannot be read
-  MaterialGradient material;   // ∂L/∂(entry of MaterialField), one column; empty without a loss
 };
 
 // Runs batches of rollouts of one model: different materials and starts, one mesh, scene and law.
@@ -68,22 +41,11 @@ class Backend {
   virtual std::vector<TangentResult> Tangents(std::span<const RolloutInput> batch,
                                               std::span<const MaterialField* const> weights,
                                               const RolloutOptions& options) = 0;
-  // The same where only what `readout` reads is wanted: little comes back from a device.
-  virtual std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
-                                                      std::span<const MaterialField* const> weights,
-                                                      const RolloutOptions& options,
-                                                      const Readout& readout) = 0;
   // dL_dx[i]: by the end of rollout i, shape [3V, m_i].
   virtual std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
                                               std::span<const Recording> recordings,
                                               std::span<const RowMatrix> dL_dx,
                                               const RolloutOptions& options) = 0;
-
-  // The loss of the end of each rollout and its gradient by the material, through the adjoint. From
-  // a device only these come back, for the readouts that it knows (Readout::device).
-  virtual std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
-                                                  const RolloutOptions& options,
-                                                  const ReadoutLoss& loss) = 0;
 
   // Drapes at rest near the starts (their velocities do not count).
   virtual std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
@@ -96,10 +58,6 @@ class Backend {
   // shape [3V] each, empty as above.
   virtual std::vector<Eigen::VectorXd> EquilibriumJvp(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes) = 0;
-  // The same where only what `readout` reads of the equilibria is wanted.
-  virtual std::vector<LinearReadout> EquilibriumReadoutTangents(
-      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
-      const Readout& readout) = 0;
   // Gradients of scalars of equilibria that are given as the starts; dL_dx[i]: shape
   // [3V, m_i]. Empty where K is not positive definite.
   virtual std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(

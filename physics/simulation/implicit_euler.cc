@@ -11,8 +11,9 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
-#include "physics/cloth/contact/barrier.h"
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
+#include "physics/cloth/contact/step_limit.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/simulation/statics/statics.h"
 
 namespace drape {
@@ -74,7 +75,7 @@ IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around
   cost_ = {};
   failure_ = {};
   rubs_.clear();
-  MeetObstacles();
+  SetObstacles();
   Eigen::VectorXd start;
   if (const IntegratorStatus status = Start(state.x, start); status != IntegratorStatus::kOk)
     return status;
@@ -101,7 +102,7 @@ IntegratorStatus ImplicitEuler::Advance(State& state, const Surroundings& around
   return state.x.allFinite() ? IntegratorStatus::kOk : IntegratorStatus::kNotFinite;
 }
 
-void ImplicitEuler::MeetObstacles() {
+void ImplicitEuler::SetObstacles() {
   const Contact none, &around = contact() == nullptr ? none : *contact();
   const bool has_meshes =
       std::any_of(around.obstacles.begin(), around.obstacles.end(), [](const Obstacle& obstacle) {
@@ -126,14 +127,14 @@ IntegratorStatus ImplicitEuler::Start(const Eigen::VectorXd& from, Eigen::Vector
   if (contact() != nullptr) PushOut(*contact(), start, options_.threads);
   if (surfaces_) {
     Eigen::VectorXd moves = start - from;
-    if (!surfaces_->CanFollow(from, moves)) {
+    if (!IsStepFree(*surfaces_, from, moves)) {
       start = from;
       FollowObstacles(*contact(), start, options_.threads);
       PushOut(*contact(), start, options_.threads);
       moves = start - from;
       if (!surfaces_->HasObstacles())
-        surfaces_->ShortenMoves(from, moves);
-      else if (const std::optional<int> vertex = surfaces_->GiveWay(from, moves))
+        LimitStep(*surfaces_, from, moves);
+      else if (const std::optional<int> vertex = FindFreeStep(*surfaces_, from, moves))
         return Pinched(*vertex, from);
     }
     start = from + moves;
@@ -141,7 +142,7 @@ IntegratorStatus ImplicitEuler::Start(const Eigen::VectorXd& from, Eigen::Vector
       moves = start;
       PushOut(*contact(), moves, options_.threads);
       moves -= start;
-      surfaces_->ShortenMoves(start, moves);
+      LimitStep(*surfaces_, start, moves);
       start += moves;
     }
   }
@@ -171,7 +172,7 @@ IntegratorStatus ImplicitEuler::Minimise(double enough, Trial& here) {
   return IntegratorStatus::kOk;
 }
 
-ImplicitEuler::Trial ImplicitEuler::At(const Eigen::VectorXd& x) const {
+ImplicitEuler::Trial ImplicitEuler::At(const Eigen::VectorXd& x) {
   Trial trial{.x = x, .elastic = {}, .unbalanced = {}};
   AssembleForce(*model_, material_, x, trial.elastic, nullptr, linear_->solver.parts());
   const Eigen::VectorXd inertia = mass_by_h2_.cwiseProduct(x - coasted_);
@@ -182,9 +183,10 @@ ImplicitEuler::Trial ImplicitEuler::At(const Eigen::VectorXd& x) const {
   return trial;
 }
 
-void ImplicitEuler::AddSurroundings(Trial& trial) const {
+void ImplicitEuler::AddSurroundings(Trial& trial) {
   if (contact() != nullptr) AddContact(trial);
-  if (surfaces_) trial.potential += surfaces_->AddForces(trial.x, trial.unbalanced);
+  if (surfaces_)
+    trial.potential += AddPairForces(surfaces_->FindActivePairs(trial.x), trial.unbalanced);
   for (const Pin& pin : around_.pins) {
     const Eigen::Vector3d away = trial.x.segment<3>(3 * pin.vertex) - pin.place;
     trial.unbalanced.segment<3>(3 * pin.vertex) -= pin.stiffness * away;
@@ -219,7 +221,7 @@ void ImplicitEuler::AddContact(Trial& trial) const {
 }
 
 // The blocks of K that are not of the model.
-void ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part) {
+void ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, StiffnessPart part) {
   const auto add = [&](int i, int j, const Eigen::Matrix3d& block) {
     CHECK(linear_->stiffness.AddBlock(i, j, block));
   };
@@ -230,7 +232,7 @@ void ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, SurfaceContact::Stiffnes
             ContactStepStiffness(*around_.contact, model_->vertex_area[i], x.segment<3>(3 * i)));
   for (const Pin& pin : around_.pins)
     add(pin.vertex, pin.vertex, pin.stiffness * Eigen::Matrix3d::Identity());
-  if (surfaces_) surfaces_->ForEachStiffness(x, part, add);
+  if (surfaces_) ForEachPairStiffness(surfaces_->FindActivePairs(x), part, add);
   for (const Rub& rub : rubs_) {
     const Eigen::Matrix3d stiffness = Rubbing(rub, x).stiffness;
     for (int k = 0; k < 4; ++k)
@@ -240,13 +242,12 @@ void ImplicitEuler::AddBlocks(const Eigen::VectorXd& x, SurfaceContact::Stiffnes
   }
 }
 
-bool ImplicitEuler::HasBlocksOfPairs(const Eigen::VectorXd& x) const {
+bool ImplicitEuler::HasBlocksOfPairs(const Eigen::VectorXd& x) {
   const BlockPattern& pattern = linear_->solver.model().pattern;
-  const std::vector<SurfaceTouch>& touches = surfaces_->ListTouches(x);
-  return std::all_of(touches.begin(), touches.end(),
-                     [&](const SurfaceTouch& touch) {
-                       return surfaces_->IsOfObstacle(touch.pair) ||
-                              pattern.HasAllBlocks(touch.pair.vertex);
+  const ActivePairs& pairs = surfaces_->FindActivePairs(x);
+  return std::all_of(pairs.begin(), pairs.end(),
+                     [&](const ActivePair& active) {
+                       return active.of_obstacle() || pattern.HasAllBlocks(active.pair.vertex);
                      }) &&
          std::all_of(rubs_.begin(), rubs_.end(),
                      [&](const Rub& rub) { return pattern.HasAllBlocks(rub.vertex); });
@@ -264,9 +265,9 @@ void ImplicitEuler::Widen(const Eigen::VectorXd& x) {
   ++cost_.analyses;
 }
 
-void ImplicitEuler::Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part) {
+void ImplicitEuler::Assemble(const Eigen::VectorXd& x, StiffnessPart part) {
   if (surfaces_ && !HasBlocksOfPairs(x)) Widen(x);
-  if (part == SurfaceContact::StiffnessPart::kPositive)
+  if (part == StiffnessPart::kPositive)
     linear_->stiffness.AssemblePositive(x);
   else
     linear_->stiffness.Assemble(x);
@@ -281,7 +282,7 @@ bool ImplicitEuler::Factor(const Eigen::VectorXd& x, LastStep* last) {
   const double own = 1.0 / (h_ * h_), most = last->slow ? kSlowShift * own : own;
   double mu = own;
   if (last->whole && --last->waits < 0) {
-    Assemble(x, SurfaceContact::StiffnessPart::kWhole);
+    Assemble(x, StiffnessPart::kWhole);
     if (linear_->stiffness.FactorShifted(0.0, &mu, [&](double failed) {
           return 4.0 * failed > most ? std::nullopt : std::optional(4.0 * failed);
         })) {
@@ -291,7 +292,7 @@ bool ImplicitEuler::Factor(const Eigen::VectorXd& x, LastStep* last) {
     last->waits = std::min(++last->failures, kMostWaits);
     mu = own;
   }
-  Assemble(x, SurfaceContact::StiffnessPart::kPositive);
+  Assemble(x, StiffnessPart::kPositive);
   return linear_->stiffness.FactorShifted(0.0, &mu, [](double failed) {
     return 4.0 * failed > kMostShift ? std::nullopt : std::optional(4.0 * failed);
   });
@@ -307,7 +308,7 @@ bool ImplicitEuler::Backtrack(const Eigen::VectorXd& dx, Trial& here, LastStep* 
   for (int k = 0; k <= options_.max_halvings && !Cancelled(); ++k, length *= 0.5) {
     Eigen::VectorXd moves = length * dx;
     if (contact() != nullptr) clearance_.ShortenMoves(here.x, moves);
-    if (surfaces_) surfaces_->ShortenMoves(here.x, moves);
+    if (surfaces_) LimitStep(*surfaces_, here.x, moves);
     Trial next = At(here.x + moves);
     const double rise =
         next.potential - here.potential - 0.5 * (here.elastic + next.elastic).dot(moves);
@@ -370,12 +371,11 @@ void ImplicitEuler::AddObstacleRubs(const Eigen::VectorXd& before, const Eigen::
 }
 
 void ImplicitEuler::AddSurfaceRubs(const Eigen::VectorXd& before, const Eigen::VectorXd& x) {
-  for (const SurfaceTouch& touch : surfaces_->ListTouches(x)) {
-    const double friction =
-        surfaces_->IsOfObstacle(touch.pair) ? options_.friction : options_.self_friction;
+  for (const ActivePair& active : surfaces_->FindActivePairs(x)) {
+    const double friction = active.of_obstacle() ? options_.friction : options_.self_friction;
     if (friction == 0.0) continue;
-    rubs_.push_back(surfaces_->RubAt(touch, before));
-    rubs_.back().limit = friction * surfaces_->NormalForce(touch);
+    rubs_.push_back(MakeRub(active, before));
+    rubs_.back().limit = friction * NormalForce(active);
   }
 }
 

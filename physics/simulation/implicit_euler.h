@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "physics/cloth/assembly/step_solver.h"
-#include "physics/cloth/contact/clearance.h"
+#include "physics/cloth/contact/contact.h"
 #include "physics/cloth/contact/friction.h"
 #include "physics/cloth/contact/surface_contact.h"
 #include "physics/cloth/state.h"
@@ -118,15 +118,15 @@ class ImplicitEuler {
 
   const Contact* contact() const;  // of the surroundings, or the scene's
   bool Cancelled() const { return options_.cancel != nullptr && *options_.cancel; }
-  void MeetObstacles();
+  void SetObstacles();
   IntegratorStatus Pinched(int vertex, const Eigen::VectorXd& x);
   IntegratorStatus Start(const Eigen::VectorXd& from, Eigen::VectorXd& start);
-  Trial At(const Eigen::VectorXd& x) const;
-  void AddSurroundings(Trial& trial) const;
+  Trial At(const Eigen::VectorXd& x);
+  void AddSurroundings(Trial& trial);
   void AddContact(Trial& trial) const;
-  void Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part);
-  void AddBlocks(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part);
-  bool HasBlocksOfPairs(const Eigen::VectorXd& x) const;
+  void Assemble(const Eigen::VectorXd& x, StiffnessPart part);
+  void AddBlocks(const Eigen::VectorXd& x, StiffnessPart part);
+  bool HasBlocksOfPairs(const Eigen::VectorXd& x);
   void Widen(const Eigen::VectorXd& x);
   bool Factor(const Eigen::VectorXd& x, LastStep* last);
   bool Backtrack(const Eigen::VectorXd& dx, Trial& here, LastStep* last);

@@ -7,8 +7,6 @@
 
 namespace drape {
 
-struct DeviceReadout;  // losses/readout/device_readout.h
-
 // ∂r/∂x, shape [K, 3V].
 using ReadoutJacobian = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
@@ -22,29 +20,6 @@ class Readout {
   // Returns false where the shape cannot be read. May be called from several threads at a time.
   [[nodiscard]] virtual bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
                                   ReadoutJacobian* dr_dx) const = 0;
-  // The data from which a device computes the readout of rollout i. All rollouts of a batch have
-  // one kind; the data are null for all of them when only Read can compute the readout.
-  virtual const DeviceReadout* device(std::size_t i) const {
-    (void)i;
-    return nullptr;
-  }
-};
-
-// The rollouts from `first` on of another readout's batch.
-class ReadoutFrom final : public Readout {
- public:
-  // `all` outlives the object.
-  ReadoutFrom(const Readout& all, std::size_t first) : all_(all), first_(first) {}
-  int size() const override { return all_.size(); }
-  bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
-            ReadoutJacobian* dr_dx) const override {
-    return all_.Read(first_ + i, x, r, dr_dx);
-  }
-  const DeviceReadout* device(std::size_t i) const override { return all_.device(first_ + i); }
-
- private:
-  const Readout& all_;
-  std::size_t first_;
 };
 
 }  // namespace drape

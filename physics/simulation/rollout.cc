@@ -8,7 +8,8 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
-#include "physics/cloth/assembly/step_adjoint.h"
+#include "physics/cloth/assembly/step_solver.h"
+#include "physics/cloth/contact/step_limit.h"
 
 namespace drape {
 namespace {
@@ -38,9 +39,9 @@ bool BlockMoves(StepSolver& solver, double h, State& state) {
   Eigen::VectorXd moves = h * state.v;
   bool shortened = ShortenMoves(*contact, state.x, moves);
   SurfaceContact* const self = solver.self_contact();
-  if (self != nullptr) shortened = self->ShortenMoves(state.x, moves) || shortened;
+  if (self != nullptr) shortened = LimitStep(*self, state.x, moves) || shortened;
   if (shortened) state.v = moves / h;
-  return shortened || (self != nullptr && !self->ListTouches(state.x).empty());
+  return shortened || (self != nullptr && !self->FindActivePairs(state.x).empty());
 }
 
 // The begin of a rollout: out of all obstacles.

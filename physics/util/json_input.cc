@@ -26,12 +26,18 @@ std::string Describe(const json& value) {
   return text.size() <= kLongest ? text : text.substr(0, kLongest) + "…";
 }
 
-// nlohmann keeps the last of two equal keys; a user who wrote both must be informed.
-class DuplicateKeyCheck {
- public:
-  explicit DuplicateKeyCheck(const std::string& where) : where_(where) {}
+constexpr int kMostDepth = 64;  // of lists and objects; some work on values is recursive
 
-  bool operator()(json::parse_event_t event, const json& parsed) {
+// nlohmann keeps the last of two equal keys; a user who wrote both must be informed.
+class ContentCheck {
+ public:
+  explicit ContentCheck(const std::string& where) : where_(where) {}
+
+  bool operator()(int depth, json::parse_event_t event, const json& parsed) {
+    if (depth >= kMostDepth &&
+        (event == json::parse_event_t::object_start || event == json::parse_event_t::array_start))
+      throw InputError(where_, Format("found values nested deeper than %d, expected at most %d",
+                                      kMostDepth, kMostDepth));
     if (event == json::parse_event_t::object_start) keys_.emplace_back();
     if (event == json::parse_event_t::object_end) keys_.pop_back();
     if (event == json::parse_event_t::key &&
@@ -64,10 +70,13 @@ json ParseJson(const std::string& text, const std::string& where) {
   // To the parser a NUL is the end of the text, and what follows would be left out.
   if (const std::size_t nul = text.find('\0'); nul != std::string::npos)
     throw InputError(where, "found a NUL at byte " + std::to_string(nul + 1) + ", expected text");
-  DuplicateKeyCheck check(where);
+  ContentCheck check(where);
   try {
     return json::parse(
-        text, [&](int, json::parse_event_t event, json& parsed) { return check(event, parsed); },
+        text,
+        [&](int depth, json::parse_event_t event, json& parsed) {
+          return check(depth, event, parsed);
+        },
         /*allow_exceptions=*/true, /*ignore_comments=*/true);
   } catch (const json::exception& error) {
     throw InputError(where, DescribeSyntaxError(error.what()));

@@ -14,7 +14,7 @@ namespace drape {
 // <nlohmann/json.hpp>.
 
 // Parses text that may contain // and /* */ comments. Throws InputError for a syntax error (with
-// line and column), for a duplicate key, and for a number outside the range of double.
+// line and column), a duplicate key, more than 64 levels and a number outside the range of double.
 nlohmann::json ParseJson(const std::string& text, const std::string& where);
 nlohmann::json ReadJsonFile(const std::string& path);
 

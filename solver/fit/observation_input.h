@@ -6,7 +6,7 @@
 #include "losses/camera/camera_input.h"
 #include "losses/camera/discs_input.h"
 #include "losses/dataset/dataset.h"
-#include "losses/outline/centre.h"
+#include "losses/outline/outline.h"
 #include "physics/util/options/enum_names.h"
 #include "physics/util/options/field.h"
 #include "solver/fit/observation.h"

@@ -24,11 +24,9 @@ enum class CallKind {
   kUnbatched,
   kRollouts,
   kTangents,
-  kReadoutTangents,
   kEquilibria,
   kEquilibriumTangents,
-  kEquilibriumJvp,
-  kEquilibriumReadoutTangents
+  kEquilibriumJvp
 };
 
 // Calls of equal keys can be joined, except those of kUnbatched.
@@ -78,14 +76,12 @@ struct Inputs {
 template <class Result>
 class JoinedCall final : public Call {
  public:
-  // How a batch is run for some calls of this key.
-  using Run =
-      std::function<std::vector<Result>(const Inputs& inputs, std::span<Call* const> joined)>;
-  JoinedCall(const CallKey& key, Inputs inputs, const Readout* readout, const Run& run)
-      : Call(key), inputs_(std::move(inputs)), readout_(readout), run_(run) {}
+  // Runs a batch for some calls of this key.
+  using Run = std::function<std::vector<Result>(const Inputs& inputs)>;
+  JoinedCall(const CallKey& key, Inputs inputs, const Run& run)
+      : Call(key), inputs_(std::move(inputs)), run_(run) {}
 
   std::size_t size() const override { return inputs_.batch.size(); }
-  const Readout& readout() const { return *readout_; }
   std::vector<Result> TakeResults() { return std::move(results_); }
 
   void Answer(std::span<Call* const> joined) override {
@@ -95,7 +91,7 @@ class JoinedCall final : public Call {
       all.batch.insert(all.batch.end(), inputs.batch.begin(), inputs.batch.end());
       all.weights.insert(all.weights.end(), inputs.weights.begin(), inputs.weights.end());
     }
-    std::vector<Result> results = run_(all, joined);
+    std::vector<Result> results = run_(all);
     CHECK_EQ(results.size(), all.batch.size());
     auto next = std::make_move_iterator(results.begin());
     for (Call* call : joined) {
@@ -106,33 +102,8 @@ class JoinedCall final : public Call {
 
  private:
   Inputs inputs_;
-  const Readout* readout_;  // where the kind has one
   const Run& run_;
   std::vector<Result> results_;
-};
-
-// The readout of a joined batch: each rollout is read by the readout of its own call.
-class JoinedReadout final : public Readout {
- public:
-  template <class Result>
-  static JoinedReadout Make(std::span<Call* const> joined) {
-    JoinedReadout all;
-    for (Call* call : joined)
-      for (std::size_t i = 0; i < call->size(); ++i)
-        all.places_.emplace_back(&static_cast<const JoinedCall<Result>*>(call)->readout(), i);
-    return all;
-  }
-  int size() const override { return places_.empty() ? 0 : places_.front().first->size(); }
-  bool Read(std::size_t i, const Eigen::VectorXd& x, Eigen::VectorXd* r,
-            ReadoutJacobian* dr_dx) const override {
-    return places_[i].first->Read(places_[i].second, x, r, dr_dx);
-  }
-  const DeviceReadout* device(std::size_t i) const override {
-    return places_[i].first->device(places_[i].second);
-  }
-
- private:
-  std::vector<std::pair<const Readout*, std::size_t>> places_;  // and number in it
 };
 
 // Synchronises the threads of the tasks with the one that answers their calls.

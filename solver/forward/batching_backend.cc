@@ -39,34 +39,18 @@ class Task final : public BatchingBackend {
     if (recordings != nullptr)
       return CallUnbatched(batch.size(),
                            [&] { return inner_->Rollouts(batch, options, recordings); });
-    return Join<RolloutResult>({CallKind::kRollouts, options, {}}, batch, {},
-                               [&](const Inputs& all, std::span<Call* const>) {
-                                 return inner_->Rollouts(all.batch, options, nullptr);
-                               });
+    return Join<RolloutResult>(
+        {CallKind::kRollouts, options, {}}, batch, {},
+        [&](const Inputs& all) { return inner_->Rollouts(all.batch, options, nullptr); });
   }
 
   std::vector<TangentResult> Tangents(std::span<const RolloutInput> batch,
                                       std::span<const MaterialField* const> weights,
                                       const RolloutOptions& options) override {
     CHECK_EQ(weights.size(), batch.size());
-    return Join<TangentResult>({CallKind::kTangents, options, {}}, batch, weights,
-                               [&](const Inputs& all, std::span<Call* const>) {
-                                 return inner_->Tangents(all.batch, all.weights, options);
-                               });
-  }
-
-  std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
-                                              std::span<const MaterialField* const> weights,
-                                              const RolloutOptions& options,
-                                              const Readout& readout) override {
-    CHECK_EQ(weights.size(), batch.size());
-    return Join<ReadoutTangent>(
-        {CallKind::kReadoutTangents, options, {}}, batch, weights,
-        [&](const Inputs& all, std::span<Call* const> joined) {
-          return inner_->ReadoutTangents(all.batch, all.weights, options,
-                                         JoinedReadout::Make<ReadoutTangent>(joined));
-        },
-        &readout);
+    return Join<TangentResult>(
+        {CallKind::kTangents, options, {}}, batch, weights,
+        [&](const Inputs& all) { return inner_->Tangents(all.batch, all.weights, options); });
   }
 
   std::vector<AdjointResult> Adjoints(std::span<const RolloutInput> batch,
@@ -77,49 +61,27 @@ class Task final : public BatchingBackend {
                          [&] { return inner_->Adjoints(batch, recordings, dL_dx, options); });
   }
 
-  std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
-                                          const RolloutOptions& options,
-                                          const ReadoutLoss& loss) override {
-    return CallUnbatched(batch.size(), [&] { return inner_->LossGradients(batch, options, loss); });
-  }
-
   std::vector<EquilibriumResult> Equilibria(std::span<const RolloutInput> batch,
                                             const EquilibriumOptions& options) override {
-    return Join<EquilibriumResult>({CallKind::kEquilibria, {}, options}, batch, {},
-                                   [&](const Inputs& all, std::span<Call* const>) {
-                                     return inner_->Equilibria(all.batch, options);
-                                   });
+    return Join<EquilibriumResult>(
+        {CallKind::kEquilibria, {}, options}, batch, {},
+        [&](const Inputs& all) { return inner_->Equilibria(all.batch, options); });
   }
 
   std::vector<RowMatrix> EquilibriumTangents(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights) override {
     CHECK_EQ(weights.size(), batch.size());
-    return Join<RowMatrix>({CallKind::kEquilibriumTangents, {}, {}}, batch, weights,
-                           [&](const Inputs& all, std::span<Call* const>) {
-                             return inner_->EquilibriumTangents(all.batch, all.weights);
-                           });
+    return Join<RowMatrix>(
+        {CallKind::kEquilibriumTangents, {}, {}}, batch, weights,
+        [&](const Inputs& all) { return inner_->EquilibriumTangents(all.batch, all.weights); });
   }
 
   std::vector<Eigen::VectorXd> EquilibriumJvp(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes) override {
     CHECK_EQ(changes.size(), batch.size());
-    return Join<Eigen::VectorXd>({CallKind::kEquilibriumJvp, {}, {}}, batch, changes,
-                                 [&](const Inputs& all, std::span<Call* const>) {
-                                   return inner_->EquilibriumJvp(all.batch, all.weights);
-                                 });
-  }
-
-  std::vector<LinearReadout> EquilibriumReadoutTangents(
-      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
-      const Readout& readout) override {
-    CHECK_EQ(weights.size(), batch.size());
-    return Join<LinearReadout>(
-        {CallKind::kEquilibriumReadoutTangents, {}, {}}, batch, weights,
-        [&](const Inputs& all, std::span<Call* const> joined) {
-          return inner_->EquilibriumReadoutTangents(all.batch, all.weights,
-                                                    JoinedReadout::Make<LinearReadout>(joined));
-        },
-        &readout);
+    return Join<Eigen::VectorXd>(
+        {CallKind::kEquilibriumJvp, {}, {}}, batch, changes,
+        [&](const Inputs& all) { return inner_->EquilibriumJvp(all.batch, all.weights); });
   }
 
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
@@ -131,10 +93,9 @@ class Task final : public BatchingBackend {
   template <class Result>
   std::vector<Result> Join(const CallKey& key, std::span<const RolloutInput> batch,
                            std::span<const MaterialField* const> weights,
-                           const typename JoinedCall<Result>::Run& run,
-                           const Readout* readout = nullptr) {
+                           const typename JoinedCall<Result>::Run& run) {
     JoinedCall<Result> call(key, {{batch.begin(), batch.end()}, {weights.begin(), weights.end()}},
-                            readout, run);
+                            run);
     scheduler_->Wait(index_, call);
     return call.TakeResults();
   }

@@ -22,9 +22,8 @@ class BatchingBackend : public Backend {
 // - first a RunSerially, that of the lowest task;
 // - otherwise the largest group of calls of one kind with equal options (of equal groups, that of
 // the
-//   lowest task), as one batch of `inner`, in the order of the tasks. Calls with recordings, losses
-//   and adjoints are not joined; joined readouts must be of one kind and have as many rows in all
-//   tasks.
+//   lowest task), as one batch of `inner`, in the order of the tasks. Calls with recordings and
+//   adjoints are not joined.
 // So which calls are joined and the order of all answers depend on the tasks alone, never on the
 // timing of threads, and `inner` needs no synchronisation of its own.
 // An exception of `inner` or of a RunSerially is rethrown in each task whose call it was to answer.

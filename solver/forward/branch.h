@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "losses/outline/outline_match.h"
+#include "losses/outline/measured_image.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/disc.h"
 

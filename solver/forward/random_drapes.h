@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "losses/image/image.h"
-#include "losses/metrics/ensemble_scores.h"
+#include "losses/metrics/distribution_metrics.h"
 #include "physics/simulation/backend.h"
 #include "physics/util/run_control.h"
 #include "solver/forward/branch.h"

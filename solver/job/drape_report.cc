@@ -7,7 +7,7 @@
 #include "losses/outline/outline.h"
 #include "losses/outline/overlay.h"
 #include "losses/silhouette/raster.h"
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/simulation/statics/modes.h"

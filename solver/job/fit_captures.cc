@@ -4,8 +4,8 @@
 #include <iterator>
 #include <set>
 
-#include "losses/dataset/index_list.h"
-#include "losses/dataset/published_density.h"
+#include "losses/dataset/dataset_split.h"
+#include "losses/dataset/published_mesh.h"
 #include "physics/util/errors.h"
 
 namespace drape {

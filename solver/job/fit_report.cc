@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "losses/camera/discs_input.h"
-#include "losses/metrics/laboratory_sheet.h"
-#include "losses/metrics/report_json.h"
+#include "losses/metrics/laboratory_drape.h"
+#include "losses/metrics/metrics.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/simulation/backend.h"
+#include "physics/simulation/readout.h"
 #include "solver/fit/parameters/parametrisation.h"
 #include "solver/forward/solve_mode.h"
 

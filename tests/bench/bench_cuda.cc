@@ -15,25 +15,21 @@
 #include <vector>
 
 #include "cuda/engine/cuda_backend.h"
-#include "losses/readout/readouts.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
-#include "physics/simulation/host_readouts.h"
+#include "physics/simulation/backend.h"
 #include "tests/bench/fabrics.h"
 #include "tests/cuda/data_folders.h"
-#include "tests/physics/row_readout.h"
+#include "tests/physics/summed_tangents.h"
 
 DEFINE_string(meshes, "disc:297,disc:1205,disc:2699,disc:7496", "mesh specs, by comma");
 DEFINE_string(batches, "1,16,64,256,1024", "numbers of rollouts in a batch");
-DEFINE_string(works,
-              "forward,gradient,jacobian,settle,jvp,loss-outline,loss-outline-host,loss-silhouette,"
-              "loss-silhouette-host",
-              "what to time; jacobian: of an outline of 72 angles; settle: 60 steps of 0.1 s, then "
-              "Newton to rest and 39 derivatives; jvp: how drapes at rest move with one change of "
-              "their tables, by one right-hand side each, and by the sum of 39 columns; loss-: the "
-              "gradient of a loss of the outline or "
-              "of the soft silhouette; -host: what the device could read is read on the host");
+DEFINE_string(
+    works, "forward,gradient,jacobian,settle,jvp",
+    "what to time; jacobian: of the shapes by the 39 table entries; settle: 60 steps of "
+    "0.1 s, then Newton to rest and 39 derivatives; jvp: how drapes at rest move with one "
+    "change of their tables, by one right-hand side each, and by the sum of 39 columns");
 DEFINE_string(law, "smooth", "smooth or reference");
 DEFINE_bool(contact, false, "keeps the hanging cloth out of the support");
 DEFINE_double(bend, 1.0, "factor on the fabrics' bend tables: soft ones touch the support");
@@ -85,14 +81,7 @@ struct Batch {
   std::vector<RolloutInput> inputs;
   std::vector<const MaterialField*> weights;
   std::vector<RowMatrix> dL_dx;
-  OutlineReadout outline;
-  SilhouetteReadout silhouette;
-  test::HostReadout host_outline{outline}, host_silhouette{silhouette};
-  Eigen::VectorXd outline_target = Eigen::VectorXd::Constant(outline.size(), 90.0);
-  Eigen::VectorXd silhouette_target = Eigen::VectorXd::Constant(silhouette.size(), 0.5);
-
-  Batch(const ClothModel& model, int count)
-      : outline(model.mesh, {Camera()}, 72), silhouette(model.mesh, {Camera()}, {}) {
+  Batch(const ClothModel& model, int count) {
     for (const char* name : kFabrics)
       fields.push_back(Scaled(ReadFabric(FabricsFolder() + "/" + name + ".json"), 1.0, FLAGS_bend));
     for (int i = 0; i < count; ++i) {
@@ -108,19 +97,6 @@ struct Batch {
   }
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
-
-  const Readout& SelectReadout(const std::string& work) const {
-    const bool on_host = work.ends_with("-host");
-    if (work.starts_with("loss-silhouette"))
-      return on_host ? static_cast<const Readout&>(host_silhouette) : silhouette;
-    return on_host ? static_cast<const Readout&>(host_outline) : outline;
-  }
-  ReadoutLoss MakeLoss(const std::string& work, int count) const {
-    const Readout& readout = SelectReadout(work);
-    const bool of_outline = readout.size() == outline.size();
-    const Eigen::VectorXd& target = of_outline ? outline_target : silhouette_target;
-    return {&readout, std::vector<const Eigen::VectorXd*>(count, &target), 1.0};
-  }
 };
 
 // Where a batch comes to rest: 60 steps of 0.1 s, then Newton.
@@ -152,11 +128,8 @@ void Run(Backend& backend, const std::string& work, const Batch& batch, int coun
   } else if (work == "settle") {
     const Drapes drapes(backend, inputs);
     (void)backend.EquilibriumTangents(drapes.inputs, std::span(batch.weights.data(), count));
-  } else if (work.starts_with("loss-")) {
-    (void)backend.LossGradients(inputs, options, batch.MakeLoss(work, count));
   } else {
-    (void)backend.ReadoutTangents(inputs, std::span(batch.weights.data(), count), options,
-                                  batch.SelectReadout(work));
+    (void)backend.Tangents(inputs, std::span(batch.weights.data(), count), options);
   }
 }
 
@@ -197,8 +170,9 @@ void BenchJvp(Backend& device, Backend& host, const Batch& batch, int count, int
     return seconds / rollouts;
   };
   const double native = time("jvp", count, [&] { one = device.EquilibriumJvp(inputs, changes); });
-  const double columns =
-      time("jvp-columns", count, [&] { summed = SumEquilibriumTangents(device, inputs, changes); });
+  const double columns = time("jvp-columns", count, [&] {
+    summed = test::SumEquilibriumTangents(device, inputs, changes);
+  });
   const auto solved = std::ranges::count_if(one, [](const auto& dx) { return dx.size() > 0; });
   std::printf("  jvp is %.1f x as fast as its 39 columns, difference %.1e, %d of %d solved\n",
               columns / native, LargestDifference(one, summed), static_cast<int>(solved), count);

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <map>
 
-#include "tests/losses/camera/photo/rendered/photo_trial.h"
+#include "tests/losses/photo/rendered/photo_trial.h"
 
 namespace drape {
 namespace {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/cloth/assembly/step_adjoint.h"
+#include "physics/cloth/assembly/step_solver.h"
 #include "physics/mesh/disc.h"
 #include "physics/simulation/rollout.h"
 #include "tests/bench/cpu_time.h"

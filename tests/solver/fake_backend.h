@@ -8,8 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "physics/simulation/host_readouts.h"
+#include "physics/simulation/backend.h"
 #include "tests/physics/cloth_fixture.h"
+#include "tests/physics/summed_tangents.h"
 
 namespace drape::test {
 
@@ -115,25 +116,9 @@ class FakeBackend final : public Backend {
     }
     return results;
   }
-  std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
-                                              std::span<const MaterialField* const> weights,
-                                              const RolloutOptions& options,
-                                              const Readout& readout) override {
-    return ReadTangents(*this, batch, weights, options, readout);
-  }
-  std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
-                                          const RolloutOptions& options,
-                                          const ReadoutLoss& loss) override {
-    return DifferentiateLosses(*this, batch, options, loss);
-  }
   std::vector<Eigen::VectorXd> EquilibriumJvp(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes) override {
     return SumEquilibriumTangents(*this, batch, changes);
-  }
-  std::vector<LinearReadout> EquilibriumReadoutTangents(
-      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
-      const Readout& readout) override {
-    return ReadEquilibriumTangents(*this, batch, weights, readout);
   }
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
       std::span<const RolloutInput> batch, std::span<const RowMatrix>) override {

@@ -12,7 +12,7 @@
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/cloth/scene_io.h"
 #include "physics/cloth/start_shape.h"
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 #include "physics/material/material_field_io.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"

@@ -10,7 +10,7 @@
 #include <mutex>
 
 #include "cuda/make_backend.h"
-#include "losses/camera/camera_io.h"
+#include "losses/camera/camera.h"
 #include "losses/outline/measured_image.h"
 #include "losses/outline/outline.h"
 #include "losses/readout/readouts.h"

@@ -1,12 +1,293 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cuda/engine/equilibria/equilibrium_engine.h"
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
-#include "cuda/engine/equilibria/batch_newton.h"
-#include "cuda/engine/resources/device_gradient.h"
+#include "cuda/engine/equilibria/implicit_solver.h"
+#include "cuda/engine/resources/device_resources.h"
+#include "cuda/kernels/contact_kernels.h"
+#include "cuda/kernels/statics/statics_kernels.h"
+#include "physics/simulation/statics/newton_control.h"
+#include "physics/simulation/statics/stiffness.h"
 
 namespace drape {
+namespace {
+
+// By rollout, except `work`, which is by slot.
+struct NewtonWorkspace {
+  ImplicitWorkspace work;
+  Shapes here, best;
+  StretchStress<double>* geometric;
+  double *dx, *scale, *move, *sums;
+  int* rollout;
+  ShapeAction* action;
+
+  void Take(Arena& arena, const DeviceCloth& cloth, int n) {
+    const std::size_t dofs = std::size_t{1} * n * cloth.view().num_dofs();
+    const std::size_t faces = std::size_t{1} * n * cloth.view().num_faces;
+    work = ImplicitWorkspace::Take(arena, cloth, n, 1, false);
+    for (Shapes* shapes : {&here, &best})
+      *shapes = {arena.Take<double>(dofs), arena.Take<double>(dofs),
+                 arena.Take<StretchStress<double>>(faces)};
+    geometric = arena.Take<StretchStress<double>>(faces);
+    dx = arena.Take<double>(dofs);
+    scale = arena.Take<double>(n);
+    move = arena.Take<double>(n);
+    sums = arena.Take<double>(2 * n);
+    rollout = arena.Take<int>(n);
+    action = arena.Take<ShapeAction>(n);
+  }
+};
+
+class BatchNewton {
+ public:
+  BatchNewton(DeviceResources& resources, std::span<const RolloutInput> batch,
+              const EquilibriumOptions& options)
+      : resources_(resources),
+        cloth_(resources.cloth()),
+        options_(options),
+        count_(static_cast<int>(batch.size())),
+        dofs_(resources.view().num_dofs()),
+        materials_(CollectMaterials(batch)) {
+    resources_.Allocate(count_, [&](Arena& arena, int n) { workspace_.Take(arena, cloth_, n); });
+    here_ = workspace_.here;
+    best_ = workspace_.best;
+    resources_.UploadStarts(batch, here_.x, nullptr);
+    std::vector<int> all(count_);
+    for (int r = 0; r < count_; ++r) all[r] = r;
+    for (const RolloutInput& input : batch)
+      weight_.push_back(CharacteristicForce(cloth_.model(), *input.material));
+    LaunchPushOut(On(all), here_.x);
+    const std::vector<Measured> start = Measure(all);
+    for (int r = 0; r < count_; ++r)
+      controls_.emplace_back(options, start[r].residual, start[r].energy);
+    measured_ = best_measured_ = start_ = start;
+    Act(all, std::vector<ShapeAction>(count_, ShapeAction::kKeep));
+  }
+
+  void Run(std::span<EquilibriumResult> results) {
+    std::vector<int> converged;
+    std::vector<EquilibriumStatus> status(count_, EquilibriumStatus::kNotConverged);
+    std::vector<int> active(count_);
+    for (int r = 0; r < count_; ++r) active[r] = r;
+    while (!active.empty()) {
+      std::vector<int> stepping;
+      for (const int r : active) switch (controls_[r].Next()) {
+          case NewtonNext::kStep:
+            stepping.push_back(r);
+            break;
+          case NewtonNext::kConverged:
+            converged.push_back(r);
+            break;
+          case NewtonNext::kCancelled:
+            status[r] = EquilibriumStatus::kCancelled;
+            break;
+          case NewtonNext::kGiveUp:
+            break;
+        }
+      active = std::move(stepping);
+      if (!active.empty()) Step(active);
+    }
+    Conclude(converged, &status);
+    Collect(converged, status, results);
+  }
+
+ private:
+  struct Measured {
+    double residual, energy;
+  };
+  // Slots of these rollouts at their present shapes.
+  LaunchContext On(const std::vector<int>& rollouts) {
+    CopyToDevice<int>(rollouts, workspace_.rollout);
+    const int slots = static_cast<int>(rollouts.size());
+    return resources_.On({slots, slots, workspace_.rollout, materials_.views(), here_.x});
+  }
+
+  // Forces, stresses, ‖f‖ / weight and energy of the present shapes, in the order of `rollouts`.
+  std::vector<Measured> Measure(const std::vector<int>& rollouts) {
+    const LaunchContext on = On(rollouts);
+    const StepRecords& records = workspace_.work.step.records;
+    LaunchElementRecords(on, records);
+    LaunchGatherForce(on, records, here_.force);
+    LaunchMeasure(on, records, here_, workspace_.sums);
+    resources_.streams().Synchronize();
+    std::vector<double> sums(2 * rollouts.size());
+    CopyToHost<double>(workspace_.sums, sums);
+    std::vector<Measured> measured;
+    for (std::size_t s = 0; s < rollouts.size(); ++s)
+      measured.push_back({std::sqrt(sums[2 * s]) / weight_[rollouts[s]], sums[2 * s + 1]});
+    return measured;
+  }
+
+  void Step(const std::vector<int>& active) {
+    const std::vector<int> stepping = FindSteps(active);
+    if (stepping.empty()) return;
+    const LaunchContext on = On(stepping);
+    double* dx = workspace_.work.step.solution;
+    LaunchGatherRows(on, workspace_.dx, dx);
+    LaunchLargestMove(on, dx, workspace_.move);
+    resources_.streams().Synchronize();
+    std::vector<double> scale(on.batch.slots);
+    CopyToHost<double>(workspace_.move, scale);
+    for (int s = 0; s < on.batch.slots; ++s) scale[s] = controls_[stepping[s]].Scale(scale[s]);
+    CopyToDevice<double>(scale, workspace_.scale);
+    LaunchShortenMoves(on, {workspace_.scale, 0.0}, dx, nullptr);
+    LaunchMoveShapes(on, dx, workspace_.scale, workspace_.geometric, here_.x);
+    const std::vector<Measured> measured = Measure(stepping);
+    std::vector<ShapeAction> actions;
+    for (int s = 0; s < on.batch.slots; ++s) actions.push_back(Judge(stepping[s], measured[s]));
+    Act(stepping, actions);
+  }
+
+  // Newton steps of the rollouts in workspace_.dx; those whose stiffness no shift made positive
+  // definite are left out.
+  std::vector<int> FindSteps(const std::vector<int>& active) {
+    std::vector<int> pending = active, found;
+    std::vector<double> mu;
+    for (const int r : active) mu.push_back(controls_[r].FirstShift());
+    while (!pending.empty()) {
+      const std::vector<int> failed = TrySteps(pending, mu);
+      std::vector<int> again;
+      std::vector<double> raised;
+      for (std::size_t s = 0; s < pending.size(); ++s) {
+        if (failed[s] == 0) {
+          found.push_back(pending[s]);
+        } else if (const auto next = controls_[pending[s]].NextShift()) {
+          again.push_back(pending[s]);
+          raised.push_back(*next);
+        }
+      }
+      pending = std::move(again);
+      mu = std::move(raised);
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+  std::vector<int> TrySteps(const std::vector<int>& rollouts, const std::vector<double>& mu) {
+    ImplicitWorkspace& w = workspace_.work;
+    const LaunchContext on = On(rollouts);
+    const Multifrontal& multifrontal = cloth_.multifrontal();
+    const int slots = on.batch.slots;
+    CopyToDevice<double>(mu, w.mu);
+    resources_.Clear(w.step.failed, slots * sizeof(int));
+    resources_.Clear(w.step.v, sizeof(double) * slots * dofs_);
+    LaunchDerivativeRecords(on, w.step.v, 1.0, w.derivatives);
+    LaunchGatherStiffness(on, w.derivatives,
+                          {workspace_.geometric, here_.stress, w.mu, options_.shift.length},
+                          w.step.matrix);
+    LaunchGatherRows(on, here_.force, w.step.rhs);
+    multifrontal.FactorAndSolve(w.step.FactorFrom(multifrontal.view(), 0), w.step.rhs,
+                                w.step.solution, slots, slots, on.stream);
+    LaunchScatterRows(on, w.step.solution, workspace_.dx);
+    resources_.streams().Synchronize();
+    std::vector<int> failed(slots);
+    CopyToHost<int>(w.step.failed, failed);
+    return failed;
+  }
+
+  ShapeAction Judge(int r, const Measured& measured) {
+    measured_[r] = measured;
+    switch (controls_[r].Judge(measured.residual, measured.energy)) {
+      case NewtonVerdict::kNonMonotone:
+        return ShapeAction::kGoOn;
+      case NewtonVerdict::kAccept:
+        best_measured_[r] = measured;
+        return ShapeAction::kKeep;
+      case NewtonVerdict::kRejectStep:
+        measured_[r] = best_measured_[r];
+        break;
+    }
+    return ShapeAction::kRejectStep;
+  }
+
+  void Act(const std::vector<int>& rollouts, const std::vector<ShapeAction>& actions) {
+    const LaunchContext on = On(rollouts);
+    CopyToDevice<ShapeAction>(actions, workspace_.action);
+    LaunchShapeAction(on, workspace_.action, here_, best_, workspace_.geometric);
+    resources_.streams().Synchronize();
+  }
+
+  // The status of the rollouts at rest: Stiffness::Factor and Asymmetry.
+  void Conclude(const std::vector<int>& converged, std::vector<EquilibriumStatus>* status) {
+    if (converged.empty()) return;
+    const ImplicitWorkspace& w = workspace_.work;
+    const LaunchContext on = On(converged);
+    const int slots = on.batch.slots;
+    FactorStiffness(resources_, w, on.batch);
+    std::vector<double> directions(std::size_t{1} * slots * dofs_), radius(slots);
+    const RowMatrix start = AsymmetryStart(dofs_);
+    for (int s = 0; s < slots; ++s)
+      cloth_.ToEliminationOrder(start.data(), 1, 1, directions.data() + std::size_t{1} * s * dofs_);
+    CopyToDevice<double>(directions, w.x);
+    resources_.Clear(w.rhs, sizeof(double) * slots * dofs_);
+    for (int round = 0; round < kAsymmetryRounds; ++round) {
+      LaunchMultiply(on, w.blocks, false, w.x, w.rhs, 1);
+      cloth_.multifrontal().Solve(w.step.factor, {w.rhs, w.rhs, w.vectors, 1}, slots, on.stream);
+      LaunchPowerStep(on, w.rhs, w.x, w.dots);
+    }
+    resources_.streams().Synchronize();
+    CopyToHost<double>(w.dots, radius);
+    std::vector<int> failed(slots);
+    CopyToHost<int>(w.step.failed, failed);
+    for (int s = 0; s < slots; ++s)
+      (*status)[converged[s]] = controls_[converged[s]].Conclude(
+          failed[s] == 0 ? std::optional(radius[s]) : std::nullopt);
+  }
+
+  void Collect(const std::vector<int>& converged, const std::vector<EquilibriumStatus>& status,
+               std::span<EquilibriumResult> results) const {
+    const std::size_t dofs = dofs_;
+    std::vector<double> here(count_ * dofs), best(here.size());
+    CopyToHost<double>(here_.x, here);
+    CopyToHost<double>(best_.x, best);
+    std::vector<char> at_rest(count_);
+    for (const int r : converged) at_rest[r] = 1;
+    for (int r = 0; r < count_; ++r) {
+      EquilibriumResult& result = results[r];
+      result.status = status[r];
+      result.x.resize(dofs);
+      cloth_.ToMeshOrder((at_rest[r] ? here : best).data() + r * dofs, 1, 1, result.x.data());
+      result.iterations = controls_[r].iterations();
+      result.factorisations = controls_[r].factorisations();
+      result.residual = (at_rest[r] ? measured_ : best_measured_)[r].residual;
+      result.start_energy = start_[r].energy;
+      result.steps = controls_[r].steps();
+    }
+  }
+
+  DeviceResources& resources_;
+  const DeviceCloth& cloth_;
+  const EquilibriumOptions& options_;
+  int count_, dofs_;
+  DeviceMaterials materials_;
+  NewtonWorkspace workspace_{};
+  Shapes here_{}, best_{};
+  std::vector<double> weight_;
+  std::vector<NewtonControl> controls_;
+  std::vector<Measured> measured_, best_measured_, start_;
+};
+
+// Newton's method for a batch of drapes at rest that fits into the device's memory: the decisions
+// are those of physics/simulation/statics/statics.h, one NewtonControl per rollout, the shapes stay
+// on the device.
+void FindEquilibria(DeviceResources& resources, std::span<const RolloutInput> batch,
+                    const EquilibriumOptions& options, std::span<EquilibriumResult> results) {
+  BatchNewton(resources, batch, options).Run(results);
+}
+
+// Takes what FindEquilibria needs for n rollouts, to learn how large it is.
+void TakeNewtonWorkspace(Arena& arena, const DeviceCloth& cloth, int n) {
+  NewtonWorkspace workspace{};
+  workspace.Take(arena, cloth, n);
+}
+
+}  // namespace
 
 void EquilibriumEngine::Equilibria(std::span<const RolloutInput> batch,
                                    const EquilibriumOptions& options,
@@ -38,19 +319,8 @@ void EquilibriumEngine::SolveChunks(std::span<const RolloutInput> batch,
     FactorStiffness(resources_, w, shapes);
     LaunchFactorRecords(on, scales.views(), w.step.v, 1.0, w.factors);
     fill_rhs(on, w);
-    visit(first, count, {w.step.x, w.x, SolveStiffness(resources_, w, shapes, false, columns)});
+    visit(first, count, {w.x, SolveStiffness(resources_, w, shapes, false, columns)});
   });
-}
-
-void EquilibriumEngine::ForEachTangentChunk(std::span<const RolloutInput> batch,
-                                            std::span<const MaterialField* const> weights,
-                                            const VisitTangents& visit) {
-  SolveChunks(
-      batch, weights, kPaddedEntries,
-      [](const LaunchContext& on, const ImplicitWorkspace& w) {
-        LaunchTangentRhs(on, w.factors, nullptr, nullptr, w.rhs);
-      },
-      visit);
 }
 
 void EquilibriumEngine::Tangents(std::span<const RolloutInput> batch,
@@ -58,8 +328,12 @@ void EquilibriumEngine::Tangents(std::span<const RolloutInput> batch,
                                  std::span<RowMatrix> results) {
   const int dofs = resources_.view().num_dofs();
   const std::size_t columns = std::size_t{kPaddedEntries} * dofs;
-  ForEachTangentChunk(
-      batch, weights, [&](std::size_t first, std::size_t count, const TangentRun& run) {
+  SolveChunks(
+      batch, weights, kPaddedEntries,
+      [](const LaunchContext& on, const ImplicitWorkspace& w) {
+        LaunchTangentRhs(on, w.factors, nullptr, nullptr, w.rhs);
+      },
+      [&](std::size_t first, std::size_t count, const TangentRun& run) {
         std::vector<double> host(count * columns);
         CopyToHost<double>(run.dx, host);
         for (std::size_t i = 0; i < count; ++i) {

@@ -29,18 +29,14 @@ class EquilibriumEngine {
   void Adjoints(std::span<const RolloutInput> batch, std::span<const RowMatrix* const> dL_dx,
                 std::span<std::optional<MaterialGradient>> results);
 
-  // Tangents that are still on the device, for readouts; valid until the resources' next batch.
+ private:
+  // A chunk on the device, valid until the resources' next batch.
   struct TangentRun {
-    const double *x, *dx;      // [3V], [3V, kPaddedEntries] a slot
+    const double* dx;          // [3V, columns] a slot
     std::vector<char> solved;  // of each slot
   };
   using VisitTangents =
       std::function<void(std::size_t first, std::size_t count, const TangentRun& run)>;
-  void ForEachTangentChunk(std::span<const RolloutInput> batch,
-                           std::span<const MaterialField* const> weights,
-                           const VisitTangents& visit);
-
- private:
   // Right-hand sides of a chunk: ∂f/∂p of the shapes.
   using FillRhs = std::function<void(const LaunchContext& on, const ImplicitWorkspace& workspace)>;
   // Solves for chunks of the batch, `columns` right-hand sides each.

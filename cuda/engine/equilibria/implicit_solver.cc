@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cuda/engine/resources/device_gradient.h"
+#include "cuda/engine/resources/device_resources.h"
 #include "cuda/kernels/statics/statics_kernels.h"
 #include "physics/linalg/cgw_recurrence.h"
 

@@ -1,11 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <utility>
 
-#include "cuda/engine/rollouts/adjoint_workspace.h"
 #include "cuda/engine/rollouts/rollout_engine.h"
+#include "cuda/kernels/derivatives/sensitivity_kernels.h"
 
 namespace drape {
 namespace {
+
+// Workspace of the adjoint pass through recorded rollouts by slot.
+struct AdjointWorkspace {
+  StepWorkspace step;     // x: of the present step; v: its end
+  AdjointRecords single;  // for one column; for more:
+  DerivativeRecords derivatives;
+  double* blocks;                  // [9·num_blocks] a slot
+  double *adj_x, *adj_v, *lambda;  // [3V, columns]
+  double* vectors;                 // [vector_size, columns]
+
+  static AdjointWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots, int columns) {
+    const std::size_t n = slots;
+    const ClothView& view = cloth.view();
+    AdjointWorkspace w{};
+    w.step = StepWorkspace::Take(arena, cloth, slots);
+    if (columns == 1) {
+      w.single = {arena.Take<DeformationGradient<double>>(n * view.num_faces),
+                  arena.Take<BendAdjoint>(n * view.num_hinges)};
+    } else {
+      w.derivatives = {arena.Take<FaceDerivative>(n * view.num_faces),
+                       arena.Take<HingeDerivative>(n * view.num_hinges)};
+      w.blocks = arena.Take<double>(n * 9 * view.num_blocks);
+    }
+    w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * columns);
+    w.adj_x = arena.Take<double>(n * view.num_dofs() * columns);
+    w.adj_v = arena.Take<double>(n * view.num_dofs() * columns);
+    w.lambda = arena.Take<double>(n * view.num_dofs() * columns);
+    return w;
+  }
+};
 
 // One step back of a batch.
 struct AdjointStep {
@@ -53,15 +83,6 @@ void LaunchAdjointStep(const LaunchContext& on, const Multifrontal& multifrontal
 
 }  // namespace
 
-void RolloutEngine::ForEachAdjointChunk(std::size_t count, int columns, int steps,
-                                        std::size_t reserve,
-                                        const DeviceResources::ChunkWork& work) {
-  const DeviceCloth& cloth = resources_.cloth();
-  resources_.ForEachChunk(
-      count, [&](Arena& arena, int slots) { AdjointWorkspace::Take(arena, cloth, slots, columns); },
-      reserve + GradientBytes(cloth.view(), columns) + HistoryBytes(cloth, steps), work);
-}
-
 void RolloutEngine::Adjoints(std::span<const RolloutInput> batch,
                              std::span<const Recording* const> recordings,
                              std::span<const RowMatrix* const> dL_dx, const RolloutOptions& options,
@@ -70,15 +91,14 @@ void RolloutEngine::Adjoints(std::span<const RolloutInput> batch,
   const int used = static_cast<int>(dL_dx[0]->cols()), m = PaddedColumns(used);
   const int steps = CountSteps(*recordings[0]);
   const std::int64_t dofs = cloth.view().num_dofs(), columns = dofs * m;
-  ForEachAdjointChunk(batch.size(), m, steps, 0, [&](std::size_t first, std::size_t count) {
+  const auto take = [&](Arena& arena, int n) { AdjointWorkspace::Take(arena, cloth, n, m); };
+  const std::size_t bytes = GradientBytes(cloth.view(), m) + HistoryBytes(cloth, steps);
+  resources_.ForEachChunk(batch.size(), take, bytes, [&](std::size_t first, std::size_t count) {
     std::vector<double> host(count * columns);
-    const auto write_dL_dx = [&](double* to) {
-      for (std::size_t i = 0; i < count; ++i)
-        cloth.ToEliminationOrder(dL_dx[first + i]->data(), used, m, host.data() + i * columns);
-      CopyToDevice<double>(host, to);
-    };
-    AdjointRun run = RunAdjoint(batch.subspan(first, count), recordings.subspan(first, count), m,
-                                write_dL_dx, options);
+    for (std::size_t i = 0; i < count; ++i)
+      cloth.ToEliminationOrder(dL_dx[first + i]->data(), used, m, host.data() + i * columns);
+    AdjointRun run =
+        RunAdjoint(batch.subspan(first, count), recordings.subspan(first, count), m, host, options);
     const auto collect = [&](const double* from, RowMatrix AdjointResult::*part) {
       CopyToHost<double>(from, host);
       for (std::size_t i = 0; i < count; ++i) {
@@ -100,7 +120,7 @@ void RolloutEngine::Adjoints(std::span<const RolloutInput> batch,
 
 AdjointRun RolloutEngine::RunAdjoint(std::span<const RolloutInput> batch,
                                      std::span<const Recording* const> recordings, int columns,
-                                     const WriteLossDerivative& write_dL_dx,
+                                     const std::vector<double>& dL_dx,
                                      const RolloutOptions& options) {
   const DeviceCloth& cloth = resources_.cloth();
   const int slots = static_cast<int>(batch.size()), steps = CountSteps(*recordings[0]);
@@ -111,7 +131,7 @@ AdjointRun RolloutEngine::RunAdjoint(std::span<const RolloutInput> batch,
   const DeviceMaterials materials(CollectMaterials(batch));
   const HistoryTable history(cloth, recordings, steps);
   DeviceGradient sums(batch, cloth.view().num_faces, cloth.view().num_hinges, columns);
-  write_dL_dx(w.adj_x);
+  CopyToDevice<double>(dL_dx, w.adj_x);
   resources_.Clear(w.adj_v, sizeof(double) * slots * columns * dofs);
   resources_.Clear(w.step.failed, slots * sizeof(int));
   const std::vector<int> last_step{steps - 1};

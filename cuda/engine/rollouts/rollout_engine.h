@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "cuda/engine/resources/device_gradient.h"
 #include "cuda/engine/resources/device_resources.h"
 #include "cuda/engine/resources/step_workspace.h"
 #include "cuda/engine/rollouts/device_history.h"
@@ -18,10 +17,6 @@ struct RolloutRun {
   StepWorkspace workspace;                 // x, v: the ends
   std::shared_ptr<DeviceHistory> history;  // empty unless recorded
   int steps;                               // done
-};
-struct TangentRun {
-  StepWorkspace workspace;  // x, v: the ends
-  double *dx, *dv;          // of the ends, [3V, kPaddedEntries] a slot
 };
 struct AdjointRun {
   double *adj_x, *adj_v;  // ∂L/∂start, [3V, columns] a slot
@@ -49,27 +44,13 @@ class RolloutEngine {
                 std::span<const RowMatrix* const> dL_dx, const RolloutOptions& options,
                 std::span<AdjointResult> results, std::span<char> failed);
 
-  // The parts of the above, for readouts that stay on the device.
-  // Calls visit(first, count, run) for chunks of the batch; ends and failed of the chunk are
-  // filled.
-  using VisitTangents =
-      std::function<void(std::size_t first, std::size_t count, const TangentRun& run)>;
-  void ForEachTangentChunk(std::span<const RolloutInput> batch,
-                           std::span<const MaterialField* const> weights,
-                           const RolloutOptions& options, std::span<RolloutResult* const> ends,
-                           std::span<char> failed, const VisitTangents& visit);
-  // Chunks of a batch for RunAdjoint; reserve: bytes of a slot in addition to its own.
-  void ForEachAdjointChunk(std::size_t count, int columns, int steps, std::size_t reserve,
-                           const DeviceResources::ChunkWork& work);
+ private:
   RolloutRun RunRollouts(std::span<const RolloutInput> batch, const RolloutOptions& options,
                          HistoryChoice choice, bool record);
-  // Writes ∂L/∂x of the ends, [3V, columns] a slot.
-  using WriteLossDerivative = std::function<void(double* dL_dx)>;
+  // dL_dx: of the ends, [3V, columns] a slot.
   AdjointRun RunAdjoint(std::span<const RolloutInput> batch,
                         std::span<const Recording* const> recordings, int columns,
-                        const WriteLossDerivative& write_dL_dx, const RolloutOptions& options);
-
- private:
+                        const std::vector<double>& dL_dx, const RolloutOptions& options);
   void CollectEnds(const StepWorkspace& workspace, int steps, int wanted_steps,
                    std::span<RolloutResult* const> results, std::span<char> failed) const;
   void DownloadTangents(const double* from, std::span<TangentResult> results,

@@ -97,31 +97,20 @@ void RolloutEngine::Tangents(std::span<const RolloutInput> batch,
                              std::span<const MaterialField* const> weights,
                              const RolloutOptions& options, std::span<TangentResult> results,
                              std::span<char> failed) {
+  const DeviceCloth& cloth = resources_.cloth();
   std::vector<RolloutResult*> ends;
   for (TangentResult& result : results) ends.push_back(&result.rollout);
-  ForEachTangentChunk(batch, weights, options, ends, failed,
-                      [&](std::size_t first, std::size_t count, const TangentRun& run) {
-                        const auto chunk = results.subspan(first, count);
-                        DownloadTangents(run.dx, chunk, &TangentResult::dx);
-                        DownloadTangents(run.dv, chunk, &TangentResult::dv);
-                      });
-}
-
-void RolloutEngine::ForEachTangentChunk(std::span<const RolloutInput> batch,
-                                        std::span<const MaterialField* const> weights,
-                                        const RolloutOptions& options,
-                                        std::span<RolloutResult* const> ends,
-                                        std::span<char> failed, const VisitTangents& visit) {
-  const DeviceCloth& cloth = resources_.cloth();
   TangentWorkspace w{};
   const auto take = [&](Arena& arena, int n) { w = TangentWorkspace::Take(arena, cloth, n); };
   resources_.ForEachChunk(batch.size(), take, 0, [&](std::size_t first, std::size_t count) {
     resources_.Allocate(static_cast<int>(count), take);
     const int done = RunTangents(resources_, w, batch.subspan(first, count),
                                  weights.subspan(first, count), options);
-    CollectEnds(w.step, done, options.steps, ends.subspan(first, count),
+    CollectEnds(w.step, done, options.steps, std::span(ends).subspan(first, count),
                 failed.subspan(first, count));
-    visit(first, count, {w.step, w.dx, w.dv});
+    const auto chunk = results.subspan(first, count);
+    DownloadTangents(w.dx, chunk, &TangentResult::dx);
+    DownloadTangents(w.dv, chunk, &TangentResult::dv);
   });
 }
 

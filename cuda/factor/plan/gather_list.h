@@ -1,12 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "cuda/factor/plan/front_plan.h"
 #include "physics/cloth/scene.h"
 
 namespace drape {
+
+// A piece of a workspace that is in use in the levels first … last.
+struct UpdateBlock {
+  std::int64_t size;
+  int first, last;
+};
+
+struct UpdateSpace {
+  std::vector<std::int64_t> offset;  // of each block
+  std::int64_t size = 0;
+};
+
+// First fit: each block, by first level and then large ones first, where it fits below the others
+// that are in use.
+UpdateSpace PackUpdates(const std::vector<UpdateBlock>& blocks);
 
 // Which elements add to which block of a matrix or to which vertex, in a fixed order: sums by
 // gather need no atomics and are the same in each run. Meshes are numbered in elimination order

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <utility>
 
-#include "cuda/factor/plan/graph_cut.h"
+#include "cuda/factor/plan/nested_dissection.h"
 #include "physics/linalg/analysis/metis_lock.h"
 
 namespace drape {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cuda_runtime_api.h>
+
 #include <cstdint>
 
 #include "cuda/factor/plan/front_plan.h"
@@ -68,6 +70,14 @@ struct ShapeBatch {
   const int* rollout;
   const MaterialView* material;  // by rollout
   const double* x;               // by rollout, [3V]
+};
+
+// What the kernels over a batch of shapes work on, and where they are launched.
+struct LaunchContext {
+  const ClothView& cloth;
+  ShapeBatch batch;
+  const Law& law;  // its tables lie on the device
+  cudaStream_t stream;
 };
 
 }  // namespace drape

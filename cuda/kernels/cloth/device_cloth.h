@@ -8,11 +8,23 @@
 #include "cuda/device/device_buffer.h"
 #include "cuda/factor/multifrontal.h"
 #include "cuda/kernels/cloth/cloth_view.h"
-#include "cuda/kernels/cloth/device_surface.h"
 #include "cuda/kernels/cloth/mesh_view.h"
 #include "physics/cloth/cloth_model.h"
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 
 namespace drape {
+
+// A copy of a triangle mesh on the present device.
+class DeviceSurface {
+ public:
+  explicit DeviceSurface(const SurfaceObstacle& surface);
+  const SurfaceView& view() const { return view_; }
+
+ private:
+  DeviceBuffer<double> x_, centre_, radius_, face_normal_, corner_normal_;
+  DeviceBuffer<int> corner_, neighbour_, counted_, cell_start_, cell_triangle_;
+  SurfaceView view_;
+};
 
 // A cloth model on the present device, in elimination order.
 class DeviceCloth {

@@ -3,6 +3,8 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
+#include <numeric>
 #include <optional>
 
 #include "physics/cloth/assembly/element_blocks.h"
@@ -10,6 +12,45 @@
 
 namespace drape {
 namespace {
+
+using Vertices = std::vector<int>::iterator;
+
+// Halves the vertices where they extend furthest, and so on.
+void Split(const Eigen::VectorXd& x, Vertices begin, Vertices end, int first, int parts,
+           std::vector<int>& part_of) {
+  if (parts == 1 || begin == end) {
+    for (auto it = begin; it != end; ++it) part_of[*it] = first;
+    return;
+  }
+  Eigen::Array3d low = x.segment<3>(3 * *begin), high = low;
+  for (auto it = begin; it != end; ++it) {
+    low = low.min(x.segment<3>(3 * *it).array());
+    high = high.max(x.segment<3>(3 * *it).array());
+  }
+  int axis = 0;
+  (high - low).maxCoeff(&axis);
+  const int left = parts / 2;
+  const auto middle = begin + (end - begin) * left / parts;
+  std::nth_element(begin, middle, end, [&](int a, int b) {
+    const double of_a = x[3 * a + axis], of_b = x[3 * b + axis];
+    return of_a < of_b || (of_a == of_b && a < b);
+  });
+  Split(x, begin, middle, first, left, part_of);
+  Split(x, middle, end, first + left, parts - left, part_of);
+}
+
+template <class Element>
+void ListElements(const std::vector<Element>& elements, const std::vector<int>& part_of,
+                  std::vector<AssemblyPart>& parts,
+                  std::vector<AssemblyPart::Element> AssemblyPart::*list) {
+  constexpr int kCorners = std::extent_v<decltype(Element::vertex)>;
+  for (int k = 0; k < static_cast<int>(elements.size()); ++k)
+    for (int a = 0; a < kCorners; ++a) {
+      std::vector<AssemblyPart::Element>& own = parts[part_of[elements[k].vertex[a]]].*list;
+      if (own.empty() || own.back().index != k) own.push_back({k, 0});
+      own.back().corners |= 1U << a;
+    }
+}
 
 using Columns = DeformationGradient<double>;
 
@@ -144,23 +185,21 @@ void AddBendDerivative(const Law& law, const ClothModel& model, const MaterialFi
   ForEachElement(part, &AssemblyPart::hinges, model.mesh.num_hinges(), add);
 }
 
-// Calls of(contact) with `self`, or with one that is searched for this x, in a scene that has
-// self-contact. A shape that is not finite touches nothing.
-template <class Of>
-void WithSelfContact(const ClothModel& model, const Eigen::VectorXd& x, SurfaceContact* self,
-                     const Of& of) {
+// Calls visit(pairs) with the active pairs at x in a scene that has self-contact. They are found by
+// `self`, or by a search for this x alone. A shape that is not finite touches nothing.
+template <class Visit>
+void VisitActivePairs(const ClothModel& model, const Eigen::VectorXd& x, SurfaceContact* self,
+                      const Visit& visit) {
   if (!HasSelfContact(model.scene) || !x.allFinite()) return;
   std::optional<SurfaceContact> local;
   if (self == nullptr) self = &local.emplace(MakeSelfContact(model));
-  self->Know(x);
-  of(*self);
+  visit(self->FindActivePairs(x));
 }
 
-void AddSelfStiffness(const ClothModel& model, const Eigen::VectorXd& x,
-                      SurfaceContact::StiffnessPart part, double scale, SurfaceContact* self,
-                      BlockMatrix& A) {
-  WithSelfContact(model, x, self, [&](const SurfaceContact& contact) {
-    contact.ForEachStiffness(x, part, [&](int i, int j, const Eigen::Matrix3d& block) {
+void AddSelfStiffness(const ClothModel& model, const Eigen::VectorXd& x, StiffnessPart part,
+                      double scale, SurfaceContact* self, BlockMatrix& A) {
+  VisitActivePairs(model, x, self, [&](const ActivePairs& pairs) {
+    ForEachPairStiffness(pairs, part, [&](int i, int j, const Eigen::Matrix3d& block) {
       CHECK(AddSymmetricBlock(model.pattern, i, j, scale * block, A));
     });
   });
@@ -168,13 +207,23 @@ void AddSelfStiffness(const ClothModel& model, const Eigen::VectorXd& x,
 
 }  // namespace
 
+std::vector<AssemblyPart> SplitAssembly(const Mesh& mesh, int parts) {
+  CHECK_GE(parts, 1);
+  std::vector<int> vertices(mesh.num_vertices()), part_of(mesh.num_vertices());
+  std::iota(vertices.begin(), vertices.end(), 0);
+  Split(mesh.rest_x, vertices.begin(), vertices.end(), 0, parts, part_of);
+  std::vector<AssemblyPart> all(parts);
+  ListElements(mesh.faces, part_of, all, &AssemblyPart::faces);
+  ListElements(mesh.hinges, part_of, all, &AssemblyPart::hinges);
+  return all;
+}
+
 void AssembleForce(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
                    Eigen::VectorXd& force, SurfaceContact* self, const AssemblyParts& parts) {
   force.setZero(x.size());
   AddOuterForces(model, material.density, x, force);
   AddElements(model, material, x, 0.0, force, nullptr, parts);
-  WithSelfContact(model, x, self,
-                  [&](const SurfaceContact& contact) { contact.AddForces(x, force); });
+  VisitActivePairs(model, x, self, [&](const ActivePairs& pairs) { AddPairForces(pairs, force); });
 }
 
 void AssembleStep(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
@@ -194,9 +243,8 @@ void AssembleStep(const ClothModel& model, const MaterialField& material, const 
             h * h *
                 ContactStepStiffness(*model.scene.contact, model.vertex_area[i],
                                      x.segment<3>(3 * i)));
-  WithSelfContact(model, x, self,
-                  [&](const SurfaceContact& contact) { contact.AddForces(x, force); });
-  AddSelfStiffness(model, x, SurfaceContact::StiffnessPart::kPositive, h * h, self, A);
+  VisitActivePairs(model, x, self, [&](const ActivePairs& pairs) { AddPairForces(pairs, force); });
+  AddSelfStiffness(model, x, StiffnessPart::kPositive, h * h, self, A);
 }
 
 void AssembleStepDerivative(const ClothModel& model, const MaterialField& material,
@@ -225,7 +273,7 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
       derivative.Add(model.pattern.diagonal[i],
                      ContactStepDerivative(*model.scene.contact, model.vertex_area[i],
                                            x.segment<3>(3 * i), w.segment<3>(3 * i), h));
-  AddSelfStiffness(model, x, SurfaceContact::StiffnessPart::kWhole, -h, self, derivative);
+  AddSelfStiffness(model, x, StiffnessPart::kWhole, -h, self, derivative);
 }
 
 StressField MembraneStress(const ClothModel& model, const MaterialField& material,
@@ -286,9 +334,9 @@ double Energy(const ClothModel& model, const MaterialField& material, const Eige
   if (model.scene.contact)
     for (int i = 0; i < model.mesh.num_vertices(); ++i)
       energy += ContactEnergy(*model.scene.contact, model.vertex_area[i], x.segment<3>(3 * i));
-  WithSelfContact(model, x, self, [&](const SurfaceContact& contact) {
+  VisitActivePairs(model, x, self, [&](const ActivePairs& pairs) {
     Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
-    energy += contact.AddForces(x, force);
+    energy += AddPairForces(pairs, force);
   });
   if (model.scene.stretch)
     std::visit(

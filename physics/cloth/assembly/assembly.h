@@ -4,12 +4,26 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "physics/cloth/assembly/assembly_part.h"
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/contact/surface_contact.h"
 #include "physics/linalg/blocks/block_matrix.h"
+#include "physics/mesh/mesh.h"
 
 namespace drape {
+
+// What one of several threads adds up: all that the elements add at the vertices of its own part of
+// the mesh. Elements across a border of parts are computed once for each part. Each sum has the
+// order that it has without parts, and the same bits.
+struct AssemblyPart {
+  struct Element {
+    int index;
+    unsigned corners;  // bit a: whether corner a is of this part
+  };
+  std::vector<Element> faces, hinges;  // ascending
+};
+
+// Parts with about as many vertices each, ≥ 1.
+std::vector<AssemblyPart> SplitAssembly(const Mesh& mesh, int parts);
 
 // Sums of the element kernels over a cloth. x and w have shape [3V]. Everything about a step
 // follows from g(x; w) = h·f(x) − h²·H(x)·w [MODEL, M31]: the step solves (M + h²H)·v' = M·v + h·f

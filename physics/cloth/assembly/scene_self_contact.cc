@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "physics/cloth/contact/step_limit.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
@@ -42,17 +43,15 @@ std::optional<SelfOverlap> FindSelfOverlap(const ClothModel& model, const Eigen:
     return SelfOverlap{{model.mesh.faces[first].vertex[0], model.mesh.faces[second].vertex[0]}};
   }
   SurfaceContact contact = MakeSelfContact(model);
-  contact.Know(x);
-  for (const SurfaceTouch& touch : contact.ListTouches(x))
-    if (touch.distance.value <= model.scene.contact->thickness)
-      return SelfOverlap{{touch.pair.vertex[0], touch.pair.vertex[3]}, touch.distance.value};
+  for (const ActivePair& active : contact.FindActivePairs(x))
+    if (active.distance.value <= model.scene.contact->thickness)
+      return SelfOverlap{{active.pair.vertex[0], active.pair.vertex[3]}, active.distance.value};
   return std::nullopt;
 }
 
 double SmallestSelfGap(const ClothModel& model, const Eigen::VectorXd& x) {
   if (!HasSelfContact(model.scene)) return Contact().range;
   SurfaceContact contact = MakeSelfContact(model);
-  contact.Know(x);
   return contact.SmallestGap(x);
 }
 
@@ -60,7 +59,8 @@ Eigen::VectorXd ReachSafely(const ClothModel& model, const Eigen::VectorXd& from
                             const Eigen::VectorXd& to) {
   if (!HasSelfContact(model.scene) || !to.allFinite()) return to;
   Eigen::VectorXd moves = to - from;
-  return MakeSelfContact(model).ShortenMoves(from, moves) ? from + moves : to;
+  SurfaceContact contact = MakeSelfContact(model);
+  return LimitStep(contact, from, moves) ? from + moves : to;
 }
 
 }  // namespace drape

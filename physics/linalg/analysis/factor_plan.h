@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "physics/linalg/blocks/block_matrix.h"
 #include "physics/linalg/kernels/front_kernels.h"
 
 namespace drape {
@@ -55,5 +56,14 @@ FactorPlan MakeFactorPlan(const SupernodalPattern& pattern, const LowerTriangle&
 std::vector<std::ptrdiff_t> PlacePassed(const FactorPlan& plan,
                                         const std::vector<std::ptrdiff_t>& numbers, int first,
                                         int last, std::size_t* size);
+
+// The pattern of a factor of the 3V unknowns, three of a vertex one after the other.
+struct SymbolicAnalysis {
+  LowerTriangle lower;  // its sources are places in the block matrix
+  SupernodalPattern pattern;
+};
+// By CHOLMOD. order: of elimination, [V]. Throws std::runtime_error where the factor has more than
+// 2³¹ numbers, and std::bad_alloc.
+SymbolicAnalysis AnalyseSymbolically(const BlockPattern& pattern, const std::vector<int>& order);
 
 }  // namespace drape

@@ -9,8 +9,8 @@
 #include <functional>
 #include <stdexcept>
 
+#include "physics/simulation/statics/newton_control.h"
 #include "physics/simulation/statics/stiffness.h"
-#include "physics/simulation/statics/stiffness_shift.h"
 
 namespace drape {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
+#include "physics/cloth/contact/step_limit.h"
 #include "physics/simulation/statics/stiffness.h"
 
 namespace drape {
@@ -70,7 +71,7 @@ class EquilibriumSearch {
     dx *= control_.Scale(dx.cwiseAbs().maxCoeff());
     if (solver_.model().scene.contact) ShortenMoves(*solver_.model().scene.contact, here_.x, dx);
     if (solver_.self_contact() != nullptr && dx.allFinite())
-      was_held_up_ = solver_.self_contact()->ShortenMoves(here_.x, dx);
+      was_held_up_ = LimitStep(*solver_.self_contact(), here_.x, dx);
     stress_ = ExtrapolatedMembraneStress(solver_.model(), material_, here_.x, dx);
     here_ = At(here_.x + dx);
     switch (control_.Judge(here_.residual, here_.energy)) {
@@ -94,17 +95,16 @@ class EquilibriumSearch {
     double mu = control_.FirstShift();
     const bool touches = TouchesItself();
     if (touches && !was_held_up_) {
-      AssembleHere(SurfaceContact::StiffnessPart::kWhole);
+      AssembleHere(StiffnessPart::kWhole);
       if (stiffness_.FactorShifted(shift_length_, &mu, [](double) { return std::nullopt; }))
         return true;
     }
-    AssembleHere(touches ? SurfaceContact::StiffnessPart::kPositive
-                         : SurfaceContact::StiffnessPart::kWhole);
+    AssembleHere(touches ? StiffnessPart::kPositive : StiffnessPart::kWhole);
     return stiffness_.FactorShifted(shift_length_, &mu,
                                     [this](double) { return control_.NextShift(); });
   }
 
-  void AssembleHere(SurfaceContact::StiffnessPart part) {
+  void AssembleHere(StiffnessPart part) {
     stiffness_.Assemble(here_.x, part);
     StressField change = stress_;
     for (std::size_t f = 0; f < change.size(); ++f) change[f] -= here_.stress[f];
@@ -113,9 +113,7 @@ class EquilibriumSearch {
 
   bool TouchesItself() {
     SurfaceContact* const self = solver_.self_contact();
-    if (self == nullptr || !here_.x.allFinite()) return false;
-    self->Know(here_.x);
-    return !self->ListTouches(here_.x).empty();
+    return self != nullptr && here_.x.allFinite() && !self->FindActivePairs(here_.x).empty();
   }
 
   std::optional<double> AsymmetryHere() {

@@ -72,14 +72,14 @@ Stiffness::Stiffness(StepSolver& solver, const MaterialField& material)
   weightless_.density = 0.0;
 }
 
-void Stiffness::Assemble(const Eigen::VectorXd& x, SurfaceContact::StiffnessPart part) {
+void Stiffness::Assemble(const Eigen::VectorXd& x, StiffnessPart part) {
   negative_ = &solver_.StepDerivative(material_, x, Eigen::VectorXd::Zero(x.size()), 1.0);
   const BlockPattern& pattern = solver_.wide_model().pattern;
   if (symmetric_.value.size() != negative_->value.size()) symmetric_ = BlockMatrix(pattern);
   Symmetrise(pattern, *negative_, solver_.threads(), symmetric_);
-  if (part == SurfaceContact::StiffnessPart::kWhole || solver_.self_contact() == nullptr) return;
-  solver_.self_contact()->ForEachStiffness(
-      x, SurfaceContact::StiffnessPart::kNegative,
+  if (part == StiffnessPart::kWhole || solver_.self_contact() == nullptr) return;
+  ForEachPairStiffness(
+      solver_.self_contact()->FindActivePairs(x), StiffnessPart::kNegative,
       [&](int i, int j, const Eigen::Matrix3d& block) { CHECK(AddBlock(i, j, -block)); });
 }
 

@@ -5,7 +5,7 @@
 #include <functional>
 #include <optional>
 
-#include "losses/metrics/laboratory_sheet.h"
+#include "losses/metrics/laboratory_drape.h"
 #include "physics/material/laws/law.h"
 #include "physics/material/material.h"
 #include "solver/posterior/posterior_io.h"

@@ -125,10 +125,9 @@ std::set<int> FindTooNear(const Mesh& mesh, const Contact& contact, const Body& 
     near.insert(cloth[face].begin(), cloth[face].end());
   SurfaceContact surfaces(mesh, Eigen::VectorXd::Ones(mesh.num_vertices()), std::nullopt);
   surfaces.SetObstacles(contact);
-  surfaces.Know(x);
-  for (const SurfaceTouch& touch : surfaces.ListTouches(x))
-    if (touch.distance.value <= 0.5 * contact.thickness)
-      for (const int i : touch.pair.vertex)
+  for (const ActivePair& active : surfaces.FindActivePairs(x))
+    if (active.distance.value <= 0.5 * contact.thickness)
+      for (const int i : active.pair.vertex)
         if (i < mesh.num_vertices()) near.insert(i);
   return near;
 }

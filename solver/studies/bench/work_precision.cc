@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-#include "losses/outline/outline_match.h"
+#include "losses/outline/measured_image.h"
 #include "losses/outline/shape_features.h"
 #include "physics/mesh/interpolation.h"
 #include "physics/mesh/mesh_spec.h"

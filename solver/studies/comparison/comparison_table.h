@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/metrics/ensemble_scores.h"
+#include "losses/metrics/distribution_metrics.h"
 #include "solver/studies/comparison/experiment.h"
 #include "solver/studies/comparison/model_choice.h"
 

@@ -11,7 +11,7 @@
 
 #include "cuda/make_backend.h"
 #include "losses/metrics/comparison.h"
-#include "losses/metrics/report_json.h"
+#include "losses/metrics/metrics.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "losses/metrics/ensemble_scores.h"
+#include "losses/metrics/distribution_metrics.h"
 
 namespace drape {
 namespace {

@@ -13,7 +13,7 @@
 #include "losses/image/image.h"
 #include "losses/metrics/observed_drape.h"
 #include "physics/cloth/start_shape.h"
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 #include "physics/material/material_field_io.h"
 #include "physics/mesh/disc.h"
 #include "physics/util/atomic_file.h"

@@ -3,10 +3,9 @@
 
 #include <tuple>
 
-#include "physics/simulation/host_readouts.h"
 #include "tests/cuda/engine/gpu_fixture.h"
 #include "tests/physics/cloth_fixture.h"
-#include "tests/physics/row_readout.h"
+#include "tests/physics/summed_tangents.h"
 
 namespace drape {
 namespace {
@@ -81,27 +80,6 @@ TEST_P(CudaBackendTest, TangentsAreEquivalentToReference) {
   }
 }
 
-TEST_P(CudaBackendTest, ReadoutsAreEquivalentToReference) {
-  // Rows that depend on the rollout and on where it ends.
-  const test::RowReadout readout(7, [](std::size_t i, const Eigen::VectorXd& x) {
-    std::vector<Eigen::Triplet<double>> entries;
-    for (int r = 0; r < 7; ++r)
-      for (int k = 0; k < 1 + r % 3; ++k) {
-        const int dof = static_cast<int>((31 * r + 17 * k + i) % x.size());
-        entries.emplace_back(r, dof, 1.0 + x[dof] + r);
-      }
-    ReadoutJacobian rows(7, x.size());
-    rows.setFromTriplets(entries.begin(), entries.end());
-    return rows;
-  });
-  const auto found = device_->ReadoutTangents(inputs_, weights_, options_, readout);
-  const auto expected = host_->ReadoutTangents(inputs_, weights_, options_, readout);
-  for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    EXPECT_LT(RelativeError(found[i].read.r, expected[i].read.r), 1e-8) << i;
-    EXPECT_LT(RelativeError(found[i].read.dr, expected[i].read.dr), 1e-8) << i;
-  }
-}
-
 TEST_P(CudaBackendTest, AdjointsAreEquivalentToReference) {
   for (const int columns : {1, 3, 8}) {
     std::vector<RowMatrix> dL_dx;
@@ -159,7 +137,7 @@ TEST_P(CudaStaticsTest, EquilibriaAndTheirDerivativesAreEquivalentToReference) {
     changes.push_back(test::Scatter(fields_[i], model_->mesh, 0.4, random_));
   for (const MaterialField& change : changes) directions.push_back(&change);
   const auto moves = device_->EquilibriumJvp(inputs_, directions);
-  const auto summed = SumEquilibriumTangents(*device_, inputs_, directions);
+  const auto summed = test::SumEquilibriumTangents(*device_, inputs_, directions);
   const auto moves_of_host = host_->EquilibriumJvp(inputs_, directions);
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     ASSERT_EQ(moves[i].size(), of_host[i].size() == 0 ? 0 : model_->num_dofs()) << i;
@@ -188,17 +166,6 @@ TEST_P(CudaBackendTest, FailureStaysAlone) {
   const auto mixed = device_->Rollouts(inputs_, options_, nullptr);
   EXPECT_NE(mixed[0].status, RolloutStatus::kOk);
   for (std::size_t i = 1; i < inputs_.size(); ++i) EXPECT_EQ(mixed[i].end.x, good[i].end.x);
-}
-
-TEST_P(CudaBackendTest, NothingIsReadWhereAllFail) {
-  for (State& start : starts_) start.x[0] = std::numeric_limits<double>::quiet_NaN();
-  const test::RowReadout readout(
-      2, [](std::size_t, const Eigen::VectorXd& x) { return ReadoutJacobian(2, x.size()); });
-  for (const auto& result : device_->ReadoutTangents(inputs_, weights_, options_, readout)) {
-    EXPECT_NE(result.rollout.status, RolloutStatus::kOk);
-    EXPECT_EQ(result.read.r.size(), 0);
-    EXPECT_EQ(result.read.dr.size(), 0);
-  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Batches, CudaBackendTest,

@@ -11,7 +11,6 @@
 #include <map>
 
 #include "losses/image/exif.h"
-#include "losses/image/thumbnail.h"
 #include "physics/util/errors.h"
 #include "tests/losses/image/encode.h"
 #include "tests/losses/temp_folder.h"

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <list>
 
-#include "losses/metrics/ensemble_scores.h"
 #include "losses/metrics/metrics.h"
 
 namespace drape {

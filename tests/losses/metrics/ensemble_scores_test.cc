@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/metrics/ensemble_scores.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numeric>
 #include <random>
 
+#include "losses/metrics/distribution_metrics.h"
 #include "physics/util/math/random.h"
 
 namespace drape {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/metrics/laboratory_sheet.h"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+
+#include "losses/metrics/laboratory_drape.h"
 
 namespace drape {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/outline/outline_match.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+
+#include "losses/outline/measured_image.h"
 
 namespace drape {
 namespace {

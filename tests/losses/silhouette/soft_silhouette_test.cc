@@ -6,8 +6,8 @@
 #include <chrono>
 
 #include "losses/silhouette/raster.h"
-#include "losses/silhouette/silhouette_edges.h"
 #include "tests/losses/disc.h"
+#include "tests/losses/silhouette/adj_render_soft.h"
 
 namespace drape {
 namespace {
@@ -46,7 +46,7 @@ TEST_P(SoftSilhouetteOfShape, AdjointAgreesWithFiniteDifferences) {
   const Eigen::VectorXd dx = RandomVector(x_.size(), 12);
   Eigen::VectorXd gradient =
       Eigen::VectorXd::Constant(x_.size(), 3.0);  // AdjRenderSoft must add to it
-  AdjRenderSoft(soft, x_, camera_, weights, &gradient);
+  test::AdjRenderSoft(soft, x_, camera_, weights, &gradient);
   const double exact = (gradient.array() - 3.0).matrix().dot(dx);
   const double scale = (gradient.array() - 3.0).matrix().norm();
   double best = 1;
@@ -102,7 +102,7 @@ TEST(RenderSoft, CircleInClosedForm) {
   // dA/ds of A = π(s·r)² at s = 1. The sum over the pixels is a quadrature of the slope of the
   // ramp: its error is 4e-5 at this width, 4e-3 at a half-width of 1 px.
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(disc.rest_x.size());
-  AdjRenderSoft(soft, disc.rest_x, camera, Eigen::VectorXd::Ones(256 * 256), &gradient);
+  test::AdjRenderSoft(soft, disc.rest_x, camera, Eigen::VectorXd::Ones(256 * 256), &gradient);
   EXPECT_NEAR(gradient.dot(disc.rest_x), 2 * M_PI * radius * radius, 1e-3 * radius * radius);
 }
 
@@ -121,7 +121,7 @@ TEST(RenderSoft, AFoldThatHangsOverTheHemIsTheSilhouette) {
   EXPECT_NEAR(soft.coverage.sum(), 45 * std::sin(2 * M_PI / 90) * ring * ring, 0.5);
   // The hem is hidden: there is no ramp inside the cloth and no derivative by the hem.
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(x.size());
-  AdjRenderSoft(soft, x, Camera(), Eigen::VectorXd::Ones(256 * 256), &gradient);
+  test::AdjRenderSoft(soft, x, Camera(), Eigen::VectorXd::Ones(256 * 256), &gradient);
   for (int hem : disc.boundary_loops[0]) EXPECT_EQ(gradient.segment<3>(3 * hem).norm(), 0);
   EXPECT_GT(gradient.norm(), 0);
 }
@@ -175,7 +175,7 @@ TEST(RenderSoft, TakesMilliseconds) {
   const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < repeats; ++i) {
     ASSERT_TRUE(RenderSoft(disc, x, Camera(), {}, &soft));
-    AdjRenderSoft(soft, x, Camera(), adjoint, &gradient);
+    test::AdjRenderSoft(soft, x, Camera(), adjoint, &gradient);
   }
   const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - start;
   RecordProperty("milliseconds", std::to_string(wall.count() / repeats));

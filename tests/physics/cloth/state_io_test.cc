@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/cloth/state_io.h"
-
 #include <limits>
 
+#include "physics/cloth/state.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {

@@ -8,14 +8,7 @@
 namespace drape {
 namespace {
 
-// 150 g/m² and c = 20 mm: 9.807e-6·150·8000 µN·m, and ASTM's number for the same cloth.
-TEST(LaboratoryStiffness, GivesTheStandardsRigidities) {
-  EXPECT_NEAR(FlexuralRigidity(0.15, 0.02) * 1e6, 9.807e-6 * 150 * 8000, 1e-3);
-  EXPECT_NEAR(AstmFlexuralRigidityMicro(0.15, 0.02), 1.421e-5 * 150 * 8000, 1e-9);
-  EXPECT_NEAR(AstmFlexuralRigidityMicro(0.15, 0.02) / (FlexuralRigidity(0.15, 0.02) * 1e6), 1.449,
-              5e-4);
-  EXPECT_NEAR(BendingLength(FlexuralRigidity(0.15, 0.02), 0.15), 0.02, 1e-12);
-  EXPECT_NEAR(BendingModulus(1e-5, 0.5e-3), 12 * 1e-5 / 1.25e-10, 1e-3);
+TEST(LaboratoryStiffness, AveragesWarpAndWeft) {
   EXPECT_DOUBLE_EQ(OverallStiffness(4.0, 9.0), 6.0);
 }
 

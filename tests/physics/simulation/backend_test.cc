@@ -3,9 +3,8 @@
 
 #include <limits>
 
-#include "physics/simulation/host_readouts.h"
 #include "tests/physics/cloth_fixture.h"
-#include "tests/physics/row_readout.h"
+#include "tests/physics/summed_tangents.h"
 
 namespace drape {
 namespace {
@@ -78,36 +77,6 @@ TEST_F(BackendTest, ThreadsOfOneDrapeChangeNoBit) {
   EXPECT_TRUE(batch[1].end.x == alone[0].end.x);
 }
 
-// Rows over a few degrees of freedom, different for each rollout.
-ReadoutJacobian SomeRows(std::size_t i, const Eigen::VectorXd& x) {
-  ReadoutJacobian rows(4, x.size());
-  for (int k = 0; k < 4; ++k)
-    for (int e = 0; e < 3; ++e)
-      rows.insert(k, 11 * k + 3 * e + static_cast<int>(i)) = 1.0 + 0.5 * e - k;
-  return rows;
-}
-
-TEST_F(BackendTest, ReadoutsAreProductsWithTheTangents) {
-  const auto backend = MakeCpuBackend(model_, 2);
-  const test::RowReadout readout(4, SomeRows);
-  std::vector<const MaterialField*> weights;
-  for (const MaterialField& material : materials_) weights.push_back(&material);
-  starts_[3].x[0] = std::numeric_limits<double>::quiet_NaN();
-  const auto tangents = backend->Tangents(Inputs(), weights, options_);
-  const auto reads = backend->ReadoutTangents(Inputs(), weights, options_, readout);
-  for (int i = 0; i < kBatch; ++i) {
-    EXPECT_EQ(reads[i].rollout.status, tangents[i].rollout.status);
-    if (i == 3) {
-      EXPECT_EQ(reads[i].read.r.size(), 0);
-      EXPECT_EQ(reads[i].read.dr.size(), 0);
-      continue;
-    }
-    const Eigen::VectorXd& x = tangents[i].rollout.end.x;
-    EXPECT_EQ(reads[i].read.r, SomeRows(i, x) * x);
-    EXPECT_EQ(reads[i].read.dr, RowMatrix(SomeRows(i, x) * tangents[i].dx));
-  }
-}
-
 // field + step·change, with a table for each element.
 MaterialField AddScaled(const MaterialField& field, double step, const MaterialField& change) {
   MaterialField sum = change;
@@ -143,7 +112,7 @@ class EquilibriumJvpTest : public BackendTest {
 
 TEST_F(EquilibriumJvpTest, IsTheSumOfTheTangentsColumns) {
   const auto found = backend_->EquilibriumJvp(Inputs(), pointers_);
-  const auto expected = SumEquilibriumTangents(*backend_, Inputs(), pointers_);
+  const auto expected = test::SumEquilibriumTangents(*backend_, Inputs(), pointers_);
   int solved = 0;
   for (int i = 0; i < kBatch; ++i) {
     ASSERT_EQ(found[i].size(), expected[i].size()) << i;
@@ -167,43 +136,6 @@ TEST_F(EquilibriumJvpTest, IsTheChangeOfTheDrape) {
     if (found[i].size() == 0) continue;
     const Eigen::VectorXd difference = (plus[i].x - minus[i].x) / (2 * h);
     EXPECT_LT((found[i] - difference).norm(), 1e-4 * difference.norm()) << i;
-  }
-}
-
-TEST_F(BackendTest, LossGradientsAreThoseOfTheLoss) {
-  const auto backend = MakeCpuBackend(model_, 2);
-  const test::RowReadout readout(4, SomeRows);
-  const Eigen::VectorXd target = 0.1 * Eigen::VectorXd::Ones(4);
-  const ReadoutLoss loss{&readout, std::vector<const Eigen::VectorXd*>(kBatch, &target), 0.02};
-  starts_[3].x[0] = std::numeric_limits<double>::quiet_NaN();
-  const auto found = backend->LossGradients(Inputs(), options_, loss);
-  const std::vector<MaterialField> fields = materials_;
-  const auto loss_at = [&](double step) {
-    for (int i = 0; i < kBatch; ++i) {
-      for (StretchTable& t : (materials_[i] = fields[i]).stretch) t.c[2][0] += step;
-      for (BendTable& t : materials_[i].bend) t.b[1][0] += 1e-6 * step;
-    }
-    return backend->LossGradients(Inputs(), options_, loss);
-  };
-  const double h = 1e-2;  // for entries of 100 and more: rounding and truncation errors below 1e-7
-  const auto plus = loss_at(h), minus = loss_at(-h);
-  for (int i = 0; i < kBatch; ++i) {
-    ASSERT_EQ(found[i].loss.has_value(), i != 3);
-    if (i == 3) {
-      EXPECT_NE(found[i].status, RolloutStatus::kOk);
-      continue;
-    }
-    MaterialField direction = fields[i];
-    for (StretchTable& t : direction.stretch) {
-      t = {};
-      t.c[2][0] = 1.0;
-    }
-    for (BendTable& t : direction.bend) {
-      t = {};
-      t.b[1][0] = 1e-6;
-    }
-    const double exact = found[i].material.Contract(direction).sum();
-    EXPECT_NEAR((*plus[i].loss - *minus[i].loss) / (2 * h), exact, 1e-6 * std::abs(exact)) << i;
   }
 }
 

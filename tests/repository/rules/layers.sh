@@ -28,11 +28,14 @@ files=$(while IFS= read -r f; do [ ! -e "$f" ] || printf '%s\n' "$f"; done <<<"$
     return ""
   }
   function Inside(path, folder) { return path == folder || index(path, folder "/") == 1 }
+  # The folder of a room at the level below physics, solver and so on.
+  function Floor(room,   part) { return split(room, part, "/") > 1 ? part[1] "/" part[2] : room }
   function Report(where, what) { print where ": " what; bad = 1 }
   BEGIN { n = split(folders, own, " "); for (i = 1; i <= n; ++i) top[own[i]] = 1 }
 
   $1 == "R" && $2 == "@things" { most_things[$3] = $4; next }
   $1 == "R" && $2 == "@names" { most_names[$3] = $4; next }
+  $1 == "R" && $2 == "@folder" { folder_rules[$3] = $0; next }
   $1 == "R" && $2 == "@apart" {
     ++groups
     for (i = 3; i <= NF; ++i) apart[$i] = groups
@@ -41,6 +44,10 @@ files=$(while IFS= read -r f; do [ ! -e "$f" ] || printf '%s\n' "$f"; done <<<"$
   $1 == "R" {
     if ($2 in rank) Report("layers.txt", "lists " $2 " twice")
     rank[$2] = ++rooms
+    for (f in folder_rules) if (Inside($2, f)) {
+      n = split(folder_rules[f], rule, " ")
+      for (i = 4; i <= n; ++i) rules[$2] = rules[$2] " " rule[i]
+    }
     for (i = 3; i <= NF; ++i) rules[$2] = rules[$2] " " $i
     next
   }
@@ -81,6 +88,7 @@ files=$(while IFS= read -r f; do [ ! -e "$f" ] || printf '%s\n' "$f"; done <<<"$
     if (!(header in exists)) { Report(where, "includes " header ", which does not exist"); next }
     to = room[header]
     if (from == "" || to == "" || from == to) next
+    arrow[Floor(from), Floor(to)] = where
     if (rank[to] > rank[from]) Report(where, "includes " header ", but " to " is above " from)
     n = split(rules[from], rule, " ")
     forbidden = from in apart && to in apart && apart[from] == apart[to] ? to : ""
@@ -92,6 +100,11 @@ files=$(while IFS= read -r f; do [ ! -e "$f" ] || printf '%s\n' "$f"; done <<<"$
   }
 
   END {
+    for (pair in arrow) {
+      split(pair, end, SUBSEP)
+      if (end[1] < end[2] && (end[2], end[1]) in arrow)
+        Report(arrow[pair], end[1] " includes " end[2] ", which includes it at " arrow[end[2], end[1]])
+    }
     for (r in apart) if (!(r in rank)) Report("layers.txt", "@apart names " r ", which it does not list")
     for (r in rank) if (!(r in used)) Report("layers.txt", "lists " r ", which holds no source")
     for (f in things) {

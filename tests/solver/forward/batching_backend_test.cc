@@ -10,9 +10,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "physics/simulation/host_readouts.h"
 #include "tests/physics/cloth_fixture.h"
-#include "tests/physics/row_readout.h"
+#include "tests/physics/summed_tangents.h"
 
 namespace drape {
 namespace {
@@ -70,17 +69,6 @@ class SumBackend final : public Backend {
       results.push_back(RowMatrix::Constant(1, 1, weights[i]->density + batch[i].start->x[0]));
     return results;
   }
-  std::vector<ReadoutTangent> ReadoutTangents(std::span<const RolloutInput> batch,
-                                              std::span<const MaterialField* const> weights,
-                                              const RolloutOptions& options,
-                                              const Readout& readout) override {
-    return ReadTangents(*this, batch, weights, options, readout);
-  }
-  std::vector<LossGradient> LossGradients(std::span<const RolloutInput> batch,
-                                          const RolloutOptions& options,
-                                          const ReadoutLoss& loss) override {
-    return DifferentiateLosses(*this, batch, options, loss);
-  }
   std::vector<Eigen::VectorXd> EquilibriumJvp(
       std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes) override {
     Keep('j', batch.size());
@@ -88,11 +76,6 @@ class SumBackend final : public Backend {
     for (std::size_t i = 0; i < batch.size(); ++i)
       results.push_back(Eigen::VectorXd::Constant(1, changes[i]->density + batch[i].start->x[0]));
     return results;
-  }
-  std::vector<LinearReadout> EquilibriumReadoutTangents(
-      std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
-      const Readout& readout) override {
-    return ReadEquilibriumTangents(*this, batch, weights, readout);
   }
   std::vector<std::optional<MaterialGradient>> EquilibriumAdjoints(
       std::span<const RolloutInput> batch, std::span<const RowMatrix>) override {
@@ -207,7 +190,7 @@ TEST_F(BatchingBackendTest, JoinedJvpsOfACpuBackendAreItsOwn) {
     const MaterialField* change = &changes[i];
     ASSERT_GT(found[i].size(), 0) << i;
     EXPECT_EQ(found[i], cpu->EquilibriumJvp({&input, 1}, {&change, 1})[0]) << i;
-    const auto summed = SumEquilibriumTangents(*cpu, {&input, 1}, {&change, 1});
+    const auto summed = test::SumEquilibriumTangents(*cpu, {&input, 1}, {&change, 1});
     EXPECT_LT((found[i] - summed[0]).norm(), 1e-10 * summed[0].norm()) << i;
   }
 }
@@ -262,44 +245,6 @@ TEST_F(BatchingBackendTest, RecordingsAndAdjointsAreNotJoined) {
     EXPECT_EQ(task.EquilibriumAdjoints(own.batch, seeds).size(), 3);
   });
   EXPECT_THAT(inner_.batches, testing::UnorderedElementsAre("R3", "R3", "a3", "a3", "g3", "g3"));
-}
-
-TEST_F(BatchingBackendTest, EachTaskReadsItsOwn) {
-  Gather(3, [](BatchingBackend& task) {
-    const OwnInputs own(task.index(), 2);
-    const test::RowReadout readout(1, [&](std::size_t i, const Eigen::VectorXd&) {
-      ReadoutJacobian r(1, 1);
-      r.insert(0, 0) = 1.0 + 10.0 * task.index() + i;
-      return r;
-    });
-    const auto results = task.ReadoutTangents(own.batch, own.weights, {}, readout);
-    const auto at_rest = task.EquilibriumReadoutTangents(own.batch, own.weights, readout);
-    for (int i = 0; i < 2; ++i) {
-      const double row = 1.0 + 10.0 * task.index() + i;
-      EXPECT_EQ(results[i].read.dr(0, 0), row * 1000.0 * task.index());
-      EXPECT_EQ(at_rest[i].r[0], row * own.batch[i].start->x[0]);
-      EXPECT_EQ(at_rest[i].dr(0, 0), row * (1000.0 * task.index() + i));
-    }
-  });
-  EXPECT_THAT(inner_.batches, ElementsAre("t6", "d6"));
-}
-
-TEST_F(BatchingBackendTest, LossesAreNotJoined) {
-  Gather(2, [](BatchingBackend& task) {
-    const OwnInputs own(task.index(), 2);
-    const test::RowReadout readout(1, [&](std::size_t i, const Eigen::VectorXd&) {
-      ReadoutJacobian r(1, 1);
-      r.insert(0, 0) = 1.0 + i;
-      return r;
-    });
-    const Eigen::VectorXd target = Eigen::VectorXd::Constant(1, 3.0);
-    const auto results = task.LossGradients(own.batch, {}, {&readout, {&target, &target}, 2.0});
-    for (int i = 0; i < 2; ++i) {
-      const double end = 1000.0 * task.index() + i + RolloutOptions().h;
-      EXPECT_DOUBLE_EQ(*results[i].loss, 0.5 * std::pow(((1.0 + i) * end - 3.0) / 2.0, 2));
-    }
-  });
-  EXPECT_THAT(inner_.batches, ElementsAre("R2", "a2", "R2", "a2"));
 }
 
 TEST_F(BatchingBackendTest, AnErrorReachesAllOfItsBatchAndNoOther) {

@@ -12,7 +12,7 @@
 
 #include "losses/metrics/observed_drape.h"
 #include "losses/outline/outline.h"
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 #include "physics/material/material_field_io.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"

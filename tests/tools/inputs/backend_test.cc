@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // --backend of the programs: what auto chooses, what is refused, what the files say.
 #include "cuda/engine/cuda_backend.h"
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/equilibria/equilibria_tool.h"
 #include "tools/programs/simulate/simulate_tool.h"

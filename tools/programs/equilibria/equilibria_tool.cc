@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"

@@ -24,7 +24,7 @@
 #include "physics/util/text_format.h"
 #include "solver/prediction/garment/body/body_spec.h"
 #include "solver/prediction/garment/geometry_cache.h"
-#include "solver/prediction/garment/pattern/pattern_io.h"
+#include "solver/prediction/garment/pattern/pattern.h"
 #include "solver/prediction/garment/render.h"
 #include "solver/prediction/material_source.h"
 #include "tools/cli/output_folder.h"

@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "losses/metrics/ensemble_scores.h"
-#include "losses/metrics/report_json.h"
+#include "losses/metrics/distribution_metrics.h"
+#include "losses/metrics/metrics.h"
 #include "physics/util/text_format.h"
 #include "solver/forward/random_drapes.h"
 #include "tools/cli/provenance.h"

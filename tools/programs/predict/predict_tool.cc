@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "losses/dataset/index_list.h"
+#include "losses/dataset/dataset_split.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/util/errors.h"

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "losses/metrics/report_json.h"
+#include "losses/metrics/metrics.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/text_format.h"

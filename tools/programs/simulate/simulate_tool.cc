@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "losses/image/segmentation.h"
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/simulation/statics/modes.h"

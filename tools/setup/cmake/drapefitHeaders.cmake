@@ -5,8 +5,8 @@
 # As a script it copies them:  cmake -D SOURCE=... -D OUTPUT=... -P drapefitHeaders.cmake
 set(DRAPE_HEADER_FOLDERS physics losses solver)
 set(private_headers
-    step_adjoint.h supernodal_factor.h tree_tasks.h simd.h triangulate.h
-    dataset_names.h exif.h hausdorff.h image_codec.h silhouette_edges.h
+    supernodal_factor.h tree_tasks.h simd.h triangulate.h
+    exif.h hausdorff.h image_codec.h
     batch_scheduler.h batching_backend.h elementwise_samples.h field_report.h fit_checkpoint.h
     fit_work.h candidate_check.h csv_log.h stored_json.h
     element_posterior.h map_estimator.h posterior_report.h weighted_drapes.h)

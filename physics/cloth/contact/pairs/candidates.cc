@@ -10,9 +10,101 @@
 namespace drape {
 namespace {
 
+// The boxes around parts of a surface, each `more` [m] larger on all sides.
+template <std::size_t N>
+void EncloseParts(const std::vector<std::array<int, N>>& parts, const VertexBoxes& boxes,
+                  double more, int threads, std::vector<SpaceBox>& all) {
+  all.resize(parts.size());
+#pragma omp parallel for num_threads(threads) if (threads > 1)
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    Eigen::Array3d low = boxes.low.col(parts[k][0]), high = boxes.high.col(parts[k][0]);
+    for (std::size_t i = 1; i < N; ++i) {
+      low = low.min(boxes.low.col(parts[k][i]).array());
+      high = high.max(boxes.high.col(parts[k][i]).array());
+    }
+    low -= more;
+    high += more;
+    all[k] = {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+  }
+}
+
+// All that list(k, pairs) adds for k < count, in the order of k.
+template <class List>
+void Collect(int count, int threads, const List& list, std::vector<ContactPair>& pairs) {
+  constexpr int kChunk = 64;
+  const int chunks = (count + kChunk - 1) / kChunk;
+  std::vector<std::vector<ContactPair>> found(chunks);
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) if (threads > 1)
+  for (int c = 0; c < chunks; ++c)
+    for (int k = kChunk * c; k < std::min(count, kChunk * (c + 1)); ++k) list(k, found[c]);
+  for (const std::vector<ContactPair>& part : found)
+    pairs.insert(pairs.end(), part.begin(), part.end());
+}
+
+// Each vertex of one surface and the triangles of another.
+void AddVerticesAndTriangles(const BoxedSurface& one, const BoxedSurface& other, int threads,
+                             std::vector<ContactPair>& pairs) {
+  const auto list = [&](int k, std::vector<ContactPair>& found) {
+    const int i = one.parts().vertices[k];
+    other.triangle_tree().ForEachMeeting(one.vertices()[k], [&](int triangle) {
+      const auto& [p, q, r] = other.parts().triangles[triangle];
+      if (i != p && i != q && i != r) found.push_back({false, {i, p, q, r}});
+    });
+  };
+  Collect(static_cast<int>(one.vertices().size()), threads, list, pairs);
+}
+
 constexpr double kSlack = 5e-4;  // of the boxes around vertices [m]
 
 }  // namespace
+
+void BoxedSurface::Enclose(const VertexBoxes& boxes, double more, int threads) {
+  std::vector<std::array<int, 1>> singles;
+  singles.reserve(parts_.vertices.size());
+  for (const int i : parts_.vertices) singles.push_back({i});
+  EncloseParts(singles, boxes, more, threads, vertices_);
+  EncloseParts(parts_.edges, boxes, more, threads, edges_);
+  EncloseParts(parts_.triangles, boxes, more, threads, triangles_);
+  edge_tree_.Enclose(edges_);
+  triangle_tree_.Enclose(triangles_);
+}
+
+std::vector<ContactPair> ListPairsWithin(const BoxedSurface& cloth, int threads) {
+  std::vector<ContactPair> pairs;
+  AddVerticesAndTriangles(cloth, cloth, threads, pairs);
+  const auto list = [&](int place, std::vector<ContactPair>& found) {
+    const int one = cloth.edge_tree().order()[place];
+    cloth.edge_tree().ForEachLaterMeeting(place, [&](int other) {
+      const auto& [p, q] = cloth.parts().edges[std::min(one, other)];
+      const auto& [r, s] = cloth.parts().edges[std::max(one, other)];
+      if (p != r && p != s && q != r && q != s) found.push_back({true, {p, q, r, s}});
+    });
+  };
+  Collect(static_cast<int>(cloth.edges().size()), threads, list, pairs);
+  return pairs;
+}
+
+std::vector<ContactPair> ListPairsBetween(const BoxedSurface& cloth, const BoxedSurface& obstacle,
+                                          int threads) {
+  std::vector<ContactPair> pairs;
+  AddVerticesAndTriangles(cloth, obstacle, threads, pairs);
+  AddVerticesAndTriangles(obstacle, cloth, threads, pairs);
+  const auto list = [&](int k, std::vector<ContactPair>& found) {
+    const std::array<int, 2>& edge = cloth.parts().edges[k];
+    obstacle.edge_tree().ForEachMeeting(cloth.edges()[k], [&](int other) {
+      const auto& [r, s] = obstacle.parts().edges[other];
+      found.push_back({true, {edge[0], edge[1], r, s}});
+    });
+  };
+  Collect(static_cast<int>(cloth.edges().size()), threads, list, pairs);
+  return pairs;
+}
+
+Eigen::VectorXd Joined(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  Eigen::VectorXd joined(a.size() + b.size());
+  joined << a, b;
+  return joined;
+}
 
 double LongestMove(const Eigen::VectorXd& dx) {
   return dx.size() == 0 ? 0.0 : dx.reshaped(3, dx.size() / 3).colwise().norm().maxCoeff();

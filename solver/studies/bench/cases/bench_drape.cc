@@ -152,51 +152,50 @@ BenchDrape SettingSolver::DrapeAlone() {
 BenchDrape SettingSolver::StepTangents() {
   const State seed = Seed(mesh());
   const std::vector<const MaterialField*> weights(setting_.batch, &material_);
-  const ReadoutTangent tangent =
-      backend_->ReadoutTangents(Batch(seed), weights, Steps(), *readout_).front();
-  const bool ok = tangent.rollout.status == RolloutStatus::kOk;
+  const TangentResult tangent = backend_->Tangents(Batch(seed), weights, Steps()).front();
   BenchDrape drape = Seen(ToString(tangent.rollout.status), tangent.rollout.end.x);
-  if (ok) drape.jacobian = tangent.read.dr;
-  if (ok) drape.gradient = tangent.read.dr.transpose() * (tangent.read.r - LossObservation());
+  if (tangent.rollout.status == RolloutStatus::kOk)
+    AddReadout(tangent.rollout.end.x, tangent.dx, &drape);
   return drape;
 }
 
-BenchDrape SettingSolver::StepGradient() {
-  const State seed = Seed(mesh());
-  const Eigen::VectorXd target = LossObservation();
-  const ReadoutLoss loss{readout_.get(),
-                         std::vector<const Eigen::VectorXd*>(setting_.batch, &target)};
-  const LossGradient found = backend_->LossGradients(Batch(seed), Steps(), loss).front();
-  BenchDrape drape{.status = ToString(found.status)};
-  if (found.loss) drape.gradient = found.material.Contract(material_);
-  return drape;
+bool SettingSolver::AddReadout(const Eigen::VectorXd& x, const RowMatrix& dx, BenchDrape* drape) {
+  Eigen::VectorXd r;
+  ReadoutJacobian dr_dx;
+  if (!readout_->Read(0, x, &r, &dr_dx)) return false;
+  drape->jacobian = dr_dx * dx;
+  drape->gradient = drape->jacobian.transpose() * (r - LossObservation());
+  return true;
 }
 
-BenchDrape SettingSolver::StepJacobianByAdjoint() {
+BenchDrape SettingSolver::StepAdjoint(bool of_loss) {
   const State seed = Seed(mesh());
   std::vector<Recording> recordings;
   const auto batch = Batch(seed);
-  const std::vector<RolloutResult> rollouts = backend_->Rollouts(batch, Steps(), &recordings);
-  BenchDrape drape = Seen(ToString(rollouts.front().status), rollouts.front().end.x);
+  const RolloutResult end = backend_->Rollouts(batch, Steps(), &recordings).front();
+  BenchDrape drape{.status = ToString(end.status)};
+  if (!of_loss) drape = Seen(drape.status, end.end.x);
   Eigen::VectorXd r;
   ReadoutJacobian dr_dx;
-  if (drape.status != "ok" || !readout_->Read(0, drape.x, &r, &dr_dx)) return drape;
-  const std::vector<RowMatrix> seeds(batch.size(), RowMatrix(dr_dx.transpose()));
+  if (drape.status != "ok" || !readout_->Read(0, end.end.x, &r, &dr_dx)) return drape;
+  const RowMatrix dL_dx = of_loss ? RowMatrix(dr_dx.transpose() * (r - LossObservation()))
+                                  : RowMatrix(dr_dx.transpose());
+  const std::vector<RowMatrix> seeds(batch.size(), dL_dx);
   const AdjointResult adjoint = backend_->Adjoints(batch, recordings, seeds, Steps()).front();
-  drape.jacobian = adjoint.material.Contract(material_).transpose();
+  if (adjoint.status != RolloutStatus::kOk) return {.status = ToString(adjoint.status)};
+  const RowMatrix gradients = adjoint.material.Contract(material_);
+  if (of_loss) {
+    drape.gradient = gradients;
+  } else {
+    drape.jacobian = gradients.transpose();
+  }
   return drape;
 }
 
 void SettingSolver::AddTangents(const State& rest, BenchDrape* drape) {
   const std::vector<const MaterialField*> weights(setting_.batch, &material_);
-  const LinearReadout read =
-      backend_->EquilibriumReadoutTangents(Batch(rest), weights, *readout_).front();
-  if (read.r.size() == 0) {
-    drape->status = kNoDerivative;
-    return;
-  }
-  drape->jacobian = read.dr;
-  drape->gradient = read.dr.transpose() * (read.r - LossObservation());
+  const RowMatrix dx = backend_->EquilibriumTangents(Batch(rest), weights).front();
+  if (dx.size() == 0 || !AddReadout(rest.x, dx, drape)) drape->status = kNoDerivative;
 }
 
 void SettingSolver::AddAdjoint(const State& rest, bool of_loss, BenchDrape* drape) {
@@ -221,8 +220,7 @@ void SettingSolver::AddAdjoint(const State& rest, bool of_loss, BenchDrape* drap
 BenchDrape SettingSolver::Differentiate(BenchWork work) {
   const bool by_tangents = setting_.mode == "tangent";
   const bool of_loss = work == BenchWork::kGradient;
-  if (is_dynamic())
-    return by_tangents ? StepTangents() : of_loss ? StepGradient() : StepJacobianByAdjoint();
+  if (is_dynamic()) return by_tangents ? StepTangents() : StepAdjoint(of_loss);
   BenchDrape drape = DrapeAlone();
   if (drape.status != "ok") return drape;
   const State rest{drape.x, Eigen::VectorXd::Zero(drape.x.size())};

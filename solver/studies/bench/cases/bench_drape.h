@@ -10,6 +10,7 @@
 
 #include "physics/cloth/start_shape.h"
 #include "physics/simulation/backend.h"
+#include "physics/simulation/readout.h"
 #include "solver/forward/settle.h"
 #include "solver/studies/bench/cases/bench_plan.h"
 
@@ -66,8 +67,11 @@ class SettingSolver {
   BenchDrape DrapeAlone();
   // Derivatives of a dynamic setting repeat the steps; others follow DrapeAlone.
   BenchDrape StepTangents();
-  BenchDrape StepGradient();
-  BenchDrape StepJacobianByAdjoint();
+  // The gradient of the loss, or the Jacobian of the outline.
+  BenchDrape StepAdjoint(bool of_loss);
+  // Reads the outline at x, whose derivatives by the table entries are dx. Returns false where it
+  // cannot be read.
+  bool AddReadout(const Eigen::VectorXd& x, const RowMatrix& dx, BenchDrape* drape);
   void AddTangents(const State& rest, BenchDrape* drape);
   void AddAdjoint(const State& rest, bool of_loss, BenchDrape* drape);
   BenchDrape Differentiate(BenchWork work);

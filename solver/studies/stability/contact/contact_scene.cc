@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/contact/barrier.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/strip.h"
 

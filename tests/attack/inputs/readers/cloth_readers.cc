@@ -7,7 +7,7 @@
 #include "losses/dataset/published_mesh.h"
 #include "physics/cloth/scene_io.h"
 #include "physics/cloth/start_shape.h"
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 #include "physics/material/material_field_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/obj_io.h"

@@ -11,7 +11,7 @@
 #include "solver/prediction/garment/body/body_sequence.h"
 #include "solver/prediction/garment/garment_mesh.h"
 #include "solver/prediction/garment/geometry_cache.h"
-#include "solver/prediction/garment/pattern/pattern_io.h"
+#include "solver/prediction/garment/pattern/pattern.h"
 #include "solver/prediction/garment/sewing.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"

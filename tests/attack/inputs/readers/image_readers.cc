@@ -2,7 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "losses/camera/camera_io.h"
+#include "losses/camera/camera.h"
 #include "losses/image/image.h"
 #include "losses/outline/measured_image.h"
 #include "tests/attack/inputs/files/file_readers.h"

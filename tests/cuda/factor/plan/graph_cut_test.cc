@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/factor/plan/graph_cut.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -8,6 +6,8 @@
 #include <cstdlib>
 #include <thread>
 #include <vector>
+
+#include "cuda/factor/plan/nested_dissection.h"
 
 namespace drape {
 namespace {

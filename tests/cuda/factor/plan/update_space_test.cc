@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/factor/plan/update_space.h"
-
 #include <gmock/gmock.h>
 
 #include <random>
+
+#include "cuda/factor/plan/gather_list.h"
 
 namespace drape {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/cloth/assembly/assembly_part.h"
-
 #include <gmock/gmock.h>
 
 #include "physics/cloth/assembly/assembly.h"

@@ -9,7 +9,6 @@
 #include <random>
 #include <vector>
 
-#include "physics/cloth/contact/barrier.h"
 #include "physics/cloth/contact/vertex_contact.h"
 #include "physics/util/math/random.h"
 

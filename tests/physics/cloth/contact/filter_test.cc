@@ -10,7 +10,6 @@
 #include <memory>
 #include <random>
 
-#include "physics/cloth/contact/clearance.h"
 #include "physics/cloth/contact/contact.h"
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/mesh/self_intersection.h"

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/contact/barrier.h"
 #include "physics/cloth/contact/contact.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/mesh/mesh.h"
 
 namespace drape::test {

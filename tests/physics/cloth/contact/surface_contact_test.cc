@@ -8,8 +8,9 @@
 #include <cmath>
 #include <random>
 
-#include "physics/cloth/contact/barrier.h"
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
+#include "physics/cloth/contact/step_limit.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/mesh/strip.h"
 #include "physics/util/math/random.h"
@@ -52,7 +53,7 @@ class TwoSheets : public testing::Test {
       place.z() += kSurface.thickness + 0.6e-3 + 20.0 * place.x() * place.x() * 0.02;
     }
     Eigen::VectorXd none = Eigen::VectorXd::Zero(x_.size());
-    contact_.ShortenMoves(x_, none);
+    LimitStep(contact_, x_, none);
   }
 
   Mesh mesh_;
@@ -64,11 +65,11 @@ TEST_F(TwoSheets, ForcesAreTheSlopeOfTheEnergy) {
   std::mt19937_64 random(2);
   const auto energy = [&](const Eigen::VectorXd& x) {
     Eigen::VectorXd f = Eigen::VectorXd::Zero(x.size());
-    return contact_.AddForces(x, f);
+    return AddPairForces(contact_.FindActivePairs(x), f);
   };
   Eigen::VectorXd f = Eigen::VectorXd::Zero(x_.size());
-  ASSERT_GT(contact_.AddForces(x_, f), 0.0);
-  ASSERT_GT(contact_.ListTouches(x_).size(), 20U);
+  ASSERT_GT(AddPairForces(contact_.FindActivePairs(x_), f), 0.0);
+  ASSERT_GT(contact_.FindActivePairs(x_).size(), 20U);
   for (int k = 0; k < 20; ++k) {
     const Eigen::VectorXd way = RandomMoves(x_.size(), 1.0, random);
     constexpr double kStep = 1e-8;
@@ -79,7 +80,7 @@ TEST_F(TwoSheets, ForcesAreTheSlopeOfTheEnergy) {
 
 TEST_F(TwoSheets, ForcesAddUpToNothing) {
   Eigen::VectorXd f = Eigen::VectorXd::Zero(x_.size());
-  contact_.AddForces(x_, f);
+  AddPairForces(contact_.FindActivePairs(x_), f);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero(), moment = sum;
   for (Eigen::Index i = 0; i < f.size(); i += 3) {
     sum += f.segment<3>(i);
@@ -93,16 +94,16 @@ TEST_F(TwoSheets, ForcesAddUpToNothing) {
 TEST_F(TwoSheets, StiffnessBoundsTheSlopeOfTheForces) {
   std::mt19937_64 random(3);
   Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(x_.size(), x_.size());
-  contact_.ForEachStiffness(x_, SurfaceContact::StiffnessPart::kPositive,
-                            [&](int i, int j, const Eigen::Matrix3d& block) {
-                              EXPECT_LE(i, j);
-                              stiffness.block<3, 3>(3 * i, 3 * j) += block;
-                              if (i != j) stiffness.block<3, 3>(3 * j, 3 * i) += block.transpose();
-                            });
+  ForEachPairStiffness(contact_.FindActivePairs(x_), StiffnessPart::kPositive,
+                       [&](int i, int j, const Eigen::Matrix3d& block) {
+                         EXPECT_LE(i, j);
+                         stiffness.block<3, 3>(3 * i, 3 * j) += block;
+                         if (i != j) stiffness.block<3, 3>(3 * j, 3 * i) += block.transpose();
+                       });
   EXPECT_LT((stiffness - stiffness.transpose()).norm(), 1e-12 * stiffness.norm());
   const auto forces = [&](const Eigen::VectorXd& x) {
     Eigen::VectorXd f = Eigen::VectorXd::Zero(x.size());
-    contact_.AddForces(x, f);
+    AddPairForces(contact_.FindActivePairs(x), f);
     return f;
   };
   // Along the force, which mostly opens the gaps, they nearly agree.
@@ -135,8 +136,8 @@ TEST(SurfaceContact, ParallelSheetsHaveThePressureOfTheirGap) {
     for (int i = lower.num_vertices(); i < mesh.num_vertices(); ++i)
       x.segment<3>(3 * i) += Eigen::Vector3d(slide, 0.3 * slide, kCloth.thickness + kGap);
     Eigen::VectorXd none = Eigen::VectorXd::Zero(x.size()), f = none;
-    contact.ShortenMoves(x, none);
-    contact.AddForces(x, f);
+    LimitStep(contact, x, none);
+    AddPairForces(contact.FindActivePairs(x), f);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (Eigen::Index i = 3 * lower.num_vertices(); i < f.size(); i += 3) sum += f.segment<3>(i);
     EXPECT_NEAR(sum.z(), expected, 0.4 * expected) << slide;
@@ -152,8 +153,8 @@ TEST(SurfaceContact, AFlatSheetDoesNotPushItself) {
   const Mesh mesh = MakeStrip(0.02, 0.02, 20, 20);
   SurfaceContact contact(mesh, VertexAreas(mesh), kSurface);
   Eigen::VectorXd none = Eigen::VectorXd::Zero(mesh.rest_x.size()), f = none;
-  contact.ShortenMoves(mesh.rest_x, none);
-  EXPECT_EQ(contact.AddForces(mesh.rest_x, f), 0.0);
+  LimitStep(contact, mesh.rest_x, none);
+  EXPECT_EQ(AddPairForces(contact.FindActivePairs(mesh.rest_x), f), 0.0);
   EXPECT_EQ(f.norm(), 0.0);
   EXPECT_EQ(contact.SmallestGap(mesh.rest_x), kSurface.range);
 }
@@ -175,7 +176,7 @@ TEST(SurfaceContact, ShortenedMovesNeverCross) {
     // The sheets are driven together.
     for (Eigen::Index i = 2; i < dx.size(); i += 3) dx[i] += i < 3 * lower ? scale : -scale;
     const Eigen::VectorXd meant = dx;
-    const bool changed = contact.ShortenMoves(x, dx);
+    const bool changed = LimitStep(contact, x, dx);
     EXPECT_EQ(changed, dx != meant);
     shortened += changed;
     for (const double share : {0.3, 0.7, 1.0}) {
@@ -206,15 +207,14 @@ class SheetOnBall : public testing::Test {
       place *= (kRadius + kSurface.thickness) / place.norm();
     }
     x_ += RandomMoves(x_.size(), 3e-4, random);
-    contact_.Know(x_);
   }
   double Energy(const Eigen::VectorXd& x) const {
     Eigen::VectorXd f = Eigen::VectorXd::Zero(x.size());
-    return contact_.AddForces(x, f);
+    return AddPairForces(contact_.FindActivePairs(x), f);
   }
   Eigen::VectorXd Forces(const Eigen::VectorXd& x) const {
     Eigen::VectorXd f = Eigen::VectorXd::Zero(x.size());
-    contact_.AddForces(x, f);
+    AddPairForces(contact_.FindActivePairs(x), f);
     return f;
   }
 
@@ -228,8 +228,8 @@ class SheetOnBall : public testing::Test {
 
 TEST_F(SheetOnBall, ForcesAreTheSlopeOfTheEnergy) {
   int vertices = 0, edges = 0;
-  for (const SurfaceTouch& touch : contact_.ListTouches(x_)) {
-    EXPECT_TRUE(contact_.IsOfObstacle(touch.pair));
+  for (const ActivePair& touch : contact_.FindActivePairs(x_)) {
+    EXPECT_TRUE(touch.of_obstacle());
     EXPECT_TRUE(touch.pair.of_edges || touch.pair.vertex[0] >= mesh_.num_vertices());
     ++(touch.pair.of_edges ? edges : vertices);
   }
@@ -247,12 +247,12 @@ TEST_F(SheetOnBall, ForcesAreTheSlopeOfTheEnergy) {
 
 TEST_F(SheetOnBall, TheWholeStiffnessIsTheSlopeOfTheForces) {
   Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(x_.size(), x_.size());
-  contact_.ForEachStiffness(x_, SurfaceContact::StiffnessPart::kWhole,
-                            [&](int i, int j, const Eigen::Matrix3d& block) {
-                              ASSERT_LT(j, mesh_.num_vertices());
-                              stiffness.block<3, 3>(3 * i, 3 * j) += block;
-                              if (i != j) stiffness.block<3, 3>(3 * j, 3 * i) += block.transpose();
-                            });
+  ForEachPairStiffness(contact_.FindActivePairs(x_), StiffnessPart::kWhole,
+                       [&](int i, int j, const Eigen::Matrix3d& block) {
+                         ASSERT_LT(j, mesh_.num_vertices());
+                         stiffness.block<3, 3>(3 * i, 3 * j) += block;
+                         if (i != j) stiffness.block<3, 3>(3 * j, 3 * i) += block.transpose();
+                       });
   std::mt19937_64 random(8);
   for (int k = 0; k < 20; ++k) {
     const Eigen::VectorXd way = RandomMoves(x_.size(), 1.0, random);
@@ -266,14 +266,14 @@ TEST_F(SheetOnBall, TheWholeStiffnessIsTheSlopeOfTheForces) {
 // A point of the cloth that goes with the obstacle does not slip, one that rests slips by its move.
 TEST_F(SheetOnBall, SlipIsRelativeToTheObstacle) {
   const Eigen::VectorXd led = x_ - move_.replicate(mesh_.num_vertices(), 1);
-  const std::vector<SurfaceTouch> touches = contact_.ListTouches(x_);
+  const ActivePairs touches = contact_.FindActivePairs(x_);
   ASSERT_FALSE(touches.empty());
-  for (const SurfaceTouch& touch : touches) {
+  for (const ActivePair& touch : touches) {
     // A face that pushes back a vertex is the second part of its pair.
     const double side = touch.pair.of_edges ? 1.0 : -1.0;
-    const Rub rub = contact_.RubAt(touch, led);
+    const Rub rub = MakeRub(touch, led);
     EXPECT_LT((rub.Point(x_) - rub.start).norm(), 1e-15);
-    const Rub at_rest = contact_.RubAt(touch, x_);
+    const Rub at_rest = MakeRub(touch, x_);
     EXPECT_LT((at_rest.Point(x_) - at_rest.start + side * move_).norm(), 1e-15);
     for (const int i : rub.vertex) EXPECT_LT(i, mesh_.num_vertices());
   }
@@ -290,8 +290,8 @@ TEST(SurfaceContact, ASheetGivesWayToARidge) {
   contact.SetObstacles({.obstacles = {std::make_shared<const SurfaceObstacle>(
                             at(0.02), wedge.triangles, at(-0.001))}});
   Eigen::VectorXd moves = Eigen::VectorXd::Zero(mesh.rest_x.size());
-  EXPECT_FALSE(contact.CanFollow(mesh.rest_x, moves));
-  ASSERT_FALSE(contact.GiveWay(mesh.rest_x, moves));
+  EXPECT_FALSE(IsStepFree(contact, mesh.rest_x, moves));
+  ASSERT_FALSE(FindFreeStep(contact, mesh.rest_x, moves));
   const Eigen::VectorXd x = mesh.rest_x + moves;
   std::vector<std::array<int, 3>> all = ListTriangles(mesh);
   for (const auto& [p, q, r] : wedge.triangles)

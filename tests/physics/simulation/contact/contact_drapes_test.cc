@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/cloth/contact/barrier.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/disc.h"
 #include "physics/simulation/backend.h"

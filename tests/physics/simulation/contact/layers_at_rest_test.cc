@@ -14,7 +14,7 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
-#include "physics/cloth/contact/barrier.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/mesh/strip.h"
@@ -31,10 +31,8 @@ using test::kDensity;
 using test::kGravity;
 using test::RestingGap;
 
-std::vector<SurfaceTouch> ListTouches(const ClothModel& model, const Eigen::VectorXd& x) {
-  SurfaceContact contact = MakeSelfContact(model);
-  contact.Know(x);
-  return contact.ListTouches(x);
+ActivePairs ListTouches(const ClothModel& model, const Eigen::VectorXd& x) {
+  return MakeSelfContact(model).FindActivePairs(x);
 }
 
 // A strip that is held at one end above a sheet of the same cloth, which is held where it lies, and
@@ -269,18 +267,13 @@ TEST(LayersAtRest, AStackCarriesItsWeight) {
     for (int i = begin[k]; i < begin[k + 1]; ++i) sum += rest.x[3 * i + 2];
     return sum / (begin[k + 1] - begin[k]);
   };
-  const SurfaceContact contact = [&] {
-    SurfaceContact known = MakeSelfContact(*model);
-    known.Know(rest.x);
-    return known;
-  }();
   for (int k = 1; k < kSheets; ++k) {
     double up = 0.0, carried = 0.0;
-    for (const SurfaceTouch& touch : contact.ListTouches(rest.x)) {
+    for (const ActivePair& touch : ListTouches(*model, rest.x)) {
       double share = 0.0;  // of the force on the sheets from k on
       for (int i = 0; i < 4; ++i)
         if (touch.pair.vertex[i] >= begin[k]) share += touch.distance.weight[i];
-      up += share * contact.NormalForce(touch) * touch.distance.normal.z();
+      up += share * NormalForce(touch) * touch.distance.normal.z();
     }
     for (int i = begin[k]; i < begin[kSheets]; ++i)
       carried += kDensity * kGravity * model->vertex_area[i];

@@ -12,7 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/contact/barrier.h"
+#include "physics/cloth/contact/step_limit.h"
+#include "physics/cloth/contact/vertex_contact.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/mesh/strip.h"
@@ -70,7 +71,7 @@ State RunLayers(Layers& run, std::size_t least_touches) {
   SurfaceContact watcher(model.mesh, model.vertex_area, *run.options.self_contact);
   Eigen::VectorXd none = Eigen::VectorXd::Zero(model.num_dofs());
   run.options.on_accept = [&](const Eigen::VectorXd& x) {
-    watcher.ShortenMoves(x, none);
+    LimitStep(watcher, x, none);
     EXPECT_GT(watcher.SmallestGap(x), 0.0);
   };
   ImplicitEuler euler(run.model, run.material, run.h, run.options);
@@ -83,8 +84,8 @@ State RunLayers(Layers& run, std::size_t least_touches) {
     EXPECT_TRUE(FindSelfIntersections(triangles, state.x).empty()) << step;
     run.check(before, state);
     if (testing::Test::HasFailure()) return state;
-    watcher.ShortenMoves(state.x, none);
-    touching += watcher.ListTouches(state.x).size() >= least_touches;
+    LimitStep(watcher, state.x, none);
+    touching += watcher.FindActivePairs(state.x).size() >= least_touches;
   }
   EXPECT_GT(10 * touching, run.steps);
   return state;

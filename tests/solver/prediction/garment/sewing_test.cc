@@ -5,7 +5,7 @@
 
 #include <set>
 
-#include "solver/prediction/garment/pattern/pattern_io.h"
+#include "solver/prediction/garment/pattern/pattern.h"
 
 namespace drape {
 namespace {

@@ -11,7 +11,7 @@
 #include "physics/simulation/textbook.h"
 #include "physics/util/math/random.h"
 #include "solver/prediction/garment/body/mannequin.h"
-#include "solver/prediction/garment/pattern/pattern_io.h"
+#include "solver/prediction/garment/pattern/pattern.h"
 
 namespace drape {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // drape_fit from a silhouette to files, interrupted and resumed.
-#include "losses/camera/camera_io.h"
+#include "losses/camera/camera.h"
 #include "losses/image/image.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/obj_io.h"

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 
 #include "physics/material/material_io.h"
-#include "tests/losses/camera/photo/rendered/photo_file.h"
-#include "tests/losses/camera/photo/rendered/photo_trial.h"
+#include "tests/losses/photo/rendered/photo_file.h"
+#include "tests/losses/photo/rendered/photo_trial.h"
 #include "tests/tools/tool_fixture.h"
 
 namespace drape::test {

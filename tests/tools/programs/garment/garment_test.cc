@@ -11,7 +11,7 @@
 #include "physics/util/json_input.h"
 #include "physics/util/stored/stored_json.h"
 #include "solver/prediction/garment/geometry_cache.h"
-#include "solver/prediction/garment/pattern/pattern_io.h"
+#include "solver/prediction/garment/pattern/pattern.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/garment/garment_tool.h"

@@ -2,7 +2,7 @@
 // The outputs that drape_simulate promises, from the real program.
 #include "losses/image/image.h"
 #include "losses/metrics/metrics.h"
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 #include "physics/material/material_field_io.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "losses/image/segmentation.h"
-#include "losses/outline/centre.h"
+#include "losses/outline/outline.h"
 #include "physics/util/errors.h"
 
 namespace drape {

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "losses/metrics/laboratory_sheet.h"
-#include "losses/metrics/report_json.h"
+#include "losses/metrics/laboratory_drape.h"
+#include "losses/metrics/metrics.h"
 #include "physics/util/text_format.h"
 #include "tools/programs/results/tables/score_report.h"
 

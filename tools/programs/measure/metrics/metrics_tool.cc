@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "losses/metrics/report_json.h"
+#include "losses/metrics/metrics.h"
 #include "losses/outline/overlay.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "losses/camera/camera_io.h"
+#include "losses/camera/camera.h"
 #include "losses/camera/discs_input.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"

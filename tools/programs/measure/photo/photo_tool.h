@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/photo/photo.h"
+#include "losses/photo/photo.h"
 #include "physics/util/run_control.h"
 #include "tools/cli/option_table.h"
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "losses/dataset/index_list.h"
+#include "losses/dataset/dataset_split.h"
 #include "tools/programs/results/tables/score_report.h"
 
 namespace drape {

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "losses/metrics/report_json.h"
+#include "losses/metrics/metrics.h"
 #include "physics/util/text_format.h"
 
 namespace drape {

@@ -4,7 +4,7 @@
 #include <set>
 #include <utility>
 
-#include "losses/dataset/index_list.h"
+#include "losses/dataset/dataset_split.h"
 #include "physics/util/errors.h"
 #include "physics/util/stored/build.h"
 #include "solver/job/plot/chart.h"

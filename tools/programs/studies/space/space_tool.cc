@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "losses/dataset/index_list.h"
+#include "losses/dataset/dataset_split.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"

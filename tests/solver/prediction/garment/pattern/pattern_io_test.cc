@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/prediction/garment/pattern/pattern_io.h"
-
 #include <gmock/gmock.h>
 
 #include <numbers>
 #include <string>
 
+#include "solver/prediction/garment/pattern/pattern.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {

@@ -2,10 +2,10 @@
 // drape_photo with the files that people send.
 #include <gmock/gmock.h>
 
-#include "losses/camera/camera_io.h"
-#include "tests/losses/camera/photo/rendered/photo_file.h"
-#include "tests/losses/camera/photo/rendered/photo_trial.h"
+#include "losses/camera/camera.h"
 #include "tests/losses/image/encode.h"
+#include "tests/losses/photo/rendered/photo_file.h"
+#include "tests/losses/photo/rendered/photo_trial.h"
 #include "tests/tools/tool_fixture.h"
 
 namespace drape::test {

@@ -9,10 +9,10 @@
 #include <functional>
 #include <utility>
 
-#include "losses/camera/camera_io.h"
+#include "losses/camera/camera.h"
 #include "losses/image/segmentation.h"
 #include "losses/outline/outline.h"
-#include "physics/cloth/state_io.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/util/atomic_file.h"

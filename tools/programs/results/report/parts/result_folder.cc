@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include "losses/image/image.h"
-#include "losses/image/thumbnail.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"

@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/photo/photo.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "losses/image/image.h"
+#include "losses/outline/hem_estimate.h"
+#include "losses/outline/outline.h"
+#include "losses/photo/cloth/refined_cloth.h"
+#include "losses/photo/marker/camera_pose.h"
+#include "losses/photo/marker/disc.h"
+#include "losses/photo/photo_overlay.h"
+#include "losses/photo/picture/photo_options.h"
+#include "losses/photo/picture/photo_planes.h"
+#include "physics/util/errors.h"
+#include "physics/util/text_format.h"
+
+namespace drape {
+namespace {
+
+// Throws InputError for options that contradict one another.
+void CheckOptions(const PhotoOptions& options) {
+  if (options.support >= options.specimen)
+    throw InputError("option 'support'", Format("found %g, expected less than specimen = %g m",
+                                                options.support, options.specimen));
+  if (options.marker == PhotoMarker::kTag && options.tag <= 0)
+    throw InputError("option 'tag'",
+                     "not given, expected the side of the tag's black square [m] "
+                     "with marker = tag");
+  if (options.marker == PhotoMarker::kNone && options.px_per_m <= 0)
+    throw InputError("option 'px_per_m'",
+                     "not given, expected the scale of the picture with "
+                     "marker = none");
+}
+
+// The focal length [px of the photograph], which is by the diagonal: that of the options, or that
+// of the file. Throws PhotoFailure where there is none, and for a file that was cropped.
+double FocalLength(const Photograph& photo, const PhotoOptions& options) {
+  constexpr double kFilmDiagonal = 43.2666;  // [mm]
+  constexpr double kSameShape = 0.01;
+  const double width = photo.image.width, height = photo.image.height;
+  double focal = options.focal_35mm;
+  if (focal <= 0) {
+    focal = photo.exif.focal_35mm;
+    if (focal <= 0)
+      throw PhotoFailure{PhotoFault::kNoFocalLength,
+                         "the file does not tell the focal length, expected EXIF data (send the "
+                         "original file) or focal_35mm"};
+    if (photo.exif.width > 0 && photo.exif.height > 0) {
+      const double taken = double(std::max(photo.exif.width, photo.exif.height)) /
+                           std::min(photo.exif.width, photo.exif.height);
+      const double shown = std::max(width, height) / std::min(width, height);
+      if (std::abs(taken / shown - 1) > kSameShape)
+        throw PhotoFailure{PhotoFault::kCroppedPhoto,
+                           Format("the photograph was cropped: it is %.0fx%.0f px and was taken "
+                                  "with %dx%d, expected the whole photograph or focal_35mm",
+                                  width, height, photo.exif.width, photo.exif.height)};
+    }
+  }
+  return focal * std::hypot(width, height) / kFilmDiagonal;
+}
+
+// Throws PhotoFailure for a highlight on the cloth without detail.
+void CheckGlare(const PhotoPlanes& planes, const cv::Mat1b& cloth) {
+  constexpr double kMostOfGround = 0.02, kMostOfCloth = 0.004;
+  if (planes.saturated > kMostOfGround) return;  // back light, or a white ground
+  const std::vector<cv::Point> outline = LongestOutline(cloth);
+  std::vector<cv::Point> hull;
+  cv::convexHull(outline, hull);
+  cv::Mat1b inside = cv::Mat1b::zeros(cloth.size());
+  cv::fillConvexPoly(inside, hull, 1);
+  cv::Mat1b white;
+  cv::inRange(planes.rgb, cv::Scalar::all(250), cv::Scalar::all(255), white);
+  const cv::Mat1b glare = white & (inside * 255);
+  const double share = cv::countNonZero(glare) / double(cv::countNonZero(cloth));
+  if (share <= kMostOfCloth) return;
+  throw PhotoFailure{PhotoFault::kGlare,
+                     Format("glare: %.1f %% of the cloth is white without detail, expected light "
+                            "that is not reflected into the camera",
+                            100 * share),
+                     {LongestOutline(glare / 255)}};
+}
+
+// Throws PhotoFailure for an outline whose blur is a standard deviation [m] of too much.
+void CheckBlur(double blur) {
+  constexpr double kMost = 2.5e-3;  // [m]
+  if (blur <= kMost) return;
+  throw PhotoFailure{PhotoFault::kBlur,
+                     Format("the outline is blurred over %.1f mm (standard deviation), expected at "
+                            "most %.1f: hold the camera still and focus on the cloth",
+                            1e3 * blur, 1e3 * kMost)};
+}
+
+constexpr int kAngles = 360;
+constexpr double kDegree = M_PI / 180;
+
+// The work on one photograph, step by step; what was found by then is in the overlay of a failure.
+class Development {
+ public:
+  Development(const Photograph& photo, const PhotoOptions& options)
+      : photo_(photo), options_(options), discs_(MakeDiscs(options)) {}
+
+  PhotoResult Run() {
+    planes_ = MakePlanes(photo_.image);
+    try {
+      CheckExposure(planes_);
+      if (options_.marker != PhotoMarker::kNone) result_.focal = FocalLength(photo_, options_);
+      Segment();
+      if (options_.marker == PhotoMarker::kNone) {
+        PlaceWithoutMarker();
+      } else {
+        Place();
+      }
+      Measure();
+    } catch (const PhotoFailure& failure) {
+      return Refuse(failure);
+    }
+    AddText();
+    result_.overlay = RenderMarks(planes_, marks_);
+    return std::move(result_);
+  }
+
+ private:
+  PhotoResult Refuse(const PhotoFailure& failure) {
+    PhotoResult refused;
+    refused.fault = failure.fault;
+    refused.reason = failure.reason;
+    refused.warnings = result_.warnings;
+    marks_.faults = failure.marks;
+    marks_.refused = true;
+    marks_.text = std::string("Refused, ") + ToString(failure.fault) + ": " + failure.reason;
+    refused.overlay = RenderMarks(planes_, marks_);
+    return refused;
+  }
+
+  void Segment() {
+    const RoughCloth rough = FindCloth(planes_, options_);
+    result_.warnings = rough.warnings;
+    marks_.outline = LongestOutline(rough.mask);
+    cv::Mat1f disc = cv::Mat1f::zeros(rough.mask.size());
+    if (options_.marker == PhotoMarker::kDisc) {
+      rim_ = FindDisc(planes_, FilledHull(rough.mask));
+      if (rim_) {
+        LocateFinely(rough.mask);
+        marks_.disc = rim_->ellipse;
+        disc = RenderEllipse(disc.size(), rim_->ellipse, rim_->blur);
+      }
+    }
+    CheckGlare(planes_, rough.mask);
+    cloth_ = RefineCloth(planes_, rough, disc);
+    marks_.outline = LongestOutline(cloth_.mask);
+    result_.contrast = cloth_.contrast;
+    if (cloth_.weak > 0.03)
+      Warn(Format("%.0f %% of the outline has little contrast", 100 * cloth_.weak));
+  }
+
+  // The rim again, in the photograph at its full size, where the cloth beside it is wide enough not
+  // to mix its colour with the ground's.
+  void LocateFinely(const cv::Mat1b& mask) {
+    constexpr double kLeastShare = 0.4, kLeastClear = 0.25;
+    constexpr float kClear = 6.0f;  // [px]
+    const double scale = planes_.scale;
+    const auto to_photo = [&](float v) { return static_cast<float>((v + 0.5) / scale - 0.5); };
+    cv::RotatedRect ellipse = rim_->ellipse;
+    ellipse.center = {to_photo(ellipse.center.x), to_photo(ellipse.center.y)};
+    ellipse.size = {float(ellipse.size.width / scale), float(ellipse.size.height / scale)};
+    const RimPoints fine = LocateRim(photo_.image, ellipse);
+    if (fine.share < kLeastShare) return;
+    const cv::Mat1b disc = RenderEllipse(mask.size(), rim_->ellipse, rim_->blur) > 0.5f;
+    cv::Mat1f inside;
+    cv::distanceTransform(mask | disc, inside, cv::DIST_L2, cv::DIST_MASK_5);
+    std::vector<Eigen::Vector2d> all, clear;
+    for (const Eigen::Vector2d& p : fine.points) {
+      all.push_back((p.array() + 0.5) * scale - 0.5);
+      const Eigen::Vector2i pixel = all.back().array().round().cast<int>();
+      if (inside(pixel.y(), pixel.x()) >= kClear) clear.push_back(all.back());
+    }
+    rim_->points = double(clear.size()) > kLeastClear * double(all.size()) ? clear : all;
+    rim_->ellipse = FitEllipse(rim_->points);
+    rim_->blur = planes_.WorkingBlur(fine.blur);
+  }
+
+  // Without a scale [m]: that of a cloth which hangs straight down, as no other is larger.
+  double LeastBlur() const {
+    const double radius = std::sqrt(cv::contourArea(marks_.outline) / M_PI);
+    return cloth_.blur * discs_.support / radius;
+  }
+
+  void RequireMarker() {
+    if (options_.marker == PhotoMarker::kTag) {
+      marks_.tag = FindTag(planes_);
+      if (!marks_.tag)
+        throw PhotoFailure{PhotoFault::kNoTag,
+                           "no AprilTag of family 36h11 is seen, expected one that lies flat and "
+                           "is not covered"};
+    } else if (!rim_) {
+      CheckBlur(LeastBlur());  // which may be why
+      throw PhotoFailure{PhotoFault::kNoDisc,
+                         "the rim of the disc on the cloth is not seen, expected a disc of another "
+                         "colour than the cloth, a printed tag (marker = tag), or a known scale "
+                         "(marker = none)"};
+    } else {
+      result_.marker_share = rim_->share;
+      if (rim_->share < 0.8)
+        Warn(Format("the disc's rim is seen on %.0f %% of its length", 100 * rim_->share));
+    }
+  }
+
+  void Place() {
+    RequireMarker();
+    PoseInput input{.focal = result_.focal * planes_.scale,
+                    .principal = {0.5 * (planes_.rgb.cols - 1), 0.5 * (planes_.rgb.rows - 1)},
+                    .rim = rim_ ? rim_->points : std::vector<Eigen::Vector2d>(),
+                    .rim_radius = 0.5 * (options_.disc > 0 ? options_.disc : options_.support),
+                    .rim_height = options_.disc_height,
+                    .tag = marks_.tag,
+                    .tag_side = options_.tag,
+                    .tag_height = options_.tag_height,
+                    .outline = {},
+                    .discs = discs_};
+    constexpr size_t kPoints = 120;
+    for (size_t i = 0; i < kPoints; ++i) {
+      const cv::Point p = marks_.outline[i * marks_.outline.size() / kPoints];
+      input.outline.emplace_back(p.x, p.y);
+    }
+    const auto found = FindPose(input);
+    CheckPose(found);
+    scale_sd_ = found->height_sd;
+    const Rectified rectified = Rectify(cloth_.coverage, found->pose);
+    result_.silhouette = rectified.silhouette;
+    result_.camera = rectified.camera;
+    AddFlat(found->pose);
+  }
+
+  void CheckPose(const std::optional<FoundPose>& found) {
+    constexpr double kMostTilt = 20 * kDegree, kNotedTilt = 12 * kDegree;
+    constexpr double kLeastHeight = 2.0;    // specimen diameters
+    constexpr double kMostMarkerError = 2;  // [px]
+    if (!found || found->rms > kMostMarkerError)
+      throw PhotoFailure{
+          options_.marker == PhotoMarker::kTag ? PhotoFault::kNoTag : PhotoFault::kNoDisc,
+          "no camera fits the marker that was found, expected a flat, horizontal "
+          "one"};
+    result_.tilt = found->pose.tilt;
+    const double tilt = result_.tilt.norm();
+    result_.marker_rms = found->rms / planes_.scale;
+    const double height = found->pose.eye.z();
+    if (tilt > kMostTilt)
+      throw PhotoFailure{
+          PhotoFault::kTilted,
+          Format("the camera is tilted by %.0f degrees, expected at most 20: hold it "
+                 "level above the support",
+                 tilt / kDegree)};
+    if (height < kLeastHeight * options_.specimen)
+      throw PhotoFailure{PhotoFault::kTooClose,
+                         Format("the camera is %.2f m above the support, expected at least %.2f m",
+                                height, kLeastHeight * options_.specimen)};
+    CheckCentre(found->first_harmonic);
+    if (tilt > kNotedTilt) Warn(Format("the camera is tilted by %.0f degrees", tilt / kDegree));
+    if (found->tilt_sd > 1.5 * kDegree)
+      Warn(Format("the tilt is known to %.1f degrees only", found->tilt_sd / kDegree));
+  }
+
+  void CheckCentre(double off) {
+    constexpr double kMost = 6e-3, kNoted = 3e-3;  // [m]
+    if (off <= kNoted) return;
+    const std::string text = Format(
+        "the outline is %.0f mm off the centre of the disc, expected at most %.0f: does the "
+        "disc lie over the support, and the cloth in its middle?",
+        1e3 * off, 1e3 * kNoted);
+    if (off > kMost) throw PhotoFailure{PhotoFault::kWrongSize, text};
+    Warn(text);
+  }
+
+  // The flat specimen, as the camera would see it.
+  void AddFlat(const PhotoPose& pose) {
+    for (int k = 0; k < kAngles; ++k) {
+      const double angle = 2 * M_PI * k / kAngles;
+      const Eigen::Vector2d p = pose.ImageFromWorld(
+          {discs_.specimen * std::cos(angle), discs_.specimen * std::sin(angle), 0});
+      marks_.flat.emplace_back(cvRound(p.x()), cvRound(p.y()));
+    }
+  }
+
+  void PlaceWithoutMarker() {
+    const cv::Mat1f& coverage = cloth_.coverage;
+    result_.silhouette = GrayImage(coverage.cols, coverage.rows);
+    std::copy(coverage.begin(), coverage.end(), result_.silhouette.coverage.begin());
+    Camera& camera = result_.camera;
+    camera.width = coverage.cols;
+    camera.height = coverage.rows;
+    camera.scale = options_.px_per_m * planes_.scale;
+    camera.cx = 0.5 * (camera.width - 1);
+    camera.cy = 0.5 * (camera.height - 1);
+    CentreOnFarCloth(result_.silhouette, &camera);
+    if (!CentreOnOutline(result_.silhouette, &camera))
+      throw PhotoFailure{PhotoFault::kNotADrape, "the outline does not close about its centre"};
+  }
+
+  void Measure() {
+    constexpr double kNotedSd = 0.005;
+    const Camera& camera = result_.camera;
+    const double px_per_mm = 1e-3 * camera.pixels_per_metre();
+    constexpr double kLeastScale = 0.5;  // [px/mm]
+    if (px_per_mm < kLeastScale)
+      throw PhotoFailure{PhotoFault::kTooSmall,
+                         Format("the cloth is too small in the picture: %.2f px/mm, expected at "
+                                "least %.1f",
+                                px_per_mm, kLeastScale)};
+    result_.blur = 1e-3 * cloth_.blur / px_per_mm;
+    CheckBlur(result_.blur);
+    Outline outline;
+    if (!OutlineFromImage(result_.silhouette, camera, kAngles, &outline))
+      throw PhotoFailure{PhotoFault::kNotADrape, "the outline does not close about the support"};
+    const Eigen::VectorXd radius = VerticalProfile(outline.radius, camera, discs_);
+    CheckOutline(outline, radius);
+    result_.shape = MeasureShape(radius, discs_);
+    result_.plane_coefficient =
+        DrapeCoefficient(ProfileArea(MetresFromPixels(outline.radius, camera)), discs_);
+    result_.coefficient_sd = CoefficientSd(result_.shape.drape_coefficient, radius);
+    if (result_.coefficient_sd > kNotedSd)
+      Warn(
+          Format("the drape coefficient is known to %.1f points only: a sharper picture or one of "
+                 "more pixels tells more",
+                 100 * result_.coefficient_sd));
+    result_.projected = RenderProfile(radius);
+  }
+
+  // Of the scale, of the outline by the blur of its edge, of the hem's estimated heights, and of
+  // the focal length, which files tell to 1 mm.
+  double CoefficientSd(double coefficient, const Eigen::VectorXd& radius) const {
+    constexpr double kHem = 0.02;    // of the correction for the hem's heights
+    constexpr double kEdge = 0.1;    // of the blur
+    constexpr double kRim = 1.0;     // [px] where cloth and disc are mixed
+    constexpr double kFocal = 0.29;  // [mm]
+    const double ring =
+        M_PI * (discs_.specimen * discs_.specimen - discs_.support * discs_.support);  // [m²]
+    const Eigen::Matrix2Xd polygon = ProfilePolygon(radius);
+    double length = (polygon.col(0) - polygon.col(polygon.cols() - 1)).norm();
+    for (Eigen::Index i = 1; i < polygon.cols(); ++i)
+      length += (polygon.col(i) - polygon.col(i - 1)).norm();
+    const double correction = std::abs(coefficient - result_.plane_coefficient);
+    const double focal = options_.focal_35mm > 0 ? options_.focal_35mm : photo_.exif.focal_35mm;
+    const double edge =
+        std::hypot(kEdge * result_.blur, kRim * cloth_.at_disc / result_.camera.pixels_per_metre());
+    return std::hypot(2 * ProfileArea(radius) / ring * scale_sd_, length / ring * edge,
+                      correction * std::hypot(kHem, focal > 0 ? kFocal / focal : 0.0));
+  }
+
+  void CheckOutline(const Outline& outline, const Eigen::VectorXd& radius) {
+    constexpr double kSlack = 0.04, kNoted = 0.015;  // of the radius
+    constexpr double kMostOverhang = 0.1, kOverhang = 0.002;
+    const double most = radius.maxCoeff() / discs_.specimen;
+    const double least = radius.minCoeff() / discs_.support;
+    if (most > 1 + kSlack)
+      throw PhotoFailure{PhotoFault::kWrongSize,
+                         Format("the outline reaches %.0f mm from the axis, expected at most %.0f: "
+                                "are specimen, support, disc and focal length right, and is "
+                                "nothing beside the cloth?",
+                                1e3 * radius.maxCoeff(), 1e3 * discs_.specimen)};
+    if (least < 1 - kSlack)
+      throw PhotoFailure{PhotoFault::kWrongSize,
+                         Format("the outline comes to %.0f mm of the axis, expected at least %.0f: "
+                                "are specimen, support and disc right, and is the cloth whole?",
+                                1e3 * radius.minCoeff(), 1e3 * discs_.support)};
+    int overhanging = 0;
+    for (int k = 0; k < kAngles; ++k)
+      overhanging += outline.radius[k] -
+                         FirstExit(result_.silhouette, result_.camera, RayDirection(k, kAngles)) >
+                     kOverhang * result_.camera.pixels_per_metre();
+    if (overhanging > kMostOverhang * kAngles)
+      throw PhotoFailure{PhotoFault::kNotADrape,
+                         Format("%.0f %% of the rays from the axis cross the outline more than "
+                                "once, expected the outline of one drape",
+                                100.0 * overhanging / kAngles)};
+    if (most > 1 + kNoted)
+      Warn(Format("the outline reaches %.1f mm from the axis, more than the specimen's %.0f mm",
+                  1e3 * radius.maxCoeff(), 1e3 * discs_.specimen));
+  }
+
+  void Warn(const std::string& text) { result_.warnings.push_back(text); }
+
+  void AddText() {
+    marks_.text = Format("Drape coefficient %.1f +- %.1f %% (estimate), %d folds. ",
+                         100 * result_.shape.drape_coefficient, 100 * result_.coefficient_sd,
+                         result_.shape.folds);
+    if (result_.camera.kind == CameraKind::kPinhole)
+      marks_.text += Format("Camera %.2f m above the support, tilted by %.1f degrees. ",
+                            result_.camera.eye_height, result_.tilt.norm() / kDegree);
+    marks_.text += "Blue: outline, green: disc, ochre: flat specimen.";
+    for (const std::string& warning : result_.warnings) marks_.text += " Note: " + warning + ".";
+  }
+
+  const Photograph& photo_;
+  const PhotoOptions& options_;
+  const DrapeDiscs discs_;
+  PhotoPlanes planes_;
+  std::optional<DiscRim> rim_;
+  double scale_sd_ = 0.0;  // relative
+  RefinedCloth cloth_;
+  PhotoMarks marks_;
+  PhotoResult result_;
+};
+
+}  // namespace
+
+PhotoResult MeasurePhoto(const Photograph& photo, const PhotoOptions& options) {
+  CheckOptions(options);
+  return Development(photo, options).Run();
+}
+
+}  // namespace drape
