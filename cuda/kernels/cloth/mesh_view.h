@@ -29,7 +29,7 @@ inline std::vector<int> FindBorder(const Mesh& mesh) {
   return border;
 }
 
-// Of a mesh whose faces, hinges and border lie there.
+// Views a mesh whose faces, hinges and border lie there.
 inline MeshView MakeView(const Mesh& mesh, const Face* faces, const Hinge* hinges,
                          const int* border) {
   int num_border = 0;
