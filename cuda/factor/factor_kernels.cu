@@ -39,7 +39,7 @@ struct FrontWork {
     const Front& from = plan.fronts[child.front];
     return {update + from.update_offset, plan.child_row + child.row_start, from.border};
   }
-  // By all threads of a block, which must meet before children are used.
+  // All threads of a block call it and must meet before children are used.
   __device__ void StageChildren(ChildUpdate* staged) const {
     if (const int k = threadIdx.x; k < min(num_children(), kStagedChildren))
       staged[k] = FindChild(k);

@@ -87,7 +87,7 @@ void LaunchFactorLevel(const LevelLaunch& on, const FactorView& view, const Upda
 void LaunchForwardLevel(const LevelLaunch& on, const FactorPlace& factor, const double* rhs,
                         double* solution, double* vectors);
 void LaunchBackwardLevel(const LevelLaunch& on, const FactorPlace& factor, double* solution);
-// The same for `columns` right-hand sides, shape [dofs, columns] a slot; vectors [vector_size,
+// Solve for `columns` right-hand sides, shape [dofs, columns] a slot; vectors [vector_size,
 // columns].
 void LaunchForwardManyLevel(const LevelLaunch& on, const FactorPlace& factor, const double* rhs,
                             double* solution, double* vectors, int columns);

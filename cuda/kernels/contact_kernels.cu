@@ -27,7 +27,7 @@ __device__ __forceinline__ void AddBlock(const double (&block)[9], double* to) {
 #pragma unroll
   for (int n = 0; n < 9; ++n) to[n] += block[n];
 }
-// That of the vertex itself, on the diagonal of a slot's matrix.
+// The block of the vertex itself, on the diagonal of a slot's matrix.
 __device__ __forceinline__ double* DiagonalEntry(const ClothView& cloth, const ContactVertex& at,
                                                  double* matrix) {
   return matrix +
@@ -138,7 +138,7 @@ __global__ void __launch_bounds__(kElementThreads)
   if (blocked != nullptr) blocked[at.slot] = 1;
 }
 
-// Of a thread for each vertex; none without obstacles.
+// Launches a thread for each vertex, or nothing without obstacles.
 template <class Kernel, class... Arguments>
 void LaunchForVertices(const LaunchContext& on, const Kernel& for_formulas, const Kernel& for_all,
                        Arguments... arguments) {

@@ -174,7 +174,7 @@ struct PhotographNotes {
 };
 // {"dc", "dc_sd", "warnings"}, the member "photograph" of a camera file.
 nlohmann::ordered_json PhotographJson(const PhotographNotes& notes);
-// Of such a file; none where it does not come from a photograph. Throws InputError for a file that
+// Reads them from such a file; none if it is not of a photograph. Throws InputError for a file that
 // cannot be read and for a member of another form.
 std::optional<PhotographNotes> ReadPhotographNotes(const std::string& path);
 

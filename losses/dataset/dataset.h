@@ -7,24 +7,6 @@
 
 namespace drape {
 
-// Internal to losses/: parsers of the file names of the public data set. Each takes a name without
-// its extension and returns std::nullopt when the name does not have the form.
-
-struct CaptureName {
-  std::optional<int> fabric;
-  int sample = 0, capture = 0;
-};
-std::optional<CaptureName> ParseCaptureName(const std::string& stem);
-
-// Fills in all but the fabric and the path.
-std::optional<TrainingImage> ParseTrainingName(const std::string& stem);
-
-// "Fabric 7" → 7.
-std::optional<int> ParseFabricFolder(const std::string& name);
-
-// The name in lower case, with blanks and hyphens as underscores.
-std::string PlainName(const std::string& name);
-
 // The public Cusick drapes [Gong 2024] in their published layout, irregularities included:
 // data/Fabric N/silhouettes/*.jpg, data/Fabric N/meshes/*.obj, bnn_image_gt/<fabric>/*.jpg.
 
@@ -92,5 +74,23 @@ std::vector<Capture> Select(const Dataset& dataset, const Selection& selection);
 // file that is left out.
 inline constexpr double kMaxMeshRms = 3;  // [px]; of fabrics 1–5, 39 meshes fit to 2 and one to 6
 std::vector<Capture> KeepUsable(std::vector<Capture> captures, std::vector<FileNote>* skipped);
+
+// Internal to losses/: parsers of the file names of the public data set. Each takes a name without
+// its extension and returns std::nullopt when the name does not have the form.
+
+struct CaptureName {
+  std::optional<int> fabric;
+  int sample = 0, capture = 0;
+};
+std::optional<CaptureName> ParseCaptureName(const std::string& stem);
+
+// Fills in all but the fabric and the path.
+std::optional<TrainingImage> ParseTrainingName(const std::string& stem);
+
+// "Fabric 7" → 7.
+std::optional<int> ParseFabricFolder(const std::string& name);
+
+// The name in lower case, with blanks and hyphens as underscores.
+std::string PlainName(const std::string& name);
 
 }  // namespace drape

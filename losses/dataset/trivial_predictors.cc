@@ -72,7 +72,7 @@ std::vector<Pair> Thinned(const std::vector<Pair>& pairs) {
   return thinned;
 }
 
-// Of the normal distribution by the features of drapes (TrivialPredictors::normal).
+// Samples of the normal distribution fitted to features of drapes (TrivialPredictors::normal).
 Eigen::MatrixXd SampleNormalFeatures(const DistributionScorer::Drapes& drapes) {
   constexpr int kSamples = 1000;
   constexpr double kLeastDeviation = 1e-3;  // in units of kFeatureScales

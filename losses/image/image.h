@@ -50,7 +50,7 @@ struct Photograph {
   ExifData exif;
 };
 
-// The same in colour, with what EXIF says about the camera.
+// Reads an image in colour, with what EXIF says about the camera.
 Photograph ReadPhotograph(const std::string& path);
 
 // Returns 1 where the coverage is at least `level`, else 0. The default level restores a hard-edged

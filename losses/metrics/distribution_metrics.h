@@ -17,7 +17,7 @@ inline constexpr std::array<const char*, kNumFeatures> kFeatureNames = {
     "dc", "folds", "band_2", "band_3_5", "band_6_9", "band_10_15"};
 using FeatureVector = Eigen::Matrix<double, kNumFeatures, 1>;
 FeatureVector ComputeFeatures(const ShapeFeatures& shape);  // bands in m²
-// Of several drapes, shape [kNumFeatures, drapes].
+// The features of several drapes, shape [kNumFeatures, drapes].
 Eigen::MatrixXd ComputeFeatures(const std::vector<const ObservedDrape*>& drapes);
 
 // The scale of each feature in the energy score: the scatter between samples of one fabric and

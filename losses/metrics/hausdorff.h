@@ -22,7 +22,7 @@ double HausdorffOfMeshes(const Mesh& mesh_a, const Eigen::VectorXd& x_a, const M
                          const Eigen::VectorXd& x_b, const std::string& where,
                          double tolerance = 1e-4);
 
-// The same for any set of triangles: they are cut apart where they do not form a manifold;
+// The distance of any two sets of triangles. They are cut apart where they are no manifold;
 // triangles of zero area and vertices without a triangle are ignored. Throws InputError also when
 // nothing is left.
 double HausdorffOfSurfaces(const ObjSurface& a, const ObjSurface& b, const std::string& where,

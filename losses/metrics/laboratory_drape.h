@@ -63,14 +63,14 @@ struct LaboratorySheet {
   std::vector<LaboratoryRow> rows;
 };
 
-// Of the outline of a drape: sizes, drape coefficient, nodes, what follows from their heights.
+// The sheet of a drape's outline: sizes, drape coefficient, nodes and numbers from node heights.
 LaboratorySheet DrapeSheet(const LaboratoryDrape& drape, const std::string& title);
 
 // For reports: {"title", "rows": [{"key", "name", "value", "unit", "low", "high", "source",
 // "standard"}]}; low and high are null without an interval. Rows with a largest reading have it as
 // "reads_up_to"; what is larger is null, and if that is the value, "note" says so.
 nlohmann::ordered_json SheetJson(const LaboratorySheet& sheet);
-// The same with each node: {"angle_deg", "radius_mm", "height_mm", "width_mm", "severity"}.
+// Writes the sheet with each node: {"angle_deg", "radius_mm", "height_mm", "width_mm", "severity"}.
 nlohmann::ordered_json DrapeSheetJson(const LaboratoryDrape& drape, const std::string& title);
 
 // For a person: the title and a line for each row, or for each that has one of the keys. What is

@@ -15,9 +15,9 @@ namespace {
 
 constexpr double kShortening = 0.09;
 constexpr int kRounds = 12;
-// Of the support's radius, as seen at its height: up to kBend the outline is mostly the bend of the
-// cloth over the support, which hides the hem, from kHem on the hem; and the share of hems up to
-// kBend.
+// Shares of the support's radius, as seen at its height. Up to kBend the outline is mostly the bend
+// of the cloth over the support, which hides the hem; from kHem on it is the hem. kLeastHems: the
+// share of hems up to kBend.
 constexpr double kBend = 1.02, kHem = 1.065;
 constexpr double kLeastHems = 0.2;
 

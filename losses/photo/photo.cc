@@ -329,8 +329,8 @@ class Development {
     result_.projected = RenderProfile(radius);
   }
 
-  // Of the scale, of the outline by the blur of its edge, of the hem's estimated heights, and of
-  // the focal length, which files tell to 1 mm.
+  // Adds the errors of the scale, the blurred edge of the outline, the estimated heights of the hem
+  // and the focal length, which files tell to 1 mm.
   double CoefficientSd(double coefficient, const Eigen::VectorXd& radius) const {
     constexpr double kHem = 0.02;    // of the correction for the hem's heights
     constexpr double kEdge = 0.1;    // of the blur

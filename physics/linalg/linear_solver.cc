@@ -89,7 +89,7 @@ class SupernodalSolver final : public LinearSolver {
     analysis_->factor.SolveRows(number.data(), permuted_, threads_);
     for (Eigen::Index k = 0; k < b.rows(); ++k) b.row(Unknown(k)) = permuted_.row(k).head(m);
   }
-  // That is eliminated at place k.
+  // The unknown that is eliminated at place k.
   Eigen::Index Unknown(Eigen::Index k) const { return 3 * analysis_->order.vertex[k / 3] + k % 3; }
 
   std::shared_ptr<const Analysis> analysis_;

@@ -63,7 +63,7 @@ class SupernodalFactor {
 
   // Solves in place, b ← L⁻ᵀ·L⁻¹·b, shape [n].
   void Solve(const double* number, double* b, FactorWorkspace* workspace, int threads = 1) const;
-  // The same for shape [n, m], with m a multiple of 4 (pad with zero columns). CHOLMOD's own solve
+  // Solves for shape [n, m], with m a multiple of 4 (pad with zero columns). CHOLMOD's own solve
   // gathers and scatters columns that are n numbers apart. Measured with 39 right-hand sides on
   // 2,700 vertices: 15 ms by BLAS calls on rows, 9 ms by this function.
   void SolveRows(const double* number, RowMatrix& b, int threads = 1) const;

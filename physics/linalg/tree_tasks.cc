@@ -14,7 +14,7 @@
 namespace drape {
 namespace {
 
-// Of all work, the largest share of a subtree that is one task: enough tasks for the threads of a
+// The largest share of all work in a subtree that is one task: enough tasks for the threads of a
 // server, so few that handing them out costs nothing.
 constexpr double kLargestShare = 1.0 / 40;
 

@@ -15,7 +15,7 @@ namespace drape {
 namespace {
 
 constexpr char kDensity[] = "density[kg.m-2]";
-// By row of the bend table.
+// Names of columns of the CSV file by row of the bend table.
 constexpr const char* kLinear[kBendRows] = {"linear warp[SI*1e9]", "linear diag[SI*1e9]",
                                             "linear weft[SI*1e9]"};
 constexpr const char* kNonlinear[kBendRows] = {"nonlinear warp[SI*1e12]", "nonlinear diag[SI*1e12]",

@@ -20,7 +20,7 @@ struct BendingRow {
   std::string table, row;  // row: as the user wrote it; the first below the column names is 1
   std::string base;        // a material file (ReadMaterial); empty: none is named
 };
-// None where the path names no row of a CSV file.
+// Returns nothing if the path names no row of a CSV file.
 std::optional<BendingRow> SplitBendingRow(const std::string& path);
 
 struct BendingMeasurement {

@@ -66,8 +66,8 @@ bool IsBendingRow(const std::string& path);
 // in it: "felt", "fabrics#felt", "table#12".
 std::string MaterialLabel(const std::string& path);
 
-// The same of a text in one of these formats. where: its name in messages, and that of a fabric
-// without a name.
+// Parses a text in one of these formats. where: its name in messages, and the name of a fabric
+// without one.
 Material ParseMaterial(const std::string& text, const std::string& where,
                        const MaterialPolicy& policy = {});
 

@@ -11,8 +11,8 @@
 namespace drape {
 namespace {
 
-// Of `count` entries with a stride. A mean of equal entries is that entry to the bit, so that a
-// form taken twice is the form.
+// Replaces `count` entries with a stride. The mean of equal entries is that entry bit for bit, so
+// that a form taken twice is the form.
 void ReplaceByMean(double* entries, int count, int stride) {
   double sum = 0.0;
   bool equal = true;

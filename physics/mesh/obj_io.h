@@ -57,7 +57,7 @@ ObjSurface ReadObjSurface(const std::string& path, const ObjOptions& options = {
 // What bounds a solid: every edge is of two faces, which traverse it in opposite directions. Throws
 // InputError that names `where`, the face and the edge.
 void RequireClosed(const ObjSurface& surface, const std::string& where);
-// Of a closed surface: its faces are counter-clockwise as seen from outside, and it does not
+// Requires a closed surface whose faces are counter-clockwise seen from outside and which does not
 // intersect itself (FindSelfIntersections). Throws InputError that names `where`.
 void RequireSolid(const ObjSurface& surface, const std::string& where);
 
@@ -73,7 +73,7 @@ Mesh ReadObj(const std::string& path, const ObjOptions& options = {});
 // are given. CHECKs the size of x. Throws InputError when the file cannot be written.
 void WriteObj(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& x,
               const std::optional<DrapeDiscs>& discs = {});
-// The same of a surface, which has no vt.
+// Writes a surface, which has no vt.
 void WriteObj(const std::string& path, const ObjSurface& surface);
 
 // What that comment says; none in a file of others. Throws InputError for a file that cannot be

@@ -22,7 +22,7 @@ namespace {
 // Above ω² of any cloth, needles of 1 : 1000 included, so that it is reached by no shape but one
 // that is lost.
 constexpr double kMostShift = 1e13;  // [s⁻²]
-// Of the residual at the begin of a round, to which it is solved if another round follows.
+// A round is solved to this share of its first residual if another round follows.
 constexpr double kEarlyShare = 0.1;
 // The largest multiple of M/h² after a step that was slow.
 constexpr double kSlowShift = 64.0;
@@ -343,7 +343,7 @@ double ImplicitEuler::FindRubs(const Eigen::VectorXd& before, const Eigen::Vecto
   return now.sum() > 0.0 ? (now - old).cwiseAbs().sum() / now.sum() : 0.0;
 }
 
-// Those of a contact that was there before. Both lists are in the same order.
+// Keeps the shares of contacts that were there before. Both lists are in the same order.
 void ImplicitEuler::KeepShares(const std::vector<Rub>& known) {
   std::map<std::array<int, 4>, const Rub*> of;
   for (const Rub& rub : known) of[rub.vertex] = &rub;

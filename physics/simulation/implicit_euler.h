@@ -98,7 +98,7 @@ class ImplicitEuler {
     double residual = 0.0;                // norm of the latter by the weight
     double potential = 0.0;               // ½‖x − y‖²_M/h², of contact and friction [J]
   };
-  // Of Newton's method.
+  // The last step of Newton's method.
   struct LastStep {
     bool whole = false;  // not shortened
     bool slow = false;   // whole, but more than half of the residual is left

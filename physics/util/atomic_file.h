@@ -63,8 +63,8 @@ class AppendFile {
 // device, which may be endless, or larger than 1 GiB.
 std::string ReadWholeFile(const std::string& path);
 
-// The same of a file that a run has written for itself or for those that continue it, which is none
-// of its inputs: not observed.
+// Reads a file that a run has written for itself or for its continuation. It is no input and is
+// not observed.
 std::string ReadOwnFile(const std::string& path);
 
 // From now on each call of ReadWholeFile gives the observer the path and the bytes that it has

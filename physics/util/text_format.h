@@ -20,7 +20,7 @@ bool IsUtf8(std::string_view text);
 // middle is left out.
 std::string MakePrintable(std::string_view text);
 
-// The same in one line of at most 390 bytes, of a longer one the middle left out.
+// A printable text in one line of at most 390 bytes. The middle of a longer line is left out.
 std::string MakePrintableLine(std::string_view text);
 
 }  // namespace drape

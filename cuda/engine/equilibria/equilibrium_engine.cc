@@ -18,7 +18,7 @@
 namespace drape {
 namespace {
 
-// By rollout, except `work`, which is by slot.
+// Memory of Newton's method: `work` has an item a slot, all else an item a rollout.
 struct NewtonWorkspace {
   ImplicitWorkspace work;
   Shapes here, best;

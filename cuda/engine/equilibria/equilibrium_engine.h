@@ -22,7 +22,7 @@ class EquilibriumEngine {
                   std::span<EquilibriumResult> results);
   void Tangents(std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
                 std::span<RowMatrix> results);
-  // By one right-hand side for each equilibrium.
+  // Solves for one right-hand side of each equilibrium.
   void Jvp(std::span<const RolloutInput> batch, std::span<const MaterialField* const> changes,
            std::span<Eigen::VectorXd> results);
   // All dL_dx have the same number of columns.

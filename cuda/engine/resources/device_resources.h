@@ -91,9 +91,9 @@ class DeviceGradient {
  public:
   DeviceGradient(std::span<const RolloutInput> batch, int faces, int hinges, int columns);
 
-  // Of the slots from `first` on.
+  // The gradients of the slots from `first` on.
   GradientView From(int first);
-  // That of slot i, its chunks added up in order; the first m columns. Waits for no stream.
+  // The first m columns of slot i, its chunks added up in order. Waits for no stream.
   MaterialGradient Collect(const RolloutInput& input, int i, int m);
 
  private:

@@ -21,7 +21,7 @@ struct StepWorkspace {
 
   static StepWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots);
 
-  // Those of the slots from `first` on.
+  // The records of the slots from `first` on.
   StepRecords RecordsFrom(const ClothView& cloth, std::int64_t first) const {
     return {records.faces + first * cloth.num_faces, records.hinges + first * cloth.num_hinges};
   }

@@ -28,14 +28,14 @@ struct HistoryChoice {
   bool on_device = false, with_factors = false;
 };
 HistoryChoice ChooseHistory(const DeviceResources& resources, std::size_t rollouts, int steps);
-// Of one rollout's states and factors [bytes].
+// The size of one rollout's states and factors [bytes].
 std::size_t HistoryBytes(const DeviceCloth& cloth, int steps);
 std::size_t FactorBytes(const DeviceCloth& cloth, int steps);
 
 // The recordings of all slots of a history, after `steps` steps.
 std::vector<Recording> MakeRecordings(const std::shared_ptr<const DeviceHistory>& history,
                                       int steps);
-// The same in the host's form.
+// Downloads these recordings in the host's form.
 void DownloadRecordings(const DeviceCloth& cloth, const DeviceHistory& history,
                         std::span<const RolloutInput> batch, int steps,
                         std::span<Recording> recordings);

@@ -47,7 +47,7 @@ struct AdjointStep {
   bool factors_kept;
 };
 
-// Of a group of slots, from `first` on.
+// Launches the step back of a group of slots, from `first` on.
 void LaunchAdjointStep(const LaunchContext& on, const Multifrontal& multifrontal,
                        const AdjointStep& back, int first) {
   const AdjointWorkspace& w = back.w;

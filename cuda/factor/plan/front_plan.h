@@ -16,13 +16,13 @@ struct TreeNode {
   int parent = -1;            // index of a later node; −1 at a root, which has no border
 };
 
-// Of the separators: small fronts merged into their parents where that saves time, those over the
-// options' limits made chains. Children before parents. Throws InputError as MakeFrontPlan does.
+// Makes a front of each separator, merges small ones into their parents where that saves time, and
+// splits large ones into chains. Children come before parents. Throws as MakeFrontPlan does.
 std::vector<TreeNode> MakeAssemblyTree(const BlockPattern& pattern,
                                        const std::vector<Separator>& separators,
                                        const FrontPlanOptions& options);
 
-// Of each vertex in elimination order.
+// The place of each vertex in elimination order.
 std::vector<int> EliminationPositions(const std::vector<TreeNode>& tree, int num_vertices);
 
 inline int RoundUp8(int n) { return (n + 7) / 8 * 8; }

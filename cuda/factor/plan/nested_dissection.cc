@@ -69,7 +69,7 @@ std::vector<int> AlongPrincipalAxis(std::vector<int> vertices, const Eigen::Matr
   return vertices;
 }
 
-// Of each vertex, numbered by first appearance.
+// The component of each vertex. Components are numbered by first appearance.
 std::vector<int> ConnectedComponents(const Graph& graph) {
   std::vector<int> component(graph.num_vertices(), -1), stack;
   int count = 0;

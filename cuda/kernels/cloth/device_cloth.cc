@@ -99,8 +99,6 @@ DeviceCloth::DeviceCloth(std::shared_ptr<const ClothModel> model, const FrontPla
   const BlockPattern pattern = MakeBlockPattern(mesh, scene.stretch, scene.bend);
   faces_ = DeviceBuffer<Face>(mesh.faces);
   hinges_ = DeviceBuffer<Hinge>(mesh.hinges);
-  border_ = DeviceBuffer<int>(FindBorder(mesh));
-  mesh_ = MakeView(mesh, faces_.data(), hinges_.data(), border_.data());
   rest_x_ = DeviceBuffer<double>(std::span(mesh.rest_x.data(), mesh.rest_x.size()));
   row_start_ = DeviceBuffer<int>(pattern.row_start);
   column_ = DeviceBuffer<int>(pattern.column);

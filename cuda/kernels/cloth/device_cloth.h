@@ -8,7 +8,6 @@
 #include "cuda/device/device_buffer.h"
 #include "cuda/factor/multifrontal.h"
 #include "cuda/kernels/cloth/cloth_view.h"
-#include "cuda/kernels/cloth/mesh_view.h"
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
 
@@ -34,11 +33,9 @@ class DeviceCloth {
 
   const ClothModel& model() const { return *model_; }
   const ClothView& view() const { return view_; }
-  const MeshView& mesh() const { return mesh_; }
   const Law& law() const { return law_; }  // its tables lie on the device
   const Multifrontal& multifrontal() const { return multifrontal_; }
 
-  int DofInEliminationOrder(int dof) const { return 3 * position_[dof / 3] + dof % 3; }
   // Rows of `columns` numbers a degree of freedom, from the mesh's order to elimination order and
   // back; on the host. `stride`: numbers a row in elimination order, zeros after the columns.
   void ToEliminationOrder(const double* mesh_order, int columns, int stride, double* to) const;
@@ -53,8 +50,7 @@ class DeviceCloth {
   DeviceBuffer<Face> faces_;
   DeviceBuffer<Hinge> hinges_;
   DeviceBuffer<double> vertex_area_, rest_x_, handle_, load_;
-  DeviceBuffer<int> row_start_, column_, mirror_, entry_block_, entry_order_, border_,
-      diagonal_entry_;
+  DeviceBuffer<int> row_start_, column_, mirror_, entry_block_, entry_order_, diagonal_entry_;
   DeviceBuffer<Solid> solids_;
   std::vector<DeviceSurface> surfaces_;
   DeviceBuffer<StretchNode> strain_nodes_;
@@ -66,7 +62,6 @@ class DeviceCloth {
   std::unique_ptr<Gather> to_entry_, to_vertex_;
   Law law_;
   ClothView view_{};
-  MeshView mesh_{};
 };
 
 // The tables of the fabrics of a batch: each field is there once, however many rollouts use it.

@@ -9,14 +9,14 @@ namespace drape {
 // Derivatives of the step force g(x; w) = h·f(x) − h²·H(x)·w of a batch
 // (physics/cloth/assembly/assembly.h) by position and by material. w: by slot, [3V].
 
-// Of an element by position.
+// The derivative of an element by position.
 struct FaceDerivative {
   double Q[6][6];  // ∂g/∂F by rest area
 };
 struct HingeDerivative {
   double block[4][4][9];  // of its corners
 };
-// Of an element by its table: ∂g/∂entry = factor[entry]·basis[column of the entry].
+// The derivative of an element by its table: ∂g/∂entry = factor[entry]·basis[column of the entry].
 struct FaceFactors {
   DeformationGradient<double> basis[kStretchCols];  // area included
   double factor[kStretchEntries];

@@ -84,7 +84,7 @@ __device__ void AddStretchColumns(const ClothView& cloth, const FaceFactors* fac
     }
   }
 }
-// The same for the bend entries j, j + 1, of which the last is padding.
+// Adds the columns of the bend entries j, j + 1, of which the last is padding.
 __device__ void AddBendColumns(const ClothView& cloth, const HingeFactors* hinges, int i, int j,
                                Columns<2> (&sum)[3]) {
   for (int k = cloth.to_vertex.start[i]; k < cloth.to_vertex.start[i + 1]; ++k) {

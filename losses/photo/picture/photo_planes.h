@@ -27,7 +27,7 @@ struct PhotoPlanes {
   double scale = 1.0;    // working pixels to one of the photograph
   double saturated = 0;  // share of the border's pixels that are white without detail
 
-  // Of light in the working picture, for that in the photograph: standard deviations [px].
+  // The blur in the working picture for a blur in the photograph: standard deviations [px].
   double WorkingBlur(double blur_of_photo) const;
 };
 PhotoPlanes MakePlanes(const RgbImage& image);

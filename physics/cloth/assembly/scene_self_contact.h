@@ -28,11 +28,11 @@ struct SelfOverlap {
 // The first; none where the scene has no such contact.
 std::optional<SelfOverlap> FindSelfOverlap(const ClothModel& model, const Eigen::VectorXd& x);
 
-// Of the pairs that push [m]; the range of the contact if none does, or the scene has none.
+// The smallest gap of the pairs that push [m]; the range of the contact if no pair does.
 double SmallestSelfGap(const ClothModel& model, const Eigen::VectorXd& x);
 
 // `to`, or as much of the way there as no part of the cloth passes through another: shapes that are
-// extrapolated can overlap. That at `from` does not.
+// extrapolated can overlap. The shape `from` does not.
 Eigen::VectorXd ReachSafely(const ClothModel& model, const Eigen::VectorXd& from,
                             const Eigen::VectorXd& to);
 

@@ -27,7 +27,7 @@ class StepSolver {
   // patterns.
   void SetThreads(int threads);
   int threads() const { return threads_; }
-  // Of the mesh, for as many threads; empty for one.
+  // The parts of the mesh, one a thread; empty for one thread.
   const AssemblyParts& parts() const { return parts_; }
 
   const ClothModel& model() const { return *model_; }
@@ -35,10 +35,10 @@ class StepSolver {
   // of both.
   const ClothModel& wide_model() const { return wide_ ? *wide_->model : *model_; }
   LinearSolver& linear();
-  // That of the model's own pattern, for Interruptible: linear() is cancelled as it is.
+  // The solver of the model's own pattern, for Interruptible: linear() is cancelled as it is.
   LinearSolver& own_linear() { return *linear_; }
 
-  // Of scenes that have it, else null.
+  // Contact of the cloth with itself; null if the scene has none.
   SurfaceContact* self_contact() { return self_.get(); }
   // Goes back to the model's own pattern, so that nothing depends on what was solved before.
   void Forget();

@@ -19,7 +19,7 @@ struct Contact {
   std::vector<Obstacle> obstacles = {};
   bool self = false;  // also that of the cloth with itself [MODEL, M62]
 
-  // By which the distance of a vertex from an obstacle exceeds its gap [m].
+  // The distance of a vertex from an obstacle, less its gap [m].
   double offset() const { return 0.5 * thickness + skin; }
 };
 
@@ -27,7 +27,7 @@ struct Contact {
 // it does not push what lies flat on it.
 PlateObstacle MakeSupport(const Contact& contact, double radius);
 
-// Of one vertex at x that stands for `area` of the cloth [m²].
+// Contact of one vertex at x that stands for `area` of the cloth [m²].
 double ContactEnergy(const Contact& contact, double area, const Eigen::Vector3d& x);          // [J]
 Eigen::Vector3d ContactForce(const Contact& contact, double area, const Eigen::Vector3d& x);  // [N]
 // The positive semidefinite part of −∂f/∂x, H of a step [N/m].
@@ -36,7 +36,7 @@ Eigen::Matrix3d ContactStepStiffness(const Contact& contact, double area, const 
 Eigen::Matrix3d ContactStepDerivative(const Contact& contact, double area, const Eigen::Vector3d& x,
                                       const Eigen::Vector3d& w, double h);
 
-// Of all vertices, shape [3V]. threads: that work at the same time.
+// Contact of all vertices, shape [3V]. threads: number of threads; results do not depend on it.
 // The smallest gap [m]; infinite without obstacles.
 double SmallestGap(const Contact& contact, const Eigen::VectorXd& x);
 // Moves vertices whose gap is less than a tenth of the range away from the obstacle: shapes that
@@ -54,7 +54,7 @@ bool ShortenMoves(const Contact& contact, const Eigen::VectorXd& x, Eigen::Vecto
 // costs, and most vertices are far from them.
 class Clearance {
  public:
-  // Of no shape.
+  // The clearance of no shape.
   Clearance() = default;
   // Measures the smallest gap of each vertex of x, shape [3V], with so many threads at a time here
   // and below. The contact outlives the object.

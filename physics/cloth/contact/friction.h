@@ -14,8 +14,8 @@ struct Rub {
   double limit = 0.0;                                 // μ·λ, with the normal force λ [N]
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of unit length
   Eigen::Vector3d start = Eigen::Vector3d::Zero();    // where the point would be without slip [m]
-  // Of Newton's method: the force against the slip as a share of the limit, to first order from the
-  // shape before; in the tangent plane, at most 1 long.
+  // An iterate of Newton's method: the force against the slip by the limit, to first order from the
+  // shape before. It lies in the tangent plane and is at most 1 long.
   Eigen::Vector3d share = Eigen::Vector3d::Zero();
 
   Eigen::Vector3d Point(const Eigen::VectorXd& x) const;

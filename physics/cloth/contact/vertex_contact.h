@@ -49,7 +49,7 @@ struct SolidContact {
     drape::AddBlendChange(solids[k].surface, x, w, scale, block);
   }
 };
-// The same where no obstacle is a mesh: kernels then take half as many registers.
+// Contact where no obstacle is a mesh: kernels then take half as many registers.
 struct FormulaContact : SolidContact {
   DRAPE_HD explicit FormulaContact(const SolidContact& contact) : SolidContact(contact) {}
   DRAPE_HD SolidDistance Distance(int k, const Vec3<double>& x) const {
@@ -70,7 +70,7 @@ DRAPE_HD void ForEachNear(const Contact& contact, const Vec3<double>& x, const O
   }
 }
 
-// Of one vertex at x that stands for `area` of the cloth [m²]: the energy [J], the force f [N],
+// One vertex at x stands for `area` of the cloth [m²]. It has the energy [J], the force f [N],
 // scale times the positive semidefinite part H of −∂f/∂x [N/m], and ∂g/∂x of g(x; w) = h·f(x) −
 // h²·H(x)·w with w held [MODEL, M31], which is not symmetric.
 template <class Contact>

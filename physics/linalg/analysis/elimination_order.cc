@@ -17,7 +17,7 @@
 namespace drape {
 namespace {
 
-// Of a new dissection.
+// An adapted order may cost this multiple of the operations of a new dissection.
 constexpr double kMostOperations = 1.25;
 
 // Two vertices of a new block, neither of which is the other's ancestor in the elimination tree,

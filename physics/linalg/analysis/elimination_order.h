@@ -12,9 +12,9 @@ namespace drape {
 // A graph that CHOLMOD orders and analyses, with CHOLMOD's workspace. All throw std::bad_alloc.
 class CholmodGraph {
  public:
-  // Of the vertices of a pattern.
+  // The graph of the vertices of a pattern.
   explicit CholmodGraph(const BlockPattern& pattern);
-  // Of the lower triangle of a matrix, in compressed columns.
+  // The graph of the lower triangle of a matrix, in compressed columns.
   CholmodGraph(const std::vector<int>& column_start, const std::vector<int>& row);
   CholmodGraph(const CholmodGraph&) = delete;
   CholmodGraph& operator=(const CholmodGraph&) = delete;
@@ -44,8 +44,8 @@ class CholmodGraph {
 // elimination tree [Liu 1992].
 struct EliminationOrder {
   std::vector<int> vertex;  // [V] the k-th
-  // Of a factorisation of as many scalars, 1/27 of the real one: in this order, and in that of the
-  // last dissection.
+  // Operations of a factorisation of as many scalars, 1/27 of the real one: in this order, and in
+  // the order of the last dissection.
   double operations = 0.0, dissected_operations = 0.0;
 };
 

@@ -62,7 +62,7 @@ struct SymbolicAnalysis {
   LowerTriangle lower;  // its sources are places in the block matrix
   SupernodalPattern pattern;
 };
-// By CHOLMOD. order: of elimination, [V]. Throws std::runtime_error where the factor has more than
+// Analyses by CHOLMOD. order: of elimination, [V]. Throws std::runtime_error for a factor of over
 // 2³¹ numbers, and std::bad_alloc.
 SymbolicAnalysis AnalyseSymbolically(const BlockPattern& pattern, const std::vector<int>& order);
 

@@ -5,7 +5,7 @@
 
 namespace drape {
 
-// To be held during each call of METIS, which seeds the one random number generator of the process
+// Hold it during each call of METIS, which seeds the one random number generator of the process
 // at its start: calls at the same time would take numbers from one another, and give another order
 // and other last digits of results.
 inline std::mutex& MetisLock() {

@@ -31,7 +31,7 @@ struct BlockPattern {
 };
 
 BlockPattern MakeBlockPattern(const Mesh& mesh, bool with_faces, bool with_hinges);
-// The same with all blocks between the vertices of each group.
+// Returns the pattern with all blocks between the vertices of each group.
 BlockPattern AddGroups(const BlockPattern& pattern, const std::vector<std::array<int, 4>>& groups);
 
 // The values on a pattern, as row-major 3×3 blocks.

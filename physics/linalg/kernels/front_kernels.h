@@ -20,9 +20,9 @@ struct UpdateMatrix {
     return padded * (padded + kBlock) / 2;
   }
 
-  // Of the column's block: distance between two columns.
+  // The distance between two columns of the column's block.
   int stride(int column) const { return Padded(size) - column / kBlock * kBlock; }
-  // Such that column(j)[i] is the number in row i ≥ j of column j.
+  // A pointer p for which p[i] is the number in row i ≥ j of column j.
   double* column(int j) const {
     const std::ptrdiff_t block = j / kBlock, padded = Padded(size);
     return number + kBlock * block * padded - kBlock * kBlock / 2 * block * (block - 1) +

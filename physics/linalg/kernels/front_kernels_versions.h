@@ -5,7 +5,7 @@
 
 namespace drape {
 
-// Of front_kernels_avx512.cc, where the build has it (DRAPE_AVX512_KERNELS).
+// Defined in front_kernels_avx512.cc, where the build has it (DRAPE_AVX512_KERNELS).
 extern const FrontKernels kAvx512FrontKernels;
 
 }  // namespace drape

@@ -8,7 +8,7 @@
 
 namespace drape {
 
-// The same physics as the reference law without its artefacts [MODEL, M21–M26]: C1 in strain,
+// The physics of the reference law without its artefacts [MODEL, M21–M26]: C1 in strain,
 // direction and curvature, invariant when the cloth is turned over, and without clamps.
 
 // Weights of the quadratic B-spline over five columns at q ≥ 0 [MODEL, M21], even about column 0.

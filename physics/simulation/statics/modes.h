@@ -19,7 +19,7 @@ Eigen::VectorXd LowestEigenvalues(StepSolver& solver, const MaterialField& mater
                                   const Eigen::VectorXd& x, int count,
                                   const std::atomic<bool>* cancel = nullptr);
 
-// The same with their shapes φ, shape [3V, count], φᵀ·M·φ = 1. Both are empty when the iteration
+// Eigenvalues with their shapes φ, shape [3V, count], φᵀ·M·φ = 1. Both are empty if the iteration
 // does not converge.
 struct VibrationModes {
   Eigen::VectorXd eigenvalues;  // ω² [s⁻²], ascending

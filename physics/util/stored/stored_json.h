@@ -23,7 +23,7 @@ std::string StoredJsonText(const StoredFormat& format, const nlohmann::json& mem
 nlohmann::json ParseStoredJson(const std::string& text, const std::string& where,
                                const StoredFormat& format);
 
-// The same of a file, written atomically and exact to the last bit. Both throw InputError.
+// Write and read such a file, atomically and bit for bit. Both throw InputError.
 void WriteStoredJson(const std::string& path, const StoredFormat& format,
                      const nlohmann::json& members, int indent = -1);
 nlohmann::json ReadStoredJson(const std::string& path, const StoredFormat& format);

@@ -50,7 +50,7 @@ class SurfaceObstacle {
   // How far the point nearest to x has moved in the step [m].
   Eigen::Vector3d Move(const Eigen::Vector3d& x) const;
 
-  // Of this object, which must outlive it.
+  // A view of this object, which must outlive the view.
   SurfaceView view() const;
   // The lists behind the view.
   struct Lists {

@@ -98,7 +98,7 @@ DRAPE_HD inline SurfacePoint FindNearest(const SurfaceView& surface, const Vec3<
   return nearest;
 }
 
-// Of a nearest point by its weights: that of its triangle, edge or corner [Baerentzen 2005].
+// The normal at a nearest point: its triangle's, edge's or corner's [Baerentzen 2005].
 DRAPE_HD inline Vec3<double> PseudoNormal(const SurfaceView& surface, const SurfacePoint& point) {
   const double weights[3] = {point.weights.x, point.weights.y, point.weights.z};
   for (int k = 0; k < 3; ++k)
@@ -188,7 +188,7 @@ DRAPE_HD inline PartSums SumParts(const SurfaceView& surface, const Vec3<double>
   return sums;
 }
 
-// Of distance.blend·w by x, w held.
+// Adds the derivative of distance.blend·w by x with w held.
 DRAPE_HD inline void AddBlendChange(const PartSums& sums, const SolidDistance& distance,
                                     const Vec3<double>& w, double (&change)[9]) {
   const double k = 1.0 / kSurfaceBlend, share = 1.0 / sums.weight;

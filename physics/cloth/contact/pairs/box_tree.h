@@ -67,7 +67,7 @@ class BoxTree {
     return all;
   }
 
-  // Of the leaves after the place `after`.
+  // Visits the leaves after the place `after`.
   template <class Visit>
   void Descend(const RoundedBox& box, int after, const Visit& visit) const {
     struct Open {

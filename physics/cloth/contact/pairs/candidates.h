@@ -69,7 +69,7 @@ class PairCandidates {
   // reach: distances [m] above which a pair is not wanted. of_cloth: whether two parts of the cloth
   // are a pair.
   PairCandidates(SurfaceParts cloth, double reach, bool of_cloth = true);
-  // That search at the same time, with the same result; one at first.
+  // Number of threads (default 1). The result does not depend on it.
   void UseThreads(int threads) { threads_ = threads; }
   // Other obstacles from now on, none if it has no parts. All shapes are unknown.
   void SetObstacles(SurfaceParts obstacles, double reach);
@@ -84,7 +84,7 @@ class PairCandidates {
   std::span<const Candidate> Near(const Eigen::VectorXd& x, double move) const;
 
  private:
-  // Those that can come within reach by the ways of their vertices, shape [V] [m].
+  // Adds the pairs that can come within reach by the moves of their vertices, shape [V] [m].
   void AddCandidates(const std::vector<ContactPair>& pairs, const Eigen::VectorXd& x,
                      const Eigen::VectorXd& ways);
 
