@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/io_error.h"
 
 namespace drape {
 namespace {
@@ -47,7 +48,7 @@ TEST_F(StateIo, NamesTheValueThatIsWrong) {
 
 TEST_F(StateIo, KeepsTheOldFileWhenItCannotWrite) {
   const State state{Eigen::VectorXd::Zero(3), Eigen::VectorXd::Zero(3)};
-  EXPECT_INPUT_ERROR(WriteState(Path("absent/s.json"), state), "s.json: cannot create");
+  EXPECT_IO_ERROR(WriteState(Path("absent/s.json"), state), "s.json: cannot create");
 }
 
 using StateIoDeathTest = StateIo;
