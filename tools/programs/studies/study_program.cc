@@ -16,9 +16,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Where the script of that name is: share/drapefit/studies beside the installed programs, or the
-// source tree above the build folder. Empty: nowhere.
-fs::path FindScript(const std::string& name) {
+}  // namespace
+
+fs::path FindStudyScript(const std::string& name) {
   std::error_code ignored;
   const fs::path programs = fs::read_symlink("/proc/self/exe", ignored).parent_path();
   const fs::path file = name + ".py";
@@ -30,6 +30,15 @@ fs::path FindScript(const std::string& name) {
       return source;
   return {};
 }
+
+std::vector<std::string> StudyScriptCommand(const std::string& name) {
+  const fs::path debian = "/usr/bin/python3";
+  std::error_code ignored;
+  return {fs::exists(debian, ignored) ? debian.string() : "python3", "-B",
+          FindStudyScript(name).string()};
+}
+
+namespace {
 
 std::string LastLine(const std::string& text) {
   const std::size_t end = text.find_last_not_of('\n');
@@ -88,10 +97,11 @@ ToolOutcome RunStudyProgram(const Study& study, const StudyOptions& options,
 
 std::string RunStudyScript(const std::string& name, const std::string& folder) {
   const std::string missing = "no tables and pictures: ";
-  const fs::path script = FindScript(name);
-  if (script.empty()) return missing + name + ".py is not installed\n";
+  std::vector<std::string> command = StudyScriptCommand(name);
+  if (command.back().empty()) return missing + name + ".py is not installed\n";
+  command.push_back(folder);
   try {
-    const ProgramResult run = RunProgram({"python3", "-B", script.string(), folder}, "");
+    const ProgramResult run = RunProgram(command, "");
     return run.status == 0 ? run.output : missing + LastLine(run.errors) + "\n";
   } catch (const InputError& error) {
     return missing + error.what() + "\n";

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -20,6 +21,12 @@ namespace drape {
 //   python3 tools/programs/studies/scripts/<study>.py OUT
 // A script begins with `from study import …` (scripts/study.py): it reads OUT/<study>.json, writes
 // its files to OUT, and prints what the program is to say.
+
+// Where the script of that name is: share/drapefit/studies beside the installed programs, or the
+// source tree above the build folder. Empty: nowhere.
+std::filesystem::path FindStudyScript(const std::string& name);
+// What starts it: Debian's python3, which has numpy and matplotlib, or else the first of PATH.
+std::vector<std::string> StudyScriptCommand(const std::string& name);
 
 // --out, --list and --share.
 std::vector<Option> StudyOptionList(StudyOptions& options);
