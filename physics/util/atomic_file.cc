@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -21,6 +22,7 @@
 #include <utility>
 
 #include "physics/util/errors.h"
+#include "physics/util/math/sha256.h"
 #include "physics/util/text_format.h"
 
 namespace drape {
@@ -102,7 +104,7 @@ class TemporaryFile {
   void Rename() {
     std::error_code error;
     fs::rename(temporary_, path_, error);
-    if (error) throw InputError(path_, "cannot replace the file: " + error.message());
+    if (error) throw IoError(path_, "cannot replace the file: " + error.message());
     renamed_ = true;
   }
 
@@ -118,7 +120,7 @@ class TemporaryFile {
   }
 
   [[noreturn]] void Fail(const std::string& problem, int error) const {
-    throw InputError(path_, problem + Reason(error));
+    throw IoError(path_, problem + Reason(error));
   }
 
   std::string path_, temporary_;
@@ -136,10 +138,10 @@ int OpenRegular(const std::string& path, int flags) {
     throw InputError(path, "is a link, expected a file or nothing");
   if (descriptor < 0 && errno == EISDIR)
     throw InputError(path, "is a folder, expected a file or nothing");
-  if (descriptor < 0) throw InputError(path, "cannot be written" + Reason(errno));
+  if (descriptor < 0 && errno != ENXIO) throw IoError(path, "cannot be written" + Reason(errno));
   struct stat status = {};
   if (fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode)) return descriptor;
-  close(descriptor);
+  if (descriptor >= 0) close(descriptor);
   throw InputError(path, "is not a regular file, expected one or nothing");
 }
 
@@ -209,15 +211,34 @@ bool AppendFile::TryAppend(std::string_view text) noexcept {
 }
 
 void AppendFile::Append(std::string_view text) {
-  if (!TryAppend(text)) throw InputError(path_, "cannot be written" + Reason(errno));
+  if (!TryAppend(text)) throw IoError(path_, "cannot be written" + Reason(errno));
 }
 
 void ObserveReads(std::function<void(const std::string& path, std::string_view content)> observer) {
   ReadObserver() = std::move(observer);
 }
 
+// The innermost record of the thread.
+thread_local ReadRecord* read_record = nullptr;
+
+ReadRecord::ReadRecord() : outer_(std::exchange(read_record, this)) {}
+ReadRecord::~ReadRecord() { read_record = outer_; }
+
+void ReadRecord::Add(const std::string& path, std::string_view content) {
+  if (read_record == nullptr) return;
+  const File file = {path, Sha256(content)};
+  for (ReadRecord* record = read_record; record != nullptr; record = record->outer_) {
+    const auto is_same = [&](const File& one) {
+      return one.path == file.path && one.sha256 == file.sha256;
+    };
+    if (std::none_of(record->files_.begin(), record->files_.end(), is_same))
+      record->files_.push_back(file);
+  }
+}
+
 std::string ReadWholeFile(const std::string& path) {
   std::string content = ReadOwnFile(path);
+  ReadRecord::Add(path, content);
   if (const auto& observer = ReadObserver()) observer(path, content);
   return content;
 }
@@ -236,7 +257,7 @@ std::string ReadOwnFile(const std::string& path) {
     read = static_cast<std::size_t>(in.gcount());
     content.resize(size + read);
   }
-  if (in.bad() || (!in.is_open())) throw InputError(path, "cannot read the file");
+  if (in.bad() || (!in.is_open())) throw IoError(path, "cannot read the file");
   if (content.size() > kLargest) throw InputError(path, "is larger than 1 GiB, expected less");
   return content;
 }

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <ostream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,10 +12,20 @@ namespace drape {
 
 // Reading and writing of whole files, and the text of numbers in them.
 
+// A refusal of the system: a full disk, a folder without rights, a file that ends early. It says
+// nothing about the input, so no program remembers it as a result. The tools treat it like an
+// InputError: one line, exit status 2.
+class IoError : public std::runtime_error {
+ public:
+  // where: the path; problem: "cannot be written: No space left on device".
+  IoError(const std::string& where, const std::string& problem)
+      : std::runtime_error(where + ": " + problem) {}
+};
+
 // Replaces the file at `path` in one step: the content is written to a temporary file in the same
 // folder, which is flushed to the disk and then renamed. A reader sees the old file or the new one,
 // never a part of it. On any failure the old file survives and the temporary file is removed. Links
-// are replaced, never followed. Throws InputError when the folder is missing or not writable, when
+// are replaced, never followed. Throws IoError when the folder is missing or not writable, when
 // the disk is full, or when the path is a folder.
 void WriteFileAtomically(const std::string& path, std::string_view content);
 
@@ -71,6 +82,29 @@ std::string ReadOwnFile(const std::string& path);
 // read, in the thread that reads, and passes on what it throws; nullptr: no more. For who records
 // the inputs of a run. To be called while no other thread reads.
 void ObserveReads(std::function<void(const std::string& path, std::string_view content)> observer);
+
+// The files that this thread has read by ReadWholeFile since the object was made, each once, in the
+// order of their first reads. A record that is made within the life of another one fills both.
+class ReadRecord {
+ public:
+  struct File {
+    std::string path, sha256;
+  };
+
+  ReadRecord();
+  ReadRecord(const ReadRecord&) = delete;
+  ReadRecord& operator=(const ReadRecord&) = delete;
+  ~ReadRecord();
+
+  const std::vector<File>& files() const { return files_; }
+
+ private:
+  friend std::string ReadWholeFile(const std::string& path);
+  static void Add(const std::string& path, std::string_view content);
+
+  ReadRecord* outer_;
+  std::vector<File> files_;
+};
 
 // The paths of a list that is separated by commas. A comma, at most 16 of them, belongs to a path
 // where one of the longer name exists.

@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 
 extern char** environ;
@@ -67,7 +68,7 @@ int WaitFor(pid_t child, rusage* used) {
   return status;
 }
 
-constexpr char kDone = 'd', kBadInput = 'i', kFailed = 'f';  // first byte of a child's answer
+constexpr char kDone = 'd', kBadInput = 'i', kRefused = 'r', kFailed = 'f';  // first byte of a child's answer
 constexpr int kPollMilliseconds = 100;
 constexpr double kBytesPerUnit = 1024.0;  // ru_maxrss is in KiB
 
@@ -79,11 +80,12 @@ void WriteAll(int descriptor, const std::string& text) {
   }
 }
 
-// A child's answer, the text of its exception: "where: problem".
-[[noreturn]] void ThrowInputError(const std::string& line) {
+// Throws the error that a child reported as "where: problem".
+template <class Error>
+[[noreturn]] void ThrowAgain(const std::string& line) {
   const std::size_t colon = line.find(": ");
-  if (colon == std::string::npos) throw InputError("child process", line);
-  throw InputError(line.substr(0, colon), line.substr(colon + 2));
+  if (colon == std::string::npos) throw Error("child process", line);
+  throw Error(line.substr(0, colon), line.substr(colon + 2));
 }
 
 [[noreturn]] void RunChild(int descriptor, const std::function<std::string()>& work) {
@@ -91,6 +93,8 @@ void WriteAll(int descriptor, const std::string& text) {
     WriteAll(descriptor, kDone + work());
   } catch (const InputError& error) {
     WriteAll(descriptor, kBadInput + std::string(error.what()));
+  } catch (const IoError& error) {
+    WriteAll(descriptor, kRefused + std::string(error.what()));
   } catch (const std::exception& error) {
     WriteAll(descriptor, kFailed + std::string(error.what()));
   }
@@ -165,7 +169,8 @@ ChildResult RunInChild(const std::function<std::string()>& work, const std::atom
     throw std::runtime_error("a child process died (out of memory?)");
   const char kind = result.output[0];
   result.output.erase(0, 1);
-  if (kind == kBadInput) ThrowInputError(result.output);
+  if (kind == kBadInput) ThrowAgain<InputError>(result.output);
+  if (kind == kRefused) ThrowAgain<IoError>(result.output);
   if (kind == kFailed) throw std::runtime_error(result.output);
   result.peak_bytes = kBytesPerUnit * static_cast<double>(used.ru_maxrss);
   return result;

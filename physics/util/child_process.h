@@ -31,8 +31,8 @@ struct ChildResult {
 
 // Runs `work` in a forked child, so that its memory is its own and is measured separately. The
 // parent must not have used a device before: a device context does not survive the fork. When
-// *cancel turns true the child is killed. InputError in the child is thrown again here; throws
-// std::runtime_error when the child dies.
+// *cancel turns true the child is killed. An InputError or IoError of the child is thrown again
+// here. Throws std::runtime_error when the child dies.
 ChildResult RunInChild(const std::function<std::string()>& work, const std::atomic<bool>* cancel);
 
 }  // namespace drape

@@ -27,20 +27,10 @@ class HostileSurroundings : public HostileFiles {
 
 TEST_F(HostileSurroundings, WithoutGnuplotKeepTheNumbers) {
   ExpectNumbers(
-      WithoutGnuplot("gradients",
-                     {"--mesh=disc:100", "--material=wool.json", "--horizons=1", "--time_steps=0.1",
-                      "--sweep_horizon=1", "--fold_starts=0", "--out=gradients"}),
-      "gradients/summary.json");
-  ExpectNumbers(
       WithoutGnuplot("stability", {"--mesh=disc:100", "--material=wool.json", "--start=" + kWaves,
                                    "--maps=step time_step=0.1/0.5 stretch=1/2",
                                    "--damping_time_step=0.1", "--duration=1", "--out=stability"}),
       "stability/findings.json");
-  ExpectNumbers(WithoutGnuplot("compare_optimisers",
-                               {"--twins=wool.json", "--material=wool.json", "--twin_mesh=disc:120",
-                                "--mesh=disc:100", "--coarse_mesh=disc:100", "--num_parameters=2",
-                                "--methods=lm", "--budget=4", "--out=optimisers"}),
-                "optimisers/summary.json");
   ExpectNumbers(
       WithoutGnuplot("bench", {"--work=forward", "--start=" + kWaves, "--material=wool.json",
                                "--mesh=disc:100,disc:150", "--solve=hybrid", "--time_step=0.2",

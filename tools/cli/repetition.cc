@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/cli/repetition.h"
 
-#include <nettle/sha2.h>
-
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -12,6 +9,7 @@
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/math/sha256.h"
 #include "physics/util/text_format.h"
 
 namespace drape {
@@ -20,7 +18,7 @@ namespace {
 constexpr int kMostBytes = 1 << 30;  // of a file that ReadWholeFile reads
 
 bool IsSha256(const std::string& text) {
-  return text.size() == 2 * SHA256_DIGEST_SIZE &&
+  return text.size() == 64 &&
          std::all_of(text.begin(), text.end(), [](unsigned char c) {
            return std::isdigit(c) != 0 || (c >= 'a' && c <= 'f');
          });
@@ -45,17 +43,6 @@ std::string ContentText(const InputFile& file) {
 
 InputFile DescribeInput(const std::string& path, std::string_view content) {
   return {MakeUtf8(path), content.size(), Sha256(content)};
-}
-
-std::string Sha256(std::string_view bytes) {
-  sha256_ctx state;
-  sha256_init(&state);
-  sha256_update(&state, bytes.size(), reinterpret_cast<const uint8_t*>(bytes.data()));
-  std::array<uint8_t, SHA256_DIGEST_SIZE> digest;
-  sha256_digest(&state, digest.size(), digest.data());
-  std::string text;
-  for (const uint8_t byte : digest) text += Format("%02x", byte);
-  return text;
 }
 
 std::string MakeUtf8(std::string_view text) {

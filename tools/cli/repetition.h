@@ -23,9 +23,6 @@ struct InputFile {
 };
 InputFile DescribeInput(const std::string& path, std::string_view content);
 
-// The SHA-256 of bytes, 64 hexadecimal digits [FIPS 180-4].
-std::string Sha256(std::string_view bytes);
-
 // A text as JSON can hold it: bytes that are not UTF-8 appear as \xNN.
 std::string MakeUtf8(std::string_view text);
 

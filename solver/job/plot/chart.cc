@@ -304,7 +304,7 @@ std::string TryPictures(const std::function<void()>& write) {
   const std::shared_ptr<void> reset(nullptr, [](void*) { undrawn = nullptr; });
   try {
     write();
-  } catch (const InputError& error) {
+  } catch (const std::runtime_error& error) {
     if (why.empty()) why = error.what();
   }
   return why.empty() ? "" : "no pictures: " + why + "\n";

@@ -3,11 +3,19 @@
 
 #include <glog/logging.h>
 
-#include <algorithm>
 #include <cmath>
+#include <random>
+#include <utility>
+
+#include "losses/outline/shape_features.h"
+#include "physics/cloth/start_shape.h"
+#include "physics/util/math/random.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
+
+using nlohmann::json;
 
 class Line {
  public:
@@ -56,6 +64,110 @@ double RmsOfVertices(const Eigen::VectorXd& x) {
   return x.norm() / std::sqrt(static_cast<double>(x.size()) / 3.0);
 }
 
+constexpr double kSteps[] = {1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1};
+constexpr double kHorizonStep[] = {1e-6};
+constexpr double kHemRms = 5e-3;     // of the start shape at the hem [m]
+constexpr double kSweepH = 0.1;      // [s]
+constexpr int kSweepHorizon = 50;    // steps
+constexpr double kFoldRange = 10.0;  // of the speed, for the fitted exponents
+constexpr double kFoldEnd = -3.0;    // of the log factor on all bend entries
+constexpr double kShortest = 1e-7;   // of a step towards the fold
+
+// A line along a random unit vector of the 39 log entries.
+TableParametrisation MakeLine(const StudiedCloth& cloth) {
+  std::mt19937_64 random(1);
+  Eigen::MatrixXd direction(kMaterialEntries, 1);
+  for (double& entry : direction.reshaped()) entry = SampleNormal(random);
+  direction /= direction.norm();
+  return {cloth.material, direction};
+}
+
+State MakeStart(const ClothModel& model, int seed) {
+  State start = model.RestState();
+  start.x = ApplyStartShape(model.mesh, DrapeDiscs().support,
+                            RandomStartShape(static_cast<uint64_t>(seed), kHemRms));
+  return start;
+}
+
+State Relaxed(Backend& backend, const MaterialField& material, const State& start) {
+  const RolloutInput input{&material, &start};
+  return backend.Rollouts({&input, 1}, {.h = kSweepH}, nullptr).front().end;
+}
+
+json ToJson(const GradientError& error) {
+  return {{"step", error.step}, {"size_m", error.size}, {"error", error.error}};
+}
+
+json ToJson(const std::vector<GradientError>& errors) {
+  json list = json::array();
+  for (const GradientError& error : errors) list.push_back(ToJson(error));
+  return list;
+}
+
+json SweepSteps(const StudiedCloth& cloth, const State& start) {
+  const std::unique_ptr<Backend> backend = MakeCpuBackend(cloth.model, 1);
+  const TableParametrisation line = MakeLine(cloth);
+  const RolloutOptions rollout = {.h = kSweepH, .steps = kSweepHorizon};
+  const State relaxed = Relaxed(*backend, cloth.material, start);
+  const auto compare = [&](const State& from, SolveMode mode) {
+    return ToJson(CompareDifferences(*backend, line, from, mode, rollout, kSteps));
+  };
+  const json moving = {{"of", cloth.law + ", " + std::to_string(kSweepHorizon) + " steps"},
+                       {"errors", compare(start, SolveMode::kDynamic)}};
+  const json resting = {{"of", cloth.law + ", at rest"},
+                        {"errors", compare(relaxed, SolveMode::kStatic)}};
+  return json::array({moving, resting});
+}
+
+std::optional<json> CompareHorizons(const StudiedCloth& cloth, const State& start, double h,
+                                    const std::vector<int>& horizons, const RunControl& control) {
+  const std::unique_ptr<Backend> backend = MakeCpuBackend(cloth.model, 1);
+  json series = {
+      {"law", cloth.law}, {"h_s", h}, {"steps", json::array()}, {"errors", json::array()}};
+  for (const int horizon : horizons) {
+    if (control.cancelled()) return std::nullopt;
+    const std::vector<GradientError> errors =
+        CompareDifferences(*backend, MakeLine(cloth), start, SolveMode::kDynamic,
+                           {.h = h, .steps = horizon}, kHorizonStep);
+    if (errors.empty()) continue;
+    series["steps"].push_back(horizon);
+    series["errors"].push_back(ToJson(errors.front()));
+  }
+  return series;
+}
+
+json ToJson(const ContinuationResult& path) {
+  json branch = {{"status", ToString(path.status)}, {"points", json::array()}};
+  for (const ContinuationPoint& point : path.points)
+    branch["points"].push_back(
+        {{"s", point.s}, {"speed_m", point.speed}, {"lowest_eigenvalue", point.stiffness}});
+  const std::optional<FoldApproach> approach = FindFoldApproach(path, kFoldRange);
+  if (!approach) return branch;
+  branch["approach"] = {{"distance", approach->distance},
+                        {"lowest_eigenvalue", approach->stiffness},
+                        {"speed_m", approach->speed}};
+  if (approach->speed_by_distance)
+    branch["exponent_by_distance"] = approach->speed_by_distance->exponent;
+  if (approach->speed_by_stiffness)
+    branch["exponent_by_eigenvalue"] = approach->speed_by_stiffness->exponent;
+  return branch;
+}
+
+std::optional<json> FollowToItsEnd(const StudiedCloth& cloth, int seed, const RunControl& control) {
+  const std::unique_ptr<Backend> backend = MakeCpuBackend(cloth.model, 1);
+  const State relaxed = Relaxed(*backend, cloth.material, MakeStart(*cloth.model, seed));
+  StepSolver solver(cloth.model);
+  ContinuationOptions options;
+  options.end = kFoldEnd;
+  options.min_step = kShortest;
+  options.corrector.cancel = control.cancel;
+  const ContinuationResult path =
+      FollowBranch(solver, TableParametrisation(cloth.material, ParameterTying::kScales),
+                   Eigen::Vector2d(0.0, 1.0), relaxed.x, options);
+  if (control.cancelled()) return std::nullopt;
+  return ToJson(path);
+}
+
 }  // namespace
 
 std::vector<GradientError> CompareDifferences(Backend& backend, const MaterialParametrisation& line,
@@ -91,6 +203,41 @@ std::optional<FoldApproach> FindFoldApproach(const ContinuationResult& path, dou
   approach.speed_by_distance = FitPowerLaw(approach.distance, approach.speed);
   approach.speed_by_stiffness = FitPowerLaw(approach.stiffness, approach.speed);
   return approach;
+}
+
+Study MakeGradientStudy(std::vector<StudiedCloth> cloths, const GradientStudyOptions& options) {
+  using Run = std::function<std::optional<json>(const RunControl&)>;
+  Study study;
+  study.name = "gradients";
+  study.settings = {{"start_seed", options.start_seed}};
+  std::vector<Run> runs;
+  const auto add = [&](const std::string& name, json input, Run run) {
+    study.cells.push_back({.name = name, .input = std::move(input)});
+    runs.push_back(std::move(run));
+  };
+  const auto all = std::make_shared<const std::vector<StudiedCloth>>(std::move(cloths));
+  const auto start = [seed = options.start_seed](const StudiedCloth& cloth) {
+    return MakeStart(*cloth.model, seed);
+  };
+  for (const StudiedCloth& cloth : *all)
+    add("difference steps, " + cloth.law, {{"part", "differences"}},
+        [&cloth, start](const RunControl&) { return SweepSteps(cloth, start(cloth)); });
+  for (const StudiedCloth& cloth : *all)
+    for (const double h : options.time_steps)
+      add("horizons, " + cloth.law + Format(", h = %g s", h),
+          {{"part", "horizons"}, {"h", h}, {"horizons", options.horizons}},
+          [&cloth, start, h, horizons = options.horizons](const RunControl& control) {
+            return CompareHorizons(cloth, start(cloth), h, horizons, control);
+          });
+  for (int seed = options.start_seed; seed < options.start_seed + options.fold_starts; ++seed)
+    add("branch of start " + std::to_string(seed), {{"part", "branches"}, {"seed", seed}},
+        [all, seed](const RunControl& control) {
+          return FollowToItsEnd(all->front(), seed, control);
+        });
+  study.run = [all, runs](std::size_t cell, const RunControl& control) {
+    return runs[cell](control);
+  };
+  return study;
 }
 
 }  // namespace drape

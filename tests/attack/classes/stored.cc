@@ -144,13 +144,22 @@ std::vector<Tampered> TamperTable(const std::string& text, uint64_t seed) {
   return all;
 }
 
+// The first name in a sub-folder, such as that of a cell, after its hash.
+std::string FirstFile(const std::string& folder, const std::string& sub) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder + "/" + sub))
+    names.push_back(sub + entry.path().filename().string());
+  return *std::min_element(names.begin(), names.end());
+}
+
 }  // namespace
 
 void AttackStored(Campaign* campaign) {
   std::vector<Attack> attacks;
   for (const ResumableRun& run : ResumableRuns()) {
     const StoredFolder stored = MakeStored(*campaign, run);
-    for (const std::string& file : run.stored) {
+    for (const std::string& name : run.stored) {
+      const std::string file = name.ends_with("/") ? FirstFile(stored.folder, name) : name;
       const std::string text = ReadText(stored.folder + "/" + file);
       const bool is_table = fs::path(file).extension() == ".csv";
       // A table has no checksum: its numbers are believed.

@@ -72,7 +72,7 @@ const std::vector<ResumableRun>& ResumableRuns() {
       {"drape_compare_optimisers",
        QuickCommand("drape_compare_optimisers", {"--methods=lm,adam_0.1", "--budget=8"}),
        "",
-       {"runs/wool_1.start.json", "runs/wool_1_2.lm.json"}},
+       {"cells/"}},
       {"drape_stability",
        QuickCommand("drape_stability", {"--maps=step time_step=0.1/0.2/0.5 bend=1/2/4"}),
        "--resume",

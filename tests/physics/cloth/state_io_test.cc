@@ -3,6 +3,7 @@
 
 #include "physics/cloth/state.h"
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/io_error.h"
 
 namespace drape {
 namespace {
@@ -46,7 +47,7 @@ TEST_F(StateIo, NamesTheValueThatIsWrong) {
 
 TEST_F(StateIo, KeepsTheOldFileWhenItCannotWrite) {
   const State state{Eigen::VectorXd::Zero(3), Eigen::VectorXd::Zero(3)};
-  EXPECT_INPUT_ERROR(WriteState(Path("absent/s.json"), state), "s.json: cannot create");
+  EXPECT_IO_ERROR(WriteState(Path("absent/s.json"), state), "s.json: cannot create");
 }
 
 using StateIoDeathTest = StateIo;

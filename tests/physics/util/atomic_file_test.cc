@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/io_error.h"
 
 namespace drape {
 namespace {
@@ -35,15 +36,15 @@ TEST_F(AtomicFile, KeepsTheOldFileWhenTheWriterFails) {
 TEST_F(AtomicFile, KeepsTheOldFileWhenTheStreamFails) {
   const std::string path = Write("a.txt", "old");
   const auto writer = [](std::ostream& out) { out.setstate(std::ios::badbit); };
-  EXPECT_INPUT_ERROR(WriteFileAtomically(path, writer), "a.txt: cannot write the whole file");
+  EXPECT_IO_ERROR(WriteFileAtomically(path, writer), "a.txt: cannot write the whole file");
   EXPECT_EQ(Read(path), "old");
   EXPECT_EQ(NumFiles(), 1);
 }
 
 TEST_F(AtomicFile, RejectsATargetThatCannotBeAFile) {
   std::filesystem::create_directory(Path("folder"));
-  EXPECT_INPUT_ERROR(WriteFileAtomically(Path("folder"), "x"), "folder: cannot replace the file");
-  EXPECT_INPUT_ERROR(WriteFileAtomically(Path("absent/a.txt"), "x"),
+  EXPECT_IO_ERROR(WriteFileAtomically(Path("folder"), "x"), "folder: cannot replace the file");
+  EXPECT_IO_ERROR(WriteFileAtomically(Path("absent/a.txt"), "x"),
                      "a.txt: cannot create a file in this folder: No such file or directory");
   EXPECT_EQ(NumFiles(), 1);
 }
@@ -60,10 +61,10 @@ TEST_F(AtomicFile, ReplacesALinkAndLeavesWhereItLeads) {
 TEST_F(AtomicFile, FindsATargetThatCannotBeAFileBeforehand) {
   std::filesystem::create_directory(Path("folder"));
   EXPECT_INPUT_ERROR(CheckReplaceable(Path("folder")), "folder: is a folder");
-  EXPECT_INPUT_ERROR(CheckReplaceable(Path("absent/a.txt")), "No such file or directory");
+  EXPECT_IO_ERROR(CheckReplaceable(Path("absent/a.txt")), "No such file or directory");
   EXPECT_INPUT_ERROR(CheckReplaceable(Path(std::string(256, 'a'))),
                      "256 bytes for a file, expected at most");
-  EXPECT_INPUT_ERROR(CheckReplaceable("/proc/a.txt"), "cannot create a file in this folder");
+  EXPECT_IO_ERROR(CheckReplaceable("/proc/a.txt"), "cannot create a file in this folder");
   CheckReplaceable(Write("a.txt", ""));
   CheckReplaceable(Path("new.txt"));
   EXPECT_EQ(NumFiles(), 2);
@@ -95,7 +96,7 @@ TEST_F(AtomicFile, GrowsAndIsNoLink) {
     EXPECT_INPUT_ERROR(AppendFile(Path("pipe"), content), "pipe: ");
   }
   EXPECT_INPUT_ERROR(AppendFile::Check(Path("link")), "is a link");
-  EXPECT_INPUT_ERROR(AppendFile::Check(Path("absent/a.log")), "absent/a.log");
+  EXPECT_IO_ERROR(AppendFile::Check(Path("absent/a.log")), "absent/a.log");
   AppendFile::Check(Path("new"));
   EXPECT_EQ(Read(victim), "theirs");
   EXPECT_FALSE(std::filesystem::exists(Path("new")));

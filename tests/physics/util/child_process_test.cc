@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/io_error.h"
 
 namespace drape {
 namespace {
@@ -40,6 +41,8 @@ TEST(RunInChild, ReturnsTextAndPassesErrorsOn) {
   EXPECT_INPUT_ERROR(
       RunInChild([]() -> std::string { throw InputError("a.json", "bad"); }, nullptr),
       "a.json: bad");
+  EXPECT_IO_ERROR(RunInChild([]() -> std::string { throw IoError("out", "full"); }, nullptr),
+                  "out: full");
   EXPECT_THROW(RunInChild([]() -> std::string { _exit(3); }, nullptr), std::runtime_error);
   const std::atomic<bool> cancel = true;
   EXPECT_TRUE(RunInChild(

@@ -20,8 +20,6 @@ double ThreadSeconds() {
 void OptimiserOptions::Check() const {
   CHECK_GT(budget, 0.0) << "OptimiserOptions::budget";
   CHECK_GE(jacobian_cost_units, 0.0) << "OptimiserOptions::jacobian_cost_units";
-  CHECK_GT(bound, 0.0) << "OptimiserOptions::bound";
-  CHECK_GT(failed_cost_factor, 1.0) << "OptimiserOptions::failed_cost_factor";
 }
 
 BudgetedFunction::BudgetedFunction(ResidualFunction& function, const OptimiserOptions& options)
@@ -94,6 +92,18 @@ void BudgetedFunction::Record(double cost) {
   run_.cost = cost;
   run_.theta = theta_;
   run_.trace.push_back({run_.spent, run_.seconds, cost});
+}
+
+std::optional<double> MeteredCost::Evaluate(const Eigen::VectorXd& theta) {
+  constexpr double kGain = 0.9;
+  Eigen::VectorXd residual;
+  if (!function_.Evaluate(theta, &residual, nullptr)) return std::nullopt;
+  const double cost = 0.5 * residual.squaredNorm();
+  if (!(cost < kGain * followed_)) return cost;
+  followed_ = cost;
+  RowMatrix jacobian;
+  function_.Evaluate(theta, &residual, &jacobian);
+  return cost;
 }
 
 }  // namespace drape

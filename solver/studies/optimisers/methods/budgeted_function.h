@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <atomic>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,11 +33,9 @@ class ResidualFunction {
 struct OptimiserOptions {
   double budget = 150.0;             // in evaluations without a Jacobian, > 0
   double jacobian_cost_units = 1.0;  // of a Jacobian beside the evaluation at its point, ≥ 0
-  double bound = 3.0;                // methods that need a box search |θ_i| ≤ bound, > 0
-  double failed_cost_factor = 10.0;  // methods that must be given a number see, where the function
-                                     // cannot be evaluated, so many times the cost of the start
   Eigen::VectorXd published_rates;   // of Adam, for "adam_published", shape [P]
   int seed = 1;                      // of methods that draw random numbers
+  std::vector<std::string> search_command;    // starts search.py, for the methods that it has
   const std::atomic<bool>* cancel = nullptr;  // ends the run when it turns true
 
   void Check() const;  // programmer errors
@@ -80,6 +79,8 @@ class BudgetedFunction {
   void LimitTo(double spent) { limit_ = spent; }
   // ResidualFunction::RefineFromBest; the next evaluation is paid for, also at the last point.
   void RefineFromBest();
+  // Counts CPU time that the method spent in another process.
+  void AddSeconds(double seconds) { start_ -= seconds; }
   const OptimiserRun& run() const { return run_; }
 
  private:
@@ -96,6 +97,22 @@ class BudgetedFunction {
   RowMatrix jacobian_;
   bool valid_ = false;
   OptimiserRun run_;
+};
+
+// ½‖r‖² for methods without derivatives. A function that starts from the last point with
+// derivatives (DrapeFunction) loses its way when that point stays behind: once the cost is lower by
+// a tenth, derivatives are requested and counted.
+class MeteredCost {
+ public:
+  // The function outlives the object.
+  explicit MeteredCost(BudgetedFunction& function) : function_(function) {}
+
+  // Nothing where the function cannot be evaluated or the budget is spent.
+  std::optional<double> Evaluate(const Eigen::VectorXd& theta);
+
+ private:
+  BudgetedFunction& function_;
+  double followed_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace drape

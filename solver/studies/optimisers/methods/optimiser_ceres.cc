@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "solver/fit/fit.h"
-#include "solver/studies/optimisers/methods/optimiser_methods.h"
+#include "solver/studies/optimisers/methods/optimiser.h"
 
 namespace drape {
 namespace {

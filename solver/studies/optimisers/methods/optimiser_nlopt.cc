@@ -2,12 +2,10 @@
 #include <glog/logging.h>
 
 #include <cmath>
-#include <map>
 #include <nlopt.hpp>
 #include <optional>
 
-#include "solver/studies/optimisers/methods/metered_cost.h"
-#include "solver/studies/optimisers/methods/optimiser_methods.h"
+#include "solver/studies/optimisers/methods/optimiser.h"
 
 namespace drape {
 namespace {
@@ -15,22 +13,21 @@ namespace {
 // The cost as these methods see it: a finite number wherever the start has one.
 class FiniteCost {
  public:
-  FiniteCost(BudgetedFunction& function, double failed_factor)
-      : function_(function), cost_(function), failed_factor_(failed_factor) {}
+  explicit FiniteCost(BudgetedFunction& function) : function_(function), cost_(function) {}
 
   double operator()(const std::vector<double>& theta) {
+    constexpr double kFailed = 10.0;  // times the cost of the start
     if (function_.exhausted()) throw nlopt::forced_stop();
     const std::optional<double> cost = cost_.Evaluate(
         Eigen::Map<const Eigen::VectorXd>(theta.data(), static_cast<Eigen::Index>(theta.size())));
     if (cost) return *cost;
     const bool has_start = !function_.run().trace.empty();
-    return has_start ? failed_factor_ * function_.run().trace.front().cost : HUGE_VAL;
+    return has_start ? kFailed * function_.run().trace.front().cost : HUGE_VAL;
   }
 
  private:
   BudgetedFunction& function_;
   MeteredCost cost_;
-  double failed_factor_;
 };
 
 double Objective(const std::vector<double>& theta, std::vector<double>&, void* cost) {
@@ -38,31 +35,25 @@ double Objective(const std::vector<double>& theta, std::vector<double>&, void* c
 }
 
 nlopt::algorithm FindAlgorithm(const std::string& name) {
-  static const std::map<std::string, nlopt::algorithm> algorithms = {
-      {"bobyqa", nlopt::LN_BOBYQA},
-      {"sbplx", nlopt::LN_SBPLX},
-      {"crs", nlopt::GN_CRS2_LM},
-      {"direct", nlopt::GN_DIRECT_L}};
-  const auto found = algorithms.find(name);
-  CHECK(found != algorithms.end()) << name;
-  return found->second;
+  if (name == "bobyqa") return nlopt::LN_BOBYQA;
+  if (name == "sbplx") return nlopt::LN_SBPLX;
+  if (name == "crs") return nlopt::GN_CRS2_LM;
+  CHECK_EQ(name, "direct");
+  return nlopt::GN_DIRECT_L;
 }
 
 }  // namespace
 
-bool NLoptIsThere() { return true; }
-
-std::string RunNLopt(BudgetedFunction& function, const std::string& name,
-                     const OptimiserOptions& options) {
+std::string RunNLopt(BudgetedFunction& function, const std::string& name, int seed) {
   constexpr double kFirstStep = 0.5;  // in log units
   const unsigned size = static_cast<unsigned>(function.size());
-  FiniteCost cost(function, options.failed_cost_factor);
+  FiniteCost cost(function);
   std::vector<double> theta(size, 0.0);
-  nlopt::srand(static_cast<unsigned long>(options.seed));
+  nlopt::srand(static_cast<unsigned long>(seed));
   nlopt::opt optimiser(FindAlgorithm(name), size);
   optimiser.set_min_objective(&Objective, &cost);
-  optimiser.set_lower_bounds(-options.bound);
-  optimiser.set_upper_bounds(options.bound);
+  optimiser.set_lower_bounds(-kBound);
+  optimiser.set_upper_bounds(kBound);
   optimiser.set_initial_step(kFirstStep);
   optimiser.set_xtol_abs(1e-6);
   double least = 0.0;

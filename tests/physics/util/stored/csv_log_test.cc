@@ -2,6 +2,7 @@
 #include "physics/util/stored/csv_log.h"
 
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/io_error.h"
 #include "tests/physics/util/stored/tampering.h"
 
 namespace drape {
@@ -56,7 +57,7 @@ TEST_F(CsvLogTest, DamageIsNamed) {
   EXPECT_INPUT_ERROR(ReadRows(), "runs.csv:3: found a quotation mark within a field");
   EXPECT_INPUT_ERROR(ParseCsvRow("\"a", "row"), "row: found a field whose quotation mark");
   EXPECT_INPUT_ERROR(ParseCsvNumber("nan", "row"), "row: found 'nan', expected a number");
-  EXPECT_INPUT_ERROR(AppendCsvRow(Path("no/runs.csv"), {"a"}), "no/runs.csv: cannot be written");
+  EXPECT_IO_ERROR(AppendCsvRow(Path("no/runs.csv"), {"a"}), "no/runs.csv: cannot be written");
 }
 
 TEST_F(CsvLogTest, NoMutantIsMoreThanRowsOrAnError) {

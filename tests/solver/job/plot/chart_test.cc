@@ -14,6 +14,7 @@
 #include "physics/util/atomic_file.h"
 #include "solver/job/plot/gnuplot.h"
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/io_error.h"
 
 namespace drape {
 namespace {
@@ -117,7 +118,7 @@ TEST_F(ChartTest, ASeriesWithoutAPointIsNotInTheKey) {
 }
 
 TEST_F(ChartTest, AFolderThatIsMissingIsNamed) {
-  EXPECT_INPUT_ERROR(WritePicture(Path("absent/chart.png"), {.charts = {SmallChart()}}), "absent");
+  EXPECT_IO_ERROR(WritePicture(Path("absent/chart.png"), {.charts = {SmallChart()}}), "absent");
 }
 
 // The page of the results draws all charts from their descriptions where gnuplot is missing.

@@ -16,9 +16,8 @@ class GradientsTool : public ToolFixture {
   ProcessResult Run(const std::vector<std::string>& more = {},
                     const ProcessLimits& limits = {}) const {
     std::vector<std::string> command = {
-        kGradients,        "--mesh=disc:100",     "--material=" + kGradientWool,
-        "--horizons=1,5",  "--time_steps=0.1",    "--sweep_horizon=5",
-        "--fold_starts=1", "--out=" + Path("out")};
+        kGradients,         "--mesh=disc:100", "--material=" + kGradientWool, "--horizons=1,5",
+        "--time_steps=0.1", "--fold_starts=1", "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
   }
@@ -31,24 +30,30 @@ TEST_F(GradientsTool, FindsTangentsByDifferencesAndAFoldAsTheorySays) {
   EXPECT_THAT(report, testing::StartsWith("| difference step |"));
   EXPECT_THAT(result.out, testing::StartsWith("difference step  "));
   EXPECT_THAT(result.out, testing::Not(testing::HasSubstr("|")));
-  const Json summary = ReadJson(Path("out/summary.json"));
-  EXPECT_EQ(summary["outcome"], "done");
-  ASSERT_EQ(summary["differences"].size(), 4u);  // two laws, after steps and at rest
-  for (const Json& sweep : summary["differences"]) {
-    double best = 1.0;
-    for (const Json& error : sweep["errors"])
-      if (!error["error"].is_null()) best = std::min(best, error["error"].get<double>());
-    EXPECT_LT(best, 1e-4) << sweep["of"];
+  const Json study = ReadJson(Path("out/gradients.json"));
+  EXPECT_EQ(study["outcome"], "done");
+  ASSERT_EQ(study["cells"].size(), 5u);
+  int sweeps = 0;
+  for (const Json& cell : study["cells"]) {
+    const Json& result = cell["result"];
+    const std::string part = cell["input"]["part"];
+    for (const Json& sweep : part == "differences" ? result : Json::array()) {
+      double best = 1.0;
+      for (const Json& error : sweep["errors"])
+        if (!error["error"].is_null()) best = std::min(best, error["error"].get<double>());
+      EXPECT_LT(best, 1e-4) << sweep["of"];
+      ++sweeps;
+    }
+    if (part == "horizons") {
+      EXPECT_EQ(result["steps"], Json({1, 5}));
+      for (const Json& error : result["errors"]) EXPECT_LT(error["error"].get<double>(), 1e-4);
+    }
+    if (part != "branches") continue;
+    EXPECT_GT(result["points"].back()["speed_m"].get<double>(),
+              10 * result["points"].front()["speed_m"].get<double>());
+    EXPECT_NEAR(result["exponent_by_eigenvalue"].get<double>(), -1.0, 0.1);
   }
-  for (const Json& series : summary["horizons"]) {
-    EXPECT_EQ(series["steps"], Json({1, 5}));
-    for (const Json& error : series["errors"]) EXPECT_LT(error["error"].get<double>(), 1e-4);
-  }
-  ASSERT_EQ(summary["branches"].size(), 1u);
-  const Json& branch = summary["branches"][0];
-  EXPECT_GT(branch["points"].back()["speed_m"].get<double>(),
-            10 * branch["points"].front()["speed_m"].get<double>());
-  EXPECT_NEAR(branch["exponent_by_eigenvalue"].get<double>(), -1.0, 0.1);
+  EXPECT_EQ(sweeps, 4);  // two laws, after steps and at rest
   for (const char* chart : {"differences.png", "horizons.png", "fold.png"})
     EXPECT_GT(Read(Path(std::string("out/") + chart)).size(), 1000u) << chart;
 }

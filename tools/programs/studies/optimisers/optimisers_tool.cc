@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/optimisers/optimisers_tool.h"
 
+#include <nlohmann/json.hpp>
 #include <utility>
 
-#include "tools/cli/output_folder.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
-#include "tools/programs/studies/optimisers/optimisers_report.h"
+#include "tools/programs/studies/study_program.h"
 
 namespace drape {
 namespace {
 
-std::vector<Option> ImageOptions(OptimiserBenchmarkOptions& options) {
+std::vector<Option> ImageOptions(OptimiserStudyOptions& options) {
   return {
       {.key = "twins",
        .value = &options.twins,
@@ -25,13 +25,6 @@ std::vector<Option> ImageOptions(OptimiserBenchmarkOptions& options) {
        .doc = "random seed of the first synthetic drape's start; the others use the following ones",
        .least = 0,
        .most = 1000000000},
-      {.key = "twin_hem_rms",
-       .value = &options.twin_hem_rms,
-       .doc = "root mean square height of these starts at the hem",
-       .unit = "m",
-       .least = 0,
-       .most = 0.05,
-       .above_least = true},
       {.key = "material",
        .value = &options.material,
        .doc = "start tables of the fits to synthetic silhouettes",
@@ -48,7 +41,7 @@ std::vector<Option> ImageOptions(OptimiserBenchmarkOptions& options) {
   };
 }
 
-std::vector<Option> StartTableOptions(OptimiserBenchmarkOptions& options) {
+std::vector<Option> StartTableOptions(OptimiserStudyOptions& options) {
   FitSpec& spec = options.spec;
   return {
       {.key = "min_relative_stiffness",
@@ -61,7 +54,7 @@ std::vector<Option> StartTableOptions(OptimiserBenchmarkOptions& options) {
   };
 }
 
-std::vector<Option> FittingOptions(OptimiserBenchmarkOptions& options) {
+std::vector<Option> FittingOptions(OptimiserStudyOptions& options) {
   FitSpec& spec = options.spec;
   return {
       MeshOption("mesh", &options.mesh, "mesh of the fits"),
@@ -86,15 +79,16 @@ std::vector<Option> FittingOptions(OptimiserBenchmarkOptions& options) {
   };
 }
 
-std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
+std::vector<Option> MethodOptions(OptimiserStudyOptions& options) {
   OptimiserOptions& optimiser = options.optimiser;
   return {
       {.key = "methods",
        .value = &options.methods,
-       .doc = "methods among lm, lm_patient, dogleg, subspace_dogleg, lbfgs, adam_published, "
-              "adam_0.03, adam_0.1 and, with NLopt, bobyqa, sbplx, crs, direct (none: all of "
-              "these); cmaes, bo, rembo_2, rembo_4, rembo_8, rembo_ucb_4, hesbo_2, hesbo_4, "
-              "hesbo_8; a method from bobyqa on followed by _lm ends with 20 rounds of lm"},
+       .doc =
+           "methods among lm, lm_patient, dogleg, subspace_dogleg, lbfgs, adam_published, "
+           "adam_0.03, adam_0.1, bobyqa, sbplx, crs, direct (none: all of these) and, with "
+           "python3-scipy, cmaes, bo, rembo_2, rembo_4, rembo_8, rembo_ucb_4, hesbo_2, "
+           "hesbo_4, hesbo_8; a method from bobyqa on followed by _lm ends with 20 rounds of lm"},
       {.key = "budget",
        .value = &optimiser.budget,
        .doc = "budget of each run in rollouts",
@@ -105,22 +99,10 @@ std::vector<Option> MethodOptions(OptimiserBenchmarkOptions& options) {
        .doc = "cost of a Jacobian in rollouts, beside its own rollout",
        .least = 0,
        .most = 1000},
-      {.key = "bound",
-       .value = &optimiser.bound,
-       .doc = "largest log factor for the methods without derivatives",
-       .least = 0,
-       .most = 20,
-       .above_least = true},
-      {.key = "failed_cost_factor",
-       .value = &optimiser.failed_cost_factor,
-       .doc = "cost that the methods of NLopt see where no drape is found, relative to the start",
-       .least = 1,
-       .most = 1e6,
-       .above_least = true},
   };
 }
 
-std::vector<Option> RunOptions(OptimiserBenchmarkOptions& options) {
+std::vector<Option> RunOptions(OptimiserStudyOptions& options) {
   return {
       {.key = "method_seed",
        .value = &options.optimiser.seed,
@@ -137,21 +119,13 @@ std::vector<Option> RunOptions(OptimiserBenchmarkOptions& options) {
        .doc = "budgets at which tables also report the costs, where they are below the budget",
        .least = 1,
        .most = 1e6},
-      {.key = "branch_tolerance",
-       .value = &options.branch_tolerance,
-       .doc = "largest root mean square distance of the vertices of two drapes on the same branch",
-       .unit = "m",
-       .least = 0,
-       .most = 1,
-       .above_least = true},
       BackendOption(options.spec.backend),
       ThreadsOption(options.spec.threads),
-      OutOption(options.out),
   };
 }
 
 // With the base of the materials that need one.
-OptimiserBenchmarkOptions WithBases(OptimiserBenchmarkOptions options) {
+OptimiserStudyOptions WithBases(OptimiserStudyOptions options) {
   std::vector<std::string*> materials = {&options.material};
   for (std::string& twin : options.twins) materials.push_back(&twin);
   for (std::string& start : options.image_materials) materials.push_back(&start);
@@ -161,69 +135,53 @@ OptimiserBenchmarkOptions WithBases(OptimiserBenchmarkOptions options) {
 
 }  // namespace
 
-OptionTable OptimiserBenchmarkTable(OptimiserBenchmarkOptions& options) {
-  return {.tool = "drape_compare_optimisers",
-          .summary = "compares optimisers with the same cost, start and budget on many silhouettes",
-          .example =
-              "drape_compare_optimisers --config=configs/studies/compare_optimisers.json "
-              "--out=out/optimisers",
-          .notes =
-              "files: summary.json, report.md, traces.csv, convergence.png, profiles.png, "
-              "data_profiles.png, quartiles.png and branches.png. They replace the files of an "
-              "earlier run together, at the end. twins/ "
-              "and runs/: an interrupted run continues from them.\n"
-              "exit code 3: no problem has a start\n"
-              "Ctrl-C keeps the finished runs.\n",
-          .options = Concatenate(
-              Grouped("problems",
-                      Concatenate(ImageOptions(options), Concatenate(StartTableOptions(options),
-                                                                     FittingOptions(options)))),
-              Grouped("camera of the images", CameraOptions(options.spec.observation.camera)),
-              Grouped("methods and results",
-                      Concatenate(MethodOptions(options),
-                                  Concatenate(RunOptions(options), CellOptions(options.cells)))))};
-}
-
-std::string ListOptimiserText(const OptimiserBenchmarkOptions& options) {
-  return ListText(ListOptimiserCells(WithBases(options)), options.cells.ParseShare());
-}
-
-OptimiserBenchmark RunBenchmarkTool(OptimiserBenchmarkOptions options, const RunControl& control) {
-  options = WithBases(std::move(options));
-  options.spec.threads = CountThreads(options.spec.threads);
-  const bool is_share = options.cells.ParseShare().has_value();
-  const OutputFolder out(options.out,
-                         {"summary.json", "report.md", "traces.csv", "convergence.png",
-                          "profiles.png", "data_profiles.png", "quartiles.png", "branches.png"},
-                         is_share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
-  OptimiserBenchmark benchmark = RunOptimiserBenchmark(options, control);
-  if (benchmark.problems.empty()) return benchmark;
-  WriteBenchmarkReport(options, out, &benchmark);
-  out.Publish();
-  return benchmark;
+OptionTable OptimiserStudyTable(OptimiserStudyOptions& options) {
+  return {
+      .tool = "drape_compare_optimisers",
+      .summary = "compares optimisers with the same cost, start and budget on many silhouettes",
+      .example =
+          "drape_compare_optimisers --config=configs/studies/compare_optimisers.json "
+          "--out=out/optimisers",
+      .notes =
+          "files: compare_optimisers.json, report.md, traces.csv, and as .svg and .png "
+          "convergence, profiles, data_profiles, quartiles and branches; twins/ has the "
+          "silhouettes that are fitted, cells/ the finished runs, from which the same command "
+          "continues\n"
+          "exit code 3: no problem has a start\n",
+      .options = Concatenate(
+          Grouped("problems",
+                  Concatenate(ImageOptions(options),
+                              Concatenate(StartTableOptions(options), FittingOptions(options)))),
+          Grouped("camera of the images", CameraOptions(options.spec.observation.camera)),
+          Grouped("methods and results",
+                  Concatenate(MethodOptions(options),
+                              Concatenate(RunOptions(options), StudyOptionList(options.study)))))};
 }
 
 namespace {
 
-ToolOutcome Run(const OptimiserBenchmarkOptions& options, const RunControl& control) {
-  if (options.cells.list) return {.text = ListOptimiserText(options)};
-  const OptimiserBenchmark benchmark = RunBenchmarkTool(options, control);
-  std::string text;
-  for (const std::string& note : benchmark.notes) text += note + "\n";
-  if (!options.cells.share.empty())
-    return {.text = text + ShareText(options.cells.share, benchmark.done, benchmark.cells),
-            .cancelled = benchmark.cancelled};
-  const bool has_problems = !benchmark.problems.empty();
-  if (has_problems) text += MakeMethodTable(benchmark, options.branch_tolerance).Aligned();
-  return {.text = std::move(text),
-          .cancelled = benchmark.cancelled,
-          .failure = has_problems ? "" : "no problem has a start"};
+ToolOutcome Run(const OptimiserStudyOptions& given, const RunControl& control) {
+  OptimiserStudyOptions options = WithBases(given);
+  options.study.threads = options.spec.threads = CountThreads(options.spec.threads);
+  options.optimiser.search_command = StudyScriptCommand("search");
+  const Study study = MakeOptimiserStudy(options);
+  bool has_problems = options.study.list || !options.study.share.empty();
+  const auto summarise = [&](const StudyResult& result) {
+    for (const auto& cell : result.results)
+      has_problems = has_problems || (cell && !cell->contains("failure"));
+    nlohmann::ordered_json json = SummariseCells(study, result);
+    json["checkpoints"] = options.checkpoints;
+    return json;
+  };
+  ToolOutcome outcome = RunStudyProgram(study, options.study, summarise, control);
+  if (!has_problems && !outcome.cancelled) outcome.failure = "no problem has a start";
+  return outcome;
 }
 
 }  // namespace
 
 int CompareOptimisersMain(int argc, char** argv) {
-  return ToolMain(argc, argv, OptimiserBenchmarkTable, Run);
+  return ToolMain(argc, argv, OptimiserStudyTable, Run);
 }
 
 }  // namespace drape

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/studies/optimisers/optimiser_study.h"
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "losses/outline/shape_features.h"
+#include "losses/silhouette/raster.h"
+#include "physics/cloth/start_shape.h"
+#include "physics/material/material_io.h"
+#include "physics/mesh/mesh_spec.h"
+#include "physics/simulation/statics/modes.h"
+#include "physics/util/errors.h"
+#include "physics/util/math/sha256.h"
+#include "solver/fit/parameters/coupled_table.h"
+#include "solver/fit/protocol/candidate_fit.h"
+#include "solver/fit/protocol/staged_fit.h"
+#include "solver/forward/settle.h"
+#include "solver/studies/optimisers/drape_function.h"
+#include "solver/studies/optimisers/methods/optimiser.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// A silhouette with its start tables.
+struct Image {
+  std::string name;
+  FitData data;
+  bool is_twin = false;
+};
+
+// A run of one method on an image.
+struct Job {
+  int parameters = 0;  // free numbers
+  std::string method;
+  int seed = 0;  // 0 where the method draws no random numbers
+};
+
+std::string RunName(const Image& image, const Job& job) {
+  const std::string seed = job.seed == 0 ? "" : ".seed" + std::to_string(job.seed);
+  return image.name + "_" + std::to_string(job.parameters) + "." + job.method + seed;
+}
+
+ParameterTying FreeNumbers(int parameters) {
+  return ParseName<ParameterTying>(std::to_string(parameters), "option 'num_parameters'");
+}
+
+template <class T>
+bool HasTwice(const std::vector<T>& values) {
+  return std::set<T>(values.begin(), values.end()).size() < values.size();
+}
+
+void CheckOptions(const OptimiserStudyOptions& options) {
+  if (options.twins.empty() && options.images.empty())
+    throw InputError("twins", "is empty like images, expected at least one problem");
+  if (!options.twins.empty() && options.material.empty())
+    throw InputError("material", "missing, expected the start tables of the twins' fits");
+  if (!options.images.empty() && options.image_materials.empty())
+    throw InputError("image_materials", "missing, expected start tables of the images' fits");
+  for (const int count : options.parameters) FreeNumbers(count);
+  if (HasTwice(options.parameters))
+    throw InputError("num_parameters", "has one number twice, expected distinct ones");
+  for (const std::string& name : options.methods) FindOptimiser(name);
+  if (HasTwice(options.methods))
+    throw InputError("methods", "names one twice, expected distinct names");
+}
+
+// The jobs of each image.
+std::vector<Job> ListJobs(const OptimiserStudyOptions& options) {
+  std::vector<std::string> methods = options.methods;
+  if (methods.empty())
+    for (const OptimiserMethod& method : OptimiserMethods())
+      if (method.by_default) methods.push_back(method.name);
+  std::vector<Job> jobs;
+  for (const int parameters : options.parameters)
+    for (const std::string& method : methods) {
+      const bool random = FindOptimiser(method).random;
+      for (int i = 0; i < (random ? options.seeds : 1); ++i)
+        jobs.push_back({parameters, method, random ? options.optimiser.seed + i : 0});
+    }
+  return jobs;
+}
+
+// The silhouette of a fabric's drape at rest from a random start.
+GrayImage TwinImage(const OptimiserStudyOptions& options, const MaterialField& fabric, int seed) {
+  constexpr int kSupersample = 4;
+  constexpr double kHemRms = 5e-3;  // of the starts [m]
+  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(options.twin_mesh),
+                                                        CusickScene(options.spec.contact),
+                                                        MakeLaw(options.spec.law));
+  State start = model->RestState();
+  start.x = ApplyStartShape(model->mesh, DrapeDiscs().support,
+                            RandomStartShape(static_cast<uint64_t>(seed), kHemRms));
+  const auto backend = MakeCpuBackend(model, 1);
+  const SettledDrape drape =
+      std::move(Settle(*backend, fabric, {&start, 1}, {.steps = {.h = 0.1}}).front());
+  if (!drape.IsUsable(SolveMode::kStatic))
+    throw InputError("twin_seed", std::to_string(seed) +
+                                      " gives a twin that does not come to rest, expected another");
+  return Rasterize(model->mesh, drape.rest.x, Camera(), kSupersample);
+}
+
+// Their silhouettes are OUT/twins/<fabric>_<seed>.png, written unless the cells are only listed.
+std::vector<Image> ListTwins(const OptimiserStudyOptions& options) {
+  std::vector<Image> twins;
+  int seed = options.twin_seed;
+  for (const std::string& file : options.twins) {
+    const MaterialField fabric = ReadMaterial(file).field;
+    Image twin{MaterialLabel(file) + "_" + std::to_string(seed), {}, true};
+    const std::string folder = options.study.out + "/twins";
+    twin.data.images = {folder + "/" + twin.name + ".png"};
+    twin.data.material = options.material;
+    twin.data.density = fabric.density;
+    CheckNameLength(file, twin.name + ".png");
+    if (!options.study.list) {
+      fs::create_directories(folder);
+      WritePng(TwinImage(options, fabric, seed), twin.data.images.front());
+    }
+    twins.push_back(std::move(twin));
+    ++seed;
+  }
+  return twins;
+}
+
+std::vector<Image> ListSilhouettes(const OptimiserStudyOptions& options) {
+  std::vector<std::string> files;
+  for (const std::string& text : options.images)
+    for (std::string& file : ExpandImages(text)) files.push_back(std::move(file));
+  const std::vector<std::string>& materials = options.image_materials;
+  if (!files.empty() && materials.size() != 1 && materials.size() != files.size())
+    throw InputError("image_materials", "found " + std::to_string(materials.size()) +
+                                            ", expected one for all or one for each of the " +
+                                            std::to_string(files.size()) + " images");
+  std::vector<Image> images;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    Image image{fs::path(files[i]).stem().string(), {}};
+    image.data.images = {files[i]};
+    image.data.material = materials[materials.size() == 1 ? 0 : i];
+    images.push_back(std::move(image));
+  }
+  return images;
+}
+
+// Reads what the problems are made of, before a folder is made for them.
+void CheckFiles(const OptimiserStudyOptions& options, const std::vector<Image>& silhouettes) {
+  for (const Image& image : silhouettes) {
+    ReadImageObservation(image.data.images.front(), options.spec.observation);
+    ReadMaterial(image.data.material, {NegativeEntries::kWarn});
+  }
+  for (const std::string& twin : options.twins) ReadMaterial(twin);
+  if (!options.twins.empty()) ReadMaterial(options.material, {NegativeEntries::kWarn});
+  for (const std::string& mesh : {options.twin_mesh, options.mesh, options.coarse_mesh})
+    ParseMeshSpec(mesh);
+}
+
+FitSpec MakeSpec(const OptimiserStudyOptions& options, const Image& image) {
+  FitSpec spec = options.spec;
+  if (image.is_twin) spec.observation.camera = {};  // the one that rendered it
+  spec.mesh = options.mesh;
+  spec.search_mesh = options.mesh;  // the race itself is on one mesh
+  spec.coarse_mesh = options.coarse_mesh;
+  spec.simpler_models = false;
+  spec.stages.candidates_per_round = {1};
+  spec.stages.iterations = {0};
+  spec.stages.parameters = ParameterTying::kScales;
+  return spec;
+}
+
+// An image with the initial guess that all methods start from, found when it is first needed.
+class Problem {
+ public:
+  Problem(const OptimiserStudyOptions& options, const Image& image)
+      : options_(options),
+        spec_(MakeSpec(options, image)),
+        input_(ReadFitInput(spec_, image.data)),
+        key_(json::parse(CheckpointKey(spec_, image.data, input_))) {
+    key_.erase("material");  // a path
+  }
+
+  const json& key() const { return key_; }
+
+  // Nothing when it was cancelled.
+  std::optional<json> Run(const Job& job, const std::atomic<bool>* cancel) {
+    if (!FindStart(cancel)) return std::nullopt;
+    if (!start_->valid()) return json{{"failure", "no initial guess comes to rest"}};
+    const std::unique_ptr<Backend> backend = MakeCpuBackend(input_.fine.model, 1);
+    const TableParametrisation parametrisation(start_->base, FreeNumbers(job.parameters));
+    DrapeFunction function(
+        backend.get(), &parametrisation, &input_.problem.observations, AtRest(start_->shapes),
+        CandidateFitter(input_.problem, spec_.stages, *backend, cancel, 0).MakeResidualOptions(),
+        spec_.stages.prior_sigma,
+        FindOptimiser(job.method).derivatives ? BranchRule::kFollow : BranchRule::kAny);
+    OptimiserOptions optimiser = options_.optimiser;
+    optimiser.published_rates = PublishedAdamRates(parametrisation.base(), parametrisation.tie());
+    optimiser.seed = job.seed;
+    optimiser.cancel = cancel;
+    const OptimiserRun run = RunOptimiser(job.method, function, optimiser);
+    if (run.cancelled) return std::nullopt;
+    json result = ToJson(run);
+    if (function.best_shapes().empty()) return result;
+    result.update(
+        Recheck(*backend, parametrisation.Material(run.theta), function.best_shapes().front()));
+    return result;
+  }
+
+ private:
+  // False when it was cancelled.
+  bool FindStart(const std::atomic<bool>* cancel) {
+    const std::scoped_lock lock(mutex_);
+    if (start_) return true;
+    StagedFitControl control;
+    control.cancel = cancel;
+    const StagedFitState state = RunStagedFit(input_.problem, spec_.stages, {}, control);
+    if (cancel != nullptr && cancel->load()) return false;
+    const FitCandidate* best = Best(state);
+    start_ = best == nullptr ? FitCandidate() : *best;
+    return true;
+  }
+
+  static json ToJson(const OptimiserRun& run) {
+    json trace = json::array();
+    for (const TracePoint& point : run.trace)
+      trace.push_back({point.spent, point.seconds, point.cost});
+    return {{"end", run.end},
+            {"trace", trace},
+            {"theta", std::vector<double>(run.theta.begin(), run.theta.end())},
+            {"spent", run.spent},
+            {"cpu_s", run.seconds},
+            {"jacobian_cpu_s", run.jacobian_seconds},
+            {"function_cpu_s", run.function_seconds},
+            {"evaluations", run.evaluations},
+            {"jacobians", run.jacobians},
+            {"failed", run.failed}};
+  }
+
+  double RmsPx(const Eigen::VectorXd& x) const {
+    return OutlineRms(input_.fine.model->mesh, x, input_.problem.observations.front())
+        .value_or(std::numeric_limits<double>::infinity());
+  }
+
+  // What the drape of least cost is: its outline error, also where it comes to rest when nudged,
+  // its stiffness, and its coordinates in micrometres.
+  json Recheck(Backend& backend, const MaterialField& material,
+               const Eigen::VectorXd& shape) const {
+    constexpr double kMicrometre = 1e-6;
+    StepSolver solver(input_.fine.model);
+    const Eigen::VectorXd lowest = LowestEigenvalues(solver, material, shape, 1);
+    const NudgedDrape nudged = Nudge(backend, material, shape, {});
+    std::vector<int> coordinates;
+    for (const double x : shape)
+      coordinates.push_back(static_cast<int>(std::lround(x / kMicrometre)));
+    return {{"rms_px", RmsPx(shape)},
+            {"settled_rms_px", RmsPx(nudged.x)},
+            {"drift_m", nudged.drift},
+            {"coupling", LargestSquaredCoupling(material.stretch.front())},
+            {"lowest_eigenvalue", lowest.size() > 0 ? lowest[0] : 0.0},
+            {"shape_um", coordinates}};
+  }
+
+  const OptimiserStudyOptions& options_;
+  const FitSpec spec_;
+  const FitInput input_;
+  json key_;
+  std::mutex mutex_;
+  std::optional<FitCandidate> start_;  // without shapes where no guess settles into a stable drape
+};
+
+}  // namespace
+
+Study MakeOptimiserStudy(const OptimiserStudyOptions& options) {
+  CheckOptions(options);
+  CheckShare(options.study);
+  const std::vector<Job> jobs = ListJobs(options);
+  std::vector<Image> silhouettes = ListSilhouettes(options);
+  CheckFiles(options, silhouettes);
+  std::vector<Image> images = ListTwins(options);
+  images.insert(images.end(), silhouettes.begin(), silhouettes.end());
+  Study study;
+  study.name = "compare_optimisers";
+  study.settings = {{"budget_rollouts", options.optimiser.budget},
+                    {"jacobian_cost_units", options.optimiser.jacobian_cost_units}};
+  const auto problems = std::make_shared<std::vector<std::unique_ptr<Problem>>>();
+  std::set<std::string> names;
+  for (const Image& image : images) {
+    if (!names.insert(image.name).second)
+      throw InputError(
+          "images", "a second problem of the name '" + image.name + "', expected distinct names");
+    StudyCell cell;
+    if (!options.study.list) {
+      cell = CheckedCell(image.name, {},
+                         [&] { problems->push_back(std::make_unique<Problem>(options, image)); });
+      cell.input = {{"fit", Sha256(problems->back()->key().dump())}};
+    }
+    for (const Job& job : jobs) {
+      cell.name = RunName(image, job);
+      cell.input["problem"] = image.name + "_" + std::to_string(job.parameters);
+      cell.input["num_parameters"] = job.parameters;
+      cell.input["method"] = job.method;
+      cell.input["seed"] = job.seed;
+      study.cells.push_back(cell);
+    }
+  }
+  study.run = [problems, jobs](std::size_t cell, const RunControl& control) {
+    return (*problems)[cell / jobs.size()]->Run(jobs[cell % jobs.size()], control.cancel);
+  };
+  return study;
+}
+
+Eigen::VectorXd PublishedAdamRates(const MaterialField& material, const Eigen::MatrixXd& tie) {
+  constexpr double kStretchRate = 1e-14, kBendRate = 3e-6;
+  Eigen::VectorXd rates = Eigen::VectorXd::Zero(tie.cols());
+  for (Eigen::Index i = 0; i < tie.cols(); ++i) {
+    double entries = 0.0, rate = 0.0;
+    for (int entry = 0; entry < kMaterialEntries; ++entry) {
+      const bool stretch = entry < kStretchEntries;
+      const double value = stretch ? material.stretch[0].entries()[entry]
+                                   : material.bend[0].entries()[entry - kStretchEntries];
+      entries += tie(entry, i) * value;
+      rate += tie(entry, i) * (stretch ? kStretchRate : kBendRate);
+    }
+    rates[i] = rate / entries;
+  }
+  return rates;
+}
+
+}  // namespace drape

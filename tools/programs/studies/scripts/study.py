@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What all scripts of studies share: reading OUT/<study>.json, and writing tables and charts.
+
+A script calls main(draw, "<study>"), where draw(study) gets a Study. Its files are written to the
+folder of the study; what it prints is what the program says.
+"""
+
+import csv
+import json
+import math
+import pathlib
+import sys
+
+try:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    matplotlib.rcParams.update(
+        {
+            "svg.hashsalt": "drapefit",  # the same file for the same numbers
+            "svg.fonttype": "none",
+            "font.size": 10,
+            "figure.dpi": 100,
+            "axes.grid": True,
+            "axes.axisbelow": True,
+            "grid.color": "#dddddd",
+            "legend.frameon": False,
+            "figure.constrained_layout.use": True,
+        }
+    )
+    import matplotlib.pyplot as pyplot
+except ImportError:
+    pyplot = None
+
+COLOURS = ["#1f77b4", "#d62728", "#2ca02c", "#9467bd", "#ff7f0e", "#8c564b", "#17becf", "#7f7f7f"]
+MARKERS = ["o", "s", "^", "D", "v", "p", "P", "X"]
+
+
+class Study:
+    """A folder with <study>.json, whose members are the items of this object."""
+
+    def __init__(self, folder, name):
+        self.folder = pathlib.Path(folder)
+        self.json = json.loads((self.folder / (name + ".json")).read_text(encoding="utf-8"))
+
+    def __getitem__(self, key):
+        return self.json[key]
+
+    def results(self):
+        """The results of the cells that have one, each with the cell's "name" and "input"."""
+        return [
+            {"name": cell["name"], "input": cell["input"], **cell["result"]}
+            for cell in self.json["cells"]
+            if cell["result"] is not None
+        ]
+
+    def write(self, name, text):
+        (self.folder / name).write_text(text, encoding="utf-8")
+
+    def write_csv(self, name, header, rows):
+        with open(self.folder / name, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(header)
+            writer.writerows([["" if cell is None else cell for cell in row] for row in rows])
+
+    def save(self, figure, name):
+        """Writes NAME.svg and NAME.png."""
+        figure.savefig(self.folder / (name + ".svg"), metadata={"Date": None})
+        figure.savefig(self.folder / (name + ".png"), metadata={"Software": None})
+        pyplot.close(figure)
+
+
+def number(value, digits=3):
+    """A number with so many significant digits, or "-"."""
+    if value is None or not math.isfinite(value):
+        return "-"
+    return f"{value:.{digits}g}"
+
+
+def aligned(header, rows):
+    """A table for a terminal: the first column to the left, the others to the right."""
+    lines = [[str(cell) for cell in line] for line in [header, *rows]]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
+    return "".join(
+        "  ".join(
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(line, widths))
+        ).rstrip()
+        + "\n"
+        for line in lines
+    )
+
+
+def markdown(header, rows):
+    """A table of Markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "".join("| " + " | ".join(str(cell) for cell in line) + " |\n" for line in lines)
+
+
+def main(draw, name):
+    """Calls draw(study) for the folder of the command line."""
+    if len(sys.argv) != 2:
+        sys.exit(f"usage: {name}.py FOLDER, which has {name}.json")
+    draw(Study(sys.argv[1], name))
+    if pyplot is None:
+        print("no pictures: python3-matplotlib is not installed")

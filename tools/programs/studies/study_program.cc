@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/programs/studies/study_program.h"
+
+#include <filesystem>
+#include <system_error>
+
+#include "physics/util/child_process.h"
+#include "physics/util/errors.h"
+#include "tools/cli/output_folder.h"
+#include "tools/cli/provenance.h"
+#include "tools/inputs/common_options.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+}  // namespace
+
+fs::path FindStudyScript(const std::string& name) {
+  std::error_code ignored;
+  const fs::path programs = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  const fs::path file = name + ".py";
+  const fs::path installed = programs.parent_path() / "share/drapefit/studies" / file;
+  if (fs::exists(installed, ignored)) return installed;
+  for (fs::path folder = programs; folder.has_relative_path(); folder = folder.parent_path())
+    if (const fs::path source = folder / "tools/programs/studies/scripts" / file;
+        fs::exists(source, ignored))
+      return source;
+  return {};
+}
+
+std::vector<std::string> StudyScriptCommand(const std::string& name) {
+  const fs::path debian = "/usr/bin/python3";
+  std::error_code ignored;
+  return {fs::exists(debian, ignored) ? debian.string() : "python3", "-B",
+          FindStudyScript(name).string()};
+}
+
+namespace {
+
+std::string LastLine(const std::string& text) {
+  const std::size_t end = text.find_last_not_of('\n');
+  if (end == std::string::npos) return "without a message";
+  const std::size_t begin = text.rfind('\n', end);
+  return text.substr(begin == std::string::npos ? 0 : begin + 1, end - begin);
+}
+
+}  // namespace
+
+std::vector<Option> StudyOptionList(StudyOptions& options) {
+  return Concatenate(
+      std::vector<Option>{OutOption(options.out)},
+      OfOneRun({
+          {.key = "list",
+           .value = &options.list,
+           .doc = "print the names of the independent runs (cells) in their order, and end"},
+          {.key = "share",
+           .value = &options.share,
+           .doc = "i/n: run only the cells k with k mod n = i and write no tables, beside "
+                  "processes with other shares of the same --out; without it, finished cells are "
+                  "kept and the missing ones run"},
+      }));
+}
+
+ordered_json SummariseCells(const Study& study, const StudyResult& result) {
+  ordered_json json = {{"study", study.name},
+                       {"outcome", result.cancelled ? "cancelled" : "done"},
+                       {"settings", study.settings}};
+  json["cells"] = ordered_json::array();
+  for (std::size_t k = 0; k < study.cells.size(); ++k) {
+    ordered_json cell = {{"name", study.cells[k].name}, {"input", study.cells[k].input}};
+    cell["result"] = result.results[k] ? ordered_json(*result.results[k]) : ordered_json();
+    json["cells"].push_back(std::move(cell));
+  }
+  return json;
+}
+
+ToolOutcome RunStudyProgram(const Study& study, const StudyOptions& options,
+                            const SummariseStudy& summarise, const RunControl& control) {
+  CheckShare(options);
+  if (options.list) return {.text = RunStudy(study, options, control).text};
+  const bool is_share = !options.share.empty();
+  const std::string file = study.name + ".json";
+  const OutputFolder out(options.out, {file},
+                         is_share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
+  if (!is_share) RemoveTemporaries(options.out + "/cells");
+  const StudyResult result = RunStudy(study, options, control);
+  if (is_share) return {.text = result.text, .cancelled = result.cancelled};
+  WriteWithProvenance(out.Staged(file), summarise(result));
+  ToolOutcome outcome{.cancelled = result.cancelled};
+  if (!result.cancelled) outcome.text = RunStudyScript(study.name, out.Staged(""));
+  out.Publish();
+  return outcome;
+}
+
+std::string RunStudyScript(const std::string& name, const std::string& folder) {
+  const std::string missing = "no tables and pictures: ";
+  std::vector<std::string> command = StudyScriptCommand(name);
+  if (command.back().empty()) return missing + name + ".py is not installed\n";
+  command.push_back(folder);
+  try {
+    const ProgramResult run = RunProgram(command, "");
+    return run.status == 0 ? run.output : missing + LastLine(run.errors) + "\n";
+  } catch (const InputError& error) {
+    return missing + error.what() + "\n";
+  }
+}
+
+}  // namespace drape

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "physics/util/run_control.h"
+#include "solver/studies/runner/study.h"
+#include "tools/cli/option_table.h"
+#include "tools/cli/tool_main.h"
+
+namespace drape {
+
+// How a program becomes a study: its options hold a StudyOptions, whose rows are
+// StudyOptionList; its run makes a Study and calls RunStudyProgram, which does the rest. The
+// program writes numbers; tables and pictures are made of them by scripts/<study>.py, which the
+// program starts at its end and which anyone can start again:
+//   python3 tools/programs/studies/scripts/<study>.py OUT
+// A script begins with `from study import …` (scripts/study.py): it reads OUT/<study>.json, writes
+// its files to OUT, and prints what the program is to say.
+
+// Where the script of that name is: share/drapefit/studies beside the installed programs, or the
+// source tree above the build folder. Empty: nowhere.
+std::filesystem::path FindStudyScript(const std::string& name);
+// What starts it: Debian's python3, which has numpy and matplotlib, or else the first of PATH.
+std::vector<std::string> StudyScriptCommand(const std::string& name);
+
+// --out, --list and --share.
+std::vector<Option> StudyOptionList(StudyOptions& options);
+
+// The file OUT/<study>.json without its provenance, once the cells have ended; of a study that was
+// cancelled some have no result.
+using SummariseStudy = std::function<nlohmann::ordered_json(const StudyResult& result)>;
+
+// {"study", "outcome", "settings", "cells": [{"name", "input", "result"}, …]}.
+nlohmann::ordered_json SummariseCells(const Study& study, const StudyResult& result);
+
+// Lists the cells, runs a share, or runs all, writes <study>.json, and starts the script. Throws
+// InputError and IoError; earlier files are unchanged then.
+ToolOutcome RunStudyProgram(const Study& study, const StudyOptions& options,
+                            const SummariseStudy& summarise, const RunControl& control);
+
+// Starts scripts/<name>.py for a folder and returns what it prints, or why it did not, with an end
+// of line. `folder` is where <name>.json was staged.
+std::string RunStudyScript(const std::string& name, const std::string& folder);
+
+}  // namespace drape
