@@ -144,13 +144,25 @@ std::vector<Tampered> TamperTable(const std::string& text, uint64_t seed) {
   return all;
 }
 
+// The name of the first file in a folder, in the order of the names.
+std::string FirstFile(const std::string& folder) {
+  std::string first;
+  for (const fs::directory_entry& file : fs::directory_iterator(folder)) {
+    const std::string name = file.path().filename().string();
+    if (first.empty() || name < first) first = name;
+  }
+  return first;
+}
+
 }  // namespace
 
 void AttackStored(Campaign* campaign) {
   std::vector<Attack> attacks;
   for (const ResumableRun& run : ResumableRuns()) {
     const StoredFolder stored = MakeStored(*campaign, run);
-    for (const std::string& file : run.stored) {
+    for (const std::string& named : run.stored) {
+      const std::string file =
+          named.ends_with("/") ? named + FirstFile(stored.folder + "/" + named) : named;
       const std::string text = ReadText(stored.folder + "/" + file);
       const bool is_table = fs::path(file).extension() == ".csv";
       // A table has no checksum: its numbers are believed.

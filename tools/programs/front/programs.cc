@@ -54,7 +54,7 @@ constexpr Program kPrograms[] = {
     {"validate", kScene, "compare simulated stiffness with textbook solutions", ValidateMain},
     {"bench", kStudies, "measure cost and error over lists of settings", BenchMain},
     {"speed", kStudies, "time a simulation step beside published times", SpeedMain},
-    {"stability", kStudies, "map where solvers and contact succeed and fail", StabilityMain},
+    {"stability", kStudies, "map where solvers of a drape succeed and fail", StabilityMain},
     {"gradients", kStudies, "show where gradients of a drape fail", GradientsMain},
     {"compare_optimisers", kStudies, "compare optimisers at equal cost, start and budget",
      CompareOptimisersMain}};

@@ -92,7 +92,7 @@ std::string RunStudyScript(const std::string& name, const std::string& folder) {
   if (script.empty()) return missing + name + ".py is not installed\n";
   try {
     const ProgramResult run = RunProgram({"python3", "-B", script.string(), folder}, "");
-    return run.status == 0 ? run.output : missing + LastLine(run.errors) + "\n";
+    return run.output + (run.status == 0 ? "" : missing + LastLine(run.errors) + "\n");
   } catch (const InputError& error) {
     return missing + error.what() + "\n";
   }
