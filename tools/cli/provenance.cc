@@ -142,7 +142,7 @@ ordered_json FilesJson(const std::set<InputFile>& files) {
 // the latest of them has left.
 ordered_json ContinuedRuns(const OptionTable& table, const std::string& out) {
   ordered_json runs = ordered_json::array();
-  for (const char* name : {"summary.json", "bench.json", "findings.json"}) try {
+  for (const char* name : {"summary.json", "bench.json"}) try {
       const std::string path = out + "/" + name;
       if (!fs::exists(path)) continue;
       const nlohmann::json summary = ParseJson(ReadOwnFile(path), path);

@@ -11,7 +11,6 @@
 #include "physics/simulation/rollout.h"
 #include "physics/util/math/random.h"
 #include "solver/forward/branch.h"
-#include "solver/studies/stability/contact/contact_run.h"
 #include "solver/studies/stability/methods/projected_newton.h"
 #include "solver/studies/stability/methods/slivers.h"
 
@@ -183,7 +182,7 @@ const Eigen::VectorXd& StabilityRunner::ReferenceShape(const StabilityCase& run)
   Reference* reference = nullptr;
   {
     const std::lock_guard lock(mutex_);
-    std::unique_ptr<Reference>& slot = references_[StabilityInputs(clean)];
+    std::unique_ptr<Reference>& slot = references_[CaseName(clean)];
     if (!slot) slot = std::make_unique<Reference>();
     reference = slot.get();
   }
@@ -191,28 +190,8 @@ const Eigen::VectorXd& StabilityRunner::ReferenceShape(const StabilityCase& run)
   return reference->x;
 }
 
-void StabilityRunner::Check(const StabilityCase& run) const {
-  if (!IsOfContact(run.scenario)) MakeScene(run);
-}
-
-std::optional<StabilityRun> StabilityRunner::RunOfContact(const StabilityCase& run,
-                                                          const std::atomic<bool>& cancel) const {
-  const Clock clock;
-  const std::optional<ContactRun> end =
-      RunContact(run, setting_.material,
-                 {.max_steps = setting_.max_steps, .max_seconds = setting_.max_seconds}, cancel);
-  if (!end) return std::nullopt;
-  return StabilityRun{.outcome = end->outcome,
-                      .steps = end->steps,
-                      .seconds = clock.Seconds(),
-                      .residual = {},
-                      .speed = end->speed,
-                      .distance = end->distance};
-}
-
 std::optional<StabilityRun> StabilityRunner::Run(const StabilityCase& run,
                                                  const std::atomic<bool>& cancel) {
-  if (IsOfContact(run.scenario)) return RunOfContact(run, cancel);
   const StabilityScene scene = MakeScene(run);
   const Eigen::VectorXd& reference = ReferenceShape(run);
   Course course{setting_, cancel};

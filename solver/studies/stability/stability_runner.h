@@ -37,8 +37,7 @@ struct StabilityRun {
   // Absent where the end is not finite, and the distance also where no reference drape was found.
   std::optional<double> residual;  // ‖f‖ by weight
   std::optional<double> speed;     // [m/s]
-  // Of the reference drape [m], VertexDistance; of a scenario of contact, ContactRun::distance.
-  std::optional<double> distance;
+  std::optional<double> distance;  // to the reference drape [m], VertexDistance
 };
 
 // A cloth as a case of the drape test has it.
@@ -64,16 +63,10 @@ class StabilityRunner {
   // once for all cases that share it.
   const Eigen::VectorXd& ReferenceShape(const StabilityCase& run);
 
-  // Throws what the scene of the case throws.
-  void Check(const StabilityCase& run) const;
-
-  // None when `cancel` turned true on the way. Throws InputError where a scene cannot be made.
+  // Returns nothing when `cancel` turned true. Throws InputError where a scene cannot be made.
   std::optional<StabilityRun> Run(const StabilityCase& run, const std::atomic<bool>& cancel);
 
  private:
-  std::optional<StabilityRun> RunOfContact(const StabilityCase& run,
-                                           const std::atomic<bool>& cancel) const;
-
   struct Reference {
     std::once_flag once;
     Eigen::VectorXd x;

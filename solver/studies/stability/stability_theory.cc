@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
-#include <utility>
 
 #include "physics/simulation/statics/modes.h"
 
@@ -55,21 +53,6 @@ ExplicitLimit MeasureLimit(const StabilityRunner& runner, StabilityCase run, int
   }
   limit.measured = std::sqrt(low * high);
   return limit;
-}
-
-std::vector<ExplicitLimit> MeasureLimits(const StabilityRunner& runner,
-                                         const std::vector<StabilityCase>& runs, int threads) {
-  std::vector<ExplicitLimit> limits(runs.size());
-  std::exception_ptr error;
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-  for (int i = 0; i < static_cast<int>(runs.size()); ++i) try {
-      limits[i] = MeasureLimit(runner, runs[i]);
-    } catch (...) {
-#pragma omp critical(drape_stability_limits)
-      error = std::current_exception();
-    }
-  if (error) std::rethrow_exception(error);
-  return limits;
 }
 
 std::optional<StepDamping> MeasureDamping(StabilityRunner& runner, const StabilityCase& run,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <vector>
 
 #include "solver/studies/stability/stability_runner.h"
 
@@ -18,10 +17,6 @@ struct ExplicitLimit {
   std::optional<double> measured;
 };
 ExplicitLimit MeasureLimit(const StabilityRunner& runner, StabilityCase run, int steps = 1500);
-// Of many cases, in their order, on `threads` threads. Throws InputError where a scene cannot be
-// made.
-std::vector<ExplicitLimit> MeasureLimits(const StabilityRunner& runner,
-                                         const std::vector<StabilityCase>& runs, int threads);
 
 // By how much a step of an implicit method shrinks a small vibration about the drape at rest, in
 // the norm of its energy: mode number `mode` of LowestModes, followed for some steps. Implicit

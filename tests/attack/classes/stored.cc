@@ -144,12 +144,14 @@ std::vector<Tampered> TamperTable(const std::string& text, uint64_t seed) {
   return all;
 }
 
-// The first name in a sub-folder, such as that of a cell, after its hash.
-std::string FirstFile(const std::string& folder, const std::string& sub) {
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder + "/" + sub))
-    names.push_back(sub + entry.path().filename().string());
-  return *std::min_element(names.begin(), names.end());
+// The name of the first file in a folder, in the order of the names.
+std::string FirstFile(const std::string& folder) {
+  std::string first;
+  for (const fs::directory_entry& file : fs::directory_iterator(folder)) {
+    const std::string name = file.path().filename().string();
+    if (first.empty() || name < first) first = name;
+  }
+  return first;
 }
 
 }  // namespace
@@ -158,8 +160,9 @@ void AttackStored(Campaign* campaign) {
   std::vector<Attack> attacks;
   for (const ResumableRun& run : ResumableRuns()) {
     const StoredFolder stored = MakeStored(*campaign, run);
-    for (const std::string& name : run.stored) {
-      const std::string file = name.ends_with("/") ? FirstFile(stored.folder, name) : name;
+    for (const std::string& named : run.stored) {
+      const std::string file =
+          named.ends_with("/") ? named + FirstFile(stored.folder + "/" + named) : named;
       const std::string text = ReadText(stored.folder + "/" + file);
       const bool is_table = fs::path(file).extension() == ".csv";
       // A table has no checksum: its numbers are believed.

@@ -155,7 +155,7 @@ std::vector<Prepared> PreparedFolders() {
   std::vector<Prepared> all;
   for (const char* name :
        {"summary.json", "fit.log", "drape.obj", "silhouette.png", "material.json", "runs.csv",
-        "findings.json", "checkpoint.json", "metrics.json", "settings.json", "bench.json"}) {
+        "stability.json", "checkpoint.json", "metrics.json", "settings.json", "bench.json"}) {
     all.push_back({std::string("link ") + name, link(name, "../in/victim.txt")});
     all.push_back({std::string("link to nothing ") + name, link(name, "../in/PLANTED")});
     all.push_back({std::string("folder ") + name, folder(name)});

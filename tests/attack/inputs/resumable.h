@@ -11,8 +11,8 @@ struct ResumableRun {
   std::string name;
   std::vector<std::string> command;  // writes to "out"; a second or two
   std::string resume = {};           // the option that continues; empty: the same command does
-  std::vector<std::string> stored;   // files of its own that it reads back, below "out";
-                                     // "cells/": the first of that folder
+  std::vector<std::string> stored;   // files of its own that it reads back, below "out"; "cells/":
+                                     // a file in this folder
 };
 const std::vector<ResumableRun>& ResumableRuns();
 

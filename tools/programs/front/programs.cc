@@ -52,7 +52,7 @@ constexpr Program kPrograms[] = {
     {"check", kScene, "check forces, energies and derivatives of a scene", CheckMain},
     {"bench", kStudies, "measure cost and error over lists of settings", BenchMain},
     {"speed", kStudies, "time a simulation step beside published times", SpeedMain},
-    {"stability", kStudies, "map where solvers and contact succeed and fail", StabilityMain},
+    {"stability", kStudies, "map where solvers of a drape succeed and fail", StabilityMain},
     {"gradients", kStudies, "show where gradients of a drape fail", GradientsMain},
     {"compare_optimisers", kStudies, "compare optimisers at equal cost, start and budget",
      CompareOptimisersMain}};

@@ -102,7 +102,7 @@ std::string RunStudyScript(const std::string& name, const std::string& folder) {
   command.push_back(folder);
   try {
     const ProgramResult run = RunProgram(command, "");
-    return run.status == 0 ? run.output : missing + LastLine(run.errors) + "\n";
+    return run.output + (run.status == 0 ? "" : missing + LastLine(run.errors) + "\n");
   } catch (const InputError& error) {
     return missing + error.what() + "\n";
   }

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <sstream>
 
-#include "physics/material/laws/law.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 
@@ -80,13 +79,12 @@ void ParseSetting(const std::string& text, const std::string& where, StabilityMa
     throw InputError(where, "found '" + text + "', expected axis=values");
   const std::string name = text.substr(0, equals), value = text.substr(equals + 1);
   if (name == "law") {
-    MakeLaw(value);
-    map.base.law = value;
+    map.base.law = ParseName<LawKind>(value, where);
     map.name += "-" + value;
     return;
   }
   if (name == "scenario") {
-    map.base.scenario = ParseStabilityScenario(value, where);
+    map.base.scenario = ParseName<StabilityScenario>(value, where);
     map.name += "-" + value;
     return;
   }
@@ -101,25 +99,6 @@ void ParseSetting(const std::string& text, const std::string& where, StabilityMa
   if (map.axis[k] != nullptr) throw InputError(where, "found a third axis, '" + name + "'");
   map.axis[k] = &axis;
   map.values[k] = values;
-}
-
-// Whether the method can do what the scenario asks.
-void CheckMethod(const StabilityCase& run, const std::string& where) {
-  using Scenario = StabilityScenario;
-  std::string expected;
-  if (run.scenario == Scenario::kSheets)
-    expected = "implicit, step";
-  else if (run.scenario == Scenario::kPinch)
-    expected = "implicit, penalty";
-  else if (IsOfContact(run.scenario))
-    expected = "implicit, penalty, step";
-  else if (run.method == StabilityMethod::kPenalty)
-    throw InputError(where, "penalty is a method of scenarios of contact");
-  if (!expected.empty() &&
-      (", " + expected + ",").find(std::string(", ") + ToString(run.method) + ",") ==
-          std::string::npos)
-    throw InputError(where, std::string("found '") + ToString(run.method) + "', of scenario " +
-                                ToString(run.scenario) + " expected one of " + expected);
 }
 
 }  // namespace
@@ -152,8 +131,7 @@ std::vector<StabilityMap> ParseStabilityMaps(const std::string& line, const std:
   std::vector<StabilityMap> maps;
   for (const std::string& method : Split(methods, '+')) {
     maps.push_back(map);
-    maps.back().base.method = ParseStabilityMethod(method, place);
-    CheckMethod(maps.back().base, place);
+    maps.back().base.method = ParseName<StabilityMethod>(method, place);
     maps.back().name = method + "-" + map.axis[0]->name + "-" + map.axis[1]->name + map.name;
   }
   return maps;

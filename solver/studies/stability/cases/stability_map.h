@@ -10,7 +10,7 @@ namespace drape {
 
 // A method over two axes.
 struct StabilityMap {
-  std::string name;  // of its files: "explicit-h-stiffness", then what is set besides
+  std::string name;  // of its files: "explicit-time_step-stiffness", then what is set besides
   StabilityCase base;
   const StabilityAxis* axis[2] = {};  // across, up
   std::vector<double> values[2];      // ascending
@@ -21,17 +21,10 @@ struct StabilityMap {
 };
 
 // One map for each method that a line names:
-//   "step+implicit h=1e-4:0.5:9 stiffness=1e-3:1e3:7 density=0.1 law=reference"
+//   "step+implicit time_step=1e-4:0.5:9 stiffness=1e-3:1e3:7 density=0.1 law=reference"
 // Values are a list "0/0.1/0.2", or "from:to:count", evenly spaced by ratio. Two axes have more
 // than one value, the first is across; the others are set. Throws InputError, starting with
 // `where`.
 std::vector<StabilityMap> ParseStabilityMaps(const std::string& line, const std::string& where);
-
-// Points of a line over a map: y where x is the axis' value; both in the units of the axes.
-struct StabilityLine {
-  std::string title;
-  std::vector<double> x, y;
-};
-inline constexpr int kNoRun = -1;  // among the outcomes of a map
 
 }  // namespace drape

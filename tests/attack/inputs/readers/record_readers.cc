@@ -14,7 +14,6 @@
 #include "solver/studies/optimisers/drape_function.h"
 #include "solver/studies/optimisers/methods/optimiser.h"
 #include "solver/studies/optimisers/optimiser_record.h"
-#include "solver/studies/stability/stability_survey.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
 #include "tests/solver/fake_fit.h"
@@ -141,33 +140,12 @@ Reader MakeBenchTable(const std::string& scratch) {
           .is_json = false};
 }
 
-Reader MakeStabilityTable(const std::string& scratch) {
-  const std::string path = scratch + "stability.csv";
-  StabilityRuns runs;
-  for (const double h : {0.1, 0.2, 0.4}) {
-    StabilityCase run;
-    run.h = h;
-    runs[StabilityInputs(run)] = {};
-  }
-  WriteStabilityRuns(path, "shared", runs);
-  return {.name = "runs of drape_stability",
-          .file = "stability.csv",
-          .content = ReadText(path),
-          .read =
-              [](const std::string& from) {
-                ReadStabilityRuns(from, "shared");
-                return std::string();
-              },
-          .is_json = false};
-}
-
 }  // namespace
 
 std::vector<Reader> MakeRecordReaders(const std::string& scratch) {
   std::vector<Reader> readers = MakeCheckpointReaders(scratch);
   for (Reader& reader : MakeBenchmarkReaders(scratch)) readers.push_back(std::move(reader));
   readers.push_back(MakeBenchTable(scratch));
-  readers.push_back(MakeStabilityTable(scratch));
   return readers;
 }
 

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stability atlas: its rules on made-up states, its maps and files, and boundaries of it that
+// The stability atlas: its rules on made-up states, its maps and cells, and boundaries of it that
 // are known to stand where they do.
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
-#include "solver/studies/stability/stability_picture.h"
-#include "solver/studies/stability/stability_survey.h"
+#include "solver/studies/stability/stability_study.h"
 #include "solver/studies/stability/stability_theory.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
@@ -199,7 +197,7 @@ TEST(StabilityMaps, ALineIsAMapForEachMethod) {
   ASSERT_EQ(maps[1].Cases().size(), 9u);
   const StabilityCase run = maps[1].Cases()[5];
   EXPECT_EQ(run, (StabilityCase{.method = Method::kImplicit,
-                                .law = "reference",
+                                .law = LawKind::kReference,
                                 .h = 1.0,
                                 .density = 0.1,
                                 .tangle = 0.1}));
@@ -223,80 +221,47 @@ TEST(StabilityMaps, MistakesAreNamed) {
   EXPECT_INPUT_ERROR(parse("step time_step=0.1/1 bend=1/2 stretch=1/2"), "third axis");
   EXPECT_INPUT_ERROR(parse("step h bend=1/2"), "expected axis=values");
   EXPECT_INPUT_ERROR(parse("step time_step=0.1/1 bend=1/2 law=soft"),
-                     "expected reference or smooth");
+                     "expected one of reference, smooth");
 }
 
-class SurveyTest : public FileFixture {
- protected:
-  bool Survey(StabilityRuns& runs) {
-    return SurveyStability(runner_, maps_, 2, Path("runs.csv"), {&cancel_, nullptr}, runs);
-  }
-
-  std::atomic<bool> cancel_ = false;
-  StabilityRunner runner_{FeltSetting()};
-  std::vector<StabilityMap> maps_ =
-      ParseStabilityMaps("step time_step=0.1/0.2 stretch=1/2/1e6", "maps");
-};
-
-TEST_F(SurveyTest, IsResumedFromWhatIsOnDisk) {
-  StabilityRuns runs;
-  WriteStabilityRuns(Path("runs.csv"), "a", runs);
-  ASSERT_TRUE(Survey(runs));
-  ASSERT_EQ(runs.size(), 6u);
-  const std::string whole = Read(Path("runs.csv"));
-  StabilityRuns read = ReadStabilityRuns(Path("runs.csv"), "a");
-  ASSERT_EQ(read.size(), 6u);
-  for (const auto& [inputs, run] : runs) {
-    EXPECT_EQ(read.at(inputs).outcome, run.outcome);
-    EXPECT_EQ(read.at(inputs).distance, run.distance);
-  }
-  Write("runs.csv", whole.substr(0, whole.size() - 5));  // cut off within the last row
-  read = ReadStabilityRuns(Path("runs.csv"), "a");
-  EXPECT_EQ(read.size(), 5u);
-  WriteStabilityRuns(Path("runs.csv"), "a", read);
-  ASSERT_TRUE(Survey(read));
-  EXPECT_EQ(ReadStabilityRuns(Path("runs.csv"), "a").size(), 6u);
-  cancel_ = true;
-  StabilityRuns none;
-  EXPECT_FALSE(Survey(none));
-  EXPECT_TRUE(none.empty());
+TEST(StabilityCases, HaveNamesOfWhatIsUnusual) {
+  EXPECT_EQ(CaseName({}), "step");
+  EXPECT_EQ(CaseName({.method = Method::kStaticNoShift,
+                      .law = LawKind::kReference,
+                      .stretch = 2.0,
+                      .bend = 2.0,
+                      .scenario = StabilityScenario::kSupport}),
+            "static_no_shift law=reference scenario=support stretch=2 bend=2");
 }
 
-TEST_F(SurveyTest, ForeignFilesAreRefused) {
-  WriteStabilityRuns(Path("runs.csv"), "a", {});
-  EXPECT_INPUT_ERROR(ReadStabilityRuns(Path("runs.csv"), "b"), "made with other settings");
-  Write("runs.csv", Read(Path("runs.csv")) + "step,1,2\n");
-  EXPECT_INPUT_ERROR(ReadStabilityRuns(Path("runs.csv"), "a"), "runs.csv:3: found 3 fields");
-  EXPECT_INPUT_ERROR(ReadStabilityRuns(Path("none.csv"), "a"), "none.csv");
-}
-
-TEST_F(SurveyTest, AFolderThatIsNotThereIsAnInputError) {
-  StabilityRuns runs;
-  EXPECT_INPUT_ERROR(
-      SurveyStability(runner_, maps_, 1, Path("no/runs.csv"), {&cancel_, nullptr}, runs),
-      "no/runs.csv: cannot be written");
-}
-
-TEST_F(SurveyTest, PictureOfAMap) {
-  RenderStabilityMap(Path("map.png"), maps_[0], {0, 1, 2, 3, kNoRun, 6}, {});
-  EXPECT_GT(std::filesystem::file_size(Path("map.png")), 5000u);
-}
-
-// People read the title: what is unusual beside the axes, in the words of the axes.
-TEST_F(SurveyTest, TitlesOfMapsAreInWords) {
-  const auto title_of = [&](const std::string& line) {
-    const StabilityMap map = ParseStabilityMaps(line, "test")[0];
-    RenderStabilityMap(Path("map.png"), map, std::vector<int>(4, 0), {});
-    return nlohmann::json::parse(Read(Path("map.chart.json")))["charts"][0]["title"]
-        .get<std::string>();
-  };
-  EXPECT_EQ(title_of("step_pcg time_step=0.01/0.1 sliver=1/10"),
-            "one solve, conjugate gradients, drape");
-  EXPECT_EQ(title_of("static_no_shift pre_steps=0/5 tangle=0/1 density=0.1 stiffness=10"),
-            "Newton, no shift, drape, stiffness, stretch and bend times 10, density 0.1 kg/m²");
-  EXPECT_EQ(
-      title_of("implicit edge=5e-3/0.01 radius=1e-3/0.01 scenario=rod bend=0.03 law=reference"),
-      "implicit Euler, converged, rod, law reference, bend stiffness times 0.03");
+TEST_F(AtlasTest, CellsAreRunsLimitsAndDampingEachOnce) {
+  std::vector<StabilityMap> maps;
+  for (const char* line :
+       {"step time_step=0.1/0.2 stretch=1/2", "step stretch=1/3 time_step=0.1/0.2",
+        "explicit time_step=1e-3/2e-3 bend=1/2"})
+    maps.push_back(ParseStabilityMaps(line, "maps")[0]);
+  Study study = MakeStabilityStudy(runner_, maps, {0.1});
+  std::vector<std::string> names;
+  for (const StudyCell& cell : study.cells) names.push_back(cell.name);
+  EXPECT_THAT(
+      names,
+      testing::ElementsAre(
+          "step time_step=0.1", "step time_step=0.2", "step time_step=0.1 stretch=2",
+          "step time_step=0.2 stretch=2", "step time_step=0.1 stretch=3",
+          "step time_step=0.2 stretch=3", "explicit time_step=0.001", "explicit time_step=0.002",
+          "explicit time_step=0.001 bend=2", "explicit time_step=0.002 bend=2", "limit of explicit",
+          "limit of explicit bend=2", "damping of step time_step=0.1 mode=1",
+          "damping of step time_step=0.1 mode=10", "damping of implicit time_step=0.1 mode=1",
+          "damping of implicit time_step=0.1 mode=10"));
+  const nlohmann::json result = study.run(0, {.cancel = &never_}).value();
+  EXPECT_EQ(result.at("outcome"), "settled");
+  EXPECT_LT(result.at("distance_m"), 3e-3);
+  EXPECT_NEAR(study.run(12, {.cancel = &never_})->at("measured").get<double>(), 0.79, 0.02);
+  const nlohmann::ordered_json json = MapsJson(maps);
+  EXPECT_EQ(json[1].at("runs"),
+            nlohmann::ordered_json({"step time_step=0.1", "step time_step=0.1 stretch=3",
+                                    "step time_step=0.2", "step time_step=0.2 stretch=3"}));
+  EXPECT_EQ(json[2].at("limits").size(), 2u);
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ struct ProgramMark {
 constexpr ProgramMark kMarks[] = {
     {"drape_compare", "comparison.json", "tables"},
     {"drape_bench", "bench.json", ""},
-    {"drape_stability", "findings.json", ""},
+    {"drape_stability", "stability.json", ""},
     {"drape_space", "space.json", ""},
     {"drape_speed", "speed.json", "rows"},
     {"drape_fit", "summary.json", "start_material"},
