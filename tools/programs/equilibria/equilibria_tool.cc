@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "physics/cloth/state.h"
+#include "physics/mesh/obj_io.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
@@ -14,11 +15,13 @@
 namespace drape {
 namespace {
 
-void WriteEquilibriumStates(const EquilibriumSurvey& survey, const OutputFolder& out) {
+void WriteEquilibriumStates(const EquilibriumSurvey& survey, const Mesh& mesh,
+                            const OutputFolder& out) {
   for (size_t i = 0; i < survey.clusters.size(); ++i) {
     const Eigen::VectorXd& x = survey.samples[survey.clusters[i].members[0]].x;
-    WriteState(out.Staged("branch_" + std::to_string(i + 1) + ".json"),
-               {x, Eigen::VectorXd::Zero(x.size())});
+    const std::string name = "branch_" + std::to_string(i + 1);
+    WriteState(out.Staged(name + ".json"), {x, Eigen::VectorXd::Zero(x.size())});
+    WriteObj(out.Staged(name + ".obj"), mesh, x);
   }
 }
 
@@ -83,8 +86,9 @@ OptionTable EquilibriaTable(EquilibriaOptions& options) {
           "--out=out/branches",
       .notes =
           "files: summary.json, outlines.json (of all drapes, branch by branch, for drape_report) "
-          "and, for each branch, branch_<i>.json, its drape of least energy, which drape_simulate "
-          "can start from. They replace the files of an earlier run together, at the end.\n"
+          "and, for each branch, branch_<i>.obj and branch_<i>.json, its drape of least energy, "
+          "which drape_simulate can start from. They replace the files of an earlier run together, "
+          "at the end.\n"
           "exit code 3: no start came to rest\n"
           "Ctrl-C writes the results so far.\n",
       .options = Concatenate(
@@ -111,7 +115,7 @@ EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunCo
   survey.clusters = ClusterSamples(survey.samples, metric, options.tolerance);
   survey.spread = ComputeSpread(survey.samples);
   survey.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  WriteEquilibriumStates(survey, out);
+  WriteEquilibriumStates(survey, scene.model->mesh, out);
   WriteEquilibriumOutlines(out.Staged(kOutlinesFile), survey);
   WriteEquilibriaSummary(out.Staged("summary.json"), options, scene, survey);
   out.Publish();

@@ -68,7 +68,7 @@ if(DRAPE_CUDA)
 This package has the programs, fabrics and configurations. They use GPUs of
 NVIDIA where there are any."
     SHLIBDEPS
-    RECOMMENDS gnuplot-nox
+    RECOMMENDS gnuplot-nox python3-jinja2 python3-matplotlib
     SUGGESTS libnetcdf19
     CONFLICTS drapefit
     COMPONENTS programs configs)
@@ -81,7 +81,7 @@ else()
     DESCRIPTION "${programs_text}
 This package has the programs, fabrics and configurations."
     SHLIBDEPS
-    RECOMMENDS gnuplot-nox
+    RECOMMENDS gnuplot-nox python3-jinja2 python3-matplotlib
     SUGGESTS libnetcdf19
     COMPONENTS programs configs)
   drape_package(libdrapefit-dev

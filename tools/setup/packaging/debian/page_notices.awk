@@ -7,7 +7,7 @@ function Say(line) {
   print (line == "" ? " ." : " " line)
 }
 BEGIN {
-  print "\nFiles: usr/bin/drape_report"
+  print "\nFiles: usr/share/drapefit/report/page/template.html"
   print "Copyright: 2026 The drapefit maintainers, and those that the notices below name"
   print "License: GPL-3+ and notices-of-the-page"
   print "\nLicense: notices-of-the-page"

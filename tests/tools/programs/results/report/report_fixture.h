@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "tests/tools/tool_fixture.h"
-#include "tools/programs/results/report/report_tool.h"
 
 namespace drape::test {
 
@@ -15,22 +14,24 @@ inline const std::string kReport = std::string(DRAPE_BIN_DIR) + "/drape_report";
 class ReportTest : public ToolFixture {
  protected:
   std::string AddFit(const std::string& name, const Json& more) const {
-    std::filesystem::create_directories(Path(name));
-    Json summary = {{"tool", "drape_fit"}, {"start_material", "a<b>.json"}};
+    Json summary = {{"start_material", "a<b>.json"}};
     summary.update(more);
-    Write(name + "/summary.json", summary.dump());
-    return Path(name);
+    return AddResult(name, "drape_fit", summary);
   }
-  // A folder of another program by what its summary has.
-  std::string AddResult(const std::string& name, const Json& summary) const {
+  std::string AddResult(const std::string& name, const std::string& program, Json summary) const {
     std::filesystem::create_directories(Path(name));
+    summary["tool"] = program;
     Write(name + "/summary.json", summary.dump());
     return Path(name);
   }
-  std::string Page(const std::vector<std::string>& folders, double max_mb = 2.0) const {
-    std::vector<ResultFolder> read;
-    for (const std::string& folder : folders) read.push_back(ReadResultFolder(folder));
-    return MakeReport(read, max_mb);
+  std::string Page(std::vector<std::string> folders, double max_mb = 2.0) const {
+    folders.insert(folders.begin(), kReport);
+    folders.push_back("--out=" + Path("page.html"));
+    folders.push_back("--max_mb=" + std::to_string(max_mb));
+    const ProcessResult result = RunProcess(folders);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.err, "");
+    return Read(Path("page.html"));
   }
 };
 

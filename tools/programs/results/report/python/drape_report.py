@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes one page of finished results.
+
+usage: drape_report.py OUT MAX_MB FOLDER...
+"""
+
+import os
+import signal
+import sys
+import tempfile
+import warnings
+
+EXIT_BAD_INPUT, EXIT_CANCELLED = 2, 130
+
+
+def refuse(message):
+    line = " ".join(message.encode("utf-8", "replace").decode().split())
+    print(f"drape_report: error: {line}", file=sys.stderr)
+    sys.exit(EXIT_BAD_INPUT)
+
+
+try:
+    import charts
+    import drapes
+    import measured
+    import page as html
+    import results
+    import verdict
+except ImportError as missing:
+    refuse(f"{missing} (Debian: python3-jinja2, python3-numpy, python3-matplotlib)")
+
+TEMPLATE = os.path.join(os.path.dirname(__file__), "..", "page", "template.html")
+
+
+def make_page(folders, max_mb):
+    with open(TEMPLATE, encoding="utf-8") as file:
+        template = file.read()
+    frame = 40_000  # bytes of the head, of captions and of the lines on what is left out
+    page = html.Page(max(0, int(1e6 * max_mb) - len(template.encode()) - frame))
+    for part in (verdict.add_verdicts, measured.add_measurements, drapes.add_images,
+                 verdict.add_materials, measured.add_exports, drapes.add_outlines, drapes.add_drapes,
+                 charts.add_posteriors, charts.add_predictions, charts.add_spectra,
+                 measured.add_studies, measured.add_provenance):
+        part(folders, page)
+    title = "drapefit report: " + ", ".join(folder.name for folder in folders)
+    body = html.ENVIRONMENT.get_template("body.html").render(
+        title=title, sections=page.sections, left_out=page.left_out, max_mb=max_mb)
+    # What is put in is not searched again.
+    head, template = template.split("%%TITLE%%")
+    middle, template = template.split("%%BODY%%")
+    tail, end = template.split("%%DATA%%")
+    return "".join([head, html.markupsafe.escape(html.printable(title)), middle, body, tail,
+                    html.script_json(page.drapes), end])
+
+
+def read_folders(paths):
+    folders = [results.read_folder(path) for path in paths]
+    names = [folder.name for folder in folders]
+    for folder in folders:
+        if names.count(folder.name) > 1:
+            folder.name = folder.path
+    return folders
+
+
+def write_atomically(path, content):
+    """An earlier page stays until the new one is complete."""
+    try:
+        with tempfile.NamedTemporaryFile(dir=os.path.dirname(path) or ".", delete=False) as file:
+            try:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+                os.chmod(file.name, 0o666 & ~read_umask())
+                os.replace(file.name, path)
+            except BaseException:
+                os.unlink(file.name)
+                raise
+    except OSError as error:
+        refuse(f"{path}: cannot be written: {error.strerror}")
+
+
+def read_umask():
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def main(out, max_mb, *paths):
+    try:
+        page = make_page(read_folders(paths), float(max_mb)).encode("utf-8", "replace")
+    except results.InputError as error:
+        refuse(str(error))
+    write_atomically(out, page)
+    print("see %s (%.2f MB)" % (out, 1e-6 * len(page)))
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore")  # of charts of damaged numbers
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        main(*sys.argv[1:])
+    except KeyboardInterrupt:
+        sys.exit(EXIT_CANCELLED)
