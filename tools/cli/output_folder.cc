@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The folders of this process; whoever holds the mutex may publish.
+// Guards the list of folders of this process and their publication.
 std::mutex live_mutex;
 bool any_published = false;
 std::set<const OutputFolder*>& LiveFolders() {
@@ -36,8 +36,8 @@ std::set<const OutputFolder*>& LiveFolders() {
   throw InputError(path, "cannot write to the output folder: " + reason);
 }
 
-// Whether a program that is gone has left the entry of an output folder behind. A program holds the
-// folder's lock as long as it has a hidden folder there, and that of each temporary file.
+// Returns whether the entry is a leftover of a program that is gone. A running program holds the
+// lock of its output folder and of each of its temporary files.
 bool IsLeftover(const fs::directory_entry& entry) {
   std::error_code ignored;
   if (!entry.path().filename().string().starts_with(kTemporaryPrefix)) return false;

@@ -15,7 +15,7 @@ namespace {
 constexpr double kTerminalInterval = 0.1, kPlainInterval = 5.0;  // [s]
 constexpr double kShownStep = 0.01;                              // of the work, on a terminal
 constexpr double kLeastSeconds = 2.0, kLeastFraction = 0.05;     // before a time left is shown
-// Work counts e times less after this share of the time so far, and after kLeastMemory [s] or more.
+// Work counts e times less after this share of the time so far, or after kLeastMemory [s].
 constexpr double kMemory = 1.0, kLeastMemory = 20.0;
 constexpr char kClearLine[] = "\r\033[K";
 
@@ -74,7 +74,7 @@ Progress::~Progress() {
 void Progress::Update(double fraction, const std::string& note) {
   const Clock::time_point now = Clock::now();
   time_left_.Update(Seconds(now - start_), fraction);
-  // The tasks of a batch end together: the last of their reports is the one that matters.
+  // The tasks of a batch end together, and the last of their reports is the one that matters.
   const bool advanced = is_terminal_ && on_screen_ && fraction >= shown_ + kShownStep;
   if (!advanced && Seconds(now - last_) < (is_terminal_ ? kTerminalInterval : kPlainInterval))
     return;

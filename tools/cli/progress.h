@@ -13,8 +13,9 @@ class TimeLeft {
  public:
   // seconds: since the start, not falling. fraction: 0 … 1.
   void Update(double seconds, double fraction);
-  // [s], by the reports before the latest one: the tasks of a batch end together, and the first of
-  // them reports a long time with little work. Nothing while too little is done to tell.
+  // Time left [s], estimated from all reports except the latest one: the tasks of a batch end
+  // together, and the first of them reports a long time with little work. No value while too little
+  // is done.
   std::optional<double> Seconds() const { return left_; }
 
  private:
@@ -22,8 +23,7 @@ class TimeLeft {
 
   std::optional<double> left_;
   double seconds_ = 0.0, fraction_ = 0.0;
-  // Time and work so far; what is long ago counts less, so that the estimate follows the rate of
-  // the present stage.
+  // Time and work so far. Older work counts less, because the rate changes from stage to stage.
   double recent_seconds_ = 0.0, recent_work_ = 0.0;
 };
 
@@ -31,8 +31,8 @@ class TimeLeft {
 std::string ProgressText(const std::string& what, double fraction, std::optional<double> left,
                          const std::string& note);
 
-// Progress of a run on stderr: one line that is rewritten on a terminal, else a plain line every
-// few seconds; a run that is done sooner prints nothing there.
+// Shows the progress of a run on stderr. A terminal gets one line that is rewritten; a file gets a
+// plain line every few seconds. A run that ends sooner prints nothing.
 class Progress {
  public:
   explicit Progress(std::string what);
@@ -41,7 +41,8 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
   ~Progress();  // clears the line on a terminal
 
-  // A line of its own above the progress; a run that is done sooner than that leaves it out.
+  // Prints a line of its own above the progress. A run that ends before the first progress omits
+  // it.
   void Say(const std::string& line) { unsaid_ += line + "\n"; }
   // fraction of all work, 0 … 1.
   void Update(double fraction, const std::string& note);

@@ -71,7 +71,7 @@ std::string Dotted(int major, int minor, int patch) {
   return std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(patch);
 }
 
-// Whatever may change the last bit of a number.
+// Lists everything that may change the last bit of a number.
 ordered_json BuildJson() {
 #if defined(__AVX512F__)
   constexpr char kInstructions[] = "AVX-512";
@@ -103,8 +103,8 @@ bool IsInside(const std::string& path, const std::string& folder) {
   return path == folder || path.starts_with(folder == "/" ? folder : folder + "/");
 }
 
-// Whether a file is an input. What lies in the output folder is mostly written by the run itself or
-// by one that it continues, unless an option names it, its folder, or a file beside it.
+// Returns whether a file is an input. Files in the output folder come from the run itself or from
+// one that it continues, unless an option names the file, its folder, or a file beside it.
 bool IsInput(const Record& record, const std::string& path) {
   if (record.out.empty()) return true;
   const std::string file = Canonical(path), out = Canonical(record.out);
@@ -138,8 +138,8 @@ ordered_json FilesJson(const std::set<InputFile>& files) {
   return list;
 }
 
-// The commands of the runs whose work this one continues, the earliest first, by the summary that
-// the latest of them has left.
+// The commands of the runs that this one continues, the earliest first, from the summary of the
+// latest run.
 ordered_json ContinuedRuns(const OptionTable& table, const std::string& out) {
   ordered_json runs = ordered_json::array();
   for (const char* name : {"summary.json", "bench.json"}) try {
@@ -170,7 +170,7 @@ void AddPlaces(const Option& option, std::vector<std::string>* places) {
 
 int CountCores() { return static_cast<int>(std::thread::hardware_concurrency()); }
 
-// What options of the common names say.
+// Records an option and what the common ones mean: output folder, backend and threads.
 void RecordOption(const Option& option, Record* record) {
   record->options[option.key] = ValueJson(option);
   AddPlaces(option, &record->places);

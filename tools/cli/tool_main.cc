@@ -49,14 +49,13 @@ double ProcessorSeconds() {
   return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
 }
 
-// Waits for SIGINT and SIGTERM, which all threads block: METIS has a handler of its own for SIGTERM
-// while it works, which takes it for an error. A run that is cancelled saves what it has and ends.
-// One that cannot do so soon, because it is in the middle of something that knows no interruption,
-// is ended from here: what it has not published is dropped, and the files that it continues from
-// are whole, as after a kill. A second signal ends it at once.
+// Waits for SIGINT and SIGTERM. All threads block them, because METIS takes a SIGTERM for an error
+// while it works. A cancelled run saves what it has and ends. If it cannot end soon, because a
+// library call knows no interruption, this class ends the process: it drops unpublished files, and
+// checkpoints stay whole, as after a kill. A second signal ends the process at once.
 class InterruptWatch {
  public:
-  // To be made before any other thread, which inherits what is blocked.
+  // Construct it before any other thread: threads inherit the blocked signals.
   explicit InterruptWatch(std::string tool) : tool_(std::move(tool)) {
     const sigset_t signals = CancelSignals();
     for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, Ignore);  // not SIG_IGN
@@ -122,8 +121,8 @@ class InterruptWatch {
   std::thread thread_;
 };
 
-// A file that is opened must not take the number of a standard stream that the caller has closed.
-// Text for a closed stdout is an error; who closes stderr wants no messages.
+// Opens standard streams that the caller has closed, because the next file would take their
+// numbers. Text for a closed stdout is an error; messages for a closed stderr are dropped.
 void OpenStandardStreams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(stream, F_GETFD) < 0 && errno == EBADF)
@@ -169,7 +168,7 @@ std::string OutOfMemoryText() {
 
 std::string running_tool;  // for OnTerminate
 
-// An exception that leaves a thread or a parallel region can only be memory that runs out there.
+// Handles an exception that leaves a thread or a parallel region, which is nearly always bad_alloc.
 [[noreturn]] void OnTerminate() {
   std::string reason = "ended without a reason";
   try {
@@ -207,7 +206,7 @@ ExitCode ReportOutcome(const std::string& tool, const ToolOutcome& outcome) {
   return kExitNumerical;
 }
 
-// What was written to stdout or stderr and did not arrive is an error, which the other one names.
+// Flushes both streams. Output that did not arrive is an error, which the other stream reports.
 ExitCode CloseStreams(const std::string& tool, ExitCode code) {
   errno = 0;
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)

@@ -17,7 +17,7 @@ enum ExitCode {
   kExitCancelled = 130   // by Ctrl-C or SIGTERM; the results so far are on disk
 };
 
-// What a program has to say once its work is done.
+// The outcome of a program.
 struct ToolOutcome {
   std::string text = {};         // for stdout
   bool cancelled = false;        // exit code 130

@@ -34,7 +34,7 @@ int Fail(const std::string& message) {
   return kExitBadInput;
 }
 
-// Whether the program is here: one with an executable of its own may be left out of a build.
+// Returns whether the program is here. A build may leave out one with an executable of its own.
 bool IsHere(const Program& program, const std::string& folder) {
   return program.main != nullptr || HasProgram(folder, program.verb);
 }
@@ -83,7 +83,7 @@ int RunPicture(int argc, char** argv, const std::string& folder) {
   return RunShortWay(options, folder);
 }
 
-// A verb has no dot or slash, and is no file.
+// Returns whether a word names a picture rather than a verb: it has a dot or slash, or is a file.
 bool IsPicture(const std::string& word) {
   return word.starts_with("-") || word.find_first_of("./") != std::string::npos ||
          std::filesystem::exists(word);

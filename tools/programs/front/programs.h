@@ -27,7 +27,7 @@ std::string ProgramFolder();
 // The path of drape_VERB in a folder.
 std::string ProgramPath(const std::string& folder, const std::string& verb);
 
-// Whether drape_VERB can be run in a folder.
+// Returns whether a folder has an executable drape_VERB.
 bool HasProgram(const std::string& folder, const std::string& verb);
 
 }  // namespace drape

@@ -40,7 +40,7 @@ struct Step {
   std::string result;                  // a file that is there when the step has ended
 };
 
-// Whether nearly all pixels are black or white. The edges of a drape are few, whatever its size.
+// Returns whether nearly all pixels are black or white, as in a silhouette of any size.
 bool IsSilhouette(const GrayImage& image) {
   constexpr float kBlack = 0.15F, kWhite = 0.85F;
   constexpr double kLeastShare = 0.97;
@@ -49,7 +49,7 @@ bool IsSilhouette(const GrayImage& image) {
   return double(plain) >= kLeastShare * double(image.coverage.size());
 }
 
-// Where configs/ is: installed, in a bundle, or in the sources of a build.
+// Finds configs/ of an installation, of a bundle, or of the sources of a build.
 std::string FindConfigs(const std::string& folder) {
   for (const char* place : {"../share/drapefit/configs", "../configs", "../../../configs"}) {
     const fs::path configs = (fs::path(folder) / place).lexically_normal();
@@ -107,7 +107,7 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
   return steps;
 }
 
-// Whether the files that a step had read, by its summary, are as they were.
+// Returns whether all files that a step had read, by its summary, are unchanged.
 bool HasSameInputs(const std::string& summary_path) try {
   const json summary = json::parse(ReadWholeFile(summary_path));
   for (const char* list : {"configs", "inputs"})
