@@ -16,6 +16,7 @@
 #include "losses/image/image.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/math/sha256.h"
 #include "physics/util/stored/build.h"
 #include "physics/util/stored/stored_json.h"
 #include "physics/util/text_format.h"
