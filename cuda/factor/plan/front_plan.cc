@@ -16,7 +16,26 @@
 namespace drape {
 namespace {
 
+// Pivots and border of a front, as vertices of the mesh.
+struct TreeNode {
+  std::vector<int> vertices;  // pivots in elimination order
+  std::vector<int> border;    // later vertices that their columns of L reach, in that order
+  int parent = -1;            // index of a later node; −1 at a root, which has no border
+};
+
 using Tree = std::vector<TreeNode>;
+
+int RoundUp8(int n) { return (n + 7) / 8 * 8; }
+
+// The place of each vertex in elimination order.
+std::vector<int> EliminationPositions(const std::vector<TreeNode>& tree, int num_vertices) {
+  std::vector<int> position(num_vertices, -1);
+  int count = 0;
+  for (const TreeNode& node : tree)
+    for (const int v : node.vertices) position[v] = count++;
+  CHECK_EQ(count, num_vertices);
+  return position;
+}
 
 void ComputeBorders(const BlockPattern& pattern, Tree& tree) {
   const std::vector<int> position = EliminationPositions(tree, pattern.num_vertices());
@@ -301,17 +320,8 @@ class Planner {
   FrontPlan plan_;
 };
 
-}  // namespace
-
-std::vector<int> EliminationPositions(const std::vector<TreeNode>& tree, int num_vertices) {
-  std::vector<int> position(num_vertices, -1);
-  int count = 0;
-  for (const TreeNode& node : tree)
-    for (const int v : node.vertices) position[v] = count++;
-  CHECK_EQ(count, num_vertices);
-  return position;
-}
-
+// Makes a front of each separator, merges small ones into their parents where that saves time, and
+// splits large ones into chains. Children come before parents. Throws as MakeFrontPlan does.
 std::vector<TreeNode> MakeAssemblyTree(const BlockPattern& pattern,
                                        const std::vector<Separator>& separators,
                                        const FrontPlanOptions& options) {
@@ -324,6 +334,8 @@ std::vector<TreeNode> MakeAssemblyTree(const BlockPattern& pattern,
   ComputeBorders(pattern, tree);
   return tree;
 }
+
+}  // namespace
 
 FrontPlan MakeFrontPlan(const BlockPattern& pattern, const Eigen::Matrix2Xd& uv,
                         const FrontPlanOptions& options) {

@@ -9,24 +9,6 @@
 
 namespace drape {
 
-// Pivots and border of a front, as vertices of the mesh.
-struct TreeNode {
-  std::vector<int> vertices;  // pivots in elimination order
-  std::vector<int> border;    // later vertices that their columns of L reach, in that order
-  int parent = -1;            // index of a later node; −1 at a root, which has no border
-};
-
-// Makes a front of each separator, merges small ones into their parents where that saves time, and
-// splits large ones into chains. Children come before parents. Throws as MakeFrontPlan does.
-std::vector<TreeNode> MakeAssemblyTree(const BlockPattern& pattern,
-                                       const std::vector<Separator>& separators,
-                                       const FrontPlanOptions& options);
-
-// The place of each vertex in elimination order.
-std::vector<int> EliminationPositions(const std::vector<TreeNode>& tree, int num_vertices);
-
-inline int RoundUp8(int n) { return (n + 7) / 8 * 8; }
-
 // Symbolic plan of a multifrontal Cholesky factorisation A = L·Lᵀ [Duff 1983; Liu 1992] that
 // all rollouts of a mesh share. Degrees of freedom are numbered in elimination order: vertex v has
 // 3·position[v] … + 2. A front is a dense matrix over its p pivots and q border rows:

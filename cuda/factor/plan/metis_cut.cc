@@ -30,7 +30,7 @@ std::vector<char> Separate(std::vector<idx_t>& start, std::vector<idx_t>& neighb
 
 }  // namespace
 
-Cut MetisCut(const Graph& graph) {
+Cut MetisCut(const VertexGraph& graph) {
   std::vector<idx_t> start(graph.start.begin(), graph.start.end());
   std::vector<idx_t> neighbour(graph.neighbour.begin(), graph.neighbour.end());
   Cut best;

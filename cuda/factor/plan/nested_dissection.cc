@@ -21,7 +21,7 @@ constexpr double kFractions[] = {0.44, 0.47, 0.5, 0.53, 0.56};  // of the vertic
 // augmenting paths, then König's theorem.
 class MinimalCover {
  public:
-  MinimalCover(const Graph& graph, const std::vector<char>& side)
+  MinimalCover(const VertexGraph& graph, const std::vector<char>& side)
       : graph_(graph), side_(side), partner_(side.size(), -1), seen_(side.size(), -1) {}
 
   std::vector<char> SeparatedSides() {
@@ -52,7 +52,7 @@ class MinimalCover {
     return false;
   }
 
-  const Graph& graph_;
+  const VertexGraph& graph_;
   const std::vector<char>& side_;
   std::vector<int> partner_;  // in the matching
   std::vector<int> seen_;     // the last search that came by
@@ -70,7 +70,7 @@ std::vector<int> AlongPrincipalAxis(std::vector<int> vertices, const Eigen::Matr
 }
 
 // The component of each vertex. Components are numbered by first appearance.
-std::vector<int> ConnectedComponents(const Graph& graph) {
+std::vector<int> ConnectedComponents(const VertexGraph& graph) {
   std::vector<int> component(graph.num_vertices(), -1), stack;
   int count = 0;
   for (int first = 0; first < graph.num_vertices(); ++first) {
@@ -143,7 +143,7 @@ class Dissector {
   // The roots of what is made of `vertices`.
   std::vector<int> Dissect(const std::vector<int>& vertices) {
     if (static_cast<int>(vertices.size()) <= leaf_) return {Add(vertices)};
-    const Graph graph = Subgraph(vertices);
+    const VertexGraph graph = Subgraph(vertices);
     const auto parts = GroupBy(ConnectedComponents(graph), vertices);
     if (parts.size() > 1) return DissectAll(Packed(parts, leaf_));
     const Cut cut = BestCut(graph, vertices);
@@ -165,7 +165,7 @@ class Dissector {
     return roots;
   }
 
-  Cut BestCut(const Graph& graph, const std::vector<int>& vertices) const {
+  Cut BestCut(const VertexGraph& graph, const std::vector<int>& vertices) const {
     Cut metis = MetisCut(graph), straight = StraightCut(graph, uv_(Eigen::all, vertices));
     return straight.score < metis.score ? straight : metis;
   }
@@ -175,9 +175,9 @@ class Dissector {
     return static_cast<int>(nodes_.size()) - 1;
   }
 
-  Graph Subgraph(const std::vector<int>& vertices) {
+  VertexGraph Subgraph(const std::vector<int>& vertices) {
     for (std::size_t k = 0; k < vertices.size(); ++k) local_[vertices[k]] = static_cast<int>(k);
-    Graph graph;
+    VertexGraph graph;
     graph.start.push_back(0);
     for (const int v : vertices) {
       for (int b = pattern_.row_start[v]; b < pattern_.row_start[v + 1]; ++b)
@@ -206,7 +206,7 @@ double CutScore(const std::vector<char>& side) {
   return count[Cut::kSeparator] * (1 + 0.6 * std::max(0.0, larger - 0.5));
 }
 
-Cut StraightCut(const Graph& graph, const Eigen::Matrix2Xd& uv) {
+Cut StraightCut(const VertexGraph& graph, const Eigen::Matrix2Xd& uv) {
   const int n = graph.num_vertices();
   Cut best;
   for (int k = 0; k < kDirections; ++k) {

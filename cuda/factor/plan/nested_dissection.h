@@ -10,7 +10,7 @@
 namespace drape {
 
 // Undirected, without loops: the neighbours of vertex v are neighbour[start[v]] … start[v + 1] − 1.
-struct Graph {
+struct VertexGraph {
   std::vector<int> start, neighbour;
 
   int num_vertices() const { return static_cast<int>(start.size()) - 1; }
@@ -27,9 +27,9 @@ struct Cut {
 };
 
 // The best of a few runs of METIS's vertex separator. `graph` is connected.
-Cut MetisCut(const Graph& graph);
+Cut MetisCut(const VertexGraph& graph);
 // The best of straight cuts through `uv`, shape [2, V].
-Cut StraightCut(const Graph& graph, const Eigen::Matrix2Xd& uv);
+Cut StraightCut(const VertexGraph& graph, const Eigen::Matrix2Xd& uv);
 
 // Size of the separator, with a fine for unequal sides.
 double CutScore(const std::vector<char>& side);

@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "physics/linalg/analysis/elimination_order.h"
+#include "physics/linalg/analysis/cholmod_graph.h"
 
 namespace drape {
 namespace {

@@ -13,8 +13,8 @@ namespace drape {
 namespace {
 
 template <class Joined>
-Graph GraphWhere(int vertices, Joined&& joined) {
-  Graph graph;
+VertexGraph GraphWhere(int vertices, Joined&& joined) {
+  VertexGraph graph;
   graph.start.push_back(0);
   for (int v = 0; v < vertices; ++v) {
     for (int w = 0; w < vertices; ++w)
@@ -26,7 +26,7 @@ Graph GraphWhere(int vertices, Joined&& joined) {
 
 constexpr int kRows = 6, kColumns = 30;
 
-Graph Grid() {
+VertexGraph Grid() {
   return GraphWhere(kRows * kColumns, [](int v, int w) {
     return std::abs(v % kRows - w % kRows) + std::abs(v / kRows - w / kRows) == 1;
   });
@@ -38,7 +38,7 @@ Eigen::Matrix2Xd GridPlaces() {
   return uv;
 }
 
-void ExpectSeparates(const Graph& graph, const Cut& cut) {
+void ExpectSeparates(const VertexGraph& graph, const Cut& cut) {
   ASSERT_TRUE(cut.found());
   for (int v = 0; v < graph.num_vertices(); ++v)
     for (int k = graph.start[v]; k < graph.start[v + 1]; ++k)
@@ -58,7 +58,7 @@ TEST(StraightCut, CutsAGridAcross) {
 
 // Two stars whose centres lie on opposite sides of the middle of a line.
 TEST(StraightCut, SeparatorIsAMinimalCover) {
-  const Graph stars = GraphWhere(12, [](int v, int w) {
+  const VertexGraph stars = GraphWhere(12, [](int v, int w) {
     const auto [a, b] = std::minmax(v, w);
     return (a == 0 && b >= 6 && b <= 8) || (a >= 1 && a <= 3 && b == 11);
   });
@@ -95,7 +95,7 @@ TEST(CutScore, PenalisesUnequalSides) {
 // METIS has one random number generator for all threads. (Without the lock of MetisCut some of
 // these differ on each run.)
 TEST(MetisCut, CutsOfSeveralThreadsAreThoseOfOne) {
-  const Graph graph = GraphWhere(
+  const VertexGraph graph = GraphWhere(
       600, [](int v, int w) { return std::abs(v % 20 - w % 20) + std::abs(v / 20 - w / 20) == 1; });
   const Cut alone = MetisCut(graph);
   constexpr int kThreads = 4, kCuts = 8;

@@ -208,11 +208,11 @@ class SheetOnBall : public testing::Test {
     }
     x_ += RandomMoves(x_.size(), 3e-4, random);
   }
-  double Energy(const Eigen::VectorXd& x) const {
+  double Energy(const Eigen::VectorXd& x) {
     Eigen::VectorXd f = Eigen::VectorXd::Zero(x.size());
     return AddPairForces(contact_.FindActivePairs(x), f);
   }
-  Eigen::VectorXd Forces(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd Forces(const Eigen::VectorXd& x) {
     Eigen::VectorXd f = Eigen::VectorXd::Zero(x.size());
     AddPairForces(contact_.FindActivePairs(x), f);
     return f;
