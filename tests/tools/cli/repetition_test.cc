@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "physics/util/math/sha256.h"
 #include "tests/physics/file_fixture.h"
 #include "tools/cli/option_table.h"
 
