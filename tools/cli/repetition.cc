@@ -18,8 +18,7 @@ namespace {
 constexpr int kMostBytes = 1 << 30;  // of a file that ReadWholeFile reads
 
 bool IsSha256(const std::string& text) {
-  return text.size() == 64 &&
-         std::all_of(text.begin(), text.end(), [](unsigned char c) {
+  return text.size() == 64 && std::all_of(text.begin(), text.end(), [](unsigned char c) {
            return std::isdigit(c) != 0 || (c >= 'a' && c <= 'f');
          });
 }
