@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that programs write for themselves: a checkpoint with fitted branches, records of a
-// benchmark, growing tables. The cloth is one without physics, so that thousands are read quickly.
+// Files that programs write for themselves: a checkpoint with fitted branches, cells of a
+// study, growing tables. The cloth is one without physics, so that thousands are read quickly.
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 
 #include "physics/util/errors.h"
@@ -11,9 +13,7 @@
 #include "physics/util/stored/stored_json.h"
 #include "solver/fit/protocol/fit_checkpoint.h"
 #include "solver/studies/bench/cases/bench_record.h"
-#include "solver/studies/optimisers/drape_function.h"
-#include "solver/studies/optimisers/methods/optimiser.h"
-#include "solver/studies/optimisers/optimiser_record.h"
+#include "solver/studies/runner/study.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
 #include "tests/solver/fake_fit.h"
@@ -66,54 +66,44 @@ std::vector<Reader> MakeCheckpointReaders(const std::string& scratch) {
            .seal = [](const json& members) { return StoredJsonText(kCheckpointFormat, members); }}};
 }
 
-// A record of a few steps of a method.
-BenchmarkRecord MakeRecord(test::FakeFit& small, ExpectedRecord* expected) {
-  const TableParametrisation tables(small.problem.material, ParameterTying::kScales);
-  const State start = {small.backend.Shape(small.problem.material),
-                       Eigen::VectorXd::Zero(small.backend.model().num_dofs())};
-  DrapeFunction function(&small.backend, &tables, &small.problem.observations, {start},
-                         expected->stages.residuals, expected->stages.prior_sigma);
-  OptimiserOptions options;
-  options.budget = 20.0;
-  options.published_rates = Eigen::VectorXd::Constant(2, 0.05);
-  for (const OptimiserMethod& method : OptimiserMethods())
-    if (method.available && method.derivatives) expected->method = method.name;
-  BenchmarkRecord record;
-  record.problem = expected->problem;
-  record.parameters = 2;
-  record.run = RunOptimiser(expected->method, function, options);
-  record.shape = function.best_shapes().front();
-  record.rms_px =
-      *OutlineRms(small.backend.model().mesh, record.shape, small.problem.observations[0]);
-  record.settled_rms_px = record.rms_px;
-  return record;
-}
-
-std::vector<Reader> MakeBenchmarkReaders(const std::string& scratch) {
-  const auto small = std::make_shared<test::FakeFit>();
-  small->backend.fails = [](double, double) { return false; };
-  const std::shared_ptr<ExpectedRecord> expected(new ExpectedRecord{.settings = "budget 20",
-                                                                    .problem = "wool_2",
-                                                                    .method = {},
-                                                                    .most_spent = 21.0,
-                                                                    .fit = small->problem,
-                                                                    .stages = small->options,
-                                                                    .guess = {}});
-  const std::string path = scratch + "record.json";
-  WriteBenchmarkRecord(path, expected->settings, MakeRecord(*small, expected.get()));
-  const auto read = [small, expected](const std::string& from) {
-    return ReadBenchmarkRecord(from, *expected) ? std::string() : "found no record";
+// The file of a finished cell, which a study takes over.
+std::vector<Reader> MakeCellReaders(const std::string& scratch) {
+  constexpr StoredFormat kCellFormat = {"drapefit-cell", 2};
+  const auto study = std::make_shared<Study>();
+  study->name = "race";
+  study->settings = {{"budget", 20}};
+  study->cells = {{.name = "wool_2.lm", .input = {{"method", "lm"}, {"seed", 1}}}};
+  study->run = [](std::size_t, const RunControl&) -> std::optional<json> {
+    return json::parse(R"({"trace": [[1.0, 0.1, 5.5]], "theta": [0.5, -0.25]})");
   };
-  return {{.name = "record",
-           .file = "record.json",
+  const auto file = [study](const std::string& out) {
+    return out + "/cells/" + CellId(*study, 0) + ".json";
+  };
+  const auto run = [study](const std::string& out) {
+    StudyOptions options;
+    options.out = out;
+    return RunStudy(*study, options, {}).complete;
+  };
+  run(scratch + "study");
+  const std::string path = file(scratch + "study");
+  const auto read = [file, run](const std::string& from) {
+    const std::string out = from + ".study";
+    std::filesystem::create_directories(out + "/cells");
+    std::filesystem::copy_file(from, file(out), std::filesystem::copy_options::overwrite_existing);
+    return run(out) ? std::string() : "the study is not complete";
+  };
+  return {{.name = "cell",
+           .file = "cell.json",
            .content = ReadText(path),
            .read = read,
            .is_json = false},
-          {.name = "record with its checksum",
-           .file = "record.json",
-           .content = ReadStoredJson(path, kRecordFormat).dump(),
+          {.name = "cell with its checksum",
+           .file = "cell.json",
+           .content = ReadStoredJson(path, kCellFormat).dump(),
            .read = read,
-           .seal = [](const json& members) { return StoredJsonText(kRecordFormat, members); }}};
+           .seal = [](const json& members) {
+             return StoredJsonText({"drapefit-cell", 2}, members);
+           }}};
 }
 
 Reader MakeBenchTable(const std::string& scratch) {
@@ -144,7 +134,7 @@ Reader MakeBenchTable(const std::string& scratch) {
 
 std::vector<Reader> MakeRecordReaders(const std::string& scratch) {
   std::vector<Reader> readers = MakeCheckpointReaders(scratch);
-  for (Reader& reader : MakeBenchmarkReaders(scratch)) readers.push_back(std::move(reader));
+  for (Reader& reader : MakeCellReaders(scratch)) readers.push_back(std::move(reader));
   readers.push_back(MakeBenchTable(scratch));
   return readers;
 }

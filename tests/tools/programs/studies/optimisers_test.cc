@@ -39,15 +39,15 @@ class OptimisersTool : public ToolFixture {
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
   }
-};
 
-// The results of compare_optimisers.json by the names of their cells.
-Json Results(const Json& study) {
-  Json results;
-  for (const Json& cell : study.at("cells"))
-    results[cell.at("name").get<std::string>()] = cell.at("result");
-  return results;
-}
+  // The results of compare_optimisers.json by the names of their cells.
+  static Json Results(const Json& study) {
+    Json results;
+    for (const Json& cell : study.at("cells"))
+      results[cell.at("name").get<std::string>()] = cell.at("result");
+    return results;
+  }
+};
 
 TEST_F(OptimisersTool, WritesTablesAndContinuesFromFinishedRuns) {
   const ProcessResult first = Run({});

@@ -29,9 +29,9 @@ def quartiles(values):
 
 def spread(values, form):
     """"median [lower quartile, upper quartile]"."""
-    low, middle, high = quartiles(values)
-    text = format(middle, form)
-    return text if low == high else f"{text} [{format(low, form)}, {format(high, form)}]"
+    values = quartiles(values)
+    low, middle, high = ["none" if value == NEVER else format(value, form) for value in values]
+    return middle if values[0] == values[2] else f"{middle} [{low}, {high}]"
 
 
 class Run(dict):
