@@ -126,7 +126,7 @@ __device__ void GatherPanel(const FrontWork& work, double* panel) {
   for (; child + 2 <= work.num_children(); child += 2)
     GatherChildRows<kWide, 2>(work, child, panel);
   if (child == work.num_children()) return;
-  // One child's rows lie with other warps than those of two.
+  // The rows of one child lie with other warps than the rows of two.
   if (child > 0) __syncthreads();
   GatherChildRows<kWide, 1>(work, child, panel);
 }

@@ -23,7 +23,7 @@ struct PlanView {
   int vector_size;
 };
 
-// Where the factors of a batch lie, [factor_size] a slot; those of several steps `stride` apart.
+// Where the factors of a batch lie, [factor_size] a slot; factors of steps are `stride` apart.
 struct FactorPlace {
   double* base;
   const int* step = nullptr;  // the present one; null where there is one step only

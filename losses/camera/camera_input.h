@@ -67,7 +67,7 @@ void VisitFields(Input& input, Visitor&& visit) {
                     .word = "beside"});
 }
 
-// The camera of a rendering; what is not given is that of CameraAbove. Throws InputError.
+// The camera of a rendering; CameraAbove gives what is missing. Throws InputError.
 Camera MakeCamera(const CameraInput& input, const DrapeDiscs& discs);
 
 // The camera of an image, `where` being its path. Throws InputError (prefix `where`) also when the

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 enum class FileKind { kImage, kMesh, kOther };
 
-// Classifies a file by the folders between that of the fabric and the file, and by its extension.
+// Classifies a file by its extension and by the folders between the fabric's folder and the file.
 FileKind FindKind(const fs::path& below_fabric) {
   bool in_silhouettes = false, in_meshes = false;
   for (const fs::path& part : below_fabric.parent_path()) {

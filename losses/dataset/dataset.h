@@ -52,7 +52,7 @@ struct Dataset {
 // Lists the files below `folder`, which is the data set or its folder `data` [MODEL, M52]. It uses
 // names alone; KeepUsable opens the files. A name is accepted in any case, with blanks or
 // underscores, with "Sample 1 Capture 2", Obs, Observation, only the number, or no number (then it
-// is capture 1), and with or without "_circle_3" at its end. The fabric is that of the folder.
+// is capture 1), and with or without "_circle_3" at its end. The folder names the fabric.
 // Meshes of fabrics 11–20 carry the capture numbers of the other face and are assigned to their
 // images accordingly. Throws InputError when there is no fabric.
 Dataset ReadDataset(const std::string& folder);

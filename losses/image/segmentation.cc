@@ -41,7 +41,7 @@ void AddRuns(const PictureMask& mask, int row, uint8_t value, std::vector<PixelR
   }
 }
 
-// Unites the runs [first, end) of a row with those of the row before it, [before, first).
+// Unites the runs [first, end) of a row with the runs of the row before it, [before, first).
 void UniteWithRowBefore(int before, int first, int end, int reach, std::vector<PixelRun>* runs) {
   int above = before;
   for (int i = first; i < end; ++i) {
@@ -252,7 +252,7 @@ bool IsAwayFromEdge(const PictureMask& mask, int column, int row) {
   return true;
 }
 
-// The coverage between the levels near the edge of the mask, and that of the mask elsewhere. Near
+// The coverage between the levels near the edge of the mask, and the mask elsewhere. Near
 // the edge a pixel of a cut part or of a hole takes the value of the mask, too.
 void ApplyMask(const PictureMask& mask, const TwoLevels& levels, GrayImage* image) {
   for (int row = 0; row < mask.height; ++row) {

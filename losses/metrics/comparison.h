@@ -17,7 +17,7 @@ struct DrapeDistance {
   double outline_hausdorff = 0;  // [m]
 };
 
-// The motion of the second drape that best aligns its outline with that of the first: mirrored (y →
+// The motion of the second drape that best aligns its outline with the first outline: mirrored (y →
 // −y) if `mirrored`, then turned counter-clockwise about the camera centre by `rotation` [rad].
 struct Alignment {
   double rotation = 0;  // in [−π, π]

@@ -36,7 +36,7 @@ ObservedDrape ObserveDisc(double radius, const Camera& camera, const DrapeDiscs&
 // camera centre by `rotation` [rad]; bilinear between pixels, white outside the image.
 GrayImage TurnedImage(const GrayImage& image, const Camera& camera, double rotation, bool mirrored);
 
-// Returns the image moved so that the centre of the camera `from` is at that of `to`; bilinear
+// Returns the image moved so that the centre of camera `from` is at the centre of `to`; bilinear
 // between pixels, white outside the image.
 GrayImage MovedImage(const GrayImage& image, const Camera& from, const Camera& to);
 

@@ -33,10 +33,10 @@ OutlineMatch RefineRotation(const Eigen::VectorXd& a, const Eigen::VectorXd& b, 
 // How far the silhouette of an image can be trusted.
 struct ImageQuality {
   Segmentation segmentation;  // what was made of the picture
-  bool scale_given = false;   // by the user; otherwise it is that of the published images
+  bool scale_given = false;   // by the user; otherwise the scale of the published images
   CentreMode centre = CentreMode::kNominal;
   double centre_offset = 0.0;      // of the camera's centre from the image's centre [px]
-  double centre_error = 0.0;       // of the camera's centre from that of the outline [px]
+  double centre_error = 0.0;       // from the outline's centre to the camera's [px]
   double drape_coefficient = 0.0;  // about the outline's centre, as the radii
   double radius_min = 0.0, radius_max = 0.0;  // in the support plane [m]
   double overhanging = 0.0;        // share of the rays that leave the cloth and enter it again

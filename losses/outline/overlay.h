@@ -29,7 +29,7 @@ RgbImage RenderOverlay(const GrayImage& image, const Eigen::VectorXd& measured_r
                        const DrapeDiscs& discs, const OverlayOptions& options = {});
 
 // Renders how an image was measured, over the silhouette or over the picture that it was made from:
-// as above, with the measured outline [px], the circle of the flat cloth and that of the support.
+// as above, with the measured outline [px], and the circles of the flat cloth and the support.
 RgbImage RenderMeasurement(const GrayImage& image, const Eigen::VectorXd& measured_radius,
                            const Camera& camera, const DrapeDiscs& discs,
                            const OverlayOptions& options = {});

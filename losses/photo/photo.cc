@@ -183,7 +183,7 @@ class Development {
     rim_->blur = planes_.WorkingBlur(fine.blur);
   }
 
-  // Without a scale [m]: that of a cloth which hangs straight down, as no other is larger.
+  // Without a scale [m]: the height of a cloth that hangs straight down, the largest possible.
   double LeastBlur() const {
     const double radius = std::sqrt(cv::contourArea(marks_.outline) / M_PI);
     return cloth_.blur * discs_.support / radius;

@@ -211,7 +211,7 @@ std::string PickedName(const json& file, const std::string& path, const std::str
   return pick;
 }
 
-// One fabric of a file, that of the name `pick` where it holds several.
+// One fabric of a file. `pick`: its name in a file of several.
 Material ReadFabric(const json& file, const std::string& path, const std::string& pick,
                     const MaterialPolicy& policy) {
   const JsonInput root(file, path);

@@ -210,7 +210,7 @@ void ImplicitEuler::AddContact(Trial& trial) const {
     if (!clearance_.MayTouch(i, x)) continue;
     const double area = model_->vertex_area[i];
     const Eigen::Vector3d force = ContactForce(*contact(), area, x);
-    // The model has that of a scene.
+    // The model has the contact of a scene.
     if (around_.contact != nullptr)
       trial.unbalanced.segment<3>(3 * i) += force;
     else

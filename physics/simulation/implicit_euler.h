@@ -58,7 +58,7 @@ struct Pin {
 
 // What is around a cloth at the end of a step, beside its scene.
 struct Surroundings {
-  const Contact* contact = nullptr;  // in place of the scene's
+  const Contact* contact = nullptr;  // instead of the scene's
   std::vector<Pin> pins = {};
 };
 
@@ -95,7 +95,7 @@ class ImplicitEuler {
   struct Trial {
     Eigen::VectorXd x;                    // [m]
     Eigen::VectorXd elastic, unbalanced;  // with gravity; f − M(x − y)/h² [N]
-    double residual = 0.0;                // norm of the latter by the weight
+    double residual = 0.0;                // norm of `unbalanced` by the weight
     double potential = 0.0;               // ½‖x − y‖²_M/h², of contact and friction [J]
   };
   // The last step of Newton's method.

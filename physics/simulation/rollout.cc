@@ -44,7 +44,7 @@ bool BlockMoves(StepSolver& solver, double h, State& state) {
   return shortened || (self != nullptr && !self->FindActivePairs(state.x).empty());
 }
 
-// The begin of a rollout: out of all obstacles.
+// The start of a rollout: out of all obstacles.
 RolloutResult Begin(StepSolver& solver, const State& start) {
   const ClothModel& model = solver.model();
   RolloutResult result{RolloutStatus::kOk, start, 0};

@@ -37,7 +37,7 @@ void WriteFileAtomically(const std::string& path, const std::function<void(std::
 // file can be made in its folder, or its name is too long. To be called before long work.
 void CheckReplaceable(const std::string& path);
 
-// Throws InputError when the name of a file, made of that of the input `source`, is too long.
+// Throws InputError when the name of a file, made of the name of the input `source`, is too long.
 void CheckNameLength(const std::string& source, const std::string& name);
 
 // Temporary files of WriteFileAtomically, and folders for results, begin so; a name that a program

@@ -12,7 +12,7 @@
 namespace drape {
 
 // Drapes at rest on one device, and their derivatives by the implicit function theorem
-// (physics/simulation/statics/statics.h). Arguments are those of Backend.
+// (physics/simulation/statics/statics.h). Arguments are as in Backend.
 class EquilibriumEngine {
  public:
   explicit EquilibriumEngine(DeviceResources& resources) : resources_(resources) {}

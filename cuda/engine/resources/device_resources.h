@@ -76,7 +76,7 @@ std::vector<const MaterialField*> CollectMaterials(std::span<const RolloutInput>
 // The slots [first, first + slots) of a batch whose slots are its rollouts.
 ShapeBatch SliceBatch(const ShapeBatch& batch, int first, int slots, int num_dofs);
 
-// Columns that the kernels work on: pairs, but for a single one.
+// Number of columns that the kernels work on: one or an even number.
 inline int PaddedColumns(int m) { return m == 1 ? 1 : (m + 1) / 2 * 2; }
 
 // What a gradient needs at most for m columns [bytes of a slot].

@@ -41,7 +41,7 @@ void DownloadRecordings(const DeviceCloth& cloth, const DeviceHistory& history,
                         std::span<Recording> recordings);
 int CountSteps(const Recording& recording);
 
-// Where the states of each slot lie: those of a history on the device, or uploaded from the host.
+// Where the states of each slot lie: in a history on the device, or uploaded from the host.
 class HistoryTable {
  public:
   HistoryTable(const DeviceCloth& cloth, std::span<const Recording* const> recordings, int steps);

@@ -34,7 +34,7 @@ Cut StraightCut(const VertexGraph& graph, const Eigen::Matrix2Xd& uv);
 // Size of the separator, with a fine for unequal sides.
 double CutScore(const std::vector<char>& side);
 
-// A node of a nested dissection: its vertices separate those of its children from one another.
+// A node of a nested dissection: its vertices separate its children from one another.
 struct Separator {
   std::vector<int> vertices;  // in elimination order
   int parent = -1;            // index of a later node; −1 at a root

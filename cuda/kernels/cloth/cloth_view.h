@@ -40,7 +40,7 @@ struct ClothView {
   GatherView to_entry, to_vertex;
   const int* entry_order;  // OrderByWork of to_entry by kElementThreads, [num_entries]
   SolidContact contact;
-  const int* diagonal_entry;  // that of each vertex with itself, [V]; null without contact
+  const int* diagonal_entry;  // the entry of each vertex with itself, [V]; null without contact
 
   DRAPE_HD int num_dofs() const { return 3 * num_vertices; }
 };

@@ -55,7 +55,7 @@ __device__ void AdjointOfHinge(const ClothView& cloth, const MaterialView& mater
   AddToGradient(sum, material.bend_stride == 0, acts, scratch, gradient + row * kBendEntries, 1);
 }
 
-// Blocks for the chunks of faces, then for those of hinges.
+// Blocks for the chunks of faces, then for the chunks of hinges.
 template <class StretchLaw, class BendLaw>
 __global__ void __launch_bounds__(kElementThreads)
     AdjointOfElements(ClothView cloth, ShapeBatch batch, StretchLaw stretch, BendLaw bend,

@@ -76,7 +76,7 @@ __device__ void ComputeHingeGradient(const ClothView& cloth, const MaterialView&
   }
 }
 
-// Blocks for the chunks of faces, then for those of hinges.
+// Blocks for the chunks of faces, then for the chunks of hinges.
 template <class StretchLaw, class BendLaw>
 __global__ void __launch_bounds__(kElementThreads)
     AdjointMaterial(ClothView cloth, ShapeBatch batch, StretchLaw stretch, BendLaw bend,

@@ -39,7 +39,7 @@ void LaunchLargestMove(const LaunchContext& on, const double* dx, double* move);
 void LaunchMoveShapes(const LaunchContext& on, const double* dx, const double* scale,
                       StretchStress<double>* geometric, double* x);
 
-// What is to be done after a step, by slot; geometric ← stress but for kGoOn.
+// What is to be done after a step, by slot; geometric ← stress except for kGoOn.
 enum class ShapeAction : int { kGoOn, kKeep, kRejectStep };
 void LaunchShapeAction(const LaunchContext& on, const ShapeAction* action, const Shapes& here,
                        const Shapes& best, StretchStress<double>* geometric);

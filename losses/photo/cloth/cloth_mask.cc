@@ -76,7 +76,7 @@ Ground FitGround(const cv::Mat3f& lab, const cv::Mat1b& border) {
   return ground;
 }
 
-// The colours less those of the ground.
+// The colours less the colours of the ground.
 cv::Mat3f WithoutGround(const cv::Mat3f& lab, const Ground& ground) {
   cv::Mat3f rest(lab.size());
   for (int row = 0; row < lab.rows; ++row)

@@ -113,7 +113,7 @@ struct DiscShare {
             LocalMean(colors, Eroded((coverage > 0.5f) / 255, kApart), WindowSide(colors)).color) {}
 };
 
-// The light of each pixel near the outline is that of disc, cloth and ground by their shares, also
+// Each pixel near the outline has the light of disc, cloth and ground by their shares, also
 // where a lens has blurred a strip of cloth between disc and ground; the disc's share is known. The
 // share of disc and cloth together, 0 … 1.
 cv::Mat1f ShareOfLight(const PhotoPlanes& planes, const Sides& sides, const DiscShare& disc,
@@ -173,7 +173,7 @@ cv::Mat1b PartAt(const cv::Point& place, const cv::Mat1b& mask) {
   return (labels == labels(place)) / 255;
 }
 
-// Around the disc its colour is mixed with that of the cloth, which may look like the ground: no
+// Around the disc its colour is mixed with the cloth's, which may look like the ground: no
 // gap is left there between disc and cloth.
 cv::Mat1b ClosedAroundDisc(const cv::Mat1b& mask, const cv::Mat1b& disc) {
   cv::Mat1b closed, result = mask.clone();

@@ -19,7 +19,7 @@ namespace drape {
 class StepSolver {
  public:
   explicit StepSolver(const std::shared_ptr<const ClothModel>& model);
-  // Uses `linear` in place of MakeLinearSolver's.
+  // Uses `linear` instead of MakeLinearSolver's.
   StepSolver(std::shared_ptr<const ClothModel> model, std::unique_ptr<LinearSolver> linear);
   // Returns a solver for another thread, which shares the symbolic analysis.
   StepSolver Clone() const;

@@ -17,7 +17,7 @@ struct Contact {
   double range = 5e-4;       // of the gap in which surfaces push one another [m], > 0
   double stiffness = 100.0;  // κ, of the surfaces' pile [Pa], > 0
   std::vector<Obstacle> obstacles = {};
-  bool self = false;  // also that of the cloth with itself [MODEL, M62]
+  bool self = false;  // also contact of the cloth with itself [MODEL, M62]
 
   // The distance of a vertex from an obstacle, less its gap [m].
   double offset() const { return 0.5 * thickness + skin; }

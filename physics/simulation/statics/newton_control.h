@@ -73,8 +73,8 @@ enum class NewtonVerdict {
 // The decisions of Newton's method for an equilibrium [MODEL, M34, M35], in scalars: solvers of
 // single shapes and of batches ask the same object. A step is
 //   Next() → FirstShift(), NextShift() while a factorisation fails → Scale() → Judge().
-// The geometric stiffness is that of the stress extrapolated along the previous step; after kAccept
-// and kRejectStep it is that of the shape itself.
+// The geometric stiffness uses the stress extrapolated along the previous step; after kAccept
+// and kRejectStep it uses the stress of the shape itself.
 class NewtonControl {
  public:
   // Takes ‖f‖ / weight and the energy [J] of the shape to start from.

@@ -30,7 +30,7 @@ double CharacteristicForce(const ClothModel& model, const MaterialField& materia
 
 // Newton's method from x, shape [3V] [MODEL, M34–M37]. Start near the drape, never from the flat
 // cloth: a drape has many stable equilibria, and this finds a near one.
-// - The geometric stiffness is that of the stress extrapolated along the previous step, as in a
+// - The geometric stiffness uses the stress extrapolated along the previous step, as in a
 //   mixed method with stresses as unknowns [Magisano 2017]: a finite rotation strains x + dx by
 //   ½|dx|², and the stress of that would stop the next step. Steps become 3–5 times as long.
 // - A step may therefore raise the energy, and the next ones lower it again. Steps that do not do

@@ -26,7 +26,7 @@ class Stiffness {
   // Assembles K at x; kPositive: of pairs of the cloth that touch, their positive parts alone in
   // Ks.
   void Assemble(const Eigen::VectorXd& x, StiffnessPart part = StiffnessPart::kWhole);
-  // Assembles in place of K the positive semidefinite H of a linearly implicit step [MODEL, M30]:
+  // Assembles instead of K the positive semidefinite H of a linearly implicit step [MODEL, M30]:
   // for Factor alone, until the next Assemble.
   void AssemblePositive(const Eigen::VectorXd& x);
   // Adds the geometric stiffness of a change of stress to Ks, until the next Assemble.

@@ -105,7 +105,7 @@ bool SurfaceObstacle::IsSharplyConcave(int t, int k) const {
   return normal.dot(face_normal_.col(other)) < std::cos(kSharp) && normal.dot(across) > 0.0;
 }
 
-// Each edge and corner is that of the first of its triangles.
+// The first triangle of an edge or corner keeps it.
 void SurfaceObstacle::CountParts() {
   std::vector<char> is_left_out(x_.cols(), 0);
   for (int t = 0; t < static_cast<int>(triangles_.size()); ++t)

@@ -28,7 +28,7 @@ enum class SurfaceBlend {
 class SurfaceObstacle {
  public:
   // x: shape [3, V] [m]; triangles: counter-clockwise seen from outside, each edge in two of them.
-  // before: of the vertices at the begin of the step, in whose course friction is reckoned; empty:
+  // before: positions of the vertices at the start of the step, for friction during it; empty:
   // the solid does not move.
   SurfaceObstacle(Eigen::Matrix3Xd x, std::vector<std::array<int, 3>> triangles,
                   Eigen::Matrix3Xd before = {}, double reach = 0.03,
@@ -43,7 +43,7 @@ class SurfaceObstacle {
   // triangles.
   bool Encloses(const Eigen::Vector3d& x) const;
   const Eigen::Matrix3Xd& x() const { return x_; }
-  // At the begin of the step [m].
+  // Positions at the start of the step [m].
   const Eigen::Matrix3Xd& before() const { return before_.cols() == 0 ? x_ : before_; }
   const std::vector<std::array<int, 3>>& triangles() const { return triangles_; }
 

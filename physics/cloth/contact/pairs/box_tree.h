@@ -22,7 +22,7 @@ struct SpaceBox {
 // neighbours.
 class BoxTree {
  public:
-  // From now on, of these boxes. Those of a number of boxes that it had before keep their order.
+  // Replaces the boxes. If there are as many as before, they keep their order.
   void Enclose(const std::vector<SpaceBox>& boxes);
 
   // Calls visit(k) for the number of each box that meets this one, in no particular order.

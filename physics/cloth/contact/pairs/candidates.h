@@ -33,7 +33,7 @@ class BoxedSurface {
   // Encloses each part while its vertices stay in these boxes, with `more` [m] on all sides.
   void Enclose(const VertexBoxes& boxes, double more, int threads);
 
-  // Boxes of the numbers of parts, and those of edges and triangles in a tree.
+  // Boxes by the number of the part; edges and triangles are in trees as well.
   const std::vector<SpaceBox>& vertices() const { return vertices_; }
   const std::vector<SpaceBox>& edges() const { return edges_; }
   const BoxTree& edge_tree() const { return edge_tree_; }
@@ -49,13 +49,13 @@ class BoxedSurface {
 // common vertex are none.
 std::vector<ContactPair> ListPairsWithin(const BoxedSurface& cloth, int threads = 1);
 // All such pairs of a part of a cloth and one of an obstacle, which have no vertex in common. Of
-// edges, that of the cloth comes first.
+// edges, the cloth's edge comes first.
 std::vector<ContactPair> ListPairsBetween(const BoxedSurface& cloth, const BoxedSurface& obstacle,
                                           int threads = 1);
 
 // The pairs of a cloth, and of a cloth and obstacles, that can be near one another in shapes near a
 // reference shape. Only what is near is looked at again while the cloth moves little. A shape has
-// the vertices of the cloth and then those of the obstacles.
+// the vertices of the cloth and then the vertices of the obstacles.
 class PairCandidates {
  public:
   struct Candidate {
