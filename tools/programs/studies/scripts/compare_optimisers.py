@@ -2,6 +2,7 @@
 """Tables and charts of drape_compare_optimisers: report.md, traces.csv and five charts [Dolan 2002;
 More 2009]."""
 
+import json
 import math
 
 import numpy
@@ -102,7 +103,7 @@ def is_refined(method):
     return method.endswith("_lm")
 
 
-def method_rows(race):
+def method_scores(race):
     def mean(values):
         return sum(NEVER if value is None else value for value in values) / max(1, len(values))
     for method in race.methods:
@@ -110,17 +111,27 @@ def method_rows(race):
         gaps = [race.gap(run, run.cost) for run in runs]
         drapes = [run for run in runs if run.shape.size]
         evaluations = sum(run["evaluations"] + run["jacobians"] for run in runs)
-        shares = [numpy.mean(ok) for ok in (
-            [gap <= 0.1 for gap in gaps], [gap <= 0.01 for gap in gaps],
-            [run.cost <= 1.001 * race.best[run["problem"]].cost for run in runs],
-            [race.on_best_branch(run) for run in runs])]
-        yield [method, *(f"{share:.2f}" for share in shares), spread(gaps, ".4f"),
-               f"{mean([run['rms_px'] for run in drapes]):.2f}",
-               f"{mean([run['settled_rms_px'] for run in drapes]):.2f}",
-               f"{max([run['coupling'] for run in drapes], default=0):.3f}",
-               f"{sum(run['failed'] for run in runs) / max(1, evaluations):.2f}",
-               f"{quantile([run['cpu_s'] for run in runs], 0.5):.1f}",
-               f"{quantile([run['cpu_s'] - run['function_cpu_s'] for run in runs], 0.5):.1f}"]
+        yield {
+            "name": method,
+            "solved_at_0.1": float(numpy.mean([gap <= 0.1 for gap in gaps])),
+            "solved_at_0.01": float(numpy.mean([gap <= 0.01 for gap in gaps])),
+            "wins": float(numpy.mean([run.cost <= 1.001 * race.best[run["problem"]].cost
+                                      for run in runs])),
+            "best_branch": float(numpy.mean([race.on_best_branch(run) for run in runs])),
+            "gaps": gaps,
+            "mean_rms_px": mean([run["rms_px"] for run in drapes]),
+            "mean_settled_rms_px": mean([run["settled_rms_px"] for run in drapes]),
+            "largest_coupling": max([run["coupling"] for run in drapes], default=0),
+            "failed_share": sum(run["failed"] for run in runs) / max(1, evaluations),
+            "median_cpu_s": quantile([run["cpu_s"] for run in runs], 0.5),
+            "median_own_cpu_s": quantile([run["cpu_s"] - run["function_cpu_s"] for run in runs], 0.5)}
+
+
+def method_rows(race):
+    forms = ["", ".2f", ".2f", ".2f", ".2f", ".4f", ".2f", ".2f", ".3f", ".2f", ".1f", ".1f"]
+    for score in method_scores(race):
+        yield [spread(value, form) if isinstance(value, list) else format(value, form)
+               for value, form in zip(score.values(), forms)]
 
 
 def budget_table(race, budgets):
@@ -313,6 +324,10 @@ def draw(study):
     study.write_csv("traces.csv", ["problem", "method", "seed", "spent_rollouts", "cpu_s", "cost"],
                     [[run["problem"], run["method"], run["seed"], f"{point[0]:.6g}",
                       f"{point[1]:.6g}", f"{point[2]:.9g}"] for run in runs for point in run.trace])
+    study.json["methods"] = [  # for other readers of the file
+        {key: None if value == NEVER else value for key, value in score.items()}
+        for score in method_scores(race)]
+    study.write("compare_optimisers.json", json.dumps(study.json, indent=1) + "\n")
     if pyplot:
         draw_charts(study, race, parts, budgets)
     print("".join(note + "\n" for note in notes) + aligned(header, rows), end="")
