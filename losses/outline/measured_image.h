@@ -35,9 +35,9 @@ struct ImageQuality {
   Segmentation segmentation;  // what was made of the picture
   bool scale_given = false;   // by the user; otherwise the scale of the published images
   CentreMode centre = CentreMode::kNominal;
-  double centre_offset = 0.0;      // of the camera's centre from the image's centre [px]
-  double centre_error = 0.0;       // from the outline's centre to the camera's [px]
-  double drape_coefficient = 0.0;  // about the outline's centre, as the radii
+  double centre_offset = 0.0;                 // of the camera's centre from the image's centre [px]
+  double centre_error = 0.0;                  // from the outline's centre to the camera's [px]
+  double drape_coefficient = 0.0;             // about the outline's centre, as the radii
   double radius_min = 0.0, radius_max = 0.0;  // in the support plane [m]
   double overhanging = 0.0;        // share of the rays that leave the cloth and enter it again
   std::vector<std::string> notes;  // one sentence for each thing that a user should know
