@@ -68,7 +68,8 @@ int WaitFor(pid_t child, rusage* used) {
   return status;
 }
 
-constexpr char kDone = 'd', kBadInput = 'i', kRefused = 'r', kFailed = 'f';  // first byte of a child's answer
+constexpr char kDone = 'd', kBadInput = 'i', kRefused = 'r',
+               kFailed = 'f';  // first byte of a child's answer
 constexpr int kPollMilliseconds = 100;
 constexpr double kBytesPerUnit = 1024.0;  // ru_maxrss is in KiB
 

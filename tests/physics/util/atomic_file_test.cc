@@ -45,7 +45,7 @@ TEST_F(AtomicFile, RejectsATargetThatCannotBeAFile) {
   std::filesystem::create_directory(Path("folder"));
   EXPECT_IO_ERROR(WriteFileAtomically(Path("folder"), "x"), "folder: cannot replace the file");
   EXPECT_IO_ERROR(WriteFileAtomically(Path("absent/a.txt"), "x"),
-                     "a.txt: cannot create a file in this folder: No such file or directory");
+                  "a.txt: cannot create a file in this folder: No such file or directory");
   EXPECT_EQ(NumFiles(), 1);
 }
 
