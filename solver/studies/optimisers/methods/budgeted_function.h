@@ -24,7 +24,7 @@ class ResidualFunction {
   // residual: [m]; jacobian: nullptr, or ∂r/∂θ, shape [m, P]. False where it cannot be evaluated.
   virtual bool Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
                         RowMatrix* jacobian) = 0;
-  // Of the last evaluation without a Jacobian: 0 where it was refused before any work.
+  // The cost of the last evaluation without a Jacobian: 0 if it was refused before any work.
   virtual double cost_units() const { return 1.0; }
   // A method with derivatives takes over at the best point so far.
   virtual void RefineFromBest() {}
@@ -71,7 +71,7 @@ class BudgetedFunction {
 
   int size() const { return function_.size(); }
   int num_residuals() const { return function_.num_residuals(); }
-  // At the point of the call before, only what is missing is computed and paid for. False where the
+  // Computes and pays only what is missing at the point of the previous call. False where the
   // function fails or nothing is left to spend.
   bool Evaluate(const Eigen::VectorXd& theta, Eigen::VectorXd* residual, RowMatrix* jacobian);
   bool exhausted() const;

@@ -43,10 +43,11 @@ OptimiserRun RunOptimiser(const std::string& name, ResidualFunction& function,
 // What RunOptimiser calls; each runs until it converges or the meter refuses, and says in a
 // sentence why it ended.
 
-// invalid_steps: trials in a row that cannot be evaluated before it stops; Ceres's default and
-// that of drape_fit is 5.
+// invalid_steps: trials in a row that cannot be evaluated before it stops; 5 in drape_fit, the
+// default of Ceres.
 std::string RunLevenbergMarquardt(BudgetedFunction& function, int invalid_steps);
-// At most so many rounds of the same from the best point so far (BudgetedFunction::RefineFromBest).
+// Runs at most so many rounds of the same method from the best point so far
+// (BudgetedFunction::RefineFromBest).
 std::string RefineByLevenbergMarquardt(BudgetedFunction& function, int rounds);
 // subspace: in the plane of gradient and Gauss–Newton step instead of along the dogleg.
 std::string RunDogleg(BudgetedFunction& function, bool subspace);

@@ -66,7 +66,7 @@ class StopWhenSpent final : public ceres::IterationCallback {
   const BudgetedFunction& function_;
 };
 
-// As the last round of a fit.
+// The options of the last round of a fit.
 TrustRegionOptions MakeTrustRegionOptions() {
   TrustRegionOptions options;
   options.max_iterations = 1000000;
@@ -109,7 +109,7 @@ std::string RunDogleg(BudgetedFunction& function, bool subspace) {
   ceres::Solver::Options options = CeresOptions(function.size(), MakeTrustRegionOptions());
   options.trust_region_strategy_type = ceres::DOGLEG;
   options.dogleg_type = subspace ? ceres::SUBSPACE_DOGLEG : ceres::TRADITIONAL_DOGLEG;
-  // Of a step in units of the columns' norms, so of the size of the change of r that it predicts.
+  // The radius is in units of the columns' norms: it has the size of the predicted change of r.
   options.initial_trust_region_radius = residual.norm();
   return Solve(function, options, Eigen::VectorXd::Zero(function.size()));
 }

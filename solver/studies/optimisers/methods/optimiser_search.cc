@@ -16,7 +16,7 @@
 namespace drape {
 namespace {
 
-// A process whose standard input and output are one socket, so that a dead one gives an error
+// A process whose standard input and output are one socket: writing to a dead one gives an error
 // instead of a signal. It is in a group of its own, out of reach of Ctrl-C.
 class SearchProcess {
  public:

@@ -18,7 +18,7 @@
 namespace drape {
 namespace {
 
-constexpr double kRounding = 1e-10;    // sums that are zero but for rounding
+constexpr double kRounding = 1e-10;    // of sums that are zero up to rounding
 constexpr double kRigid = 1e-8;        // strains are differences of numbers near 1
 constexpr double kDifferences = 1e-6;  // best of a sweep of central differences
 
@@ -166,7 +166,7 @@ class SceneChecks {
     Add("energy", "largest rise of the total energy in a step", LargestRise());
   }
 
-  // Of kinetic and potential energy over the rollout, relative to its range.
+  // The largest rise of kinetic plus potential energy in a step, relative to its range.
   double LargestRise() {
     const Vector mass = model_->LumpedMass(material_.density);
     RolloutOptions one = rollout_;

@@ -124,7 +124,7 @@ std::vector<Option> RunOptions(OptimiserStudyOptions& options) {
   };
 }
 
-// With the base of the materials that need one.
+// Fills in the base of the materials that need one.
 OptimiserStudyOptions WithBases(OptimiserStudyOptions options) {
   std::vector<std::string*> materials = {&options.material};
   for (std::string& twin : options.twins) materials.push_back(&twin);
