@@ -16,6 +16,7 @@
 #include "physics/simulation/statics/statics.h"
 #include "tests/bench/cpu_time.h"
 #include "tests/bench/fabrics.h"
+#include "tests/physics/summed_tangents.h"
 
 namespace drape {
 namespace {

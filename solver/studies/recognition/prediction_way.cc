@@ -15,16 +15,16 @@ struct Learning {
   int fabric = 0;
   int without = -1;  // of the samples; −1: all count
 
-  bool LearnsFrom(const std::vector<SampleDrapes>& samples, int i) const {
+  bool LearnsFrom(const std::vector<DrapesOfSample>& samples, int i) const {
     return samples[i].fabric == fabric && i != without;
   }
   // The samples that are compared with it.
-  bool Predicts(const std::vector<SampleDrapes>& samples, int i) const {
+  bool Predicts(const std::vector<DrapesOfSample>& samples, int i) const {
     return without >= 0 ? i == without : samples[i].fabric != fabric;
   }
 };
 
-std::vector<Learning> ListLearning(const std::vector<SampleDrapes>& samples, int fabrics) {
+std::vector<Learning> ListLearning(const std::vector<DrapesOfSample>& samples, int fabrics) {
   std::vector<Learning> list;
   for (int f = 0; f < fabrics; ++f) list.push_back({f});
   for (int i = 0; i < int(samples.size()); ++i) list.push_back({samples[i].fabric, i});
@@ -45,7 +45,7 @@ double SumOverFaces(const std::vector<TrainingDrape>& drapes, const Eigen::Vecto
 }  // namespace
 
 std::vector<Eigen::VectorXd> CompareByPredictions(const DrapePool& pool,
-                                                  const std::vector<SampleDrapes>& samples,
+                                                  const std::vector<DrapesOfSample>& samples,
                                                   int fabrics,
                                                   const DistributionFitOptions& options,
                                                   const RunControl& control) {

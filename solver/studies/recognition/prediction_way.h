@@ -10,7 +10,7 @@
 namespace drape {
 
 // The drapes of one sample.
-struct SampleDrapes {
+struct DrapesOfSample {
   int fabric = 0;  // from 0
   std::vector<TrainingDrape> drapes = {};
 };
@@ -24,7 +24,7 @@ struct SampleDrapes {
 // cross_validate are not used. Empty when cancelled. Throws InputError (prefix "pool") where the
 // pool has too few drapes near a fabric.
 std::vector<Eigen::VectorXd> CompareByPredictions(const DrapePool& pool,
-                                                  const std::vector<SampleDrapes>& samples,
+                                                  const std::vector<DrapesOfSample>& samples,
                                                   int fabrics,
                                                   const DistributionFitOptions& options,
                                                   const RunControl& control);

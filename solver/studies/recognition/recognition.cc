@@ -45,7 +45,7 @@ DrapePool TakePool(const RecognitionJob& job, const RunControl& control) {
 
 void AddPredictionWay(const RecognitionJob& job, const SampleList& list, const DrapePool& pool,
                       const RunControl& control, Recognition* result) {
-  std::vector<SampleDrapes> samples;
+  std::vector<DrapesOfSample> samples;
   for (const ListedSample& sample : list.samples) {
     std::vector<ObservedCapture> captures;
     for (const ObservedCapture* image : sample.images) captures.push_back(*image);

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr StoredFormat kCellFormat = {"drapefit-cell", 2};
+constexpr StoredFormat kStudyCellFormat = {"drapefit-cell", 2};
 
 struct Share {
   std::size_t index = 0, count = 1;
@@ -28,7 +28,7 @@ struct Share {
   bool Has(std::size_t cell) const { return cell % count == index; }
 };
 
-std::optional<std::size_t> ParseCount(const char* begin, const char* end) {
+std::optional<std::size_t> ParseShareNumber(const char* begin, const char* end) {
   constexpr std::size_t kMost = 1'000'000;
   std::size_t count = 0;
   const auto [parsed, error] = std::from_chars(begin, end, count);
@@ -42,8 +42,8 @@ Share ParseShare(const std::string& share) {
   const char* const end = begin + share.size();
   const std::size_t slash = share.find('/');
   if (slash != std::string::npos) {
-    const auto index = ParseCount(begin, begin + slash);
-    const auto count = ParseCount(begin + slash + 1, end);
+    const auto index = ParseShareNumber(begin, begin + slash);
+    const auto count = ParseShareNumber(begin + slash + 1, end);
     if (index && count && *index < *count) return {*index, *count};
   }
   throw InputError("option 'share'",
@@ -107,7 +107,7 @@ class StudyRun {
   std::optional<json> Read(const json& key) const {
     const std::string path = Path(key);
     if (!fs::exists(path)) return std::nullopt;
-    json stored = ReadStoredJson(path, kCellFormat);
+    json stored = ReadStoredJson(path, kStudyCellFormat);
     const JsonInput input(stored, path);
     if (input.At("key").value() != key) input.At("key").Fail("that of the cell of this name");
     return input.At("result").value();
@@ -162,7 +162,7 @@ class StudyRun {
     std::optional<json> result = options_.processes ? RunInProcess(k) : RunCell(k);
     if (!result || control_.cancelled()) return;
     const json key = MakeKey(study_, cell);
-    WriteStoredJson(Path(key), kCellFormat, {{"key", key}, {"result", *result}}, 1);
+    WriteStoredJson(Path(key), kStudyCellFormat, {{"key", key}, {"result", *result}}, 1);
     const std::scoped_lock lock(mutex_);
     result_.results[k] = std::move(result);
     done_work_ += cell.work;
@@ -207,9 +207,7 @@ std::string CellId(const Study& study, std::size_t cell) {
   return Id(MakeKey(study, study.cells[cell]));
 }
 
-std::string NameWithoutFolder(const std::string& path) {
-  return path.substr(path.rfind('/') + 1);
-}
+std::string NameWithoutFolder(const std::string& path) { return path.substr(path.rfind('/') + 1); }
 
 void CheckShare(const StudyOptions& options) { ParseShare(options.share); }
 

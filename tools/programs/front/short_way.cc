@@ -113,7 +113,8 @@ bool HasSameInputs(const std::string& summary_path) try {
   const json summary = json::parse(ReadWholeFile(summary_path));
   for (const char* list : {"configs", "inputs"})
     for (const json& file : summary.at("provenance").at(list))
-      if (Sha256(ReadWholeFile(file.at("path"))) != file.at("sha256")) return false;
+      if (Sha256(ReadWholeFile(file.at("path"))) != file.at("sha256").get<std::string>())
+        return false;
   return true;
 } catch (const std::exception&) {  // no summary, or a file is gone
   return false;

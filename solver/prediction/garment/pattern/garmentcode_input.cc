@@ -78,7 +78,7 @@ Panel ReadPanel(const std::string& name, const JsonInput& input, double metres) 
   return panel;
 }
 
-Stitch ReadStitch(const JsonInput& input, const Pattern& pattern) {
+Stitch ReadGarmentCodeStitch(const JsonInput& input, const Pattern& pattern) {
   const int size = input.ExpectArray().Size();
   if (size < 2 || size > 3) input.Fail("two edges and, optionally, \"right_wrong\"");
   const auto edge = [&](int k) {
@@ -112,7 +112,7 @@ Pattern ReadGarmentCode(const JsonInput& input) {
   if (!input.At("pattern").Has("stitches")) return pattern;
   const JsonInput stitches = input.At("pattern").At("stitches").ExpectArray();
   for (int k = 0; k < stitches.Size(); ++k)
-    pattern.stitches.push_back(ReadStitch(stitches.At(k), pattern));
+    pattern.stitches.push_back(ReadGarmentCodeStitch(stitches.At(k), pattern));
   return pattern;
 }
 

@@ -28,9 +28,9 @@ std::vector<SpecimenDistribution> FakeFabrics(const std::vector<double>& lengths
   return fabrics;
 }
 
-std::vector<SampleDrapes> DrawSamples(const std::vector<SpecimenDistribution>& fabrics,
-                                      int samples) {
-  std::vector<SampleDrapes> list;
+std::vector<DrapesOfSample> DrawSamples(const std::vector<SpecimenDistribution>& fabrics,
+                                        int samples) {
+  std::vector<DrapesOfSample> list;
   for (std::size_t f = 0; f < fabrics.size(); ++f) {
     const std::vector<TrainingDrape> drapes = FakeSamples(fabrics[f], samples, 31 + f);
     for (std::size_t i = 0; i < drapes.size(); i += 2)  // both faces
@@ -40,7 +40,7 @@ std::vector<SampleDrapes> DrawSamples(const std::vector<SpecimenDistribution>& f
 }
 
 // After the factor was found on the other samples.
-RecognitionScore Score(const std::vector<SampleDrapes>& samples,
+RecognitionScore Score(const std::vector<DrapesOfSample>& samples,
                        const std::vector<Eigen::VectorXd>& logs) {
   std::vector<RecognisedSample> recognised;
   for (std::size_t i = 0; i < samples.size(); ++i)
@@ -50,7 +50,7 @@ RecognitionScore Score(const std::vector<SampleDrapes>& samples,
 }
 
 TEST(PredictionWay, RecognisesFabricsThatDrapeUnlike) {
-  const std::vector<SampleDrapes> samples = DrawSamples(FakeFabrics({0.008, 0.013, 0.02}), 4);
+  const std::vector<DrapesOfSample> samples = DrawSamples(FakeFabrics({0.008, 0.013, 0.02}), 4);
   const RecognitionScore score =
       Score(samples, CompareByPredictions(FakePool(2000), samples, 3, kOptions, {}));
   EXPECT_EQ(score.samples, 12);
@@ -60,7 +60,7 @@ TEST(PredictionWay, RecognisesFabricsThatDrapeUnlike) {
 
 // Two whose means are 2.5 deviations apart: no way of telling them is always right.
 TEST(PredictionWay, IsAsSureOfFabricsThatOverlapAsItIsRight) {
-  const std::vector<SampleDrapes> samples =
+  const std::vector<DrapesOfSample> samples =
       DrawSamples(FakeFabrics({0.0141, 0.0141 * std::exp(0.2)}), 30);
   const RecognitionScore score =
       Score(samples, CompareByPredictions(FakePool(1500), samples, 2, kOptions, {}));
@@ -73,7 +73,7 @@ TEST(PredictionWay, IsAsSureOfFabricsThatOverlapAsItIsRight) {
 }
 
 TEST(PredictionWay, LeavesTheSampleOutOfItsFabricAlone) {
-  std::vector<SampleDrapes> samples = DrawSamples(FakeFabrics({0.01, 0.018}), 3);
+  std::vector<DrapesOfSample> samples = DrawSamples(FakeFabrics({0.01, 0.018}), 3);
   samples[0].drapes = DrawSamples(FakeFabrics({0.0145}), 1)[0].drapes;  // unlike its fabric
   const DrapePool pool = FakePool(2000);
   const auto score = [&](const std::vector<int>& learned_from) {
@@ -93,7 +93,7 @@ TEST(PredictionWay, LeavesTheSampleOutOfItsFabricAlone) {
 }
 
 TEST(PredictionWay, CapturesOfAFaceCountOnceAndThreadsDoNot) {
-  std::vector<SampleDrapes> samples = DrawSamples(FakeFabrics({0.01, 0.018}), 2);
+  std::vector<DrapesOfSample> samples = DrawSamples(FakeFabrics({0.01, 0.018}), 2);
   const DrapePool pool = FakePool(1500);
   DistributionFitOptions options = kOptions;
   const std::vector<Eigen::VectorXd> once = CompareByPredictions(pool, samples, 2, options, {});
@@ -105,7 +105,7 @@ TEST(PredictionWay, CapturesOfAFaceCountOnceAndThreadsDoNot) {
 }
 
 TEST(PredictionWay, EndsEarlyAndRefusesASmallPool) {
-  const std::vector<SampleDrapes> samples = DrawSamples(FakeFabrics({0.01, 0.018}), 2);
+  const std::vector<DrapesOfSample> samples = DrawSamples(FakeFabrics({0.01, 0.018}), 2);
   const std::atomic<bool> cancel = true;
   EXPECT_TRUE(
       CompareByPredictions(FakePool(500), samples, 2, kOptions, {.cancel = &cancel}).empty());

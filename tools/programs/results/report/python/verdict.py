@@ -1,15 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a person may do with the results, with the warnings first, and what was found of the cloth."""
 
-import math
 import os
 
 import page as html
 from results import (InputError, coefficient_text, find, items, number, number_text, read_text, text,
                      texts, value_text)
-
-KES_BENDING = 98.07  # µN·m of 1 gf·cm²/cm
-KES_SHEAR = 56.19  # N/m of 1 gf/(cm·degree)
 
 PURPOSES = {
     "drape_predict": "A prediction: the distribution of the drapes of a fabric.",
@@ -227,70 +223,6 @@ def laboratory_sheet(sheet):
     return html.table(rows, head, text(sheet, "/title")) if rows else ""
 
 
-def estimate(s, pointer, name, factor, unit):
-    value, spread = number(s, pointer + "/value"), number(s, pointer + "/factor_90")
-    if value is None or not spread:
-        return []
-    v = factor * value
-    measured = find(s, pointer + "/determined") is True
-    return [(html.header(name), html.numeric("%.3g" % v),
-             html.numeric("%.3g … %.3g" % (v / spread, v * spread)), (unit, ""),
-             html.origin("measured" if measured else "prior"))]
-
-
-def mean_of_tables(s, key, name, factor, unit):
-    value = number(s, f"/stiffness/{key}/fitted")
-    if value is None:
-        return []
-    return [(html.header(name), html.numeric("%.3g" % (factor * value)), html.numeric(""), (unit, ""),
-             ("no interval is stored", "prior"))]
-
-
-def weight(s):
-    density, source = number(s, "/bending/density_kg_m2"), text(s, "/bending/density_from")
-    if density is None:
-        return []
-    return [(html.header("mass per area"), html.numeric("%.0f" % (1e3 * density)), html.numeric(""),
-             ("g/m²", ""), (source, "") if source == "given" else
-             ("of the start tables: not measured", "prior"))]
-
-
-def bending_length(s):
-    length, spread = number(s, "/bending/bending_length_m"), number(s, "/verdict/bend_n_m/factor_90")
-    determined = find(s, "/verdict/bend_n_m/determined")
-    if length is None or not spread or determined is None:
-        return []
-    c, f = 100 * length, math.cbrt(spread)
-    return [(html.header("bending length c (ISO 9073-7)"), html.numeric("%.3g" % c),
-             html.numeric("%.3g … %.3g" % (c / f, c * f)), ("cm", ""),
-             html.origin("measured" if determined is True else "prior"))]
-
-
-def older_material(s):
-    """The material of results that have no sheet of a laboratory."""
-    bend = "/verdict/bend_n_m"
-    rows = estimate(s, bend, "bending rigidity B, as it drapes", 1e6, "µN·m")
-    rows += estimate(s, bend, "the same in KES units", 1e6 / KES_BENDING, "gf·cm²/cm")
-    rows += bending_length(s) + weight(s)
-    rows += estimate(s, "/verdict/stretch_n_per_m", "tensile stiffness, as it drapes", 1, "N/m")
-    # A bend row is of an edge: edges along the weft bend the warp.
-    for key, name, factor, unit in [
-            ("bend_along_weft_n_m", "bending, warp direction", 1e6, "µN·m"),
-            ("bend_along_warp_n_m", "bending, weft direction", 1e6, "µN·m"),
-            ("bend_at_45_deg_n_m", "bending, bias", 1e6, "µN·m"),
-            ("c11_n_per_m", "tensile stiffness, weft (c11)", 1, "N/m"),
-            ("c22_n_per_m", "tensile stiffness, warp (c22)", 1, "N/m"),
-            ("c12_n_per_m", "coupling of warp and weft (c12)", 1, "N/m"),
-            ("c33_n_per_m", "shear rigidity G (c33/2)", 0.5, "N/m"),
-            ("c33_n_per_m", "the same in KES units", 0.5 / KES_SHEAR, "gf/(cm·°)")]:
-        rows += mean_of_tables(s, key, name, factor, unit)
-    if not rows:
-        return ""
-    return (html.table(rows, ("quantity", "value", "90 % interval", "unit", "where from")) +
-            html.paragraph("Rows without an interval are means of the fitted tables; most of their "
-                           "entries are of strains and curvatures that no drape has.", "quiet"))
-
-
 def in_words(s):
     bend = find(s, "/verdict/bend_n_m/determined")
     stretch = find(s, "/verdict/stretch_n_per_m/determined")
@@ -321,7 +253,7 @@ def material(folder, page):
     s = folder.summary
     sheets = find(s, "/laboratory")
     sheets = sheets if isinstance(sheets, dict) else {}
-    table = (laboratory_sheet(sheets["material"]) if "material" in sheets else older_material(s))
+    table = laboratory_sheet(sheets.get("material"))
     if not folder.is_fit or not table:
         return ""
     others = [laboratory_sheet(sheets[name]) for name in sorted(sheets) if name != "material"]
