@@ -58,7 +58,7 @@ struct ExperimentResult {
 std::optional<ExperimentResult> ReadExperiment(const std::string& folder);
 
 // Does what is still to be done: the learning (LearnFabric; to specimens.json) or the fit
-// (RunFitJob; from its checkpoint, where there is one), then the prediction (DrapesOfSample), whose
+// (RunFitJob; from its checkpoint, where there is one), then the prediction (SampleDrapes), whose
 // scores go to prediction.json, those of a calibrated one beside those of the fit as it is; so an
 // experiment that was stopped continues to the same numbers. False when it was cancelled. Throws
 // InputError.
