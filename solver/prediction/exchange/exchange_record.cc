@@ -8,7 +8,7 @@
 #include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
-#include "solver/prediction/exchange/statistics/fabric_samples.h"
+#include "solver/prediction/exchange/fabric_samples.h"
 #include "solver/prediction/material_source.h"
 
 namespace drape {

@@ -11,8 +11,8 @@
 #include "physics/material/material_scaling.h"
 #include "physics/util/math/quantile.h"
 #include "solver/fit/parameters/effective_stiffness.h"
+#include "solver/prediction/exchange/fabric_samples.h"
 #include "solver/prediction/exchange/linear_fabric.h"
-#include "solver/prediction/exchange/statistics/fabric_samples.h"
 
 namespace drape {
 namespace {

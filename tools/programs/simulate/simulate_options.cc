@@ -44,9 +44,9 @@ std::vector<Option> FileOptions(SimulateOptions& options) {
        .is_path = true},
       {.key = "geometry",
        .value = &options.geometry,
-       .doc = "further files of the drape, separated by commas: glb (vertex colours by the largest "
-              "strain, for viewers and the web), vtu (with strain, tension and stiffness of each "
-              "face, for ParaView; with dump_steps a series drape.pvd)"},
+       .doc =
+           "vtu: further files of the drape with strain, tension and stiffness of each face, for "
+           "ParaView; with dump_steps a series drape.pvd"},
       OutOption(options.out),
   };
 }
@@ -79,7 +79,7 @@ OptionTable SimulateTable(SimulateOptions& options) {
       .notes =
           "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
           "drape.obj, silhouette.png, state_<step>.json, state_rest.json (hybrid and static), "
-          "gradient.json, with --geometry drape.glb and drape.vtu. They replace the files of an "
+          "gradient.json, with --geometry drape.vtu. They replace the files of an "
           "earlier run together, at the end.\n"
           "exit code 3: the computation failed (outcome and status in summary.json); the files "
           "show the last good shape\n",

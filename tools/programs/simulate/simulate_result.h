@@ -27,7 +27,7 @@ struct SimulateOptions {
   std::string gradient_weights;       // {"w": [3V]}; empty: no gradient
   std::string backend = "auto";       // MakeBackend
   AccuracyChoice accuracy;            // sets the options that the user has not given
-  std::vector<std::string> geometry;  // "glb", "vtu"
+  std::vector<std::string> geometry;  // "vtu"
   std::string out;                    // folder, made when missing
 };
 

@@ -83,8 +83,8 @@ void CheckOptions(const SimulateOptions& options) {
                          ", expected at most steps = " + std::to_string(options.steps));
   }
   for (const std::string& format : options.geometry)
-    if (format != "glb" && format != "vtu")
-      throw InputError("option 'geometry'", "found " + format + ", expected glb or vtu");
+    if (format != "vtu")
+      throw InputError("option 'geometry'", "found " + format + ", expected vtu");
   const bool is_dynamic = options.solve == "dynamic";
   if (!is_dynamic && !options.gradient_weights.empty()) {
     throw InputError("option 'gradient_weights'",
@@ -106,12 +106,8 @@ void WriteFaces(const Input& input, const Eigen::VectorXd& x, const std::string&
 // The end as --geometry asks for it, and the states of --dump_steps as a series.
 void WriteGeometry(const SimulateOptions& options, const Input& input,
                    const SimulationResult& simulation, const OutputFolder& out) {
-  const ClothModel& model = *input.scene.model;
   const Eigen::VectorXd& x = simulation.end.x;
   if (!x.allFinite()) return;
-  if (Asks(options, "glb"))
-    WriteGlb(out.Staged("drape.glb"), model.mesh, x, "largest Green strain",
-             LargestStrains(ComputeFaceFields(model, input.scene.material.field, x).front()));
   if (!Asks(options, "vtu")) return;
   WriteFaces(input, x, out.Staged("drape.vtu"));
   if (options.dump_steps.empty()) return;

@@ -15,6 +15,7 @@ import numpy as np
 
 from . import _core
 from ._core import Camera, Material, Silhouette, read_camera
+from .inference import inference_data
 from .results import read_folder
 
 FEATURES = tuple(_core.FEATURES)

@@ -69,7 +69,6 @@ This package has the programs, fabrics and configurations. They use GPUs of
 NVIDIA where there are any."
     SHLIBDEPS
     RECOMMENDS gnuplot-nox python3-jinja2 python3-matplotlib
-    SUGGESTS libnetcdf19
     CONFLICTS drapefit
     COMPONENTS programs configs)
   set(CPACK_DEBIAN_DRAPEFIT-CUDA_PACKAGE_PROVIDES drapefit)
@@ -82,7 +81,6 @@ else()
 This package has the programs, fabrics and configurations."
     SHLIBDEPS
     RECOMMENDS gnuplot-nox python3-jinja2 python3-matplotlib
-    SUGGESTS libnetcdf19
     COMPONENTS programs configs)
   drape_package(libdrapefit-dev
     SECTION libdevel

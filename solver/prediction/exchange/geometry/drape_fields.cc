@@ -65,14 +65,4 @@ std::vector<FaceField> ComputeFaceFields(const ClothModel& model, const Material
   return fields;
 }
 
-std::vector<double> LargestStrains(const FaceField& strain) {
-  CHECK_EQ(strain.components.size(), 3u);
-  std::vector<double> largest;
-  for (size_t i = 0; i < strain.values.size(); i += 3) {
-    const double uu = strain.values[i], vv = strain.values[i + 1], uv = strain.values[i + 2];
-    largest.push_back((uu + vv) / 2.0 + std::hypot((uu - vv) / 2.0, uv));
-  }
-  return largest;
-}
-
 }  // namespace drape

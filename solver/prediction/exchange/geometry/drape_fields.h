@@ -24,7 +24,4 @@ struct FaceField {
 std::vector<FaceField> ComputeFaceFields(const ClothModel& model, const MaterialField& material,
                                          const Eigen::VectorXd& x);
 
-// The larger principal Green strain of each face, shape [F], of the field "strain".
-std::vector<double> LargestStrains(const FaceField& strain);
-
 }  // namespace drape

@@ -25,11 +25,4 @@ struct TimedFile {
 };
 void WritePvd(const std::string& path, const std::vector<TimedFile>& files);
 
-// Binary glTF 2.0 in float32, for the web and other viewers: y is up there, by the rotation of the
-// node. Vertices have normals, COLOR_0 by `face_values` (shape [F], blue at 0 to red at the 98th
-// percentile), _VALUE (the mean of the values of their faces by area) and TEXCOORD_0, the rest
-// coordinates (u, v) in metres. name: of the values, for the file's extras.
-void WriteGlb(const std::string& path, const Mesh& mesh, const Eigen::VectorXd& x,
-              const std::string& name, const std::vector<double>& face_values);
-
 }  // namespace drape

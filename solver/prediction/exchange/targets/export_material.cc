@@ -3,13 +3,243 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "physics/util/atomic_file.h"
-#include "solver/prediction/exchange/targets/target_list.h"
+#include "physics/util/text_format.h"
+#include "solver/prediction/exchange/targets/built_in_scripts.h"
 
 namespace drape {
 namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Factor of the bending energy of ppf-contact-solver: ½·kPpfBend·bend·ρ·l²/(A0 + A1)·θ² [m⁴/s²].
+constexpr double kPpfBend = 1.28e-5;
+
+// What CLO's file must have and a drape does not tell; CLO's own values.
+constexpr double kCloThickness = 0.5e-3;  // [m]
+constexpr double kCloFriction = 0.03, kCloDamping = 1e-4;
+
+constexpr char kLosesThickness[] =
+    "the thickness, which is not known: CLO's default of 0.5 mm is written, --thickness sets it";
+constexpr char kLosesTables[] =
+    "the change of stiffness with strain and curvature: one number for each direction is left";
+constexpr char kLosesCoupling[] = "c12, the coupling of the two thread directions";
+constexpr char kLosesUncertainty[] = "the standard deviations of the posterior";
+
+// The shortest text that reads back as this number.
+std::string NumberText(double value) {
+  std::string text;
+  AppendNumber(text, value);
+  return text;
+}
+
+// A name as text between quotes in JSON, TOML and Python.
+std::string QuotedText(const std::string& text) { return Json(text).dump(); }
+
+template <int kRows, int kCols>
+Json Rows(const double (&table)[kRows][kCols]) {
+  Json rows = Json::array();
+  for (int r = 0; r < kRows; ++r)
+    for (int c = 0; c < kCols; ++c) rows[r][c] = table[r][c];
+  return rows;
+}
+
+Json CloPhysical(const ExchangeRecord& record) {
+  const LinearFabric& m = record.material;
+  const double per_membrane = 1e3, per_rigidity = 1e9, per_density = 1e-3, per_metre = 1e3;
+  Json json = {{"enFabricType", 0},
+               {"fSuK", per_membrane * m.c11},
+               {"fSvK", per_membrane * m.c22},
+               {"fHK", per_membrane * m.shear},
+               {"fBuK", per_rigidity * m.bend_weft},
+               {"fBvK", per_rigidity * m.bend_warp},
+               {"fBhK", per_rigidity * m.bend_bias}};
+  // Ratio 0: bending stays linear, so that these stiffnesses have no effect.
+  for (const char* key : {"fBuLR", "fBvLR", "fBhLR"}) json[key] = 0;
+  for (const char* key : {"fBucklingStiffnessU", "fBucklingStiffnessV", "fBucklingStiffnessH"})
+    json[key] = 0;
+  json["fDensity"] = per_density * m.density;
+  json["fThickness"] = per_metre * record.thickness.value_or(kCloThickness);
+  json["fFriction"] = kCloFriction;
+  json["fIDS"] = kCloDamping;
+  for (const char* key : {"listNonlinearSuK", "listNonlinearSvK", "listNonlinearHK"})
+    json[key] = Json::array();
+  for (const char* key : {"qsPhysicalPropertyName", "qsPhysicalPropertyNameUTF8"})
+    json[key] = record.source.name;
+  return json;
+}
+
+// The fabric as a Python dictionary.
+std::string FabricText(const ExchangeRecord& record,
+                       const std::vector<std::pair<std::string, double>>& more) {
+  std::string text = "FABRIC = {\n    \"name\": " + QuotedText(record.source.name) + ",\n";
+  const auto add = [&](const std::string& key, double value) {
+    text += "    \"" + key + "\": " + NumberText(value) + ",\n";
+  };
+  add("density", record.material.density);
+  for (const LinearNumber& number : LinearNumbers()) add(number.key, record.material.*number.value);
+  for (const auto& [key, value] : more) add(key, value);
+  return text + "}\n";
+}
+
+// A script with the fabric in place of its empty dictionary, without the line of the licence.
+std::string ScriptText(std::string script, const ExchangeRecord& record,
+                       const std::vector<std::pair<std::string, double>>& more = {}) {
+  constexpr char kEmpty[] = "FABRIC = {}\n";
+  script.erase(0, script.find('\n') + 1);
+  const size_t at = script.find(kEmpty);
+  CHECK_NE(at, std::string::npos);
+  return script.replace(at, sizeof(kEmpty) - 1, FabricText(record, more));
+}
+
+ExportedMaterial ExportArcsim(const ExchangeRecord& record) {
+  const MaterialField& tables = record.source.tables;
+  const Json json = {{"density", tables.density},
+                     {"stretching", Rows(tables.stretch[0].c)},
+                     {"bending", Rows(tables.bend[0].b)}};
+  return {.file = "arcsim.json",
+          .text = json.dump(2) + "\n",
+          .tables = tables,
+          .use =
+              "name the file as \"data\" in the materials of an ARCSim scene, with density, "
+              "stretching and bending multipliers of 1",
+          .lost = {},
+          .verified = true,
+          .evidence =
+              "read back by drapefit's reader of ARCSim materials, it drapes to the same "
+              "bytes; not run in ARCSim"};
+}
+
+ExportedMaterial ExportClo(const ExchangeRecord& record) {
+  const Json json = {{"qsFabricName", record.source.name},
+                     {"qsFabricNameUTF8", record.source.name},
+                     {"uiFabricVersion", 100},
+                     {"uiVersion", 100},
+                     {"mapPhysical", CloPhysical(record)}};
+  LinearFabric meaning = record.material;
+  meaning.c12 = 0.0;
+  ExportedMaterial exported = {
+      .file = "clo.jfab",
+      .text = json.dump(2) + "\n",
+      .tables = TablesFrom(meaning),
+      .use = "Add Fabric in CLO or Marvelous Designer; friction and damping are CLO's defaults",
+      .lost = {kLosesCoupling, kLosesTables},
+      .verified = false,
+      .evidence =
+          "units as Unreal's importer of CLO files reads them (g/s2, g mm2/s2, g/mm2, "
+          "mm); whether bending is by hinge or by length, a factor of up to 1.15, is "
+          "not known; not run in CLO"};
+  if (!record.thickness) exported.lost.emplace_back(kLosesThickness);
+  return exported;
+}
+
+ExportedMaterial ExportJson(const ExchangeRecord& record) {
+  return {
+      .file = "fabric.json",
+      .text = RecordJson(record).dump(2) + "\n",
+      .tables = TablesFrom(record.material),
+      .use = "the neutral record: linear numbers with their uncertainty, and the whole tables",
+      .lost =
+          {"the change of stiffness with strain and curvature, for readers of \"linear\" alone"},
+      .verified = true,
+      .evidence = "the numbers are those that the other targets are computed from"};
+}
+
+ExportedMaterial ExportPpf(const ExchangeRecord& record) {
+  LinearFabric material = record.material;
+  const double rho = material.density, c = (material.c11 + material.c22) / 2.0;
+  const double m = c / rho, L = material.shear / rho, bend = 1.0 / (kPpfBend * rho);
+  // The part that all directions share; the others are added to it.
+  const double least = std::min(material.bend_weft, material.bend_warp);
+  std::string text = "# ppf-contact-solver, presets of its Blender add-on (SI units).\n";
+  text += "# bend_warp and bend_weft need a UV map whose U runs along the warp; meshes of\n";
+  text += "# drapefit have U along the weft: exchange the two numbers for them.\n";
+  text += "[" + QuotedText(record.source.name) + "]\n";
+  text += "description = \"exported by drapefit\"\n";
+  text += "object_type = \"SHELL\"\n";
+  text += "shell_model = \"BARAFF_WITKIN\"\n";
+  text += "shell_density = " + NumberText(rho) + "\n";
+  text += "shell_young_modulus = " + NumberText(m * (3.0 * L + 2.0 * m) / (L + m)) + "\n";
+  text += "young_mod_density_normalized = true\n";
+  text += "shell_poisson_ratio = " + NumberText(L / (2.0 * (L + m))) + "\n";
+  text += "bend = " + NumberText(bend * least) + "\n";
+  text += "bend_warp = " + NumberText(bend * (material.bend_warp - least)) + "\n";
+  text += "bend_weft = " + NumberText(bend * (material.bend_weft - least)) + "\n";
+  text += "enable_strain_limit = false\n";
+  material.c11 = material.c22 = c;
+  material.c12 = 0.0;
+  material.bend_bias = (material.bend_weft + material.bend_warp) / 2.0;
+  return {.file = "ppf.toml",
+          .text = text,
+          .tables = TablesFrom(material),
+          .use =
+              "append the table to presets/materials.toml of the add-on; the Python interface "
+              "has the same numbers under young-mod, poiss-rat, bend, bend-warp and bend-weft",
+          .lost = {"the difference of c11 and c22: their mean is left", kLosesCoupling,
+                   "the rigidity along the bias, which is the mean of weft and warp there",
+                   kLosesTables},
+          .verified = false,
+          .evidence =
+              "its hinge and membrane energies, written again from its source as a test, "
+              "are those of drapefit; not run in the program"};
+}
+
+ExportedMaterial ExportNewton(const ExchangeRecord& record, IsotropicChoice keep) {
+  const IsotropicSheet sheet = MakeIsotropic(record.material, keep);
+  return {.file = "newton.py",
+          .text = ScriptText(kNewtonScript, record, {{"mu", sheet.mu}, {"lambda", sheet.lambda}}),
+          .tables = TablesFrom(WithIsotropicMembrane(record.material, sheet)),
+          .use =
+              "import it, pass cloth_arguments(\"vbd\") to add_cloth_mesh, and call apply(model, "
+              "uv) after finalize()",
+          .lost = {"the anisotropy of the membrane: it is isotropic, with --isotropic=" +
+                       std::string(ToString(keep)) +
+                       Format(" a shear rigidity of %.3g in place of %.3g N/m", sheet.mu,
+                              record.material.shear),
+                   kLosesTables},
+          .verified = false,
+          .evidence =
+              "its hinge and membrane energies, written again from its source as a test, "
+              "are those of drapefit; not run in the program"};
+}
+
+ExportedMaterial ExportStyle3d(const ExchangeRecord& record) {
+  LinearFabric meaning = record.material;
+  meaning.c12 = 0.0;
+  return {.file = "newton_style3d.py",
+          .text = ScriptText(kStyle3dScript, record),
+          .tables = TablesFrom(meaning),
+          .use = "import it and pass **cloth_arguments() to newton.solvers.style3d.add_cloth_mesh",
+          .lost = {kLosesCoupling, kLosesTables},
+          .verified = false,
+          .evidence =
+              "its hinge and membrane energies, written again from its source as a test, "
+              "are those of drapefit; not run in the program"};
+}
+
+ExportedMaterial ExportBlender(const ExchangeRecord& record) {
+  LinearFabric meaning = WithMeanRigidity(record.material);
+  meaning.c11 = meaning.c22 = (meaning.c11 + meaning.c22) / 2.0;
+  meaning.c12 = meaning.shear;  // of the diagonals
+  return {
+      .file = "blender_cloth.py",
+      .text = ScriptText(kBlenderScript, record),
+      .tables = TablesFrom(meaning),
+      .use =
+          "select the mesh of the cloth and run the script in Blender's text editor; with "
+          "another mesh run it again",
+      .lost = {"the difference of weft, warp and bias: means are left",
+               "c12, which the diagonals of quads set to the shear rigidity",
+               "the shear rigidity on a mesh of triangles, which has no diagonals",
+               "the mass of each vertex: all have the same, so the hem is too heavy", kLosesTables},
+      .verified = true,
+      .evidence =
+          "a cantilever of quads in Blender 3.4.1 bends as a chain of links of this "
+          "rigidity, to 2 % of the rigidity"};
+}
 
 ExportedMaterial Dispatch(ExportTarget target, const ExchangeRecord& record,
                           const ExportOptions& options) {
@@ -26,12 +256,6 @@ ExportedMaterial Dispatch(ExportTarget target, const ExchangeRecord& record,
       return ExportPpf(record);
     case ExportTarget::kBlender:
       return ExportBlender(record);
-    case ExportTarget::kUnreal:
-      return ExportUnreal(record);
-    case ExportTarget::kU3m:
-      return ExportU3m(record);
-    case ExportTarget::kUsda:
-      return ExportUsda(record);
     case ExportTarget::kJson:
       return ExportJson(record);
   }
@@ -40,19 +264,11 @@ ExportedMaterial Dispatch(ExportTarget target, const ExchangeRecord& record,
 
 }  // namespace
 
-std::string NumberText(double value) {
-  std::string text;
-  AppendNumber(text, value);
-  return text;
-}
-
-std::string QuotedText(const std::string& text) { return nlohmann::json(text).dump(); }
-
 ExportedMaterial ExportMaterial(ExportTarget target, const ExchangeRecord& record,
                                 const ExportOptions& options) {
   ExportedMaterial exported = Dispatch(target, record, options);
-  const bool keeps_record = target == ExportTarget::kU3m || target == ExportTarget::kJson;
-  if (record.source.posterior && !keeps_record) exported.lost.emplace_back(kLosesUncertainty);
+  if (record.source.posterior && target != ExportTarget::kJson)
+    exported.lost.emplace_back(kLosesUncertainty);
   return exported;
 }
 

@@ -10,18 +10,7 @@
 namespace drape {
 
 // The programs and formats that a fabric can be taken to [METHODS, P70].
-enum class ExportTarget {
-  kArcsim,
-  kClo,
-  kNewton,
-  kStyle3d,
-  kPpf,
-  kBlender,
-  kUnreal,
-  kU3m,
-  kUsda,
-  kJson
-};
+enum class ExportTarget { kArcsim, kClo, kNewton, kStyle3d, kPpf, kBlender, kJson };
 constexpr auto EnumNames(ExportTarget) {
   return MakeNames<ExportTarget>({{ExportTarget::kArcsim, "arcsim"},
                                   {ExportTarget::kClo, "clo"},
@@ -29,15 +18,11 @@ constexpr auto EnumNames(ExportTarget) {
                                   {ExportTarget::kStyle3d, "style3d"},
                                   {ExportTarget::kPpf, "ppf"},
                                   {ExportTarget::kBlender, "blender"},
-                                  {ExportTarget::kUnreal, "unreal"},
-                                  {ExportTarget::kU3m, "u3m"},
-                                  {ExportTarget::kUsda, "usda"},
                                   {ExportTarget::kJson, "json"}});
 }
 inline constexpr ExportTarget kExportTargets[] = {
     ExportTarget::kArcsim, ExportTarget::kClo,     ExportTarget::kNewton, ExportTarget::kStyle3d,
-    ExportTarget::kPpf,    ExportTarget::kBlender, ExportTarget::kUnreal, ExportTarget::kU3m,
-    ExportTarget::kUsda,   ExportTarget::kJson};
+    ExportTarget::kPpf,    ExportTarget::kBlender, ExportTarget::kJson};
 
 struct ExportOptions {
   IsotropicChoice keep = IsotropicChoice::kNearest;  // of targets with an isotropic membrane

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "solver/prediction/exchange/statistics/fabric_samples.h"
+#include "solver/prediction/exchange/fabric_samples.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 

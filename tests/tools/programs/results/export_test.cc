@@ -36,7 +36,7 @@ TEST_F(ExportTool, WritesEveryTargetAndItsRoundTrip) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json summary = ReadJson(Path("out/summary.json"));
   EXPECT_EQ(summary.at("record").at("name"), "cotton_blue");
-  ASSERT_EQ(summary.at("targets").size(), 10u);
+  ASSERT_EQ(summary.at("targets").size(), 7u);
   for (const Json& target : summary.at("targets")) {
     const std::string file = target.at("file");
     EXPECT_TRUE(std::filesystem::exists(Path("out/" + file))) << file;

@@ -93,8 +93,7 @@ void WriteExportSummary(const std::string& path, const ExportToolOptions& option
   json["posterior_files"] = run.posterior_files;
   if (!run.posterior_files.empty())
     json["posterior_draws"] = {{"draws", options.posterior.draws},
-                               {"chains", options.posterior.chains},
-                               {"prediction", options.posterior.prediction}};
+                               {"chains", options.posterior.chains}};
   WriteWithProvenance(path, std::move(json));
 }
 

@@ -10,6 +10,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "solver/fit/parameters/effective_stiffness.h"
+#include "solver/forward/random_drapes.h"
 #include "tools/cli/field_options.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/tool_main.h"
@@ -59,7 +60,7 @@ std::vector<Option> RoundTripOptions(ExportToolOptions& options) {
   return Concatenate(list, FieldOptionList(options.discs));
 }
 
-constexpr char kNetcdf[] = "netcdf", kCsv[] = "csv";
+constexpr char kCsv[] = "csv";
 
 bool Asks(const std::vector<std::string>& names, const char* name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -69,7 +70,7 @@ std::vector<ExportTarget> ParseTargets(const std::vector<std::string>& names) {
   std::vector<ExportTarget> targets;
   if (Asks(names, "all")) targets.assign(std::begin(kExportTargets), std::end(kExportTargets));
   for (const std::string& name : names) {
-    if (name == "all" || name == kNetcdf || name == kCsv) continue;
+    if (name == "all" || name == kCsv) continue;
     const auto target = ParseName<ExportTarget>(name, "option 'to'");
     if (std::find(targets.begin(), targets.end(), target) == targets.end())
       targets.push_back(target);
@@ -77,39 +78,20 @@ std::vector<ExportTarget> ParseTargets(const std::vector<std::string>& names) {
   return targets;
 }
 
-std::vector<Option> SampleOptions(ExportToolOptions& options) {
-  PosteriorDataOptions& posterior = options.posterior;
-  return {{.key = "draws",
-           .value = &posterior.draws,
-           .doc = "netcdf, csv: number of new samples, a multiple of chains; 0: the samples whose "
-                  "drapes the fit has computed, with outlines and log-likelihood",
-           .least = 0,
-           .most = 1000000},
-          {.key = "chains",
-           .value = &posterior.chains,
-           .doc = "netcdf, csv: chains that the samples are divided among, for readers that want "
-                  "several; they are independent",
-           .least = 1,
-           .most = 1000},
-          {.key = "prediction",
-           .value = &posterior.prediction,
-           .doc = "netcdf: a folder of drape_predict --posterior, for the group predictions",
-           .is_path = true}};
-}
-
-// The files of the posterior that are asked for, staged. Returns their names.
-std::vector<std::string> WritePosteriorFiles(const ExportToolOptions& options,
-                                             const PosteriorData& data, const OutputFolder& out) {
-  std::vector<std::string> files;
-  if (Asks(options.to, kNetcdf)) {
-    files.emplace_back("posterior.nc");
-    WriteNetcdf(out.Staged(files.back()), data.groups, data.attributes);
-  }
-  if (Asks(options.to, kCsv)) {
-    files.emplace_back("draws.csv");
-    WriteFileAtomically(out.Staged(files.back()), DrawsCsv(data));
-  }
-  return files;
+std::vector<Option> SampleOptions(PosteriorTableOptions& posterior) {
+  return {
+      {.key = "draws",
+       .value = &posterior.draws,
+       .doc = "csv: number of new samples, a multiple of chains; 0: the samples whose drapes the "
+              "fit has computed, with their log-likelihood",
+       .least = 0,
+       .most = 1000000},
+      {.key = "chains",
+       .value = &posterior.chains,
+       .doc = "csv: chains that the samples are divided among, for readers that want several; "
+              "they are independent",
+       .least = 1,
+       .most = 1000}};
 }
 
 // Drapes of the original and of what the targets make of it, on one model.
@@ -150,6 +132,28 @@ class Drapes {
   RunControl control_;
 };
 
+// Both have drapes of SampleEquilibria with the same options.
+RoundTrip CompareRoundTrip(const std::vector<DrapeSample>& original,
+                           const std::vector<DrapeSample>& exported) {
+  CHECK_EQ(original.size(), exported.size());
+  RoundTrip trip;
+  trip.starts = static_cast<int>(original.size());
+  for (size_t i = 0; i < original.size(); ++i) {
+    const DrapeSample &a = original[i], &b = exported[i];
+    if (!a.at_rest || !a.stable || !b.at_rest || !b.stable) continue;
+    ++trip.pairs;
+    trip.dc_original += a.signature.drape_coefficient;
+    trip.dc_exported += b.signature.drape_coefficient;
+    trip.nodes_original += a.signature.folds;
+    trip.nodes_exported += b.signature.folds;
+  }
+  if (trip.pairs == 0) return trip;
+  for (double* sum :
+       {&trip.dc_original, &trip.dc_exported, &trip.nodes_original, &trip.nodes_exported})
+    *sum /= trip.pairs;
+  return trip;
+}
+
 bool SameTables(const MaterialField& a, const MaterialField& b) {
   return a.density == b.density &&
          std::equal(a.stretch[0].entries(), a.stretch[0].entries() + kStretchEntries,
@@ -188,7 +192,7 @@ OptionTable ExportTable(ExportToolOptions& options) {
                .value = &options.to,
                .doc =
                    "programs and formats, separated by commas: arcsim, clo, newton, style3d, "
-                   "ppf, blender, unreal, u3m, usda, json; or all; of a posterior also netcdf, csv",
+                   "ppf, blender, json; or all; of a posterior also csv",
                .required = true};
   return {.tool = "drape_export",
           .summary =
@@ -204,7 +208,7 @@ OptionTable ExportTable(ExportToolOptions& options) {
               "warp\". shear is c33/2.\n",
           .options = Concatenate(Grouped("targets", {to, OutOption(options.out)}),
                                  Grouped("linear record", LinearOptions(options)),
-                                 Grouped("posterior", SampleOptions(options)),
+                                 Grouped("posterior", SampleOptions(options.posterior)),
                                  Grouped("round trip", RoundTripOptions(options))),
           .operands = &options.operands,
           .operand_names = "SOURCE"};
@@ -224,19 +228,15 @@ void CheckOptions(const ExportToolOptions& options) {
     throw InputError("option 'draws'", "found " + std::to_string(options.posterior.draws) +
                                            ", expected a multiple of the " +
                                            std::to_string(options.posterior.chains) + " chains");
-  if (Asks(options.to, kNetcdf) && !HasNetcdf())
-    throw InputError("option 'to'",
-                     "found netcdf, but this build or this machine has no libnetcdf (Debian: "
-                     "libnetcdf-dev), expected csv, which needs none");
 }
 
 // The samples of the source where they are asked for.
-std::optional<PosteriorData> Collect(const ExportToolOptions& options, const FabricSource& source,
-                                     const Law& law) {
-  if (!Asks(options.to, kNetcdf) && !Asks(options.to, kCsv)) return {};
-  PosteriorDataOptions posterior = options.posterior;
+std::string SamplesText(const ExportToolOptions& options, const FabricSource& source,
+                        const Law& law) {
+  if (!Asks(options.to, kCsv)) return "";
+  PosteriorTableOptions posterior = options.posterior;
   posterior.seed = static_cast<uint64_t>(options.seed);
-  return CollectPosterior(source, law, posterior);
+  return PosteriorCsv(source, law, posterior);
 }
 
 RecordOptions MakeRecordOptions(const ExportToolOptions& options) {
@@ -256,7 +256,7 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
   const FabricSource source =
       ReadFabricSource(options.operands[0], law, options.min_relative_stiffness);
   for (const std::string& warning : source.warnings) LOG(WARNING) << warning;
-  const std::optional<PosteriorData> samples = Collect(options, source, law);
+  const std::string samples = SamplesText(options, source, law);
   const Drapes drapes(options, control);
   const OutputFolder out(options.out, {"summary.json"});
   ExportRun run;
@@ -278,7 +278,10 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
   if (run.cancelled) return run;
   for (const ExportedTarget& target : run.targets)
     WriteFileAtomically(out.Staged(target.material.file), target.material.text);
-  if (samples) run.posterior_files = WritePosteriorFiles(options, *samples, out);
+  if (!samples.empty()) {
+    run.posterior_files = {"draws.csv"};
+    WriteFileAtomically(out.Staged("draws.csv"), samples);
+  }
   WriteExportSummary(out.Staged("summary.json"), options, run);
   out.Publish();
   return run;

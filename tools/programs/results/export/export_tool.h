@@ -8,8 +8,7 @@
 #include "losses/camera/discs_input.h"
 #include "physics/material/laws/law_kind.h"
 #include "physics/util/run_control.h"
-#include "solver/prediction/exchange/posterior_data.h"
-#include "solver/prediction/exchange/round_trip.h"
+#include "solver/prediction/exchange/posterior_table.h"
 #include "solver/prediction/exchange/targets/export_material.h"
 #include "tools/cli/option_table.h"
 
@@ -18,22 +17,32 @@ namespace drape {
 // What a user of drape_export sets.
 struct ExportToolOptions {
   std::vector<std::string> operands;  // one: a material file, or a folder of drape_fit
-  std::vector<std::string> to;        // names of ExportTarget, "all", "netcdf", "csv"
+  std::vector<std::string> to;        // names of ExportTarget, "all", "csv"
   LinearPoint point = LinearPoint::kDrape;
   ExportOptions target;
   double min_relative_stiffness = 0.0;  // RaiseSmallEntries; 0: the entries stay as they are
   double thickness = 0.0;               // [m]; 0: not known
   LawKind law = LawKind::kSmooth;
-  std::string mesh = "disc:600";   // of the round trip
-  DiscsInput discs;                // of the round trip; not given: those of the fit
-  int starts = 3;                  // of the round trip; 0: none
-  int seed = 1;                    // of the first start and of the samples of a posterior
-  PosteriorDataOptions posterior;  // of "netcdf" and "csv"; its seed is `seed`
+  std::string mesh = "disc:600";    // of the round trip
+  DiscsInput discs;                 // of the round trip; not given: those of the fit
+  int starts = 3;                   // of the round trip; 0: none
+  int seed = 1;                     // of the first start and of the samples of a posterior
+  PosteriorTableOptions posterior;  // of "csv"; its seed is `seed`
   int threads = 0;
   std::string out;
 };
 
 OptionTable ExportTable(ExportToolOptions& options);
+
+// How drapes change when a fabric is replaced by what another program takes of it: both draped here
+// from the same random starts.
+struct RoundTrip {
+  int starts = 0;  // of each fabric
+  int pairs = 0;   // with a stable drape of both
+  // Means over the pairs.
+  double dc_original = 0.0, dc_exported = 0.0;        // drape coefficient, 0 … 1
+  double nodes_original = 0.0, nodes_exported = 0.0;  // number of folds
+};
 
 struct ExportedTarget {
   ExportTarget target;

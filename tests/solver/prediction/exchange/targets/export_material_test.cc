@@ -2,7 +2,6 @@
 #include "solver/prediction/exchange/targets/export_material.h"
 
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/material/material_io.h"
@@ -56,24 +55,6 @@ TEST_F(ExportMaterialTest, CloHasItsUnits) {
   EXPECT_DOUBLE_EQ(fabric.at("fThickness").get<double>(), 0.4);
   const auto without = ExportMaterial(ExportTarget::kClo, Record());
   EXPECT_THAT(without.lost, testing::Contains(testing::HasSubstr("--thickness")));
-}
-
-// The members that the published schema of U3M 1.1 asks for, and no others.
-TEST_F(ExportMaterialTest, U3mFollowsItsSchema) {
-  const nlohmann::json file = Parsed(ExportTarget::kU3m, Record(0.4e-3));
-  EXPECT_EQ(file.at("schema"), "1.1");
-  const nlohmann::json& material = file.at("material");
-  for (const char* key :
-       {"id", "name", "description", "created", "modified", "front", "back", "side", "physics"})
-    EXPECT_TRUE(material.contains(key)) << key;
-  EXPECT_EQ(material.size(), 9u);
-  EXPECT_TRUE(std::regex_match(
-      material.at("id").get<std::string>(),
-      std::regex("[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}")));
-  EXPECT_DOUBLE_EQ(material.at("physics").at("thickness").get<double>(), 0.4);
-  EXPECT_DOUBLE_EQ(material.at("physics").at("weight").get<double>(),
-                   1e3 * test::TestMaterial().density);
-  EXPECT_EQ(file.at("custom").at("drapefit").at("format"), "drapefit-exchange");
 }
 
 TEST_F(ExportMaterialTest, EveryTargetSaysWhatIsLostAndHowFarItIsVerified) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/prediction/exchange/statistics/fabric_samples.h"
+#include "solver/prediction/exchange/fabric_samples.h"
 
 #include <glog/logging.h>
 
