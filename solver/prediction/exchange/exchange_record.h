@@ -15,7 +15,7 @@ namespace drape {
 
 // A fabric on its way to another program: the one record that every target is written from.
 
-// What drapefit has of a fabric.
+// A fabric as drapefit stores it.
 struct FabricSource {
   std::string path;
   std::string name;
@@ -30,7 +30,7 @@ struct FabricSource {
 FabricSource ReadFabricSource(const std::string& folder_or_file, const Law& law,
                               double min_relative_stiffness = 0.0);
 
-// At which strains and curvatures the linear numbers hold.
+// The strains and curvatures at which the linear numbers hold.
 enum class LinearPoint {
   kRest,  // LineariseAtRest
   kDrape  // LineariseInDrape

@@ -74,7 +74,7 @@ class SheetWriter {
                      .standard = ""});
   }
 
-  // What a row is measured by.
+  // The test that measures a row.
   struct Basis {
     Resistance resistance = Resistance::kBending;
     bool one_direction = false;
@@ -165,7 +165,7 @@ class SheetWriter {
     extension("fast_e20", "extension E20", fast, kFastForces[1], kFastMostExtension);
     extension("fast_e100", "extension E100", fast, kFastForces[2], kFastMostExtension);
     extension("kes_emt", "extension EMT", kes, kKesForce, kKesMostExtension);
-    // Where E20 is the largest that is read.
+    // The formability at which E20 is the largest extension that the instrument reads.
     const double most =
         FormabilityMm2(Rigidity(fabric_, warp),
                        kFastMostExtension * kFastForces[0] / kFastForces[1], kFastMostExtension);

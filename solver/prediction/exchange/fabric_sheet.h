@@ -18,7 +18,7 @@ namespace drape {
 // The logarithm of a quantity of tables of one entry for the whole cloth.
 using LogQuantity = std::function<double(const MaterialField& tables)>;
 
-// What a quantity resists, which decides what can have measured it.
+// The deformation that a quantity resists. It decides which tests can have measured the quantity.
 enum class Resistance { kBending, kStretching };
 
 // How well a quantity is known: its 90 % interval, as shares of its value, and whether the data

@@ -90,7 +90,7 @@ def inference_data(fit, draws, prediction=None, seed=1):
 
 
 def add_outlines(groups, columns, samples, coords, array, random):
-    """What the fit's own samples have: outlines of their drapes, and the likelihood of the images."""
+    """Adds the outlines of the fit's own samples and the likelihood of its images."""
     shape = columns["lp__"].shape
     dims = ("chain", "draw", "image", "angle")
     radius = np.array([image["radius_m"] for image in samples["images"]])

@@ -10,7 +10,7 @@
 
 namespace drape {
 
-// What a drape has in each face.
+// A quantity of a drape in each face.
 struct FaceField {
   std::string name;
   std::vector<std::string> components;

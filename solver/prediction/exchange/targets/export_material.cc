@@ -18,7 +18,7 @@ using Json = nlohmann::ordered_json;
 // Factor of the bending energy of ppf-contact-solver: ½·kPpfBend·bend·ρ·l²/(A0 + A1)·θ² [m⁴/s²].
 constexpr double kPpfBend = 1.28e-5;
 
-// What CLO's file must have and a drape does not tell; CLO's own values.
+// CLO's own values of what its file must have and a drape does not tell.
 constexpr double kCloThickness = 0.5e-3;  // [m]
 constexpr double kCloFriction = 0.03, kCloDamping = 1e-4;
 
@@ -57,7 +57,7 @@ Json CloPhysical(const ExchangeRecord& record) {
                {"fBuK", per_rigidity * m.bend_weft},
                {"fBvK", per_rigidity * m.bend_warp},
                {"fBhK", per_rigidity * m.bend_bias}};
-  // Ratio 0: bending stays linear, so that these stiffnesses have no effect.
+  // A ratio of 0 keeps bending linear: these stiffnesses have no effect.
   for (const char* key : {"fBuLR", "fBvLR", "fBhLR"}) json[key] = 0;
   for (const char* key : {"fBucklingStiffnessU", "fBucklingStiffnessV", "fBucklingStiffnessH"})
     json[key] = 0;
@@ -85,7 +85,7 @@ std::string FabricText(const ExchangeRecord& record,
   return text + "}\n";
 }
 
-// A script with the fabric in place of its empty dictionary, without the line of the licence.
+// The script with its empty dictionary replaced by the fabric, without the line of the licence.
 std::string ScriptText(std::string script, const ExchangeRecord& record,
                        const std::vector<std::pair<std::string, double>>& more = {}) {
   constexpr char kEmpty[] = "FABRIC = {}\n";

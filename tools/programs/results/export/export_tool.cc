@@ -132,7 +132,7 @@ class Drapes {
   RunControl control_;
 };
 
-// Both have drapes of SampleEquilibria with the same options.
+// The drapes of both lists are of SampleEquilibria with the same options.
 RoundTrip CompareRoundTrip(const std::vector<DrapeSample>& original,
                            const std::vector<DrapeSample>& exported) {
   CHECK_EQ(original.size(), exported.size());
@@ -161,7 +161,7 @@ bool SameTables(const MaterialField& a, const MaterialField& b) {
          std::equal(a.bend[0].entries(), a.bend[0].entries() + kBendEntries, b.bend[0].entries());
 }
 
-// Several targets take the same of a fabric: it is draped once.
+// Drapes a fabric once for all targets that keep the same tables.
 void DrapeTargets(const Drapes& drapes, const MaterialField& tables,
                   const std::vector<DrapeSample>& original, const RunControl& control,
                   ExportRun* run) {

@@ -14,7 +14,7 @@
 
 namespace drape {
 
-// What a user of drape_export sets.
+// The options of drape_export.
 struct ExportToolOptions {
   std::vector<std::string> operands;  // one: a material file, or a folder of drape_fit
   std::vector<std::string> to;        // names of ExportTarget, "all", "csv"

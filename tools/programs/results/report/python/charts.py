@@ -238,7 +238,7 @@ def add_predictions(folders, page):
              page.side_by_side(folders, lambda folder: prediction(folder, page)))
 
 
-# What the data determine
+# Singular values
 
 def draw_spectrum(values, limit):
     def draw(axes):

@@ -45,7 +45,7 @@ def make_page(folders, max_mb):
     title = "drapefit report: " + ", ".join(folder.name for folder in folders)
     body = html.ENVIRONMENT.get_template("body.html").render(
         title=title, sections=page.sections, left_out=page.left_out, max_mb=max_mb)
-    # What is put in is not searched again.
+    # The inserted text is not searched again.
     head, template = template.split("%%TITLE%%")
     middle, template = template.split("%%BODY%%")
     tail, end = template.split("%%DATA%%")

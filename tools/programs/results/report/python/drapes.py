@@ -326,7 +326,7 @@ class Mesh:
         self.beside = np.stack([by_edge[start[count == 2] + k] // 3 for k in range(2)], axis=1)
 
     def mean_of_faces(self, values):
-        """Of the faces around each vertex, by their area."""
+        """The mean of the faces around each vertex, weighted by area."""
         total, area = np.zeros(len(self.x)), np.zeros(len(self.x))
         np.add.at(total, self.faces, (self.area * values)[:, None])
         np.add.at(area, self.faces, self.area[:, None])

@@ -19,7 +19,7 @@ LONGEST_TEXT = 20000  # characters
 
 
 def printable(value):
-    """What a template prints: no control characters, no halves of characters, no endless text."""
+    """Replaces control characters and halves of characters, and shortens endless texts."""
     if isinstance(value, markupsafe.Markup) or not isinstance(value, str):
         return value
     value = value if len(value) <= LONGEST_TEXT else value[:LONGEST_TEXT] + " …"
@@ -58,7 +58,7 @@ def guess(value):
 
 
 def origin(value):
-    """Where a value is from, as results store it."""
+    """The cell that says where a value is from."""
     if value in ("prior", "from the prior"):
         return "not measured: from the prior", "prior"
     return value, "measured" if value == "measured" else ""
@@ -187,7 +187,7 @@ class Page:
                                              "chart" if kind == "svg+xml" else "picture"))
 
     def side_by_side(self, folders, part):
-        """What `part` says of each folder, under the folder's name; of one alone, without."""
+        """Puts the markup of `part` for each folder side by side. Several folders have headings."""
         contents = [(folder.name, part(folder)) for folder in folders]
         contents = [(name if len(folders) > 1 else "", content) for name, content in contents
                     if content.strip()]

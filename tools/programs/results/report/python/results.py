@@ -166,7 +166,7 @@ def file_order(name):
 
 @dataclasses.dataclass
 class Folder:
-    """What a program has left in a folder, or drape_metrics in a file."""
+    """The results of a program in a folder, or of drape_metrics in a file."""
 
     path: str
     name: str  # for headings

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a person may do with the results, with the warnings first, and what was found of the cloth."""
+"""The verdict on the results, with the warnings first, and the material of the cloth."""
 
 import os
 
@@ -162,7 +162,7 @@ def other_numbers(folder):
 
 
 def conclusions(folder):
-    """What a comparison concludes, in its own words."""
+    """The conclusions of a comparison, in its own words."""
     file = folder.at("comparison.md")
     if folder.program != "drape_compare" or not os.path.exists(file):
         return ""
@@ -192,7 +192,7 @@ def add_verdicts(folders, page):
 
 
 def plain(value, digits):
-    """Up to 999,999 without an exponent: "766", "1346", not "1.35e+03"."""
+    """A number without an exponent up to 999,999: "766", "1346", not "1.35e+03"."""
     whole = 10 ** digits <= abs(value) < 1e6
     return "%.6g" % round(value) if whole else "%.*g" % (digits, value)
 
