@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <nlohmann/json.hpp>
 
 #include "physics/mesh/disc.h"
 #include "solver/prediction/exchange/targets/export_material.h"
@@ -206,25 +205,6 @@ TEST_F(Energies, PpfsHinges) {
       EXPECT_NEAR(energy / OurHinge(exported.tables, turned, kSmallAngle), 1.0, 1e-6);
     }
   });
-}
-
-// ½·k·θ² on equilateral triangles, k in kg·cm²/(rad²·s²).
-TEST_F(Energies, UnrealsHinges) {
-  const ExportedMaterial exported = Export(ExportTarget::kUnreal);
-  const nlohmann::json file = nlohmann::json::parse(exported.text);
-  constexpr double kEdge = 0.01;
-  Hinge hinge{.vertex = {},
-              .face = {},
-              .rest_length = kEdge,
-              .rest_area = std::sqrt(3.0) / 2.0 * kEdge * kEdge,
-              .direction = 0.0};
-  for (const auto& [direction, key] :
-       {std::pair{0.0, "Warp"}, std::pair{1.0, "Bias"}, std::pair{2.0, "Weft"}}) {
-    hinge.direction = direction;
-    const double k = 1e-4 * file.at(std::string("BendingStiffness") + key).get<double>();
-    EXPECT_NEAR(0.5 * k * kSmallAngle * kSmallAngle / OurHinge(exported.tables, hinge, kSmallAngle),
-                1.0, 1e-6);
-  }
 }
 
 }  // namespace
