@@ -91,12 +91,24 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
   FitJobResult result;
   result.cancelled = report.cancelled;
   result.fitted = report.fitted();
+  result.has_posterior = report.posterior.has_value();
   if (result.fitted) {
     result.table = FitText(problem, report);
     result.results = MainFiles(problem, report);
   }
   if (!result.cancelled && !files.keep_checkpoint) fs::remove(files.checkpoint);
   return result;
+}
+
+FitJobResult ContinueFitJob(const FitSpec& spec, const FitData& data, FitFiles files,
+                            const RunControl& control) {
+  files.resume = fs::exists(files.checkpoint);
+  if (files.resume) try {
+      return RunFitJob(spec, data, files, control);
+    } catch (const InputError&) {
+      files.resume = false;  // a checkpoint of another fit, or a damaged one
+    }
+  return RunFitJob(spec, data, files, control);
 }
 
 }  // namespace drape

@@ -14,6 +14,7 @@ namespace drape {
 struct FitJobResult {
   bool cancelled = false;  // the files hold the best so far
   bool fitted = false;     // false: nothing could be fitted, see summary.json
+  bool has_posterior = false;
   std::string table;  // for a person: one line per image and per lab point, the material, and the
                       // verdict
   std::vector<std::string> results;  // names of the files to look at: pictures, material
@@ -30,5 +31,9 @@ struct FitJobResult {
 // StagedFitControl. Throws InputError.
 FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles& files,
                        const RunControl& control);
+
+// The same from files.checkpoint, where there is one that the fit can continue from.
+FitJobResult ContinueFitJob(const FitSpec& spec, const FitData& data, FitFiles files,
+                            const RunControl& control);
 
 }  // namespace drape

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/posterior/space/material_space.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -50,40 +49,21 @@ PairDistances ComparePair(const FabricBeliefs& beliefs, int first, int second) {
   return pair;
 }
 
-// What is compared in the pictures.
-std::vector<NormalDistribution> WideBeliefs(const FabricBeliefs& beliefs,
-                                            const Eigen::MatrixXd& axes) {
-  std::vector<NormalDistribution> wide;
+void CompareFabrics(MaterialSpace* space) {
+  const FabricBeliefs& beliefs = space->beliefs;
   for (const FabricBelief& fabric : beliefs.fabrics)
-    wide.push_back(Project(BeliefAt(beliefs.frame, fabric, beliefs.frame.Levels().back()), axes));
-  return wide;
-}
-
-SpaceMap MakeMap(const std::vector<NormalDistribution>& beliefs, const Eigen::MatrixXd& distances) {
-  SpaceMap map{.points = ScaleToPlane(distances)};
-  const auto n = static_cast<Eigen::Index>(beliefs.size());
-  Eigen::MatrixXd means(n, beliefs[0].size());
-  for (Eigen::Index i = 0; i < n; ++i) means.row(i) = beliefs[i].mean;
-  map.centre = means.colwise().mean();
-  means.rowwise() -= map.centre.transpose();
-  map.linear = means.completeOrthogonalDecomposition().solve(map.points).transpose();
-  for (const NormalDistribution& belief : beliefs)
-    map.ellipses.push_back(map.linear * belief.covariance * map.linear.transpose());
-  return map;
-}
-
-void Lay(MaterialSpace* space) {
-  const std::vector<NormalDistribution> wide = WideBeliefs(space->beliefs, space->directions.axes);
-  const auto n = static_cast<Eigen::Index>(wide.size());
+    space->fabrics.push_back(Project(BeliefAt(beliefs.frame, fabric, beliefs.frame.Levels().back()),
+                                     space->directions.axes));
+  const auto n = static_cast<Eigen::Index>(beliefs.fabrics.size());
   space->wasserstein = space->hellinger = Eigen::MatrixXd::Zero(n, n);
   for (const PairDistances& pair : space->pairs) {
     const int i = pair.first, j = pair.second;
     space->wasserstein(i, j) = space->wasserstein(j, i) =
-        space->beliefs.frame.LogUnit() * Wasserstein(wide[i], wide[j]);
-    space->hellinger(i, j) = space->hellinger(j, i) = pair.determined.back().hellinger;
+        beliefs.frame.LogUnit() * Wasserstein(space->fabrics[i], space->fabrics[j]);
+    space->hellinger(i, j) = space->hellinger(j, i) =
+        pair.directions > 0 ? pair.determined.back().hellinger
+                            : std::numeric_limits<double>::quiet_NaN();
   }
-  space->tree = AverageLinkage(space->wasserstein);
-  space->map = MakeMap(wide, space->wasserstein);
 }
 
 std::vector<NormalDistribution> AllEvidence(const MaterialSpace& space) {
@@ -131,8 +111,7 @@ JudgedMaterial Judge(const MaterialSpace& space, const FabricBelief& material, i
       .name = material.name,
       .log_likelihood = without >= 0 ? scores[without] : space.population.LogLikelihood(seen),
       .place = seen.mean};
-  const NormalDistribution z = frame.ToPriorUnits(material.theta);
-  judged.at = space.map.linear * (space.directions.axes.transpose() * z.mean - space.map.centre);
+  judged.determined = space.directions.axes.transpose() * frame.ToPriorUnits(material.theta).mean;
   if (without >= 0) scores.erase(scores.begin() + without);
   judged.p_value = PValue(scores, judged.log_likelihood);
   std::vector<NormalDistribution> fabrics;
@@ -247,8 +226,8 @@ NormalDistribution LogBendingLengths(const SpaceFrame& frame, const FabricBelief
   return lengths;
 }
 
-MaterialSpace BuildMaterialSpace(FabricBeliefs beliefs, const std::vector<FabricBelief>& added) {
-  MaterialSpace space{.beliefs = std::move(beliefs)};
+MaterialSpace BuildMaterialSpace(FabricBeliefs beliefs, std::vector<FabricBelief> added) {
+  MaterialSpace space{.beliefs = std::move(beliefs), .added_beliefs = std::move(added)};
   const SpaceFrame& frame = space.beliefs.frame;
   const int count = static_cast<int>(space.beliefs.fabrics.size());
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(frame.size(), frame.size());
@@ -260,7 +239,7 @@ MaterialSpace BuildMaterialSpace(FabricBeliefs beliefs, const std::vector<Fabric
   space.determined = static_cast<int>(space.directions.ratios.size());
   if (space.determined == 0)
     space.directions = FindDetermined(mean, frame.size(), std::numeric_limits<double>::infinity());
-  Lay(&space);
+  CompareFabrics(&space);
   FindPopulation(&space);
   if (!space.has_population()) return space;
   const auto judge_all = [&](const std::vector<FabricBelief>& materials,
@@ -270,7 +249,7 @@ MaterialSpace BuildMaterialSpace(FabricBeliefs beliefs, const std::vector<Fabric
   // Fewer numbers cannot make them from the base.
   if (frame.tying == ParameterTying::kEntries)
     judge_all(MakeNonFabrics(space.beliefs), &space.non_fabrics);
-  judge_all(added, &space.added);
+  judge_all(space.added_beliefs, &space.added);
   return space;
 }
 

@@ -7,7 +7,6 @@
 
 #include "solver/posterior/space/deconvolution.h"
 #include "solver/posterior/space/fabric_belief.h"
-#include "solver/posterior/space/layout.h"
 
 namespace drape {
 
@@ -38,17 +37,9 @@ struct JudgedMaterial {
   double p_value = 1.0;
   // ln Σ_f weight_f·p(· | fabric f) over the fabrics of the space.
   double log_mixture = 0.0;
-  std::vector<double> by_fabric = {};            // probability of each fabric, by the mixture
-  Eigen::VectorXd place = {};                    // mean in the leading directions
-  Eigen::Vector2d at = Eigen::Vector2d::Zero();  // in the plane of the map
-};
-
-// Points of distances in a plane, and the linear map of least squares from means there.
-struct SpaceMap {
-  Eigen::MatrixXd points = {};                 // ScaleToPlane, shape [fabrics, 2]
-  Eigen::VectorXd centre = {};                 // mean of the means, in the determined directions
-  Eigen::MatrixXd linear = {};                 // shape [2, directions]
-  std::vector<Eigen::Matrix2d> ellipses = {};  // covariances of the fabrics there
+  std::vector<double> by_fabric = {};  // probability of each fabric, by the mixture
+  Eigen::VectorXd place = {};          // mean in the leading directions
+  Eigen::VectorXd determined = {};     // mean in the determined directions, in z
 };
 
 struct MaterialSpace {
@@ -58,10 +49,11 @@ struct MaterialSpace {
   // those; where there is none, and of kind bdp, all directions.
   int determined = 0;
   DeterminedDirections directions = {};
-  // Wasserstein metric at the level of specimens (or elements) in those directions [log units].
+  // The fabrics at the level of specimens (or elements) in those directions, in z.
+  std::vector<NormalDistribution> fabrics = {};
+  // Their Wasserstein metric [log units], and the Hellinger metric of each pair in its own
+  // determined directions; NaN for a pair without one.
   Eigen::MatrixXd wasserstein = {}, hellinger = {};
-  std::vector<ClusterMerge> tree = {};
-  SpaceMap map = {};  // of `wasserstein`
 
   // The population, in the leading directions in z: at most kMostLeading, and fewer than half of
   // the fabrics. Not of kind bdp, whose numbers have no uncertainty, nor where no direction is
@@ -72,6 +64,7 @@ struct MaterialSpace {
   std::vector<JudgedMaterial> left_out = {};     // each fabric, by the others
   std::vector<JudgedMaterial> non_fabrics = {};  // invented ones (MakeNonFabrics)
   std::vector<JudgedMaterial> added = {};
+  std::vector<FabricBelief> added_beliefs = {};
   // The prior of another fabric's θ: the population in the leading directions, the prior of the
   // fits in the others.
   NormalDistribution prior = {};
@@ -82,7 +75,7 @@ inline constexpr int kMostLeading = 6;
 inline constexpr int kMostComponents = 4;
 
 // added: further materials (ReadFabricBelief), judged but no part of the space.
-MaterialSpace BuildMaterialSpace(FabricBeliefs beliefs, const std::vector<FabricBelief>& added);
+MaterialSpace BuildMaterialSpace(FabricBeliefs beliefs, std::vector<FabricBelief> added);
 
 // Materials that are no fabrics, as points: paper, and the median table of the fabrics with its
 // stretch × 100, with one isotropic rigidity of 1e-4 N·m, and with a ratio of 30 between warp and

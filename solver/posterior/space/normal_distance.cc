@@ -45,10 +45,6 @@ double KullbackLeibler(const NormalDistribution& p, const NormalDistribution& q)
                 LogDeterminant(of_p));
 }
 
-double Jeffreys(const NormalDistribution& p, const NormalDistribution& q) {
-  return KullbackLeibler(p, q) + KullbackLeibler(q, p);
-}
-
 double Bhattacharyya(const NormalDistribution& p, const NormalDistribution& q) {
   CHECK_EQ(p.size(), q.size());
   const Eigen::LLT<Eigen::MatrixXd> of_p(p.covariance), of_q(q.covariance),

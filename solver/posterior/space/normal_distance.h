@@ -20,8 +20,6 @@ double LogDensity(const NormalDistribution& p, const Eigen::VectorXd& x);
 // All are of two distributions of one size and invariant under an affine map of the numbers, but
 // the last one. Kullback–Leibler divergence of q from p, E_p ln(p/q) [nat].
 double KullbackLeibler(const NormalDistribution& p, const NormalDistribution& q);
-// Jeffreys divergence, the sum of both directions [nat].
-double Jeffreys(const NormalDistribution& p, const NormalDistribution& q);
 // −ln ∫√(p·q) [nat].
 double Bhattacharyya(const NormalDistribution& p, const NormalDistribution& q);
 // √(1 − ∫√(p·q)), a metric, 0 … 1.

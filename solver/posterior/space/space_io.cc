@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <vector>
@@ -47,6 +48,10 @@ ordered_json BaseJson(const MaterialField& base) {
           {"bend", Rows(Eigen::Map<const Bend>(base.bend[0].entries()))}};
 }
 
+ordered_json DistributionJson(const NormalDistribution& p) {
+  return {{"mean", List(p.mean)}, {"covariance", Rows(p.covariance)}};
+}
+
 ordered_json FabricsJson(const MaterialSpace& space) {
   ordered_json fabrics = ordered_json::array();
   for (std::size_t i = 0; i < space.beliefs.fabrics.size(); ++i) {
@@ -57,7 +62,7 @@ ordered_json FabricsJson(const MaterialSpace& space) {
                        {"mean", List(fabric.theta.mean)},
                        {"sd", List(fabric.theta.covariance.diagonal().cwiseSqrt())},
                        {"specimen_sd", List(fabric.specimen_sd)},
-                       {"map", List(space.map.points.row(Eigen::Index(i)))}});
+                       {"determined", DistributionJson(space.fabrics[i])}});
   }
   return fabrics;
 }
@@ -71,16 +76,30 @@ ordered_json JudgedJson(const std::vector<JudgedMaterial>& materials) {
                     {"log_mixture", each.log_mixture},
                     {"probability_of_fabrics", each.by_fabric},
                     {"place", List(each.place)},
-                    {"map", List(each.at)}});
+                    {"determined", List(each.determined)}});
   return list;
+}
+
+ordered_json BendingLengthsJson(const MaterialSpace& space) {
+  ordered_json lengths = ordered_json::array();
+  const auto add = [&](const std::vector<FabricBelief>& fabrics, bool is_new) {
+    for (const FabricBelief& fabric : fabrics) {
+      const NormalDistribution log_m = LogBendingLengths(space.beliefs.frame, fabric);
+      lengths.push_back({{"name", fabric.name}, {"new", is_new}});
+      lengths.back().update(DistributionJson(log_m));
+    }
+  };
+  add(space.beliefs.fabrics, false);
+  add(space.added_beliefs, true);
+  return lengths;
 }
 
 void AddPopulation(const MaterialSpace& space, ordered_json* file) {
   ordered_json components = ordered_json::array();
-  for (int k = 0; k < space.population.size(); ++k)
-    components.push_back({{"weight", space.population.weights[k]},
-                          {"mean", List(space.population.components[k].mean)},
-                          {"covariance", Rows(space.population.components[k].covariance)}});
+  for (int k = 0; k < space.population.size(); ++k) {
+    components.push_back({{"weight", space.population.weights[k]}});
+    components.back().update(DistributionJson(space.population.components[k]));
+  }
   (*file)["population"] = {{"directions_of_prior_units", Rows(space.leading.axes.transpose())},
                            {"ratios", List(space.leading.ratios)},
                            {"log_likelihood_by_components", space.choice.log_likelihoods},
@@ -88,8 +107,7 @@ void AddPopulation(const MaterialSpace& space, ordered_json* file) {
   (*file)["left_out"] = JudgedJson(space.left_out);
   (*file)["non_fabrics"] = JudgedJson(space.non_fabrics);
   (*file)["new"] = JudgedJson(space.added);
-  (*file)["prior"] = {{"mean", List(space.prior.mean)},
-                      {"covariance", Rows(space.prior.covariance)}};
+  (*file)["prior"] = DistributionJson(space.prior);
 }
 
 ordered_json SpaceJson(const MaterialSpace& space, const ordered_json& provenance) {
@@ -104,9 +122,8 @@ ordered_json SpaceJson(const MaterialSpace& space, const ordered_json& provenanc
                        {"fabrics", FabricsJson(space)},
                        {"determined", {{"ratios", List(space.directions.ratios)}}},
                        {"wasserstein", Rows(space.wasserstein)},
-                       {"hellinger", Rows(space.hellinger)}};
-  for (const ClusterMerge& merge : space.tree)
-    file["tree"].push_back({merge.left, merge.right, merge.height});
+                       {"hellinger", Rows(space.hellinger)},
+                       {"log_bending_lengths", BendingLengthsJson(space)}};
   if (space.has_population()) AddPopulation(space, &file);
   file["provenance"] = provenance;
   return file;
@@ -190,10 +207,14 @@ MaterialField ReadBase(const JsonInput& input) {
 }
 
 std::string HellingerText(const MaterialSpace& space, Eigen::Index i, Eigen::Index j) {
-  for (const PairDistances& pair : space.pairs)
-    if (pair.directions == 0 && pair.first == std::min(i, j) && pair.second == std::max(i, j))
-      return "none, since they determine no direction";
-  return Format("%.3f", space.hellinger(i, j));
+  return std::isnan(space.hellinger(i, j)) ? "none, since they determine no direction"
+                                           : Format("%.3f", space.hellinger(i, j));
+}
+
+// A p-value of n fabrics is at least 1/(n + 1): shown where it can be small.
+std::string PValueText(const JudgedMaterial& material, std::size_t fabrics) {
+  constexpr std::size_t kLeastFabrics = 10;
+  return fabrics < kLeastFabrics ? "" : Format("   p-value %.3f", material.p_value);
 }
 
 std::string JudgedText(const char* title, const std::vector<JudgedMaterial>& materials,
@@ -201,10 +222,10 @@ std::string JudgedText(const char* title, const std::vector<JudgedMaterial>& mat
   std::string text = title;
   for (const JudgedMaterial& each : materials) {
     const auto likely = std::max_element(each.by_fabric.begin(), each.by_fabric.end());
-    text +=
-        Format("  %-24s ln p %10.2f   p-value %.3f   most like %s (%.2f)\n",
-               MakePrintableLine(each.name).c_str(), each.log_likelihood, each.p_value,
-               MakePrintableLine(fabrics[likely - each.by_fabric.begin()].name).c_str(), *likely);
+    text += Format(
+        "  %-24s ln p %10.2f%s   most like %s (%.2f)\n", MakePrintableLine(each.name).c_str(),
+        each.log_likelihood, PValueText(each, fabrics.size()).c_str(),
+        MakePrintableLine(fabrics[likely - each.by_fabric.begin()].name).c_str(), *likely);
   }
   return text;
 }
@@ -250,8 +271,8 @@ SpacePrior ReadSpacePrior(const std::string& path) {
     input.Fail(std::string("a space of materials, with \"format\": \"") + kSpaceFormat + '"');
   if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
   input.ExpectKeys({"format", "version", "settings", "by", "kind", "names", "base", "prior_of_fits",
-                    "fabrics", "determined", "wasserstein", "hellinger", "tree", "population",
-                    "left_out", "non_fabrics", "new", "prior", "provenance"});
+                    "fabrics", "determined", "wasserstein", "hellinger", "log_bending_lengths",
+                    "population", "left_out", "non_fabrics", "new", "prior", "provenance"});
   SpacePrior prior;
   if (input.At("kind").String() != ToString(prior.frame.kind))
     input.At("kind").Fail(ToString(prior.frame.kind) + ", which has a population");

@@ -12,8 +12,8 @@ namespace drape {
 
 // Writes space.json,
 //   {"format": "drapefit-space", "version": 1, "by", "kind", "names" [P], "base", "fabrics",
-//   "tree",
-//    "population", "prior", …},
+//    "wasserstein", "hellinger", "log_bending_lengths" (ln m; weft, warp), "population", "prior",
+//    …},
 // and distances.csv, one line per pair of fabrics and level, to `folder`, each atomically.
 // provenance: where the results are from, for the JSON. Throws InputError.
 void WriteMaterialSpace(const std::string& folder, const MaterialSpace& space,

@@ -1,147 +1,98 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/comparison/compared_model.h"
 
-#include <glog/logging.h>
-
 #include <algorithm>
-#include <utility>
 
 #include "physics/util/errors.h"
 
 namespace drape {
 namespace {
 
-std::vector<ComparedModel> MakeModelsOfOneTable() {
-  return {
+using enum FitModel;
+using Free = ParameterTying;
+
+// Linear tables; nonlinear tables of which bending alone is free (the seed grid picks stretch), or
+// 2, 7 or the job's numbers; fields over the cloth; noise of each element; a hierarchy of fabric
+// and specimens; distributions of specimens.
+const std::vector<ComparedModel>& AllModels() {
+  constexpr TableForm kGiven = TableForm::kGiven;
+  static const std::vector<ComparedModel> models = {
       {"isotropic",
-       FitModel::kHomogeneous,
+       kHomogeneous,
        TableForm::kIsotropic,
-       ParameterTying::kScales,
+       Free::kScales,
        {},
        "linear isotropic tables, 2 numbers"},
-      {"linear",
-       FitModel::kHomogeneous,
-       TableForm::kLinear,
-       ParameterTying::kColumns,
-       {},
-       "linear tables, 7 numbers"},
+      {"linear", kHomogeneous, TableForm::kLinear, Free::kColumns, {}, "linear tables, 7 numbers"},
       {"bend",
-       FitModel::kHomogeneous,
-       TableForm::kGiven,
-       ParameterTying::kBendScale,
+       kHomogeneous,
+       kGiven,
+       Free::kBendScale,
        {},
-       "nonlinear tables, 1 number, stretch as the seed grid has it"},
+       "nonlinear tables, 1 number, stretch from the seed grid"},
       {"bend_rows",
-       FitModel::kHomogeneous,
-       TableForm::kGiven,
-       ParameterTying::kBendRows,
+       kHomogeneous,
+       kGiven,
+       Free::kBendRows,
        {},
-       "nonlinear tables, 3 numbers, stretch as the seed grid has it"},
-      {"scales",
-       FitModel::kHomogeneous,
-       TableForm::kGiven,
-       ParameterTying::kScales,
-       {},
-       "nonlinear tables, 2 numbers"},
-      {"columns",
-       FitModel::kHomogeneous,
-       TableForm::kGiven,
-       ParameterTying::kColumns,
-       {},
-       "nonlinear tables, 7 numbers"},
-      {"homogeneous",
-       FitModel::kHomogeneous,
-       TableForm::kGiven,
-       {},
-       {},
-       "nonlinear tables, --num_parameters numbers"},
-  };
-}
-
-std::vector<ComparedModel> MakeRicherModels() {
-  return {
+       "nonlinear tables, 3 numbers, stretch from the seed grid"},
+      {"scales", kHomogeneous, kGiven, Free::kScales, {}, "nonlinear tables, 2 numbers"},
+      {"columns", kHomogeneous, kGiven, Free::kColumns, {}, "nonlinear tables, 7 numbers"},
+      {"homogeneous", kHomogeneous, kGiven, {}, {}, "nonlinear tables, --num_parameters numbers"},
       {"heterogeneous",
-       FitModel::kHeterogeneous,
-       TableForm::kGiven,
+       kHeterogeneous,
+       kGiven,
        {},
        {},
-       "and smooth fields over the cloth"},
+       "nonlinear tables and smooth fields over the cloth"},
       {"elements",
-       FitModel::kHeterogeneous,
-       TableForm::kGiven,
+       kHeterogeneous,
+       kGiven,
        {},
        FieldBasis::kElements,
-       "and factors of each face and hinge"},
-      {"bdp", FitModel::kBdp, TableForm::kGiven, {}, {}, "each face and hinge a draw of a normal"},
-      {"bayes",
-       FitModel::kBayes,
-       TableForm::kGiven,
-       {},
-       {},
-       "a posterior of the fabric and its specimens"},
+       "nonlinear tables and factors of each face and hinge"},
+      {"bdp", kBdp, kGiven, {}, {}, "each face and hinge a draw of a normal distribution"},
+      {"bayes", kBayes, kGiven, {}, {}, "a posterior of the fabric and its specimens"},
       {"generative",
-       FitModel::kHomogeneous,
-       TableForm::kGiven,
+       kHomogeneous,
+       kGiven,
        {},
        {},
        "the distribution of specimens, learned from that of drapes, 18 numbers",
        true},
   };
-}
-
-const ComparedModel* Find(const std::string& name) {
-  for (const ComparedModel& model : ComparedModels())
-    if (model.name == name) return &model;
-  return nullptr;
-}
-
-const ComparedModel& Known(const std::string& name) {
-  const ComparedModel* model = Find(name);
-  CHECK(model != nullptr) << name;
-  return *model;
+  return models;
 }
 
 }  // namespace
 
-const std::vector<ComparedModel>& ComparedModels() {
-  static const std::vector<ComparedModel> models = [] {
-    std::vector<ComparedModel> all = MakeModelsOfOneTable();
-    for (ComparedModel& model : MakeRicherModels()) all.push_back(std::move(model));
-    return all;
-  }();
-  return models;
-}
-
-std::vector<std::string> InOrderOfComplexity(const std::vector<std::string>& names) {
+std::vector<ComparedModel> FindComparedModels(const std::vector<std::string>& names) {
   std::string known;
-  for (const ComparedModel& model : ComparedModels())
+  std::vector<ComparedModel> found;
+  for (const ComparedModel& model : AllModels()) {
     known += (known.empty() ? "" : ", ") + model.name;
+    if (std::count(names.begin(), names.end(), model.name) > 0) found.push_back(model);
+  }
   for (const std::string& name : names) {
-    if (Find(name) == nullptr)
+    if (std::none_of(found.begin(), found.end(),
+                     [&](const ComparedModel& model) { return model.name == name; }))
       throw InputError("option 'models'", "found '" + name + "', expected some of " + known);
     if (std::count(names.begin(), names.end(), name) > 1)
       throw InputError("option 'models'", "found '" + name + "' twice, expected each once");
   }
-  std::vector<std::string> ordered;
-  for (const ComparedModel& model : ComparedModels())
-    if (std::count(names.begin(), names.end(), model.name) > 0) ordered.push_back(model.name);
-  return ordered;
+  return found;
 }
 
-bool IsGenerative(const std::string& name) { return Known(name).generative; }
-
-FitSpec WithModel(FitSpec spec, const std::string& name) {
-  const ComparedModel& model = Known(name);
-  spec.model = model.fit;
-  spec.table_form = model.table_form;
-  if (model.parameters) spec.stages.parameters = *model.parameters;
-  if (model.basis) spec.fields.basis = *model.basis;
+FitSpec ComparedModel::ApplyTo(FitSpec spec) const {
+  spec.model = fit;
+  spec.table_form = table_form;
+  if (parameters) spec.stages.parameters = *parameters;
+  if (basis) spec.fields.basis = *basis;
   return spec;
 }
 
-std::string TableName(const std::string& name) {
-  const ComparedModel& model = Known(name);
-  const bool own = model.parameters || model.table_form != TableForm::kGiven;
+std::string ComparedModel::TableName() const {
+  const bool own = parameters || table_form != TableForm::kGiven;
   return own ? "one_table_" + name : "one_table";
 }
 

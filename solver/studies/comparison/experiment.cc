@@ -6,107 +6,107 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "cuda/make_backend.h"
 #include "losses/metrics/comparison.h"
 #include "losses/metrics/metrics.h"
 #include "physics/mesh/mesh_spec.h"
-#include "physics/util/errors.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
-#include "physics/util/stored/stored_json.h"
-#include "solver/fit/protocol/fit_checkpoint.h"
+#include "solver/posterior/posterior_io.h"
+#include "solver/prediction/bend_calibration.h"
 #include "solver/prediction/material_source.h"
 
 namespace drape {
 namespace {
 
-namespace fs = std::filesystem;
-using nlohmann::ordered_json;
+using nlohmann::json;
 
-// Version 1 knew no calibration, 2 calibrated stretch too, 3 had no checksum.
-constexpr StoredFormat kPredictionFormat = {"drapefit-prediction", 4};
-// The numbers that each prediction is scored by.
-constexpr const char* kScores[] = {
-    "mean_image_mse",    "dc_error",       "dc_crps",        "dc_coverage_50",
-    "dc_width_50",       "dc_coverage_90", "dc_width_90",    "folds_error",
-    "folds_crps",        "folds_width_50", "folds_width_90", "folds_coverage_50",
-    "folds_coverage_90", "feature_energy", "hausdorff_m",    "outline_energy_m"};
-constexpr double kFitShare = 0.8;  // of the time of an experiment
+constexpr double kFitShare = 0.8;  // of the time of a run
 
-// The part of summary.json that a model must have got to; empty: the one table is all.
+class Stopwatch {
+ public:
+  double Seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+void AddFeature(const std::string& name, const FeatureScore& feature, json* numbers) {
+  (*numbers)[name + "_error"] = std::abs(feature.predicted_mean - feature.observed_mean);
+  (*numbers)[name + "_crps"] = feature.crps;
+  (*numbers)[name + "_coverage_50"] = feature.half.coverage;
+  (*numbers)[name + "_width_50"] = feature.half.width;
+  (*numbers)[name + "_coverage_90"] = feature.ninety.coverage;
+  (*numbers)[name + "_width_90"] = feature.ninety.width;
+}
+
+// A number, or the sum of the numbers of a list or an object.
+double ReadSum(const json& value) {
+  if (value.is_number()) return value.get<double>();
+  double sum = 0.0;
+  for (const json& each : value) sum += each.get<double>();
+  return sum;
+}
+
+json FitNumbers(const json& summary) {
+  const json& mean = summary.at("mean");
+  json numbers = {{"train_mse", mean.at("mse")},
+                  {"train_profile_rms_px", mean.at("profile_rms_px")},
+                  {"train_iou", mean.at("iou")},
+                  {"train_hausdorff_m", mean.at("outline_hausdorff_m")},
+                  {"parameters", summary.at("parameters").at("count")}};
+  double seconds = ReadSum(summary.at("seconds")), rollouts = summary.at("rollouts");
+  for (const char* part : {"fields", "posterior"}) {
+    if (!summary.contains(part)) continue;
+    seconds += ReadSum(summary.at(part).at("seconds"));
+    rollouts += summary.at(part).at("rollouts").get<double>();
+  }
+  numbers["fit_seconds"] = seconds;
+  numbers["rollouts"] = rollouts;
+  if (summary.contains("fields")) numbers["parameters"] = summary.at("fields").at("parameters");
+  if (summary.contains("posterior")) {
+    const json& posterior = summary.at("posterior");
+    const bool pairs = posterior.at("kind") == ToString(PosteriorKind::kElements);
+    numbers["parameters"] = posterior.at("log_factors").size() * (pairs ? 2 : 1);
+    if (posterior.at("elbo").is_number()) numbers["elbo"] = posterior.at("elbo");
+  }
+  return numbers;
+}
+
+// The part of summary.json that a fit of the model must have reached; empty: one table is all.
 std::string SummaryPart(FitModel model) {
   if (model == FitModel::kHomogeneous) return "";
   return model == FitModel::kHeterogeneous ? "fields" : "posterior";
 }
 
-// The files that a fit leaves behind, by its summary.
-std::vector<std::string> ListFitFiles(const nlohmann::json& summary) {
-  if (!summary.contains("mean")) return {};  // nothing could be fitted
-  if (summary.contains("posterior")) return {"material.json", "base.json", "posterior.json"};
-  return {"material.json"};
-}
-
-std::optional<ExperimentStiffness> BeliefIn(const JsonInput& summary) {
-  if (!summary.Has("posterior")) return {};
-  const JsonInput posterior = summary.At("posterior");
-  const JsonInput stretch = posterior.At("stretch_n_per_m"), bend = posterior.At("bend_n_m");
-  return ExperimentStiffness{stretch.At(0).Number(), stretch.At(1).Number(), bend.At(0).Number(),
-                             bend.At(1).Number()};
-}
-
-// summary.json, once the fit is done and it and its files can be read. Throws InputError otherwise.
-nlohmann::json FinishedFit(const std::string& folder) {
-  const std::string path = folder + "/summary.json";
-  nlohmann::json summary = ReadJsonFile(path);
-  const JsonInput input(summary, path);
-  if (input.At("status").String() != "done") input.At("status").Fail("done");
-  for (const std::string& file : ListFitFiles(summary)) ReadJsonFile(folder + "/" + file);
-  if (summary.contains("mean")) {
-    FitNumbers(summary, path);
-    BeliefIn(input);
-  }
-  return summary;
-}
-
-// Why the fit of a model is none; empty: it is one.
-std::string DescribeFailure(const nlohmann::json& summary, FitModel model) {
+// Why a model could not be fitted; empty: it was.
+std::string DescribeFailure(const json& summary, FitModel model) {
   if (!summary.contains("mean")) return "nothing could be fitted";
   const std::string part = SummaryPart(model);
   if (part.empty() || summary.contains(part)) return "";
   return "the " + part + " could not be fitted";
 }
 
-template <class Read>
-auto OrNothing(const Read& read) -> std::optional<decltype(read())> {
-  try {
-    return read();
-  } catch (const InputError&) {
-    return std::nullopt;
-  }
+// Mean distance of the outlines of draws and the captures of their face [m].
+double MeanPairHausdorff(const std::vector<PredictedDrape>& drapes,
+                         const std::vector<ObservedCapture>& held_out) {
+  double sum = 0.0;
+  int pairs = 0;
+  for (const ObservedCapture& seen : held_out)
+    for (const ObservedDrape* draw : ObservedDrapes(drapes, seen.capture.face)) {
+      sum += ComputeDistance(*draw, seen.drape).outline_hausdorff;
+      ++pairs;
+    }
+  return sum / pairs;
 }
 
-// RunFitJob in the experiment's folder, from its checkpoint unless that is damaged.
-bool RunFit(const ExperimentTask& task, const RunControl& control) {
-  FitFiles files{.out = task.folder,
-                 .checkpoint = task.checkpoint,
-                 .keep_checkpoint = true,
-                 .log = task.folder + "/fit.log",
-                 .provenance = task.provenance};
-  fs::remove(task.folder + "/prediction.json");  // of an earlier fit
-  const RunControl fit{control.cancel, [&](double fraction, const std::string& note) {
-                         control.Report(kFitShare * fraction, note);
-                       }};
-  files.resume =
-      fs::exists(files.checkpoint) &&
-      OrNothing([&] { return ReadStoredJson(files.checkpoint, kCheckpointFormat); }).has_value();
-  return !RunFitJob(task.fit, task.data, files, fit).cancelled;
-}
-
-ordered_json CaptureScores(const std::vector<PredictedDrape>& drapes,
-                           const std::vector<ObservedCapture>& held_out) {
-  ordered_json scores = ordered_json::array();
+json CaptureScores(const std::vector<PredictedDrape>& drapes,
+                   const std::vector<ObservedCapture>& held_out) {
+  json scores = json::array();
   for (const ObservedCapture& seen : held_out) {
     const Capture& c = seen.capture;
     const auto score = ScorePrediction(drapes, {seen});
@@ -119,198 +119,149 @@ ordered_json CaptureScores(const std::vector<PredictedDrape>& drapes,
   return scores;
 }
 
-// Draws of one fit, on one backend.
-class Predictor {
- public:
-  Predictor(const ExperimentTask& task, const RunControl& control)
-      : task_(task),
-        control_(control),
-        model_(std::make_shared<const ClothModel>(
-            ParseMeshSpec(task.fit.mesh), CusickScene(task.fit.contact), MakeLaw(task.fit.law))),
-        backend_(MakeBackend(task.fit.backend, model_, task.fit.threads)),
-        options_(task.prediction),
-        materials_(ReadMaterialSource(task.folder, *model_, options_.seed)) {
-    options_.settle.steps.cancel = options_.settle.equilibrium.cancel = control.cancel;
-    options_.batch = SettleBatchSize(*backend_, task.fit.threads);
-  }
-
-  // Samples from here on are calibrated.
-  BendCalibration Calibrate() {
-    constexpr double kUsualTrials = 18;
-    BendCalibration calibration =
-        CalibrateBend(*backend_, materials_, options_, *task_.training, {}, [&](int trials) {
-          Report(std::min(0.9, 0.3 + 0.6 * trials / kUsualTrials), "calibration");
-        });
-    options_.bend = calibration.factors;
-    calibrated_ = true;
-    return calibration;
-  }
-
-  std::vector<PredictedDrape> Draw() {
-    Report(calibrated_ ? 0.9 : 0.0, "prediction");
-    return SampleDrapes(*backend_, materials_, options_);
-  }
-
-  bool Cancelled() const { return control_.cancelled(); }
-
- private:
-  void Report(double share, const std::string& stage) const {
-    control_.Report(kFitShare + (1 - kFitShare) * share, stage);
-  }
-
-  const ExperimentTask& task_;
-  const RunControl& control_;
-  std::shared_ptr<const ClothModel> model_;
-  std::unique_ptr<Backend> backend_;
-  PredictionOptions options_;
-  MaterialSource materials_;
-  bool calibrated_ = false;
-};
-
-// What a comparison says of drapes, beside a failure where they cannot be scored.
 void AddScores(const std::vector<PredictedDrape>& drapes,
-               const std::vector<ObservedCapture>& held_out, ordered_json* json) {
-  (*json)["draws"] = drapes.size();
-  (*json)["at_rest"] = ObservedDrapes(drapes, ClothFace::kUnknown).size();
+               const std::vector<ObservedCapture>& held_out, json* result) {
+  (*result)["draws"] = drapes.size();
+  (*result)["at_rest"] = ObservedDrapes(drapes, ClothFace::kUnknown).size();
   const auto score = ScorePrediction(drapes, held_out);
   if (!score) {
-    (*json)["failure"] = "a face that is held out has fewer than two draws at rest";
+    result->erase("numbers");
+    (*result)["failure"] = "a face that is held out has fewer than two draws at rest";
     return;
   }
-  Numbers numbers = ComputeNumbers(*score);
-  numbers["hausdorff_m"] = MeanPairHausdorff(drapes, held_out);
-  (*json)["numbers"] = numbers;
-  (*json)["score"] = ScoreJson(*score);
-  (*json)["captures"] = CaptureScores(drapes, held_out);
+  (*result)["numbers"].update(ScoreNumbers(*score));
+  (*result)["numbers"]["hausdorff_m"] = MeanPairHausdorff(drapes, held_out);
+  (*result)["score"] = ScoreJson(*score);
+  (*result)["captures"] = CaptureScores(drapes, held_out);
 }
 
-// Those numbers of the fit as it is that a calibrated one is held against.
+// Scores of the uncalibrated fit, for comparison.
 void AddAsFitted(const std::vector<PredictedDrape>& drapes,
-                 const std::vector<ObservedCapture>& held_out, ordered_json* numbers) {
+                 const std::vector<ObservedCapture>& held_out, json* numbers) {
   const auto score = ScorePrediction(drapes, held_out);
   if (!score) return;
-  const Numbers all = ComputeNumbers(*score);
+  const json all = ScoreNumbers(*score);
   for (const char* key : {"mean_image_mse", "dc_error", "dc_coverage_90", "feature_energy"})
     (*numbers)[std::string(key) + "_as_fitted"] = all.at(key);
 }
 
-void WritePrediction(const ExperimentTask& task, const nlohmann::json& json) {
-  WriteStoredJson(task.folder + "/prediction.json", kPredictionFormat, json, 1);
-}
-
-// The distribution of specimens, learned, sampled and scored.
-bool LearnAndPredict(const ExperimentTask& task, const RunControl& control) {
-  const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
+std::unique_ptr<Backend> MakeTaskBackend(const ExperimentTask& task) {
   const auto model = std::make_shared<const ClothModel>(
       ParseMeshSpec(task.fit.mesh), CusickScene(task.fit.contact), MakeLaw(task.fit.law));
-  const auto backend = MakeBackend(task.fit.backend, model, task.fit.threads);
-  const LearnedFabric learned = LearnFabric(*backend, *task.training, *task.learning, control);
-  if (learned.cancelled) return false;
-  const double learning_seconds = seconds();
+  return MakeBackend(task.fit.backend, model, task.fit.threads);
+}
+
+PredictionOptions MakeOptions(const ExperimentTask& task, const Backend& backend,
+                              const RunControl& control) {
   PredictionOptions options = task.prediction;
   options.settle.steps.cancel = options.settle.equilibrium.cancel = control.cancel;
-  options.batch = SettleBatchSize(*backend, task.fit.threads);
+  options.batch = SettleBatchSize(backend, task.fit.threads);
+  return options;
+}
+
+std::optional<json> LearnAndPredict(const ExperimentTask& task, const RunControl& control) {
+  const Stopwatch watch;
+  const auto backend = MakeTaskBackend(task);
+  const LearnedFabric learned = LearnFabric(*backend, *task.training, *task.learning, control);
+  if (learned.cancelled) return {};
+  const double learning_seconds = watch.Seconds();
   control.Report(kFitShare, "prediction");
-  const std::vector<PredictedDrape> drapes = SampleSpecimens(*backend, learned.fit, options);
-  if (control.cancelled()) return false;
-  ordered_json json = {{"generative", true}};
-  AddScores(drapes, *task.held_out, &json);
-  if (json.contains("numbers")) {
-    json["numbers"]["fit_seconds"] = learning_seconds;
-    json["numbers"]["prediction_seconds"] = seconds() - learning_seconds;
-    json["numbers"]["rollouts"] = learned.simulated;
-    json["numbers"]["parameters"] = kDistributionNumbers;
-  }
-  json["energy_training"] = learned.fit.score;
-  json["energy_cross_validated"] = learned.fit.cross_validated;
-  json["effective_drapes"] = learned.fit.effective;
+  const std::vector<PredictedDrape> drapes =
+      SampleSpecimens(*backend, learned.fit, MakeOptions(task, *backend, control));
+  if (control.cancelled()) return {};
+  json result = {{"numbers",
+                  {{"fit_seconds", learning_seconds},
+                   {"prediction_seconds", watch.Seconds() - learning_seconds},
+                   {"rollouts", learned.simulated},
+                   {"parameters", kDistributionNumbers}}},
+                 {"energy_training", learned.fit.score},
+                 {"energy_cross_validated", learned.fit.cross_validated},
+                 {"effective_drapes", learned.fit.effective}};
+  AddScores(drapes, *task.held_out, &result);
   WriteDistributionFit(task.folder + "/specimens.json", learned.fit);
-  WritePrediction(task, json);
-  return true;
-}
-
-bool Predict(const ExperimentTask& task, const RunControl& control) {
-  const auto start = std::chrono::steady_clock::now();
-  Predictor predictor(task, control);
-  const std::vector<PredictedDrape> as_fitted = predictor.Draw();
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  ordered_json json;
-  if (task.calibrate) {
-    const BendCalibration calibration = predictor.Calibrate();
-    const std::chrono::duration<double> with = std::chrono::steady_clock::now() - start;
-    AddScores(predictor.Draw(), *task.held_out, &json);
-    if (json.contains("numbers")) {
-      json["numbers"]["bend_factor_up"] = calibration.factors.up;
-      json["numbers"]["bend_factor_down"] = calibration.factors.down;
-      json["numbers"]["calibration_seconds"] = (with - seconds).count();
-      AddAsFitted(as_fitted, *task.held_out, &json["numbers"]);
-    }
-  } else {
-    AddScores(as_fitted, *task.held_out, &json);
-  }
-  if (predictor.Cancelled()) return false;
-  if (json.contains("numbers")) json["numbers"]["prediction_seconds"] = seconds.count();
-  WritePrediction(task, json);
-  return true;
-}
-
-ExperimentResult ReadResult(const std::string& folder) {
-  const std::string path = folder + "/prediction.json";
-  const nlohmann::json prediction = ReadStoredJson(path, kPredictionFormat);
-  const JsonInput input(prediction, path);
-  const bool fitted = !input.Has("generative");
-  const nlohmann::json summary = fitted ? FinishedFit(folder) : nlohmann::json::object();
-  ExperimentResult result;
-  if (input.Has("failure")) {
-    result.failure = input.At("failure").String();
-    return result;
-  }
-  if (fitted) result.numbers = FitNumbers(summary, folder + "/summary.json");
-  const JsonInput numbers = input.At("numbers");
-  for (const auto& [key, value] : numbers.ExpectObject().value().items())
-    result.numbers[key] = numbers.At(key).NotNegative();
-  for (const char* key : kScores) numbers.At(key);
-  const JsonInput captures = input.At("captures");
-  if (captures.ExpectArray().Size() == 0) captures.Fail("the scores of a capture or more");
-  for (int i = 0; i < captures.Size(); ++i) {
-    const JsonInput c = captures.At(i);
-    result.captures.push_back({c.At("fabric").Integer(), c.At("sample").Integer(),
-                               c.At("capture").Integer(), c.At("feature_energy").NotNegative()});
-  }
-  result.belief = BeliefIn(JsonInput(summary, folder + "/summary.json"));
   return result;
+}
+
+// Samples drapes of the fit in the folder of the task, and scores it; `result` has the numbers of
+// the fit.
+std::optional<json> Predict(const ExperimentTask& task, const RunControl& control, json result) {
+  constexpr double kUsualTrials = 18;
+  const auto report = [&](double share, const char* stage) {
+    control.Report(kFitShare + (1 - kFitShare) * share, stage);
+  };
+  const auto backend = MakeTaskBackend(task);
+  PredictionOptions options = MakeOptions(task, *backend, control);
+  const MaterialSource materials = ReadMaterialSource(task.folder, backend->model(), options.seed);
+  const Stopwatch watch;
+  report(0.0, "prediction");
+  std::vector<PredictedDrape> drapes = SampleDrapes(*backend, materials, options);
+  const double seconds = watch.Seconds();
+  if (control.cancelled()) return {};
+  json calibrated = json::object();
+  if (task.calibrate) {
+    AddAsFitted(drapes, *task.held_out, &calibrated);
+    const BendCalibration calibration =
+        CalibrateBend(*backend, materials, options, *task.training, {}, [&](int trials) {
+          report(std::min(0.9, 0.3 + 0.6 * trials / kUsualTrials), "calibration");
+        });
+    if (calibration.cancelled) return {};
+    options.bend = calibration.factors;
+    calibrated["bend_factor_up"] = calibration.factors.up;
+    calibrated["bend_factor_down"] = calibration.factors.down;
+    calibrated["calibration_seconds"] = watch.Seconds() - seconds;
+    report(0.9, "prediction");
+    drapes = SampleDrapes(*backend, materials, options);
+    if (control.cancelled()) return {};
+  }
+  AddScores(drapes, *task.held_out, &result);
+  if (result.contains("failure")) return result;
+  result["numbers"].update(calibrated);
+  result["numbers"]["prediction_seconds"] = seconds;
+  return result;
+}
+
+std::optional<json> FitAndPredict(const ExperimentTask& task, const RunControl& control) {
+  const FitFiles files{.out = task.folder,
+                       .checkpoint = task.checkpoint,
+                       .keep_checkpoint = true,
+                       .log = task.folder + "/fit.log",
+                       .provenance = task.provenance};
+  const RunControl part{control.cancel, [&](double fraction, const std::string& note) {
+                          control.Report(kFitShare * fraction, note);
+                        }};
+  if (ContinueFitJob(task.fit, task.data, files, part).cancelled) return {};
+  const json summary = ParseJson(ReadOwnFile(task.folder + "/summary.json"), task.folder);
+  json result = SummariseFit(summary, task.fit.model);
+  if (result.contains("failure")) return result;
+  return Predict(task, control, std::move(result));
 }
 
 }  // namespace
 
-std::optional<ExperimentResult> ReadExperiment(const std::string& folder) {
-  return OrNothing([&] { return ReadResult(folder); });
+json SummariseFit(const json& summary, FitModel model) {
+  const std::string failure = DescribeFailure(summary, model);
+  if (!failure.empty()) return {{"failure", failure}};
+  json result = {{"numbers", FitNumbers(summary)}};
+  if (summary.contains("posterior"))
+    for (const char* key : {"stretch_n_per_m", "bend_n_m"})
+      result["posterior"][key] = summary["posterior"].at(key);
+  return result;
 }
 
-bool RunExperiment(const ExperimentTask& task, const RunControl& control) {
-  fs::create_directories(task.folder);
-  if (task.learning) return LearnAndPredict(task, control);
-  const bool fitted = OrNothing([&] { return FinishedFit(task.folder); }).has_value();
-  if (!fitted && !RunFit(task, control)) return false;
-  const std::string failure = DescribeFailure(FinishedFit(task.folder), task.fit.model);
-  if (failure.empty()) return Predict(task, control);
-  WritePrediction(task, {{"failure", failure}});
-  return true;
+json ScoreNumbers(const DistributionScore& score) {
+  json numbers = {{"mean_image_mse", score.mean_image_mse},
+                  {"feature_energy", score.feature_energy},
+                  {"outline_energy_m", score.outline_energy}};
+  AddFeature("dc", score.features[0], &numbers);
+  AddFeature("folds", score.features[1], &numbers);
+  for (auto each = numbers.begin(); each != numbers.end();)
+    each = std::isnan(each->get<double>()) ? numbers.erase(each) : std::next(each);
+  return numbers;
 }
 
-double MeanPairHausdorff(const std::vector<PredictedDrape>& drapes,
-                         const std::vector<ObservedCapture>& held_out) {
-  double sum = 0.0;
-  int pairs = 0;
-  for (const ObservedCapture& seen : held_out)
-    for (const ObservedDrape* draw : ObservedDrapes(drapes, seen.capture.face)) {
-      sum += ComputeDistance(*draw, seen.drape).outline_hausdorff;
-      ++pairs;
-    }
-  return sum / pairs;
+std::optional<json> RunExperiment(const ExperimentTask& task, const RunControl& control) {
+  std::filesystem::create_directories(task.folder);
+  return task.learning ? LearnAndPredict(task, control) : FitAndPredict(task, control);
 }
 
 }  // namespace drape

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
-#include <functional>
-#include <map>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,60 +9,40 @@
 #include "losses/dataset/trivial_predictors.h"
 #include "physics/util/run_control.h"
 #include "solver/job/fit_job.h"
-#include "solver/prediction/bend_calibration.h"
 #include "solver/prediction/generative/generative_prediction.h"
 #include "solver/prediction/prediction.h"
-#include "solver/studies/comparison/comparison_numbers.h"
 
 namespace drape {
 
-// An experiment of a comparison of models: a fit to the images of one side of a split, drapes drawn
-// from it, and their score on the captures of the other side.
+// One run of a comparison of models: a fit to the images on one side of a split, drapes drawn from
+// it, and their scores on the captures of the other side.
 struct ExperimentTask {
-  std::string folder;  // its files; made when missing
+  std::string folder;  // of its files, made when missing
   FitSpec fit;
   FitData data;
   std::string checkpoint;  // of the fit of one table, shared by the models of a split
   std::function<nlohmann::ordered_json()> provenance;  // FitFiles::provenance
   PredictionOptions prediction;                        // its cancel and batch are not used
-  // Those of the two sides; outlive the task.
+  // The captures of the two sides; they outlive the task.
   const std::vector<ObservedCapture>* training = nullptr;
   const std::vector<ObservedCapture>* held_out = nullptr;
-  std::optional<LearningOptions> learning;  // instead of a fit and its calibration
+  std::optional<LearningOptions> learning = {};  // replaces the fit and its calibration
   bool calibrate = true;  // CalibrateBend before the prediction, on the training captures
 };
 
-// How well one held-out capture was predicted.
-struct CaptureScore {
-  int fabric = 0, sample = 0, capture = 0;
-  double feature_energy = 0.0;
-};
+// Learns the distribution of specimens (LearnFabric) or fits (RunFitJob, from the checkpoint of the
+// task if it has one), then draws and scores drapes. Returns
+//   {"numbers": {key: number}, "captures": [{"fabric", "sample", "capture", "feature_energy",
+//    "outline_energy_m"}], "score", "draws", "at_rest", "posterior"},
+// or "failure" with the reason where there is no score. "numbers" has SI units; those of a fit
+// without its calibration end in "_as_fitted". Returns nothing when cancelled. Throws InputError.
+std::optional<nlohmann::json> RunExperiment(const ExperimentTask& task, const RunControl& control);
 
-// Average stiffness of the fabric under the posterior of a model that has one (PosteriorStiffness).
-struct ExperimentStiffness {
-  double stretch = 0.0, stretch_deviation = 0.0;  // [N/m]
-  double bend = 0.0, bend_deviation = 0.0;        // [N m]
-};
+// What summary.json of a fit says: "numbers" and, of a model that has one, "posterior" with the
+// average stiffness and its deviation; or the "failure" of the model.
+nlohmann::json SummariseFit(const nlohmann::json& summary, FitModel model);
 
-struct ExperimentResult {
-  std::string failure;  // empty: none; else why there is no score
-  Numbers numbers;
-  std::vector<CaptureScore> captures;
-  std::optional<ExperimentStiffness> belief;
-};
-
-// What the files of a finished experiment say; none where one is missing or broken.
-std::optional<ExperimentResult> ReadExperiment(const std::string& folder);
-
-// Does what is still to be done: the learning (LearnFabric; to specimens.json) or the fit
-// (RunFitJob; from its checkpoint, where there is one), then the prediction (SampleDrapes), whose
-// scores go to prediction.json, those of a calibrated one beside those of the fit as it is; so an
-// experiment that was stopped continues to the same numbers. False when it was cancelled. Throws
-// InputError.
-bool RunExperiment(const ExperimentTask& task, const RunControl& control);
-
-// Mean distance of the outlines of draws and the captures of their face [m]; NaN without a pair.
-double MeanPairHausdorff(const std::vector<PredictedDrape>& drapes,
-                         const std::vector<ObservedCapture>& held_out);
+// The numbers of a score by key: errors are absolute values of predicted less observed means.
+nlohmann::json ScoreNumbers(const DistributionScore& score);
 
 }  // namespace drape

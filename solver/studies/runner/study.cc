@@ -124,14 +124,16 @@ class StudyRun {
     }
   }
 
-  // Refuses a file that the key does not know, such as one that was changed meanwhile.
+  // Refuses a file that the key does not know, such as one that was changed meanwhile. Files below
+  // the folder of the study are its own results.
   void CheckReads(const StudyCell& cell, const std::vector<ReadRecord::File>& files) const {
     const auto is_known = [](const std::vector<ReadRecord::File>& known, const std::string& sum) {
       return std::any_of(known.begin(), known.end(),
                          [&](const ReadRecord::File& file) { return file.sha256 == sum; });
     };
     for (const ReadRecord::File& file : files)
-      if (!is_known(study_.files, file.sha256) && !is_known(cell.files, file.sha256))
+      if (!file.path.starts_with(options_.out + "/") && !is_known(study_.files, file.sha256) &&
+          !is_known(cell.files, file.sha256))
         throw InputError(file.path, "was read by '" + cell.name +
                                         "' and is not as it was when the study began, expected the "
                                         "input files to stay as they are");

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/study_program.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
+#include "physics/util/stored/build.h"
+#include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/inputs/common_options.h"
@@ -62,6 +66,18 @@ std::vector<Option> StudyOptionList(StudyOptions& options) {
                   "processes with other shares of the same --out; without it, finished cells are "
                   "kept and the missing ones run"},
       }));
+}
+
+nlohmann::json OptionSettings(const OptionTable& table, const std::set<std::string>& free) {
+  nlohmann::json settings = {{"drapefit", BuildVersion()}};
+  for (const Option& option : table.options) {
+    if (free.contains(option.key) || !option.repeated) continue;
+    const std::string value = ValueText(option);
+    const auto names_no_file = [&](const std::string& word) { return value.starts_with(word); };
+    if (!option.is_path || std::any_of(option.words.begin(), option.words.end(), names_no_file))
+      settings[option.key] = value;
+  }
+  return settings;
 }
 
 ordered_json SummariseCells(const Study& study, const StudyResult& result) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,10 @@ std::vector<std::string> StudyScriptCommand(const std::string& name);
 
 // --out, --list and --share.
 std::vector<Option> StudyOptionList(StudyOptions& options);
+
+// Study::settings by the options of a program, for results that depend on them alone: the version
+// of drapefit, and each option but paths, whose files the cells record, and those of `free`.
+nlohmann::json OptionSettings(const OptionTable& table, const std::set<std::string>& free);
 
 // The file OUT/<study>.json without its provenance, once the cells have ended; of a study that was
 // cancelled some have no result.

@@ -5,7 +5,6 @@
 
 #include "physics/util/atomic_file.h"
 #include "solver/posterior/space/space_io.h"
-#include "solver/studies/cells/study_settings.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
 
@@ -54,22 +53,11 @@ Reader MakePriorReader(const std::string& valid) {
           }};
 }
 
-Reader MakeSettingsReader() {
-  return {.name = "settings of fits",
-          .file = "fits.json",
-          .content = R"({"drapefit": "0.1.0", "mesh": "disc:300", "samples": "1-4"})",
-          .read = [](const std::string& path) {
-            CheckStudySettings(path, {{"drapefit", "0.1.0"}, {"mesh", "disc:300"}}, "fits");
-            return std::string();
-          }};
-}
-
 }  // namespace
 
 std::vector<Reader> MakeSpaceReaders(const std::string& valid) {
   return {MakeBeliefReader(valid, "posterior.json", "base.json"),
-          MakeBeliefReader(valid, "base.json", "posterior.json"), MakePriorReader(valid),
-          MakeSettingsReader()};
+          MakeBeliefReader(valid, "base.json", "posterior.json"), MakePriorReader(valid)};
 }
 
 }  // namespace drape::attack

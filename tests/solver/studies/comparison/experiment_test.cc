@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An experiment is computed once, resumes where it was stopped, and is computed again where it is
-// broken.
+// A run resumes where it was stopped, and begins again where its checkpoint is damaged.
 #include "solver/studies/comparison/experiment.h"
 
 #include <gmock/gmock.h>
@@ -9,9 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "physics/material/material_io.h"
-#include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
-#include "physics/util/stored/stored_json.h"
 #include "solver/job/fit_captures.h"
 #include "tests/losses/dataset/synthetic_dataset.h"
 #include "tests/physics/file_fixture.h"
@@ -54,7 +51,8 @@ class ExperimentTest : public FileFixture {
     task_.folder = Path("experiment");
     task_.checkpoint = Path("one_table.json");
   }
-  bool Run(const std::atomic<bool>* cancel = nullptr) {
+  // Nothing when cancelled.
+  std::optional<nlohmann::json> Run(const std::atomic<bool>* cancel = nullptr) {
     notes_.clear();
     return RunExperiment(task_, {cancel, [&](double fraction, const std::string& note) {
                                    EXPECT_LE(fraction, 1.0);
@@ -62,13 +60,10 @@ class ExperimentTest : public FileFixture {
                                    if (on_note_) on_note_(note);
                                  }});
   }
-  std::string Text() const {
-    nlohmann::json json = ReadJsonFile(Path("experiment/prediction.json"));
-    json.erase("seconds");
-    json.erase("checksum");
-    for (const char* timed : {"prediction_seconds", "calibration_seconds"})
-      json["numbers"].erase(timed);
-    return json.dump() + Read(Path("experiment/material.json"));
+  std::string Text(nlohmann::json result) const {
+    for (const char* timed : {"fit_seconds", "prediction_seconds", "calibration_seconds"})
+      result["numbers"].erase(timed);
+    return result.dump() + Read(Path("experiment/material.json"));
   }
 
   const SyntheticDataset data_;
@@ -80,90 +75,84 @@ class ExperimentTest : public FileFixture {
 
 TEST_F(ExperimentTest, HasTheNumbersOfFitAndPrediction) {
   task_.calibrate = true;
-  ASSERT_TRUE(Run());
-  const auto experiment = ReadExperiment(Path("experiment"));
-  ASSERT_TRUE(experiment);
-  EXPECT_EQ(experiment->failure, "");
-  for (const ComparedNumber& number : kComparedNumbers)
-    EXPECT_EQ(experiment->numbers.contains(number.key), number.key != std::string("elbo"))
-        << number.key;
-  EXPECT_EQ(experiment->numbers.at("parameters"), 2);
-  EXPECT_FALSE(experiment->belief);
-  ASSERT_EQ(experiment->captures.size(), 2u);
-  EXPECT_EQ(experiment->captures[1].sample, 3);
-  EXPECT_NEAR(
-      0.5 * (experiment->captures[0].feature_energy + experiment->captures[1].feature_energy),
-      experiment->numbers.at("feature_energy"), 1e-12);
+  const nlohmann::json result = Run().value();
+  EXPECT_FALSE(result.contains("failure"));
+  EXPECT_FALSE(result.contains("posterior"));
+  const nlohmann::json& numbers = result["numbers"];
+  for (const char* key : {"train_mse",
+                          "train_profile_rms_px",
+                          "train_iou",
+                          "train_hausdorff_m",
+                          "mean_image_mse",
+                          "dc_error",
+                          "dc_crps",
+                          "dc_coverage_50",
+                          "dc_width_50",
+                          "dc_coverage_90",
+                          "dc_width_90",
+                          "folds_error",
+                          "folds_crps",
+                          "folds_coverage_50",
+                          "folds_width_50",
+                          "folds_coverage_90",
+                          "folds_width_90",
+                          "feature_energy",
+                          "outline_energy_m",
+                          "hausdorff_m",
+                          "bend_factor_up",
+                          "bend_factor_down",
+                          "mean_image_mse_as_fitted",
+                          "dc_error_as_fitted",
+                          "dc_coverage_90_as_fitted",
+                          "feature_energy_as_fitted",
+                          "fit_seconds",
+                          "calibration_seconds",
+                          "prediction_seconds",
+                          "rollouts"})
+    EXPECT_TRUE(numbers.contains(key)) << key;
+  EXPECT_EQ(numbers["parameters"], 2);
+  const nlohmann::json& captures = result["captures"];
+  ASSERT_EQ(captures.size(), 2u);
+  EXPECT_EQ(captures[1]["sample"], 3);
+  EXPECT_NEAR(0.5 * (captures[0]["feature_energy"].get<double>() +
+                     captures[1]["feature_energy"].get<double>()),
+              numbers["feature_energy"].get<double>(), 1e-12);
 }
 
-TEST_F(ExperimentTest, ABrokenFileIsMadeAnewAndTheSame) {
-  ASSERT_TRUE(Run());
-  const std::string whole = Text();
-  ASSERT_TRUE(ReadExperiment(Path("experiment")));
-  Write("experiment/prediction.json", Read(Path("experiment/prediction.json")).substr(0, 50));
-  EXPECT_FALSE(ReadExperiment(Path("experiment")));
-  ASSERT_TRUE(Run());
-  EXPECT_THAT(notes_,
-              testing::Not(testing::HasSubstr("initial guesses")));  // the fit is taken over
-  EXPECT_EQ(Text(), whole);
-  Write("experiment/material.json", "{");
+TEST_F(ExperimentTest, ADamagedCheckpointIsMadeAnewAndTheSame) {
+  const std::string whole = Text(Run().value());
+  const std::string again = Text(Run().value());
+  EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("initial guesses")));  // from the checkpoint
+  EXPECT_EQ(again, whole);
   Write("one_table.json", "{");
-  EXPECT_FALSE(ReadExperiment(Path("experiment")));
-  ASSERT_TRUE(Run());
-  EXPECT_THAT(notes_, testing::HasSubstr("round"));
-  EXPECT_EQ(Text(), whole);
-  for (const char* damage : {"/captures", "/numbers"}) {
-    nlohmann::json prediction = nlohmann::json::parse(Read(Path("experiment/prediction.json")));
-    const nlohmann::json::json_pointer at(damage);
-    prediction[at] = nlohmann::json(prediction[at].type());  // empty
-    const StoredFormat format = {"drapefit-prediction", prediction["version"]};
-    for (const char* key : {"format", "version", "checksum"}) prediction.erase(key);
-    WriteStoredJson(Path("experiment/prediction.json"), format, prediction);
-    EXPECT_FALSE(ReadExperiment(Path("experiment"))) << damage;
-    ASSERT_TRUE(Run());
-    EXPECT_EQ(Text(), whole);
-  }
-  nlohmann::json summary = nlohmann::json::parse(Read(Path("experiment/summary.json")));
-  summary["mean"] = nlohmann::json::array();
-  Write("experiment/summary.json", summary.dump());
-  EXPECT_FALSE(ReadExperiment(Path("experiment")));
-  ASSERT_TRUE(Run());
-  EXPECT_EQ(Text(), whole);
-  std::filesystem::remove(Path("experiment/summary.json"));
-  EXPECT_FALSE(ReadExperiment(Path("experiment")));
+  Write("experiment/summary.json", "{");
+  const std::string anew = Text(Run().value());
+  EXPECT_THAT(notes_, testing::HasSubstr("initial guesses"));
+  EXPECT_EQ(anew, whole);
 }
 
 TEST_F(ExperimentTest, GoesOnAfterACancelToTheSameNumbers) {
   task_.calibrate = true;
-  ASSERT_TRUE(Run());
-  const std::string whole = Text();
+  const std::string whole = Text(Run().value());
   std::filesystem::remove_all(Path("experiment"));
   std::filesystem::remove(Path("one_table.json"));
   for (const std::string stage : {"round 1", "prediction", "calibration"}) {
     std::atomic<bool> cancel = false;
     on_note_ = [&](const std::string& note) { cancel = cancel || note == stage; };
-    EXPECT_FALSE(Run(&cancel)) << stage;
-    EXPECT_FALSE(ReadExperiment(Path("experiment"))) << stage;
+    EXPECT_FALSE(Run(&cancel).has_value()) << stage;
   }
   on_note_ = {};
-  ASSERT_TRUE(Run());
-  EXPECT_EQ(Text(), whole);
+  EXPECT_EQ(Text(Run().value()), whole);
 }
 
 TEST_F(ExperimentTest, ACalibrationKeepsTheScoresOfTheFitAsItIs) {
-  ASSERT_TRUE(Run());
-  const Numbers as_fitted = ReadExperiment(Path("experiment"))->numbers;
+  const nlohmann::json as_fitted = Run().value()["numbers"];
   EXPECT_FALSE(as_fitted.contains("bend_factor_up"));
   EXPECT_FALSE(as_fitted.contains("dc_error_as_fitted"));
   task_.calibrate = true;
   training_ = {
       {training_[0].capture, ObserveDisc(0.1, Camera(), {})}};  // hangs far lower than the fit
-  nlohmann::json earlier = ReadJsonFile(Path("experiment/prediction.json"));
-  earlier["version"] = 2;
-  Write("experiment/prediction.json", earlier.dump());
-  EXPECT_FALSE(ReadExperiment(Path("experiment")));
-  ASSERT_TRUE(Run());
-  const Numbers calibrated = ReadExperiment(Path("experiment"))->numbers;
+  const nlohmann::json calibrated = Run().value()["numbers"];
   for (const std::string key : {"mean_image_mse", "dc_error", "dc_coverage_90", "feature_energy"})
     EXPECT_EQ(calibrated.at(key + "_as_fitted"), as_fitted.at(key)) << key;
   EXPECT_EQ(calibrated.at("bend_factor_up"), calibrated.at("bend_factor_down"));  // not known
@@ -172,14 +161,14 @@ TEST_F(ExperimentTest, ACalibrationKeepsTheScoresOfTheFitAsItIs) {
 }
 
 TEST_F(ExperimentTest, ModelsGoOnFromTheSameTable) {
-  ASSERT_TRUE(Run());
+  ASSERT_TRUE(Run().has_value());
   EXPECT_THAT(notes_, testing::HasSubstr("initial guesses"));
   const nlohmann::json table = ReadJsonFile(Path("experiment/material.json"));
   task_.folder = Path("fields");
   task_.fit.model = FitModel::kHeterogeneous;
   task_.fit.fields.iterations = 1;
   task_.fit.fields.restarts = 0;
-  ASSERT_TRUE(Run());
+  ASSERT_TRUE(Run().has_value());
   EXPECT_THAT(notes_, testing::Not(testing::HasSubstr("initial guesses")));
   EXPECT_THAT(notes_, testing::HasSubstr("fields"));
   EXPECT_EQ(ReadJsonFile(Path("fields/material_homogeneous.json"))["stretch"], table["stretch"]);
@@ -187,20 +176,39 @@ TEST_F(ExperimentTest, ModelsGoOnFromTheSameTable) {
 
 TEST_F(ExperimentTest, SamplesThatDoNotComeToRestFailWithAReason) {
   task_.prediction.settle.equilibrium.tolerance = 1e-30;
-  ASSERT_TRUE(Run());
-  const auto experiment = ReadExperiment(Path("experiment"));
-  ASSERT_TRUE(experiment);
-  EXPECT_THAT(experiment->failure, testing::HasSubstr("fewer than two draws at rest"));
-  EXPECT_TRUE(experiment->captures.empty());
+  const nlohmann::json result = Run().value();
+  EXPECT_THAT(result["failure"].get<std::string>(),
+              testing::HasSubstr("fewer than two draws at rest"));
+  EXPECT_FALSE(result.contains("captures"));
+  EXPECT_FALSE(result.contains("numbers"));
 }
 
-// Of a model that stayed at its one table there is no prediction: it would be that of homogeneous.
-TEST_F(ExperimentTest, AModelThatCouldNotBeFittedHasNoScore) {
-  ASSERT_TRUE(Run());
-  std::filesystem::remove(Path("experiment/prediction.json"));
-  task_.fit.model = FitModel::kHeterogeneous;
-  ASSERT_TRUE(Run());
-  EXPECT_EQ(ReadExperiment(Path("experiment"))->failure, "the fields could not be fitted");
+TEST(SummariseFit, ReadsASummary) {
+  nlohmann::json summary = nlohmann::json::parse(R"({
+      "mean": {"mse": 0.01, "profile_rms_px": 2, "iou": 0.9, "outline_hausdorff_m": 0.005},
+      "seconds": {"grid": 1, "fit": 2, "report": 0.5}, "rollouts": 100,
+      "parameters": {"count": 39},
+      "posterior": {"kind": "hierarchy", "seconds": [4, 5], "rollouts": 50, "elbo": null,
+                    "log_factors": [1, 2, 3], "stretch_n_per_m": [500, 20],
+                    "bend_n_m": [1e-6, 1e-7]}})");
+  const nlohmann::json result = SummariseFit(summary, FitModel::kBayes);
+  EXPECT_EQ(result["numbers"]["fit_seconds"], 12.5);
+  EXPECT_EQ(result["numbers"]["rollouts"], 150);
+  EXPECT_EQ(result["numbers"]["parameters"], 3);
+  EXPECT_FALSE(result["numbers"].contains("elbo"));
+  EXPECT_EQ(result["posterior"]["bend_n_m"][1], 1e-7);
+  summary["posterior"]["kind"] = "bdp";  // a mean and a deviation each
+  EXPECT_EQ(SummariseFit(summary, FitModel::kBdp)["numbers"]["parameters"], 6);
+}
+
+// The one table of a model that could not be fitted would be scored as that of homogeneous.
+TEST(SummariseFit, SaysWhichPartIsMissing) {
+  const nlohmann::json table = {{"mean", nlohmann::json::object()}};
+  EXPECT_EQ(SummariseFit(table, FitModel::kHeterogeneous)["failure"],
+            "the fields could not be fitted");
+  EXPECT_EQ(SummariseFit(table, FitModel::kBdp)["failure"], "the posterior could not be fitted");
+  EXPECT_EQ(SummariseFit({{"status", "done"}}, FitModel::kHomogeneous)["failure"],
+            "nothing could be fitted");
 }
 
 }  // namespace

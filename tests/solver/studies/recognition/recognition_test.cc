@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which fabric a sample is of, from made-up samples; fits that fail do not end a run
 // [METHODS, P62].
+#include "solver/studies/recognition/recognition.h"
+
 #include <gmock/gmock.h>
 
 #include <Eigen/Cholesky>
@@ -10,9 +12,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
 #include "solver/posterior/variational/gaussian_posterior.h"
-#include "solver/studies/recognition/fabric_fits.h"
-#include "solver/studies/recognition/recognition_scores.h"
-#include "solver/studies/recognition/sample_list.h"
+#include "solver/studies/recognition/fit_cells.h"
 #include "solver/studies/recognition/sample_model.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
@@ -66,64 +66,6 @@ TEST(SampleModel, ComparesEachSampleWithTheOthersAlone) {
             SampleModel(others, kFabrics, scale).LogLikelihoods(samples[0].seen));
 }
 
-RecognisedSample Recognised(int fabric, const std::string& way, const Eigen::VectorXd& logs) {
-  return {"sample", fabric, {{way, logs}}};
-}
-
-TEST(RecognitionScores, CountsRanksAndLosses) {
-  const Eigen::Vector4d logs(std::log(0.1), std::log(0.45), std::log(0.25), std::log(0.2));
-  const std::vector<RecognisedSample> samples = {
-      Recognised(1, "way", logs), Recognised(3, "way", (logs.array() + 7).matrix()),
-      Recognised(0, "way", logs), Recognised(0, "other", logs)};
-  const RecognitionScore score = ScoreWay(samples, "way", 4);
-  EXPECT_EQ(score.samples, 3);
-  EXPECT_DOUBLE_EQ(score.top_1, 1.0 / 3);
-  EXPECT_DOUBLE_EQ(score.top_3, 2.0 / 3);
-  EXPECT_NEAR(score.log_loss, -(std::log(0.45) + std::log(0.2) + std::log(0.1)) / 3, 1e-12);
-  EXPECT_EQ(score.confusion(3, 1), 1);
-  EXPECT_EQ(score.confusion(1, 1), 1);
-  EXPECT_DOUBLE_EQ(score.reliability(2, 0), 3.0);
-  EXPECT_NEAR(score.reliability(2, 1), 0.45, 1e-12);
-  EXPECT_DOUBLE_EQ(score.reliability(2, 2), 1.0 / 3);
-  EXPECT_THAT(RecognitionText({score}, {"a", "b", "c", "d"}), testing::HasSubstr("| d | 0 of 1 |"));
-}
-
-// A way that is right and one that is noise: the product is the first; two halves of what there is
-// to know are better together.
-TEST(RecognitionScores, AProductTakesWhatHelps) {
-  std::vector<RecognisedSample> samples;
-  std::mt19937_64 random(3);
-  for (int i = 0; i < 120; ++i) {
-    const int fabric = i % 4;
-    Eigen::VectorXd half(4), other(4), noise(4);
-    for (int f = 0; f < 4; ++f) {
-      half[f] = (f / 2 == fabric / 2 ? 2.0 : 0.0) + 0.5 * SampleNormal(random);
-      other[f] = (f % 2 == fabric % 2 ? 2.0 : 0.0) + 0.5 * SampleNormal(random);
-      noise[f] = 8.0 * SampleNormal(random);
-    }
-    samples.push_back({"s", fabric, {{"half", half}, {"other", other}, {"noise", noise}}});
-  }
-  AddProduct("both", {"half", "other"}, &samples);
-  AddProduct("with noise", {"half", "noise"}, &samples);
-  const double half = ScoreWay(samples, "half", 4).log_loss;
-  EXPECT_LT(ScoreWay(samples, "both", 4).log_loss, 0.6 * half);
-  EXPECT_GT(ScoreWay(samples, "both", 4).top_1, 0.8);
-  EXPECT_LT(ScoreWay(samples, "with noise", 4).log_loss, half + 0.02);
-  EXPECT_GT(ScoreWay(samples, "noise", 4).log_loss, 2.0);
-}
-
-// Sample 0 counts for its own weights neither where they help it nor where they harm.
-TEST(RecognitionScores, WeightsOfASampleComeFromTheOthers) {
-  const auto product = [](int fabric) {
-    std::vector<RecognisedSample> samples = {Recognised(fabric, "way", Eigen::Vector2d(3, 0)),
-                                             Recognised(0, "way", Eigen::Vector2d(1, 0))};
-    AddProduct("product", {"way"}, &samples);
-    return samples[0].by_way.at("product");
-  };
-  EXPECT_EQ(product(0), product(1));
-  EXPECT_LT(product(1)[1], -10.0);  // the other sample is right, so that it is sure
-}
-
 class FabricFitsTest : public FileFixture {};
 
 TEST_F(FabricFitsTest, CellsAreByFabricOrBySample) {
@@ -165,12 +107,16 @@ TEST_F(FabricFitsTest, AFailureIsNamedAndEndsNothing) {
   Write("bad.jpg", "no image");
   FitCellJob job;
   job.material = Path("start.json");
-  job.out = Path("");
-  job.threads = 2;
+  job.out = job.study.out = Path("fits");
+  job.study.threads = 2;
   job.fit.model = FitModel::kBayes;
   job.settings = {{"mesh", "a"}};
   const std::vector<FitCell> cells = CellsByFabric(
       {{1, 1, 1, ClothFace::kUp, Path("bad.jpg")}, {2, 1, 1, ClothFace::kUp, Path("none.jpg")}});
+  const auto stored = [&] {
+    const std::filesystem::directory_iterator files(Path("fits/cells"));
+    return std::distance(begin(files), end(files));
+  };
   for (int run = 0; run < 2; ++run) {
     const FitCellRun result = RunFitCells(job, cells, {});
     EXPECT_TRUE(result.done.empty());
@@ -178,10 +124,25 @@ TEST_F(FabricFitsTest, AFailureIsNamedAndEndsNothing) {
     EXPECT_EQ(result.failures[0].name, "fabric_1");
     EXPECT_THAT(result.failures[0].reason, testing::HasSubstr("bad.jpg"));
     EXPECT_THAT(result.failures[1].reason, testing::HasSubstr("none.jpg"));
-    EXPECT_TRUE(std::filesystem::exists(Path("fabric_2/failure.json")));
+    EXPECT_EQ(stored(), 2);
   }
+  Write("bad.jpg", "no image either");  // another cell, whose fit is tried
+  RunFitCells(job, cells, {});
+  EXPECT_EQ(stored(), 3);
   job.settings["mesh"] = "b";
-  EXPECT_THROW(RunFitCells(job, cells, {}), InputError);
+  RunFitCells(job, cells, {});
+  EXPECT_EQ(stored(), 5);
+}
+
+// A folder in the place of the log is no property of the fabric.
+TEST_F(FabricFitsTest, ARefusalOfTheSystemIsNotRemembered) {
+  FitCellJob job;
+  job.material = Path("start.json");
+  job.out = job.study.out = Path("fits");
+  const std::vector<FitCell> cells = CellsByFabric({{1, 1, 1, ClothFace::kUp, Path("bad.jpg")}});
+  Write("fits/fabric_1", "a file in the place of the folder of the fit");
+  EXPECT_ANY_THROW(RunFitCells(job, cells, {}));
+  EXPECT_TRUE(std::filesystem::is_empty(Path("fits/cells")));
 }
 
 }  // namespace

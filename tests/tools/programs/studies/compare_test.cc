@@ -62,14 +62,12 @@ TEST_F(CompareTool, ComparesAndTakesOverWhatIsDone) {
   const Json split = ReadJson(Path("out/fabric_3/split_1.json"));
   EXPECT_EQ(split["train"].size(), 2u);     // capture 1 of two samples
   EXPECT_EQ(split["held_out"].size(), 4u);  // captures 1 and 2 of the other two
-  const std::string experiment = Path("out/fabric_3/homogeneous/seed_2/prediction.json");
-  const auto written = std::filesystem::last_write_time(experiment);
-  std::filesystem::remove(Path("out/fabric_3/heterogeneous/seed_2/prediction.json"));
-  ASSERT_EQ(Run({}).exit_code, 0);
-  EXPECT_EQ(std::filesystem::last_write_time(experiment), written);
+  const auto cells = Snapshot(Path("out/cells"));
+  EXPECT_EQ(cells.size(), 4u);
   std::filesystem::remove_all(Path("out/fabric_3/heterogeneous/seed_1"));
   ASSERT_EQ(Run({"--models=homogeneous"}).exit_code, 0);  // fewer models need fewer experiments
   EXPECT_FALSE(std::filesystem::exists(Path("out/fabric_3/heterogeneous/seed_1")));
+  EXPECT_EQ(Snapshot(Path("out/cells")), cells);
 }
 
 TEST_F(CompareTool, SimplerModelsHaveFewerNumbersAndTablesOfTheirForm) {
@@ -111,12 +109,13 @@ TEST_F(CompareTool, AGenerativeModelIsScoredBesideFits) {
                                             "--mesh=disc:100", "--pool_drapes=512", "--rounds=0"};
   const ProcessResult result = Run(options);
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const Json learned = ReadJson(Path("out/fabric_3/generative/seed_1/prediction.json"));
+  const Json comparison = ReadJson(Path("out/comparison.json"));
+  const Json learned = comparison["runs"][1];
+  EXPECT_EQ(learned["model"], "generative");
   EXPECT_GT(learned["energy_cross_validated"], learned["energy_training"]);
   EXPECT_EQ(learned["numbers"]["rollouts"], 512);
   EXPECT_TRUE(std::filesystem::exists(Path("out/pool.json")));
-  const Json comparison = ReadJson(Path("out/comparison.json"));
-  EXPECT_THAT(comparison.dump(), HasSubstr("\"generative\""));
+  EXPECT_EQ(comparison["tables"][0]["rows"][1]["model"], "generative");
   const auto before = Snapshot(Path("out/fabric_3"));
   ASSERT_EQ(Run(options).exit_code, 0);
   EXPECT_EQ(Snapshot(Path("out/fabric_3")), before);
@@ -124,9 +123,9 @@ TEST_F(CompareTool, AGenerativeModelIsScoredBesideFits) {
 
 TEST_F(CompareTool, CtrlCKeepsWhatIsDone) {
   const ProcessResult stopped =
-      Run({}, {.interrupt_when = Path("out/fabric_3/homogeneous/seed_1/prediction.json")});
+      Run({}, {.interrupt_when = Path("out/fabric_3/heterogeneous/seed_1/fit.log")});
   ASSERT_EQ(stopped.exit_code, 130) << stopped.err;
-  EXPECT_THAT(stopped.out, HasSubstr("of 4 experiments are complete"));
+  EXPECT_EQ(Snapshot(Path("out/cells")).size(), 1u);
   EXPECT_FALSE(std::filesystem::exists(Path("out/comparison.csv")));
   ASSERT_EQ(Run({}).exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(Path("out/comparison.csv")));
@@ -138,7 +137,7 @@ TEST_F(CompareTool, SharesHaveTheirOwnExperimentsAndNoTables) {
   const ProcessResult share = Run({"--share=2/4"});
   ASSERT_EQ(share.exit_code, 0) << share.err;
   EXPECT_THAT(share.out, HasSubstr("share 2/4: 1 of 1 cells are complete"));
-  EXPECT_TRUE(std::filesystem::exists(Path("out/fabric_3/homogeneous/seed_2/prediction.json")));
+  EXPECT_TRUE(std::filesystem::exists(Path("out/fabric_3/homogeneous/seed_2/material.json")));
   EXPECT_FALSE(std::filesystem::exists(Path("out/fabric_3/homogeneous/seed_1")));
   EXPECT_FALSE(std::filesystem::exists(Path("out/comparison.md")));
   ASSERT_EQ(Run({"--share=0/4"}).exit_code, 0);  // another share makes no other settings
@@ -158,12 +157,21 @@ TEST_F(CompareTool, MistakesAreOneLine) {
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 
-TEST_F(CompareTool, ExperimentsOfOtherSettingsAreNotMixedIn) {
-  std::filesystem::create_directories(Path("out"));
-  Write("out/settings.json", "{\"mesh\": \"disc:600\"}");
-  const auto before = Snapshot(Path("out"));
-  ExpectOneLineError(Run({}), "settings.json");
-  EXPECT_EQ(Snapshot(Path("out")), before);
+TEST_F(CompareTool, RunsOfOtherInputsAreNotMixedIn) {
+  const std::vector<std::string> options = {"--models=bend", "--seeds=1",
+                                            "--materials=" + Path("start.json")};
+  const auto best = [&] {
+    const ProcessResult result = Run(options);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return ReadJson(Path("out/fabric_3/bend/seed_1/summary.json"))["cost"].get<double>();
+  };
+  Material start = ReadMaterial(kFabric);
+  WriteMaterial(Path("start.json"), start);
+  const double cost = best();
+  for (double& entry : start.field.bend[0].b[0]) entry *= 3.0;
+  WriteMaterial(Path("start.json"), start);
+  EXPECT_NE(best(), cost);
+  EXPECT_EQ(Snapshot(Path("out/cells")).size(), 2u);
 }
 
 TEST_F(CompareTool, HelpAndConfigsAreComplete) {

@@ -6,28 +6,24 @@
 
 #include "losses/dataset/dataset_split.h"
 #include "physics/util/errors.h"
-#include "physics/util/stored/build.h"
-#include "solver/job/plot/chart.h"
-#include "tools/cli/option_text.h"
-#include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
+#include "tools/programs/studies/study_program.h"
 
 namespace drape {
 namespace {
 
-// Options of drape_fit that each experiment sets for itself.
+// Options of drape_fit that each run sets for itself.
 const std::set<std::string> kOfCells = {
     "images",          "lab_tests", "material", "density",        "ground_truth",
     "model",           "out",       "resume",   "data",           "fabric",
     "samples",         "captures",  "face",     "data_source",    "specimens",
     "camera",          "solve",     "accuracy", "accuracy_table", "table_form",
     "other_materials", "specimen",  "support"};
-// Options that change no number of an experiment.
-const std::set<std::string> kFree = {"data",  "out",     "fabrics", "materials", "models",
-                                     "seeds", "threads", "list",    "share",     "pool"};
+// Options that change no number of a run, or that its name holds.
+const std::set<std::string> kFree = {"fabrics", "materials", "models", "seeds", "threads"};
 
 std::vector<Option> SplitOptions(CompareToolOptions& options) {
   ComparisonJob& job = options.job;
@@ -47,9 +43,8 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
               "of a specimen, learned from the drapes of the training samples)"},
       {.key = "seeds",
        .value = &job.seeds,
-       .doc = "random seeds of the run, which is done with each: of the split that all models "
-              "share and "
-              "of the samples of posteriors and drapes",
+       .doc = "random seeds, each for one repetition: of the split that all models share, and of "
+              "the samples of posteriors and drapes",
        .least = 0},
       {.key = "materials",
        .value = &job.materials,
@@ -95,12 +90,6 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
        .unit = "m",
        .least = 0,
        .most = 0.05},
-      {.key = "out",
-       .value = &options.out,
-       .doc = "output folder, created if missing; finished runs that it holds are kept",
-       .is_path = true,
-       .required = true,
-       .repeated = false},
   };
 }
 
@@ -119,25 +108,21 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
   if (job.seeds.empty()) throw InputError("option 'seeds'", "is empty, expected at least one seed");
   job.train_captures = ParseIndexList(options.train_captures, "option 'train_captures'");
   job.face = ParseClothFace(options.face);
-  job.out = options.out;
+  job.out = options.study.out;
+  job.list = options.study.list;
   LearningOptions& learning = job.learning;
   learning.pool.mesh = job.fit.mesh;
   learning.fit.threads = job.fit.threads;
-  if (learning.pool_file.empty()) learning.pool_file = options.out + "/pool.json";
-  job.share = options.cells.ParseShare();
+  if (learning.pool_file.empty()) learning.pool_file = job.out + "/pool.json";
   CompareToolOptions copy = options;
-  for (const Option& option : CompareTable(copy).options)
-    if (!kFree.contains(option.key)) job.settings[option.key] = ValueText(option);
-  job.settings["drapefit"] = BuildVersion();
+  job.settings = OptionSettings(CompareTable(copy), kFree);
   return job;
 }
 
-void RenderCharts(const OutputFolder& out, const Comparison& comparison) {
-  for (const ComparisonTable& table : comparison.tables) {
-    const std::string fabric = table.fabric == 0 ? "" : "_fabric_" + std::to_string(table.fabric);
-    RenderModelChart(out.Staged("models" + fabric), table);
-    RenderHeldOutChart(out.Staged("held_out" + fabric), table);
-  }
+ToolOutcome Run(const CompareToolOptions& options, const RunControl& control) {
+  CheckShare(options.study);
+  const Comparison comparison = MakeComparison(MakeJob(options), control);
+  return RunStudyProgram(comparison.study, options.study, comparison.summarise, control);
 }
 
 }  // namespace
@@ -147,7 +132,7 @@ OptionTable CompareTable(CompareToolOptions& options) {
       Concatenate(Grouped("comparison", SplitOptions(options)),
                   Grouped("prediction and results",
                           Concatenate(PoolOptionRows(options.job.learning), DrawOptions(options),
-                                      CellOptions(options.cells))));
+                                      StudyOptionList(options.study))));
   for (const Option& option : FitTable(options.fit).options)
     if (!kOfCells.contains(option.key)) all.push_back(option);
   return {
@@ -158,54 +143,22 @@ OptionTable CompareTable(CompareToolOptions& options) {
       .example =
           "drape_compare --config=configs/studies/compare/quick.json --data=DIR --out=out/compare",
       .notes =
-          "files: comparison.md, comparison.csv and comparison.json; for each fabric, model and "
-          "seed, fabric_<N>/<model>/seed_<K> with the files of drape_fit and prediction.json, and "
-          "fabric_<N>/split_<K>.json; models_fabric_<N>.png and .svg, and models.png and .svg for "
-          "all fabrics: error and rollouts of each model; held_out….png and .svg in the same way: "
-          "error on other samples against free numbers and against time\n"
+          "files: comparison.md, comparison.csv, comparison.json; for each fabric, and for all, "
+          "models….svg (error and rollouts of each model) and held_out….svg (error on other "
+          "samples against free numbers and against time), also as PNG; for each fabric, model "
+          "and seed, fabric_<N>/<model>/seed_<K> with the files of drape_fit, and "
+          "fabric_<N>/split_<K>.json\n"
           "The chosen model is the simplest one (isotropic < linear < bend < bend_rows < scales < "
           "columns < homogeneous < heterogeneous < elements < bdp < bayes < generative) whose "
-          "held-out energy "
-          "score of the features is within one standard error of the best; the standard error is "
-          "that of the paired differences over held-out captures, taken as independent.\n"
+          "held-out energy score of the features is within one standard error of the best. The "
+          "standard error is that of the paired differences over held-out captures, taken as "
+          "independent.\n"
           "After Ctrl-C or a kill the same command continues with the unfinished runs and gives "
           "the identical result.\n",
       .options = std::move(all),
       .common = {"data", "fabrics", "materials", "models", "seeds", "train", "face", "mesh",
                  "draws", "calibrate", "threads", "backend", "share", "out"}};
 }
-
-CompareResult RunCompareTool(const CompareToolOptions& options, const RunControl& control) {
-  const ComparisonJob job = MakeJob(options);
-  if (options.cells.list) return {{}, ListText(ListComparisonCells(job), job.share)};
-  const OutputFolder out(options.out,
-                         {"comparison.json", "comparison.csv", "comparison.md", "settings.json"},
-                         job.share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
-  CompareResult result{RunComparison(job, control), ""};
-  if (result.run.cancelled) return result;
-  if (job.share) {
-    result.text = ShareText(options.cells.share, result.run.done, result.run.experiments);
-    return result;
-  }
-  WriteComparison(out.Staged(""), result.run.comparison, MakeProvenance());
-  const std::string missing = TryPictures([&] { RenderCharts(out, result.run.comparison); });
-  out.Publish();
-  result.text = ComparisonText(result.run.comparison) + missing;
-  return result;
-}
-
-namespace {
-
-ToolOutcome Run(const CompareToolOptions& options, const RunControl& control) {
-  CompareResult result = RunCompareTool(options, control);
-  if (result.run.cancelled)
-    result.text += std::to_string(result.run.done) + " of " +
-                   std::to_string(result.run.experiments) +
-                   " experiments are complete; run the same command again to continue\n";
-  return {.text = std::move(result.text), .cancelled = result.run.cancelled};
-}
-
-}  // namespace
 
 int CompareMain(int argc, char** argv) { return ToolMain(argc, argv, CompareTable, Run); }
 

@@ -2,10 +2,8 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
-#include "physics/util/run_control.h"
-#include "solver/studies/comparison/model_comparison.h"
+#include "solver/studies/comparison/comparison.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/fit_options.h"
 
@@ -20,27 +18,14 @@ struct CompareToolOptions {
   }
 
   ComparisonJob job;
-  CellChoice cells;
-  FitToolOptions fit;                                          // of all experiments
+  StudyOptions study;
+  FitToolOptions fit;                                          // of all runs
   std::string fabrics = "1-5", train_captures, face = "both";  // ParseIndexList, ClothFace
-  std::string out;                                             // folder, made when missing
 };
 
-// Points into `options`, which outlives it. What is set for each experiment is not among its
-// options.
+// Points into `options`, which outlives it. Options that each run sets for itself are left out.
 OptionTable CompareTable(CompareToolOptions& options);
 
-// Runs or continues a comparison; comparison.csv, .json, .md and charts appear in `out` once all
-// experiments are done. `text` is what they say. Throws InputError; then what lay there is as it
-// was.
-// A share of the experiments, or their list, leaves the tables and charts as they are.
-struct CompareResult {
-  ComparisonRun run;
-  std::string text;
-};
-CompareResult RunCompareTool(const CompareToolOptions& options, const RunControl& control);
-
-// The program drape_compare.
 int CompareMain(int argc, char** argv);
 
 }  // namespace drape

@@ -19,6 +19,7 @@ try:
         {
             "svg.hashsalt": "drapefit",  # the same file for the same numbers
             "svg.fonttype": "none",
+            "text.parse_math": False,  # names come from users
             "font.size": 10,
             "figure.dpi": 100,
             "axes.grid": True,
@@ -64,10 +65,48 @@ class Study:
             writer.writerows([["" if cell is None else cell for cell in row] for row in rows])
 
     def save(self, figure, name):
-        """Writes NAME.svg and NAME.png."""
+        """Writes NAME.svg and NAME.png, with the build that made the numbers in the corner."""
+        build = self.json.get("provenance", {}).get("build", "")
+        figure.text(0.998, 0.003, build, ha="right", va="bottom", fontsize=6)
         figure.savefig(self.folder / (name + ".svg"), metadata={"Date": None})
         figure.savefig(self.folder / (name + ".png"), metadata={"Software": None})
         pyplot.close(figure)
+
+
+def name_points(axes, points, names):
+    """Writes each name beside its point, where it covers no other name and no point if it can."""
+    axes.figure.canvas.draw()
+    renderer = axes.figure.canvas.get_renderer()
+    pixels = [axes.transData.transform(point) for point in points]
+    taken = [(x - 4, y - 4, x + 4, y + 4) for x, y in pixels]
+
+    def place(name, point, offset):
+        side = "left" if offset[0] > 0 else "right" if offset[0] < 0 else "center"
+        return axes.annotate(
+            name, point, offset, textcoords="offset points", ha=side, va="center", fontsize=9
+        )
+
+    def covered(box):
+        return sum(
+            max(0, min(box[2], other[2]) - max(box[0], other[0]))
+            * max(0, min(box[3], other[3]) - max(box[1], other[1]))
+            for other in taken
+        )
+
+    offsets = [(x * i, y * i) for i in (1, 2, 3) for x, y in
+               [(7, 7), (-7, 7), (7, -7), (-7, -7), (0, 12), (0, -12)]]
+    for point, name in zip(points, names):
+        tried = []
+        for offset in offsets:
+            text = place(name, point, offset)
+            box = text.get_window_extent(renderer).extents
+            text.remove()
+            tried.append((covered(box), len(tried), offset, tuple(box)))
+            if tried[-1][0] == 0:
+                break
+        _, _, offset, box = min(tried)
+        place(name, point, offset)
+        taken.append(box)
 
 
 def number(value, digits=3):

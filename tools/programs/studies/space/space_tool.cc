@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/studies/space/space_tool.h"
 
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -10,36 +9,31 @@
 #include "losses/dataset/dataset_split.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
-#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
-#include "physics/util/stored/build.h"
 #include "physics/util/text_format.h"
-#include "solver/job/plot/chart.h"
 #include "solver/posterior/space/space_io.h"
-#include "solver/posterior/space/space_picture.h"
 #include "solver/studies/recognition/recognition.h"
 #include "tools/cli/field_options.h"
-#include "tools/cli/option_text.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
+#include "tools/programs/studies/study_program.h"
 
 namespace drape {
 namespace {
 
-// Options of drape_fit that each fit of the data set has set.
+// Options of drape_fit that each fit of the data set sets for itself.
 const std::set<std::string> kOfCells = {
     "images",     "lab_tests",   "material",       "density", "ground_truth",    "model",
     "out",        "resume",      "data",           "fabric",  "samples",         "captures",
     "face",       "data_source", "camera",         "solve",   "accuracy",        "specimens",
     "table_form", "prior",       "accuracy_table", "threads", "other_materials", "specimen",
     "support"};
-// Options that change no fit.
-const std::set<std::string> kFree = {"data",        "out",       "fabrics",   "posteriors", "new",
-                                     "by",          "threads",   "recognise", "ways",       "pool",
-                                     "pool_drapes", "pool_mesh", "list",      "share"};
+// Options that change no fit, or whose choice the files of a fit hold.
+const std::set<std::string> kFree = {"by",        "fabrics", "samples",     "captures", "threads",
+                                     "recognise", "ways",    "pool_drapes", "pool_mesh"};
 
 std::vector<Option> SpaceOptions(SpaceToolOptions& options) {
   return {{.key = "posteriors",
@@ -52,8 +46,7 @@ std::vector<Option> SpaceOptions(SpaceToolOptions& options) {
            .is_path = true},
           EnumOption("by", options.by,
                      "drape: stiffness over density, which is all that a drape shows; weight: "
-                     "stiffness, with the density of each fit as weighed"),
-          OutOption(options.out)};
+                     "stiffness, with the density of each fit as weighed")};
 }
 
 std::vector<Option> DataOptions(SpaceToolOptions& options) {
@@ -82,9 +75,9 @@ std::vector<Option> RecognitionOptions(SpaceToolOptions& options) {
        .doc = "with --data: tell the fabric of each sample from the other samples"},
       {.key = "ways",
        .value = &options.ways,
-       .doc = "by what, and by their products: posterior, of a fit of each sample alone; "
-              "predictions, drapes of distributions of specimens that are learned from a pool of "
-              "simulated drapes, which needs no fit; features of the images alone"},
+       .doc = "evidence to use; several are also combined: posterior (of a fit of each sample "
+              "alone), predictions (drapes of learned distributions of specimens, from a pool of "
+              "simulated drapes, without a fit), features (of the images alone)"},
       {.key = "pool_mesh",
        .value = &options.learning.pool.mesh,
        .doc = "cloth of the pool; it may differ from `mesh`, that of the fits",
@@ -93,14 +86,6 @@ std::vector<Option> RecognitionOptions(SpaceToolOptions& options) {
   for (Option& option : PoolOptionRows(options.learning))
     if (option.key == "pool" || option.key == "pool_drapes") all.push_back(std::move(option));
   return all;
-}
-
-std::map<std::string, std::string> FitSettings(const SpaceToolOptions& options) {
-  std::map<std::string, std::string> settings = {{"drapefit", BuildVersion()}};
-  SpaceToolOptions copy = options;
-  for (const Option& option : SpaceTable(copy).options)
-    if (!kFree.contains(option.key)) settings[option.key] = ValueText(option);
-  return settings;
 }
 
 RecognitionWays ParseWays(const SpaceToolOptions& options) {
@@ -132,7 +117,7 @@ void CheckSource(const SpaceToolOptions& options) {
       throw InputError("option 'material'", "not given, expected the start tables of the fits");
     ReadMaterial(options.fit.data.material, {NegativeEntries::kWarn});  // before hours of work
   }
-  if (!fits && (options.cells.list || !options.cells.share.empty()))
+  if (!fits && (options.study.list || !options.study.share.empty()))
     throw InputError("option 'ways'",
                      "found no 'posterior', expected it: only fits can be listed and shared");
   const auto needs_data = [&](const char* option, const std::string& value) {
@@ -141,8 +126,8 @@ void CheckSource(const SpaceToolOptions& options) {
   };
   if (!options.data.empty()) return;
   if (options.recognise) needs_data("recognise", "true");
-  if (options.cells.list) needs_data("list", "true");
-  if (!options.cells.share.empty()) needs_data("share", "'" + options.cells.share + "'");
+  if (options.study.list) needs_data("list", "true");
+  if (!options.study.share.empty()) needs_data("share", "'" + options.study.share + "'");
 }
 
 std::vector<Capture> SelectedCaptures(const SpaceToolOptions& options, const RunControl& control) {
@@ -162,17 +147,7 @@ std::string FailureText(const std::vector<FitFailure>& failures) {
   return text;
 }
 
-std::string WriteSpace(const MaterialSpace& space, const std::vector<FabricBelief>& added,
-                       const OutputFolder& out) {
-  WriteMaterialSpace(out.Staged(""), space, MakeProvenance());
-  return TryPictures([&] {
-    RenderHeatMap(out.Staged("heat_map.png"), space);
-    RenderSpaceMap(out.Staged("map.png"), space);
-    RenderTextileMap(out.Staged("textile_map.png"), space, added);
-  });
-}
-
-SpaceResult BuildSpace(const SpaceToolOptions& options, const std::vector<std::string>& folders,
+ToolOutcome BuildSpace(const SpaceToolOptions& options, const std::vector<std::string>& folders,
                        const OutputFolder& out) {
   std::vector<std::string> summaries;
   for (const auto* list : {&folders, &options.added})
@@ -182,8 +157,9 @@ SpaceResult BuildSpace(const SpaceToolOptions& options, const std::vector<std::s
   std::vector<FabricBelief> added;
   for (const std::string& path : options.added)
     added.push_back(ReadFabricBelief(beliefs.frame, path));
-  const MaterialSpace space = BuildMaterialSpace(std::move(beliefs), added);
-  return {.text = MaterialSpaceText(space) + WriteSpace(space, added, out)};
+  const MaterialSpace space = BuildMaterialSpace(std::move(beliefs), std::move(added));
+  WriteMaterialSpace(out.Staged(""), space, MakeProvenance());
+  return {.text = MaterialSpaceText(space) + RunStudyScript("space", out.Staged(""))};
 }
 
 // Before hours of work: without a device, each fit would fail.
@@ -195,14 +171,22 @@ void CheckBackend(const SpaceToolOptions& options, const RunControl& control) {
                     1, control);
 }
 
+std::string FitFolder(const SpaceToolOptions& options) {
+  return options.study.out + (options.recognise ? "/samples" : "/fabrics");
+}
+
 // What is fitted of a data set: each fabric, or each sample.
 FitCellJob MakeFitCellJob(const SpaceToolOptions& options) {
-  FitCellJob job{.fit = MakeFitSpec(options.fit),
-                 .material = options.fit.data.material,
-                 .out = options.out + (options.recognise ? "/samples" : "/fabrics"),
-                 .settings = FitSettings(options)};
-  job.threads = job.fit.threads;
+  FitCellJob job;
+  job.fit = MakeFitSpec(options.fit);
+  job.material = options.fit.data.material;
+  job.out = FitFolder(options);
   job.provenance = MakePartProvenance;
+  SpaceToolOptions copy = options;
+  job.settings = OptionSettings(SpaceTable(copy), kFree);
+  job.study = options.study;
+  job.study.out = job.out;
+  job.study.threads = job.fit.threads;
   if (options.recognise)  // a sample is one specimen
     job.fit.posterior.specimen_stretch_sigma = job.fit.posterior.specimen_bend_sigma = 0.0;
   return job;
@@ -220,57 +204,60 @@ RecognitionJob MakeRecognitionJob(const SpaceToolOptions& options,
   job.images = ObserveCaptures(captures, Camera());
   job.by = options.by;
   job.pool = options.learning.pool;
-  job.pool_file =
-      options.learning.pool_file.empty() ? options.out + "/pool.json" : options.learning.pool_file;
-  job.distribution.threads = job.fits.threads;
+  job.pool_file = options.learning.pool_file.empty() ? options.study.out + "/pool.json"
+                                                     : options.learning.pool_file;
+  job.distribution.threads = job.fits.study.threads;
   return job;
 }
 
-SpaceResult ListCells(const SpaceToolOptions& options, const RunControl& control) {
-  std::vector<std::string> names;
-  for (const FitCell& cell : MakeCells(options, SelectedCaptures(options, control)))
-    names.push_back((options.recognise ? "samples/" : "fabrics/") + cell.name);
-  return {.text = ListText(names, options.cells.ParseShare())};
-}
-
-SpaceResult RunFitShare(const SpaceToolOptions& options, const std::vector<Capture>& captures,
-                        const RunControl& control) {
-  const std::vector<FitCell> own =
-      CellsOfShare(MakeCells(options, captures), *options.cells.ParseShare());
-  const FitCellRun run = RunFitCells(MakeFitCellJob(options), own, control);
-  return {.cancelled = run.cancelled,
-          .text = FailureText(run.failures) +
-                  ShareText(options.cells.share, own.size() - run.missing.size(), own.size())};
-}
-
-SpaceResult FitSpace(const SpaceToolOptions& options, const std::vector<Capture>& captures,
+ToolOutcome FitSpace(const SpaceToolOptions& options, const std::vector<Capture>& captures,
                      const OutputFolder& out, const RunControl& control) {
   const FitCellJob job = MakeFitCellJob(options);
   const FitCellRun run = RunFitCells(job, MakeCells(options, captures), control);
-  if (run.cancelled) return {.cancelled = true, .text = ""};
+  if (run.study.cancelled) return {.cancelled = true};
   std::vector<std::string> folders;
   for (const std::string& name : run.done) folders.push_back(job.out + "/" + name);
-  SpaceResult result = BuildSpace(options, folders, out);
-  result.text += FailureText(run.failures);
-  return result;
+  ToolOutcome outcome = BuildSpace(options, folders, out);
+  outcome.text += FailureText(run.failures);
+  return outcome;
 }
 
-SpaceResult RunRecognition(const SpaceToolOptions& options, const std::vector<Capture>& captures,
+ToolOutcome RunRecognition(const SpaceToolOptions& options, const std::vector<Capture>& captures,
                            const OutputFolder& out, const RunControl& control) {
-  const Recognition recognition = Recognise(MakeRecognitionJob(options, captures), control);
-  if (recognition.cancelled) return {.cancelled = true, .text = ""};
-  const std::string report = RecognitionReport(recognition);
-  WriteFileAtomically(out.Staged("recognition.md"), report);
-  return {.text = report};
+  const auto recognition = Recognise(MakeRecognitionJob(options, captures), control);
+  if (!recognition) return {.cancelled = true};
+  WriteWithProvenance(out.Staged("recognition.json"), *recognition);
+  return {.text = RunStudyScript("recognition", out.Staged(""))};
 }
 
-SpaceResult RunOnData(const SpaceToolOptions& options, const OutputFolder& out,
-                      const RunControl& control) {
-  CheckBackend(options, control);
-  const std::vector<Capture> captures = SelectedCaptures(options, control);
-  if (options.cells.ParseShare()) return RunFitShare(options, captures, control);
-  return options.recognise ? RunRecognition(options, captures, out, control)
-                           : FitSpace(options, captures, out, control);
+// The list of the fits, or a share of them.
+ToolOutcome RunFits(const SpaceToolOptions& options, const std::vector<Capture>& captures,
+                    const RunControl& control) {
+  const FitCellRun run =
+      RunFitCells(MakeFitCellJob(options), MakeCells(options, captures), control);
+  return {.text = FailureText(run.failures) + run.study.text, .cancelled = run.study.cancelled};
+}
+
+ToolOutcome Run(const SpaceToolOptions& options, const RunControl& control) {
+  CheckShare(options.study);
+  CheckSource(options);
+  if (options.study.list) return RunFits(options, SelectedCaptures(options, control), control);
+  if (!options.posteriors.empty()) ReadFabricBeliefs(options.posteriors, options.by);
+  const bool is_share = !options.study.share.empty();
+  const OutputFolder out(options.study.out, {"space.json", "distances.csv", "recognition.json"},
+                         is_share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
+  ToolOutcome outcome;
+  if (!options.posteriors.empty()) {
+    outcome = BuildSpace(options, options.posteriors, out);
+  } else {
+    CheckBackend(options, control);
+    const std::vector<Capture> captures = SelectedCaptures(options, control);
+    if (is_share) return RunFits(options, captures, control);
+    outcome = options.recognise ? RunRecognition(options, captures, out, control)
+                                : FitSpace(options, captures, out, control);
+  }
+  if (!outcome.cancelled) out.Publish();
+  return outcome;
 }
 
 }  // namespace
@@ -279,7 +266,7 @@ OptionTable SpaceTable(SpaceToolOptions& options) {
   std::vector<Option> all =
       Concatenate(Grouped("space", SpaceOptions(options)),
                   Grouped("fits of a data set (--data)",
-                          Concatenate(DataOptions(options), CellOptions(options.cells))),
+                          Concatenate(DataOptions(options), StudyOptionList(options.study))),
                   Grouped("recognition (--recognise)", RecognitionOptions(options)));
   for (const Option& option : FitTable(options.fit).options)
     if (!kOfCells.contains(option.key)) all.push_back(option);
@@ -290,53 +277,24 @@ OptionTable SpaceTable(SpaceToolOptions& options) {
           "of them, and which fabric a sample is of",
       .example = "drape_space --posteriors=out/fabric_1,out/fabric_2,out/fabric_3 --out=out/space",
       .notes =
-          "files: space.json, distances.csv (one line per pair of fabrics and level), heat_map.png "
-          "(Hellinger metric, white where a pair has no determined direction, and a tree by "
-          "average "
-          "linkage), map.png (Wasserstein metric in a "
-          "plane), textile_map.png (bending lengths along warp and weft); with --recognise "
-          "recognition.md\n"
+          "files: space.json, distances.csv (one line for each pair of fabrics and level), "
+          "heat_map (Hellinger metric, white where a pair has no determined direction, and a tree "
+          "by average linkage), map (Wasserstein metric in a plane) and textile_map (bending "
+          "lengths along warp and weft), each as SVG and PNG; with --recognise recognition.md and "
+          "recognition.json\n"
           "All fits must have the same free numbers and prior. drape_fit --prior=space.json takes "
           "the population of the fabrics as the prior of another one.\n"
           "--data: fits in out/fabrics/fabric_<N> or, with --recognise, "
-          "out/samples/fabric_<N>/sample_<K>, one on each thread, which share a GPU. After Ctrl-C "
-          "or a kill the same "
-          "command continues with the unfinished ones. A fit that fails is named and left out; "
-          "failure.json in its folder says why, and is to be removed to try it again.\n"
+          "out/samples/fabric_<N>/sample_<K>, one on each thread. After Ctrl-C or a kill the same "
+          "command continues with the unfinished ones. A fit that fails is named and left out.\n"
           "--list, --share: the cells are the fits.\n"
-          "--recognise --ways=predictions,features needs no fit: with a pool that is there it "
-          "takes "
-          "a minute.\n",
+          "--recognise --ways=predictions,features needs no fit: with an existing pool it takes a "
+          "minute.\n",
       .options = std::move(all),
       .common = {"posteriors", "new", "by", "data", "fabrics", "samples", "captures", "material",
                  "recognise", "ways", "pool", "mesh", "num_parameters", "threads", "backend",
                  "share", "out"}};
 }
-
-SpaceResult RunSpaceTool(const SpaceToolOptions& options, const RunControl& control) {
-  CheckSource(options);
-  const std::optional<Share> share = options.cells.ParseShare();
-  if (options.cells.list) return ListCells(options, control);
-  if (!options.posteriors.empty()) ReadFabricBeliefs(options.posteriors, options.by);
-  const OutputFolder out(options.out,
-                         {"space.json", "distances.csv", "heat_map.png", "map.png",
-                          "textile_map.png", "recognition.md"},
-                         share ? OutputFolder::Use::kShared : OutputFolder::Use::kAlone);
-  SpaceResult result = options.posteriors.empty() ? RunOnData(options, out, control)
-                                                  : BuildSpace(options, options.posteriors, out);
-  if (!result.cancelled && !share) out.Publish();
-  return result;
-}
-
-namespace {
-
-ToolOutcome Run(const SpaceToolOptions& options, const RunControl& control) {
-  SpaceResult result = RunSpaceTool(options, control);
-  if (result.cancelled) result.text += "run the same command again to continue\n";
-  return {.text = std::move(result.text), .cancelled = result.cancelled};
-}
-
-}  // namespace
 
 int SpaceMain(int argc, char** argv) { return ToolMain(argc, argv, SpaceTable, Run); }
 
