@@ -4,7 +4,6 @@
 
 #include "solver/studies/cells/cell_folder.h"
 #include "solver/studies/cells/share.h"
-#include "solver/studies/cells/study_settings.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {
@@ -66,25 +65,6 @@ TEST_F(CellFolders, RefuseWhatIsNotTheirs) {
   Write("file", "");
   CellFolder blocked(Path("file/cells"), "");
   EXPECT_INPUT_ERROR(blocked.Create(), "file/cells: cannot make the folder");
-}
-
-class StudySettings : public FileFixture {};
-
-TEST_F(StudySettings, AreThoseOfAllRunsOfAFolder) {
-  const std::string path = Path("settings.json");
-  CheckStudySettings(path, {{"mesh", "a"}}, "fits");
-  EXPECT_FALSE(std::filesystem::exists(path));
-  AddStudySettings(path, {{"mesh", "a"}});
-  AddStudySettings(path, {{"material of fabric 2", "wool"}});  // of another process
-  CheckStudySettings(path, {{"mesh", "a"}, {"material of fabric 2", "wool"}, {"law", "b"}}, "fits");
-  EXPECT_INPUT_ERROR(CheckStudySettings(path, {{"mesh", "c"}}, "fits"),
-                     "settings.json: the fits there have mesh 'a', found 'c', expected the same");
-  EXPECT_INPUT_ERROR(CheckStudySettings(path, {{"material of fabric 2", "silk"}}, "fits"),
-                     "'wool'");
-  Write("settings.json", "[1]");
-  EXPECT_INPUT_ERROR(CheckStudySettings(path, {{"mesh", "a"}}, "fits"), "expected an object");
-  Write("settings.json", R"({"mesh": 1})");
-  EXPECT_INPUT_ERROR(CheckStudySettings(path, {{"mesh", "a"}}, "fits"), "key 'mesh'");
 }
 
 }  // namespace
