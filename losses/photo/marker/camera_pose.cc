@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "losses/photo/picture/light.h"
+#include "losses/photo/picture/photo_planes.h"
 
 namespace drape {
 namespace {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal to losses/photo: where a camera was.
-// Internal to losses/photo: the printed marker.
+// Internal to losses/photo: the printed marker, and the camera that follows from it.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,9 +8,10 @@
 #include <vector>
 
 #include "losses/outline/hem_estimate.h"
-#include "losses/photo/picture/photo_planes.h"
 
 namespace drape {
+
+struct PhotoPlanes;
 
 // The corners of the largest AprilTag of family 36h11 [px of the working picture], as in PoseInput.
 std::optional<std::array<Eigen::Vector2d, 4>> FindTag(const PhotoPlanes& planes);
