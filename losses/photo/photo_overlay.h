@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal to losses/photo: the picture that shows what was found.
-// Internal to losses/photo: pictures as a camera straight above would show them.
+// Internal to losses/photo: pictures as a camera straight above shows them, with what was found.
 #pragma once
 
 #include <Eigen/Core>

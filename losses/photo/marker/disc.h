@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Internal to losses/photo: the disc on the cloth.
-// Internal to losses/photo: the disc's rim to a part of a pixel.
+// Internal to losses/photo: the disc on the cloth, and its rim to a part of a pixel.
 #pragma once
 
 #include <Eigen/Core>
