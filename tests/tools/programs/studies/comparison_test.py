@@ -35,7 +35,7 @@ def make_comparison():
             runs.append(make_run(fabric, "circle", seed, 9.0) | {"captures": []})
     return {"models": [{"name": "homogeneous", "meaning": "one table"},
                        {"name": "bayes", "meaning": "a posterior"}], "runs": runs,
-            "provenance": {"program": "drape_compare", "build": "drapefit test"}}
+            "provenance": {"program": "drape_compare", "build": {"drapefit": "0.1.0", "commit": "abc"}}}
 
 
 class ChooseSimplest(unittest.TestCase):
@@ -169,7 +169,7 @@ class Files(unittest.TestCase):
         lost = self.write(comparison)
         self.assertNotIn(b"not compared", whole["models_fabric_2.svg"])
         self.assertIn(b"a run has no score: not compared", lost["models_fabric_2.svg"])
-        for text in (b"bayes", b"homogeneous", b"a circle of their mean area", b"drapefit test"):
+        for text in (b"bayes", b"homogeneous", b"a circle of their mean area", b"commit abc"):
             self.assertIn(text, whole["held_out_fabric_2.svg"])
         self.assertGreater(len(whole["held_out_fabric_2.png"]), 5000)
 

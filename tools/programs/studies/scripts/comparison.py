@@ -266,7 +266,8 @@ def draw_models(plot, table):
     panels[0].invert_yaxis()
     panels[1].set(title="own silhouettes", xlabel="mean squared error of the image")
     panels[1].tick_params(axis="x", rotation=-45)
-    panels[2].set(title="cost of the fit", xlabel="rollouts", xscale="log")
+    panels[2].set(title="cost of the fit", xlabel="rollouts")
+    study.scale(panels[2].xaxis, [point["rollouts"] for point in points])
     title = "All fabrics" if table["fabric"] == "all" else f"Fabric {table['fabric']}"
     figure.suptitle(f"{title}: the simplest model within one standard error of the best is red")
     return figure
@@ -280,14 +281,15 @@ def draw_held_out(plot, table):
     figure, panels = plot.subplots(1, 2, figsize=(11, 4.6))
     for panel, (key, label) in zip(panels, [("parameters", "free numbers of the model"),
                                             ("fit_seconds", "time of the fit [s]")]):
-        panel.set(xscale="log", yscale="log", xlabel=label,
-                  ylabel="energy score of held-out drapes, lower is better")
+        panel.set(xlabel=label, ylabel="energy score of held-out drapes, lower is better")
         shown = [point for point in points if point.get(key, 0) > 0]
         if not shown:
             continue
-        panel.set_xlim(min(point[key] for point in shown) / 2, max(point[key] for point in shown) * 6)
-        panel.margins(y=0.12)
-        for name, energy in bounds_of(table).items():
+        bounds = bounds_of(table)
+        study.scale(panel.xaxis, [point[key] for point in shown])
+        study.scale(panel.yaxis, [point["feature_energy"] for point in shown] + [*bounds.values()])
+        panel.margins(x=0.25, y=0.12)
+        for name, energy in bounds.items():
             panel.axhline(energy, color="#555555", ls="--")
             panel.annotate(BOUNDS[name], (0.02, energy), (0, 4), fontsize=9,
                            xycoords=("axes fraction", "data"), textcoords="offset points")

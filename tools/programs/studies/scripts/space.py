@@ -80,8 +80,9 @@ def draw_heat_map(plot, space):
     known = np.array([[np.nan if value is None else value for value in row]
                       for row in space["hellinger"]])[np.ix_(order, order)]
     image = right.imshow(known, vmin=0.0, vmax=1.0, aspect="auto")
-    right.set_xticks(range(len(names)), [names[i] for i in order], rotation=60, ha="right")
-    right.set_yticks(range(len(names)), [names[i] for i in order])
+    right.set_xticks(range(len(names)), [names[i] for i in order], rotation=60, ha="right",
+                     parse_math=False)
+    right.set_yticks(range(len(names)), [names[i] for i in order], parse_math=False)
     right.grid(False)
     figure.colorbar(image, label="Hellinger metric of specimens")
     return figure

@@ -19,7 +19,6 @@ try:
         {
             "svg.hashsalt": "drapefit",  # the same file for the same numbers
             "svg.fonttype": "none",
-            "text.parse_math": False,  # names come from users
             "font.size": 10,
             "figure.dpi": 100,
             "axes.grid": True,
@@ -30,6 +29,7 @@ try:
         }
     )
     import matplotlib.pyplot as pyplot
+    import matplotlib.ticker
 except ImportError:
     pyplot = None
 
@@ -66,11 +66,23 @@ class Study:
 
     def save(self, figure, name):
         """Writes NAME.svg and NAME.png, with the build that made the numbers in the corner."""
-        build = self.json.get("provenance", {}).get("build", "")
-        figure.text(0.998, 0.003, build, ha="right", va="bottom", fontsize=6)
+        build = self.json.get("provenance", {}).get("build", {})
+        if build:
+            stamp = f"drapefit {build['drapefit']}, commit {build.get('commit') or 'unknown'}"
+            figure.text(0.998, 0.003, stamp, ha="right", va="bottom", fontsize=6)
         figure.savefig(self.folder / (name + ".svg"), metadata={"Date": None})
         figure.savefig(self.folder / (name + ".png"), metadata={"Software": None})
         pyplot.close(figure)
+
+
+def scale(axis, values):
+    """Makes an axis logarithmic with plain numbers where the values span a factor of three."""
+    if max(values) < 3 * min(values):
+        return
+    axis.axes.set(**{axis.axis_name + "scale": "log"})
+    axis.set_major_locator(matplotlib.ticker.LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
 def name_points(axes, points, names):
@@ -83,7 +95,8 @@ def name_points(axes, points, names):
     def place(name, point, offset):
         side = "left" if offset[0] > 0 else "right" if offset[0] < 0 else "center"
         return axes.annotate(
-            name, point, offset, textcoords="offset points", ha=side, va="center", fontsize=9
+            name, point, offset, textcoords="offset points", ha=side, va="center", fontsize=9,
+            parse_math=False,
         )
 
     def covered(box):
