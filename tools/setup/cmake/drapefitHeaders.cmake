@@ -7,7 +7,7 @@ set(DRAPE_HEADER_FOLDERS physics losses solver)
 set(private_headers
     supernodal_factor.h tree_tasks.h simd.h triangulate.h
     exif.h hausdorff.h image_codec.h
-    batch_scheduler.h batching_backend.h elementwise_samples.h field_report.h fit_checkpoint.h
+    batch_scheduler.h batching_backend.h elementwise_samples.h fit_checkpoint.h
     fit_work.h candidate_check.h csv_log.h stored_json.h
     element_posterior.h map_estimator.h posterior_report.h weighted_drapes.h)
 set(DRAPE_HEADER_RULES FILES_MATCHING PATTERN "*.h")
