@@ -327,7 +327,7 @@ void CheckNames(const std::vector<Observation>& observations) {
 FitInput MakeFitInput(const FitSpec& spec, const MaterialField& start,
                       std::vector<Observation> observations) {
   if (observations.empty())
-    throw InputError("observations", "found none, expected at least one silhouette");
+    throw InputError("observations", "found nothing, expected at least one silhouette");
   FitData data;
   for (const Observation& each : observations) data.images.push_back(each.name);
   CheckModel(spec, data);

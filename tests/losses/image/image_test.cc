@@ -11,6 +11,7 @@
 #include <map>
 
 #include "losses/image/exif.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "tests/losses/image/encode.h"
 #include "tests/losses/temp_folder.h"
@@ -222,11 +223,11 @@ bool InChild(const std::function<bool()>& body) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-// Returns whether writing fails with an InputError that names the path.
+// Returns whether writing fails with an IoError that names the path.
 bool WriteIsRefused(const std::string& path) {
   try {
     WritePng(GrayImage(200, 200, 0.25f), path);
-  } catch (const InputError& error) {
+  } catch (const IoError& error) {
     return std::string(error.what()).find(path + ": cannot ") == 0;
   }
   return false;

@@ -25,12 +25,6 @@ double Height(const StartShape& shape, double theta) {
   return z;
 }
 
-std::vector<double> Outline(int n, double (*r)(double)) {
-  std::vector<double> outline;
-  for (int i = 0; i < n; ++i) outline.push_back(r(2 * pi * i / n));
-  return outline;
-}
-
 class StartShapes : public FileFixture {
  protected:
   const Mesh mesh_ = MakeDisc({.target_vertices = 300});

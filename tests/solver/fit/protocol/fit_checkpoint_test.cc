@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "physics/util/atomic_file.h"
 #include "solver/fit/protocol/nested_fit.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"
@@ -192,7 +193,7 @@ TEST_F(CheckpointTest, AFileOfAnEarlierVersionIsRefused) {
 }
 
 TEST_F(CheckpointTest, AFolderThatIsNotThereIsAnError) {
-  EXPECT_THROW(WriteCheckpoint(Path("no/checkpoint.json"), "job", saved_[0]), InputError);
+  EXPECT_THROW(WriteCheckpoint(Path("no/checkpoint.json"), "job", saved_[0]), IoError);
 }
 
 TEST_F(CheckpointTest, EveryMemberIsChecked) {

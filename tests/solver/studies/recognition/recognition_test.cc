@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "physics/material/material_io.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
 #include "solver/posterior/variational/gaussian_posterior.h"
@@ -140,8 +141,8 @@ TEST_F(FabricFitsTest, ARefusalOfTheSystemIsNotRemembered) {
   job.material = Path("start.json");
   job.out = job.study.out = Path("fits");
   const std::vector<FitCell> cells = CellsByFabric({{1, 1, 1, ClothFace::kUp, Path("bad.jpg")}});
-  Write("fits/fabric_1", "a file in the place of the folder of the fit");
-  EXPECT_ANY_THROW(RunFitCells(job, cells, {}));
+  std::filesystem::create_directories(Path("fits/fabric_1/fit.log"));
+  EXPECT_THROW(RunFitCells(job, cells, {}), IoError);
   EXPECT_TRUE(std::filesystem::is_empty(Path("fits/cells")));
 }
 
