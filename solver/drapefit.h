@@ -2,7 +2,7 @@
 #pragma once
 
 // The public interface of drapefit. What these headers declare is supported; every other installed
-// header may change in any version. Read them in this order; tools/examples uses each of them.
+// header may change in any version. Read them in this order.
 
 #include "cuda/make_backend.h"             // drapes and their derivatives in batches
 #include "physics/cloth/cloth_model.h"     // what a scene is: mesh, supports and loads, law

@@ -20,8 +20,8 @@ namespace drape {
 // (ReadImageObservation reads an image). The report has the fitted tables, the stiffness with its
 // uncertainty, the fitted drapes, the posterior of the models bayes and bdp, and the verdict;
 // report.fitted() is false where no drape could be fitted. A cancelled fit returns the best so far.
-// The same input gives the same bits as drape_fit. Throws InputError for a mesh or an option that
-// contradicts the observations.
+// Throws InputError for a mesh, a table or an option that contradicts the observations, such as
+// outlines of other than spec.observation.angles angles.
 FitReport FitDrapes(const FitSpec& spec, const MaterialField& start,
                     std::vector<Observation> observations, const RunControl& control = {});
 

@@ -331,12 +331,21 @@ FitInput MakeFitInput(const FitSpec& spec, const MaterialField& start,
   FitData data;
   for (const Observation& each : observations) data.images.push_back(each.name);
   CheckModel(spec, data);
+  const double* stretch = start.stretch[0].entries();
+  if (spec.law != LawKind::kReference && spec.min_relative_stiffness == 0.0 &&
+      *std::min_element(stretch, stretch + kStretchEntries) < 0.0)
+    throw InputError("start", "found a negative stretch entry, expected none");
   FitInput input;
   input.discs = observations.front().discs;
-  for (const Observation& each : observations)
+  for (const Observation& each : observations) {
+    if (each.radius.size() != spec.observation.angles)
+      throw InputError(each.name,
+                       Format("found an outline of %d angles, expected %d",
+                              static_cast<int>(each.radius.size()), spec.observation.angles));
     if (each.discs != input.discs)
       throw InputError(each.name, "found " + ToString(each.discs) + ", expected the size of '" +
                                       observations.front().name + "', " + ToString(input.discs));
+  }
   input.problem.observations = std::move(observations);
   input.notes = ListNotes(input.problem.observations);
   input.density_is_given = true;

@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
   const RolloutInput input{&fabric.field, &start};
   const auto backend = MakeBackend("cpu", model, 1);
   const RolloutResult drape = backend->Rollouts({&input, 1}, {.h = 0.05, .steps = 100}, nullptr)[0];
+  if (drape.status != RolloutStatus::kOk) return 1;
   // The outline in the image of a camera above, and the laboratory's measures of it.
   const Camera camera;
   Outline outline;

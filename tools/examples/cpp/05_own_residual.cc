@@ -11,9 +11,7 @@
 #include "solver/fit/parameters/parametrisation.h"
 
 using namespace drape;
-
 constexpr RolloutOptions kSteps{.h = 0.05, .steps = 40};
-
 // Positions of the markers minus the measured ones [mm] by θ = (ln stretch, ln bend).
 struct MarkerCost final : ceres::SizedCostFunction<ceres::DYNAMIC, 2> {
   MarkerCost(Backend& b, const TableParametrisation& m, const State& s, const Eigen::VectorXd& x)
