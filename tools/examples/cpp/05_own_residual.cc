@@ -38,7 +38,6 @@ struct MarkerCost final : ceres::SizedCostFunction<ceres::DYNAMIC, 2> {
   const State& start;
   const Eigen::VectorXd& measured;
 };
-
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const TableParametrisation map(ReadMaterial(argv[1]).field, ParameterTying::kScales);
