@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
   RowMatrix by_x = RowMatrix::Zero(x.size(), 1);
   for (Eigen::Index i = 2; i < x.size(); i += 3) by_x(i, 0) = 3.0 / static_cast<double>(x.size());
   const AdjointResult adjoint = backend->Adjoints({&input, 1}, recording, {&by_x, 1}, options)[0];
-  const double exact = adjoint.material.bend[0](0, 0);
+  const double exact = adjoint.material.bend(0, 0);
   // The same number by a central difference.
   const double step = 1e-4 * fabric.bend[0].b[0][0];
   double height[2];
