@@ -5,6 +5,7 @@
 #include "physics/mesh/disc.h"
 #include "solver/job/plot/gnuplot.h"
 #include "tests/physics/file_fixture.h"
+#include "tests/physics/io_error.h"
 
 namespace drape {
 namespace {
@@ -26,9 +27,9 @@ TEST_F(FieldMapTest, ColoursFollowTheField) {
 
 TEST_F(FieldMapTest, AFolderThatIsMissingIsNamed) {
   const Mesh mesh = MakeDisc({.target_vertices = 100});
-  EXPECT_INPUT_ERROR(RenderFaceMap(Path("absent/faces.png"), mesh,
-                                   Eigen::VectorXd::LinSpaced(mesh.num_faces(), 0.0, 1.0), {}),
-                     "absent");
+  EXPECT_IO_ERROR(RenderFaceMap(Path("absent/faces.png"), mesh,
+                                Eigen::VectorXd::LinSpaced(mesh.num_faces(), 0.0, 1.0), {}),
+                  "absent");
 }
 
 TEST(RunGnuplot, SaysWhatItRefuses) {
