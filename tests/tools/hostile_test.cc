@@ -49,9 +49,8 @@ TEST_F(PlantedNames, RunNoCommandInABenchmark) {
 
 TEST_F(PlantedNames, RunNoCommandInOtherStudies) {
   for (const std::string& name : names_) {
-    RunPlanted("gradients",
-               {"--mesh=disc:100", "--material=" + name, "--horizons=1", "--time_steps=0.1",
-                "--sweep_horizon=1", "--fold_starts=0", "--out=gradients"});
+    RunPlanted("gradients", {"--mesh=disc:100", "--material=" + name, "--horizons=1",
+                             "--time_steps=0.1", "--fold_starts=0", "--out=gradients"});
     RunPlanted("stability",
                {"--mesh=disc:100", "--material=" + name, "--start=" + Copy(kWaves, name + "2"),
                 "--maps=step time_step=0.1/0.5 stretch=1/2", "--damping_time_step=0.1",

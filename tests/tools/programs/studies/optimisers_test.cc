@@ -91,7 +91,7 @@ TEST_F(OptimisersTool, SeedsMayBeAddedAndDoNotDependOnThreads) {
     more.insert(more.begin(), methods.begin(), methods.end());
     return more;
   };
-  const std::string name = "synthetic_wool_1_2.hesbo_2_lm.seed";
+  const std::string name = "synthetic_wool_1_2.hesbo_2.seed";
   ASSERT_EQ(Run(with({"--num_seeds=1"})).exit_code, 0);
   const Json one = Results(ReadJson(Path("out/compare_optimisers.json")));
   ASSERT_EQ(one.size(), 4u);
