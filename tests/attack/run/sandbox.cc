@@ -29,6 +29,8 @@ std::string Sandbox::Read(const std::string& name) const {
 Outcome Sandbox::Run(Request request, const Expectation& expectation) {
   request.environment.emplace("TMPDIR", folder_ + "/tmp");
   request.environment.emplace("HOME", folder_ + "/home");
+  // The list of fonts that matplotlib makes at its first start serves all attacks of a class.
+  request.environment.emplace("MPLCONFIGDIR", fs::path(folder_).parent_path() / "matplotlib");
   script_ += ShellLine(request) + "\n";
   const FolderState before = ReadFolder(folder_);
   outcomes_.push_back(RunProgramIn(folder_, request));
