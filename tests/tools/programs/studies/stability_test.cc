@@ -7,6 +7,7 @@
 #include <map>
 
 #include "losses/image/image.h"
+#include "physics/util/atomic_file.h"
 #include "solver/studies/stability/cases/stability_map.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/studies/stability/stability_tool.h"
@@ -110,6 +111,7 @@ TEST_F(StabilityTool, SharesGatherToTheSameRuns) {
   EXPECT_EQ(other.get().exit_code, 0);
   EXPECT_EQ(third.get().exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(Path("out/stability.json")));
+  RemoveTemporaries(Path("out/cells"));  // what the killed share was writing
   const auto cells = Snapshot(Path("out/cells"));
   const ProcessResult gathered = Run({map});
   ASSERT_EQ(gathered.exit_code, 0) << gathered.err;
