@@ -21,6 +21,7 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/math/sha256.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/lab/fab_measurement.h"
 #include "solver/fit/protocol/nested_fit.h"
@@ -402,6 +403,8 @@ std::string CheckpointKey(const FitSpec& spec, const FitData& data, const FitInp
   const auto& [images, captures, source, specimens, lab_measurements, material, other_materials,
                density, ground_truth, notes, log_lines] = data;
   const FitProblem& problem = input.problem;
+  for (const std::string* mesh : {&spec.mesh, &spec.search_mesh, &spec.coarse_mesh})
+    if (fs::is_regular_file(*mesh)) key["mesh_files"].push_back(Sha256(ReadOwnFile(*mesh)));
   key["discs"] = {input.discs.specimen, input.discs.support};
   key["material"] = material;
   key["density"] = problem.material.density;

@@ -72,9 +72,9 @@ FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles&
   const std::string key = CheckpointKey(spec, data, input);
   std::optional<AppendFile> log;
   FitStore store;
-  store.begin = [&](const FitInput& in, const StagedFitOptions& stages, bool ready) {
+  store.begin = [&](const FitInput& in, const StagedFitOptions&, bool ready) {
     std::optional<StagedFitState> saved;
-    if (files.resume && ready) saved = ReadCheckpoint(files.checkpoint, key, in.problem, stages);
+    if (files.resume && ready) saved = ReadCheckpoint(files.checkpoint, key);
     using Content = AppendFile::Content;
     log.emplace(files.log, files.resume ? Content::kKeep : Content::kDrop);
     LogInput(data, in,

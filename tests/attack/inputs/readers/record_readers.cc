@@ -40,7 +40,7 @@ StagedFitState MakeHalfwayState(const test::FakeFit& small) {
 
 // What is read must be a state from which the fit continues to its end.
 std::string ReadAndContinue(const test::FakeFit& small, const std::string& path) {
-  const auto state = ReadCheckpoint(path, kJob, small.problem, small.options);
+  const auto state = ReadCheckpoint(path, kJob);
   if (!state) return "found no checkpoint";
   const int rounds = static_cast<int>(small.options.candidates_per_round.size());
   const StagedFitState end = RunStagedFit(small.problem, small.options, *state, {});
@@ -58,12 +58,7 @@ std::vector<Reader> MakeCheckpointReaders(const std::string& scratch) {
            .file = "checkpoint.json",
            .content = ReadText(path),
            .read = read,
-           .is_json = false},
-          {.name = "checkpoint with its checksum",
-           .file = "checkpoint.json",
-           .content = ReadStoredJson(path, kCheckpointFormat).dump(),
-           .read = read,
-           .seal = [](const json& members) { return StoredJsonText(kCheckpointFormat, members); }}};
+           .is_json = false}};
 }
 
 // The file of a finished cell, which a study takes over.
