@@ -13,7 +13,7 @@
 #include "physics/util/options/field.h"
 #include "solver/fit/observation.h"
 #include "solver/fit/parameters/parametrisation.h"
-#include "solver/forward/solve_mode.h"
+#include "solver/forward/settle.h"
 
 namespace drape {
 

@@ -6,9 +6,18 @@
 #include <vector>
 
 #include "physics/simulation/backend.h"
-#include "solver/forward/solve_mode.h"
+#include "physics/util/options/enum_names.h"
 
 namespace drape {
+
+// How a drape is found from its start.
+enum class SolveMode {
+  kDynamic,  // the shape after time steps
+  kStatic    // the equilibrium near the start
+};
+constexpr auto EnumNames(SolveMode) {
+  return MakeNames<SolveMode>({{SolveMode::kStatic, "static"}, {SolveMode::kDynamic, "dynamic"}});
+}
 
 // A drape is at rest when the forces that remain are at most this share of its weight
 // (ForceResidual; Newton's tolerance is a thousandth of it) and, nudged (Nudge), it returns to

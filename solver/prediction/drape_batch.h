@@ -8,7 +8,7 @@
 #include "physics/simulation/backend.h"
 #include "physics/simulation/readout.h"
 #include "solver/fit/parameters/parametrisation.h"
-#include "solver/forward/solve_mode.h"
+#include "solver/forward/settle.h"
 
 namespace drape {
 

@@ -14,7 +14,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "physics/util/stored/stored_json.h"
-#include "solver/forward/branch.h"
+#include "solver/forward/random_drapes.h"
 #include "solver/studies/bench/cases/run_times.h"
 #include "solver/studies/bench/richardson.h"
 

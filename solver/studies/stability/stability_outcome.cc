@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "physics/material/laws/hinge_geometry.h"
-#include "solver/forward/branch.h"
+#include "solver/forward/random_drapes.h"
 
 namespace drape {
 namespace {

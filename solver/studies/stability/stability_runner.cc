@@ -10,7 +10,7 @@
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/rollout.h"
 #include "physics/util/math/random.h"
-#include "solver/forward/branch.h"
+#include "solver/forward/random_drapes.h"
 #include "solver/studies/stability/methods/projected_newton.h"
 #include "solver/studies/stability/methods/slivers.h"
 

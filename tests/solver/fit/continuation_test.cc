@@ -9,7 +9,7 @@
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/strip.h"
 #include "physics/simulation/rollout.h"
-#include "solver/forward/branch.h"
+#include "solver/forward/random_drapes.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape::test {

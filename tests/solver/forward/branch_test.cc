@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/forward/branch.h"
-
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
@@ -8,6 +6,7 @@
 #include <numbers>
 
 #include "physics/mesh/disc.h"
+#include "solver/forward/random_drapes.h"
 
 namespace drape {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "solver/forward/rollout_gradient.h"
+#include "solver/forward/simulation.h"
 
 namespace drape {
 

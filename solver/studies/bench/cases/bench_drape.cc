@@ -17,7 +17,7 @@
 #include "physics/simulation/statics/statics.h"
 #include "physics/util/math/random.h"
 #include "solver/fit/parameters/random_field.h"
-#include "solver/forward/branch.h"
+#include "solver/forward/random_drapes.h"
 
 namespace drape {
 namespace {
