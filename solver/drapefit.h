@@ -7,5 +7,5 @@
 #include "cuda/make_backend.h"             // drapes and their derivatives in batches
 #include "physics/cloth/cloth_model.h"     // what a scene is: mesh, supports and loads, law
 #include "physics/material/material_io.h"  // what a fabric is: tables, density, files
-#include "solver/fit/observation_input.h"  // what is observed: silhouettes with their cameras
+#include "solver/fit/observation.h"        // what is observed: silhouettes with their cameras
 #include "solver/job/fit_drapes.h"         // fits and posteriors in memory

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "physics/simulation/statics/statics.h"
-#include "solver/fit/parameters/parametrisation.h"
+#include "solver/fit/parametrisation.h"
 
 namespace drape {
 

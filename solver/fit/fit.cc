@@ -5,6 +5,7 @@
 #include <ceres/normal_prior.h>
 #include <glog/logging.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <utility>
 
@@ -263,6 +264,16 @@ FitSummary FitStrips(StripResiduals& strips, const MaterialParametrisation& para
   if (!AppendStrips(strips, parametrisation, &summary))
     summary.termination = FitTermination::kFailed;
   return summary;
+}
+
+Spectrum ComputeSpectrum(const Eigen::MatrixXd& jacobian, double prior_sigma) {
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian, Eigen::ComputeFullV);
+  Spectrum spectrum;
+  spectrum.values = Eigen::VectorXd::Zero(jacobian.cols());
+  spectrum.values.head(svd.singularValues().size()) = svd.singularValues();
+  spectrum.directions = svd.matrixV();
+  spectrum.determined = static_cast<int>((spectrum.values.array() * prior_sigma > 1.0).count());
+  return spectrum;
 }
 
 }  // namespace drape

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "physics/util/options/field.h"
-#include "solver/fit/lab/strip_residuals.h"
 #include "solver/fit/observation.h"
 #include "solver/fit/outline_residuals.h"
-#include "solver/fit/parameters/parametrisation.h"
+#include "solver/fit/parametrisation.h"
+#include "solver/fit/strip_residuals.h"
 
 namespace drape {
 
@@ -134,5 +134,17 @@ FitSummary Fit(OutlineResiduals& outlines, const FitOptions& options,
 // The same for laboratory measurements alone, from `theta`.
 FitSummary FitStrips(StripResiduals& strips, const MaterialParametrisation& parametrisation,
                      const Eigen::VectorXd& theta, const FitOptions& options);
+
+// Which combinations of the parameters the data determine: the singular values of the Jacobian of
+// the (whitened) residuals. Along right singular vector i the data alone know θ to 1/value[i];
+// where that is better than the prior's σ the direction is determined by the data.
+struct Spectrum {
+  Eigen::VectorXd values;      // descending, shape [P]; of K < P residuals the last are 0
+  Eigen::MatrixXd directions;  // columns, shape [P, P]
+  int determined = 0;          // values · prior_sigma > 1
+};
+
+// jacobian: ∂residual/∂θ, shape [K, P].
+Spectrum ComputeSpectrum(const Eigen::MatrixXd& jacobian, double prior_sigma);
 
 }  // namespace drape

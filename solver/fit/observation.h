@@ -7,9 +7,15 @@
 #include <vector>
 
 #include "losses/camera/camera.h"
+#include "losses/camera/camera_input.h"
+#include "losses/camera/discs_input.h"
+#include "losses/dataset/dataset.h"
 #include "losses/image/image.h"
 #include "losses/outline/measured_image.h"
+#include "losses/outline/outline.h"
 #include "physics/cloth/state.h"
+#include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 
 namespace drape {
 
@@ -37,5 +43,44 @@ inline std::vector<State> AtRest(const std::vector<Eigen::VectorXd>& shapes) {
   for (const Eigen::VectorXd& x : shapes) states.push_back({x, Eigen::VectorXd::Zero(x.size())});
   return states;
 }
+
+// What of a capture of the public data set is fitted.
+enum class ObservationSource {
+  kSilhouettes,
+  kMeshes  // the outline of its published mesh, whose z has no further information [METHODS, P11]
+};
+constexpr auto EnumNames(ObservationSource) {
+  return MakeNames<ObservationSource>(
+      {{ObservationSource::kSilhouettes, "silhouettes"}, {ObservationSource::kMeshes, "meshes"}});
+}
+
+struct ObservationOptions {
+  CameraInput camera = {};  // of images; captures of the public data set have the published one
+  DiscsInput discs = {};
+  CentreMode centre = CentreMode::kOutline;
+  int angles = 90;  // K of r(θ)
+};
+
+template <MutableOrConst<ObservationOptions> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [camera, discs, centre, angles] = options;
+  VisitFields(discs, visit);
+  VisitFields(camera, visit);
+  visit(centre, Field{.key = "centre",
+                      .doc = "where the support's centre is: nominal: at camera_cx, camera_cy; "
+                             "outline: found from the outline, from there on"});
+  visit(angles, Field{.key = "angles",
+                      .doc = "number of rays at which the outline is compared",
+                      .least = 31,
+                      .most = 3600});
+}
+
+// An image of a drape, or what the camera sees of a published mesh, which has been turned onto its
+// image (KeepUsable); its name is the file's, or "sample_2_capture_1_up". Throws InputError for a
+// file that cannot be read, shows no drape (SegmentSilhouette, MeasureImage) or is of other discs
+// than the options say (FindDiscs).
+Observation ReadImageObservation(const std::string& file, const ObservationOptions& options);
+Observation ReadCaptureObservation(const Capture& capture, ObservationSource source,
+                                   const ObservationOptions& options);
 
 }  // namespace drape

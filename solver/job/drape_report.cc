@@ -11,8 +11,7 @@
 #include "physics/mesh/obj_io.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/simulation/statics/modes.h"
-#include "solver/fit/protocol/guess/guided_drape.h"
-#include "solver/fit/protocol/guess/initial_guess_grid.h"
+#include "solver/fit/protocol/initial_guess.h"
 
 namespace drape {
 namespace {

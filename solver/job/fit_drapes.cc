@@ -9,8 +9,8 @@
 
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
-#include "solver/fit/parameters/coupled_table.h"
-#include "solver/fit/parameters/effective_stiffness.h"
+#include "solver/fit/effective_stiffness.h"
+#include "solver/fit/parametrisation.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/staged_fit.h"

@@ -23,7 +23,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/math/sha256.h"
 #include "physics/util/text_format.h"
-#include "solver/fit/lab/fab_measurement.h"
+#include "solver/fit/lab_measurement.h"
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/posterior/space/space_io.h"
 

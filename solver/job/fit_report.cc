@@ -15,7 +15,7 @@
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
-#include "solver/fit/parameters/stiffness_list.h"
+#include "solver/fit/effective_stiffness.h"
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/job/plot/chart.h"

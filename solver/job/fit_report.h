@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "solver/fit/lab/strip_report.h"
-#include "solver/fit/parameters/effective_stiffness.h"
-#include "solver/fit/protocol/fit_types.h"
+#include "solver/fit/effective_stiffness.h"
+#include "solver/fit/fit.h"
 #include "solver/fit/protocol/nested_fit.h"
-#include "solver/fit/spectrum.h"
+#include "solver/fit/protocol/staged_fit.h"
+#include "solver/fit/strip_residuals.h"
 #include "solver/job/drape_report.h"
 #include "solver/job/fit_spec.h"
 #include "solver/job/fit_verdict.h"

@@ -13,9 +13,9 @@
 #include "physics/material/material_scaling.h"
 #include "physics/util/options/enum_names.h"
 #include "physics/util/options/field.h"
-#include "solver/fit/observation_input.h"
+#include "solver/fit/observation.h"
 #include "solver/fit/protocol/field_fit.h"
-#include "solver/fit/protocol/fit_types.h"
+#include "solver/fit/protocol/staged_fit.h"
 #include "solver/posterior/posterior_types.h"
 
 namespace drape {

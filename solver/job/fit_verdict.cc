@@ -9,9 +9,9 @@
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/text_format.h"
-#include "solver/fit/parameters/coupled_table.h"
-#include "solver/fit/parameters/effective_stiffness.h"
-#include "solver/fit/protocol/fit_types.h"
+#include "solver/fit/effective_stiffness.h"
+#include "solver/fit/parametrisation.h"
+#include "solver/fit/protocol/staged_fit.h"
 #include "solver/forward/settle.h"
 #include "solver/job/fit_report.h"
 

@@ -11,8 +11,8 @@
 
 #include "losses/outline/outline.h"
 #include "physics/util/errors.h"
-#include "solver/fit/parameters/coupled_table.h"
-#include "solver/fit/protocol/fit_work.h"
+#include "solver/fit/parametrisation.h"
+#include "solver/fit/protocol/staged_fit.h"
 #include "solver/posterior/variational/pareto_smoothing.h"
 
 namespace drape {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "physics/util/run_control.h"
-#include "solver/fit/protocol/fit_types.h"
+#include "solver/fit/protocol/staged_fit.h"
 #include "solver/posterior/posterior_types.h"
 
 namespace drape {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "physics/material/material_io.h"
-#include "solver/fit/parameters/parametrisation.h"
+#include "solver/fit/parametrisation.h"
 
 namespace drape {
 

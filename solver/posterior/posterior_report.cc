@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "physics/util/text_format.h"
-#include "solver/fit/parameters/effective_stiffness.h"
+#include "solver/fit/effective_stiffness.h"
 
 namespace drape {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "physics/simulation/backend.h"
 #include "physics/simulation/readout.h"
-#include "solver/fit/parameters/parametrisation.h"
+#include "solver/fit/parametrisation.h"
 #include "solver/forward/settle.h"
 
 namespace drape {

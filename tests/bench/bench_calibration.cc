@@ -19,7 +19,7 @@
 
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/math/random.h"
-#include "solver/fit/protocol/guess/initial_guess_grid.h"
+#include "solver/fit/protocol/initial_guess.h"
 #include "solver/forward/settle.h"
 #include "solver/posterior/samples/hierarchical_samples.h"
 #include "tests/bench/fabrics.h"

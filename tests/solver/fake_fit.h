@@ -5,7 +5,7 @@
 
 #include "losses/outline/outline.h"
 #include "physics/material/material_scaling.h"
-#include "solver/fit/protocol/fit_types.h"
+#include "solver/fit/protocol/staged_fit.h"
 #include "tests/solver/fake_backend.h"
 
 namespace drape::test {

@@ -8,7 +8,7 @@
 
 #include "physics/mesh/interpolation.h"
 #include "physics/util/text_format.h"
-#include "solver/fit/protocol/guess/guided_drape.h"
+#include "solver/fit/protocol/initial_guess.h"
 
 namespace drape {
 namespace {

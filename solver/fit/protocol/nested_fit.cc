@@ -9,9 +9,8 @@
 
 #include "physics/material/material_scaling.h"
 #include "physics/util/text_format.h"
-#include "solver/fit/parameters/effective_stiffness.h"
+#include "solver/fit/effective_stiffness.h"
 #include "solver/fit/protocol/candidate_fit.h"
-#include "solver/fit/protocol/fit_work.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/forward/batching_backend.h"
 

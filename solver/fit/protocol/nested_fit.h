@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/fit/protocol/fit_types.h"
+#include "solver/fit/protocol/staged_fit.h"
 
 namespace drape {
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include "solver/fit/parameters/field_parametrisation.h"
+#include "solver/fit/parametrisation.h"
 #include "solver/fit/protocol/field_fit.h"
 #include "solver/forward/batching_backend.h"
 

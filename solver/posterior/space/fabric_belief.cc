@@ -12,7 +12,7 @@
 #include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
-#include "solver/fit/parameters/coupled_table.h"
+#include "solver/fit/parametrisation.h"
 
 namespace drape {
 namespace {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "physics/util/math/random.h"
-#include "solver/fit/parameters/parametrisation.h"
+#include "solver/fit/parametrisation.h"
 #include "solver/posterior/variational/gaussian_posterior.h"
 
 namespace drape {

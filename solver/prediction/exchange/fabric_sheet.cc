@@ -10,7 +10,7 @@
 #include "physics/material/laboratory_stiffness.h"
 #include "physics/material/material_scaling.h"
 #include "physics/util/math/quantile.h"
-#include "solver/fit/parameters/effective_stiffness.h"
+#include "solver/fit/effective_stiffness.h"
 #include "solver/prediction/exchange/fabric_samples.h"
 #include "solver/prediction/exchange/linear_fabric.h"
 

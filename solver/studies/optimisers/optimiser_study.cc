@@ -16,7 +16,7 @@
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/sha256.h"
-#include "solver/fit/parameters/coupled_table.h"
+#include "solver/fit/parametrisation.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/forward/settle.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/spectrum.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
 #include <cmath>
 
+#include "solver/fit/fit.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {

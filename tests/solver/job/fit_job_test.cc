@@ -19,7 +19,7 @@
 #include "physics/simulation/statics/statics.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
-#include "solver/fit/protocol/guess/initial_guess_grid.h"
+#include "solver/fit/protocol/initial_guess.h"
 #include "solver/posterior/posterior_io.h"
 #include "solver/posterior/samples/stored_samples.h"
 #include "solver/posterior/variational/pareto_smoothing.h"

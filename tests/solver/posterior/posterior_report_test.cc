@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "solver/fit/parameters/effective_stiffness.h"
+#include "solver/fit/effective_stiffness.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape::test {

@@ -14,7 +14,7 @@
 #include "physics/material/material_field_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
-#include "solver/fit/parameters/coupled_table.h"
+#include "solver/fit/parametrisation.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/solver_fixture.h"

@@ -8,7 +8,7 @@
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/disc.h"
 #include "solver/drapefit.h"
-#include "solver/fit/parameters/parametrisation.h"
+#include "solver/fit/parametrisation.h"
 
 using namespace drape;
 constexpr RolloutOptions kSteps{.h = 0.05, .steps = 40};

@@ -16,7 +16,7 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/statics/statics.h"
 #include "physics/util/math/random.h"
-#include "solver/fit/parameters/random_field.h"
+#include "solver/fit/protocol/field_fit.h"
 #include "solver/forward/random_drapes.h"
 
 namespace drape {

@@ -19,7 +19,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
-#include "solver/fit/observation_input.h"
+#include "solver/fit/observation.h"
 #include "solver/job/fit_input.h"
 
 namespace drape {

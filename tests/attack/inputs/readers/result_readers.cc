@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "physics/util/stored/stored_json.h"
-#include "solver/fit/lab/fab_measurement.h"
+#include "solver/fit/lab_measurement.h"
 #include "solver/posterior/samples/stored_samples.h"
 #include "solver/prediction/generative/generative_prediction.h"
 #include "solver/studies/bench/speed_table.h"

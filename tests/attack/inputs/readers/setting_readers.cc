@@ -5,7 +5,7 @@
 
 #include "losses/dataset/dataset_split.h"
 #include "physics/util/atomic_file.h"
-#include "solver/fit/lab/lab_measurement.h"
+#include "solver/fit/lab_measurement.h"
 #include "solver/forward/accuracy_table.h"
 #include "solver/posterior/posterior_io.h"
 #include "tests/attack/inputs/files/file_readers.h"

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/lab/fab_measurement.h"
-
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "solver/fit/lab_measurement.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/lab/lab_measurement.h"
+#include "solver/fit/lab_measurement.h"
 
 #include "tests/physics/file_fixture.h"
 

@@ -8,7 +8,7 @@
 
 #include "physics/material/material_io.h"
 #include "physics/util/json_input.h"
-#include "solver/fit/lab/strip_report.h"
+#include "solver/fit/strip_residuals.h"
 #include "solver/job/fit_job.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/simulation/textbook/closed_forms.h"

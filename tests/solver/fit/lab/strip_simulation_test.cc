@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // A strip's reading against closed forms, its derivative against differences.
-#include "solver/fit/lab/strip_simulation.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "solver/fit/lab/strip_report.h"
-#include "solver/fit/parameters/parametrisation.h"
+#include "solver/fit/parametrisation.h"
+#include "solver/fit/strip_residuals.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/simulation/textbook/closed_forms.h"
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stretch tables that resist all strains whatever their log factors are [METHODS, P2].
-#include "solver/fit/parameters/coupled_table.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Core>
 #include <cmath>
 
 #include "physics/material/material_scaling.h"
+#include "solver/fit/parametrisation.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {

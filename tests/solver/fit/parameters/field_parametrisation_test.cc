@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/parameters/field_parametrisation.h"
-
 #include <gtest/gtest.h>
 
 #include "physics/material/material_scaling.h"
+#include "solver/fit/parametrisation.h"
 #include "solver/fit/protocol/field_fit.h"
 #include "tests/physics/cloth_fixture.h"
 

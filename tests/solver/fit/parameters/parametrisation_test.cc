@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/parameters/parametrisation.h"
+#include "solver/fit/parametrisation.h"
 
 #include <gmock/gmock.h>
 
@@ -7,7 +7,6 @@
 
 #include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
-#include "solver/fit/parameters/coupled_table.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/parameters/random_field.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "physics/mesh/disc.h"
 #include "physics/mesh/interpolation.h"
+#include "solver/fit/protocol/field_fit.h"
 
 namespace drape {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/statics/statics.h"
-#include "solver/fit/parameters/effective_stiffness.h"
+#include "solver/fit/effective_stiffness.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "tests/solver/fake_fit.h"

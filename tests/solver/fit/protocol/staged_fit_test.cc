@@ -9,9 +9,8 @@
 #include <stdexcept>
 
 #include "losses/outline/outline.h"
+#include "solver/fit/fit.h"
 #include "solver/fit/protocol/candidate_fit.h"
-#include "solver/fit/protocol/fit_work.h"
-#include "solver/fit/spectrum.h"
 #include "tests/solver/fake_fit.h"
 #include "tests/solver/solver_fixture.h"
 

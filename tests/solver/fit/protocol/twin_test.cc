@@ -9,9 +9,9 @@
 
 #include "physics/material/material_io.h"
 #include "physics/util/math/random.h"
+#include "solver/fit/fit.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
-#include "solver/fit/spectrum.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {

@@ -11,7 +11,7 @@
 
 #include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
-#include "solver/fit/parameters/coupled_table.h"
+#include "solver/fit/parametrisation.h"
 #include "solver/posterior/space/space_io.h"
 #include "solver/posterior/variational/gaussian_posterior.h"
 #include "tests/physics/cloth_fixture.h"

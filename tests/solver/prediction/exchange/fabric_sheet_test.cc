@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "physics/material/material_scaling.h"
-#include "solver/fit/parameters/effective_stiffness.h"
+#include "solver/fit/effective_stiffness.h"
 #include "solver/prediction/exchange/linear_fabric.h"
 
 namespace drape {

@@ -9,7 +9,7 @@
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
-#include "solver/fit/parameters/effective_stiffness.h"
+#include "solver/fit/effective_stiffness.h"
 #include "solver/forward/random_drapes.h"
 #include "tools/cli/field_options.h"
 #include "tools/cli/output_folder.h"

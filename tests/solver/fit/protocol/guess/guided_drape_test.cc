@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/protocol/guess/guided_drape.h"
-
 #include <gtest/gtest.h>
 
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/statics/statics.h"
 #include "solver/fit/outline_residuals.h"
-#include "solver/fit/protocol/guess/initial_guess_grid.h"
+#include "solver/fit/protocol/initial_guess.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {

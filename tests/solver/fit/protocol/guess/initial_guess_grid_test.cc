@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/protocol/guess/initial_guess_grid.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "solver/fit/protocol/initial_guess.h"
 #include "tests/solver/fake_fit.h"
 #include "tests/solver/solver_fixture.h"
 

@@ -3,10 +3,14 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <vector>
 
+#include "physics/material/material.h"
 #include "physics/simulation/rollout.h"
-#include "solver/fit/lab/lab_measurement.h"
+#include "solver/fit/lab_measurement.h"
+#include "solver/fit/parametrisation.h"
 
 namespace drape {
 
@@ -57,5 +61,56 @@ class StripSimulation {
   double load_ = 0.0;       // of a pulled strip [N]
   std::vector<Lattice> lattices_;
 };
+
+// All points of the laboratory measurement of a fit, measurement by measurement: the strips that
+// compute them.
+class StripResiduals {
+ public:
+  StripResiduals(std::vector<LabMeasurement> measurements, const Law& law);
+  // Shares meshes; starts from the present shapes of the strips.
+  StripResiduals Clone() const;
+
+  const std::vector<LabMeasurement>& measurements() const { return measurements_; }
+  int num_points() const { return static_cast<int>(strips_.size()); }
+
+  // (computed − read)/σ of each point, shape [N], and, if not null, its derivative by θ, shape
+  // [N, P]. The parametrisation is one of a single table. False where a strip has no stable
+  // equilibrium.
+  [[nodiscard]] bool Evaluate(const MaterialParametrisation& parametrisation,
+                              const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
+                              RowMatrix* jacobian);
+  // The readings that a material gives [°] or [1], shape [N]. False as above.
+  [[nodiscard]] bool Compute(const MaterialField& material, Eigen::VectorXd* readings,
+                             RowMatrix* by_log_entry = nullptr);
+
+ private:
+  StripResiduals() = default;
+
+  std::vector<LabMeasurement> measurements_;
+  std::vector<StripSimulation> strips_;
+  std::vector<bool> first_of_measurement_;  // of each strip
+};
+
+// A measurement beside what the fitted material makes of it.
+struct StripReport {
+  LabMeasurement measurement;
+  std::vector<double> computed;  // of each point, as LabPoint::reading
+  double density = 0.0;          // [kg/m²]
+};
+
+// What a laboratory derives from a cantilever by hand [ASTM D1388].
+struct BendingEstimate {
+  double length = 0.0;    // bending length c = L/Γ(angle)^⅓, half the overhang L at 41.5° [m]
+  double rigidity = 0.0;  // flexural rigidity G = ρ·g·c³ [N·m]
+};
+// NaN for an angle [°] that is not between 0 and 90.
+BendingEstimate EstimateBending(double overhang, double angle, double density);
+
+// None when a strip cannot be computed.
+std::vector<StripReport> ReportStrips(const StripResiduals& strips, const MaterialField& material);
+
+nlohmann::ordered_json StripsJson(const std::vector<StripReport>& reports);
+// For a person: one line a point.
+std::string StripTable(const std::vector<StripReport>& reports);
 
 }  // namespace drape

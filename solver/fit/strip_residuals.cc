@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/lab/strip_simulation.h"
+#include "solver/fit/strip_residuals.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/strip.h"
 #include "physics/simulation/load_path.h"
 #include "physics/simulation/textbook.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -50,6 +52,51 @@ Scene MakeCantileverScene(double clamp) {
   Scene scene = CantileverScene(clamp, kStandardGravity);
   scene.handles->stiffness = kClampStiffness;
   return scene;
+}
+
+using nlohmann::ordered_json;
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr double kMillimetre = 1e-3;
+
+double Deviation(const StripReport& report, std::size_t point) {
+  return (report.computed[point] - report.measurement.points[point].reading) /
+         report.measurement.sigma;
+}
+
+ordered_json PointJson(const StripReport& report, std::size_t i) {
+  const LabPoint& point = report.measurement.points[i];
+  const double computed = report.computed[i];
+  if (report.measurement.kind == LabMeasurementKind::kTensile)
+    return {{"force", point.set},
+            {"stretch", point.reading},
+            {"stretch_computed", computed},
+            {"residual", Deviation(report, i)}};
+  const BendingEstimate read = EstimateBending(point.set, point.reading, report.density),
+                        fitted = EstimateBending(point.set, computed, report.density);
+  return {{"length", point.set},
+          {"angle", point.reading},
+          {"angle_computed", computed},
+          {"residual", Deviation(report, i)},
+          {"bending_length_m", read.length},
+          {"bending_length_computed_m", fitted.length},
+          {"flexural_rigidity", read.rigidity},
+          {"flexural_rigidity_computed", fitted.rigidity}};
+}
+
+std::string PointLine(const StripReport& report, std::size_t i) {
+  const LabPoint& point = report.measurement.points[i];
+  std::string line =
+      Format("%-28.28s %5g deg", report.measurement.name.c_str(), report.measurement.direction);
+  if (report.measurement.kind == LabMeasurementKind::kTensile)
+    return line + Format("  force %8.4g N   stretch %9.4f %9.4f %8.2f\n", point.set, point.reading,
+                         report.computed[i], Deviation(report, i));
+  const BendingEstimate read = EstimateBending(point.set, point.reading, report.density),
+                        fitted = EstimateBending(point.set, report.computed[i], report.density);
+  return line +
+         Format("  length %6.4g mm  angle  %9.2f %9.2f %8.2f  c %.3g mm, G %.4g, fitted %.4g N m\n",
+                point.set / kMillimetre, point.reading, report.computed[i], Deviation(report, i),
+                read.length / kMillimetre, read.rigidity, fitted.rigidity);
 }
 
 }  // namespace
@@ -189,6 +236,105 @@ bool StripSimulation::Predict(const MaterialField& material, double* reading,
     *by_log_entry += share * gradient;
   }
   return true;
+}
+
+StripResiduals::StripResiduals(std::vector<LabMeasurement> measurements, const Law& law)
+    : measurements_(std::move(measurements)) {
+  for (const LabMeasurement& measurement : measurements_)
+    for (int point = 0; point < static_cast<int>(measurement.points.size()); ++point) {
+      strips_.emplace_back(measurement, point, law);
+      first_of_measurement_.push_back(point == 0);
+    }
+}
+
+StripResiduals StripResiduals::Clone() const {
+  StripResiduals clone;
+  clone.measurements_ = measurements_;
+  clone.first_of_measurement_ = first_of_measurement_;
+  for (const StripSimulation& strip : strips_) clone.strips_.push_back(strip.Clone());
+  return clone;
+}
+
+bool StripResiduals::Compute(const MaterialField& material, Eigen::VectorXd* readings,
+                             RowMatrix* by_log_entry) {
+  readings->resize(num_points());
+  if (by_log_entry != nullptr) by_log_entry->resize(num_points(), kMaterialEntries);
+  for (int i = 0; i < num_points(); ++i) {
+    if (!first_of_measurement_[i]) strips_[i].StartLike(strips_[i - 1]);
+    Eigen::VectorXd gradient;
+    if (!strips_[i].Predict(material, &(*readings)[i],
+                            by_log_entry == nullptr ? nullptr : &gradient))
+      return false;
+    if (by_log_entry != nullptr) by_log_entry->row(i) = gradient.transpose();
+  }
+  return true;
+}
+
+bool StripResiduals::Evaluate(const MaterialParametrisation& parametrisation,
+                              const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
+                              RowMatrix* jacobian) {
+  RowMatrix by_log_entry;
+  if (!Compute(parametrisation.Material(theta), residual,
+               jacobian == nullptr ? nullptr : &by_log_entry)) {
+    return false;
+  }
+  if (jacobian != nullptr) *jacobian = by_log_entry * parametrisation.LogEntriesByTheta(theta);
+  int row = 0;
+  for (const LabMeasurement& measurement : measurements_)
+    for (const LabPoint& point : measurement.points) {
+      (*residual)[row] = ((*residual)[row] - point.reading) / measurement.sigma;
+      if (jacobian != nullptr) jacobian->row(row) /= measurement.sigma;
+      ++row;
+    }
+  return true;
+}
+
+BendingEstimate EstimateBending(double overhang, double angle, double density) {
+  if (!(angle > 0.0 && angle < 90.0)) {
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    return {none, none};
+  }
+  const double length = overhang / std::cbrt(HeavyElasticaGamma(angle * kDegree));
+  return {length, density * kStandardGravity * length * length * length};
+}
+
+std::vector<StripReport> ReportStrips(const StripResiduals& strips, const MaterialField& material) {
+  Eigen::VectorXd readings;
+  if (!strips.Clone().Compute(material, &readings)) return {};
+  std::vector<StripReport> reports;
+  int next = 0;
+  for (const LabMeasurement& measurement : strips.measurements()) {
+    const auto count = static_cast<Eigen::Index>(measurement.points.size());
+    const Eigen::VectorXd own = readings.segment(next, count);
+    reports.push_back({measurement, std::vector<double>(own.begin(), own.end()), material.density});
+    next += static_cast<int>(count);
+  }
+  return reports;
+}
+
+ordered_json StripsJson(const std::vector<StripReport>& reports) {
+  ordered_json json = ordered_json::array();
+  for (const StripReport& report : reports) {
+    ordered_json measurement = {{"file", report.measurement.file},
+                                {"name", report.measurement.name},
+                                {"test", ToString(report.measurement.kind)},
+                                {"direction", report.measurement.direction},
+                                {"sigma", report.measurement.sigma}};
+    measurement["points"] = ordered_json::array();
+    for (std::size_t i = 0; i < report.computed.size(); ++i)
+      measurement["points"].push_back(PointJson(report, i));
+    json.push_back(std::move(measurement));
+  }
+  return json;
+}
+
+std::string StripTable(const std::vector<StripReport>& reports) {
+  if (reports.empty()) return "";
+  std::string table = Format("%-28s %9s  %-26s %9s %9s %8s\n", "test", "direction", "set, measured",
+                             "measured", "fitted", "/ sigma");
+  for (const StripReport& report : reports)
+    for (std::size_t i = 0; i < report.computed.size(); ++i) table += PointLine(report, i);
+  return table;
 }
 
 }  // namespace drape

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <string>
+#include <vector>
+
+#include "physics/cloth/assembly/material_sensitivity.h"
+#include "physics/material/material.h"
+#include "physics/util/options/enum_names.h"
+
+namespace drape {
+
+// A map from optimisation variables θ, shape [P], to the tables of a cloth. The log factors η of
+// the entries on a base are linear functions of θ. An entry is its base value times e^η, so signs
+// are kept and no bound is needed; c12 is bounded by c11 and c22 (ApplyLogFactors), so that every
+// table resists all strains if the base does.
+class MaterialParametrisation {
+ public:
+  virtual ~MaterialParametrisation() = default;
+
+  virtual int size() const = 0;
+  virtual MaterialField Material(const Eigen::VectorXd& theta) const = 0;
+  // Whether one table serves all elements; LogEntriesByTheta CHECKs it.
+  virtual bool has_one_table() const { return false; }
+  // ∂(log entries)/∂θ at θ, shape [39, P].
+  virtual Eigen::MatrixXd LogEntriesByTheta(const Eigen::VectorXd& theta) const;
+  // ∂L/∂θ of m scalars, shape [P, m], from their gradients by each entry of `material`, which is
+  // Material(θ).
+  virtual RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const = 0;
+  // The change of each entry of `material`, which is Material(θ), to first order in a change of θ.
+  virtual MaterialField Jvp(const MaterialField& material, const Eigen::VectorXd& change) const = 0;
+};
+
+// How many numbers of a fabric are free [METHODS, P3].
+enum class ParameterTying {
+  kBendScale,  // 1: one factor on all bend entries; stretch stays as it is
+  kBendRows,   // 3: one for each bend row; stretch stays as it is
+  kScales,     // 2: one factor on all stretch entries, one on all bend entries
+  kColumns,    // 7: one for each of c11 c12 c22 c33, one for each bend row
+  kEntries     // 39: each entry
+};
+inline constexpr ParameterTying kParameterTyings[] = {
+    ParameterTying::kBendScale, ParameterTying::kBendRows, ParameterTying::kScales,
+    ParameterTying::kColumns, ParameterTying::kEntries};
+inline bool FreesStretch(ParameterTying tying) {
+  return tying != ParameterTying::kBendScale && tying != ParameterTying::kBendRows;
+}
+// By its number of parameters.
+constexpr auto EnumNames(ParameterTying) {
+  return MakeNames<ParameterTying>({{ParameterTying::kBendScale, "1"},
+                                    {ParameterTying::kScales, "2"},
+                                    {ParameterTying::kBendRows, "3"},
+                                    {ParameterTying::kColumns, "7"},
+                                    {ParameterTying::kEntries, "39"}});
+}
+// The T of a tying: ones and zeros, shape [39, P].
+Eigen::MatrixXd TyingMatrix(ParameterTying tying);
+
+// Of number i of a tying: "stretch", "c11", "bend[2]", "c33[5]", "bend[2][4]".
+std::string NameFor(ParameterTying tying, int i);
+
+// One table for the whole cloth, with log factors η = T·θ. A base of a table for each element keeps
+// them, with the same factors on all.
+class TableParametrisation final : public MaterialParametrisation {
+ public:
+  TableParametrisation(MaterialField base, ParameterTying tying);
+  // tie: T, shape [39, P].
+  TableParametrisation(MaterialField base, Eigen::MatrixXd tie);
+
+  int size() const override { return static_cast<int>(tie_.cols()); }
+  MaterialField Material(const Eigen::VectorXd& theta) const override;
+  bool has_one_table() const override;
+  Eigen::MatrixXd LogEntriesByTheta(const Eigen::VectorXd& theta) const override;
+  RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const override;
+  MaterialField Jvp(const MaterialField& material, const Eigen::VectorXd& change) const override;
+
+  const MaterialField& base() const { return base_; }
+  const Eigen::MatrixXd& tie() const { return tie_; }
+
+ private:
+  MaterialField base_;
+  Eigen::MatrixXd tie_;
+};
+
+// Stretch tables from log factors, so that a table resists all strains whatever the factors are
+// [METHODS, P2]. A row resists where c11, c22, c33 > 0 and its coupling ρ = c12/√(c11·c22) is
+// between −1 and 1. With the log factors η of a row on those of the base (index 0),
+//   c11 = c11₀·e^η11, c22 = c22₀·e^η22, c33 = c33₀·e^η33,
+//   ρ/(ρmax − ρ) = e^u·ρ₀/(ρmax − ρ₀),  u = η12 − (η11 + η22)/2,
+// a logistic map of u onto couplings from 0 to ρmax, analytic everywhere: c12 = c12₀·e^η12 as for
+// the other entries while ρ is small, and c12 < ρmax·√(c11·c22) always. Equal factors on all
+// entries leave ρ as it is, and steps from a table with ρ₀ ≤ 0.98 add up: a table made from another
+// has the sum of both log factors on the first base.
+//
+// A row of the base that does not resist (a stiffness that is not positive, |ρ₀| ≥ 1) has no such
+// map: c12 = c12₀·e^η12 there.
+
+// ρmax of bases with |ρ₀| ≤ 0.98: the softest membrane strain keeps a hundredth of the geometric
+// mean of c11 and c22. (1 + |ρ₀|)/2 for a base closer to 1.
+inline constexpr double kLargestCoupling = 0.99;
+
+// The largest ρ² = c12²/(c11·c22) of the rows: 1 where a strain meets no resistance.
+double LargestSquaredCoupling(const StretchTable& table);
+
+// log_factors: η of the 24 entries, row by row.
+StretchTable ApplyLogFactors(const StretchTable& base, const double* log_factors);
+
+// The inverse: η with ApplyLogFactors(base, η) = table, shape [24]. Where c12 is zero in both, its
+// η is that which leaves it zero, the mean of the row's η11 and η22. Not finite where no η gives
+// the table: another sign, zero in one of them alone, or a coupling of ρmax or more.
+Eigen::VectorXd FindLogFactors(const StretchTable& base, const StretchTable& table);
+
+// The same of one table of each kind, shape [39]; of bend the logarithm of the ratio.
+Eigen::VectorXd FindLogFactors(const MaterialField& base, const MaterialField& table);
+// Their means over the entries that each number of a tying T is on, shape [P]; the columns of T,
+// shape [39, P], are ones and zeros.
+Eigen::VectorXd MeanLogFactors(const Eigen::MatrixXd& tie, const Eigen::VectorXd& log_factors);
+
+// In place, shape [24]: a change of η becomes the change of the log entries at `table`, which is
+// ApplyLogFactors(base, η).
+void PushLogFactors(const StretchTable& base, const StretchTable& table, double* change);
+
+// The transpose, in place: gradient by the log entries → gradient by η.
+void PullLogFactors(const StretchTable& base, const StretchTable& table, double* gradient);
+
+enum class ElementKind { kFaces, kHinges };  // with stretch tables; with bend tables
+
+// A part of the log factors that varies over the elements of a kind:
+//   log factor(e, k) += Σ_g tie(k, g) Σ_j basis(e, j) · θ_(g·J + j).
+// The basis holds the prior standard deviations, so that θ has a unit prior.
+struct FieldTerm {
+  using Basis = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+  ElementKind kind = ElementKind::kFaces;
+  Basis basis;          // shape [elements, J]
+  Eigen::MatrixXd tie;  // which entries vary together, shape [24 or 15, G]
+
+  int size() const { return static_cast<int>(basis.cols() * tie.cols()); }
+};
+
+// A table for each face and each hinge [METHODS, P4]: that of the base with log factors that are a
+// sum of terms.
+class FieldParametrisation final : public MaterialParametrisation {
+ public:
+  // base: one table or one each element. CHECKs that bases have a row for each of the elements.
+  FieldParametrisation(const MaterialField& base, int faces, int hinges,
+                       std::vector<FieldTerm> terms);
+
+  int size() const override { return size_; }
+  MaterialField Material(const Eigen::VectorXd& theta) const override;
+  RowMatrix Vjp(const MaterialField& material, const MaterialGradient& gradient) const override;
+  MaterialField Jvp(const MaterialField& material, const Eigen::VectorXd& change) const override;
+
+  const std::vector<FieldTerm>& terms() const { return terms_; }
+  // Log factors on the base's entries: shape [F, 24] and [E, 15].
+  RowMatrix LogFactors(ElementKind kind, const Eigen::VectorXd& theta) const;
+  // A with A·θ the mean of each element's log factors over its entries, shape [F or E, P].
+  FieldTerm::Basis MeanLogFactor(ElementKind kind) const;
+
+ private:
+  MaterialField base_;  // a table for each element
+  std::vector<FieldTerm> terms_;
+  int size_ = 0;
+};
+
+}  // namespace drape
