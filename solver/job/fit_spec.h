@@ -16,7 +16,7 @@
 #include "solver/fit/observation.h"
 #include "solver/fit/protocol/field_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
-#include "solver/posterior/posterior_types.h"
+#include "solver/posterior/posterior_fit.h"
 
 namespace drape {
 

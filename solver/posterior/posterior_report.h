@@ -5,8 +5,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "solver/posterior/posterior_fit.h"
 #include "solver/posterior/posterior_io.h"
-#include "solver/posterior/posterior_types.h"
 
 namespace drape {
 

@@ -14,7 +14,7 @@
 #include "physics/util/json_input.h"
 #include "physics/util/math/random.h"
 #include "solver/fit/protocol/field_fit.h"
-#include "solver/posterior/variational/gaussian_posterior.h"
+#include "solver/posterior/variational_fit.h"
 
 namespace drape {
 namespace {

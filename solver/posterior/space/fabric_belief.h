@@ -8,7 +8,7 @@
 #include "physics/material/material.h"
 #include "physics/util/options/enum_names.h"
 #include "solver/posterior/posterior_io.h"
-#include "solver/posterior/space/normal_distance.h"
+#include "solver/posterior/space/normal_mixture.h"
 
 namespace drape {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "solver/posterior/space/deconvolution.h"
 #include "solver/posterior/space/fabric_belief.h"
+#include "solver/posterior/space/normal_mixture.h"
 
 namespace drape {
 

@@ -7,7 +7,7 @@
 
 #include "physics/util/math/random.h"
 #include "solver/fit/parametrisation.h"
-#include "solver/posterior/variational/gaussian_posterior.h"
+#include "solver/posterior/variational_fit.h"
 
 namespace drape {
 namespace {

@@ -10,7 +10,7 @@
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
-#include "solver/posterior/samples/stored_samples.h"
+#include "solver/posterior/posterior_io.h"
 #include "solver/prediction/exchange/fabric_samples.h"
 
 namespace drape {

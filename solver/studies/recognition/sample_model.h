@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "solver/posterior/space/normal_distance.h"
+#include "solver/posterior/space/normal_mixture.h"
 
 namespace drape {
 

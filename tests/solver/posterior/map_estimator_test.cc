@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The mode that a posterior starts with, and the drapes that it reports.
-#include "solver/posterior/map_estimator.h"
-
 #include <gtest/gtest.h>
 
-#include "solver/posterior/element_posterior.h"
+#include "solver/posterior/posterior_fit.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {

@@ -7,7 +7,7 @@
 
 #include "physics/util/stored/stored_json.h"
 #include "solver/fit/lab_measurement.h"
-#include "solver/posterior/samples/stored_samples.h"
+#include "solver/posterior/posterior_io.h"
 #include "solver/prediction/generative/generative_prediction.h"
 #include "solver/studies/bench/speed_table.h"
 #include "tests/attack/inputs/files/file_readers.h"

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/posterior/samples/stored_samples.h"
-
 #include <cmath>
 
+#include "solver/posterior/posterior_io.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The mixture behind noisy observations [Bovy 2011].
-#include "solver/posterior/space/deconvolution.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "physics/util/math/random.h"
-#include "solver/posterior/variational/gaussian_posterior.h"
+#include "solver/posterior/space/normal_mixture.h"
+#include "solver/posterior/variational_fit.h"
 
 namespace drape::test {
 namespace {

@@ -13,7 +13,7 @@
 #include "physics/util/errors.h"
 #include "solver/fit/parametrisation.h"
 #include "solver/posterior/space/space_io.h"
-#include "solver/posterior/variational/gaussian_posterior.h"
+#include "solver/posterior/variational_fit.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 

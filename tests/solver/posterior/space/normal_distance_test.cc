@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Distances of normal distributions against closed forms and Monte Carlo [METHODS, P60].
-#include "solver/posterior/space/normal_distance.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -10,7 +8,8 @@
 #include <random>
 
 #include "physics/util/math/random.h"
-#include "solver/posterior/variational/gaussian_posterior.h"
+#include "solver/posterior/space/normal_mixture.h"
+#include "solver/posterior/variational_fit.h"
 
 namespace drape::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "physics/material/material_io.h"
-#include "solver/posterior/space/normal_distance.h"
+#include "solver/posterior/space/normal_mixture.h"
 
 namespace drape::test {
 namespace {

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/posterior/variational/gaussian_posterior.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 
-#include "solver/posterior/map_estimator.h"
-#include "solver/posterior/variational/pareto_smoothing.h"
+#include "solver/posterior/posterior_fit.h"
+#include "solver/posterior/variational_fit.h"
 
 namespace drape {
 namespace {

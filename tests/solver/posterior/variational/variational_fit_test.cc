@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The evidence lower bound on problems whose posterior is known.
-#include "solver/posterior/variational/variational_fit.h"
+#include "solver/posterior/variational_fit.h"
 
 #include <gtest/gtest.h>
 

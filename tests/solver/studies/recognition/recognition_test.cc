@@ -11,7 +11,7 @@
 #include "physics/material/material_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
-#include "solver/posterior/variational/gaussian_posterior.h"
+#include "solver/posterior/variational_fit.h"
 #include "solver/studies/recognition/fit_cells.h"
 #include "solver/studies/recognition/sample_model.h"
 #include "tests/physics/cloth_fixture.h"

@@ -5,10 +5,9 @@
 #include <sstream>
 
 #include "physics/material/material_io.h"
+#include "solver/posterior/posterior_fit.h"
 #include "solver/posterior/posterior_io.h"
-#include "solver/posterior/samples/stored_samples.h"
-#include "solver/posterior/variational/gaussian_posterior.h"
-#include "solver/posterior/variational/pareto_smoothing.h"
+#include "solver/posterior/variational_fit.h"
 #include "tests/tools/tool_fixture.h"
 
 namespace drape::test {
