@@ -23,9 +23,11 @@ struct Iterate {
 class EquilibriumSearch {
  public:
   EquilibriumSearch(StepSolver& solver, const MaterialField& material,
-                    const EquilibriumOptions& options, const Eigen::VectorXd& x)
+                    const EquilibriumOptions& options, const Eigen::VectorXd& x,
+                    const StepMatrix& matrix)
       : solver_(solver),
         material_(material),
+        matrix_(matrix),
         shift_length_(options.shift.length),
         stiffness_(solver, material),
         weight_(CharacteristicForce(solver.model(), material)),
@@ -93,6 +95,7 @@ class EquilibriumSearch {
   // [MODEL, M62].
   bool FactorHere() {
     double mu = control_.FirstShift();
+    if (matrix_) return FactorStepMatrix();
     const bool touches = TouchesItself();
     if (touches && !was_held_up_) {
       AssembleHere(StiffnessPart::kWhole);
@@ -102,6 +105,14 @@ class EquilibriumSearch {
     AssembleHere(touches ? StiffnessPart::kPositive : StiffnessPart::kWhole);
     return stiffness_.FactorShifted(shift_length_, &mu,
                                     [this](double) { return control_.NextShift(); });
+  }
+
+  bool FactorStepMatrix() {
+    BlockMatrix matrix(solver_.model().pattern);
+    matrix_(here_.x, matrix);
+    if (solver_.linear().Factor(matrix)) return true;
+    control_.NextShift();
+    return false;
   }
 
   void AssembleHere(StiffnessPart part) {
@@ -134,6 +145,7 @@ class EquilibriumSearch {
 
   StepSolver& solver_;
   const MaterialField& material_;
+  const StepMatrix& matrix_;
   double shift_length_;
   Stiffness stiffness_;
   double weight_;
@@ -170,10 +182,11 @@ double ForceResidual(const ClothModel& model, const MaterialField& material,
 }
 
 EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& material,
-                                   const Eigen::VectorXd& x, const EquilibriumOptions& options) {
+                                   const Eigen::VectorXd& x, const EquilibriumOptions& options,
+                                   const StepMatrix& matrix) {
   const std::optional<Contact>& contact = solver.model().scene.contact;
   solver.Forget();
-  if (!contact) return EquilibriumSearch(solver, material, options, x).Run();
+  if (!contact) return EquilibriumSearch(solver, material, options, x, matrix).Run();
   Eigen::VectorXd outside = x;
   PushOut(*contact, outside);
   if (contact->self && (!outside.allFinite() || FindSelfOverlap(solver.model(), outside))) {
@@ -182,7 +195,7 @@ EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& mate
     none.residual = std::numeric_limits<double>::infinity();
     return none;
   }
-  return EquilibriumSearch(solver, material, options, outside).Run();
+  return EquilibriumSearch(solver, material, options, outside, matrix).Run();
 }
 
 bool EquilibriumTangent(StepSolver& solver, const MaterialField& material,

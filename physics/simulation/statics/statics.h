@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "physics/cloth/assembly/material_sensitivity.h"
@@ -28,6 +29,9 @@ struct EquilibriumResult {
 // gravity uses 9.8 m/s² [MODEL, M33].
 double CharacteristicForce(const ClothModel& model, const MaterialField& material);
 
+// Assembles at x the matrix that a Newton step factors instead of K, which is then never shifted.
+using StepMatrix = std::function<void(const Eigen::VectorXd& x, BlockMatrix& matrix)>;
+
 // Newton's method from x, shape [3V] [MODEL, M34–M37]. Start near the drape, never from the flat
 // cloth: a drape has many stable equilibria, and this finds a near one.
 // - The geometric stiffness uses the stress extrapolated along the previous step, as in a
@@ -37,9 +41,10 @@ double CharacteristicForce(const ClothModel& model, const MaterialField& materia
 //   so within eight are rejected, and the radius is shortened (watchdog [Chamberlain 1982]).
 // - K is shifted until it is positive definite.
 // Where the scene has contact of the cloth with itself, no step passes through it; a start that
-// does (FindSelfOverlap) is returned as not converged.
+// does (FindSelfOverlap) is returned as not converged. matrix: of the steps; none: K.
 EquilibriumResult SolveEquilibrium(StepSolver& solver, const MaterialField& material,
-                                   const Eigen::VectorXd& x, const EquilibriumOptions& options);
+                                   const Eigen::VectorXd& x, const EquilibriumOptions& options,
+                                   const StepMatrix& matrix = {});
 
 // ∂x/∂p = K⁻¹·∂f/∂p at an equilibrium for the 39 entries, weighted as in AddMaterialColumns; shape
 // [3V, 39] [MODEL, M43]. Returns false when K is not positive definite or Stiffness::Solve does not
