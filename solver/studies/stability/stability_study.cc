@@ -1,19 +1,197 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/stability/stability_study.h"
 
+#include <glog/logging.h>
+
+#include <Eigen/Geometry>
 #include <algorithm>
-#include <memory>
+#include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <set>
-#include <string>
 #include <utility>
 
-#include "solver/studies/stability/stability_theory.h"
+#include "physics/material/laws/hinge_geometry.h"
+#include "physics/material/material_scaling.h"
+#include "physics/simulation/rollout.h"
+#include "physics/simulation/statics/modes.h"
+#include "physics/util/errors.h"
+#include "physics/util/math/random.h"
+#include "solver/forward/branch.h"
 
 namespace drape {
 namespace {
 
 using nlohmann::json;
+
+constexpr int kFewestSteps = 40;
+// A run that was slower than this for so long ends early.
+constexpr double kStandstill = 2e-5, kStandstillTime = 0.25;  // [m/s], [s]
+
+std::vector<char> HeldVertices(const ClothModel& model) {
+  std::vector<char> is_held(model.mesh.num_vertices());
+  for (const int i : model.held) is_held[i] = true;
+  return is_held;
+}
+
+// A triangle of the support whose normal points down.
+bool LiesFaceDown(const ClothModel& model, const Eigen::VectorXd& x) {
+  const std::vector<char> is_held = HeldVertices(model);
+  const auto at = [&](int i) -> Eigen::Vector3d { return x.segment<3>(3 * i); };
+  return std::any_of(model.mesh.faces.begin(), model.mesh.faces.end(), [&](const Face& face) {
+    const int* v = face.vertex;
+    if (!is_held[v[0]] || !is_held[v[1]] || !is_held[v[2]]) return false;
+    return (at(v[1]) - at(v[0])).cross(at(v[2]) - at(v[0])).z() < 0.0;
+  });
+}
+
+bool IsLost(const Eigen::VectorXd& x) {
+  constexpr double kFar = 2.0;  // [m]
+  return !x.allFinite() || x.cwiseAbs().maxCoeff() > kFar;
+}
+
+bool IsFoldedOver(const ClothModel& model, const Eigen::VectorXd& x) {
+  constexpr double kFold = 2.88, kAbove = 0.03;  // [rad], 165°; [m]
+  double highest = x[2];
+  for (int i = 0; i < model.mesh.num_vertices(); ++i) highest = std::max(highest, x[3 * i + 2]);
+  return highest > kAbove || LiesFaceDown(model, x) ||
+         std::any_of(model.mesh.hinges.begin(), model.mesh.hinges.end(), [&](const Hinge& hinge) {
+           return std::abs(DihedralAngle(GatherCorners(hinge, x.data()))) > kFold;
+         });
+}
+
+// Vertices that may move: beyond the support, off the boundary.
+std::vector<char> FreeVertices(const Mesh& mesh, double support_radius) {
+  constexpr double kRounding = 1e-9;
+  std::vector<char> is_free(mesh.num_vertices());
+  for (int i = 0; i < mesh.num_vertices(); ++i)
+    is_free[i] = mesh.uv.col(i).norm() > support_radius * (1.0 + kRounding);
+  for (const std::vector<int>& loop : mesh.boundary_loops)
+    for (const int i : loop) is_free[i] = false;
+  return is_free;
+}
+
+double MeanEdge(const Mesh& mesh) {
+  double sum = 0.0;
+  for (const Hinge& hinge : mesh.hinges) sum += hinge.rest_length;
+  return sum / mesh.num_hinges();
+}
+
+// xy scaled about the origin, then the free vertices moved at random.
+void Disturb(const ClothModel& model, const StabilityCase& run, int seed, Eigen::VectorXd& x) {
+  for (int i = 0; i < model.mesh.num_vertices(); ++i) x.segment<2>(3 * i) *= run.compression;
+  const std::vector<char> is_held = HeldVertices(model);
+  std::mt19937_64 random(static_cast<std::uint64_t>(seed));
+  const double size = run.tangle * MeanEdge(model.mesh);
+  for (int k = 0; k < x.size(); ++k) {
+    const double move = size * SampleNormal(random);
+    if (!is_held[k / 3]) x[k] += move;
+  }
+}
+
+double RmsSpeed(const Eigen::VectorXd& v) {
+  return v.norm() / std::sqrt(static_cast<double>(v.size()) / 3.0);
+}
+
+// A run on its way.
+struct Course {
+  using Clock = std::chrono::steady_clock;
+
+  const StabilitySetting& setting;
+  const std::atomic<bool>& cancel;
+  Clock::time_point begin = Clock::now();
+  int steps = 0;
+
+  double Seconds() const { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+  bool MustEnd() const { return cancel || Seconds() > setting.max_seconds; }
+};
+
+StabilityEnd RunInTime(const Integrator& step, State state, double h, int max_steps,
+                       Course& course) {
+  const int standstill = static_cast<int>(std::ceil(kStandstillTime / h)) + 3;
+  StabilityEnd end;
+  for (int num_still = 0;
+       course.steps < max_steps && num_still < standstill && !course.MustEnd();) {
+    end.status = step(state);
+    ++course.steps;
+    if (end.status != IntegratorStatus::kOk || IsLost(state.x)) break;
+    num_still = RmsSpeed(state.v) < kStandstill ? num_still + 1 : 0;
+  }
+  end.x = std::move(state.x);
+  end.speed = RmsSpeed(state.v);
+  return end;
+}
+
+EquilibriumResult RunNewton(StabilityMethod method, const StabilityScene& scene,
+                            const Eigen::VectorXd& x, EquilibriumOptions options) {
+  StepSolver solver(scene.model);
+  StepMatrix matrix;
+  if (method == StabilityMethod::kStaticMassShift) options.shift.length = 0.0;
+  if (method == StabilityMethod::kStaticNoShift || method == StabilityMethod::kStaticProjected)
+    options.shift = kNoShift;
+  if (method == StabilityMethod::kStaticProjected)
+    matrix = [&scene](const Eigen::VectorXd& here, BlockMatrix& K) {
+      AssembleProjectedStiffness(*scene.model, scene.material, here, K);
+    };
+  return SolveEquilibrium(solver, scene.material, x, options, matrix);
+}
+
+// Where a shift may grow, that it cannot grow on reads "not converged" too.
+IntegratorStatus StepStatus(StabilityMethod method, const EquilibriumResult& result) {
+  if (result.status == EquilibriumStatus::kStable || result.status == EquilibriumStatus::kUnstable)
+    return IntegratorStatus::kOk;
+  const bool is_bare =
+      method == StabilityMethod::kStaticNoShift || method == StabilityMethod::kStaticProjected;
+  return is_bare && EndedByFactorisation(result) ? IntegratorStatus::kNotPositiveDefinite
+                                                 : IntegratorStatus::kNotConverged;
+}
+
+StabilityEnd RunAtRest(const StabilityCase& run, const StabilityScene& scene,
+                       const Integrator& step, Course& course) {
+  StabilityEnd end = RunInTime(step, scene.start, run.h, static_cast<int>(run.pre_steps), course);
+  course.steps = 0;
+  if (end.status != IntegratorStatus::kOk || IsLost(end.x)) return end;
+  EquilibriumOptions options;
+  options.max_iterations = course.setting.max_newton_steps;
+  options.cancel = &course.cancel;
+  const EquilibriumResult rest = RunNewton(run.method, scene, end.x, options);
+  course.steps = rest.iterations;
+  return {.status = StepStatus(run.method, rest), .x = rest.x, .speed = 0.0};
+}
+
+std::optional<Eigen::VectorXd> RestFrom(const StabilityScene& scene, const Eigen::VectorXd& x) {
+  const EquilibriumResult rest = RunNewton(StabilityMethod::kStatic, scene, x, {});
+  if (rest.status != EquilibriumStatus::kStable) return std::nullopt;
+  return rest.x;
+}
+
+Eigen::VectorXd MakeReference(const StabilityScene& scene) {
+  constexpr int kRounds = 4;
+  StepSolver solver(scene.model);
+  State state = scene.start;
+  for (int round = 0; round < kRounds; ++round) {
+    RolloutResult fallen = Rollout(solver, scene.material, state, {.h = 0.05, .steps = 150});
+    if (fallen.status != RolloutStatus::kOk) break;
+    state = std::move(fallen.end);
+    if (const std::optional<Eigen::VectorXd> rest = RestFrom(scene, state.x)) return *rest;
+  }
+  return {};
+}
+
+std::optional<double> TheoreticalLimit(const StabilityScene& scene, double drag) {
+  StepSolver solver(scene.model);
+  const std::optional<double> omega2 =
+      HighestEigenvalue(solver, scene.material, scene.model->mesh.rest_x);
+  if (!omega2 || !(*omega2 > 0.0)) return std::nullopt;
+  return (drag + std::sqrt(drag * drag + 4.0 * *omega2)) / *omega2;
+}
+
+// Of a vibration with amplitude a and velocity b along a mode: √(ω²a² + b²).
+double EnergyNorm(const State& state, const Eigen::VectorXd& rest, const Eigen::VectorXd& weighed,
+                  double omega) {
+  return std::hypot(omega * weighed.dot(state.x - rest), weighed.dot(state.v));
+}
 
 enum class Kind { kRun, kLimit, kDamping };
 
@@ -36,23 +214,17 @@ struct Task {
   }
 };
 
-// Which axis of an explicit map is h; −1: neither.
-int AxisOfH(const StabilityMap& map) {
-  if (map.base.method != StabilityMethod::kExplicit) return -1;
-  for (const int k : {0, 1})
-    if (map.axis[k]->name == std::string("time_step")) return k;
-  return -1;
-}
-
-// The cases of an explicit map whose largest time step is measured, by the values of the other
-// axis.
+// The cases of an explicit map over the time step whose limit is measured, by the values of the
+// other axis.
 std::vector<StabilityCase> LimitCases(const StabilityMap& map) {
   std::vector<StabilityCase> cases;
-  const int h = AxisOfH(map);
-  if (h < 0) return cases;
-  for (const double value : map.values[1 - h]) {
-    cases.push_back(map.base);
-    map.axis[1 - h]->Set(cases.back(), value);
+  if (map.base.method != StabilityMethod::kExplicit) return cases;
+  for (const int k : {0, 1}) {
+    if (map.axis[k]->name != std::string("time_step")) continue;
+    for (const double value : map.values[1 - k]) {
+      cases.push_back(map.base);
+      map.axis[1 - k]->Set(cases.back(), value);
+    }
   }
   return cases;
 }
@@ -68,10 +240,6 @@ std::vector<Task> ListTasks(const std::vector<StabilityMap>& maps,
     for (const StabilityCase& run : map.Cases()) add({Kind::kRun, run});
   for (const StabilityMap& map : maps)
     for (const StabilityCase& run : LimitCases(map)) add({Kind::kLimit, run});
-  if (std::none_of(maps.begin(), maps.end(), [](const StabilityMap& map) {
-        return map.base.scenario == StabilityScenario::kDrape;
-      }))
-    return tasks;
   for (const StabilityMethod method : {StabilityMethod::kStep, StabilityMethod::kImplicit})
     for (const int mode : {0, 9})
       for (const double h : damping_h) add({Kind::kDamping, {.method = method, .h = h}, mode});
@@ -80,33 +248,29 @@ std::vector<Task> ListTasks(const std::vector<StabilityMap>& maps,
 
 json OptionalJson(const std::optional<double>& value) { return value ? json(*value) : json(); }
 
-json RunJson(const StabilityRun& run) {
-  return {{"outcome", ToString(run.outcome)},
-          {"steps", run.steps},
-          {"seconds", run.seconds},
-          {"residual", OptionalJson(run.residual)},
-          {"speed_m_s", OptionalJson(run.speed)},
-          {"distance_m", OptionalJson(run.distance)}};
-}
-
-json LimitJson(const ExplicitLimit& limit) {
-  return {{"theory_s", OptionalJson(limit.theory)}, {"measured_s", OptionalJson(limit.measured)}};
-}
-
-json DampingJson(const std::optional<StepDamping>& damping) {
-  if (!damping) return {{"omega_1_s", nullptr}};
-  return {{"omega_1_s", damping->omega},
-          {"steps", damping->steps},
-          {"theory", damping->theory},
-          {"measured", damping->measured}};
-}
-
 std::optional<json> RunTask(StabilityRunner& runner, const Task& task,
                             const std::atomic<bool>& cancel) {
-  if (task.kind == Kind::kLimit) return LimitJson(MeasureLimit(runner, task.run));
-  if (task.kind == Kind::kDamping) return DampingJson(MeasureDamping(runner, task.run, task.mode));
+  if (task.kind == Kind::kLimit) {
+    const ExplicitLimit limit = runner.MeasureLimit(task.run);
+    return json{{"theory_s", OptionalJson(limit.theory)},
+                {"measured_s", OptionalJson(limit.measured)}};
+  }
+  if (task.kind == Kind::kDamping) {
+    const std::optional<StepDamping> damping = runner.MeasureDamping(task.run, task.mode);
+    if (!damping) return json{{"omega_1_s", nullptr}};
+    return json{{"omega_1_s", damping->omega},
+                {"steps", damping->steps},
+                {"theory", damping->theory},
+                {"measured", damping->measured}};
+  }
   const std::optional<StabilityRun> run = runner.Run(task.run, cancel);
-  return run ? std::optional(RunJson(*run)) : std::nullopt;
+  if (!run) return std::nullopt;
+  return json{{"outcome", ToString(run->outcome)},
+              {"steps", run->steps},
+              {"seconds", run->seconds},
+              {"residual", OptionalJson(run->residual)},
+              {"speed_m_s", OptionalJson(run->speed)},
+              {"distance_m", OptionalJson(run->distance)}};
 }
 
 json SettingsJson(const StabilitySetting& setting) {
@@ -124,6 +288,175 @@ nlohmann::ordered_json AxisJson(const StabilityMap& map, int k) {
 }
 
 }  // namespace
+
+StabilityOutcome Classify(const ClothModel& model, const StabilityEnd& end,
+                          const Eigen::VectorXd& reference, const RestOf& rest) {
+  constexpr double kSpeed = 2e-3, kBranch = 3e-3;  // [m/s], [m]
+  if (end.status == IntegratorStatus::kNotFinite || IsLost(end.x))
+    return StabilityOutcome::kDiverged;
+  if (end.status == IntegratorStatus::kNotPositiveDefinite) return StabilityOutcome::kFactorFailed;
+  if (end.status == IntegratorStatus::kNotConverged) return StabilityOutcome::kNotConverged;
+  if (IsFoldedOver(model, end.x)) return StabilityOutcome::kFoldedOver;
+  if (!(end.speed <= kSpeed)) return StabilityOutcome::kStillMoving;
+  const auto is_reference = [&](const Eigen::VectorXd& x) {
+    return reference.size() == 0 || VertexDistance(x, reference) <= kBranch;
+  };
+  if (is_reference(end.x)) return StabilityOutcome::kSettled;
+  const std::optional<Eigen::VectorXd> leads_to = rest(end.x);
+  return leads_to && is_reference(*leads_to) ? StabilityOutcome::kStillMoving
+                                             : StabilityOutcome::kOtherBranch;
+}
+
+Mesh AddSliverTriangles(const Mesh& mesh, double support_radius, double ratio) {
+  CHECK(ratio > 0.0 && ratio <= 1.0) << ratio;
+  std::vector<char> is_free = FreeVertices(mesh, support_radius);
+  Eigen::Matrix2Xd uv = mesh.uv;
+  bool any = false;
+  for (const Hinge& hinge : mesh.hinges) {
+    const int a = hinge.vertex[0], b = hinge.vertex[1];
+    if (!is_free[a] || !is_free[b]) continue;
+    any = true;
+    const Eigen::Vector2d middle = 0.5 * (uv.col(a) + uv.col(b));
+    for (const int i : {a, b}) uv.col(i) = middle + ratio * (uv.col(i) - middle);
+    for (const Face& face : mesh.faces) {  // what touches the edge stays where it is
+      const int* v = face.vertex;
+      if (std::none_of(v, v + 3, [&](int i) { return i == a || i == b; })) continue;
+      for (int k = 0; k < 3; ++k) is_free[v[k]] = false;
+    }
+  }
+  if (!any) throw InputError("slivers", "the mesh has no edge between the support and the hem");
+  Eigen::VectorXd x = mesh.rest_x;
+  for (int i = 0; i < mesh.num_vertices(); ++i) x.segment<2>(3 * i) = uv.col(i);
+  return BuildMesh(x, uv, ListTriangles(mesh), "slivers");
+}
+
+StabilityScene StabilityRunner::MakeScene(const StabilityCase& run) const {
+  Scene cusick = CusickScene({.model = ContactModel::kNone});
+  const double support_radius = *SupportRadius(cusick);
+  cusick.handles->stiffness *= run.handle;
+  Mesh mesh = run.sliver > 1.0 ? AddSliverTriangles(setting_.mesh, support_radius, 1.0 / run.sliver)
+                               : setting_.mesh;
+  StabilityScene scene;
+  scene.model = std::make_shared<ClothModel>(std::move(mesh), cusick, MakeLaw(run.law));
+  scene.material = Scaled(setting_.material, run.stretch, run.bend);
+  scene.material.density = run.density;
+  scene.start = scene.model->RestState();
+  scene.start.x = ApplyStartShape(scene.model->mesh, support_radius, setting_.start);
+  Disturb(*scene.model, run, setting_.seed, scene.start.x);
+  return scene;
+}
+
+Integrator StabilityRunner::MakeStep(const StabilityCase& run, const StabilityScene& scene) const {
+  if (run.method == StabilityMethod::kExplicit)
+    return MakeExplicitEuler(scene.model, scene.material, run.h, setting_.drag);
+  if (run.method == StabilityMethod::kImplicit)
+    return MakeImplicitEuler(scene.model, scene.material, run.h);
+  const StepLinearSolver system = run.method == StabilityMethod::kStepPcg ? StepLinearSolver::kPcg
+                                  : run.method == StabilityMethod::kStepFloat
+                                      ? StepLinearSolver::kFloat
+                                      : StepLinearSolver::kDirect;
+  return MakeLinearlyImplicitEuler(scene.model, scene.material, run.h, system);
+}
+
+const Eigen::VectorXd& StabilityRunner::ReferenceShape(const StabilityCase& run) {
+  const StabilityCase usual;
+  StabilityCase clean = run;
+  clean.method = usual.method;
+  clean.h = usual.h;
+  clean.pre_steps = usual.pre_steps;
+  clean.compression = usual.compression;
+  clean.tangle = usual.tangle;
+  Reference* reference = nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    std::unique_ptr<Reference>& slot = references_[CaseName(clean)];
+    if (!slot) slot = std::make_unique<Reference>();
+    reference = slot.get();
+  }
+  std::call_once(reference->once, [&] { reference->x = MakeReference(MakeScene(clean)); });
+  return reference->x;
+}
+
+std::optional<StabilityRun> StabilityRunner::Run(const StabilityCase& run,
+                                                 const std::atomic<bool>& cancel) {
+  const StabilityScene scene = MakeScene(run);
+  const Eigen::VectorXd& reference = ReferenceShape(run);
+  Course course{setting_, cancel};
+  const Integrator step = MakeStep(run, scene);
+  const int wanted = std::max(kFewestSteps, static_cast<int>(std::ceil(setting_.duration / run.h)));
+  const int budget =
+      run.method == StabilityMethod::kExplicit ? setting_.max_explicit_steps : setting_.max_steps;
+  const StabilityEnd end =
+      IsStatic(run.method) ? RunAtRest(run, scene, step, course)
+                           : RunInTime(step, scene.start, run.h, std::min(wanted, budget), course);
+  if (cancel) return std::nullopt;
+  StabilityRun result;
+  result.steps = course.steps;
+  result.seconds = course.Seconds();
+  const auto rest = [&](const Eigen::VectorXd& x) { return RestFrom(scene, x); };
+  result.outcome = Classify(*scene.model, end, reference, rest);
+  if (IsLost(end.x)) return result;
+  const double residual = ForceResidual(*scene.model, scene.material, end.x);
+  if (std::isfinite(residual)) result.residual = residual;
+  if (std::isfinite(end.speed)) result.speed = end.speed;
+  if (reference.size() > 0) result.distance = VertexDistance(end.x, reference);
+  return result;
+}
+
+bool StabilityRunner::StaysBounded(const StabilityCase& run, const StabilityScene& scene) const {
+  constexpr int kSteps = 1500;
+  const Integrator step = MakeStep(run, scene);
+  State state = scene.start;
+  for (int i = 0; i < kSteps; ++i)
+    if (step(state) != IntegratorStatus::kOk || IsLost(state.x)) return false;
+  return true;
+}
+
+ExplicitLimit StabilityRunner::MeasureLimit(StabilityCase run) const {
+  constexpr double kPrecision = 1.03, kSearch = 8.0;
+  run.method = StabilityMethod::kExplicit;
+  const StabilityScene scene = MakeScene(run);
+  ExplicitLimit limit{.theory = TheoreticalLimit(scene, setting_.drag), .measured = {}};
+  if (!limit.theory) return limit;
+  const auto holds = [&](double h) {
+    run.h = h;
+    return StaysBounded(run, scene);
+  };
+  double low = *limit.theory / kSearch, high = *limit.theory * kSearch;
+  if (!holds(low) || holds(high)) return limit;
+  while (high > kPrecision * low) {
+    const double middle = std::sqrt(low * high);
+    (holds(middle) ? low : high) = middle;
+  }
+  limit.measured = std::sqrt(low * high);
+  return limit;
+}
+
+std::optional<StepDamping> StabilityRunner::MeasureDamping(const StabilityCase& run, int mode) {
+  constexpr double kMove = 1e-5, kDecay = 3.0;  // largest at first [m]; of the logarithm in all
+  const Eigen::VectorXd& rest = ReferenceShape(run);
+  if (rest.size() == 0) return std::nullopt;
+  const StabilityScene scene = MakeScene(run);
+  StepSolver solver(scene.model);
+  const VibrationModes modes = LowestModes(solver, scene.material, rest, mode + 1);
+  if (modes.eigenvalues.size() <= mode || !(modes.eigenvalues[mode] > 0.0)) return std::nullopt;
+  StepDamping damping{.omega = std::sqrt(modes.eigenvalues[mode])};
+  const Eigen::VectorXd shape = modes.shapes.col(mode);
+  const Eigen::VectorXd weighed =
+      scene.model->LumpedMass(scene.material.density).cwiseProduct(shape);
+  const double decay = 0.5 * std::log1p(std::pow(run.h * damping.omega, 2));
+  damping.theory = std::exp(-decay);
+  damping.steps = static_cast<int>(std::clamp(std::round(kDecay / decay), 1.0, 1000.0));
+  const Integrator step = MakeStep(run, scene);
+  State state{rest + kMove / shape.cwiseAbs().maxCoeff() * shape,
+              Eigen::VectorXd::Zero(rest.size())};
+  const double first = EnergyNorm(state, rest, weighed, damping.omega);
+  for (int i = 0; i < damping.steps; ++i)
+    if (step(state) != IntegratorStatus::kOk) return std::nullopt;
+  damping.measured =
+      std::pow(EnergyNorm(state, rest, weighed, damping.omega) / first, 1.0 / damping.steps);
+  return damping;
+}
 
 Study MakeStabilityStudy(StabilityRunner& runner, const std::vector<StabilityMap>& maps,
                          const std::vector<double>& damping_h) {

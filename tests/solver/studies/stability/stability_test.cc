@@ -10,7 +10,6 @@
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
 #include "solver/studies/stability/stability_study.h"
-#include "solver/studies/stability/stability_theory.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 
@@ -42,7 +41,7 @@ class AtlasTest : public testing::Test {
 // Each of these runs is a cell of configs/studies/stability.json or lies between two.
 
 TEST_F(AtlasTest, ExplicitStandsAtHalfTheLimitAndFallsAboveIt) {
-  const ExplicitLimit limit = MeasureLimit(runner_, {});
+  const ExplicitLimit limit = runner_.MeasureLimit({});
   ASSERT_TRUE(limit.theory && limit.measured);
   std::printf("theory %.4g ms, measured %.4g ms\n", 1e3 * *limit.theory, 1e3 * *limit.measured);
   EXPECT_NEAR(*limit.measured / *limit.theory, 1.0, 0.08);
@@ -53,10 +52,10 @@ TEST_F(AtlasTest, ExplicitStandsAtHalfTheLimitAndFallsAboveIt) {
 }
 
 TEST_F(AtlasTest, ExplicitLimitFollowsDensityNeedlesAndHandles) {
-  const double usual = MeasureLimit(runner_, {}).measured.value();
-  EXPECT_NEAR(MeasureLimit(runner_, {.density = 0.05}).measured.value() / usual, 0.5, 0.03);
-  EXPECT_NEAR(MeasureLimit(runner_, {.handle = 100.0}).measured.value() / usual, 0.121, 0.02);
-  const ExplicitLimit needles = MeasureLimit(runner_, {.sliver = 100.0});
+  const double usual = runner_.MeasureLimit({}).measured.value();
+  EXPECT_NEAR(runner_.MeasureLimit({.density = 0.05}).measured.value() / usual, 0.5, 0.03);
+  EXPECT_NEAR(runner_.MeasureLimit({.handle = 100.0}).measured.value() / usual, 0.121, 0.02);
+  const ExplicitLimit needles = runner_.MeasureLimit({.sliver = 100.0});
   EXPECT_LT(*needles.measured / usual, 0.2);
   EXPECT_NEAR(*needles.measured / *needles.theory, 0.85, 0.2);
 }
@@ -111,13 +110,13 @@ TEST_F(AtlasTest, ProjectionCrawlsWhereTheShiftConverges) {
 TEST_F(AtlasTest, DampingOfImplicitEulerIsThatOfTheory) {
   for (const double h : {0.01, 0.1, 0.5}) {
     const StepDamping newton =
-        MeasureDamping(runner_, {.method = Method::kImplicit, .h = h}, 0).value();
+        runner_.MeasureDamping({.method = Method::kImplicit, .h = h}, 0).value();
     EXPECT_NEAR(newton.theory, 1.0 / std::hypot(1.0, h * newton.omega), 1e-12);
     EXPECT_NEAR(newton.measured / newton.theory, 1.0, 0.01) << h;
   }
   // The approximate Jacobian of the one-solve step is not K: large steps hardly damp more.
   const auto step = [&](double h) {
-    return MeasureDamping(runner_, {.method = Method::kStep, .h = h}, 0).value();
+    return runner_.MeasureDamping({.method = Method::kStep, .h = h}, 0).value();
   };
   const StepDamping large = step(0.5), larger = step(2.0);
   EXPECT_LT(large.theory, 0.15);
@@ -229,9 +228,8 @@ TEST(StabilityCases, HaveNamesOfWhatIsUnusual) {
   EXPECT_EQ(CaseName({.method = Method::kStaticNoShift,
                       .law = LawKind::kReference,
                       .stretch = 2.0,
-                      .bend = 2.0,
-                      .scenario = StabilityScenario::kSupport}),
-            "static_no_shift law=reference scenario=support stretch=2 bend=2");
+                      .bend = 2.0}),
+            "static_no_shift law=reference stretch=2 bend=2");
 }
 
 TEST_F(AtlasTest, CellsAreRunsLimitsAndDampingEachOnce) {

@@ -8,7 +8,7 @@
 
 #include "losses/image/image.h"
 #include "physics/util/atomic_file.h"
-#include "solver/studies/stability/cases/stability_map.h"
+#include "solver/studies/stability/stability_case.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/studies/stability/stability_tool.h"
 

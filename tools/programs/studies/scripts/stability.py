@@ -27,7 +27,6 @@ METHODS = {
     "static_no_shift": "Newton, no shift",
     "static_projected": "Newton, projected elements",
 }
-SCENARIOS = {"drape": "drape", "support": "drape and support"}
 HARDSHIPS = {
     "stiffness": {"stiffness", "stretch", "bend"},
     "density": {"density"},
@@ -42,7 +41,7 @@ SHARES = [(0.9, "#66bd63"), (0.7, "#b8e186"), (0.4, "#fee08b"), (0.0, "#f4a582")
 def title(study, base):
     """What is unusual beside the axes: "explicit Euler, drape, density 0.1 kg/m²"."""
     usual = study["usual"]
-    words = [METHODS[base["method"]], SCENARIOS[base["scenario"]]]
+    words = [METHODS[base["method"]], "drape"]
     if base["law"] != usual["law"]:
         words.append("law " + base["law"])
     news = {key: base[key] for key in study["axes"] if key in base and base[key] != usual[key]}
@@ -113,8 +112,6 @@ def hardship_of(chart):
     """The column of the overview that a map of the smooth law counts in."""
     if chart["base"]["law"] != "smooth":
         return []
-    if chart["base"]["scenario"] == "support":
-        return ["support"]
     axes = {chart["across"]["axis"], chart["up"]["axis"]}
     return [name for name, members in HARDSHIPS.items() if axes & members]
 
@@ -126,7 +123,7 @@ def draw_overview(study, cells):
             found = (cells[name]["outcome"] for name in chart["runs"] if name in cells)
             counts.setdefault((chart["base"]["method"], hardship), Counter()).update(found)
     rows = [method for method in METHODS if any(key[0] == method for key in counts)]
-    columns = [name for name in [*HARDSHIPS, "support"] if any(key[1] == name for key in counts)]
+    columns = [name for name in HARDSHIPS if any(key[1] == name for key in counts)]
     if not rows:
         return
     figure, axes = pyplot.subplots(figsize=(11, 1.6 + 0.36 * max(len(rows), 4)))

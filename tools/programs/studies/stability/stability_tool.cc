@@ -6,7 +6,6 @@
 
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
-#include "solver/studies/stability/stability_study.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/study_program.h"
@@ -23,16 +22,11 @@ std::vector<StabilityMap> ReadMaps(const StabilityOptions& options) {
 }
 
 StabilitySetting MakeSetting(const StabilityOptions& options) {
-  return {.mesh = ParseMeshSpec(options.mesh),
-          .material = ReadMaterial(options.material).field,
-          .start = ReadStartShape(options.start),
-          .seed = options.seed,
-          .duration = options.duration,
-          .max_steps = options.max_steps,
-          .max_newton_steps = options.max_newton_steps,
-          .max_explicit_steps = options.max_explicit_steps,
-          .max_seconds = options.max_seconds,
-          .drag = options.drag};
+  StabilitySetting setting = options.setting;
+  setting.mesh = ParseMeshSpec(options.mesh);
+  setting.material = ReadMaterial(options.material).field;
+  setting.start = ReadStartShape(options.start);
+  return setting;
 }
 
 std::vector<Option> SettingOptions(StabilityOptions& o) {
@@ -49,18 +43,18 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
        .is_path = true,
        .required = true},
       {.key = "seed",
-       .value = &o.seed,
+       .value = &o.setting.seed,
        .doc = "random seed of the run, which only tangled starts use",
        .least = 0,
        .most = 1000000000},
       {.key = "drag",
-       .value = &o.drag,
+       .value = &o.setting.drag,
        .doc = "air drag of the explicit method",
        .unit = "1/s",
        .least = 0,
        .most = 1000},
       {.key = "duration",
-       .value = &o.duration,
+       .value = &o.setting.duration,
        .doc = "simulated time of a run, at least 40 steps",
        .unit = "s",
        .least = 0,
@@ -73,22 +67,22 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
 std::vector<Option> LimitOptions(StabilityOptions& o) {
   return {
       {.key = "max_steps",
-       .value = &o.max_steps,
+       .value = &o.setting.max_steps,
        .doc = "largest number of steps of an implicit run",
        .least = 10,
        .most = 10000000},
       {.key = "max_newton_steps",
-       .value = &o.max_newton_steps,
+       .value = &o.setting.max_newton_steps,
        .doc = "largest number of Newton steps of a static run",
        .least = 10,
        .most = 10000000},
       {.key = "max_explicit_steps",
-       .value = &o.max_explicit_steps,
+       .value = &o.setting.max_explicit_steps,
        .doc = "largest number of steps of an explicit run",
        .least = 10,
        .most = 100000000},
       {.key = "max_seconds",
-       .value = &o.max_seconds,
+       .value = &o.setting.max_seconds,
        .doc = "largest computing time of a run",
        .unit = "s",
        .least = 0,
@@ -103,8 +97,7 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
        .value = &o.maps,
        .doc =
            "maps as 'methods axis=values axis=values', such as 'step+implicit time_step=1e-3:0.5:9 "
-           "stiffness=0.1/1/10'; an axis with one value is constant, as are law=reference and "
-           "scenario=support",
+           "stiffness=0.1/1/10'; an axis with one value is constant, as is law=reference",
        .required = true},
       {.key = "damping_time_step",
        .value = &o.damping_h,
@@ -113,7 +106,7 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
        .least = 0,
        .most = 10,
        .above_least = true},
-      ThreadsOption(o.threads),
+      ThreadsOption(o.study.threads),
   };
 }
 
@@ -131,7 +124,7 @@ ToolOutcome Run(const StabilityOptions& given, const RunControl& control) {
   const ReadRecord record;
   StabilityOptions options = given;
   ApplyBase(options.base, {&options.material});
-  options.study.threads = CountThreads(options.threads);
+  options.study.threads = CountThreads(options.study.threads);
   const std::vector<StabilityMap> maps = ReadMaps(options);
   StabilityRunner runner(MakeSetting(options));
   Study study = MakeStabilityStudy(runner, maps, options.damping_h);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/studies/runner/study.h"
+#include "solver/studies/stability/stability_study.h"
 #include "tools/cli/option_table.h"
 
 namespace drape {
@@ -14,18 +14,11 @@ struct StabilityOptions {
   std::string mesh = "disc:120";  // ParseMeshSpec
   std::string material;           // ReadMaterial
   std::string base;               // of a material without stretch (ApplyBase)
-  std::string start;              // start shape
-  int seed = 1;
-  double duration = 6.0;
-  int max_steps = 600;
-  int max_newton_steps = 200;
-  int max_explicit_steps = 60000;
-  double max_seconds = 60.0;
-  double drag = 8.0;
+  std::string start;              // ReadStartShape
+  StabilitySetting setting;       // its mesh, material and start are read from these
   std::vector<std::string> maps;  // ParseStabilityMaps
   std::vector<double> damping_h = {1e-3, 1e-2, 0.05, 0.1, 0.5};
-  int threads = 0;  // 0: all cores
-  StudyOptions study;
+  StudyOptions study = {.threads = 0};  // 0: all cores
 };
 
 // Points into `options`, which outlives it.

@@ -37,36 +37,6 @@ constexpr auto EnumNames(StabilityMethod) {
 }
 inline bool IsStatic(StabilityMethod method) { return method >= StabilityMethod::kStatic; }
 
-// How a run ended, by StabilityRules.
-enum class StabilityOutcome {
-  kSettled,
-  kStillMoving,
-  kOtherBranch,
-  kFoldedOver,
-  kDiverged,
-  kFactorFailed,
-  kNotConverged
-};
-constexpr auto EnumNames(StabilityOutcome) {
-  using Outcome = StabilityOutcome;
-  return MakeNames<Outcome>({{Outcome::kSettled, "settled"},
-                             {Outcome::kStillMoving, "still moving"},
-                             {Outcome::kOtherBranch, "other branch"},
-                             {Outcome::kFoldedOver, "folded over"},
-                             {Outcome::kDiverged, "diverged"},
-                             {Outcome::kFactorFailed, "factor failed"},
-                             {Outcome::kNotConverged, "not converged"}});
-}
-
-enum class StabilityScenario {
-  kDrape,   // the drape test
-  kSupport  // the same, with contact of the hanging part with its support
-};
-constexpr auto EnumNames(StabilityScenario) {
-  return MakeNames<StabilityScenario>(
-      {{StabilityScenario::kDrape, "drape"}, {StabilityScenario::kSupport, "support"}});
-}
-
 struct StabilityCase {
   StabilityMethod method = StabilityMethod::kStep;
   LawKind law = LawKind::kSmooth;
@@ -79,9 +49,6 @@ struct StabilityCase {
   double tangle = 0.0;       // random displacement of free vertices by axis [mean edges]
   double handle = 1.0;       // factor of the handles' stiffness
   double pre_steps = 20.0;   // one-solve steps before a static method, whole
-  StabilityScenario scenario = StabilityScenario::kDrape;
-  double thickness = 4e-4;  // of the cloth in contact [m]
-  double range = 5e-4;      // of the gap in which surfaces push one another [m]
 
   bool operator==(const StabilityCase&) const = default;
 };
@@ -98,12 +65,28 @@ struct StabilityAxis {
   }
 };
 std::span<const StabilityAxis> StabilityAxes();
-// Throws InputError that starts with `where` and lists the names.
-const StabilityAxis& FindStabilityAxis(const std::string& name, const std::string& where);
 
 // "step time_step=0.1 tangle=0.2": the method and whatever is unusual. Equal names are equal cases.
 std::string CaseName(const StabilityCase& run);
 // All members by the names of their axes.
 nlohmann::json CaseJson(const StabilityCase& run);
+
+// A method over two axes.
+struct StabilityMap {
+  std::string name;  // of its files: "explicit-time_step-stiffness", then what is set besides
+  StabilityCase base;
+  const StabilityAxis* axis[2] = {};  // across, up
+  std::vector<double> values[2];      // ascending
+
+  StabilityCase At(int i, int j) const;
+  // Row by row: At(0, 0), At(1, 0), …
+  std::vector<StabilityCase> Cases() const;
+};
+
+// One map for each method that a line names:
+//   "step+implicit time_step=1e-4:0.5:9 stiffness=1e-3:1e3:7 density=0.1 law=reference"
+// Values are a list "0/0.1/0.2", or from:to:count, evenly spaced by ratio. Two axes have more than
+// one value, and the first is across; the others are set. Throws InputError, starting with `where`.
+std::vector<StabilityMap> ParseStabilityMaps(const std::string& line, const std::string& where);
 
 }  // namespace drape
