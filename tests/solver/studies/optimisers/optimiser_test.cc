@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The meter, and each method on problems whose minimum is known.
-#include "solver/studies/optimisers/methods/optimiser.h"
+#include "solver/studies/optimisers/optimiser.h"
 
 #include <gmock/gmock.h>
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/studies/optimisers/drape_function.h"
+#include "solver/studies/optimisers/optimiser_study.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/fake_backend.h"
 #include "tests/solver/solver_fixture.h"

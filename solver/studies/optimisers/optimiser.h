@@ -37,8 +37,6 @@ struct OptimiserOptions {
   int seed = 1;                      // of methods that draw random numbers
   std::vector<std::string> search_command;    // starts search.py, for the methods that it has
   const std::atomic<bool>* cancel = nullptr;  // ends the run when it turns true
-
-  void Check() const;  // programmer errors
 };
 
 // A point where the cost fell.
@@ -99,20 +97,33 @@ class BudgetedFunction {
   OptimiserRun run_;
 };
 
-// ½‖r‖² for methods without derivatives. A function that starts from the last point with
-// derivatives (DrapeFunction) loses its way when that point stays behind: once the cost is lower by
-// a tenth, derivatives are requested and counted.
-class MeteredCost {
- public:
-  // The function outlives the object.
-  explicit MeteredCost(BudgetedFunction& function) : function_(function) {}
-
-  // Nothing where the function cannot be evaluated or the budget is spent.
-  std::optional<double> Evaluate(const Eigen::VectorXd& theta);
-
- private:
-  BudgetedFunction& function_;
-  double followed_ = std::numeric_limits<double>::infinity();
+struct OptimiserMethod {
+  std::string name;
+  bool derivatives;         // uses Jacobians from the start
+  bool random = false;      // draws random numbers: runs with other seeds differ
+  bool by_default = true;   // runs where no methods are named
+  std::string search = {};  // of "<search>_lm": the method that its last rounds refine
 };
+
+// Rounds of Levenberg–Marquardt that refine the best point of a search in "<search>_lm", and what
+// is kept of the budget for them: each round and the evaluation of that point with a Jacobian.
+inline constexpr int kRefiningRounds = 20;
+double RefiningBudget(const OptimiserOptions& options);
+
+// With derivatives: "lm" (Levenberg–Marquardt by Ceres, the steps of drape_fit), "lm_patient" (50
+// instead of 5 invalid steps in a row), "dogleg" (Powell's), "subspace_dogleg" [Byrd 1988], "lbfgs"
+// (with a Wolfe line search), "adam_published" (learning rates of the published experiments),
+// "adam_0.03", "adam_0.1" (rates in log units). By NLopt: "bobyqa", "sbplx", "crs" (CRS2),
+// "direct" (DIRECT-L). By OptimiserOptions::search_command: "cmaes", "bo", and through embeddings
+// of d = 2, 4, 8 numbers "rembo_<d>", "hesbo_<d>", also "rembo_ucb_4" with the settings of REMBO's
+// first publication. Each method without derivatives again with the ending "_lm".
+const std::vector<OptimiserMethod>& OptimiserMethods();
+// Throws InputError for a name that is not among them.
+const OptimiserMethod& FindOptimiser(const std::string& name);
+
+// Minimises from θ = 0 until the method converges, or the budget or a cancel ends it. Throws
+// InputError where the search script cannot run.
+OptimiserRun RunOptimiser(const std::string& name, ResidualFunction& function,
+                          const OptimiserOptions& options);
 
 }  // namespace drape
