@@ -18,7 +18,7 @@
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
-#include "solver/forward/branch.h"
+#include "solver/forward/random_drapes.h"
 
 namespace drape {
 namespace {
