@@ -56,7 +56,6 @@ Scene MakeCantileverScene(double clamp) {
 
 using nlohmann::ordered_json;
 
-constexpr double kDegree = M_PI / 180.0;
 constexpr double kMillimetre = 1e-3;
 
 double Deviation(const StripReport& report, std::size_t point) {

@@ -8,12 +8,15 @@
 #include <climits>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
 #include <utility>
 
 #include "cuda/make_backend.h"
+#include "losses/dataset/dataset_split.h"
+#include "losses/dataset/published_mesh.h"
 #include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/material/material_io.h"
@@ -266,6 +269,29 @@ std::shared_ptr<const FabricPrior> ReadPrior(const FitSpec& spec, double density
   return std::make_shared<const FabricPrior>(std::move(prior));
 }
 
+Selection MakeSelection(const FitSelection& chosen) {
+  return {.fabrics = {chosen.fabric},
+          .samples = ParseIndexList(chosen.samples, "option 'samples'"),
+          .captures = ParseIndexList(chosen.captures, "option 'captures'"),
+          .face = ParseClothFace(chosen.face)};
+}
+
+std::string MakeLine(const char* what, const FileNote& note) {
+  const bool named = note.text.starts_with(note.path);
+  return std::string(what) + (named ? "" : note.path + ": ") + note.text;
+}
+
+// The number of each capture's sample among the samples, from 1.
+std::vector<int> ListSpecimens(const std::vector<Capture>& captures) {
+  std::set<int> samples;
+  for (const Capture& capture : captures) samples.insert(capture.sample);
+  std::vector<int> specimens;
+  for (const Capture& capture : captures)
+    specimens.push_back(
+        1 + static_cast<int>(std::distance(samples.begin(), samples.find(capture.sample))));
+  return specimens;
+}
+
 }  // namespace
 
 DrapeDiscs FitDiscs(const FitSpec& spec, const FitData& data) {
@@ -436,6 +462,43 @@ std::vector<std::string> ExpandImages(const std::string& text) {
 std::vector<std::string> ExpandLabMeasurements(const std::string& text) {
   return Expand(text, "lab_tests", {".json", ".JSON"},
                 "a measurement file, a folder with .json files, or a pattern");
+}
+
+void SelectCaptures(const FitSelection& selection, FitData* data) {
+  if (selection.fabric == 0)
+    throw InputError("option 'fabric'", "not given, expected the fabric of --data to fit");
+  const Dataset dataset = ReadDataset(selection.folder);
+  for (const FileNote& note : dataset.notes) data->log_lines.push_back(MakeLine("note: ", note));
+  for (const FileNote& note : dataset.skipped)
+    data->log_lines.push_back(MakeLine("skipped: ", note));
+  std::vector<FileNote> skipped;
+  const std::vector<Capture> usable =
+      KeepUsable(Select(dataset, MakeSelection(selection)), &skipped);
+  for (const FileNote& note : skipped) data->notes.push_back(MakeLine("skipped: ", note));
+  UseCaptures(usable, data);
+}
+
+void UseCaptures(const std::vector<Capture>& captures, FitData* data) {
+  data->captures.clear();
+  for (const Capture& capture : captures) {
+    if (data->source == ObservationSource::kMeshes && capture.mesh.empty())
+      data->notes.push_back("skipped: " + capture.Name() + " has no mesh of its own");
+    else
+      data->captures.push_back(capture);
+  }
+  if (data->captures.empty())
+    throw InputError("data", std::string("no usable capture to fit, expected some with ") +
+                                 ToString(data->source));
+  const int fabric = data->captures[0].fabric;
+  if (data->density == 0.0) {
+    const auto density = PublishedDensity(fabric);
+    if (!density)
+      throw InputError("option 'density'", "not given, and none is published for fabric " +
+                                               std::to_string(fabric) +
+                                               ", expected the density as weighed");
+    data->density = *density;
+  }
+  if (data->specimens.empty()) data->specimens = ListSpecimens(data->captures);
 }
 
 }  // namespace drape

@@ -143,22 +143,29 @@ HierarchicalSamples::HierarchicalSamples(Backend* backend, const HierarchicalMod
 }
 
 std::unique_ptr<HierarchicalSamples> HierarchicalSamples::Elementwise(
-    Backend* backend, const MaterialField& base, double sigma, const SpecimenDrapes& specimen,
-    const OutlineResidualOptions& options, int draws, uint64_t seed, LostBranchPolicy policy) {
+    Backend* backend, const MaterialField& base, const ElementScales& scales,
+    const std::vector<SpecimenDrapes>& specimens, const OutlineResidualOptions& options, int draws,
+    uint64_t seed, LostBranchPolicy policy) {
+  CHECK(!specimens.empty());
   std::unique_ptr<HierarchicalSamples> all(new HierarchicalSamples());
   const Mesh& mesh = backend->model().mesh;
   all->backend_ = backend;
   all->num_latents_ = 2 * kMaterialEntries;
   all->num_draws_ = draws;
+  all->specimens_ = static_cast<int>(specimens.size());
+  all->element_ratio_ = scales.element_sigma / scales.mean_sigma;
   all->policy_ = policy;
-  for (int s = 0; s < draws; ++s) {
-    std::vector<FieldTerm> terms = CommonTerms(mesh, sigma);
-    for (FieldTerm& term : NoiseTerms(mesh, sigma, seed + s)) terms.push_back(std::move(term));
+  for (int i = 0; i < draws * all->specimens_; ++i) {
+    const int sample = i / all->specimens_, specimen = i % all->specimens_;
+    std::vector<FieldTerm> terms = CommonTerms(mesh, scales.mean_sigma);
+    for (FieldTerm& term :
+         NoiseTerms(mesh, scales.mean_sigma, SeedOfStream(seed, specimen) + sample))
+      terms.push_back(std::move(term));
     all->states_.push_back(std::make_unique<SampleState>(
         backend,
         std::make_shared<FieldParametrisation>(base, mesh.num_faces(), mesh.num_hinges(),
                                                std::move(terms)),
-        specimen, options));
+        specimens[specimen], options));
   }
   return all;
 }
@@ -178,9 +185,11 @@ double HierarchicalSamples::least_step() const {
 void HierarchicalSamples::Prepare(const Eigen::MatrixXd& points, bool with_jacobians) {
   CHECK_EQ(points.rows(), num_latents_);
   CHECK_EQ(points.cols(), num_draws_);
+  Eigen::MatrixXd scaled = points;
+  if (is_elementwise()) scaled.bottomRows(kMaterialEntries) *= element_ratio_;
   RunBatched(*backend_, static_cast<int>(states_.size()), kDrawsSideBySide,
              [&](BatchingBackend& task) {
-               states_[task.index()]->Run(&task, points.col(task.index() / specimens_),
+               states_[task.index()]->Run(&task, scaled.col(task.index() / specimens_),
                                           with_jacobians, least_step());
              });
 }
@@ -204,22 +213,24 @@ bool HierarchicalSamples::Residuals(int draw, Eigen::VectorXd* residual,
     }
     row += rows;
   }
+  if (is_elementwise() && jacobian != nullptr)
+    jacobian->rightCols(kMaterialEntries) *= element_ratio_;
   return true;
 }
 
 int HierarchicalSamples::num_extrapolated() const {
   int sum = 0;
   for (int s = 0; s < num_draws_; ++s) {
-    bool valid = true;
-    for (int p = 0; p < specimens_; ++p) valid &= state(s, p).valid;
-    sum += valid ? 0 : 1;
+    int lost = 0;
+    for (int p = 0; p < specimens_; ++p) lost += state(s, p).valid ? 0 : 1;
+    sum += is_elementwise() ? lost : std::min(lost, 1);
   }
   return sum;
 }
 
 bool HierarchicalSamples::StartAt(const Eigen::VectorXd& u) {
   // The drapes of elementwise samples differ from the start by their noise.
-  if (prototypes_.empty()) {
+  if (is_elementwise()) {
     Prepare(u.replicate(1, num_draws_), true);
     return std::all_of(states_.begin(), states_.end(),
                        [](const auto& each) { return each->outlines.has_accepted(); });
@@ -262,71 +273,6 @@ RolloutCounts HierarchicalSamples::counts() const {
   RolloutCounts sum;
   for (const auto& each : states_) sum += each->outlines.counts();
   for (const auto& each : prototypes_) sum += each->outlines.counts();
-  return sum;
-}
-
-ElementwiseSamples::ElementwiseSamples(Backend* backend, const MaterialField& base,
-                                       const Scales& scales,
-                                       const std::vector<SpecimenDrapes>& specimens,
-                                       const OutlineResidualOptions& options, int draws,
-                                       uint64_t seed, LostBranchPolicy policy)
-    : ratio_(scales.element_sigma / scales.mean_sigma) {
-  CHECK(!specimens.empty());
-  for (std::size_t p = 0; p < specimens.size(); ++p)
-    specimens_.push_back(HierarchicalSamples::Elementwise(backend, base, scales.mean_sigma,
-                                                          specimens[p], options, draws,
-                                                          SeedOfStream(seed, p), policy));
-}
-
-int ElementwiseSamples::num_residuals() const {
-  int sum = 0;
-  for (const auto& specimen : specimens_) sum += specimen->num_residuals();
-  return sum;
-}
-
-Eigen::MatrixXd ElementwiseSamples::InUnitsOfMeans(Eigen::MatrixXd points) const {
-  points.bottomRows(kMaterialEntries) *= ratio_;
-  return points;
-}
-
-void ElementwiseSamples::Prepare(const Eigen::MatrixXd& points, bool with_jacobians) {
-  const Eigen::MatrixXd scaled = InUnitsOfMeans(points);
-  for (const auto& specimen : specimens_) specimen->Prepare(scaled, with_jacobians);
-}
-
-bool ElementwiseSamples::Residuals(int draw, Eigen::VectorXd* residual, RowMatrix* jacobian) const {
-  residual->resize(num_residuals());
-  if (jacobian != nullptr) jacobian->resize(num_residuals(), num_latents());
-  Eigen::VectorXd part;
-  RowMatrix part_jacobian;
-  Eigen::Index row = 0;
-  for (const auto& specimen : specimens_) {
-    if (!specimen->Residuals(draw, &part, jacobian == nullptr ? nullptr : &part_jacobian))
-      return false;
-    residual->segment(row, part.size()) = part;
-    if (jacobian != nullptr) jacobian->middleRows(row, part.size()) = part_jacobian;
-    row += part.size();
-  }
-  if (jacobian != nullptr) jacobian->rightCols(kMaterialEntries) *= ratio_;
-  return true;
-}
-
-bool ElementwiseSamples::StartAt(const Eigen::VectorXd& u) {
-  const Eigen::VectorXd scaled = InUnitsOfMeans(u);
-  for (const auto& specimen : specimens_)
-    if (!specimen->StartAt(scaled)) return false;
-  return true;
-}
-
-int ElementwiseSamples::num_extrapolated() const {
-  int sum = 0;
-  for (const auto& specimen : specimens_) sum += specimen->num_extrapolated();
-  return sum;
-}
-
-RolloutCounts ElementwiseSamples::counts() const {
-  RolloutCounts sum;
-  for (const auto& specimen : specimens_) sum += specimen->counts();
   return sum;
 }
 

@@ -62,12 +62,18 @@ class HierarchicalSamples final : public SampledResiduals {
                       const std::vector<SpecimenDrapes>& specimens,
                       const OutlineResidualOptions& options, int draws,
                       LostBranchPolicy policy = LostBranchPolicy::kReject);
-  // As [Gong 2024]: each face and hinge has a sample of its own, exp(μ + σ·ε) times the base for
-  // each entry, and u = (μ, σ), shape [78], in units of `sigma`. One specimen.
+  // Model bdp [Gong 2024], [METHODS, P33]: each face and hinge of each specimen has a sample of its
+  // own, exp(m + s·ε) times the base for each of the 39 entries, with
+  //   m = mean_sigma · u[0, 39), s = element_sigma · u[39, 78),
+  // so u, shape [78], has the units of the priors of m and of s. Specimens share m and s, not their
+  // noise ε, which depends on (seed, sample, specimen) alone.
+  struct ElementScales {
+    double mean_sigma = 1.0, element_sigma = 0.3;
+  };
   static std::unique_ptr<HierarchicalSamples> Elementwise(
-      Backend* backend, const MaterialField& base, double sigma, const SpecimenDrapes& specimen,
-      const OutlineResidualOptions& options, int draws, uint64_t seed,
-      LostBranchPolicy policy = LostBranchPolicy::kReject);
+      Backend* backend, const MaterialField& base, const ElementScales& scales,
+      const std::vector<SpecimenDrapes>& specimens, const OutlineResidualOptions& options,
+      int draws, uint64_t seed, LostBranchPolicy policy = LostBranchPolicy::kReject);
   ~HierarchicalSamples() override;
 
   int num_latents() const override { return num_latents_; }
@@ -82,7 +88,8 @@ class HierarchicalSamples final : public SampledResiduals {
   [[nodiscard]] bool StartAt(const Eigen::VectorXd& u);
   // Other samples of the same residuals, whose drapes are predicted from those of StartAt.
   std::unique_ptr<HierarchicalSamples> WithSamples(int draws, LostBranchPolicy policy) const;
-  // The number of samples of the last Prepare with a drape that is not valid.
+  // The number of samples of the last Prepare with a drape that is not valid; of elementwise ones,
+  // over all specimens.
   int num_extrapolated() const;
   // The drapes of a sample as last prepared, specimen by specimen.
   std::vector<Eigen::VectorXd> Shapes(int draw) const;
@@ -94,51 +101,16 @@ class HierarchicalSamples final : public SampledResiduals {
   const SampleState& state(int draw, int specimen) const {
     return *states_[draw * specimens_ + specimen];
   }
+  bool is_elementwise() const { return prototypes_.empty(); }
   double least_step() const;  // of the way to a point, as a share
 
   Backend* backend_ = nullptr;
   int num_latents_ = 0, num_draws_ = 0, specimens_ = 1;
+  double element_ratio_ = 1.0;  // element_sigma / mean_sigma
   LostBranchPolicy policy_ = LostBranchPolicy::kReject;
-  std::vector<std::unique_ptr<SampleState>> prototypes_;  // of each specimen, at StartAt
-  std::vector<std::unique_ptr<SampleState>> states_;      // sample by sample
-};
-
-// Model bdp [Gong 2024], [METHODS, P33], as residuals: each face and hinge of each specimen has a
-// sample of its own, exp(m + s·ε) times the base for each of the 39 entries, with
-//   m = mean_sigma · u[0, 39), s = element_sigma · u[39, 78),
-// so u has the units of the priors of m and of s. Specimens share m and s, not their noise ε,
-// which depends on (seed, sample, specimen) alone.
-class ElementwiseSamples final : public SampledResiduals {
- public:
-  struct Scales {
-    double mean_sigma = 1.0, element_sigma = 0.3;
-  };
-  // The backend and the specimens' observations outlive the object.
-  ElementwiseSamples(Backend* backend, const MaterialField& base, const Scales& scales,
-                     const std::vector<SpecimenDrapes>& specimens,
-                     const OutlineResidualOptions& options, int draws, uint64_t seed,
-                     LostBranchPolicy policy = LostBranchPolicy::kReject);
-
-  int num_latents() const override { return 2 * kMaterialEntries; }
-  int num_residuals() const override;
-  int num_draws() const override { return specimens_[0]->num_draws(); }
-  // Specimen by specimen: the samples of one are a batch.
-  void Prepare(const Eigen::MatrixXd& points, bool with_jacobians) override;
-  [[nodiscard]] bool Residuals(int draw, Eigen::VectorXd* residual,
-                               RowMatrix* jacobian) const override;
-
-  // Takes all drapes from the starts to those of u, shape [78]; they are then predicted from there.
-  // False when one is not stable.
-  [[nodiscard]] bool StartAt(const Eigen::VectorXd& u);
-  // The number of samples of the last Prepare, over all specimens, with a drape that is not valid.
-  int num_extrapolated() const;
-  RolloutCounts counts() const;
-
- private:
-  Eigen::MatrixXd InUnitsOfMeans(Eigen::MatrixXd points) const;
-
-  double ratio_;  // element_sigma / mean_sigma
-  std::vector<std::unique_ptr<HierarchicalSamples>> specimens_;
+  std::vector<std::unique_ptr<SampleState>>
+      prototypes_;  // of each specimen, at StartAt; elementwise: none
+  std::vector<std::unique_ptr<SampleState>> states_;  // sample by sample
 };
 
 }  // namespace drape

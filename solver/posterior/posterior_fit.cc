@@ -13,10 +13,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
 #include "solver/fit/parametrisation.h"
-#include "solver/fit/protocol/staged_fit.h"
-#include "solver/posterior/hierarchical_samples.h"
 
-// Model bdp: its bound is derived in posterior_fit.h.
 namespace drape {
 namespace {
 
@@ -44,6 +41,35 @@ double ZhangStephens(const Eigen::ArrayXd& x) {
   return shape((weight * theta).sum() / weight.sum());
 }
 
+// A Pareto tail cannot be fitted to fewer samples.
+constexpr int kMinElboSamples = 25;
+
+// Judges a fit by independent samples: fills elbo, elbo_error, pareto_k, elbo_samples_valid and
+// sample_rms_px. residuals: of the valid samples; log_ratios: ln p(u) − ln q(u) of the random part
+// of each. With fewer than kMinElboSamples these numbers are NaN.
+void EstimateElbo(const std::vector<Eigen::VectorXd>& residuals,
+                  const std::vector<double>& log_ratios, PosteriorFit* fit) {
+  fit->elbo_samples_valid = static_cast<int>(residuals.size());
+  if (fit->elbo_samples_valid < kMinElboSamples) {
+    fit->elbo = fit->elbo_error = fit->pareto_k = fit->sample_rms_px =
+        std::numeric_limits<double>::quiet_NaN();
+    return;
+  }
+  const auto count = static_cast<double>(residuals[0].size());
+  Eigen::ArrayXd weights(fit->elbo_samples_valid), squares(fit->elbo_samples_valid);
+  for (int s = 0; s < fit->elbo_samples_valid; ++s) {
+    squares[s] = residuals[s].squaredNorm();
+    weights[s] = log_ratios[s] - 0.5 * squares[s];
+  }
+  weights -= count * std::log(fit->sigma_px * std::sqrt(2 * std::numbers::pi));
+  fit->elbo = weights.mean();
+  fit->elbo_error = std::sqrt((weights - fit->elbo).square().mean() / fit->elbo_samples_valid);
+  fit->pareto_k = ParetoShape(weights.matrix());
+  fit->sample_rms_px = fit->sigma_px * std::sqrt(squares.mean() / count);
+}
+
+// Model bdp: its bound is derived in posterior_fit.h.
+
 // Random streams: the noise of the fit, then of each batch of independent samples.
 enum Stream : uint64_t { kFitStream, kIndependentStream };
 
@@ -62,15 +88,12 @@ class ElementFitter {
   }
 
  private:
-  ElementwiseSamples MakeSamples(int count, uint64_t stream, LostBranchPolicy policy) const {
-    return {backend_,
-            fit_.hierarchy.base,
-            {fit_.hierarchy.fabric_sigma, options_.element_sigma},
-            mode_.specimens(),
-            mode_.MakeResidualOptions(),
-            count,
-            SeedOfStream(options_.seed, stream),
-            policy};
+  std::unique_ptr<HierarchicalSamples> MakeSamples(int count, uint64_t stream,
+                                                   LostBranchPolicy policy) const {
+    return HierarchicalSamples::Elementwise(backend_, fit_.hierarchy.base,
+                                            {fit_.hierarchy.fabric_sigma, options_.element_sigma},
+                                            mode_.specimens(), mode_.MakeResidualOptions(), count,
+                                            SeedOfStream(options_.seed, stream), policy);
   }
 
   static Eigen::VectorXd ReadPoint(const GaussianPosterior& q) {
@@ -94,15 +117,14 @@ class ElementFitter {
     const Eigen::MatrixXd unit = Eigen::MatrixXd::Identity(n, n);
     const Eigen::VectorXd& mean = fit_.mode.gaussian.mean;
     CHECK_EQ(mean.size(), n) << "each entry has a mean of its own";
-    ElementwiseSamples draws =
-        MakeSamples(options_.draws, kFitStream, LostBranchPolicy::kExtrapolate);
-    if (!draws.StartAt(ReadPoint({mean, unit, drapes * unit}))) return false;
+    const auto draws = MakeSamples(options_.draws, kFitStream, LostBranchPolicy::kExtrapolate);
+    if (!draws->StartAt(ReadPoint({mean, unit, drapes * unit}))) return false;
     fit_.distribution =
-        FitPosterior(draws, {mean, unit, deviation * unit},
+        FitPosterior(*draws, {mean, unit, deviation * unit},
                      mode_.MakeOptions(SampleKind::kElementwise, options_.iterations,
                                        MapEstimator::kModeShare, MapEstimator::kFitShare));
-    fit_.counts += draws.counts();
-    fit_.num_extrapolated = draws.num_extrapolated();
+    fit_.counts += draws->counts();
+    fit_.num_extrapolated = draws->num_extrapolated();
     return fit_.distribution.termination != FitTermination::kFailed;
   }
 
@@ -116,11 +138,11 @@ class ElementFitter {
     for (int left = options_.elbo_samples; left > 0 && enough(left) && !mode_.Cancelled();
          left -= options_.draws) {
       const int count = std::min(left, options_.draws);
-      ElementwiseSamples independent = MakeSamples(count, stream++, LostBranchPolicy::kReject);
-      independent.Prepare(ReadPoint(q).replicate(1, count), false);
-      fit_.counts += independent.counts();
+      const auto independent = MakeSamples(count, stream++, LostBranchPolicy::kReject);
+      independent->Prepare(ReadPoint(q).replicate(1, count), false);
+      fit_.counts += independent->counts();
       for (int s = 0; s < count; ++s)
-        if (independent.Residuals(s, &residual, nullptr)) residuals.push_back(residual);
+        if (independent->Residuals(s, &residual, nullptr)) residuals.push_back(residual);
     }
     const std::vector<double> log_ratios(residuals.size(), -q.DivergenceFromPrior());
     EstimateElbo(residuals, log_ratios, &fit_);
@@ -387,36 +409,12 @@ bool MapEstimator::ReportDrapes(Eigen::VectorXd u) {
   }
   const std::vector<Eigen::VectorXd> by_specimen = sample.Shapes(0);
   fit_.counts += sample.counts();
-  fit_.shapes.resize(by_specimen.size());
-  std::size_t next = 0;
-  for (int p = 0; p < fit_.hierarchy.specimens; ++p)
-    for (std::size_t i = 0; i < fit_.specimen.size(); ++i)
-      if (fit_.specimen[i] == p) fit_.shapes[i] = by_specimen[next++];
+  for (const Eigen::Index place : OutlinePlaces(fit_.specimen, fit_.hierarchy.specimens))
+    fit_.shapes.push_back(by_specimen[place]);
   for (const int p : fit_.specimen)
     fit_.materials.push_back(
         TableParametrisation(fit_.hierarchy.base, fit_.hierarchy.LogEntries(p)).Material(u));
   return true;
-}
-
-void EstimateElbo(const std::vector<Eigen::VectorXd>& residuals,
-                  const std::vector<double>& log_ratios, PosteriorFit* fit) {
-  fit->elbo_samples_valid = static_cast<int>(residuals.size());
-  if (fit->elbo_samples_valid < kMinElboSamples) {
-    fit->elbo = fit->elbo_error = fit->pareto_k = fit->sample_rms_px =
-        std::numeric_limits<double>::quiet_NaN();
-    return;
-  }
-  const auto count = static_cast<double>(residuals[0].size());
-  Eigen::ArrayXd weights(fit->elbo_samples_valid), squares(fit->elbo_samples_valid);
-  for (int s = 0; s < fit->elbo_samples_valid; ++s) {
-    squares[s] = residuals[s].squaredNorm();
-    weights[s] = log_ratios[s] - 0.5 * squares[s];
-  }
-  weights -= count * std::log(fit->sigma_px * std::sqrt(2 * std::numbers::pi));
-  fit->elbo = weights.mean();
-  fit->elbo_error = std::sqrt((weights - fit->elbo).square().mean() / fit->elbo_samples_valid);
-  fit->pareto_k = ParetoShape(weights.matrix());
-  fit->sample_rms_px = fit->sigma_px * std::sqrt(squares.mean() / count);
 }
 
 double ParetoShape(const Eigen::VectorXd& log_weights) {

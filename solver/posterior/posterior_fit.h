@@ -17,8 +17,6 @@
 
 namespace drape {
 
-// The types that the units of a posterior share [METHODS, P30].
-
 // A normal prior of a fabric's log factors: of covariance root·rootᵀ, shape [N, N], about the
 // tables `median`, of the density of the fabric.
 struct FabricPrior {
@@ -26,7 +24,8 @@ struct FabricPrior {
   Eigen::MatrixXd root;  // lower triangular
 };
 
-// A posterior over a fabric's tables and its specimens' scales, given the branches of their drapes.
+// A posterior over a fabric's tables and its specimens' scales, given the branches of their drapes
+// [METHODS, P30].
 struct PosteriorOptions {
   PosteriorKind kind = PosteriorKind::kHierarchy;
   // Prior standard deviations of a specimen's log factors on stretch and on bend; both 0: specimens
@@ -175,26 +174,13 @@ class MapEstimator {
   PosteriorFit& fit_;
 };
 
-// A Pareto tail cannot be fitted to fewer samples.
-inline constexpr int kMinElboSamples = 25;
-
-// Judges a fit by independent samples: fills elbo, elbo_error, pareto_k, elbo_samples_valid and
-// sample_rms_px. residuals: of the valid samples; log_ratios: ln p(u) − ln q(u) of the random part
-// of each. With fewer than kMinElboSamples these numbers are NaN.
-void EstimateElbo(const std::vector<Eigen::VectorXd>& residuals,
-                  const std::vector<double>& log_ratios, PosteriorFit* fit);
-
-// How heavy the tail of importance weights is [Vehtari 2024]: the
-// shape k̂ of a generalised Pareto distribution fitted to the largest min(N/5, 3√N) weights by the
-// estimate of [Zhang 2009], drawn towards ½ as there. Below 0.7 estimates by these
-// weights can be trusted; above, the distribution that was drawn from is too far from the other.
+// How heavy the tail of importance weights is [Vehtari 2024]: the shape k̂ of a generalised Pareto
+// distribution fitted to the largest min(N/5, 3√N) weights by the estimate of [Zhang 2009], drawn
+// towards ½ as there. Below 0.7 estimates by these weights can be trusted; above, the distribution
+// that was drawn from is too far from the other.
 // log_weights: of N ≥ 25 draws, finite, shape [N]. 0 when all are equal, infinite when fewer than 5
 // are above the tail threshold.
 double ParetoShape(const Eigen::VectorXd& log_weights);
-
-// Model bdp after the mode: means and deviations of the elements.
-[[nodiscard]] bool FitElements(const FitProblem& problem, const PosteriorOptions& options,
-                               MapEstimator& mode, PosteriorFit* fit);
 
 // Model bdp (PosteriorKind::kElements) [METHODS, P33]: the tables of all faces and hinges are
 // independent samples η = m + s·ε on the log scale, of means m and deviations s that all elements
@@ -210,6 +196,9 @@ double ParetoShape(const Eigen::VectorXd& log_weights);
 // elements and outweigh the images.) m and s are points: their own uncertainty is not included.
 // `elbo` is that bound, relative to the peak of the prior; only ε is random, and its importance
 // weights p(r | η) give k̂.
+// This fit follows the mode.
+[[nodiscard]] bool FitElements(const FitProblem& problem, const PosteriorOptions& options,
+                               MapEstimator& mode, PosteriorFit* fit);
 
 // Starts from the tables and drapes of a candidate. The prior is about the tables of its initial
 // guess, as in the fit before, with the tying and prior_sigma of `staged`. First the mode, then the

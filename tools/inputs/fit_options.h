@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/job/fit_captures.h"
+#include "solver/job/fit_input.h"
 #include "solver/job/fit_spec.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/accuracy_option.h"

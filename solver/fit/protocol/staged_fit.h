@@ -17,26 +17,6 @@
 
 namespace drape {
 
-// The work that a staged fit is expected to take, for the progress line: in time steps of the fine
-// cloth, one after the other.
-struct FitWork {
-  double initial_guesses = 0.0;
-  std::vector<double> rounds;  // shape [rounds]
-
-  double total() const;
-};
-
-// Rollouts that run on several threads count once; rounds count the iterations that fits usually
-// take, not those that they may take.
-FitWork ExpectFitWork(const FitProblem& problem, const StagedFitOptions& options);
-
-// The time of a step of a cloth, by that of one of another number of vertices.
-double ExpectStepTime(int vertices, int of_vertices);
-
-// The share of an optimisation that its first iterations are, where it usually takes some `usual`
-// of them, which is not known before: 0 … 1.
-double IterationShare(int iterations, double usual);
-
 // The types that the units of the staged protocol share [METHODS, P18].
 
 // A model of one table: the form of its start tables, which its free numbers keep.
@@ -178,6 +158,26 @@ int CountWanted(const StagedFitOptions& options, const StagedFitState& state);
 struct StagedFitControl : RunControl {
   std::function<void(const StagedFitState&)> save = {};  // after each unit of work
 };
+
+// The work that a staged fit is expected to take, for the progress line: in time steps of the fine
+// cloth, one after the other.
+struct FitWork {
+  double initial_guesses = 0.0;
+  std::vector<double> rounds;  // shape [rounds]
+
+  double total() const;
+};
+
+// Rollouts that run on several threads count once; rounds count the iterations that fits usually
+// take, not those that they may take.
+FitWork ExpectFitWork(const FitProblem& problem, const StagedFitOptions& options);
+
+// The time of a step of a cloth, by that of one of another number of vertices.
+double ExpectStepTime(int vertices, int of_vertices);
+
+// The share of an optimisation that its first iterations are, where it usually takes some `usual`
+// of them, which is not known before: 0 … 1.
+double IterationShare(int iterations, double usual);
 
 // The protocol [METHODS, P18] for one material and its images. Many drapes are stable and the trust
 // region stays in its basin. So a grid of stretch × bend factors × start shapes on a coarse cloth

@@ -9,7 +9,6 @@
 
 #include "losses/dataset/dataset_split.h"
 #include "physics/util/errors.h"
-#include "solver/job/fit_captures.h"
 #include "solver/job/fit_input.h"
 
 namespace drape {

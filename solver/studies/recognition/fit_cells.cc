@@ -7,7 +7,6 @@
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
-#include "solver/job/fit_captures.h"
 #include "solver/job/fit_input.h"
 #include "solver/job/fit_job.h"
 

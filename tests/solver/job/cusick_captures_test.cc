@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "losses/metrics/metrics.h"
-#include "solver/job/fit_captures.h"
+#include "solver/job/fit_input.h"
 
 namespace drape {
 namespace {

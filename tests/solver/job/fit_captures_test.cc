@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Drapes of the public data set as what a fit learns from.
-#include "solver/job/fit_captures.h"
-
 #include <gmock/gmock.h>
 
 #include "physics/util/errors.h"

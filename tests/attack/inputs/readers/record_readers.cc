@@ -11,7 +11,7 @@
 #include "physics/util/errors.h"
 #include "physics/util/stored/csv_log.h"
 #include "physics/util/stored/stored_json.h"
-#include "solver/fit/protocol/fit_checkpoint.h"
+#include "solver/job/fit_job.h"
 #include "solver/studies/bench/cases/bench_record.h"
 #include "solver/studies/runner/study.h"
 #include "tests/attack/inputs/files/file_readers.h"

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // A checkpoint is read back to the last bit, or refused.
-#include "solver/fit/protocol/fit_checkpoint.h"
-
 #include <algorithm>
 #include <limits>
 
 #include "physics/util/atomic_file.h"
 #include "solver/fit/protocol/nested_fit.h"
+#include "solver/job/fit_job.h"
 #include "tests/losses/temp_folder.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/util/stored/tampering.h"

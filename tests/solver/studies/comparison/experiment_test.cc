@@ -9,7 +9,7 @@
 
 #include "physics/material/material_io.h"
 #include "physics/util/json_input.h"
-#include "solver/job/fit_captures.h"
+#include "solver/job/fit_input.h"
 #include "tests/losses/dataset/synthetic_dataset.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/solver_fixture.h"
