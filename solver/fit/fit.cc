@@ -132,15 +132,6 @@ void AddPrior(ceres::Problem& problem, const ParameterBlocks& blocks, const FitO
   }
 }
 
-void Solve(ceres::Problem& problem, const FitOptions& options, FitSummary* summary) {
-  TrustRegionRun run = RunTrustRegion(problem, options.trust_region);
-  summary->termination = run.termination;
-  summary->message = std::move(run.message);
-  summary->initial_cost = run.initial_cost;
-  summary->iterations = std::move(run.iterations);
-  summary->seconds = run.seconds;
-}
-
 // Adds the strips to a summary that holds the best θ. False when they cannot be computed there.
 bool AppendStrips(StripResiduals& strips, const MaterialParametrisation& parametrisation,
                   FitSummary* summary) {
@@ -157,8 +148,11 @@ bool AppendStrips(StripResiduals& strips, const MaterialParametrisation& paramet
 }  // namespace
 
 void FitOptions::Check() const {
-  CheckFields(*this);
-  CHECK_GT(trust_region.max_damping, trust_region.initial_damping) << "max_damping";
+  CHECK_GT(prior_sigma, 0.0);
+  CHECK_GE(trust_region.max_iterations, 0);
+  CHECK_GT(trust_region.initial_damping, 0.0);
+  CHECK_GT(trust_region.max_damping, trust_region.initial_damping);
+  CHECK(trust_region.least_scale >= 0.0 && trust_region.cost_tolerance >= 0.0);
 }
 
 ceres::Solver::Options CeresOptions(int parameters, const TrustRegionOptions& options) {
@@ -196,24 +190,6 @@ TrustRegionRun RunTrustRegion(ceres::Problem& problem, const TrustRegionOptions&
   return run;
 }
 
-const char* ToString(FitTermination termination) {
-  switch (termination) {
-    case FitTermination::kConverged:
-      return "converged";
-    case FitTermination::kIterationLimit:
-      return "iteration limit";
-    case FitTermination::kDampingLimit:
-      return "no smaller step lowers the cost";
-    case FitTermination::kStalled:
-      return "stalled at an unstable drape";
-    case FitTermination::kCancelled:
-      return "cancelled";
-    case FitTermination::kFailed:
-      return "failed";
-  }
-  return "unknown";
-}
-
 FitSummary Fit(OutlineResiduals& outlines, const FitOptions& options, StripResiduals* strips) {
   options.Check();
   FitSummary summary;
@@ -227,7 +203,8 @@ FitSummary Fit(OutlineResiduals& outlines, const FitOptions& options, StripResid
     problem.AddResidualBlock(new StripCost(strips, &outlines.parametrisation(), nullptr), nullptr,
                              outlines.theta());
   AddPrior(problem, blocks, options);
-  Solve(problem, options, &summary);
+  static_cast<TrustRegionRun&>(summary) = RunTrustRegion(problem, options.trust_region);
+  summary.final_cost = 0.0;
   summary.counts = outlines.counts();
   // Ceres fails where an accepted step has no Jacobian: the result is the point before.
   if (!outlines.has_accepted()) return summary;
@@ -254,7 +231,8 @@ FitSummary FitStrips(StripResiduals& strips, const MaterialParametrisation& para
   problem.AddResidualBlock(new StripCost(&strips, &parametrisation, &summary.theta), nullptr,
                            block.data());
   AddPrior(problem, ParameterBlocks(block.data(), size), options);
-  Solve(problem, options, &summary);
+  static_cast<TrustRegionRun&>(summary) = RunTrustRegion(problem, options.trust_region);
+  summary.final_cost = 0.0;
   if (summary.theta.size() == 0) return summary;
   if (summary.termination == FitTermination::kFailed)
     summary.termination = FitTermination::kStalled;

@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "physics/util/options/field.h"
+#include "physics/util/options/enum_names.h"
+#include "solver/fit/lab_measurement.h"
 #include "solver/fit/observation.h"
 #include "solver/fit/outline_residuals.h"
 #include "solver/fit/parametrisation.h"
-#include "solver/fit/strip_residuals.h"
 
 namespace drape {
 
@@ -44,36 +44,12 @@ struct TrustRegionOptions {
   std::function<void(const FitIteration&)> progress = {};
 };
 
-template <MutableOrConst<TrustRegionOptions> Options, class Visitor>
-void VisitFields(Options& options, Visitor&& visit) {
-  auto& [max_iterations, max_damping, initial_damping, least_scale, unit_damping, cost_tolerance,
-         cancel, progress] = options;
-  visit(max_iterations, Field{.key = "max_iterations", .least = 0, .is_option = false});
-  visit(max_damping,
-        Field{.key = "max_damping", .least = 0, .above_least = true, .is_option = false});
-  visit(initial_damping,
-        Field{.key = "initial_damping", .least = 0, .above_least = true, .is_option = false});
-  visit(least_scale, Field{.key = "least_scale", .least = 0, .is_option = false});
-  visit(unit_damping, Field{.key = "unit_damping", .is_option = false});
-  visit(cost_tolerance, Field{.key = "cost_tolerance", .least = 0, .is_option = false});
-}
-
 struct FitOptions {
   double prior_sigma = 1.0;  // of each log factor about its start
   TrustRegionOptions trust_region;
 
   void Check() const;  // programmer errors
 };
-
-template <MutableOrConst<FitOptions> Options, class Visitor>
-void VisitFields(Options& options, Visitor&& visit) {
-  auto& [prior_sigma, trust_region] = options;
-  visit(prior_sigma, Field{.key = "prior_sigma",
-                           .doc = "standard deviation of each log factor about its initial guess",
-                           .least = 0,
-                           .above_least = true});
-  VisitFields(trust_region, visit);
-}
 
 enum class FitTermination {
   kConverged,
@@ -83,19 +59,31 @@ enum class FitTermination {
   kCancelled,
   kFailed  // not even the start could be evaluated
 };
-const char* ToString(FitTermination termination);
+constexpr auto EnumNames(FitTermination) {
+  return MakeNames<FitTermination>(
+      {{FitTermination::kConverged, "converged"},
+       {FitTermination::kIterationLimit, "iteration limit"},
+       {FitTermination::kDampingLimit, "no smaller step lowers the cost"},
+       {FitTermination::kStalled, "stalled at an unstable drape"},
+       {FitTermination::kCancelled, "cancelled"},
+       {FitTermination::kFailed, "failed"}});
+}
 
-struct FitSummary {
+// What Ceres's trust region did with a problem.
+struct TrustRegionRun {
   FitTermination termination = FitTermination::kFailed;
-  std::string message;    // one sentence
-  Eigen::VectorXd theta;  // best point
-  double initial_cost = 0.0;
-  double final_cost = 0.0;
+  std::string message;  // one sentence
+  double initial_cost = 0.0, final_cost = 0.0;
   std::vector<FitIteration> iterations;
-  RolloutCounts counts;
-  // Of all observations, then of all points of strips, at the best point, shape [ΣK + N, P].
-  Eigen::MatrixXd jacobian;
   double seconds = 0.0;
+};
+
+struct FitSummary : TrustRegionRun {
+  Eigen::VectorXd theta;  // best point
+  RolloutCounts counts;
+  // The Jacobian of all observations, then of all points of strips, at the best point, shape
+  // [ΣK + N, P].
+  Eigen::MatrixXd jacobian;
 };
 
 // Up to this many parameters the steps use Ceres's DENSE_QR; above, CGNR: JᵀJ of m residuals with
@@ -110,15 +98,6 @@ inline constexpr double kLastCostTolerance = 1e-5;
 
 // Ceres's own options, without callbacks.
 ceres::Solver::Options CeresOptions(int parameters, const TrustRegionOptions& options);
-
-// What Ceres's trust region did with a problem.
-struct TrustRegionRun {
-  FitTermination termination = FitTermination::kFailed;
-  std::string message;  // one sentence
-  double initial_cost = 0.0, final_cost = 0.0;
-  std::vector<FitIteration> iterations;
-  double seconds = 0.0;
-};
 
 // Runs it with CeresOptions. Reports each iteration to options.progress; *options.cancel and
 // options.max_damping end the run.

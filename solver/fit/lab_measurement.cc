@@ -2,12 +2,18 @@
 #include "solver/fit/lab_measurement.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "physics/material/material_scaling.h"
-#include "physics/util/atomic_file.h"
+#include "physics/mesh/strip.h"
+#include "physics/simulation/load_path.h"
+#include "physics/simulation/textbook.h"
 #include "physics/util/json_input.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
 namespace {
@@ -33,14 +39,6 @@ double NumberBetween(const JsonInput& input, double least, double most) {
   if (value > least && value < most) return value;
   nlohmann::json low = least, high = most;
   input.Fail("a number > " + low.dump() + " and < " + high.dump());
-}
-
-LabMeasurementKind FindKind(const JsonInput& input) {
-  const std::string name = input.String();
-  for (const LabMeasurementKind kind :
-       {LabMeasurementKind::kCantilever, LabMeasurementKind::kTensile})
-    if (name == ToString(kind)) return kind;
-  input.Fail("\"cantilever\" or \"tensile\"");
 }
 
 LabPoint ReadPoint(const JsonInput& input, const Form& form) {
@@ -154,11 +152,89 @@ std::string FindRawData(const JsonInput& material, const std::string& path) {
   return (fs::path(path).parent_path() / devices.At("fab").String()).string();
 }
 
-}  // namespace
+constexpr double kDegree = M_PI / 180.0;
+const double kRowByEdge = std::sqrt(0.75);  // of equilateral triangles
 
-const char* ToString(LabMeasurementKind kind) {
-  return kind == LabMeasurementKind::kCantilever ? "cantilever" : "tensile";
+// A cantilever's lattices: edges along the strip, and across it.
+constexpr int kAlong = 64, kAcross = 4;
+// Where a beam of the same overhang is clamped, from the held end: in edges with rows along, in
+// rows with rows across. The clamp holds the width flat, which stiffens a strip that is free to
+// curl as if it were shorter by .058 of its width. Where a hinge bends over its held wing too, the
+// strip bends half a row inside the clamp; .8 and .9 include both (strip_simulation_test).
+struct ClampEdge {
+  double along, across;
+};
+ClampEdge FindClampEdge(const Law& law) {
+  if (law.held_wing_bends()) return {0.8, 0.9};
+  constexpr double kFlatLayer = 0.058, kMeanHeldLine = 0.75;  // rows end at 1 and at 1/2 in turn
+  return {kMeanHeldLine + kFlatLayer * kAcross * kRowByEdge,
+          1.0 + kFlatLayer * kAcross / kRowByEdge};
 }
+
+// Springs of the clamp [N/m]: it turns by 1e-5, and their rounding stays below the tolerance.
+constexpr double kClampStiffness = 1e5;
+constexpr double kFallenTolerance = 1e-8;  // ‖f‖ / weight
+
+// A strip's vertices are so light that μM matters to its membrane at this shift only [s⁻²].
+constexpr double kMostShift = 1e12;
+
+// A pulled strip: edges across, and the plate rigidity that keeps it flat [N·m].
+constexpr int kPulledAcross = 8;
+constexpr double kFlat = 1.0;
+// ‖f‖ / load, but no less than this force [N], to which the springs of the clamp are rounded.
+constexpr double kPulledTolerance = 1e-11, kLeastForce = 5e-11;
+
+Scene MakeCantileverScene(double clamp) {
+  Scene scene = CantileverScene(clamp, kStandardGravity);
+  scene.handles->stiffness = kClampStiffness;
+  return scene;
+}
+
+using nlohmann::ordered_json;
+
+constexpr double kMillimetre = 1e-3;
+
+double Deviation(const StripReport& report, std::size_t point) {
+  return (report.computed[point] - report.measurement.points[point].reading) /
+         report.measurement.sigma;
+}
+
+ordered_json PointJson(const StripReport& report, std::size_t i) {
+  const LabPoint& point = report.measurement.points[i];
+  const double computed = report.computed[i];
+  if (report.measurement.kind == LabMeasurementKind::kTensile)
+    return {{"force", point.set},
+            {"stretch", point.reading},
+            {"stretch_computed", computed},
+            {"residual", Deviation(report, i)}};
+  const BendingEstimate read = EstimateBending(point.set, point.reading, report.density),
+                        fitted = EstimateBending(point.set, computed, report.density);
+  return {{"length", point.set},
+          {"angle", point.reading},
+          {"angle_computed", computed},
+          {"residual", Deviation(report, i)},
+          {"bending_length_m", read.length},
+          {"bending_length_computed_m", fitted.length},
+          {"flexural_rigidity", read.rigidity},
+          {"flexural_rigidity_computed", fitted.rigidity}};
+}
+
+std::string PointLine(const StripReport& report, std::size_t i) {
+  const LabPoint& point = report.measurement.points[i];
+  std::string line =
+      Format("%-28.28s %5g deg", report.measurement.name.c_str(), report.measurement.direction);
+  if (report.measurement.kind == LabMeasurementKind::kTensile)
+    return line + Format("  force %8.4g N   stretch %9.4f %9.4f %8.2f\n", point.set, point.reading,
+                         report.computed[i], Deviation(report, i));
+  const BendingEstimate read = EstimateBending(point.set, point.reading, report.density),
+                        fitted = EstimateBending(point.set, report.computed[i], report.density);
+  return line +
+         Format("  length %6.4g mm  angle  %9.2f %9.2f %8.2f  c %.3g mm, G %.4g, fitted %.4g N m\n",
+                point.set / kMillimetre, point.reading, report.computed[i], Deviation(report, i),
+                read.length / kMillimetre, read.rigidity, fitted.rigidity);
+}
+
+}  // namespace
 
 LabMeasurement ReadLabMeasurement(const std::string& path) {
   const nlohmann::json document = ReadJsonFile(path);
@@ -167,7 +243,8 @@ LabMeasurement ReadLabMeasurement(const std::string& path) {
   LabMeasurement measurement;
   measurement.file = path;
   measurement.name = std::filesystem::path(path).stem().string();
-  measurement.kind = FindKind(input.At("test"));
+  const JsonInput test = input.At("test");
+  measurement.kind = ParseName<LabMeasurementKind>(test.String(), test.Name());
   const bool tensile = measurement.kind == LabMeasurementKind::kTensile;
   std::vector<std::string> keys = {"test", "direction", "width", "sigma", "points"};
   if (tensile) keys.push_back("length");
@@ -190,27 +267,240 @@ LabMeasurement ReadLabMeasurement(const std::string& path) {
   return measurement;
 }
 
-void WriteLabMeasurement(const std::string& path, const LabMeasurement& measurement) {
-  nlohmann::ordered_json document = {{"test", ToString(measurement.kind)},
-                                     {"direction", measurement.direction}};
-  if (measurement.kind == LabMeasurementKind::kTensile) document["length"] = measurement.length;
-  if (measurement.width > 0.0) document["width"] = measurement.width;
-  document["sigma"] = measurement.sigma;
-  document["points"] = nlohmann::ordered_json::array();
-  const Form form = MeasurementForm(measurement.kind);
-  for (const LabPoint& point : measurement.points)
-    document["points"].push_back({{form.set, point.set}, {form.reading, point.reading}});
-  WriteFileAtomically(path, document.dump(2) + "\n");
+StripSimulation::StripSimulation(const LabMeasurement& measurement, int point, const Law& law)
+    : kind_(measurement.kind) {
+  const double set = measurement.points[point].set, direction = measurement.direction * kDegree;
+  if (kind_ == LabMeasurementKind::kTensile) {
+    const int along =
+        std::max(2, int(std::lround(kPulledAcross * measurement.length / measurement.width)));
+    load_ = set;
+    tolerance_ = std::max(kPulledTolerance, kLeastForce / set);
+    AddLattice(Laid(MakeStrip(measurement.length, measurement.width, along, kPulledAcross), 0.0,
+                    direction),
+               UniaxialScene(measurement.length, set), law, 0.0);
+    return;
+  }
+  tolerance_ = kFallenTolerance;
+  const ClampEdge clamp = FindClampEdge(law);
+  const double edge = set / (kAlong + 1.0 - clamp.along);
+  AddLattice(Laid(MakeStrip((kAlong + 1) * edge, kAcross * kRowByEdge * edge, kAlong + 1, kAcross),
+                  0.0, direction),
+             MakeCantileverScene(edge), law, clamp.along * edge);
+  const int rows = static_cast<int>(std::lround(kAlong / kRowByEdge)) + 1;
+  const double row = set / (rows - clamp.across), across = row / kRowByEdge;
+  AddLattice(Laid(MakeStrip(kAcross * across, rows * row, kAcross, rows), -M_PI / 2, direction),
+             MakeCantileverScene(row), law, clamp.across * row);
 }
 
-std::vector<LabMeasurement> ReadLabMeasurements(const std::string& path) {
-  const nlohmann::json document = ReadJsonFile(path);
-  const JsonInput input(document, path);
-  if (input.Has("raw_data")) return ReadRawData(input, path);
-  if (!input.Has("material") || !input.Has("schema")) return {ReadLabMeasurement(path)};
-  const std::string raw = FindRawData(input, path);
-  const nlohmann::json raw_document = ReadJsonFile(raw);
-  return ReadRawData(JsonInput(raw_document, raw), raw);
+StripSimulation StripSimulation::Clone() const {
+  StripSimulation clone(kind_);
+  clone.load_ = load_;
+  clone.tolerance_ = tolerance_;
+  for (const Lattice& lattice : lattices_)
+    clone.lattices_.push_back({lattice.solver.Clone(), lattice.clamp, lattice.end, lattice.x});
+  return clone;
+}
+
+void StripSimulation::StartLike(const StripSimulation& neighbour) {
+  for (std::size_t i = 0; i < lattices_.size(); ++i) {
+    Lattice& lattice = lattices_[i];
+    const Lattice& like = neighbour.lattices_[i];
+    if (lattice.x.size() > 0 || like.x.size() == 0) continue;
+    lattice.x = like.x * (RestEnd(lattice) / RestEnd(like));
+  }
+}
+
+double StripSimulation::RestEnd(const Lattice& lattice) {
+  return lattice.solver.model().mesh.rest_x[3 * lattice.end.front()];
+}
+
+void StripSimulation::AddLattice(Mesh mesh, Scene scene, const Law& law, double clamp) {
+  const auto model = std::make_shared<const ClothModel>(std::move(mesh), std::move(scene), law);
+  const Eigen::VectorXd& x = model->mesh.rest_x;
+  const int count = model->mesh.num_vertices();
+  double end = -std::numeric_limits<double>::infinity();
+  for (int i = 0; i < count; ++i) end = std::max(end, x[3 * i]);
+  Lattice lattice{StepSolver(model), clamp, {}, {}};
+  for (int i = 0; i < count; ++i)
+    if (x[3 * i] > end - 1e-9) lattice.end.push_back(i);
+  lattices_.push_back(std::move(lattice));
+}
+
+MaterialField StripSimulation::OnStrip(const MaterialField& material) const {
+  MaterialField strip = material;
+  if (kind_ == LabMeasurementKind::kCantilever) {
+    strip.density *= 1.0 - kHingePoisson * kHingePoisson;
+  } else {
+    strip.bend = LinearMaterial(1.0, kFlat, 1.0).bend;
+    // Weighs as much as its load, to which the tolerance of an equilibrium is relative.
+    strip.density = 1.0;
+    strip.density = load_ / CharacteristicForce(lattices_.front().solver.model(), strip);
+  }
+  return strip;
+}
+
+// Newton from the last shape; where that fails, from rest.
+bool StripSimulation::Settle(Lattice& lattice, const MaterialField& strip) const {
+  EquilibriumOptions options;
+  options.max_iterations = 60;
+  options.tolerance = tolerance_;
+  options.shift.most = kMostShift;
+  if (kind_ == LabMeasurementKind::kTensile)
+    options.residual_regime = std::numeric_limits<double>::infinity();
+  if (lattice.x.size() > 0) {
+    EquilibriumResult near = SolveEquilibrium(lattice.solver, strip, lattice.x, options);
+    if (near.status == EquilibriumStatus::kStable) {
+      lattice.x = std::move(near.x);
+      return true;
+    }
+  }
+  EquilibriumResult rest = SolveFromRest(lattice.solver, strip, options);
+  if (rest.status != EquilibriumStatus::kStable) return false;
+  lattice.x = std::move(rest.x);
+  return true;
+}
+
+double StripSimulation::Reading(const Lattice& lattice, Eigen::Vector3d* by_tip) const {
+  Eigen::Vector3d tip = Eigen::Vector3d::Zero();
+  for (const int i : lattice.end) tip += lattice.x.segment<3>(3 * i) / double(lattice.end.size());
+  if (kind_ == LabMeasurementKind::kTensile) {
+    const double length = RestEnd(lattice);
+    *by_tip = Eigen::Vector3d::UnitX() / length;
+    return tip.x() / length;
+  }
+  const double reach = tip.x() - lattice.clamp, drop = -tip.z();
+  *by_tip = Eigen::Vector3d(-drop, 0.0, -reach) / (reach * reach + drop * drop) / kDegree;
+  return std::atan2(drop, reach) / kDegree;
+}
+
+bool StripSimulation::Differentiate(Lattice& lattice, const MaterialField& strip,
+                                    const Eigen::Vector3d& by_tip,
+                                    Eigen::VectorXd* by_log_entry) const {
+  RowMatrix seed = RowMatrix::Zero(lattice.x.size(), 1);
+  for (const int i : lattice.end) seed.block<3, 1>(3 * i, 0) = by_tip / double(lattice.end.size());
+  MaterialGradient gradient;
+  if (!EquilibriumAdjoint(lattice.solver, strip, lattice.x, seed, &gradient)) return false;
+  *by_log_entry = gradient.Contract(strip).col(0);
+  // The rigidity that keeps a pulled strip flat is not the material's.
+  if (kind_ == LabMeasurementKind::kTensile) by_log_entry->tail(kBendEntries).setZero();
+  return true;
+}
+
+bool StripSimulation::Predict(const MaterialField& material, double* reading,
+                              Eigen::VectorXd* by_log_entry) {
+  const MaterialField strip = OnStrip(material);
+  const double share = 1.0 / double(lattices_.size());
+  *reading = 0.0;
+  if (by_log_entry != nullptr) by_log_entry->setZero(kMaterialEntries);
+  for (Lattice& lattice : lattices_) {
+    if (!Settle(lattice, strip)) return false;
+    Eigen::Vector3d by_tip;
+    *reading += share * Reading(lattice, &by_tip);
+    Eigen::VectorXd gradient;
+    if (by_log_entry == nullptr) continue;
+    if (!Differentiate(lattice, strip, by_tip, &gradient)) return false;
+    *by_log_entry += share * gradient;
+  }
+  return true;
+}
+
+StripResiduals::StripResiduals(std::vector<LabMeasurement> measurements, const Law& law)
+    : measurements_(std::move(measurements)) {
+  for (const LabMeasurement& measurement : measurements_)
+    for (int point = 0; point < static_cast<int>(measurement.points.size()); ++point) {
+      strips_.emplace_back(measurement, point, law);
+      first_of_measurement_.push_back(point == 0);
+    }
+}
+
+StripResiduals StripResiduals::Clone() const {
+  StripResiduals clone;
+  clone.measurements_ = measurements_;
+  clone.first_of_measurement_ = first_of_measurement_;
+  for (const StripSimulation& strip : strips_) clone.strips_.push_back(strip.Clone());
+  return clone;
+}
+
+bool StripResiduals::Compute(const MaterialField& material, Eigen::VectorXd* readings,
+                             RowMatrix* by_log_entry) {
+  readings->resize(num_points());
+  if (by_log_entry != nullptr) by_log_entry->resize(num_points(), kMaterialEntries);
+  for (int i = 0; i < num_points(); ++i) {
+    if (!first_of_measurement_[i]) strips_[i].StartLike(strips_[i - 1]);
+    Eigen::VectorXd gradient;
+    if (!strips_[i].Predict(material, &(*readings)[i],
+                            by_log_entry == nullptr ? nullptr : &gradient))
+      return false;
+    if (by_log_entry != nullptr) by_log_entry->row(i) = gradient.transpose();
+  }
+  return true;
+}
+
+bool StripResiduals::Evaluate(const MaterialParametrisation& parametrisation,
+                              const Eigen::VectorXd& theta, Eigen::VectorXd* residual,
+                              RowMatrix* jacobian) {
+  RowMatrix by_log_entry;
+  if (!Compute(parametrisation.Material(theta), residual,
+               jacobian == nullptr ? nullptr : &by_log_entry)) {
+    return false;
+  }
+  if (jacobian != nullptr) *jacobian = by_log_entry * parametrisation.LogEntriesByTheta(theta);
+  int row = 0;
+  for (const LabMeasurement& measurement : measurements_)
+    for (const LabPoint& point : measurement.points) {
+      (*residual)[row] = ((*residual)[row] - point.reading) / measurement.sigma;
+      if (jacobian != nullptr) jacobian->row(row) /= measurement.sigma;
+      ++row;
+    }
+  return true;
+}
+
+BendingEstimate EstimateBending(double overhang, double angle, double density) {
+  if (!(angle > 0.0 && angle < 90.0)) {
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    return {none, none};
+  }
+  const double length = overhang / std::cbrt(HeavyElasticaGamma(angle * kDegree));
+  return {length, density * kStandardGravity * length * length * length};
+}
+
+std::vector<StripReport> ReportStrips(const StripResiduals& strips, const MaterialField& material) {
+  Eigen::VectorXd readings;
+  if (!strips.Clone().Compute(material, &readings)) return {};
+  std::vector<StripReport> reports;
+  int next = 0;
+  for (const LabMeasurement& measurement : strips.measurements()) {
+    const auto count = static_cast<Eigen::Index>(measurement.points.size());
+    const Eigen::VectorXd own = readings.segment(next, count);
+    reports.push_back({measurement, std::vector<double>(own.begin(), own.end()), material.density});
+    next += static_cast<int>(count);
+  }
+  return reports;
+}
+
+ordered_json StripsJson(const std::vector<StripReport>& reports) {
+  ordered_json json = ordered_json::array();
+  for (const StripReport& report : reports) {
+    ordered_json measurement = {{"file", report.measurement.file},
+                                {"name", report.measurement.name},
+                                {"test", ToString(report.measurement.kind)},
+                                {"direction", report.measurement.direction},
+                                {"sigma", report.measurement.sigma}};
+    measurement["points"] = ordered_json::array();
+    for (std::size_t i = 0; i < report.computed.size(); ++i)
+      measurement["points"].push_back(PointJson(report, i));
+    json.push_back(std::move(measurement));
+  }
+  return json;
+}
+
+std::string StripTable(const std::vector<StripReport>& reports) {
+  if (reports.empty()) return "";
+  std::string table = Format("%-28s %9s  %-26s %9s %9s %8s\n", "test", "direction", "set, measured",
+                             "measured", "fitted", "/ sigma");
+  for (const StripReport& report : reports)
+    for (std::size_t i = 0; i < report.computed.size(); ++i) table += PointLine(report, i);
+  return table;
 }
 
 }  // namespace drape

@@ -38,74 +38,43 @@ struct CallKey {
   bool operator==(const CallKey&) const = default;
 };
 
-// What a task waits for.
-class Call {
- public:
-  explicit Call(const CallKey& key) : key_(key) {}
-  virtual ~Call() = default;
-  const CallKey& key() const { return key_; }
-  virtual std::size_t size() const = 0;
-  // Answers this and all others of `joined`, whose first this is.
-  virtual void Answer(std::span<Call* const> joined) = 0;
-
-  bool serial = false;
-  bool answered = false;
-  std::exception_ptr error;
-
- private:
-  CallKey key_;
-};
-
-class UnbatchedCall final : public Call {
- public:
-  UnbatchedCall(std::size_t size, const std::function<void()>& act)
-      : Call(CallKey()), size_(size), act_(act) {}
-  std::size_t size() const override { return size_; }
-  void Answer(std::span<Call* const>) override { act_(); }
-
- private:
-  std::size_t size_;
-  const std::function<void()>& act_;
-};
-
 // The inputs of one call or of several together.
 struct Inputs {
   std::vector<RolloutInput> batch;
   std::vector<const MaterialField*> weights;  // as many, or empty where the kind takes none
 };
 
-template <class Result>
-class JoinedCall final : public Call {
- public:
-  // Runs a batch for some calls of this key.
-  using Run = std::function<std::vector<Result>(const Inputs& inputs)>;
-  JoinedCall(const CallKey& key, Inputs inputs, const Run& run)
-      : Call(key), inputs_(std::move(inputs)), run_(run) {}
-
-  std::size_t size() const override { return inputs_.batch.size(); }
-  std::vector<Result> TakeResults() { return std::move(results_); }
-
-  void Answer(std::span<Call* const> joined) override {
-    Inputs all;
-    for (Call* call : joined) {
-      const Inputs& inputs = static_cast<JoinedCall*>(call)->inputs_;
-      all.batch.insert(all.batch.end(), inputs.batch.begin(), inputs.batch.end());
-      all.weights.insert(all.weights.end(), inputs.weights.begin(), inputs.weights.end());
-    }
-    std::vector<Result> results = run_(all);
-    CHECK_EQ(results.size(), all.batch.size());
-    auto next = std::make_move_iterator(results.begin());
-    for (Call* call : joined) {
-      static_cast<JoinedCall*>(call)->results_.assign(next, next + call->size());
-      next += call->size();
-    }
-  }
-
- private:
-  Inputs inputs_;
-  const Run& run_;
-  std::vector<Result> results_;
+// What a task waits for.
+struct Call {
+  // Answers this call and all others of `joined`, whose first this is.
+  std::function<void(std::span<Call* const> joined)> answer;
+  CallKey key = {};
+  Inputs inputs = {};
+  std::size_t size = 0;  // of the batch
+  void* results =
+      nullptr;  // of joinable calls: std::vector<Result>*, where Result follows the kind
+  bool serial = false;
+  bool answered = false;
+  std::exception_ptr error = {};
 };
+
+// Runs the inputs of all calls as one batch and divides the results among them.
+template <class Result>
+void AnswerTogether(std::span<Call* const> joined,
+                    const std::function<std::vector<Result>(const Inputs&)>& run) {
+  Inputs all;
+  for (const Call* call : joined) {
+    all.batch.insert(all.batch.end(), call->inputs.batch.begin(), call->inputs.batch.end());
+    all.weights.insert(all.weights.end(), call->inputs.weights.begin(), call->inputs.weights.end());
+  }
+  std::vector<Result> results = run(all);
+  CHECK_EQ(results.size(), all.batch.size());
+  auto next = std::make_move_iterator(results.begin());
+  for (Call* call : joined) {
+    static_cast<std::vector<Result>*>(call->results)->assign(next, next + call->size);
+    next += call->size;
+  }
+}
 
 // Synchronises the threads of the tasks with the one that answers their calls.
 class BatchScheduler {
@@ -166,7 +135,7 @@ class BatchScheduler {
 
   static std::exception_ptr Answer(const std::vector<Call*>& joined) {
     try {
-      joined.front()->Answer(joined);
+      joined.front()->answer(joined);
     } catch (...) {
       return std::current_exception();
     }
@@ -175,10 +144,10 @@ class BatchScheduler {
 
   // The waiting calls that are answered together with `first`, which is among them.
   std::vector<Call*> FindJoinable(Call* first) const {
-    if (first->key().kind == CallKind::kUnbatched) return {first};
+    if (first->key.kind == CallKind::kUnbatched) return {first};
     std::vector<Call*> group;
     for (const auto& [task, call] : waiting_)
-      if (call->key() == first->key()) group.push_back(call);
+      if (call->key == first->key) group.push_back(call);
     return group;
   }
 
@@ -192,7 +161,7 @@ class BatchScheduler {
       }
       std::vector<Call*> group = FindJoinable(call);
       std::size_t size = 0;
-      for (const Call* member : group) size += member->size();
+      for (const Call* member : group) size += member->size;
       if (!best.empty() && size <= most) continue;
       best = std::move(group);
       most = size;
@@ -221,8 +190,7 @@ class Task final : public BatchingBackend {
   int threads() const override { return inner_->threads(); }
 
   void RunSerially(const std::function<void()>& act) override {
-    UnbatchedCall call(0, act);
-    call.serial = true;
+    Call call{.answer = [&](std::span<Call* const>) { act(); }, .serial = true};
     scheduler_->Wait(index_, call);
   }
 
@@ -286,18 +254,21 @@ class Task final : public BatchingBackend {
   template <class Result>
   std::vector<Result> Join(const CallKey& key, std::span<const RolloutInput> batch,
                            std::span<const MaterialField* const> weights,
-                           const typename JoinedCall<Result>::Run& run) {
-    JoinedCall<Result> call(key, {{batch.begin(), batch.end()}, {weights.begin(), weights.end()}},
-                            run);
+                           const std::function<std::vector<Result>(const Inputs&)>& run) {
+    std::vector<Result> results;
+    Call call{.answer = [&](std::span<Call* const> joined) { AnswerTogether(joined, run); },
+              .key = key,
+              .inputs = {{batch.begin(), batch.end()}, {weights.begin(), weights.end()}},
+              .size = batch.size(),
+              .results = &results};
     scheduler_->Wait(index_, call);
-    return call.TakeResults();
+    return results;
   }
 
   template <class Act>
   std::invoke_result_t<Act> CallUnbatched(std::size_t size, const Act& act) {
     std::invoke_result_t<Act> results;
-    const std::function<void()> answer = [&] { results = act(); };
-    UnbatchedCall call(size, answer);
+    Call call{.answer = [&](std::span<Call* const>) { results = act(); }, .size = size};
     scheduler_->Wait(index_, call);
     return results;
   }

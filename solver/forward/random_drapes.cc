@@ -183,15 +183,6 @@ std::vector<DrapeSample> SampleEquilibria(Backend& backend, const MaterialField&
   return samples;
 }
 
-BranchMetric ParseBranchMetric(const std::string& text) {
-  if (text == "vertices") return BranchMetric::kVertices;
-  if (text == "outline") return BranchMetric::kOutline;
-  if (text == "rotated") return BranchMetric::kRotated;
-  if (text == "mirrored") return BranchMetric::kMirrored;
-  throw InputError("distance",
-                   "found '" + text + "', expected one of vertices, outline, rotated, mirrored");
-}
-
 double BranchDistance(const DrapeSample& a, const DrapeSample& b, BranchMetric metric) {
   switch (metric) {
     case BranchMetric::kVertices:

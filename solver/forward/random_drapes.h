@@ -14,6 +14,7 @@
 #include "physics/cloth/start_shape.h"
 #include "physics/mesh/disc.h"
 #include "physics/simulation/backend.h"
+#include "physics/util/options/enum_names.h"
 #include "physics/util/run_control.h"
 
 namespace drape {
@@ -89,8 +90,12 @@ enum class BranchMetric {
   kRotated,   // turned,
   kMirrored   // turned and mirrored
 };
-// "vertices", "outline", "rotated" or "mirrored". Throws InputError for any other.
-BranchMetric ParseBranchMetric(const std::string& text);
+constexpr auto EnumNames(BranchMetric) {
+  return MakeNames<BranchMetric>({{BranchMetric::kVertices, "vertices"},
+                                  {BranchMetric::kOutline, "outline"},
+                                  {BranchMetric::kRotated, "rotated"},
+                                  {BranchMetric::kMirrored, "mirrored"}});
+}
 double BranchDistance(const DrapeSample& a, const DrapeSample& b, BranchMetric metric);  // [m]
 
 // Samples on one branch, those of least energy first.

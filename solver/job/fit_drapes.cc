@@ -15,7 +15,7 @@
 #include "solver/fit/protocol/nested_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/posterior/posterior_fit.h"
-#include "solver/posterior/posterior_report.h"
+#include "solver/posterior/posterior_io.h"
 
 namespace drape {
 namespace {

@@ -29,7 +29,7 @@
 #include "solver/fit/protocol/staged_fit.h"
 #include "solver/job/plot/chart.h"
 #include "solver/job/plot/field_map.h"
-#include "solver/posterior/posterior_report.h"
+#include "solver/posterior/posterior_io.h"
 
 namespace drape {
 namespace {
@@ -119,28 +119,23 @@ ordered_json UncertaintyJson(const Eigen::VectorXd& posterior, const Eigen::Vect
 }
 
 ordered_json FieldJson(const FieldFit& fit, const FieldOptions& options) {
-  const bool modes = options.basis == FieldBasis::kModes;
-  ordered_json json = {{"basis", ToString(options.basis)},
-                       {"groups", ToString(options.groups)},
-                       {"prior_sigma", options.sigma}};
-  if (modes) json.update({{"modes", options.modes}, {"length_m", options.length}});
-  json.update({{"parameters", fit.summary.theta.size()},
-               {"determined_directions", fit.determined},
-               {"termination", ToString(fit.summary.termination)},
-               {"cost", fit.summary.final_cost},
-               {"initial_cost", fit.summary.initial_cost},
-               {"iterations", fit.iterations},
-               {"rollouts", fit.summary.counts.rollouts},
-               {"jacobians", fit.summary.counts.tangents},
-               {"branch_jumps", fit.summary.counts.jumps},
-               {"failed_rollouts", fit.summary.counts.failed},
-               {"seconds", fit.summary.seconds},
-               {"stretch_n_per_m", ScatterJson(StretchOfFaces(fit.material))},
-               {"bend_n_m", ScatterJson(BendOfHinges(fit.material))},
-               {"stretch_uncertainty", UncertaintyJson(fit.posterior_face, fit.prior_face)},
-               {"bend_uncertainty", UncertaintyJson(fit.posterior_hinge, fit.prior_hinge)}});
-  // Of elements, theta would repeat the material file.
-  if (modes)
+  ordered_json json = {{"parameters", fit.summary.theta.size()},
+                       {"determined_directions", fit.determined},
+                       {"termination", ToString(fit.summary.termination)},
+                       {"cost", fit.summary.final_cost},
+                       {"initial_cost", fit.summary.initial_cost},
+                       {"iterations", fit.iterations},
+                       {"rollouts", fit.summary.counts.rollouts},
+                       {"jacobians", fit.summary.counts.tangents},
+                       {"branch_jumps", fit.summary.counts.jumps},
+                       {"failed_rollouts", fit.summary.counts.failed},
+                       {"seconds", fit.summary.seconds},
+                       {"stretch_n_per_m", ScatterJson(StretchOfFaces(fit.material))},
+                       {"bend_n_m", ScatterJson(BendOfHinges(fit.material))},
+                       {"stretch_uncertainty", UncertaintyJson(fit.posterior_face, fit.prior_face)},
+                       {"bend_uncertainty", UncertaintyJson(fit.posterior_hinge, fit.prior_hinge)}};
+  // Numbers of single elements would repeat the material file.
+  if (options.basis == FieldBasis::kModes)
     json["theta"] = std::vector<double>(fit.summary.theta.begin(), fit.summary.theta.end());
   return json;
 }
@@ -364,27 +359,12 @@ std::string LaboratoryText(const FitProblem& problem, const FitReport& report) {
   return text + (report.fabric_sheet ? ShortSheet(*report.fabric_sheet) : "");
 }
 
-ordered_json SettingsJson(const FitSpec& spec) {
-  return {{"model", ToString(spec.model)},
-          {"law", ToString(spec.law)},
-          {"contact", ToString(spec.contact.model)},
-          {"thickness_m", spec.contact.thickness},
-          {"camera", ToString(spec.observation.camera.kind)},
-          {"centre", ToString(spec.observation.centre)},
-          {"mesh", spec.mesh},
-          {"search_mesh", spec.search_mesh},
-          {"coarse_mesh", spec.coarse_mesh}};
-}
-
 ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem& problem,
                      const StagedFitState& state, const FitReport& report) {
   const double prior_sigma = spec.stages.prior_sigma;
   ordered_json json = {{"tool", "drape_fit"}, {"status", report.cancelled ? "cancelled" : "done"}};
-  json.update(SettingsJson(spec));
-  json.update({{"start_material", data.material},
-               {"verdict", VerdictJson(report)},
-               {"notes", report.notes}});
-  if (!data.other_materials.empty()) json["other_start_materials"] = data.other_materials;
+  json.update(
+      {{"model", ToString(spec.model)}, {"verdict", VerdictJson(report)}, {"notes", report.notes}});
   if (report.fitted()) {
     json["stiffness"] = StiffnessJson(report);
     json["bending"] = BendingJson(report);
@@ -392,8 +372,6 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
   }
   if (!report.strips.empty()) json["lab_measurements"] = StripsJson(report.strips);
   if (problem.observations.empty()) {
-    for (const char* key : {"camera", "centre", "mesh", "search_mesh", "coarse_mesh"})
-      json.erase(key);
     if (report.lab_fit) json.update(LabFitJson(prior_sigma, *report.lab_fit));
     return json;
   }

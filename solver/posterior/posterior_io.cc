@@ -7,12 +7,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
-#include "solver/posterior/hierarchical_samples.h"
+#include "solver/fit/effective_stiffness.h"
+#include "solver/posterior/posterior_fit.h"
 
 namespace drape {
 namespace {
@@ -63,12 +65,6 @@ void ReadNames(const JsonInput& names, StoredPosterior* posterior) {
   names.Fail("names of 1, 2, 3, 7 or 39 log factors of a fabric, then two of each specimen");
 }
 
-PosteriorKind ReadKind(const JsonInput& input) {
-  for (const PosteriorKind kind : {PosteriorKind::kHierarchy, PosteriorKind::kElements})
-    if (input.String() == ToString(kind)) return kind;
-  input.Fail("\"hierarchy\" or \"bdp\"");
-}
-
 void ExpectHeader(const JsonInput& input) {
   if (!input.Has("format") || input.At("format").value() != kPosteriorFormat)
     input.Fail(std::string("a posterior, with \"format\": \"") + kPosteriorFormat + '"');
@@ -77,16 +73,9 @@ void ExpectHeader(const JsonInput& input) {
     input.At("log_factors_on").Fail(std::string("\"") + kBase + '"');
 }
 
-using Json = nlohmann::ordered_json;
-
 constexpr char kSamplesFormat[] = "drapefit-samples";
-constexpr int kVersion = 1;
+constexpr int kSamplesVersion = 1;
 constexpr int kMostDrawn = 1'000'000;
-
-template <class Numbers>
-Json List(const Numbers& numbers) {
-  return std::vector<double>(numbers.begin(), numbers.end());
-}
 
 StoredSamples::Image ReadImage(const JsonInput& input) {
   input.ExpectKeys({"name", "sigma_m", "radius_m"});
@@ -106,6 +95,28 @@ StoredSamples::Sample ReadSample(const JsonInput& input, int parameters, int ang
   return sample;
 }
 
+constexpr double kNarrowed = 0.7;  // posterior over prior deviation of a determined log factor
+constexpr double kReliable = 0.7;  // k̂ up to which the approximation is reliable
+
+bool IsElementwise(const PosteriorFit& fit) { return fit.kind == PosteriorKind::kElements; }
+
+// Standard deviations of the log factors root·u.
+Eigen::VectorXd LogDeviations(const Eigen::MatrixXd& root, const GaussianPosterior& u) {
+  return (root * u.rotation * u.factor).rowwise().norm();
+}
+
+// The rounding of the mean must not make a spread of numbers that are all equal.
+std::pair<double, double> MeanAndDeviation(const Eigen::ArrayXd& numbers) {
+  if ((numbers == numbers[0]).all()) return {numbers[0], 0.0};
+  return {numbers.mean(), std::sqrt((numbers - numbers.mean()).square().mean())};
+}
+
+// "151.7 +- 12 N/m", or "151.7 N/m (not varied)" where the model holds it.
+std::string StiffnessText(double mean, double deviation, const char* unit) {
+  if (deviation == 0.0) return Format("%.4g %s (not varied)", mean, unit);
+  return Format("%.4g +- %.3g %s", mean, deviation, unit);
+}
+
 }  // namespace
 
 Eigen::VectorXd ReadLogFactors(const JsonInput& input, int count) {
@@ -114,10 +125,6 @@ Eigen::VectorXd ReadLogFactors(const JsonInput& input, int count) {
     if (std::abs(factors[i]) > kMostLogFactor)
       input.At(i).Fail(Format("a log factor of at most %g", kMostLogFactor));
   return factors;
-}
-
-std::string ToString(PosteriorKind kind) {
-  return kind == PosteriorKind::kHierarchy ? "hierarchy" : "bdp";
 }
 
 std::string StoredPosterior::NameFor(int i) const {
@@ -165,7 +172,7 @@ StoredPosterior ReadPosterior(const std::string& folder, const MaterialPolicy& p
   const JsonInput input(file, path);
   ExpectHeader(input);
   StoredPosterior posterior;
-  posterior.kind = ReadKind(input.At("kind"));
+  posterior.kind = ParseName<PosteriorKind>(input.At("kind").String(), input.At("kind").Name());
   const bool elements = posterior.kind == PosteriorKind::kElements;
   std::vector<std::string> keys = {
       "format", "version",  "kind", "log_factors_on",
@@ -207,19 +214,20 @@ void WriteSamples(const std::string& folder, const StoredSamples& samples) {
       *text += (i == 0 ? "\n  " : ",\n  ") + make(items[i]).dump();
   };
   std::string text = "{\"format\": \"" + std::string(kSamplesFormat) +
-                     "\", \"version\": " + std::to_string(kVersion) +
+                     "\", \"version\": " + std::to_string(kSamplesVersion) +
                      ", \"drawn\": " + std::to_string(samples.drawn) + ",\n \"images\": [";
   lines(&text, samples.images, [](const StoredSamples::Image& image) {
-    return Json{{"name", image.name}, {"sigma_m", image.sigma}, {"radius_m", List(image.radius)}};
+    return ordered_json{
+        {"name", image.name}, {"sigma_m", image.sigma}, {"radius_m", List(image.radius)}};
   });
   text += "],\n \"samples\": [";
   lines(&text, samples.samples, [](const StoredSamples::Sample& sample) {
-    Json outlines = Json::array();
+    ordered_json outlines = ordered_json::array();
     for (const auto& outline : sample.radius.colwise()) outlines.push_back(List(outline));
-    return Json{{"log_factors", List(sample.log_factors)},
-                {"log_prior", sample.log_prior},
-                {"log_density", sample.log_density},
-                {"radius_m", outlines}};
+    return ordered_json{{"log_factors", List(sample.log_factors)},
+                        {"log_prior", sample.log_prior},
+                        {"log_density", sample.log_density},
+                        {"radius_m", outlines}};
   });
   WriteFileAtomically(folder + "/" + kSamplesFile, text + "]}\n");
 }
@@ -230,7 +238,8 @@ StoredSamples ReadSamples(const std::string& folder, int parameters) {
   const JsonInput input(file, path);
   if (!input.Has("format") || input.At("format").value() != kSamplesFormat)
     input.Fail(std::string("samples of a posterior, with \"format\": \"") + kSamplesFormat + '"');
-  if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
+  if (input.At("version").Integer() != kSamplesVersion)
+    input.At("version").Fail(std::to_string(kSamplesVersion));
   input.ExpectKeys({"format", "version", "drawn", "images", "samples"});
   StoredSamples stored;
   stored.drawn = input.At("drawn").IntegerWithin(0, kMostDrawn);
@@ -245,6 +254,116 @@ StoredSamples ReadSamples(const std::string& folder, int parameters) {
   for (int s = 0; s < samples.Size(); ++s)
     stored.samples.push_back(ReadSample(samples.At(s), parameters, stored.angles(), images.Size()));
   return stored;
+}
+
+PosteriorStiffness ComputePosteriorStiffness(const PosteriorFit& fit,
+                                             const Eigen::VectorXd& weights) {
+  constexpr int kSamples = 400;
+  const GaussianPosterior& q = fit.distribution.gaussian;
+  const Eigen::MatrixXd draws = q.Draws(IndependentSamples(q.size(), kSamples, 1));
+  Eigen::ArrayXd stretch(kSamples), bend(kSamples);
+  for (int s = 0; s < kSamples; ++s) {
+    const MaterialField fabric = fit.FabricAt(draws.col(s));
+    stretch[s] = EffectiveStretch(fabric, weights);
+    bend[s] = EffectiveBend(fabric, weights);
+  }
+  const auto [mean_stretch, stretch_deviation] = MeanAndDeviation(stretch);
+  const auto [mean_bend, bend_deviation] = MeanAndDeviation(bend);
+  return {mean_stretch, stretch_deviation, mean_bend, bend_deviation};
+}
+
+ordered_json PosteriorJson(const PosteriorFit& fit, const Eigen::VectorXd& weights) {
+  const HierarchicalModel& hierarchy = fit.hierarchy;
+  const Eigen::MatrixXd root = hierarchy.LatentRoot();
+  const Eigen::VectorXd prior = root.rowwise().norm();
+  const Eigen::VectorXd mode = root * fit.mode.gaussian.mean;
+  const Eigen::VectorXd mean = root * fit.distribution.gaussian.mean;
+  const Eigen::VectorXd laplace = LogDeviations(root, fit.mode.gaussian);
+  const Eigen::VectorXd deviation = LogDeviations(root, fit.distribution.gaussian);
+  ordered_json numbers = ordered_json::array();
+  for (int i = 0; i < hierarchy.num_latents(); ++i) {
+    ordered_json number = {{"name", hierarchy.NameFor(i)},
+                           {"prior_sd", prior[i]},
+                           {"mode", mode[i]},
+                           {"laplace_sd", laplace[i]},
+                           {"mean", mean[i]}};
+    if (IsElementwise(fit)) {
+      number["element_sd"] = deviation[i];
+    } else {
+      number["sd"] = deviation[i];
+      number["sd_over_prior_sd"] = deviation[i] / prior[i];
+    }
+    numbers.push_back(number);
+  }
+  const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit, weights);
+  return {{"kind", ToString(fit.kind)},
+          {"specimens", hierarchy.specimens},
+          {"sigma_px", fit.sigma_px},
+          {"termination", ToString(fit.distribution.termination)},
+          {"mode_termination", ToString(fit.mode.termination)},
+          {"iterations", {fit.mode.iterations, fit.distribution.iterations}},
+          {"rollouts", fit.counts.rollouts},
+          {"jacobians", fit.counts.tangents},
+          {"failed_rollouts", fit.counts.failed},
+          {"seconds", {fit.mode.seconds, fit.distribution.seconds}},
+          {"elbo", fit.elbo},
+          {"elbo_error", fit.elbo_error},
+          {"divergence_from_prior", fit.distribution.divergence},
+          {"pareto_k", fit.pareto_k},
+          {"sample_rms_px", fit.sample_rms_px},
+          {"elbo_samples_valid", fit.elbo_samples_valid},
+          {"extrapolated_samples", fit.num_extrapolated},
+          {"reported_at", fit.reported_at_mode ? "mode" : "mean"},
+          {"stretch_n_per_m", {stiffness.stretch, stiffness.stretch_deviation}},
+          {"bend_n_m", {stiffness.bend, stiffness.bend_deviation}},
+          {"log_factors", numbers}};
+}
+
+StoredPosterior MakeStoredPosterior(const PosteriorFit& fit) {
+  const Eigen::MatrixXd root = fit.hierarchy.LatentRoot();
+  StoredPosterior stored;
+  stored.kind = fit.kind;
+  stored.fabric = fit.hierarchy.fabric;
+  stored.specimens = fit.hierarchy.has_specimens() ? fit.hierarchy.specimens : 0;
+  stored.base = fit.hierarchy.base;
+  stored.prior_sd = root.rowwise().norm();
+  stored.mean = root * fit.distribution.gaussian.mean;
+  if (IsElementwise(fit)) {
+    stored.element_sd = LogDeviations(root, fit.distribution.gaussian);
+    return stored;
+  }
+  stored.covariance = root * fit.distribution.gaussian.Covariance() * root.transpose();
+  if (fit.hierarchy.fabric_root.size() > 0)
+    stored.fabric_prior = fit.hierarchy.fabric_root * fit.hierarchy.fabric_root.transpose();
+  return stored;
+}
+
+std::string PosteriorTable(const PosteriorFit& fit, const Eigen::VectorXd& weights) {
+  const PosteriorStiffness stiffness = ComputePosteriorStiffness(fit, weights);
+  const Eigen::MatrixXd root = fit.hierarchy.LatentRoot();
+  const Eigen::VectorXd deviation =
+      LogDeviations(root, fit.distribution.gaussian).cwiseQuotient(root.rowwise().norm());
+  std::string text = IsElementwise(fit)
+                         ? "  faces and hinges, mean and standard deviation: stretch "
+                         : "  posterior of the fabric: stretch ";
+  text += StiffnessText(stiffness.stretch, stiffness.stretch_deviation, "N/m") + ", bend " +
+          StiffnessText(stiffness.bend, stiffness.bend_deviation, "N m") + "\n";
+  if (!IsElementwise(fit))
+    text += Format("  %d of %d log factors have less than %.1f of their prior deviation\n",
+                   static_cast<int>((deviation.array() < kNarrowed).count()),
+                   static_cast<int>(deviation.size()), kNarrowed);
+  if (std::isnan(fit.elbo))
+    return text + Format(
+                      "  sigma of the outline %.2f px; too few independent samples are valid "
+                      "(%d) to judge the fit\n",
+                      fit.sigma_px, fit.elbo_samples_valid);
+  return text + Format(
+                    "  sigma of the outline %.2f px; root mean square error of samples %.2f px\n"
+                    "  evidence lower bound %.1f +- %.1f by %d independent samples, Pareto k %.2f: "
+                    "%s\n",
+                    fit.sigma_px, fit.sample_rms_px, fit.elbo, fit.elbo_error,
+                    fit.elbo_samples_valid, fit.pareto_k,
+                    fit.pareto_k < kReliable ? "reliable" : "not reliable");
 }
 
 }  // namespace drape

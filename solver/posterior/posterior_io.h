@@ -2,20 +2,27 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 #include "physics/material/material_io.h"
+#include "physics/util/options/enum_names.h"
 #include "solver/fit/parametrisation.h"
 
 namespace drape {
 
 class JsonInput;
+struct PosteriorFit;
 
 enum class PosteriorKind {
   kHierarchy,  // "hierarchy": log factors of a fabric, then of its specimens, jointly normal
   kElements    // "bdp": of each face and hinge, independent normal, the same for all [METHODS, P33]
 };
+constexpr auto EnumNames(PosteriorKind) {
+  return MakeNames<PosteriorKind>(
+      {{PosteriorKind::kHierarchy, "hierarchy"}, {PosteriorKind::kElements, "bdp"}});
+}
 
 // The posterior of a fit as its files hold it: posterior.json, with base.json beside it,
 //   {"format": "drapefit-posterior", "version": 2, "kind", "log_factors_on": "base.json",
@@ -41,9 +48,6 @@ struct StoredPosterior {
   std::string NameFor(int i) const;
   Eigen::MatrixXd FabricPrior() const;  // shape [num_fabric(), num_fabric()]
 };
-
-// "hierarchy", "bdp".
-std::string ToString(PosteriorKind kind);
 
 // Writes posterior.json and base.json, each atomically. CHECKs shapes. Throws InputError when one
 // cannot be written. source: a note on the origin.
@@ -95,5 +99,26 @@ void WriteSamples(const std::string& folder, const StoredSamples& samples);
 // Throws InputError naming the file and the key: another format or version, shapes that do not
 // agree, a deviation that is not positive, or `log_factors` of another number than `parameters`.
 StoredSamples ReadSamples(const std::string& folder, int parameters);
+
+// Mean and standard deviation of the stiffness, estimated by samples: of the fabric under its
+// posterior; of model bdp, of single faces and hinges. weights: StiffnessWeights of the fitted
+// drapes; EqualStiffnessWeights for the means over the table of [Gong 2024, table 3].
+struct PosteriorStiffness {
+  double stretch = 0.0, stretch_deviation = 0.0;  // EffectiveStretch [N/m]
+  double bend = 0.0, bend_deviation = 0.0;        // EffectiveBend [N m]
+};
+PosteriorStiffness ComputePosteriorStiffness(const PosteriorFit& fit,
+                                             const Eigen::VectorXd& weights);
+
+// For summary.json: each number's prior and posterior beside the Laplace approximation's, evidence,
+// k̂, estimated σ.
+nlohmann::ordered_json PosteriorJson(const PosteriorFit& fit, const Eigen::VectorXd& weights);
+
+// The content of its files (WritePosterior).
+StoredPosterior MakeStoredPosterior(const PosteriorFit& fit);
+
+// For a person: the stiffness, how many log factors the data determine, and whether k̂ allows
+// to rely on it.
+std::string PosteriorTable(const PosteriorFit& fit, const Eigen::VectorXd& weights);
 
 }  // namespace drape

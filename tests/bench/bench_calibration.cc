@@ -191,10 +191,11 @@ class Trial {
     const std::vector<double> factors = {0.6, 1.0, 1.6};
     std::vector<Observation> all;
     for (int i = 0; i < num_drapes(); ++i) all.push_back(observation(i));
-    const auto guesses = RankInitialGuesses(*backend_, hierarchy_.base, all,
-                                            {.stretch = factors, .bend = factors}, {});
+    TriedGuesses tried;
+    TryInitialGuesses(*backend_, {hierarchy_.base}, all, {.stretch = factors, .bend = factors}, {},
+                      tried, [] {});
     std::vector<BranchStart> starts;
-    for (const InitialGuess& guess : guesses) {
+    for (const InitialGuess& guess : RankGuesses(tried)) {
       if (static_cast<int>(starts.size()) == FLAGS_candidates_per_round) break;
       BranchStart start{Eigen::VectorXd::Zero(latents()), {}};
       for (int k = 0; k < hierarchy_.num_fabric(); ++k)

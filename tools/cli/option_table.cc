@@ -13,7 +13,7 @@
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/option_text.h"
-#include "tools/cli/repetition.h"
+#include "tools/cli/provenance.h"
 
 namespace drape {
 namespace {

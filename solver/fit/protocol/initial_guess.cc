@@ -167,15 +167,6 @@ std::vector<InitialGuess> RankGuesses(const TriedGuesses& tried) {
   return ranked;
 }
 
-std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& table,
-                                             const std::vector<Observation>& observations,
-                                             const InitialGuessOptions& options,
-                                             const RunControl& control) {
-  TriedGuesses tried;
-  TryInitialGuesses(coarse, {table}, observations, options, control, tried, [] {});
-  return RankGuesses(tried);
-}
-
 OutlinePull::OutlinePull(const ClothModel& model, const Observation& observation)
     : model_(model), observation_(observation), hem_(model.mesh.boundary_loops[0]) {
   const Mesh& mesh = model.mesh;

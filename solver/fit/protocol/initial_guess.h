@@ -83,14 +83,8 @@ void TryInitialGuesses(Backend& coarse, const std::vector<MaterialField>& tables
                        const InitialGuessOptions& options, const RunControl& control,
                        TriedGuesses& tried, const std::function<void()>& save);
 
-// Those of all scales, best first.
+// The guesses of all scales, best first.
 std::vector<InitialGuess> RankGuesses(const TriedGuesses& tried);
-
-// Both at once.
-std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& table,
-                                             const std::vector<Observation>& observations,
-                                             const InitialGuessOptions& options,
-                                             const RunControl& control);
 
 // Of the many drapes of a material, one near an image [METHODS, P58]: while the cloth falls, the
 // part that overhangs is pulled towards the outline of the image, then released.

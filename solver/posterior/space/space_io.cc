@@ -275,7 +275,7 @@ SpacePrior ReadSpacePrior(const std::string& path) {
                     "population", "left_out", "non_fabrics", "new", "prior", "provenance"});
   SpacePrior prior;
   if (input.At("kind").String() != ToString(prior.frame.kind))
-    input.At("kind").Fail(ToString(prior.frame.kind) + ", which has a population");
+    input.At("kind").Fail(std::string(ToString(prior.frame.kind)) + ", which has a population");
   prior.frame.by = ParseName<SpaceBy>(input.At("by").String(), input.At("by").Name());
   prior.frame.tying = ReadTying(input.At("names"));
   prior.frame.base = ReadBase(input.At("base"));

@@ -1,18 +1,71 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "physics/simulation/statics/statics.h"
 #include "physics/util/math/power_law.h"
-#include "solver/fit/continuation.h"
 #include "solver/fit/outline_residuals.h"
+#include "solver/fit/parametrisation.h"
 #include "solver/studies/runner/study.h"
 
 namespace drape {
+
+// One drape followed along a line of materials, θ(s) = s·direction from s = 0: Euler predictor by
+// the implicit tangent, Newton corrector, steps by the error of the prediction [Allgower
+// 1990, ch. 2 and 6]. The branch may end on the way: at a fold ∂x/∂s grows as (s* − s)^−½ and K
+// loses definiteness; at a bifurcation K loses it while ∂x/∂s stays finite.
+
+struct ContinuationOptions {
+  double end = 1.0;  // of s, either sign, not 0
+  double first_step = 0.02;
+  double min_step = 1e-4;  // the branch counts as ended when a shorter one would be needed
+  double max_step = 0.2;
+  double max_error = 2e-3;  // a vertex further than this from its prediction is another branch [m]
+  EquilibriumOptions corrector;
+
+  void Check() const;  // programmer errors
+};
+
+enum class ContinuationStatus {
+  kReachedEnd,
+  kFold,     // the branch ends: see lost_at and lost_because
+  kNoStart,  // no stable drape near the start
+  kCancelled
+};
+const char* ToString(ContinuationStatus status);
+
+// A stable drape on the branch.
+struct ContinuationPoint {
+  double s = 0.0;
+  Eigen::VectorXd x;       // [m], shape [3V]
+  double speed = 0.0;      // root mean square over the vertices of |∂x/∂s| [m]
+  double stiffness = 0.0;  // lowest eigenvalue of K by mass, as in LowestEigenvalues [s⁻²]
+  double prediction_error = 0.0;  // largest distance of a vertex to its prediction [m]
+  int newton_iterations = 0;
+};
+
+struct ContinuationResult {
+  ContinuationStatus status = ContinuationStatus::kNoStart;
+  std::vector<ContinuationPoint> points;  // from s = 0; the last is the farthest
+  int refused = 0;                        // rejected steps
+  // Of kFold: the branch ends between the last point and lost_at.
+  double lost_at = 0.0;
+  std::string lost_because;
+  // Where the speeds of the last two points put a fold (1/speed² is linear in s before it); none
+  // where the speed does not grow.
+  std::optional<double> fold_estimate;
+};
+
+// x: near the drape at s = 0, shape [3V]; direction: shape [P] of the parametrisation's θ.
+ContinuationResult FollowBranch(StepSolver& solver, const MaterialParametrisation& parametrisation,
+                                const Eigen::VectorXd& direction, const Eigen::VectorXd& x,
+                                const ContinuationOptions& options);
 
 // Where the gradients of a drape fail: differences against tangents, long horizons, and the ends of
 // branches. All are derivatives of the shape x by one number s along a line of materials: a

@@ -8,7 +8,7 @@
 
 #include "losses/dataset/trivial_predictors.h"
 #include "physics/util/run_control.h"
-#include "solver/posterior/space/fabric_belief.h"
+#include "solver/posterior/space/material_space.h"
 #include "solver/prediction/generative/distribution_fit.h"
 #include "solver/studies/recognition/fit_cells.h"
 

@@ -22,7 +22,7 @@
 #include "solver/posterior/space/space_io.h"
 #include "tests/losses/image/photograph.h"
 #include "tools/cli/option_text.h"
-#include "tools/cli/repetition.h"
+#include "tools/cli/provenance.h"
 #include "tools/programs/simulate/simulate_tool.h"
 
 namespace drape::attack {

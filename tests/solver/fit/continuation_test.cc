@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/fit/continuation.h"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -10,6 +8,7 @@
 #include "physics/mesh/strip.h"
 #include "physics/simulation/rollout.h"
 #include "solver/forward/random_drapes.h"
+#include "solver/studies/gradients/gradient_study.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape::test {

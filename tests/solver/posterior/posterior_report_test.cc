@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/posterior/posterior_report.h"
-
 #include <gmock/gmock.h>
 
 #include <span>
 #include <string>
 
 #include "solver/fit/effective_stiffness.h"
+#include "solver/posterior/posterior_io.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape::test {

@@ -231,7 +231,7 @@ TEST_F(MaterialSourceTest, BadFilesAreOneClearLine) {
               HasSubstr("posterior.json: found an object, expected a posterior, with \"format\""));
   EXPECT_THAT(error([](auto& f) { f["version"] = 1; }), HasSubstr("'version': found 1"));
   EXPECT_THAT(error([](auto& f) { f["kind"] = "gan"; }),
-              HasSubstr("'kind': found \"gan\", expected \"hierarchy\" or \"bdp\""));
+              HasSubstr("'kind': found 'gan', expected one of hierarchy, bdp"));
   EXPECT_THAT(error([](auto& f) { f["kind"] = "bdp"; }), HasSubstr("unknown key 'covariance'"));
   EXPECT_THAT(error([](auto& f) { f["names"][2] = "c21"; }), HasSubstr("'names': found"));
   EXPECT_THAT(error([](auto& f) { f["names"].erase(10); }), HasSubstr("'names': found"));

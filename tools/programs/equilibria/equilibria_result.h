@@ -13,7 +13,7 @@ namespace drape {
 struct EquilibriaOptions {
   SceneInput scene;                        // its start is not used
   SamplingOptions sampling{.threads = 0};  // 0: all cores
-  std::string distance = "vertices";       // ParseBranchMetric
+  std::string distance = "vertices";       // a name of BranchMetric
   double tolerance = 1e-3;                 // of a cluster [m]
   std::string backend = "auto";            // MakeBackend
   std::string out;                         // folder, made when missing

@@ -100,7 +100,7 @@ OptionTable EquilibriaTable(EquilibriaOptions& options) {
 
 EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunControl& control) {
   const auto begin = std::chrono::steady_clock::now();
-  const BranchMetric metric = ParseBranchMetric(options.distance);
+  const BranchMetric metric = ParseName<BranchMetric>(options.distance, "distance");
   const LoadedScene scene = LoadScene(options.scene);
   SamplingOptions sampling = options.sampling;
   sampling.threads = CountThreads(sampling.threads);

@@ -20,7 +20,7 @@
 #include "physics/util/stored/build.h"
 #include "physics/util/stored/stored_json.h"
 #include "physics/util/text_format.h"
-#include "tools/cli/repetition.h"
+#include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/programs/front/programs.h"
 

@@ -7,7 +7,7 @@ set(DRAPE_HEADER_FOLDERS physics losses solver)
 set(private_headers
     supernodal_factor.h tree_tasks.h simd.h triangulate.h
     exif.h hausdorff.h image_codec.h
-    batching_backend.h csv_log.h posterior_report.h weighted_drapes.h)
+    batching_backend.h csv_log.h weighted_drapes.h)
 set(DRAPE_HEADER_RULES FILES_MATCHING PATTERN "*.h")
 foreach(private studies garment photo plot kernels analysis ${private_headers})
   list(APPEND DRAPE_HEADER_RULES PATTERN ${private} EXCLUDE)

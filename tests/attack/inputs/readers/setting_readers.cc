@@ -11,7 +11,7 @@
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
 #include "tests/attack/inputs/valid_inputs.h"
-#include "tools/cli/repetition.h"
+#include "tools/cli/provenance.h"
 #include "tools/inputs/fit_options.h"
 #include "tools/programs/simulate/gradient_io.h"
 #include "tools/programs/simulate/simulate_tool.h"

@@ -2,6 +2,7 @@
 #include "solver/fit/lab_measurement.h"
 
 #include "tests/physics/file_fixture.h"
+#include "tests/solver/fit/lab/write_lab_measurement.h"
 
 namespace drape {
 namespace {
@@ -35,10 +36,10 @@ TEST_F(LabMeasurementFile, IsReadWithPointsByRisingLength) {
 }
 
 TEST_F(LabMeasurementFile, IsWrittenAsItIsRead) {
-  const LabMeasurement test = ReadLabMeasurement(Write("warp.json", kTensile));
-  EXPECT_EQ(test.length, 0.2);
-  EXPECT_EQ(test.width, 0.05);
-  WriteLabMeasurement(Path("copy.json"), test);
+  const LabMeasurement warp = ReadLabMeasurement(Write("warp.json", kTensile));
+  EXPECT_EQ(warp.length, 0.2);
+  EXPECT_EQ(warp.width, 0.05);
+  test::WriteLabMeasurement(Path("copy.json"), warp);
   const LabMeasurement copy = ReadLabMeasurement(Path("copy.json"));
   EXPECT_EQ(copy.kind, LabMeasurementKind::kTensile);
   EXPECT_EQ(copy.direction, 90.0);
@@ -54,7 +55,7 @@ TEST_F(LabMeasurementFile, BadValuesAreNamed) {
     EXPECT_INPUT_ERROR(ReadLabMeasurement(path), text);
   };
   expect(With(kCantilever, "sigma", "sigmas"), "unknown key 'sigmas'");
-  expect(With(kCantilever, "cantilever", "shear"), "\"cantilever\" or \"tensile\"");
+  expect(With(kCantilever, "cantilever", "shear"), "found 'shear', expected one of cantilever, tensile");
   expect(With(kCantilever, "0.06", "-0.06"), "bad.json: key 'points[0].length': found -0.06");
   expect(With(kCantilever, "41.5", "90"), "'points[0].angle': found 90, expected a number > 0.0");
   expect(With(kCantilever, "0.5,", "0,"), "key 'sigma'");

@@ -8,10 +8,11 @@
 
 #include "physics/material/material_io.h"
 #include "physics/util/json_input.h"
-#include "solver/fit/strip_residuals.h"
+#include "solver/fit/lab_measurement.h"
 #include "solver/job/fit_job.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/simulation/textbook/closed_forms.h"
+#include "tests/solver/fit/lab/write_lab_measurement.h"
 #include "tests/solver/solver_fixture.h"
 
 namespace drape {
@@ -51,7 +52,7 @@ class LabFitTest : public FileFixture {
     for (std::size_t i = 0; i < test.points.size(); ++i) test.points[i].reading = readings[i];
     const std::string file =
         Path(std::string(ToString(test.kind)) + std::to_string(int(test.direction)) + ".json");
-    WriteLabMeasurement(file, test);
+    test::WriteLabMeasurement(file, test);
     data_.lab_measurements.push_back(file);
   }
   void AddCantilever(double direction, double sigma = 0.05) {
@@ -160,12 +161,12 @@ TEST_F(LabFitTest, TheDensityThatWasWeighedCounts) {
 // A cloth far from the start tables, and a reading that contradicts another.
 TEST_F(LabFitTest, MeetsAFarReadingAndNotesOneThatNothingMeets) {
   const auto fit = [&](std::vector<LabPoint> points) {
-    WriteLabMeasurement(Path("far.json"), {.kind = LabMeasurementKind::kTensile,
-                                           .direction = 90.0,
-                                           .length = 0.2,
-                                           .width = 0.05,
-                                           .sigma = 0.002,
-                                           .points = std::move(points)});
+    test::WriteLabMeasurement(Path("far.json"), {.kind = LabMeasurementKind::kTensile,
+                                                 .direction = 90.0,
+                                                 .length = 0.2,
+                                                 .width = 0.05,
+                                                 .sigma = 0.002,
+                                                 .points = std::move(points)});
     data_.lab_measurements = {Path("far.json")};
     EXPECT_TRUE(RunFitJob(spec_, data_, files_, {}).fitted);
     return Summary();

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "solver/fit/lab_measurement.h"
 #include "solver/fit/parametrisation.h"
-#include "solver/fit/strip_residuals.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/simulation/textbook/closed_forms.h"
 

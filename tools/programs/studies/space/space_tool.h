@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/posterior/space/fabric_belief.h"
+#include "solver/posterior/space/material_space.h"
 #include "solver/prediction/generative/generative_prediction.h"
 #include "solver/studies/runner/study.h"
 #include "tools/cli/option_table.h"

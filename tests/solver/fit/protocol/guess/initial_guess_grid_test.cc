@@ -42,7 +42,16 @@ TEST(GuessState, HangsUnderTheOutlineOutsideTheSupport) {
   EXPECT_NEAR(LowestVertex(GuessState(*model, observation, 0.5)), -0.06 * std::sin(M_PI / 6), 1e-4);
 }
 
-TEST(RankInitialGuesses, PutsTheTrueScalesFirst) {
+std::vector<InitialGuess> RankInitialGuesses(Backend& coarse, const MaterialField& table,
+                                             const std::vector<Observation>& observations,
+                                             const InitialGuessOptions& options,
+                                             const RunControl& control) {
+  TriedGuesses tried;
+  TryInitialGuesses(coarse, {table}, observations, options, control, tried, [] {});
+  return RankGuesses(tried);
+}
+
+TEST(RankGuesses, PutsTheTrueScalesFirst) {
   const auto backend = test::SmoothDisc(150);
   const MaterialField base = test::TestMaterial(), reference = Scaled(base, 1.0, 4.0);
   InitialGuessOptions options;
