@@ -104,8 +104,7 @@ void OutlineResiduals::Evaluate(bool with_jacobians) {
 }
 
 void OutlineResiduals::RunDynamic(const MaterialField& material, bool with_jacobians) {
-  std::vector<RolloutInput> inputs;
-  for (const State& start : starts_) inputs.push_back({&material, &start});
+  const std::vector<RolloutInput> inputs = MakeInputs(material, starts_);
   if (with_jacobians) {
     const std::vector<const MaterialField*> weights(inputs.size(), &material);
     const Eigen::MatrixXd by_theta = parametrisation_->LogEntriesByTheta(theta_);

@@ -115,23 +115,18 @@ bool DrapeOutline(const Mesh& mesh, const Eigen::VectorXd& x, Eigen::VectorXd* o
   return true;
 }
 
-BranchSignature ComputeSignature(const Eigen::VectorXd& outline, const DrapeDiscs& discs,
-                                 const SignatureOptions& options) {
-  CHECK_GT(outline.size(), 2 * options.range.last);
+BranchSignature ComputeSignature(const Eigen::VectorXd& outline, const DrapeDiscs& discs) {
+  constexpr int kFirstWave = 2, kLastWave = 15;
+  constexpr std::size_t kKeptWaves = 3;
   CHECK_GE(outline.size(), 180);
-  CHECK(options.modes >= 1 && options.range.first >= 1);
-  CHECK_GE(options.range.last, options.range.first);
   BranchSignature signature;
   signature.folds = CountFolds(outline);
   signature.drape_coefficient = DrapeCoefficient(ProfileArea(outline), discs);
-  for (int k = options.range.first; k <= options.range.last; ++k) {
+  for (int k = kFirstWave; k <= kLastWave; ++k)
     signature.modes.push_back(ModeOfOutline(outline, k));
-  }
   std::sort(signature.modes.begin(), signature.modes.end(),
             [](const auto& a, const auto& b) { return a.amplitude_m > b.amplitude_m; });
-  if (signature.modes.size() > static_cast<size_t>(options.modes)) {
-    signature.modes.resize(options.modes);
-  }
+  signature.modes.resize(kKeptWaves);
   return signature;
 }
 

@@ -19,8 +19,8 @@
 
 namespace drape {
 
-// Which of a cloth's many stable drapes one is [METHODS, P13]: what tells two apart,
-// and how far apart they are.
+// Which of a cloth's many stable drapes one is [METHODS, P13]: what tells two apart, and how far
+// apart they are.
 
 inline constexpr int kBranchAngles = 360;
 
@@ -31,18 +31,14 @@ struct BranchSignature {
   std::vector<StartShape::Mode> modes;
 };
 
-struct SignatureOptions {
-  ModeRange range = {2, 15};  // waves that are looked at
-  int modes = 3;              // that are kept, ≥ 1
-};
-
 // Outline r(θ_i) of the hem seen from above [m], θ_i = 2π i/kBranchAngles, shape [kBranchAngles].
 // False when a ray meets no cloth or x is not finite. x: [m], shape [3V].
 bool DrapeOutline(const Mesh& mesh, const Eigen::VectorXd& x, Eigen::VectorXd* outline);
 
-// Of an outline [m], shape [n] at θ_i = 2π i/n. CHECKs n > 2·range.last, n ≥ 180.
-BranchSignature ComputeSignature(const Eigen::VectorXd& outline, const DrapeDiscs& discs,
-                                 const SignatureOptions& options = {});
+// The signature of an outline [m], shape [n] at θ_i = 2π i/n, by the three strongest of its waves 2
+// to
+// 15. CHECKs n ≥ 180.
+BranchSignature ComputeSignature(const Eigen::VectorXd& outline, const DrapeDiscs& discs);
 
 // Root mean square distance of equal vertices [m]; a, b: [3V]. It is 0 on one branch only: turned
 // and mirrored drapes are others.

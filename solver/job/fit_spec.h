@@ -73,19 +73,6 @@ inline FitSpec FitSpecWithThreads(int threads) {
   return spec;
 }
 
-template <class Contact, class Visitor>
-void VisitContactFields(Contact& contact, Visitor&& visit) {
-  visit(contact.model, Field{.key = "contact",
-                             .doc = "what the hanging cloth can touch: none; support: the support "
-                                    "of the drape test; self: this and itself, which takes the "
-                                    "CPU"});
-  visit(contact.thickness, Field{.key = "thickness",
-                                 .doc = "thickness of the cloth in contact",
-                                 .unit = "m",
-                                 .least = 0,
-                                 .most = 0.01});
-}
-
 // The fields of its own; those of the structs in it have visitors of their own.
 template <MutableOrConst<FitSpec> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
@@ -114,7 +101,15 @@ void VisitFields(Options& options, Visitor&& visit) {
                            .is_path = true,
                            .word = "disc:"});
   visit(law, Field{.key = "law", .doc = "how stiffness follows from strain and curvature"});
-  VisitContactFields(contact, visit);
+  visit(contact.model, Field{.key = "contact",
+                             .doc = "what the hanging cloth can touch: none; support: the support "
+                                    "of the drape test; self: this and itself, which takes the "
+                                    "CPU"});
+  visit(contact.thickness, Field{.key = "thickness",
+                                 .doc = "thickness of the cloth in contact",
+                                 .unit = "m",
+                                 .least = 0,
+                                 .most = 0.01});
   visit(min_relative_stiffness,
         Field{.key = "min_relative_stiffness",
               .doc = "start entries below this share of their column's largest are raised to it: "

@@ -66,15 +66,8 @@ void VisitFields(Options& options, Visitor&& visit) {
                                     "deviation of a log factor in the prior",
                              .least = 0,
                              .above_least = true});
-  visit(estimate_sigma, Field{.key = "estimate_sigma",
-                              .doc = "models bayes, bdp: estimate sigma_px from the residuals at "
-                                     "the mode"});
-  visit(angles,
-        Field{.key = "posterior_angles",
-              .doc = "models bayes, bdp: number of rays of the outline, no nearer than they "
-                     "are independent",
-              .least = 31,
-              .most = 3600});
+  visit(estimate_sigma, Field{.key = "estimate_sigma", .is_option = false});
+  visit(angles, Field{.key = "posterior_angles", .least = 31, .most = 3600, .is_option = false});
   visit(draws, Field{.key = "posterior_samples",
                      .doc = "models bayes, bdp: number of samples of the variational fit, even",
                      .least = 2,

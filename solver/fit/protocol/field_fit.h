@@ -96,11 +96,7 @@ void VisitFields(Options& options, Visitor&& visit) {
                             "cloth, in the prior",
                      .least = 1e-4,
                      .most = 1e4});
-  visit(length, Field{.key = "field_length",
-                      .doc = "field_basis modes: correlation length",
-                      .unit = "m",
-                      .least = 0,
-                      .above_least = true});
+  visit(length, Field{.key = "field_length", .least = 0, .above_least = true, .is_option = false});
   visit(modes, Field{.key = "field_modes",
                      .doc = "field_basis modes: number of modes",
                      .least = 1,

@@ -43,11 +43,10 @@ void VisitFields(Options& options, Visitor&& visit) {
                      .most = 1,
                      .above_least = true});
   visit(time_step, Field{.key = "initial_time_step",
-                         .doc = "initial guesses: time step",
-                         .unit = "s",
                          .least = 0,
                          .most = 10,
-                         .above_least = true});
+                         .above_least = true,
+                         .is_option = false});
   visit(steps, Field{.key = "initial_steps",
                      .doc = "initial guesses: number of time steps of each trial",
                      .least = 1,

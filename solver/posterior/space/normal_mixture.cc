@@ -37,6 +37,9 @@ using Observations = std::vector<NormalDistribution>;
 
 constexpr double kLeastSpread = 1e-6;  // variance of a population in a direction, in prior units
 constexpr int kObservationsForOne = 3;
+constexpr int kStarts = 4, kIterations = 300;
+constexpr double kTolerance = 1e-7;  // of the log likelihood per observation
+constexpr uint64_t kSeed = 1;
 
 double LogSumExp(const Eigen::ArrayXd& logs) {
   const double largest = logs.maxCoeff();
@@ -94,11 +97,11 @@ double Improve(const Observations& observations, const Shrinkage& shrinkage,
 
 // Runs to convergence; returns the log likelihood.
 double Maximise(const Observations& observations, const Shrinkage& shrinkage,
-                const DeconvolutionOptions& options, NormalMixture* mixture) {
+                NormalMixture* mixture) {
   double before = -std::numeric_limits<double>::infinity();
-  for (int i = 0; i < options.iterations; ++i) {
+  for (int i = 0; i < kIterations; ++i) {
     const double now = Improve(observations, shrinkage, mixture);
-    if (std::abs(now - before) < options.tolerance * double(observations.size())) return now;
+    if (std::abs(now - before) < kTolerance * double(observations.size())) return now;
     before = now;
   }
   return before;
@@ -115,12 +118,12 @@ NormalDistribution EstimateMoments(const Observations& observations) {
 }
 
 // Shrunk towards the same scatter in all directions, which follows from a fit that is not shrunk.
-NormalMixture DeconvolveOne(const Observations& observations, const DeconvolutionOptions& options) {
+NormalMixture DeconvolveOne(const Observations& observations) {
   const int d = observations[0].size();
   NormalMixture mixture{{1.0}, {EstimateMoments(observations)}};
-  Maximise(observations, {Eigen::MatrixXd::Zero(d, d), 0.0}, options, &mixture);
+  Maximise(observations, {Eigen::MatrixXd::Zero(d, d), 0.0}, &mixture);
   const double scatter = mixture.components[0].covariance.trace() / d;
-  Maximise(observations, {scatter * Eigen::MatrixXd::Identity(d, d), 1.0}, options, &mixture);
+  Maximise(observations, {scatter * Eigen::MatrixXd::Identity(d, d), 1.0}, &mixture);
   return mixture;
 }
 
@@ -224,18 +227,17 @@ NormalDistribution NormalMixture::Moments() const {
   return all;
 }
 
-NormalMixture Deconvolve(const Observations& observations, int components,
-                         const DeconvolutionOptions& options) {
+NormalMixture Deconvolve(const Observations& observations, int components) {
   CHECK(!observations.empty());
-  NormalMixture one = DeconvolveOne(observations, options);
+  NormalMixture one = DeconvolveOne(observations);
   if (components == 1) return one;
   const Shrinkage shrinkage{one.components[0].covariance, double(observations[0].size())};
   NormalMixture best;
   double best_likelihood = -std::numeric_limits<double>::infinity();
-  std::mt19937_64 random(options.seed);
-  for (int start = 0; start < options.starts; ++start) {
+  std::mt19937_64 random(kSeed);
+  for (int start = 0; start < kStarts; ++start) {
     NormalMixture mixture = DrawStart(observations, one.components[0], components, random);
-    const double likelihood = Maximise(observations, shrinkage, options, &mixture);
+    const double likelihood = Maximise(observations, shrinkage, &mixture);
     if (likelihood <= best_likelihood) continue;
     best_likelihood = likelihood;
     best = std::move(mixture);
@@ -243,8 +245,7 @@ NormalMixture Deconvolve(const Observations& observations, int components,
   return best;
 }
 
-ComponentChoice ChooseComponents(const Observations& observations, int most,
-                                 const DeconvolutionOptions& options) {
+ComponentChoice ChooseComponents(const Observations& observations, int most) {
   const int count = static_cast<int>(observations.size());
   CHECK_GE(count, 2);
   const int limit = std::clamp(count / kObservationsForOne, 1, most);
@@ -253,7 +254,7 @@ ComponentChoice ChooseComponents(const Observations& observations, int most,
     Observations others = observations;
     others.erase(others.begin() + i);
     for (int k = 1; k <= limit; ++k)
-      logs(i, k - 1) = Deconvolve(others, k, options).LogLikelihood(observations[i]);
+      logs(i, k - 1) = Deconvolve(others, k).LogLikelihood(observations[i]);
   }
   ComponentChoice choice;
   const Eigen::ArrayXd sums = logs.colwise().sum();

@@ -69,14 +69,7 @@ struct NormalMixture {
 // several starts. Where observations are few the covariances are shrunk, as by further observations
 // of equal scatter in all directions (one for one component) or of the scatter of all (as many as
 // there are directions, for each of several components). observations: at least one, of one size.
-struct DeconvolutionOptions {
-  int starts = 4;
-  int iterations = 300;
-  double tolerance = 1e-7;  // of the log likelihood per observation
-  uint64_t seed = 1;
-};
-NormalMixture Deconvolve(const std::vector<NormalDistribution>& observations, int components,
-                         const DeconvolutionOptions& options = {});
+NormalMixture Deconvolve(const std::vector<NormalDistribution>& observations, int components);
 
 // The number of components, 1 … most, by the log likelihood of each observation under the mixture
 // of the others: the least whose mean is within one standard error of the best, that of the paired
@@ -87,7 +80,6 @@ struct ComponentChoice {
   std::vector<double> log_likelihoods, left_out;
 };
 // At least two observations. Not more components than a third of the observations.
-ComponentChoice ChooseComponents(const std::vector<NormalDistribution>& observations, int most,
-                                 const DeconvolutionOptions& options = {});
+ComponentChoice ChooseComponents(const std::vector<NormalDistribution>& observations, int most);
 
 }  // namespace drape
