@@ -1,24 +1,101 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solver/studies/recognition/recognition.h"
 
+#include <glog/logging.h>
+
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <utility>
 
 #include "cuda/make_backend.h"
 #include "losses/metrics/distribution_metrics.h"
 #include "physics/mesh/mesh_spec.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
-#include "solver/posterior/space/material_space.h"
-#include "solver/studies/recognition/prediction_way.h"
-#include "solver/studies/recognition/sample_model.h"
+#include "solver/job/fit_input.h"
+#include "solver/job/fit_job.h"
 
 namespace drape {
 namespace {
 
-using Logs = std::vector<Eigen::VectorXd>;  // of all fabrics, for each sample
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+FitData MakeData(const FitCellJob& job, const FitCell& cell) {
+  FitData data;
+  data.material = job.material;
+  UseCaptures(cell.captures, &data);
+  return data;
+}
+
+json Failure(const std::string& reason) { return {{"failure", reason}}; }
+
+std::optional<json> FitOne(const FitCellJob& job, const FitCell& cell, const RunControl& control) {
+  const std::string folder = job.study.out + "/" + cell.name;
+  fs::create_directories(folder);
+  RemoveTemporaries(folder);
+  FitSpec spec = job.fit;
+  spec.threads = 1;
+  const FitFiles files{.out = folder,
+                       .checkpoint = folder + "/checkpoint.json",
+                       .log = folder + "/fit.log",
+                       .provenance = job.provenance};
+  try {
+    const FitJobResult result = ContinueFitJob(spec, MakeData(job, cell), files, control);
+    if (result.cancelled || control.cancelled()) return {};
+    if (!result.fitted) return Failure("nothing could be fitted");
+    if (!result.has_posterior) return Failure("the posterior could not be fitted");
+  } catch (const InputError& error) {
+    return Failure(error.what());
+  }
+  return json{{"folder", cell.name}};
+}
+
+// With the files that the fit reads, up to the one that it refuses.
+StudyCell MakeStudyCell(const FitCellJob& job, const FitCell& cell) {
+  return CheckedCell(cell.name, {}, [&] {
+    try {
+      ReadFitInput(job.fit, MakeData(job, cell));
+    } catch (const InputError&) {
+    }
+  });
+}
+
+// A distribution to be learned: of a fabric, or of it without one of its samples.
+struct Learning {
+  int fabric = 0;
+  int without = -1;  // of the samples; −1: all count
+
+  bool LearnsFrom(const std::vector<DrapesOfSample>& samples, int i) const {
+    return samples[i].fabric == fabric && i != without;
+  }
+  // The samples that are compared with it.
+  bool Predicts(const std::vector<DrapesOfSample>& samples, int i) const {
+    return without >= 0 ? i == without : samples[i].fabric != fabric;
+  }
+};
+
+std::vector<Learning> ListLearning(const std::vector<DrapesOfSample>& samples, int fabrics) {
+  std::vector<Learning> list;
+  for (int f = 0; f < fabrics; ++f) list.push_back({f});
+  for (int i = 0; i < int(samples.size()); ++i) list.push_back({samples[i].fabric, i});
+  return list;
+}
+
+// Mean over the captures of each face, summed over the faces. scores: of each drape.
+double SumOverFaces(const std::vector<TrainingDrape>& drapes, const Eigen::VectorXd& scores) {
+  Eigen::Array2d sum = Eigen::Array2d::Zero(), count = Eigen::Array2d::Zero();
+  for (std::size_t j = 0; j < drapes.size(); ++j) {
+    const int face = SpecimenDistribution::FaceIndex(drapes[j].face);
+    sum[face] += scores[Eigen::Index(j)];
+    ++count[face];
+  }
+  return (sum / count.max(1.0)).sum();
+}
 
 // When the pool is there and when the fits are, as shares of the time.
 constexpr double kPoolShare = 0.2, kFitShare = 0.9;
@@ -54,98 +131,147 @@ NormalDistribution FeaturesOfSample(const ListedSample& sample) {
   return seen;
 }
 
-// Compares the features of each sample with those of the others [METHODS, P62].
-Logs CompareByFeatures(const SampleList& list) {
-  std::vector<SeenSample> seen;
-  for (const ListedSample& sample : list.samples)
-    seen.push_back({sample.fabric, FeaturesOfSample(sample)});
-  return CompareWithOthers(seen, list.num_fabrics(), Eigen::VectorXd::Ones(2 * kNumFeatures));
+json ToJson(const NormalDistribution& seen) {
+  json rows = json::array();
+  for (const auto& row : seen.covariance.rowwise())
+    rows.push_back(std::vector<double>(row.begin(), row.end()));
+  return {{"mean", std::vector<double>(seen.mean.begin(), seen.mean.end())}, {"covariance", rows}};
 }
 
-FabricBeliefs ReadBeliefs(const SampleList& list, const RecognitionJob& job) {
+// Adds what the posterior of each sample shows in the directions that all samples determine, and
+// its density.
+void AddPosteriors(const SampleList& list, const RecognitionJob& job, json* recognition) {
+  constexpr double kScatter = 0.1;  // of samples of a fabric, in logarithms
   std::vector<std::string> folders;
   for (const ListedSample& sample : list.samples)
-    folders.push_back(job.fits.out + "/" + sample.name);
-  return ReadFabricBeliefs(folders, job.by);
-}
-
-// Compares each sample by its posterior, in the directions that all samples determine, with the
-// posteriors of the others [METHODS, P62].
-Logs CompareByPosterior(const SampleList& list, const FabricBeliefs& beliefs,
-                        const std::string& folder) {
-  constexpr double kScatter = 0.1;  // of samples of a fabric, in logarithms
+    folders.push_back(job.fits.study.out + "/" + sample.name);
+  const FabricBeliefs beliefs = ReadFabricBeliefs(folders, job.by);
   const int size = beliefs.frame.size();
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(size, size);
   for (const FabricBelief& belief : beliefs.fabrics)
     mean += beliefs.frame.ToPriorUnits(belief.theta).covariance / double(beliefs.fabrics.size());
   const DeterminedDirections leading = FindDetermined(mean, kMostLeading);
   if (leading.ratios.size() == 0)
-    throw InputError(folder,
+    throw InputError(job.fits.study.out,
                      "the fits determine no direction, expected some with less than half of the "
                      "prior's deviation");
-  std::vector<SeenSample> seen;
-  for (std::size_t i = 0; i < list.samples.size(); ++i)
-    seen.push_back(
-        {list.samples[i].fabric, Evidence(beliefs.frame, beliefs.fabrics[i], leading.axes)});
-  return CompareWithOthers(
-      seen, list.num_fabrics(),
-      Eigen::VectorXd::Constant(leading.ratios.size(), kScatter / beliefs.frame.LogUnit()));
-}
-
-// Compares the densities of fabrics, as if each sample were weighed.
-Logs CompareByDensity(const SampleList& list, const FabricBeliefs& beliefs) {
-  constexpr double kWeighing = 0.03;  // standard deviation of ln density
-  Eigen::ArrayXd density(list.num_fabrics());
-  for (std::size_t i = 0; i < list.samples.size(); ++i)
-    density[list.samples[i].fabric] = beliefs.fabrics[i].density;
-  Logs logs;
-  for (const ListedSample& sample : list.samples) {
-    const Eigen::ArrayXd off = (density / density[sample.fabric]).log() / kWeighing;
-    logs.push_back(-0.5 * off.square().matrix());
+  (*recognition)["scales"]["posterior"] =
+      std::vector<double>(leading.ratios.size(), kScatter / beliefs.frame.LogUnit());
+  for (std::size_t i = 0; i < list.samples.size(); ++i) {
+    json& sample = (*recognition)["samples"][i];
+    sample["seen"]["posterior"] = ToJson(Evidence(beliefs.frame, beliefs.fabrics[i], leading.axes));
+    sample["density"] = beliefs.fabrics[i].density;
   }
-  return logs;
 }
 
-// Empty when cancelled.
-Logs CompareByLearning(const SampleList& list, const DrapePool& pool,
-                       const DistributionFitOptions& options, const RunControl& control) {
+void AddFeatures(const SampleList& list, json* recognition) {
+  (*recognition)["scales"]["features"] = std::vector<double>(2 * kNumFeatures, 1.0);
+  for (std::size_t i = 0; i < list.samples.size(); ++i)
+    (*recognition)["samples"][i]["seen"]["features"] = ToJson(FeaturesOfSample(list.samples[i]));
+}
+
+// False when cancelled.
+bool AddPredictions(const SampleList& list, const DrapePool& pool,
+                    const DistributionFitOptions& options, const RunControl& control,
+                    json* recognition) {
   std::vector<DrapesOfSample> samples;
   for (const ListedSample& sample : list.samples) {
     std::vector<ObservedCapture> captures;
     for (const ObservedCapture* image : sample.images) captures.push_back(*image);
     samples.push_back({sample.fabric, ListTrainingDrapes(captures)});
   }
-  return CompareByPredictions(pool, samples, list.num_fabrics(), options, control);
+  const std::vector<Eigen::VectorXd> logs =
+      CompareByPredictions(pool, samples, list.num_fabrics(), options, control);
+  for (std::size_t i = 0; i < logs.size(); ++i)
+    (*recognition)["samples"][i]["predictions"] =
+        std::vector<double>(logs[i].begin(), logs[i].end());
+  return !logs.empty();
 }
 
 DrapePool TakePool(const RecognitionJob& job, const RunControl& control) {
   const FitSpec& fit = job.fits.fit;
-  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(job.pool.mesh),
+  const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(job.learning.pool.mesh),
                                                         CusickScene(fit.contact), MakeLaw(fit.law));
   const auto backend = MakeBackend(fit.backend, model, job.fits.study.threads);
-  return ReadOrSimulatePool(job.pool_file, *backend, job.pool, control);
-}
-
-nlohmann::json FailuresJson(const std::vector<FitFailure>& failures) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const FitFailure& failure : failures)
-    list.push_back({{"name", failure.name}, {"reason", MakePrintableLine(failure.reason)}});
-  return list;
-}
-
-nlohmann::json RecognitionJson(const SampleList& list, const std::map<std::string, Logs>& ways) {
-  nlohmann::json json = {{"fabrics", list.fabrics}, {"samples", nlohmann::json::array()}};
-  for (std::size_t i = 0; i < list.samples.size(); ++i) {
-    nlohmann::json by_way = nlohmann::json::object();
-    for (const auto& [way, logs] : ways)
-      by_way[way] = std::vector<double>(logs[i].begin(), logs[i].end());
-    json["samples"].push_back(
-        {{"name", list.samples[i].name}, {"fabric", list.samples[i].fabric}, {"by_way", by_way}});
-  }
-  return json;
+  return ReadOrSimulatePool(job.learning.pool_file, *backend, job.learning.pool, control);
 }
 
 }  // namespace
+
+std::vector<FitCell> MakeFitCells(const std::vector<Capture>& captures, bool by_sample) {
+  std::vector<FitCell> cells;
+  for (const Capture& capture : captures) {
+    std::string name = "fabric_" + std::to_string(capture.fabric);
+    if (by_sample) name += "/sample_" + std::to_string(capture.sample);
+    if (cells.empty() || cells.back().name != name) cells.push_back({std::move(name), {}});
+    cells.back().captures.push_back(capture);
+  }
+  return cells;
+}
+
+FitCellRun RunFitCells(const FitCellJob& job, const std::vector<FitCell>& cells,
+                       const RunControl& control) {
+  Study study;
+  study.name = "posteriors";
+  study.settings = job.settings;
+  for (const FitCell& cell : cells)
+    study.cells.push_back(job.study.list ? StudyCell{.name = cell.name} : MakeStudyCell(job, cell));
+  study.run = [&](std::size_t k, const RunControl& part) { return FitOne(job, cells[k], part); };
+  FitCellRun run;
+  run.study = RunStudy(study, job.study, control);
+  for (std::size_t k = 0; k < run.study.results.size(); ++k) {
+    const auto& result = run.study.results[k];
+    if (!result) continue;
+    if (result->contains("failure"))
+      run.failures.push_back({cells[k].name, result->at("failure")});
+    else
+      run.done.push_back(cells[k].name);
+  }
+  return run;
+}
+
+std::vector<Eigen::VectorXd> CompareByPredictions(const DrapePool& pool,
+                                                  const std::vector<DrapesOfSample>& samples,
+                                                  int fabrics,
+                                                  const DistributionFitOptions& options,
+                                                  const RunControl& control) {
+  const std::vector<Learning> todo = ListLearning(samples, fabrics);
+  const int count = static_cast<int>(samples.size());
+  std::vector<Eigen::VectorXd> logs(count, Eigen::VectorXd(fabrics));
+  DistributionFitOptions alone = options;
+  alone.resamples = 0;
+  alone.cross_validate = false;
+  alone.threads = 1;
+  std::mutex mutex;
+  int done = 0;
+  RunInThreads(static_cast<int>(todo.size()), options.threads, control.cancel, [&](int task) {
+    const Learning& learning = todo[task];
+    std::vector<TrainingDrape> training, held_out;
+    for (int i = 0; i < count; ++i) {
+      const std::vector<TrainingDrape>& drapes = samples[i].drapes;
+      if (learning.LearnsFrom(samples, i))
+        training.insert(training.end(), drapes.begin(), drapes.end());
+      if (learning.Predicts(samples, i))
+        held_out.insert(held_out.end(), drapes.begin(), drapes.end());
+    }
+    CHECK(!training.empty() && !held_out.empty());
+    const SpecimenDistribution learned = FitDistribution(pool, training, alone, {}).best;
+    const Eigen::VectorXd scores = ScoreDrapes(pool, learned, held_out, alone);
+    Eigen::Index next = 0;
+    for (int i = 0; i < count; ++i) {
+      if (!learning.Predicts(samples, i)) continue;
+      const auto size = static_cast<Eigen::Index>(samples[i].drapes.size());
+      logs[i][learning.fabric] = -SumOverFaces(samples[i].drapes, scores.segment(next, size));
+      next += size;
+    }
+    const std::scoped_lock lock(mutex);
+    ++done;
+    control.Report(double(done) / double(todo.size()),
+                   Format("distribution %d of %d", done, static_cast<int>(todo.size())));
+  });
+  if (control.cancelled()) logs.clear();
+  return logs;
+}
 
 SampleList ListSamples(const std::vector<FitCell>& cells, const std::vector<std::string>& names,
                        const std::vector<ObservedCapture>& images) {
@@ -171,35 +297,33 @@ SampleList ListSamples(const std::vector<FitCell>& cells, const std::vector<std:
   return list;
 }
 
-std::optional<nlohmann::json> Recognise(const RecognitionJob& job, const RunControl& control) {
+std::optional<json> Recognise(const RecognitionJob& job, const RunControl& control) {
   DrapePool pool;
-  if (job.ways.predictions) {  // before hours of work: the file may be of another mesh
+  const bool predicts = job.ways.contains("predictions");
+  if (predicts) {  // before hours of work: the file may be of another mesh
     pool = TakePool(job, PartOfRun(control, 0.0, kPoolShare));
-    if (pool.simulated < job.pool.drapes) return {};
+    if (pool.simulated < job.learning.pool.drapes) return {};
   }
   FitCellRun fits;
-  if (job.ways.posterior) {
+  const bool has_fits = job.ways.contains("posterior");
+  if (has_fits) {
     fits = RunFitCells(job.fits, job.cells, PartOfRun(control, kPoolShare, kFitShare));
     if (fits.study.cancelled) return {};
   } else {
     for (const FitCell& cell : job.cells) fits.done.push_back(cell.name);
   }
   const SampleList list = ListSamples(job.cells, fits.done, job.images);
-  std::map<std::string, Logs> ways;
-  if (job.ways.posterior) {
-    const FabricBeliefs beliefs = ReadBeliefs(list, job);
-    ways["posterior"] = CompareByPosterior(list, beliefs, job.fits.out);
-    ways["density"] = CompareByDensity(list, beliefs);
-  }
-  if (job.ways.features) ways["features"] = CompareByFeatures(list);
-  if (job.ways.predictions) {
-    ways["predictions"] =
-        CompareByLearning(list, pool, job.distribution, PartOfRun(control, kFitShare, 1.0));
-    if (control.cancelled()) return {};
-  }
-  nlohmann::json json = RecognitionJson(list, ways);
-  json["failures"] = FailuresJson(fits.failures);
-  return json;
+  json recognition = {{"fabrics", list.fabrics}, {"failures", json::array()}};
+  for (const FitFailure& failure : fits.failures)
+    recognition["failures"].push_back(
+        {{"name", failure.name}, {"reason", MakePrintableLine(failure.reason)}});
+  for (const ListedSample& sample : list.samples)
+    recognition["samples"].push_back({{"name", sample.name}, {"fabric", sample.fabric}});
+  if (has_fits) AddPosteriors(list, job, &recognition);
+  if (job.ways.contains("features")) AddFeatures(list, &recognition);
+  const RunControl last = PartOfRun(control, kFitShare, 1.0);
+  if (predicts && !AddPredictions(list, pool, job.learning.fit, last, &recognition)) return {};
+  return recognition;
 }
 
 }  // namespace drape

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fabrics recognised by predictions that are learned from fake drapes [METHODS, P62].
-#include "solver/studies/recognition/prediction_way.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <cmath>
 
 #include "physics/util/errors.h"
+#include "solver/studies/recognition/recognition.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/prediction/generative/fake_pool.h"
 

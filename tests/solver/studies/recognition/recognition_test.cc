@@ -1,76 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which fabric a sample is of, from made-up samples; fits that fail do not end a run
-// [METHODS, P62].
+// Cells and samples of recognition; fits that fail do not end a run [METHODS, P62].
 #include "solver/studies/recognition/recognition.h"
 
 #include <gmock/gmock.h>
 
-#include <Eigen/Cholesky>
 #include <filesystem>
 
 #include "physics/material/material_io.h"
 #include "physics/util/errors.h"
-#include "physics/util/math/random.h"
-#include "solver/posterior/variational_fit.h"
-#include "solver/studies/recognition/fit_cells.h"
-#include "solver/studies/recognition/sample_model.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape::test {
 namespace {
 
-constexpr int kFabrics = 6, kSamples = 40;
-const Eigen::Matrix2d kWithin = (Eigen::Matrix2d() << 0.5, 0.2, 0.2, 0.3).finished();
-
-// Samples of fabrics on a line, seen with noise.
-std::vector<SeenSample> DrawSamples(double noise) {
-  const Eigen::MatrixXd standard = IndependentSamples(4, kFabrics * kSamples, 2);
-  const Eigen::Matrix2d root = kWithin.llt().matrixL();
-  std::vector<SeenSample> samples;
-  for (int i = 0; i < kFabrics * kSamples; ++i) {
-    const int fabric = i % kFabrics;
-    const Eigen::Vector2d x = Eigen::Vector2d(2.0 * fabric, 0.0) +
-                              root * standard.col(i).head<2>() + noise * standard.col(i).tail<2>();
-    samples.push_back({fabric, {x, noise * noise * Eigen::Matrix2d::Identity()}});
-  }
-  return samples;
-}
-
-TEST(SampleModel, SeparatesTheScatterOfSamplesFromNoise) {
-  const SampleModel model(DrawSamples(0.5), kFabrics, Eigen::Vector2d::Constant(0.5));
-  EXPECT_LT((model.within() - kWithin).norm(), 0.12);
-  for (int f = 0; f < kFabrics; ++f) {
-    EXPECT_LT((model.fabric(f).mean - Eigen::Vector2d(2.0 * f, 0.0)).norm(), 0.4) << f;
-    EXPECT_LT(model.fabric(f).covariance(0, 0), 0.05) << f;
-  }
-  const NormalDistribution seen{Eigen::Vector2d(4.1, 0.1), 0.01 * Eigen::Matrix2d::Identity()};
-  int best = 0;
-  model.LogLikelihoods(seen).maxCoeff(&best);
-  EXPECT_EQ(best, 2);
-}
-
-TEST(SampleModel, AFabricWithoutSamplesIsAsThePopulation) {
-  std::vector<SeenSample> samples = DrawSamples(0.1);
-  std::erase_if(samples, [](const SeenSample& sample) { return sample.fabric == 5; });
-  const SampleModel model(samples, kFabrics, Eigen::Vector2d::Constant(0.5));
-  EXPECT_GT(model.fabric(5).covariance(0, 0), 2.0);
-}
-
-TEST(SampleModel, ComparesEachSampleWithTheOthersAlone) {
-  std::vector<SeenSample> samples = DrawSamples(0.1);
-  samples.resize(12);
-  const Eigen::Vector2d scale = Eigen::Vector2d::Constant(0.5);
-  const std::vector<SeenSample> others(samples.begin() + 1, samples.end());
-  EXPECT_EQ(CompareWithOthers(samples, kFabrics, scale)[0],
-            SampleModel(others, kFabrics, scale).LogLikelihoods(samples[0].seen));
-}
-
 class FabricFitsTest : public FileFixture {};
 
 TEST_F(FabricFitsTest, CellsAreByFabricOrBySample) {
   const std::vector<Capture> captures = {{1, 1, 1}, {1, 1, 2}, {1, 2, 1}, {4, 2, 1}};
-  const std::vector<FitCell> fabrics = CellsByFabric(captures), samples = CellsBySample(captures);
+  const std::vector<FitCell> fabrics = MakeFitCells(captures, false),
+                             samples = MakeFitCells(captures, true);
   ASSERT_EQ(fabrics.size(), 2u);
   EXPECT_EQ(fabrics[0].name, "fabric_1");
   EXPECT_EQ(fabrics[0].captures.size(), 3u);
@@ -81,7 +30,7 @@ TEST_F(FabricFitsTest, CellsAreByFabricOrBySample) {
 TEST_F(FabricFitsTest, AFabricWithOneSampleIsNotRecognised) {
   const std::vector<Capture> captures = {{1, 1, 1}, {1, 2, 1}, {2, 1, 1},
                                          {4, 2, 1}, {4, 5, 1}, {4, 5, 2}};
-  const std::vector<FitCell> cells = CellsBySample(captures);
+  const std::vector<FitCell> cells = MakeFitCells(captures, true);
   std::vector<ObservedCapture> images;
   for (const Capture& capture : captures) images.push_back({capture, {}});
   std::vector<std::string> names;
@@ -107,12 +56,13 @@ TEST_F(FabricFitsTest, AFailureIsNamedAndEndsNothing) {
   Write("bad.jpg", "no image");
   FitCellJob job;
   job.material = Path("start.json");
-  job.out = job.study.out = Path("fits");
+  job.study.out = Path("fits");
   job.study.threads = 2;
   job.fit.model = FitModel::kBayes;
   job.settings = {{"mesh", "a"}};
-  const std::vector<FitCell> cells = CellsByFabric(
-      {{1, 1, 1, ClothFace::kUp, Path("bad.jpg")}, {2, 1, 1, ClothFace::kUp, Path("none.jpg")}});
+  const std::vector<FitCell> cells = MakeFitCells(
+      {{1, 1, 1, ClothFace::kUp, Path("bad.jpg")}, {2, 1, 1, ClothFace::kUp, Path("none.jpg")}},
+      false);
   const auto stored = [&] {
     const std::filesystem::directory_iterator files(Path("fits/cells"));
     return std::distance(begin(files), end(files));
@@ -138,8 +88,9 @@ TEST_F(FabricFitsTest, AFailureIsNamedAndEndsNothing) {
 TEST_F(FabricFitsTest, ARefusalOfTheSystemIsNotRemembered) {
   FitCellJob job;
   job.material = Path("start.json");
-  job.out = job.study.out = Path("fits");
-  const std::vector<FitCell> cells = CellsByFabric({{1, 1, 1, ClothFace::kUp, Path("bad.jpg")}});
+  job.study.out = Path("fits");
+  const std::vector<FitCell> cells =
+      MakeFitCells({{1, 1, 1, ClothFace::kUp, Path("bad.jpg")}}, false);
   std::filesystem::create_directories(Path("fits"));
   Write("fits/fabric_1", "a file in the place of the folder of the fit");
   EXPECT_ANY_THROW(RunFitCells(job, cells, {}));

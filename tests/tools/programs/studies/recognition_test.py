@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Ways to recognise fabrics are scored, and multiplied with nested weights [METHODS, P62]."""
+"""Samples are compared with fabrics; ways to do so are scored, and multiplied with nested weights
+[METHODS, P62]."""
 
 import pathlib
 import sys
@@ -10,6 +11,62 @@ import numpy as np
 SCRIPTS = pathlib.Path(__file__).resolve().parents[4] / "tools/programs/studies/scripts"
 sys.path.insert(0, str(SCRIPTS))
 import recognition  # noqa: E402
+
+
+FABRICS, SAMPLES, WITHIN = 6, 40, np.array([[0.5, 0.2], [0.2, 0.3]])
+SCALE = np.full(2, 0.5)
+
+
+def draw_samples(noise):
+    """Samples of fabrics on a line, seen with noise."""
+    random = np.random.default_rng(4)
+    fabric = np.arange(FABRICS * SAMPLES) % FABRICS
+    mean = np.stack([2.0 * fabric, 0.0 * fabric], axis=1)
+    mean += random.multivariate_normal(np.zeros(2), WITHIN, len(fabric))
+    mean += noise * random.standard_normal((len(fabric), 2))
+    return mean, np.repeat(noise ** 2 * np.eye(2)[None], len(fabric), axis=0), fabric
+
+
+class SampleModel(unittest.TestCase):
+    def test_separates_the_scatter_of_samples_from_noise(self):
+        model = recognition.SampleModel(*draw_samples(0.5), FABRICS, SCALE)
+        self.assertLess(np.linalg.norm(model.within - WITHIN), 0.12)
+        for f in range(FABRICS):
+            self.assertLess(np.linalg.norm(model.mean[f] - [2.0 * f, 0.0]), 0.4)
+            self.assertLess(model.covariance[f][0, 0], 0.05)
+        self.assertEqual(model.log_likelihoods(np.array([4.1, 0.1]), 0.01 * np.eye(2)).argmax(), 2)
+
+    def test_a_fabric_without_samples_is_as_the_population(self):
+        mean, covariance, fabric = draw_samples(0.1)
+        seen = fabric != 5
+        model = recognition.SampleModel(mean[seen], covariance[seen], fabric[seen], FABRICS, SCALE)
+        self.assertGreater(model.covariance[5][0, 0], 2.0)
+
+    def test_likelihoods_are_those_of_normal_distributions(self):
+        model = recognition.SampleModel(*draw_samples(0.1), FABRICS, SCALE)
+        seen, noise = np.array([1.0, 2.0]), np.array([[0.2, 0.1], [0.1, 0.4]])
+        logs = model.log_likelihoods(seen, noise)
+        for f in (1, 4):
+            total = model.covariance[f] + model.within + noise
+            off = seen - model.mean[f]
+            density = np.exp(-0.5 * off @ np.linalg.inv(total) @ off) / np.sqrt(np.linalg.det(total))
+            self.assertAlmostEqual(logs[f], np.log(density), 10)
+
+    def test_compares_each_sample_with_the_others_alone(self):
+        mean, covariance, fabric = (part[:12] for part in draw_samples(0.1))
+        seen = [{"mean": m.tolist(), "covariance": c.tolist()} for m, c in zip(mean, covariance)]
+        logs = recognition.compare_with_others(seen, fabric, FABRICS, SCALE)
+        others = recognition.SampleModel(mean[1:], covariance[1:], fabric[1:], FABRICS, SCALE)
+        np.testing.assert_array_equal(logs[0], others.log_likelihoods(mean[0], covariance[0]))
+
+    def test_ways_are_those_that_were_seen(self):
+        samples = [{"fabric": fabric, "density": 0.1 * (1 + fabric), "predictions": [-1.0, -2.0]}
+                   for fabric in (0, 0, 1, 1)]
+        by_way, fabric = recognition.compare({"fabrics": [3, 7], "samples": samples})
+        self.assertEqual(list(by_way), ["density", "predictions"])
+        self.assertEqual(fabric.tolist(), [0, 0, 1, 1])
+        self.assertAlmostEqual(by_way["density"][0, 1], -0.5 * (np.log(2) / 0.03) ** 2, 9)
+        self.assertEqual(by_way["density"][2, 1], 0)
 
 
 class Score(unittest.TestCase):

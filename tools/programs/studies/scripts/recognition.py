@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scores of drape_space --recognise: reads recognition.json and writes recognition.md.
+"""Recognition of drape_space --recognise: reads recognition.json and writes recognition.md.
 
-Each sample has, by way, the log probabilities of all fabrics up to a constant.
+Each sample is left out and compared with the fabrics as the other samples show them, by each way:
+the log probabilities of all fabrics up to a constant [METHODS, P62].
 """
 
 import itertools
@@ -14,6 +15,7 @@ EXPONENTS = [0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0]
 BINS = 5  # of reliability
 POSTERIOR, FEATURES, PREDICTIONS = "posterior (A)", "image features", "predicted drapes (B)"
 DENSITY = "density alone, weighed to 3 %"
+WEIGHING = 0.03  # standard deviation of ln density
 # Rows of the table: name, factors of a product (keys of by_way) or the key itself.
 ROWS = [
     (POSTERIOR, "posterior"),
@@ -25,6 +27,76 @@ ROWS = [
     ("A, B and features", ["posterior", "predictions", "features"]),
     (DENSITY, "density"),
 ]
+
+
+class SampleModel:
+    """Samples of fabrics as normal distributions at three levels [METHODS, P62]: fabrics of a
+    population, samples of a fabric with one covariance `within` for all fabrics, and what is seen
+    of a sample. Without the covariance of what is seen, this is linear discriminant analysis with
+    shrunk means. Expectation maximisation [Bishop 2006, chapter 9]; covariances are shrunk as if by
+    one more observation of equal scatter in each direction of `scale`."""
+
+    ITERATIONS = 60
+
+    def __init__(self, mean, covariance, fabric, count, scale):
+        shrink = self.within = np.diag(scale ** 2)
+        population = mean.mean(axis=0), 10.0 * shrink
+        for iteration in range(self.ITERATIONS + 1):
+            seen = np.linalg.inv(self.within + covariance)
+            precision = np.repeat(np.linalg.inv(population[1])[None], count, axis=0)
+            pull = precision @ population[0]
+            np.add.at(precision, fabric, seen)
+            np.add.at(pull, fabric, np.einsum("sij,sj->si", seen, mean))
+            self.covariance = np.linalg.inv(precision)
+            self.mean = np.einsum("fij,fj->fi", self.covariance, pull)
+            if iteration == self.ITERATIONS:
+                return
+            gain, off = self.within @ seen, mean - self.mean[fabric]
+            scatter = np.einsum("si,sj->sij", off, off) + self.covariance[fabric]
+            within = shrink + (gain @ scatter @ gain.swapaxes(1, 2) + self.within
+                               - gain @ self.within).sum(axis=0)
+            self.within = 0.5 * (within + within.T) / (len(mean) + 1)
+            off = self.mean - self.mean.mean(axis=0)
+            population = self.mean.mean(axis=0), (
+                shrink + self.covariance.sum(axis=0) + off.T @ off) / (count + 1)
+
+    def log_likelihoods(self, mean, covariance):
+        """ln p(seen | fabric) of one sample under each fabric, up to a constant."""
+        total = self.covariance + self.within + covariance
+        off = mean - self.mean
+        return -0.5 * (np.linalg.slogdet(total)[1]
+                       + np.einsum("fi,fi->f", off, np.linalg.solve(total, off[..., None])[..., 0]))
+
+
+def compare_with_others(seen, fabric, count, scale):
+    """ln p of each sample under the model of all others [samples, fabrics]."""
+    mean, covariance = (np.array([each[key] for each in seen]) for key in ("mean", "covariance"))
+    logs = []
+    for i in range(len(fabric)):
+        others = np.arange(len(fabric)) != i
+        model = SampleModel(mean[others], covariance[others], fabric[others], count, scale)
+        logs.append(model.log_likelihoods(mean[i], covariance[i]))
+    return np.array(logs)
+
+
+def compare_densities(density, fabric, count):
+    """As if each sample were weighed; a fabric has one density."""
+    of_fabric = np.empty(count)
+    of_fabric[fabric] = density
+    return -0.5 * (np.log(of_fabric / of_fabric[fabric][:, None]) / WEIGHING) ** 2
+
+
+def compare(recognition):
+    """Log probabilities [samples, fabrics] by way, and the fabric of each sample."""
+    samples, scales = recognition["samples"], recognition.get("scales", {})
+    fabric, count = np.array([each["fabric"] for each in samples]), len(recognition["fabrics"])
+    by_way = {way: compare_with_others([each["seen"][way] for each in samples], fabric, count,
+                                       np.array(scale)) for way, scale in scales.items()}
+    if "density" in samples[0]:
+        by_way["density"] = compare_densities([each["density"] for each in samples], fabric, count)
+    if "predictions" in samples[0]:
+        by_way["predictions"] = np.array([each["predictions"] for each in samples])
+    return by_way, fabric
 
 
 def normalised(logs):
@@ -108,10 +180,7 @@ def text(rows, names, failures):
 
 
 def tabulate(folder):
-    samples = folder["samples"]
-    fabric = np.array([sample["fabric"] for sample in samples])
-    by_way = {way: np.array([sample["by_way"][way] for sample in samples])
-              for way in samples[0]["by_way"]}
+    by_way, fabric = compare(folder.json)
     names = [f"fabric {number}" for number in folder["fabrics"]]
     result = text(score_rows(by_way, fabric), names, folder["failures"])
     folder.write("recognition.md", result)

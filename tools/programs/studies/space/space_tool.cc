@@ -88,20 +88,14 @@ std::vector<Option> RecognitionOptions(SpaceToolOptions& options) {
   return all;
 }
 
-RecognitionWays ParseWays(const SpaceToolOptions& options) {
-  RecognitionWays ways = {.posterior = false, .predictions = false, .features = false};
-  for (const std::string& way : options.ways) {
-    if (way == "posterior")
-      ways.posterior = true;
-    else if (way == "predictions")
-      ways.predictions = true;
-    else if (way == "features")
-      ways.features = true;
-    else
+std::set<std::string> Ways(const SpaceToolOptions& options) {
+  const std::set<std::string> known = {"posterior", "predictions", "features"};
+  const std::set<std::string> ways(options.ways.begin(), options.ways.end());
+  for (const std::string& way : ways)
+    if (!known.contains(way))
       throw InputError("option 'ways'",
                        "found '" + way + "', expected posterior, predictions or features");
-  }
-  if (options.ways.empty())
+  if (ways.empty())
     throw InputError("option 'ways'", "is empty, expected posterior, predictions or features");
   return ways;
 }
@@ -111,7 +105,7 @@ void CheckSource(const SpaceToolOptions& options) {
     throw InputError("options 'posteriors' and 'data'",
                      std::string("found ") + (options.data.empty() ? "neither" : "both") +
                          ", expected one of them");
-  const bool fits = !options.recognise || ParseWays(options).posterior;
+  const bool fits = !options.recognise || Ways(options).contains("posterior");
   if (!options.data.empty() && fits) {
     if (options.fit.data.material.empty())
       throw InputError("option 'material'", "not given, expected the start tables of the fits");
@@ -171,52 +165,29 @@ void CheckBackend(const SpaceToolOptions& options, const RunControl& control) {
                     1, control);
 }
 
-std::string FitFolder(const SpaceToolOptions& options) {
-  return options.study.out + (options.recognise ? "/samples" : "/fabrics");
-}
-
-// What is fitted of a data set: each fabric, or each sample.
+// How each fabric of a data set, or each sample, is fitted.
 FitCellJob MakeFitCellJob(const SpaceToolOptions& options) {
   FitCellJob job;
   job.fit = MakeFitSpec(options.fit);
   job.material = options.fit.data.material;
-  job.out = FitFolder(options);
   job.provenance = MakePartProvenance;
   SpaceToolOptions copy = options;
   job.settings = OptionSettings(SpaceTable(copy), kFree);
   job.study = options.study;
-  job.study.out = job.out;
+  job.study.out += options.recognise ? "/samples" : "/fabrics";
   job.study.threads = job.fit.threads;
   if (options.recognise)  // a sample is one specimen
     job.fit.posterior.specimen_stretch_sigma = job.fit.posterior.specimen_bend_sigma = 0.0;
   return job;
 }
 
-std::vector<FitCell> MakeCells(const SpaceToolOptions& options,
-                               const std::vector<Capture>& captures) {
-  return options.recognise ? CellsBySample(captures) : CellsByFabric(captures);
-}
-
-RecognitionJob MakeRecognitionJob(const SpaceToolOptions& options,
-                                  const std::vector<Capture>& captures) {
-  RecognitionJob job{.ways = ParseWays(options), .fits = MakeFitCellJob(options)};
-  job.cells = MakeCells(options, captures);
-  job.images = ObserveCaptures(captures, Camera());
-  job.by = options.by;
-  job.pool = options.learning.pool;
-  job.pool_file = options.learning.pool_file.empty() ? options.study.out + "/pool.json"
-                                                     : options.learning.pool_file;
-  job.distribution.threads = job.fits.study.threads;
-  return job;
-}
-
 ToolOutcome FitSpace(const SpaceToolOptions& options, const std::vector<Capture>& captures,
                      const OutputFolder& out, const RunControl& control) {
   const FitCellJob job = MakeFitCellJob(options);
-  const FitCellRun run = RunFitCells(job, MakeCells(options, captures), control);
+  const FitCellRun run = RunFitCells(job, MakeFitCells(captures, false), control);
   if (run.study.cancelled) return {.cancelled = true};
   std::vector<std::string> folders;
-  for (const std::string& name : run.done) folders.push_back(job.out + "/" + name);
+  for (const std::string& name : run.done) folders.push_back(job.study.out + "/" + name);
   ToolOutcome outcome = BuildSpace(options, folders, out);
   outcome.text += FailureText(run.failures);
   return outcome;
@@ -224,7 +195,15 @@ ToolOutcome FitSpace(const SpaceToolOptions& options, const std::vector<Capture>
 
 ToolOutcome RunRecognition(const SpaceToolOptions& options, const std::vector<Capture>& captures,
                            const OutputFolder& out, const RunControl& control) {
-  const auto recognition = Recognise(MakeRecognitionJob(options, captures), control);
+  RecognitionJob job{.ways = Ways(options),
+                     .fits = MakeFitCellJob(options),
+                     .cells = MakeFitCells(captures, true),
+                     .images = ObserveCaptures(captures, Camera()),
+                     .by = options.by,
+                     .learning = options.learning};
+  if (job.learning.pool_file.empty()) job.learning.pool_file = options.study.out + "/pool.json";
+  job.learning.fit.threads = job.fits.study.threads;
+  const auto recognition = Recognise(job, control);
   if (!recognition) return {.cancelled = true};
   WriteWithProvenance(out.Staged("recognition.json"), *recognition);
   return {.text = RunStudyScript("recognition", out.Staged(""))};
@@ -234,7 +213,7 @@ ToolOutcome RunRecognition(const SpaceToolOptions& options, const std::vector<Ca
 ToolOutcome RunFits(const SpaceToolOptions& options, const std::vector<Capture>& captures,
                     const RunControl& control) {
   const FitCellRun run =
-      RunFitCells(MakeFitCellJob(options), MakeCells(options, captures), control);
+      RunFitCells(MakeFitCellJob(options), MakeFitCells(captures, options.recognise), control);
   return {.text = FailureText(run.failures) + run.study.text, .cancelled = run.study.cancelled};
 }
 
