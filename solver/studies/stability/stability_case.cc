@@ -23,7 +23,7 @@ const StabilityAxis& FindAxis(const std::string& name, const std::string& where)
   throw InputError(where, "found '" + name + "', expected one of " + names + "law");
 }
 
-std::vector<std::string> Split(const std::string& text, char by) {
+std::vector<std::string> SplitAt(const std::string& text, char by) {
   std::vector<std::string> parts;
   std::istringstream in(text);
   for (std::string part; std::getline(in, part, by);) parts.push_back(part);
@@ -52,7 +52,7 @@ std::vector<double> ParseValues(const std::string& text, const StabilityAxis& ax
     return ParseNumber(part, axis.least, axis.most, "number", where);
   };
   std::vector<double> values;
-  if (const std::vector<std::string> range = Split(text, ':'); range.size() == 3) {
+  if (const std::vector<std::string> range = SplitAt(text, ':'); range.size() == 3) {
     const double from = parse(range[0]), to = parse(range[1]);
     const int count = ParseNumber(range[2], 2, 200, "count", where);
     if (!(from > 0.0 && to > from))
@@ -61,7 +61,7 @@ std::vector<double> ParseValues(const std::string& text, const StabilityAxis& ax
       values.push_back(Rounded(from * std::pow(to / from, i / (count - 1.0))));
     return values;
   }
-  for (const std::string& part : Split(text, '/')) values.push_back(parse(part));
+  for (const std::string& part : SplitAt(text, '/')) values.push_back(parse(part));
   if (values.empty()) throw InputError(where, "has no value");
   std::sort(values.begin(), values.end());
   if (std::adjacent_find(values.begin(), values.end()) != values.end())
@@ -159,7 +159,7 @@ std::vector<StabilityMap> ParseStabilityMaps(const std::string& line, const std:
   if (map.axis[0] == map.axis[1])
     throw InputError(place, std::string("names '") + map.axis[0]->name + "' twice");
   std::vector<StabilityMap> maps;
-  for (const std::string& method : Split(methods, '+')) {
+  for (const std::string& method : SplitAt(methods, '+')) {
     maps.push_back(map);
     maps.back().base.method = ParseName<StabilityMethod>(method, place);
     maps.back().name = method + "-" + map.axis[0]->name + "-" + map.axis[1]->name + map.name;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A run resumes where it was stopped, and begins again where its checkpoint is damaged.
-#include "solver/studies/comparison/experiment.h"
+#include "solver/studies/comparison/comparison.h"
 
 #include <gmock/gmock.h>
 
