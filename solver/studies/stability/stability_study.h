@@ -24,10 +24,10 @@ enum class StabilityOutcome {
   kStillMoving,  // rms speed of the vertices above 2 mm/s; or it creeps: it is slower, but the
                  // drape at rest that belongs to the shape (Newton starts from it) is the reference
                  // and the shape is not
-  kOtherBranch,   // rms distance of the vertices from the reference drape above 3 mm
-  kFoldedOver,    // a triangle whose corners are all held lies face down, the cloth at a hinge is
-                  // folded by more than 165°, or a vertex is higher than 3 cm over the support
-  kDiverged,      // a number that is not finite, or a coordinate above 2 m
+  kOtherBranch,  // rms distance of the vertices from the reference drape above 3 mm
+  kFoldedOver,   // a triangle whose corners are all held lies face down, the cloth at a hinge is
+                 // folded by more than 165°, or a vertex is higher than 3 cm over the support
+  kDiverged,     // a number that is not finite, or a coordinate above 2 m
   kFactorFailed,  // what the method itself reports
   kNotConverged   // the same
 };

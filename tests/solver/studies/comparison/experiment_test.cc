@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // A run resumes where it was stopped, and begins again where its checkpoint is damaged.
-#include "solver/studies/comparison/comparison.h"
-
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -10,6 +8,7 @@
 #include "physics/material/material_io.h"
 #include "physics/util/json_input.h"
 #include "solver/job/fit_input.h"
+#include "solver/studies/comparison/comparison.h"
 #include "tests/losses/dataset/synthetic_dataset.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/solver_fixture.h"
