@@ -187,12 +187,6 @@ std::optional<double> TheoreticalLimit(const StabilityScene& scene, double drag)
   return (drag + std::sqrt(drag * drag + 4.0 * *omega2)) / *omega2;
 }
 
-// Of a vibration with amplitude a and velocity b along a mode: √(ω²a² + b²).
-double EnergyNorm(const State& state, const Eigen::VectorXd& rest, const Eigen::VectorXd& weighed,
-                  double omega) {
-  return std::hypot(omega * weighed.dot(state.x - rest), weighed.dot(state.v));
-}
-
 enum class Kind { kRun, kLimit, kDamping };
 
 struct Task {
@@ -246,31 +240,11 @@ std::vector<Task> ListTasks(const std::vector<StabilityMap>& maps,
   return tasks;
 }
 
-json OptionalJson(const std::optional<double>& value) { return value ? json(*value) : json(); }
-
 std::optional<json> RunTask(StabilityRunner& runner, const Task& task,
                             const std::atomic<bool>& cancel) {
-  if (task.kind == Kind::kLimit) {
-    const ExplicitLimit limit = runner.MeasureLimit(task.run);
-    return json{{"theory_s", OptionalJson(limit.theory)},
-                {"measured_s", OptionalJson(limit.measured)}};
-  }
-  if (task.kind == Kind::kDamping) {
-    const std::optional<StepDamping> damping = runner.MeasureDamping(task.run, task.mode);
-    if (!damping) return json{{"omega_1_s", nullptr}};
-    return json{{"omega_1_s", damping->omega},
-                {"steps", damping->steps},
-                {"theory", damping->theory},
-                {"measured", damping->measured}};
-  }
-  const std::optional<StabilityRun> run = runner.Run(task.run, cancel);
-  if (!run) return std::nullopt;
-  return json{{"outcome", ToString(run->outcome)},
-              {"steps", run->steps},
-              {"seconds", run->seconds},
-              {"residual", OptionalJson(run->residual)},
-              {"speed_m_s", OptionalJson(run->speed)},
-              {"distance_m", OptionalJson(run->distance)}};
+  if (task.kind == Kind::kLimit) return runner.MeasureLimit(task.run);
+  if (task.kind == Kind::kDamping) return runner.MeasureDamping(task.run, task.mode);
+  return runner.Run(task.run, cancel);
 }
 
 json SettingsJson(const StabilitySetting& setting) {
@@ -377,8 +351,8 @@ const Eigen::VectorXd& StabilityRunner::ReferenceShape(const StabilityCase& run)
   return reference->x;
 }
 
-std::optional<StabilityRun> StabilityRunner::Run(const StabilityCase& run,
-                                                 const std::atomic<bool>& cancel) {
+std::optional<json> StabilityRunner::Run(const StabilityCase& run,
+                                         const std::atomic<bool>& cancel) {
   const StabilityScene scene = MakeScene(run);
   const Eigen::VectorXd& reference = ReferenceShape(run);
   Course course{setting_, cancel};
@@ -390,16 +364,18 @@ std::optional<StabilityRun> StabilityRunner::Run(const StabilityCase& run,
       IsStatic(run.method) ? RunAtRest(run, scene, step, course)
                            : RunInTime(step, scene.start, run.h, std::min(wanted, budget), course);
   if (cancel) return std::nullopt;
-  StabilityRun result;
-  result.steps = course.steps;
-  result.seconds = course.Seconds();
   const auto rest = [&](const Eigen::VectorXd& x) { return RestFrom(scene, x); };
-  result.outcome = Classify(*scene.model, end, reference, rest);
+  json result = {{"outcome", ToString(Classify(*scene.model, end, reference, rest))},
+                 {"steps", course.steps},
+                 {"seconds", course.Seconds()},
+                 {"residual", nullptr},
+                 {"speed_m_s", nullptr},
+                 {"distance_m", nullptr}};
   if (IsLost(end.x)) return result;
   const double residual = ForceResidual(*scene.model, scene.material, end.x);
-  if (std::isfinite(residual)) result.residual = residual;
-  if (std::isfinite(end.speed)) result.speed = end.speed;
-  if (reference.size() > 0) result.distance = VertexDistance(end.x, reference);
+  if (std::isfinite(residual)) result["residual"] = residual;
+  if (std::isfinite(end.speed)) result["speed_m_s"] = end.speed;
+  if (reference.size() > 0) result["distance_m"] = VertexDistance(end.x, reference);
   return result;
 }
 
@@ -412,50 +388,57 @@ bool StabilityRunner::StaysBounded(const StabilityCase& run, const StabilityScen
   return true;
 }
 
-ExplicitLimit StabilityRunner::MeasureLimit(StabilityCase run) const {
+json StabilityRunner::MeasureLimit(StabilityCase run) const {
   constexpr double kPrecision = 1.03, kSearch = 8.0;
   run.method = StabilityMethod::kExplicit;
   const StabilityScene scene = MakeScene(run);
-  ExplicitLimit limit{.theory = TheoreticalLimit(scene, setting_.drag), .measured = {}};
-  if (!limit.theory) return limit;
+  json limit = {{"theory_s", nullptr}, {"measured_s", nullptr}};
+  const std::optional<double> theory = TheoreticalLimit(scene, setting_.drag);
+  if (!theory) return limit;
+  limit["theory_s"] = *theory;
   const auto holds = [&](double h) {
     run.h = h;
     return StaysBounded(run, scene);
   };
-  double low = *limit.theory / kSearch, high = *limit.theory * kSearch;
+  double low = *theory / kSearch, high = *theory * kSearch;
   if (!holds(low) || holds(high)) return limit;
   while (high > kPrecision * low) {
     const double middle = std::sqrt(low * high);
     (holds(middle) ? low : high) = middle;
   }
-  limit.measured = std::sqrt(low * high);
+  limit["measured_s"] = std::sqrt(low * high);
   return limit;
 }
 
-std::optional<StepDamping> StabilityRunner::MeasureDamping(const StabilityCase& run, int mode) {
+json StabilityRunner::MeasureDamping(const StabilityCase& run, int mode) {
   constexpr double kMove = 1e-5, kDecay = 3.0;  // largest at first [m]; of the logarithm in all
+  const json none = {{"omega_1_s", nullptr}};
   const Eigen::VectorXd& rest = ReferenceShape(run);
-  if (rest.size() == 0) return std::nullopt;
+  if (rest.size() == 0) return none;
   const StabilityScene scene = MakeScene(run);
   StepSolver solver(scene.model);
   const VibrationModes modes = LowestModes(solver, scene.material, rest, mode + 1);
-  if (modes.eigenvalues.size() <= mode || !(modes.eigenvalues[mode] > 0.0)) return std::nullopt;
-  StepDamping damping{.omega = std::sqrt(modes.eigenvalues[mode])};
+  if (modes.eigenvalues.size() <= mode || !(modes.eigenvalues[mode] > 0.0)) return none;
+  const double omega = std::sqrt(modes.eigenvalues[mode]);
   const Eigen::VectorXd shape = modes.shapes.col(mode);
   const Eigen::VectorXd weighed =
       scene.model->LumpedMass(scene.material.density).cwiseProduct(shape);
-  const double decay = 0.5 * std::log1p(std::pow(run.h * damping.omega, 2));
-  damping.theory = std::exp(-decay);
-  damping.steps = static_cast<int>(std::clamp(std::round(kDecay / decay), 1.0, 1000.0));
+  const double decay = 0.5 * std::log1p(std::pow(run.h * omega, 2));
+  const int steps = static_cast<int>(std::clamp(std::round(kDecay / decay), 1.0, 1000.0));
   const Integrator step = MakeStep(run, scene);
   State state{rest + kMove / shape.cwiseAbs().maxCoeff() * shape,
               Eigen::VectorXd::Zero(rest.size())};
-  const double first = EnergyNorm(state, rest, weighed, damping.omega);
-  for (int i = 0; i < damping.steps; ++i)
-    if (step(state) != IntegratorStatus::kOk) return std::nullopt;
-  damping.measured =
-      std::pow(EnergyNorm(state, rest, weighed, damping.omega) / first, 1.0 / damping.steps);
-  return damping;
+  // Of amplitude a and velocity b along the mode: √(ω²a² + b²).
+  const auto energy_norm = [&] {
+    return std::hypot(omega * weighed.dot(state.x - rest), weighed.dot(state.v));
+  };
+  const double first = energy_norm();
+  for (int i = 0; i < steps; ++i)
+    if (step(state) != IntegratorStatus::kOk) return none;
+  return {{"omega_1_s", omega},
+          {"steps", steps},
+          {"theory", std::exp(-decay)},
+          {"measured", std::pow(energy_norm() / first, 1.0 / steps)}};
 }
 
 Study MakeStabilityStudy(StabilityRunner& runner, const std::vector<StabilityMap>& maps,

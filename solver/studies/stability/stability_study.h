@@ -6,7 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -78,39 +78,11 @@ struct StabilitySetting {
   double drag = 8.0;          // of the explicit method, which damps nothing [1/s]
 };
 
-struct StabilityRun {
-  StabilityOutcome outcome = StabilityOutcome::kSettled;
-  int steps = 0;  // of time or, of a static method, of Newton
-  double seconds = 0.0;
-  // Absent where the end is not finite, and the distance also where no reference drape was found.
-  std::optional<double> residual;  // ‖f‖ by weight
-  std::optional<double> speed;     // [m/s]
-  std::optional<double> distance;  // to the reference drape [m], VertexDistance
-};
-
 // A cloth as a case of the drape test has it.
 struct StabilityScene {
   std::shared_ptr<const ClothModel> model;
   MaterialField material;
   State start;  // compressed and tangled
-};
-
-// Largest stable time step of the explicit method [s].
-struct ExplicitLimit {
-  // [Courant 1928]: ω²h² = 4 + 2·h·drag, with ω of HighestEigenvalue at rest.
-  std::optional<double> theory;
-  // By bisection to 3 %: from the case's own start the cloth does not diverge in 1,500 steps.
-  std::optional<double> measured;
-};
-
-// By how much a step of an implicit method shrinks a small vibration about the drape at rest, in
-// the norm of its energy. Implicit Euler's factor is 1/√(1 + h²ω²) [Hairer 1996, IV.3], an exact
-// oscillator's is 1.
-struct StepDamping {
-  double omega = 0.0;     // [1/s]
-  double theory = 0.0;    // of implicit Euler
-  double measured = 0.0;  // a step, the mean of `steps`
-  int steps = 0;
 };
 
 // Runs cases; safe to call from many threads.
@@ -122,12 +94,26 @@ class StabilityRunner {
 
   StabilityScene MakeScene(const StabilityCase& run) const;
 
+  // The results of a cell, as scripts/stability.py reads them.
+
+  // {"outcome", "steps" (of time or, of a static method, of Newton), "seconds", "residual" (‖f‖ by
+  // weight), "speed_m_s", "distance_m" (to the reference drape, VertexDistance)}. The last three
+  // are null where the end is not finite, the distance also where there is no reference drape.
   // Returns nothing when `cancel` turned true. Throws InputError where a scene cannot be made.
-  std::optional<StabilityRun> Run(const StabilityCase& run, const std::atomic<bool>& cancel);
-  ExplicitLimit MeasureLimit(StabilityCase run) const;
-  // Follows mode number `mode` of LowestModes for some steps. None where the case has no stable
-  // drape or its method fails.
-  std::optional<StepDamping> MeasureDamping(const StabilityCase& run, int mode);
+  std::optional<nlohmann::json> Run(const StabilityCase& run, const std::atomic<bool>& cancel);
+
+  // The largest stable time step of the explicit method, {"theory_s", "measured_s"}, each null
+  // where it is not found. Theory is [Courant 1928]: ω²h² = 4 + 2·h·drag, with ω of
+  // HighestEigenvalue at rest. The measured one is by bisection to 3 %: from the case's own start
+  // the cloth does not diverge in 1,500 steps.
+  nlohmann::json MeasureLimit(StabilityCase run) const;
+
+  // By how much a step of an implicit method shrinks a small vibration about the drape at rest, in
+  // the norm of its energy: mode number `mode` of LowestModes, followed for some steps. Implicit
+  // Euler's factor is 1/√(1 + h²ω²) [Hairer 1996, IV.3], an exact oscillator's is 1. Returns
+  // {"omega_1_s", "steps", "theory" (of implicit Euler), "measured" (a step, the mean of all)}, or
+  // {"omega_1_s": null} where the case has no stable drape or its method fails.
+  nlohmann::json MeasureDamping(const StabilityCase& run, int mode);
 
  private:
   struct Reference {
