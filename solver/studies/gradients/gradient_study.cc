@@ -198,12 +198,11 @@ double RmsOfVertices(const Eigen::VectorXd& x) {
 
 constexpr double kSteps[] = {1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1};
 constexpr double kHorizonStep[] = {1e-6};
-constexpr double kHemRms = 5e-3;     // of the start shape at the hem [m]
-constexpr double kSweepH = 0.1;      // [s]
-constexpr int kSweepHorizon = 50;    // steps
-constexpr double kFoldRange = 10.0;  // of the speed, for the fitted exponents
-constexpr double kFoldEnd = -3.0;    // of the log factor on all bend entries
-constexpr double kShortest = 1e-7;   // of a step towards the fold
+constexpr double kHemRms = 5e-3;    // of the start shape at the hem [m]
+constexpr double kSweepH = 0.1;     // [s]
+constexpr int kSweepHorizon = 50;   // steps
+constexpr double kFoldEnd = -3.0;   // of the log factor on all bend entries
+constexpr double kShortest = 1e-7;  // of a step towards the fold
 
 // A line along a random unit vector of the 39 log entries.
 TableParametrisation MakeLine(const StudiedCloth& cloth) {
@@ -226,13 +225,10 @@ State Relaxed(Backend& backend, const MaterialField& material, const State& star
   return backend.Rollouts({&input, 1}, {.h = kSweepH}, nullptr).front().end;
 }
 
-json ToJson(const GradientError& error) {
-  return {{"step", error.step}, {"size_m", error.size}, {"error", error.error}};
-}
-
 json ToJson(const std::vector<GradientError>& errors) {
   json list = json::array();
-  for (const GradientError& error : errors) list.push_back(ToJson(error));
+  for (const GradientError& error : errors)
+    list.push_back({{"step", error.step}, {"size_m", error.size}, {"error", error.error}});
   return list;
 }
 
@@ -263,7 +259,7 @@ std::optional<json> CompareHorizons(const StudiedCloth& cloth, const State& star
                            {.h = h, .steps = horizon}, kHorizonStep);
     if (errors.empty()) continue;
     series["steps"].push_back(horizon);
-    series["errors"].push_back(ToJson(errors.front()));
+    series["errors"].push_back(ToJson(errors).front());
   }
   return series;
 }
@@ -273,15 +269,8 @@ json ToJson(const ContinuationResult& path) {
   for (const ContinuationPoint& point : path.points)
     branch["points"].push_back(
         {{"s", point.s}, {"speed_m", point.speed}, {"lowest_eigenvalue", point.stiffness}});
-  const std::optional<FoldApproach> approach = FindFoldApproach(path, kFoldRange);
-  if (!approach) return branch;
-  branch["approach"] = {{"distance", approach->distance},
-                        {"lowest_eigenvalue", approach->stiffness},
-                        {"speed_m", approach->speed}};
-  if (approach->speed_by_distance)
-    branch["exponent_by_distance"] = approach->speed_by_distance->exponent;
-  if (approach->speed_by_stiffness)
-    branch["exponent_by_eigenvalue"] = approach->speed_by_stiffness->exponent;
+  if (path.status == ContinuationStatus::kFold && path.fold_estimate)
+    branch["fold_estimate"] = *path.fold_estimate;
   return branch;
 }
 
@@ -347,22 +336,6 @@ std::vector<GradientError> CompareDifferences(Backend& backend, const MaterialPa
     errors.push_back(error);
   }
   return errors;
-}
-
-std::optional<FoldApproach> FindFoldApproach(const ContinuationResult& path, double range) {
-  if (path.status != ContinuationStatus::kFold || !path.fold_estimate) return {};
-  FoldApproach approach;
-  const double largest = path.points.back().speed;
-  for (const ContinuationPoint& point : path.points) {
-    const double distance = std::abs(*path.fold_estimate - point.s);
-    if (point.speed * range < largest || !(point.stiffness > 0.0) || distance == 0.0) continue;
-    approach.distance.push_back(distance);
-    approach.stiffness.push_back(point.stiffness);
-    approach.speed.push_back(point.speed);
-  }
-  approach.speed_by_distance = FitPowerLaw(approach.distance, approach.speed);
-  approach.speed_by_stiffness = FitPowerLaw(approach.stiffness, approach.speed);
-  return approach;
 }
 
 Study MakeGradientStudy(std::vector<StudiedCloth> cloths, const GradientStudyOptions& options) {

@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/simulation/statics/statics.h"
-#include "physics/util/math/power_law.h"
+#include "solver/fit/continuation.h"
 #include "solver/fit/outline_residuals.h"
 #include "solver/fit/parametrisation.h"
 #include "solver/studies/runner/study.h"
@@ -83,16 +82,6 @@ std::vector<GradientError> CompareDifferences(Backend& backend, const MaterialPa
                                               const State& start, SolveMode integrator,
                                               const RolloutOptions& rollout,
                                               std::span<const double> steps);
-
-// How the derivative grows towards the end of a branch. At a fold s* the lowest eigenvalue goes as
-// (s* − s)^½ and |∂x/∂s| as its inverse, (s* − s)^−½.
-struct FoldApproach {
-  std::vector<double> distance, stiffness, speed;  // s* − s > 0, λ₁ [s⁻²], rms |∂x/∂s| [m]
-  std::optional<PowerLaw> speed_by_distance, speed_by_stiffness;
-};
-// The last points of a branch that ended, those with speed ≥ largest/range; s* by
-// ContinuationResult::fold_estimate. None where the branch did not end or its speed does not grow.
-std::optional<FoldApproach> FindFoldApproach(const ContinuationResult& path, double range);
 
 // The cloth of the study under one law.
 struct StudiedCloth {

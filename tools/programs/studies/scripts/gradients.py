@@ -1,7 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tables and charts of drape_gradients: report.md, differences, horizons and fold."""
 
+import numpy
+
 from study import aligned, main, markdown, pyplot
+
+RANGE = 10  # of the speed, for the fitted exponents
+
+
+def exponent(x, y):
+    """b of y = a x^b by least squares of the logarithms; None for fewer than two distinct x."""
+    return numpy.polyfit(numpy.log(x), numpy.log(y), 1)[0] if len(set(x)) > 1 else None
+
+
+def find_approach(branch):
+    """Adds how the derivative grows towards the end of a branch: the last points of a branch that
+    ended, those with speed >= largest/RANGE. At a fold s* the lowest eigenvalue goes as (s* - s)^½
+    and the speed as its inverse, (s* - s)^-½."""
+    if "fold_estimate" not in branch:
+        return branch
+    points = [(abs(branch["fold_estimate"] - point["s"]), point["lowest_eigenvalue"], point["speed_m"])
+              for point in branch["points"]]
+    near = [point for point in points if RANGE * point[2] >= points[-1][2] and (point[1] or 0) > 0
+            and point[0] > 0]
+    distance, eigenvalue, speed = map(list, zip(*near)) if near else ([], [], [])
+    exponents = {"exponent_by_distance": exponent(distance, speed),
+                 "exponent_by_eigenvalue": exponent(eigenvalue, speed)}
+    return {**branch, "approach": {"distance": distance, "lowest_eigenvalue": eigenvalue,
+                                   "speed_m": speed},
+            **{key: value for key, value in exponents.items() if value is not None}}
 
 
 def difference_table(sweeps):
@@ -78,6 +105,7 @@ def draw(study):
     for cell in study["cells"]:
         part, result = cell["input"]["part"], cell["result"]
         parts[part] += result if part == "differences" else [{**cell["input"], **result}]
+    parts["branches"] = [find_approach(branch) for branch in parts["branches"]]
     tables = [difference_table(parts["differences"]), horizon_table(parts["horizons"]),
               branch_table(parts["branches"])]
     study.write("report.md", "\n".join(markdown(*table) for table in tables))
