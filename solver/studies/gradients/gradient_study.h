@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "solver/fit/continuation.h"
 #include "solver/fit/outline_residuals.h"
 #include "solver/fit/parametrisation.h"
 #include "solver/studies/runner/study.h"
