@@ -108,17 +108,4 @@ void GeometryCacheWriter::Append(const Eigen::VectorXd& x) {
   WriteHeader();
 }
 
-GeometryCache ReadGeometryCache(const std::string& path) {
-  const std::string bytes = ReadOwnFile(path);
-  const Header header = ParseHeader(bytes, static_cast<int64_t>(bytes.size()), path);
-  GeometryCache cache{header.points, {}};
-  for (int frame = 0; frame < header.frames; ++frame) {
-    cache.frames.emplace_back(3 * header.points);
-    std::memcpy(cache.frames.back().data(),
-                bytes.data() + sizeof(header) + frame * FrameBytes(header.points),
-                FrameBytes(header.points));
-  }
-  return cache;
-}
-
 }  // namespace drape

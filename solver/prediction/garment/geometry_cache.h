@@ -2,8 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
-#include <vector>
 
 namespace drape {
 
@@ -37,14 +37,5 @@ class GeometryCacheWriter {
   int num_frames_;
   int descriptor_;
 };
-
-struct GeometryCache {
-  int num_points = 0;
-  std::vector<Eigen::VectorXf> frames;  // [m], shape [3V] each
-};
-
-// Throws InputError for a file that is not of this format, is shorter than its header says, or is
-// larger than 1 GiB.
-GeometryCache ReadGeometryCache(const std::string& path);
 
 }  // namespace drape

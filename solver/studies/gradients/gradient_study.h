@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/simulation/statics/statics.h"
 #include "solver/fit/outline_residuals.h"
 #include "solver/fit/parametrisation.h"
 #include "solver/studies/runner/study.h"

@@ -5,12 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
+#include <set>
+#include <utility>
 
-#include "physics/util/errors.h"
 #include "physics/util/text_format.h"
-#include "solver/prediction/garment/pattern/pattern_input.h"
 
 namespace drape {
 namespace {
@@ -19,108 +18,142 @@ using Eigen::Vector2d;
 
 constexpr int kLengthChords = 512;
 
-// Of an arc, the centre.
+// The centre of an arc.
 Vector2d ArcCentre(const PatternEdge& edge) {
   const Vector2d half = (edge.end - edge.begin) / 2;
   const double distance = 1 / std::tan(edge.arc_angle / 2);  // in halves of the chord
   return edge.begin + half + distance * Vector2d(-half.y(), half.x());
 }
 
-using Eigen::Vector2d;
+constexpr int kCrossingChords = 48;      // of a curve, in the search for crossings
+constexpr double kMaxDifference = 0.05;  // of the lengths of a seam
 
-constexpr char kGarmentFormat[] = "drapefit-garment";
-constexpr int kVersion = 1, kMaxPanels = 200;
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kLeastArm = 25, kMostArm = 90;  // [degrees]
+double Cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-PatternEdge ReadOwnEdge(const JsonInput& input, const Vector2d& begin, const Vector2d& end) {
-  input.ExpectKeys({"endpoints", "quadratic", "cubic", "circle"});
-  if (input.Has("quadratic") + input.Has("cubic") + input.Has("circle") > 1)
-    input.Fail("one of quadratic, cubic and circle");
-  if (input.Has("quadratic"))
-    return {begin, end, ReadPoints(input.At("quadratic").ExpectArray(1), 1)};
-  if (input.Has("cubic")) return {begin, end, ReadPoints(input.At("cubic").ExpectArray(2), 1)};
-  if (!input.Has("circle")) return {begin, end};
-  const JsonInput circle = input.At("circle");
-  circle.ExpectKeys({"radius", "large", "counter_clockwise"});
-  const double radius = circle.At("radius").NumberWithin(1e-3, 100);
-  // The tolerance of half circles whose radius was rounded.
-  if (radius < .4999 * (end - begin).norm())
-    circle.At("radius").Fail(
-        Format("at least half the distance of the endpoints, %.6g m", (end - begin).norm() / 2));
-  return MakeArc(begin, end, radius, circle.Has("large") && circle.At("large").Boolean(),
-                 circle.At("counter_clockwise").Boolean());
+struct Chord {
+  Vector2d a, b;
+  int edge;
+  int number;  // along its loop
+  int loop;
+};
+
+bool Touch(const Chord& p, const Chord& q) {
+  const auto side = [](const Chord& c, const Vector2d& v) { return Cross(c.b - c.a, v - c.a); };
+  const double pa = side(q, p.a), pb = side(q, p.b), qa = side(p, q.a), qb = side(p, q.b);
+  if (pa == 0 && pb == 0) {  // on one line
+    const Vector2d low = p.a.cwiseMin(p.b), high = p.a.cwiseMax(p.b);
+    return (q.a.cwiseMax(q.b).array() >= low.array()).all() &&
+           (q.a.cwiseMin(q.b).array() <= high.array()).all();
+  }
+  return pa * pb <= 0 && qa * qb <= 0;
 }
 
-Panel ReadPanel(const std::string& name, const JsonInput& input) {
-  input.ExpectKeys({"vertices", "outline", "holes", "translation", "rotation", "cylinder_radius"});
-  Panel panel;
-  panel.name = name;
-  const std::vector<Vector2d> vertices = ReadPoints(input.At("vertices"), 1);
-  panel.outline = ReadLoop(input.At("outline"), vertices, ReadOwnEdge);
-  if (LoopArea(panel.outline) <= 0) input.At("outline").Fail("a counter-clockwise outline");
-  if (input.Has("holes")) {
-    const JsonInput holes = input.At("holes").ExpectArray();
-    for (int k = 0; k < holes.Size(); ++k) {
-      panel.holes.push_back(ReadLoop(holes.At(k), vertices, ReadOwnEdge));
-      if (LoopArea(panel.holes.back()) >= 0) holes.At(k).Fail("a clockwise hole");
+// Chords that follow one another meet in a point, and cross only if the second turns back.
+bool TurnsBack(const Chord& p, const Chord& q) {
+  const Vector2d u = p.b - p.a, v = q.b - q.a;
+  return u.dot(v) < 0 && std::abs(Cross(u, v)) <= 1e-9 * u.norm() * v.norm();
+}
+
+std::vector<Chord> LoopChords(const PatternLoop& loop, int first_edge, int number) {
+  std::vector<Chord> chords;
+  for (size_t e = 0; e < loop.size(); ++e) {
+    const bool straight = loop[e].control.empty() && loop[e].arc_angle == 0;
+    const int n = straight ? 1 : kCrossingChords;
+    for (int k = 0; k < n; ++k)
+      chords.push_back({loop[e].At(double(k) / n), loop[e].At((k + 1.0) / n),
+                        first_edge + static_cast<int>(e), static_cast<int>(chords.size()), number});
+  }
+  return chords;
+}
+
+struct PanelChords {
+  std::vector<Chord> all;
+  std::vector<int> loop_size;
+};
+
+PanelChords MakeChords(const Panel& panel) {
+  PanelChords chords{LoopChords(panel.outline, 0, 0), {}};
+  chords.loop_size.push_back(static_cast<int>(chords.all.size()));
+  int first = static_cast<int>(panel.outline.size());
+  for (const PatternLoop& hole : panel.holes) {
+    const auto more = LoopChords(hole, first, static_cast<int>(chords.loop_size.size()));
+    first += static_cast<int>(hole.size());
+    chords.loop_size.push_back(static_cast<int>(more.size()));
+    chords.all.insert(chords.all.end(), more.begin(), more.end());
+  }
+  return chords;
+}
+
+bool ChordsCross(const Chord& p, const Chord& q, const std::vector<int>& loop_size) {
+  if (p.loop == q.loop) {
+    const int n = loop_size[p.loop];
+    if ((p.number + 1) % n == q.number) return TurnsBack(p, q);
+    if ((q.number + 1) % n == p.number) return TurnsBack(q, p);
+  }
+  return Touch(p, q);
+}
+
+PatternProblem FindCrossing(const Panel& panel, const std::string& key) {
+  const PanelChords chords = MakeChords(panel);
+  for (size_t i = 0; i < chords.all.size(); ++i) {
+    for (size_t j = i + 1; j < chords.all.size(); ++j) {
+      const Chord &p = chords.all[i], &q = chords.all[j];
+      if (!ChordsCross(p, q, chords.loop_size)) continue;
+      const Vector2d place = (p.a + p.b) / 2;
+      return {key,
+              Format("edges %d and %d, which cross or touch near (%.4g, %.4g) m", p.edge, q.edge,
+                     place.x(), place.y()),
+              "edges that meet at corners only"};
     }
   }
-  panel.placement = ReadPlacement(input, 1);
-  if (input.Has("cylinder_radius"))
-    panel.cylinder_radius = input.At("cylinder_radius").NumberWithin(1e-3, 100);
-  return panel;
+  return {};
 }
 
-Stitch ReadStitch(const JsonInput& input, const Pattern& pattern) {
-  input.ExpectKeys({"edges", "same_direction", "ease"});
-  const JsonInput edges = input.At("edges").ExpectArray(2);
-  const auto edge = [&](int k) {
-    const JsonInput pair = edges.At(k).ExpectArray(2);
-    return ReadPanelEdge(pair.At(0), pair.At(1), pattern);
-  };
-  const auto flag = [&](const char* key) { return input.Has(key) && input.At(key).Boolean(); };
-  return {edge(0), edge(1), flag("same_direction"), flag("ease")};
-}
-
-Ring ReadRing(const JsonInput& input, const Pattern& pattern) {
-  input.ExpectKeys({"name", "panel", "edges", "held_by"});
-  Ring ring;
-  ring.name = input.At("name").String();
-  ring.panel = ReadPanelName(input.At("panel"), pattern);
-  const JsonInput edges = input.At("edges").ExpectArray();
-  for (int k = 0; k < edges.Size(); ++k)
-    ring.edges.push_back(edges.At(k).IntegerWithin(0, pattern.panels[ring.panel].num_edges() - 1));
-  if (input.Has("held_by")) {
-    if (input.At("held_by").String() != "pelvis") input.At("held_by").Fail("\"pelvis\"");
-    ring.held_by_pelvis = true;
+bool Contains(const PatternLoop& loop, const Vector2d& point) {
+  bool inside = false;
+  for (const Chord& c : LoopChords(loop, 0, 0)) {
+    if ((c.a.y() > point.y()) == (c.b.y() > point.y())) continue;
+    const double x = c.a.x() + (point.y() - c.a.y()) / (c.b.y() - c.a.y()) * (c.b.x() - c.a.x());
+    if (x > point.x()) inside = !inside;
   }
-  return ring;
+  return inside;
 }
 
-Pattern ReadOwnFormat(const JsonInput& input) {
-  input.ExpectKeys({"format", "version", "name", "arm_angle", "panels", "stitches", "rings"});
-  if (input.At("format").String() != kGarmentFormat)
-    input.At("format").Fail(std::string("\"").append(kGarmentFormat) + '"');
-  if (input.At("version").Integer() != kVersion) input.At("version").Fail("1");
-  Pattern pattern;
-  if (input.Has("name")) pattern.name = input.At("name").String();
-  if (input.Has("arm_angle"))
-    pattern.arm_angle = input.At("arm_angle").NumberWithin(kLeastArm, kMostArm) * kDegree;
-  const JsonInput panels = input.At("panels").ExpectObject();
-  if (panels.Size() < 1 || panels.Size() > kMaxPanels)
-    panels.Fail(Format("1 … %d panels", kMaxPanels));
-  for (const auto& [name, unused] : panels.value().items())
-    pattern.panels.push_back(ReadPanel(name, panels.At(name)));
-  const auto each = [&](const char* key, const auto& read) {
-    if (!input.Has(key)) return;
-    const JsonInput list = input.At(key).ExpectArray();
-    for (int k = 0; k < list.Size(); ++k) read(list.At(k));
+PatternProblem FindPanelProblem(const Panel& panel) {
+  const std::string key = "panels." + panel.name;
+  if (PatternProblem crossing = FindCrossing(panel, key); !crossing.key.empty()) return crossing;
+  for (const PatternLoop& hole : panel.holes) {
+    if (!Contains(panel.outline, hole[0].begin))
+      return {key, "a hole outside the outline", "holes inside it"};
+    for (const PatternLoop& other : panel.holes)
+      if (&other != &hole && Contains(other, hole[0].begin))
+        return {key, "a hole inside another hole", "holes apart from one another"};
+  }
+  const double widest = std::numbers::pi * panel.cylinder_radius;
+  for (const Chord& chord : LoopChords(panel.outline, 0, 0)) {
+    if (panel.cylinder_radius > 0 && std::abs(chord.a.x()) >= widest)
+      return {key + ".cylinder_radius", Format("%g m", panel.cylinder_radius),
+              Format("more than |x|/π, here %g m, so that the panel does not overlap itself",
+                     std::abs(chord.a.x()) / std::numbers::pi)};
+  }
+  return {};
+}
+
+PatternProblem FindStitchProblem(const Pattern& pattern, const Stitch& stitch,
+                                 const std::string& key) {
+  const auto name = [&](const PanelEdge& e) {
+    return "edge " + std::to_string(e.edge) + " of '" + pattern.panels[e.panel].name + "'";
   };
-  each("stitches",
-       [&](const JsonInput& item) { pattern.stitches.push_back(ReadStitch(item, pattern)); });
-  each("rings", [&](const JsonInput& item) { pattern.rings.push_back(ReadRing(item, pattern)); });
-  return pattern;
+  const auto length = [&](const PanelEdge& e) {
+    return pattern.panels[e.panel].edge(e.edge).Length();
+  };
+  const double first = length(stitch.first), second = length(stitch.second);
+  if (!stitch.ease && std::abs(first - second) > kMaxDifference * std::max(first, second))
+    return {key,
+            name(stitch.first) + Format(" of %.4g m and ", first) + name(stitch.second) +
+                Format(" of %.4g m", second),
+            "lengths that differ by at most 5 %, or \"ease\": true"};
+  return {};
 }
 
 }  // namespace
@@ -217,20 +250,23 @@ PatternLoop Reversed(const PatternLoop& loop) {
   return reversed;
 }
 
-Pattern ReadPattern(const std::string& path) {
-  const nlohmann::json file = ReadJsonFile(path);
-  const JsonInput input(file, path);
-  if (!input.Has("format") && !input.Has("pattern"))
-    input.Fail("a garment (keys format, version, panels) or a GarmentCode pattern (key pattern)");
-  Pattern pattern = input.Has("format") ? ReadOwnFormat(input) : ReadGarmentCode(input);
-  if (pattern.arm_angle == 0) pattern.arm_angle = kLeastArm * kDegree;
-  const PatternProblem problem = FindProblem(pattern);
-  if (!problem.key.empty()) {
-    const std::string prefix = input.Has("format") ? "" : "pattern.";
-    throw InputError(path, "key '" + prefix + problem.key + "': found " + problem.found +
-                               ", expected " + problem.expected);
+PatternProblem FindProblem(const Pattern& pattern) {
+  for (const Panel& panel : pattern.panels)
+    if (PatternProblem problem = FindPanelProblem(panel); !problem.key.empty()) return problem;
+  std::set<std::pair<int, int>> sewn;
+  for (size_t k = 0; k < pattern.stitches.size(); ++k) {
+    const std::string key = "stitches[" + std::to_string(k) + "]";
+    for (const PanelEdge& e : {pattern.stitches[k].first, pattern.stitches[k].second})
+      if (!sewn.emplace(e.panel, e.edge).second)
+        return {key,
+                "edge " + std::to_string(e.edge) + " of '" + pattern.panels[e.panel].name +
+                    "' a second time",
+                "each edge in one seam at most"};
+    if (PatternProblem problem = FindStitchProblem(pattern, pattern.stitches[k], key);
+        !problem.key.empty())
+      return problem;
   }
-  return pattern;
+  return {};
 }
 
 }  // namespace drape

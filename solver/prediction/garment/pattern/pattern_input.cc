@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/prediction/garment/pattern/pattern_input.h"
-
+// Reads patterns of both formats.
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
 #include "physics/util/text_format.h"
+#include "solver/prediction/garment/pattern/pattern.h"
 
 namespace drape {
 namespace {
@@ -13,10 +16,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kMaxCoordinate = 20;  // [m]
-constexpr int kMaxVertices = 1000;
+constexpr int kMaxVertices = 1000, kMaxPanels = 200;
+constexpr double kDegree = std::numbers::pi / 180;
 
-}  // namespace
-
+// Reads points [x, y] of the plane of a panel and multiplies them by `metres` [m].
 std::vector<Vector2d> ReadPoints(const JsonInput& input, double metres) {
   if (input.ExpectArray().Size() > kMaxVertices)
     input.Fail(Format("at most %d points", kMaxVertices));
@@ -29,6 +32,11 @@ std::vector<Vector2d> ReadPoints(const JsonInput& input, double metres) {
   return points;
 }
 
+// Makes the edge between two points from its entry.
+using EdgeReader =
+    std::function<PatternEdge(const JsonInput&, const Vector2d& begin, const Vector2d& end)>;
+
+// Reads edges with "endpoints", two indices of vertices. The edges must form one closed loop.
 PatternLoop ReadLoop(const JsonInput& edges, const std::vector<Vector2d>& vertices,
                      const EdgeReader& read_edge) {
   const int count = edges.ExpectArray().Size();
@@ -50,6 +58,8 @@ PatternLoop ReadLoop(const JsonInput& edges, const std::vector<Vector2d>& vertic
   return loop;
 }
 
+// Reads "translation" [x, y, z], times `metres`, and "rotation" about the fixed axes x, y, z in
+// this order [degrees]. Both may be absent.
 Eigen::Isometry3d ReadPlacement(const JsonInput& panel, double metres) {
   Eigen::Isometry3d placement = Eigen::Isometry3d::Identity();
   if (panel.Has("translation")) {
@@ -59,13 +69,14 @@ Eigen::Isometry3d ReadPlacement(const JsonInput& panel, double metres) {
     placement.translate(shift);
   }
   if (!panel.Has("rotation")) return placement;
-  const Vector3d turn = panel.At("rotation").Vector(3) * (std::numbers::pi / 180);
+  const Vector3d turn = kDegree * panel.At("rotation").Vector(3);
   placement.rotate(Eigen::AngleAxisd(turn.z(), Vector3d::UnitZ()) *
                    Eigen::AngleAxisd(turn.y(), Vector3d::UnitY()) *
                    Eigen::AngleAxisd(turn.x(), Vector3d::UnitX()));
   return placement;
 }
 
+// Finds a panel by its name.
 int ReadPanelName(const JsonInput& name, const Pattern& pattern) {
   const std::string wanted = name.String();
   std::string names;
@@ -79,6 +90,225 @@ int ReadPanelName(const JsonInput& name, const Pattern& pattern) {
 PanelEdge ReadPanelEdge(const JsonInput& name, const JsonInput& edge, const Pattern& pattern) {
   const int panel = ReadPanelName(name, pattern);
   return {panel, edge.IntegerWithin(0, pattern.panels[panel].num_edges() - 1)};
+}
+
+// Our own format.
+
+constexpr char kGarmentFormat[] = "drapefit-garment";
+constexpr int kVersion = 1;
+constexpr double kLeastArm = 25, kMostArm = 90;  // [degrees]
+
+PatternEdge ReadOwnEdge(const JsonInput& input, const Vector2d& begin, const Vector2d& end) {
+  input.ExpectKeys({"endpoints", "quadratic", "cubic", "circle"});
+  if (input.Has("quadratic") + input.Has("cubic") + input.Has("circle") > 1)
+    input.Fail("one of quadratic, cubic and circle");
+  if (input.Has("quadratic"))
+    return {begin, end, ReadPoints(input.At("quadratic").ExpectArray(1), 1)};
+  if (input.Has("cubic")) return {begin, end, ReadPoints(input.At("cubic").ExpectArray(2), 1)};
+  if (!input.Has("circle")) return {begin, end};
+  const JsonInput circle = input.At("circle");
+  circle.ExpectKeys({"radius", "large", "counter_clockwise"});
+  const double radius = circle.At("radius").NumberWithin(1e-3, 100);
+  // The tolerance of half circles whose radius was rounded.
+  if (radius < .4999 * (end - begin).norm())
+    circle.At("radius").Fail(
+        Format("at least half the distance of the endpoints, %.6g m", (end - begin).norm() / 2));
+  return MakeArc(begin, end, radius, circle.Has("large") && circle.At("large").Boolean(),
+                 circle.At("counter_clockwise").Boolean());
+}
+
+Panel ReadPanel(const std::string& name, const JsonInput& input) {
+  input.ExpectKeys({"vertices", "outline", "holes", "translation", "rotation", "cylinder_radius"});
+  Panel panel;
+  panel.name = name;
+  const std::vector<Vector2d> vertices = ReadPoints(input.At("vertices"), 1);
+  panel.outline = ReadLoop(input.At("outline"), vertices, ReadOwnEdge);
+  if (LoopArea(panel.outline) <= 0) input.At("outline").Fail("a counter-clockwise outline");
+  if (input.Has("holes")) {
+    const JsonInput holes = input.At("holes").ExpectArray();
+    for (int k = 0; k < holes.Size(); ++k) {
+      panel.holes.push_back(ReadLoop(holes.At(k), vertices, ReadOwnEdge));
+      if (LoopArea(panel.holes.back()) >= 0) holes.At(k).Fail("a clockwise hole");
+    }
+  }
+  panel.placement = ReadPlacement(input, 1);
+  if (input.Has("cylinder_radius"))
+    panel.cylinder_radius = input.At("cylinder_radius").NumberWithin(1e-3, 100);
+  return panel;
+}
+
+Stitch ReadStitch(const JsonInput& input, const Pattern& pattern) {
+  input.ExpectKeys({"edges", "same_direction", "ease"});
+  const JsonInput edges = input.At("edges").ExpectArray(2);
+  const auto edge = [&](int k) {
+    const JsonInput pair = edges.At(k).ExpectArray(2);
+    return ReadPanelEdge(pair.At(0), pair.At(1), pattern);
+  };
+  const auto flag = [&](const char* key) { return input.Has(key) && input.At(key).Boolean(); };
+  return {edge(0), edge(1), flag("same_direction"), flag("ease")};
+}
+
+Ring ReadRing(const JsonInput& input, const Pattern& pattern) {
+  input.ExpectKeys({"name", "panel", "edges", "held_by"});
+  Ring ring;
+  ring.name = input.At("name").String();
+  ring.panel = ReadPanelName(input.At("panel"), pattern);
+  const JsonInput edges = input.At("edges").ExpectArray();
+  for (int k = 0; k < edges.Size(); ++k)
+    ring.edges.push_back(edges.At(k).IntegerWithin(0, pattern.panels[ring.panel].num_edges() - 1));
+  if (input.Has("held_by")) {
+    if (input.At("held_by").String() != "pelvis") input.At("held_by").Fail("\"pelvis\"");
+    ring.held_by_pelvis = true;
+  }
+  return ring;
+}
+
+Pattern ReadOwnFormat(const JsonInput& input) {
+  input.ExpectKeys({"format", "version", "name", "arm_angle", "panels", "stitches", "rings"});
+  if (input.At("format").String() != kGarmentFormat)
+    input.At("format").Fail(std::string("\"").append(kGarmentFormat) + '"');
+  if (input.At("version").Integer() != kVersion) input.At("version").Fail("1");
+  Pattern pattern;
+  if (input.Has("name")) pattern.name = input.At("name").String();
+  if (input.Has("arm_angle"))
+    pattern.arm_angle = input.At("arm_angle").NumberWithin(kLeastArm, kMostArm) * kDegree;
+  const JsonInput panels = input.At("panels").ExpectObject();
+  if (panels.Size() < 1 || panels.Size() > kMaxPanels)
+    panels.Fail(Format("1 … %d panels", kMaxPanels));
+  for (const auto& [name, unused] : panels.value().items())
+    pattern.panels.push_back(ReadPanel(name, panels.At(name)));
+  const auto each = [&](const char* key, const auto& read) {
+    if (!input.Has(key)) return;
+    const JsonInput list = input.At(key).ExpectArray();
+    for (int k = 0; k < list.Size(); ++k) read(list.At(k));
+  };
+  each("stitches",
+       [&](const JsonInput& item) { pattern.stitches.push_back(ReadStitch(item, pattern)); });
+  each("rings", [&](const JsonInput& item) { pattern.rings.push_back(ReadRing(item, pattern)); });
+  return pattern;
+}
+
+// The format of GarmentCode.
+
+// A point in the coordinates of an edge: along it and to its left, in units of its length.
+Vector2d FromEdgeCoordinates(const JsonInput& input, const Vector2d& begin, const Vector2d& end) {
+  const Vector2d share = input.Vector(2), along = end - begin;
+  return begin + share.x() * along + share.y() * Vector2d(-along.y(), along.x());
+}
+
+constexpr double kMostRadius = 1e4;  // [m]; beyond it points of an arc are lost to rounding
+
+PatternEdge ReadArc(const JsonInput& params, const Vector2d& begin, const Vector2d& end,
+                    double metres) {
+  params.ExpectArray(3);
+  // The two flags are written as numbers or as Booleans.
+  const auto flag = [&](int k) {
+    const JsonInput input = params.At(k);
+    return input.value().is_boolean() ? input.Boolean() : input.IntegerWithin(0, 1) != 0;
+  };
+  const double radius = params.At(0).Number() * metres;
+  if (!(radius > 0 && radius <= kMostRadius))
+    params.At(0).Fail(Format("a radius > 0 of at most %g m", kMostRadius));
+  return MakeArc(begin, end, radius, flag(1), flag(2));
+}
+
+PatternEdge ReadGarmentCodeEdge(const JsonInput& input, const Vector2d& begin, const Vector2d& end,
+                                double metres) {
+  if (!input.Has("curvature")) return {begin, end};
+  const JsonInput curvature = input.At("curvature");
+  const auto point = [&](const JsonInput& p) { return FromEdgeCoordinates(p, begin, end); };
+  if (curvature.value().is_array()) return {begin, end, {point(curvature)}};
+  const std::string type = curvature.At("type").String();
+  const JsonInput params = curvature.At("params");
+  if (type == "quadratic") return {begin, end, {point(params.ExpectArray(1).At(0))}};
+  if (type == "cubic")
+    return {begin, end, {point(params.ExpectArray(2).At(0)), point(params.At(1))}};
+  if (type == "circle") return ReadArc(params, begin, end, metres);
+  curvature.At("type").Fail("\"quadratic\", \"cubic\" or \"circle\"");
+}
+
+// Turns a panel over whose outline is clockwise: its outer side is where the outline is
+// counter-clockwise.
+void TurnOver(Panel* panel) {
+  const auto mirror = [](Vector2d& p) { p.x() = -p.x(); };
+  for (PatternEdge& edge : panel->outline) {
+    mirror(edge.begin);
+    mirror(edge.end);
+    for (Vector2d& p : edge.control) mirror(p);
+    edge.arc_angle = -edge.arc_angle;
+  }
+  panel->placement.rotate(Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitY()));
+}
+
+Panel ReadGarmentCodePanel(const std::string& name, const JsonInput& input, double metres) {
+  Panel panel;
+  panel.name = name;
+  const auto edge = [&](const JsonInput& e, const Vector2d& begin, const Vector2d& end) {
+    return ReadGarmentCodeEdge(e, begin, end, metres);
+  };
+  panel.outline = ReadLoop(input.At("edges"), ReadPoints(input.At("vertices"), metres), edge);
+  // From y up, facing +z, to z up, facing −y.
+  panel.placement =
+      Eigen::AngleAxisd(std::numbers::pi / 2, Vector3d::UnitX()) * ReadPlacement(input, metres);
+  const double area = LoopArea(panel.outline);
+  if (area == 0) input.At("edges").Fail("an outline with an area");
+  if (area < 0) TurnOver(&panel);
+  return panel;
+}
+
+Stitch ReadGarmentCodeStitch(const JsonInput& input, const Pattern& pattern) {
+  const int size = input.ExpectArray().Size();
+  if (size < 2 || size > 3) input.Fail("two edges and, optionally, \"right_wrong\"");
+  const auto edge = [&](int k) {
+    return ReadPanelEdge(input.At(k).At("panel"), input.At(k).At("edge"), pattern);
+  };
+  Stitch stitch{edge(0), edge(1), false, /*ease=*/true};
+  if (size == 3) {
+    if (input.At(2).String() != "right_wrong") input.At(2).Fail("\"right_wrong\"");
+    stitch.same_direction = true;
+  }
+  return stitch;
+}
+
+Pattern ReadGarmentCode(const JsonInput& input) {
+  double metres = .01;
+  if (input.Has("properties")) {
+    const JsonInput properties = input.At("properties");
+    if (properties.Has("units_in_meter"))
+      metres = 1 / properties.At("units_in_meter").NumberWithin(.01, 1e4);
+    if (properties.Has("curvature_coords") &&
+        properties.At("curvature_coords").String() != "relative")
+      properties.At("curvature_coords").Fail("\"relative\"");
+  }
+  Pattern pattern;
+  const JsonInput panels = input.At("pattern").At("panels").ExpectObject();
+  if (panels.Size() < 1 || panels.Size() > kMaxPanels)
+    panels.Fail(Format("1 … %d panels", kMaxPanels));
+  for (const auto& [name, unused] : panels.value().items())
+    pattern.panels.push_back(ReadGarmentCodePanel(name, panels.At(name), metres));
+  if (!input.At("pattern").Has("stitches")) return pattern;
+  const JsonInput stitches = input.At("pattern").At("stitches").ExpectArray();
+  for (int k = 0; k < stitches.Size(); ++k)
+    pattern.stitches.push_back(ReadGarmentCodeStitch(stitches.At(k), pattern));
+  return pattern;
+}
+
+}  // namespace
+
+Pattern ReadPattern(const std::string& path) {
+  const nlohmann::json file = ReadJsonFile(path);
+  const JsonInput input(file, path);
+  if (!input.Has("format") && !input.Has("pattern"))
+    input.Fail("a garment (keys format, version, panels) or a GarmentCode pattern (key pattern)");
+  Pattern pattern = input.Has("format") ? ReadOwnFormat(input) : ReadGarmentCode(input);
+  if (pattern.arm_angle == 0) pattern.arm_angle = kLeastArm * kDegree;
+  const PatternProblem problem = FindProblem(pattern);
+  if (!problem.key.empty()) {
+    const std::string prefix = input.Has("format") ? "" : "pattern.";
+    throw InputError(path, "key '" + prefix + problem.key + "': found " + problem.found +
+                               ", expected " + problem.expected);
+  }
+  return pattern;
 }
 
 }  // namespace drape

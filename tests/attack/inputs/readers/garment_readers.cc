@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What drape_garment and scenes with contact read: patterns of both formats, bodies of OBJ files,
-// point caches, obstacles.
+// obstacles.
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -8,11 +8,9 @@
 
 #include "physics/cloth/scene_io.h"
 #include "physics/util/text_format.h"
-#include "solver/prediction/garment/body/body_sequence.h"
+#include "solver/prediction/garment/body/body.h"
 #include "solver/prediction/garment/garment_mesh.h"
-#include "solver/prediction/garment/geometry_cache.h"
 #include "solver/prediction/garment/pattern/pattern.h"
-#include "solver/prediction/garment/sewing.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
 #include "tests/attack/inputs/valid_inputs.h"
@@ -56,25 +54,6 @@ Reader MakeBodyReader(int mutated) {
           .is_json = false};
 }
 
-Reader MakeCacheReader(const std::string& scratch) {
-  const std::string path = scratch + "garment.pc2";
-  {
-    GeometryCacheWriter writer(path, 3);
-    for (int frame = 0; frame < 2; ++frame) writer.Append(Eigen::VectorXd::Constant(9, frame));
-  }
-  return {.name = "point cache",
-          .file = "garment.pc2",
-          .content = ReadText(path),
-          .read =
-              [](const std::string& from) {
-                const GeometryCache cache = ReadGeometryCache(from);
-                for (const Eigen::VectorXf& frame : cache.frames)
-                  if (frame.size() != 3 * cache.num_points) return "read frames of other sizes";
-                return "";
-              },
-          .is_json = false};
-}
-
 std::string CheckObstacles(const Scene& scene) {
   if (!scene.contact) return "";
   for (const Obstacle& obstacle : scene.contact->obstacles)
@@ -89,7 +68,7 @@ std::string CheckObstacles(const Scene& scene) {
 
 }  // namespace
 
-std::vector<Reader> MakeGarmentReaders(const std::string& valid, const std::string& scratch) {
+std::vector<Reader> MakeGarmentReaders(const std::string& valid) {
   return {{.name = "garment",
            .file = "garment.json",
            .content = ReadText(valid + "skirt.json"),
@@ -100,7 +79,6 @@ std::vector<Reader> MakeGarmentReaders(const std::string& valid, const std::stri
            .read = ReadAndSew},
           MakeBodyReader(0),
           MakeBodyReader(1),
-          MakeCacheReader(scratch),
           {.name = "contact",
            .file = "contact.json",
            .content = ReadText(valid + "contact.json"),

@@ -32,6 +32,6 @@ std::vector<Reader> MakeImageReaders(const std::string& valid);
 std::vector<Reader> MakeRecordReaders(const std::string& scratch);
 std::vector<Reader> MakeResultReaders(const std::string& scratch);
 std::vector<Reader> MakeSpaceReaders(const std::string& valid);
-std::vector<Reader> MakeGarmentReaders(const std::string& valid, const std::string& scratch);
+std::vector<Reader> MakeGarmentReaders(const std::string& valid);
 
 }  // namespace drape::attack

@@ -6,10 +6,11 @@
 #include <algorithm>
 #include <numbers>
 
+#include "physics/cloth/contact/contact.h"
+#include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
-#include "solver/prediction/garment/body/body_spec.h"
 #include "solver/prediction/garment/body/mannequin.h"
 #include "solver/prediction/garment/pattern/pattern.h"
 #include "tests/physics/file_fixture.h"
@@ -146,7 +147,7 @@ TEST_P(ShippedGarment, HasGoodTriangles) {
 TEST_P(ShippedGarment, SurroundsTheShrunkMannequinWithoutTouchingIt) {
   const Pattern pattern = Read();
   const GarmentMesh garment = MakeGarmentMesh(pattern, .02);
-  const Mannequin body(MannequinMotion(MotionKind::kStand, pattern.arm_angle), .03);
+  const Mannequin body(MotionKind::kStand, pattern.arm_angle);
   const Eigen::VectorXd body_x = body.Positions(0);
   std::vector<std::array<int, 3>> triangles = body.triangles();
   for (std::array<int, 3> triangle : ListTriangles(garment.mesh)) {
@@ -186,25 +187,30 @@ TEST(CircleSkirt, TheGrownBodyFitsIntoTheWaistband) {
   EXPECT_EQ(skirt.rings[0].name, "waist");
   EXPECT_TRUE(skirt.rings[0].held_by_pelvis);
   EXPECT_EQ(skirt.rings[0].vertices.size(), 36u);  // 4 · round(.1728 / .02)
+  const Mannequin mannequin(MotionKind::kStand);
+  const Eigen::VectorXd grown = mannequin.PositionsInPose({}, 1);
+  const Contact body{.thickness = 0,
+                     .obstacles = {std::make_shared<const SurfaceObstacle>(
+                         grown.reshaped(3, mannequin.num_vertices()), mannequin.triangles())}};
   for (const int i : skirt.rings[0].vertices) {
     EXPECT_NEAR(At(skirt.start_x, i).head<2>().norm(), .11, 1e-9);
-    EXPECT_GT(MannequinDistance(At(skirt.start_x, i)), .005);
+    EXPECT_GT(SmallestGap(body, At(skirt.start_x, i)), .005);
   }
 }
 
 TEST(CircleSkirt, TheWaistbandKeepsClearOfTheMovingBody) {
   const Pattern pattern = ReadPattern(DRAPE_SOURCE_DIR "/configs/garments/circle_skirt.json");
   const GarmentMesh skirt = MakeGarmentMesh(pattern, .03);
-  for (const std::string& name : MotionNames()) {
-    const auto body = ParseBodySpec("mannequin:" + name, pattern.arm_angle);
+  for (const auto& [kind, name] : EnumNames(MotionKind())) {
+    const Mannequin body(kind, pattern.arm_angle);
     double nearest = 1;
     for (int k = 0; k < 20; ++k) {
       const double t = 1.25 + .131 * k;
-      const Eigen::VectorXd x = body->Positions(t);
-      const Eigen::Isometry3d motion = body->PelvisMotion(t);
+      const Eigen::VectorXd x = body.Positions(t);
+      const Eigen::Isometry3d motion = body.PelvisMotion(t);
       for (const int i : skirt.rings.at(0).vertices) {
         const Vector3d held = motion * At(skirt.start_x, i);
-        for (int j = 0; j < body->num_vertices(); ++j)
+        for (int j = 0; j < body.num_vertices(); ++j)
           nearest = std::min(nearest, (held - At(x, j)).norm());
       }
     }

@@ -7,9 +7,12 @@
 #include <filesystem>
 
 #include "tests/physics/file_fixture.h"
+#include "tests/solver/prediction/garment/read_cache.h"
 
 namespace drape {
 namespace {
+
+using test::ReadCacheFrames;
 
 class GeometryCacheTest : public FileFixture {
  protected:
@@ -34,12 +37,12 @@ TEST_F(GeometryCacheTest, HasTheHeaderOfPc2AndFloats) {
 
 TEST_F(GeometryCacheTest, IsReadableAfterEveryFrame) {
   GeometryCacheWriter writer(Path("a.pc2"), 2);
-  EXPECT_EQ(ReadGeometryCache(Path("a.pc2")).frames.size(), 0u);
+  EXPECT_EQ(ReadCacheFrames(Path("a.pc2")).size(), 0u);
   for (int frame = 0; frame < 3; ++frame) {
     writer.Append(Frame(frame));
-    const GeometryCache cache = ReadGeometryCache(Path("a.pc2"));
-    ASSERT_EQ(cache.frames.size(), frame + 1u);
-    EXPECT_EQ(cache.frames[frame], Frame(frame).cast<float>());
+    const std::vector<Eigen::VectorXf> frames = ReadCacheFrames(Path("a.pc2"));
+    ASSERT_EQ(frames.size(), frame + 1u);
+    EXPECT_EQ(frames[frame], Frame(frame).cast<float>());
   }
 }
 
@@ -53,26 +56,27 @@ TEST_F(GeometryCacheTest, ResumesAfterTheFramesThatAreKept) {
   {
     GeometryCacheWriter writer(Path("a.pc2"), 2, 3);
     EXPECT_EQ(writer.num_frames(), 3);
-    EXPECT_EQ(ReadGeometryCache(Path("a.pc2")).frames.size(), 3u);
+    EXPECT_EQ(ReadCacheFrames(Path("a.pc2")).size(), 3u);
     writer.Append(Frame(9));
   }
-  const GeometryCache cache = ReadGeometryCache(Path("a.pc2"));
-  ASSERT_EQ(cache.frames.size(), 4u);
-  EXPECT_EQ(cache.frames[2], Frame(2).cast<float>());
-  EXPECT_EQ(cache.frames[3], Frame(9).cast<float>());
+  const std::vector<Eigen::VectorXf> frames = ReadCacheFrames(Path("a.pc2"));
+  ASSERT_EQ(frames.size(), 4u);
+  EXPECT_EQ(frames[2], Frame(2).cast<float>());
+  EXPECT_EQ(frames[3], Frame(9).cast<float>());
   EXPECT_EQ(std::filesystem::file_size(Path("a.pc2")), 32u + 4 * 24u);
 }
 
 TEST_F(GeometryCacheTest, RefusesOtherFiles) {
   EXPECT_INPUT_ERROR(GeometryCacheWriter(Path("none.pc2"), 2, 1), "none.pc2: No such file");
   Write("text.pc2", "hello");
-  EXPECT_INPUT_ERROR(ReadGeometryCache(Path("text.pc2")), "text.pc2: not a point cache");
+  EXPECT_INPUT_ERROR(GeometryCacheWriter(Path("text.pc2"), 2, 1), "text.pc2: not a point cache");
   { GeometryCacheWriter(Path("a.pc2"), 2).Append(Frame(0)); }
   EXPECT_INPUT_ERROR(GeometryCacheWriter(Path("a.pc2"), 3, 1), "found 1 frames of 2 points");
   EXPECT_INPUT_ERROR(GeometryCacheWriter(Path("a.pc2"), 2, 2), "expected 2 frames of 2");
-  EXPECT_EQ(ReadGeometryCache(Path("a.pc2")).frames.size(), 1u);  // nothing was lost
+  EXPECT_EQ(ReadCacheFrames(Path("a.pc2")).size(), 1u);  // nothing was lost
   Write("short.pc2", Read(Path("a.pc2")).substr(0, 40));
-  EXPECT_INPUT_ERROR(ReadGeometryCache(Path("short.pc2")), "found 40 bytes, expected 1 frames");
+  EXPECT_INPUT_ERROR(GeometryCacheWriter(Path("short.pc2"), 2, 1),
+                     "found 40 bytes, expected 1 frames");
 }
 
 }  // namespace

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/prediction/garment/sewing.h"
-
 #include <gtest/gtest.h>
 
 #include <set>
 
+#include "solver/prediction/garment/garment_mesh.h"
 #include "solver/prediction/garment/pattern/pattern.h"
 
 namespace drape {

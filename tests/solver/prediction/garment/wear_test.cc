@@ -23,7 +23,7 @@ class WearTest : public testing::Test {
     const Pattern pattern =
         ReadPattern(std::string(DRAPE_SOURCE_DIR) + "/configs/garments/" + name + ".json");
     const SewnGarment sewn = Sew(MakeGarmentMesh(pattern, 0.04), MakeLaw("smooth"));
-    const Mannequin body(MannequinMotion(MotionKind::kStand, pattern.arm_angle), 0.03);
+    const Mannequin body(MotionKind::kStand, pattern.arm_angle);
     std::vector<WornFrame> frames;
     const WearResult result = drape::Wear(sewn, LinearMaterial(300.0, 1e-5, 0.2), body, options,
                                           StartToWear(sewn, body, options), 0, {},
@@ -75,7 +75,7 @@ TEST_F(WearTest, AllIntersectionsWithTheBodyAreCounted) {
   const Pattern pattern =
       ReadPattern(std::string(DRAPE_SOURCE_DIR) + "/configs/garments/circle_skirt.json");
   const SewnGarment sewn = Sew(MakeGarmentMesh(pattern, 0.08), MakeLaw("smooth"));
-  const Mannequin body(MannequinMotion(MotionKind::kStand, pattern.arm_angle), 0.03);
+  const Mannequin body(MotionKind::kStand, pattern.arm_angle);
   State state = StartToWear(sewn, body, {});
   std::mt19937_64 random(1);
   for (Eigen::Index i = 0; i < state.x.size(); ++i)
@@ -90,7 +90,7 @@ TEST_F(WearTest, ACancelledRunEndsWithItsFrames) {
   const Pattern pattern =
       ReadPattern(std::string(DRAPE_SOURCE_DIR) + "/configs/garments/circle_skirt.json");
   const SewnGarment sewn = Sew(MakeGarmentMesh(pattern, 0.08), MakeLaw("smooth"));
-  const Mannequin body(MannequinMotion(MotionKind::kStand, pattern.arm_angle), 0.03);
+  const Mannequin body(MotionKind::kStand, pattern.arm_angle);
   std::atomic<bool> cancel = false;
   int frames = 0;
   const WearResult result =

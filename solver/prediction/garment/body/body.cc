@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/prediction/garment/body/body_sequence.h"
+#include "solver/prediction/garment/body/body.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +9,7 @@
 #include "physics/mesh/obj_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
+#include "solver/prediction/garment/body/mannequin.h"
 
 namespace drape {
 namespace {
@@ -150,6 +151,15 @@ std::unique_ptr<Body> ReadBodySequence(const std::string& name_pattern,
   }
   return std::make_unique<BodySequence>(first.triangles, std::move(frames),
                                         options.frames_per_second);
+}
+
+std::unique_ptr<Body> ParseBody(const std::string& spec, double arm_angle,
+                                const BodySequenceOptions& options) {
+  constexpr char kMannequin[] = "mannequin:";
+  if (!spec.starts_with(kMannequin)) return ReadBodySequence(spec, options);
+  const auto kind =
+      ParseName<MotionKind>(MakePrintableLine(spec.substr(sizeof(kMannequin) - 1)), "motion");
+  return std::make_unique<Mannequin>(kind, arm_angle);
 }
 
 }  // namespace drape

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solver/prediction/garment/body/body_sequence.h"
+#include "solver/prediction/garment/body/body.h"
 
 #include <gmock/gmock.h>
 
@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "physics/mesh/obj_io.h"
-#include "solver/prediction/garment/body/body_spec.h"
-#include "solver/prediction/garment/body/skeleton.h"
+#include "solver/prediction/garment/body/mannequin.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {
@@ -104,11 +103,11 @@ TEST_F(BodySequenceTest, RefusesFramesThatDiffer) {
 
 TEST_F(BodySequenceTest, IsOneOfTheBodiesThatAUserNames) {
   WriteFrame(0, 0);
-  EXPECT_EQ(ParseBodySpec(Path("body_%04d.obj"), kRestArmAngle)->num_vertices(), 6);
-  EXPECT_GT(ParseBodySpec("mannequin:turn", kRestArmAngle)->num_vertices(), 1000);
-  EXPECT_INPUT_ERROR(ParseBodySpec("mannequin:fly", kRestArmAngle),
-                     "motion: found 'fly', expected stand, walk, turn or jump");
-  EXPECT_INPUT_ERROR(ParseBodySpec("mannequin", kRestArmAngle), "expected a name with one number");
+  EXPECT_EQ(ParseBody(Path("body_%04d.obj"), kRestArmAngle)->num_vertices(), 6);
+  EXPECT_GT(ParseBody("mannequin:turn", kRestArmAngle)->num_vertices(), 1000);
+  EXPECT_INPUT_ERROR(ParseBody("mannequin:fly", kRestArmAngle),
+                     "motion: found 'fly', expected one of stand, walk, turn, jump");
+  EXPECT_INPUT_ERROR(ParseBody("mannequin", kRestArmAngle), "expected a name with one number");
 }
 
 }  // namespace

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solver/prediction/garment/wear_job.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "cuda/make_backend.h"
+#include "physics/mesh/obj_io.h"
+#include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "physics/util/math/random.h"
+#include "physics/util/math/sha256.h"
+#include "physics/util/stored/stored_json.h"
+#include "physics/util/text_format.h"
+#include "solver/prediction/garment/geometry_cache.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr double kFrameRate = 25.0;  // [1/s]
+constexpr StoredFormat kCheckpoint = {"drapefit-garment-run", 3};
+
+bool IsPath(const std::string& value, const Field& field) {
+  return field.is_path && (*field.word == '\0' || !value.starts_with(field.word));
+}
+template <class T>
+bool IsPath(const T&, const Field&) {
+  return false;
+}
+
+// Whole numbers of steps in a frame and of frames in the time.
+void ChooseSteps(WearSpec* spec) {
+  WearOptions& wear = spec->wear;
+  const double frame = 1.0 / kFrameRate;
+  wear.frames = static_cast<int>(std::lround(spec->seconds * kFrameRate));
+  wear.steps_per_frame = std::max(1, static_cast<int>(std::ceil(frame / wear.h - 1e-9)));
+  wear.h = frame / wear.steps_per_frame;
+}
+
+// The bits of all numbers of a material.
+std::string MaterialSum(const MaterialField& material) {
+  std::string bytes;
+  const auto add = [&](const double* numbers, int count) {
+    bytes.append(reinterpret_cast<const char*>(numbers), count * sizeof(double));
+  };
+  add(&material.density, 1);
+  for (const StretchTable& table : material.stretch) add(table.entries(), kStretchEntries);
+  for (const BendTable& table : material.bend) add(table.entries(), kBendEntries);
+  return Sha256(bytes);
+}
+
+void AddFrame(const WornFrame& frame, GarmentRun* run) {
+  run->smallest_gap =
+      frame.index == 0 ? frame.smallest_gap : std::min(run->smallest_gap, frame.smallest_gap);
+  run->largest_stretch = std::max(run->largest_stretch, frame.largest_stretch);
+  run->body_intersections = std::max(run->body_intersections, frame.body_intersections);
+  run->self_intersections = std::max(run->self_intersections, frame.self_intersections);
+  run->newton_steps += frame.newton_steps;
+  run->seconds += frame.seconds;
+}
+
+Json RunJson(const GarmentRun& run) {
+  return {{"name", run.name},
+          {"status", run.wear.status == WearStatus::kDone        ? "done"
+                     : run.wear.status == WearStatus::kCancelled ? "cancelled"
+                                                                 : "failed"},
+          {"reason", run.wear.reason},
+          {"frames", run.wear.frames},
+          {"vertices", run.vertices},
+          {"faces", run.faces},
+          {"smallest_gap_m", run.smallest_gap},
+          {"largest_stretch", run.largest_stretch},
+          {"body_intersections", run.body_intersections},
+          {"self_intersections", run.self_intersections},
+          {"hem_height_m", run.hem_height},
+          {"newton_steps", run.newton_steps},
+          {"seconds", run.seconds}};
+}
+
+}  // namespace
+
+// Where a run can go on: the state at a frame, and what has been measured up to it.
+struct WearJob::Checkpoint {
+  int frame = -1;  // none yet
+  State state;
+  GarmentRun run;
+
+  nlohmann::json ToJson(const nlohmann::json& key) const {
+    const auto list = [](const Eigen::VectorXd& v) {
+      return std::vector<double>(v.begin(), v.end());
+    };
+    return {{"settings", key},
+            {"frame", frame},
+            {"x", list(state.x)},
+            {"v", list(state.v)},
+            {"body_intersections", run.body_intersections},
+            {"self_intersections", run.self_intersections},
+            {"newton_steps", run.newton_steps},
+            {"smallest_gap", run.smallest_gap},
+            {"largest_stretch", run.largest_stretch},
+            {"seconds", run.seconds}};
+  }
+
+  static Checkpoint Read(const std::string& path, const nlohmann::json& key, int dofs) {
+    const nlohmann::json stored = ReadStoredJson(path, kCheckpoint);
+    const JsonInput input(stored, path);
+    if (input.At("settings").ExpectObject().value() != key)
+      throw InputError(path,
+                       "found another garment, body, material or setting, expected the "
+                       "present one: run without --resume, or undo the change");
+    constexpr int kMostCount = 1'000'000'000;
+    Checkpoint at;
+    at.frame = input.At("frame").IntegerWithin(0, kMostCount);
+    at.state = {input.At("x").Vector(dofs), input.At("v").Vector(dofs)};
+    at.run.body_intersections = input.At("body_intersections").IntegerWithin(0, kMostCount);
+    at.run.self_intersections = input.At("self_intersections").IntegerWithin(0, kMostCount);
+    at.run.newton_steps = input.At("newton_steps").IntegerWithin(0, kMostCount);
+    at.run.smallest_gap = input.At("smallest_gap").Number();
+    at.run.largest_stretch = input.At("largest_stretch").NotNegative();
+    at.run.seconds = input.At("seconds").NotNegative();
+    return at;
+  }
+};
+
+WearJob::WearJob(const WearSpec& spec, const WearRunOptions& options)
+    : spec_(spec), options_(options), pattern_(ReadPattern(spec.garment)) {
+  CheckFields(spec);
+  body_ = ParseBody(spec.body, pattern_.arm_angle, {.frames_per_second = spec.body_fps});
+  garment_ = MakeGarmentMesh(pattern_, spec.edge, spec.garment);
+  sewn_ = Sew(garment_, MakeLaw("smooth"));
+  ChooseSteps(&spec_);
+  // Where other programs have the cores, threads that wait for one another cost more than they
+  // gain.
+  ImplicitEulerOptions& euler = spec_.wear.euler;
+  euler.threads = std::max(1, options.step_threads / spec.draws);
+  euler.linear_solver =
+      MakeStepLinearSolver(options.backend, sewn_.model->pattern, euler.threads, &device_);
+}
+
+nlohmann::json WearJob::Key(const MaterialField& material, int draw,
+                            const std::vector<ReadRecord::File>& files) const {
+  nlohmann::json key = {{"draw", draw}, {"material", MaterialSum(material)}};
+  VisitFields(spec_, [&](const auto& value, const Field& field) {
+    if (field.in_key && !IsPath(value, field)) key[field.key] = value;
+  });
+  std::string sums;  // one for all files, since a body can have thousands
+  for (const ReadRecord::File& file : files) sums += file.sha256;
+  key["files"] = Sha256(sums);
+  return key;
+}
+
+// The places of the unsewn vertices, which the OBJ file and the cache have.
+Eigen::VectorXd WearJob::Unsewn(const Eigen::VectorXd& x) const {
+  Eigen::VectorXd all(3 * sewn_.vertex_of.size());
+  for (std::size_t i = 0; i < sewn_.vertex_of.size(); ++i)
+    all.segment<3>(3 * static_cast<Eigen::Index>(i)) = x.segment<3>(3 * sewn_.vertex_of[i]);
+  return all;
+}
+
+// The first vertex of garment.obj that is this one of the sewn garment, counted from 1 as in that
+// file, and its panel.
+std::string WearJob::VertexText(int sewn_vertex) const {
+  const std::vector<int>& vertex_of = sewn_.vertex_of;
+  const auto i = static_cast<int>(std::find(vertex_of.begin(), vertex_of.end(), sewn_vertex) -
+                                  vertex_of.begin());
+  const std::vector<int>& begin = garment_.panel_begin;
+  const auto panel = std::upper_bound(begin.begin(), begin.end(), i) - begin.begin() - 1;
+  return Format("vertex %d of garment.obj in panel '%s'", i + 1,
+                pattern_.panels[panel].name.c_str());
+}
+
+void WearJob::RefuseStart(const State& start, int vertex, const std::string& found,
+                          const std::string& expected) const {
+  const Eigen::Vector3d place = 100.0 * start.x.segment<3>(3 * vertex);
+  throw InputError(spec_.garment,
+                   Format("found cloth that %s before the first step, near (%.1f, %.1f, %.1f) cm, ",
+                          found.c_str(), place.x(), place.y(), place.z()) +
+                       VertexText(vertex) + ", expected " + expected);
+}
+
+// Contact keeps cloth out of itself and the body out of cloth, but takes neither out.
+void WearJob::CheckStart(const State& start) const {
+  if (const auto vertex = FindStartPiercing(sewn_, *body_, spec_.wear, start))
+    RefuseStart(start, *vertex, "the body passes through",
+                "panels around it: move them apart, or set a smaller --edge");
+  if (!spec_.wear.self_contact) return;
+  if (const auto faces = FindStartIntersection(sewn_, start))
+    RefuseStart(start, model().mesh.faces[faces->first].vertex[0], "passes through itself",
+                "panels that do not: move them apart, or set --self_contact=false");
+}
+
+GarmentRun WearJob::RunOne(const MaterialField& material, int draw, const nlohmann::json& key,
+                           const std::string& folder, const RunControl& control) const {
+  fs::create_directories(folder);
+  const std::string stored = folder + "/checkpoint.json";
+  Checkpoint at;
+  if (options_.resume && fs::exists(stored)) {
+    at = Checkpoint::Read(stored, key, model().num_dofs());
+  } else {
+    at.state = StartToWear(sewn_, *body_, spec_.wear,
+                           SeedOfStream(static_cast<uint64_t>(spec_.seed), draw));
+    CheckStart(at.state);
+    WriteObj(folder + "/garment.obj", garment_.mesh, Unsewn(at.state.x));
+    WriteObj(folder + "/body.obj", ObjSurface{body_->Positions(0.0), body_->triangles()});
+  }
+  GeometryCacheWriter cloth(folder + "/garment.pc2", garment_.mesh.num_vertices(), at.frame + 1);
+  GeometryCacheWriter body(folder + "/body.pc2", body_->num_vertices(), at.frame + 1);
+  const WearResult result = Wear(sewn_, material, *body_, spec_.wear, at.state,
+                                 std::max(0, at.frame), control, [&](const WornFrame& frame) {
+                                   if (frame.index <= at.frame) return;
+                                   cloth.Append(Unsewn(frame.cloth.x));
+                                   body.Append(frame.body);
+                                   AddFrame(frame, &at.run);
+                                   at.frame = frame.index;
+                                   at.state = frame.cloth;
+                                   WriteStoredJson(stored, kCheckpoint, at.ToJson(key));
+                                 });
+  GarmentRun run = at.run;
+  run.wear = result;
+  if (result.worst_vertex >= 0) run.wear.reason += ", " + VertexText(result.worst_vertex);
+  run.wear.frames = at.frame + 1;
+  run.vertices = model().mesh.num_vertices();
+  run.faces = model().mesh.num_faces();
+  run.hem_height = at.state.x.reshaped(3, run.vertices).row(2).minCoeff();
+  return run;
+}
+
+GarmentResult WearJob::Run(const std::function<MaterialField(int draw)>& materials,
+                           const std::vector<ReadRecord::File>& files,
+                           const RunControl& control) const {
+  GarmentResult result;
+  result.runs.resize(spec_.draws);
+  for (int draw = 0; draw < spec_.draws; ++draw) {
+    if (spec_.draws > 1) result.runs[draw].name = Format("draw_%d", draw + 1);
+    result.runs[draw].wear.status = WearStatus::kCancelled;  // until it has run
+  }
+  std::mutex mutex;
+  std::vector<double> done(spec_.draws, 0.0);
+  RunInThreads(spec_.draws, options_.threads, control.cancel, [&](int draw) {
+    const std::string name = result.runs[draw].name;
+    const RunControl part{
+        .cancel = control.cancel, .progress = [&](double fraction, const std::string& note) {
+          const std::scoped_lock lock(mutex);
+          done[draw] = fraction;
+          control.Report(std::accumulate(done.begin(), done.end(), 0.0) / spec_.draws,
+                         name.empty() ? note : name + " " + note);
+        }};
+    const MaterialField material = materials(draw);
+    GarmentRun run = RunOne(material, draw, Key(material, draw, files),
+                            options_.out + (name.empty() ? "" : "/" + name), part);
+    run.name = name;
+    result.runs[draw] = std::move(run);
+  });
+  result.cancelled = control.cancelled();
+  return result;
+}
+
+Json WearJob::Summary(const GarmentResult& result) const {
+  Json json = {{"tool", "drape_garment"}, {"status", result.cancelled ? "cancelled" : "done"}};
+  VisitFields(spec_, [&](const auto& value, const Field& field) { json[field.key] = value; });
+  json["frames_per_second"] = kFrameRate;
+  json["backend"] = device_;
+  json["runs"] = Json::array();
+  for (const GarmentRun& run : result.runs) json["runs"].push_back(RunJson(run));
+  return json;
+}
+
+}  // namespace drape

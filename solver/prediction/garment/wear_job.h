@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "physics/util/atomic_file.h"
+#include "solver/prediction/garment/wear.h"
+
+namespace drape {
+
+// A garment on a moving body as a user asks for it: what is worn, how it moves, and how often.
+struct WearSpec {
+  std::string garment;                  // ReadPattern
+  std::string body = "mannequin:walk";  // ParseBody
+  double body_fps = 30.0;               // of a body of OBJ files
+  double edge = 0.012;                  // of the triangles [m]
+  int draws = 1;                        // materials, or starts of one material
+  int seed = 1;                         // of the starts
+  double seconds = 4.0;                 // simulated
+  WearOptions wear = {};                // its time step is the largest, its frames are not used
+};
+
+template <MutableOrConst<WearSpec> Spec, class Visitor>
+void VisitFields(Spec& spec, Visitor&& visit) {
+  auto& [garment, body, body_fps, edge, draws, seed, seconds, wear] = spec;
+  visit(garment, Field{.key = "garment",
+                       .doc = "sewing pattern: configs/garments/circle_skirt.json, another of that "
+                              "format, or a specification of GarmentCode",
+                       .is_path = true});
+  visit(body, Field{.key = "body",
+                    .doc = "mannequin:stand, mannequin:walk, mannequin:turn, mannequin:jump, or "
+                           "the OBJ files of a body of your own, DIR/body_%04d.obj",
+                    .is_path = true,
+                    .word = "mannequin:"});
+  visit(body_fps, Field{.key = "body_fps",
+                        .doc = "files of a body of your own for each second",
+                        .unit = "1/s",
+                        .least = 1,
+                        .most = 1000});
+  visit(edge, Field{.key = "edge",
+                    .doc = "length of the triangles' edges",
+                    .unit = "m",
+                    .least = 0.002,
+                    .most = 0.1});
+  visit(draws, Field{.key = "draws",
+                     .doc = "samples of the posterior, one garment each; of a material, starts "
+                            "that differ by --start_noise",
+                     .least = 1,
+                     .most = 1000,
+                     .in_key = false});
+  visit(seed, Field{.key = "seed",
+                    .doc = "random seed of the samples and of the starts",
+                    .least = 0,
+                    .most = 1000000000});
+  visit(seconds, Field{.key = "seconds",
+                       .doc = "simulated time, including 1.25 s in which the body grows and lowers "
+                              "its arms",
+                       .unit = "s",
+                       .least = 0.04,
+                       .most = 600,
+                       .in_key = false});
+  VisitFields(wear, visit);
+}
+
+// How a run is made, which leaves its results as they are.
+struct WearRunOptions {
+  int threads = 1;               // draws at once
+  int step_threads = 1;          // of a time step, where there is one draw
+  std::string backend = "auto";  // MakeStepLinearSolver
+  std::string out;               // folder of the results
+  bool resume = false;           // from the checkpoints in `out`
+};
+
+// One garment on the body, with one material.
+struct GarmentRun {
+  std::string name;  // "draw_3"; empty where there is one draw
+  WearResult wear;
+  int vertices = 0, faces = 0;
+  double smallest_gap = 0.0, largest_stretch = 0.0, hem_height = 0.0;  // [m]; of the last frame
+  int body_intersections = 0, self_intersections = 0;                  // the most of a frame
+  int newton_steps = 0;
+  double seconds = 0.0;  // of all frames
+};
+struct GarmentResult {
+  std::vector<GarmentRun> runs;
+  bool cancelled = false;
+};
+
+// Dresses the body in a garment. A checkpoint of each frame knows the run by the fields of its
+// spec, by the material and by the SHA-256 of each file that was read, not by a path.
+class WearJob {
+ public:
+  // Reads pattern and body. Throws InputError.
+  WearJob(const WearSpec& spec, const WearRunOptions& options);
+
+  const ClothModel& model() const { return *sewn_.model; }
+  const std::string& device() const { return device_; }  // of factorisations, in words
+
+  // materials: of each draw, from 0. files: all that were read, by the constructor too. Writes
+  // garment.obj, garment.pc2, body.obj, body.pc2 and checkpoint.json, of each draw in a folder of
+  // its own where there are several. A cancelled run can be resumed. Throws InputError.
+  GarmentResult Run(const std::function<MaterialField(int draw)>& materials,
+                    const std::vector<ReadRecord::File>& files, const RunControl& control) const;
+
+  // The fields of the spec, the device and the runs.
+  nlohmann::ordered_json Summary(const GarmentResult& result) const;
+
+ private:
+  struct Checkpoint;
+
+  std::string VertexText(int sewn_vertex) const;
+  Eigen::VectorXd Unsewn(const Eigen::VectorXd& x) const;
+  [[noreturn]] void RefuseStart(const State& start, int vertex, const std::string& found,
+                                const std::string& expected) const;
+  void CheckStart(const State& start) const;
+  nlohmann::json Key(const MaterialField& material, int draw,
+                     const std::vector<ReadRecord::File>& files) const;
+  GarmentRun RunOne(const MaterialField& material, int draw, const nlohmann::json& key,
+                    const std::string& folder, const RunControl& control) const;
+
+  WearSpec spec_;  // its wear has the time step and the frames of the run
+  WearRunOptions options_;
+  Pattern pattern_;
+  std::unique_ptr<Body> body_;
+  GarmentMesh garment_;
+  SewnGarment sewn_;
+  std::string device_;
+};
+
+}  // namespace drape
