@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "physics/material/bending_table.h"
 #include "physics/material/material.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/json_input.h"
@@ -15,8 +16,6 @@ namespace drape {
 namespace {
 
 using nlohmann::json;
-
-constexpr char kFieldFormat[] = "drapefit-material-field";
 
 // Appends the entries of each table as one row, in the convention of the file: entry × factor.
 template <class Table>
@@ -108,7 +107,7 @@ void WriteMaterialField(const std::string& path, const Material& material, const
   const MaterialField& field = material.field;
   CHECK_EQ(field.stretch.size(), static_cast<std::size_t>(mesh.num_faces()));
   CHECK_EQ(field.bend.size(), static_cast<std::size_t>(mesh.num_hinges()));
-  std::string text = "{\"format\": " + json(kFieldFormat).dump() +
+  std::string text = "{\"format\": " + json(kMaterialFieldFormat).dump() +
                      ", \"version\": 1, \"name\": " + json(material.name).dump() +
                      ", \"units\": \"SI\",\n\"source\": " + json(material.source).dump() +
                      ",\n\"convention\": \"mechanical\", \"density\": ";
@@ -121,13 +120,16 @@ void WriteMaterialField(const std::string& path, const Material& material, const
 }
 
 Material ReadMaterialFor(const Mesh& mesh, const std::string& path, const MaterialPolicy& policy) {
-  const bool is_table = IsBendingRow(path) || path.ends_with(".csv");
-  if (!is_table && SplitMaterialPath(path).name.empty()) {
-    const json file = ReadJsonFile(path);
-    if (file.is_object() && file.value("format", json()) == kFieldFormat)
-      return ReadField(mesh, JsonInput(file, path), policy);
-  }
-  return ReadMaterial(path, policy);
+  const std::string file = FindMaterialFile(path);
+  const bool may_be_field = path != kBuiltInName && !SplitBendingRow(path) &&
+                            !path.ends_with(".csv") && SplitMaterialPath(file).name.empty();
+  if (!may_be_field) return ReadMaterial(path, policy);
+  const json document = ReadJsonFile(file);
+  if (!document.is_object() || document.value("format", json()) != kMaterialFieldFormat)
+    return ReadMaterial(path, policy);
+  Material material = ReadField(mesh, JsonInput(document, file), policy);
+  RaiseEntries(path, policy, &material);
+  return material;
 }
 
 }  // namespace drape

@@ -12,7 +12,9 @@
 #include <string_view>
 
 #include "physics/material/bending_table.h"
+#include "physics/material/built_in_fabric.h"
 #include "physics/material/material.h"
+#include "physics/material/material_scaling.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
@@ -149,7 +151,7 @@ class EntryReader {
     const double number = ReadEntry(value, most, {NegativeEntries::kWarn});
     if (number >= 0) return number;
     negatives_.emplace_back(value.Name(), value.value().dump());
-    if (policy_.negative_entries == NegativeEntries::kWarn)
+    if (policy_.warns())
       material_.warnings.push_back(value.Name() + " = " + value.value().dump() +
                                    " is negative and kept");
     return number;
@@ -157,7 +159,7 @@ class EntryReader {
 
   // All of them in one message: a measured table often has several.
   void RefuseNegatives() const {
-    if (negatives_.empty() || policy_.negative_entries != NegativeEntries::kReject) return;
+    if (negatives_.empty() || !policy_.rejects()) return;
     const auto& [first, value] = negatives_.front();
     std::string others;
     for (std::size_t i = 1; i < negatives_.size(); ++i) {
@@ -212,8 +214,8 @@ std::string PickedName(const json& file, const std::string& path, const std::str
 }
 
 // One fabric of a file. `pick`: its name in a file of several.
-Material ReadFabric(const json& file, const std::string& path, const std::string& pick,
-                    const MaterialPolicy& policy) {
+Material ReadOneFabric(const json& file, const std::string& path, const std::string& pick,
+                       const MaterialPolicy& policy) {
   const JsonInput root(file, path);
   root.ExpectObject();
   const bool is_entry = IsEntry(file);
@@ -228,17 +230,28 @@ Material ReadFabric(const json& file, const std::string& path, const std::string
   return material;
 }
 
+Material ReadFile(const std::string& path, const MaterialPolicy& policy) {
+  if (path == kBuiltInName) return ParseMaterial(kBuiltInFabric, kBuiltInName, policy);
+  const auto [file, pick] = SplitMaterialPath(FindMaterialFile(path));
+  const json document = ReadJsonFile(file);
+  if (document.is_object() && document.value("format", json()) == kMaterialFieldFormat)
+    throw InputError(path,
+                     "found a table for each element, expected one table for the fabric, as "
+                     "models homogeneous and bayes have it");
+  return ReadOneFabric(document, file, pick, policy);
+}
+
 // A row of a table of bending measurements with the stretch of its base.
 Material ReadMeasuredBending(const BendingRow& row, const MaterialPolicy& policy) {
   const std::string path = row.table + "#" + row.row;
   const BendingMeasurement measured = ReadBendingRow(row);
   if (row.base.empty())
-    throw InputError(path,
-                     "has bending alone, expected --base=FILE, a material file that gives "
-                     "the stretch");
+    throw InputError(path, "has bending alone, expected " + path +
+                               ":FILE, with the material file that "
+                               "gives the stretch");
   if (SplitBendingRow(row.base))
     throw InputError(row.base, "has bending alone, expected a material file with stretch as base");
-  Material material = ReadMaterial(row.base, policy);
+  Material material = ReadFile(row.base, policy);
   if (measured.density < kMinDensity || measured.density > kMaxDensity)
     throw InputError(path, Format("found a density of %g, expected %g to %g kg/m²",
                                   measured.density, kMinDensity, kMaxDensity));
@@ -247,9 +260,9 @@ Material ReadMeasuredBending(const BendingRow& row, const MaterialPolicy& policy
       throw InputError(path, Format("found a rigidity of %g N m, expected at most %g, far above "
                                     "any fabric's",
                                     entry / kBendPerRigidity, kMaxRigidity));
-    if (entry >= 0 || policy.negative_entries == NegativeEntries::kRaise) continue;
+    if (entry >= 0 || (!policy.rejects() && !policy.warns())) continue;
     const std::string found = Format("a rigidity of %g N m within 40 /m", entry / kBendPerRigidity);
-    if (policy.negative_entries == NegativeEntries::kReject)
+    if (policy.rejects())
       throw InputError(path, "found " + found + ", expected ≥ 0 (" + kHowToRaise + ")");
     material.warnings.push_back(path + " has " + found + ", which is negative and kept");
   }
@@ -286,8 +299,7 @@ double ReadDensity(const JsonInput& input) {
 
 double ReadEntry(const JsonInput& input, double most, const MaterialPolicy& policy) {
   const double number = input.Number();
-  if (number < 0 && policy.negative_entries == NegativeEntries::kReject)
-    input.Fail(std::string("≥ 0 (") + kHowToRaise + ")");
+  if (number < 0 && policy.rejects()) input.Fail(std::string("≥ 0 (") + kHowToRaise + ")");
   if (std::abs(number) > most) input.Fail(Format("at most %g, far above any fabric's", most));
   return number;
 }
@@ -301,12 +313,28 @@ MaterialPath SplitMaterialPath(const std::string& path) {
   return {path.substr(0, hash), path.substr(hash + 1)};
 }
 
-std::string WithBase(const std::string& path, const std::string& base) {
-  const std::optional<BendingRow> row = SplitBendingRow(path);
-  return row && row->base.empty() && !base.empty() ? path + ":" + base : path;
+std::string FindMaterialFile(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(path, ignored)) {
+    const bool is_number = !path.empty() && path.find_first_not_of("0123456789-,") == path.npos;
+    if (is_number && !std::filesystem::exists(path, ignored))
+      throw InputError(path, "no such file; a fabric of the data set is named by --data_fabric");
+    return path;
+  }
+  const std::string file = path + "/material.json";
+  if (!std::filesystem::exists(file, ignored))
+    throw InputError(path, "found no material.json, expected the results of drape_fit");
+  return file;
 }
 
-bool IsBendingRow(const std::string& path) { return SplitBendingRow(path).has_value(); }
+void RaiseEntries(const std::string& path, const MaterialPolicy& policy, Material* material) {
+  if (policy.min_relative_stiffness == 0.0) return;
+  const int raised = RaiseSmallEntries(material->field, policy.min_relative_stiffness);
+  if (raised > 0)
+    material->warnings.push_back(
+        Format("%d entries of ", raised) + path +
+        Format(" were raised to %g of their column's largest", policy.min_relative_stiffness));
+}
 
 std::string MaterialLabel(const std::string& path) {
   const auto stem = [](const std::string& file) {
@@ -318,16 +346,17 @@ std::string MaterialLabel(const std::string& path) {
 }
 
 Material ReadMaterial(const std::string& path, const MaterialPolicy& policy) {
-  if (const auto row = SplitBendingRow(path)) return ReadMeasuredBending(*row, policy);
   if (path.ends_with(".csv") && std::filesystem::is_regular_file(path))
     throw InputError(path, "is a table of several fabrics, select a row with '#1', '#2', …");
-  const auto [file_path, pick] = SplitMaterialPath(path);
-  return ReadFabric(ReadJsonFile(file_path), file_path, pick, policy);
+  const std::optional<BendingRow> row = SplitBendingRow(path);
+  Material material = row ? ReadMeasuredBending(*row, policy) : ReadFile(path, policy);
+  RaiseEntries(path, policy, &material);
+  return material;
 }
 
 Material ParseMaterial(const std::string& text, const std::string& where,
                        const MaterialPolicy& policy) {
-  return ReadFabric(ParseJson(text, where), where, "", policy);
+  return ReadOneFabric(ParseJson(text, where), where, "", policy);
 }
 
 std::string MaterialText(const Material& material, Convention convention) {

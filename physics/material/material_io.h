@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/material/material.h"
+#include "physics/util/options/field.h"
 
 namespace drape {
 
@@ -17,11 +18,19 @@ enum class Convention {
 enum class NegativeEntries {
   kReject,  // smooth law: a negative stiffness has no meaning
   kWarn,    // reference law: kept with a warning; the law clamps samples at 0 [MODEL, M16]
-  kRaise,   // kept without a warning: the caller raises them
 };
 
 struct MaterialPolicy {
   NegativeEntries negative_entries = NegativeEntries::kReject;
+  // RaiseSmallEntries, with a warning, instead of the policy for negative entries. 0: not raised.
+  double min_relative_stiffness = 0.0;
+
+  bool warns() const {
+    return negative_entries == NegativeEntries::kWarn && min_relative_stiffness == 0.0;
+  }
+  bool rejects() const {
+    return negative_entries == NegativeEntries::kReject && min_relative_stiffness == 0.0;
+  }
 };
 
 // A fabric and its origin.
@@ -33,7 +42,34 @@ struct Material {
   std::vector<std::string> warnings;
 };
 
-// Reads one fabric from a JSON file (comments are allowed) in one of three formats:
+// The name of the fabric configs/fabrics/synthetic_shirt.json as of the build, so that programs
+// have a fabric wherever they are put.
+inline constexpr char kBuiltInName[] = "built-in";
+
+// What a user says of a fabric.
+struct FabricInput {
+  std::string path = kBuiltInName;      // ReadMaterial, or a folder of a posterior
+  double min_relative_stiffness = 0.0;  // MaterialPolicy
+};
+template <MutableOrConst<FabricInput> Options, class Visitor>
+void VisitFields(Options& options, Visitor&& visit) {
+  auto& [path, min_relative_stiffness] = options;
+  visit(path, Field{.key = "fabric",
+                    .doc = "fabric: a material file, FILE#name where it holds several, "
+                           "TABLE.csv#ROW:FILE for a row of bending measurements with the stretch "
+                           "of FILE, or a folder of drape_fit",
+                    .is_path = true,
+                    .word = kBuiltInName});
+  visit(min_relative_stiffness,
+        Field{.key = "min_relative_stiffness",
+              .doc = "table entries below this share of the largest of their column, negative ones "
+                     "included, are raised to it",
+              .least = 0,
+              .most = 1});
+}
+
+// Reads one fabric: the built-in one, the material.json of a folder of drape_fit, or a JSON file
+// (comments are allowed) in one of three formats:
 //  - ours: {"format": "drapefit-material", "version": 1, "convention": "mechanical" | "arcsim",
 //    "density" [kg/m²], "stretch" [6][4], "bend" [3][5], optional "name", "units": "SI", "source"};
 //  - published start tables: "density", "c11" "c12" "c22" "c33" [6] each, "bending" [3][5]
@@ -41,11 +77,12 @@ struct Material {
 //  - ARCSim: "density", "stretching" [6][4], "bending" [3][5]; its damping, strain-limit and
 //    plasticity keys, and the bending moduli of [Feng 2022], are ignored with a warning.
 // A file may hold several fabrics as {"name": {…}, …}; "path#name" selects one.
-// "table.csv#ROW" is a row of bending measurements (ReadBendingRow), whose stretch a base gives:
-// WithBase. Throws InputError, naming the file and the key with its index, for a syntax error, a
-// wrong shape, a number that is not finite, an unknown key (the message lists the allowed ones), a
-// density or an entry far out of the range of fabrics, negative entries under kReject (the message
-// lists all of them), and a file of several fabrics without a selection (the message lists them).
+// "table.csv#ROW:FILE" is a row of bending measurements (ReadBendingRow) with the stretch of FILE.
+// Throws InputError, naming the file and the key with its index, for a syntax error, a wrong shape,
+// a number that is not finite, an unknown key (the message lists the allowed ones), a density or an
+// entry far out of the range of fabrics, negative entries that the policy rejects (the message
+// lists all of them), tables for each element, and a file of several fabrics without a selection
+// (the message lists them).
 Material ReadMaterial(const std::string& path, const MaterialPolicy& policy = {});
 
 // "path#name" as path and name. A "#" belongs to the path where a file of the whole name exists, or
@@ -54,13 +91,6 @@ struct MaterialPath {
   std::string file, name;
 };
 MaterialPath SplitMaterialPath(const std::string& path);
-
-// What ReadMaterial is to read where a user names `path`, and `base` as the material file of the
-// stretch of measurements that have none: "table.csv#ROW:base.json" for a row of such a table,
-// `path` for anything else, and for an empty base.
-std::string WithBase(const std::string& path, const std::string& base);
-// Whether `path` is such a row, "table.csv#ROW", with or without its base.
-bool IsBendingRow(const std::string& path);
 
 // A short name for columns and files: the stem of the file, and the name or row that is selected
 // in it: "felt", "fabrics#felt", "table#12".
@@ -79,7 +109,16 @@ std::string MaterialText(const Material& material, Convention convention = Conve
 void WriteMaterial(const std::string& path, const Material& material,
                    Convention convention = Convention::kMechanical);
 
+// The format of files with tables for each element (material_field_io.h).
+inline constexpr char kMaterialFieldFormat[] = "drapefit-material-field";
+
 class JsonInput;
+
+// Internal to physics/material: the file that a path names, where it is the folder of a fit.
+std::string FindMaterialFile(const std::string& path);
+
+// Internal to physics/material: raises small entries as the policy says.
+void RaiseEntries(const std::string& path, const MaterialPolicy& policy, Material* material);
 
 // Internal to physics/material: the largest numbers that files of materials may hold, in the
 // mechanical convention: at least 1e3 times the stiffness of fabrics.

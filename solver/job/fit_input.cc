@@ -35,11 +35,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-NegativeEntries NegativeEntryPolicy(const FitSpec& spec) {
-  if (spec.min_relative_stiffness > 0.0) return NegativeEntries::kRaise;
-  return spec.law == LawKind::kReference ? NegativeEntries::kWarn : NegativeEntries::kReject;
-}
-
 std::vector<Observation> ReadObservations(const FitData& data, const ObservationOptions& options) {
   std::vector<Observation> observations;
   for (const std::string& image : data.images)
@@ -133,15 +128,11 @@ void CheckModel(const FitSpec& spec, const FitData& data) {
 // density [kg/m²]: 0 as the file has it.
 MaterialField ReadStartTables(const FitSpec& spec, const std::string& file, double density,
                               std::vector<std::string>* notes) {
-  const Material material = ReadMaterial(file, {NegativeEntryPolicy(spec)});
-  notes->insert(notes->end(), material.warnings.begin(), material.warnings.end());
-  MaterialField start = material.field;
-  if (density > 0.0) start.density = density;
-  const int raised = RaiseSmallEntries(start, spec.min_relative_stiffness);
-  if (raised > 0)
-    notes->push_back(Format("%d start entries of %s were raised to %g of their column's largest",
-                            raised, file.c_str(), spec.min_relative_stiffness));
-  return InForm(std::move(start), spec.table_form);
+  Material start =
+      ReadMaterial(file, ReadingPolicy(MakeLaw(spec.law), spec.min_relative_stiffness));
+  notes->insert(notes->end(), start.warnings.begin(), start.warnings.end());
+  if (density > 0.0) start.field.density = density;
+  return InForm(std::move(start.field), spec.table_form);
 }
 
 void ReadAllStartTables(const FitSpec& spec, const FitData& data, FitInput* input) {

@@ -136,7 +136,7 @@ struct FitData {
   ObservationSource source = ObservationSource::kSilhouettes;  // of the captures
   std::vector<int> specimens;  // FitProblem::specimens; one number for each image or capture
   std::vector<std::string> lab_measurements;      // files (ReadLabMeasurement)
-  std::string material;                           // start tables, "FILE" or "FILE#name"
+  std::string material = kBuiltInName;            // start tables (ReadMaterial)
   std::vector<std::string> other_materials = {};  // further ones: images are fitted from all
   double density = 0.0;                           // of the fabric [kg/m²]; 0: that of `material`
   std::string ground_truth;        // tables that the images were made with, compared; empty: none

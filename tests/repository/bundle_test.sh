@@ -22,7 +22,7 @@ done
 
 cd /
 env -i "$scratch/moved place/bin/drape_simulate" --mesh=disc:100 --steps=2 \
-  --material="$scratch/moved place/configs/fabrics/synthetic_wool.json" --out="$scratch/out"
+  --fabric="$scratch/moved place/configs/fabrics/synthetic_wool.json" --out="$scratch/out"
 [ -s "$scratch/out/summary.json" ] || fail "no summary.json"
 env -i "$scratch/moved place/bin/drape_report" "$scratch/out" --out="$scratch/report.html"
 [ -s "$scratch/report.html" ] || fail "no report"

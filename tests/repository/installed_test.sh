@@ -39,11 +39,11 @@ if [ -e "$build/python" ]; then
   run env PYTHONPATH="$scratch/prefix/lib/python3/dist-packages" "$python" -c \
     'import drapefit; assert drapefit.Simulator(drapefit.disc(200)).camera.width == 256'
 fi
-run "$bin/drape_simulate" --mesh=disc:100 --material=configs/fabrics/synthetic_wool.json \
+run "$bin/drape_simulate" --mesh=disc:100 --fabric=configs/fabrics/synthetic_wool.json \
   --start=configs/starts/six_waves.json --steps=5 --time_step=0.1 --out="$scratch/drape"
 run "$bin/drape_report" "$scratch/drape" --out="$scratch/report.html"
 run "$bin/drape_simulate" --scene=configs/scenes/hanging_strip.json --mesh=strip:0.1x0.02x10 \
-  --material=configs/fabrics/synthetic_wool.json --steps=2 --out="$scratch/strip"
+  --fabric=configs/fabrics/synthetic_wool.json --steps=2 --out="$scratch/strip"
 run "$bin/drapefit" check --config=configs/programs/check.json --mesh=disc:100 --steps=5
 run "$bin/drape_equilibria" --config=configs/programs/equilibria.json --mesh=disc:100 --samples=1 \
   --steps=5 --out="$scratch/equilibria"

@@ -55,22 +55,22 @@ const BadInput kBadInputs[] = {
     {"ZeroAreaTriangle", "mesh", "a.obj", [] { return "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"; },
      "area"},
     {"FewVertices", "mesh", "disc:7", nullptr, "7"},
-    {"NanInTable", "material", "m.json",
+    {"NanInTable", "fabric", "m.json",
      [] { return Fabric([](auto& f) { f["stretch"][1][2] = "NaN"; }); }, "'stretch[1][2]'"},
-    {"BareNanInTable", "material", "m.json",
+    {"BareNanInTable", "fabric", "m.json",
      [] {
        std::string text = Fabric([](auto& f) { f["density"] = 77; });
        return text.replace(text.find("77"), 2, "NaN");
      },
      "m.json"},
-    {"NegativeStiffness", "material", "m.json",
+    {"NegativeStiffness", "fabric", "m.json",
      [] { return Fabric([](auto& f) { f["bend"][0][3] = -1e-5; }); }, "'bend[0][3]'"},
-    {"AbsurdDensity", "material", "m.json",
+    {"AbsurdDensity", "fabric", "m.json",
      [] { return Fabric([](auto& f) { f["density"] = 1e308; }); },
      "m.json: key 'density': found 1e+308, expected 1e-05 to 1000 kg/m²"},
-    {"AbsurdStretch", "material", "m.json",
+    {"AbsurdStretch", "fabric", "m.json",
      [] { return Fabric([](auto& f) { f["stretch"][2][1] = 1e12; }); }, "'stretch[2][1]'"},
-    {"AbsurdBend", "material", "m.json",
+    {"AbsurdBend", "fabric", "m.json",
      [] { return Fabric([](auto& f) { f["bend"][2][1] = 1e5; }); }, "'bend[2][1]'"},
     {"AbsurdAmplitude", "start", "s.json",
      [] {
@@ -95,7 +95,7 @@ const BadInput kBadInputs[] = {
      [] { return std::string(R"({"handles": {"vertices": [0], "stiffness": 1e300}})"); },
      "g.json: key 'handles.stiffness': found 1e+300, expected a number > 0 and ≤ 1e+09"},
     {"AbsurdRadius", "mesh", "disc:200,radius=1e100", nullptr, "radius 1e+100 m"},
-    {"UnknownMaterialKey", "material", "m.json",
+    {"UnknownMaterialKey", "fabric", "m.json",
      [] { return Fabric([](auto& f) { f["sterch"] = 1; }); }, "'sterch', allowed: "},
     {"StateOfAnotherMesh", "start", "s.json",
      [] { return std::string(R"({"x": [[0,0,0]], "v": [[0,0,0]]})"); }, "120"},
@@ -172,7 +172,7 @@ TEST_P(BadImageTest, IsOneLineAndLosesNothing) {
   GetParam().write(image);
   const auto before = Snapshot(Path("out"));
   const ProcessResult fit =
-      RunProcess({kFit, "--images=" + image, "--material=" + kFabric, "--mesh=disc:120",
+      RunProcess({kFit, "--images=" + image, "--fabric=" + kFabric, "--mesh=disc:120",
                   "--coarse_mesh=disc:100", "--out=" + Path("out")});
   ExpectOneLineError(fit, GetParam().expected);
   ExpectOneLineError(Simulate({"--image=" + image}), GetParam().expected);
@@ -208,7 +208,7 @@ TEST_F(BadOutputTest, AFullDiskKeepsTheEarlierResult) {
 TEST_F(BadOutputTest, FitChecksItsInputFirst) {
   WritePng(Circle(256, 90), Path("a.png"));
   const auto fit = [&](std::vector<std::string> more) {
-    std::vector<std::string> command = {kFit, "--images=" + Path("a.png"), "--material=" + kFabric,
+    std::vector<std::string> command = {kFit, "--images=" + Path("a.png"), "--fabric=" + kFabric,
                                         "--mesh=disc:120", "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command);
@@ -219,7 +219,7 @@ TEST_F(BadOutputTest, FitChecksItsInputFirst) {
                      "as many rounds as 'candidates_per_round' has");
   ExpectOneLineError(fit({"--candidates_per_round="}), "option 'candidates_per_round'");
   ExpectOneLineError(fit({"--model=garment"}), "expected one of homo");
-  ExpectOneLineError(fit({"--material=" + Path("none.json")}), "none.json: no such file");
+  ExpectOneLineError(fit({"--fabric=" + Path("none.json")}), "none.json: no such file");
   EXPECT_FALSE(std::filesystem::exists(Path("out/summary.json")));
 }
 

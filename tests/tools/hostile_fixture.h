@@ -47,7 +47,7 @@ class Hostile : public ToolFixture {
 
   // One drape, for its silhouette.
   std::string AddSilhouette(const std::string& name) const {
-    EXPECT_EQ(Run("simulate", {"--mesh=disc:100", "--material=" + kWool, "--start=" + kWaves,
+    EXPECT_EQ(Run("simulate", {"--mesh=disc:100", "--fabric=" + kWool, "--start=" + kWaves,
                                "--steps=40", "--time_step=0.1", "--out=drape"})
                   .exit_code,
               0);
@@ -56,7 +56,7 @@ class Hostile : public ToolFixture {
 
   static std::vector<std::string> FitOptions(const std::string& image) {
     return {"--images=" + image,
-            "--material=" + kWool,
+            "--fabric=" + kWool,
             "--mesh=disc:100",
             "--coarse_mesh=disc:100",
             "--candidates_per_round=1",
@@ -76,7 +76,7 @@ class HostileFiles : public Hostile {
   HostileFiles() { Copy(kWool, "wool.json"); }
 
   ProcessResult Drape(const std::vector<std::string>& more, ProcessLimits limits = {}) const {
-    std::vector<std::string> options = {"--mesh=disc:100", "--material=wool.json", "--steps=2",
+    std::vector<std::string> options = {"--mesh=disc:100", "--fabric=wool.json", "--steps=2",
                                         "--out=out"};
     options.insert(options.end(), more.begin(), more.end());
     return Run("simulate", options, std::move(limits));

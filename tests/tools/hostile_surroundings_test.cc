@@ -31,12 +31,12 @@ class HostileSurroundings : public HostileFiles {
 
 TEST_F(HostileSurroundings, WithoutGnuplotKeepTheNumbers) {
   ExpectNumbers(
-      WithoutGnuplot("stability", {"--mesh=disc:100", "--material=wool.json", "--start=" + kWaves,
+      WithoutGnuplot("stability", {"--mesh=disc:100", "--fabric=wool.json", "--start=" + kWaves,
                                    "--maps=step time_step=0.1/0.5 stretch=1/2",
                                    "--damping_time_step=0.1", "--duration=1", "--out=stability"}),
       "stability/stability.json");
   ExpectNumbers(
-      WithoutGnuplot("bench", {"--work=forward", "--start=" + kWaves, "--material=wool.json",
+      WithoutGnuplot("bench", {"--work=forward", "--start=" + kWaves, "--fabric=wool.json",
                                "--mesh=disc:100,disc:150", "--solve=hybrid", "--time_step=0.2",
                                "--relax_time=10", "--branch_mm=100",
                                "--reference=disc:200,disc:300", "--reference_relax_mesh=disc:100",
@@ -49,7 +49,7 @@ TEST_F(HostileSurroundings, WithAFullStdoutOrStderrSayThatTextIsLost) {
   const ProcessLimits full = {.out_file = "/dev/full"};
   const std::string lost = "stdout: cannot be written: No space left on device";
   ExpectRefused(Run("metrics", {silhouette}, full), lost);
-  ExpectRefused(Run("check", {"--mesh=disc:100", "--material=wool.json"}, full), lost);
+  ExpectRefused(Run("check", {"--mesh=disc:100", "--fabric=wool.json"}, full), lost);
   ExpectRefused(Drape({}, full), lost);
   EXPECT_EQ(ReadJson(Path("out/summary.json")).at("outcome"), "done");
   ExpectRefused(Run("metrics", {"--help"}, full), lost);

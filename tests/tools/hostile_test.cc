@@ -39,7 +39,7 @@ TEST_F(PlantedNames, RunNoCommandInABenchmark) {
   std::string materials;
   for (const std::string& name : names_) materials += (materials.empty() ? "" : ",") + name;
   RunPlanted("bench",
-             {"--work=forward", "--start=" + kWaves, "--material=" + materials,
+             {"--work=forward", "--start=" + kWaves, "--fabric=" + materials,
               "--mesh=disc:100,disc:150", "--solve=hybrid", "--time_step=0.2", "--relax_time=10",
               "--branch_mm=100", "--reference=disc:200,disc:300", "--reference_relax_mesh=disc:100",
               "--run_seconds=0", "--repeats=1", "--out=bench"});
@@ -49,15 +49,15 @@ TEST_F(PlantedNames, RunNoCommandInABenchmark) {
 
 TEST_F(PlantedNames, RunNoCommandInOtherStudies) {
   for (const std::string& name : names_) {
-    RunPlanted("gradients", {"--mesh=disc:100", "--material=" + name, "--horizons=1",
+    RunPlanted("gradients", {"--mesh=disc:100", "--fabric=" + name, "--horizons=1",
                              "--time_steps=0.1", "--fold_starts=0", "--out=gradients"});
     RunPlanted("stability",
-               {"--mesh=disc:100", "--material=" + name, "--start=" + Copy(kWaves, name + "2"),
+               {"--mesh=disc:100", "--fabric=" + name, "--start=" + Copy(kWaves, name + "2"),
                 "--maps=step time_step=0.1/0.5 stretch=1/2", "--damping_time_step=0.1",
                 "--duration=1", "--out=stability"});
   }
-  RunPlanted("equilibria", {"--mesh=disc:100", "--material=" + names_[0], "--samples=1",
-                            "--steps=40", "--time_step=0.1", "--out=equilibria"});
+  RunPlanted("equilibria", {"--mesh=disc:100", "--fabric=" + names_[0], "--samples=1", "--steps=40",
+                            "--time_step=0.1", "--out=equilibria"});
 }
 
 TEST_F(PlantedNames, RunNoCommandInFits) {
@@ -65,16 +65,15 @@ TEST_F(PlantedNames, RunNoCommandInFits) {
   for (const std::string& name : names_) {
     std::vector<std::string> options = FitOptions(Copy(Path(silhouette), name + ".png"));
     for (const std::string& more :
-         {"--material=" + name, std::string("--model=heterogeneous"),
-          std::string("--field_modes=2"), std::string("--field_iterations=1"),
-          std::string("--field_restarts=0")})
+         {"--fabric=" + name, std::string("--model=heterogeneous"), std::string("--field_modes=2"),
+          std::string("--field_iterations=1"), std::string("--field_restarts=0")})
       options.push_back(more);
     RunPlanted("fit", options);
     EXPECT_GT(Read(Path("fit/field_bend.png")).size(), 1000u);
     std::filesystem::remove_all(Path("fit"));
   }
   RunPlanted("compare_optimisers",
-             {"--twins=" + names_[0] + "," + names_[1], "--material=" + names_[2],
+             {"--twins=" + names_[0] + "," + names_[1], "--fabric=" + names_[2],
               "--twin_mesh=disc:120", "--mesh=disc:100", "--coarse_mesh=disc:100",
               "--num_parameters=2", "--methods=lm", "--budget=4", "--out=optimisers"});
 }
@@ -82,7 +81,7 @@ TEST_F(PlantedNames, RunNoCommandInFits) {
 TEST_F(PlantedNames, RunNoCommandInAGarment) {
   for (const std::string& name : names_)
     RunPlanted("garment", {"--garment=" + Copy(kConfigs + "garments/circle_skirt.json", name + "2"),
-                           "--body=mannequin:stand", "--material=" + name, "--edge=0.08",
+                           "--body=mannequin:stand", "--fabric=" + name, "--edge=0.08",
                            "--seconds=0.04", "--out=garment"});
 }
 
@@ -90,10 +89,10 @@ TEST_F(PlantedNames, RunNoCommandInAComparison) {
   std::vector<std::string> options = FitOptions("");
   options.erase(options.begin(), options.begin() + 2);
   for (const std::string& more :
-       {"--data=" + AddData(), std::string("--fabrics=3"), std::string("--models=homogeneous"),
+       {"--data=" + AddData(), std::string("--data_fabric=3"), std::string("--models=homogeneous"),
         std::string("--seeds=1"), std::string("--train=2"), std::string("--train_captures=1"),
         std::string("--face=up"), std::string("--draws=4"), std::string("--calibrate=false"),
-        "--materials=" + names_[3]})
+        "--fabric=" + names_[3]})
     options.push_back(more);
   RunPlanted("compare", options);
 }
@@ -101,24 +100,21 @@ TEST_F(PlantedNames, RunNoCommandInAComparison) {
 TEST_F(HostileFiles, ShowNothingThatATerminalActsOn) {
   Write("red.obj", "v 0 0 0\n\x1b[31mred\x07 1 2 3\n");
   ExpectRefused(Drape({"--mesh=red.obj"}), "\\x1b[31mred\\x07");
-  ExpectRefused(Drape({"--material=\x1b]0;title\x07.json"}),
-                "\\x1b]0;title\\x07.json: no such file");
+  ExpectRefused(Drape({"--fabric=\x1b]0;title\x07.json"}), "\\x1b]0;title\\x07.json: no such file");
   Write("long.obj", "v 0 0 0\n" + std::string(1 << 20, 'k') + " 1 2 3\n");
   ExpectRefused(Drape({"--mesh=long.obj"}), "long.obj:2");
-  ExpectRefused(Drape({"--material=" + std::string(5000, 'p')}), "pp…pp");
+  ExpectRefused(Drape({"--fabric=" + std::string(5000, 'p')}), "pp…pp");
   WriteFabric("key.json", std::string(5000, 'n'), 1);
-  ExpectRefused(Drape({"--material=key.json"}), "unknown key");
-  const ProcessResult named =
-      Drape({"--material=" + WriteFabric("name.json", "name", "a\x1b[2Jb")});
+  ExpectRefused(Drape({"--fabric=key.json"}), "unknown key");
+  const ProcessResult named = Drape({"--fabric=" + WriteFabric("name.json", "name", "a\x1b[2Jb")});
   EXPECT_EQ(named.exit_code, 0) << named.err;
   EXPECT_FALSE(HasControls(named.out + named.err));
 }
 
 TEST_F(HostileFiles, AreFoundBeforeTheWork) {
   Write("nul.json", Read(kWool) + std::string("\0 [", 3));
-  ExpectRefused(Drape({"--material=nul.json"}), "nul.json: found a NUL");
-  ExpectRefused(Drape({"--material=" + Copy(kWool, "m\xff.json")}),
-                "'m\\xff.json', expected UTF-8");
+  ExpectRefused(Drape({"--fabric=nul.json"}), "nul.json: found a NUL");
+  ExpectRefused(Drape({"--fabric=" + Copy(kWool, "m\xff.json")}), "'m\\xff.json', expected UTF-8");
   const std::string silhouette = AddSilhouette("s.png");
   ExpectRefused(Run("metrics", {Copy(Path(silhouette), "\xff.png")}), "expected UTF-8");
   std::filesystem::create_directory(Path("images"));
@@ -144,16 +140,16 @@ TEST_F(HostileFiles, OfLongNamesAreFoundBeforeTheWork) {
     options.insert(options.end(), more.begin(), more.end());
     return Run("bench", options);
   };
-  ExpectRefused(bench({"--work=forward", "--material=" + material}), "expected at most 255");
-  const std::string fit = "--work=fit", wool = "--material=" + kWool;
-  ExpectRefused(bench({fit, wool, "--ground_truth=" + material, "--material=" + material}),
+  ExpectRefused(bench({"--work=forward", "--fabric=" + material}), "expected at most 255");
+  const std::string fit = "--work=fit", wool = "--fabric=" + kWool;
+  ExpectRefused(bench({fit, wool, "--ground_truth=" + material, "--fabric=" + material}),
                 "expected at most 255");
   ExpectRefused(bench({fit, wool, "--images=" + Copy(Path(silhouette), longer + ".png")}),
                 "found a name of 245 bytes, expected at most 244");
   ExpectRefused(bench({fit, wool, "--ground_truth=" + kWool, "--mesh=none.obj"}), "none.obj");
   const auto optimisers = [&](const std::vector<std::string>& more) {
     std::vector<std::string> options = {wool,
-                                        "--image_materials=" + kWool,
+                                        "--image_fabrics=" + kWool,
                                         "--mesh=disc:100",
                                         "--coarse_mesh=disc:100",
                                         "--twin_mesh=disc:100",
@@ -171,8 +167,8 @@ TEST_F(HostileFiles, MayHaveHashesAndCommasInTheirPaths) {
   Copy(kWool, "d#1/m.json");
   Copy(kWool, "a,b/m#2.json");
   for (const char* material : {"d#1/m.json", "a,b/m#2.json", "d#1/m.json#synthetic_wool"})
-    EXPECT_EQ(Drape({std::string("--material=") + material}).exit_code, 0) << material;
-  ExpectRefused(Drape({"--material=d#1/m.json#silk"}), "d#1/m.json: has no fabric 'silk'");
+    EXPECT_EQ(Drape({std::string("--fabric=") + material}).exit_code, 0) << material;
+  ExpectRefused(Drape({"--fabric=d#1/m.json#silk"}), "d#1/m.json: has no fabric 'silk'");
   Copy(Path(AddSilhouette("s.png")), "a,b/s,1.png");
   for (const char* images : {"a,b", "a,b/s,1.png", "s.png,a,b/s,1.png"}) {
     const ProcessResult fit = Run("fit", FitOptions(images));
@@ -184,7 +180,7 @@ TEST_F(HostileFiles, GiveNoNumberThatIsNotFinite) {
   const std::string start = R"({"format": "drapefit-start-shape", "version": 1, "modes": [)";
   Write("far.json", start + R"({"k": 3, "amplitude_m": 1e308, "phase": 0}]})");
   ExpectRefused(Drape({"--start=far.json"}), "'modes[0].amplitude_m': found 1e+308");
-  ExpectRefused(Drape({"--material=" + WriteFabric("heavy.json", "density", 1e308)}),
+  ExpectRefused(Drape({"--fabric=" + WriteFabric("heavy.json", "density", 1e308)}),
                 "'density': found 1e+308, expected");
   ExpectRefused(Drape({"--camera_scale=1e-300"}), "camera_scale");
   ExpectRefused(Drape({"--image_width_mm=1e300"}), "image_width_mm");
@@ -234,10 +230,10 @@ TEST_F(HostileFolders, HoldLinksAndFoldersInPlaceOfResults) {
   ExpectRefused(Drape({"--steps=3"}), "silhouette.png: is a folder, expected");
   EXPECT_EQ(Snapshot(Path("out")), before);
   std::filesystem::create_directory(Path("table.json"));
-  ExpectRefused(Run("bench", {"--work=forward", "--material=wool.json", "--start=" + kWaves,
+  ExpectRefused(Run("bench", {"--work=forward", "--fabric=wool.json", "--start=" + kWaves,
                               "--mesh=disc:100", "--table=table.json", "--out=bench"}),
                 "table.json: is a folder");
-  ExpectRefused(Run("bench", {"--work=forward", "--material=wool.json", "--start=" + kWaves,
+  ExpectRefused(Run("bench", {"--work=forward", "--fabric=wool.json", "--start=" + kWaves,
                               "--mesh=disc:100", "--table=/proc/x", "--out=bench"}),
                 "/proc/x: cannot create a file");
   EXPECT_FALSE(std::filesystem::exists(Path("bench")));
@@ -258,7 +254,7 @@ TEST_F(HostileFolders, StayAsTheyWereWhereOneFileCannotBeReplaced) {
   for (const char* name : {"bench.json", "runs.csv"}) {
     const std::string folder = std::string("bench/") + name;
     std::filesystem::create_directories(Path(folder));
-    ExpectRefused(Run("bench", {"--work=forward", "--material=" + kWool, "--start=" + kWaves,
+    ExpectRefused(Run("bench", {"--work=forward", "--fabric=" + kWool, "--start=" + kWaves,
                                 "--mesh=disc:100", "--out=bench"}),
                   folder + ": is a folder");
     std::filesystem::remove(Path(folder));

@@ -78,7 +78,7 @@ class RepeatTest : public Hostile {
 
   // Two steps of a small drape in "old".
   void Simulate() const {
-    ASSERT_EQ(Run("simulate", {"--mesh=disc:100", "--material=wool.json", "--start=waves.json",
+    ASSERT_EQ(Run("simulate", {"--mesh=disc:100", "--fabric=wool.json", "--start=waves.json",
                                "--steps=2", "--time_step=0.1", "--out=old"})
                   .exit_code,
               0);
@@ -91,7 +91,7 @@ class RepeatTest : public Hostile {
 };
 
 TEST_F(RepeatTest, Simulate) {
-  ExpectRepeats("simulate", {"--mesh=disc:100", "--material=wool.json", "--start=waves.json",
+  ExpectRepeats("simulate", {"--mesh=disc:100", "--fabric=wool.json", "--start=waves.json",
                              "--steps=3", "--solve=hybrid", "--dump_steps=1,2"});
 }
 
@@ -108,12 +108,12 @@ TEST_F(RepeatTest, Fit) {
 
 TEST_F(RepeatTest, Predict) {
   ExpectRepeats("predict",
-                {"--mesh=disc:100", "--material=wool.json", "--draws=4", "--steps=20", "--seed=7"});
+                {"--mesh=disc:100", "--fabric=wool.json", "--draws=4", "--steps=20", "--seed=7"});
 }
 
 TEST_F(RepeatTest, Equilibria) {
   ExpectRepeats("equilibria",
-                {"--mesh=disc:100", "--material=wool.json", "--samples=2", "--steps=20"});
+                {"--mesh=disc:100", "--fabric=wool.json", "--samples=2", "--steps=20"});
 }
 
 // Its results are files that options name.
@@ -135,7 +135,7 @@ TEST_F(RepeatTest, Metrics) {
 // A repetition has all that another one needs, and a config need not be there any more.
 TEST_F(RepeatTest, ARepetitionIsRepeated) {
   fs::create_directories(Path("in"));
-  Write("in/config.json", R"({"mesh": "disc:100", "material": "../wool.json", "steps": 2})");
+  Write("in/config.json", R"({"mesh": "disc:100", "fabric": "../wool.json", "steps": 2})");
   ASSERT_EQ(Run("simulate", {"--config=in/config.json", "--out=first"}).exit_code, 0);
   EXPECT_THAT(ListPaths(Provenance("first/summary.json")["configs"]),
               testing::ElementsAre("in/config.json"));
@@ -187,19 +187,19 @@ TEST_F(RepeatTest, AnotherFolderIsNamed) {
 TEST_F(RepeatTest, OptionsOfTheCommandLineMakeAnotherRun) {
   Simulate();
   Copy(kConfigs + "fabrics/synthetic_felt.json", "felt.json");
-  ASSERT_EQ(Repeat({"--material=felt.json"}).exit_code, 0);
+  ASSERT_EQ(Repeat({"--fabric=felt.json"}).exit_code, 0);
   EXPECT_THAT(ListPaths(Provenance("new/summary.json")["inputs"]),
               testing::ElementsAre("felt.json", "waves.json"));
   Write("waves.json", Read(Path("waves.json")) + " ");
-  EXPECT_EQ(Repeat({"--material=felt.json"}).exit_code, 0);
+  EXPECT_EQ(Repeat({"--fabric=felt.json"}).exit_code, 0);
   ExpectRefused(Repeat(), "waves.json: is an input of the run");
 }
 
 // Results beside inputs are inputs only where an option names them.
 TEST_F(RepeatTest, InputsMayLieInTheOutputFolder) {
-  ASSERT_EQ(Run("simulate", {"--mesh=disc:100", "--material=wool.json", "--steps=2", "--out=."})
-                .exit_code,
-            0);
+  ASSERT_EQ(
+      Run("simulate", {"--mesh=disc:100", "--fabric=wool.json", "--steps=2", "--out=."}).exit_code,
+      0);
   EXPECT_THAT(ListPaths(Provenance("summary.json")["inputs"]), testing::ElementsAre("wool.json"));
   const ProcessResult again = Run("simulate", {"--config=summary.json", "--out=new"});
   ASSERT_EQ(again.exit_code, 0) << again.err;
@@ -208,7 +208,7 @@ TEST_F(RepeatTest, InputsMayLieInTheOutputFolder) {
 
 // What --accuracy has chosen is recorded.
 TEST_F(RepeatTest, ChoicesAreRecorded) {
-  ExpectRepeats("simulate", {"--accuracy=fast", "--material=wool.json"});
+  ExpectRepeats("simulate", {"--accuracy=fast", "--fabric=wool.json"});
   const Json summary = ReadJson(Path("old/summary.json"));
   EXPECT_EQ(summary["provenance"]["options"]["mesh"], summary["mesh"]["name"]);
 }
@@ -226,11 +226,11 @@ TEST_F(RepeatTest, AnotherBuildIsSaid) {
 TEST_F(RepeatTest, CommandLinesMayHoldAnything) {
   const std::string name = "a \"b\" 'c'\n$(touch planted) \u00e4.json";
   fs::copy(Path("wool.json"), Path(name));
-  const std::vector<std::string> options = {"--mesh=disc:100", "--material=" + name, "--steps=2",
+  const std::vector<std::string> options = {"--mesh=disc:100", "--fabric=" + name, "--steps=2",
                                             "--out=old", "--log_dir=\xff\x01"};
   ASSERT_EQ(Run("simulate", options).exit_code, 0);
   const Json run = Provenance("old/summary.json");
-  EXPECT_EQ(run.at("command").at(2), "--material=" + name);
+  EXPECT_EQ(run.at("command").at(2), "--fabric=" + name);
   EXPECT_EQ(run.at("command").at(5), "--log_dir=\\xff\x01");
   ASSERT_EQ(Repeat().exit_code, 0);
   ExpectSameFiles("old", "new");

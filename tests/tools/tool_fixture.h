@@ -40,7 +40,7 @@ class ToolFixture : public FileFixture {
   // A small drape of a few steps; `more` come last and win.
   std::vector<std::string> SimulateCommand(const std::vector<std::string>& more = {}) const {
     std::vector<std::string> command = {kSimulate, "--mesh=disc:120", "--steps=3",
-                                        "--material=" + kFabric, "--out=" + Path("out")};
+                                        "--fabric=" + kFabric, "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return command;
   }

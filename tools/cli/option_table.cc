@@ -6,8 +6,10 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <type_traits>
 
+#include "physics/material/bending_table.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
@@ -67,7 +69,10 @@ std::string ParseText(const Given& given, const std::string& text) {
   if (!IsUtf8(given.folder + text)) given.Fail("UTF-8 text");
   if (!option.is_path || text.empty() || given.folder.empty() || IsNoPath(option, text))
     return text;
-  return (std::filesystem::path(given.folder) / text).string();
+  const std::filesystem::path folder = given.folder;
+  const std::optional<BendingRow> row = SplitBendingRow(text);
+  if (!row || row->base.empty() || IsNoPath(option, row->base)) return (folder / text).string();
+  return (folder / row->table).string() + "#" + row->row + ":" + (folder / row->base).string();
 }
 
 bool ParseSwitch(const Given& given, const std::string& text) {

@@ -75,13 +75,11 @@ int CountThreads(int threads) {
   return count;
 }
 
-Option BaseOption(std::string& base) {
-  return {.key = "base",
-          .value = &base,
-          .doc =
-              "for a material TABLE.csv#ROW, a row of bending measurements: the material file "
-              "that its stretch is taken from",
-          .is_path = true};
+Option FabricOption(Option::Value fabric) {
+  FabricInput input;
+  Option option = FieldOptionList(input).front();
+  option.value = std::move(fabric);
+  return option;
 }
 
 Option TimeStepOption(double& time_step, const std::string& doc) {
@@ -112,26 +110,15 @@ std::vector<Option> CellOptions(CellChoice& choice) {
 }
 
 std::vector<Option> ClothOptions(SceneInput& scene) {
-  const std::vector<Option> cloth = {
+  const std::vector<Option> mesh = {
       {.key = "mesh",
        .value = &scene.mesh,
        .doc = "cloth: an OBJ file, disc:N for a built-in disc of N vertices, or "
               "strip:LENGTHxWIDTHxN for a strip [m] with N edges along its length",
        .is_path = true,
        .words = {"disc:", "strip:"}},
-      {.key = "material",
-       .value = &scene.material,
-       .doc = "material file; FILE#name picks one of several materials in it, TABLE.csv#12 row 12 "
-              "of a table of bending measurements",
-       .is_path = true,
-       .required = true},
-      BaseOption(scene.base),
-      {.key = "min_relative_stiffness",
-       .value = &scene.min_relative_stiffness,
-       .doc = "smallest table entry relative to the largest of its column; smaller and negative "
-              "ones are raised to it",
-       .least = 0,
-       .most = 1},
+  };
+  const std::vector<Option> law = {
       LawOption(scene.law),
       EnumOption("contact", scene.contact.model,
                  "what the hanging cloth can touch: none; support: the support of the drape test; "
@@ -143,7 +130,7 @@ std::vector<Option> ClothOptions(SceneInput& scene) {
        .least = 0,
        .most = 0.01},
   };
-  return Concatenate(cloth, FieldOptionList(scene.discs));
+  return Concatenate(mesh, FieldOptionList(scene.fabric), law, FieldOptionList(scene.discs));
 }
 
 std::vector<Option> CameraOptions(CameraInput& camera) { return FieldOptionList(camera); }

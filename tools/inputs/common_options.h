@@ -24,8 +24,8 @@ int MostThreads();  // that make sense on this machine
 // Throws InputError when so many threads cannot run at once, as under a limit of memory, where
 // OpenMP would end the program.
 void RequireThreads(int threads);
-// Of a program that reads materials (ApplyBase).
-Option BaseOption(std::string& base);
+// A fabric of one table (ReadMaterial), or several.
+Option FabricOption(Option::Value fabric);
 Option TimeStepOption(double& time_step, const std::string& doc = "time step");  // [s]
 // A cloth (ParseMeshSpec), or several.
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc);

@@ -12,7 +12,7 @@ std::vector<Option> DatasetOptions(DatasetQuery& query) {
        .value = &query.folder,
        .doc = "folder of the published data set: lists it and evaluates predictors without a model",
        .is_path = true},
-      {.key = "fabric",
+      {.key = "data_fabric",
        .value = &query.fabric,
        .doc = "fabrics of the data set, as in 1,3-5; none: all"},
       {.key = "samples",

@@ -8,7 +8,6 @@
 #include "tools/cli/field_options.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
-#include "tools/inputs/scene_input.h"
 
 namespace drape {
 namespace {
@@ -26,20 +25,14 @@ std::vector<Option> DataOptions(FitToolOptions& options) {
               "configs/README.md), fitted alone or jointly with the images: files, folders, "
               "patterns",
        .is_path = true},
-      {.key = "material",
-       .value = &data.material,
-       .doc = "start tables: a material file; FILE#name picks one of several in it, TABLE.csv#12 "
-              "row 12 of a table of bending measurements",
-       .is_path = true,
-       .required = true},
-      BaseOption(options.base),
-      {.key = "other_materials",
+      FabricOption(&data.material),
+      {.key = "other_fabrics",
        .value = &data.other_materials,
        .doc = "further start tables: images are fitted from all, and the best result is kept",
        .is_path = true},
       {.key = "density",
        .value = &data.density,
-       .doc = "areal density of the fabric, as weighed; 0: that of `material`, with a warning that "
+       .doc = "areal density of the fabric, as weighed; 0: that of `fabric`, with a warning that "
               "stiffnesses are in proportion to it; with --data the published one",
        .unit = "kg/m2",
        .least = 0,
@@ -70,7 +63,7 @@ std::vector<Option> SelectionOptions(FitToolOptions& options) {
        .value = &selection.folder,
        .doc = "folder of the published data set, whose drapes are fitted in place of images",
        .is_path = true},
-      {.key = "fabric",
+      {.key = "data_fabric",
        .value = &selection.fabric,
        .doc = "with --data: number of the fabric; 0: not given",
        .least = 0,
@@ -105,9 +98,10 @@ void CheckNoSelection(const FitToolOptions& options) {
   const FitSelection unset;
   if (given.fabric != unset.fabric || given.samples + given.captures != "" ||
       given.face != unset.face || options.data.source != FitData().source)
-    throw InputError("option 'data'",
-                     "not given, expected the data set that fabric, samples, captures, face and "
-                     "data_source choose from");
+    throw InputError(
+        "option 'data'",
+        "not given, expected the data set that data_fabric, samples, captures, face and "
+        "data_source choose from");
 }
 
 }  // namespace
@@ -140,9 +134,8 @@ OptionTable FitTable(FitToolOptions& options) {
           Grouped("model heterogeneous", FieldOptionList(spec.fields)),
           Grouped("models bayes and bdp",
                   Concatenate(FieldOptionList(spec.posterior), std::vector{PriorOption(spec)}))),
-      .common = {"images", "specimen", "image_width_mm", "lab_tests", "material", "density",
-                 "model", "mesh", "accuracy", "num_parameters", "threads", "backend", "out",
-                 "resume"},
+      .common = {"images", "specimen", "image_width_mm", "lab_tests", "fabric", "density", "model",
+                 "mesh", "accuracy", "num_parameters", "threads", "backend", "out", "resume"},
       .given = &options.accuracy.given};
 }
 
@@ -165,9 +158,6 @@ FitSpec MakeFitSpec(const FitToolOptions& options) {
 
 FitData MakeFitData(const FitToolOptions& options) {
   FitData data = options.data;
-  std::vector<std::string*> materials = {&data.material, &data.ground_truth};
-  for (std::string& other : data.other_materials) materials.push_back(&other);
-  ApplyBase(options.base, materials);
   for (const std::string& image : options.images)
     for (std::string& file : ExpandImages(image)) data.images.push_back(std::move(file));
   for (const std::string& test : options.lab_tests)

@@ -17,7 +17,6 @@ struct FitToolOptions {
   FitData data;                          // its lists of files follow from the next three
   std::vector<std::string> images;       // files, folders, patterns (ExpandImages)
   std::vector<std::string> lab_tests;    // the same (ExpandLabMeasurements)
-  std::string base;                      // of materials without stretch (ApplyBase)
   FitSelection selection;                // captures of the data set in place of images
   AccuracyChoice accuracy;               // fills what the user has not given
   std::string out;                       // folder, made when missing

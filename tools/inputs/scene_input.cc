@@ -13,8 +13,6 @@
 #include "physics/cloth/scene_io.h"
 #include "physics/cloth/start_shape.h"
 #include "physics/cloth/state.h"
-#include "physics/material/material_field_io.h"
-#include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
@@ -119,39 +117,6 @@ void RequireOneTable(const Material& material, const std::string& option) {
                                                   "), expected one table for the whole cloth");
 }
 
-namespace {
-
-Material ReadSceneMaterial(const SceneInput& input, const Mesh& mesh, bool is_reference) {
-  std::string path = input.material;
-  ApplyBase(input.base, {&path});
-  const NegativeEntries negative_entries = input.min_relative_stiffness > 0
-                                               ? NegativeEntries::kRaise
-                                           : is_reference ? NegativeEntries::kWarn
-                                                          : NegativeEntries::kReject;
-  Material material = ReadMaterialFor(mesh, path, {negative_entries});
-  if (input.min_relative_stiffness == 0) return material;
-  const int raised = RaiseSmallEntries(material.field, input.min_relative_stiffness);
-  if (raised > 0)
-    material.warnings.push_back(
-        Format("%d entries of ", raised) + input.material +
-        Format(" were raised to %g of their column's largest", input.min_relative_stiffness));
-  return material;
-}
-
-}  // namespace
-
-void ApplyBase(const std::string& base, const std::vector<std::string*>& materials) {
-  bool used = base.empty();
-  for (std::string* material : materials) {
-    used |= IsBendingRow(*material);
-    *material = WithBase(*material, base);
-  }
-  if (!used)
-    throw InputError("option 'base'", "found " + base +
-                                          ", expected none: no material is a row of a CSV table of "
-                                          "bending measurements, 'TABLE.csv#ROW'");
-}
-
 std::shared_ptr<const ClothModel> MakeSceneModel(const SceneInput& input, Mesh mesh,
                                                  const DrapeDiscs& discs) {
   if (input.scene != "cusick" && input.contact.model != ContactModel::kNone)
@@ -172,12 +137,15 @@ void RequireFreeStart(const SceneInput& input, const ClothModel& model, const St
 }
 
 LoadedScene LoadScene(const SceneInput& input) {
-  const bool is_reference = !MakeLaw(input.law).rejects_negative_entries();
+  const Law law = MakeLaw(input.law);
   LoadedScene loaded;
   loaded.discs = FindDiscs(input.discs);
-  Mesh mesh = ParseMeshSpec(input.mesh, {.round_to_float = is_reference}, loaded.discs);
-  if (!input.material.empty()) loaded.material = ReadSceneMaterial(input, mesh, is_reference);
-  for (const std::string& warning : loaded.material.warnings)
+  Mesh mesh =
+      ParseMeshSpec(input.mesh, {.round_to_float = !law.rejects_negative_entries()}, loaded.discs);
+  if (!input.fabric.path.empty())
+    loaded.fabric = ReadFabric(input.fabric.path,
+                               ReadingPolicy(law, input.fabric.min_relative_stiffness), &mesh);
+  for (const std::string& warning : loaded.fabric.material.warnings)
     LOG(WARNING) << MakePrintableLine(warning);
   loaded.model = MakeSceneModel(input, std::move(mesh), loaded.discs);
   const std::optional<double> support = SupportRadius(loaded.model->scene);

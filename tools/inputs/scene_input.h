@@ -8,26 +8,24 @@
 #include "losses/camera/discs_input.h"
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/state.h"
-#include "physics/material/material_io.h"
+#include "solver/prediction/fabric_source.h"
 
 namespace drape {
 
 // What a drape starts from, as a user names it.
 struct SceneInput {
-  std::string mesh = "disc:1200";       // ParseMeshSpec
-  std::string material;                 // "FILE" or "FILE#name" (ReadMaterialFor); empty: none
-  std::string base;                     // of a material without stretch (WithBase); empty: none
-  double min_relative_stiffness = 0.0;  // RaiseSmallEntries; 0: the entries stay as they are
-  std::string law = "smooth";           // MakeLaw
-  std::string scene = "cusick";         // "cusick", or a scene file (ReadScene)
-  CusickContact contact;                // of the former
-  DiscsInput discs;                     // FindDiscs
-  std::string start = "flat";           // "flat", or a start shape or state file (ReadStart)
+  std::string mesh = "disc:1200";  // ParseMeshSpec
+  FabricInput fabric;              // with an empty path: none
+  std::string law = "smooth";      // MakeLaw
+  std::string scene = "cusick";    // "cusick", or a scene file (ReadScene)
+  CusickContact contact;           // of the former
+  DiscsInput discs;                // FindDiscs
+  std::string start = "flat";      // "flat", or a start shape or state file (ReadStart)
 };
 
 struct LoadedScene {
   std::shared_ptr<const ClothModel> model;
-  Material material;
+  FabricSource fabric;
   State start;
   DrapeDiscs discs;
 };
@@ -45,10 +43,6 @@ std::shared_ptr<const ClothModel> MakeSceneModel(const SceneInput& input, Mesh m
 // Throws InputError for a start in an obstacle or one that passes through itself, where the scene
 // has such contact.
 void RequireFreeStart(const SceneInput& input, const ClothModel& model, const State& start);
-
-// Names `base` as the base of each of the materials that has no stretch of its own (WithBase).
-// Throws InputError where a base is given and no material needs it.
-void ApplyBase(const std::string& base, const std::vector<std::string*>& materials);
 
 // Throws InputError, prefix "option '<option>'", for a material with a table for each element:
 // what the option does is by the 39 entries of one table.

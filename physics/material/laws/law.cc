@@ -11,4 +11,9 @@ Law MakeLaw(const std::string& name) {
   throw InputError("law", "unknown name '" + name + "', expected reference or smooth");
 }
 
+MaterialPolicy ReadingPolicy(const Law& law, double min_relative_stiffness) {
+  return {law.rejects_negative_entries() ? NegativeEntries::kReject : NegativeEntries::kWarn,
+          min_relative_stiffness};
+}
+
 }  // namespace drape

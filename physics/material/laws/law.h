@@ -6,6 +6,7 @@
 
 #include "physics/material/laws/laws_reference.h"
 #include "physics/material/laws/laws_smooth.h"
+#include "physics/material/material_io.h"
 
 namespace drape {
 
@@ -26,5 +27,8 @@ struct Law {
 // Makes the law of that name, "reference" or "smooth" (both parts). Throws InputError for any other
 // name.
 Law MakeLaw(const std::string& name);
+
+// How the fabrics of a law are read: the reference law takes negative entries.
+MaterialPolicy ReadingPolicy(const Law& law, double min_relative_stiffness = 0.0);
 
 }  // namespace drape

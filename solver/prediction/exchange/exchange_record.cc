@@ -2,36 +2,12 @@
 #include "solver/prediction/exchange/exchange_record.h"
 
 #include <cmath>
-#include <filesystem>
 #include <nlohmann/json.hpp>
-
-#include "physics/material/material_scaling.h"
-#include "physics/util/errors.h"
-#include "physics/util/json_input.h"
-#include "solver/prediction/exchange/fabric_samples.h"
-#include "solver/prediction/material_source.h"
 
 namespace drape {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-MaterialPolicy PolicyFor(const Law& law, double min_relative_stiffness) {
-  if (min_relative_stiffness > 0.0) return {NegativeEntries::kRaise};
-  return {law.rejects_negative_entries() ? NegativeEntries::kReject : NegativeEntries::kWarn};
-}
-
-// A file of fields names itself; ReadMaterial would only say that a key is missing.
-void RefuseField(const std::string& path) {
-  const std::string file = SplitMaterialPath(path).file;
-  if (IsBendingRow(path) || !fs::is_regular_file(file)) return;
-  const nlohmann::json document = ReadJsonFile(file);
-  if (document.is_object() && document.value("format", "") == "drapefit-material-field")
-    throw InputError(path,
-                     "found a table for each element, expected one table for the fabric, as "
-                     "models homogeneous and bayes have it");
-}
 
 struct Spread {
   double mean = 0.0, variance = 0.0;
@@ -112,38 +88,6 @@ const std::vector<LinearNumber>& LinearNumbers() {
   return numbers;
 }
 
-FabricSource ReadFabricSource(const std::string& folder_or_file, const Law& law,
-                              double min_relative_stiffness) {
-  FabricSource source;
-  source.path = folder_or_file;
-  const MaterialPolicy policy = PolicyFor(law, min_relative_stiffness);
-  std::string file = folder_or_file;
-  if (fs::is_directory(file)) {
-    if (HasPosterior(file)) {
-      const fs::path folder = fs::weakly_canonical(file);
-      source.name = (folder.has_filename() ? folder : folder.parent_path()).filename().string();
-      source.posterior = ReadPosterior(file, policy);
-      source.tables = MedianTables(*source.posterior);
-      return source;
-    }
-    file += "/material.json";
-    if (!fs::exists(file))
-      throw InputError(folder_or_file,
-                       "found neither posterior.json nor material.json, expected the results of "
-                       "drape_fit, or a material file");
-  }
-  RefuseField(file);
-  Material material = ReadMaterial(file, policy);
-  source.name = material.name.empty() ? MaterialLabel(file) : material.name;
-  source.tables = std::move(material.field);
-  source.warnings = std::move(material.warnings);
-  if (min_relative_stiffness > 0.0) {
-    const int raised = RaiseSmallEntries(source.tables, min_relative_stiffness);
-    source.warnings.push_back(std::to_string(raised) + " small entries were raised");
-  }
-  return source;
-}
-
 ExchangeRecord MakeRecord(const FabricSource& source, const Law& law,
                           const RecordOptions& options) {
   const Linearise linearise = [&](const MaterialField& tables) {
@@ -154,7 +98,7 @@ ExchangeRecord MakeRecord(const FabricSource& source, const Law& law,
   record.source = source;
   record.point = options.point;
   record.thickness = options.thickness;
-  record.material = linearise(source.tables);
+  record.material = linearise(source.material.field);
   for (const LinearNumber& number : LinearNumbers())
     record.numbers.push_back({.key = number.key,
                               .unit = number.unit,
@@ -169,15 +113,15 @@ ExchangeRecord MakeRecord(const FabricSource& source, const Law& law,
 Json RecordJson(const ExchangeRecord& record) {
   const bool has_posterior =
       record.source.posterior && record.source.posterior->kind == PosteriorKind::kHierarchy;
-  Json json = {{"format", "drapefit-exchange"}, {"version", 1},
-               {"name", record.source.name},    {"units", "SI"},
-               {"source", record.source.path},  {"linearised_at", ToString(record.point)}};
+  Json json = {{"format", "drapefit-exchange"},       {"version", 1},
+               {"name", record.source.material.name}, {"units", "SI"},
+               {"source", record.source.path},        {"linearised_at", ToString(record.point)}};
   for (const RecordedNumber& number : record.numbers)
     json["linear"][number.key] = NumberJson(number, has_posterior);
   json["density"] = {{"value", record.material.density}, {"unit", "kg/m2"}};
   json["thickness"] =
       record.thickness ? Json{{"value", *record.thickness}, {"unit", "m"}} : Json(nullptr);
-  json["tables"] = TablesJson(record.source.tables);
+  json["tables"] = TablesJson(record.source.material.field);
   return json;
 }
 

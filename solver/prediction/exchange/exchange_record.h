@@ -7,28 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "physics/material/material_io.h"
-#include "solver/posterior/posterior_io.h"
 #include "solver/prediction/exchange/linear_fabric.h"
+#include "solver/prediction/fabric_source.h"
 
 namespace drape {
 
 // A fabric on its way to another program: the one record that every target is written from.
-
-// A fabric as drapefit stores it.
-struct FabricSource {
-  std::string path;
-  std::string name;
-  MaterialField tables;  // one of each kind; of a posterior the median
-  std::optional<StoredPosterior> posterior;
-  std::vector<std::string> warnings;
-};
-
-// Reads a material file of one table, or a folder of drape_fit: its posterior where it has one,
-// else its material. min_relative_stiffness: RaiseSmallEntries; 0: entries stay, and a law may
-// reject negative ones. Throws InputError: nothing to read, a bad file, a table for each element.
-FabricSource ReadFabricSource(const std::string& folder_or_file, const Law& law,
-                              double min_relative_stiffness = 0.0);
 
 // The strains and curvatures at which the linear numbers hold.
 enum class LinearPoint {

@@ -11,8 +11,8 @@
 #include "physics/material/material_scaling.h"
 #include "physics/util/math/quantile.h"
 #include "solver/fit/effective_stiffness.h"
-#include "solver/prediction/exchange/fabric_samples.h"
 #include "solver/prediction/exchange/linear_fabric.h"
+#include "solver/prediction/fabric_source.h"
 
 namespace drape {
 namespace {

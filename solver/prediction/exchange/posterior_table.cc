@@ -11,7 +11,6 @@
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "solver/posterior/posterior_io.h"
-#include "solver/prediction/exchange/fabric_samples.h"
 
 namespace drape {
 namespace {

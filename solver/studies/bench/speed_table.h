@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/material/material_io.h"
 #include "physics/util/run_control.h"
 
 namespace drape {
@@ -26,10 +27,10 @@ struct PublishedSpeeds {
 PublishedSpeeds ReadPublishedSpeeds(const std::string& path);
 
 struct SpeedJob {
-  std::string material;             // ReadMaterial
-  std::string law = "reference";    // MakeLaw
-  std::vector<std::string> meshes;  // ParseMeshSpec
-  double h = 0.05;                  // [s]
+  std::string material = kBuiltInName;  // ReadMaterial
+  std::string law = "reference";        // MakeLaw
+  std::vector<std::string> meshes;      // ParseMeshSpec
+  double h = 0.05;                      // [s]
   int steps = 100;
   std::string backend = "auto";  // MakeBackend
   int threads = 1;

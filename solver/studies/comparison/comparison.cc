@@ -20,7 +20,7 @@
 #include "solver/job/fit_input.h"
 #include "solver/posterior/posterior_io.h"
 #include "solver/prediction/bend_calibration.h"
-#include "solver/prediction/material_source.h"
+#include "solver/prediction/fabric_source.h"
 
 namespace drape {
 namespace {
@@ -276,7 +276,9 @@ std::optional<json> Predict(const ExperimentTask& task, const RunControl& contro
   };
   const auto backend = MakeTaskBackend(task);
   PredictionOptions options = MakeOptions(task, *backend, control);
-  const MaterialSource materials = ReadMaterialSource(task.folder, backend->model(), options.seed);
+  const ClothModel& model = backend->model();
+  const MaterialSource materials = MakeSpecimens(
+      ReadFabric(task.folder, ReadingPolicy(model.law), &model.mesh), model.mesh, options.seed);
   const Stopwatch watch;
   report(0.0, "prediction");
   std::vector<PredictedDrape> drapes = SampleDrapes(*backend, materials, options);

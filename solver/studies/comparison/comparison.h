@@ -50,13 +50,14 @@ struct ComparisonJob {
   std::vector<int> fabrics;
   std::vector<std::string> models;  // names of ComparedModels
   std::vector<int> seeds;           // each draws the split, the posterior's and the drapes' draws
-  std::vector<std::string> materials;  // start tables: one for all fabrics, or one for each
-  int train = 6;                       // samples of a fabric to learn from
-  std::vector<int> train_captures;     // of these samples; empty: all
-  std::optional<ClothFace> face;       // of all captures; none: both
-  int draws = 64;                      // drapes of a prediction
-  bool calibrate = true;               // each fit before its prediction (CalibrateBend)
-  FitSpec fit;                         // of all models, which change their part of it
+  // Start tables: one for all fabrics, or one for each.
+  std::vector<std::string> materials = {kBuiltInName};
+  int train = 6;                    // samples of a fabric to learn from
+  std::vector<int> train_captures;  // of these samples; empty: all
+  std::optional<ClothFace> face;    // of all captures; none: both
+  int draws = 64;                   // drapes of a prediction
+  bool calibrate = true;            // each fit before its prediction (CalibrateBend)
+  FitSpec fit;                      // of all models, which change their part of it
   std::function<nlohmann::ordered_json()> provenance;  // FitFiles::provenance of each fit
   LearningOptions learning;      // of the generative model; its fit's seed is not used
   PredictionOptions prediction;  // its specimens, faces, seed and camera are not used

@@ -64,10 +64,6 @@ bool HasTwice(const std::vector<T>& values) {
 void CheckOptions(const OptimiserStudyOptions& options) {
   if (options.twins.empty() && options.images.empty())
     throw InputError("twins", "is empty like images, expected at least one problem");
-  if (!options.twins.empty() && options.material.empty())
-    throw InputError("material", "missing, expected the start tables of the twins' fits");
-  if (!options.images.empty() && options.image_materials.empty())
-    throw InputError("image_materials", "missing, expected start tables of the images' fits");
   for (const int count : options.parameters) FreeNumbers(count);
   if (HasTwice(options.parameters))
     throw InputError("num_parameters", "has one number twice, expected distinct ones");
@@ -139,9 +135,9 @@ std::vector<Image> ListSilhouettes(const OptimiserStudyOptions& options) {
     for (std::string& file : ExpandImages(text)) files.push_back(std::move(file));
   const std::vector<std::string>& materials = options.image_materials;
   if (!files.empty() && materials.size() != 1 && materials.size() != files.size())
-    throw InputError("image_materials", "found " + std::to_string(materials.size()) +
-                                            ", expected one for all or one for each of the " +
-                                            std::to_string(files.size()) + " images");
+    throw InputError("image_fabrics", "found " + std::to_string(materials.size()) +
+                                          ", expected one for all or one for each of the " +
+                                          std::to_string(files.size()) + " images");
   std::vector<Image> images;
   for (std::size_t i = 0; i < files.size(); ++i) {
     Image image{fs::path(files[i]).stem().string(), {}};

@@ -62,16 +62,16 @@ struct OptimiserStudyOptions {
   // How all images are fitted, except for meshes and stages. threads 0: all cores, to be counted by
   // the caller.
   FitSpec spec = FitSpecWithThreads(0);
-  std::string material;            // start tables of the twins' fits
-  std::string base;                // of materials without stretch; the caller applies it
-  std::vector<std::string> twins;  // fabrics whose drapes are made and fitted
+  std::string material = kBuiltInName;  // start tables of the twins' fits
+  std::vector<std::string> twins;       // fabrics whose drapes are made and fitted
   std::string mesh = "disc:400", coarse_mesh = "disc:200";  // of the fits
   std::string twin_mesh = "disc:500";
   int twin_seed = 1;  // of the twins' random starts; the i-th fabric has twin_seed + i
-  std::vector<std::string> images;           // real silhouettes (ExpandImages)
-  std::vector<std::string> image_materials;  // their start tables: one of each, or one for all
-  std::vector<int> parameters = {7, 39};     // ParameterTying
-  std::vector<std::string> methods;          // none: OptimiserMethod::by_default
+  std::vector<std::string> images;  // real silhouettes (ExpandImages)
+  // Their start tables: one of each, or one for all.
+  std::vector<std::string> image_materials = {kBuiltInName};
+  std::vector<int> parameters = {7, 39};  // ParameterTying
+  std::vector<std::string> methods;       // none: OptimiserMethod::by_default
   OptimiserOptions optimiser;
   int seeds = 1;  // runs of a method that draws random numbers, from optimiser.seed upwards
   std::vector<double> checkpoints = {60.0, 200.0, 1000.0};  // budgets that tables report

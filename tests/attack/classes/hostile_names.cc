@@ -46,16 +46,16 @@ const std::vector<std::string>& HostileNames() {
 // A command with `flag` of a good file under a hostile name, below "in"; a flag without "=" is an
 // operand.
 struct NamedInput {
-  std::string program, flag, valid, kind;  // "--material=", "wool.json", ".json"
+  std::string program, flag, valid, kind;  // "--fabric=", "wool.json", ".json"
   std::vector<std::string> more = {};
   bool with_plain = false;  // a plain one beside it, so that the names become labels
 };
 
 std::vector<NamedInput> NamedInputs() {
-  return {{"drape_simulate", "--material=", "wool.json", ".json"},
+  return {{"drape_simulate", "--fabric=", "wool.json", ".json"},
           {"drape_simulate", "--start=", "waves.json", ".json"},
           {"drape_simulate", "--mesh=", "disc.obj", ".obj"},
-          {"drape_fit", "--material=", "wool.json", ".json"},
+          {"drape_fit", "--fabric=", "wool.json", ".json"},
           {"drape_fit", "--images=", "drape.png", ".png"},
           {"drape_fit",
            "--images=",
@@ -63,17 +63,17 @@ std::vector<NamedInput> NamedInputs() {
            ".png",
            {"--model=heterogeneous", "--field_iterations=1", "--field_restarts=0"}},
           {"drape_metrics", "", "drape.png", ".png"},
-          {"drape_equilibria", "--material=", "wool.json", ".json"},
-          {"drape_predict", "--material=", "wool.json", ".json"},
-          {"drape_check", "--material=", "wool.json", ".json"},
-          {"drape_compare", "--materials=", "wool.json", ".json"},
-          {"drape_bench", "--material=", "wool.json", ".json", {}, true},
+          {"drape_equilibria", "--fabric=", "wool.json", ".json"},
+          {"drape_predict", "--fabric=", "wool.json", ".json"},
+          {"drape_check", "--fabric=", "wool.json", ".json"},
+          {"drape_compare", "--fabric=", "wool.json", ".json"},
+          {"drape_bench", "--fabric=", "wool.json", ".json", {}, true},
           {"drape_bench", "--start=", "waves.json", ".json"},
-          {"drape_speed", "--material=", "wool.json", ".json"},
-          {"drape_stability", "--material=", "wool.json", ".json"},
-          {"drape_gradients", "--material=", "wool.json", ".json"},
+          {"drape_speed", "--fabric=", "wool.json", ".json"},
+          {"drape_stability", "--fabric=", "wool.json", ".json"},
+          {"drape_gradients", "--fabric=", "wool.json", ".json"},
           {"drape_compare_optimisers", "--twins=", "wool.json", ".json", {}, true},
-          {"drape_compare_optimisers", "--material=", "wool.json", ".json"},
+          {"drape_compare_optimisers", "--fabric=", "wool.json", ".json"},
           {"drape_space", "--new=", "wool.json", ".json"}};
 }
 

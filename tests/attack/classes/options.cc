@@ -20,9 +20,9 @@ constexpr double kOptionsSeconds = 4.0;  // after which a run that took the valu
 std::vector<std::string> CompanionsFor(const std::string& program, const std::string& key) {
   if (key == "accuracy_table") return {"--accuracy=fast"};
   if (key == "table") return {"--solve=hybrid"};
-  const bool of_data = key == "data" || key == "fabric" || key == "samples" || key == "captures" ||
-                       key == "train" || key == "split_seed" || key == "split" ||
-                       key == "save_split" || key == "face";
+  const bool of_data = key == "data" || key == "data_fabric" || key == "samples" ||
+                       key == "captures" || key == "train" || key == "split_seed" ||
+                       key == "split" || key == "save_split" || key == "face";
   if (of_data && (program == "drape_predict" || program == "drape_metrics"))
     return {"--data=" + std::string(kValid) + "set", "--train=2"};
   return {};

@@ -130,7 +130,7 @@ Material FieldOn(const Mesh& mesh, Material material) {
 }
 
 const std::map<std::string, std::vector<std::string>>& Commands() {
-  const std::string material = "--material=" + Valid("wool.json");
+  const std::string material = "--fabric=" + Valid("wool.json");
   const std::string start = "--start=" + Valid("waves.json");
   const std::vector<std::string> fit = {"--mesh=disc:100",
                                         "--coarse_mesh=disc:100",
@@ -145,7 +145,7 @@ const std::map<std::string, std::vector<std::string>>& Commands() {
                                         "--threads=1",
                                         "--out=out"};
   std::vector<std::string> compare = {"--data=" + Valid("set"),
-                                      "--fabrics=3",
+                                      "--data_fabric=3",
                                       "--models=homogeneous",
                                       "--seeds=1",
                                       "--train=2",
@@ -153,7 +153,7 @@ const std::map<std::string, std::vector<std::string>>& Commands() {
                                       "--face=up",
                                       "--draws=4",
                                       "--calibrate=false",
-                                      "--materials=" + Valid("wool.json")};
+                                      "--fabric=" + Valid("wool.json")};
   compare.insert(compare.end(), fit.begin(), fit.end());
   std::vector<std::string> fit_image = {"--images=" + Valid("drape.png"), material};
   fit_image.insert(fit_image.end(), fit.begin(), fit.end());
@@ -188,9 +188,9 @@ const std::map<std::string, std::vector<std::string>>& Commands() {
        {"--garment=" + Valid("skirt.json"), "--body=mannequin:stand", material, "--edge=0.09",
         "--seconds=0.04", "--out=out"}},
       {"drape_compare_optimisers",
-       {"--twins=" + Valid("wool.json"), "--material=" + Valid("shirt.json"),
-        "--twin_mesh=disc:120", "--mesh=disc:100", "--coarse_mesh=disc:100", "--num_parameters=2",
-        "--methods=lm", "--budget=2", "--threads=1", "--out=out"}}};
+       {"--twins=" + Valid("wool.json"), "--fabric=" + Valid("shirt.json"), "--twin_mesh=disc:120",
+        "--mesh=disc:100", "--coarse_mesh=disc:100", "--num_parameters=2", "--methods=lm",
+        "--budget=2", "--threads=1", "--out=out"}}};
   return kCommands;
 }
 
@@ -245,7 +245,7 @@ std::string MakeSummary(const std::string& valid, const std::string& seen) {
   for (const auto& [key, text] :
        {std::pair{"mesh", "disc:100"}, {"steps", "2"}, {"time_step", "0.1"}})
     table.Set(key, text, "");
-  table.Set("material", seen + "wool.json", "");
+  table.Set("fabric", seen + "wool.json", "");
   nlohmann::json values;
   for (const Option& option : table.options) values[option.key] = ValueJson(option);
   const InputFile wool = DescribeInput(seen + "wool.json", ReadWholeFile(valid + "wool.json"));

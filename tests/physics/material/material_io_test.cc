@@ -98,6 +98,24 @@ TEST_F(MaterialIo, ReadsArcsimWithCommentsAndWarnsOfWhatItIgnores) {
   EXPECT_THAT(m.warnings, ElementsAre(HasSubstr("'damping' is ignored")));
 }
 
+TEST_F(MaterialIo, TheBuiltInFabricIsThatOfItsFile) {
+  const Material built_in = ReadMaterial(kBuiltInName);
+  const Material file =
+      ReadMaterial(std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_shirt.json");
+  EXPECT_EQ(built_in.name, file.name);
+  EXPECT_EQ(MaterialText(built_in), MaterialText(file));
+}
+
+TEST_F(MaterialIo, AFolderIsTheResultOfAFit) {
+  EXPECT_INPUT_ERROR(ReadMaterial(Path("")), "found no material.json");
+  WriteMaterial(Path("material.json"), ReadMaterial(kBuiltInName));
+  EXPECT_EQ(MaterialText(ReadMaterial(Path(""))), MaterialText(ReadMaterial(kBuiltInName)));
+}
+
+TEST_F(MaterialIo, ANumberIsNoFabric) {
+  EXPECT_INPUT_ERROR(ReadMaterial("2"), "2: no such file; a fabric of the data set is named by");
+}
+
 TEST_F(MaterialIo, RejectsNegativeEntriesUnderTheSmoothLaw) {
   ExpectError(Replaced(Ours("arcsim"), "[5,6,7,8]", "[5,6,7,-8.5]"),
               "m.json: key 'stretch[1][3]': found -8.5, expected ≥ 0");

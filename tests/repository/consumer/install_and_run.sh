@@ -35,7 +35,7 @@ fi
 "$cmake" --build "$scratch/build"
 
 configs=$(dirname "$(find "$scratch/prefix" -type d -name fabrics)")
-"$build/bin/drape_simulate" --mesh=disc:400 --material="$configs/fabrics/synthetic_wool.json" \
+"$build/bin/drape_simulate" --mesh=disc:400 --fabric="$configs/fabrics/synthetic_wool.json" \
   --start="$configs/starts/six_waves.json" --solve=hybrid --out="$scratch/drape" >/dev/null
 "$scratch/build/consumer" "$scratch/drape/silhouette.png" "$configs/fabrics/synthetic_shirt.json" |
   tee "$scratch/out"

@@ -22,7 +22,7 @@
 #include "solver/fit/protocol/initial_guess.h"
 #include "solver/posterior/posterior_fit.h"
 #include "solver/posterior/posterior_io.h"
-#include "solver/prediction/material_source.h"
+#include "solver/prediction/fabric_source.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/solver/job/fit_job_fixture.h"
 
@@ -167,10 +167,10 @@ TEST_F(FitJobTest, BdpSaysHowElementsScatter) {
   EXPECT_GT(posterior["elbo_samples_valid"], 20);
   EXPECT_LT(posterior["sample_rms_px"], 3.0);
   EXPECT_GT(posterior["stretch_n_per_m"][1], 0.0);
-  std::string kind;
   const auto backend = test::SmoothDisc(150);
-  const MaterialSource materials = ReadMaterialSource(folder_.path(), backend->model(), 1, &kind);
-  EXPECT_EQ(kind, "bdp");
+  const FabricSource fabric = ReadFabric(folder_.path());
+  EXPECT_EQ(fabric.kind, "bdp");
+  const MaterialSource materials = MakeSpecimens(fabric, backend->model().mesh, 1);
   const StoredPosterior stored = ReadPosterior(folder_.path());
   EXPECT_EQ(stored.element_sd[7], posterior["log_factors"][7]["element_sd"]);
   // Elements scatter by what was learned: the mean of squares over all faces of one entry.
@@ -328,7 +328,7 @@ TEST_F(FitJobTest, StartEntriesThatALogScaleCannotMoveAreRaisedAndNoted) {
   spec_.stages.prior_sigma = 1e-6;
   RunFitJob(spec_, data_, files_, {});
   EXPECT_THAT(Summary()["notes"].dump(),
-              HasSubstr("2 start entries of " + data_.material + " were raised to 0.1"));
+              HasSubstr("2 entries of " + data_.material + " were raised to 0.1"));
   const MaterialField fitted = ReadMaterial(folder_ / "material.json").field;
   EXPECT_NEAR(fitted.stretch[0].c[2][1], 0.1 * start.stretch[0].c[5][1], 1e-4);
   EXPECT_NEAR(fitted.bend[0].b[1][0], 4.0 * 0.1 * start.bend[0].b[1][4], 1e-9);

@@ -43,7 +43,7 @@ TEST_F(CommandLine, HelpGivesTypeRangeUnitAndDefault) {
   EXPECT_THAT(help, testing::HasSubstr("--time_step  <number>, > 0 and ≤ 10 [s], default: 0.05\n"));
   EXPECT_THAT(help, testing::HasSubstr("--steps  <integer>, 0 … 1000000, default: 100\n"));
   EXPECT_THAT(help, testing::HasSubstr("--law  <reference|smooth>, default: smooth\n"));
-  EXPECT_THAT(help, testing::HasSubstr("--material  <path>, required\n"));
+  EXPECT_THAT(help, testing::HasSubstr("--fabric  <path> or built-in, default: built-in\n"));
 }
 
 TEST_F(CommandLine, HelpShowsTheCommonOptionsAndCountsTheOthers) {
@@ -75,7 +75,7 @@ TEST_F(CommandLine, MistakesAreOneLine) {
   ExpectOneLineError(Simulate({"--config=" + Path("no.json")}), "no.json: no such file");
   ExpectOneLineError(Simulate({"--solve=static"}), "not flat");
   ExpectOneLineError(RunProcess({kSimulate}), "option 'material': is missing");
-  ExpectOneLineError(RunProcess({kSimulate, "--material=" + kFabric}), "option 'out': is missing");
+  ExpectOneLineError(RunProcess({kSimulate, "--fabric=" + kFabric}), "option 'out': is missing");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 

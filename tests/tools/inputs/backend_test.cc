@@ -20,9 +20,9 @@ class BackendTool : public ToolFixture {
     return ReadJson(Path(summary)).at("backend");
   }
   ProcessResult Branches(const std::vector<std::string>& more) const {
-    std::vector<std::string> command = {
-        kEquilibria,   "--mesh=disc:120",     "--samples=2", "--steps=20", "--material=" + kFabric,
-        "--threads=1", "--out=" + Path("out")};
+    std::vector<std::string> command = {kEquilibria,           "--mesh=disc:120",     "--samples=2",
+                                        "--steps=20",          "--fabric=" + kFabric, "--threads=1",
+                                        "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command);
   }
@@ -37,7 +37,7 @@ class BackendTool : public ToolFixture {
   ProcessResult Fit(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
     std::vector<std::string> command = {kFit,
                                         "--images=" + Path("drape.png"),
-                                        "--material=" + kFabric,
+                                        "--fabric=" + kFabric,
                                         "--mesh=disc:150",
                                         "--coarse_mesh=disc:100",
                                         "--initial_stretch=1",

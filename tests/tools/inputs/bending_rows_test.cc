@@ -25,15 +25,15 @@ class BendingRows : public ToolFixture {
 
 TEST_F(BendingRows, DrapeLikeTheTablesThatTheyStandFor) {
   const std::string row = table_ + "#2";
-  Material same = ReadMaterial(WithBase(row, kFabric));
+  Material same = ReadMaterial(row + ":" + kFabric);
   EXPECT_EQ(same.field.density, 0.15);
   same.name = "same";
   WriteMaterial(Path("same.json"), same, Convention::kArcsim);
-  const ProcessResult measured = Simulate({"--material=" + row, "--base=" + kFabric});
+  const ProcessResult measured = Simulate({"--fabric=" + row + ":" + kFabric});
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
   const std::string drape = Read(Path("out/drape.obj"));
   EXPECT_THAT(Read(Path("out/summary.json")), HasSubstr("set#2"));
-  ASSERT_EQ(Simulate({"--material=" + Path("same.json")}).exit_code, 0);
+  ASSERT_EQ(Simulate({"--fabric=" + Path("same.json")}).exit_code, 0);
   EXPECT_EQ(Read(Path("out/drape.obj")), drape);
 }
 
@@ -50,22 +50,28 @@ TEST_F(BendingRows, EachProgramNamesWhatIsMissing) {
       {Program("drape_gradients"), out},
       {Program("drape_fit"), "--images=" + image, out},
       {Program("drape_bench"), start, out},
-      {Program("drape_compare"), "--data=" + AddData(), "--fabrics=3", "--seeds=1", "--train=2",
+      {Program("drape_compare"), "--data=" + AddData(), "--data_fabric=3", "--seeds=1", "--train=2",
        out}};
   for (std::vector<std::string> command : commands) {
-    const bool is_compare = command.size() > 4;
-    const std::string option = is_compare ? "--materials=" : "--material=";
-    const auto run = [&](const std::string& material, const std::string& base) {
+    const auto run = [&](const std::string& fabric) {
       std::vector<std::string> all = command;
-      all.push_back(option + material);
-      if (!base.empty()) all.push_back("--base=" + base);
+      all.push_back("--fabric=" + fabric);
       return RunProcess(all);
     };
-    ExpectOneLineError(run(table_ + "#1", ""), "set.csv#1: has bending alone, expected --base");
-    ExpectOneLineError(run(table_ + "#3", kFabric), "has no row '3', expected 1 to 2");
-    ExpectOneLineError(run(kFabric, kFabric), "option 'base'");
+    ExpectOneLineError(run(table_ + "#1"), "set.csv#1: has bending alone, expected ");
+    ExpectOneLineError(run(table_ + "#3:" + kFabric), "has no row '3', expected 1 to 2");
     EXPECT_FALSE(std::filesystem::exists(Path("out"))) << command[0];
   }
+}
+
+// A config file names the base as it names the table, relative to its own folder.
+TEST_F(BendingRows, AConfigNamesTheBaseBesideIt) {
+  std::filesystem::copy_file(kFabric, Path("base.json"));
+  Write("config.json", R"({"fabric": "set.csv#2:base.json"})");
+  const ProcessResult result =
+      RunProcess({Program("drape_simulate"), "--config=" + Path("config.json"), "--mesh=disc:100",
+                  "--steps=1", "--out=" + Path("out")});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
 // A table of ARCSim's form with negative entries, as measured ones have.
@@ -75,7 +81,7 @@ TEST_F(BendingRows, NegativeEntriesAreAllNamedAndCanBeRaised) {
         R"([123,105,365,44],[139,73,413,-174],[127,85,405,32]],"damping":0.1,)"
         R"("pcb_bending_warp":[1e-5,0],"bending":[[2e-5,3e-5,3e-5,3e-5,2e-5],)"
         R"([2e-5,1e-5,1e-5,2e-5,9e-6],[1e-5,7e-6,1e-5,2e-5,2e-5]]})");
-  const std::string knit = "--material=" + Path("knit.json");
+  const std::string knit = "--fabric=" + Path("knit.json");
   ExpectOneLineError(Simulate({knit}),
                      "key 'stretching[0][1]': found -14, expected ≥ 0 (only the reference law "
                      "accepts a negative stiffness; --min_relative_stiffness=0.1, where a program "

@@ -82,7 +82,7 @@ class DerivativesTest(PythonTest):
         weights = self.random.normal(size=self.start.shape)
         file = self.folder / "w.json"
         file.write_text(json.dumps({"w": weights.ravel().tolist()}))
-        run_program("drape_simulate", "--mesh=disc:200", f"--material={WOOL}",
+        run_program("drape_simulate", "--mesh=disc:200", f"--fabric={WOOL}",
                     f"--start={SIX_WAVES}",
                     "--steps=20", f"--gradient_weights={file}", f"--out={self.folder / 'out'}")
         expected = drapefit.read_folder(self.folder / "out")["gradient"]

@@ -25,7 +25,7 @@ simulator.drape(drapefit.read_material({material!r}), start=simulator.random_sta
 class DrapesTest(PythonTest):
     def test_drape_is_that_of_drape_simulate(self):
         out = self.folder / "out"
-        run_program("drape_simulate", "--mesh=disc:200", f"--material={WOOL}",
+        run_program("drape_simulate", "--mesh=disc:200", f"--fabric={WOOL}",
                     f"--start={SIX_WAVES}",
                     "--steps=40", "--dump_steps=40", f"--out={out}")
         results = drapefit.read_folder(out)
@@ -106,7 +106,7 @@ class FilesTest(PythonTest):
 
     def test_meshes_are_those_of_the_programs(self):
         mesh = drapefit.disc(200)
-        run_program("drape_simulate", "--mesh=disc:200", f"--material={WOOL}", "--steps=0",
+        run_program("drape_simulate", "--mesh=disc:200", f"--fabric={WOOL}", "--steps=0",
                     f"--out={self.folder / 'out'}")
         expected = drapefit.read_mesh(self.folder / "out/drape.obj")
         self.assertEqual(mesh.vertices.tolist(), expected.vertices.tolist())

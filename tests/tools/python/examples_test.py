@@ -33,7 +33,7 @@ class ExamplesTest(PythonTest):
         stiff = drapefit.make_material(wool.density, wool.stretch, 2.0 * wool.bend)
         stiff.write(str(self.folder / "stiff.json"))
         run_program("drape_simulate", "--mesh=disc:1200", "--solve=hybrid", "--time_step=0.1",
-                    f"--material={self.folder / 'stiff.json'}", f"--start={SIX_WAVES}",
+                    f"--fabric={self.folder / 'stiff.json'}", f"--start={SIX_WAVES}",
                     f"--out={self.folder / 'drape'}")
         fitted = self.folder / "fitted.json"
         said = run_example("fit_silhouette.py", self.folder / "drape/silhouette.png", WOOL, fitted)

@@ -106,7 +106,7 @@ Json SetUpJson(const EquilibriaOptions& options, const LoadedScene& scene) {
           {"distance", options.distance},
           {"tolerance_m", options.tolerance},
           {"law", options.scene.law},
-          {"material", scene.material.name},
+          {"material", scene.fabric.material.name},
           {"mesh", options.scene.mesh},
           {"vertices", scene.model->mesh.num_vertices()}};
 }

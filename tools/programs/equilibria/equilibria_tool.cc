@@ -110,7 +110,7 @@ EquilibriumSurvey SurveyEquilibria(const EquilibriaOptions& options, const RunCo
   const OutputFolder out(options.out, {"summary.json", kOutlinesFile});
   EquilibriumSurvey survey;
   survey.backend = backend->name();
-  survey.samples = SampleEquilibria(*backend, scene.material.field, sampling, control);
+  survey.samples = SampleEquilibria(*backend, scene.fabric.material.field, sampling, control);
   survey.cancelled = static_cast<int>(survey.samples.size()) < sampling.samples;
   survey.clusters = ClusterSamples(survey.samples, metric, options.tolerance);
   survey.spread = ComputeSpread(survey.samples);

@@ -98,7 +98,7 @@ std::vector<Step> PlanSteps(const ShortWayOptions& options, const std::string& f
   fit.arguments.push_back("--out=" + out + "/fit");
   steps.push_back(fit);
   steps.push_back({"predict",
-                   {"--posterior=" + out + "/fit", "--mesh=disc:600", discs[0], discs[1],
+                   {"--fabric=" + out + "/fit", "--mesh=disc:600", discs[0], discs[1],
                     Format("--draws=%d", options.draws), threads, "--out=" + out + "/predict"},
                    out + "/predict/summary.json"});
   if (HasProgram(folder, "report"))

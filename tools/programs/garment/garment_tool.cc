@@ -5,10 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "physics/material/material_io.h"
-#include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
-#include "solver/prediction/material_source.h"
+#include "solver/prediction/fabric_source.h"
 #include "tools/cli/field_options.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/provenance.h"
@@ -17,23 +16,6 @@
 
 namespace drape {
 namespace {
-
-std::vector<Option> FabricOptions(GarmentOptions& options) {
-  return {
-      {.key = "material", .value = &options.material, .doc = "material file", .is_path = true},
-      {.key = "posterior",
-       .value = &options.posterior,
-       .doc =
-           "instead: output folder of drape_fit, whose posterior is sampled; of a fit without one "
-           "the table is taken",
-       .is_path = true},
-      {.key = "min_relative_stiffness",
-       .value = &options.min_relative_stiffness,
-       .doc = "smallest table entry relative to the largest of its column",
-       .least = 0,
-       .most = 1},
-  };
-}
 
 std::vector<Option> ComputationOptions(GarmentOptions& options) {
   return {
@@ -46,39 +28,14 @@ std::vector<Option> ComputationOptions(GarmentOptions& options) {
   };
 }
 
-void CheckOneDraw(const GarmentOptions& options) {
-  if (options.spec.draws > 1 && options.spec.wear.start_noise == 0.0)
+MaterialSource MakeMaterials(const GarmentOptions& options, const ClothModel& model) {
+  const FabricSource fabric = ReadFabric(
+      options.fabric.path, ReadingPolicy(model.law, options.fabric.min_relative_stiffness));
+  if (!fabric.posterior && options.spec.draws > 1 && options.spec.wear.start_noise == 0.0)
     throw InputError("option 'draws'",
                      "found more than one of a material, expected a posterior or a positive "
                      "--start_noise");
-}
-
-MaterialSource MakeMaterials(const GarmentOptions& options, const ClothModel& model) {
-  if (options.material.empty() == options.posterior.empty())
-    throw InputError("options 'material' and 'posterior'",
-                     std::string("found ") + (options.material.empty() ? "neither" : "both") +
-                         ", expected one of them");
-  const double least = options.min_relative_stiffness;
-  if (!options.posterior.empty()) {
-    std::string kind;
-    const MaterialSource source = ReadMaterialSource(
-        options.posterior, model, static_cast<uint64_t>(options.spec.seed), &kind);
-    if (kind == "field")
-      throw InputError(options.posterior,
-                       "found tables that vary over the disc of a drape, which a garment does not "
-                       "have, expected one table or a posterior");
-    if (kind == "table") CheckOneDraw(options);
-    return [source, least](int draw) {
-      MaterialField field = source(draw);
-      if (least > 0.0) RaiseSmallEntries(field, least);
-      return field;
-    };
-  }
-  CheckOneDraw(options);
-  Material material = ReadMaterial(
-      options.material, {least > 0.0 ? NegativeEntries::kRaise : NegativeEntries::kReject});
-  if (least > 0.0) RaiseSmallEntries(material.field, least);
-  return [field = material.field](int) { return field; };
+  return MakeSpecimens(fabric, model.mesh, static_cast<uint64_t>(options.spec.seed));
 }
 
 }  // namespace
@@ -91,7 +48,7 @@ OptionTable GarmentTable(GarmentOptions& options) {
       .summary = "dresses a moving body in a garment of a fitted fabric",
       .example =
           "drape_garment --garment=configs/garments/circle_skirt.json "
-          "--body=mannequin:walk --material=configs/fabrics/cotton_blue.json "
+          "--body=mannequin:walk --fabric=configs/fabrics/cotton_blue.json "
           "--out=out/skirt",
       .notes =
           "files: garment.obj and garment.pc2 (its points in 25 frames a second), the same of "
@@ -100,14 +57,14 @@ OptionTable GarmentTable(GarmentOptions& options) {
           "Ctrl-C keeps the frames so far; --resume continues. exit code 3: a step did not "
           "converge; the frames before it are there\n",
       .options = Concatenate(
-          Grouped("garment, body and simulation", spec), Grouped("fabric", FabricOptions(options)),
+          Grouped("garment, body and simulation", spec), Grouped("fabric", FieldOptionList(options.fabric)),
           Grouped("computation", ComputationOptions(options)),
           Grouped("results", std::vector<Option>{OutOption(options.out),
                                                  {.key = "resume",
                                                   .value = &options.resume,
                                                   .doc = "continue from the frames in --out",
                                                   .repeated = false}})),
-      .common = {"garment", "body", "material", "posterior", "draws", "edge", "seconds", "friction",
+      .common = {"garment", "body", "fabric", "draws", "edge", "seconds", "friction",
                  "out"}};
 }
 
@@ -123,8 +80,8 @@ GarmentResult RunGarments(const GarmentOptions& options, const RunControl& contr
   control.Log("factorises on " + job.device());
   GarmentResult result = job.Run(materials, read.files(), control);
   nlohmann::ordered_json summary = job.Summary(result);
-  summary["material"] = options.posterior.empty() ? options.material : options.posterior;
-  summary["min_relative_stiffness"] = options.min_relative_stiffness;
+  summary["material"] = options.fabric.path;
+  summary["min_relative_stiffness"] = options.fabric.min_relative_stiffness;
   WriteWithProvenance(out.Staged("summary.json"), std::move(summary));
   out.Publish();
   return result;

@@ -12,9 +12,7 @@ namespace drape {
 // What a user of drape_garment sets.
 struct GarmentOptions {
   WearSpec spec;
-  std::string material;   // ReadMaterial; or
-  std::string posterior;  // a folder of drape_fit (ReadMaterialSource)
-  double min_relative_stiffness = 0.0;
+  FabricInput fabric;
   int threads = 0;
   std::string backend = "auto";  // MakeStepLinearSolver
   std::string out;

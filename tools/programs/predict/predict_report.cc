@@ -88,9 +88,9 @@ Json MaterialJson(const PredictToolOptions& options, const PredictionRun& run) {
     return {{"learned_from", options.data.folder}};
   if (options.learn) return {{"learned_from", options.images.images}};
   if (!options.specimens.empty()) return {{"specimens", options.specimens}};
-  if (!options.posterior.empty())
-    return {{"posterior", options.posterior}, {"posterior_kind", run.kind}};
-  return {{"material", run.scene.material.name}, {"material_file", options.scene.material}};
+  return {{"fabric", run.scene.fabric.material.name},
+          {"fabric_source", run.scene.fabric.path},
+          {"fabric_kind", run.scene.fabric.kind}};
 }
 
 Json SetUpJson(const PredictToolOptions& options, const PredictionRun& run) {

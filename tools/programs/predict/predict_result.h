@@ -19,9 +19,8 @@ namespace drape {
 
 // What a user of drape_predict sets.
 struct PredictToolOptions {
-  SceneInput scene;          // its start is not used
-  std::string posterior;     // instead of scene.material: folder of a fit (ReadMaterialSource)
-  bool learn = false;        // instead of both: from images or the side of the split to learn from
+  SceneInput scene;    // its start is not used
+  bool learn = false;  // instead of its fabric: from images or the side of the split to learn from
   TrainingImages images;     // with `learn`; none: of the data set
   std::string specimens;     // instead of these: file of an earlier run that learned
   LearningOptions learning;  // RunPrediction sets its mesh, seeds, steps and threads
@@ -42,8 +41,7 @@ struct PredictToolOptions {
 struct PredictionRun {
   bool cancelled = false;
   std::string backend;  // Backend::name
-  LoadedScene scene;    // without a material where none is given
-  std::string kind;     // of the materials (ReadMaterialSource); empty: of one material file
+  LoadedScene scene;    // without a fabric where it is learned
   PredictionOptions prediction;
   std::optional<BendCalibration> calibration;       // `prediction` has its factors
   std::optional<LearnedFabric> learned;             // of a file: its fit alone

@@ -9,7 +9,6 @@
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/util/errors.h"
-#include "solver/prediction/material_source.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
@@ -82,47 +81,26 @@ std::vector<Option> FileOptions(PredictToolOptions& options) {
   };
 }
 
-// A material, or a fit instead.
-std::vector<Option> MaterialOptions(PredictToolOptions& options) {
-  std::vector<Option> all = ClothOptions(options.scene);
-  for (Option& option : all)
-    if (option.key == "material") option.required = false;
-  all.push_back({.key = "posterior",
-                 .value = &options.posterior,
-                 .doc = "output folder of drape_fit to use instead of a material: specimens are "
-                        "samples of the posterior (models bayes and bdp) or have the fitted tables "
-                        "(models homogeneous and heterogeneous)",
-                 .is_path = true});
-  return all;
-}
-
 bool IsGenerative(const PredictToolOptions& options) {
   return options.learn || !options.specimens.empty();
 }
 
-// The material of each specimen, whether one file says it or a fit.
-MaterialSource MakeMaterials(const PredictToolOptions& options, PredictionRun& run) {
-  if (IsGenerative(options)) return {};
-  if (options.posterior.empty()) return [field = run.scene.material.field](int) { return field; };
-  MaterialSource materials = ReadMaterialSource(options.posterior, *run.scene.model,
-                                                static_cast<uint64_t>(options.seed), &run.kind);
+// Refuses factors on specimens beside a posterior, which has them.
+void CheckFactors(const PredictToolOptions& options, const FabricSource& fabric) {
   const PredictionOptions& prediction = options.prediction;
   const bool scaled = prediction.specimen_stretch_sigma > 0 || prediction.specimen_bend_sigma > 0;
-  if (scaled && run.kind == ToString(PosteriorKind::kHierarchy)) {
-    throw InputError("option 'specimen_stretch_sigma' or 'specimen_bend_sigma'",
-                     "found a positive value beside " + options.posterior +
-                         ", whose posterior already describes how specimens differ; expected 0");
-  }
-  return materials;
+  if (!scaled || fabric.kind != ToString(PosteriorKind::kHierarchy)) return;
+  throw InputError("option 'specimen_stretch_sigma' or 'specimen_bend_sigma'",
+                   "found a positive value beside " + fabric.path +
+                       ", whose posterior already describes how specimens differ; expected 0");
 }
 
-void RequireOneMaterial(const PredictToolOptions& options) {
-  const int given = int(!options.scene.material.empty()) + int(!options.posterior.empty()) +
-                    int(options.learn) + int(!options.specimens.empty());
-  if (given != 1)
-    throw InputError("options 'material', 'posterior', 'learn' and 'specimens'",
-                     "found " + (given == 0 ? "nothing" : std::to_string(given) + " of them") +
-                         ", expected one of them");
+void RequireOneSource(const PredictToolOptions& options) {
+  const int given = int(options.scene.fabric.path != kBuiltInName) + int(options.learn) +
+                    int(!options.specimens.empty());
+  if (given > 1)
+    throw InputError("options 'fabric', 'learn' and 'specimens'",
+                     "found " + std::to_string(given) + " of them, expected one of them");
   const PredictionOptions& prediction = options.prediction;
   if (IsGenerative(options) && (options.calibrate || prediction.specimen_stretch_sigma > 0 ||
                                 prediction.specimen_bend_sigma > 0))
@@ -139,7 +117,7 @@ std::vector<ClothFace> ListFaces(const std::string& face) {
 // Those of the fit, unless the user asks for the drapes of others.
 DiscsInput ChooseDiscs(const PredictToolOptions& options) {
   DiscsInput chosen = options.scene.discs;
-  if (const auto fitted = StoredDiscs(options.posterior + "/summary.json")) {
+  if (const auto fitted = StoredDiscs(options.scene.fabric.path + "/summary.json")) {
     if (std::isnan(chosen.specimen)) chosen.specimen = 2 * fitted->specimen;
     if (std::isnan(chosen.support)) chosen.support = 2 * fitted->support;
   }
@@ -178,9 +156,9 @@ std::optional<DatasetReport> ReadData(const DatasetQuery& query, const Predictio
   std::set<int> fabrics;
   for (const Capture& capture : report.split.held_out) fabrics.insert(capture.fabric);
   if (fabrics.size() != 1) {
-    throw InputError("option 'fabric'", "found drapes of fabrics " +
-                                            IndexListText({fabrics.begin(), fabrics.end()}) +
-                                            " held out, expected those of one");
+    throw InputError("option 'data_fabric'", "found drapes of fabrics " +
+                                                 IndexListText({fabrics.begin(), fabrics.end()}) +
+                                                 " held out, expected those of one");
   }
   return report;
 }
@@ -225,7 +203,7 @@ std::vector<PredictedDrape> Draw(const PredictToolOptions& options, Backend& bac
 // The material as it drapes with each face up.
 void WriteCalibratedMaterials(const PredictionRun& run, const OutputFolder& out) {
   for (const ClothFace face : run.prediction.faces) {
-    Material material = run.scene.material;
+    Material material = run.scene.fabric.material;
     material.field = Scaled(material.field, 1.0, run.prediction.bend.of(face));
     material.source = "drape_predict --calibrate, from " + material.name;
     WriteMaterial(out.Staged("material_" + ClothFaceName(face) + ".json"), material);
@@ -266,40 +244,44 @@ OptionTable PredictTable(PredictToolOptions& options) {
           "files: summary.json (features of each drape, their intervals, scores), mean_image.png "
           "(mean coverage), outlines.json (of all drapes, for drape_report) and draw_<i>.obj. They "
           "replace the files of an earlier run together, at the end.\n"
-          "--calibrate: the factors are in summary.json and, with --material, in material_up.json "
+          "--calibrate: the factors are in summary.json and, of one table, in material_up.json "
           "and material_down.json.\n"
           "--learn: eight numbers of a specimen (bending length, anisotropy, stretch, shear, "
           "start) as normal distributions, which go to specimens.json, from a pool of simulated "
           "drapes; of one sample also what its own numbers can be, whatever branch its drape is "
           "on; --specimens=FILE predicts from them again.\n"
-          "--data: the prediction is scored on held-out samples of --fabric, beside predictors "
+          "--data: the prediction is scored on held-out samples of --data_fabric, beside "
+          "predictors "
           "without a model; the material should have been fitted to other samples.\n"
           "exit code 3: no sample came to rest\n"
           "Ctrl-C writes the results so far.\n",
       .options = Concatenate(
-          Grouped("fabric", MaterialOptions(options)),
+          Grouped("fabric", ClothOptions(options.scene)),
           Grouped("samples and simulation",
                   Concatenate(DrawOptions(options), std::vector{BackendOption(options.backend)})),
           Grouped("held-out drapes (--data)",
                   Concatenate(DatasetOptions(options.data), std::vector{CalibrateOption(options)})),
           Grouped("learning (--learn)", LearningOptionRows(options)),
           Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
-      .common = {"material", "posterior", "learn", "images", "pool", "specimen", "support", "mesh",
-                 "draws", "repeats", "seed", "data", "fabric", "train", "calibrate", "threads",
+      .common = {"fabric", "learn", "images", "pool", "specimen", "support", "mesh", "draws",
+                 "repeats", "seed", "data", "data_fabric", "train", "calibrate", "threads",
                  "backend", "out"}};
 }
 
 PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl& control) {
   const auto begin = std::chrono::steady_clock::now();
-  RequireOneMaterial(options);
+  RequireOneSource(options);
   PredictionRun run;
   SceneInput scene = options.scene;
   scene.discs = ChooseDiscs(options);
+  if (IsGenerative(options)) scene.fabric.path.clear();
   run.scene = LoadScene(scene);
+  CheckFactors(options, run.scene.fabric);
   RequireDiscs(*run.scene.model, run.scene.discs, scene.mesh);
   CheckTrainingImages(options, run.scene.discs);
   run.prediction = MakePredictionOptions(options, run.scene.discs, control.cancel);
-  const MaterialSource materials = MakeMaterials(options, run);
+  const MaterialSource materials =
+      MakeSpecimens(run.scene.fabric, run.scene.model->mesh, static_cast<uint64_t>(options.seed));
   run.data = ReadData(options.data, run.prediction, control);
   if (!control.cancelled()) CheckTraining(options, run);
   const std::vector<ObservedCapture> seen =
@@ -320,7 +302,7 @@ PredictionRun RunPrediction(const PredictToolOptions& options, const RunControl&
   WritePredictedOutlines(out.Staged(kOutlinesFile), run);
   if (options.keep_meshes) WriteMeshes(run, out);
   if (run.learned) WriteDistributionFit(out.Staged("specimens.json"), run.learned->fit);
-  if (run.calibration && options.posterior.empty()) WriteCalibratedMaterials(run, out);
+  if (run.calibration && run.scene.fabric.kind == "table") WriteCalibratedMaterials(run, out);
   WritePredictionSummary(out.Staged("summary.json"), options, run);
   out.Publish();
   return run;

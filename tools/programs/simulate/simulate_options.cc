@@ -74,7 +74,7 @@ OptionTable SimulateTable(SimulateOptions& options) {
           "simulates one drape of a fabric, over the support of the Cusick test or in another "
           "scene",
       .example =
-          "drape_simulate --mesh=disc:1200 --material=configs/fabrics/cotton_blue.json "
+          "drape_simulate --mesh=disc:1200 --fabric=configs/fabrics/cotton_blue.json "
           "--steps=100 --dump_steps=10,100 --out=out/drape",
       .notes =
           "files: summary.json (outcome, drape coefficient, folds, force residual, metrics), "
@@ -87,7 +87,7 @@ OptionTable SimulateTable(SimulateOptions& options) {
           Grouped("cloth and scene", SceneOptions(options.scene)),
           Grouped("simulation", Concatenate(steps, AccuracyOptions(options.accuracy))),
           Grouped("camera", CameraOptions(options.camera)), Grouped("files", FileOptions(options))),
-      .common = {"mesh", "material", "specimen", "support", "start", "scene", "solve", "time_step",
+      .common = {"mesh", "fabric", "specimen", "support", "start", "scene", "solve", "time_step",
                  "steps", "accuracy", "image", "out"},
       .given = &options.accuracy.given};
 }

@@ -104,8 +104,8 @@ void WriteSummary(const std::string& path, const SimulateOptions& options, const
                {"newton_iterations", OrNull(result.simulation.newton_iterations)},
                {"law", options.scene.law},
                {"start", options.scene.start},
-               {"material", scene.material.name},
-               {"density", scene.material.field.density},
+               {"material", scene.fabric.material.name},
+               {"density", scene.fabric.material.field.density},
                {"mesh", MeshJson(options.scene.mesh, scene.model->mesh)},
                {"camera", CameraJson(camera)}};
   if (HasDiscs(*scene.model, scene.discs)) json.update(DiscsJson(scene.discs));

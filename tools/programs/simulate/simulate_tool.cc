@@ -53,7 +53,7 @@ struct Input {
     }
     if (!options.image.empty()) ReadImage(options);
     if (!options.gradient_weights.empty()) {
-      RequireOneTable(scene.material, "gradient_weights");
+      RequireOneTable(scene.fabric.material, "gradient_weights");
       weights = ReadLossWeights(options.gradient_weights, scene.model->num_dofs());
     }
   }
@@ -100,7 +100,7 @@ bool Asks(const SimulateOptions& options, const std::string& format) {
 
 void WriteFaces(const Input& input, const Eigen::VectorXd& x, const std::string& path) {
   const ClothModel& model = *input.scene.model;
-  WriteVtu(path, model.mesh, x, ComputeFaceFields(model, input.scene.material.field, x));
+  WriteVtu(path, model.mesh, x, ComputeFaceFields(model, input.scene.fabric.material.field, x));
 }
 
 // The end as --geometry asks for it, and the states of --dump_steps as a series.
@@ -121,7 +121,7 @@ void WriteGeometry(const SimulateOptions& options, const Input& input,
 SimulationTask MakeTask(const SimulateOptions& options, const Input& input,
                         const OutputFolder& out) {
   SimulationTask task;
-  task.material = &input.scene.material.field;
+  task.material = &input.scene.fabric.material.field;
   task.start = input.scene.start;
   task.load_path = options.solve == "static" && options.scene.start == "flat";
   task.steps = options.solve == "static" ? 0 : options.steps;
@@ -142,7 +142,7 @@ SimulationTask MakeTask(const SimulateOptions& options, const Input& input,
 // What the camera or the strip's tester sees of the last shape.
 void MeasureEnd(const Input& input, const RunControl& control, SimulateResult* result) {
   const ClothModel& model = *input.scene.model;
-  const MaterialField& material = input.scene.material.field;
+  const MaterialField& material = input.scene.fabric.material.field;
   const Eigen::VectorXd& x = result->simulation.end.x;
   result->force_residual = ForceResidual(model, material, x);
   if (!x.allFinite()) return;

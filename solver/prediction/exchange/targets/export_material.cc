@@ -68,14 +68,14 @@ Json CloPhysical(const ExchangeRecord& record) {
   for (const char* key : {"listNonlinearSuK", "listNonlinearSvK", "listNonlinearHK"})
     json[key] = Json::array();
   for (const char* key : {"qsPhysicalPropertyName", "qsPhysicalPropertyNameUTF8"})
-    json[key] = record.source.name;
+    json[key] = record.source.material.name;
   return json;
 }
 
 // The fabric as a Python dictionary.
 std::string FabricText(const ExchangeRecord& record,
                        const std::vector<std::pair<std::string, double>>& more) {
-  std::string text = "FABRIC = {\n    \"name\": " + QuotedText(record.source.name) + ",\n";
+  std::string text = "FABRIC = {\n    \"name\": " + QuotedText(record.source.material.name) + ",\n";
   const auto add = [&](const std::string& key, double value) {
     text += "    \"" + key + "\": " + NumberText(value) + ",\n";
   };
@@ -96,7 +96,7 @@ std::string ScriptText(std::string script, const ExchangeRecord& record,
 }
 
 ExportedMaterial ExportArcsim(const ExchangeRecord& record) {
-  const MaterialField& tables = record.source.tables;
+  const MaterialField& tables = record.source.material.field;
   const Json json = {{"density", tables.density},
                      {"stretching", Rows(tables.stretch[0].c)},
                      {"bending", Rows(tables.bend[0].b)}};
@@ -114,8 +114,8 @@ ExportedMaterial ExportArcsim(const ExchangeRecord& record) {
 }
 
 ExportedMaterial ExportClo(const ExchangeRecord& record) {
-  const Json json = {{"qsFabricName", record.source.name},
-                     {"qsFabricNameUTF8", record.source.name},
+  const Json json = {{"qsFabricName", record.source.material.name},
+                     {"qsFabricNameUTF8", record.source.material.name},
                      {"uiFabricVersion", 100},
                      {"uiVersion", 100},
                      {"mapPhysical", CloPhysical(record)}};
@@ -157,7 +157,7 @@ ExportedMaterial ExportPpf(const ExchangeRecord& record) {
   std::string text = "# ppf-contact-solver, presets of its Blender add-on (SI units).\n";
   text += "# bend_warp and bend_weft need a UV map whose U runs along the warp; meshes of\n";
   text += "# drapefit have U along the weft: exchange the two numbers for them.\n";
-  text += "[" + QuotedText(record.source.name) + "]\n";
+  text += "[" + QuotedText(record.source.material.name) + "]\n";
   text += "description = \"exported by drapefit\"\n";
   text += "object_type = \"SHELL\"\n";
   text += "shell_model = \"BARAFF_WITKIN\"\n";

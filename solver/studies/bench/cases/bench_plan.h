@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "physics/material/material_io.h"
+
 namespace drape {
 
 // What drape_bench measures: one run for each setting in the product of some axes.
@@ -42,8 +44,8 @@ struct BenchSetting {
 };
 
 struct BenchAxes {
-  std::vector<std::string> material, law = {"smooth"}, model = {"homogeneous"}, mesh = {"disc:600"},
-                                     integrator = {"hybrid"};
+  std::vector<std::string> material = {kBuiltInName}, law = {"smooth"}, model = {"homogeneous"},
+                           mesh = {"disc:600"}, integrator = {"hybrid"};
   std::vector<int> draws = {16};
   std::vector<double> h = {0.1}, relax_time = {10.0}, tolerance = {1e-9};
   std::vector<std::string> mode = {"adjoint"}, backend = {"cpu"};

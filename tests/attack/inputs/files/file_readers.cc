@@ -17,21 +17,20 @@ std::vector<std::string> WithOption(const std::string& program, const std::strin
 void AddMaterials(const std::string& valid, std::vector<FileReader>* readers) {
   readers->push_back({.name = "material",
                       .file = "in/material.json",
-                      .commands = {WithOption("drape_simulate", "--material=in/material.json"),
-                                   WithOption("drape_check", "--material=in/material.json"),
-                                   WithOption("drape_equilibria", "--material=in/material.json")},
+                      .commands = {WithOption("drape_simulate", "--fabric=in/material.json"),
+                                   WithOption("drape_check", "--fabric=in/material.json"),
+                                   WithOption("drape_equilibria", "--fabric=in/material.json")},
                       .bad = MakeBadMaterials(valid)});
   AddJson(ReadText(valid + "wool.json"), readers);
   readers->push_back({.name = "field",
                       .file = "in/field.json",
-                      .commands = {WithOption("drape_simulate", "--material=in/field.json")},
+                      .commands = {WithOption("drape_simulate", "--fabric=in/field.json")},
                       .bad = MakeBadFields(valid)});
-  readers->push_back(
-      {.name = "posterior",
-       .file = "in/posterior.json",
-       .commands = {WithoutOption(WithOption("drape_predict", "--posterior=in"), "--material")},
-       .beside = {"posterior/base.json"},
-       .bad = MakeBadPosteriors(valid)});
+  readers->push_back({.name = "posterior",
+                      .file = "in/posterior.json",
+                      .commands = {WithOption("drape_predict", "--fabric=in")},
+                      .beside = {"posterior/base.json"},
+                      .bad = MakeBadPosteriors(valid)});
   AddJson(ReadText(valid + "posterior/posterior.json"), readers);
   readers->push_back(
       {.name = "lab test",
@@ -95,7 +94,7 @@ void AddSettings(const std::string& valid, std::vector<FileReader>* readers) {
   readers->push_back(
       {.name = "accuracy",
        .file = "in/table.json",
-       .commands = {{"drape_simulate", "--material=" + std::string(kValid) + "wool.json",
+       .commands = {{"drape_simulate", "--fabric=" + std::string(kValid) + "wool.json",
                      "--start=" + std::string(kValid) + "waves.json", "--out=out", accuracy[0],
                      accuracy[1]}},
        .bad = MakeBadAccuracyTables(valid)});

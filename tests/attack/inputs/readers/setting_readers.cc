@@ -40,7 +40,7 @@ Reader MakeConfigReader() {
   return {.name = "config",
           .file = "config.json",
           .content = R"({"mesh": "disc:100", "steps": 2, "time_step": 0.1, "law": "smooth",
-                         "material": "a.json", "dump_steps": [1, 2], "solve": "hybrid",
+                         "fabric": "a.json", "dump_steps": [1, 2], "solve": "hybrid",
                          "camera_width": 256, "camera_scale": 719.5})",
           .read = [](const std::string& path) {
             SimulateOptions options;
@@ -52,7 +52,7 @@ Reader MakeConfigReader() {
 Reader MakeFitConfigReader() {
   return {.name = "fit config",
           .file = "fit.json",
-          .content = R"({"images": ["a.png"], "material": "a.json", "iterations": [5, 8],
+          .content = R"({"images": ["a.png"], "fabric": "a.json", "iterations": [5, 8],
                          "initial_lifts": [0.5, 1.0], "threads": 2,
                          "field_basis": "modes", "sigma_px": 0.5, "density": 0.2})",
           .read = [](const std::string& path) {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "solver/prediction/exchange/fabric_samples.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 
@@ -36,7 +35,7 @@ class ExchangeRecordTest : public FileFixture {
 TEST_F(ExchangeRecordTest, APosteriorTellsMeasuredFromPrior) {
   WritePosterior(Path(""), Scales(), "test");
   const Law law = MakeLaw("smooth");
-  const FabricSource source = ReadFabricSource(Path(""), law);
+  const FabricSource source = ReadFabric(Path(""));
   const ExchangeRecord record = MakeRecord(source, law, {});
   const LinearFabric base = LineariseAtRest(test::TestMaterial(), law);
   const RecordedNumber& bend = Number(record, "bend_weft");
@@ -77,18 +76,17 @@ TEST_F(ExchangeRecordTest, SamplesHaveTheMomentsOfThePosterior) {
 TEST_F(ExchangeRecordTest, AMaterialFileHasNoUncertainty) {
   const std::string file = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/synthetic_wool.json";
   const Law law = MakeLaw("smooth");
-  const ExchangeRecord record = MakeRecord(ReadFabricSource(file, law), law, {});
-  EXPECT_EQ(record.source.name, "synthetic_wool");
+  const ExchangeRecord record = MakeRecord(ReadFabric(file), law, {});
+  EXPECT_EQ(record.source.material.name, "synthetic_wool");
   EXPECT_FALSE(record.numbers[0].sd);
   EXPECT_EQ(RecordJson(record).at("linear").at("c11").at("origin"), "not known");
 }
 
 TEST_F(ExchangeRecordTest, RefusesWhatIsNoFabric) {
-  const Law law = MakeLaw("smooth");
-  EXPECT_INPUT_ERROR(ReadFabricSource(Path(""), law), "neither posterior.json nor material.json");
-  EXPECT_INPUT_ERROR(ReadFabricSource(Path("none.json"), law), "none.json");
+  EXPECT_INPUT_ERROR(ReadFabric(Path("")), "found no material.json");
+  EXPECT_INPUT_ERROR(ReadFabric(Path("none.json")), "none.json");
   Write("field.json", R"({"format": "drapefit-material-field"})");
-  EXPECT_INPUT_ERROR(ReadFabricSource(Path("field.json"), law), "a table for each element");
+  EXPECT_INPUT_ERROR(ReadFabric(Path("field.json")), "a table for each element");
 }
 
 }  // namespace

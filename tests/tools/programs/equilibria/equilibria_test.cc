@@ -77,9 +77,9 @@ TEST(Branches, SpreadIsOverTheDrapesAtRestAndTheirPairs) {
 class EquilibriaTool : public ToolFixture {
  protected:
   ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
-    std::vector<std::string> command = {
-        kFindEquilibria,         "--mesh=disc:120", "--samples=4",         "--steps=60",
-        "--material=" + kFabric, "--threads=2",     "--out=" + Path("out")};
+    std::vector<std::string> command = {kFindEquilibria,       "--mesh=disc:120",     "--samples=4",
+                                        "--steps=60",          "--fabric=" + kFabric, "--threads=2",
+                                        "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
   }
@@ -166,7 +166,7 @@ TEST_F(EquilibriaTool, MistakesAreOneLine) {
   ExpectOneLineError(Run({"--samples=0"}), "expected a whole number, 1 … 1000");
   ExpectOneLineError(Run({"--distance=near"}), "expected one of vertices, outline");
   ExpectOneLineError(Run({"--start=flat"}), "unknown option '--start'");
-  ExpectOneLineError(Run({"--material=" + Path("no.json")}), "no.json");
+  ExpectOneLineError(Run({"--fabric=" + Path("no.json")}), "no.json");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 

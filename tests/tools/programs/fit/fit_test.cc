@@ -24,7 +24,7 @@ class FitTool : public ToolFixture {
                                       const std::string& more = "--noresume") const {
     return {kFit,
             "--images=" + Path("drape.png"),
-            "--material=" + kFabric,
+            "--fabric=" + kFabric,
             "--mesh=disc:150",
             "--coarse_mesh=disc:100",
             "--initial_stretch=1",
@@ -67,7 +67,7 @@ TEST_F(FitTool, WritesItsResult) {
 // The fitted drape is a drape of the fitted material from the stored start: its replay is the fit.
 TEST_F(FitTool, AReplayFindsTheFittedDrape) {
   ASSERT_EQ(RunProcess(FitCommand(Path("fit"))).exit_code, 0);
-  ASSERT_EQ(Simulate({"--mesh=disc:150", "--material=" + Path("fit/material.json"),
+  ASSERT_EQ(Simulate({"--mesh=disc:150", "--fabric=" + Path("fit/material.json"),
                       "--start=" + Path("fit/start_drape.json"), "--solve=static",
                       "--image=" + Path("drape.png")})
                 .exit_code,
@@ -130,7 +130,7 @@ TEST_F(FitTool, PassesOnWhatThePhotographSays) {
 TEST_F(FitTool, FitsCapturesOfTheDataSet) {
   std::vector<std::string> command = FitCommand(Path("fit"));
   command[1] = "--data=" + AddData();
-  for (const std::string more : {"--fabric=3", "--samples=1,2", "--captures=3"})
+  for (const std::string more : {"--data_fabric=3", "--samples=1,2", "--captures=3"})
     command.push_back(more);
   const ProcessResult result = RunProcess(command);
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -148,13 +148,13 @@ TEST_F(FitTool, MistakesOfTheDataAreOneLine) {
     all.insert(all.end(), more.begin(), more.end());
     return RunProcess(all);
   };
-  ExpectOneLineError(with({"--data=" + AddData(), "--fabric=3"}), "found some beside --data");
+  ExpectOneLineError(with({"--data=" + AddData(), "--data_fabric=3"}), "found some beside --data");
   ExpectOneLineError(with({"--samples=1"}), "option 'data': not given");
   ExpectOneLineError(with({"--data_source=meshes"}), "option 'data': not given");
   command[1] = "--data=" + Path("set");
   ExpectOneLineError(with({}), "option 'fabric': not given");
-  ExpectOneLineError(with({"--fabric=3", "--data_source=meshes"}), "no usable capture to fit");
-  ExpectOneLineError(with({"--fabric=4"}), "fabric: found 4, expected some of 3");
+  ExpectOneLineError(with({"--data_fabric=3", "--data_source=meshes"}), "no usable capture to fit");
+  ExpectOneLineError(with({"--data_fabric=4"}), "fabric: found 4, expected some of 3");
   EXPECT_FALSE(std::filesystem::exists(Path("fit")));
 }
 

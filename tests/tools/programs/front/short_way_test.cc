@@ -28,7 +28,7 @@ class ShortWay : public ToolFixture {
   }
   // fit_bayes.json with a small mesh and few samples.
   std::string AddConfig() const {
-    return Write("fit.json", Json({{"material", kFabrics + "synthetic_shirt.json"},
+    return Write("fit.json", Json({{"fabric", kFabrics + "synthetic_shirt.json"},
                                    {"model", "bayes"},
                                    {"mesh", "disc:200"},
                                    {"num_parameters", "2"},

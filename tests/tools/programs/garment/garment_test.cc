@@ -35,7 +35,7 @@ class GarmentTool : public ToolFixture {
 
 TEST_F(GarmentTool, WritesCachesOfAllFramesOutsideOfTheBody) {
   const ProcessResult result =
-      Dress({"--material=" + kFabric, "--seconds=0.12", "--out=" + Path("skirt")});
+      Dress({"--fabric=" + kFabric, "--seconds=0.12", "--out=" + Path("skirt")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   for (const char* name : {"garment.obj", "body.obj"})
     EXPECT_TRUE(std::filesystem::exists(Path("skirt") + "/" + name)) << name;
@@ -52,7 +52,7 @@ TEST_F(GarmentTool, WritesCachesOfAllFramesOutsideOfTheBody) {
 }
 
 TEST_F(GarmentTool, NoisyStartsDifferAndShareTheirFabric) {
-  const std::vector<std::string> options = {"--material=" + kFabric, "--seconds=0.04", "--draws=2",
+  const std::vector<std::string> options = {"--fabric=" + kFabric, "--seconds=0.04", "--draws=2",
                                             "--start_noise=1e-3"};
   const auto run = [&](const std::string& name, const std::string& threads) {
     std::vector<std::string> all = options;
@@ -69,7 +69,7 @@ TEST_F(GarmentTool, NoisyStartsDifferAndShareTheirFabric) {
 }
 
 TEST_F(GarmentTool, AResumedRunHasTheFramesOfOneRun) {
-  const std::string material = "--material=" + kFabric;
+  const std::string material = "--fabric=" + kFabric;
   ASSERT_EQ(Dress({material, "--seconds=0.16", "--out=" + Path("whole")}).exit_code, 0);
   ASSERT_EQ(Dress({material, "--seconds=0.08", "--out=" + Path("parts")}).exit_code, 0);
   ASSERT_EQ(
@@ -114,7 +114,7 @@ TEST_F(GarmentTool, AFailureNamesItsPlace) {
 }
 
 TEST_F(GarmentTool, BadInputIsOneLine) {
-  const std::string out = "--out=" + Path("out"), material = "--material=" + kFabric;
+  const std::string out = "--out=" + Path("out"), material = "--fabric=" + kFabric;
   ExpectOneLineError(Dress({out}), "'material' and 'posterior'");
   ExpectOneLineError(Dress({out, material, "--draws=2"}), "'draws'");
   ExpectOneLineError(Dress({out, material, "--body=mannequin:fly"}), "fly");
@@ -130,7 +130,7 @@ TEST_F(GarmentTool, ABodyThatPassesThroughTheClothIsRefused) {
           Eigen::Vector3d(0.3, 0.0, 1.1);
   WriteObj(Path("body_0000.obj"), ObjSurface{rod.x.reshaped(), rod.triangles});
   ExpectOneLineError(
-      Dress({"--out=" + Path("out"), "--material=" + kFabric, "--body=" + Path("body_%04d.obj")}),
+      Dress({"--out=" + Path("out"), "--fabric=" + kFabric, "--body=" + Path("body_%04d.obj")}),
       "the body passes through");
   EXPECT_FALSE(std::filesystem::exists(Path("out/summary.json")));
 }
@@ -138,18 +138,18 @@ TEST_F(GarmentTool, ABodyThatPassesThroughTheClothIsRefused) {
 TEST_F(GarmentTool, DressesTheBodyInSamplesOfAFit) {
   const std::string waves = std::string(DRAPE_SOURCE_DIR) + "/configs/starts/six_waves.json";
   ASSERT_EQ(RunProcess({std::string(DRAPE_BIN_DIR) + "/drape_simulate", "--mesh=disc:100",
-                        "--material=" + kFabric, "--start=" + waves, "--steps=40",
-                        "--time_step=0.1", "--out=" + Path("drape")})
+                        "--fabric=" + kFabric, "--start=" + waves, "--steps=40", "--time_step=0.1",
+                        "--out=" + Path("drape")})
                 .exit_code,
             0);
   const ProcessResult fit = RunProcess(
       {std::string(DRAPE_BIN_DIR) + "/drape_fit", "--images=" + Path("drape/silhouette.png"),
-       "--material=" + kFabric, "--mesh=disc:100", "--coarse_mesh=disc:100", "--model=bayes",
+       "--fabric=" + kFabric, "--mesh=disc:100", "--coarse_mesh=disc:100", "--model=bayes",
        "--num_parameters=2", "--candidates_per_round=1", "--iterations=1", "--initial_stretch=1",
        "--initial_bend=1", "--initial_lifts=1", "--initial_steps=10", "--posterior_iterations=1",
        "--posterior_samples=4", "--threads=1", "--out=" + Path("fit")});
   ASSERT_EQ(fit.exit_code, 0) << fit.err;
-  const std::vector<std::string> options = {"--posterior=" + Path("fit"), "--draws=2",
+  const std::vector<std::string> options = {"--fabric=" + Path("fit"), "--draws=2",
                                             "--seconds=0.08", "--out=" + Path("out")};
   const ProcessResult result = Dress(options);
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -161,14 +161,14 @@ TEST_F(GarmentTool, DressesTheBodyInSamplesOfAFit) {
   EXPECT_NE(one[2], other[2]);
   EXPECT_EQ(ReadJsonFile(Path("out/summary.json")).at("draws"), 2);
   // Its table alone has no second sample.
-  ExpectOneLineError(Dress({"--posterior=" + Path("fit/material_homogeneous.json"), "--draws=2",
+  ExpectOneLineError(Dress({"--fabric=" + Path("fit/material_homogeneous.json"), "--draws=2",
                             "--out=" + Path("one")}),
                      "'draws'");
 }
 
 // A checkpoint knows its files by their contents.
 TEST_F(GarmentTool, AChangedMaterialCannotResume) {
-  const std::string fabric = Path("fabric.json"), material = "--material=" + fabric,
+  const std::string fabric = Path("fabric.json"), material = "--fabric=" + fabric,
                     out = "--out=" + Path("out");
   std::filesystem::copy(kFabric, fabric);
   ASSERT_EQ(Dress({material, "--seconds=0.04", out}).exit_code, 0);
@@ -196,7 +196,7 @@ TEST_F(GarmentTool, AnExchangeOfWarpAndWeftCannotResumeAndAMoveCan) {
 }
 
 TEST_F(GarmentTool, OtherSettingsCannotResume) {
-  const std::string out = "--out=" + Path("out"), material = "--material=" + kFabric;
+  const std::string out = "--out=" + Path("out"), material = "--fabric=" + kFabric;
   ASSERT_EQ(Dress({material, "--seconds=0.04", out}).exit_code, 0);
   ExpectOneLineError(Dress({material, "--seconds=0.08", "--friction=0.5", "--resume=true", out}),
                      "checkpoint.json");
@@ -204,7 +204,7 @@ TEST_F(GarmentTool, OtherSettingsCannotResume) {
 
 // With the checksum made right again.
 TEST_F(GarmentTool, ADamagedCheckpointIsRefused) {
-  const std::string out = "--out=" + Path("out"), material = "--material=" + kFabric;
+  const std::string out = "--out=" + Path("out"), material = "--fabric=" + kFabric;
   ASSERT_EQ(Dress({material, "--seconds=0.04", out}).exit_code, 0);
   const StoredFormat format = {"drapefit-garment-run", 3};
   const std::string path = Path("out/checkpoint.json");

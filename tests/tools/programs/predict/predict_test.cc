@@ -22,7 +22,7 @@ class PredictTool : public ToolFixture {
  protected:
   ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
     std::vector<std::string> command = {
-        kPredict,      "--mesh=disc:120",     "--draws=6", "--steps=60", "--material=" + kFabric,
+        kPredict,      "--mesh=disc:120",     "--draws=6", "--steps=60", "--fabric=" + kFabric,
         "--threads=2", "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
@@ -123,7 +123,7 @@ TEST_F(PredictTool, LearnsSpecimensFromDrapesAndPredictsByThemAgain) {
   EXPECT_EQ(ReadJson(Path("out/summary.json"))["drapes"], drapes);
 
   ExpectOneLineError(run({"--learn"}), "option 'learn': found true without 'images' or 'data'");
-  ExpectOneLineError(run({"--learn", "--material=" + kFabric}),
+  ExpectOneLineError(run({"--learn", "--fabric=" + kFabric}),
                      "found 2 of them, expected one of them");
   ExpectOneLineError(run({"--specimens=" + Path("out/specimens.json"), "--calibrate"}),
                      "already describe how specimens differ");
@@ -193,8 +193,8 @@ TEST_F(PredictTool, LearnsFromImagesOfOneSample) {
   EXPECT_LT(interval["low"], interval["high"]);
 
   ExpectOneLineError(run({"--learn", up, "--data=" + Path("set")}), "found both");
-  ExpectOneLineError(run({"--material=" + kFabric, up}), "option 'images': found without 'learn'");
-  ExpectOneLineError(run({"--material=" + kFabric, "--image_faces=up"}), "found without 'images'");
+  ExpectOneLineError(run({"--fabric=" + kFabric, up}), "option 'images': found without 'learn'");
+  ExpectOneLineError(run({"--fabric=" + kFabric, "--image_faces=up"}), "found without 'images'");
   ExpectOneLineError(run({"--learn", both, "--image_samples=1"}),
                      "option 'image_samples': found 1 values, expected 2, one for each image");
   ExpectOneLineError(run({"--learn", up, "--image_faces=left"}), "expected up or down");
@@ -234,7 +234,7 @@ TEST_F(PredictTool, TakesAFieldOfTables) {
   material.field.bend.resize(mesh.num_hinges(), material.field.bend[0]);
   WriteMaterialField(Path("field.json"), material, mesh);
   ASSERT_EQ(Run({"--draws=2"}).exit_code, 0);
-  ASSERT_EQ(Run({"--draws=2", "--material=" + Path("field.json"), "--out=" + Path("f")}).exit_code,
+  ASSERT_EQ(Run({"--draws=2", "--fabric=" + Path("field.json"), "--out=" + Path("f")}).exit_code,
             0);
   EXPECT_EQ(Read(Path("out/outlines.json")), Read(Path("f/outlines.json")));
 }
@@ -262,7 +262,7 @@ class PredictFromAFit : public PredictTool {
                                         "--steps=60",
                                         "--face=up",
                                         "--threads=2",
-                                        "--posterior=" + Path("fit"),
+                                        "--fabric=" + Path("fit"),
                                         "--out=" + Path("drawn")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, {});
@@ -277,9 +277,8 @@ TEST_F(PredictFromAFit, SpecimensAreDrawsOfThePosterior) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(Read(Path("out/outlines.json")), Read(Path("drawn/outlines.json")));
   const Json summary = ReadJson(Path("drawn/summary.json"));
-  EXPECT_EQ(summary["posterior"], Path("fit"));
-  EXPECT_EQ(summary["posterior_kind"], "hierarchy");
-  EXPECT_FALSE(summary.contains("material_file"));
+  EXPECT_EQ(summary["fabric_source"], Path("fit"));
+  EXPECT_EQ(summary["fabric_kind"], "hierarchy");
   Write(Posterior(0.5));
   ASSERT_EQ(RunFromFit().exit_code, 0);
   EXPECT_NE(Read(Path("out/outlines.json")), Read(Path("drawn/outlines.json")));
@@ -295,17 +294,17 @@ TEST_F(PredictFromAFit, ElementsScatterByModelBdp) {
   Write(posterior);
   const ProcessResult result = RunFromFit({"--specimen_bend_sigma=0.1"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(ReadJson(Path("drawn/summary.json"))["posterior_kind"], "bdp");
+  EXPECT_EQ(ReadJson(Path("drawn/summary.json"))["fabric_kind"], "bdp");
 }
 
 TEST_F(PredictFromAFit, MistakesAreOneLine) {
   ExpectOneLineError(RunFromFit(), "fit");
   Write(Posterior(0.1));
-  ExpectOneLineError(RunFromFit({"--material=" + kFabric}),
+  ExpectOneLineError(RunFromFit({"--learn"}),
                      "'learn' and 'specimens': found 2 of them, expected one of them");
   ExpectOneLineError(RunFromFit({"--specimen_bend_sigma=0.1"}), "expected 0");
-  ExpectOneLineError(RunProcess({kPredict, "--out=" + Path("drawn")}),
-                     "found nothing, expected one of them");
+  ExpectOneLineError(RunProcess({kPredict, "--fabric=3", "--out=" + Path("drawn")}),
+                     "3: no such file; a fabric of the data set is named by --data_fabric");
   EXPECT_FALSE(std::filesystem::exists(Path("drawn")));
 }
 
@@ -329,13 +328,13 @@ TEST_F(PredictTool, MistakesAreOneLine) {
   ExpectOneLineError(Run({"--draws=9", "--repeats=2"}),
                      "option 'draws': found 9, expected a multiple of 4");
   ExpectOneLineError(Run({"--start_rms=-1"}), "start_rms");
-  ExpectOneLineError(Run({"--material=" + Path("no.json")}), "no.json");
+  ExpectOneLineError(Run({"--fabric=" + Path("no.json")}), "no.json");
   ExpectOneLineError(Run({data, "--samples=1-4", "--train=1"}),
                      "found drapes of fabrics 3-4 held out, expected those of one");
   ExpectOneLineError(Run({"--calibrate"}), "option 'calibrate': found true without 'data'");
-  ExpectOneLineError(Run({data, "--fabric=3", "--train=0", "--calibrate"}),
+  ExpectOneLineError(Run({data, "--data_fabric=3", "--train=0", "--calibrate"}),
                      "option 'calibrate': found true with train = 0");
-  ExpectOneLineError(Run({data, "--fabric=7"}), "fabric: found 7, expected some of 3");
+  ExpectOneLineError(Run({data, "--data_fabric=7"}), "fabric: found 7, expected some of 3");
   ExpectOneLineError(Run({"--camera=pinhole", "--camera_width=3"}), "camera_width");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }

@@ -24,15 +24,15 @@ class ExportTool : public ToolFixture {
   // The exported file for `target` of cotton_blue.
   std::string ExportedFile(const std::string& target, const std::string& file) const {
     const ProcessResult result =
-        Export({kFabric, "--to=" + target, "--starts=0", "--out=" + Path("out")});
+        Export({"--fabric=" + kFabric, "--to=" + target, "--starts=0", "--out=" + Path("out")});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return Path("out/" + file);
   }
 };
 
 TEST_F(ExportTool, WritesEveryTargetAndItsRoundTrip) {
-  const ProcessResult result = Export({kFabric, "--to=all", "--mesh=disc:150", "--starts=1",
-                                       "--thickness=4e-4", "--out=" + Path("out")});
+  const ProcessResult result = Export({"--fabric=" + kFabric, "--to=all", "--mesh=disc:150",
+                                       "--starts=1", "--thickness=4e-4", "--out=" + Path("out")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Json summary = ReadJson(Path("out/summary.json"));
   EXPECT_EQ(summary.at("record").at("name"), "cotton_blue");
@@ -48,8 +48,9 @@ TEST_F(ExportTool, WritesEveryTargetAndItsRoundTrip) {
 }
 
 TEST_F(ExportTool, RaisesNegativeEntriesWhereAsked) {
-  const ProcessResult result = Export({kViscose, "--min_relative_stiffness=0.1", "--to=arcsim",
-                                       "--starts=0", "--linear_at=rest", "--out=" + Path("out")});
+  const ProcessResult result =
+      Export({"--fabric=" + kViscose, "--min_relative_stiffness=0.1", "--to=arcsim", "--starts=0",
+              "--linear_at=rest", "--out=" + Path("out")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_GT(ReadMaterial(Path("out/arcsim.json")).field.stretch[0].c[1][3], 0.0);
 }
@@ -57,7 +58,7 @@ TEST_F(ExportTool, RaisesNegativeEntriesWhereAsked) {
 TEST_F(ExportTool, ArcsimDrapesToTheSameBytes) {
   const std::string exported = ExportedFile("arcsim", "arcsim.json");
   ASSERT_EQ(Simulate({"--out=" + Path("original")}).exit_code, 0);
-  ASSERT_EQ(Simulate({"--material=" + exported, "--out=" + Path("exported")}).exit_code, 0);
+  ASSERT_EQ(Simulate({"--fabric=" + exported, "--out=" + Path("exported")}).exit_code, 0);
   EXPECT_EQ(Read(Path("original/drape.obj")), Read(Path("exported/drape.obj")));
 }
 
@@ -217,15 +218,16 @@ TEST_F(ExportTool, ScriptsPassTheNumbersOfTheirSolver) {
 TEST_F(ExportTool, BadInputIsOneLine) {
   const std::string out = "--out=" + Path("out");
   ExpectOneLineError(Export({"--to=clo", out}), "expected one: a material file or a folder");
-  ExpectOneLineError(Export({kFabric, kFabric, "--to=clo", out}), "found 2 sources");
-  ExpectOneLineError(Export({kFabric, "--to=maya", out}), "maya");
-  ExpectOneLineError(Export({kFabric, out}), "'to'");
-  ExpectOneLineError(Export({kFabric, "--to=clo", "--isotropic=both", out}), "nearest");
+  ExpectOneLineError(Export({"--fabric=" + kFabric, kFabric, "--to=clo", out}), "found 2 sources");
+  ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=maya", out}), "maya");
+  ExpectOneLineError(Export({"--fabric=" + kFabric, out}), "'to'");
+  ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=clo", "--isotropic=both", out}),
+                     "nearest");
   ExpectOneLineError(Export({Path(""), "--to=clo", out}), "neither posterior.json nor material");
-  ExpectOneLineError(Export({kViscose, "--to=clo", out}), "--min_relative_stiffness");
+  ExpectOneLineError(Export({"--fabric=" + kViscose, "--to=clo", out}), "--min_relative_stiffness");
   ExpectOneLineError(Export({Path("none.json"), "--to=clo", out}), "none.json");
-  ExpectOneLineError(Export({kFabric, "--to=clo", "--mesh=disc:x", out}), "disc:x");
-  ExpectOneLineError(Export({kFabric, "--to=clo", "--mesh=strip:0.2x0.05x8", out}),
+  ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=clo", "--mesh=disc:x", out}), "disc:x");
+  ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=clo", "--mesh=strip:0.2x0.05x8", out}),
                      "expected disc:N");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }

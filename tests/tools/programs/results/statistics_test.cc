@@ -187,8 +187,8 @@ TEST_F(StatisticsTest, LogLikelihoodIsThatOfTheOutlines) {
   if (python.empty()) GTEST_SKIP() << "needs python3-xarray";
   WritePosterior(Path(""), Scales(), "test");
   WriteSamples(Path(""), SamplesOfScales(203));
-  const ProcessResult result = Export({Path(""), "--to=csv", "--chains=4", "--starts=0",
-                                       "--linear_at=rest", "--out=" + Path("out")});
+  const ProcessResult result = Export({"--fabric=" + Path(""), "--to=csv", "--chains=4",
+                                       "--starts=0", "--linear_at=rest", "--out=" + Path("out")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   Write("read.py", kReadLikelihood);
   const ProcessResult read = RunProcess({"/bin/sh", "-c",
@@ -204,7 +204,8 @@ TEST_F(StatisticsTest, RsLooHasOurParetoShapes) {
   const StoredSamples samples = SamplesOfScales(400);
   WritePosterior(Path(""), Scales(), "test");
   WriteSamples(Path(""), samples);
-  ASSERT_EQ(Export({Path(""), "--to=csv", "--starts=0", "--linear_at=rest", "--out=" + Path("out")})
+  ASSERT_EQ(Export({"--fabric=" + Path(""), "--to=csv", "--starts=0", "--linear_at=rest",
+                    "--out=" + Path("out")})
                 .exit_code,
             0);
   Write("loo.R", R"r(
@@ -245,29 +246,34 @@ TEST_F(StatisticsTest, SamplesBelongToTheirFit) {
   const std::string out = "--out=" + Path("out");
   WritePosterior(Path(""), Scales(), "test");
   WriteSamples(Path(""), SamplesOfScales(3));
-  ExpectOneLineError(Export({Path(""), "--to=csv", "--chains=4", out}), "has 3 samples");
+  ExpectOneLineError(Export({"--fabric=" + Path(""), "--to=csv", "--chains=4", out}),
+                     "has 3 samples");
   Write("summary.json", R"({"posterior": {}, "images": [
       {"name": "other", "metrics": {"dc_image": 0.41, "folds_image": 6}}]})");
-  ExpectOneLineError(Export({Path(""), "--to=csv", out}), "has other images than summary.json");
+  ExpectOneLineError(Export({"--fabric=" + Path(""), "--to=csv", out}),
+                     "has other images than summary.json");
   Write("samples.json", "{\"format\": \"drapefit-samples\"}");
-  ExpectOneLineError(Export({Path(""), "--to=csv", out}), "samples.json: key 'version'");
-  EXPECT_EQ(
-      Export({Path(""), "--to=csv", "--draws=10", "--starts=0", "--linear_at=rest", out}).exit_code,
-      0);
+  ExpectOneLineError(Export({"--fabric=" + Path(""), "--to=csv", out}),
+                     "samples.json: key 'version'");
+  EXPECT_EQ(Export({"--fabric=" + Path(""), "--to=csv", "--draws=10", "--starts=0",
+                    "--linear_at=rest", out})
+                .exit_code,
+            0);
 }
 
 TEST_F(StatisticsTest, APosteriorIsNeededForItsFiles) {
   const std::string out = "--out=" + Path("out");
-  ExpectOneLineError(Export({kFabric, "--to=csv", out}), "has no posterior");
+  ExpectOneLineError(Export({"--fabric=" + kFabric, "--to=csv", out}), "has no posterior");
   WritePosterior(Path(""), Scales(), "test");
-  ExpectOneLineError(Export({Path(""), "--to=csv", "--draws=7", "--chains=2", out}), "multiple");
+  ExpectOneLineError(Export({"--fabric=" + Path(""), "--to=csv", "--draws=7", "--chains=2", out}),
+                     "multiple");
   StoredPosterior elements;
   elements.kind = PosteriorKind::kElements;
   elements.base = ReadMaterial(kFabric).field;
   elements.mean = Eigen::VectorXd::Zero(39);
   elements.prior_sd = elements.element_sd = Eigen::VectorXd::Ones(39);
   WritePosterior(Path(""), elements, "test");
-  ExpectOneLineError(Export({Path(""), "--to=csv", out}), "kind bdp");
+  ExpectOneLineError(Export({"--fabric=" + Path(""), "--to=csv", out}), "kind bdp");
 }
 
 }  // namespace

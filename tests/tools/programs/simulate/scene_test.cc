@@ -77,7 +77,7 @@ TEST_F(SceneTool, HeldCornersMustBeOfTheMesh) {
 TEST_F(SceneTool, CheckTakesAScene) {
   const ProcessResult result = RunProcess(
       {kCheck, "--scene=" + kSceneConfigs + "scenes/two_corners.json",
-       "--material=" + kSceneConfigs + "fabrics/synthetic_wool.json", "--mesh=strip:0.2x0.2x20"});
+       "--fabric=" + kSceneConfigs + "fabrics/synthetic_wool.json", "--mesh=strip:0.2x0.2x20"});
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("0 of "));
 }
@@ -126,9 +126,8 @@ class MeshScene : public SceneTool {
 };
 
 TEST_F(MeshScene, TheShippedOneIsStable) {
-  const std::vector<std::string> run = {
-      "--material=" + kSceneConfigs + "fabrics/synthetic_wool.json", "--time_step=0.05",
-      "--steps=100", "--solve=hybrid"};
+  const std::vector<std::string> run = {"--fabric=" + kSceneConfigs + "fabrics/synthetic_wool.json",
+                                        "--time_step=0.05", "--steps=100", "--solve=hybrid"};
   const ProcessResult rest = OnScene("three_lobes", "disc:400", run);
   ASSERT_EQ(rest.exit_code, 0) << rest.out << rest.err;
   EXPECT_EQ(Summary().at("status"), "stable");
@@ -219,16 +218,16 @@ TEST_F(MeshScene, AStartInsideIsRefused) {
 }
 
 TEST_F(MeshScene, CheckCoversIt) {
-  const ProcessResult result = RunProcess(
-      {kCheck, "--scene=" + kSceneConfigs + "scenes/three_lobes.json",
-       "--material=" + kSceneConfigs + "fabrics/synthetic_wool.json", "--mesh=disc:300"});
+  const ProcessResult result =
+      RunProcess({kCheck, "--scene=" + kSceneConfigs + "scenes/three_lobes.json",
+                  "--fabric=" + kSceneConfigs + "fabrics/synthetic_wool.json", "--mesh=disc:300"});
   EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
   EXPECT_THAT(result.out, testing::HasSubstr("0 of "));
   EXPECT_THAT(result.out, testing::HasSubstr("blocked by an obstacle"));
   // Steps that are so short that no move ends at the body.
   const ProcessResult in_contact = RunProcess(
       {kCheck, "--scene=" + kSceneConfigs + "scenes/three_lobes.json", "--time_step=0.001",
-       "--material=" + kSceneConfigs + "fabrics/synthetic_wool.json", "--mesh=disc:300"});
+       "--fabric=" + kSceneConfigs + "fabrics/synthetic_wool.json", "--mesh=disc:300"});
   EXPECT_EQ(in_contact.exit_code, 0) << in_contact.out << in_contact.err;
   EXPECT_THAT(in_contact.out, testing::HasSubstr("tangent = adjoint"));
 }
@@ -238,7 +237,7 @@ class TestFitTool : public ToolFixture {
   ProcessResult Fit(const std::vector<std::string>& more) const {
     std::vector<std::string> command = {
         kFit, "--num_parameters=2", "--out=" + Path("fit"),
-        "--material=" + kSceneConfigs + "fabrics/synthetic_shirt.json"};
+        "--fabric=" + kSceneConfigs + "fabrics/synthetic_shirt.json"};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command);
   }

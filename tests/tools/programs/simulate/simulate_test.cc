@@ -99,7 +99,7 @@ TEST_F(SimulateTool, TheGradientIsByTheNumbersOfTheMaterialFile) {
   ASSERT_EQ(material.at("convention"), "mechanical");
   for (int i = 0; i < 3 * kVertices; ++i) weights["w"].push_back(std::sin(1.0 + i));
   const auto run = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> options = {"--material=" + Write("material.json", material.dump()),
+    std::vector<std::string> options = {"--fabric=" + Write("material.json", material.dump()),
                                         "--start=" + configs + "starts/six_waves.json",
                                         "--steps=10", "--dump_steps=10", "--backend=cpu"};
     options.insert(options.end(), more.begin(), more.end());
@@ -136,7 +136,7 @@ TEST_F(SimulateTool, DerivativesNeedOneTable) {
   material.field.stretch.resize(mesh.num_faces(), material.field.stretch[0]);
   material.field.bend.resize(mesh.num_hinges(), material.field.bend[0]);
   WriteMaterialField(Path("field.json"), material, mesh);
-  const std::string field = "--material=" + Path("field.json");
+  const std::string field = "--fabric=" + Path("field.json");
   ASSERT_EQ(Simulate({field}).exit_code, 0);
   const std::string weights =
       Write("w.json", Json({{"w", std::vector<double>(3 * kVertices, 0.1)}}).dump());
@@ -255,7 +255,7 @@ TEST_F(SimulateTool, ComparesWithAnImage) {
 TEST_F(SimulateTool, TakesAConfigWithPathsBesideIt) {
   std::filesystem::copy(kFabric, Path("fabric.json"));
   const std::string config = Write("run.json", R"(// a comment
-    {"mesh": "disc:120", "material": "fabric.json", "steps": 50, "dump_steps": [1, 2], "out": "there"})");
+    {"mesh": "disc:120", "fabric": "fabric.json", "steps": 50, "dump_steps": [1, 2], "out": "there"})");
   const ProcessResult result =
       RunProcess({kSimulate, "--config=" + config, "--backend=cpu", "--steps", "2"});
   ASSERT_EQ(result.exit_code, 0) << result.err;

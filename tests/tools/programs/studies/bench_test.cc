@@ -15,7 +15,7 @@ class BenchTool : public ToolFixture {
   ProcessResult Bench(const std::vector<std::string>& more = {},
                       const ProcessLimits& limits = {}) const {
     std::vector<std::string> command = {kBench,
-                                        "--material=" + kRedWool,
+                                        "--fabric=" + kRedWool,
                                         "--start=" + kSeed,
                                         "--mesh=disc:120,disc:160",
                                         "--solve=hybrid,static",
@@ -84,7 +84,7 @@ TEST_F(BenchTool, AFabricWithoutAReferenceIsNamedAndTheOthersAreMeasured) {
   for (Json& row : lead["bend"])
     for (Json& entry : row) entry = 1e-8 * entry.get<double>();
   Write("lead.json", lead.dump());
-  const std::string materials = "--material=" + Path("lead.json") + "," + kRedWool;
+  const std::string materials = "--fabric=" + Path("lead.json") + "," + kRedWool;
   const std::string reason = "no reference of lead smooth homogeneous: the drape on disc:300 is '";
   const ProcessResult result = Bench({materials});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -98,10 +98,10 @@ TEST_F(BenchTool, AFabricWithoutAReferenceIsNamedAndTheOthersAreMeasured) {
   EXPECT_FALSE(std::filesystem::exists(Path("out/reference_lead_smooth_homogeneous.json")));
   EXPECT_THAT(Bench({materials, "--resume"}).out, testing::HasSubstr(reason));
   const ProcessResult none =
-      Bench({"--material=" + Path("lead.json"), "--share=0/2", "--out=" + Path("none")});
+      Bench({"--fabric=" + Path("lead.json"), "--share=0/2", "--out=" + Path("none")});
   EXPECT_THAT(none.out, testing::HasSubstr(reason));
   EXPECT_THAT(none.out, testing::HasSubstr("share 0/2: 2 of 2 cells"));
-  EXPECT_EQ(Bench({"--material=" + Path("lead.json"), "--out=" + Path("none")}).exit_code, 3);
+  EXPECT_EQ(Bench({"--fabric=" + Path("lead.json"), "--out=" + Path("none")}).exit_code, 3);
 }
 
 TEST_F(BenchTool, MeasuresDerivatives) {
@@ -194,14 +194,14 @@ TEST_F(BenchTool, RefusesBadInput) {
   ExpectOneLineError(Bench({"--reference=disc:300,disc:200"}), "expected a finer mesh");
   ExpectOneLineError(Bench({"--work=gradient", "--table=" + Path("t.json")}), "expected forward");
   ExpectOneLineError(Bench({"--work=fit", "--solve=hybrid"}), "'ground_truth'");
-  ExpectOneLineError(Bench({"--material=" + Path("none.json")}), "none.json");
+  ExpectOneLineError(Bench({"--fabric=" + Path("none.json")}), "none.json");
 }
 
 TEST_F(BenchTool, TheTableIsWhatAccuracyPicksFrom) {
   const std::string table = Path("table.json");
   ASSERT_EQ(Bench({"--table=" + table}).exit_code, 0);
   const std::vector<std::string> command = {
-      kSimulate,          "--material=" + kRedWool,    "--start=" + kSeed,
+      kSimulate,          "--fabric=" + kRedWool,      "--start=" + kSeed,
       "--accuracy=exact", "--accuracy_table=" + table, "--out=" + Path("drape")};
   const ProcessResult picked = RunProcess(command);
   ASSERT_EQ(picked.exit_code, 0) << picked.err;

@@ -20,7 +20,7 @@ class CompareTool : public ToolFixture {
   ProcessResult Run(const std::vector<std::string>& more, const ProcessLimits& limits = {}) const {
     std::vector<std::string> command = {kCompare,
                                         "--data=" + data_,
-                                        "--fabrics=3",
+                                        "--data_fabric=3",
                                         "--models=homogeneous,heterogeneous",
                                         "--seeds=1,2",
                                         "--train=2",
@@ -41,7 +41,7 @@ class CompareTool : public ToolFixture {
                                         "--sigma_px=2",
                                         "--threads=1",
                                         "--calibrate=false",
-                                        "--materials=" + kFabric,
+                                        "--fabric=" + kFabric,
                                         "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
@@ -147,11 +147,11 @@ TEST_F(CompareTool, MistakesAreOneLine) {
   ExpectOneLineError(Run({"--models=homogeneous,best"}), "option 'models': found 'best'");
   ExpectOneLineError(Run({"--models=homogeneous,homogeneous"}), "option 'models'");
   ExpectOneLineError(Run({"--seeds=2,2"}), "option 'seeds'");
-  ExpectOneLineError(Run({"--fabrics=9"}), "fabric: found 9, expected some of 3");
+  ExpectOneLineError(Run({"--data_fabric=9"}), "fabric: found 9, expected some of 3");
   ExpectOneLineError(Run({"--train=4"}), "train: found 4");
   ExpectOneLineError(Run({"--train_captures=3"}), "no usable capture to fit");
-  ExpectOneLineError(Run({"--materials=" + kFabric + "," + kFabric}), "option 'materials'");
-  ExpectOneLineError(Run({"--materials=" + Path("no.json")}), "no.json");
+  ExpectOneLineError(Run({"--fabric=" + kFabric + "," + kFabric}), "option 'materials'");
+  ExpectOneLineError(Run({"--fabric=" + Path("no.json")}), "no.json");
   ExpectOneLineError(Run({"--draws=2"}), "draws");
   ExpectOneLineError(Run({"--mesh=disc:3"}), "disc: 3 vertices");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
@@ -159,7 +159,7 @@ TEST_F(CompareTool, MistakesAreOneLine) {
 
 TEST_F(CompareTool, RunsOfOtherInputsAreNotMixedIn) {
   const std::vector<std::string> options = {"--models=bend", "--seeds=1",
-                                            "--materials=" + Path("start.json")};
+                                            "--fabric=" + Path("start.json")};
   const auto best = [&] {
     const ProcessResult result = Run(options);
     EXPECT_EQ(result.exit_code, 0) << result.err;

@@ -16,7 +16,7 @@ class GradientsTool : public ToolFixture {
   ProcessResult Run(const std::vector<std::string>& more = {},
                     const ProcessLimits& limits = {}) const {
     std::vector<std::string> command = {
-        kGradients,         "--mesh=disc:100", "--material=" + kGradientWool, "--horizons=1,5",
+        kGradients,         "--mesh=disc:100", "--fabric=" + kGradientWool, "--horizons=1,5",
         "--time_steps=0.1", "--fold_starts=1", "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command, limits);
@@ -70,7 +70,7 @@ TEST_F(GradientsTool, MistakesAreOneLine) {
   ExpectOneLineError(Run({"--horizons=0"}), "horizons");
   ExpectOneLineError(Run({"--time_steps=-1"}), "time_steps");
   ExpectOneLineError(Run({"--mesh=disc:2"}), "disc");
-  ExpectOneLineError(Run({"--material=" + Path("none.json")}), "none.json");
+  ExpectOneLineError(Run({"--fabric=" + Path("none.json")}), "none.json");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 

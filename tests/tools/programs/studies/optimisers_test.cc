@@ -28,7 +28,7 @@ class OptimisersTool : public ToolFixture {
     const std::string fabrics = std::string(DRAPE_SOURCE_DIR) + "/configs/fabrics/";
     std::vector<std::string> command = {kOptimisers,
                                         "--twins=" + fabrics + "synthetic_wool.json",
-                                        "--material=" + fabrics + "synthetic_shirt.json",
+                                        "--fabric=" + fabrics + "synthetic_shirt.json",
                                         "--twin_mesh=disc:120",
                                         "--mesh=disc:100",
                                         "--coarse_mesh=disc:100",
@@ -115,10 +115,9 @@ TEST_F(OptimisersTool, BadInputIsOneLine) {
   ExpectOneLineError(Run({"--methods=newton"}), "unknown name 'newton'");
   ExpectOneLineError(Run({"--num_parameters=4"}), "4");
   ExpectOneLineError(Run({"--budget=0"}), "budget");
-  ExpectOneLineError(Run({"--base=" + kFabric}), "option 'base'");
   ExpectOneLineError(Run({"--backend=gpu"}), "backend");
   ExpectOneLineError(Run({"--share=1"}), "expected i/n");
-  ExpectOneLineError(Run({"--images=" + Path("none.png"), "--image_materials=" + kFabric}),
+  ExpectOneLineError(Run({"--images=" + Path("none.png"), "--image_fabrics=" + kFabric}),
                      "matches nothing");
   ExpectOneLineError(RunProcess({kOptimisers, "--out=" + Path("out")}),
                      "expected at least one problem");

@@ -73,8 +73,7 @@ TEST_F(SpaceTool, MistakesAreOneLine) {
   ExpectOneLineError(Run(one + "," + two, {"--share=2/2"}), "option 'share': found '2/2'");
   ExpectOneLineError(Run(one + "," + two, {"--new=" + Path("none.json")}), "none.json");
   ExpectOneLineError(RunProcess({kSpace, "--out=" + Path("out")}), "found neither");
-  ExpectOneLineError(RunProcess({kSpace, "--data=" + Path(""), "--out=" + Path("out")}),
-                     "material");
+  ExpectOneLineError(RunProcess({kSpace, "--data=" + Path(""), "--out=" + Path("out")}), Path(""));
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }
 
@@ -92,7 +91,7 @@ class SpaceShares : public ToolFixture {
     std::vector<std::string> command = {kSpace,
                                         "--data=" + Path("set"),
                                         "--recognise",
-                                        "--material=" + kSpaceWool,
+                                        "--fabric=" + kSpaceWool,
                                         "--ways=posterior,features",
                                         "--mesh=disc:120",
                                         "--search_mesh=disc:120",
@@ -144,15 +143,14 @@ TEST_F(SpaceShares, GatherToTheSameRecognition) {
   EXPECT_EQ(Read(Path("out/recognition.md")), Read(Path("whole/recognition.md")));
 }
 
-// From a pool that is there, without start tables.
+// From a pool that is there.
 TEST_F(SpaceShares, PredictionsNeedNoFit) {
   DrapePool pool = FakePool(1000);
   pool.mesh = "disc:120";
   pool.setting = "smooth law, contact none, 100 steps of 0.1 s";
   WritePool(Path("pool.json"), pool);
   const std::vector<std::string> options = {"--ways=predictions,features",
-                                            "--material=", "--pool=" + Path("pool.json"),
-                                            "--pool_drapes=1000"};
+                                            "--pool=" + Path("pool.json"), "--pool_drapes=1000"};
   const auto run = [&](const std::string& more) {
     std::vector<std::string> all = options;
     all.push_back(more);

@@ -15,8 +15,8 @@ class SpeedTool : public ToolFixture {
  protected:
   ProcessResult Run(const std::vector<std::string>& more) const {
     std::vector<std::string> command = {
-        kSpeed,          "--material=" + kFabric, "--steps=5",           "--repeats=2",
-        "--backend=cpu", "--threads=1",           "--out=" + Path("out")};
+        kSpeed,          "--fabric=" + kFabric, "--steps=5",           "--repeats=2",
+        "--backend=cpu", "--threads=1",         "--out=" + Path("out")};
     command.insert(command.end(), more.begin(), more.end());
     return RunProcess(command);
   }
@@ -58,7 +58,7 @@ TEST_F(SpeedTool, SaysThatItsDiscsAreNotThePublishedOnes) {
 TEST_F(SpeedTool, MistakesAreOneLine) {
   ExpectOneLineError(Run({}), "option 'mesh': is empty");
   ExpectOneLineError(Run({"--mesh=disc:x"}), "disc:x");
-  ExpectOneLineError(Run({"--mesh=disc:100", "--material=" + Path("no.json")}), "no.json");
+  ExpectOneLineError(Run({"--mesh=disc:100", "--fabric=" + Path("no.json")}), "no.json");
   Write("figures.json", R"({"vertices": [1, 2], "rows": [{"name": "A"}]})");
   ExpectOneLineError(Run({"--published=" + Path("figures.json")}), "key 'vertices[0]'");
   Write("figures.json", R"({"vertices": [100], "rows": [{"name": "A", "machine": "", "source": "",)"

@@ -24,7 +24,7 @@ class StabilityTool : public ToolFixture {
     std::vector<std::string> command = {
         kStability,
         "--mesh=disc:100",
-        "--material=" + kStabilityConfigs + "fabrics/synthetic_felt.json",
+        "--fabric=" + kStabilityConfigs + "fabrics/synthetic_felt.json",
         "--start=" + kStabilityConfigs + "starts/four_waves.json",
         "--damping_time_step=0.1",
         "--threads=2",
@@ -127,7 +127,7 @@ TEST_F(StabilityTool, RunsOfAChangedMaterialUnderTheSamePathAreNotMixedIn) {
   for (Json& row : stiffer.at("bend"))
     for (Json& entry : row) entry = 30.0 * entry.get<double>();
   const std::string map = "--maps=step time_step=0.1/0.2 stiffness=0.1/1",
-                    material = "--material=" + Write("m.json", felt);
+                    material = "--fabric=" + Write("m.json", felt);
   ASSERT_EQ(Run({map, material, "--share=0/2"}).exit_code, 0);
   Write("m.json", stiffer.dump());
   ASSERT_EQ(Run({map, material, "--share=1/2"}).exit_code, 0);
@@ -143,8 +143,7 @@ TEST_F(StabilityTool, MistakesAreOneLineAndLeaveNothing) {
   ExpectOneLineError(Run({"--maps=jump time_step=0.1/0.5 bend=1/2"}),
                      "expected one of explicit, step,");
   ExpectOneLineError(Run({map, "--share=2/2"}), "option 'share': found '2/2', expected i/n");
-  ExpectOneLineError(Run({map, "--material=" + Path("no.json")}), "no.json");
-  ExpectOneLineError(Run({map, "--base=" + kFabric}), "option 'base'");
+  ExpectOneLineError(Run({map, "--fabric=" + Path("no.json")}), "no.json");
   ExpectOneLineError(Run({map, "--duration=0"}), "duration");
   ExpectOneLineError(Run({map, "--mesh=disc:100,radius=0.08,support=0.05"}), "support");
   EXPECT_FALSE(std::filesystem::exists(Path("out")));

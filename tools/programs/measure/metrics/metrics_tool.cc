@@ -274,7 +274,7 @@ OptionTable MetricsTable(MetricsOptions& options) {
           "that of A\n",
       .options = std::move(all),
       .common = {"image_width_mm", "camera_scale", "specimen", "support", "centre", "csv",
-                 "overlay", "data", "fabric", "out"},
+                 "overlay", "data", "data_fabric", "out"},
       .operands = &options.operands,
       .operand_names = "[A [B …]]"};
 }

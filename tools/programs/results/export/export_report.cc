@@ -67,7 +67,7 @@ Json TargetJson(const ExportedTarget& exported) {
 std::string ExportText(const ExportRun& run) {
   if (run.cancelled) return "cancelled: nothing was written\n";
   const bool has_posterior = run.record.source.posterior.has_value();
-  std::string text = MakePrintableLine(run.record.source.name) + ", linear at " +
+  std::string text = MakePrintableLine(run.record.source.material.name) + ", linear at " +
                      (run.record.point == LinearPoint::kRest ? "zero strain and curvature\n"
                                                              : "the curvatures of its drape\n");
   for (const RecordedNumber& number : run.record.numbers) text += NumberLine(number, has_posterior);
@@ -85,7 +85,7 @@ void WriteExportSummary(const std::string& path, const ExportToolOptions& option
                {"record", RecordJson(run.record)},
                {"isotropic", ToString(options.target.keep)},
                {"law", ToString(options.law)},
-               {"min_relative_stiffness", options.min_relative_stiffness},
+               {"min_relative_stiffness", options.fabric.min_relative_stiffness},
                {"round_trip", {{"mesh", options.mesh}, {"starts", options.starts}}},
                {"seed", options.seed},
                {"targets", Json::array()}};

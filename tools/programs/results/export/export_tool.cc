@@ -34,12 +34,6 @@ std::vector<Option> LinearOptions(ExportToolOptions& options) {
            .unit = "m",
            .least = 0,
            .most = 0.1},
-          {.key = "min_relative_stiffness",
-           .value = &options.min_relative_stiffness,
-           .doc = "entries below this share of their column's largest are raised to it; 0: none, "
-                  "and the smooth law rejects negative ones",
-           .least = 0,
-           .most = 1},
           LawOption(options.law)};
 }
 
@@ -99,7 +93,7 @@ class Drapes {
  public:
   Drapes(const ExportToolOptions& options, const RunControl& control)
       : options_(options),
-        discs_(FindDiscs(options.discs, {options.operands[0] + "/summary.json"})),
+        discs_(FindDiscs(options.discs, {options.fabric.path + "/summary.json"})),
         model_(std::make_shared<ClothModel>(ParseMeshSpec(options.mesh, {}, discs_),
                                             CusickScene({}, discs_.support), MakeLaw(options.law))),
         backend_(MakeLoggedBackend("cpu", model_, CountThreads(options.threads), control)),
@@ -198,29 +192,23 @@ OptionTable ExportTable(ExportToolOptions& options) {
           .summary =
               "takes a fabric to other simulators: files, what they lose, and how the "
               "fabric drapes with what is left",
-          .example = "drape_export out/fit --to=clo,blender,newton --out=out/export",
+          .example = "drape_export --fabric=out/fit --to=clo,blender,newton --out=out/export",
           .notes =
-              "SOURCE is a material file (FILE or FILE#name) or a folder of drape_fit; of a "
-              "posterior the median is exported, with standard deviations.\n"
+              "Of a posterior the median is exported, with standard deviations.\n"
               "files: one for each target and summary.json: the neutral linear record, and of each "
               "target what is lost, whether it is verified, and the round trip\n"
               "bend_weft is the rigidity for bending along the weft: table row \"edges along "
               "warp\". shear is c33/2.\n",
-          .options = Concatenate(Grouped("targets", {to, OutOption(options.out)}),
+          .options = Concatenate(Grouped("fabric", FieldOptionList(options.fabric)),
+                                 Grouped("targets", {to, OutOption(options.out)}),
                                  Grouped("linear record", LinearOptions(options)),
                                  Grouped("posterior", SampleOptions(options.posterior)),
-                                 Grouped("round trip", RoundTripOptions(options))),
-          .operands = &options.operands,
-          .operand_names = "SOURCE"};
+                                 Grouped("round trip", RoundTripOptions(options)))};
 }
 
 namespace {
 
 void CheckOptions(const ExportToolOptions& options) {
-  if (options.operands.size() != 1)
-    throw InputError("command line", "found " + std::to_string(options.operands.size()) +
-                                         " sources, expected one: a material file or a folder of "
-                                         "drape_fit");
   if (options.to.empty()) throw InputError("option 'to'", "found nothing, expected a target");
   if (!options.mesh.starts_with("disc:"))
     throw InputError("option 'mesh'", "found " + options.mesh + ", expected disc:N");
@@ -254,8 +242,8 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
   const std::vector<ExportTarget> targets = ParseTargets(options.to);
   const Law law = MakeLaw(options.law);
   const FabricSource source =
-      ReadFabricSource(options.operands[0], law, options.min_relative_stiffness);
-  for (const std::string& warning : source.warnings) LOG(WARNING) << warning;
+      ReadFabric(options.fabric.path, ReadingPolicy(law, options.fabric.min_relative_stiffness));
+  for (const std::string& warning : source.material.warnings) LOG(WARNING) << warning;
   const std::string samples = SamplesText(options, source, law);
   const Drapes drapes(options, control);
   const OutputFolder out(options.out, {"summary.json"});
@@ -265,7 +253,7 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
   std::vector<DrapeSample> original;
   const bool at_drape = options.point == LinearPoint::kDrape;
   if (at_drape || (options.starts > 0 && !targets.empty())) {
-    original = drapes.Sample(source.tables);
+    original = drapes.Sample(source.material.field);
     run.cancelled = control.cancelled();
     if (run.cancelled) return run;
   }
@@ -273,7 +261,7 @@ ExportRun RunExport(const ExportToolOptions& options, const RunControl& control)
   run.record = MakeRecord(source, law, record);
   for (const ExportTarget target : targets)
     run.targets.push_back({target, ExportMaterial(target, run.record, options.target), {}});
-  if (options.starts > 0) DrapeTargets(drapes, source.tables, original, control, &run);
+  if (options.starts > 0) DrapeTargets(drapes, source.material.field, original, control, &run);
   run.cancelled = control.cancelled();
   if (run.cancelled) return run;
   for (const ExportedTarget& target : run.targets)

@@ -16,12 +16,11 @@ namespace drape {
 
 // The options of drape_export.
 struct ExportToolOptions {
-  std::vector<std::string> operands;  // one: a material file, or a folder of drape_fit
-  std::vector<std::string> to;        // names of ExportTarget, "all", "csv"
+  FabricInput fabric;
+  std::vector<std::string> to;  // names of ExportTarget, "all", "csv"
   LinearPoint point = LinearPoint::kDrape;
   ExportOptions target;
-  double min_relative_stiffness = 0.0;  // RaiseSmallEntries; 0: the entries stay as they are
-  double thickness = 0.0;               // [m]; 0: not known
+  double thickness = 0.0;  // [m]; 0: not known
   LawKind law = LawKind::kSmooth;
   std::string mesh = "disc:600";    // of the round trip
   DiscsInput discs;                 // of the round trip; not given: those of the fit

@@ -12,7 +12,6 @@
 #include "tools/cli/output_folder.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
-#include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/bench/bench_report.h"
 
 namespace drape {
@@ -21,12 +20,7 @@ namespace {
 std::vector<Option> AxisOptions(BenchToolOptions& options) {
   BenchAxes& axes = options.job.axes;
   return {
-      {.key = "material",
-       .value = &axes.material,
-       .doc = "axis: material files; for fits, those of the start tables",
-       .is_path = true,
-       .required = true},
-      BaseOption(options.base),
+      FabricOption(&axes.material),
       {.key = "law", .value = &axes.law, .doc = "axis: constitutive laws, smooth or reference"},
       {.key = "model",
        .value = &axes.model,
@@ -249,16 +243,7 @@ void AddSyntheticImage(const BenchToolOptions& options, BenchJob* job) {
   job->fit.spec.observation.camera = {};  // the one that renders it
 }
 
-// With the base of the materials that need one.
-BenchToolOptions WithBases(BenchToolOptions options) {
-  std::vector<std::string*> materials = {&options.ground_truth};
-  for (std::string& material : options.job.axes.material) materials.push_back(&material);
-  ApplyBase(options.base, materials);
-  return options;
-}
-
-BenchJob MakeJob(const BenchToolOptions& given) {
-  const BenchToolOptions options = WithBases(given);
+BenchJob MakeJob(const BenchToolOptions& options) {
   BenchJob job = options.job;
   job.work = ParseBenchWork(options.work);
   job.problem.seed = ReadStartShape(options.start);
@@ -343,8 +328,8 @@ OptionTable BenchTable(BenchToolOptions& options) {
           Grouped("fits", FitOptionList(options)),
           Grouped("camera of the images", CameraOptions(options.job.fit.spec.observation.camera)),
           Grouped("files", Concatenate(FileOptions(options), CellOptions(options.cells)))),
-      .common = {"work", "material", "start", "mesh", "solve", "time_step", "relax_time",
-                 "reference", "images", "table", "out", "resume"}};
+      .common = {"work", "fabric", "start", "mesh", "solve", "time_step", "relax_time", "reference",
+                 "images", "table", "out", "resume"}};
 }
 
 BenchToolResult RunBenchTool(const BenchToolOptions& options, const RunControl& control) {

@@ -21,7 +21,6 @@ struct BenchToolOptions {
   std::vector<std::string> images, held_out;  // of fits (ExpandImages)
   std::string ground_truth;                   // without images: whose silhouette is fitted
   std::string ground_truth_mesh = "disc:1200";
-  std::string base;       // of materials without stretch (ApplyBase)
   std::string published;  // of other programs (ReadPublishedSpeeds); empty: none
   std::string table;      // accuracy table to write; empty: none
   double safety = 1.25;   // factor on the errors that it promises

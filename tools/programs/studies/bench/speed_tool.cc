@@ -13,7 +13,6 @@
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
-#include "tools/inputs/scene_input.h"
 
 namespace drape {
 namespace {
@@ -26,12 +25,7 @@ std::vector<Option> ClothAndSteps(SpeedToolOptions& options) {
       MeshOption("mesh", &job.meshes,
                  "cloths: OBJ files, such as the published discs, or disc:N; none: built-in discs "
                  "of the published numbers of vertices"),
-      {.key = "material",
-       .value = &job.material,
-       .doc = "material file",
-       .is_path = true,
-       .required = true},
-      BaseOption(options.base),
+      FabricOption(&job.material),
       LawOption(job.law),
       TimeStepOption(job.h),
       {.key = "steps",
@@ -75,7 +69,6 @@ std::vector<Option> MeasurementOptions(SpeedToolOptions& options) {
 // The job with what follows from the options.
 SpeedJob MakeJob(const SpeedToolOptions& options, const PublishedSpeeds& published) {
   SpeedJob job = options.job;
-  ApplyBase(options.base, {&job.material});
   job.threads = CountThreads(job.threads);
   if (job.batches.empty()) throw InputError("option 'batch'", "is empty, expected some");
   if (!job.meshes.empty()) return job;

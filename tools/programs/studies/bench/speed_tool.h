@@ -12,7 +12,6 @@ namespace drape {
 // What a user of drape_speed sets.
 struct SpeedToolOptions {
   SpeedJob job;           // meshes: none: built-in discs of the published numbers of vertices
-  std::string base;       // of a material without stretch (ApplyBase)
   std::string published;  // ReadPublishedSpeeds; empty: none
   std::string out;        // folder, made when missing
 };

@@ -312,9 +312,9 @@ namespace {
 
 ToolOutcome Run(const CheckToolOptions& options, const RunControl& control) {
   const LoadedScene scene = LoadScene(options.scene);
-  RequireOneTable(scene.material, "material");
+  RequireOneTable(scene.fabric.material, "fabric");
   const std::vector<CheckRow> rows =
-      CheckScene(scene.model, scene.material.field, scene.start, options.check, control);
+      CheckScene(scene.model, scene.fabric.material.field, scene.start, options.check, control);
   return {.text = CheckTableText(rows),
           .cancelled = control.cancelled(),
           .exit_code = AllPass(rows) ? kExitOk : kExitCheckFailed};

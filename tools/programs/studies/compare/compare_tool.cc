@@ -9,7 +9,6 @@
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
-#include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/study_program.h"
 
 namespace drape {
@@ -17,13 +16,13 @@ namespace {
 
 // Options of drape_fit that each run sets for itself.
 const std::set<std::string> kOfCells = {
-    "images",          "lab_tests", "material", "density",        "ground_truth",
-    "model",           "out",       "resume",   "data",           "fabric",
-    "samples",         "captures",  "face",     "data_source",    "specimens",
-    "camera",          "solve",     "accuracy", "accuracy_table", "table_form",
-    "other_materials", "specimen",  "support"};
+    "images",        "lab_tests", "fabric",   "density",        "ground_truth",
+    "model",         "out",       "resume",   "data",           "data_fabric",
+    "samples",       "captures",  "face",     "data_source",    "specimens",
+    "camera",        "solve",     "accuracy", "accuracy_table", "table_form",
+    "other_fabrics", "specimen",  "support"};
 // Options that change no number of a run, or that its name holds.
-const std::set<std::string> kFree = {"fabrics", "materials", "models", "seeds", "threads"};
+const std::set<std::string> kFree = {"data_fabric", "fabric", "models", "seeds", "threads"};
 
 std::vector<Option> SplitOptions(CompareToolOptions& options) {
   ComparisonJob& job = options.job;
@@ -33,7 +32,9 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
        .doc = "folder of the published data set",
        .is_path = true,
        .required = true},
-      {.key = "fabrics", .value = &options.fabrics, .doc = "fabrics of the data set, as in 1,3-5"},
+      {.key = "data_fabric",
+       .value = &options.fabrics,
+       .doc = "fabrics of the data set, as in 1,3-5"},
       {.key = "models",
        .value = &job.models,
        .doc = "models to compare: homogeneous, heterogeneous, bdp and bayes of drape_fit; "
@@ -46,11 +47,7 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
        .doc = "random seeds, each for one repetition: of the split that all models share, and of "
               "the samples of posteriors and drapes",
        .least = 0},
-      {.key = "materials",
-       .value = &job.materials,
-       .doc = "files of the start tables: one for all fabrics, or one per fabric in their order",
-       .is_path = true,
-       .required = true},
+      FabricOption(&job.materials),
       {.key = "train",
        .value = &job.train,
        .doc = "number of training samples of each fabric; the others are held out",
@@ -96,13 +93,10 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
 ComparisonJob MakeJob(const CompareToolOptions& options) {
   ComparisonJob job = options.job;
   job.fit = MakeFitSpec(options.fit);
-  std::vector<std::string*> materials;
-  for (std::string& material : job.materials) materials.push_back(&material);
-  ApplyBase(options.fit.base, materials);
   job.provenance = MakePartProvenance;
-  job.fabrics = ParseIndexList(options.fabrics, "option 'fabrics'");
+  job.fabrics = ParseIndexList(options.fabrics, "option 'data_fabric'");
   if (job.fabrics.empty())
-    throw InputError("option 'fabrics'", "is empty, expected at least one fabric");
+    throw InputError("option 'data_fabric'", "is empty, expected at least one fabric");
   if (job.models.empty())
     throw InputError("option 'models'", "is empty, expected at least one model");
   if (job.seeds.empty()) throw InputError("option 'seeds'", "is empty, expected at least one seed");
@@ -156,7 +150,7 @@ OptionTable CompareTable(CompareToolOptions& options) {
           "After Ctrl-C or a kill the same command continues with the unfinished runs and gives "
           "the identical result.\n",
       .options = std::move(all),
-      .common = {"data", "fabrics", "materials", "models", "seeds", "train", "face", "mesh",
+      .common = {"data", "data_fabric", "fabric", "models", "seeds", "train", "face", "mesh",
                  "draws", "calibrate", "threads", "backend", "share", "out"}};
 }
 

@@ -14,8 +14,7 @@ namespace {
 // What a user of drape_gradients sets.
 struct GradientsOptions {
   std::string mesh = "disc:300";
-  std::string material;
-  std::string base;  // of a material without stretch (ApplyBase)
+  std::string fabric = kBuiltInName;  // ReadMaterial
   GradientStudyOptions gradients;
   StudyOptions study;
 };
@@ -24,12 +23,7 @@ OptionTable GradientsTable(GradientsOptions& options) {
   GradientStudyOptions& gradients = options.gradients;
   const std::vector<Option> rows = {
       MeshOption("mesh", &options.mesh, "cloth"),
-      {.key = "material",
-       .value = &options.material,
-       .doc = "material file",
-       .is_path = true,
-       .required = true},
-      BaseOption(options.base),
+      FabricOption(&options.fabric),
       {.key = "start_seed",
        .value = &gradients.start_seed,
        .doc = "random seed of the start shape",
@@ -72,15 +66,14 @@ ToolOutcome Run(const GradientsOptions& options, const RunControl& control) {
   for (const char* law : {"smooth", "reference"}) {
     SceneInput input;
     input.mesh = options.mesh;
-    input.material = options.material;
-    input.base = options.base;
+    input.fabric.path = options.fabric;
     input.law = law;
     LoadedScene scene = LoadScene(input);
-    cloths.push_back({law, std::move(scene.model), std::move(scene.material.field)});
+    cloths.push_back({law, std::move(scene.model), std::move(scene.fabric.material.field)});
   }
   Study study = MakeGradientStudy(std::move(cloths), options.gradients);
   study.files = record.files();
-  study.settings["material"] = MaterialLabel(options.material);
+  study.settings["material"] = MaterialLabel(options.fabric);
   if (options.mesh.starts_with("disc:")) study.settings["mesh"] = options.mesh;
   const auto summarise = [&](const StudyResult& result) { return SummariseCells(study, result); };
   return RunStudyProgram(study, options.study, summarise, control);

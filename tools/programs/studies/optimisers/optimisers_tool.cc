@@ -7,7 +7,6 @@
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
-#include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/study_program.h"
 
 namespace drape {
@@ -25,15 +24,12 @@ std::vector<Option> ImageOptions(OptimiserStudyOptions& options) {
        .doc = "random seed of the first synthetic drape's start; the others use the following ones",
        .least = 0,
        .most = 1000000000},
-      {.key = "material",
-       .value = &options.material,
-       .doc = "start tables of the fits to synthetic silhouettes",
-       .is_path = true},
+      FabricOption(&options.material),
       {.key = "images",
        .value = &options.images,
        .doc = "real silhouettes, one problem each: files, folders, patterns",
        .is_path = true},
-      {.key = "image_materials",
+      {.key = "image_fabrics",
        .value = &options.image_materials,
        .doc =
            "start tables of the fits to real silhouettes: one file for all or one per silhouette",
@@ -50,7 +46,6 @@ std::vector<Option> StartTableOptions(OptimiserStudyOptions& options) {
               "to it",
        .least = 0,
        .most = 1},
-      BaseOption(options.base),
   };
 }
 
@@ -124,15 +119,6 @@ std::vector<Option> RunOptions(OptimiserStudyOptions& options) {
   };
 }
 
-// Fills in the base of the materials that need one.
-OptimiserStudyOptions WithBases(OptimiserStudyOptions options) {
-  std::vector<std::string*> materials = {&options.material};
-  for (std::string& twin : options.twins) materials.push_back(&twin);
-  for (std::string& start : options.image_materials) materials.push_back(&start);
-  ApplyBase(options.base, materials);
-  return options;
-}
-
 }  // namespace
 
 OptionTable OptimiserStudyTable(OptimiserStudyOptions& options) {
@@ -161,7 +147,7 @@ OptionTable OptimiserStudyTable(OptimiserStudyOptions& options) {
 namespace {
 
 ToolOutcome Run(const OptimiserStudyOptions& given, const RunControl& control) {
-  OptimiserStudyOptions options = WithBases(given);
+  OptimiserStudyOptions options = given;
   options.study.threads = options.spec.threads = CountThreads(options.spec.threads);
   options.optimiser.search_command = StudyScriptCommand("search");
   const Study study = MakeOptimiserStudy(options);

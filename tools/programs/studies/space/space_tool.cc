@@ -26,14 +26,15 @@ namespace {
 
 // Options of drape_fit that each fit of the data set sets for itself.
 const std::set<std::string> kOfCells = {
-    "images",     "lab_tests",   "material",       "density", "ground_truth",    "model",
-    "out",        "resume",      "data",           "fabric",  "samples",         "captures",
-    "face",       "data_source", "camera",         "solve",   "accuracy",        "specimens",
-    "table_form", "prior",       "accuracy_table", "threads", "other_materials", "specimen",
-    "support"};
+    "images",         "lab_tests", "fabric",        "density",     "ground_truth",
+    "model",          "out",       "resume",        "data",        "data_fabric",
+    "samples",        "captures",  "face",          "data_source", "camera",
+    "solve",          "accuracy",  "specimens",     "table_form",  "prior",
+    "accuracy_table", "threads",   "other_fabrics", "specimen",    "support"};
 // Options that change no fit, or whose choice the files of a fit hold.
-const std::set<std::string> kFree = {"by",        "fabrics", "samples",     "captures", "threads",
-                                     "recognise", "ways",    "pool_drapes", "pool_mesh"};
+const std::set<std::string> kFree = {"by",       "data_fabric", "samples",
+                                     "captures", "threads",     "recognise",
+                                     "ways",     "pool_drapes", "pool_mesh"};
 
 std::vector<Option> SpaceOptions(SpaceToolOptions& options) {
   return {{.key = "posteriors",
@@ -58,13 +59,10 @@ std::vector<Option> DataOptions(SpaceToolOptions& options) {
        .value = &options.data,
        .doc = "folder of the published data set, whose fabrics are fitted instead of posteriors",
        .is_path = true},
-      list("fabrics", &options.fabrics, "with --data: fabrics, as in 1,3-5; empty: all"),
+      list("data_fabric", &options.fabrics, "with --data: fabrics, as in 1,3-5; empty: all"),
       list("samples", &options.samples, "with --data: samples to fit, as in 1,3-5; empty: all"),
       list("captures", &options.captures, "with --data: captures to fit, as in 1,3; empty: all"),
-      {.key = "material",
-       .value = &options.fit.data.material,
-       .doc = "with --data: start tables of all fits",
-       .is_path = true},
+      FabricOption(&options.fit.data.material),
       ThreadsOption(options.fit.spec.threads)};
 }
 
@@ -106,11 +104,8 @@ void CheckSource(const SpaceToolOptions& options) {
                      std::string("found ") + (options.data.empty() ? "neither" : "both") +
                          ", expected one of them");
   const bool fits = !options.recognise || Ways(options).contains("posterior");
-  if (!options.data.empty() && fits) {
-    if (options.fit.data.material.empty())
-      throw InputError("option 'material'", "not given, expected the start tables of the fits");
+  if (!options.data.empty() && fits)
     ReadMaterial(options.fit.data.material, {NegativeEntries::kWarn});  // before hours of work
-  }
   if (!fits && (options.study.list || !options.study.share.empty()))
     throw InputError("option 'ways'",
                      "found no 'posterior', expected it: only fits can be listed and shared");
@@ -270,7 +265,7 @@ OptionTable SpaceTable(SpaceToolOptions& options) {
           "--recognise --ways=predictions,features needs no fit: with an existing pool it takes a "
           "minute.\n",
       .options = std::move(all),
-      .common = {"posteriors", "new", "by", "data", "fabrics", "samples", "captures", "material",
+      .common = {"posteriors", "new", "by", "data", "data_fabric", "samples", "captures", "fabric",
                  "recognise", "ways", "pool", "mesh", "num_parameters", "threads", "backend",
                  "share", "out"}};
 }

@@ -7,7 +7,6 @@
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "tools/inputs/common_options.h"
-#include "tools/inputs/scene_input.h"
 #include "tools/programs/studies/study_program.h"
 
 namespace drape {
@@ -24,7 +23,7 @@ std::vector<StabilityMap> ReadMaps(const StabilityOptions& options) {
 StabilitySetting MakeSetting(const StabilityOptions& options) {
   StabilitySetting setting = options.setting;
   setting.mesh = ParseMeshSpec(options.mesh);
-  setting.material = ReadMaterial(options.material).field;
+  setting.material = ReadMaterial(options.fabric).field;
   setting.start = ReadStartShape(options.start);
   return setting;
 }
@@ -32,11 +31,7 @@ StabilitySetting MakeSetting(const StabilityOptions& options) {
 std::vector<Option> SettingOptions(StabilityOptions& o) {
   return {
       MeshOption("mesh", &o.mesh, "disc:N, or a mesh file"),
-      {.key = "material",
-       .value = &o.material,
-       .doc = "material file; each run sets the density",
-       .is_path = true,
-       .required = true},
+      FabricOption(&o.fabric),
       {.key = "start",
        .value = &o.start,
        .doc = "start shape, which selects the branch",
@@ -60,7 +55,6 @@ std::vector<Option> SettingOptions(StabilityOptions& o) {
        .least = 0,
        .most = 1000,
        .above_least = true},
-      BaseOption(o.base),
   };
 }
 
@@ -123,14 +117,13 @@ nlohmann::ordered_json Summarise(const Study& study, const std::vector<Stability
 ToolOutcome Run(const StabilityOptions& given, const RunControl& control) {
   const ReadRecord record;
   StabilityOptions options = given;
-  ApplyBase(options.base, {&options.material});
   options.study.threads = CountThreads(options.study.threads);
   const std::vector<StabilityMap> maps = ReadMaps(options);
   StabilityRunner runner(MakeSetting(options));
   Study study = MakeStabilityStudy(runner, maps, options.damping_h);
   study.files = record.files();
   study.settings["mesh"] = NameWithoutFolder(options.mesh);
-  study.settings["material"] = NameWithoutFolder(given.material);
+  study.settings["material"] = NameWithoutFolder(options.fabric);
   study.settings["start"] = NameWithoutFolder(options.start);
   return RunStudyProgram(
       study, options.study,

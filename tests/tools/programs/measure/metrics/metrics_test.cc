@@ -196,8 +196,9 @@ TEST_F(MetricsTool, FoldersAreDrawsAndWhatWasObserved) {
 
 TEST_F(MetricsTool, DataSetSplitAndTrivialPredictors) {
   const std::string data = "--data=" + AddData();
-  const ProcessResult result = Run({data, "--fabric=3", "--train=2", "--split_seed=4", "--face=up",
-                                    "--save_split=" + Path("s.json"), "--out=" + Path("m.json")});
+  const ProcessResult result =
+      Run({data, "--data_fabric=3", "--train=2", "--split_seed=4", "--face=up",
+           "--save_split=" + Path("s.json"), "--out=" + Path("m.json")});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("8 captures, 0 training images"));
   EXPECT_THAT(result.out, HasSubstr("skipped: "));
@@ -244,11 +245,12 @@ TEST_F(MetricsTool, MistakesAreOneLineAndWriteNothing) {
                      "image is 256x256 px, expected 128x256");
   ExpectOneLineError(Run({a, data, out}), "beside --data");
   ExpectOneLineError(Run({data, "--fabric=x", out}), "option 'fabric': found 'x'");
-  ExpectOneLineError(Run({data, "--fabric=9", out}), "fabric: found 9, expected some of 3");
+  ExpectOneLineError(Run({data, "--data_fabric=9", out}), "fabric: found 9, expected some of 3");
   ExpectOneLineError(Run({data, "--train=4", "--samples=1-4", out}), "fewer than the 4");
   ExpectOneLineError(Run({data, "--face=left", out}), "expected one of up, down, both");
   ExpectOneLineError(Run({data, "--split=" + Path("no.json"), out}), "no.json");
-  ExpectOneLineError(Run({data, "--split=" + Path("no.json"), "--fabric=3", out}), "beside it");
+  ExpectOneLineError(Run({data, "--split=" + Path("no.json"), "--data_fabric=3", out}),
+                     "beside it");
   ExpectOneLineError(Run({data, "--train=0", "--save_split=" + Path("s.json"), out}),
                      "no split to store");
   ExpectOneLineError(Run({"--data=" + Path("nothing"), out}), "is not a folder");

@@ -31,14 +31,14 @@ class ReportInABrowser : public ReportTest {
     run(SimulateCommand(
         {"--mesh=disc:300", "--steps=60", "--out=" + Path("drape"),
          "--start=" + std::string(DRAPE_SOURCE_DIR) + "/configs/starts/six_waves.json"}));
-    run({kFit, "--images=" + Path("drape/silhouette.png"), "--material=" + kFabric, "--model=bayes",
+    run({kFit, "--images=" + Path("drape/silhouette.png"), "--fabric=" + kFabric, "--model=bayes",
          "--mesh=disc:150", "--coarse_mesh=disc:100", "--initial_stretch=1", "--initial_bend=0.5,1",
          "--initial_lifts=0.5,1", "--candidates_per_round=3,2,1", "--num_parameters=2",
          "--iterations=4,4,6", "--posterior_samples=4", "--posterior_iterations=4",
          "--elbo_samples=25", "--out=" + Path("fit")});
-    run({bin + "/drape_predict", "--posterior=" + Path("fit"), "--mesh=disc:120", "--draws=6",
+    run({bin + "/drape_predict", "--fabric=" + Path("fit"), "--mesh=disc:120", "--draws=6",
          "--keep_meshes", "--steps=60", "--out=" + Path("predict")});
-    run({bin + "/drape_equilibria", "--material=" + kFabric, "--mesh=disc:120", "--samples=4",
+    run({bin + "/drape_equilibria", "--fabric=" + kFabric, "--mesh=disc:120", "--samples=4",
          "--steps=60", "--out=" + Path("branches")});
     AddResult("optimisers", "drape_compare_optimisers", {{"budget_rollouts", 10}});
     Write("optimisers/report.md", "# Gaps\n| method | gap |\n|---|---|\n| bobyqa | 0.5 |\n");

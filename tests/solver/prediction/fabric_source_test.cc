@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Materials of unseen specimens from the files of a fit.
-#include "solver/prediction/material_source.h"
+#include "solver/prediction/fabric_source.h"
 
 #include <gmock/gmock.h>
 
@@ -46,7 +46,7 @@ Eigen::VectorXd LogFactors(const MaterialField& field, const MaterialField& base
   return logs;
 }
 
-class MaterialSourceTest : public testing::Test {
+class FabricSourceTest : public testing::Test {
  protected:
   // Seven numbers of the fabric and two specimens, correlated.
   StoredPosterior Hierarchy() {
@@ -81,7 +81,7 @@ class MaterialSourceTest : public testing::Test {
   }
   std::string ComputeError(const std::string& path) {
     try {
-      ReadMaterialSource(path, model(), 1);
+      ReadFabric(path);
     } catch (const InputError& error) {
       return error.what();
     }
@@ -94,14 +94,14 @@ class MaterialSourceTest : public testing::Test {
   std::mt19937_64 random_{3};
 };
 
-TEST_F(MaterialSourceTest, AMeanOfNoFabricIsRefused) {
+TEST_F(FabricSourceTest, AMeanOfNoFabricIsRefused) {
   StoredPosterior far = Hierarchy();
   far.mean[1] = -1e308;
   WritePosterior(folder_.path(), far, "test");
   EXPECT_INPUT_ERROR(ReadPosterior(folder_.path()), "expected a log factor of at most 100");
 }
 
-TEST_F(MaterialSourceTest, APosteriorReadsBackBitForBit) {
+TEST_F(FabricSourceTest, APosteriorReadsBackBitForBit) {
   for (const StoredPosterior& written : {Hierarchy(), Elements()}) {
     WritePosterior(folder_.path(), written, "test");
     const StoredPosterior read = ReadPosterior(folder_.path());
@@ -118,12 +118,12 @@ TEST_F(MaterialSourceTest, APosteriorReadsBackBitForBit) {
 
 // Log entries of unseen specimens: those of the fabric from the posterior, their scales sampled
 // again.
-TEST_F(MaterialSourceTest, DrawsOfAHierarchyHaveItsMeanAndCovariance) {
+TEST_F(FabricSourceTest, DrawsOfAHierarchyHaveItsMeanAndCovariance) {
   const StoredPosterior posterior = Hierarchy();
   WritePosterior(folder_.path(), posterior, "test");
-  std::string kind;
-  const MaterialSource materials = ReadMaterialSource(folder_.path(), model(), 5, &kind);
-  EXPECT_EQ(kind, "hierarchy");
+  const FabricSource fabric = ReadFabric(folder_.path());
+  EXPECT_EQ(fabric.kind, "hierarchy");
+  const MaterialSource materials = MakeSpecimens(fabric, model().mesh, 5);
   constexpr int kDraws = 20000;
   Eigen::MatrixXd logs(kMaterialEntries, kDraws);
   for (int s = 0; s < kDraws; ++s) logs.col(s) = LogFactors(materials(s), posterior.base);
@@ -141,12 +141,12 @@ TEST_F(MaterialSourceTest, DrawsOfAHierarchyHaveItsMeanAndCovariance) {
             6 * largest * std::sqrt(2.0 / kDraws));
 }
 
-TEST_F(MaterialSourceTest, ElementsDrawOnTheirOwn) {
+TEST_F(FabricSourceTest, ElementsDrawOnTheirOwn) {
   const StoredPosterior posterior = Elements();
   WritePosterior(folder_.path(), posterior, "test");
-  std::string kind;
-  const MaterialSource materials = ReadMaterialSource(folder_.path(), model(), 5, &kind);
-  EXPECT_EQ(kind, "bdp");
+  const FabricSource fabric = ReadFabric(folder_.path());
+  EXPECT_EQ(fabric.kind, "bdp");
+  const MaterialSource materials = MakeSpecimens(fabric, model().mesh, 5);
   const int faces = model().mesh.num_faces(), hinges = model().mesh.num_hinges();
   constexpr int kSpecimens = 60;
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(39), squares = sum, neighbours = sum;
@@ -170,12 +170,14 @@ TEST_F(MaterialSourceTest, ElementsDrawOnTheirOwn) {
   EXPECT_LT((neighbours.array() / count / sd.square()).abs().maxCoeff(), error);
 }
 
-TEST_F(MaterialSourceTest, ASpecimenFollowsFromSeedAndNumber) {
+TEST_F(FabricSourceTest, ASpecimenFollowsFromSeedAndNumber) {
   for (const StoredPosterior& posterior : {Hierarchy(), Elements()}) {
+    WritePosterior(folder_.path(), posterior, "test");
+    const FabricSource fabric = ReadFabric(folder_.path());
     const auto entry = [&](uint64_t seed, int specimen) {
-      return MakePosteriorSource(posterior, model().mesh, seed)(specimen).bend[0].b[1][2];
+      return MakeSpecimens(fabric, model().mesh, seed)(specimen).bend[0].b[1][2];
     };
-    const MaterialSource draws = MakePosteriorSource(posterior, model().mesh, 1);
+    const MaterialSource draws = MakeSpecimens(fabric, model().mesh, 1);
     draws(7);
     EXPECT_EQ(draws(3).bend[0].b[1][2], entry(1, 3));
     EXPECT_NE(entry(1, 3), entry(1, 4));
@@ -183,46 +185,42 @@ TEST_F(MaterialSourceTest, ASpecimenFollowsFromSeedAndNumber) {
   }
 }
 
-TEST_F(MaterialSourceTest, OneTableAndAFieldAreTheSameForAll) {
+TEST_F(FabricSourceTest, OneTableAndAFieldAreTheSameForAll) {
   Material material = {.name = "a",
                        .field = test::TestMaterial(),
                        .source_convention = "arcsim",
                        .source = "",
                        .warnings = {}};
-  std::string kind;
   WriteMaterial(folder_ / "material.json", material);
-  const MaterialSource table = ReadMaterialSource(folder_.path(), model(), 1, &kind);
-  EXPECT_EQ(kind, "table");
+  EXPECT_EQ(ReadFabric(folder_.path()).kind, "table");
+  const MaterialSource table = MakeSpecimens(ReadFabric(folder_.path()), model().mesh, 1);
   EXPECT_EQ(table(0).stretch.size(), 1u);
   EXPECT_EQ(table(9).bend[0].b[2][4], material.field.bend[0].b[2][4]);
   material.field.stretch.resize(model().mesh.num_faces(), material.field.stretch[0]);
   material.field.bend.resize(model().mesh.num_hinges(), material.field.bend[0]);
   WriteMaterialField(folder_ / "material.json", material, model().mesh);
-  const auto field = ReadMaterialSource(folder_ / "material.json", model(), 1, &kind)(4);
-  EXPECT_EQ(kind, "field");
+  const FabricSource source = ReadFabric(folder_ / "material.json", {}, &model().mesh);
+  EXPECT_EQ(source.kind, "field");
+  const auto field = MakeSpecimens(source, model().mesh, 1)(4);
   EXPECT_EQ(field.stretch.size(), static_cast<std::size_t>(model().mesh.num_faces()));
 }
 
 // A later fit into the same folder leaves the files of an earlier one.
-TEST_F(MaterialSourceTest, TheSummarySaysWhoseFilesCount) {
+TEST_F(FabricSourceTest, TheSummarySaysWhoseFilesCount) {
   WritePosterior(folder_.path(), Elements(), "test");
   WriteMaterial(folder_ / "material.json", {.name = "a",
                                             .field = test::TestMaterial(),
                                             .source_convention = "arcsim",
                                             .source = "",
                                             .warnings = {}});
-  std::string kind;
   std::ofstream(folder_ / "summary.json") << R"({"model": "homogeneous"})";
-  ReadMaterialSource(folder_.path(), model(), 1, &kind);
-  EXPECT_EQ(kind, "table");
+  EXPECT_EQ(ReadFabric(folder_.path()).kind, "table");
   std::ofstream(folder_ / "summary.json") << R"({"model": "bdp", "posterior": {}})";
-  ReadMaterialSource(folder_.path(), model(), 1, &kind);
-  EXPECT_EQ(kind, "bdp");
+  EXPECT_EQ(ReadFabric(folder_.path()).kind, "bdp");
 }
 
-TEST_F(MaterialSourceTest, BadFilesAreOneClearLine) {
-  EXPECT_THAT(ComputeError(folder_.path()),
-              HasSubstr("found neither posterior.json nor material.json"));
+TEST_F(FabricSourceTest, BadFilesAreOneClearLine) {
+  EXPECT_THAT(ComputeError(folder_.path()), HasSubstr("found no material.json"));
   EXPECT_THAT(ComputeError(folder_ / "none.json"), HasSubstr("none.json"));
   const StoredPosterior hierarchy = Hierarchy();
   const auto error = [&](const auto& spoil) { return ComputeError(hierarchy, spoil); };
