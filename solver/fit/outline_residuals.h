@@ -47,10 +47,21 @@ void VisitFields(Options& options, Visitor&& visit) {
                         .most = 1e4});
   visit(solve_mode,
         Field{.key = "solve", .doc = "fit the equilibrium, or the shape after the settle steps"});
-  visit(warm_restart, Field{.key = "warm_restart", .is_option = false});
-  visit(max_outline_change,
-        Field{.key = "max_outline_change", .least = 0, .above_least = true, .is_option = false});
-  visit(max_jump, Field{.key = "max_jump", .least = 0, .above_least = true, .is_option = false});
+  visit(warm_restart, Field{.key = "warm_restart",
+                            .doc = "solve dynamic: trials start from the last accepted drape, not "
+                                   "from that of the initial guess"});
+  visit(max_outline_change, Field{.key = "max_outline_change",
+                                  .doc = "reject a step that is predicted to move the outline "
+                                         "further",
+                                  .unit = "px",
+                                  .least = 0,
+                                  .above_least = true});
+  visit(max_jump, Field{.key = "max_jump",
+                        .doc = "reject a drape with a vertex further from its prediction: it is on "
+                               "another branch",
+                        .unit = "m",
+                        .least = 0,
+                        .above_least = true});
   visit(rollout.h, Field{.key = "settle_time_step",
                          .doc = "time step that relaxes an initial guess",
                          .unit = "s",
