@@ -17,7 +17,7 @@ bool IsAlongThreads(int entry) {
   return entry < kStretchEntries && (column == 0 || column == 2);
 }
 
-// Of a cloth that is not deformed there is rounding at most.
+// A cloth that is not deformed has at most the energy of rounding.
 constexpr double kNoEnergy = 1e-25;
 
 // Weights of c11, c22 and of bend with the sums 1; equal ones where there is no energy.

@@ -18,7 +18,8 @@ namespace drape {
 // and c33 none; those of bend have the sum 1. shapes: [m], [3V] each, at least one.
 Eigen::VectorXd StiffnessWeights(const ClothModel& model,
                                  const std::vector<Eigen::VectorXd>& shapes);
-// The same for every entry of c11 and c22, and of bend: plain means, where there is no drape.
+// Equal weights for the entries of c11 and c22 and for those of bend: plain means, where there is
+// no drape.
 Eigen::VectorXd EqualStiffnessWeights();
 
 // The membrane stiffness along the threads [N/m] and the plate rigidity [N·m] of one table of each

@@ -27,7 +27,7 @@ struct FitIteration {
   double seconds = 0.0;  // since the start of the stage
 };
 
-// Of Ceres's trust region, by Levenberg–Marquardt.
+// Settings of Ceres's trust region by Levenberg–Marquardt.
 struct TrustRegionOptions {
   int max_iterations = 30;
   double max_damping = 1e3;  // stop when damping > max_damping
@@ -110,7 +110,7 @@ TrustRegionRun RunTrustRegion(ceres::Problem& problem, const TrustRegionOptions&
 FitSummary Fit(OutlineResiduals& outlines, const FitOptions& options,
                StripResiduals* strips = nullptr);
 
-// The same for laboratory measurements alone, from `theta`.
+// Fits laboratory measurements alone, from `theta`.
 FitSummary FitStrips(StripResiduals& strips, const MaterialParametrisation& parametrisation,
                      const Eigen::VectorXd& theta, const FitOptions& options);
 

@@ -55,7 +55,7 @@ LabMeasurement ReadLabMeasurement(const std::string& path);
 // stretched at a gauge of 8 cm (S2) along the length (L: warp), the width (W: weft) and the bias
 // (B). Their samples alternate distance [cm] and force [gf], cycle by cycle; the file is JSON with
 //   "raw_data": {"B" | "L" | "W": {"S2": {"width" [cm], "samplesTree": [[d, f, d, f, …], …]}}}.
-// Of each strip the loading with the largest force counts. It begins where the strip is taut: its
+// The loading of each strip with the largest force counts. It begins where the strip is taut: its
 // first sample is the rest length, its mean force over the first samples zero. The points are means
 // of ten equal parts of the force. The readings' standard deviation is one hundredth of the largest
 // strain, at least 1e-3: the file states none. Other members (bending loops, thickness) are not
@@ -159,7 +159,7 @@ struct BendingEstimate {
 // NaN for an angle [°] that is not between 0 and 90.
 BendingEstimate EstimateBending(double overhang, double angle, double density);
 
-// None when a strip cannot be computed.
+// Returns no report when a strip cannot be computed.
 std::vector<StripReport> ReportStrips(const StripResiduals& strips, const MaterialField& material);
 
 nlohmann::ordered_json StripsJson(const std::vector<StripReport>& reports);

@@ -156,7 +156,7 @@ class OutlineResiduals : public ceres::EvaluationCallback {
   void Evaluate(bool with_jacobians);
   void RunDynamic(const MaterialField& material, bool with_jacobians);
   void RunStatic(const MaterialField& material, bool with_jacobians);
-  // Of drapes at rest, which are given as states.
+  // Derivatives of drapes at rest, which are given as states.
   void FindTangents(const MaterialField& material, const std::vector<State>& drapes);
   void FindAdjoints(const MaterialField& material, const std::vector<State>& drapes);
   void FillResidual(int i, bool with_jacobian);

@@ -47,7 +47,7 @@ inline constexpr ParameterTying kParameterTyings[] = {
 inline bool FreesStretch(ParameterTying tying) {
   return tying != ParameterTying::kBendScale && tying != ParameterTying::kBendRows;
 }
-// By its number of parameters.
+// The name of a tying is its number of parameters.
 constexpr auto EnumNames(ParameterTying) {
   return MakeNames<ParameterTying>({{ParameterTying::kBendScale, "1"},
                                     {ParameterTying::kScales, "2"},
@@ -58,7 +58,7 @@ constexpr auto EnumNames(ParameterTying) {
 // The T of a tying: ones and zeros, shape [39, P].
 Eigen::MatrixXd TyingMatrix(ParameterTying tying);
 
-// Of number i of a tying: "stretch", "c11", "bend[2]", "c33[5]", "bend[2][4]".
+// The name of number i of a tying: "stretch", "c11", "bend[2]", "c33[5]", "bend[2][4]".
 std::string NameFor(ParameterTying tying, int i);
 
 // One table for the whole cloth, with log factors η = T·θ. A base of a table for each element keeps
@@ -112,7 +112,7 @@ StretchTable ApplyLogFactors(const StretchTable& base, const double* log_factors
 // the table: another sign, zero in one of them alone, or a coupling of ρmax or more.
 Eigen::VectorXd FindLogFactors(const StretchTable& base, const StretchTable& table);
 
-// The same of one table of each kind, shape [39]; of bend the logarithm of the ratio.
+// The inverse for one table of each kind, shape [39]: a bend entry has the logarithm of the ratio.
 Eigen::VectorXd FindLogFactors(const MaterialField& base, const MaterialField& table);
 // Their means over the entries that each number of a tying T is on, shape [P]; the columns of T,
 // shape [39, P], are ones and zeros.

@@ -101,7 +101,7 @@ struct BranchCluster {
   bool stable = true;        // all members
   double residual = 0.0;     // the largest
 };
-// Of the samples at rest; the most frequent first, then by energy. tolerance: [m].
+// The branches of the samples at rest: the most frequent first, then by energy. tolerance: [m].
 std::vector<BranchCluster> ClusterSamples(const std::vector<DrapeSample>& samples,
                                           BranchMetric metric, double tolerance);
 

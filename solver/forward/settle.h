@@ -34,8 +34,8 @@ struct SettleOptions {
 
 struct SettledDrape {
   RolloutStatus steps = RolloutStatus::kOk;
-  // Of Newton; its x is the drape. Without Newton, or where the steps failed, only x is set: the
-  // end of the steps, or empty.
+  // The result of Newton's method, whose x is the drape. Without Newton, or where the steps failed,
+  // only x is set: the end of the steps, or empty.
   EquilibriumResult rest;
 
   // Whether there is a drape: a stable equilibrium, or the end of the steps where Newton is not
@@ -43,10 +43,10 @@ struct SettledDrape {
   bool IsUsable(SolveMode solve_mode) const;
 };
 
-// In the order of the starts.
+// Settles the starts under one material, in their order.
 std::vector<SettledDrape> Settle(Backend& backend, const MaterialField& material,
                                  std::span<const State> starts, const SettleOptions& options);
-// Of several materials, in the order of the inputs.
+// Settles states of several materials, in the order of the inputs.
 std::vector<SettledDrape> Settle(Backend& backend, std::span<const RolloutInput> inputs,
                                  const SettleOptions& options);
 

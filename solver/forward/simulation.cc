@@ -24,7 +24,7 @@ MaterialField Ones() {
 
 constexpr int kLongestPiece = 20;  // steps between two reports of the progress
 
-// Of a load path that ended at this share of the load.
+// The status of a load path that ended at this share of the load.
 std::string LostStability(double share) {
   return share > 0.0 ? Format("lost stability at %.2g %% of the load", 100.0 * share)
                      : "not stable under any share of the load";

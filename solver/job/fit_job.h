@@ -46,7 +46,7 @@ struct FitJobResult {
 FitJobResult RunFitJob(const FitSpec& spec, const FitData& data, const FitFiles& files,
                        const RunControl& control);
 
-// The same from files.checkpoint, where there is one that the fit can continue from.
+// Continues from files.checkpoint where the fit can, and otherwise runs from the beginning.
 FitJobResult ContinueFitJob(const FitSpec& spec, const FitData& data, FitFiles files,
                             const RunControl& control);
 

@@ -247,7 +247,8 @@ ordered_json LabFitJson(double prior_sigma, const FitSummary& fit) {
   return json;
 }
 
-// Of the fitted table or the mean of its fields, beside that of the reference, if there is one.
+// The stiffness of the fitted table or of the mean of its fields, beside the reference if there is
+// one.
 ordered_json StiffnessJson(const FitReport& report) {
   ordered_json json;
   for (const StiffnessQuantity& quantity :
@@ -316,7 +317,7 @@ ordered_json GuessJson(const FitData& data, const InitialGuess& guess) {
           {"coarse_profile_rms_px", guess.profile_rms}};
 }
 
-// Of each image and in the mean.
+// Metrics of each image and their means.
 ordered_json ImagesJson(const FitProblem& problem, const FitReport& report,
                         const InitialGuess& guess) {
   ordered_json images = ordered_json::array();
@@ -402,8 +403,8 @@ ordered_json Summary(const FitSpec& spec, const FitData& data, const FitProblem&
   return json;
 }
 
-// Of one table of each kind, beside those that the images were made with, if given: "c11  fitted
-// [reference  ratio]".
+// The means of one table of each kind, beside the tables that the images were made with, if given:
+// "c11  fitted [reference  ratio]".
 std::string MaterialTable(const MaterialField& fitted, const MaterialField* reference,
                           const Eigen::VectorXd& weights) {
   std::string table = Format("  %-22s %10s%s\n", "mean of the table", "fitted",

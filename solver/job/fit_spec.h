@@ -53,7 +53,7 @@ struct FitSpec {
   // change an entry that is not positive. 0: tables as they are, negative entries as the law
   // allows.
   double min_relative_stiffness = 0.0;
-  // Of the start tables, after that. A simpler form is kept by 2 parameters, a linear one by 7 too.
+  // The form of the raised start tables. 2 parameters keep a simpler form, and 7 a linear one.
   TableForm table_form = TableForm::kGiven;
   // Images: the models that the fitted one contains are fitted first (RunNestedFit).
   bool simpler_models = true;
@@ -73,7 +73,7 @@ inline FitSpec FitSpecWithThreads(int threads) {
   return spec;
 }
 
-// The fields of its own; those of the structs in it have visitors of their own.
+// Visits its own fields; the structs in it have visitors of their own.
 template <MutableOrConst<FitSpec> Options, class Visitor>
 void VisitFields(Options& options, Visitor&& visit) {
   auto& [model, mesh, search_mesh, coarse_mesh, law, contact, observation, stages,

@@ -199,7 +199,7 @@ class LaplaceApproximation {
   double prior_sigma_;
 };
 
-// By central differences, which have an error of 1e-8 of the gradient.
+// Takes central differences, which have an error of 1e-8 of the gradient.
 Eigen::VectorXd GradientByLogEntries(const LogQuantity& quantity, const MaterialField& table) {
   constexpr double kStep = 1e-4;
   const auto at = [&](int entry, double step) {

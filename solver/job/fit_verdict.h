@@ -37,13 +37,13 @@ struct WeightedRows {
   Eigen::Index outline_rows = 0;  // the first of them
   double outline_weight = 1.0;    // factor on the squares of the outlines' residuals
 };
-// By the Laplace approximation at a fitted table; what strips do not determine has the error that
-// fits of silhouettes had on twins. weights: StiffnessWeights; tie: T = ∂(log entries)/∂θ, shape
-// [39, P]; prior_sigma: of each θ.
+// Estimates by the Laplace approximation at a fitted table. What strips do not determine has the
+// error that fits of silhouettes had on twins. weights: StiffnessWeights; tie: T = ∂(log
+// entries)/∂θ, shape [39, P]; prior_sigma: of each θ.
 StiffnessEstimates EstimateStiffness(const MaterialField& table, const Eigen::VectorXd& weights,
                                      const Eigen::MatrixXd& tie, const WeightedRows& rows,
                                      double prior_sigma);
-// The same of any quantity, for the sheet of a laboratory.
+// Judges any quantity in the same way, for the sheet of a laboratory.
 Judgement JudgeByLaplace(const MaterialField& table, const Eigen::MatrixXd& tie,
                          const WeightedRows& rows, double prior_sigma);
 

@@ -108,7 +108,7 @@ struct HierarchicalSamples::SampleState {
       jacobian += std::ptrdiff_t{outlines.num_angles()} * outlines.num_parameters();
     }
   }
-  // By the Jacobian at the last point with valid drapes.
+  // Extrapolates by the Jacobian at the last point with valid drapes.
   Eigen::VectorXd ExtrapolatedResidual() const {
     return outlines.accepted().residual +
            outlines.accepted().jacobian * (point - outlines.accepted().theta);

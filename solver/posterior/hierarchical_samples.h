@@ -20,7 +20,8 @@ struct HierarchicalModel {
   MaterialField base;  // the prior's median: one table
   ParameterTying fabric = ParameterTying::kEntries;
   double fabric_sigma = 1.0;  // prior standard deviation of each log factor of the fabric
-  // Of the log factors of a specimen on all stretch, on all bend entries; 0: specimens are alike.
+  // Prior standard deviations of a specimen's log factors on all stretch and on all bend entries;
+  // 0: specimens are alike.
   double specimen_stretch_sigma = 0.0, specimen_bend_sigma = 0.0;
   int specimens = 1;
   // Instead of fabric_sigma: R, and R·Rᵀ is the prior covariance of the fabric's log factors; shape

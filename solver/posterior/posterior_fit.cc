@@ -128,7 +128,8 @@ class ElementFitter {
     return fit_.distribution.termination != FitTermination::kFailed;
   }
 
-  // By noise that the fit has not used, in batches of its size, until too few samples can be valid.
+  // Draws noise that the fit has not used, in batches of its size, until too few samples can be
+  // valid.
   void EstimateElboOfFit() {
     const GaussianPosterior& q = fit_.distribution.gaussian;
     std::vector<Eigen::VectorXd> residuals;
@@ -305,7 +306,7 @@ void MapEstimator::SetHierarchy(const FitCandidate& candidate) {
   fit_.hierarchy.fabric_root = options_.prior->root;
 }
 
-// Those of the candidate's tables; where the prior's numbers cannot make them, of the nearest.
+// The numbers of the candidate's tables, or of the nearest ones that the prior's numbers can make.
 Eigen::VectorXd MapEstimator::StartNumbers(const FitCandidate& candidate) const {
   if (!options_.prior) return candidate.theta / staged_.prior_sigma;
   const MaterialField& median = options_.prior->median;
@@ -316,7 +317,7 @@ Eigen::VectorXd MapEstimator::StartNumbers(const FitCandidate& candidate) const 
       MeanLogFactors(TyingMatrix(staged_.parameters), log_factors));
 }
 
-// With outlines at the posterior's angles.
+// The outlines are at the posterior's angles.
 void MapEstimator::SetSpecimens(const FitCandidate& candidate) {
   specimens_.resize(fit_.hierarchy.specimens);
   const std::vector<State> drapes = AtRest(candidate.shapes);

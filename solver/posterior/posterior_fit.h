@@ -42,7 +42,7 @@ struct PosteriorOptions {
   int iterations = 20;     // of Ceres
   int elbo_samples = 100;  // for the evidence lower bound and k̂
   uint64_t seed = 1;
-  // kHierarchy: in place of one about the initial guess.
+  // kHierarchy: replaces the prior about the initial guess.
   std::shared_ptr<const FabricPrior> prior = {};
 
   void Check() const;  // programmer errors
@@ -66,7 +66,9 @@ void VisitFields(Options& options, Visitor&& visit) {
                                     "deviation of a log factor in the prior",
                              .least = 0,
                              .above_least = true});
-  visit(estimate_sigma, Field{.key = "estimate_sigma", .is_option = false});
+  visit(estimate_sigma, Field{.key = "estimate_sigma",
+                              .doc = "models bayes, bdp: estimate sigma_px from the residuals at "
+                                     "the mode"});
   visit(angles, Field{.key = "posterior_angles", .least = 31, .most = 3600, .is_option = false});
   visit(draws, Field{.key = "posterior_samples",
                      .doc = "models bayes, bdp: number of samples of the variational fit, even",
@@ -104,12 +106,12 @@ struct PosteriorFit {
   int elbo_samples_valid = 0;  // of these samples, with stable drapes; the others are not counted
   std::optional<StoredSamples> samples = {};  // kHierarchy: the valid ones, with their outlines
   double sample_rms_px = 0.0;  // root mean square of their outlines against the images
-  // Of the samples of the distribution, with a drape extrapolated past the end of its branch.
+  // Samples of the distribution with a drape that is extrapolated past the end of its branch.
   int num_extrapolated = 0;
   RolloutCounts counts;
   std::vector<int> specimen;  // of each observation, from 0
-  // Of each observation at the mean of the distribution; at the mode, if the branch of one of them
-  // ends before the mean.
+  // Tables and drapes of each observation are those at the mean of the distribution, or at the mode
+  // if a branch ends before the mean.
   bool reported_at_mode = false;
   std::vector<MaterialField> materials;
   std::vector<Eigen::VectorXd> shapes;  // the drapes there [m], shape [3V]
@@ -140,7 +142,7 @@ class MapEstimator {
 
   // Samples of the hierarchy, from the drapes of the mode.
   HierarchicalSamples MakeSamples(int count, LostBranchPolicy policy) const;
-  // Of each specimen: what was seen, with the drapes of the mode as starts.
+  // What was seen of each specimen, with the drapes of the mode as starts.
   const std::vector<SpecimenDrapes>& specimens() const { return specimens_; }
   OutlineResidualOptions MakeResidualOptions() const;
   // from, to: the share of the progress.

@@ -25,7 +25,7 @@ using nlohmann::ordered_json;
 constexpr char kPosteriorFormat[] = "drapefit-posterior";
 constexpr int kVersion = 2;  // 1: c12 on a log scale of its own
 constexpr char kFile[] = "/posterior.json", kBase[] = "base.json";
-// Of a covariance's largest entry: what rounding may leave of asymmetry or of a negative variance.
+// What rounding may leave of asymmetry or of a negative variance, as a share of the largest entry.
 constexpr double kRounding = 1e-9;
 
 std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }

@@ -54,7 +54,7 @@ struct StoredPosterior {
 void WritePosterior(const std::string& folder, const StoredPosterior& posterior,
                     const std::string& source);
 
-// Of a mean of a posterior or of a population: a factor of 1e43 is that of no fabric.
+// The largest mean of a posterior or of a population: no fabric has a factor of 1e43.
 inline constexpr double kMostLogFactor = 100.0;
 // The means of `count` log factors. Throws InputError for one above kMostLogFactor.
 Eigen::VectorXd ReadLogFactors(const JsonInput& input, int count);
@@ -114,7 +114,7 @@ PosteriorStiffness ComputePosteriorStiffness(const PosteriorFit& fit,
 // k̂, estimated σ.
 nlohmann::ordered_json PosteriorJson(const PosteriorFit& fit, const Eigen::VectorXd& weights);
 
-// The content of its files (WritePosterior).
+// The posterior as its files hold it (WritePosterior).
 StoredPosterior MakeStoredPosterior(const PosteriorFit& fit);
 
 // For a person: the stiffness, how many log factors the data determine, and whether k̂ allows

@@ -37,9 +37,9 @@ Eigen::MatrixXd CovarianceRoot(const Eigen::MatrixXd& covariance);
 // Standard normal samples as columns, shape [size, count], that depend on the seed alone.
 Eigen::MatrixXd IndependentSamples(int size, int count, uint64_t seed);
 
-// The same as antithetic pairs (column i + count/2 is minus column i), so that odd moments vanish,
-// and with exact second moments in the first min(size, count/2) numbers: Σ ε·εᵀ / count = 1 there.
-// count even.
+// Standard normal samples as antithetic pairs (column i + count/2 is minus column i), so that odd
+// moments vanish, and with exact second moments in the first min(size, count/2) numbers: Σ ε·εᵀ /
+// count = 1 there. count even.
 Eigen::MatrixXd BalancedSamples(int size, int count, uint64_t seed);
 
 // Residuals r(u), shape [K], of S samples of P latent numbers, computed together.
@@ -51,8 +51,8 @@ class SampledResiduals {
   virtual int num_draws() const = 0;      // S
   // points: u of each sample, shape [P, S].
   virtual void Prepare(const Eigen::MatrixXd& points, bool with_jacobians) = 0;
-  // Of one sample, as prepared: residuals [K] and, if not null, ∂r/∂u, shape [K, P]. False when it
-  // has none.
+  // The residuals [K] of a prepared sample and, if not null, ∂r/∂u, shape [K, P]. False when it has
+  // none.
   [[nodiscard]] virtual bool Residuals(int draw, Eigen::VectorXd* residual,
                                        RowMatrix* jacobian) const = 0;
 };

@@ -49,7 +49,7 @@ SettleOptions CandidateFitter::CancellableSettle() const {
   return settle;
 }
 
-// None without a drape, too.
+// Returns nothing where there is no drape or no outline.
 std::optional<double> CandidateFitter::ComputeProfileRms(int i, const Eigen::VectorXd& x) const {
   if (x.size() == 0) return std::nullopt;
   return OutlineRms(fine_.model().mesh, x, problem_.observations[i]);

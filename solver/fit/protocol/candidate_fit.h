@@ -77,10 +77,10 @@ std::optional<double> ComputeCost(const FitProblem& problem, const StagedFitOpti
                                   const FitCandidate& candidate,
                                   const std::vector<double>& profile_rms);
 
-// Of numbers that are at least one.
+// The root mean square of at least one number.
 double RootMeanSquare(const std::vector<double>& values);
 
-// CandidateFitter::Jacobian on the problem's own backend.
+// Calls CandidateFitter::Jacobian on the problem's own backend.
 Eigen::MatrixXd FitJacobian(const FitProblem& problem, const StagedFitOptions& options,
                             const FitCandidate& candidate);
 

@@ -85,8 +85,9 @@ void TryInitialGuesses(Backend& coarse, const std::vector<MaterialField>& tables
 // The guesses of all scales, best first.
 std::vector<InitialGuess> RankGuesses(const TriedGuesses& tried);
 
-// Of the many drapes of a material, one near an image [METHODS, P58]: while the cloth falls, the
-// part that overhangs is pulled towards the outline of the image, then released.
+// Guided drapes find a drape near an image among the many drapes of a material [METHODS, P58]:
+// while the cloth falls, the part that overhangs is pulled towards the outline of the image, then
+// released.
 
 // The pull of an outline on a cloth. References outlive the object.
 class OutlinePull {

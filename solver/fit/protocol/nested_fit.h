@@ -43,7 +43,7 @@ StagedFitOptions PartOptions(const FitProblem& problem, const StagedFitOptions& 
 StagedFitState RunNestedFit(const FitProblem& problem, const StagedFitOptions& options,
                             StagedFitState state, const StagedFitControl& control);
 
-// Of the best candidate of the part that a state is at; none without one.
+// The result of the best candidate of the part that a state is at; nothing without a candidate.
 std::optional<PartResult> FindResult(const FitProblem& problem, const StagedFitOptions& options,
                                      const StagedFitState& state);
 
@@ -53,7 +53,7 @@ std::optional<PartResult> FindResult(const FitProblem& problem, const StagedFitO
 struct MeshError {
   double log_stretch = 0.0, log_bend = 0.0;
 };
-// None for a fit that was made on one mesh only, or has no result.
+// Returns nothing for a fit on one mesh, or without a result.
 std::optional<MeshError> EstimateMeshError(const FitProblem& problem,
                                            const StagedFitOptions& options,
                                            const StagedFitState& state);

@@ -17,8 +17,6 @@
 
 namespace drape {
 
-// The types that the units of the staged protocol share [METHODS, P18].
-
 // A model of one table: the form of its start tables, which its free numbers keep.
 struct TableModel {
   TableForm form = TableForm::kGiven;
@@ -115,7 +113,7 @@ struct FitCandidate {
 
 // The start tables of a problem, the first of them first.
 std::vector<MaterialField> ListStartTables(const FitProblem& problem);
-// Those of a guess, scaled. tables: ListStartTables, in the form of a model.
+// The scaled tables of a guess. tables: ListStartTables, in the form of a model.
 MaterialField GuessTables(const std::vector<MaterialField>& tables, const InitialGuess& guess);
 
 // The tables of a candidate.
@@ -133,15 +131,15 @@ struct PartResult {
 // A staged fit, or a nested one, between two units of work. Saved and read back, the fit continues
 // to the identical result.
 struct StagedFitState {
-  // Of a nested fit: parts that are done, their results where they have some, and the best of the
-  // part before as a start of this one.
+  // A nested fit: the parts that are done, their results where they have some, and the best
+  // candidate of the part before as a start of this one.
   int parts_done = 0;
   std::vector<PartResult> part_results;
   std::optional<FitCandidate> carried;
   TriedGuesses tried;  // by the grid; empty once it is done
   bool grid_done = false;
-  // Of this round; in the first round more than are wanted, since some guesses have no stable drape
-  // or the same drape as another.
+  // The candidates of this round. The first round has more than are wanted, since some guesses have
+  // no stable drape or the same drape as another.
   std::vector<FitCandidate> candidates;
   int round = 0;
   int iterations = 0;
@@ -196,7 +194,7 @@ StagedFitState RunStagedFit(const FitProblem& problem, const StagedFitOptions& o
 // The number of candidates of the present round that are done.
 int DoneCandidates(const StagedFitState& state);
 
-// Of them, those that have a result.
+// The number of done candidates that have a result.
 int SucceededCandidates(const StagedFitState& state);
 
 // The valid candidate of least cost, or nullptr.

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a log factor that the free numbers must reproduce.
+// The error of a log factor that the free numbers must reproduce.
 constexpr double kRounding = 1e-6;
 // Standard deviation of a table that is known, in log units.
 constexpr double kPointDeviation = 1e-6;

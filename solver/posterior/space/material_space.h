@@ -90,7 +90,7 @@ FabricBelief ReadFabricBelief(const SpaceFrame& frame, const std::string& path);
 // The space of materials: how far fabrics are apart, the population that they are drawn from, and
 // how likely a further material is in it [METHODS, P60, P61].
 
-// Of two distributions, in z; Wasserstein in log units.
+// Distances of two distributions in z. Wasserstein is in log units.
 struct Distances {
   double divergence = 0.0, reverse_divergence = 0.0;  // KL(first ‖ second), KL(second ‖ first)
   double jeffreys = 0.0, bhattacharyya = 0.0, hellinger = 0.0, wasserstein = 0.0;

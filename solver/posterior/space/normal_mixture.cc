@@ -26,7 +26,7 @@ double SquaredLength(const Eigen::LLT<Eigen::MatrixXd>& factor, const Eigen::Vec
   return factor.matrixL().solve(x).squaredNorm();
 }
 
-// Of a matrix without negative eigenvalues but for rounding.
+// The square root of a matrix whose negative eigenvalues are rounding.
 Eigen::MatrixXd SquareRoot(const Eigen::MatrixXd& matrix) {
   const Axes axes(matrix);
   return axes.eigenvectors() * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *

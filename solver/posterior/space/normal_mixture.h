@@ -40,7 +40,7 @@ struct DeterminedDirections {
 };
 // Half of the prior's standard deviation.
 inline constexpr double kDeterminedRatio = 0.25;
-// Those with a ratio below `most`, at most `count` of them.
+// The directions with a ratio below `most`, at most `count` of them.
 DeterminedDirections FindDetermined(const Eigen::MatrixXd& covariance, int count,
                                     double most = kDeterminedRatio);
 
@@ -76,7 +76,8 @@ NormalMixture Deconvolve(const std::vector<NormalDistribution>& observations, in
 // differences [Hastie 2009].
 struct ComponentChoice {
   int components = 1;
-  // By number of components, from 1: Σ ln p(left out); by observation under the chosen number.
+  // Σ ln p(left out) by the number of components, from 1, and its terms by observation under the
+  // chosen number.
   std::vector<double> log_likelihoods, left_out;
 };
 // At least two observations. Not more components than a third of the observations.

@@ -38,7 +38,7 @@ std::vector<std::string> Names(const SpaceFrame& frame) {
   return names;
 }
 
-// In the convention of the tables, so that they read back to the last bit.
+// Writes the convention of the tables, so that they read back to the last bit.
 ordered_json BaseJson(const MaterialField& base) {
   using Stretch = Eigen::Matrix<double, kStretchRows, kStretchCols, Eigen::RowMajor>;
   using Bend = Eigen::Matrix<double, kBendRows, kBendCols, Eigen::RowMajor>;
@@ -181,7 +181,7 @@ Eigen::MatrixXd ReadCovariance(const JsonInput& input, int size) {
   const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
   if (!covariance.isApprox(covariance.transpose(), 1e-9) || factor.info() != Eigen::Success)
     throw InputError(input.Name(), "is no covariance, expected a positive definite matrix");
-  // Of each number given those before it.
+  // The deviation of each number given the numbers before it.
   const Eigen::VectorXd deviations = factor.matrixLLT().diagonal();
   if (deviations.minCoeff() < kLeastDeviation || deviations.maxCoeff() > kMostDeviation)
     throw InputError(input.Name(),

@@ -29,7 +29,7 @@ struct RecordedNumber {
   std::string unit;          // "N/m", "N m"
   double value = 0.0;        // of the exported tables: with a posterior its median
   std::optional<double> sd;  // standard deviation under the posterior
-  // Of the variance of the logarithm in the prior, the share that the fit has removed: at least
+  // The share of the logarithm's prior variance that the fit has removed: at least
   // one half is called measured, less is from the prior.
   std::optional<double> share_removed;
 

@@ -29,10 +29,10 @@ struct KnownTo {
 };
 using Judgement = std::function<std::optional<KnownTo>(const LogQuantity&, Resistance)>;
 
-// By samples of a posterior of kind hierarchy. A quantity is determined where the fit has removed
-// at least half of the variance of its logarithm in the prior, as in an ExchangeRecord; stretching
-// only where strips have measured it, since no silhouette does (P57). bend_deviation: standard
-// deviation of the logarithm of a rigidity, the model's error beside the posterior's.
+// Judges by samples of a posterior of kind hierarchy. A quantity is determined where the fit has
+// removed at least half of the variance of its logarithm in the prior, as in an ExchangeRecord;
+// stretching only where strips have measured it, since no silhouette does (P57). bend_deviation:
+// standard deviation of the logarithm of a rigidity, the model's error beside the posterior's.
 Judgement JudgeByPosterior(const StoredPosterior& posterior, bool stretch_measured,
                            double bend_deviation = 0.0);
 

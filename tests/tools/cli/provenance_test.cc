@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/cli/provenance.h"
+
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "physics/util/math/sha256.h"
 #include "tests/physics/file_fixture.h"
 #include "tools/cli/option_table.h"
-#include "tools/cli/provenance.h"
 
 namespace drape {
 namespace {

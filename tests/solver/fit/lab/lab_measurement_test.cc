@@ -55,7 +55,8 @@ TEST_F(LabMeasurementFile, BadValuesAreNamed) {
     EXPECT_INPUT_ERROR(ReadLabMeasurement(path), text);
   };
   expect(With(kCantilever, "sigma", "sigmas"), "unknown key 'sigmas'");
-  expect(With(kCantilever, "cantilever", "shear"), "found 'shear', expected one of cantilever, tensile");
+  expect(With(kCantilever, "cantilever", "shear"),
+         "found 'shear', expected one of cantilever, tensile");
   expect(With(kCantilever, "0.06", "-0.06"), "bad.json: key 'points[0].length': found -0.06");
   expect(With(kCantilever, "41.5", "90"), "'points[0].angle': found 90, expected a number > 0.0");
   expect(With(kCantilever, "0.5,", "0,"), "key 'sigma'");
