@@ -51,6 +51,7 @@ struct LabMeasurement {
 // `width` of a cantilever may be left out. Points may be in any order. Throws InputError (file,
 // key, value, what was expected) for a key that is unknown or missing and a value out of range.
 LabMeasurement ReadLabMeasurement(const std::string& path);
+
 // The tensile tests of a U3M 1.1 material: raw data of a FAB device, strips of width 5 cm that are
 // stretched at a gauge of 8 cm (S2) along the length (L: warp), the width (W: weft) and the bias
 // (B). Their samples alternate distance [cm] and force [gf], cycle by cycle; the file is JSON with
