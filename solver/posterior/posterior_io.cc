@@ -23,7 +23,7 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr char kPosteriorFormat[] = "drapefit-posterior";
-constexpr int kVersion = 2;  // 1: c12 on a log scale of its own
+constexpr int kPosteriorVersion = 2;  // 1: c12 on a log scale of its own
 constexpr char kFile[] = "/posterior.json", kBase[] = "base.json";
 // What rounding may leave of asymmetry or of a negative variance, as a share of the largest entry.
 constexpr double kRounding = 1e-9;
@@ -68,7 +68,8 @@ void ReadNames(const JsonInput& names, StoredPosterior* posterior) {
 void ExpectHeader(const JsonInput& input) {
   if (!input.Has("format") || input.At("format").value() != kPosteriorFormat)
     input.Fail(std::string("a posterior, with \"format\": \"") + kPosteriorFormat + '"');
-  if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
+  if (input.At("version").Integer() != kPosteriorVersion)
+    input.At("version").Fail(std::to_string(kPosteriorVersion));
   if (input.At("log_factors_on").String() != kBase)
     input.At("log_factors_on").Fail(std::string("\"") + kBase + '"');
 }
@@ -144,10 +145,13 @@ void WritePosterior(const std::string& folder, const StoredPosterior& posterior,
   CHECK_EQ(posterior.prior_sd.size(), posterior.size());
   ordered_json names = ordered_json::array();
   for (int i = 0; i < posterior.size(); ++i) names.push_back(posterior.NameFor(i));
-  ordered_json file = {
-      {"format", kPosteriorFormat},  {"version", kVersion}, {"kind", ToString(posterior.kind)},
-      {"log_factors_on", kBase},     {"names", names},      {"prior_sd", List(posterior.prior_sd)},
-      {"mean", List(posterior.mean)}};
+  ordered_json file = {{"format", kPosteriorFormat},
+                       {"version", kPosteriorVersion},
+                       {"kind", ToString(posterior.kind)},
+                       {"log_factors_on", kBase},
+                       {"names", names},
+                       {"prior_sd", List(posterior.prior_sd)},
+                       {"mean", List(posterior.mean)}};
   if (posterior.kind == PosteriorKind::kElements) {
     CHECK_EQ(posterior.element_sd.size(), kMaterialEntries);
     file["element_sd"] = List(posterior.element_sd);

@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // The error of a log factor that the free numbers must reproduce.
-constexpr double kRounding = 1e-6;
+constexpr double kLogRounding = 1e-6;
 // Standard deviation of a table that is known, in log units.
 constexpr double kPointDeviation = 1e-6;
 
@@ -49,7 +49,7 @@ std::string PriorText(const StoredPosterior& posterior) {
 bool SamePrior(const StoredPosterior& a, const StoredPosterior& b) {
   if (a.kind != b.kind || a.fabric != b.fabric) return false;
   const Eigen::MatrixXd difference = a.FabricPrior() - b.FabricPrior();
-  return difference.cwiseAbs().maxCoeff() < kRounding * a.FabricPrior().cwiseAbs().maxCoeff();
+  return difference.cwiseAbs().maxCoeff() < kLogRounding * a.FabricPrior().cwiseAbs().maxCoeff();
 }
 
 std::string PosteriorFile(const std::string& folder) { return folder + "/posterior.json"; }
@@ -323,7 +323,7 @@ Eigen::VectorXd SpaceFrame::LogFactors(const MaterialField& table, const std::st
                      "of them, expected tables with finite log factors");
   Eigen::VectorXd theta = MeanLogFactors(tie, all);
   const double error = (tie * theta - all).cwiseAbs().maxCoeff();
-  if (error > kRounding)
+  if (error > kLogRounding)
     throw InputError(where,
                      Format("the table differs from those of the other fabrics by more than "
                             "its %d numbers can change (a log factor by %.3g), expected fits "

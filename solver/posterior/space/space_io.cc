@@ -21,14 +21,16 @@ using nlohmann::json;
 using nlohmann::ordered_json;
 
 constexpr char kSpaceFormat[] = "drapefit-space";
-constexpr int kVersion = 1;
+constexpr int kSpaceVersion = 1;
 constexpr double kLeastDeviation = 1e-9, kMostDeviation = 1e9;  // of a log factor of a prior
 
-std::vector<double> List(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
+std::vector<double> Numbers(const Eigen::VectorXd& values) {
+  return {values.begin(), values.end()};
+}
 
 ordered_json Rows(const Eigen::MatrixXd& matrix) {
   ordered_json rows = ordered_json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back(List(matrix.row(i)));
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) rows.push_back(Numbers(matrix.row(i)));
   return rows;
 }
 
@@ -49,7 +51,7 @@ ordered_json BaseJson(const MaterialField& base) {
 }
 
 ordered_json DistributionJson(const NormalDistribution& p) {
-  return {{"mean", List(p.mean)}, {"covariance", Rows(p.covariance)}};
+  return {{"mean", Numbers(p.mean)}, {"covariance", Rows(p.covariance)}};
 }
 
 ordered_json FabricsJson(const MaterialSpace& space) {
@@ -59,9 +61,9 @@ ordered_json FabricsJson(const MaterialSpace& space) {
     fabrics.push_back({{"name", fabric.name},
                        {"folder", fabric.folder},
                        {"density", fabric.density},
-                       {"mean", List(fabric.theta.mean)},
-                       {"sd", List(fabric.theta.covariance.diagonal().cwiseSqrt())},
-                       {"specimen_sd", List(fabric.specimen_sd)},
+                       {"mean", Numbers(fabric.theta.mean)},
+                       {"sd", Numbers(fabric.theta.covariance.diagonal().cwiseSqrt())},
+                       {"specimen_sd", Numbers(fabric.specimen_sd)},
                        {"determined", DistributionJson(space.fabrics[i])}});
   }
   return fabrics;
@@ -75,8 +77,8 @@ ordered_json JudgedJson(const std::vector<JudgedMaterial>& materials) {
                     {"p_value", each.p_value},
                     {"log_mixture", each.log_mixture},
                     {"probability_of_fabrics", each.by_fabric},
-                    {"place", List(each.place)},
-                    {"determined", List(each.determined)}});
+                    {"place", Numbers(each.place)},
+                    {"determined", Numbers(each.determined)}});
   return list;
 }
 
@@ -101,7 +103,7 @@ void AddPopulation(const MaterialSpace& space, ordered_json* file) {
     components.back().update(DistributionJson(space.population.components[k]));
   }
   (*file)["population"] = {{"directions_of_prior_units", Rows(space.leading.axes.transpose())},
-                           {"ratios", List(space.leading.ratios)},
+                           {"ratios", Numbers(space.leading.ratios)},
                            {"log_likelihood_by_components", space.choice.log_likelihoods},
                            {"components", components}};
   (*file)["left_out"] = JudgedJson(space.left_out);
@@ -113,14 +115,14 @@ void AddPopulation(const MaterialSpace& space, ordered_json* file) {
 ordered_json SpaceJson(const MaterialSpace& space, const ordered_json& provenance) {
   const SpaceFrame& frame = space.beliefs.frame;
   ordered_json file = {{"format", kSpaceFormat},
-                       {"version", kVersion},
+                       {"version", kSpaceVersion},
                        {"by", ToString(frame.by)},
                        {"kind", ToString(frame.kind)},
                        {"names", Names(frame)},
                        {"base", BaseJson(frame.base)},
                        {"prior_of_fits", Rows(frame.prior_root * frame.prior_root.transpose())},
                        {"fabrics", FabricsJson(space)},
-                       {"determined", {{"ratios", List(space.directions.ratios)}}},
+                       {"determined", {{"ratios", Numbers(space.directions.ratios)}}},
                        {"wasserstein", Rows(space.wasserstein)},
                        {"hellinger", Rows(space.hellinger)},
                        {"log_bending_lengths", BendingLengthsJson(space)}};
@@ -269,7 +271,8 @@ SpacePrior ReadSpacePrior(const std::string& path) {
   const JsonInput input(file, path);
   if (!input.Has("format") || input.At("format").value() != kSpaceFormat)
     input.Fail(std::string("a space of materials, with \"format\": \"") + kSpaceFormat + '"');
-  if (input.At("version").Integer() != kVersion) input.At("version").Fail(std::to_string(kVersion));
+  if (input.At("version").Integer() != kSpaceVersion)
+    input.At("version").Fail(std::to_string(kSpaceVersion));
   input.ExpectKeys({"format", "version", "settings", "by", "kind", "names", "base", "prior_of_fits",
                     "fabrics", "determined", "wasserstein", "hellinger", "log_bending_lengths",
                     "population", "left_out", "non_fabrics", "new", "prior", "provenance"});
