@@ -192,7 +192,7 @@ Scene MakeCantileverScene(double clamp) {
 
 using nlohmann::ordered_json;
 
-constexpr double kMillimetre = 1e-3;
+constexpr double kMetresPerMillimetre = 1e-3;
 
 double Deviation(const StripReport& report, std::size_t point) {
   return (report.computed[point] - report.measurement.points[point].reading) /
@@ -230,8 +230,9 @@ std::string PointLine(const StripReport& report, std::size_t i) {
                         fitted = EstimateBending(point.set, report.computed[i], report.density);
   return line +
          Format("  length %6.4g mm  angle  %9.2f %9.2f %8.2f  c %.3g mm, G %.4g, fitted %.4g N m\n",
-                point.set / kMillimetre, point.reading, report.computed[i], Deviation(report, i),
-                read.length / kMillimetre, read.rigidity, fitted.rigidity);
+                point.set / kMetresPerMillimetre, point.reading, report.computed[i],
+                Deviation(report, i), read.length / kMetresPerMillimetre, read.rigidity,
+                fitted.rigidity);
 }
 
 }  // namespace

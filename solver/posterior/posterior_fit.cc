@@ -18,11 +18,11 @@ namespace drape {
 namespace {
 
 constexpr int kModeIterations = 40;
-constexpr double kUsualIterations = 10.0;  // of mode or distribution, for the progress line
+constexpr double kUsualModeIterations = 10.0;  // of mode or distribution, for the progress line
 constexpr int kSigmaRounds = 2;       // of mode and σ in alternation, from σ of the candidate
 constexpr double kLeastSigma = 0.05;  // of an estimate: that of the measured outline [px]
 constexpr double kMapTolerance = 1e-4;
-constexpr int kNewtonFactor = 2;  // a sample lies further from the mode than a trial
+constexpr int kSampleNewtonFactor = 2;  // a sample lies further from the mode than a trial
 
 // The profile estimate of k for exceedances x > 0, ascending.
 double ZhangStephens(const Eigen::ArrayXd& x) {
@@ -71,7 +71,7 @@ void EstimateElbo(const std::vector<Eigen::VectorXd>& residuals,
 // Model bdp: its bound is derived in posterior_fit.h.
 
 // Random streams: the noise of the fit, then of each batch of independent samples.
-enum Stream : uint64_t { kFitStream, kIndependentStream };
+enum ElementStream : uint64_t { kFitStream, kIndependentStream };
 
 class ElementFitter {
  public:
@@ -337,7 +337,7 @@ void MapEstimator::SetSpecimens(const FitCandidate& candidate) {
 OutlineResidualOptions MapEstimator::MakeResidualOptions() const {
   OutlineResidualOptions options = candidate_fitter_.MakeResidualOptions();
   options.sigma_px = fit_.sigma_px;
-  options.equilibrium.max_iterations *= kNewtonFactor;
+  options.equilibrium.max_iterations *= kSampleNewtonFactor;
   return options;
 }
 
@@ -356,7 +356,7 @@ VariationalOptions MapEstimator::MakeOptions(SampleKind kind, int iterations, do
   options.trust_region.cost_tolerance = kMapTolerance;
   options.trust_region.cancel = control_.cancel;
   options.trust_region.progress = [this, from, to](const FitIteration& iteration) {
-    const double share = IterationShare(iteration.iteration, kUsualIterations);
+    const double share = IterationShare(iteration.iteration, kUsualModeIterations);
     control_.Report(from + (to - from) * share, "posterior");
   };
   return options;

@@ -178,7 +178,7 @@ Eigen::MatrixXd ReadMatrix(const JsonInput& input, int rows, int columns) {
   return matrix;
 }
 
-Eigen::MatrixXd ReadCovariance(const JsonInput& input, int size) {
+Eigen::MatrixXd ReadDefiniteCovariance(const JsonInput& input, int size) {
   Eigen::MatrixXd covariance = ReadMatrix(input, size, size);
   const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
   if (!covariance.isApprox(covariance.transpose(), 1e-9) || factor.info() != Eigen::Success)
@@ -283,10 +283,10 @@ SpacePrior ReadSpacePrior(const std::string& path) {
   prior.frame.tying = ReadTying(input.At("names"));
   prior.frame.base = ReadBase(input.At("base"));
   const int size = static_cast<int>(TyingMatrix(prior.frame.tying).cols());
-  prior.frame.prior_root = ReadCovariance(input.At("prior_of_fits"), size).llt().matrixL();
+  prior.frame.prior_root = ReadDefiniteCovariance(input.At("prior_of_fits"), size).llt().matrixL();
   const JsonInput theta = input.At("prior");
   prior.theta = {ReadLogFactors(theta.At("mean"), size),
-                 ReadCovariance(theta.At("covariance"), size)};
+                 ReadDefiniteCovariance(theta.At("covariance"), size)};
   return prior;
 }
 
