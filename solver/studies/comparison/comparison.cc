@@ -404,7 +404,7 @@ PredictionOptions MakePredictionOptions(const ComparisonJob& job, const SharedSp
   std::set<ClothFace> faces;
   for (const ObservedCapture& seen : shared.held_out) faces.insert(seen.capture.face);
   if (faces.contains(ClothFace::kUnknown)) faces = {ClothFace::kUp, ClothFace::kDown};
-  PredictionOptions prediction = job.prediction;
+  PredictionOptions prediction;
   prediction.faces.assign(faces.begin(), faces.end());
   prediction.specimens = std::max(2, job.draws / prediction.drapes_of_specimen());
   prediction.seed = shared.seed;

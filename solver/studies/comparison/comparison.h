@@ -59,11 +59,10 @@ struct ComparisonJob {
   bool calibrate = true;            // each fit before its prediction (CalibrateBend)
   FitSpec fit;                      // of all models, which change their part of it
   std::function<nlohmann::ordered_json()> provenance;  // FitFiles::provenance of each fit
-  LearningOptions learning;      // of the generative model; its fit's seed is not used
-  PredictionOptions prediction;  // its specimens, faces, seed and camera are not used
-  nlohmann::json settings;       // Study::settings
-  std::string out;               // folder of the runs
-  bool list = false;             // StudyOptions::list: reads no file
+  LearningOptions learning;  // of the generative model; its fit's seed is not used
+  nlohmann::json settings;   // Study::settings
+  std::string out;           // folder of the runs
+  bool list = false;         // StudyOptions::list: reads no file
 };
 
 struct Comparison {

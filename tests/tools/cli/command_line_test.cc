@@ -5,7 +5,7 @@
 #include "tests/tools/tool_fixture.h"
 #include "tools/inputs/fit_options.h"
 #include "tools/programs/simulate/simulate_tool.h"
-#include "tools/programs/studies/check/check.h"
+#include "tools/programs/studies/check.h"
 
 namespace drape::test {
 namespace {

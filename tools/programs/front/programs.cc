@@ -17,12 +17,7 @@
 #include "tools/programs/simulate/simulate_tool.h"
 #include "tools/programs/studies/bench/bench_tool.h"
 #include "tools/programs/studies/bench/speed_tool.h"
-#include "tools/programs/studies/check/check.h"
-#include "tools/programs/studies/compare/compare_tool.h"
-#include "tools/programs/studies/gradients/gradients_tool.h"
-#include "tools/programs/studies/optimisers/optimisers_tool.h"
-#include "tools/programs/studies/space/space_tool.h"
-#include "tools/programs/studies/stability/stability_tool.h"
+#include "tools/programs/studies/study_program.h"
 
 namespace drape {
 namespace {

@@ -20,8 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-}  // namespace
-
+// share/drapefit/studies beside the installed programs, or the source tree above the build folder.
 fs::path FindStudyScript(const std::string& name) {
   std::error_code ignored;
   const fs::path programs = fs::read_symlink("/proc/self/exe", ignored).parent_path();
@@ -35,15 +34,6 @@ fs::path FindStudyScript(const std::string& name) {
   return {};
 }
 
-std::vector<std::string> StudyScriptCommand(const std::string& name) {
-  const fs::path debian = "/usr/bin/python3";
-  std::error_code ignored;
-  return {fs::exists(debian, ignored) ? debian.string() : "python3", "-B",
-          FindStudyScript(name).string()};
-}
-
-namespace {
-
 std::string LastLine(const std::string& text) {
   const std::size_t end = text.find_last_not_of('\n');
   if (end == std::string::npos) return "without a message";
@@ -52,6 +42,13 @@ std::string LastLine(const std::string& text) {
 }
 
 }  // namespace
+
+std::vector<std::string> StudyScriptCommand(const std::string& name) {
+  const fs::path debian = "/usr/bin/python3";
+  std::error_code ignored;
+  return {fs::exists(debian, ignored) ? debian.string() : "python3", "-B",
+          FindStudyScript(name).string()};
+}
 
 std::vector<Option> StudyOptionList(StudyOptions& options) {
   return Concatenate(
@@ -66,6 +63,19 @@ std::vector<Option> StudyOptionList(StudyOptions& options) {
                   "processes with other shares of the same --out; without it, finished cells are "
                   "kept and the missing ones run"},
       }));
+}
+
+std::vector<Option> FitOptionsOfCells(FitToolOptions& fit, const std::set<std::string>& except) {
+  const std::set<std::string> of_each_fit = {
+      "images",  "lab_tests", "fabric",      "density",       "ground_truth",  "model",
+      "out",     "resume",    "data",        "data_fabric",   "samples",       "captures",
+      "face",    "camera",    "data_source", "specimens",     "accuracy",      "solve",
+      "support", "specimen",  "table_form",  "other_fabrics", "accuracy_table"};
+  std::vector<Option> options = FitTable(fit).options;
+  std::erase_if(options, [&](const Option& option) {
+    return of_each_fit.contains(option.key) || except.contains(option.key);
+  });
+  return options;
 }
 
 nlohmann::json OptionSettings(const OptionTable& table, const std::set<std::string>& free) {
@@ -94,7 +104,7 @@ ordered_json SummariseCells(const Study& study, const StudyResult& result) {
 }
 
 ToolOutcome RunStudyProgram(const Study& study, const StudyOptions& options,
-                            const SummariseStudy& summarise, const RunControl& control) {
+                            const RunControl& control, const SummariseStudy& summarise) {
   CheckShare(options);
   if (options.list) return {.text = RunStudy(study, options, control).text};
   const bool is_share = !options.share.empty();
@@ -104,7 +114,8 @@ ToolOutcome RunStudyProgram(const Study& study, const StudyOptions& options,
   if (!is_share) RemoveTemporaries(options.out + "/cells");
   const StudyResult result = RunStudy(study, options, control);
   if (is_share) return {.text = result.text, .cancelled = result.cancelled};
-  WriteWithProvenance(out.Staged(file), summarise(result));
+  WriteWithProvenance(out.Staged(file),
+                      summarise ? summarise(result) : SummariseCells(study, result));
   ToolOutcome outcome{.cancelled = result.cancelled};
   if (!result.cancelled) outcome.text = RunStudyScript(study.name, out.Staged(""));
   out.Publish();

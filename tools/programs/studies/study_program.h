@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <set>
@@ -12,8 +11,17 @@
 #include "solver/studies/runner/study.h"
 #include "tools/cli/option_table.h"
 #include "tools/cli/tool_main.h"
+#include "tools/inputs/fit_options.h"
 
 namespace drape {
+
+// The programs of studies.
+int CheckMain(int argc, char** argv);              // drape_check
+int CompareMain(int argc, char** argv);            // drape_compare
+int CompareOptimisersMain(int argc, char** argv);  // drape_compare_optimisers
+int GradientsMain(int argc, char** argv);          // drape_gradients
+int SpaceMain(int argc, char** argv);              // drape_space
+int StabilityMain(int argc, char** argv);          // drape_stability
 
 // How a program becomes a study: its options hold a StudyOptions, whose rows are
 // StudyOptionList; its run makes a Study and calls RunStudyProgram, which does the rest. The
@@ -23,14 +31,17 @@ namespace drape {
 // A script begins with `from study import …` (scripts/study.py): it reads OUT/<study>.json, writes
 // its files to OUT, and prints what the program is to say.
 
-// Where the script of that name is: share/drapefit/studies beside the installed programs, or the
-// source tree above the build folder. Empty: nowhere.
-std::filesystem::path FindStudyScript(const std::string& name);
-// What starts it: Debian's python3, which has numpy and matplotlib, or else the first of PATH.
+// What starts the script of that name, whose path is the last word and empty where it is not
+// installed: Debian's python3, which has numpy and matplotlib, or else the first of PATH.
 std::vector<std::string> StudyScriptCommand(const std::string& name);
 
 // --out, --list and --share.
 std::vector<Option> StudyOptionList(StudyOptions& options);
+
+// The options of drape_fit that all fits of a study have in common, without those that each fit
+// sets for itself and those of `except`.
+std::vector<Option> FitOptionsOfCells(FitToolOptions& fit,
+                                      const std::set<std::string>& except = {});
 
 // Study::settings by the options of a program, for results that depend on them alone: the version
 // of drapefit, and each option but paths, whose files the cells record, and those of `free`.
@@ -43,10 +54,10 @@ using SummariseStudy = std::function<nlohmann::ordered_json(const StudyResult& r
 // {"study", "outcome", "settings", "cells": [{"name", "input", "result"}, …]}.
 nlohmann::ordered_json SummariseCells(const Study& study, const StudyResult& result);
 
-// Lists the cells, runs a share, or runs all, writes <study>.json, and starts the script. Throws
-// InputError and IoError; earlier files are unchanged then.
+// Lists the cells, runs a share, or runs all, writes <study>.json, and starts the script. No
+// `summarise`: SummariseCells. Throws InputError and IoError; earlier files are unchanged then.
 ToolOutcome RunStudyProgram(const Study& study, const StudyOptions& options,
-                            const SummariseStudy& summarise, const RunControl& control);
+                            const RunControl& control, const SummariseStudy& summarise = {});
 
 // Starts scripts/<name>.py for a folder and returns what it prints, or why it did not, with an end
 // of line. `folder` is where <name>.json was staged.

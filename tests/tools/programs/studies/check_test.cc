@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/studies/check/check.h"
+#include "tools/programs/studies/check.h"
 
 #include <gmock/gmock.h>
 

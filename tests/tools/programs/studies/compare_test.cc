@@ -5,7 +5,7 @@
 #include "losses/image/image.h"
 #include "physics/material/material_io.h"
 #include "tests/tools/tool_fixture.h"
-#include "tools/programs/studies/compare/compare_tool.h"
+#include "tools/programs/studies/compare_tool.h"
 
 namespace drape::test {
 namespace {

@@ -10,7 +10,7 @@
 #include "physics/util/atomic_file.h"
 #include "solver/studies/stability/stability_case.h"
 #include "tests/tools/tool_fixture.h"
-#include "tools/programs/studies/stability/stability_tool.h"
+#include "tools/programs/studies/stability_tool.h"
 
 namespace drape::test {
 namespace {

@@ -24,7 +24,4 @@ struct StabilityOptions {
 // Points into `options`, which outlives it.
 OptionTable StabilityTable(StabilityOptions& options);
 
-// The program drape_stability.
-int StabilityMain(int argc, char** argv);
-
 }  // namespace drape

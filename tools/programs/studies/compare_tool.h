@@ -23,9 +23,7 @@ struct CompareToolOptions {
   std::string fabrics = "1-5", train_captures, face = "both";  // ParseIndexList, ClothFace
 };
 
-// Points into `options`, which outlives it. Options that each run sets for itself are left out.
+// Points into `options`, which outlives it.
 OptionTable CompareTable(CompareToolOptions& options);
-
-int CompareMain(int argc, char** argv);
 
 }  // namespace drape

@@ -68,6 +68,5 @@ struct CheckToolOptions {
 };
 // Points into `options`, which outlives it.
 OptionTable CheckTable(CheckToolOptions& options);
-int CheckMain(int argc, char** argv);
 
 }  // namespace drape

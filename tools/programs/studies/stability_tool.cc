@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/studies/stability/stability_tool.h"
+#include "tools/programs/studies/stability_tool.h"
 
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -104,17 +104,7 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
   };
 }
 
-// The maps, what their labels mean, and the cells.
-nlohmann::ordered_json Summarise(const Study& study, const std::vector<StabilityMap>& maps,
-                                 const StudyResult& result) {
-  nlohmann::ordered_json json = SummariseCells(study, result);
-  for (const StabilityAxis& axis : StabilityAxes()) json["axes"][axis.name] = axis.label;
-  json["usual"] = CaseJson({});
-  json["maps"] = MapsJson(maps);
-  return json;
-}
-
-ToolOutcome Run(const StabilityOptions& given, const RunControl& control) {
+ToolOutcome RunStability(const StabilityOptions& given, const RunControl& control) {
   const ReadRecord record;
   StabilityOptions options = given;
   options.study.threads = CountThreads(options.study.threads);
@@ -125,9 +115,14 @@ ToolOutcome Run(const StabilityOptions& given, const RunControl& control) {
   study.settings["mesh"] = NameWithoutFolder(options.mesh);
   study.settings["material"] = NameWithoutFolder(options.fabric);
   study.settings["start"] = NameWithoutFolder(options.start);
-  return RunStudyProgram(
-      study, options.study,
-      [&](const StudyResult& result) { return Summarise(study, maps, result); }, control);
+  const auto summarise = [&](const StudyResult& result) {
+    nlohmann::ordered_json json = SummariseCells(study, result);
+    for (const StabilityAxis& axis : StabilityAxes()) json["axes"][axis.name] = axis.label;
+    json["usual"] = CaseJson({});
+    json["maps"] = MapsJson(maps);
+    return json;
+  };
+  return RunStudyProgram(study, options.study, control, summarise);
 }
 
 }  // namespace
@@ -153,6 +148,8 @@ OptionTable StabilityTable(StabilityOptions& options) {
           Grouped("simulation", Concatenate(SettingOptions(options), LimitOptions(options))))};
 }
 
-int StabilityMain(int argc, char** argv) { return ToolMain(argc, argv, StabilityTable, Run); }
+int StabilityMain(int argc, char** argv) {
+  return ToolMain(argc, argv, StabilityTable, RunStability);
+}
 
 }  // namespace drape

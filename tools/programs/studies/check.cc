@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/studies/check/check.h"
+#include "tools/programs/studies/check.h"
 
 #include <glog/logging.h>
 
@@ -310,7 +310,7 @@ OptionTable CheckTable(CheckToolOptions& options) {
 
 namespace {
 
-ToolOutcome Run(const CheckToolOptions& options, const RunControl& control) {
+ToolOutcome RunCheck(const CheckToolOptions& options, const RunControl& control) {
   const LoadedScene scene = LoadScene(options.scene);
   RequireOneTable(scene.fabric.material, "fabric");
   const std::vector<CheckRow> rows =
@@ -322,6 +322,6 @@ ToolOutcome Run(const CheckToolOptions& options, const RunControl& control) {
 
 }  // namespace
 
-int CheckMain(int argc, char** argv) { return ToolMain(argc, argv, CheckTable, Run); }
+int CheckMain(int argc, char** argv) { return ToolMain(argc, argv, CheckTable, RunCheck); }
 
 }  // namespace drape

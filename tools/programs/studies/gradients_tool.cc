@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/studies/gradients/gradients_tool.h"
-
 #include <nlohmann/json.hpp>
 
 #include "solver/studies/gradients/gradient_study.h"
@@ -60,7 +58,7 @@ OptionTable GradientsTable(GradientsOptions& options) {
           .options = Concatenate(rows, StudyOptionList(options.study))};
 }
 
-ToolOutcome Run(const GradientsOptions& options, const RunControl& control) {
+ToolOutcome RunGradients(const GradientsOptions& options, const RunControl& control) {
   std::vector<StudiedCloth> cloths;
   const ReadRecord record;
   for (const char* law : {"smooth", "reference"}) {
@@ -75,12 +73,13 @@ ToolOutcome Run(const GradientsOptions& options, const RunControl& control) {
   study.files = record.files();
   study.settings["material"] = MaterialLabel(options.fabric);
   if (options.mesh.starts_with("disc:")) study.settings["mesh"] = options.mesh;
-  const auto summarise = [&](const StudyResult& result) { return SummariseCells(study, result); };
-  return RunStudyProgram(study, options.study, summarise, control);
+  return RunStudyProgram(study, options.study, control);
 }
 
 }  // namespace
 
-int GradientsMain(int argc, char** argv) { return ToolMain(argc, argv, GradientsTable, Run); }
+int GradientsMain(int argc, char** argv) {
+  return ToolMain(argc, argv, GradientsTable, RunGradients);
+}
 
 }  // namespace drape

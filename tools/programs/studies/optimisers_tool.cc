@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/studies/optimisers/optimisers_tool.h"
-
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "tools/cli/tool_main.h"
+#include "solver/studies/optimisers/optimiser_study.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/studies/study_program.h"
@@ -12,7 +10,7 @@
 namespace drape {
 namespace {
 
-std::vector<Option> ImageOptions(OptimiserStudyOptions& options) {
+std::vector<Option> ProblemOptions(OptimiserStudyOptions& options) {
   return {
       {.key = "twins",
        .value = &options.twins,
@@ -34,43 +32,19 @@ std::vector<Option> ImageOptions(OptimiserStudyOptions& options) {
        .doc =
            "start tables of the fits to real silhouettes: one file for all or one per silhouette",
        .is_path = true},
-  };
-}
-
-std::vector<Option> StartTableOptions(OptimiserStudyOptions& options) {
-  FitSpec& spec = options.spec;
-  return {
       {.key = "min_relative_stiffness",
-       .value = &spec.min_relative_stiffness,
+       .value = &options.spec.min_relative_stiffness,
        .doc = "smallest start entry relative to the largest of its column; smaller ones are raised "
               "to it",
        .least = 0,
        .most = 1},
-  };
-}
-
-std::vector<Option> FittingOptions(OptimiserStudyOptions& options) {
-  FitSpec& spec = options.spec;
-  return {
       MeshOption("mesh", &options.mesh, "mesh of the fits"),
       MeshOption("coarse_mesh", &options.coarse_mesh, "mesh of the initial-guess grid"),
-      LawOption(spec.law),
       {.key = "num_parameters",
        .value = &options.parameters,
        .doc = "numbers of free parameters, each giving one problem per image: 1, 2, 3, 7, 39",
        .least = 1,
        .most = 39},
-      {.key = "sigma_px",
-       .value = &spec.stages.residuals.sigma_px,
-       .doc = "standard deviation of the outline",
-       .unit = "px",
-       .least = 1e-4,
-       .most = 1e4},
-      {.key = "prior_sigma",
-       .value = &spec.stages.prior_sigma,
-       .doc = "prior standard deviation of each log factor",
-       .least = 1e-9,
-       .most = 1e4},
   };
 }
 
@@ -94,19 +68,9 @@ std::vector<Option> MethodOptions(OptimiserStudyOptions& options) {
        .doc = "cost of a Jacobian in rollouts, beside its own rollout",
        .least = 0,
        .most = 1000},
-  };
-}
-
-std::vector<Option> RunOptions(OptimiserStudyOptions& options) {
-  return {
-      {.key = "method_seed",
-       .value = &options.optimiser.seed,
-       .doc = "first random seed of the stochastic methods",
-       .least = 0,
-       .most = 1000000000},
       {.key = "num_seeds",
        .value = &options.seeds,
-       .doc = "runs of each stochastic method, with this and the following seeds",
+       .doc = "runs of each stochastic method, with random seeds from 1",
        .least = 1,
        .most = 1000},
       {.key = "checkpoints",
@@ -119,8 +83,6 @@ std::vector<Option> RunOptions(OptimiserStudyOptions& options) {
   };
 }
 
-}  // namespace
-
 OptionTable OptimiserStudyTable(OptimiserStudyOptions& options) {
   return {
       .tool = "drape_compare_optimisers",
@@ -130,23 +92,16 @@ OptionTable OptimiserStudyTable(OptimiserStudyOptions& options) {
           "--out=out/optimisers",
       .notes =
           "files: compare_optimisers.json, report.md, traces.csv, and as .svg and .png "
-          "convergence, profiles, data_profiles, quartiles and branches; twins/ has the "
-          "silhouettes that are fitted, cells/ the finished runs, from which the same command "
-          "continues\n"
+          "convergence, profiles and branches; twins/ has the silhouettes that are fitted, cells/ "
+          "the finished runs, from which the same command continues\n"
           "exit code 3: no problem has a start\n",
       .options = Concatenate(
-          Grouped("problems",
-                  Concatenate(ImageOptions(options),
-                              Concatenate(StartTableOptions(options), FittingOptions(options)))),
-          Grouped("camera of the images", CameraOptions(options.spec.observation.camera)),
+          Grouped("problems", ProblemOptions(options)),
           Grouped("methods and results",
-                  Concatenate(MethodOptions(options),
-                              Concatenate(RunOptions(options), StudyOptionList(options.study)))))};
+                  Concatenate(MethodOptions(options), StudyOptionList(options.study))))};
 }
 
-namespace {
-
-ToolOutcome Run(const OptimiserStudyOptions& given, const RunControl& control) {
+ToolOutcome RunOptimisers(const OptimiserStudyOptions& given, const RunControl& control) {
   OptimiserStudyOptions options = given;
   options.study.threads = options.spec.threads = CountThreads(options.spec.threads);
   options.optimiser.search_command = StudyScriptCommand("search");
@@ -159,7 +114,7 @@ ToolOutcome Run(const OptimiserStudyOptions& given, const RunControl& control) {
     json["checkpoints"] = options.checkpoints;
     return json;
   };
-  ToolOutcome outcome = RunStudyProgram(study, options.study, summarise, control);
+  ToolOutcome outcome = RunStudyProgram(study, options.study, control, summarise);
   if (!has_problems && !outcome.cancelled) outcome.failure = "no problem has a start";
   return outcome;
 }
@@ -167,7 +122,7 @@ ToolOutcome Run(const OptimiserStudyOptions& given, const RunControl& control) {
 }  // namespace
 
 int CompareOptimisersMain(int argc, char** argv) {
-  return ToolMain(argc, argv, OptimiserStudyTable, Run);
+  return ToolMain(argc, argv, OptimiserStudyTable, RunOptimisers);
 }
 
 }  // namespace drape

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/studies/compare/compare_tool.h"
+#include "tools/programs/studies/compare_tool.h"
 
 #include <set>
 #include <utility>
@@ -14,15 +14,8 @@
 namespace drape {
 namespace {
 
-// Options of drape_fit that each run sets for itself.
-const std::set<std::string> kOfCells = {
-    "images",        "lab_tests", "fabric",   "density",        "ground_truth",
-    "model",         "out",       "resume",   "data",           "data_fabric",
-    "samples",       "captures",  "face",     "data_source",    "specimens",
-    "camera",        "solve",     "accuracy", "accuracy_table", "table_form",
-    "other_fabrics", "specimen",  "support"};
 // Options that change no number of a run, or that its name holds.
-const std::set<std::string> kFree = {"data_fabric", "fabric", "models", "seeds", "threads"};
+const std::set<std::string> kFreeOfRuns = {"data_fabric", "fabric", "models", "seeds", "threads"};
 
 std::vector<Option> SplitOptions(CompareToolOptions& options) {
   ComparisonJob& job = options.job;
@@ -64,7 +57,6 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
 }
 
 std::vector<Option> DrawOptions(CompareToolOptions& options) {
-  PredictionOptions& prediction = options.job.prediction;
   return {
       {.key = "draws",
        .value = &options.job.draws,
@@ -75,18 +67,6 @@ std::vector<Option> DrawOptions(CompareToolOptions& options) {
        .value = &options.job.calibrate,
        .doc = "fit a factor on the bend stiffness for each face, so that simulated drapes look "
               "like the training captures"},
-      {.key = "start_rms",
-       .value = &prediction.start_rms,
-       .doc = "root mean square height of a specimen's random start shape at the hem",
-       .unit = "m",
-       .least = 0,
-       .most = 0.05},
-      {.key = "capture_rms",
-       .value = &prediction.capture_rms,
-       .doc = "root mean square noise of each vertex at the start of each drape",
-       .unit = "m",
-       .least = 0,
-       .most = 0.05},
   };
 }
 
@@ -109,26 +89,19 @@ ComparisonJob MakeJob(const CompareToolOptions& options) {
   learning.fit.threads = job.fit.threads;
   if (learning.pool_file.empty()) learning.pool_file = job.out + "/pool.json";
   CompareToolOptions copy = options;
-  job.settings = OptionSettings(CompareTable(copy), kFree);
+  job.settings = OptionSettings(CompareTable(copy), kFreeOfRuns);
   return job;
 }
 
-ToolOutcome Run(const CompareToolOptions& options, const RunControl& control) {
+ToolOutcome RunComparison(const CompareToolOptions& options, const RunControl& control) {
   CheckShare(options.study);
   const Comparison comparison = MakeComparison(MakeJob(options), control);
-  return RunStudyProgram(comparison.study, options.study, comparison.summarise, control);
+  return RunStudyProgram(comparison.study, options.study, control, comparison.summarise);
 }
 
 }  // namespace
 
 OptionTable CompareTable(CompareToolOptions& options) {
-  std::vector<Option> all =
-      Concatenate(Grouped("comparison", SplitOptions(options)),
-                  Grouped("prediction and results",
-                          Concatenate(PoolOptionRows(options.job.learning), DrawOptions(options),
-                                      StudyOptionList(options.study))));
-  for (const Option& option : FitTable(options.fit).options)
-    if (!kOfCells.contains(option.key)) all.push_back(option);
   return {
       .tool = "drape_compare",
       .summary =
@@ -149,11 +122,16 @@ OptionTable CompareTable(CompareToolOptions& options) {
           "independent.\n"
           "After Ctrl-C or a kill the same command continues with the unfinished runs and gives "
           "the identical result.\n",
-      .options = std::move(all),
+      .options =
+          Concatenate(Grouped("comparison", SplitOptions(options)),
+                      Grouped("prediction and results",
+                              Concatenate(PoolOptionRows(options.job.learning),
+                                          DrawOptions(options), StudyOptionList(options.study))),
+                      FitOptionsOfCells(options.fit)),
       .common = {"data", "data_fabric", "fabric", "models", "seeds", "train", "face", "mesh",
                  "draws", "calibrate", "threads", "backend", "share", "out"}};
 }
 
-int CompareMain(int argc, char** argv) { return ToolMain(argc, argv, CompareTable, Run); }
+int CompareMain(int argc, char** argv) { return ToolMain(argc, argv, CompareTable, RunComparison); }
 
 }  // namespace drape

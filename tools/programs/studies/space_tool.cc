@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/studies/space/space_tool.h"
-
 #include <memory>
 #include <optional>
 #include <set>
@@ -19,22 +17,40 @@
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
+#include "tools/inputs/fit_options.h"
 #include "tools/programs/studies/study_program.h"
 
 namespace drape {
 namespace {
 
-// Options of drape_fit that each fit of the data set sets for itself.
-const std::set<std::string> kOfCells = {
-    "images",         "lab_tests", "fabric",        "density",     "ground_truth",
-    "model",          "out",       "resume",        "data",        "data_fabric",
-    "samples",        "captures",  "face",          "data_source", "camera",
-    "solve",          "accuracy",  "specimens",     "table_form",  "prior",
-    "accuracy_table", "threads",   "other_fabrics", "specimen",    "support"};
+// What a user of drape_space sets.
+struct SpaceToolOptions {
+  SpaceToolOptions() {
+    fit.spec.model = FitModel::kBayes;
+    fit.spec.simpler_models = false;  // their tables would be bases of their own
+    fit.spec.backend = "cpu";         // fits of one image each run side by side on its threads
+    learning.pool.mesh = "disc:600";
+  }
+
+  std::vector<std::string> posteriors;  // folders of fits
+  std::vector<std::string> added;       // folders of fits, or material files
+  SpaceBy by = SpaceBy::kDrape;
+
+  // Fits of a data set instead of posteriors.
+  std::string data, fabrics, samples, captures;  // ParseIndexList; empty: all
+  FitToolOptions fit;
+  bool recognise = false;  // RecognitionJob
+  std::vector<std::string> ways = {"posterior", "predictions", "features"};
+  LearningOptions learning;  // its further rounds are not used
+  StudyOptions study;        // of the fits
+};
+
+OptionTable SpaceTable(SpaceToolOptions& options);
+
 // Options that change no fit, or whose choice the files of a fit hold.
-const std::set<std::string> kFree = {"by",       "data_fabric", "samples",
-                                     "captures", "threads",     "recognise",
-                                     "ways",     "pool_drapes", "pool_mesh"};
+const std::set<std::string> kFreeOfFits = {"by",       "data_fabric", "samples",
+                                           "captures", "threads",     "recognise",
+                                           "ways",     "pool_drapes", "pool_mesh"};
 
 std::vector<Option> SpaceOptions(SpaceToolOptions& options) {
   return {{.key = "posteriors",
@@ -167,7 +183,7 @@ FitCellJob MakeFitCellJob(const SpaceToolOptions& options) {
   job.material = options.fit.data.material;
   job.provenance = MakePartProvenance;
   SpaceToolOptions copy = options;
-  job.settings = OptionSettings(SpaceTable(copy), kFree);
+  job.settings = OptionSettings(SpaceTable(copy), kFreeOfFits);
   job.study = options.study;
   job.study.out += options.recognise ? "/samples" : "/fabrics";
   job.study.threads = job.fit.threads;
@@ -212,7 +228,7 @@ ToolOutcome RunFits(const SpaceToolOptions& options, const std::vector<Capture>&
   return {.text = FailureText(run.failures) + run.study.text, .cancelled = run.study.cancelled};
 }
 
-ToolOutcome Run(const SpaceToolOptions& options, const RunControl& control) {
+ToolOutcome RunSpace(const SpaceToolOptions& options, const RunControl& control) {
   CheckShare(options.study);
   CheckSource(options);
   if (options.study.list) return RunFits(options, SelectedCaptures(options, control), control);
@@ -234,16 +250,7 @@ ToolOutcome Run(const SpaceToolOptions& options, const RunControl& control) {
   return outcome;
 }
 
-}  // namespace
-
 OptionTable SpaceTable(SpaceToolOptions& options) {
-  std::vector<Option> all =
-      Concatenate(Grouped("space", SpaceOptions(options)),
-                  Grouped("fits of a data set (--data)",
-                          Concatenate(DataOptions(options), StudyOptionList(options.study))),
-                  Grouped("recognition (--recognise)", RecognitionOptions(options)));
-  for (const Option& option : FitTable(options.fit).options)
-    if (!kOfCells.contains(option.key)) all.push_back(option);
   return {
       .tool = "drape_space",
       .summary =
@@ -264,12 +271,19 @@ OptionTable SpaceTable(SpaceToolOptions& options) {
           "--list, --share: the cells are the fits.\n"
           "--recognise --ways=predictions,features needs no fit: with an existing pool it takes a "
           "minute.\n",
-      .options = std::move(all),
+      .options =
+          Concatenate(Grouped("space", SpaceOptions(options)),
+                      Grouped("fits of a data set (--data)",
+                              Concatenate(DataOptions(options), StudyOptionList(options.study))),
+                      Grouped("recognition (--recognise)", RecognitionOptions(options)),
+                      FitOptionsOfCells(options.fit, {"prior", "threads"})),
       .common = {"posteriors", "new", "by", "data", "data_fabric", "samples", "captures", "fabric",
                  "recognise", "ways", "pool", "mesh", "num_parameters", "threads", "backend",
                  "share", "out"}};
 }
 
-int SpaceMain(int argc, char** argv) { return ToolMain(argc, argv, SpaceTable, Run); }
+}  // namespace
+
+int SpaceMain(int argc, char** argv) { return ToolMain(argc, argv, SpaceTable, RunSpace); }
 
 }  // namespace drape
