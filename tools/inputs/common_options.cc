@@ -92,6 +92,20 @@ Option TimeStepOption(double& time_step, const std::string& doc) {
           .above_least = true};
 }
 
+Option NumberOption(const std::string& key, Option::Value number, double least, double most,
+                    const std::string& doc, const std::string& unit) {
+  return {.key = key,
+          .value = std::move(number),
+          .doc = doc,
+          .unit = unit,
+          .least = least,
+          .most = most};
+}
+
+Option PathOption(const std::string& key, Option::Value path, const std::string& doc) {
+  return {.key = key, .value = std::move(path), .doc = doc, .is_path = true};
+}
+
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc) {
   return {.key = key, .value = std::move(mesh), .doc = doc, .is_path = true, .words = {"disc:"}};
 }

@@ -27,6 +27,11 @@ void RequireThreads(int threads);
 // A fabric of one table (ReadMaterial), or several.
 Option FabricOption(Option::Value fabric);
 Option TimeStepOption(double& time_step, const std::string& doc = "time step");  // [s]
+// A number from `least` to `most`, or several.
+Option NumberOption(const std::string& key, Option::Value number, double least, double most,
+                    const std::string& doc, const std::string& unit = "");
+// A file or a folder, or several.
+Option PathOption(const std::string& key, Option::Value path, const std::string& doc);
 // A cloth (ParseMeshSpec), or several.
 Option MeshOption(const std::string& key, Option::Value mesh, const std::string& doc);
 

@@ -41,11 +41,8 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
               "the samples of posteriors and drapes",
        .least = 0},
       FabricOption(&job.materials),
-      {.key = "train",
-       .value = &job.train,
-       .doc = "number of training samples of each fabric; the others are held out",
-       .least = 1,
-       .most = 9999},
+      NumberOption("train", &job.train, 1, 9999,
+                   "number of training samples of each fabric; the others are held out"),
       {.key = "train_captures",
        .value = &options.train_captures,
        .doc = "captures of the training samples to fit, as in 1,3; none: all"},
@@ -58,11 +55,8 @@ std::vector<Option> SplitOptions(CompareToolOptions& options) {
 
 std::vector<Option> DrawOptions(CompareToolOptions& options) {
   return {
-      {.key = "draws",
-       .value = &options.job.draws,
-       .doc = "number of drapes predicted by each fit, shared equally by the held-out faces",
-       .least = 4,
-       .most = 4096},
+      NumberOption("draws", &options.job.draws, 4, 4096,
+                   "number of drapes predicted by each fit, shared equally by the held-out faces"),
       {.key = "calibrate",
        .value = &options.job.calibrate,
        .doc = "fit a factor on the bend stiffness for each face, so that simulated drapes look "

@@ -22,16 +22,9 @@ OptionTable GradientsTable(GradientsOptions& options) {
   const std::vector<Option> rows = {
       MeshOption("mesh", &options.mesh, "cloth"),
       FabricOption(&options.fabric),
-      {.key = "start_seed",
-       .value = &gradients.start_seed,
-       .doc = "random seed of the start shape",
-       .least = 0,
-       .most = 1000000000},
-      {.key = "horizons",
-       .value = &gradients.horizons,
-       .doc = "numbers of time steps",
-       .least = 1,
-       .most = 100000},
+      NumberOption("start_seed", &gradients.start_seed, 0, 1000000000,
+                   "random seed of the start shape"),
+      NumberOption("horizons", &gradients.horizons, 1, 100000, "numbers of time steps"),
       {.key = "time_steps",
        .value = &gradients.time_steps,
        .doc = "time steps",
@@ -39,13 +32,10 @@ OptionTable GradientsTable(GradientsOptions& options) {
        .least = 0,
        .most = 10,
        .above_least = true},
-      {.key = "fold_starts",
-       .value = &gradients.fold_starts,
-       .doc =
-           "number of branches followed towards softer bend until they end; their seeds begin at "
-           "start_seed",
-       .least = 0,
-       .most = 1000}};
+      NumberOption(
+          "fold_starts", &gradients.fold_starts, 0, 1000,
+          "number of branches followed towards softer bend until they end; their seeds begin at "
+          "start_seed")};
   return {.tool = "drape_gradients",
           .summary =
               "studies where gradients of a drape fail: differences, long horizons, kinks "

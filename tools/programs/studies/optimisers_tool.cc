@@ -12,39 +12,25 @@ namespace {
 
 std::vector<Option> ProblemOptions(OptimiserStudyOptions& options) {
   return {
-      {.key = "twins",
-       .value = &options.twins,
-       .doc = "material files whose synthetic silhouettes are fitted",
-       .is_path = true},
+      PathOption("twins", &options.twins, "material files whose synthetic silhouettes are fitted"),
       MeshOption("twin_mesh", &options.twin_mesh, "mesh of the synthetic drapes"),
-      {.key = "twin_seed",
-       .value = &options.twin_seed,
-       .doc = "random seed of the first synthetic drape's start; the others use the following ones",
-       .least = 0,
-       .most = 1000000000},
+      NumberOption(
+          "twin_seed", &options.twin_seed, 0, 1000000000,
+          "random seed of the first synthetic drape's start; the others use the following ones"),
       FabricOption(&options.material),
-      {.key = "images",
-       .value = &options.images,
-       .doc = "real silhouettes, one problem each: files, folders, patterns",
-       .is_path = true},
-      {.key = "image_fabrics",
-       .value = &options.image_materials,
-       .doc =
-           "start tables of the fits to real silhouettes: one file for all or one per silhouette",
-       .is_path = true},
-      {.key = "min_relative_stiffness",
-       .value = &options.spec.min_relative_stiffness,
-       .doc = "smallest start entry relative to the largest of its column; smaller ones are raised "
-              "to it",
-       .least = 0,
-       .most = 1},
+      PathOption("images", &options.images,
+                 "real silhouettes, one problem each: files, folders, patterns"),
+      PathOption(
+          "image_fabrics", &options.image_materials,
+          "start tables of the fits to real silhouettes: one file for all or one per silhouette"),
+      NumberOption(
+          "min_relative_stiffness", &options.spec.min_relative_stiffness, 0, 1,
+          "smallest start entry relative to the largest of its column; smaller ones are raised "
+          "to it"),
       MeshOption("mesh", &options.mesh, "mesh of the fits"),
       MeshOption("coarse_mesh", &options.coarse_mesh, "mesh of the initial-guess grid"),
-      {.key = "num_parameters",
-       .value = &options.parameters,
-       .doc = "numbers of free parameters, each giving one problem per image: 1, 2, 3, 7, 39",
-       .least = 1,
-       .most = 39},
+      NumberOption("num_parameters", &options.parameters, 1, 39,
+                   "numbers of free parameters, each giving one problem per image: 1, 2, 3, 7, 39"),
   };
 }
 
@@ -58,26 +44,14 @@ std::vector<Option> MethodOptions(OptimiserStudyOptions& options) {
            "adam_0.03, adam_0.1, bobyqa, sbplx, crs, direct (none: all of these) and, with "
            "python3-scipy, cmaes, bo, rembo_2, rembo_4, rembo_8, rembo_ucb_4, hesbo_2, "
            "hesbo_4, hesbo_8; a method from bobyqa on followed by _lm ends with 20 rounds of lm"},
-      {.key = "budget",
-       .value = &optimiser.budget,
-       .doc = "budget of each run in rollouts",
-       .least = 1,
-       .most = 1e6},
-      {.key = "jacobian_cost_units",
-       .value = &optimiser.jacobian_cost_units,
-       .doc = "cost of a Jacobian in rollouts, beside its own rollout",
-       .least = 0,
-       .most = 1000},
-      {.key = "num_seeds",
-       .value = &options.seeds,
-       .doc = "runs of each stochastic method, with random seeds from 1",
-       .least = 1,
-       .most = 1000},
-      {.key = "checkpoints",
-       .value = &options.checkpoints,
-       .doc = "budgets at which tables also report the costs, where they are below the budget",
-       .least = 1,
-       .most = 1e6},
+      NumberOption("budget", &optimiser.budget, 1, 1e6, "budget of each run in rollouts"),
+      NumberOption("jacobian_cost_units", &optimiser.jacobian_cost_units, 0, 1000,
+                   "cost of a Jacobian in rollouts, beside its own rollout"),
+      NumberOption("num_seeds", &options.seeds, 1, 1000,
+                   "runs of each stochastic method, with random seeds from 1"),
+      NumberOption(
+          "checkpoints", &options.checkpoints, 1, 1e6,
+          "budgets at which tables also report the costs, where they are below the budget"),
       BackendOption(options.spec.backend),
       ThreadsOption(options.spec.threads),
   };

@@ -53,14 +53,10 @@ const std::set<std::string> kFreeOfFits = {"by",       "data_fabric", "samples",
                                            "ways",     "pool_drapes", "pool_mesh"};
 
 std::vector<Option> SpaceOptions(SpaceToolOptions& options) {
-  return {{.key = "posteriors",
-           .value = &options.posteriors,
-           .doc = "folders of drape_fit --model=bayes or bdp, one of each fabric",
-           .is_path = true},
-          {.key = "new",
-           .value = &options.added,
-           .doc = "materials to judge by these fabrics: folders of fits, or material files",
-           .is_path = true},
+  return {PathOption("posteriors", &options.posteriors,
+                     "folders of drape_fit --model=bayes or bdp, one of each fabric"),
+          PathOption("new", &options.added,
+                     "materials to judge by these fabrics: folders of fits, or material files"),
           EnumOption("by", options.by,
                      "drape: stiffness over density, which is all that a drape shows; weight: "
                      "stiffness, with the density of each fit as weighed")};
@@ -71,10 +67,9 @@ std::vector<Option> DataOptions(SpaceToolOptions& options) {
     return Option{.key = key, .value = value, .doc = doc};
   };
   return {
-      {.key = "data",
-       .value = &options.data,
-       .doc = "folder of the published data set, whose fabrics are fitted instead of posteriors",
-       .is_path = true},
+      PathOption(
+          "data", &options.data,
+          "folder of the published data set, whose fabrics are fitted instead of posteriors"),
       list("data_fabric", &options.fabrics, "with --data: fabrics, as in 1,3-5; empty: all"),
       list("samples", &options.samples, "with --data: samples to fit, as in 1,3-5; empty: all"),
       list("captures", &options.captures, "with --data: captures to fit, as in 1,3; empty: all"),
