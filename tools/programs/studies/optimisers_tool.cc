@@ -66,8 +66,8 @@ OptionTable OptimiserStudyTable(OptimiserStudyOptions& options) {
           "--out=out/optimisers",
       .notes =
           "files: compare_optimisers.json, report.md, traces.csv, and as .svg and .png "
-          "convergence, profiles and branches; twins/ has the silhouettes that are fitted, cells/ "
-          "the finished runs, from which the same command continues\n"
+          "convergence, profiles, data_profiles and branches; twins/ has the silhouettes that are "
+          "fitted, cells/ the finished runs, from which the same command continues\n"
           "exit code 3: no problem has a start\n",
       .options = Concatenate(
           Grouped("problems", ProblemOptions(options)),

@@ -98,7 +98,7 @@ class ScoresTest(unittest.TestCase):
             self.assertIn("| method | gap at 5 | gap at 10 |", report)
             self.assertIn("| a | 100 | **10** (2.00 px) | 19 (2.00 px) |", report)
             self.assertEqual(len(pathlib.Path(folder, "traces.csv").read_text().splitlines()), 9)
-            for chart in ("convergence", "profiles", "data_profiles", "quartiles", "branches"):
+            for chart in ("convergence", "profiles", "data_profiles", "branches"):
                 for kind in ("svg", "png"):
                     self.assertGreater(pathlib.Path(folder, f"{chart}.{kind}").stat().st_size, 1000)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables and charts of drape_compare_optimisers: report.md, traces.csv and five charts [Dolan 2002;
+"""Tables and charts of drape_compare_optimisers: report.md, traces.csv and four charts [Dolan 2002;
 More 2009]."""
 
 import json
@@ -203,11 +203,11 @@ def count(race):
     return text + (f" × {race.seeds} seeds" if race.seeds > 1 else "")
 
 
-def draw_grid(study, name, panels, columns, size=(6.4, 4.4)):
+def draw_grid(study, name, panels, columns):
     """panels: functions that draw to their axes."""
     rows = math.ceil(len(panels) / columns)
     figure, grid = pyplot.subplots(rows, columns, squeeze=False,
-                                   figsize=(size[0] * columns, size[1] * rows))
+                                   figsize=(6.4 * columns, 4.4 * rows))
     for axes, panel in zip(grid.flat, panels):
         panel(axes)
     for axes in grid.flat[len(panels):]:
@@ -248,25 +248,6 @@ def ratios(race, tolerance, column):
         least < NEVER, least, 1), NEVER)))
 
 
-def quartile_panel(race, title, budgets):
-    def panel(axes):
-        for c, budget in enumerate(budgets):
-            for m, method in enumerate(race.methods):
-                if c + 1 < len(budgets) and is_refined(method):
-                    continue
-                low, middle, high = numpy.maximum(quartiles(race.gaps_at(method, budget)), 1e-3)
-                y = m + 0.22 * (c - 0.5 * (len(budgets) - 1))
-                axes.plot([low, high], [y, y], color=f"C{c}")
-                axes.plot(middle, y, "os^D"[c % 4], color=f"C{c}",
-                          label=f"{budget:g} rollouts" if m == 0 else None)
-        axes.set(title=f"{title}: median and quartiles, {count(race)}", xscale="log",
-                 xlim=(1e-3, 1.2), xlabel="(cost − best) / (start − best)",
-                 ylim=(len(race.methods) - 0.3, -0.7))
-        axes.set_yticks(range(len(race.methods)), race.methods)
-        axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
-    return panel
-
-
 def draw_branches(study, race):
     figure, axes = pyplot.subplots(figsize=(max(8.2, 1.6 + 0.5 * len(race.methods)), 4.4))
     shares = [100 * numpy.mean([race.on_best_branch(run) for run in race.of(m)]) for m in race.methods]
@@ -276,8 +257,7 @@ def draw_branches(study, race):
     study.save(figure, "branches")
 
 
-def draw_charts(study, race, parts, budgets):
-    budget = budgets[-1]
+def draw_charts(study, race, parts, budget):
     draw_grid(study, "convergence", [convergence(race, group, budget) for group in groups(race)], 2)
     units = ("rollouts", "CPU seconds")
     draw_grid(study, "profiles", [
@@ -287,15 +267,13 @@ def draw_charts(study, race, parts, budgets):
         for tolerance in (0.1, 0.01) for group in groups(race) for column in (0, 1)], 2)
     profiles = []
     for title, part in parts:
-        cases = [(groups(part)[0], 0.5), (groups(part)[0], 0.1), (groups(part)[-1], 0.1)]
-        for group, tolerance in cases[:2 + (len(groups(part)) > 1)]:
+        cases = [(group, 0.1) for group in groups(part)]
+        for group, tolerance in [(cases[0][0], 0.5), *cases]:
             spent = {m: part.spent_to_solve(m, tolerance) for m in part.methods}
             profiles.append(staircases(
                 spent, group, budget, f"{title}, {100 * (1 - tolerance):g} % of the way to the best",
                 "spent [rollouts]"))
     draw_grid(study, "data_profiles", profiles, len(profiles) // len(parts))
-    draw_grid(study, "quartiles", [quartile_panel(part, title, budgets) for title, part in parts],
-              len(parts), (7.2, 1.4 + 0.44 * len(race.methods)))
     draw_branches(study, race)
 
 
@@ -329,7 +307,7 @@ def draw(study):
         for score in method_scores(race)]
     study.write("compare_optimisers.json", json.dumps(study.json, indent=1) + "\n")
     if pyplot:
-        draw_charts(study, race, parts, budgets)
+        draw_charts(study, race, parts, budget)
     print("".join(note + "\n" for note in notes) + aligned(header, rows), end="")
 
 
