@@ -98,15 +98,11 @@ std::vector<ComparedModel> FindComparedModels(const std::vector<std::string>& na
 
 constexpr double kShareOfFit = 0.8;  // of the time of a run
 
-class Stopwatch {
- public:
-  double Seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
+using Clock = std::chrono::steady_clock;
 
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
+double SecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
 
 void AddFeature(const std::string& name, const FeatureScore& feature, json* numbers) {
   (*numbers)[name + "_error"] = std::abs(feature.predicted_mean - feature.observed_mean);
@@ -245,18 +241,18 @@ PredictionOptions MakeOptions(const ExperimentTask& task, const Backend& backend
 }
 
 std::optional<json> LearnAndPredict(const ExperimentTask& task, const RunControl& control) {
-  const Stopwatch watch;
+  const Clock::time_point begin = Clock::now();
   const auto backend = MakeTaskBackend(task);
   const LearnedFabric learned = LearnFabric(*backend, *task.training, *task.learning, control);
   if (learned.cancelled) return {};
-  const double learning_seconds = watch.Seconds();
+  const double learning_seconds = SecondsSince(begin);
   control.Report(kShareOfFit, "prediction");
   const std::vector<PredictedDrape> drapes =
       SampleSpecimens(*backend, learned.fit, MakeOptions(task, *backend, control));
   if (control.cancelled()) return {};
   json result = {{"numbers",
                   {{"fit_seconds", learning_seconds},
-                   {"prediction_seconds", watch.Seconds() - learning_seconds},
+                   {"prediction_seconds", SecondsSince(begin) - learning_seconds},
                    {"rollouts", learned.simulated},
                    {"parameters", kDistributionNumbers}}},
                  {"energy_training", learned.fit.score},
@@ -279,10 +275,10 @@ std::optional<json> Predict(const ExperimentTask& task, const RunControl& contro
   const ClothModel& model = backend->model();
   const MaterialSource materials = MakeSpecimens(
       ReadFabric(task.folder, ReadingPolicy(model.law), &model.mesh), model.mesh, options.seed);
-  const Stopwatch watch;
+  const Clock::time_point begin = Clock::now();
   report(0.0, "prediction");
   std::vector<PredictedDrape> drapes = SampleDrapes(*backend, materials, options);
-  const double seconds = watch.Seconds();
+  const double seconds = SecondsSince(begin);
   if (control.cancelled()) return {};
   json calibrated = json::object();
   if (task.calibrate) {
@@ -295,7 +291,7 @@ std::optional<json> Predict(const ExperimentTask& task, const RunControl& contro
     options.bend = calibration.factors;
     calibrated["bend_factor_up"] = calibration.factors.up;
     calibrated["bend_factor_down"] = calibration.factors.down;
-    calibrated["calibration_seconds"] = watch.Seconds() - seconds;
+    calibrated["calibration_seconds"] = SecondsSince(begin) - seconds;
     report(0.9, "prediction");
     drapes = SampleDrapes(*backend, materials, options);
     if (control.cancelled()) return {};
@@ -331,13 +327,6 @@ struct SharedSplit {
   FitData data = {};
   std::vector<ObservedCapture> training = {}, held_out = {};
   std::vector<ReadRecord::File> files = {};  // that the captures were read from
-};
-
-// One run of the comparison.
-struct Experiment {
-  std::string name;
-  const SharedSplit* shared = nullptr;
-  ComparedModel model;
 };
 
 std::string FabricName(int fabric) { return "fabric_" + std::to_string(fabric); }
@@ -390,16 +379,6 @@ SharedSplit MakeShared(const ComparisonJob& job, const std::vector<Capture>& usa
   return shared;
 }
 
-std::vector<SharedSplit> ShareAll(const ComparisonJob& job, const RunControl& control) {
-  const Dataset dataset = ReadDataset(job.data);
-  std::vector<SharedSplit> all;
-  for (std::size_t i = 0; i < job.fabrics.size(); ++i) {
-    const std::vector<Capture> usable = UsableCaptures(job, dataset, job.fabrics[i], control);
-    for (const int seed : job.seeds) all.push_back(MakeShared(job, usable, i, seed));
-  }
-  return all;
-}
-
 PredictionOptions MakePredictionOptions(const ComparisonJob& job, const SharedSplit& shared) {
   std::set<ClothFace> faces;
   for (const ObservedCapture& seen : shared.held_out) faces.insert(seen.capture.face);
@@ -411,24 +390,35 @@ PredictionOptions MakePredictionOptions(const ComparisonJob& job, const SharedSp
   return prediction;
 }
 
-ExperimentTask MakeTask(const ComparisonJob& job, const Experiment& experiment) {
-  const SharedSplit& shared = *experiment.shared;
-  ExperimentTask task{.folder = job.out + "/" + experiment.name,
-                      .fit = experiment.model.ApplyTo(shared.fit),
+// With the files that the fit reads.
+StudyCell MakeCell(const SharedSplit& shared, const ComparedModel& model) {
+  StudyCell cell = CheckedCell(CellName(shared.fabric, model.name, shared.seed), {}, [&] {
+    if (model.fit) ReadFitInput(model.ApplyTo(shared.fit), shared.data);
+  });
+  cell.files.insert(cell.files.end(), shared.files.begin(), shared.files.end());
+  return cell;
+}
+
+std::optional<json> RunCell(const ComparisonJob& job, const SharedSplit& shared,
+                            const ComparedModel& model, const RunControl& control) {
+  const std::string folder = job.out + "/" + FabricName(shared.fabric),
+                    seed = std::to_string(shared.seed);
+  std::filesystem::create_directories(folder);
+  WriteSplit(folder + "/split_" + seed + ".json", shared.split);
+  ExperimentTask task{.folder = job.out + "/" + CellName(shared.fabric, model.name, shared.seed),
+                      .fit = model.ApplyTo(shared.fit),
                       .data = shared.data,
-                      .checkpoint = job.out + "/" + FabricName(shared.fabric) + "/" +
-                                    experiment.model.TableName() + "_" +
-                                    std::to_string(shared.seed) + ".json",
+                      .checkpoint = folder + "/" + model.TableName() + "_" + seed + ".json",
                       .provenance = job.provenance,
                       .prediction = MakePredictionOptions(job, shared),
                       .training = &shared.training,
                       .held_out = &shared.held_out,
                       .calibrate = job.calibrate};
-  if (!experiment.model.fit) {
+  if (!model.fit) {
     task.learning = job.learning;
     task.learning->fit.seed = static_cast<uint64_t>(shared.seed);
   }
-  return task;
+  return RunExperiment(task, control);
 }
 
 // The trivial predictors of a split, as runs.
@@ -452,21 +442,15 @@ void AddTrivial(const SharedSplit& shared, nlohmann::ordered_json* runs) {
   add("circle", "circle of the mean area", trivial.circle);
 }
 
-std::optional<json> RunAndKeepSplit(const ComparisonJob& job, const Experiment& experiment,
-                                    const RunControl& control) {
-  const SharedSplit& shared = *experiment.shared;
-  const std::string folder = job.out + "/" + FabricName(shared.fabric);
-  std::filesystem::create_directories(folder);
-  WriteSplit(folder + "/split_" + std::to_string(shared.seed) + ".json", shared.split);
-  return RunExperiment(MakeTask(job, experiment), control);
-}
-
 // All that the runs of a study need; they outlive the caller.
 struct Plan {
   ComparisonJob job;
   std::vector<ComparedModel> models;
-  std::vector<SharedSplit> splits;
-  std::vector<Experiment> experiments;
+  std::vector<SharedSplit> splits = {};
+
+  // Of a cell.
+  const SharedSplit& SplitOf(std::size_t cell) const { return splits[cell / models.size()]; }
+  const ComparedModel& ModelOf(std::size_t cell) const { return models[cell % models.size()]; }
 };
 
 nlohmann::ordered_json Summarise(const Plan& plan, const StudyResult& result) {
@@ -474,12 +458,11 @@ nlohmann::ordered_json Summarise(const Plan& plan, const StudyResult& result) {
   for (const ComparedModel& model : plan.models)
     file["models"].push_back({{"name", model.name}, {"meaning", model.meaning}});
   file["runs"] = nlohmann::ordered_json::array();
-  for (std::size_t k = 0; k < plan.experiments.size(); ++k) {
+  for (std::size_t k = 0; k < result.results.size(); ++k) {
     if (!result.results[k]) continue;
-    const SharedSplit& shared = *plan.experiments[k].shared;
-    file["runs"].push_back({{"fabric", shared.fabric},
-                            {"model", plan.experiments[k].model.name},
-                            {"seed", shared.seed}});
+    const SharedSplit& shared = plan.SplitOf(k);
+    file["runs"].push_back(
+        {{"fabric", shared.fabric}, {"model", plan.ModelOf(k).name}, {"seed", shared.seed}});
     file["runs"].back().update(nlohmann::ordered_json(*result.results[k]));
   }
   if (result.complete)
@@ -506,30 +489,22 @@ std::optional<json> RunExperiment(const ExperimentTask& task, const RunControl& 
 
 Comparison MakeComparison(const ComparisonJob& job, const RunControl& control) {
   CheckJob(job);
-  const auto plan = std::make_shared<Plan>(Plan{job, FindComparedModels(job.models), {}, {}});
-  Comparison comparison;
-  comparison.study.name = "comparison";
-  comparison.study.settings = job.settings;
-  if (job.list) {
-    for (const int fabric : job.fabrics)
-      for (const int seed : job.seeds)
-        for (const ComparedModel& model : plan->models)
-          comparison.study.cells.push_back({.name = CellName(fabric, model.name, seed)});
-    return comparison;
-  }
-  plan->splits = ShareAll(job, control);
-  for (const SharedSplit& shared : plan->splits)
-    for (const ComparedModel& model : plan->models) {
-      const std::string name = CellName(shared.fabric, model.name, shared.seed);
-      StudyCell cell = CheckedCell(name, {}, [&] {
-        if (model.fit) ReadFitInput(model.ApplyTo(shared.fit), shared.data);
-      });
-      cell.files.insert(cell.files.end(), shared.files.begin(), shared.files.end());
-      comparison.study.cells.push_back(std::move(cell));
-      plan->experiments.push_back({name, &shared, model});
+  const auto plan = std::make_shared<Plan>(Plan{job, FindComparedModels(job.models)});
+  const Dataset dataset = job.list ? Dataset() : ReadDataset(job.data);
+  Comparison comparison{{.name = "comparison", .settings = job.settings}, {}};
+  for (std::size_t i = 0; i < job.fabrics.size(); ++i) {
+    std::vector<Capture> usable;
+    if (!job.list) usable = UsableCaptures(job, dataset, job.fabrics[i], control);
+    for (const int seed : job.seeds) {
+      if (!job.list) plan->splits.push_back(MakeShared(job, usable, i, seed));
+      for (const ComparedModel& model : plan->models)
+        comparison.study.cells.push_back(
+            job.list ? StudyCell{.name = CellName(job.fabrics[i], model.name, seed)}
+                     : MakeCell(plan->splits.back(), model));
     }
+  }
   comparison.study.run = [plan](std::size_t k, const RunControl& cell) {
-    return RunAndKeepSplit(plan->job, plan->experiments[k], cell);
+    return RunCell(plan->job, plan->SplitOf(k), plan->ModelOf(k), cell);
   };
   comparison.summarise = [plan](const StudyResult& result) { return Summarise(*plan, result); };
   return comparison;

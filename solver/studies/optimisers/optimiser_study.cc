@@ -27,9 +27,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-OutlineResidualOptions Apply(BranchRule rule, OutlineResidualOptions options) {
-  if (rule == BranchRule::kAny)
-    options.max_outline_change = options.max_jump = std::numeric_limits<double>::infinity();
+// Those under which any drape counts, however far from the prediction.
+OutlineResidualOptions AnyBranch(OutlineResidualOptions options) {
+  options.max_outline_change = options.max_jump = std::numeric_limits<double>::infinity();
   return options;
 }
 
@@ -195,8 +195,7 @@ class Problem {
     DrapeFunction function(
         backend.get(), &parametrisation, &input_.problem.observations, AtRest(start_->shapes),
         CandidateFitter(input_.problem, spec_.stages, *backend, cancel, 0).MakeResidualOptions(),
-        spec_.stages.prior_sigma,
-        FindOptimiser(job.method).derivatives ? BranchRule::kFollow : BranchRule::kAny);
+        spec_.stages.prior_sigma, !FindOptimiser(job.method).derivatives);
     OptimiserOptions optimiser = options_.optimiser;
     optimiser.published_rates = PublishedAdamRates(parametrisation.base(), parametrisation.tie());
     optimiser.seed = job.seed;
@@ -277,11 +276,12 @@ class Problem {
 DrapeFunction::DrapeFunction(Backend* backend, const MaterialParametrisation* parametrisation,
                              const std::vector<Observation>* observations,
                              std::vector<State> starts, const OutlineResidualOptions& options,
-                             double prior_sigma, BranchRule rule)
+                             double prior_sigma, bool any_branch)
     : backend_(backend),
       observations_(observations),
       options_(options),
-      outlines_(backend, parametrisation, observations, std::move(starts), Apply(rule, options)),
+      outlines_(backend, parametrisation, observations, std::move(starts),
+                any_branch ? AnyBranch(options) : options),
       prior_sigma_(prior_sigma) {}
 
 void DrapeFunction::RefineFromBest() {

@@ -316,8 +316,7 @@ TEST(DrapeFunction, FollowsTheBranchOfTheBestDrapeOnceItIsRefined) {
       test::MakeObservation(backend.model().mesh, rest, 36, "flat")};
   OutlineResidualOptions options = test::CloseOutlineOptions();
   options.max_outline_change = 1.0;
-  DrapeFunction function(&backend, &parametrisation, &observations, {rest}, options, 1.0,
-                         BranchRule::kAny);
+  DrapeFunction function(&backend, &parametrisation, &observations, {rest}, options, 1.0, true);
   const Eigen::Vector2d far(2.0, 0.0);
   Eigen::VectorXd residual, again;
   RowMatrix jacobian;
