@@ -15,7 +15,6 @@
 #include <set>
 
 #include "physics/util/math/random.h"
-#include "solver/prediction/generative/bounded_number.h"
 #include "solver/prediction/generative/weighted_drapes.h"
 
 namespace drape {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/predict/predict_report.h"
-
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -12,7 +10,7 @@
 #include "physics/util/text_format.h"
 #include "solver/forward/random_drapes.h"
 #include "tools/cli/provenance.h"
-#include "tools/programs/results/tables/dataset_report.h"
+#include "tools/programs/predict/predict_tool.h"
 #include "tools/programs/results/tables/outline_list.h"
 #include "tools/programs/results/tables/score_report.h"
 

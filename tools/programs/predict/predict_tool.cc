@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/programs/predict/predict_tool.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <set>
 
 #include "losses/dataset/dataset_split.h"
+#include "losses/image/segmentation.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/util/errors.h"
+#include "solver/job/fit_input.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/backend_option.h"
 #include "tools/inputs/common_options.h"
 #include "tools/inputs/dataset_input.h"
-#include "tools/programs/predict/predict_learning.h"
-#include "tools/programs/predict/predict_report.h"
 #include "tools/programs/results/tables/outline_list.h"
 
 namespace drape {
@@ -185,6 +186,154 @@ void Calibrate(Backend& backend, const MaterialSource& materials, const RunContr
       backend, materials, run->prediction, run->data->seen_train, {},
       [&](int trials) { control.Report(0.0, "calibration, trial " + std::to_string(trials)); });
   run->prediction.bend = run->calibration->factors;
+}
+
+// Images of a user's own to learn from.
+
+void CheckCount(const char* option, std::size_t found, std::size_t images) {
+  if (found != 0 && found != images)
+    throw InputError(std::string("option '") + option + "'",
+                     "found " + std::to_string(found) + " values, expected " +
+                         std::to_string(images) + ", one for each image");
+}
+
+ClothFace FaceOfImage(const std::string& name) {
+  if (const auto face = ParseClothFace(name)) return *face;
+  throw InputError("option 'image_faces'", "found \"" + name + "\", expected up or down");
+}
+
+std::vector<Option> TrainingImageOptions(TrainingImages& training) {
+  return {
+      {.key = "images",
+       .value = &training.images,
+       .doc = "with learn: silhouettes of the fabric to learn from in place of data (JPEG or PNG): "
+              "files, folders, patterns; the camera is then theirs",
+       .is_path = true},
+      {.key = "image_samples",
+       .value = &training.samples,
+       .doc = "the sample of each image, from 1; none: each shows its own",
+       .least = 1,
+       .most = 1000},
+      {.key = "image_faces",
+       .value = &training.faces,
+       .doc = "the face of each image that lies up: up or down; none: all up"},
+  };
+}
+
+// Reads them through the camera of each.
+std::vector<ObservedCapture> ObserveTrainingImages(const TrainingImages& training,
+                                                   const CameraInput& camera,
+                                                   const DrapeDiscs& discs) {
+  std::vector<std::string> files;
+  for (const std::string& text : training.images)
+    for (std::string& file : ExpandImages(text)) files.push_back(std::move(file));
+  CheckCount("image_samples", training.samples.size(), files.size());
+  CheckCount("image_faces", training.faces.size(), files.size());
+  std::vector<ObservedCapture> seen;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const int number = static_cast<int>(i) + 1;
+    const Capture capture{
+        .fabric = 1,
+        .sample = training.samples.empty() ? number : training.samples[i],
+        .capture = number,
+        .face = training.faces.empty() ? ClothFace::kUp : FaceOfImage(training.faces[i]),
+        .image = files[i]};
+    const GrayImage image = ReadSilhouette(files[i]).image;
+    seen.push_back({capture, ObserveImage(image, MakeCamera(camera, image, discs, files[i]), discs,
+                                          files[i])});
+  }
+  return seen;
+}
+
+// Learning.
+
+// What one sample can be, by the drapes of each face.
+std::map<ClothFace, SpecimenPosterior> InferSample(const std::vector<ObservedCapture>& seen,
+                                                   const LearningOptions& learning) {
+  constexpr int kSamples = 199;
+  const DrapePool pool = ReadPool(learning.pool_file);
+  std::map<ClothFace, std::vector<TrainingDrape>> drapes;
+  for (TrainingDrape& drape : ListTrainingDrapes(seen)) drapes[drape.face].push_back(drape);
+  std::map<ClothFace, SpecimenPosterior> specimen;
+  for (const auto& [face, of_face] : drapes)
+    specimen[face] =
+        InferSpecimen(pool, of_face, learning.fit.outline_weight, kSamples, learning.fit.seed);
+  return specimen;
+}
+
+bool ShowsOneSample(const std::vector<ObservedCapture>& seen) {
+  return std::all_of(seen.begin(), seen.end(), [&](const ObservedCapture& each) {
+    return each.capture.sample == seen[0].capture.sample;
+  });
+}
+
+std::vector<Option> LearningOptionRows(PredictToolOptions& options) {
+  const std::vector<Option> rows = {
+      {.key = "learn",
+       .value = &options.learn,
+       .doc =
+           "instead of a material: learn the distribution of specimens from drapes, of images or "
+           "of the training samples of data"},
+      {.key = "specimens",
+       .value = &options.specimens,
+       .doc = "instead of a material: file specimens.json of a run with learn",
+       .is_path = true},
+      {.key = "pool_seed",
+       .value = &options.pool_seed,
+       .doc = "random seed of the pool",
+       .least = 0},
+      {.key = "resamples",
+       .value = &options.learning.fit.resamples,
+       .doc = "inferences with random weights of the samples, which show how uncertain the "
+              "distribution is",
+       .least = 0,
+       .most = 1000},
+  };
+  return Concatenate(rows, TrainingImageOptions(options.images), PoolOptionRows(options.learning));
+}
+
+// Refuses images that are not to be learned from, or of other discs than a pool's.
+void CheckTrainingImages(const PredictToolOptions& options, const DrapeDiscs& discs) {
+  if (options.images.images.empty()) {
+    if (!options.images.samples.empty() || !options.images.faces.empty())
+      throw InputError("option 'image_samples' or 'image_faces'", "found without 'images'");
+    return;
+  }
+  if (!options.learn) throw InputError("option 'images'", "found without 'learn'");
+  if (!options.data.folder.empty())
+    throw InputError("options 'images' and 'data'", "found both, expected one of them");
+  if (discs != DrapeDiscs())
+    throw InputError("option 'specimen' or 'support'",
+                     "found " + ToString(discs) + " beside 'learn', expected " +
+                         ToString(DrapeDiscs()) + ", of which the drapes of a pool are");
+}
+
+// Sets run->learned by the drapes seen, and run->specimen where they are of one sample; nothing
+// when it is cancelled.
+void Learn(const PredictToolOptions& options, Backend& backend,
+           const std::vector<ObservedCapture>& seen, const RunControl& control,
+           PredictionRun* run) {
+  constexpr int kLeastPool = 1000;
+  if (!options.specimens.empty()) {
+    run->learned = {.fit = ReadDistributionFit(options.specimens)};
+    return;
+  }
+  LearningOptions learning = options.learning;
+  learning.pool.mesh = options.scene.mesh;
+  learning.pool.seed = static_cast<uint64_t>(options.pool_seed);
+  learning.pool.settle = run->prediction.settle;
+  learning.fit.seed = run->prediction.seed;
+  learning.fit.threads = backend.threads();
+  if (learning.pool_file.empty()) learning.pool_file = options.out + "/pool.json";
+  const bool one_sample = ShowsOneSample(seen);
+  if (one_sample && learning.pool.drapes < kLeastPool)
+    throw InputError("option 'pool_drapes'",
+                     "found " + std::to_string(learning.pool.drapes) + ", expected at least " +
+                         std::to_string(kLeastPool) + " to learn from one sample");
+  const LearnedFabric learned = LearnFabric(backend, seen, learning, control);
+  if (learned.cancelled) return;
+  run->learned = learned;
+  if (one_sample) run->specimen = InferSample(seen, learning);
 }
 
 // Fewer when it was cancelled.

@@ -13,7 +13,6 @@
 #include "physics/mesh/self_intersection.h"
 #include "physics/simulation/statics/modes.h"
 #include "physics/util/errors.h"
-#include "solver/prediction/exchange/geometry/drape_fields.h"
 #include "solver/prediction/exchange/geometry/drape_files.h"
 #include "tools/cli/output_folder.h"
 #include "tools/cli/tool_main.h"

@@ -8,9 +8,13 @@
 
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"
-#include "solver/prediction/exchange/targets/built_in_scripts.h"
 
 namespace drape {
+
+// The files of the folder scripts as they were when the library was built. They run inside another
+// program; where a stiffness depends on the mesh, they measure it there.
+extern const char *const kNewtonScript, *const kStyle3dScript, *const kBlenderScript;
+
 namespace {
 
 using Json = nlohmann::ordered_json;

@@ -12,7 +12,6 @@
 #include "solver/studies/bench/speed_table.h"
 #include "tests/attack/inputs/files/file_readers.h"
 #include "tests/attack/inputs/readers/readers.h"
-#include "tools/programs/results/tables/outline_list.h"
 
 namespace drape::attack {
 namespace {
@@ -103,20 +102,6 @@ Reader MakeSamplesReader(const std::string& scratch) {
           }};
 }
 
-Reader MakeOutlinesReader(const std::string& scratch) {
-  const std::string path = scratch + kOutlinesFile;
-  WriteOutlines(
-      path, {{"specimen 3, face up", 0, 0.4, 6, Eigen::VectorXd::Constant(kListedAngles, 0.11)}});
-  return {.name = "outlines",
-          .file = kOutlinesFile,
-          .content = ReadText(path),
-          .read = [](const std::string& from) {
-            for (const ListedOutline& outline : ReadOutlines(from))
-              if (!outline.radius.allFinite()) return "read outlines that are not finite";
-            return "";
-          }};
-}
-
 // Strips that follow F = k·strain to 10 %, in few samples.
 Reader MakeRawDataReader() {
   json raw;
@@ -146,7 +131,6 @@ std::vector<Reader> MakeResultReaders(const std::string& scratch) {
   return {MakePoolReader(scratch),
           MakeSpecimensReader(scratch),
           MakeSamplesReader(scratch),
-          MakeOutlinesReader(scratch),
           MakeRawDataReader(),
           {.name = "published speeds",
            .file = "speeds.json",

@@ -9,7 +9,6 @@
 #include "tests/solver/prediction/generative/fake_pool.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/predict/predict_tool.h"
-#include "tools/programs/results/tables/outline_list.h"
 
 namespace drape::test {
 namespace {
@@ -57,21 +56,24 @@ TEST_F(PredictTool, DrawsDrapesAndScoresThem) {
   EXPECT_EQ(summary["data"]["split"]["seed"], 4);
   EXPECT_EQ(summary["data"]["trivial_predictors"]["circle"]["observed"], 8);
   EXPECT_EQ(ReadImage(Path("out/mean_image.png")).width, 256);
-  const std::vector<ListedOutline> outlines = ReadOutlines(Path("out/outlines.json"));
+  const Json outlines = ReadJson(Path("out/outlines.json"))["drapes"];
   ASSERT_EQ(outlines.size(), static_cast<size_t>(at_rest));
   for (size_t i = 0, next = 0; i < 6; ++i) {
     const Json& drape = summary["drapes"][i];
     if (drape["status"] != "stable") continue;
-    const ListedOutline& outline = outlines[next++];
-    EXPECT_EQ(outline.group + 1, drape["specimen"]);
-    EXPECT_EQ(outline.drape_coefficient, drape["dc"].get<double>());
-    EXPECT_EQ(outline.folds, drape["folds"]);
+    const Json& outline = outlines[next++];
+    EXPECT_EQ(outline["group"].get<int>() + 1, drape["specimen"]);
+    EXPECT_EQ(outline["dc"], drape["dc"]);
+    EXPECT_EQ(outline["folds"], drape["folds"]);
     // The area within the outline is that of the drape coefficient.
     const DrapeDiscs discs;
     const double support = M_PI * discs.support * discs.support,
                  flat = M_PI * discs.specimen * discs.specimen;
-    EXPECT_NEAR(outline.radius.squaredNorm() * M_PI / kListedAngles,
-                support + outline.drape_coefficient * (flat - support), 0.01 * flat);
+    const auto radius = outline["radius_m"].get<std::vector<double>>();
+    ASSERT_EQ(radius.size(), 120u);
+    const double area =
+        std::inner_product(radius.begin(), radius.end(), radius.begin(), 0.0) * M_PI / 120;
+    EXPECT_NEAR(area, support + outline["dc"].get<double>() * (flat - support), 0.01 * flat);
   }
 }
 
@@ -317,7 +319,7 @@ TEST_F(PredictTool, CtrlCWritesWhatThereIs) {
   EXPECT_LT(summary["draws"], 4096);
   EXPECT_EQ(summary["draws_wanted"], 4096);
   EXPECT_EQ(summary["drapes"].size(), summary["draws"]);
-  EXPECT_EQ(ReadOutlines(Path("out/outlines.json")).size(), summary["at_rest"]);
+  EXPECT_EQ(ReadJson(Path("out/outlines.json"))["drapes"].size(), summary["at_rest"]);
 }
 
 TEST_F(PredictTool, MistakesAreOneLine) {

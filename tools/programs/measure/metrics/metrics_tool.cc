@@ -16,7 +16,6 @@
 #include "tools/inputs/common_options.h"
 #include "tools/programs/measure/metrics/metrics_input.h"
 #include "tools/programs/measure/metrics/metrics_report.h"
-#include "tools/programs/results/tables/dataset_report.h"
 #include "tools/programs/results/tables/score_report.h"
 
 namespace drape {

@@ -9,7 +9,7 @@ namespace drape {
 
 // The outlines of the drapes of a run, which a page shows side by side: outlines.json,
 //   {"format": "drapefit-outlines", "version": 1,
-//    "drapes": [{"name", "group", "dc", "folds", "radius_m" [kListedAngles]}]}.
+//    "drapes": [{"name", "group", "dc", "folds", "radius_m" [120]}]}.
 struct ListedOutline {
   std::string name;  // "specimen 3, face up"
   int group = 0;     // of drapes of one specimen or of one branch, from 0
@@ -19,13 +19,9 @@ struct ListedOutline {
 };
 
 inline constexpr char kOutlinesFile[] = "outlines.json";
-inline constexpr int kListedAngles = 120;
 
-// Of a finer outline, such as one of 360 radii; in steps of 10 µm. CHECKs that its number of radii
-// is a multiple of kListedAngles. Throws InputError when the file cannot be written.
+// Writes 120 radii of each finer outline, such as one of 360, in steps of 10 µm. CHECKs that the
+// number of radii is a multiple of 120. Throws InputError when the file cannot be written.
 void WriteOutlines(const std::string& path, const std::vector<ListedOutline>& outlines);
-
-// Throws InputError naming the file and the key for another format, and for a radius below 0.
-std::vector<ListedOutline> ReadOutlines(const std::string& path);
 
 }  // namespace drape

@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "losses/dataset/dataset_evaluation.h"
 #include "losses/dataset/trivial_predictors.h"
 
 namespace drape {
@@ -14,7 +15,8 @@ nlohmann::ordered_json DistanceJson(const DrapeDistance& distance);
 
 std::string ScoreText(const DistributionScore& score);
 
-std::string PredictorsText(const TrivialPredictors& predictors);
-nlohmann::ordered_json PredictorsJson(const TrivialPredictors& predictors);
+// A data set, its split and its trivial predictors.
+std::string DatasetText(const DatasetReport& report);
+nlohmann::ordered_json DatasetJson(const DatasetReport& report);
 
 }  // namespace drape
