@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kMaxCoordinate = 20;  // [m]
 constexpr int kMaxVertices = 1000, kMaxPanels = 200;
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kOneDegree = std::numbers::pi / 180;
 
 // Reads points [x, y] of the plane of a panel and multiplies them by `metres` [m].
 std::vector<Vector2d> ReadPoints(const JsonInput& input, double metres) {
@@ -69,7 +69,7 @@ Eigen::Isometry3d ReadPlacement(const JsonInput& panel, double metres) {
     placement.translate(shift);
   }
   if (!panel.Has("rotation")) return placement;
-  const Vector3d turn = kDegree * panel.At("rotation").Vector(3);
+  const Vector3d turn = kOneDegree * panel.At("rotation").Vector(3);
   placement.rotate(Eigen::AngleAxisd(turn.z(), Vector3d::UnitZ()) *
                    Eigen::AngleAxisd(turn.y(), Vector3d::UnitY()) *
                    Eigen::AngleAxisd(turn.x(), Vector3d::UnitX()));
@@ -95,7 +95,7 @@ PanelEdge ReadPanelEdge(const JsonInput& name, const JsonInput& edge, const Patt
 // Our own format.
 
 constexpr char kGarmentFormat[] = "drapefit-garment";
-constexpr int kVersion = 1;
+constexpr int kGarmentVersion = 1;
 constexpr double kLeastArm = 25, kMostArm = 90;  // [degrees]
 
 PatternEdge ReadOwnEdge(const JsonInput& input, const Vector2d& begin, const Vector2d& end) {
@@ -167,11 +167,11 @@ Pattern ReadOwnFormat(const JsonInput& input) {
   input.ExpectKeys({"format", "version", "name", "arm_angle", "panels", "stitches", "rings"});
   if (input.At("format").String() != kGarmentFormat)
     input.At("format").Fail(std::string("\"").append(kGarmentFormat) + '"');
-  if (input.At("version").Integer() != kVersion) input.At("version").Fail("1");
+  if (input.At("version").Integer() != kGarmentVersion) input.At("version").Fail("1");
   Pattern pattern;
   if (input.Has("name")) pattern.name = input.At("name").String();
   if (input.Has("arm_angle"))
-    pattern.arm_angle = input.At("arm_angle").NumberWithin(kLeastArm, kMostArm) * kDegree;
+    pattern.arm_angle = input.At("arm_angle").NumberWithin(kLeastArm, kMostArm) * kOneDegree;
   const JsonInput panels = input.At("panels").ExpectObject();
   if (panels.Size() < 1 || panels.Size() > kMaxPanels)
     panels.Fail(Format("1 … %d panels", kMaxPanels));
@@ -301,7 +301,7 @@ Pattern ReadPattern(const std::string& path) {
   if (!input.Has("format") && !input.Has("pattern"))
     input.Fail("a garment (keys format, version, panels) or a GarmentCode pattern (key pattern)");
   Pattern pattern = input.Has("format") ? ReadOwnFormat(input) : ReadGarmentCode(input);
-  if (pattern.arm_angle == 0) pattern.arm_angle = kLeastArm * kDegree;
+  if (pattern.arm_angle == 0) pattern.arm_angle = kLeastArm * kOneDegree;
   const PatternProblem problem = FindProblem(pattern);
   if (!problem.key.empty()) {
     const std::string prefix = input.Has("format") ? "" : "pattern.";
