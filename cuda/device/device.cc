@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "cuda/device/cuda_error.h"
+#include "cuda/device/device_buffer.h"
 
 namespace drape {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "cuda/engine/equilibria/equilibrium_engine.h"
 #include "cuda/engine/rollouts/rollout_engine.h"
-#include "cuda/factor/device_solver.h"
+#include "cuda/factor/multifrontal.h"
 
 namespace drape {
 namespace {

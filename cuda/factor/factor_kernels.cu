@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Numerical factorisation of a batch: one block of threads for each (front, slot). The panel lives
 // in shared memory, rows of p + 4 numbers (no bank conflicts), and stays there until it is done.
-#include "cuda/device/cuda_error.h"
+#include "cuda/device/device_buffer.h"
 #include "cuda/factor/multifrontal_kernels.h"
 #include "cuda/factor/panel_cholesky.cuh"
 #include "cuda/factor/tensor_core.cuh"

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
+#include "cuda/device/device.h"
 #include "cuda/device/device_buffer.h"
 #include "cuda/factor/multifrontal_kernels.h"
 #include "cuda/factor/plan/front_plan.h"
+#include "physics/linalg/linear_solver.h"
 
 namespace drape {
 
@@ -53,5 +56,11 @@ class Multifrontal {
   std::vector<LevelRange> levels_;
   PlanView view_;
 };
+
+// A LinearSolver that factors one system at a time on a device, for a single large cloth, in the
+// order of elimination that MakeLinearSolver has on the host. Copies may be used on threads of
+// their own. Throws InputError where a front does not fit, CudaError, DeviceMemoryError.
+std::unique_ptr<LinearSolver> MakeDeviceSolver(const BlockPattern& pattern,
+                                               const DeviceInfo& device);
 
 }  // namespace drape

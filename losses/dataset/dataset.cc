@@ -1,16 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "losses/dataset/dataset.h"
 
+#include <glog/logging.h>
+
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <charconv>
+#include <cmath>
 #include <filesystem>
+#include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <random>
 #include <regex>
+#include <set>
+#include <sstream>
 #include <tuple>
 
+#include "losses/image/segmentation.h"
+#include "losses/metrics/metrics.h"
+#include "losses/outline/outline.h"
+#include "losses/silhouette/silhouette.h"
+#include "physics/mesh/obj_io.h"
+#include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
+#include "physics/util/json_input.h"
+#include "physics/util/math/random.h"
+#include "physics/util/text_format.h"
 
 namespace drape {
+
 namespace {
 
 std::optional<int> NumberIn(const std::smatch& match, int group) {
@@ -157,6 +177,138 @@ void ReadTrainingImages(const fs::path& folder, Dataset* dataset) {
                    });
 }
 
+constexpr int kLargest = 9999;
+
+// One part of a list, "3" or "3-5".
+class Part {
+ public:
+  Part(const std::string& text, const std::string& where) : text_(text), where_(where) {}
+
+  void AddTo(std::set<int>* numbers) const {
+    const size_t dash = text_.find('-');
+    const int first = Number(text_.substr(0, dash));
+    const int last = dash == std::string::npos ? first : Number(text_.substr(dash + 1));
+    if (last < first) Fail("an ascending range");
+    for (int number = first; number <= last; ++number) numbers->insert(number);
+  }
+
+ private:
+  int Number(const std::string& digits) const {
+    int number = 0;
+    const char* end = digits.data() + digits.size();
+    const auto [stop, error] = std::from_chars(digits.data(), end, number);
+    if (error != std::errc() || stop != end || number < 1 || number > kLargest)
+      Fail("whole numbers from 1 to 9999 and ranges like 3-5, with commas between them");
+    return number;
+  }
+
+  [[noreturn]] void Fail(const std::string& expected) const {
+    throw InputError(where_, "found '" + text_ + "', expected " + expected);
+  }
+
+  const std::string& text_;
+  const std::string& where_;
+};
+
+constexpr char kSplitFormat[] = "drapefit-split";
+
+using Sample = std::pair<int, int>;  // fabric, sample
+Sample MakeSample(const Capture& capture) { return {capture.fabric, capture.sample}; }
+
+// Returns the first `count` items of a random order (shuffle of Fisher and Yates).
+std::vector<int> SelectRandomly(std::vector<int> items, int count, std::mt19937_64& random) {
+  for (int i = 0; i < count; ++i) {
+    const double left = static_cast<double>(items.size()) - i;
+    std::swap(items[i], items[i + static_cast<size_t>(left * SampleUniform(random))]);
+  }
+  items.resize(count);
+  return items;
+}
+
+nlohmann::ordered_json SideJson(const std::vector<Capture>& captures) {
+  auto side = nlohmann::ordered_json::array();
+  for (const Capture& c : captures) side.push_back({c.fabric, c.sample, c.capture});
+  return side;
+}
+
+std::vector<Capture> ReadSide(const JsonInput& side, const Dataset& dataset) {
+  std::vector<Capture> captures;
+  side.ExpectArray();
+  for (int i = 0; i < side.Size(); ++i) {
+    const JsonInput entry = side.At(i);
+    entry.ExpectArray(3);
+    const auto wanted =
+        std::tuple(entry.At(0).Integer(), entry.At(1).Integer(), entry.At(2).Integer());
+    const auto found = std::find_if(
+        dataset.captures.begin(), dataset.captures.end(),
+        [&](const Capture& c) { return std::tuple(c.fabric, c.sample, c.capture) == wanted; });
+    if (found == dataset.captures.end())
+      throw InputError(entry.Name(), "the data set lacks this fabric, sample, capture");
+    captures.push_back(*found);
+  }
+  return captures;
+}
+
+void CheckDisjoint(const Split& split, const std::string& path) {
+  std::set<Sample> train;
+  for (const Capture& capture : split.train) train.insert(MakeSample(capture));
+  for (const Capture& capture : split.held_out) {
+    if (train.contains(MakeSample(capture)))
+      throw InputError(path, "the sample of " + capture.Name() + " is on both sides");
+  }
+}
+
+constexpr int kAngles = 360, kSupersample = 2;
+
+bool HasFillerVt(const ObjContent& content) {
+  return content.vt.size() == content.v.size() + 1 && content.vt[0].isZero(0);
+}
+
+std::optional<Eigen::VectorXd> CentredProfile(const GrayImage& image, Camera camera) {
+  Outline outline;
+  if (!CentreOnOutline(image, &camera) || !OutlineFromImage(image, camera, kAngles, &outline))
+    return {};
+  return outline.radius;
+}
+
+// The profile r(θ) turned counter-clockwise by `shift` angles.
+Eigen::VectorXd Shifted(const Eigen::VectorXd& radius, Eigen::Index shift) {
+  Eigen::VectorXd turned(radius.size());
+  turned << radius.tail(shift), radius.head(radius.size() - shift);
+  return turned;
+}
+
+// Keeps the captures whose `number` is one of `wanted`. Throws InputError unless all of these
+// occur.
+void Keep(const char* what, int Capture::*number, const std::vector<int>& wanted,
+          std::vector<Capture>* captures) {
+  if (wanted.empty()) return;
+  std::set<int> there;
+  for (const Capture& capture : *captures) there.insert(capture.*number);
+  for (const int value : wanted) {
+    if (there.contains(value)) continue;
+    throw InputError(what, "found " + std::to_string(value) + ", expected some of " +
+                               IndexListText({there.begin(), there.end()}));
+  }
+  std::erase_if(*captures, [&](const Capture& capture) {
+    return std::find(wanted.begin(), wanted.end(), capture.*number) == wanted.end();
+  });
+}
+
+// Finds the quarter turn that brings the mesh onto the image.
+void TurnMesh(Capture* capture) {
+  const auto turn = FindQuarterTurn(ReadPublishedMesh(capture->mesh).surface,
+                                    ReadSilhouette(capture->image).image, Camera());
+  if (!turn) throw InputError(capture->mesh, "its outline or that of its image has gaps");
+  if (turn->rms > kMaxMeshRms) {
+    throw InputError(capture->mesh,
+                     Format("misses its image by %.1f px, expected at most 3: it belongs to "
+                            "another capture",
+                            turn->rms));
+  }
+  capture->mesh_quarters = turn->quarters;
+}
+
 }  // namespace
 
 std::string PlainName(const std::string& name) {
@@ -231,6 +383,148 @@ Dataset ReadDataset(const std::string& folder) {
     throw InputError(folder, std::string("cannot be listed: ") + error.what());
   }
   return dataset;
+}
+
+std::vector<int> ParseIndexList(const std::string& text, const std::string& where) {
+  std::set<int> numbers;
+  for (size_t begin = 0; !text.empty();) {
+    const size_t comma = text.find(',', begin);
+    Part(text.substr(begin, comma - begin), where).AddTo(&numbers);
+    if (comma == std::string::npos) break;
+    begin = comma + 1;
+  }
+  return {numbers.begin(), numbers.end()};
+}
+
+std::string IndexListText(const std::vector<int>& numbers) {
+  std::ostringstream text;
+  for (size_t i = 0; i < numbers.size();) {
+    size_t last = i;
+    while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) ++last;
+    text << (i == 0 ? "" : ",") << numbers[i];
+    if (last > i) text << '-' << numbers[last];
+    i = last + 1;
+  }
+  return text.str();
+}
+
+Split SplitBySample(const std::vector<Capture>& captures, int train_samples, uint64_t seed) {
+  CHECK_GE(train_samples, 1);
+  std::map<int, std::set<int>> samples;  // of each fabric
+  for (const Capture& capture : captures) samples[capture.fabric].insert(capture.sample);
+  std::mt19937_64 random(seed);
+  std::set<Sample> train;
+  for (const auto& [fabric, all] : samples) {
+    if (static_cast<int>(all.size()) <= train_samples) {
+      throw InputError("train", "found " + std::to_string(train_samples) +
+                                    " training samples, expected fewer than the " +
+                                    std::to_string(all.size()) + " of fabric " +
+                                    std::to_string(fabric));
+    }
+    for (const int sample : SelectRandomly({all.begin(), all.end()}, train_samples, random))
+      train.insert({fabric, sample});
+  }
+  Split split{seed, {}, {}};
+  for (const Capture& capture : captures)
+    (train.contains(MakeSample(capture)) ? split.train : split.held_out).push_back(capture);
+  return split;
+}
+
+void WriteSplit(const std::string& path, const Split& split) {
+  const nlohmann::ordered_json json = {{"format", kSplitFormat},
+                                       {"seed", split.seed},
+                                       {"train", SideJson(split.train)},
+                                       {"held_out", SideJson(split.held_out)}};
+  WriteFileAtomically(path, json.dump() + "\n");
+}
+
+Split ReadSplit(const std::string& path, const Dataset& dataset) {
+  const nlohmann::json json = ReadJsonFile(path);
+  const JsonInput input(json, path);
+  input.ExpectKeys({"format", "seed", "train", "held_out"});
+  if (input.At("format").String() != kSplitFormat) input.At("format").Fail(kSplitFormat);
+  if (!input.At("seed").value().is_number_unsigned())
+    input.At("seed").Fail("a whole number that is not negative");
+  Split split{input.At("seed").value().get<uint64_t>(), ReadSide(input.At("train"), dataset),
+              ReadSide(input.At("held_out"), dataset)};
+  CheckDisjoint(split, path);
+  return split;
+}
+
+std::optional<double> PublishedDensity(int fabric) {
+  static constexpr std::array kDensities = {.059, .192, .213, .114, .274, .183, .100, .230, .249,
+                                            .204, .148, .313, .107, .139, .211, .191, .278, .154,
+                                            .282, .259, .186, .231, .163, .104, .060};
+  if (fabric < 1 || fabric > static_cast<int>(kDensities.size())) return {};
+  return kDensities[fabric - 1];
+}
+
+PublishedMesh ReadPublishedMesh(const std::string& path) {
+  const ObjContent content = ParseObj(ReadWholeFile(path), path, false);
+  PublishedMesh mesh;
+  mesh.surface = ReadObjSurface(path);
+  if (content.vt.empty()) return mesh;
+  if (content.vt.size() != content.v.size() && !HasFillerVt(content)) {
+    throw InputError(path,
+                     "found " + std::to_string(content.vt.size()) + " vt for " +
+                         std::to_string(content.v.size()) +
+                         " v, expected no vt, as many as v, or one more with a first line 0 0");
+  }
+  mesh.cloth = ReadObj(path, {.first_vt_is_dummy = HasFillerVt(content)});
+  return mesh;
+}
+
+std::optional<QuarterTurn> FindQuarterTurn(const ObjSurface& surface, const GrayImage& image,
+                                           const Camera& camera) {
+  const auto measured = CentredProfile(image, camera);
+  const auto seen = CentredProfile(Rasterize(surface, camera, kSupersample), camera);
+  if (!measured || !seen) return {};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  QuarterTurn best{0, kInfinity, kInfinity};
+  for (int quarters = 0; quarters < 4; ++quarters) {
+    const double rms = ProfileRms(*measured, Shifted(*seen, quarters * kAngles / 4));
+    if (rms < best.rms) {
+      best = {quarters, rms, best.rms};
+    } else {
+      best.second_rms = std::min(best.second_rms, rms);
+    }
+  }
+  return best;
+}
+
+std::vector<Capture> Select(const Dataset& dataset, const Selection& selection) {
+  std::vector<Capture> captures = dataset.captures;
+  Keep("fabric", &Capture::fabric, selection.fabrics, &captures);
+  Keep("samples", &Capture::sample, selection.samples, &captures);
+  Keep("captures", &Capture::capture, selection.captures, &captures);
+  if (selection.face)
+    std::erase_if(captures, [&](const Capture& c) { return c.face != *selection.face; });
+  if (captures.empty()) {
+    const std::string face = selection.face ? " with face " + ClothFaceName(*selection.face) : "";
+    throw InputError("data", "no capture of the selection" + face + ", " +
+                                 std::to_string(dataset.captures.size()) + " in all");
+  }
+  return captures;
+}
+
+std::vector<Capture> KeepUsable(std::vector<Capture> captures, std::vector<FileNote>* skipped) {
+  const auto works = [&](const std::string& path, const auto& use) {
+    try {
+      use();
+      return true;
+    } catch (const InputError& error) {
+      skipped->push_back({path, error.what()});
+      return false;
+    }
+  };
+  std::erase_if(captures, [&](const Capture& capture) {
+    return !works(capture.image, [&] { ReadSilhouette(capture.image); });
+  });
+  for (Capture& capture : captures) {
+    if (capture.mesh.empty()) continue;
+    if (!works(capture.mesh, [&] { TurnMesh(&capture); })) capture.mesh.clear();
+  }
+  return captures;
 }
 
 }  // namespace drape

@@ -1,9 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "losses/camera/camera.h"
+#include "losses/image/image.h"
+#include "physics/mesh/mesh.h"
+#include "physics/mesh/obj_io.h"
 
 namespace drape {
 
@@ -92,5 +99,62 @@ std::optional<int> ParseFabricFolder(const std::string& name);
 
 // The name in lower case, with blanks and hyphens as underscores.
 std::string PlainName(const std::string& name);
+
+// "1,3-5" → {1, 3, 4, 5}: parses whole numbers from 1 to 9999 and ranges of them into an ascending
+// list without repetition. An empty text is an empty list. Throws InputError (prefix `where`) that
+// names the wrong part.
+std::vector<int> ParseIndexList(const std::string& text, const std::string& where);
+
+// The inverse, for messages and reports: {1, 3, 4, 5} → "1,3-5". `numbers` must ascend.
+std::string IndexListText(const std::vector<int>& numbers);
+
+// Training samples and held-out samples. All captures of a sample are on one side, because captures
+// of one sample repeat each other.
+struct Split {
+  uint64_t seed = 0;
+  std::vector<Capture> train, held_out;  // in the order of the data set
+};
+
+// Selects `train_samples` samples of each fabric of `captures` at random, with the same result for
+// the same seed on every platform. Throws InputError unless each fabric has more samples than that.
+// train_samples ≥ 1.
+Split SplitBySample(const std::vector<Capture>& captures, int train_samples, uint64_t seed);
+
+// Write and read the split as JSON: the numbers of the captures on both sides, without paths.
+// Writing is atomic. Reading looks the captures up in `dataset`, so that a split can be used on
+// another machine. Throws InputError for a file that is not a split, a capture that the data set
+// lacks, and a sample on both sides.
+void WriteSplit(const std::string& path, const Split& split);
+Split ReadSplit(const std::string& path, const Dataset& dataset);
+
+// The areal density [kg/m²] of a fabric of the public data set, as published with it [Gong 2024],
+// for fabrics 1–25; std::nullopt for any other number.
+std::optional<double> PublishedDensity(int fabric);
+
+// A reconstructed drape of the public data set. Its surface joins the support to the outline by
+// straight flaps, so that z carries no information about the cloth [MODEL, M52].
+struct PublishedMesh {
+  ObjSurface surface;         // as in the file [m]
+  std::optional<Mesh> cloth;  // the flat cloth of the same vertices, where the file has vt
+};
+
+// Reads a published mesh. Files with vt begin them with a dummy line, which is recognised by their
+// number (one more than v) and by its zeros. Files of another topology have no vt. Throws
+// InputError for a malformed file.
+PublishedMesh ReadPublishedMesh(const std::string& path);
+
+// The rotation by quarters·90° counter-clockwise that brings a mesh onto an image.
+struct QuarterTurn {
+  int quarters = 0;       // 0 … 3
+  double rms = 0;         // of the outlines after it, each about its own centre [px]
+  double second_rms = 0;  // after the next best turn [px]
+};
+
+// Some published meshes are turned by 90° against their images: four of the 40 meshes of fabrics
+// 1–5, which fit to 1.2–1.9 px after the turn, as the others do without one (the next best turn
+// leaves 2.2 px or more). One mesh fits at no turn: it belongs to another capture. std::nullopt
+// when an outline has gaps.
+std::optional<QuarterTurn> FindQuarterTurn(const ObjSurface& surface, const GrayImage& image,
+                                           const Camera& camera);
 
 }  // namespace drape

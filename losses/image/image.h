@@ -68,8 +68,4 @@ void WritePng(const RgbImage& image, const std::string& path);
 // that cannot be read.
 std::optional<DrapeDiscs> ReadPngDiscs(const std::string& path);
 
-// The bytes of a JPEG: the picture, made smaller by means of squares of pixels until no side is
-// longer than `longest` [px].
-std::string MakeThumbnail(const RgbImage& image, int longest);
-
 }  // namespace drape

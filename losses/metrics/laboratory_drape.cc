@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "losses/outline/shape_features.h"
+#include "losses/outline/outline.h"
 #include "physics/util/text_format.h"
 
 namespace drape {

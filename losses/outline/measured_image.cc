@@ -8,9 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "losses/outline/hem_estimate.h"
 #include "losses/outline/outline.h"
-#include "losses/outline/shape_features.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 

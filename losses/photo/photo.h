@@ -6,8 +6,8 @@
 
 #include "losses/camera/camera.h"
 #include "losses/image/image.h"
-#include "losses/outline/shape_features.h"
-#include "losses/photo/picture/photo_options.h"
+#include "losses/outline/outline.h"
+#include "losses/photo/photo_options.h"
 
 namespace drape {
 

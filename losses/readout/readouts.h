@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "losses/camera/camera.h"
-#include "losses/outline/shape_features.h"
-#include "losses/silhouette/soft_silhouette.h"
+#include "losses/outline/outline.h"
+#include "losses/silhouette/silhouette.h"
 #include "physics/mesh/mesh.h"
 #include "physics/simulation/readout.h"
 

@@ -6,9 +6,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "physics/linalg/analysis/elimination_order.h"
-#include "physics/linalg/analysis/factor_plan.h"
 #include "physics/linalg/supernodal_factor.h"
+#include "physics/linalg/symbolic_analysis.h"
 
 namespace drape {
 namespace {

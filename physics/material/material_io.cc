@@ -4,23 +4,27 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <string_view>
+#include <vector>
 
-#include "physics/material/bending_table.h"
 #include "physics/material/built_in_fabric.h"
 #include "physics/material/material.h"
 #include "physics/material/material_scaling.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
+#include "physics/util/stored/csv_log.h"
 #include "physics/util/text_format.h"
 
 namespace drape {
+
 namespace {
 
 using nlohmann::json;
@@ -288,6 +292,149 @@ void AppendTable(std::string& text, const double (&table)[kRows][kCols], double 
   text += "\n  ]";
 }
 
+constexpr char kDensity[] = "density[kg.m-2]";
+// Names of columns of the CSV file by row of the bend table.
+constexpr const char* kLinear[kBendRows] = {"linear warp[SI*1e9]", "linear diag[SI*1e9]",
+                                            "linear weft[SI*1e9]"};
+constexpr const char* kNonlinear[kBendRows] = {"nonlinear warp[SI*1e12]", "nonlinear diag[SI*1e12]",
+                                               "nonlinear weft[SI*1e12]"};
+constexpr double kLinearUnit = 1e-9;      // [N·m]
+constexpr double kNonlinearUnit = 1e-12;  // [N·m²]
+constexpr double kCurvatureStep = 10.0;   // between columns [1/m]
+
+std::string Trimmed(const std::string& text) {
+  const std::size_t begin = text.find_first_not_of(" \t\r");
+  if (begin == std::string::npos) return "";
+  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
+}
+
+CsvRow ReadFields(const std::string& line, const std::string& where) {
+  CsvRow fields = ParseCsvRow(line, where);
+  for (std::string& field : fields) field = Trimmed(field);
+  return fields;
+}
+
+// The lines that are not blank, with their numbers in the file.
+std::vector<std::pair<int, std::string>> ReadLines(const std::string& path) {
+  std::istringstream text(ReadWholeFile(path));
+  std::vector<std::pair<int, std::string>> lines;
+  int number = 0;
+  for (std::string line; std::getline(text, line);) {
+    ++number;
+    if (!Trimmed(line).empty()) lines.emplace_back(number, Trimmed(line));
+  }
+  return lines;
+}
+
+std::size_t FindColumn(const CsvRow& names, const std::string& name, const std::string& path) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  std::string list;
+  for (const std::string& each : names) list += (list.empty() ? "" : ", ") + each;
+  throw InputError(path + ":1", "column '" + name + "' is missing, found: " + list);
+}
+
+void RequireColumns(const CsvRow& names, const std::string& path) {
+  FindColumn(names, kDensity, path);
+  for (const auto& columns : {kLinear, kNonlinear})
+    for (int r = 0; r < kBendRows; ++r) FindColumn(names, columns[r], path);
+}
+
+int ParseRow(const BendingRow& row, int count) {
+  int number = 0;
+  const char* const end = row.row.data() + row.row.size();
+  const auto [parsed, error] = std::from_chars(row.row.data(), end, number);
+  if (error != std::errc() || parsed != end || number < 1 || number > count)
+    throw InputError(row.table, "has no row '" + row.row + "', expected " +
+                                    (count > 0 ? "1 to " + std::to_string(count)
+                                               : std::string("rows below the column names")));
+  return number;
+}
+
+// Appends the entries of each table as one row, in the convention of the file: entry × factor.
+template <class Table>
+void AppendTables(std::string& text, const std::vector<Table>& tables, double factor) {
+  const int entries = sizeof(Table) / sizeof(double);
+  text += '[';
+  for (std::size_t e = 0; e < tables.size(); ++e) {
+    const double* entry = reinterpret_cast<const double*>(&tables[e]);
+    for (int k = 0; k < entries; ++k) {
+      text += k > 0 ? ", " : e > 0 ? "],\n[" : "\n[";
+      AppendNumber(text, entry[k] * factor);
+    }
+  }
+  text += "]]";
+}
+
+void AppendPoints(std::string& text, const Eigen::Matrix2Xd& points) {
+  text += '[';
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    AppendNumber(text += i > 0 ? "], [" : "[", points(0, i));
+    AppendNumber(text += ", ", points(1, i));
+  }
+  text += "]]";
+}
+
+Eigen::Matrix2Xd ReadPoints(const JsonInput& input) {
+  Eigen::Matrix2Xd points(2, input.ExpectArray().Size());
+  if (points.cols() == 0) input.Fail("at least one element");
+  for (int i = 0; i < points.cols(); ++i) points.col(i) = input.At(i).Vector(2);
+  return points;
+}
+
+template <class Table>
+std::vector<Table> ReadTables(const JsonInput& input, int count, double factor, double most,
+                              const MaterialPolicy& policy) {
+  const int entries = sizeof(Table) / sizeof(double);
+  std::vector<Table> tables(input.ExpectArray(count).Size());
+  for (int e = 0; e < count; ++e) {
+    const JsonInput table = input.At(e).ExpectArray(entries);
+    for (int k = 0; k < entries; ++k) {
+      reinterpret_cast<double*>(&tables[e])[k] = ReadEntry(table.At(k), most, policy) / factor;
+    }
+  }
+  return tables;
+}
+
+// Returns, for each requested position, the table of the nearest element of the file.
+template <class Table>
+std::vector<Table> Nearest(const std::vector<Table>& tables, const Eigen::Matrix2Xd& places,
+                           const Eigen::Matrix2Xd& wanted) {
+  std::vector<Table> nearest;
+  for (const auto& place : wanted.colwise()) {
+    Eigen::Index at;
+    (places.colwise() - place).colwise().squaredNorm().minCoeff(&at);
+    nearest.push_back(tables[at]);
+  }
+  return nearest;
+}
+
+void ExpectString(const JsonInput& value, const std::string& expected) {
+  if (value.String() != expected) value.Fail('"' + expected + '"');
+}
+
+Material ReadField(const Mesh& mesh, const JsonInput& input, const MaterialPolicy& policy) {
+  input.ExpectKeys({"format", "version", "name", "units", "source", "convention", "density",
+                    "face_centres", "stretch", "hinge_centres", "bend"});
+  if (input.At("version").Integer() != 1) input.At("version").Fail("1");
+  if (input.Has("units")) ExpectString(input.At("units"), "SI");
+  ExpectString(input.At("convention"), "mechanical");
+  Material material;
+  if (input.Has("name")) material.name = input.At("name").String();
+  if (input.Has("source")) material.source = input.At("source").String();
+  material.source_convention = "mechanical";
+  material.field.density = ReadDensity(input.At("density"));
+  const Eigen::Matrix2Xd faces = ReadPoints(input.At("face_centres"));
+  const Eigen::Matrix2Xd hinges = ReadPoints(input.At("hinge_centres"));
+  const auto stretch = ReadTables<StretchTable>(input.At("stretch"), static_cast<int>(faces.cols()),
+                                                kMembranePerEntry, kMaxMembraneStiffness, policy);
+  const auto bend = ReadTables<BendTable>(input.At("bend"), static_cast<int>(hinges.cols()),
+                                          1 / kBendPerRigidity, kMaxRigidity, policy);
+  material.field.stretch = Nearest(stretch, faces, FaceCentres(mesh));
+  material.field.bend = Nearest(bend, hinges, HingeCentres(mesh));
+  return material;
+}
+
 }  // namespace
 
 double ReadDensity(const JsonInput& input) {
@@ -374,6 +521,75 @@ std::string MaterialText(const Material& material, Convention convention) {
 
 void WriteMaterial(const std::string& path, const Material& material, Convention convention) {
   WriteFileAtomically(path, MaterialText(material, convention));
+}
+
+std::optional<BendingRow> SplitBendingRow(const std::string& path) {
+  constexpr char kEnd[] = ".csv#";
+  const std::size_t at = path.find(kEnd);
+  std::error_code ignored;
+  if (at == std::string::npos || std::filesystem::exists(path, ignored)) return std::nullopt;
+  const std::size_t hash = at + sizeof kEnd - 2;
+  const std::size_t colon = std::min(path.find(':', hash), path.size());
+  const std::string row = path.substr(hash + 1, colon - hash - 1);
+  if (row.find('/') != std::string::npos) return std::nullopt;  // of a folder
+  return BendingRow{path.substr(0, hash), row,
+                    colon < path.size() ? path.substr(colon + 1) : std::string()};
+}
+
+BendingMeasurement ReadBendingRow(const BendingRow& row) {
+  const auto lines = ReadLines(row.table);
+  if (lines.empty()) throw InputError(row.table, "is empty, expected a line of column names");
+  const CsvRow names = ReadFields(lines[0].second, row.table + ":1");
+  RequireColumns(names, row.table);
+  const int number = ParseRow(row, static_cast<int>(lines.size()) - 1);
+  const auto& [line, text] = lines[static_cast<std::size_t>(number)];
+  const std::string where = row.table + ":" + std::to_string(line);
+  const auto read = [&](const std::string& column, const CsvRow& fields) {
+    return ParseCsvNumber(fields[FindColumn(names, column, row.table)],
+                          where + ": column '" + column + "'");
+  };
+  const CsvRow fields = ReadFields(text, where);
+  if (fields.size() != names.size())
+    throw InputError(where, "found " + std::to_string(fields.size()) + " fields, expected " +
+                                std::to_string(names.size()));
+  BendingMeasurement measured;
+  measured.density = read(kDensity, fields);
+  for (int r = 0; r < kBendRows; ++r) {
+    const double linear = kLinearUnit * read(kLinear[r], fields);
+    const double nonlinear = kNonlinearUnit * read(kNonlinear[r], fields);
+    for (int k = 0; k < kBendCols; ++k)
+      measured.bend.b[r][k] = kBendPerRigidity * (linear + kCurvatureStep * k * nonlinear);
+  }
+  return measured;
+}
+
+void WriteMaterialField(const std::string& path, const Material& material, const Mesh& mesh) {
+  const MaterialField& field = material.field;
+  CHECK_EQ(field.stretch.size(), static_cast<std::size_t>(mesh.num_faces()));
+  CHECK_EQ(field.bend.size(), static_cast<std::size_t>(mesh.num_hinges()));
+  std::string text = "{\"format\": " + json(kMaterialFieldFormat).dump() +
+                     ", \"version\": 1, \"name\": " + json(material.name).dump() +
+                     ", \"units\": \"SI\",\n\"source\": " + json(material.source).dump() +
+                     ",\n\"convention\": \"mechanical\", \"density\": ";
+  AppendNumber(text, field.density);
+  AppendPoints(text += ",\n\"face_centres\": ", FaceCentres(mesh));
+  AppendTables(text += ",\n\"stretch\": ", field.stretch, kMembranePerEntry);
+  AppendPoints(text += ",\n\"hinge_centres\": ", HingeCentres(mesh));
+  AppendTables(text += ",\n\"bend\": ", field.bend, 1 / kBendPerRigidity);
+  WriteFileAtomically(path, text += "}\n");
+}
+
+Material ReadMaterialFor(const Mesh& mesh, const std::string& path, const MaterialPolicy& policy) {
+  const std::string file = FindMaterialFile(path);
+  const bool may_be_field = path != kBuiltInName && !SplitBendingRow(path) &&
+                            !path.ends_with(".csv") && SplitMaterialPath(file).name.empty();
+  if (!may_be_field) return ReadMaterial(path, policy);
+  const json document = ReadJsonFile(file);
+  if (!document.is_object() || document.value("format", json()) != kMaterialFieldFormat)
+    return ReadMaterial(path, policy);
+  Material material = ReadField(mesh, JsonInput(document, file), policy);
+  RaiseEntries(path, policy, &material);
+  return material;
 }
 
 }  // namespace drape

@@ -9,6 +9,7 @@
 #include <vector>
 
 namespace drape {
+
 namespace {
 
 // Replaces `count` entries with a stride. The mean of equal entries is that entry bit for bit, so
@@ -72,6 +73,11 @@ Table MeanTable(const std::vector<Table>& tables) {
   return mean;
 }
 
+constexpr double kMicro = 1e-6, kPercent = 100.0;
+constexpr double kFastShear = 123.0, kFastFormability = 14.7;
+constexpr double kGramForce = 1e-3 * kStandardGravity;  // [N]
+constexpr double kCentimetre = 1e-2;
+
 }  // namespace
 
 MaterialField Scaled(MaterialField material, double stretch, double bend) {
@@ -134,6 +140,22 @@ double BendingLength(double rigidity, double density) {
 
 MaterialField MeanTables(const MaterialField& field) {
   return {field.density, {MeanTable(field.stretch)}, {MeanTable(field.bend)}};
+}
+
+double OverallStiffness(double warp, double weft) { return std::sqrt(warp * weft); }
+
+double ExtensionPercent(double force, double stiffness) { return kPercent * force / stiffness; }
+
+double FastBiasExtensionPercent(double shear_rigidity) { return kFastShear / shear_rigidity; }
+
+double FormabilityMm2(double rigidity, double e5_percent, double e20_percent) {
+  return rigidity / kMicro * (e20_percent - e5_percent) / kFastFormability;
+}
+
+double KesBending(double rigidity) { return rigidity / (kGramForce * kCentimetre); }
+
+double KesShear(double shear_rigidity) {
+  return shear_rigidity / (kGramForce / kCentimetre) * M_PI / 180.0;
 }
 
 }  // namespace drape

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/cloth/contact/step_limit.h"
 #include "physics/cloth/contact/vertex_contact.h"

@@ -7,7 +7,6 @@
 #include <memory>
 #include <vector>
 
-#include "physics/cloth/assembly/material_sensitivity.h"
 #include "physics/cloth/assembly/step_solver.h"
 
 namespace drape {

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "physics/material/material_scaling.h"
-#include "physics/mesh/strip.h"
-#include "physics/simulation/load_path.h"
+#include "physics/mesh/mesh_spec.h"
+#include "physics/simulation/backend.h"
 #include "physics/simulation/textbook.h"
 #include "physics/util/json_input.h"
 #include "physics/util/text_format.h"

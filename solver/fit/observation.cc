@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "losses/dataset/published_mesh.h"
-#include "losses/metrics/observed_drape.h"
+#include "losses/dataset/dataset.h"
+#include "losses/metrics/metrics.h"
 #include "losses/outline/outline.h"
 
 namespace drape {

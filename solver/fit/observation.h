@@ -8,7 +8,6 @@
 
 #include "losses/camera/camera.h"
 #include "losses/camera/camera_input.h"
-#include "losses/camera/discs_input.h"
 #include "losses/dataset/dataset.h"
 #include "losses/image/image.h"
 #include "losses/outline/measured_image.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "physics/cloth/assembly/scene_self_contact.h"
+#include "physics/cloth/assembly/assembly.h"
 #include "physics/util/errors.h"
 
 namespace drape {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/cloth/assembly/material_sensitivity.h"
+#include "physics/cloth/assembly/step_solver.h"
 #include "physics/material/material.h"
 #include "physics/util/options/enum_names.h"
 

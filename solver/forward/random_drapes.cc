@@ -9,10 +9,9 @@
 
 #include "losses/metrics/metrics.h"
 #include "losses/outline/outline.h"
-#include "losses/outline/shape_features.h"
-#include "losses/silhouette/raster.h"
+#include "losses/silhouette/silhouette.h"
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/util/errors.h"
 #include "solver/forward/settle.h"
 

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "losses/image/image.h"
-#include "losses/metrics/distribution_metrics.h"
+#include "losses/metrics/metrics.h"
 #include "losses/outline/measured_image.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/disc.h"
 #include "physics/simulation/backend.h"
 #include "physics/util/options/enum_names.h"

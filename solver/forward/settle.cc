@@ -8,8 +8,8 @@
 #include <optional>
 #include <utility>
 
-#include "physics/cloth/assembly/scene_self_contact.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/assembly/assembly.h"
+#include "physics/cloth/state.h"
 
 namespace drape {
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "physics/simulation/load_path.h"
+#include "physics/simulation/backend.h"
 #include "physics/util/text_format.h"
 
 namespace drape {

@@ -15,10 +15,9 @@
 #include <utility>
 
 #include "cuda/make_backend.h"
-#include "losses/dataset/dataset_split.h"
-#include "losses/dataset/published_mesh.h"
-#include "physics/cloth/assembly/scene_self_contact.h"
-#include "physics/cloth/start_shape.h"
+#include "losses/dataset/dataset.h"
+#include "physics/cloth/assembly/step_solver.h"
+#include "physics/cloth/state.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"

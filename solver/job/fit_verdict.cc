@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "physics/material/material_scaling.h"
-#include "physics/simulation/statics/modes.h"
+#include "physics/simulation/statics/stiffness.h"
 #include "physics/util/text_format.h"
 #include "solver/fit/effective_stiffness.h"
 #include "solver/fit/parametrisation.h"

@@ -10,7 +10,7 @@
 #include <random>
 #include <utility>
 
-#include "physics/material/material_field_io.h"
+#include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
 #include "physics/util/json_input.h"
 #include "physics/util/math/random.h"

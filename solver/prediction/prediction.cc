@@ -7,7 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"

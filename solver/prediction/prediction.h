@@ -10,8 +10,8 @@
 
 #include "losses/dataset/dataset.h"
 #include "losses/dataset/trivial_predictors.h"
-#include "losses/metrics/distribution_metrics.h"
-#include "physics/cloth/start_shape.h"
+#include "losses/metrics/metrics.h"
+#include "physics/cloth/state.h"
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/backend.h"
 #include "solver/forward/settle.h"

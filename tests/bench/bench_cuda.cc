@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "cuda/engine/cuda_backend.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/backend.h"

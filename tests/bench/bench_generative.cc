@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "losses/metrics/distribution_metrics.h"
+#include "losses/metrics/metrics.h"
 #include "physics/util/math/random.h"
 #include "solver/prediction/generative/specimen_posterior.h"
 

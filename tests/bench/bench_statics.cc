@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/disc.h"
 #include "physics/simulation/backend.h"
 #include "physics/simulation/rollout.h"

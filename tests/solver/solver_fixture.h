@@ -8,9 +8,8 @@
 #include <string>
 
 #include "losses/outline/outline.h"
-#include "losses/outline/shape_features.h"
-#include "losses/silhouette/raster.h"
-#include "physics/cloth/start_shape.h"
+#include "losses/silhouette/silhouette.h"
+#include "physics/cloth/state.h"
 #include "physics/simulation/backend.h"
 #include "solver/fit/outline_residuals.h"
 #include "tests/physics/cloth_fixture.h"

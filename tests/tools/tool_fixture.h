@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/metrics/observed_drape.h"
+#include "losses/metrics/metrics.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/tools/run_process.h"
 

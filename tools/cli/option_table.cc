@@ -9,7 +9,7 @@
 #include <optional>
 #include <type_traits>
 
-#include "physics/material/bending_table.h"
+#include "physics/material/material_io.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/dataset/dataset_evaluation.h"
+#include "losses/dataset/trivial_predictors.h"
 #include "tools/cli/option_table.h"
 
 namespace drape {

@@ -3,9 +3,8 @@
 
 #include <cmath>
 
-#include "losses/outline/hem_estimate.h"
 #include "losses/outline/outline.h"
-#include "losses/silhouette/raster.h"
+#include "losses/silhouette/silhouette.h"
 
 namespace drape {
 namespace {

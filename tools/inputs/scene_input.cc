@@ -8,10 +8,9 @@
 #include <variant>
 #include <vector>
 
-#include "physics/cloth/assembly/scene_self_contact.h"
+#include "physics/cloth/assembly/step_solver.h"
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/cloth/scene_io.h"
-#include "physics/cloth/start_shape.h"
 #include "physics/cloth/state.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"

@@ -15,7 +15,7 @@
 #include "losses/outline/outline.h"
 #include "losses/readout/readouts.h"
 #include "physics/cloth/scene_io.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/util/errors.h"
 #include "solver/prediction/drape_batch.h"
 #include "tools/inputs/common_options.h"

@@ -5,8 +5,267 @@
 #include <utility>
 
 #include "cuda/kernels/contact_kernels.h"
+#include "cuda/kernels/derivatives/sensitivity_kernels.h"
 
 namespace drape {
+
+namespace {
+
+struct TangentWorkspace {
+  StepWorkspace step;
+  DerivativeRecords derivatives;
+  FactorRecords factors;
+  double* blocks;   // [9·num_blocks] a slot
+  double *dx, *dv;  // [3V, kPaddedEntries]
+  double* vectors;  // [vector_size, kPaddedEntries]
+
+  static TangentWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots) {
+    const std::size_t n = slots;
+    const ClothView& view = cloth.view();
+    TangentWorkspace w{};
+    w.step = StepWorkspace::Take(arena, cloth, slots);
+    w.derivatives = {arena.Take<FaceDerivative>(n * view.num_faces),
+                     arena.Take<HingeDerivative>(n * view.num_hinges)};
+    w.factors = {arena.Take<FaceFactors>(n * view.num_faces),
+                 arena.Take<HingeFactors>(n * view.num_hinges)};
+    w.blocks = arena.Take<double>(n * 9 * view.num_blocks);
+    w.dx = arena.Take<double>(n * view.num_dofs() * kPaddedEntries);
+    w.dv = arena.Take<double>(n * view.num_dofs() * kPaddedEntries);
+    w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * kPaddedEntries);
+    return w;
+  }
+
+  // Pieces of the slots from `first` on.
+  DerivativeRecords DerivativesFrom(const ClothView& cloth, std::int64_t first) const {
+    return {derivatives.faces + first * cloth.num_faces,
+            derivatives.hinges + first * cloth.num_hinges};
+  }
+  FactorRecords FactorsFrom(const ClothView& cloth, std::int64_t first) const {
+    return {factors.faces + first * cloth.num_faces, factors.hinges + first * cloth.num_hinges};
+  }
+};
+
+// A step of a group of slots, from `first` on, and of its derivatives.
+void LaunchTangentStep(const LaunchContext& on, const Multifrontal& multifrontal,
+                       const TangentWorkspace& w, const MaterialView* scales, std::int64_t first,
+                       double h) {
+  const PlanView& plan = multifrontal.view();
+  const std::int64_t dofs = on.cloth.num_dofs(), columns = dofs * kPaddedEntries;
+  const double* found = w.step.solution + first * dofs;
+  double *dx = w.dx + first * columns, *dv = w.dv + first * columns;
+  double* blocks = w.blocks + first * 9 * on.cloth.num_blocks;
+  const DerivativeRecords derivatives = w.DerivativesFrom(on.cloth, first);
+  const FactorRecords factors = w.FactorsFrom(on.cloth, first);
+  LaunchSolveStep(on, multifrontal, w.step, static_cast<int>(first), h);
+  LaunchDerivativeRecords(on, found, h, derivatives);
+  LaunchFactorRecords(on, scales, found, h, factors);
+  LaunchGatherDerivative(on, derivatives, found, h, blocks);
+  LaunchTangentRhs(on, factors, blocks, dx, dv);
+  multifrontal.Solve(
+      w.step.factor.From(first, plan.factor_size),
+      {dv, dv, w.vectors + first * kPaddedEntries * plan.vector_size, kPaddedEntries},
+      on.batch.slots, on.stream, {dx, h});
+  LaunchAdvanceGroup(on, w.step, static_cast<int>(first), h, BlockedMove::kFails,
+                     {nullptr, nullptr, 0, nullptr});
+}
+
+// The steps that were done.
+int RunTangents(DeviceResources& resources, const TangentWorkspace& w,
+                std::span<const RolloutInput> batch, std::span<const MaterialField* const> weights,
+                const RolloutOptions& options) {
+  const DeviceCloth& cloth = resources.cloth();
+  const int slots = static_cast<int>(batch.size()), dofs = cloth.view().num_dofs();
+  const std::size_t columns = std::size_t{kPaddedEntries} * dofs;
+  const DeviceMaterials materials(CollectMaterials(batch)), scales(weights);
+  resources.UploadStarts(batch, w.step.x, w.step.v);
+  resources.Clear(w.step.failed, slots * sizeof(int));
+  resources.Clear(w.dx, slots * columns * sizeof(double));
+  resources.Clear(w.dv, slots * columns * sizeof(double));
+  const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
+  LaunchPushOut(resources.On(shapes), w.step.x);
+  const Streams& streams = resources.streams();
+  const Graph step(streams, [&] {
+    streams.ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
+      LaunchTangentStep(resources.On(SliceBatch(shapes, first, count, dofs), stream),
+                        cloth.multifrontal(), w, scales.views() + first, first, options.h);
+    });
+  });
+  const int done = resources.RunSteps(step, options.steps, options.cancel);
+  streams.Synchronize();
+  return done;
+}
+
+// Workspace of the adjoint pass through recorded rollouts by slot.
+struct AdjointWorkspace {
+  StepWorkspace step;     // x: of the present step; v: its end
+  AdjointRecords single;  // for one column; for more:
+  DerivativeRecords derivatives;
+  double* blocks;                  // [9·num_blocks] a slot
+  double *adj_x, *adj_v, *lambda;  // [3V, columns]
+  double* vectors;                 // [vector_size, columns]
+
+  static AdjointWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots, int columns) {
+    const std::size_t n = slots;
+    const ClothView& view = cloth.view();
+    AdjointWorkspace w{};
+    w.step = StepWorkspace::Take(arena, cloth, slots);
+    if (columns == 1) {
+      w.single = {arena.Take<DeformationGradient<double>>(n * view.num_faces),
+                  arena.Take<BendAdjoint>(n * view.num_hinges)};
+    } else {
+      w.derivatives = {arena.Take<FaceDerivative>(n * view.num_faces),
+                       arena.Take<HingeDerivative>(n * view.num_hinges)};
+      w.blocks = arena.Take<double>(n * 9 * view.num_blocks);
+    }
+    w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * columns);
+    w.adj_x = arena.Take<double>(n * view.num_dofs() * columns);
+    w.adj_v = arena.Take<double>(n * view.num_dofs() * columns);
+    w.lambda = arena.Take<double>(n * view.num_dofs() * columns);
+    return w;
+  }
+};
+
+// One step back of a batch.
+struct AdjointStep {
+  const AdjointWorkspace& w;
+  const HistorySlot* history;
+  DeviceGradient& sums;
+  double h;
+  int columns;
+  bool factors_kept;
+};
+
+// Launches the step back of a group of slots, from `first` on.
+void LaunchAdjointStep(const LaunchContext& on, const Multifrontal& multifrontal,
+                       const AdjointStep& back, int first) {
+  const AdjointWorkspace& w = back.w;
+  const PlanView& plan = multifrontal.view();
+  const int m = back.columns;
+  const std::int64_t dofs = on.cloth.num_dofs(), columns = dofs * m;
+  double *adj_x = w.adj_x + first * columns, *adj_v = w.adj_v + first * columns;
+  double *lambda = w.lambda + first * columns, *end_v = w.step.v + first * dofs;
+  LaunchLoadHistory(on, back.history + first, w.step.step, w.step.x + first * dofs, end_v);
+  LaunchAdjointRhs(on, adj_x, adj_v, back.h, lambda, m);
+  // A single right-hand side is solved for during a new factorisation.
+  if (!back.factors_kept)
+    LaunchFactorStep(on, multifrontal, w.step, first, back.h, m == 1 ? lambda : nullptr);
+  if (back.factors_kept || m > 1)
+    multifrontal.Solve(w.step.factor.From(first, plan.factor_size),
+                       {lambda, lambda, w.vectors + 1LL * first * m * plan.vector_size, m},
+                       on.batch.slots, on.stream);
+  if (m == 1) {
+    const AdjointRecords records{w.single.faces + 1LL * first * on.cloth.num_faces,
+                                 w.single.hinges + 1LL * first * on.cloth.num_hinges};
+    LaunchAdjointRecords(on, end_v, back.h, lambda, records, back.sums.From(first));
+    LaunchGatherAdjoint(on, records, end_v, back.h, lambda, adj_x, adj_v);
+    return;
+  }
+  double* blocks = w.blocks + first * 9LL * on.cloth.num_blocks;
+  const DerivativeRecords derivatives{w.derivatives.faces + 1LL * first * on.cloth.num_faces,
+                                      w.derivatives.hinges + 1LL * first * on.cloth.num_hinges};
+  LaunchDerivativeRecords(on, end_v, back.h, derivatives);
+  LaunchGatherDerivative(on, derivatives, end_v, back.h, blocks);
+  LaunchAdjointPosition(on, blocks, lambda, adj_x, adj_v, m);
+  LaunchAdjointMaterial(on, end_v, back.h, lambda, back.sums.From(first), m);
+}
+
+}  // namespace
+
+std::size_t HistoryBytes(const DeviceCloth& cloth, int steps) {
+  return 2 * sizeof(double) * cloth.view().num_dofs() * steps;
+}
+
+std::size_t FactorBytes(const DeviceCloth& cloth, int steps) {
+  return sizeof(double) * cloth.multifrontal().view().factor_size * steps;
+}
+
+// The states may take a part of the free memory: the adjoint pass needs a workspace of its own.
+HistoryChoice ChooseHistory(const DeviceResources& resources, std::size_t rollouts, int steps) {
+  constexpr double kHistoryShare = 0.4;
+  const double room = kHistoryShare * static_cast<double>(resources.FreeBytes());
+  const double states = static_cast<double>(rollouts) * HistoryBytes(resources.cloth(), steps);
+  const double factors = static_cast<double>(rollouts) * FactorBytes(resources.cloth(), steps);
+  return {states <= room, states + factors <= room};
+}
+
+std::vector<Recording> MakeRecordings(const std::shared_ptr<const DeviceHistory>& history,
+                                      int steps) {
+  std::vector<Recording> recordings;
+  for (int i = 0; i < history->slots; ++i) {
+    auto recording = std::make_shared<DeviceRecording>();
+    recording->history = history;
+    recording->slot = i;
+    recording->steps = steps;
+    recordings.push_back({{}, {}, {}, std::move(recording)});
+  }
+  return recordings;
+}
+
+void DownloadRecordings(const DeviceCloth& cloth, const DeviceHistory& history,
+                        std::span<const RolloutInput> batch, int steps,
+                        std::span<Recording> recordings) {
+  const int dofs = cloth.view().num_dofs();
+  std::vector<double> x(history.x.size()), v(x.size());
+  CopyToHost<double>(history.x.data(), x);
+  CopyToHost<double>(history.v.data(), v);
+  for (std::size_t i = 0; i < batch.size(); ++i) {
+    recordings[i].x.assign(steps, Eigen::VectorXd(dofs));
+    recordings[i].v.assign(1, batch[i].start->v);
+    recordings[i].v.resize(steps + 1, Eigen::VectorXd(dofs));
+    recordings[i].factor.assign(steps, {});
+    for (int k = 0; k < steps; ++k) {
+      const std::size_t at = (static_cast<std::size_t>(k) * history.slots + i) * dofs;
+      cloth.ToMeshOrder(x.data() + at, 1, 1, recordings[i].x[k].data());
+      cloth.ToMeshOrder(v.data() + at, 1, 1, recordings[i].v[k + 1].data());
+    }
+  }
+}
+
+int CountSteps(const Recording& recording) {
+  const auto* own = dynamic_cast<const DeviceRecording*>(recording.backend.get());
+  return own != nullptr ? own->steps : static_cast<int>(recording.factor.size());
+}
+
+HistoryTable::HistoryTable(const DeviceCloth& cloth, std::span<const Recording* const> recordings,
+                           int steps) {
+  const int dofs = cloth.view().num_dofs();
+  std::vector<HistorySlot> slots;
+  for (const Recording* recording : recordings) {
+    if (const auto* own = dynamic_cast<const DeviceRecording*>(recording->backend.get())) {
+      const std::int64_t at = static_cast<std::int64_t>(own->slot) * dofs;
+      slots.push_back({own->history->x.data() + at, own->history->v.data() + at,
+                       static_cast<std::int64_t>(own->history->slots) * dofs});
+    } else {
+      slots.push_back(Upload(cloth, *recording, steps));
+    }
+  }
+  slots_ = DeviceBuffer<HistorySlot>(slots);
+}
+HistorySlot HistoryTable::Upload(const DeviceCloth& cloth, const Recording& recording, int steps) {
+  const int dofs = cloth.view().num_dofs();
+  std::vector<double> x(static_cast<std::size_t>(steps) * dofs), v(x.size());
+  for (int k = 0; k < steps; ++k) {
+    cloth.ToEliminationOrder(recording.x[k].data(), 1, 1, x.data() + std::size_t{1} * k * dofs);
+    cloth.ToEliminationOrder(recording.v[k + 1].data(), 1, 1, v.data() + std::size_t{1} * k * dofs);
+  }
+  uploaded_.emplace_back(x);
+  uploaded_.emplace_back(v);
+  return {uploaded_[uploaded_.size() - 2].data(), uploaded_.back().data(), dofs};
+}
+
+FactorPlace FindKeptFactors(std::span<const Recording* const> recordings, std::int64_t factor_size,
+                            const int* step) {
+  const auto* first = dynamic_cast<const DeviceRecording*>(recordings[0]->backend.get());
+  if (first == nullptr || first->history->factor.size() == 0) return {nullptr};
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const auto* own = dynamic_cast<const DeviceRecording*>(recordings[i]->backend.get());
+    if (own == nullptr || own->history != first->history ||
+        own->slot != first->slot + static_cast<int>(i))
+      return {nullptr};
+  }
+  double* base = const_cast<double*>(first->history->factor.data());
+  return {base + first->slot * factor_size, step, first->history->slots * factor_size};
+}
 
 void RolloutEngine::Rollouts(std::span<const RolloutInput> batch, const RolloutOptions& options,
                              std::span<Recording> recordings, std::span<RolloutResult> results,
@@ -92,6 +351,114 @@ void RolloutEngine::CollectEnds(const StepWorkspace& w, int steps, int wanted_st
     result.status = steps < wanted_steps ? RolloutStatus::kCancelled : RolloutStatus::kOk;
     result.steps = steps;
   }
+}
+
+void RolloutEngine::Tangents(std::span<const RolloutInput> batch,
+                             std::span<const MaterialField* const> weights,
+                             const RolloutOptions& options, std::span<TangentResult> results,
+                             std::span<char> failed) {
+  const DeviceCloth& cloth = resources_.cloth();
+  std::vector<RolloutResult*> ends;
+  for (TangentResult& result : results) ends.push_back(&result.rollout);
+  TangentWorkspace w{};
+  const auto take = [&](Arena& arena, int n) { w = TangentWorkspace::Take(arena, cloth, n); };
+  resources_.ForEachChunk(batch.size(), take, 0, [&](std::size_t first, std::size_t count) {
+    resources_.Allocate(static_cast<int>(count), take);
+    const int done = RunTangents(resources_, w, batch.subspan(first, count),
+                                 weights.subspan(first, count), options);
+    CollectEnds(w.step, done, options.steps, std::span(ends).subspan(first, count),
+                failed.subspan(first, count));
+    const auto chunk = results.subspan(first, count);
+    DownloadTangents(w.dx, chunk, &TangentResult::dx);
+    DownloadTangents(w.dv, chunk, &TangentResult::dv);
+  });
+}
+
+void RolloutEngine::DownloadTangents(const double* from, std::span<TangentResult> results,
+                                     RowMatrix TangentResult::*part) const {
+  const std::int64_t dofs = resources_.view().num_dofs(), columns = dofs * kPaddedEntries;
+  std::vector<double> host(results.size() * columns);
+  CopyToHost<double>(from, host);
+#pragma omp parallel for num_threads(resources_.threads())
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    RowMatrix& to = results[i].*part;
+    to.resize(dofs, kMaterialEntries);
+    resources_.cloth().ToMeshOrder(host.data() + i * columns, kMaterialEntries, kPaddedEntries,
+                                   to.data());
+  }
+}
+
+void RolloutEngine::Adjoints(std::span<const RolloutInput> batch,
+                             std::span<const Recording* const> recordings,
+                             std::span<const RowMatrix* const> dL_dx, const RolloutOptions& options,
+                             std::span<AdjointResult> results, std::span<char> failed) {
+  const DeviceCloth& cloth = resources_.cloth();
+  const int used = static_cast<int>(dL_dx[0]->cols()), m = PaddedColumns(used);
+  const int steps = CountSteps(*recordings[0]);
+  const std::int64_t dofs = cloth.view().num_dofs(), columns = dofs * m;
+  const auto take = [&](Arena& arena, int n) { AdjointWorkspace::Take(arena, cloth, n, m); };
+  const std::size_t bytes = GradientBytes(cloth.view(), m) + HistoryBytes(cloth, steps);
+  resources_.ForEachChunk(batch.size(), take, bytes, [&](std::size_t first, std::size_t count) {
+    std::vector<double> host(count * columns);
+    for (std::size_t i = 0; i < count; ++i)
+      cloth.ToEliminationOrder(dL_dx[first + i]->data(), used, m, host.data() + i * columns);
+    AdjointRun run =
+        RunAdjoint(batch.subspan(first, count), recordings.subspan(first, count), m, host, options);
+    const auto collect = [&](const double* from, RowMatrix AdjointResult::*part) {
+      CopyToHost<double>(from, host);
+      for (std::size_t i = 0; i < count; ++i) {
+        RowMatrix& to = results[first + i].*part;
+        to.resize(dofs, used);
+        cloth.ToMeshOrder(host.data() + i * columns, used, m, to.data());
+      }
+    };
+    collect(run.adj_x, &AdjointResult::x0);
+    collect(run.adj_v, &AdjointResult::v0);
+    for (std::size_t i = 0; i < count; ++i) {
+      AdjointResult& result = results[first + i];
+      failed[first + i] = run.failed[i] != 0;
+      result.material = run.sums.Collect(batch[first + i], static_cast<int>(i), used);
+      if (run.steps < steps) result = {RolloutStatus::kCancelled, {}, {}, {}};
+    }
+  });
+}
+
+AdjointRun RolloutEngine::RunAdjoint(std::span<const RolloutInput> batch,
+                                     std::span<const Recording* const> recordings, int columns,
+                                     const std::vector<double>& dL_dx,
+                                     const RolloutOptions& options) {
+  const DeviceCloth& cloth = resources_.cloth();
+  const int slots = static_cast<int>(batch.size()), steps = CountSteps(*recordings[0]);
+  const int dofs = cloth.view().num_dofs();
+  AdjointWorkspace w{};
+  resources_.Allocate(
+      slots, [&](Arena& arena, int n) { w = AdjointWorkspace::Take(arena, cloth, n, columns); });
+  const DeviceMaterials materials(CollectMaterials(batch));
+  const HistoryTable history(cloth, recordings, steps);
+  DeviceGradient sums(batch, cloth.view().num_faces, cloth.view().num_hinges, columns);
+  CopyToDevice<double>(dL_dx, w.adj_x);
+  resources_.Clear(w.adj_v, sizeof(double) * slots * columns * dofs);
+  resources_.Clear(w.step.failed, slots * sizeof(int));
+  const std::vector<int> last_step{steps - 1};
+  CopyToDevice<int>(last_step, w.step.step);
+  const FactorPlace kept =
+      FindKeptFactors(recordings, cloth.multifrontal().view().factor_size, w.step.step);
+  if (kept.base != nullptr) w.step.factor = kept;
+  const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
+  const AdjointStep back{w, history.slots(), sums, options.h, columns, kept.base != nullptr};
+  const Streams& streams = resources_.streams();
+  const Graph step(streams, [&] {
+    streams.ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
+      LaunchAdjointStep(resources_.On(SliceBatch(shapes, first, count, dofs), stream),
+                        cloth.multifrontal(), back, first);
+    });
+    LaunchCountStep(w.step.step, -1, streams.main());
+  });
+  const int done = resources_.RunSteps(step, steps, options.cancel);
+  streams.Synchronize();
+  std::vector<int> failed(slots);
+  CopyToHost<int>(w.step.failed, failed);
+  return {w.adj_x, w.adj_v, std::move(sums), std::move(failed), done};
 }
 
 }  // namespace drape

@@ -2,16 +2,19 @@
 #include "cuda/factor/plan/nested_dissection.h"
 
 #include <glog/logging.h>
+#include <metis.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 #include <utility>
 
-#include "physics/linalg/analysis/elimination_order.h"
+#include "physics/linalg/symbolic_analysis.h"
 
 namespace drape {
+
 namespace {
 
 constexpr int kDirections = 16;
@@ -196,6 +199,23 @@ class Dissector {
   std::vector<Separator> nodes_;
 };
 
+constexpr int kRuns = 6;
+constexpr idx_t kImbalance[] = {30, 150};  // allowed of the sides, in turns [1/1000]
+
+std::vector<char> Separate(std::vector<idx_t>& start, std::vector<idx_t>& neighbour, int run) {
+  idx_t options[METIS_NOPTIONS];
+  METIS_SetDefaultOptions(options);
+  options[METIS_OPTION_SEED] = run + 1;
+  options[METIS_OPTION_UFACTOR] = kImbalance[run % 2];
+  idx_t n = static_cast<idx_t>(start.size()) - 1, separator_size;
+  std::vector<idx_t> part(n);
+  const std::lock_guard guard(MetisLock());
+  CHECK_EQ(METIS_ComputeVertexSeparator(&n, start.data(), neighbour.data(), nullptr, options,
+                                        &separator_size, part.data()),
+           METIS_OK);
+  return {part.begin(), part.end()};
+}
+
 }  // namespace
 
 double CutScore(const std::vector<char>& side) {
@@ -249,6 +269,17 @@ std::vector<Separator> MakeSeparators(const BlockPattern& pattern, const std::ve
   for (int k = 0; k < n; ++k)
     if (parent[k] < n && node[parent[k]] != node[k]) separators[node[k]].parent = node[parent[k]];
   return separators;
+}
+
+Cut MetisCut(const VertexGraph& graph) {
+  std::vector<idx_t> start(graph.start.begin(), graph.start.end());
+  std::vector<idx_t> neighbour(graph.neighbour.begin(), graph.neighbour.end());
+  Cut best;
+  for (int run = 0; run < kRuns; ++run) {
+    std::vector<char> side = Separate(start, neighbour, run);
+    if (const double score = CutScore(side); score < best.score) best = {std::move(side), score};
+  }
+  return best;
 }
 
 }  // namespace drape

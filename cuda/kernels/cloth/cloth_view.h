@@ -6,9 +6,8 @@
 #include <cstdint>
 
 #include "cuda/factor/plan/front_plan.h"
-#include "cuda/factor/plan/gather_list.h"
 #include "physics/cloth/contact/vertex_contact.h"
-#include "physics/material/laws/hinge_geometry.h"
+#include "physics/material/laws/bend_element.h"
 #include "physics/material/laws/law.h"
 #include "physics/material/laws/stretch_element.h"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "physics/linalg/blocks/block_matrix.h"
-#include "physics/material/laws/hinge_geometry.h"
+#include "physics/material/laws/bend_element.h"
 #include "physics/material/laws/stretch_element.h"
 
 namespace drape {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "physics/cloth/contact/obstacles/solid.h"
+#include "physics/cloth/contact/obstacles/obstacle.h"
 #include "physics/util/math/host_device.h"
 
 namespace drape {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "physics/linalg/kernels/front_kernels_impl.h"
-#include "physics/linalg/kernels/front_kernels_versions.h"
 
 namespace drape {
 namespace {

@@ -75,4 +75,7 @@ const std::vector<const FrontKernels*>& AvailableFrontKernels();
 // The widest of them, or the one that the environment variable DRAPE_VECTORS names.
 const FrontKernels& ChosenFrontKernels();
 
+// Defined in front_kernels_avx512.cc, where the build has it (DRAPE_AVX512_KERNELS).
+extern const FrontKernels kAvx512FrontKernels;
+
 }  // namespace drape

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/contact/step_limit.h"
 #include "physics/simulation/statics/stiffness.h"
 

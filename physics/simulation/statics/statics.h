@@ -5,7 +5,6 @@
 #include <functional>
 #include <vector>
 
-#include "physics/cloth/assembly/material_sensitivity.h"
 #include "physics/cloth/assembly/step_solver.h"
 #include "physics/simulation/statics/newton_control.h"
 

@@ -11,9 +11,8 @@
 #include <optional>
 #include <utility>
 
-#include "losses/outline/hem_estimate.h"
 #include "losses/outline/outline.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "solver/fit/outline_residuals.h"
 #include "solver/forward/batching_backend.h"
 

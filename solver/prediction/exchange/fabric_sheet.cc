@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "physics/material/laboratory_stiffness.h"
 #include "physics/material/material_scaling.h"
-#include "physics/util/math/quantile.h"
+#include "physics/util/math/statistics.h"
 #include "solver/fit/effective_stiffness.h"
 #include "solver/prediction/exchange/linear_fabric.h"
 #include "solver/prediction/fabric_source.h"

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "physics/cloth/assembly/scene_self_contact.h"
+#include "physics/cloth/assembly/assembly.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "losses/camera/camera.h"
-#include "losses/metrics/distribution_metrics.h"
+#include "losses/metrics/metrics.h"
 #include "physics/simulation/backend.h"
 #include "physics/util/run_control.h"
 #include "solver/forward/settle.h"

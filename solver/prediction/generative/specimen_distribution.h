@@ -9,7 +9,7 @@
 #include <string>
 
 #include "losses/dataset/dataset.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/material/material.h"
 
 namespace drape {

@@ -10,7 +10,7 @@
 #include <limits>
 #include <random>
 
-#include "losses/outline/shape_features.h"
+#include "losses/outline/outline.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
 #include "solver/prediction/generative/weighted_drapes.h"

@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "physics/util/math/power_law.h"
+#include "physics/util/math/statistics.h"
 #include "physics/util/text_format.h"
 #include "solver/job/plot/chart.h"
 #include "solver/studies/bench/pareto.h"

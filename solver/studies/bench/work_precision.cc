@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "losses/outline/measured_image.h"
-#include "losses/outline/shape_features.h"
+#include "losses/outline/outline.h"
 #include "physics/mesh/interpolation.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"

@@ -10,8 +10,7 @@
 #include <utility>
 
 #include "cuda/make_backend.h"
-#include "losses/dataset/dataset_split.h"
-#include "losses/metrics/comparison.h"
+#include "losses/dataset/dataset.h"
 #include "losses/metrics/metrics.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"

@@ -8,10 +8,10 @@
 #include <random>
 #include <utility>
 
-#include "losses/outline/shape_features.h"
-#include "physics/cloth/assembly/scene_self_contact.h"
-#include "physics/cloth/start_shape.h"
-#include "physics/simulation/statics/modes.h"
+#include "losses/outline/outline.h"
+#include "physics/cloth/assembly/step_solver.h"
+#include "physics/cloth/state.h"
+#include "physics/simulation/statics/stiffness.h"
 #include "physics/util/math/random.h"
 #include "physics/util/text_format.h"
 

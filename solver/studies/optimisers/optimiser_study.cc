@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "losses/outline/shape_features.h"
-#include "losses/silhouette/raster.h"
-#include "physics/cloth/start_shape.h"
+#include "losses/outline/outline.h"
+#include "losses/silhouette/silhouette.h"
+#include "physics/cloth/state.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
-#include "physics/simulation/statics/modes.h"
+#include "physics/simulation/statics/stiffness.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/sha256.h"
 #include "solver/fit/parametrisation.h"

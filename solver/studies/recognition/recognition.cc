@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "cuda/make_backend.h"
-#include "losses/metrics/distribution_metrics.h"
+#include "losses/metrics/metrics.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"

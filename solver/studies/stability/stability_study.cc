@@ -12,10 +12,10 @@
 #include <set>
 #include <utility>
 
-#include "physics/material/laws/hinge_geometry.h"
+#include "physics/material/laws/bend_element.h"
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/rollout.h"
-#include "physics/simulation/statics/modes.h"
+#include "physics/simulation/statics/stiffness.h"
 #include "physics/util/errors.h"
 #include "physics/util/math/random.h"
 #include "solver/forward/random_drapes.h"

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "solver/studies/runner/study.h"
 #include "solver/studies/stability/stability_case.h"
 #include "solver/studies/stability/stability_methods.h"

@@ -9,12 +9,11 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "losses/dataset/dataset_split.h"
+#include "losses/dataset/dataset.h"
 #include "losses/image/image.h"
-#include "losses/metrics/observed_drape.h"
-#include "physics/cloth/start_shape.h"
+#include "losses/metrics/metrics.h"
 #include "physics/cloth/state.h"
-#include "physics/material/material_field_io.h"
+#include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/text_format.h"

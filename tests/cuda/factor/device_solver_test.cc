@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/factor/device_solver.h"
-
 #include <gmock/gmock.h>
 
 #include <thread>
 #include <vector>
 
+#include "cuda/factor/multifrontal.h"
 #include "physics/cloth/assembly/assembly.h"
 #include "tests/cuda/engine/gpu_fixture.h"
 #include "tests/physics/cloth_fixture.h"

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "losses/silhouette/raster.h"
+#include "losses/silhouette/silhouette.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "tests/losses/disc.h"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/camera/discs_input.h"
-
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>

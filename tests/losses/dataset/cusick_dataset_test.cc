@@ -6,7 +6,6 @@
 #include <filesystem>
 
 #include "losses/dataset/dataset.h"
-#include "losses/dataset/published_mesh.h"
 
 namespace drape {
 namespace {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/dataset/dataset_split.h"
-
 #include <algorithm>
 #include <set>
 
+#include "losses/dataset/dataset.h"
 #include "tests/physics/file_fixture.h"
 
 namespace drape {

@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 
-#include "losses/dataset/dataset_split.h"
 #include "tests/losses/dataset/synthetic_dataset.h"
 #include "tests/physics/file_fixture.h"
 

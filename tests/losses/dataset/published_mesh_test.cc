@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/dataset/published_mesh.h"
-
 #include <cmath>
 
+#include "losses/dataset/dataset.h"
 #include "losses/image/segmentation.h"
-#include "losses/silhouette/raster.h"
+#include "losses/silhouette/silhouette.h"
 #include "tests/losses/dataset/synthetic_dataset.h"
 #include "tests/physics/file_fixture.h"
 

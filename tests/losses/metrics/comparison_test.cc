@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/metrics/comparison.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "losses/dataset/published_mesh.h"
+#include "losses/dataset/dataset.h"
 #include "losses/metrics/metrics.h"
-#include "losses/silhouette/raster.h"
+#include "losses/silhouette/silhouette.h"
 #include "physics/util/errors.h"
 #include "tests/losses/disc.h"
 

@@ -5,7 +5,7 @@
 #include <numeric>
 #include <random>
 
-#include "losses/metrics/distribution_metrics.h"
+#include "losses/metrics/metrics.h"
 #include "physics/util/math/random.h"
 
 namespace drape {

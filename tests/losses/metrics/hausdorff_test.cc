@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "losses/outline/shape_features.h"
+#include "losses/outline/outline.h"
 #include "physics/util/errors.h"
 #include "tests/losses/disc.h"
 

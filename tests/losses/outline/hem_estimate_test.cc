@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/outline/hem_estimate.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "losses/outline/shape_features.h"
+#include "losses/outline/outline.h"
 
 namespace drape {
 namespace {

@@ -4,7 +4,7 @@
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
-#include "losses/silhouette/raster.h"
+#include "losses/silhouette/silhouette.h"
 #include "tests/losses/disc.h"
 
 namespace drape {

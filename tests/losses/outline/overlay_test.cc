@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "losses/silhouette/raster.h"
+#include "losses/silhouette/silhouette.h"
 #include "tests/losses/disc.h"
 
 namespace drape {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "losses/silhouette/soft_silhouette.h"
+#include "losses/silhouette/silhouette.h"
 
 namespace drape::test {
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/silhouette/raster.h"
-
 #include <gtest/gtest.h>
 
 #include <numeric>
 
+#include "losses/silhouette/silhouette.h"
 #include "tests/losses/disc.h"
 
 namespace drape {

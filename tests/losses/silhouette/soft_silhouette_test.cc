@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/silhouette/soft_silhouette.h"
-
 #include <gtest/gtest.h>
 
 #include <chrono>
 
-#include "losses/silhouette/raster.h"
+#include "losses/silhouette/silhouette.h"
 #include "tests/losses/disc.h"
 #include "tests/losses/silhouette/adj_render_soft.h"
 

@@ -2,7 +2,7 @@
 #include "physics/cloth/scene_io.h"
 
 #include "physics/mesh/mesh_spec.h"
-#include "physics/simulation/load_path.h"
+#include "physics/simulation/backend.h"
 #include "physics/simulation/rollout.h"
 #include "tests/physics/file_fixture.h"
 #include "tests/physics/simulation/textbook/closed_forms.h"

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/mesh/strip.h"
+#include "physics/mesh/mesh_spec.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {

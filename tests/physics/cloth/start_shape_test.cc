@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/cloth/start_shape.h"
-
 #include <cmath>
 #include <limits>
 #include <numbers>

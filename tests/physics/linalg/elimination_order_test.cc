@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/linalg/analysis/elimination_order.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include <vector>
 
 #include "physics/linalg/linear_solver.h"
+#include "physics/linalg/symbolic_analysis.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/linalg/tree_tasks.h"
-
 #include <gmock/gmock.h>
 
 #include <atomic>
@@ -8,6 +6,8 @@
 #include <stdexcept>
 #include <thread>
 #include <vector>
+
+#include "physics/linalg/supernodal_factor.h"
 
 namespace drape {
 namespace {

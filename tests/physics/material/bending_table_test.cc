@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/material/bending_table.h"
-
 #include <string>
 
 #include "physics/material/material_io.h"

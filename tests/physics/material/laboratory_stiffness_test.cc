@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/material/laboratory_stiffness.h"
-
 #include <gtest/gtest.h>
 
 #include "physics/material/material_scaling.h"

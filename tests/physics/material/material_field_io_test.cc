@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/material/material_field_io.h"
-
+#include "physics/material/material_io.h"
 #include "tests/physics/cloth_fixture.h"
 #include "tests/physics/file_fixture.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "physics/mesh/disc.h"
-#include "physics/mesh/strip.h"
+#include "physics/mesh/mesh_spec.h"
 #include "tests/physics/simulation/textbook/closed_forms.h"
 
 namespace drape {

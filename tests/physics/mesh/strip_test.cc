@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/mesh/strip.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <complex>
 #include <numbers>
 
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/mesh_spec.h"
 #include "tests/physics/file_fixture.h"
 

@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/mesh/strip.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/rollout.h"
 #include "tests/physics/cloth_fixture.h"
 

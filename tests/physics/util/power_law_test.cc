@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/util/math/power_law.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
+
+#include "physics/util/math/statistics.h"
 
 namespace drape {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/util/math/quantile.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "physics/util/math/statistics.h"
 
 namespace drape {
 namespace {

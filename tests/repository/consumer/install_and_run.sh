@@ -16,7 +16,7 @@ mv "$scratch/first" "$scratch/prefix"
 
 # Public headers only, each with all headers that it includes; no studies and no programs.
 include=$scratch/prefix/include/drapefit
-for path in tools solver/studies solver/job/plot cuda/engine cuda/kernels losses/image/image_codec.h; do
+for path in tools solver/studies solver/job/plot cuda/engine cuda/kernels losses/metrics/hausdorff.h; do
   if [ -e "$include/$path" ]; then echo "installed, but no public header: $path"; exit 1; fi
 done
 if find "$scratch/prefix" -name 'libdrape_*' | grep -E 'tools|studies|validation|program'; then

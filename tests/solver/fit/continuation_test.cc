@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cmath>
 
-#include "physics/cloth/start_shape.h"
-#include "physics/mesh/strip.h"
+#include "physics/cloth/state.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/rollout.h"
 #include "solver/forward/random_drapes.h"
 #include "solver/studies/gradients/gradient_study.h"
@@ -114,7 +114,7 @@ TEST_F(FollowDrape, APathWithoutAStartHasNoPoints) {
 }
 
 // An upright strip, clamped at its lower end, buckles under its own weight at ρ·g·L³/D = 7.837
-// (Greenhill 1881); D of a narrow strip: strip.h.
+// (Greenhill 1881); D of a narrow strip: mesh_spec.h.
 TEST(FollowStrip, FindsTheBucklingLoadOfAStandingStrip) {
   constexpr double kLength = 0.12, kClamped = 0.09, kWidth = 0.02, kGravity = 9.8;
   constexpr int kAlong = 42, kAcross = 5;

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "losses/outline/shape_features.h"
+#include "losses/outline/outline.h"
 #include "losses/readout/readouts.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/simulation/backend.h"
 #include "tests/physics/cloth_fixture.h"
 

@@ -10,10 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "losses/metrics/observed_drape.h"
+#include "losses/metrics/metrics.h"
 #include "losses/outline/outline.h"
 #include "physics/cloth/state.h"
-#include "physics/material/material_field_io.h"
 #include "physics/material/material_io.h"
 #include "physics/material/material_scaling.h"
 #include "physics/simulation/statics/statics.h"

@@ -11,7 +11,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "physics/material/material_field_io.h"
+#include "physics/material/material_io.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
 #include "solver/fit/parametrisation.h"

@@ -6,7 +6,7 @@
 #include <ostream>
 #include <string>
 
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "solver/forward/accuracy_table.h"
 #include "solver/studies/bench/work_precision.h"
 #include "tools/inputs/built_in_accuracy.h"

@@ -3,8 +3,7 @@
 #include <cstdio>
 
 #include "losses/outline/outline.h"
-#include "losses/outline/shape_features.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/disc.h"
 #include "solver/drapefit.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/disc.h"
 #include "solver/drapefit.h"
 

@@ -5,7 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include "losses/metrics/distribution_metrics.h"
 #include "losses/metrics/metrics.h"
 #include "physics/util/text_format.h"
 #include "solver/forward/random_drapes.h"

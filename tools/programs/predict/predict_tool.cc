@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "losses/dataset/dataset_split.h"
+#include "losses/dataset/dataset.h"
 #include "losses/image/segmentation.h"
 #include "physics/material/material_scaling.h"
 #include "physics/mesh/obj_io.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "losses/camera/camera_input.h"
-#include "losses/dataset/dataset_evaluation.h"
+#include "losses/dataset/trivial_predictors.h"
 #include "physics/util/run_control.h"
 #include "solver/prediction/bend_calibration.h"
 #include "solver/prediction/generative/generative_prediction.h"

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "losses/metrics/metrics.h"
-#include "physics/cloth/assembly/scene_self_contact.h"
-#include "physics/simulation/statics/modes.h"
+#include "physics/cloth/assembly/assembly.h"
+#include "physics/simulation/statics/stiffness.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/provenance.h"
 #include "tools/programs/simulate/simulate_result.h"

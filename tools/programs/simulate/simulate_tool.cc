@@ -11,7 +11,7 @@
 #include "physics/cloth/state.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/mesh/self_intersection.h"
-#include "physics/simulation/statics/modes.h"
+#include "physics/simulation/statics/stiffness.h"
 #include "physics/util/errors.h"
 #include "solver/prediction/exchange/geometry/drape_files.h"
 #include "tools/cli/output_folder.h"

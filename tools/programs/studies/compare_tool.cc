@@ -4,7 +4,7 @@
 #include <set>
 #include <utility>
 
-#include "losses/dataset/dataset_split.h"
+#include "losses/dataset/dataset.h"
 #include "physics/util/errors.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"

@@ -4,7 +4,7 @@
 #include <set>
 #include <utility>
 
-#include "losses/dataset/dataset_split.h"
+#include "losses/dataset/dataset.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"

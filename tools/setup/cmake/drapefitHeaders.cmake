@@ -5,11 +5,10 @@
 # As a script it copies them:  cmake -D SOURCE=... -D OUTPUT=... -P drapefitHeaders.cmake
 set(DRAPE_HEADER_FOLDERS physics losses solver)
 set(private_headers
-    supernodal_factor.h tree_tasks.h simd.h triangulate.h
-    exif.h hausdorff.h image_codec.h
+    supernodal_factor.h symbolic_analysis.h simd.h triangulate.h hausdorff.h
     batching_backend.h csv_log.h weighted_drapes.h)
 set(DRAPE_HEADER_RULES FILES_MATCHING PATTERN "*.h")
-foreach(private studies garment photo plot kernels analysis ${private_headers})
+foreach(private studies garment photo plot kernels ${private_headers})
   list(APPEND DRAPE_HEADER_RULES PATTERN ${private} EXCLUDE)
 endforeach()
 

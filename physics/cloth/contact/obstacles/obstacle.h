@@ -2,8 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <memory>
 #include <variant>
+
+#include "physics/cloth/contact/obstacles/surface_view.h"
 
 namespace drape {
 
@@ -48,5 +51,82 @@ ObstacleDistance DistanceTo(const Obstacle& obstacle, const Eigen::Vector3d& x);
 
 // How far the surface near x has moved in the present step (SurfaceObstacle::Move) [m].
 Eigen::Vector3d SurfaceMove(const Obstacle& obstacle, const Eigen::Vector3d& x);
+
+// Distances from obstacles, for host and device [MODEL, M60].
+
+// An obstacle as plain data.
+struct Solid {
+  enum class Kind : int { kPlane, kSphere, kCapsule, kPlate, kMesh };
+  Kind kind = Kind::kPlane;
+  // Plane: its normal. Sphere: its centre. Capsule: one end. Plate: the centre of its upper face.
+  Vec3<double> first{0.0, 0.0, 0.0};
+  Vec3<double> second{0.0, 0.0, 0.0};  // of a capsule: the other end
+  double size = 0.0;                   // of a plane: its offset; of the others: the radius [m]
+  double thickness = 0.0, rim_radius = 0.0;  // of a plate [m]
+  SurfaceView surface = {};                  // of a mesh
+};
+inline Vec3<double> Plain(const Eigen::Vector3d& a) { return {a.x(), a.y(), a.z()}; }
+ObstacleDistance InEigen(const SolidDistance& distance);
+// A view of the obstacle where that is a mesh.
+Solid MakeSolid(const Obstacle& obstacle);
+
+DRAPE_HD inline SolidDistance DistanceToPlate(const Solid& plate, const Vec3<double>& x) {
+  const Vec3<double> offset = x - plate.first;
+  const double r = std::hypot(offset.x, offset.y), half = 0.5 * plate.thickness;
+  const double z = offset.z + half, side = z < 0.0 ? -1.0 : 1.0;
+  Vec3<double> out{1.0, 0.0, 0.0};
+  if (r > 0.0) out = {offset.x / r, offset.y / r, 0.0};
+  const Vec3<double> up{0.0, 0.0, side}, around = Cross(up, out);
+  // From the rectangle that the rim is around.
+  const double over_r = r - (plate.size - plate.rim_radius);
+  const double over_z = side * z - (half - plate.rim_radius);
+  SolidDistance distance;
+  double slope_r = 0.0;  // ∂distance/∂r
+  if (over_r > 0.0 && over_z > 0.0) {
+    const double length = std::hypot(over_r, over_z);
+    slope_r = over_r / length;
+    const double slope_z = over_z / length;
+    distance.value = length - plate.rim_radius;
+    distance.normal = slope_r * out + slope_z * up;
+    AddSquare(1.0 / length, slope_z * out - slope_r * up, distance.curvature);
+  } else if (over_r > over_z) {
+    slope_r = 1.0;
+    distance.value = over_r - plate.rim_radius;
+    distance.normal = out;
+  } else {
+    distance.value = over_z - plate.rim_radius;
+    distance.normal = up;
+  }
+  if (slope_r > 0.0) AddSquare(slope_r / r, around, distance.curvature);
+  return distance;
+}
+
+// From a solid that is no mesh.
+DRAPE_HD inline SolidDistance DistanceToFormula(const Solid& solid, const Vec3<double>& x) {
+  switch (solid.kind) {
+    case Solid::Kind::kSphere:
+      return AwayFrom(x - solid.first, solid.size, {0.0, 0.0, 0.0});
+    case Solid::Kind::kCapsule:
+      return DistanceToSegment(solid.first, solid.second, solid.size, x);
+    case Solid::Kind::kPlate:
+      return DistanceToPlate(solid, x);
+    case Solid::Kind::kPlane:
+    case Solid::Kind::kMesh:
+      break;
+  }
+  SolidDistance distance;
+  distance.value = Dot(solid.first, x) - solid.size;
+  distance.normal = solid.first;
+  return distance;
+}
+DRAPE_HD inline SolidDistance DistanceTo(const Solid& solid, const Vec3<double>& x) {
+  return solid.kind == Solid::Kind::kMesh ? DistanceTo(solid.surface, x)
+                                          : DistanceToFormula(solid, x);
+}
+
+// Whether the distance is convex along a straight line.
+DRAPE_HD inline bool IsConvex(const Solid& solid) {
+  return solid.kind != Solid::Kind::kMesh || solid.surface.is_convex;
+}
 
 }  // namespace drape

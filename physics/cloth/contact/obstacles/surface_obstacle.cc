@@ -9,8 +9,8 @@
 #include <map>
 #include <utility>
 
-#include "physics/cloth/contact/obstacles/solid.h"
-#include "physics/cloth/contact/pairs/nearest_points.h"
+#include "physics/cloth/contact/obstacles/obstacle.h"
+#include "physics/cloth/contact/pairs/contact_pair.h"
 
 namespace drape {
 namespace {

@@ -3,15 +3,107 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
 #include <span>
 #include <tuple>
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/contact/pairs/box_tree.h"
 #include "physics/cloth/contact/pairs/contact_pair.h"
 
 namespace drape {
+
+// An axis-parallel box, bounds included [m].
+struct SpaceBox {
+  std::array<double, 3> low, high;
+};
+
+// A tree of boxes with eight children a node, which finds those that meet another. It has them in
+// single precision, rounded outwards, so that it can also find one that is almost met. Boxes that
+// move are enclosed again without another order, so that it stays good while neighbours stay
+// neighbours.
+class BoxTree {
+ public:
+  // Replaces the boxes. If there are as many as before, they keep their order.
+  void Enclose(const std::vector<SpaceBox>& boxes);
+
+  // Calls visit(k) for the number of each box that meets this one, in no particular order.
+  template <class Visit>
+  void ForEachMeeting(const SpaceBox& box, const Visit& visit) const {
+    if (!order_.empty()) Descend(Rounded(box), -1, visit);
+  }
+  // Calls visit(k) for the number of each box that meets the one at `place` of the order and comes
+  // after it there, so that each pair of boxes that meet is visited once.
+  template <class Visit>
+  void ForEachLaterMeeting(int place, const Visit& visit) const {
+    Descend(BoxAt(place), place, visit);
+  }
+  // The numbers of the boxes in the order of the tree, where neighbours are near one another.
+  const std::vector<int>& order() const { return order_; }
+
+ private:
+  static constexpr int kChildren = 8, kMostLevels = 11;
+  using Floats = float __attribute__((vector_size(4 * kChildren)));
+  using Flags = std::int32_t __attribute__((vector_size(4 * kChildren)));
+  using Bytes = std::int8_t __attribute__((vector_size(kChildren)));
+  struct RoundedBox {
+    std::array<float, 3> low, high;
+  };
+  // The boxes of the children, or of the leaves below the lowest nodes; none: low above high.
+  struct Node {
+    std::array<Floats, 3> low, high;
+  };
+
+  static RoundedBox Rounded(const SpaceBox& box);
+  // A byte for each child, 0 of those that do not meet the box.
+  static std::uint64_t Meeting(const Node& node, const RoundedBox& box) {
+    Flags meets = node.low[0] <= box.high[0];
+    meets &= node.high[0] >= box.low[0];
+    for (int k = 1; k < 3; ++k) {
+      meets &= node.low[k] <= box.high[k];
+      meets &= node.high[k] >= box.low[k];
+    }
+    const Bytes bytes = __builtin_convertvector(meets, Bytes);
+    std::uint64_t all;
+    std::memcpy(&all, &bytes, sizeof all);
+    return all;
+  }
+
+  // Visits the leaves after the place `after`.
+  template <class Visit>
+  void Descend(const RoundedBox& box, int after, const Visit& visit) const {
+    struct Open {
+      int level, node;
+    };
+    std::array<Open, kMostLevels * kChildren> open;
+    int count = 0;
+    open[count++] = {static_cast<int>(level_start_.size()) - 1, 0};
+    while (count > 0) {
+      const auto [level, node] = open[--count];
+      std::uint64_t meeting = Meeting(node_[level_start_[level] + node], box);
+      while (meeting != 0) {
+        const int child = std::countr_zero(meeting) / 8;
+        meeting &= ~(std::uint64_t{0xff} << (8 * child));
+        const int below = kChildren * node + child;
+        if (level == 0) {
+          if (below > after) visit(order_[below]);
+        } else if (std::int64_t{below + 1} << (3 * level) > after) {
+          open[count++] = {level - 1, below};
+        }
+      }
+    }
+  }
+
+  RoundedBox BoxAt(int place) const;
+  void Sort(const std::vector<SpaceBox>& boxes, int begin, int end);
+  void Put(int level, int place, const RoundedBox& box);
+
+  std::vector<int> order_;        // the numbers of the boxes
+  std::vector<Node> node_;        // level by level from the leaves on
+  std::vector<int> level_start_;  // [levels] in node_
+};
 
 // An axis-parallel box around the places that each vertex may take, shape [3, V] each [m].
 struct VertexBoxes {

@@ -8,7 +8,6 @@
 
 #include "cuda/make_backend.h"
 #include "losses/outline/outline.h"
-#include "losses/outline/shape_features.h"
 #include "losses/readout/readouts.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/simulation/backend.h"
 #include "physics/simulation/readout.h"
 #include "solver/forward/settle.h"

@@ -12,8 +12,8 @@
 
 #include "losses/camera/camera_input.h"
 #include "losses/image/segmentation.h"
-#include "losses/metrics/comparison.h"
-#include "losses/silhouette/raster.h"
+#include "losses/metrics/metrics.h"
+#include "losses/silhouette/silhouette.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/obj_io.h"
 #include "physics/util/atomic_file.h"

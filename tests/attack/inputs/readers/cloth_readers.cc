@@ -4,11 +4,10 @@
 #include <memory>
 #include <span>
 
-#include "losses/dataset/published_mesh.h"
+#include "losses/dataset/dataset.h"
 #include "physics/cloth/scene_io.h"
-#include "physics/cloth/start_shape.h"
 #include "physics/cloth/state.h"
-#include "physics/material/material_field_io.h"
+#include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/obj_io.h"
 #include "tests/attack/inputs/files/file_readers.h"

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "losses/dataset/dataset_split.h"
+#include "losses/dataset/dataset.h"
 #include "physics/util/atomic_file.h"
 #include "solver/fit/lab_measurement.h"
 #include "solver/forward/accuracy_table.h"

@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/linalg/analysis/elimination_order.h"
 #include "physics/linalg/linear_solver.h"
-#include "physics/mesh/strip.h"
+#include "physics/linalg/symbolic_analysis.h"
+#include "physics/mesh/mesh_spec.h"
 #include "tests/cuda/factor/plan/host_multifrontal.h"
 #include "tests/cuda/factor/plan/plan_fixture.h"
 

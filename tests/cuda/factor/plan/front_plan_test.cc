@@ -7,7 +7,7 @@
 #include <cstring>
 #include <functional>
 
-#include "physics/mesh/strip.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/util/errors.h"
 #include "tests/cuda/factor/plan/plan_fixture.h"
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/factor/plan/gather_list.h"
-
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "cuda/factor/plan/front_plan.h"
 #include "tests/cuda/factor/plan/plan_fixture.h"
 
 namespace drape {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "physics/linalg/analysis/elimination_order.h"
+#include "physics/linalg/symbolic_analysis.h"
 #include "tests/cuda/factor/plan/plan_fixture.h"
 
 namespace drape {

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "cuda/factor/plan/gather_list.h"
+#include "cuda/factor/plan/front_plan.h"
 
 namespace drape {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/photo/marker/camera_pose.h"
+#include "losses/photo/camera_pose.h"
 
 #include <gmock/gmock.h>
 

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "losses/photo/marker/disc.h"
-#include "losses/photo/picture/light.h"
+#include "losses/photo/disc.h"
+#include "losses/photo/photo_planes.h"
 
 namespace drape {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "losses/photo/marker/camera_pose.h"
+#include "losses/photo/camera_pose.h"
 #include "tests/losses/photo/rendered/photo_trial.h"
 
 namespace drape {

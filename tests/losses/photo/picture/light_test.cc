@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/photo/picture/light.h"
-
 #include <gtest/gtest.h>
+
+#include "losses/photo/photo_planes.h"
 
 namespace drape {
 namespace {

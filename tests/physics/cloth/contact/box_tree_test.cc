@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/cloth/contact/pairs/box_tree.h"
-
 #include <gmock/gmock.h>
 
 #include <random>
 #include <utility>
 #include <vector>
 
+#include "physics/cloth/contact/pairs/candidates.h"
 #include "physics/util/math/random.h"
 
 namespace drape {

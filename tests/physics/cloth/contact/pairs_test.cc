@@ -13,7 +13,7 @@
 
 #include "physics/cloth/contact/pairs/candidates.h"
 #include "physics/cloth/contact/pairs/contact_pair.h"
-#include "physics/mesh/strip.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/util/math/random.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "physics/cloth/contact/contact.h"
-#include "physics/cloth/contact/pairs/nearest_points.h"
+#include "physics/cloth/contact/pairs/contact_pair.h"
 #include "physics/util/math/random.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"
 

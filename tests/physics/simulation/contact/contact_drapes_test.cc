@@ -7,7 +7,7 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/cloth/contact/vertex_contact.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/disc.h"
 #include "physics/simulation/backend.h"
 #include "physics/simulation/textbook.h"

@@ -13,13 +13,12 @@
 #include <vector>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/cloth/assembly/scene_self_contact.h"
 #include "physics/cloth/contact/vertex_contact.h"
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/self_intersection.h"
-#include "physics/mesh/strip.h"
 #include "physics/simulation/backend.h"
-#include "physics/simulation/statics/modes.h"
+#include "physics/simulation/statics/stiffness.h"
 #include "physics/simulation/textbook.h"
 #include "tests/physics/cloth/contact/sheets.h"
 #include "tests/physics/cloth_fixture.h"

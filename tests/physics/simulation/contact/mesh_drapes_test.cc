@@ -8,7 +8,7 @@
 
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/mesh/disc.h"
-#include "physics/mesh/strip.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/backend.h"
 #include "physics/simulation/textbook.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "physics/mesh/strip.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/implicit_euler.h"
 #include "tests/physics/cloth/contact/sheets.h"
 #include "tests/physics/simulation/textbook/closed_forms.h"

@@ -13,8 +13,8 @@
 
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
 #include "physics/mesh/disc.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/mesh/self_intersection.h"
-#include "physics/mesh/strip.h"
 #include "physics/simulation/implicit_euler.h"
 #include "physics/simulation/textbook.h"
 #include "tests/physics/cloth/contact/closed_mesh.h"

@@ -6,7 +6,7 @@
 #include <functional>
 #include <memory>
 
-#include "physics/mesh/strip.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/implicit_euler.h"
 #include "physics/simulation/textbook.h"
 #include "tests/physics/cloth/contact/sheets.h"

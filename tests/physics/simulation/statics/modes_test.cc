@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/simulation/statics/modes.h"
-
 #include <gmock/gmock.h>
 
 #include <Eigen/Eigenvalues>
 #include <cstdio>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/mesh/strip.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/rollout.h"
 #include "physics/simulation/statics/statics.h"
+#include "physics/simulation/statics/stiffness.h"
 #include "tests/physics/cloth_fixture.h"
 
 namespace drape {

@@ -8,8 +8,8 @@
 #include <cstdio>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/cloth/start_shape.h"
-#include "physics/mesh/strip.h"
+#include "physics/cloth/state.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/simulation/backend.h"
 #include "tests/physics/cloth_fixture.h"
 

@@ -6,7 +6,7 @@
 
 #include "physics/cloth/assembly/assembly.h"
 #include "physics/mesh/disc.h"
-#include "physics/mesh/strip.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/util/text_format.h"
 #include "tests/physics/simulation/textbook/closed_forms.h"
 #include "tests/physics/simulation/textbook/reference_case.h"

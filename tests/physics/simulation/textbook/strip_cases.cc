@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "physics/mesh/strip.h"
+#include "physics/mesh/mesh_spec.h"
 #include "physics/util/text_format.h"
 #include "tests/physics/simulation/textbook/closed_forms.h"
 #include "tests/physics/simulation/textbook/reference_case.h"

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "losses/metrics/distribution_metrics.h"
+#include "losses/metrics/metrics.h"
 #include "physics/util/errors.h"
 #include "tests/solver/prediction/generative/fake_pool.h"
 

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "losses/metrics/distribution_metrics.h"
+#include "losses/metrics/metrics.h"
 #include "physics/material/material_scaling.h"
 #include "physics/util/errors.h"
 #include "physics/util/stored/stored_json.h"

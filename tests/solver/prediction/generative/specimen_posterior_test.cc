@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "losses/metrics/distribution_metrics.h"
+#include "losses/metrics/metrics.h"
 #include "physics/util/errors.h"
 #include "tests/solver/prediction/generative/fake_pool.h"
 

@@ -2,7 +2,7 @@
 // drape_equilibria: its clusters and spread by hand-made samples, its files from the real program.
 #include <cmath>
 
-#include "physics/cloth/start_shape.h"
+#include "physics/cloth/state.h"
 #include "physics/mesh/disc.h"
 #include "tests/tools/tool_fixture.h"
 #include "tools/programs/equilibria/equilibria_report.h"

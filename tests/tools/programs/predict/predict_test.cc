@@ -2,7 +2,6 @@
 // drape_predict as a user runs it.
 #include "losses/image/image.h"
 #include "losses/image/segmentation.h"
-#include "physics/material/material_field_io.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
 #include "solver/posterior/posterior_io.h"

@@ -3,7 +3,6 @@
 #include "losses/image/image.h"
 #include "losses/metrics/metrics.h"
 #include "physics/cloth/state.h"
-#include "physics/material/material_field_io.h"
 #include "physics/material/material_io.h"
 #include "physics/mesh/disc.h"
 #include "physics/mesh/obj_io.h"

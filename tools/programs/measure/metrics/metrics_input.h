@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "losses/camera/camera_input.h"
-#include "losses/metrics/observed_drape.h"
+#include "losses/metrics/metrics.h"
 #include "losses/outline/measured_image.h"
 #include "physics/mesh/obj_io.h"
 

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "losses/metrics/comparison.h"
 #include "losses/metrics/laboratory_drape.h"
+#include "losses/metrics/metrics.h"
 #include "losses/outline/measured_image.h"
-#include "losses/outline/shape_features.h"
+#include "losses/outline/outline.h"
 
 namespace drape {
 

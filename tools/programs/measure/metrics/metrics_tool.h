@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "losses/camera/camera_input.h"
-#include "losses/camera/discs_input.h"
 #include "physics/util/run_control.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/dataset_input.h"

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "losses/dataset/dataset_split.h"
+#include "losses/dataset/dataset.h"
 #include "losses/metrics/metrics.h"
 #include "physics/util/text_format.h"
 

@@ -4,7 +4,6 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "losses/dataset/dataset_evaluation.h"
 #include "losses/dataset/trivial_predictors.h"
 
 namespace drape {

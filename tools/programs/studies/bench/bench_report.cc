@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "physics/util/math/power_law.h"
+#include "physics/util/math/statistics.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/provenance.h"
 

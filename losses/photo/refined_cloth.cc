@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/photo/refined_cloth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "losses/photo/photo_planes.h"
+#include "physics/util/text_format.h"
+
+namespace drape {
+namespace {
+
+constexpr int kBand = 10;               // [px] on either side, in which the outline may move
+constexpr double kWindowShare = 0.02;   // of the longer side: the neighbourhood
+constexpr int kApart = 4;               // [px] from the outline, where colours are unmixed
+constexpr int kMixed = 3;               // [px] from the disc, where colours are mixed with its own
+constexpr int kStrip = 8;               // [px] from the disc, where the cloth may be a thin strip
+constexpr double kLeastContrast = 5.0;  // [Lab units]
+constexpr double kContrastOfNoise = 2.5;  // standard deviations of the ground
+
+cv::Mat1b Eroded(const cv::Mat1b& mask, int radius) {
+  cv::Mat1b eroded;
+  cv::erode(mask, eroded, RoundElement(radius));
+  return eroded;
+}
+cv::Mat1b Dilated(const cv::Mat1b& mask, int radius) {
+  cv::Mat1b dilated;
+  cv::dilate(mask, dilated, RoundElement(radius));
+  return dilated;
+}
+
+int WindowSide(const cv::Mat& picture) {
+  return 2 * static_cast<int>(kWindowShare * std::max(picture.rows, picture.cols) / 2) + 1;
+}
+
+// The mean colour in the neighbourhood of each pixel over the pixels of a mask, and the mask's
+// share of the neighbourhood; the mean of all of them where there are none.
+struct LocalMean {
+  cv::Mat3f color;
+  cv::Mat1f weight;
+
+  LocalMean(const cv::Mat3f& colors, const cv::Mat1b& mask, int window)
+      : color(cv::Mat3f::zeros(colors.size())) {
+    constexpr float kLeastWeight = 0.004f;
+    colors.copyTo(color, mask);
+    mask.convertTo(weight, CV_32F);
+    cv::blur(color, color, {window, window});
+    cv::blur(weight, weight, {window, window});
+    const cv::Scalar all = cv::mean(colors, mask);
+    const cv::Vec3f mean(static_cast<float>(all[0]), static_cast<float>(all[1]),
+                         static_cast<float>(all[2]));
+    for (int row = 0; row < colors.rows; ++row)
+      for (int col = 0; col < colors.cols; ++col) {
+        const float w = weight(row, col);
+        color(row, col) = w > kLeastWeight ? color(row, col) / w : mean;
+      }
+  }
+};
+
+// The colours that cloth and ground have near each pixel of the outline.
+struct Sides {
+  cv::Mat3f cloth, ground;
+};
+Sides WideSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc) {
+  const int window = WindowSide(colors);
+  const cv::Mat1b inner = Eroded(mask, kApart).mul(1 - Dilated(disc, kApart));
+  return {LocalMean(colors, inner, window).color,
+          LocalMean(colors, 1 - Dilated(mask, kApart), window).color};
+}
+
+// The colour that one side has at the outline: its mean over a ring along the outline, extrapolated
+// by that over the next ring, since folds and shadows have a shade of their own there; `wide` where
+// the side is too narrow for rings. `distance`: from the outline into the side [px].
+cv::Mat3f ColorAtOutline(const cv::Mat3f& colors, const cv::Mat1f& distance, const cv::Mat1b& side,
+                         const cv::Mat3f& wide) {
+  constexpr double kRing[] = {3.0, 7.0, 11.0};
+  constexpr float kLeastWeight = 0.1f;
+  constexpr int kWindow = 15;
+  constexpr double kBeyond = (kRing[1] + kRing[0]) / (kRing[2] - kRing[0]);
+  const cv::Mat1b near_ring = ((distance >= kRing[0]) & (distance < kRing[1])) / 255;
+  const cv::Mat1b far_ring = ((distance >= kRing[1]) & (distance < kRing[2])) / 255;
+  const LocalMean nearer(colors, near_ring.mul(side), kWindow);
+  const LocalMean farther(colors, far_ring.mul(side), kWindow);
+  cv::Mat3f result = wide.clone();
+  for (int row = 0; row < colors.rows; ++row)
+    for (int col = 0; col < colors.cols; ++col) {
+      if (nearer.weight(row, col) < kLeastWeight) continue;
+      const cv::Vec3f& here = nearer.color(row, col);
+      result(row, col) = here;
+      if (farther.weight(row, col) >= kLeastWeight)
+        result(row, col) += static_cast<float>(kBeyond) * (here - farther.color(row, col));
+    }
+  return result;
+}
+Sides NearSides(const cv::Mat3f& colors, const cv::Mat1b& mask, const cv::Mat1b& disc) {
+  const Sides wide = WideSides(colors, mask, disc);
+  cv::Mat1f inside, outside;
+  cv::distanceTransform(mask, inside, cv::DIST_L2, cv::DIST_MASK_5);
+  cv::distanceTransform(1 - mask, outside, cv::DIST_L2, cv::DIST_MASK_5);
+  return {ColorAtOutline(colors, inside, mask.mul(1 - Dilated(disc, kApart)), wide.cloth),
+          ColorAtOutline(colors, outside, 1 - mask, wide.ground)};
+}
+
+// The disc's coverage and its colour near each pixel.
+struct DiscShare {
+  cv::Mat1f coverage;
+  cv::Mat3f color;
+
+  DiscShare(const cv::Mat3f& colors, const cv::Mat1f& coverage_by_disc)
+      : coverage(coverage_by_disc),
+        color(
+            LocalMean(colors, Eroded((coverage > 0.5f) / 255, kApart), WindowSide(colors)).color) {}
+};
+
+// Each pixel near the outline has the light of disc, cloth and ground by their shares, also
+// where a lens has blurred a strip of cloth between disc and ground; the disc's share is known. The
+// share of disc and cloth together, 0 … 1.
+cv::Mat1f ShareOfLight(const PhotoPlanes& planes, const Sides& sides, const DiscShare& disc,
+                       const cv::Mat1b& band) {
+  const auto color = [](const cv::Vec3f& light) { return Eigen::Vector3f(light.val); };
+  cv::Mat1f share = cv::Mat1f::zeros(band.size());
+  for (int row = 0; row < band.rows; ++row)
+    for (int col = 0; col < band.cols; ++col) {
+      if (!band(row, col)) continue;
+      const Eigen::Vector3f ground = color(sides.ground(row, col));
+      const float d = disc.coverage(row, col);
+      Eigen::Vector4f seen;
+      seen << color(planes.light(row, col)), planes.luma(row, col);
+      share(row, col) =
+          d + ShareOfMixture(seen, ground + d * (color(disc.color(row, col)) - ground),
+                             color(sides.cloth(row, col)) - ground);
+    }
+  return share;
+}
+
+// How far each pixel of the picture is from the ground's colour to the cloth's, 0 … 1, near the
+// outline of a mask, and their contrast there.
+struct Position {
+  cv::Mat1f share, contrast;
+};
+Position Locate(const cv::Mat3f& colors, const Sides& sides) {
+  constexpr float kLeastSquared = 1e-6f;
+  Position position{cv::Mat1f(colors.size()), cv::Mat1f(colors.size())};
+  for (int row = 0; row < colors.rows; ++row)
+    for (int col = 0; col < colors.cols; ++col) {
+      const cv::Vec3f& ground = sides.ground(row, col);
+      const cv::Vec3f across = sides.cloth(row, col) - ground;
+      const float squared = std::max(across.dot(across), kLeastSquared);
+      position.share(row, col) = (colors(row, col) - ground).dot(across) / squared;
+      position.contrast(row, col) = std::sqrt(squared);
+    }
+  return position;
+}
+
+cv::Mat1b LargestFilled(const cv::Mat1b& mask) {
+  cv::Mat1b filled = cv::Mat1b::zeros(mask.size());
+  const std::vector<cv::Point> outline = LongestOutline(mask);
+  if (!outline.empty())
+    cv::drawContours(filled, std::vector<std::vector<cv::Point>>{outline}, 0, 1, cv::FILLED);
+  return filled;
+}
+
+cv::Point ComputeMiddle(const cv::Mat1b& mask) {
+  const cv::Moments m = cv::moments(mask, true);
+  return {cvRound(m.m10 / m.m00), cvRound(m.m01 / m.m00)};
+}
+
+// The connected part of a mask that contains a place.
+cv::Mat1b PartAt(const cv::Point& place, const cv::Mat1b& mask) {
+  cv::Mat1i labels;
+  cv::connectedComponents(mask, labels);
+  return (labels == labels(place)) / 255;
+}
+
+// Around the disc its colour is mixed with the cloth's, which may look like the ground: no
+// gap is left there between disc and cloth.
+cv::Mat1b ClosedAroundDisc(const cv::Mat1b& mask, const cv::Mat1b& disc) {
+  cv::Mat1b closed, result = mask.clone();
+  cv::morphologyEx(mask, closed, cv::MORPH_CLOSE, RoundElement(kMixed));
+  closed.copyTo(result, Dilated(disc, kMixed));
+  return result;
+}
+
+// The standard deviation of the Gaussian that blurs the step from 0 to 1 along an outline [px].
+double MeasureBlur(const cv::Mat1f& share, const std::vector<cv::Point>& outline) {
+  cv::Mat1f dx, dy;
+  cv::Sobel(share, dx, CV_32F, 1, 0, 3, 1 / 8.0);
+  cv::Sobel(share, dy, CV_32F, 0, 1, 3, 1 / 8.0);
+  std::vector<float> widths;
+  for (const cv::Point& p : outline) {
+    const float steepness = std::max(std::hypot(dx(p), dy(p)), 1e-3f);
+    widths.push_back(static_cast<float>(1 / (steepness * std::sqrt(2 * M_PI))));
+  }
+  const auto high = widths.begin() + static_cast<long>(0.6 * double(widths.size()));
+  std::nth_element(widths.begin(), high, widths.end());
+  return *high;
+}
+
+void CheckContrast(const RefinedCloth& cloth, double least, const std::vector<cv::Point>& weak) {
+  constexpr double kMostWeak = 0.12;
+  if (cloth.weak <= kMostWeak) return;
+  std::vector<std::vector<cv::Point>> marks;
+  for (const cv::Point& p : weak) marks.push_back({p});
+  throw PhotoFailure{PhotoFault::kLowContrast,
+                     Format("cloth and ground are too alike along %.0f %% of the outline: the "
+                            "contrast is below %.0f Lab units (median %.0f), expected a ground of "
+                            "another colour or brightness",
+                            100 * cloth.weak, least, cloth.contrast),
+                     marks};
+}
+
+}  // namespace
+
+RefinedCloth RefineCloth(const PhotoPlanes& planes, const RoughCloth& rough,
+                         const cv::Mat1f& disc_coverage) {
+  constexpr int kRounds = 4, kLightRounds = 2;
+  const cv::Mat1b disc = (disc_coverage > 0.5f) / 255;
+  RefinedCloth cloth;
+  cloth.mask = rough.mask | disc;
+  if (cv::countNonZero(disc) > 0)
+    cloth.mask = PartAt(ComputeMiddle(disc), cloth.mask | rough.pieces | Dilated(disc, kMixed));
+  Position position;
+  for (int round = 0; round < kRounds; ++round) {
+    position = Locate(planes.lab, WideSides(planes.lab, cloth.mask, disc));
+    const cv::Mat1b band = Dilated(cloth.mask, kBand) - Eroded(cloth.mask, kBand);
+    cv::Mat1b moved = cloth.mask.clone();
+    cv::Mat1b above = (position.share > 0.5f) / 255;
+    above.copyTo(moved, band);
+    cv::morphologyEx(moved, moved, cv::MORPH_OPEN, RoundElement(1));
+    cloth.mask = LargestFilled(ClosedAroundDisc(moved | disc, disc));
+  }
+  position = Locate(planes.lab, WideSides(planes.lab, cloth.mask, disc));
+  const DiscShare disc_share(planes.light, disc_coverage);
+  for (int round = 0; round < kLightRounds; ++round) {
+    const cv::Mat1b band = (Dilated(cloth.mask, 2) | Dilated(disc, kStrip)) - Eroded(cloth.mask, 2);
+    cloth.mask.convertTo(cloth.coverage, CV_32F);
+    ShareOfLight(planes, NearSides(planes.light, cloth.mask, disc), disc_share, band)
+        .copyTo(cloth.coverage, band);
+    cloth.coverage = cv::min(cv::max(cloth.coverage, disc_coverage), 1.0f);
+    cloth.mask = LargestFilled((cloth.coverage > 0.5f) / 255);
+  }
+  const std::vector<cv::Point> outline = LongestOutline(cloth.mask);
+  const double least = std::max(kLeastContrast, kContrastOfNoise * rough.ground_noise);
+  const cv::Mat1b near_disc = Dilated(disc, kMixed + 1);
+  std::vector<float> contrasts;
+  std::vector<cv::Point> weak, clear;
+  for (const cv::Point& p : outline) {
+    cloth.at_disc += near_disc(p) / double(outline.size());
+    if (!near_disc(p)) clear.push_back(p);
+    contrasts.push_back(position.contrast(p));
+    if (contrasts.back() < least) weak.push_back(p);
+  }
+  if (contrasts.empty())
+    throw PhotoFailure{PhotoFault::kNoCloth, "nothing is left of the cloth near its outline"};
+  cloth.contrast = Median(contrasts);
+  cloth.weak = double(weak.size()) / double(outline.size());
+  CheckContrast(cloth, least, weak);
+  const Sides wide = WideSides(planes.light, cloth.mask, disc);
+  cloth.blur = MeasureBlur(Locate(planes.light, wide).share, clear.empty() ? outline : clear);
+  return cloth;
+}
+
+}  // namespace drape

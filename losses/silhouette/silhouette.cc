@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "losses/silhouette/silhouette.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace drape {
+
+namespace {
+
+void CoverTriangle(const Eigen::Matrix2Xd& points, const int* triangle, int width, int height,
+                   uint8_t* covered) {
+  const auto a = points.col(triangle[0]), b = points.col(triangle[1]), c = points.col(triangle[2]);
+  const Eigen::Vector2d min = a.cwiseMin(b).cwiseMin(c), max = a.cwiseMax(b).cwiseMax(c);
+  const PixelRange columns = PixelsIn(min.x(), max.x(), width);
+  const PixelRange rows = PixelsIn(min.y(), max.y(), height);
+  for (int row = rows.first; row <= rows.last; ++row) {
+    for (int col = columns.first; col <= columns.last; ++col) {
+      uint8_t& pixel = covered[size_t(row) * width + col];
+      if (!pixel && Covers(points.data(), triangle, {double(col), double(row)})) pixel = 1;
+    }
+  }
+}
+
+using Eigen::Matrix2Xd;
+using Eigen::Vector2d;
+
+// Sorts the triangles into square cells of the image, to find those that cover a point.
+class TriangleGrid {
+ public:
+  TriangleGrid(const Mesh& mesh, const Matrix2Xd& points) : mesh_(mesh), points_(points) {
+    origin_ = points.rowwise().minCoeff();
+    const Vector2d extent = (points.rowwise().maxCoeff() - origin_).cwiseMax(1e-12);
+    side_ = std::max(1, static_cast<int>(std::sqrt(mesh.num_faces())));
+    per_pixel_ = extent.cwiseInverse() * side_;
+    cells_.resize(size_t(side_) * side_);
+    for (int f = 0; f < mesh.num_faces(); ++f) Insert(f);
+  }
+
+  bool IsCovered(const Vec2& p) const {
+    const Vector2d cell = (Vector2d(p.x, p.y) - origin_).cwiseProduct(per_pixel_);
+    if (!(cell.minCoeff() >= 0 && cell.maxCoeff() <= side_)) return false;
+    for (int f : cells_[Index(Clamp(cell.x()), Clamp(cell.y()))]) {
+      if (Covers(points_.data(), mesh_.faces[f], p)) return true;
+    }
+    return false;
+  }
+
+ private:
+  int Clamp(double cell) const { return std::clamp(static_cast<int>(cell), 0, side_ - 1); }
+  size_t Index(int column, int row) const { return size_t(row) * side_ + column; }
+
+  void Insert(int f) {
+    const int* v = mesh_.faces[f].vertex;
+    const auto a = points_.col(v[0]), b = points_.col(v[1]), c = points_.col(v[2]);
+    const Vector2d min = (a.cwiseMin(b).cwiseMin(c) - origin_).cwiseProduct(per_pixel_);
+    const Vector2d max = (a.cwiseMax(b).cwiseMax(c) - origin_).cwiseProduct(per_pixel_);
+    for (int row = Clamp(min.y()); row <= Clamp(max.y()); ++row) {
+      for (int col = Clamp(min.x()); col <= Clamp(max.x()); ++col) {
+        cells_[Index(col, row)].push_back(f);
+      }
+    }
+  }
+
+  const Mesh& mesh_;
+  const Matrix2Xd& points_;
+  Vector2d origin_, per_pixel_;
+  int side_;
+  std::vector<std::vector<int>> cells_;
+};
+
+struct Candidate {
+  int vertex[2];
+  double min_column, max_column;
+  std::vector<std::pair<double, int>> cuts;  // t, index of the crossing
+};
+
+// Returns the candidates sorted by min_column, for the sweep.
+std::vector<Candidate> FindCandidates(const Mesh& mesh, const Matrix2Xd& points) {
+  std::vector<Candidate> candidates;
+  const auto add = [&](int a, int b) {
+    const auto [min, max] = std::minmax(points(0, a), points(0, b));
+    if (points.col(a) != points.col(b)) candidates.push_back({{a, b}, min, max, {}});
+  };
+  for (const auto& loop : mesh.boundary_loops) {
+    for (size_t i = 0; i < loop.size(); ++i) add(loop[i], loop[(i + 1) % loop.size()]);
+  }
+  for (const Hinge& hinge : mesh.hinges) {
+    if (FoldsOver(points.data(), hinge)) add(hinge.vertex[0], hinge.vertex[1]);
+  }
+  std::sort(candidates.begin(), candidates.end(),
+            [](const Candidate& l, const Candidate& r) { return l.min_column < r.min_column; });
+  return candidates;
+}
+
+std::vector<EdgeCrossing> CutCandidates(const Matrix2Xd& points, std::vector<Candidate>* all) {
+  std::vector<EdgeCrossing> crossings;
+  for (size_t i = 0; i < all->size(); ++i) {
+    Candidate& l = (*all)[i];
+    for (size_t j = i + 1; j < all->size() && (*all)[j].min_column <= l.max_column; ++j) {
+      Candidate& r = (*all)[j];
+      double t[2];
+      if (ShareVertex(l.vertex, r.vertex) || !Intersect(points.data(), l.vertex, r.vertex, t))
+        continue;
+      const int index = static_cast<int>(crossings.size());
+      crossings.push_back({{l.vertex[0], l.vertex[1], r.vertex[0], r.vertex[1]}, {t[0], t[1]}});
+      l.cuts.emplace_back(t[0], index);
+      r.cuts.emplace_back(t[1], index);
+    }
+  }
+  return crossings;
+}
+
+// Adds the parts of one candidate with cloth on one side only.
+void KeepBorderParts(const Matrix2Xd& points, const TriangleGrid& grid, Candidate* candidate,
+                     std::vector<SilhouettePiece>* pieces) {
+  auto& cuts = candidate->cuts;
+  cuts.emplace_back(0.0, -1);
+  cuts.emplace_back(1.0, -1);
+  std::sort(cuts.begin(), cuts.end());
+  for (size_t i = 0; i + 1 < cuts.size(); ++i) {
+    SilhouettePiece part{{candidate->vertex[0], candidate->vertex[1]},
+                         {cuts[i].first, cuts[i + 1].first},
+                         {cuts[i].second, cuts[i + 1].second},
+                         {}};
+    const auto is_covered = [&](const Vec2& p) { return grid.IsCovered(p); };
+    if (FindInward(points.data(), is_covered, &part)) pieces->push_back(part);
+  }
+}
+
+using Eigen::Matrix2Xd;
+
+// The border point nearest to a pixel.
+struct Contact {
+  PieceContact at;
+  int piece = -1;
+};
+
+// The nearest contact of each pixel within `reach` [px] of the border.
+std::vector<Contact> FindContacts(const Matrix2Xd& points, const SilhouetteEdges& edges,
+                                  const Camera& camera, double reach) {
+  std::vector<Contact> contacts(size_t(camera.width) * camera.height, Contact{{reach, 0, -1}, -1});
+  for (size_t i = 0; i < edges.pieces.size(); ++i) {
+    const SilhouettePiece& piece = edges.pieces[i];
+    const PieceBox box = BoundingBox(points.data(), piece, reach);
+    const PixelRange rows = PixelsIn(box.min.y, box.max.y, camera.height);
+    const PixelRange columns = PixelsIn(box.min.x, box.max.x, camera.width);
+    for (int row = rows.first; row <= rows.last; ++row) {
+      for (int col = columns.first; col <= columns.last; ++col) {
+        const PieceContact at = NearestOnPiece(points.data(), piece, {double(col), double(row)});
+        Contact& best = contacts[size_t(row) * camera.width + col];
+        if (at.distance < best.at.distance) best = {at, static_cast<int>(i)};
+      }
+    }
+  }
+  return contacts;
+}
+
+// Fills in the derivatives of the coverage by the vertices on which the contact depends.
+void FillRamp(const Matrix2Xd& points, const SilhouetteEdges& edges, const Contact& contact,
+              bool inside, double slope, const Vec2& pixel, RampPixel* ramp) {
+  const SilhouettePiece& piece = edges.pieces[contact.piece];
+  const Vec2 d_point = CoverageByPoint(points.data(), piece, contact.at, pixel, inside, slope);
+  const int crossing = contact.at.end < 0 ? -1 : piece.crossing[contact.at.end];
+  Vec2 d_image[4];
+  if (crossing >= 0) {
+    AdjCrossing(points.data(), edges.crossings[crossing], d_point, d_image);
+  } else {
+    d_image[0] = (1 - contact.at.t) * d_point;
+    d_image[1] = contact.at.t * d_point;
+  }
+  ramp->num_vertices = crossing >= 0 ? 4 : 2;
+  const int* vertex = crossing >= 0 ? edges.crossings[crossing].vertex : piece.vertex;
+  for (int k = 0; k < ramp->num_vertices; ++k) {
+    ramp->vertex[k] = vertex[k];
+    ramp->d_image[k] = {d_image[k].x, d_image[k].y};
+  }
+}
+
+}  // namespace
+
+std::vector<uint8_t> CoveredPixels(const Mesh& mesh, const Eigen::Matrix2Xd& image_points,
+                                   int width, int height) {
+  std::vector<uint8_t> covered(size_t(width) * height, 0);
+  for (const Face& face : mesh.faces) {
+    CoverTriangle(image_points, face.vertex, width, height, covered.data());
+  }
+  return covered;
+}
+
+namespace {
+
+// covered_pixels(points, width, height) returns which samples of the finer image are covered.
+GrayImage RasterizeSamples(const Eigen::VectorXd& x, const Camera& camera, int supersample,
+                           const auto& covered_pixels) {
+  CHECK_GE(supersample, 1);
+  const int n = supersample, fine_width = n * camera.width;
+  Eigen::Matrix2Xd points;
+  CHECK(ProjectVertices(x, camera, &points)) << "positions not finite or behind the camera";
+  points = ((points.array() + 0.5) * n - 0.5).matrix();
+  const std::vector<uint8_t> covered = covered_pixels(points, fine_width, n * camera.height);
+  GrayImage image(camera.width, camera.height);
+  for (size_t i = 0; i < covered.size(); ++i) {
+    image.at(i % fine_width / n, i / fine_width / n) += covered[i];
+  }
+  for (float& c : image.coverage) c /= static_cast<float>(n * n);
+  return image;
+}
+
+}  // namespace
+
+GrayImage Rasterize(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
+                    int supersample) {
+  return RasterizeSamples(x, camera, supersample,
+                          [&](const Eigen::Matrix2Xd& points, int width, int height) {
+                            return CoveredPixels(mesh, points, width, height);
+                          });
+}
+
+GrayImage Rasterize(const ObjSurface& surface, const Camera& camera, int supersample) {
+  const auto cover = [&](const Eigen::Matrix2Xd& points, int width, int height) {
+    std::vector<uint8_t> covered(size_t(width) * height, 0);
+    for (const auto& triangle : surface.triangles)
+      CoverTriangle(points, triangle.data(), width, height, covered.data());
+    return covered;
+  };
+  return RasterizeSamples(surface.x, camera, supersample, cover);
+}
+
+SilhouetteEdges FindSilhouetteEdges(const Mesh& mesh, const Matrix2Xd& image_points) {
+  SilhouetteEdges edges;
+  std::vector<Candidate> candidates = FindCandidates(mesh, image_points);
+  edges.crossings = CutCandidates(image_points, &candidates);
+  const TriangleGrid grid(mesh, image_points);
+  for (Candidate& candidate : candidates) {
+    KeepBorderParts(image_points, grid, &candidate, &edges.pieces);
+  }
+  return edges;
+}
+
+bool RenderSoft(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& camera,
+                const SoftSilhouetteOptions& options, SoftSilhouette* silhouette) {
+  CHECK_GT(options.half_width, 0);
+  Matrix2Xd points;
+  if (!ProjectVertices(x, camera, &points)) return false;
+  const SilhouetteEdges edges = FindSilhouetteEdges(mesh, points);
+  const auto contacts = FindContacts(points, edges, camera, options.half_width);
+  const auto covered = CoveredPixels(mesh, points, camera.width, camera.height);
+  silhouette->width = camera.width;
+  silhouette->height = camera.height;
+  silhouette->coverage.resize(covered.size());
+  silhouette->ramp.clear();
+  for (size_t i = 0; i < covered.size(); ++i) {
+    const Contact& contact = contacts[i];
+    silhouette->coverage[i] = covered[i];
+    if (contact.piece < 0) continue;
+    const SoftRamp at = RampAt(contact.at.distance, covered[i] != 0, options.half_width);
+    silhouette->coverage[i] = at.coverage;
+    RampPixel& ramp = silhouette->ramp.emplace_back();
+    ramp.pixel = static_cast<int>(i);
+    const Vec2 pixel{double(i % camera.width), double(i / camera.width)};
+    FillRamp(points, edges, contact, covered[i] != 0, at.slope, pixel, &ramp);
+  }
+  return true;
+}
+
+}  // namespace drape
