@@ -10,8 +10,8 @@
 #include <thread>
 #include <utility>
 
-#include "cuda/engine/equilibria/equilibrium_engine.h"
-#include "cuda/engine/rollouts/rollout_engine.h"
+#include "cuda/engine/equilibrium_engine.h"
+#include "cuda/engine/rollout_engine.h"
 #include "cuda/factor/multifrontal.h"
 
 namespace drape {

@@ -13,7 +13,6 @@
 #include "physics/linalg/symbolic_analysis.h"
 
 namespace drape {
-
 namespace {
 
 constexpr int kThreads = 256;

@@ -278,25 +278,12 @@ __device__ void BackwardPivots(const double* L11, double* Y) {
   }
 }
 
-__device__ void BackwardPivots(const ManyWork& work, const double* L11, double* Y) {
-  switch (work.front.pivots / 8) {
-    case 1:
-      return BackwardPivots<1>(L11, Y);
-    case 2:
-      return BackwardPivots<2>(L11, Y);
-    case 3:
-      return BackwardPivots<3>(L11, Y);
-    case 4:
-      return BackwardPivots<4>(L11, Y);
-    case 5:
-      return BackwardPivots<5>(L11, Y);
-    case 6:
-      return BackwardPivots<6>(L11, Y);
-    case 7:
-      return BackwardPivots<7>(L11, Y);
-    default:
-      return BackwardPivots<8>(L11, Y);
-  }
+// The same for a number of blocks of pivots, at most Most, that is known at run time.
+template <int Most>
+__device__ void BackwardPivots(int blocks, const double* L11, double* Y) {
+  if constexpr (Most > 1)
+    if (blocks < Most) return BackwardPivots<Most - 1>(blocks, L11, Y);
+  BackwardPivots<Most>(L11, Y);
 }
 
 template <int Tiles>
@@ -321,7 +308,7 @@ __global__ void __launch_bounds__(kThreads, 3)
     y = (there ? solution[work.At(front.first_dof + r, c)] : 0.0) - y;
   });
   __syncthreads();
-  if (warp < Tiles) BackwardPivots(work, L11, Y + kColumnTile * warp * stride);
+  if (warp < Tiles) BackwardPivots<8>(front.pivots / 8, L11, Y + kColumnTile * warp * stride);
   __syncthreads();
   ForEachPivot<Tiles>(work, [&](int r, int c) {
     if (r >= front.true_pivots || !work.Has(c)) return;

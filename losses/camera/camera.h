@@ -3,13 +3,16 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "losses/image/image.h"
 #include "physics/mesh/disc.h"
 #include "physics/util/options/enum_names.h"
+#include "physics/util/options/field.h"
 
 namespace drape {
 
@@ -27,53 +30,6 @@ inline double Cross(const Vec2& a, const Vec2& b) { return a.x * b.y - a.y * b.x
 
 // Column i of an array of shape [2, V].
 inline Vec2 PointAt(const double* points, int i) { return {points[2 * i], points[2 * i + 1]}; }
-
-// The projection of a Camera as plain numbers [MODEL, M46].
-struct Projection {
-  bool pinhole;
-  double cx, cy;        // column and row of the world's origin, the support's centre [px]
-  double scale;         // orthographic only [px/m]
-  double eye_height;    // pinhole only [m]
-  double focal;         // pinhole only [px]
-  double eye_x, eye_y;  // pinhole only: of the centre of projection [m]
-
-  // Magnification of the plane at height z [px/m].
-  template <typename T>
-  T PixelsPerMetre(const T& z) const {
-    return pinhole ? T(focal) / (T(eye_height) - z) : T(scale);
-  }
-  // Maps x [m], shape [3], to the image point (column, row) [px], shape [2].
-  template <typename T>
-  void Project(const T x[3], T image[2]) const {
-    const T s = PixelsPerMetre(x[2]);
-    const T parallax = PixelsPerMetre(T(0)) - s;
-    image[0] = T(cx) + s * x[0] + parallax * T(eye_x);
-    image[1] = T(cy) - s * x[1] - parallax * T(eye_y);
-  }
-  // ∂image/∂x [px/m], shape [2, 3].
-  void Jacobian(const double x[3], double jacobian[2][3]) const {
-    const double s = PixelsPerMetre(x[2]);
-    const double ds_dz = pinhole ? s / (eye_height - x[2]) : 0.0;
-    jacobian[0][0] = s;
-    jacobian[0][1] = 0.0;
-    jacobian[0][2] = ds_dz * (x[0] - eye_x);
-    jacobian[1][0] = 0.0;
-    jacobian[1][1] = -s;
-    jacobian[1][2] = -ds_dz * (x[1] - eye_y);
-  }
-  // adj_x = Jacobianᵀ·adj_image, shape [3].
-  void AdjProject(const double x[3], const Vec2& adj_image, double adj_x[3]) const {
-    double jacobian[2][3];
-    Jacobian(x, jacobian);
-    for (int i = 0; i < 3; ++i)
-      adj_x[i] = jacobian[0][i] * adj_image.x + jacobian[1][i] * adj_image.y;
-  }
-  // Returns whether the camera sees the point; false also for a point that is not finite in front
-  // of a pinhole.
-  bool IsInFront(const double x[3]) const { return !pinhole || x[2] < eye_height; }
-};
-
-struct GrayImage;
 
 enum class CameraKind {
   kOrthographic,  // the projection of the published images, and the default
@@ -106,22 +62,12 @@ struct Camera {
 
   double focal_length() const { return 0.5 * height / std::tan(0.5 * field_of_view); }  // [px]
 
-  Projection projection() const {
-    const bool pinhole = kind == CameraKind::kPinhole;
-    return {pinhole,
-            cx,
-            cy,
-            scale,
-            eye_height,
-            focal_length(),
-            pinhole ? eye_x : 0.0,
-            pinhole ? eye_y : 0.0};
-  }
+  bool is_pinhole() const { return kind == CameraKind::kPinhole; }
 
   // Magnification of the plane at height z [px/m].
   template <typename T>
   T PixelsPerMetre(const T& z) const {
-    return projection().PixelsPerMetre(z);
+    return is_pinhole() ? T(focal_length()) / (T(eye_height) - z) : T(scale);
   }
   double pixels_per_metre() const { return PixelsPerMetre(0.0); }  // in the support plane
 
@@ -129,15 +75,41 @@ struct Camera {
   // dual number. A pinhole needs z < eye_height.
   template <typename T>
   void Project(const T x[3], T image[2]) const {
-    projection().Project(x, image);
+    const T s = PixelsPerMetre(x[2]);
+    const T parallax = PixelsPerMetre(T(0)) - s;
+    image[0] = T(cx) + s * x[0] + parallax * T(eye_x);
+    image[1] = T(cy) - s * x[1] - parallax * T(eye_y);
   }
+
+  // ∂image/∂x [px/m], shape [2, 3].
+  void Jacobian(const double x[3], double jacobian[2][3]) const {
+    const double s = PixelsPerMetre(x[2]);
+    const double ds_dz = is_pinhole() ? s / (eye_height - x[2]) : 0.0;
+    jacobian[0][0] = s;
+    jacobian[0][1] = 0.0;
+    jacobian[0][2] = ds_dz * (x[0] - eye_x);
+    jacobian[1][0] = 0.0;
+    jacobian[1][1] = -s;
+    jacobian[1][2] = -ds_dz * (x[1] - eye_y);
+  }
+
+  // adj_x = Jacobianᵀ·adj_image, shape [3].
+  void AdjProject(const double x[3], const Vec2& adj_image, double adj_x[3]) const {
+    double jacobian[2][3];
+    Jacobian(x, jacobian);
+    for (int i = 0; i < 3; ++i)
+      adj_x[i] = jacobian[0][i] * adj_image.x + jacobian[1][i] * adj_image.y;
+  }
+
+  // Returns whether the camera sees the point; false also for a point that is not finite in front
+  // of a pinhole.
+  bool IsInFront(const double x[3]) const { return !is_pinhole() || x[2] < eye_height; }
 
   // The point of the plane at height z [m] that is seen at an image point (column, row) [px].
   Eigen::Vector2d WorldFromImage(const Eigen::Vector2d& image, double z) const {
     const double s = PixelsPerMetre(z), parallax = pixels_per_metre() - s;
-    const bool pinhole = kind == CameraKind::kPinhole;
-    return {(image.x() - cx - (pinhole ? parallax * eye_x : 0.0)) / s,
-            (cy - image.y() - (pinhole ? parallax * eye_y : 0.0)) / s};
+    return {(image.x() - cx - (is_pinhole() ? parallax * eye_x : 0.0)) / s,
+            (cy - image.y() - (is_pinhole() ? parallax * eye_y : 0.0)) / s};
   }
 };
 
@@ -177,5 +149,111 @@ nlohmann::ordered_json PhotographJson(const PhotographNotes& notes);
 // Reads them from such a file; none if it is not of a photograph. Throws InputError for a file that
 // cannot be read and for a member of another form.
 std::optional<PhotographNotes> ReadPhotographNotes(const std::string& path);
+
+// Specimen and support as a user sets them: diameters [m].
+struct DiscsInput {
+  static constexpr double kNotGiven = std::numeric_limits<double>::quiet_NaN();
+
+  double specimen = kNotGiven;  // not given: what the files say that the drapes are from, or that
+  double support = kNotGiven;   // of the published drapes
+};
+
+template <MutableOrConst<DiscsInput> Input, class Visitor>
+void VisitFields(Input& input, Visitor&& visit) {
+  auto& [specimen, support] = input;
+  visit(specimen, Field{.key = "specimen",
+                        .doc = "diameter of the flat specimen; none: as the files of this drape "
+                               "say that drapefit made, or 0.30",
+                        .unit = "m",
+                        .least = 0.01,
+                        .most = 10});
+  visit(support, Field{.key = "support",
+                       .doc = "diameter of the support; none: as those files say, or 0.18",
+                       .unit = "m",
+                       .least = 0.005,
+                       .most = 10});
+}
+
+// What a file says of the discs of its drape: a PNG of WritePng, an OBJ of WriteObj, or a JSON file
+// with DiscsJson, as drape_photo and drape_fit write it. None in any other file, or where there is
+// no file.
+std::optional<DrapeDiscs> StoredDiscs(const std::string& file);
+
+// The discs of drapes in `files`, which may be of any kind. Throws InputError where a file
+// contradicts the user or another file, since drapes of different discs cannot be compared, and for
+// a support that is not smaller than the specimen.
+DrapeDiscs FindDiscs(const DiscsInput& input, const std::vector<std::string>& files = {});
+
+// As a user would set them.
+DiscsInput GivenDiscs(const DrapeDiscs& discs);
+
+// {"specimen_diameter_m", "support_diameter_m"}.
+nlohmann::ordered_json DiscsJson(const DrapeDiscs& discs);
+
+// A camera as a user sets it. What is not given follows from the image or, without an image, from
+// the published ones: 256 × 256 px at 719.5 px/m.
+struct CameraInput {
+  static constexpr double kNotGiven = std::numeric_limits<double>::quiet_NaN();
+
+  CameraKind kind = CameraKind::kOrthographic;
+  int width = 0, height = 0;          // [px]; 0: not given
+  double cx = kNotGiven;              // column and row of the support's centre [px]; not given: the
+  double cy = kNotGiven;              // image's centre
+  double scale = kNotGiven;           // orthographic only [px/m]
+  double image_width_mm = kNotGiven;  // width of the area seen in the support plane: another way to
+                                      // give the scale
+  std::string file;  // ReadCamera, in place of all others; "beside": camera.json in the folder of
+                     // an image
+
+  std::string FileFor(const std::string& image) const;  // its path; empty: none
+  bool gives_camera() const { return !file.empty(); }
+  bool gives_scale() const;
+  bool gives_centre() const;
+};
+
+template <MutableOrConst<CameraInput> Input, class Visitor>
+void VisitFields(Input& input, Visitor&& visit) {
+  auto& [kind, width, height, cx, cy, scale, image_width_mm, file] = input;
+  visit(kind, Field{.key = "camera",
+                    .doc = "projection of the camera; the published images are orthographic"});
+  const auto size = [](const char* key, const char* doc) {
+    return Field{.key = key, .doc = doc, .unit = "px", .least = 0, .most = 8192};
+  };
+  visit(width, size("camera_width", "width of the silhouette; 0: that of the image, or 256"));
+  visit(height, size("camera_height", "height of the silhouette; 0: that of the image, or 256"));
+  visit(cx, Field{.key = "camera_cx",
+                  .doc = "column of the support's centre; none: the centre of the image",
+                  .unit = "px"});
+  visit(cy, Field{.key = "camera_cy",
+                  .doc = "row of the support's centre; none: the centre of the image",
+                  .unit = "px"});
+  visit(scale, Field{.key = "camera_scale",
+                     .doc = "magnification in the support plane; none: 719.5, that of the "
+                            "published images of 256x256 px; an image of another size needs this "
+                            "or image_width_mm",
+                     .unit = "px/m",
+                     .least = 1,
+                     .most = 1e7});
+  visit(image_width_mm, Field{.key = "image_width_mm",
+                              .doc = "width of the area that the image shows in the support "
+                                     "plane, in place of camera_scale: lay a ruler on the support",
+                              .unit = "mm",
+                              .least = 1,
+                              .most = 1e5});
+  visit(file, Field{.key = "camera_file",
+                    .doc = "camera.json of drape_photo, in place of the other camera options; "
+                           "beside: the file of that name in the folder of each image",
+                    .is_path = true,
+                    .word = "beside"});
+}
+
+// The camera of a rendering; CameraAbove gives what is missing. Throws InputError.
+Camera MakeCamera(const CameraInput& input, const DrapeDiscs& discs);
+
+// The camera of an image, `where` being its path. Throws InputError (prefix `where`) also when the
+// image has another size than the given one, or another than that of CameraAbove (published images:
+// 256 × 256 px) and no scale.
+Camera MakeCamera(const CameraInput& input, const GrayImage& image, const DrapeDiscs& discs,
+                  const std::string& where);
 
 }  // namespace drape

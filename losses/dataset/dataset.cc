@@ -30,7 +30,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 std::optional<int> NumberIn(const std::smatch& match, int group) {

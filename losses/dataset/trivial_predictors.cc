@@ -16,7 +16,6 @@
 #include "physics/util/math/statistics.h"
 
 namespace drape {
-
 namespace {
 
 constexpr size_t kMaxPairs = 2000;

@@ -19,7 +19,6 @@
 #include "physics/util/errors.h"
 
 namespace drape {
-
 namespace {
 
 constexpr int kSupersample = 4;

@@ -10,7 +10,6 @@
 #include <vector>
 
 namespace drape {
-
 namespace {
 
 constexpr double kRayStep = 0.25;  // [px]
@@ -51,13 +50,50 @@ bool CollectMissing(Outline* outline) {
   return outline->missing.empty();
 }
 
+// Projects the hem [px], about the camera centre and y up. Returns false where a point is not
+// finite or not in front of the camera.
 bool ProjectHem(const std::vector<int>& hem, const Eigen::VectorXd& x, const Camera& camera,
                 std::vector<Vec2>* points) {
-  const Projection projection = camera.projection();
-  points->resize(hem.size());
-  for (size_t i = 0; i < hem.size(); ++i)
-    if (!ProjectHemPoint(projection, &x[3 * hem[i]], &(*points)[i])) return false;
+  points->clear();
+  for (const int vertex : hem) {
+    const double* place = &x[3 * vertex];
+    double image[2];
+    camera.Project(place, image);
+    const Vec2 point{image[0] - camera.cx, camera.cy - image[1]};
+    if (!(camera.IsInFront(place) && std::isfinite(point.x) && std::isfinite(point.y) &&
+          std::isfinite(place[2])))
+      return false;
+    points->push_back(point);
+  }
   return true;
+}
+
+// The outermost crossing of a ray so far.
+struct RayCrossing {
+  int segment = -1;  // of the hem, from its point `segment` to the next one; -1: none
+  double t = 0;      // position on it
+  double radius = 0;
+};
+
+// Records the segment a→b of the hem if it is the outermost crossing so far. A vertex lies on the
+// same side of a ray in both of its segments (half-open rule), so that no ray passes between two
+// segments.
+void CrossRay(const Vec2& ray, const Vec2& a, const Vec2& b, int segment, RayCrossing* outermost) {
+  const double side_a = Cross(ray, a), side_b = Cross(ray, b);
+  if ((side_a > 0) == (side_b > 0)) return;
+  const double t = side_a / (side_a - side_b);
+  const double radius = Dot(ray, a + t * (b - a));
+  if (radius > outermost->radius) *outermost = {segment, t, radius};
+}
+
+// ∂r of the crossing at a + t(b − a), with edge = b − a [MODEL, M47]: the normal of the segment
+// over its component along the ray, distributed to the ends at x_a and x_b [m].
+void RadiusByEnds(const Camera& camera, const Vec2& ray, const Vec2& edge, double t,
+                  const double* x_a, const double* x_b, double d_radius[6]) {
+  const double across = Cross(ray, edge);
+  const Vec2 by_image{edge.y / across, edge.x / across};  // rows of the image run down
+  camera.AdjProject(x_a, (1 - t) * by_image, d_radius);
+  camera.AdjProject(x_b, t * by_image, d_radius + 3);
 }
 
 // The range of angle indices (not wrapped) of the rays that the segment a→b may cross, wider by one
@@ -168,9 +204,8 @@ bool OutlineFromMesh(const Mesh& mesh, const Eigen::VectorXd& x, const Camera& c
     outline->radius[k] = crossing.radius;
     hit.vertex[0] = hem[crossing.segment];
     hit.vertex[1] = hem[next];
-    RadiusByEnds(camera.projection(), RayDirection(k, num_angles),
-                 points[next] - points[crossing.segment], crossing.t, &x[3 * hit.vertex[0]],
-                 &x[3 * hit.vertex[1]], hit.d_radius);
+    RadiusByEnds(camera, RayDirection(k, num_angles), points[next] - points[crossing.segment],
+                 crossing.t, &x[3 * hit.vertex[0]], &x[3 * hit.vertex[1]], hit.d_radius);
   }
   return CollectMissing(outline);
 }

@@ -24,7 +24,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 struct PhotoMarks {

@@ -9,7 +9,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 constexpr double kPlaceStep = 0.1;  // [px] between the places that are tried

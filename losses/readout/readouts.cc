@@ -24,13 +24,12 @@ const T& Of(const std::vector<T>& each, std::size_t i) {
 
 ReadoutJacobian CoverageJacobian(const SoftSilhouette& silhouette, const Eigen::VectorXd& x,
                                  const Camera& camera) {
-  const Projection projection = camera.projection();
   std::vector<Eigen::Triplet<double>> entries;
   for (const RampPixel& ramp : silhouette.ramp)
     for (int k = 0; k < ramp.num_vertices; ++k) {
       const int dof = 3 * ramp.vertex[k];
       double by_x[3];
-      projection.AdjProject(&x[dof], {ramp.d_image[k].x(), ramp.d_image[k].y()}, by_x);
+      camera.AdjProject(&x[dof], {ramp.d_image[k].x(), ramp.d_image[k].y()}, by_x);
       for (int d = 0; d < 3; ++d) entries.emplace_back(ramp.pixel, dof + d, by_x[d]);
     }
   ReadoutJacobian jacobian(silhouette.coverage.size(), x.size());

@@ -40,6 +40,13 @@ struct ClothModel {
   Eigen::VectorXd LumpedMass(double density) const;
 };
 
+// Calls stretch(law) and bend(law) for the laws of the elements that the scene has.
+template <class Stretch, class Bend>
+void VisitLaws(const ClothModel& model, const Stretch& stretch, const Bend& bend) {
+  if (model.scene.stretch) std::visit(stretch, model.law.stretch);
+  if (model.scene.bend) std::visit(bend, model.law.bend);
+}
+
 // Whether the hem and the support have those radii, to 2 %: a mesh may have a coarse hem.
 bool HasDiscs(const ClothModel& model, const DrapeDiscs& discs);
 // Throws InputError that names `mesh` where it has not.

@@ -16,11 +16,6 @@
 namespace drape {
 namespace {
 
-bool Boolean(const JsonInput& input) {
-  if (!input.value().is_boolean()) input.Fail("true or false");
-  return input.value().get<bool>();
-}
-
 // Far more than any cloth has, and far less than what overflows.
 constexpr double kMaxLength = 100.0;   // [m]
 constexpr double kMaxGravity = 1e4;    // [m/s²]
@@ -180,7 +175,7 @@ Contact ReadContact(const JsonInput& input, const std::string& folder) {
   constexpr double kMostThickness = 0.1;  // [m], also of the range
   input.ExpectKeys({"thickness", "range", "stiffness", "obstacles", "self"});
   Contact contact;
-  if (input.Has("self")) contact.self = Boolean(input.At("self"));
+  if (input.Has("self")) contact.self = input.At("self").Boolean();
   if (input.Has("thickness"))
     contact.thickness = input.At("thickness").NumberWithin(0.0, kMostThickness);
   if (input.Has("range")) contact.range = Positive(input.At("range"), kMostThickness);
@@ -198,8 +193,8 @@ Scene ReadScene(const std::string& path) {
   const JsonInput input(document, path);
   input.ExpectKeys({"stretch", "bend", "gravity", "handles", "load", "contact"});
   Scene scene;
-  if (input.Has("stretch")) scene.stretch = Boolean(input.At("stretch"));
-  if (input.Has("bend")) scene.bend = Boolean(input.At("bend"));
+  if (input.Has("stretch")) scene.stretch = input.At("stretch").Boolean();
+  if (input.Has("bend")) scene.bend = input.At("bend").Boolean();
   if (input.Has("gravity")) scene.gravity = Vector(input.At("gravity"), kMaxGravity);
   if (input.Has("handles")) scene.handles = ReadHandles(input.At("handles"));
   if (input.Has("load")) scene.load = ReadLoad(input.At("load"));

@@ -15,7 +15,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 Eigen::VectorXd ReadTriples(const JsonInput& input, int num_vertices) {

@@ -15,7 +15,6 @@
 #include <utility>
 
 namespace drape {
-
 namespace {
 
 // The largest share of all work in a subtree that is one task: enough tasks for the threads of a
@@ -283,19 +282,6 @@ void SupernodalFactor::PlaceTasks() {
 
 std::size_t SupernodalFactor::num_numbers() const {
   return static_cast<std::size_t>(pattern_.first_number.back());
-}
-
-int SupernodalFactor::FindPlace(int row, int column) const {
-  const SupernodalPattern& p = pattern_;
-  const int s =
-      static_cast<int>(std::upper_bound(p.first_column.begin(), p.first_column.end(), column) -
-                       p.first_column.begin()) -
-      1;
-  const auto begin = p.row.begin() + p.first_row[s], end = p.row.begin() + p.first_row[s + 1];
-  const auto found = std::lower_bound(begin, end, row);
-  CHECK(found != end && *found == row);
-  return p.first_number[s] + (column - p.first_column[s]) * static_cast<int>(end - begin) +
-         static_cast<int>(found - begin);
 }
 
 UpdateMatrix SupernodalFactor::GetUpdateMatrix(const Front& front, int s) const {

@@ -92,8 +92,6 @@ class SupernodalFactor {
 
   // The size of `number` below.
   std::size_t num_numbers() const;
-  // The index of the number of L in a row and a column, which the pattern must contain.
-  int FindPlace(int row, int column) const;
   double flops() const { return plan_.flops; }  // of a factorisation
 
   // Factors A, whose numbers are read at lower.source of `a`, into the lower triangles of `number`.

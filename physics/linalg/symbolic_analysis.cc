@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "physics/linalg/symbolic_analysis.h"
 
+#include <cholmod.h>
 #include <glog/logging.h>
 
 #include <algorithm>
@@ -14,8 +15,90 @@
 #include <utility>
 
 namespace drape {
-
 namespace {
+
+// A graph that CHOLMOD orders and analyses, with CHOLMOD's workspace. All throw std::bad_alloc.
+class CholmodGraph {
+ public:
+  // The graph of the vertices of a pattern.
+  explicit CholmodGraph(const BlockPattern& pattern) {
+    const int n = pattern.num_vertices();
+    Start(n, pattern.num_blocks());
+    int* start = static_cast<int*>(graph_->p);
+    int* row = static_cast<int*>(graph_->i);
+    int count = 0;
+    for (int j = 0; j < n; ++j) {
+      start[j] = count;
+      for (int b = pattern.row_start[j]; b < pattern.row_start[j + 1]; ++b)
+        if (pattern.column[b] >= j) row[count++] = pattern.column[b];
+    }
+    start[n] = count;
+  }
+
+  // The graph of the lower triangle of a matrix.
+  explicit CholmodGraph(const LowerTriangle& lower) {
+    Start(lower.column_start.size() - 1, lower.row.size());
+    std::copy(lower.column_start.begin(), lower.column_start.end(), static_cast<int*>(graph_->p));
+    std::copy(lower.row.begin(), lower.row.end(), static_cast<int*>(graph_->i));
+  }
+
+  CholmodGraph(const CholmodGraph&) = delete;
+  CholmodGraph& operator=(const CholmodGraph&) = delete;
+
+  ~CholmodGraph() {
+    cholmod_free_factor(&factor_, &common_);
+    cholmod_free_sparse(&graph_, &common_);
+    cholmod_finish(&common_);
+  }
+
+  // Nested dissection by METIS [George 1973].
+  std::vector<int> Dissect() {
+    std::vector<int> order(graph_->nrow);
+    const std::lock_guard guard(MetisLock());
+    Require(cholmod_metis(graph_, nullptr, 0, 1, order.data(), &common_) != 0);
+    return order;
+  }
+
+  // Analyses a supernodal factorisation in the order given, which is brought into a postorder of
+  // the elimination tree, or in the order of the numbers (null). The result is the graph's. Throws
+  // std::runtime_error where the factor has more than 2³¹ numbers.
+  const cholmod_factor& Analyse(std::vector<int>* order) {
+    common_.method[0].ordering = order == nullptr ? CHOLMOD_NATURAL : CHOLMOD_GIVEN;
+    common_.postorder = order != nullptr;
+    cholmod_free_factor(&factor_, &common_);
+    factor_ =
+        cholmod_analyze_p(graph_, order == nullptr ? nullptr : order->data(), nullptr, 0, &common_);
+    Require(factor_ != nullptr);
+    if (order != nullptr)
+      std::copy_n(static_cast<const int*>(factor_->Perm), order->size(), order->begin());
+    return *factor_;
+  }
+
+  // Operations of a factorisation, after an analysis.
+  double operations() const { return common_.fl; }
+
+ private:
+  void Start(std::size_t nodes, std::size_t numbers) {
+    CHECK(cholmod_start(&common_));
+    common_.supernodal = CHOLMOD_SUPERNODAL;
+    common_.print = 0;
+    common_.nmethods = 1;
+    graph_ = cholmod_allocate_sparse(nodes, nodes, numbers, 1, 1, -1, CHOLMOD_PATTERN, &common_);
+    Require(graph_ != nullptr);
+  }
+
+  // A mesh can be too large for CHOLMOD, or for the memory.
+  void Require(bool succeeded) const {
+    if (succeeded) return;
+    if (common_.status == CHOLMOD_TOO_LARGE)
+      throw std::runtime_error("the mesh is too large: its factor has more than 2^31 numbers");
+    throw std::bad_alloc();
+  }
+
+  cholmod_common common_{};
+  cholmod_sparse* graph_ = nullptr;
+  cholmod_factor* factor_ = nullptr;
+};
 
 // An adapted order may cost this multiple of the operations of a new dissection.
 constexpr double kMostOperations = 1.25;
@@ -75,7 +158,7 @@ std::map<int, int> CoverConflicts(const std::vector<Conflict>& conflicts) {
 
 EliminationOrder Postordered(const BlockPattern& pattern, std::vector<int> vertex) {
   CholmodGraph graph(pattern);
-  graph.AnalysePostordered(vertex);
+  graph.Analyse(&vertex);
   return {std::move(vertex), graph.operations(), graph.operations()};
 }
 
@@ -156,73 +239,6 @@ LowerTriangle MakeLowerTriangle(const BlockPattern& p, const std::vector<int>& o
 }
 
 }  // namespace
-
-CholmodGraph::CholmodGraph(const BlockPattern& pattern) {
-  const int n = pattern.num_vertices();
-  Start(n, pattern.num_blocks());
-  int* start = static_cast<int*>(graph_->p);
-  int* row = static_cast<int*>(graph_->i);
-  int count = 0;
-  for (int j = 0; j < n; ++j) {
-    start[j] = count;
-    for (int b = pattern.row_start[j]; b < pattern.row_start[j + 1]; ++b)
-      if (pattern.column[b] >= j) row[count++] = pattern.column[b];
-  }
-  start[n] = count;
-}
-
-CholmodGraph::CholmodGraph(const std::vector<int>& column_start, const std::vector<int>& row) {
-  Start(column_start.size() - 1, row.size());
-  std::copy(column_start.begin(), column_start.end(), static_cast<int*>(graph_->p));
-  std::copy(row.begin(), row.end(), static_cast<int*>(graph_->i));
-}
-
-CholmodGraph::~CholmodGraph() {
-  cholmod_free_factor(&factor_, &common_);
-  cholmod_free_sparse(&graph_, &common_);
-  cholmod_finish(&common_);
-}
-
-void CholmodGraph::Start(std::size_t nodes, std::size_t numbers) {
-  CHECK(cholmod_start(&common_));
-  common_.supernodal = CHOLMOD_SUPERNODAL;
-  common_.print = 0;
-  common_.nmethods = 1;
-  graph_ = cholmod_allocate_sparse(nodes, nodes, numbers, 1, 1, -1, CHOLMOD_PATTERN, &common_);
-  Require(graph_ != nullptr);
-}
-
-std::vector<int> CholmodGraph::Dissect() {
-  std::vector<int> order(graph_->nrow);
-  const std::lock_guard guard(MetisLock());
-  Require(cholmod_metis(graph_, nullptr, 0, 1, order.data(), &common_) != 0);
-  return order;
-}
-
-const cholmod_factor& CholmodGraph::AnalysePostordered(std::vector<int>& order) {
-  const cholmod_factor& factor = Analyse(CHOLMOD_GIVEN, order.data());
-  std::copy_n(static_cast<const int*>(factor.Perm), order.size(), order.begin());
-  return factor;
-}
-
-const cholmod_factor& CholmodGraph::AnalyseAsIs() { return Analyse(CHOLMOD_NATURAL, nullptr); }
-
-const cholmod_factor& CholmodGraph::Analyse(int ordering, int* order) {
-  common_.method[0].ordering = ordering;
-  common_.postorder = ordering != CHOLMOD_NATURAL;
-  cholmod_free_factor(&factor_, &common_);
-  factor_ = cholmod_analyze_p(graph_, order, nullptr, 0, &common_);
-  Require(factor_ != nullptr);
-  return *factor_;
-}
-
-// What a mesh can be too large for, or the memory.
-void CholmodGraph::Require(bool succeeded) const {
-  if (succeeded) return;
-  if (common_.status == CHOLMOD_TOO_LARGE)
-    throw std::runtime_error("the mesh is too large: its factor has more than 2^31 numbers");
-  throw std::bad_alloc();
-}
 
 EliminationOrder DissectVertices(const BlockPattern& pattern) {
   return Postordered(pattern, CholmodGraph(pattern).Dissect());
@@ -311,8 +327,8 @@ std::vector<std::ptrdiff_t> PlacePassed(const FactorPlan& plan,
 
 SymbolicAnalysis AnalyseSymbolically(const BlockPattern& pattern, const std::vector<int>& order) {
   LowerTriangle lower = MakeLowerTriangle(pattern, order);
-  CholmodGraph graph(lower.column_start, lower.row);
-  const cholmod_factor& factor = graph.AnalyseAsIs();
+  CholmodGraph graph(lower);
+  const cholmod_factor& factor = graph.Analyse(nullptr);
   const auto ints = [](const void* p, std::size_t count) {
     return std::vector<int>(static_cast<const int*>(p), static_cast<const int*>(p) + count);
   };

@@ -24,7 +24,6 @@
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 using nlohmann::json;
@@ -129,26 +128,21 @@ class EntryReader {
     value.Fail("\"mechanical\" or \"arcsim\"");
   }
 
-  void ReadStretch(const char* key, double factor) {
-    const double most = kMaxMembraneStiffness / kMembranePerEntry * factor;
-    const JsonInput rows = input_.At(key).ExpectArray(kStretchRows);
-    for (int row = 0; row < kStretchRows; ++row) {
-      const JsonInput values = rows.At(row).ExpectArray(kStretchCols);
-      for (int col = 0; col < kStretchCols; ++col) {
-        material_.field.stretch[0].c[row][col] = Entry(values.At(col), most) / factor;
-      }
+  // Reads a table whose values in the file are its entries times `factor`.
+  template <int Rows, int Cols>
+  void ReadTable(const char* key, double most, double factor, double (&table)[Rows][Cols]) {
+    const JsonInput rows = input_.At(key).ExpectArray(Rows);
+    for (int row = 0; row < Rows; ++row) {
+      const JsonInput values = rows.At(row).ExpectArray(Cols);
+      for (int col = 0; col < Cols; ++col)
+        table[row][col] = Entry(values.At(col), most * factor) / factor;
     }
   }
-
+  void ReadStretch(const char* key, double factor) {
+    ReadTable(key, kMaxMembraneStiffness / kMembranePerEntry, factor, material_.field.stretch[0].c);
+  }
   void ReadBend(const char* key, double factor) {
-    const double most = kMaxRigidity * kBendPerRigidity * factor;
-    const JsonInput rows = input_.At(key).ExpectArray(kBendRows);
-    for (int row = 0; row < kBendRows; ++row) {
-      const JsonInput values = rows.At(row).ExpectArray(kBendCols);
-      for (int col = 0; col < kBendCols; ++col) {
-        material_.field.bend[0].b[row][col] = Entry(values.At(col), most) / factor;
-      }
-    }
+    ReadTable(key, kMaxRigidity * kBendPerRigidity, factor, material_.field.bend[0].b);
   }
 
   double Entry(const JsonInput& value, double most) {
@@ -329,9 +323,7 @@ std::vector<std::pair<int, std::string>> ReadLines(const std::string& path) {
 std::size_t FindColumn(const CsvRow& names, const std::string& name, const std::string& path) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-  std::string list;
-  for (const std::string& each : names) list += (list.empty() ? "" : ", ") + each;
-  throw InputError(path + ":1", "column '" + name + "' is missing, found: " + list);
+  throw InputError(path + ":1", "column '" + name + "' is missing, found: " + Joined(names));
 }
 
 void RequireColumns(const CsvRow& names, const std::string& path) {

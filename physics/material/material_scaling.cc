@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace drape {
-
 namespace {
 
 // Replaces `count` entries with a stride. The mean of equal entries is that entry bit for bit, so

@@ -13,7 +13,6 @@
 #include "physics/util/errors.h"
 
 namespace drape {
-
 namespace {
 
 // Adds the triangles between an even row (n + 1 vertices from `even` on) and an odd row (n + 2
@@ -44,18 +43,20 @@ T ParseNumber(std::string_view text, const std::string& spec, const std::string&
   return value;
 }
 
+// Takes the part before the first separator off a text.
+std::string_view NextPart(std::string_view& rest, char separator) {
+  const std::string_view part = rest.substr(0, rest.find(separator));
+  rest.remove_prefix(std::min(part.size() + 1, rest.size()));
+  return part;
+}
+
 DiscOptions ParseDisc(const std::string& spec, const DrapeDiscs& discs) {
   std::string_view rest = std::string_view(spec).substr(kDiscPrefix.size());
-  const auto next_part = [&rest] {
-    const std::string_view part = rest.substr(0, rest.find(','));
-    rest.remove_prefix(std::min(part.size() + 1, rest.size()));
-    return part;
-  };
   DiscOptions options{.radius = discs.specimen, .support_radius = discs.support};
   options.target_vertices =
-      ParseNumber<int>(next_part(), spec, "a whole number of vertices as in disc:1200");
+      ParseNumber<int>(NextPart(rest, ','), spec, "a whole number of vertices as in disc:1200");
   while (!rest.empty()) {
-    const std::string_view part = next_part();
+    const std::string_view part = NextPart(rest, ',');
     const size_t equals = part.find('=');
     const std::string_view key = part.substr(0, equals);
     if (equals == std::string_view::npos || (key != "radius" && key != "support")) {
@@ -74,13 +75,8 @@ Mesh ParseStrip(const std::string& spec) {
       "strip:LENGTHxWIDTHxALONG in metres and edges, as in "
       "strip:0.2x0.025x80";
   std::string_view rest = std::string_view(spec).substr(kStripPrefix.size());
-  const auto next_part = [&rest] {
-    const std::string_view part = rest.substr(0, rest.find('x'));
-    rest.remove_prefix(std::min(part.size() + 1, rest.size()));
-    return part;
-  };
-  const double length = ParseNumber<double>(next_part(), spec, expected);
-  const double width = ParseNumber<double>(next_part(), spec, expected);
+  const double length = ParseNumber<double>(NextPart(rest, 'x'), spec, expected);
+  const double width = ParseNumber<double>(NextPart(rest, 'x'), spec, expected);
   const int along = ParseNumber<int>(rest, spec, expected);
   const auto in_range = [](double metres) { return metres >= 1e-4 && metres < 10.0; };
   if (!in_range(length) || !in_range(width))

@@ -12,7 +12,6 @@
 #include "physics/material/material_scaling.h"
 
 namespace drape {
-
 namespace {
 
 class CpuBackend final : public Backend {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "losses/camera/camera.h"
-#include "losses/camera/camera_input.h"
 #include "losses/dataset/dataset.h"
 #include "losses/image/image.h"
 #include "losses/outline/measured_image.h"

@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "losses/camera/camera_input.h"
+#include "losses/camera/camera.h"
 #include "losses/metrics/laboratory_drape.h"
 #include "losses/metrics/metrics.h"
+#include "losses/outline/measured_image.h"
 #include "losses/outline/outline.h"
-#include "losses/outline/overlay.h"
 #include "losses/silhouette/silhouette.h"
 #include "physics/cloth/assembly/step_solver.h"
 #include "physics/cloth/state.h"

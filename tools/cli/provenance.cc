@@ -27,7 +27,6 @@
 #include "physics/util/json_input.h"
 #include "physics/util/math/sha256.h"
 #include "physics/util/stored/build.h"
-#include "physics/util/stored/machine.h"
 #include "physics/util/text_format.h"
 #include "tools/cli/option_text.h"
 

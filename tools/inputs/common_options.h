@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/camera_input.h"
+#include "losses/camera/camera.h"
 #include "physics/material/laws/law_kind.h"
 #include "solver/prediction/generative/generative_prediction.h"
 #include "solver/studies/cells/share.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/camera_input.h"
+#include "losses/camera/camera.h"
 #include "physics/cloth/cloth_model.h"
 #include "physics/cloth/state.h"
 #include "solver/prediction/fabric_source.h"

@@ -13,7 +13,6 @@
 #include "physics/util/errors.h"
 
 namespace drape {
-
 namespace {
 
 struct Used {

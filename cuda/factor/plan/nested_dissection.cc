@@ -14,7 +14,6 @@
 #include "physics/linalg/symbolic_analysis.h"
 
 namespace drape {
-
 namespace {
 
 constexpr int kDirections = 16;

@@ -6,10 +6,9 @@
 #include "cuda/kernels/reduce.cuh"
 #include "cuda/kernels/statics/statics_kernels.h"
 
-// Vectors of the solves with a slightly unsymmetric stiffness (physics/linalg/cgw_recurrence.h).
+// Vectors of the solves with a slightly unsymmetric stiffness (CgwRecurrence).
 
 namespace drape {
-
 namespace {
 
 __global__ void __launch_bounds__(kElementThreads)

@@ -9,14 +9,12 @@
 #include <utility>
 #include <vector>
 
-#include "physics/cloth/assembly/element_blocks.h"
 #include "physics/cloth/contact/step_limit.h"
 #include "physics/mesh/self_intersection.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"
 
 namespace drape {
-
 namespace {
 
 using Vertices = std::vector<int>::iterator;
@@ -148,18 +146,14 @@ void AddBendStep(const Law& law, const ClothModel& model, const MaterialField& m
 void AddElements(const ClothModel& model, const MaterialField& material, const Eigen::VectorXd& x,
                  double h, Eigen::VectorXd& force, BlockMatrix* A, const AssemblyParts& parts) {
   ForEachPart(parts, [&](const AssemblyPart* part) {
-    if (model.scene.stretch)
-      std::visit(
-          [&](const auto& law) {
-            AddStretchStep(law, model, material, x.data(), h, force.data(), A, part);
-          },
-          model.law.stretch);
-    if (model.scene.bend)
-      std::visit(
-          [&](const auto& law) {
-            AddBendStep(law, model, material, x.data(), h, force.data(), A, part);
-          },
-          model.law.bend);
+    VisitLaws(
+        model,
+        [&](const auto& law) {
+          AddStretchStep(law, model, material, x.data(), h, force.data(), A, part);
+        },
+        [&](const auto& law) {
+          AddBendStep(law, model, material, x.data(), h, force.data(), A, part);
+        });
   });
 }
 
@@ -189,6 +183,19 @@ void AddBendDerivative(const Law& law, const ClothModel& model, const MaterialFi
     AddHingeBlocks(Q, &model.pattern.hinge_block[16 * e], out, corners);
   };
   ForEachElement(part, &AssemblyPart::hinges, model.mesh.num_hinges(), add);
+}
+
+// The stress of each face, stress_of(law, face).
+template <class StressOf>
+StressField FaceStresses(const ClothModel& model, const StressOf& stress_of) {
+  if (!model.scene.stretch) return {};
+  StressField stress(model.mesh.num_faces());
+  std::visit(
+      [&](const auto& law) {
+        for (int f = 0; f < model.mesh.num_faces(); ++f) stress[f] = stress_of(law, f);
+      },
+      model.law.stretch);
+  return stress;
 }
 
 // Calls visit(pairs) with the active pairs at x in a scene that has self-contact. They are found by
@@ -259,18 +266,14 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
                             const AssemblyParts& parts) {
   derivative.SetZero();
   ForEachPart(parts, [&](const AssemblyPart* part) {
-    if (model.scene.stretch)
-      std::visit(
-          [&](const auto& law) {
-            AddStretchDerivative(law, model, material, x.data(), w.data(), h, derivative, part);
-          },
-          model.law.stretch);
-    if (model.scene.bend)
-      std::visit(
-          [&](const auto& law) {
-            AddBendDerivative(law, model, material, x.data(), w.data(), h, derivative, part);
-          },
-          model.law.bend);
+    VisitLaws(
+        model,
+        [&](const auto& law) {
+          AddStretchDerivative(law, model, material, x.data(), w.data(), h, derivative, part);
+        },
+        [&](const auto& law) {
+          AddBendDerivative(law, model, material, x.data(), w.data(), h, derivative, part);
+        });
   });
   for (int i : model.held)
     derivative.AddScaledIdentity(model.pattern.diagonal[i], -h * model.scene.handles->stiffness);
@@ -284,34 +287,20 @@ void AssembleStepDerivative(const ClothModel& model, const MaterialField& materi
 
 StressField MembraneStress(const ClothModel& model, const MaterialField& material,
                            const Eigen::VectorXd& x) {
-  if (!model.scene.stretch) return {};
-  StressField stress(model.mesh.num_faces());
-  std::visit(
-      [&](const auto& law) {
-        for (int f = 0; f < model.mesh.num_faces(); ++f) {
-          const GreenStrain<double> G = Green(GatherColumns(model.mesh.faces[f], x.data()));
-          stress[f] = Stress(EvaluateStretch(law, G, material.stretch_of(f)), G);
-        }
-      },
-      model.law.stretch);
-  return stress;
+  return FaceStresses(model, [&](const auto& law, int f) {
+    const GreenStrain<double> G = Green(GatherColumns(model.mesh.faces[f], x.data()));
+    return Stress(EvaluateStretch(law, G, material.stretch_of(f)), G);
+  });
 }
 
 StressField ExtrapolatedMembraneStress(const ClothModel& model, const MaterialField& material,
                                        const Eigen::VectorXd& x, const Eigen::VectorXd& dx) {
-  if (!model.scene.stretch) return {};
-  StressField stress(model.mesh.num_faces());
-  std::visit(
-      [&](const auto& law) {
-        for (int f = 0; f < model.mesh.num_faces(); ++f) {
-          const Face& face = model.mesh.faces[f];
-          const Columns F = GatherColumns(face, x.data());
-          stress[f] = ExtrapolatedStress(law, Green(F), material.stretch_of(f),
-                                         StrainRate(F, GatherColumns(face, dx.data())));
-        }
-      },
-      model.law.stretch);
-  return stress;
+  return FaceStresses(model, [&](const auto& law, int f) {
+    const Face& face = model.mesh.faces[f];
+    const Columns F = GatherColumns(face, x.data());
+    return ExtrapolatedStress(law, Green(F), material.stretch_of(f),
+                              StrainRate(F, GatherColumns(face, dx.data())));
+  });
 }
 
 void AddGeometricStiffness(const ClothModel& model, const StressField& stress, BlockMatrix& K) {
@@ -344,27 +333,23 @@ double Energy(const ClothModel& model, const MaterialField& material, const Eige
     Eigen::VectorXd force = Eigen::VectorXd::Zero(x.size());
     energy += AddPairForces(pairs, force);
   });
-  if (model.scene.stretch)
-    std::visit(
-        [&](const auto& law) {
-          for (int f = 0; f < model.mesh.num_faces(); ++f) {
-            const Face& face = model.mesh.faces[f];
-            energy +=
-                face.area * StretchEnergy(EvaluateStretch(law, Green(GatherColumns(face, x.data())),
-                                                          material.stretch_of(f)));
-          }
-        },
-        model.law.stretch);
-  if (model.scene.bend)
-    std::visit(
-        [&](const auto& law) {
-          for (int e = 0; e < model.mesh.num_hinges(); ++e) {
-            const Hinge& hinge = model.mesh.hinges[e];
-            energy += BendEnergy(law, hinge, material.bend_of(e),
-                                 DihedralAngle(GatherCorners(hinge, x.data())));
-          }
-        },
-        model.law.bend);
+  VisitLaws(
+      model,
+      [&](const auto& law) {
+        for (int f = 0; f < model.mesh.num_faces(); ++f) {
+          const Face& face = model.mesh.faces[f];
+          energy +=
+              face.area * StretchEnergy(EvaluateStretch(law, Green(GatherColumns(face, x.data())),
+                                                        material.stretch_of(f)));
+        }
+      },
+      [&](const auto& law) {
+        for (int e = 0; e < model.mesh.num_hinges(); ++e) {
+          const Hinge& hinge = model.mesh.hinges[e];
+          energy += BendEnergy(law, hinge, material.bend_of(e),
+                               DihedralAngle(GatherCorners(hinge, x.data())));
+        }
+      });
   return energy;
 }
 
@@ -390,8 +375,7 @@ Eigen::VectorXd EnergyByEntry(const ClothModel& model, const Eigen::VectorXd& x)
       }
     }
   };
-  if (model.scene.stretch) std::visit(add_stretch, model.law.stretch);
-  if (model.scene.bend) std::visit(add_bend, model.law.bend);
+  VisitLaws(model, add_stretch, add_bend);
   return energy;
 }
 

@@ -12,7 +12,6 @@
 #include "physics/util/math/simd.h"
 
 namespace drape {
-
 namespace {
 
 template <class Law>
@@ -168,18 +167,14 @@ void AddMaterialColumns(const ClothModel& model, const MaterialField& material,
                         const MaterialField& weight, const Eigen::VectorXd& x,
                         const Eigen::VectorXd& w, double h, RowMatrix& columns) {
   CHECK_GE(columns.cols(), kMaterialEntries);
-  if (model.scene.stretch)
-    std::visit(
-        [&](const auto& law) {
-          AddStretchColumns(law, model, material, weight, x.data(), w.data(), h, columns);
-        },
-        model.law.stretch);
-  if (model.scene.bend)
-    std::visit(
-        [&](const auto& law) {
-          AddBendColumns(law, model, material, weight, x.data(), w.data(), h, columns);
-        },
-        model.law.bend);
+  VisitLaws(
+      model,
+      [&](const auto& law) {
+        AddStretchColumns(law, model, material, weight, x.data(), w.data(), h, columns);
+      },
+      [&](const auto& law) {
+        AddBendColumns(law, model, material, weight, x.data(), w.data(), h, columns);
+      });
 }
 
 MaterialGradient MaterialGradient::Zero(const MaterialField& like, int m) {
@@ -201,18 +196,14 @@ void AddMaterialGradient(const ClothModel& model, const MaterialField& material,
                          const RowMatrix& lambda, MaterialGradient& gradient) {
   CHECK_EQ(lambda.rows(), model.num_dofs());
   CHECK_EQ(gradient.stretch.cols(), lambda.cols());
-  if (model.scene.stretch)
-    std::visit(
-        [&](const auto& law) {
-          AddStretchGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.stretch);
-        },
-        model.law.stretch);
-  if (model.scene.bend)
-    std::visit(
-        [&](const auto& law) {
-          AddBendGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.bend);
-        },
-        model.law.bend);
+  VisitLaws(
+      model,
+      [&](const auto& law) {
+        AddStretchGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.stretch);
+      },
+      [&](const auto& law) {
+        AddBendGradient(law, model, material, x.data(), w.data(), h, lambda, gradient.bend);
+      });
 }
 
 StepSolver::StepSolver(const std::shared_ptr<const ClothModel>& model)
@@ -293,20 +284,16 @@ void AdjStep(const ClothModel& model, const MaterialField& material, const Eigen
   CHECK_EQ(lambda.size(), model.num_dofs());
   CHECK_EQ(adj_x.size(), model.num_dofs());
   CHECK_EQ(gradient.stretch.cols(), 1);
-  if (model.scene.stretch)
-    std::visit(
-        [&](const auto& law) {
-          AdjStretch(law, model, material, x.data(), w.data(), h, lambda.data(), adj_x.data(),
-                     gradient.stretch.data());
-        },
-        model.law.stretch);
-  if (model.scene.bend)
-    std::visit(
-        [&](const auto& law) {
-          AdjBend(law, model, material, x.data(), w.data(), h, lambda.data(), adj_x.data(),
-                  gradient.bend.data());
-        },
-        model.law.bend);
+  VisitLaws(
+      model,
+      [&](const auto& law) {
+        AdjStretch(law, model, material, x.data(), w.data(), h, lambda.data(), adj_x.data(),
+                   gradient.stretch.data());
+      },
+      [&](const auto& law) {
+        AdjBend(law, model, material, x.data(), w.data(), h, lambda.data(), adj_x.data(),
+                gradient.bend.data());
+      });
   for (int i : model.held)
     adj_x.middleRows<3>(3 * i) -= h * model.scene.handles->stiffness * lambda.middleRows<3>(3 * i);
   if (model.scene.contact)

@@ -14,12 +14,11 @@
 #include <utility>
 #include <vector>
 
-#include "physics/linalg/cgw_recurrence.h"
+#include "physics/linalg/linear_solver.h"
 #include "physics/simulation/statics/newton_control.h"
 #include "physics/util/math/random.h"
 
 namespace drape {
-
 namespace {
 
 // ½(K + Kᵀ) of a stiffness given as −K.

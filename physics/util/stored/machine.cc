@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "physics/util/stored/machine.h"
-
 #include <unistd.h>
 
 #include <fstream>
+
+#include "physics/util/stored/build.h"
 
 namespace drape {
 

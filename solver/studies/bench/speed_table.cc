@@ -12,7 +12,7 @@
 #include "physics/util/child_process.h"
 #include "physics/util/errors.h"
 #include "physics/util/json_input.h"
-#include "physics/util/stored/machine.h"
+#include "physics/util/stored/build.h"
 #include "solver/studies/bench/cases/run_times.h"
 
 namespace drape {

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "physics/cloth/assembly/assembly.h"
-#include "physics/cloth/assembly/element_blocks.h"
 #include "physics/linalg/linear_solver.h"
 #include "physics/simulation/rollout.h"
 

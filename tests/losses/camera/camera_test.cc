@@ -108,7 +108,7 @@ TEST(Camera, JacobianAgreesWithDualNumbers) {
     Jet image[2];
     camera.Project(jet_x, image);
     double jacobian[2][3];
-    camera.projection().Jacobian(x, jacobian);
+    camera.Jacobian(x, jacobian);
     for (int row = 0; row < 2; ++row)
       EXPECT_LT((Eigen::Vector3d(jacobian[row]) - image[row].v).norm(), 1e-11);
   }

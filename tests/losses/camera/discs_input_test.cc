@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "losses/camera/camera_input.h"
+#include "losses/camera/camera.h"
 #include "losses/image/image.h"
 #include "tests/physics/file_fixture.h"
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "losses/outline/overlay.h"
-
 #include <gtest/gtest.h>
 
+#include "losses/outline/measured_image.h"
 #include "losses/silhouette/silhouette.h"
 #include "tests/losses/disc.h"
 

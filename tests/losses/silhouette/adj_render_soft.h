@@ -20,11 +20,10 @@ inline void AdjRenderSoft(const SoftSilhouette& silhouette, const Eigen::VectorX
       d_image.col(ramp.vertex[k]) += pixel_adjoint[ramp.pixel] * ramp.d_image[k];
     }
   }
-  const Projection projection = camera.projection();
   for (int i = 0; i < d_image.cols(); ++i) {
     if (d_image.col(i).isZero(0)) continue;
     double by_x[3];
-    projection.AdjProject(&x[3 * i], {d_image(0, i), d_image(1, i)}, by_x);
+    camera.AdjProject(&x[3 * i], {d_image(0, i), d_image(1, i)}, by_x);
     for (int d = 0; d < 3; ++d) (*gradient)[3 * i + d] += by_x[d];
   }
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The decisions of the recurrence on artificial norms, and the solution of a small system by them.
-#include "physics/linalg/cgw_recurrence.h"
-
 #include <gmock/gmock.h>
 
 #include <Eigen/Dense>
 #include <array>
 #include <limits>
+
+#include "physics/linalg/linear_solver.h"
 
 namespace drape {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/camera_input.h"
+#include "losses/camera/camera.h"
 #include "losses/dataset/trivial_predictors.h"
 #include "physics/util/run_control.h"
 #include "solver/prediction/bend_calibration.h"

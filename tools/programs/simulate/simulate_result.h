@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/camera_input.h"
+#include "losses/camera/camera.h"
 #include "solver/forward/simulation.h"
 #include "tools/inputs/accuracy_option.h"
 #include "tools/inputs/drape_view.h"

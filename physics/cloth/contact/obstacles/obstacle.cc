@@ -4,7 +4,6 @@
 #include "physics/cloth/contact/obstacles/surface_obstacle.h"
 
 namespace drape {
-
 namespace {
 
 struct SolidMaker {

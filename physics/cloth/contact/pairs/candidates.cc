@@ -10,7 +10,6 @@
 #include <utility>
 
 namespace drape {
-
 namespace {
 
 // More than a number of double precision changes when it is rounded to single precision.

@@ -7,7 +7,6 @@
 #include <limits>
 
 namespace drape {
-
 namespace {
 
 constexpr double kParallel = 1e-3;  // ε of the mollifier

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "losses/camera/camera_input.h"
+#include "losses/camera/camera.h"
 #include "losses/image/segmentation.h"
 #include "losses/metrics/metrics.h"
 #include "losses/silhouette/silhouette.h"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "losses/camera/camera_input.h"
+#include "losses/camera/camera.h"
 #include "losses/metrics/metrics.h"
 #include "losses/outline/measured_image.h"
 #include "physics/mesh/obj_io.h"

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "losses/metrics/metrics.h"
-#include "losses/outline/overlay.h"
+#include "losses/outline/measured_image.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "solver/job/plot/chart.h"

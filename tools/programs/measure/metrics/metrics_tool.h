@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/camera_input.h"
+#include "losses/camera/camera.h"
 #include "physics/util/run_control.h"
 #include "tools/cli/option_table.h"
 #include "tools/inputs/dataset_input.h"

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "losses/camera/camera.h"
-#include "losses/camera/camera_input.h"
 #include "physics/util/atomic_file.h"
 #include "physics/util/errors.h"
 #include "physics/util/text_format.h"

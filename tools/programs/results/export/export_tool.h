@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "losses/camera/camera_input.h"
+#include "losses/camera/camera.h"
 #include "physics/material/laws/law_kind.h"
 #include "physics/util/run_control.h"
 #include "solver/prediction/exchange/posterior_table.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/engine/resources/device_resources.h"
+#include "cuda/engine/device_resources.h"
 
 #include <algorithm>
 #include <utility>
@@ -7,7 +7,6 @@
 #include "cuda/kernels/contact_kernels.h"
 
 namespace drape {
-
 namespace {
 
 void AddRows(std::span<const double> rows, int columns, RowMatrix& sum) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/engine/equilibria/equilibrium_engine.h"
+#include "cuda/engine/equilibrium_engine.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,15 +8,14 @@
 #include <utility>
 #include <vector>
 
-#include "cuda/engine/resources/device_resources.h"
+#include "cuda/engine/device_resources.h"
 #include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/statics/statics_kernels.h"
-#include "physics/linalg/cgw_recurrence.h"
+#include "physics/linalg/linear_solver.h"
 #include "physics/simulation/statics/newton_control.h"
 #include "physics/simulation/statics/stiffness.h"
 
 namespace drape {
-
 namespace {
 
 // The recurrences of a batch, one a slot: numbers of their active columns from and to [slots,

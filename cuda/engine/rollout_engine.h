@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "cuda/engine/resources/device_resources.h"
+#include "cuda/engine/device_resources.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
 
 namespace drape {

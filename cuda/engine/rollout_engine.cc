@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/engine/rollouts/rollout_engine.h"
+#include "cuda/engine/rollout_engine.h"
 
 #include <algorithm>
 #include <utility>
@@ -8,7 +8,6 @@
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
 
 namespace drape {
-
 namespace {
 
 struct TangentWorkspace {
