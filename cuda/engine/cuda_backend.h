@@ -26,7 +26,7 @@ class NoDevice : public std::runtime_error {
 
 // Batches on all CUDA devices of this machine, the batch split evenly over them. What a device
 // cannot decide, a system that is not positive definite for one, is done on `threads` threads of
-// the host. Throws NotCompiled or NoDevice, later CudaError or DeviceMemoryError (device_buffer.h).
+// the host. Throws NotCompiled or NoDevice, later CudaError or DeviceMemoryError (cuda_error.h).
 std::unique_ptr<Backend> MakeCudaBackend(std::shared_ptr<const ClothModel> model, int threads);
 
 // A LinearSolver on the first CUDA device (factor/multifrontal.h). Throws as MakeCudaBackend does.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <span>
 #include <utility>
@@ -17,6 +18,39 @@
 
 namespace drape {
 namespace {
+
+// Workspace of the implicit derivatives by slot; step.x: the shapes, step.v: zeros.
+struct ImplicitWorkspace {
+  StepWorkspace step;
+  DerivativeRecords derivatives;
+  FactorRecords factors;                         // of the tangents only
+  double* mu;                                    // [1]
+  double* blocks;                                // −K, [9·num_blocks]
+  double *rhs, *x, *before, *residual, *solved;  // [3V, columns]
+  double* vectors;                               // [vector_size, columns]
+  double *dots, *weights;                        // [columns]
+
+  static ImplicitWorkspace Take(Arena& arena, const DeviceCloth& cloth, int slots, int columns,
+                                bool tangents) {
+    const std::size_t n = slots, numbers = n * cloth.view().num_dofs() * columns;
+    const ClothView& view = cloth.view();
+    ImplicitWorkspace w{};
+    w.step = StepWorkspace::Take(arena, cloth, slots);
+    w.derivatives = {arena.Take<FaceDerivative>(n * view.num_faces),
+                     arena.Take<HingeDerivative>(n * view.num_hinges)};
+    if (tangents)
+      w.factors = {arena.Take<FaceFactors>(n * view.num_faces),
+                   arena.Take<HingeFactors>(n * view.num_hinges)};
+    w.mu = arena.Take<double>(n);
+    w.blocks = arena.Take<double>(n * 9 * view.num_blocks);
+    for (double** part : {&w.rhs, &w.x, &w.before, &w.residual, &w.solved})
+      *part = arena.Take<double>(numbers);
+    w.vectors = arena.Take<double>(n * cloth.multifrontal().view().vector_size * columns);
+    w.dots = arena.Take<double>(n * columns);
+    w.weights = arena.Take<double>(n * columns);
+    return w;
+  }
+};
 
 // The recurrences of a batch, one a slot: numbers of their active columns from and to [slots,
 // columns].
@@ -70,6 +104,57 @@ class Recurrences {
   int columns_;
   std::vector<CgwRecurrence> each_;
 };
+
+// Factors Ks of the batch's shapes, without shift; workspace.step.failed says where it could not.
+void FactorStiffness(const DeviceResources& resources, const ImplicitWorkspace& w,
+                     const ShapeBatch& batch) {
+  const Multifrontal& multifrontal = resources.cloth().multifrontal();
+  const LaunchContext on = resources.On(batch);
+  resources.Clear(w.step.failed, batch.slots * sizeof(int));
+  resources.Clear(w.step.v, sizeof(double) * batch.slots * on.cloth.num_dofs());
+  resources.Clear(w.mu, sizeof(double) * batch.slots);
+  LaunchDerivativeRecords(on, w.step.v, 1.0, w.derivatives);
+  LaunchGatherDerivative(on, w.derivatives, w.step.v, 1.0, w.blocks);
+  LaunchGatherStiffness(on, w.derivatives, {nullptr, nullptr, w.mu, 0.0}, w.step.matrix);
+  multifrontal.FactorAndSolve(w.step.FactorFrom(multifrontal.view(), 0), nullptr, nullptr,
+                              batch.slots, batch.slots, on.stream);
+}
+
+// Solves K·X = B or Kᵀ·X = B for workspace.rhs, where its first `used` columns count; true where
+// each of them is solved. The workspace has PaddedColumns(used).
+std::vector<char> SolveStiffness(const DeviceResources& resources, const ImplicitWorkspace& w,
+                                 const ShapeBatch& batch, bool transposed, int used) {
+  const Multifrontal& multifrontal = resources.cloth().multifrontal();
+  const LaunchContext on = resources.On(batch);
+  const int slots = batch.slots, columns = PaddedColumns(used);
+  const std::int64_t count = static_cast<std::int64_t>(slots) * on.cloth.num_dofs() * columns;
+  std::vector<double> numbers(slots * columns);
+  const auto dots = [&](const double* a, const double* b) {
+    LaunchColumnDots(on, a, b, w.dots, columns);
+    resources.streams().Synchronize();
+    CopyToHost<double>(w.dots, numbers);
+  };
+  dots(w.rhs, w.rhs);
+  Recurrences recurrences(numbers, slots, columns, used);
+  resources.Clear(w.x, count * sizeof(double));
+  resources.Clear(w.before, count * sizeof(double));
+  LaunchCopy(w.rhs, w.residual, count, on.stream);
+  while (recurrences.HasActive()) {
+    multifrontal.Solve(w.step.factor, {w.residual, w.solved, w.vectors, columns}, slots, on.stream);
+    dots(w.residual, w.solved);
+    CopyToDevice<double>(recurrences.Weights(numbers), w.weights);
+    LaunchCgwAdvance(on, w.weights, w.solved, w.before, w.x, columns);
+    LaunchCopy(w.rhs, w.residual, count, on.stream);
+    LaunchMultiply(on, w.blocks, transposed, w.x, w.residual, columns);
+    dots(w.residual, w.residual);
+    recurrences.Judge(numbers);
+  }
+  std::vector<int> failed(slots);
+  CopyToHost<int>(w.step.failed, failed);
+  std::vector<char> solved(slots);
+  for (int s = 0; s < slots; ++s) solved[s] = failed[s] == 0 && recurrences.IsSolved(s);
+  return solved;
+}
 
 // Memory of Newton's method: `work` has an item a slot, all else an item a rollout.
 struct NewtonWorkspace {
@@ -340,55 +425,40 @@ void TakeNewtonWorkspace(Arena& arena, const DeviceCloth& cloth, int n) {
   workspace.Take(arena, cloth, n);
 }
 
-}  // namespace
+// A chunk on the device, valid until the resources' next batch.
+struct TangentRun {
+  const double* dx;          // [3V, columns] a slot
+  std::vector<char> solved;  // of each slot
+};
+using VisitTangents =
+    std::function<void(std::size_t first, std::size_t count, const TangentRun& run)>;
+// Right-hand sides of a chunk: ∂f/∂p of the shapes.
+using FillRhs = std::function<void(const LaunchContext& on, const ImplicitWorkspace& workspace)>;
 
-void FactorStiffness(const DeviceResources& resources, const ImplicitWorkspace& w,
-                     const ShapeBatch& batch) {
-  const Multifrontal& multifrontal = resources.cloth().multifrontal();
-  const LaunchContext on = resources.On(batch);
-  resources.Clear(w.step.failed, batch.slots * sizeof(int));
-  resources.Clear(w.step.v, sizeof(double) * batch.slots * on.cloth.num_dofs());
-  resources.Clear(w.mu, sizeof(double) * batch.slots);
-  LaunchDerivativeRecords(on, w.step.v, 1.0, w.derivatives);
-  LaunchGatherDerivative(on, w.derivatives, w.step.v, 1.0, w.blocks);
-  LaunchGatherStiffness(on, w.derivatives, {nullptr, nullptr, w.mu, 0.0}, w.step.matrix);
-  multifrontal.FactorAndSolve(w.step.FactorFrom(multifrontal.view(), 0), nullptr, nullptr,
-                              batch.slots, batch.slots, on.stream);
-}
-
-std::vector<char> SolveStiffness(const DeviceResources& resources, const ImplicitWorkspace& w,
-                                 const ShapeBatch& batch, bool transposed, int used) {
-  const Multifrontal& multifrontal = resources.cloth().multifrontal();
-  const LaunchContext on = resources.On(batch);
-  const int slots = batch.slots, columns = PaddedColumns(used);
-  const std::int64_t count = static_cast<std::int64_t>(slots) * on.cloth.num_dofs() * columns;
-  std::vector<double> numbers(slots * columns);
-  const auto dots = [&](const double* a, const double* b) {
-    LaunchColumnDots(on, a, b, w.dots, columns);
-    resources.streams().Synchronize();
-    CopyToHost<double>(w.dots, numbers);
+// Solves for chunks of the batch, `columns` right-hand sides each.
+void SolveChunks(DeviceResources& resources, std::span<const RolloutInput> batch,
+                 std::span<const MaterialField* const> weights, int columns,
+                 const FillRhs& fill_rhs, const VisitTangents& visit) {
+  ImplicitWorkspace w{};
+  const auto take = [&](Arena& arena, int n) {
+    w = ImplicitWorkspace::Take(arena, resources.cloth(), n, columns, true);
   };
-  dots(w.rhs, w.rhs);
-  Recurrences recurrences(numbers, slots, columns, used);
-  resources.Clear(w.x, count * sizeof(double));
-  resources.Clear(w.before, count * sizeof(double));
-  LaunchCopy(w.rhs, w.residual, count, on.stream);
-  while (recurrences.HasActive()) {
-    multifrontal.Solve(w.step.factor, {w.residual, w.solved, w.vectors, columns}, slots, on.stream);
-    dots(w.residual, w.solved);
-    CopyToDevice<double>(recurrences.Weights(numbers), w.weights);
-    LaunchCgwAdvance(on, w.weights, w.solved, w.before, w.x, columns);
-    LaunchCopy(w.rhs, w.residual, count, on.stream);
-    LaunchMultiply(on, w.blocks, transposed, w.x, w.residual, columns);
-    dots(w.residual, w.residual);
-    recurrences.Judge(numbers);
-  }
-  std::vector<int> failed(slots);
-  CopyToHost<int>(w.step.failed, failed);
-  std::vector<char> solved(slots);
-  for (int s = 0; s < slots; ++s) solved[s] = failed[s] == 0 && recurrences.IsSolved(s);
-  return solved;
+  resources.ForEachChunk(batch.size(), take, 0, [&](std::size_t first, std::size_t count) {
+    const int slots = static_cast<int>(count);
+    const auto chunk = batch.subspan(first, count);
+    resources.Allocate(slots, take);
+    const DeviceMaterials materials(CollectMaterials(chunk)), scales(weights.subspan(first, count));
+    resources.UploadStarts(chunk, w.step.x, nullptr);
+    const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
+    const LaunchContext on = resources.On(shapes);
+    FactorStiffness(resources, w, shapes);
+    LaunchFactorRecords(on, scales.views(), w.step.v, 1.0, w.factors);
+    fill_rhs(on, w);
+    visit(first, count, {w.x, SolveStiffness(resources, w, shapes, false, columns)});
+  });
 }
+
+}  // namespace
 
 void EquilibriumEngine::Equilibria(std::span<const RolloutInput> batch,
                                    const EquilibriumOptions& options,
@@ -402,35 +472,13 @@ void EquilibriumEngine::Equilibria(std::span<const RolloutInput> batch,
       });
 }
 
-void EquilibriumEngine::SolveChunks(std::span<const RolloutInput> batch,
-                                    std::span<const MaterialField* const> weights, int columns,
-                                    const FillRhs& fill_rhs, const VisitTangents& visit) {
-  ImplicitWorkspace w{};
-  const auto take = [&](Arena& arena, int n) {
-    w = ImplicitWorkspace::Take(arena, resources_.cloth(), n, columns, true);
-  };
-  resources_.ForEachChunk(batch.size(), take, 0, [&](std::size_t first, std::size_t count) {
-    const int slots = static_cast<int>(count);
-    const auto chunk = batch.subspan(first, count);
-    resources_.Allocate(slots, take);
-    const DeviceMaterials materials(CollectMaterials(chunk)), scales(weights.subspan(first, count));
-    resources_.UploadStarts(chunk, w.step.x, nullptr);
-    const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
-    const LaunchContext on = resources_.On(shapes);
-    FactorStiffness(resources_, w, shapes);
-    LaunchFactorRecords(on, scales.views(), w.step.v, 1.0, w.factors);
-    fill_rhs(on, w);
-    visit(first, count, {w.x, SolveStiffness(resources_, w, shapes, false, columns)});
-  });
-}
-
 void EquilibriumEngine::Tangents(std::span<const RolloutInput> batch,
                                  std::span<const MaterialField* const> weights,
                                  std::span<RowMatrix> results) {
   const int dofs = resources_.view().num_dofs();
   const std::size_t columns = std::size_t{kPaddedEntries} * dofs;
   SolveChunks(
-      batch, weights, kPaddedEntries,
+      resources_, batch, weights, kPaddedEntries,
       [](const LaunchContext& on, const ImplicitWorkspace& w) {
         LaunchTangentRhs(on, w.factors, nullptr, nullptr, w.rhs);
       },
@@ -453,7 +501,7 @@ void EquilibriumEngine::Jvp(std::span<const RolloutInput> batch,
                             std::span<Eigen::VectorXd> results) {
   const std::size_t dofs = resources_.view().num_dofs();
   SolveChunks(
-      batch, changes, 1,
+      resources_, batch, changes, 1,
       [](const LaunchContext& on, const ImplicitWorkspace& w) {
         LaunchDirectionRhs(on, w.factors, w.rhs);
       },

@@ -168,8 +168,12 @@ void LaunchAdjointStep(const LaunchContext& on, const Multifrontal& multifrontal
   LaunchAdjointMaterial(on, end_v, back.h, lambda, back.sums.From(first), m);
 }
 
-}  // namespace
+// Where the states of a recorded batch go, and whether its factors are kept too.
+struct HistoryChoice {
+  bool on_device = false, with_factors = false;
+};
 
+// The size of one rollout's states and factors [bytes].
 std::size_t HistoryBytes(const DeviceCloth& cloth, int steps) {
   return 2 * sizeof(double) * cloth.view().num_dofs() * steps;
 }
@@ -187,6 +191,7 @@ HistoryChoice ChooseHistory(const DeviceResources& resources, std::size_t rollou
   return {states <= room, states + factors <= room};
 }
 
+// The recordings of all slots of a history, after `steps` steps.
 std::vector<Recording> MakeRecordings(const std::shared_ptr<const DeviceHistory>& history,
                                       int steps) {
   std::vector<Recording> recordings;
@@ -200,6 +205,7 @@ std::vector<Recording> MakeRecordings(const std::shared_ptr<const DeviceHistory>
   return recordings;
 }
 
+// Downloads these recordings in the host's form.
 void DownloadRecordings(const DeviceCloth& cloth, const DeviceHistory& history,
                         std::span<const RolloutInput> batch, int steps,
                         std::span<Recording> recordings) {
@@ -225,33 +231,45 @@ int CountSteps(const Recording& recording) {
   return own != nullptr ? own->steps : static_cast<int>(recording.factor.size());
 }
 
-HistoryTable::HistoryTable(const DeviceCloth& cloth, std::span<const Recording* const> recordings,
-                           int steps) {
-  const int dofs = cloth.view().num_dofs();
-  std::vector<HistorySlot> slots;
-  for (const Recording* recording : recordings) {
-    if (const auto* own = dynamic_cast<const DeviceRecording*>(recording->backend.get())) {
-      const std::int64_t at = static_cast<std::int64_t>(own->slot) * dofs;
-      slots.push_back({own->history->x.data() + at, own->history->v.data() + at,
-                       static_cast<std::int64_t>(own->history->slots) * dofs});
-    } else {
-      slots.push_back(Upload(cloth, *recording, steps));
+// Where the states of each slot lie: in a history on the device, or uploaded from the host.
+class HistoryTable {
+ public:
+  HistoryTable(const DeviceCloth& cloth, std::span<const Recording* const> recordings, int steps) {
+    const int dofs = cloth.view().num_dofs();
+    std::vector<HistorySlot> slots;
+    for (const Recording* recording : recordings) {
+      if (const auto* own = dynamic_cast<const DeviceRecording*>(recording->backend.get())) {
+        const std::int64_t at = static_cast<std::int64_t>(own->slot) * dofs;
+        slots.push_back({own->history->x.data() + at, own->history->v.data() + at,
+                         static_cast<std::int64_t>(own->history->slots) * dofs});
+      } else {
+        slots.push_back(Upload(cloth, *recording, steps));
+      }
     }
+    slots_ = DeviceBuffer<HistorySlot>(slots);
   }
-  slots_ = DeviceBuffer<HistorySlot>(slots);
-}
-HistorySlot HistoryTable::Upload(const DeviceCloth& cloth, const Recording& recording, int steps) {
-  const int dofs = cloth.view().num_dofs();
-  std::vector<double> x(static_cast<std::size_t>(steps) * dofs), v(x.size());
-  for (int k = 0; k < steps; ++k) {
-    cloth.ToEliminationOrder(recording.x[k].data(), 1, 1, x.data() + std::size_t{1} * k * dofs);
-    cloth.ToEliminationOrder(recording.v[k + 1].data(), 1, 1, v.data() + std::size_t{1} * k * dofs);
-  }
-  uploaded_.emplace_back(x);
-  uploaded_.emplace_back(v);
-  return {uploaded_[uploaded_.size() - 2].data(), uploaded_.back().data(), dofs};
-}
+  const HistorySlot* slots() const { return slots_.data(); }
 
+ private:
+  HistorySlot Upload(const DeviceCloth& cloth, const Recording& recording, int steps) {
+    const int dofs = cloth.view().num_dofs();
+    std::vector<double> x(static_cast<std::size_t>(steps) * dofs), v(x.size());
+    for (int k = 0; k < steps; ++k) {
+      cloth.ToEliminationOrder(recording.x[k].data(), 1, 1, x.data() + std::size_t{1} * k * dofs);
+      cloth.ToEliminationOrder(recording.v[k + 1].data(), 1, 1,
+                               v.data() + std::size_t{1} * k * dofs);
+    }
+    uploaded_.emplace_back(x);
+    uploaded_.emplace_back(v);
+    return {uploaded_[uploaded_.size() - 2].data(), uploaded_.back().data(), dofs};
+  }
+
+  std::vector<DeviceBuffer<double>> uploaded_;
+  DeviceBuffer<HistorySlot> slots_;
+};
+
+// The factors of the recordings' steps, when they are those of neighbouring slots of one history;
+// base is null otherwise. step: the present one, on the device.
 FactorPlace FindKeptFactors(std::span<const Recording* const> recordings, std::int64_t factor_size,
                             const int* step) {
   const auto* first = dynamic_cast<const DeviceRecording*>(recordings[0]->backend.get());
@@ -265,6 +283,130 @@ FactorPlace FindKeptFactors(std::span<const Recording* const> recordings, std::i
   double* base = const_cast<double*>(first->history->factor.data());
   return {base + first->slot * factor_size, step, first->history->slots * factor_size};
 }
+
+// What a batch leaves on the device, in the resources' memory: valid until their next batch.
+struct RolloutRun {
+  StepWorkspace workspace;                 // x, v: the ends
+  std::shared_ptr<DeviceHistory> history;  // empty unless recorded
+  int steps;                               // done
+};
+struct AdjointRun {
+  double *adj_x, *adj_v;  // ∂L/∂start, [3V, columns] a slot
+  DeviceGradient sums;
+  std::vector<int> failed;  // of each slot
+  int steps;                // done
+};
+
+RolloutRun RunRollouts(DeviceResources& resources, std::span<const RolloutInput> batch,
+                       const RolloutOptions& options, HistoryChoice choice, bool record) {
+  const DeviceCloth& cloth = resources.cloth();
+  const int slots = static_cast<int>(batch.size()), dofs = cloth.view().num_dofs();
+  StepWorkspace w{};
+  resources.Allocate(slots, [&](Arena& arena, int n) { w = StepWorkspace::Take(arena, cloth, n); });
+  auto history = std::make_shared<DeviceHistory>();
+  history->device = resources.device().index;
+  history->slots = slots;
+  HistoryView kept{nullptr, nullptr, static_cast<std::int64_t>(slots) * dofs, w.step};
+  if (record) {
+    history->x = DeviceBuffer<double>(static_cast<std::size_t>(options.steps) * slots * dofs);
+    history->v = DeviceBuffer<double>(history->x.size());
+    if (choice.with_factors) {
+      const std::int64_t stride = slots * cloth.multifrontal().view().factor_size;
+      history->factor = DeviceBuffer<double>(static_cast<std::size_t>(options.steps) * stride);
+      w.factor = {history->factor.data(), w.step, stride};
+    }
+    kept.x = history->x.data();
+    kept.v = history->v.data();
+  }
+  const DeviceMaterials materials(CollectMaterials(batch));
+  resources.UploadStarts(batch, w.x, w.v);
+  resources.Clear(w.failed, slots * sizeof(int));
+  resources.Clear(w.step, sizeof(int));
+  const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.x};
+  LaunchPushOut(resources.On(shapes), w.x);
+  // A recording is for derivatives, which a shortened move has not.
+  const BlockedMove blocked = record ? BlockedMove::kFails : BlockedMove::kEnds;
+  const Streams& streams = resources.streams();
+  const Graph step(streams, [&] {
+    streams.ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
+      const LaunchContext on = resources.On(SliceBatch(shapes, first, count, dofs), stream);
+      LaunchSolveStep(on, cloth.multifrontal(), w, first, options.h);
+      LaunchAdvanceGroup(on, w, first, options.h, blocked, kept);
+    });
+    LaunchCountStep(w.step, 1, streams.main());
+  });
+  const int done = resources.RunSteps(step, options.steps, options.cancel);
+  streams.Synchronize();
+  return {w, history, done};
+}
+
+void CollectEnds(const DeviceResources& resources, const StepWorkspace& w, int steps,
+                 int wanted_steps, std::span<RolloutResult* const> results,
+                 std::span<char> failed) {
+  resources.DownloadEnds(w.x, w.v, results);
+  std::vector<int> flags(results.size());
+  CopyToHost<int>(w.failed, flags);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    failed[i] = flags[i] != 0;
+    RolloutResult& result = *results[i];
+    result.status = steps < wanted_steps ? RolloutStatus::kCancelled : RolloutStatus::kOk;
+    result.steps = steps;
+  }
+}
+
+void DownloadTangents(const DeviceResources& resources, const double* from,
+                      std::span<TangentResult> results, RowMatrix TangentResult::*part) {
+  const std::int64_t dofs = resources.view().num_dofs(), columns = dofs * kPaddedEntries;
+  std::vector<double> host(results.size() * columns);
+  CopyToHost<double>(from, host);
+#pragma omp parallel for num_threads(resources.threads())
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    RowMatrix& to = results[i].*part;
+    to.resize(dofs, kMaterialEntries);
+    resources.cloth().ToMeshOrder(host.data() + i * columns, kMaterialEntries, kPaddedEntries,
+                                  to.data());
+  }
+}
+
+// dL_dx: of the ends, [3V, columns] a slot.
+AdjointRun RunAdjoint(DeviceResources& resources, std::span<const RolloutInput> batch,
+                      std::span<const Recording* const> recordings, int columns,
+                      const std::vector<double>& dL_dx, const RolloutOptions& options) {
+  const DeviceCloth& cloth = resources.cloth();
+  const int slots = static_cast<int>(batch.size()), steps = CountSteps(*recordings[0]);
+  const int dofs = cloth.view().num_dofs();
+  AdjointWorkspace w{};
+  resources.Allocate(
+      slots, [&](Arena& arena, int n) { w = AdjointWorkspace::Take(arena, cloth, n, columns); });
+  const DeviceMaterials materials(CollectMaterials(batch));
+  const HistoryTable history(cloth, recordings, steps);
+  DeviceGradient sums(batch, cloth.view().num_faces, cloth.view().num_hinges, columns);
+  CopyToDevice<double>(dL_dx, w.adj_x);
+  resources.Clear(w.adj_v, sizeof(double) * slots * columns * dofs);
+  resources.Clear(w.step.failed, slots * sizeof(int));
+  const std::vector<int> last_step{steps - 1};
+  CopyToDevice<int>(last_step, w.step.step);
+  const FactorPlace kept =
+      FindKeptFactors(recordings, cloth.multifrontal().view().factor_size, w.step.step);
+  if (kept.base != nullptr) w.step.factor = kept;
+  const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
+  const AdjointStep back{w, history.slots(), sums, options.h, columns, kept.base != nullptr};
+  const Streams& streams = resources.streams();
+  const Graph step(streams, [&] {
+    streams.ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
+      LaunchAdjointStep(resources.On(SliceBatch(shapes, first, count, dofs), stream),
+                        cloth.multifrontal(), back, first);
+    });
+    LaunchCountStep(w.step.step, -1, streams.main());
+  });
+  const int done = resources.RunSteps(step, steps, options.cancel);
+  streams.Synchronize();
+  std::vector<int> failed(slots);
+  CopyToHost<int>(w.step.failed, failed);
+  return {w.adj_x, w.adj_v, std::move(sums), std::move(failed), done};
+}
+
+}  // namespace
 
 void RolloutEngine::Rollouts(std::span<const RolloutInput> batch, const RolloutOptions& options,
                              std::span<Recording> recordings, std::span<RolloutResult> results,
@@ -282,74 +424,15 @@ void RolloutEngine::Rollouts(std::span<const RolloutInput> batch, const RolloutO
       history,
       [&](std::size_t first, std::size_t count) {
         const auto chunk = batch.subspan(first, count);
-        const RolloutRun run = RunRollouts(chunk, options, choice, record);
-        CollectEnds(run.workspace, run.steps, options.steps, std::span(ends).subspan(first, count),
-                    failed.subspan(first, count));
+        const RolloutRun run = RunRollouts(resources_, chunk, options, choice, record);
+        CollectEnds(resources_, run.workspace, run.steps, options.steps,
+                    std::span(ends).subspan(first, count), failed.subspan(first, count));
         if (!record) return;
         const auto kept = recordings.subspan(first, count);
         if (!choice.on_device)
           return DownloadRecordings(cloth, *run.history, chunk, run.steps, kept);
         std::ranges::move(MakeRecordings(run.history, run.steps), kept.begin());
       });
-}
-
-RolloutRun RolloutEngine::RunRollouts(std::span<const RolloutInput> batch,
-                                      const RolloutOptions& options, HistoryChoice choice,
-                                      bool record) {
-  const DeviceCloth& cloth = resources_.cloth();
-  const int slots = static_cast<int>(batch.size()), dofs = cloth.view().num_dofs();
-  StepWorkspace w{};
-  resources_.Allocate(slots,
-                      [&](Arena& arena, int n) { w = StepWorkspace::Take(arena, cloth, n); });
-  auto history = std::make_shared<DeviceHistory>();
-  history->device = resources_.device().index;
-  history->slots = slots;
-  HistoryView kept{nullptr, nullptr, static_cast<std::int64_t>(slots) * dofs, w.step};
-  if (record) {
-    history->x = DeviceBuffer<double>(static_cast<std::size_t>(options.steps) * slots * dofs);
-    history->v = DeviceBuffer<double>(history->x.size());
-    if (choice.with_factors) {
-      const std::int64_t stride = slots * cloth.multifrontal().view().factor_size;
-      history->factor = DeviceBuffer<double>(static_cast<std::size_t>(options.steps) * stride);
-      w.factor = {history->factor.data(), w.step, stride};
-    }
-    kept.x = history->x.data();
-    kept.v = history->v.data();
-  }
-  const DeviceMaterials materials(CollectMaterials(batch));
-  resources_.UploadStarts(batch, w.x, w.v);
-  resources_.Clear(w.failed, slots * sizeof(int));
-  resources_.Clear(w.step, sizeof(int));
-  const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.x};
-  LaunchPushOut(resources_.On(shapes), w.x);
-  // A recording is for derivatives, which a shortened move has not.
-  const BlockedMove blocked = record ? BlockedMove::kFails : BlockedMove::kEnds;
-  const Streams& streams = resources_.streams();
-  const Graph step(streams, [&] {
-    streams.ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
-      const LaunchContext on = resources_.On(SliceBatch(shapes, first, count, dofs), stream);
-      LaunchSolveStep(on, cloth.multifrontal(), w, first, options.h);
-      LaunchAdvanceGroup(on, w, first, options.h, blocked, kept);
-    });
-    LaunchCountStep(w.step, 1, streams.main());
-  });
-  const int done = resources_.RunSteps(step, options.steps, options.cancel);
-  streams.Synchronize();
-  return {w, history, done};
-}
-
-void RolloutEngine::CollectEnds(const StepWorkspace& w, int steps, int wanted_steps,
-                                std::span<RolloutResult* const> results,
-                                std::span<char> failed) const {
-  resources_.DownloadEnds(w.x, w.v, results);
-  std::vector<int> flags(results.size());
-  CopyToHost<int>(w.failed, flags);
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    failed[i] = flags[i] != 0;
-    RolloutResult& result = *results[i];
-    result.status = steps < wanted_steps ? RolloutStatus::kCancelled : RolloutStatus::kOk;
-    result.steps = steps;
-  }
 }
 
 void RolloutEngine::Tangents(std::span<const RolloutInput> batch,
@@ -365,26 +448,12 @@ void RolloutEngine::Tangents(std::span<const RolloutInput> batch,
     resources_.Allocate(static_cast<int>(count), take);
     const int done = RunTangents(resources_, w, batch.subspan(first, count),
                                  weights.subspan(first, count), options);
-    CollectEnds(w.step, done, options.steps, std::span(ends).subspan(first, count),
+    CollectEnds(resources_, w.step, done, options.steps, std::span(ends).subspan(first, count),
                 failed.subspan(first, count));
     const auto chunk = results.subspan(first, count);
-    DownloadTangents(w.dx, chunk, &TangentResult::dx);
-    DownloadTangents(w.dv, chunk, &TangentResult::dv);
+    DownloadTangents(resources_, w.dx, chunk, &TangentResult::dx);
+    DownloadTangents(resources_, w.dv, chunk, &TangentResult::dv);
   });
-}
-
-void RolloutEngine::DownloadTangents(const double* from, std::span<TangentResult> results,
-                                     RowMatrix TangentResult::*part) const {
-  const std::int64_t dofs = resources_.view().num_dofs(), columns = dofs * kPaddedEntries;
-  std::vector<double> host(results.size() * columns);
-  CopyToHost<double>(from, host);
-#pragma omp parallel for num_threads(resources_.threads())
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    RowMatrix& to = results[i].*part;
-    to.resize(dofs, kMaterialEntries);
-    resources_.cloth().ToMeshOrder(host.data() + i * columns, kMaterialEntries, kPaddedEntries,
-                                   to.data());
-  }
 }
 
 void RolloutEngine::Adjoints(std::span<const RolloutInput> batch,
@@ -401,8 +470,8 @@ void RolloutEngine::Adjoints(std::span<const RolloutInput> batch,
     std::vector<double> host(count * columns);
     for (std::size_t i = 0; i < count; ++i)
       cloth.ToEliminationOrder(dL_dx[first + i]->data(), used, m, host.data() + i * columns);
-    AdjointRun run =
-        RunAdjoint(batch.subspan(first, count), recordings.subspan(first, count), m, host, options);
+    AdjointRun run = RunAdjoint(resources_, batch.subspan(first, count),
+                                recordings.subspan(first, count), m, host, options);
     const auto collect = [&](const double* from, RowMatrix AdjointResult::*part) {
       CopyToHost<double>(from, host);
       for (std::size_t i = 0; i < count; ++i) {
@@ -420,44 +489,6 @@ void RolloutEngine::Adjoints(std::span<const RolloutInput> batch,
       if (run.steps < steps) result = {RolloutStatus::kCancelled, {}, {}, {}};
     }
   });
-}
-
-AdjointRun RolloutEngine::RunAdjoint(std::span<const RolloutInput> batch,
-                                     std::span<const Recording* const> recordings, int columns,
-                                     const std::vector<double>& dL_dx,
-                                     const RolloutOptions& options) {
-  const DeviceCloth& cloth = resources_.cloth();
-  const int slots = static_cast<int>(batch.size()), steps = CountSteps(*recordings[0]);
-  const int dofs = cloth.view().num_dofs();
-  AdjointWorkspace w{};
-  resources_.Allocate(
-      slots, [&](Arena& arena, int n) { w = AdjointWorkspace::Take(arena, cloth, n, columns); });
-  const DeviceMaterials materials(CollectMaterials(batch));
-  const HistoryTable history(cloth, recordings, steps);
-  DeviceGradient sums(batch, cloth.view().num_faces, cloth.view().num_hinges, columns);
-  CopyToDevice<double>(dL_dx, w.adj_x);
-  resources_.Clear(w.adj_v, sizeof(double) * slots * columns * dofs);
-  resources_.Clear(w.step.failed, slots * sizeof(int));
-  const std::vector<int> last_step{steps - 1};
-  CopyToDevice<int>(last_step, w.step.step);
-  const FactorPlace kept =
-      FindKeptFactors(recordings, cloth.multifrontal().view().factor_size, w.step.step);
-  if (kept.base != nullptr) w.step.factor = kept;
-  const ShapeBatch shapes{slots, slots, nullptr, materials.views(), w.step.x};
-  const AdjointStep back{w, history.slots(), sums, options.h, columns, kept.base != nullptr};
-  const Streams& streams = resources_.streams();
-  const Graph step(streams, [&] {
-    streams.ForEachGroup(slots, [&](int first, int count, cudaStream_t stream) {
-      LaunchAdjointStep(resources_.On(SliceBatch(shapes, first, count, dofs), stream),
-                        cloth.multifrontal(), back, first);
-    });
-    LaunchCountStep(w.step.step, -1, streams.main());
-  });
-  const int done = resources_.RunSteps(step, steps, options.cancel);
-  streams.Synchronize();
-  std::vector<int> failed(slots);
-  CopyToHost<int>(w.step.failed, failed);
-  return {w.adj_x, w.adj_v, std::move(sums), std::move(failed), done};
 }
 
 }  // namespace drape

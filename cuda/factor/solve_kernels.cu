@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Triangular solves with stored factors: one block of threads for each (front, slot), one
 // right-hand side at a time.
-#include "cuda/device/device_buffer.h"
+#include "cuda/device/cuda_error.h"
 #include "cuda/factor/multifrontal_kernels.h"
 #include "cuda/factor/tensor_core.cuh"
 

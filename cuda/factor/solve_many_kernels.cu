@@ -6,7 +6,7 @@
 // nothing would hide its latency (measured: twice the time).
 #include <algorithm>
 
-#include "cuda/device/device_buffer.h"
+#include "cuda/device/cuda_error.h"
 #include "cuda/factor/multifrontal_kernels.h"
 #include "cuda/factor/tensor_core.cuh"
 

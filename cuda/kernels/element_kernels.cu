@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cuda/device/device_buffer.h"
+#include "cuda/device/cuda_error.h"
 #include "cuda/kernels/contact_kernels.h"
 #include "cuda/kernels/element_kernels.cuh"
 #include "cuda/kernels/element_kernels.h"

@@ -10,49 +10,6 @@
 
 namespace drape {
 
-// A piece of a workspace that is in use in the levels first … last.
-struct UpdateBlock {
-  std::int64_t size;
-  int first, last;
-};
-
-struct UpdateSpace {
-  std::vector<std::int64_t> offset;  // of each block
-  std::int64_t size = 0;
-};
-
-// First fit: each block, by first level and then large ones first, where it fits below the others
-// that are in use.
-UpdateSpace PackUpdates(const std::vector<UpdateBlock>& blocks);
-
-// Which elements add to which block of a matrix or to which vertex, in a fixed order: sums by
-// gather need no atomics and are the same in each run. Meshes are numbered in elimination order
-// here (Renumber).
-struct GatherList {
-  std::vector<int> start;  // [N + 1]
-  std::vector<int> item;   // packed Contributions: faces first, each kind by ascending element
-};
-
-// Corner `row` of an element adds to a vertex; corners (row, column) to a block.
-struct Contribution {
-  int element;
-  bool hinge;
-  int row, column;  // corners 0..3
-
-  int Pack() const { return element << 5 | static_cast<int>(hinge) << 4 | row << 2 | column; }
-};
-
-// To each of plan.entries; `scene` says whether faces and hinges act.
-GatherList GatherEntries(const FrontPlan& plan, const Mesh& mesh, const Scene& scene);
-// To each vertex (column = row).
-GatherList GatherVertices(const Mesh& mesh, const Scene& scene);
-// Targets of a list by falling number of contributions within each `chunk` of them, so that the
-// threads of a warp, one for each target, have as much to do: a vertex has twenty, the corners
-// across a hinge one.
-std::vector<int> OrderByWork(const GatherList& list, int chunk);
-// The entry of each vertex with itself, [V]: to it alone contact with an obstacle adds.
-std::vector<int> DiagonalEntries(const FrontPlan& plan);
-
 // Symbolic plan of a multifrontal Cholesky factorisation A = L·Lᵀ [Duff 1983; Liu 1992] that
 // all rollouts of a mesh share. Degrees of freedom are numbered in elimination order: vertex v has
 // 3·position[v] … + 2. A front is a dense matrix over its p pivots and q border rows:
@@ -125,5 +82,48 @@ FrontPlan MakeFrontPlan(const BlockPattern& pattern, const std::vector<Separator
 // The mesh with its vertices in elimination order; faces and hinges keep their own order and
 // corners.
 Mesh Renumber(const Mesh& mesh, const FrontPlan& plan);
+
+// A piece of a workspace that is in use in the levels first … last.
+struct UpdateBlock {
+  std::int64_t size;
+  int first, last;
+};
+
+struct UpdateSpace {
+  std::vector<std::int64_t> offset;  // of each block
+  std::int64_t size = 0;
+};
+
+// First fit: each block, by first level and then large ones first, where it fits below the others
+// that are in use.
+UpdateSpace PackUpdates(const std::vector<UpdateBlock>& blocks);
+
+// Which elements add to which block of a matrix or to which vertex, in a fixed order: sums by
+// gather need no atomics and are the same in each run. Meshes are numbered in elimination order
+// here (Renumber).
+struct GatherList {
+  std::vector<int> start;  // [N + 1]
+  std::vector<int> item;   // packed Contributions: faces first, each kind by ascending element
+};
+
+// Corner `row` of an element adds to a vertex; corners (row, column) to a block.
+struct Contribution {
+  int element;
+  bool hinge;
+  int row, column;  // corners 0..3
+
+  int Pack() const { return element << 5 | static_cast<int>(hinge) << 4 | row << 2 | column; }
+};
+
+// To each of plan.entries; `scene` says whether faces and hinges act.
+GatherList GatherEntries(const FrontPlan& plan, const Mesh& mesh, const Scene& scene);
+// To each vertex (column = row).
+GatherList GatherVertices(const Mesh& mesh, const Scene& scene);
+// Targets of a list by falling number of contributions within each `chunk` of them, so that the
+// threads of a warp, one for each target, have as much to do: a vertex has twenty, the corners
+// across a hinge one.
+std::vector<int> OrderByWork(const GatherList& list, int chunk);
+// The entry of each vertex with itself, [V]: to it alone contact with an obstacle adds.
+std::vector<int> DiagonalEntries(const FrontPlan& plan);
 
 }  // namespace drape

@@ -2,7 +2,7 @@
 // Products of the step's derivatives with many columns: a thread has the three rows of a vertex and
 // one or two neighbouring columns, so that a warp reads whole rows of the columns and the blocks
 // are the same for most of it.
-#include "cuda/device/device_buffer.h"
+#include "cuda/device/cuda_error.h"
 #include "cuda/kernels/derivatives/sensitivity_kernels.h"
 #include "cuda/kernels/element_kernels.cuh"
 
