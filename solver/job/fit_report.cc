@@ -315,12 +315,34 @@ ordered_json GuessJson(const FitData& data, const InitialGuess& guess) {
           {"coarse_profile_rms_px", guess.profile_rms}};
 }
 
+// The outlines of image and fit at equal angles, counter-clockwise from the right, in pixels of the
+// image; null where one of them is missing.
+ordered_json OutlinesJson(const Mesh& mesh, const Observation& observation,
+                          const Eigen::VectorXd& x) {
+  const auto rounded = [](const Eigen::VectorXd& radius) {
+    std::vector<double> list;
+    for (const double value : radius) list.push_back(std::round(100.0 * value) / 100.0);
+    return list;
+  };
+  const Camera& camera = observation.camera;
+  Outline image, fitted;
+  if (x.size() == 0 || !OutlineFromImage(observation.image, camera, kReportAngles, &image) ||
+      !OutlineFromMesh(mesh, x, camera, kReportAngles, &fitted))
+    return nullptr;
+  return {{"px_per_m", camera.pixels_per_metre()},
+          {"image_px", rounded(image.radius)},
+          {"fit_px", rounded(fitted.radius)}};
+}
+
 // Metrics of each image and their means.
 ordered_json ImagesJson(const FitProblem& problem, const FitReport& report,
                         const InitialGuess& guess) {
   ordered_json images = ordered_json::array();
-  for (std::size_t i = 0; i < report.drapes.size(); ++i)
+  for (std::size_t i = 0; i < report.drapes.size(); ++i) {
     images.push_back(ImageJson(problem.observations[i], report.drapes[i], guess.lifts[i]));
+    images.back()["outlines"] = OutlinesJson(problem.fine->model().mesh, problem.observations[i],
+                                             report.drapes[i].fitted.x);
+  }
   if (const std::optional<Contact>& contact = problem.fine->model().scene.contact)
     for (std::size_t i = 0; i < report.drapes.size(); ++i) {
       const Eigen::VectorXd& x = report.drapes[i].fitted.x;

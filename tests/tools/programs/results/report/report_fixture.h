@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "physics/mesh/disc.h"
+#include "physics/mesh/obj_io.h"
+#include "tests/physics/cloth/contact/closed_mesh.h"
 #include "tests/tools/tool_fixture.h"
 
 namespace drape::test {
@@ -23,6 +27,29 @@ class ReportTest : public ToolFixture {
     summary["tool"] = program;
     Write(name + "/summary.json", summary.dump());
     return Path(name);
+  }
+  // A round cloth above a ball, which rises by a metre from the first to the second frame.
+  std::string AddGarment(const std::string& name) const {
+    const Mesh cloth = MakeDisc({.target_vertices = 200});
+    const ClosedMesh ball = MakeBall(0.1, 2);
+    const std::string folder =
+        AddResult(name, "drape_garment", {{"runs", {{{"name", ""}, {"status", "done"}}}}});
+    WriteObj(folder + "/garment.obj", cloth, cloth.rest_x);
+    WriteObj(folder + "/body.obj", ObjSurface{ball.x.reshaped(), ball.triangles});
+    WriteCache(name + "/garment.pc2", cloth.rest_x);
+    WriteCache(name + "/body.pc2", ball.x.reshaped());
+    return folder;
+  }
+  void WriteCache(const std::string& name, const Eigen::VectorXd& x) const {
+    const int32_t numbers[] = {1, static_cast<int32_t>(x.size() / 3), 0, 0x3f800000, 2};
+    std::string bytes("POINTCACHE2\0", 12);
+    bytes.append(reinterpret_cast<const char*>(numbers), sizeof(numbers));
+    for (const float rise : {0.0f, 1.0f}) {
+      Eigen::VectorXf frame = x.cast<float>();
+      for (Eigen::Index i = 2; i < frame.size(); i += 3) frame[i] += rise;
+      bytes.append(reinterpret_cast<const char*>(frame.data()), 4 * frame.size());
+    }
+    Write(name, bytes);
   }
   std::string Page(std::vector<std::string> folders, double max_mb = 2.0) const {
     folders.insert(folders.begin(), kReport);

@@ -21,7 +21,7 @@ class ReportInABrowser : public ReportTest {
     command.insert(command.end(), parts.begin(), parts.end());
     return RunProcess(command);
   }
-  // A fit and its drape, drapes of its posterior, branches, and a chart.
+  // A fit and its drape, drapes of its posterior, branches, a chart, and a garment.
   std::vector<std::string> MakeFolders() const {
     const auto run = [&](const std::vector<std::string>& command) {
       const ProcessResult result = RunProcess(command);
@@ -43,7 +43,8 @@ class ReportInABrowser : public ReportTest {
     AddResult("optimisers", "drape_compare_optimisers", {{"budget_rollouts", 10}});
     Write("optimisers/report.md", "# Gaps\n| method | gap |\n|---|---|\n| bobyqa | 0.5 |\n");
     Write("optimisers/chart.svg", ChartText());
-    return {Path("fit"), Path("drape"), Path("predict"), Path("branches"), Path("optimisers")};
+    return {Path("fit"),      Path("drape"),      Path("predict"),
+            Path("branches"), Path("optimisers"), AddGarment("garment")};
   }
   // With a script, which a browser does not run in a picture.
   static std::string ChartText() {
@@ -65,7 +66,7 @@ TEST_F(ReportInABrowser, EveryPartIsFilledAndReadable) {
                                 "prediction", "spectrum", "studies", "provenance"});
   if (check.exit_code == kSkipped) GTEST_SKIP() << check.out;
   EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
-  EXPECT_THAT(check.out, testing::ContainsRegex("10 parts, 4 charts, 4 drapes"));
+  EXPECT_THAT(check.out, testing::ContainsRegex("10 parts, 4 charts, 5 drapes"));
 }
 
 TEST_F(ReportInABrowser, FaultsOfAPageAreFound) {

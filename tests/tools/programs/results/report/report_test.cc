@@ -211,6 +211,18 @@ TEST_F(ReportTest, OnlyDrapesOverADiscHaveASupport) {
   }
 }
 
+// A garment is shown in its last frame, with the body that wears it.
+TEST_F(ReportTest, GarmentsAreShownOnTheirBodies) {
+  const std::string folder = AddGarment("skirt"), page = Page({folder});
+  EXPECT_THAT(page, HasSubstr("\"name\":\"garment\",\"support_m\":null,"));
+  EXPECT_THAT(page, HasSubstr("\"name\":\"height\",\"unit\":\"mm\",\"least\":1000.0,"));
+  EXPECT_THAT(page, HasSubstr("\"body\":{\"positions\":{"));
+  Write("skirt/body.pc2", Read(Path("skirt/body.pc2")).substr(0, 100));
+  EXPECT_THAT(Page({folder}), HasSubstr("body.pc2: expected 2 frames of "));
+  Write("skirt/garment.pc2", "POINTCACHE2");
+  EXPECT_THAT(Page({folder}), HasSubstr("garment.pc2: expected a point cache of "));
+}
+
 // Of optimisers, the first of the methods that solve most problems.
 TEST_F(ReportTest, OptimisersHaveTheBestMethodInTheVerdict) {
   const std::string page =

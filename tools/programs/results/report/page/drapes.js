@@ -22,6 +22,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
+const GREY = "#8a8f98"; // of what the cloth lies on
 const COLOURS = Array.from({ length: 256 }, (_, i) => new Color(interpolateViridis(i / 255)));
 // The first view: of a drape over a disc, or of all of a cloth of another scene.
 const view = { from: new Vector3(0.19, -0.285, 0.22), at: new Vector3(0, 0, -0.03) };
@@ -53,7 +54,7 @@ function findRange(name, groups) {
   return [least, most > least ? most : least + 1];
 }
 
-// A drape without faces has those of the first.
+// The geometry of a drape or of its body. A drape without faces has those of the first.
 function makeGeometry(drape, first) {
   const geometry = new BufferGeometry();
   const positions = unpack(drape.positions);
@@ -90,6 +91,7 @@ class Viewer {
     this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
     this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
     this.scene = new Scene();
+    this.shown = []; // of the present drape
     const sun = new DirectionalLight("white", 2.2);
     sun.position.set(0.5, -0.4, 1);
     this.scene.add(new AmbientLight("white", 1.5), sun);
@@ -99,7 +101,7 @@ class Viewer {
     this.controls.target.copy(view.at);
     this.controls.enablePan = false;
     this.controls.minDistance = 0.15;
-    this.controls.maxDistance = 1.5;
+    this.controls.maxDistance = Math.max(1.5, 2 * view.from.distanceTo(view.at));
     this.controls.addEventListener("change", renderAll);
     this.controls.update();
     this.show();
@@ -110,7 +112,7 @@ class Viewer {
   addSupport(supportRadius) {
     const height = 0.012;
     const radius = 0.97 * supportRadius;
-    const disc = new Mesh(new CylinderGeometry(radius, radius, height, 64), new MeshLambertMaterial({ color: "#8a8f98" }));
+    const disc = new Mesh(new CylinderGeometry(radius, radius, height, 64), new MeshLambertMaterial({ color: GREY }));
     disc.rotation.x = Math.PI / 2;
     disc.position.z = -height / 2 - 0.002;
     this.scene.add(disc);
@@ -157,15 +159,16 @@ class Viewer {
     const range = findRange(field.name, this.groups);
     const geometry = makeGeometry(drape, this.drapes[0]);
     colour(geometry, field, range);
-    if (this.cloth) {
-      this.scene.remove(this.cloth, this.edges);
-      this.cloth.geometry.dispose();
-      this.edges.geometry.dispose();
+    for (const shown of this.shown) {
+      this.scene.remove(shown);
+      shown.geometry.dispose();
     }
-    this.cloth = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
-    this.edges = new LineSegments(new WireframeGeometry(geometry), new LineBasicMaterial({ color: "black", transparent: true, opacity: 0.35 }));
-    this.edges.visible = this.wire.checked;
-    this.scene.add(this.cloth, this.edges);
+    const cloth = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
+    const edges = new LineSegments(new WireframeGeometry(geometry), new LineBasicMaterial({ color: "black", transparent: true, opacity: 0.35 }));
+    edges.visible = this.wire.checked;
+    this.shown = [cloth, edges];
+    if (drape.body) this.shown.push(new Mesh(makeGeometry(drape.body), new MeshLambertMaterial({ color: GREY })));
+    this.scene.add(...this.shown);
     this.canvas.setAttribute("aria-label", `The drape ${drape.name} in three dimensions, coloured by ${field.name}; arrow keys turn it`);
     const digits = Math.min(6, Math.max(0, 2 - Math.floor(Math.log10(range[1] - range[0]))));
     const [low, high] = range.map((value) => Number(value.toFixed(digits)));
@@ -198,7 +201,7 @@ class Viewer {
 }
 
 function findView(drape) {
-  const geometry = makeGeometry(drape);
+  const geometry = makeGeometry(drape.body ?? drape);
   geometry.computeBoundingSphere();
   const { center, radius } = geometry.boundingSphere;
   view.from.sub(view.at).setLength(3.2 * radius).add(center);

@@ -8,11 +8,12 @@ import os
 import numpy as np
 
 import page as html
-from drapes import USUAL_DISCS, USUAL_SCALE, read_coverage, svg_path
+from drapes import USUAL_DISCS, read_outlines, svg_path
 from results import InputError, find, items, number, number_text, read_json, text
 
 BLUE, GREY = "#0072b2", "#8a8f98"
 MOST_MARGINALS = 5
+SHARES = (0.05, 0.25, 0.5, 0.75, 0.95)  # of the outlines within bands
 
 
 def svg(draw, rows, columns, width, height):
@@ -168,37 +169,20 @@ def draw_counts(coefficients, nodes):
     return svg(draw, 1, 2, 3.6, 2.4)
 
 
-def radius_at(image, coverage):
-    """The outermost radius on each ray at which a mean image has this coverage [px]."""
-    height, width = image.shape
-    cx, cy = (width - 1) / 2, (height - 1) / 2
-    r = np.arange(min(cx, cy) - 1, 0, -0.25)
-    angles = 2 * np.pi * np.arange(360)[:, None] / 360
-    column = np.floor(cx + r * np.cos(angles) + 0.5).astype(int)
-    row = np.floor(cy - r * np.sin(angles) + 0.5).astype(int)
-    met = image[row, column] >= coverage
-    return np.where(met.any(axis=1), r[met.argmax(axis=1)], 0), cx, cy
-
-
 def bands(folder):
-    """The area between two contours of the mean image is where a share of the outlines lies."""
-    file = folder.at("mean_image.png")
-    if not os.path.lexists(file):
-        return ""
+    """Half and 90 % of the outlines at each angle, and their median."""
     try:
-        image = read_coverage(file)[0]
-    except InputError as error:
-        return html.paragraph(str(error), "missing")
-    if min(image.shape) < 16:
-        return html.paragraph(f"{file}: expected at least 16 by 16 pixels", "missing")
-
-    def contour(coverage):
-        return svg_path(*radius_at(image, coverage), 1)
-    scale = number(folder.summary, "/camera/px_per_m") or USUAL_SCALE
-    height, width = image.shape
-    return html.BLOCKS.bands(width, height, contour(0.05) + contour(0.95), contour(0.25) + contour(0.75),
-                             contour(0.5), (width - 1) / 2, (height - 1) / 2,
-                             (folder.discs() or USUAL_DISCS)[1] / 2 * scale)
+        outlines = read_outlines(folder.at("outlines.json"))
+    except InputError:  # the part with the outlines says why
+        outlines = []
+    if len(outlines) < 2:
+        return ""
+    specimen, support = (500 * size for size in folder.discs() or USUAL_DISCS)  # radii [mm]
+    middle = specimen + 10
+    path = {share: svg_path(1e3 * radius, middle, middle, 1)
+            for share, radius in zip(SHARES, np.quantile([each[-1] for each in outlines], SHARES, axis=0))}
+    return html.BLOCKS.bands(2 * middle, path[0.95] + path[0.05], path[0.75] + path[0.25], path[0.5],
+                             support)
 
 
 def intervals(features):
@@ -208,8 +192,8 @@ def intervals(features):
         if isinstance(feature, dict):
             low_high = [" … ".join(number_text(feature, f"/interval_{share}/{end}", factor, "%.3g")
                                    for end in ("low", "high")) for share in (50, 90)]
-            rows.append((html.header(name), html.numeric(number_text(feature, "/mean", factor, "%.3g")),
-                         html.numeric(number_text(feature, "/sd", factor, "%.3g")),
+            rows.append((html.header(name), html.number_cell(feature, "/mean", factor, "%.3g"),
+                         html.number_cell(feature, "/sd", factor, "%.3g"),
                          *map(html.numeric, low_high)))
     return html.table(rows, ("feature", "mean", "standard deviation", "50 % in", "90 % in"))
 

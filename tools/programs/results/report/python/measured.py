@@ -7,8 +7,8 @@ import os
 import re
 
 import page as html
-from results import (InputError, coefficient_text, find, find_photograph, items, number, number_text,
-                     read_text, text, texts, value_text)
+from results import (InputError, coefficient_text, find, find_photograph, items, number, read_text, text,
+                     texts, value_text)
 from verdict import laboratory_sheet
 
 DRAPE_COLUMNS = [("/shape/dc", "drape coefficient [%]", 100, "%.1f"),
@@ -20,28 +20,27 @@ DRAPE_COLUMNS = [("/shape/dc", "drape coefficient [%]", 100, "%.1f"),
 
 def photograph(folder, page):
     s = folder.summary
-    rows = [("drape coefficient, ± standard deviation [%]", coefficient_text(s))] + [
-        (name, number_text(s, pointer, factor, form)) for name, pointer, factor, form in [
-            ("the same without a model of the camera [%]", "/dc_without_camera_model", 100, "%.1f"),
-            ("nodes", "/folds", 1, "%.0f"),
-            ("smallest radius [mm]", "/radius_min_m", 1e3, "%.1f"),
-            ("largest radius [mm]", "/radius_max_m", 1e3, "%.1f"),
-            ("camera above the support [m]", "/camera/eye_height_m", 1, "%.2f"),
-            ("its tilt [degrees]", "/tilt_rad", 180 / math.pi, "%.1f"),
-            ("scale [px/m]", "/camera/px_per_m", 1, "%.0f"),
-            ("error of the marker's outline, rms [px]", "/marker_rms_px", 1, "%.2f"),
-            ("marker seen [%]", "/marker_seen_share", 100, "%.0f"),
-            ("blur of the hem [mm]", "/blur_m", 1e3, "%.1f"),
-            ("specimen [cm]", "/specimen_diameter_m", 100, "%.0f"),
-            ("support [cm]", "/support_diameter_m", 100, "%.0f")]]
+    rows = [(html.header("drape coefficient, ± standard deviation [%]"),
+             html.numeric(coefficient_text(s)))] + html.number_rows(s, [
+                 ("the same without a model of the camera [%]", "/dc_without_camera_model", 100, "%.1f"),
+                 ("nodes", "/folds", 1, "%.0f"),
+                 ("smallest radius [mm]", "/radius_min_m", 1e3, "%.1f"),
+                 ("largest radius [mm]", "/radius_max_m", 1e3, "%.1f"),
+                 ("camera above the support [m]", "/camera/eye_height_m", 1, "%.2f"),
+                 ("its tilt [degrees]", "/tilt_rad", 180 / math.pi, "%.1f"),
+                 ("scale [px/m]", "/camera/px_per_m", 1, "%.0f"),
+                 ("error of the marker's outline, rms [px]", "/marker_rms_px", 1, "%.2f"),
+                 ("marker seen [%]", "/marker_seen_share", 100, "%.0f"),
+                 ("blur of the hem [mm]", "/blur_m", 1e3, "%.1f"),
+                 ("specimen [cm]", "/specimen_diameter_m", 100, "%.0f"),
+                 ("support [cm]", "/support_diameter_m", 100, "%.0f")])
     picture = ""
     if os.path.lexists(folder.at("overlay.png")):
         picture = page.picture(folder.at("overlay.png"),
                                "The photograph with the outline and the disc that were found",
                                text(s, "/photo"))
-    return html.BLOCKS.columns(picture, html.table(
-        [(html.header(name), html.numeric(value)) for name, value in rows if value != "none"],
-        ("", "found")))
+    known = [row for row in rows if row[1] != html.numeric("none")]
+    return html.BLOCKS.columns(picture, html.table(known, ("", "found")))
 
 
 def fit_photographs(fit, folders, page):
@@ -56,8 +55,7 @@ def measured_row(drape):
     error = text(drape, "/error")
     notes = ["not measured: " + error] if error else []
     return [html.header(text(drape, "/file")),
-            *(html.numeric(number_text(drape, pointer, factor, form))
-              for pointer, _, factor, form in DRAPE_COLUMNS),
+            *(html.number_cell(drape, pointer, *rest) for pointer, _, *rest in DRAPE_COLUMNS),
             ("; ".join(notes + texts(drape, "/quality/notes")), "")]
 
 
@@ -73,18 +71,17 @@ def measured(drapes):
 
 
 def compared(pair):
-    rows = [(html.header(name), *(html.numeric(number_text(pair, f"/{kind}/{key}", factor, form))
-                                  for kind in ("raw", "aligned")))
-            for name, key, factor, form in [
-                ("outline, rms [mm]", "outline_rms_m", 1e3, "%.2f"),
-                ("outline, Hausdorff [mm]", "outline_hausdorff_m", 1e3, "%.2f"),
-                ("silhouettes, IoU [%]", "iou", 100, "%.1f"),
-                ("silhouettes, MSE", "mse", 1, "%.4f"),
-                ("surfaces, Hausdorff [mm]", "surface_hausdorff_m", 1e3, "%.2f")]
-            if key != "surface_hausdorff_m" or find(pair, "/raw/" + key) is not None]
+    rows = html.number_rows(pair, [
+        (name, (f"/raw/{key}", f"/aligned/{key}"), factor, form) for name, key, factor, form in [
+            ("outline, rms [mm]", "outline_rms_m", 1e3, "%.2f"),
+            ("outline, Hausdorff [mm]", "outline_hausdorff_m", 1e3, "%.2f"),
+            ("silhouettes, IoU [%]", "iou", 100, "%.1f"),
+            ("silhouettes, MSE", "mse", 1, "%.4f"),
+            ("surfaces, Hausdorff [mm]", "surface_hausdorff_m", 1e3, "%.2f")]
+        if key != "surface_hausdorff_m" or find(pair, "/raw/" + key) is not None])
     columns = [column for column in DRAPE_COLUMNS if column[0] != "/area_m2"]
-    shapes = [(html.header(side.upper()), *(html.numeric(number_text(pair, f"/{side}{pointer}", f, form))
-                                            for pointer, _, f, form in columns)) for side in "ab"]
+    shapes = [(html.header(side.upper()), *(html.number_cell(find(pair, "/" + side), pointer, *rest)
+                                            for pointer, _, *rest in columns)) for side in "ab"]
     return (html.table(rows, ("difference", "as they lie", "aligned"),
                        f"A {text(pair, '/a/file')}, B {text(pair, '/b/file')}") +
             html.table(shapes, ["", *(name for _, name, _, _ in columns)]))
@@ -123,8 +120,8 @@ def linear_record(record):
             ("shear", "shear rigidity G", 1, "N/m")]:
         found = find(record, "/linear/" + key)
         if found:
-            rows.append((html.header(name), html.numeric(number_text(found, "/value", factor, "%.4g")),
-                         html.numeric(number_text(found, "/sd", factor, "%.2g")), (unit, ""),
+            rows.append((html.header(name), html.number_cell(found, "/value", factor),
+                         html.number_cell(found, "/sd", factor, "%.2g"), (unit, ""),
                          html.origin(text(found, "/origin"))))
     return html.table(rows, ("quantity", "value", "standard deviation", "unit", "where from"),
                       "The linear record of " + text(record, "/name")) if rows else ""
@@ -136,8 +133,8 @@ def export(folder):
     s = folder.summary
     rows = [(html.header(text(target, "/target")), (text(target, "/file"), ""),
              (text(target, "/status"), ""),
-             html.numeric(number_text(target, "/round_trip/dc_change", 100, "%+.1f")),
-             html.numeric(number_text(target, "/round_trip/nodes_change", 1, "%+.1f")),
+             html.number_cell(target, "/round_trip/dc_change", 100, "%+.1f"),
+             html.number_cell(target, "/round_trip/nodes_change", 1, "%+.1f"),
              ("; ".join(texts(target, "/lost")) or "nothing", ""))
             for target in items(s, "/targets")]
     targets = html.table(rows, ("target", "file", "status", "change of drape coefficient [points]",

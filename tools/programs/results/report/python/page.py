@@ -68,6 +68,17 @@ def table(rows, head=(), caption=""):
     return BLOCKS.table(list(rows), list(head), caption)
 
 
+def number_cell(value, pointer, factor=1, form="%.4g"):
+    return numeric(results.number_text(value, pointer, factor, form) if pointer else "")
+
+
+def number_rows(value, rows):
+    """Rows of a name and the numbers at pointers, of which None leaves a cell empty."""
+    return [(header(name), *(number_cell(value, pointer, factor, form)
+                             for pointer in ((pointers,) if isinstance(pointers, str) else pointers)))
+            for name, pointers, factor, form in rows]
+
+
 def more_rows(rows, what="rows in the file", most=MOST_ROWS):
     left = len(rows) - most
     return paragraph(f"and {left} more {what}", "missing") if left > 0 else markupsafe.Markup()

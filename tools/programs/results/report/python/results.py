@@ -28,18 +28,23 @@ class InputError(Exception):
     """A fault of a file, in one line."""
 
 
-def read_bytes(path):
+def open_file(path):
     try:
         handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError as error:
         reason = "is a symbolic link" if os.path.islink(path) else os.strerror(error.errno)
         raise InputError(f"{path}: {reason}, expected a file") from None
-    with os.fdopen(handle, "rb") as file:
-        status = os.fstat(handle)
-        if not stat.S_ISREG(status.st_mode):
-            raise InputError(f"{path}: is no file, expected a file")
-        if status.st_size > MOST_BYTES:
-            raise InputError(f"{path}: has {status.st_size} bytes, expected at most {MOST_BYTES}")
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        os.close(handle)
+        raise InputError(f"{path}: is no file, expected a file")
+    return os.fdopen(handle, "rb")
+
+
+def read_bytes(path):
+    with open_file(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > MOST_BYTES:
+            raise InputError(f"{path}: has {size} bytes, expected at most {MOST_BYTES}")
         return file.read()
 
 
