@@ -33,12 +33,6 @@ StartShape::Mode ModeOfOutline(const Eigen::VectorXd& outline, int k) {
 
 constexpr int kSupersample = 4;
 
-State RandomStart(const ClothModel& model, int seed, double hem_rms, const DrapeDiscs& discs) {
-  const StartShape shape = RandomStartShape(static_cast<uint64_t>(seed), hem_rms);
-  return {ApplyStartShape(model.mesh, discs.support, shape),
-          Eigen::VectorXd::Zero(model.num_dofs())};
-}
-
 void Measure(const ClothModel& model, const MaterialField& material, const DrapeDiscs& discs,
              DrapeSample* sample) {
   sample->energy = Energy(model, material, sample->x);
@@ -155,6 +149,12 @@ std::vector<std::vector<int>> ClusterByDistance(const Eigen::MatrixXd& distance,
     clusters.push_back(std::move(members));
   }
   return clusters;
+}
+
+State RandomStart(const ClothModel& model, int seed, double hem_rms, const DrapeDiscs& discs) {
+  const StartShape shape = RandomStartShape(static_cast<uint64_t>(seed), hem_rms);
+  return {ApplyStartShape(model.mesh, discs.support, shape),
+          Eigen::VectorXd::Zero(model.num_dofs())};
 }
 
 std::vector<DrapeSample> SampleEquilibria(Backend& backend, const MaterialField& material,

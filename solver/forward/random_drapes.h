@@ -50,6 +50,9 @@ std::vector<std::vector<int>> ClusterByDistance(const Eigen::MatrixXd& distance,
 
 // The stable drapes of one fabric: random starts, each taken to rest, grouped by branch.
 
+// A state at rest of the start shape of that seed (RandomStartShape).
+State RandomStart(const ClothModel& model, int seed, double hem_rms, const DrapeDiscs& discs = {});
+
 struct SamplingOptions {
   int samples = 32;
   int first_seed = 1;     // of RandomStartShape; the others follow

@@ -14,6 +14,7 @@
 #include "physics/simulation/statics/stiffness.h"
 #include "physics/util/math/random.h"
 #include "physics/util/text_format.h"
+#include "solver/forward/random_drapes.h"
 
 namespace drape {
 namespace {
@@ -149,48 +150,29 @@ class BranchFollower {
 
 using nlohmann::json;
 
-class Line {
- public:
-  Line(Backend& backend, const MaterialParametrisation& line, const State& start,
-       SolveMode integrator, const RolloutOptions& rollout)
-      : backend_(backend), line_(line), start_(start), integrator_(integrator), rollout_(rollout) {}
-
-  MaterialField At(double s) const { return line_.Material(Eigen::VectorXd::Constant(1, s)); }
-
-  // Empty where it fails.
-  Eigen::VectorXd Shape(double s) const {
-    const MaterialField material = At(s);
-    const RolloutInput input{&material, &start_};
-    if (integrator_ == SolveMode::kDynamic) {
-      RolloutResult end = backend_.Rollouts({&input, 1}, rollout_, nullptr).front();
-      return end.status == RolloutStatus::kOk ? end.end.x : Eigen::VectorXd();
-    }
-    EquilibriumResult rest = backend_.Equilibria({&input, 1}, {}).front();
-    return rest.status == EquilibriumStatus::kStable ? rest.x : Eigen::VectorXd();
+// The shape after the steps of `rollout` or, static, at rest near the start; empty where it fails.
+Eigen::VectorXd Shape(Backend& backend, const MaterialField& material, const State& start,
+                      SolveMode mode, const RolloutOptions& rollout) {
+  const RolloutInput input{&material, &start};
+  if (mode == SolveMode::kDynamic) {
+    RolloutResult end = backend.Rollouts({&input, 1}, rollout, nullptr).front();
+    return end.status == RolloutStatus::kOk ? end.end.x : Eigen::VectorXd();
   }
+  EquilibriumResult rest = backend.Equilibria({&input, 1}, {}).front();
+  return rest.status == EquilibriumStatus::kStable ? rest.x : Eigen::VectorXd();
+}
 
-  Eigen::VectorXd Tangent() const {
-    const MaterialField material = At(0.0);
-    const MaterialField* weight = &material;
-    State place = start_;
-    if (integrator_ == SolveMode::kStatic) place.x = Shape(0.0);
-    if (place.x.size() == 0) return {};
-    const RolloutInput input{&material, &place};
-    const RowMatrix by_entries =
-        integrator_ == SolveMode::kStatic
-            ? backend_.EquilibriumTangents({&input, 1}, {&weight, 1}).front()
-            : backend_.Tangents({&input, 1}, {&weight, 1}, rollout_).front().dx;
-    if (by_entries.size() == 0) return {};
-    return by_entries * line_.LogEntriesByTheta(Eigen::VectorXd::Zero(1));
-  }
-
- private:
-  Backend& backend_;
-  const MaterialParametrisation& line_;
-  const State& start_;
-  SolveMode integrator_;
-  const RolloutOptions& rollout_;
-};
+// Its derivatives by the table entries; empty where it fails.
+RowMatrix Tangents(Backend& backend, const MaterialField& material, State start, SolveMode mode,
+                   const RolloutOptions& rollout) {
+  const MaterialField* weight = &material;
+  if (mode == SolveMode::kStatic) start.x = Shape(backend, material, start, mode, rollout);
+  if (start.x.size() == 0) return {};
+  const RolloutInput input{&material, &start};
+  return mode == SolveMode::kStatic
+             ? backend.EquilibriumTangents({&input, 1}, {&weight, 1}).front()
+             : backend.Tangents({&input, 1}, {&weight, 1}, rollout).front().dx;
+}
 
 double RmsOfVertices(const Eigen::VectorXd& x) {
   return x.norm() / std::sqrt(static_cast<double>(x.size()) / 3.0);
@@ -211,13 +193,6 @@ TableParametrisation MakeLine(const StudiedCloth& cloth) {
   for (double& entry : direction.reshaped()) entry = SampleNormal(random);
   direction /= direction.norm();
   return {cloth.material, direction};
-}
-
-State MakeStart(const ClothModel& model, int seed) {
-  State start = model.RestState();
-  start.x = ApplyStartShape(model.mesh, DrapeDiscs().support,
-                            RandomStartShape(static_cast<uint64_t>(seed), kHemRms));
-  return start;
 }
 
 State Relaxed(Backend& backend, const MaterialField& material, const State& start) {
@@ -276,7 +251,7 @@ json ToJson(const ContinuationResult& path) {
 
 std::optional<json> FollowToItsEnd(const StudiedCloth& cloth, int seed, const RunControl& control) {
   const std::unique_ptr<Backend> backend = MakeCpuBackend(cloth.model, 1);
-  const State relaxed = Relaxed(*backend, cloth.material, MakeStart(*cloth.model, seed));
+  const State relaxed = Relaxed(*backend, cloth.material, RandomStart(*cloth.model, seed, kHemRms));
   StepSolver solver(cloth.model);
   ContinuationOptions options;
   options.end = kFoldEnd;
@@ -324,12 +299,14 @@ std::vector<GradientError> CompareDifferences(Backend& backend, const MaterialPa
                                               const RolloutOptions& rollout,
                                               std::span<const double> steps) {
   CHECK_EQ(line.size(), 1);
-  const Line drapes(backend, line, start, integrator, rollout);
-  const Eigen::VectorXd tangent = drapes.Tangent();
+  const auto at = [&](double s) { return line.Material(Eigen::VectorXd::Constant(1, s)); };
+  const RowMatrix by_entries = Tangents(backend, at(0.0), start, integrator, rollout);
   std::vector<GradientError> errors;
-  if (tangent.size() == 0) return errors;
+  if (by_entries.size() == 0) return errors;
+  const Eigen::VectorXd tangent = by_entries * line.LogEntriesByTheta(Eigen::VectorXd::Zero(1));
   for (const double step : steps) {
-    const Eigen::VectorXd above = drapes.Shape(step), below = drapes.Shape(-step);
+    const Eigen::VectorXd above = Shape(backend, at(step), start, integrator, rollout),
+                          below = Shape(backend, at(-step), start, integrator, rollout);
     GradientError error{step, RmsOfVertices(tangent), std::nan("")};
     if (above.size() > 0 && below.size() > 0)
       error.error = ((above - below) / (2.0 * step) - tangent).norm() / tangent.norm();
@@ -350,7 +327,7 @@ Study MakeGradientStudy(std::vector<StudiedCloth> cloths, const GradientStudyOpt
   };
   const auto all = std::make_shared<const std::vector<StudiedCloth>>(std::move(cloths));
   const auto start = [seed = options.start_seed](const StudiedCloth& cloth) {
-    return MakeStart(*cloth.model, seed);
+    return RandomStart(*cloth.model, seed, kHemRms);
   };
   for (const StudiedCloth& cloth : *all)
     add("difference steps, " + cloth.law, {{"part", "differences"}},

@@ -493,7 +493,6 @@ OptimiserRun RunOptimiser(const std::string& name, ResidualFunction& function,
   BudgetedFunction metered(function, options);
   const std::string end = Run(method, metered, options);
   OptimiserRun run = metered.run();
-  run.method = name;
   run.end = metered.exhausted() ? "budget spent" : end;
   run.cancelled = options.cancel != nullptr && options.cancel->load();
   return run;

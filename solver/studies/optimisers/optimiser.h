@@ -47,7 +47,6 @@ struct TracePoint {
 };
 
 struct OptimiserRun {
-  std::string method;
   std::string end;  // why it ended: a sentence
   bool cancelled = false;
   std::vector<TracePoint> trace;  // the first is the start, costs fall; empty where it failed

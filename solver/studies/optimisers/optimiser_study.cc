@@ -19,6 +19,7 @@
 #include "solver/fit/parametrisation.h"
 #include "solver/fit/protocol/candidate_fit.h"
 #include "solver/fit/protocol/staged_fit.h"
+#include "solver/forward/random_drapes.h"
 #include "solver/forward/settle.h"
 
 namespace drape {
@@ -37,7 +38,6 @@ OutlineResidualOptions AnyBranch(OutlineResidualOptions options) {
 struct Image {
   std::string name;
   FitData data;
-  bool is_twin = false;
 };
 
 // A run of one method on an image.
@@ -95,9 +95,7 @@ GrayImage TwinImage(const OptimiserStudyOptions& options, const MaterialField& f
   const auto model = std::make_shared<const ClothModel>(ParseMeshSpec(options.twin_mesh),
                                                         CusickScene(options.spec.contact),
                                                         MakeLaw(options.spec.law));
-  State start = model->RestState();
-  start.x = ApplyStartShape(model->mesh, DrapeDiscs().support,
-                            RandomStartShape(static_cast<uint64_t>(seed), kHemRms));
+  const State start = RandomStart(*model, seed, kHemRms);
   const auto backend = MakeCpuBackend(model, 1);
   const SettledDrape drape =
       std::move(Settle(*backend, fabric, {&start, 1}, {.steps = {.h = 0.1}}).front());
@@ -113,7 +111,7 @@ std::vector<Image> ListTwins(const OptimiserStudyOptions& options) {
   int seed = options.twin_seed;
   for (const std::string& file : options.twins) {
     const MaterialField fabric = ReadMaterial(file).field;
-    Image twin{MaterialLabel(file) + "_" + std::to_string(seed), {}, true};
+    Image twin{MaterialLabel(file) + "_" + std::to_string(seed), {}};
     const std::string folder = options.study.out + "/twins";
     twin.data.images = {folder + "/" + twin.name + ".png"};
     twin.data.material = options.material;
@@ -160,9 +158,8 @@ void CheckFiles(const OptimiserStudyOptions& options, const std::vector<Image>& 
     ParseMeshSpec(mesh);
 }
 
-FitSpec MakeSpec(const OptimiserStudyOptions& options, const Image& image) {
+FitSpec MakeSpec(const OptimiserStudyOptions& options) {
   FitSpec spec = options.spec;
-  if (image.is_twin) spec.observation.camera = {};  // the one that rendered it
   spec.mesh = options.mesh;
   spec.search_mesh = options.mesh;  // the race itself is on one mesh
   spec.coarse_mesh = options.coarse_mesh;
@@ -178,7 +175,7 @@ class Problem {
  public:
   Problem(const OptimiserStudyOptions& options, const Image& image)
       : options_(options),
-        spec_(MakeSpec(options, image)),
+        spec_(MakeSpec(options)),
         input_(ReadFitInput(spec_, image.data)),
         key_(json::parse(CheckpointKey(spec_, image.data, input_))) {
     key_.erase("material");  // a path

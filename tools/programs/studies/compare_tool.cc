@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/studies/compare_tool.h"
-
 #include <set>
 #include <utility>
 
 #include "losses/dataset/dataset.h"
 #include "physics/util/errors.h"
+#include "solver/studies/comparison/comparison.h"
 #include "tools/cli/provenance.h"
 #include "tools/cli/tool_main.h"
 #include "tools/inputs/common_options.h"
@@ -13,6 +12,22 @@
 
 namespace drape {
 namespace {
+
+// What a user of drape_compare sets.
+struct CompareToolOptions {
+  CompareToolOptions() {
+    fit.spec.fields.basis = FieldBasis::kModes;  // elements do not carry over
+    job.models = {"homogeneous", "heterogeneous", "bdp", "bayes"};
+    job.seeds = {1, 2, 3};
+  }
+
+  ComparisonJob job;
+  StudyOptions study;
+  FitToolOptions fit;                                          // of all runs
+  std::string fabrics = "1-5", train_captures, face = "both";  // ParseIndexList, ClothFace
+};
+
+OptionTable CompareTable(CompareToolOptions& options);
 
 // Options that change no number of a run, or that its name holds.
 const std::set<std::string> kFreeOfRuns = {"data_fabric", "fabric", "models", "seeds", "threads"};
@@ -93,8 +108,6 @@ ToolOutcome RunComparison(const CompareToolOptions& options, const RunControl& c
   return RunStudyProgram(comparison.study, options.study, control, comparison.summarise);
 }
 
-}  // namespace
-
 OptionTable CompareTable(CompareToolOptions& options) {
   return {
       .tool = "drape_compare",
@@ -125,6 +138,8 @@ OptionTable CompareTable(CompareToolOptions& options) {
       .common = {"data", "data_fabric", "fabric", "models", "seeds", "train", "face", "mesh",
                  "draws", "calibrate", "threads", "backend", "share", "out"}};
 }
+
+}  // namespace
 
 int CompareMain(int argc, char** argv) { return ToolMain(argc, argv, CompareTable, RunComparison); }
 

@@ -140,13 +140,6 @@ std::vector<Capture> SelectedCaptures(const SpaceToolOptions& options, const Run
   return usable;
 }
 
-std::string FailureText(const std::vector<FitFailure>& failures) {
-  std::string text;
-  for (const FitFailure& failure : failures)
-    text += "no result: " + failure.name + ": " + MakePrintableLine(failure.reason) + "\n";
-  return text;
-}
-
 ToolOutcome BuildSpace(const SpaceToolOptions& options, const std::vector<std::string>& folders,
                        const OutputFolder& out) {
   std::vector<std::string> summaries;
@@ -187,15 +180,20 @@ FitCellJob MakeFitCellJob(const SpaceToolOptions& options) {
   return job;
 }
 
+// The space of the fabrics of a data set; only their list or a share of their fits without `out`.
 ToolOutcome FitSpace(const SpaceToolOptions& options, const std::vector<Capture>& captures,
-                     const OutputFolder& out, const RunControl& control) {
+                     const OutputFolder* out, const RunControl& control) {
   const FitCellJob job = MakeFitCellJob(options);
-  const FitCellRun run = RunFitCells(job, MakeFitCells(captures, false), control);
-  if (run.study.cancelled) return {.cancelled = true};
-  std::vector<std::string> folders;
-  for (const std::string& name : run.done) folders.push_back(job.study.out + "/" + name);
-  ToolOutcome outcome = BuildSpace(options, folders, out);
-  outcome.text += FailureText(run.failures);
+  const FitCellRun run = RunFitCells(job, MakeFitCells(captures, options.recognise), control);
+  const bool ends = out == nullptr || run.study.cancelled;
+  ToolOutcome outcome{.text = run.study.text, .cancelled = run.study.cancelled};
+  if (!ends) {
+    std::vector<std::string> folders;
+    for (const std::string& name : run.done) folders.push_back(job.study.out + "/" + name);
+    outcome = BuildSpace(options, folders, *out);
+  }
+  for (const FitFailure& failure : run.failures)
+    outcome.text += "no result: " + failure.name + ": " + MakePrintableLine(failure.reason) + "\n";
   return outcome;
 }
 
@@ -215,18 +213,11 @@ ToolOutcome RunRecognition(const SpaceToolOptions& options, const std::vector<Ca
   return {.text = RunStudyScript("recognition", out.Staged(""))};
 }
 
-// The list of the fits, or a share of them.
-ToolOutcome RunFits(const SpaceToolOptions& options, const std::vector<Capture>& captures,
-                    const RunControl& control) {
-  const FitCellRun run =
-      RunFitCells(MakeFitCellJob(options), MakeFitCells(captures, options.recognise), control);
-  return {.text = FailureText(run.failures) + run.study.text, .cancelled = run.study.cancelled};
-}
-
 ToolOutcome RunSpace(const SpaceToolOptions& options, const RunControl& control) {
   CheckShare(options.study);
   CheckSource(options);
-  if (options.study.list) return RunFits(options, SelectedCaptures(options, control), control);
+  if (options.study.list)
+    return FitSpace(options, SelectedCaptures(options, control), nullptr, control);
   if (!options.posteriors.empty()) ReadFabricBeliefs(options.posteriors, options.by);
   const bool is_share = !options.study.share.empty();
   const OutputFolder out(options.study.out, {"space.json", "distances.csv", "recognition.json"},
@@ -237,9 +228,9 @@ ToolOutcome RunSpace(const SpaceToolOptions& options, const RunControl& control)
   } else {
     CheckBackend(options, control);
     const std::vector<Capture> captures = SelectedCaptures(options, control);
-    if (is_share) return RunFits(options, captures, control);
+    if (is_share) return FitSpace(options, captures, nullptr, control);
     outcome = options.recognise ? RunRecognition(options, captures, out, control)
-                                : FitSpace(options, captures, out, control);
+                                : FitSpace(options, captures, &out, control);
   }
   if (!outcome.cancelled) out.Publish();
   return outcome;

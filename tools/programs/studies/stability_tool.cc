@@ -1,32 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/programs/studies/stability_tool.h"
-
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "physics/material/material_io.h"
 #include "physics/mesh/mesh_spec.h"
+#include "solver/studies/stability/stability_study.h"
 #include "tools/inputs/common_options.h"
 #include "tools/programs/studies/study_program.h"
 
 namespace drape {
 namespace {
 
-std::vector<StabilityMap> ReadMaps(const StabilityOptions& options) {
-  std::vector<StabilityMap> maps;
-  for (const std::string& line : options.maps)
-    for (StabilityMap& map : ParseStabilityMaps(line, "option 'maps'"))
-      maps.push_back(std::move(map));
-  return maps;
-}
-
-StabilitySetting MakeSetting(const StabilityOptions& options) {
-  StabilitySetting setting = options.setting;
-  setting.mesh = ParseMeshSpec(options.mesh);
-  setting.material = ReadMaterial(options.fabric).field;
-  setting.start = ReadStartShape(options.start);
-  return setting;
-}
+// What a user of drape_stability sets.
+struct StabilityOptions {
+  std::string mesh = "disc:120";      // ParseMeshSpec
+  std::string fabric = kBuiltInName;  // ReadMaterial; each run sets the density
+  std::string start;                  // ReadStartShape
+  StabilitySetting setting;           // its mesh, material and start are read from these
+  std::vector<std::string> maps;      // ParseStabilityMaps
+  std::vector<double> damping_h = {1e-3, 1e-2, 0.05, 0.1, 0.5};
+  StudyOptions study = {.threads = 0};  // 0: all cores
+};
 
 std::vector<Option> SettingOptions(StabilityOptions& o) {
   return {
@@ -87,29 +81,6 @@ std::vector<Option> SurveyOptions(StabilityOptions& o) {
   };
 }
 
-ToolOutcome RunStability(const StabilityOptions& given, const RunControl& control) {
-  const ReadRecord record;
-  StabilityOptions options = given;
-  options.study.threads = CountThreads(options.study.threads);
-  const std::vector<StabilityMap> maps = ReadMaps(options);
-  StabilityRunner runner(MakeSetting(options));
-  Study study = MakeStabilityStudy(runner, maps, options.damping_h);
-  study.files = record.files();
-  study.settings["mesh"] = NameWithoutFolder(options.mesh);
-  study.settings["material"] = NameWithoutFolder(options.fabric);
-  study.settings["start"] = NameWithoutFolder(options.start);
-  const auto summarise = [&](const StudyResult& result) {
-    nlohmann::ordered_json json = SummariseCells(study, result);
-    for (const StabilityAxis& axis : StabilityAxes()) json["axes"][axis.name] = axis.label;
-    json["usual"] = CaseJson({});
-    json["maps"] = MapsJson(maps);
-    return json;
-  };
-  return RunStudyProgram(study, options.study, control, summarise);
-}
-
-}  // namespace
-
 OptionTable StabilityTable(StabilityOptions& options) {
   std::string axes, methods;
   for (const StabilityAxis& axis : StabilityAxes())
@@ -130,6 +101,35 @@ OptionTable StabilityTable(StabilityOptions& options) {
                   Concatenate(SurveyOptions(options), StudyOptionList(options.study))),
           Grouped("simulation", Concatenate(SettingOptions(options), LimitOptions(options))))};
 }
+
+ToolOutcome RunStability(const StabilityOptions& given, const RunControl& control) {
+  const ReadRecord record;
+  StabilityOptions options = given;
+  options.study.threads = CountThreads(options.study.threads);
+  std::vector<StabilityMap> maps;
+  for (const std::string& line : options.maps)
+    for (StabilityMap& map : ParseStabilityMaps(line, "option 'maps'"))
+      maps.push_back(std::move(map));
+  options.setting.mesh = ParseMeshSpec(options.mesh);
+  options.setting.material = ReadMaterial(options.fabric).field;
+  options.setting.start = ReadStartShape(options.start);
+  StabilityRunner runner(options.setting);
+  Study study = MakeStabilityStudy(runner, maps, options.damping_h);
+  study.files = record.files();
+  study.settings["mesh"] = NameWithoutFolder(options.mesh);
+  study.settings["material"] = NameWithoutFolder(options.fabric);
+  study.settings["start"] = NameWithoutFolder(options.start);
+  const auto summarise = [&](const StudyResult& result) {
+    nlohmann::ordered_json json = SummariseCells(study, result);
+    for (const StabilityAxis& axis : StabilityAxes()) json["axes"][axis.name] = axis.label;
+    json["usual"] = CaseJson({});
+    json["maps"] = MapsJson(maps);
+    return json;
+  };
+  return RunStudyProgram(study, options.study, control, summarise);
+}
+
+}  // namespace
 
 int StabilityMain(int argc, char** argv) {
   return ToolMain(argc, argv, StabilityTable, RunStability);

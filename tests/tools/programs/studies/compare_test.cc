@@ -5,7 +5,6 @@
 #include "losses/image/image.h"
 #include "physics/material/material_io.h"
 #include "tests/tools/tool_fixture.h"
-#include "tools/programs/studies/compare_tool.h"
 
 namespace drape::test {
 namespace {
@@ -175,15 +174,19 @@ TEST_F(CompareTool, RunsOfOtherInputsAreNotMixedIn) {
 }
 
 TEST_F(CompareTool, HelpAndConfigsAreComplete) {
-  CompareToolOptions options;
-  const OptionTable table = CompareTable(options);
-  EXPECT_EQ(RunProcess({kCompare, "--help"}).out, table.Help());
+  const std::string help = RunProcess({kCompare, "--help=all"}).out;
   const std::string configs = std::string(DRAPE_SOURCE_DIR) + "/configs/studies/compare/";
-  table.ReadConfig(configs + "quick.json");
-  table.ReadConfig(configs + "fabrics.json");
-  EXPECT_EQ(options.job.materials.size(), 5u);
-  for (const std::string& material : options.job.materials)
-    EXPECT_TRUE(std::filesystem::exists(material)) << material;
+  for (const auto& [name, cells] : {std::pair("quick.json", 6), std::pair("fabrics.json", 105)}) {
+    const Json config = Json::parse(Read(configs + name), nullptr, true, true);
+    for (const auto& [key, value] : config.items())
+      EXPECT_THAT(help, HasSubstr("\n  --" + key)) << name;
+    for (const std::string material : config["materials"])
+      EXPECT_TRUE(std::filesystem::exists(configs + material)) << material;
+    const ProcessResult list = RunProcess({kCompare, std::string("--config=") + configs + name,
+                                           "--list", "--data=" + data_, "--out=" + Path("out")});
+    EXPECT_EQ(list.exit_code, 0) << list.err;
+    EXPECT_EQ(std::count(list.out.begin(), list.out.end(), '\n'), cells) << name;
+  }
 }
 
 }  // namespace
