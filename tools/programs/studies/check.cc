@@ -64,28 +64,24 @@ class SceneChecks {
         control_(control),
         random_(options.seed),
         solver_(model_),
-        edge_(MeanEdge(model_->mesh)) {
+        edge_(MeanEdge(model_->mesh)),
+        rollout_{.h = options.h, .steps = options.steps} {
     start_.x += options.noise * edge_ * Direction(start_.x.size());
   }
 
   std::vector<CheckRow> Run() {
-    rollout_.h = options_.h;
-    rollout_.steps = options_.steps;
     const RolloutResult result = Rollout(solver_, material_, start_, rollout_);
     const bool ran = result.status == RolloutStatus::kOk;
     Add("rollout", std::string("the rollout runs: ") + ToString(result.status), !ran, 0.0);
+    if (!ran) return std::move(rows_);
     x_ = result.end.x;
-    using Group = void (SceneChecks::*)();
-    for (const Group group : {&SceneChecks::CheckForces, &SceneChecks::CheckEnergy,
-                              &SceneChecks::CheckStiffness, &SceneChecks::CheckRollout}) {
-      if (ran && !Cancelled()) (this->*group)();
-    }
+    for (const auto group : {&SceneChecks::CheckForces, &SceneChecks::CheckEnergy,
+                             &SceneChecks::CheckStiffness, &SceneChecks::CheckRollout})
+      if (!control_.cancelled()) (this->*group)();
     return std::move(rows_);
   }
 
  private:
-  bool Cancelled() const { return control_.cancelled(); }
-
   // Normal numbers, the largest 1 in size.
   Vector Direction(Eigen::Index size) {
     Vector direction(size);
@@ -101,7 +97,7 @@ class SceneChecks {
   // at(s): the function at s along a direction; derivative: ∂at/∂s at s = 0. unit: of the steps.
   void AddSweep(const std::string& group, const std::string& name, double unit,
                 const Vector& derivative, double bound, const std::function<Vector(double)>& at) {
-    if (Cancelled()) return;
+    if (control_.cancelled()) return;
     double best = std::numeric_limits<double>::infinity();
     for (int exponent = 3; exponent <= 8; ++exponent) {
       const double step = unit * std::pow(10.0, -exponent);
@@ -265,23 +261,6 @@ bool AllPass(const std::vector<CheckRow>& rows) {
   return std::all_of(rows.begin(), rows.end(), [](const CheckRow& row) { return row.ok(); });
 }
 
-std::string CheckTableText(const std::vector<CheckRow>& rows) {
-  std::string text =
-      Format("%-10s %-58s %9s %9s\n", "group", "check (relative errors)", "value", "bound");
-  for (const CheckRow& row : rows) {
-    text += Format("%-10s %-58s %9.1e ", row.group.c_str(), row.name.c_str(), row.value);
-    if (row.has_bound()) {
-      text += Format("%9.0e  %s\n", row.bound, row.ok() ? "ok" : "FAIL");
-    } else {
-      text += Format("%9s\n", "-");
-    }
-  }
-  const auto bounded =
-      std::count_if(rows.begin(), rows.end(), [](auto& row) { return row.has_bound(); });
-  const auto failed = std::count_if(rows.begin(), rows.end(), [](auto& row) { return !row.ok(); });
-  return text + Format("%td of %td checks failed\n", failed, bounded);
-}
-
 OptionTable CheckTable(CheckToolOptions& options) {
   const std::vector<Option> checks = {
       TimeStepOption(options.check.h, "time step of the rollouts"),
@@ -301,6 +280,21 @@ OptionTable CheckTable(CheckToolOptions& options) {
 }
 
 namespace {
+
+// One row per check: group, name, value, bound and ok or FAIL; then how many failed.
+std::string CheckTableText(const std::vector<CheckRow>& rows) {
+  std::string text =
+      Format("%-10s %-58s %9s %9s\n", "group", "check (relative errors)", "value", "bound");
+  for (const CheckRow& row : rows) {
+    text += Format("%-10s %-58s %9.1e ", row.group.c_str(), row.name.c_str(), row.value);
+    text += row.has_bound() ? Format("%9.0e  %s\n", row.bound, row.ok() ? "ok" : "FAIL")
+                            : Format("%9s\n", "-");
+  }
+  const auto bounded =
+      std::count_if(rows.begin(), rows.end(), [](auto& row) { return row.has_bound(); });
+  const auto failed = std::count_if(rows.begin(), rows.end(), [](auto& row) { return !row.ok(); });
+  return text + Format("%td of %td checks failed\n", failed, bounded);
+}
 
 ToolOutcome RunCheck(const CheckToolOptions& options, const RunControl& control) {
   const LoadedScene scene = LoadScene(options.scene);

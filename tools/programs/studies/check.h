@@ -58,9 +58,6 @@ std::vector<CheckRow> CheckScene(std::shared_ptr<const ClothModel> model,
 
 bool AllPass(const std::vector<CheckRow>& rows);
 
-// One row per check: group, name, value, bound and ok or FAIL; then how many failed.
-std::string CheckTableText(const std::vector<CheckRow>& rows);
-
 // What drape_check checks.
 struct CheckToolOptions {
   SceneInput scene;
