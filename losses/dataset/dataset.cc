@@ -37,6 +37,56 @@ std::optional<int> NumberIn(const std::smatch& match, int group) {
   return std::stoi(match[group].str());
 }
 
+// The name in lower case, with blanks and hyphens as underscores.
+std::string PlainName(const std::string& name) {
+  std::string plain;
+  for (const unsigned char c : name)
+    plain += c == ' ' || c == '-' ? '_' : static_cast<char>(std::tolower(c));
+  return plain;
+}
+
+// Parsers of the file names of the public data set. Each takes a name without its extension and
+// returns std::nullopt when the name does not have the form.
+struct CaptureName {
+  std::optional<int> fabric;
+  int sample = 0, capture = 0;
+};
+
+std::optional<CaptureName> ParseCaptureName(const std::string& stem) {
+  static const std::regex pattern(
+      "(?:fabric_?(\\d{1,4})_)?sample_?(\\d{1,4})"
+      "(?:_(?:(?:obs|observation|capture)_?)?(\\d{1,4}))?(?:_circle_\\d+)?");
+  const std::string plain = PlainName(stem);
+  std::smatch match;
+  if (!std::regex_match(plain, match, pattern)) return std::nullopt;
+  return CaptureName{NumberIn(match, 1), *NumberIn(match, 2), NumberIn(match, 3).value_or(1)};
+}
+
+// Fills in all but the fabric and the path.
+std::optional<TrainingImage> ParseTrainingName(const std::string& stem) {
+  static const std::regex pattern(
+      "(?:.*_)?sample_?(\\d{1,4})_(upward|downward)_drape_?(\\d{1,4})"
+      "(?:_(?:obs|observation)_?(\\d{1,4}))?");
+  const std::string plain = PlainName(stem);
+  std::smatch match;
+  if (!std::regex_match(plain, match, pattern)) return std::nullopt;
+  TrainingImage image;
+  image.sample = *NumberIn(match, 1);
+  image.face = match[2] == "upward" ? ClothFace::kUp : ClothFace::kDown;
+  image.drape = *NumberIn(match, 3);
+  image.observation = NumberIn(match, 4).value_or(0);
+  return image;
+}
+
+// "Fabric 7" → 7.
+std::optional<int> ParseFabricFolder(const std::string& name) {
+  static const std::regex pattern("fabric_?(\\d{1,4})");
+  const std::string plain = PlainName(name);
+  std::smatch match;
+  if (!std::regex_match(plain, match, pattern)) return std::nullopt;
+  return NumberIn(match, 1);
+}
+
 namespace fs = std::filesystem;
 
 enum class FileKind { kImage, kMesh, kOther };
@@ -309,46 +359,6 @@ void TurnMesh(Capture* capture) {
 }
 
 }  // namespace
-
-std::string PlainName(const std::string& name) {
-  std::string plain;
-  for (const unsigned char c : name)
-    plain += c == ' ' || c == '-' ? '_' : static_cast<char>(std::tolower(c));
-  return plain;
-}
-
-std::optional<CaptureName> ParseCaptureName(const std::string& stem) {
-  static const std::regex pattern(
-      "(?:fabric_?(\\d{1,4})_)?sample_?(\\d{1,4})"
-      "(?:_(?:(?:obs|observation|capture)_?)?(\\d{1,4}))?(?:_circle_\\d+)?");
-  const std::string plain = PlainName(stem);
-  std::smatch match;
-  if (!std::regex_match(plain, match, pattern)) return std::nullopt;
-  return CaptureName{NumberIn(match, 1), *NumberIn(match, 2), NumberIn(match, 3).value_or(1)};
-}
-
-std::optional<TrainingImage> ParseTrainingName(const std::string& stem) {
-  static const std::regex pattern(
-      "(?:.*_)?sample_?(\\d{1,4})_(upward|downward)_drape_?(\\d{1,4})"
-      "(?:_(?:obs|observation)_?(\\d{1,4}))?");
-  const std::string plain = PlainName(stem);
-  std::smatch match;
-  if (!std::regex_match(plain, match, pattern)) return std::nullopt;
-  TrainingImage image;
-  image.sample = *NumberIn(match, 1);
-  image.face = match[2] == "upward" ? ClothFace::kUp : ClothFace::kDown;
-  image.drape = *NumberIn(match, 3);
-  image.observation = NumberIn(match, 4).value_or(0);
-  return image;
-}
-
-std::optional<int> ParseFabricFolder(const std::string& name) {
-  static const std::regex pattern("fabric_?(\\d{1,4})");
-  const std::string plain = PlainName(name);
-  std::smatch match;
-  if (!std::regex_match(plain, match, pattern)) return std::nullopt;
-  return NumberIn(match, 1);
-}
 
 std::optional<ClothFace> ParseClothFace(const std::string& name) {
   for (const ClothFace face : {ClothFace::kUp, ClothFace::kDown})

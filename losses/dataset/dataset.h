@@ -82,24 +82,6 @@ std::vector<Capture> Select(const Dataset& dataset, const Selection& selection);
 inline constexpr double kMaxMeshRms = 3;  // [px]; of fabrics 1–5, 39 meshes fit to 2 and one to 6
 std::vector<Capture> KeepUsable(std::vector<Capture> captures, std::vector<FileNote>* skipped);
 
-// Internal to losses/: parsers of the file names of the public data set. Each takes a name without
-// its extension and returns std::nullopt when the name does not have the form.
-
-struct CaptureName {
-  std::optional<int> fabric;
-  int sample = 0, capture = 0;
-};
-std::optional<CaptureName> ParseCaptureName(const std::string& stem);
-
-// Fills in all but the fabric and the path.
-std::optional<TrainingImage> ParseTrainingName(const std::string& stem);
-
-// "Fabric 7" → 7.
-std::optional<int> ParseFabricFolder(const std::string& name);
-
-// The name in lower case, with blanks and hyphens as underscores.
-std::string PlainName(const std::string& name);
-
 // "1,3-5" → {1, 3, 4, 5}: parses whole numbers from 1 to 9999 and ranges of them into an ascending
 // list without repetition. An empty text is an empty list. Throws InputError (prefix `where`) that
 // names the wrong part.

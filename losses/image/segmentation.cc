@@ -15,6 +15,26 @@
 namespace drape {
 namespace {
 
+// Row-major, shape [height, width], 1 = cloth.
+struct PictureMask {
+  int width = 0, height = 0;
+  std::vector<uint8_t> value;
+
+  uint8_t at(int column, int row) const { return value[size_t(row) * width + column]; }
+};
+
+// Pixels of one part that follow one another in a row: [first, end).
+struct PixelRun {
+  int row, first, end, part;
+};
+
+struct PictureParts {
+  std::vector<PicturePart> parts;
+  std::vector<PixelRun> runs;  // by row, then column
+};
+
+enum class Neighbours { kFour, kEight };
+
 constexpr size_t kMaxRuns = size_t{1} << 21;
 
 // The representative of run i: each run refers to an earlier one of its part, or to itself.
@@ -77,6 +97,28 @@ std::vector<PicturePart> Measure(const PictureMask& mask, std::vector<PixelRun>*
     part.row /= part.pixels;
   }
   return parts;
+}
+
+// The connected parts of the pixels of that value. Dark parts should be connected through corners
+// (kEight) and their complement not (kFour), so that a closed curve has an inside. Throws
+// InputError (prefix `where`) for more than 2^21 runs: such a picture is noise.
+PictureParts FindParts(const PictureMask& mask, uint8_t value, Neighbours neighbours,
+                       const std::string& where) {
+  const int reach = neighbours == Neighbours::kEight ? 1 : 0;
+  PictureParts found;
+  int before = 0;
+  for (int row = 0; row < mask.height; ++row) {
+    const int first = static_cast<int>(found.runs.size());
+    AddRuns(mask, row, value, &found.runs);
+    if (found.runs.size() > kMaxRuns)
+      throw InputError(where,
+                       "is noise: more than 2 million changes between dark and light, "
+                       "expected one piece of cloth");
+    UniteWithRowBefore(before, first, static_cast<int>(found.runs.size()), reach, &found.runs);
+    before = first;
+  }
+  found.parts = Measure(mask, &found.runs);
+  return found;
 }
 
 constexpr int kMinSide = 16;  // [px]
@@ -291,25 +333,6 @@ void CheckContrast(const TwoLevels& levels, const std::string& where) {
 int64_t CountPixels(const std::vector<PicturePart>& parts) {
   return std::accumulate(parts.begin(), parts.end(), int64_t{0},
                          [](int64_t sum, const PicturePart& part) { return sum + part.pixels; });
-}
-
-PictureParts FindParts(const PictureMask& mask, uint8_t value, Neighbours neighbours,
-                       const std::string& where) {
-  const int reach = neighbours == Neighbours::kEight ? 1 : 0;
-  PictureParts found;
-  int before = 0;
-  for (int row = 0; row < mask.height; ++row) {
-    const int first = static_cast<int>(found.runs.size());
-    AddRuns(mask, row, value, &found.runs);
-    if (found.runs.size() > kMaxRuns)
-      throw InputError(where,
-                       "is noise: more than 2 million changes between dark and light, "
-                       "expected one piece of cloth");
-    UniteWithRowBefore(before, first, static_cast<int>(found.runs.size()), reach, &found.runs);
-    before = first;
-  }
-  found.parts = Measure(mask, &found.runs);
-  return found;
 }
 
 std::vector<std::string> Segmentation::Notes() const {

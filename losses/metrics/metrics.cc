@@ -84,6 +84,14 @@ double AtRank(const std::vector<double>& sorted, double rank) {
   return sorted[below] + (position - below) * (sorted[above] - sorted[below]);
 }
 
+// The best of 360 rotations times two flips by least squares of the outlines, refined between the
+// angles.
+Alignment AlignDrapes(const ObservedDrape& a, const ObservedDrape& b) {
+  const OutlineMatch match = RefineRotation(
+      a.radius, b.radius, MatchOutlines(a.radius, b.radius, OutlineFreedom::kRotationAndMirror));
+  return {std::remainder(match.rotation, 2 * M_PI), match.mirrored};
+}
+
 }  // namespace
 
 ObservedDrape ObserveImage(const GrayImage& image, const Camera& camera, const DrapeDiscs& discs,
@@ -179,12 +187,6 @@ DrapeDistance ComputeDistance(const ObservedDrape& a, const ObservedDrape& b) {
       .iou = IntersectionOverUnion(a.image, b.image),
       .profile_rms = ProfileRms(a.radius, b.radius),
       .outline_hausdorff = HausdorffOfPolygons(ProfilePolygon(a.radius), ProfilePolygon(b.radius))};
-}
-
-Alignment AlignDrapes(const ObservedDrape& a, const ObservedDrape& b) {
-  const OutlineMatch match = RefineRotation(
-      a.radius, b.radius, MatchOutlines(a.radius, b.radius, OutlineFreedom::kRotationAndMirror));
-  return {std::remainder(match.rotation, 2 * M_PI), match.mirrored};
 }
 
 DrapeComparison CompareDrapes(const ObservedDrape& a, const ObservedDrape& b,

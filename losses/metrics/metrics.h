@@ -177,10 +177,6 @@ struct DrapeComparison {
 // Both drapes must be of the same discs and seen by the same camera.
 DrapeDistance ComputeDistance(const ObservedDrape& a, const ObservedDrape& b);
 
-// The best of 360 rotations times two flips by least squares of the outlines, refined between the
-// angles.
-Alignment AlignDrapes(const ObservedDrape& a, const ObservedDrape& b);
-
 DrapeComparison CompareDrapes(const ObservedDrape& a, const ObservedDrape& b, const Camera& camera);
 
 // The symmetric Hausdorff distances of two surfaces to within `tolerance` [m] (CGAL), with the

@@ -61,6 +61,41 @@ void AddVerticesAndTriangles(const BoxedSurface& one, const BoxedSurface& other,
 
 constexpr double kSlack = 5e-4;  // of the boxes around vertices [m]
 
+// All pairs of a cloth whose boxes meet, in the same order with any number of threads. Pairs with a
+// common vertex are none.
+std::vector<ContactPair> ListPairsWithin(const BoxedSurface& cloth, int threads) {
+  std::vector<ContactPair> pairs;
+  AddVerticesAndTriangles(cloth, cloth, threads, pairs);
+  const auto list = [&](int place, std::vector<ContactPair>& found) {
+    const int one = cloth.edge_tree().order()[place];
+    cloth.edge_tree().ForEachLaterMeeting(place, [&](int other) {
+      const auto& [p, q] = cloth.parts().edges[std::min(one, other)];
+      const auto& [r, s] = cloth.parts().edges[std::max(one, other)];
+      if (p != r && p != s && q != r && q != s) found.push_back({true, {p, q, r, s}});
+    });
+  };
+  Collect(static_cast<int>(cloth.edges().size()), threads, list, pairs);
+  return pairs;
+}
+
+// All such pairs of a part of a cloth and one of an obstacle, which have no vertex in common. Of
+// edges, the cloth's edge comes first.
+std::vector<ContactPair> ListPairsBetween(const BoxedSurface& cloth, const BoxedSurface& obstacle,
+                                          int threads) {
+  std::vector<ContactPair> pairs;
+  AddVerticesAndTriangles(cloth, obstacle, threads, pairs);
+  AddVerticesAndTriangles(obstacle, cloth, threads, pairs);
+  const auto list = [&](int k, std::vector<ContactPair>& found) {
+    const std::array<int, 2>& edge = cloth.parts().edges[k];
+    obstacle.edge_tree().ForEachMeeting(cloth.edges()[k], [&](int other) {
+      const auto& [r, s] = obstacle.parts().edges[other];
+      found.push_back({true, {edge[0], edge[1], r, s}});
+    });
+  };
+  Collect(static_cast<int>(cloth.edges().size()), threads, list, pairs);
+  return pairs;
+}
+
 }  // namespace
 
 BoxTree::RoundedBox BoxTree::Rounded(const SpaceBox& box) {
@@ -162,37 +197,6 @@ void BoxedSurface::Enclose(const VertexBoxes& boxes, double more, int threads) {
   EncloseParts(parts_.triangles, boxes, more, threads, triangles_);
   edge_tree_.Enclose(edges_);
   triangle_tree_.Enclose(triangles_);
-}
-
-std::vector<ContactPair> ListPairsWithin(const BoxedSurface& cloth, int threads) {
-  std::vector<ContactPair> pairs;
-  AddVerticesAndTriangles(cloth, cloth, threads, pairs);
-  const auto list = [&](int place, std::vector<ContactPair>& found) {
-    const int one = cloth.edge_tree().order()[place];
-    cloth.edge_tree().ForEachLaterMeeting(place, [&](int other) {
-      const auto& [p, q] = cloth.parts().edges[std::min(one, other)];
-      const auto& [r, s] = cloth.parts().edges[std::max(one, other)];
-      if (p != r && p != s && q != r && q != s) found.push_back({true, {p, q, r, s}});
-    });
-  };
-  Collect(static_cast<int>(cloth.edges().size()), threads, list, pairs);
-  return pairs;
-}
-
-std::vector<ContactPair> ListPairsBetween(const BoxedSurface& cloth, const BoxedSurface& obstacle,
-                                          int threads) {
-  std::vector<ContactPair> pairs;
-  AddVerticesAndTriangles(cloth, obstacle, threads, pairs);
-  AddVerticesAndTriangles(obstacle, cloth, threads, pairs);
-  const auto list = [&](int k, std::vector<ContactPair>& found) {
-    const std::array<int, 2>& edge = cloth.parts().edges[k];
-    obstacle.edge_tree().ForEachMeeting(cloth.edges()[k], [&](int other) {
-      const auto& [r, s] = obstacle.parts().edges[other];
-      found.push_back({true, {edge[0], edge[1], r, s}});
-    });
-  };
-  Collect(static_cast<int>(cloth.edges().size()), threads, list, pairs);
-  return pairs;
 }
 
 Eigen::VectorXd Joined(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {

@@ -137,14 +137,6 @@ class BoxedSurface {
   BoxTree edge_tree_, triangle_tree_;
 };
 
-// All pairs of a cloth whose boxes meet, in the same order with any number of threads. Pairs with a
-// common vertex are none.
-std::vector<ContactPair> ListPairsWithin(const BoxedSurface& cloth, int threads = 1);
-// All such pairs of a part of a cloth and one of an obstacle, which have no vertex in common. Of
-// edges, the cloth's edge comes first.
-std::vector<ContactPair> ListPairsBetween(const BoxedSurface& cloth, const BoxedSurface& obstacle,
-                                          int threads = 1);
-
 // The pairs of a cloth, and of a cloth and obstacles, that can be near one another in shapes near a
 // reference shape. Only what is near is looked at again while the cloth moves little. A shape has
 // the vertices of the cloth and then the vertices of the obstacles.
